@@ -1,9 +1,9 @@
-//! Emulated machine cycles of AP101 per host second, and the price of a snapshot.
+//! Benchmark of AP101: emulated machine cycles per second of the host, and the cost of a snapshot.
 //!
-//! A program cycle of the short program is 12 instructions and a reload of 4 channels, so what happens between program cycles counts; the
-//! long one shows the hot loop.
+//! A program cycle of the short program has 12 instructions and a reload of 4 channels, so that the work
+//! between program cycles matters; the long program measures the hot loop.
 
-// Criterion's macro makes a public function without a doc comment.
+// Criterion's macro defines a public function without a doc comment.
 #![allow(missing_docs)]
 
 use std::hint::black_box;
@@ -16,16 +16,16 @@ use emu_core::cpu::LAST_CYCLE;
 use emu_core::image::{Image, Segment};
 use emu_core::pins::{CycleTime, PinLevel};
 
-/// Cycles of one measurement.
+/// Machine cycles per measurement.
 const CYCLES: u64 = 1_000_000;
 
-/// The function of six variables that text books have: not (ab or cd or eg).
+/// The textbook function of six variables: not (ab or cd or eg).
 const AND_OR_NOT: &str = "ld I1; and I2; sto M1; ld I3; and I4; or M1; sto M1; ld I5; and I6; or M1; stoc E1; nop";
 
-/// Words of the long program.
+/// Number of words of the long program.
 const LONG: usize = 500;
 
-/// A block with these channels and one module, a timer.
+/// A configuration block with these channels and one module, a timer.
 fn block(inputs: u16, outputs: u16) -> Vec<u8> {
     let mut block = vec![0; 0x300];
     block[..3].copy_from_slice(b"AP\x01");
@@ -35,7 +35,7 @@ fn block(inputs: u16, outputs: u16) -> Vec<u8> {
     block
 }
 
-/// Rungs as a compiler of ladder diagrams makes them, with a timer now and then.
+/// Rungs in the style of a ladder compiler, some of them with a timer.
 fn long() -> Vec<String> {
     let rung = |n: usize| {
         let (a, b, c) = (n % 32, n * 7 % 200, n * 3 % 200);
@@ -64,7 +64,7 @@ fn machine<'a>(lines: impl Iterator<Item = &'a str>, inputs: u16, outputs: u16) 
         Segment { space: "config", addr: 0, bytes: block(inputs, outputs) },
     ];
     let mut machine = Ap101::new(&Image { segments, ..Image::default() });
-    // With something to come it does not halt, and every cycle is run.
+    // With a pending event the machine does not halt, and every cycle is executed.
     machine.set_skip_idle_loops(false);
     machine.drive(CycleTime::at(LAST_CYCLE), 0, PinLevel::Low);
     machine
@@ -87,7 +87,7 @@ fn run(c: &mut Criterion) {
 fn clone(c: &mut Criterion) {
     let mut ap101 = Box::new(machine(AND_OR_NOT.split(';').map(str::trim), 8, 4));
     ap101.run(10_000, &mut ());
-    // Written over another machine on the heap, as a ring of snapshots does.
+    // The copy overwrites another machine on the heap, like a ring of snapshots.
     let mut slot = ap101.clone();
     c.bench_function("ap101/clone", |b| b.iter(|| *black_box(&mut slot) = black_box(&ap101).clone()));
 }

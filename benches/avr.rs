@@ -1,6 +1,6 @@
-//! Emulated machine cycles per host second, and the price of a snapshot.
+//! Benchmark of AVR: emulated machine cycles per second of the host, and the cost of a snapshot.
 
-// Criterion's macro makes a public function without a doc comment.
+// Criterion's macro defines a public function without a doc comment.
 #![allow(missing_docs)]
 
 #[path = "programs/assemble.rs"]
@@ -13,7 +13,7 @@ use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
 use emu_core::{Cpu, RamInit, image};
 
-/// Cycles of one measurement.
+/// Machine cycles per measurement.
 const CYCLES: u64 = 1_000_000;
 
 fn machine(source: &str) -> Avr {
@@ -37,7 +37,7 @@ fn run(c: &mut Criterion) {
     group.finish();
 }
 
-/// A ladder scan that nearly fills its period, so that little of the time is spent waiting.
+/// A ladder scan that nearly fills its period, so that the machine waits little.
 fn scan(c: &mut Criterion) {
     let program = ladder::parse("scan.ld", include_str!("programs/scan.ld")).expect("a sound program").program;
     let options = ladder_compile::CompileOptions { mcu: ATMEGA328P.name.to_owned(), ..Default::default() };
@@ -54,8 +54,8 @@ fn scan(c: &mut Criterion) {
 fn clone(c: &mut Criterion) {
     let mut avr = Box::new(machine(programs::PROGRAMS[1].1));
     avr.run(10_000, &mut ());
-    // Written over another machine on the heap, as a ring of snapshots does. On the stack of the bench the time of the copy
-    // swings between 0.1 and 3 microseconds with the place that it happens to get.
+    // The copy overwrites another machine on the heap, like a ring of snapshots. On the stack of the
+    // benchmark, the time of the copy varies between 0.1 and 3 microseconds with its address.
     let mut slot = avr.clone();
     c.bench_function("avr/clone", |b| b.iter(|| *black_box(&mut slot) = black_box(&avr).clone()));
 }

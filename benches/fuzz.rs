@@ -1,6 +1,6 @@
-//! Checks of random programs in a minute: program after program, each compiled for one chip and compared for 100 scans.
+//! Benchmark of checks of random programs: each program is compiled for one chip and compared for 100 scans.
 
-// Criterion's macro makes a public function without a doc comment.
+// Criterion's macro defines a public function without a doc comment.
 #![allow(missing_docs)]
 
 use std::hint::black_box;
@@ -9,10 +9,10 @@ use std::time::Duration;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use emu_check::fuzz::{CampaignPlan, FAMILIES, generate_program, run_trial};
 
-/// Programs of one measurement.
+/// Number of programs per measurement.
 const PROGRAMS: u64 = 40;
 
-/// Longest time for a program, far beyond what one takes.
+/// Time limit per program, far above the normal time.
 const LIMIT: Duration = Duration::from_secs(60);
 
 fn fuzz(c: &mut Criterion) {
@@ -20,7 +20,7 @@ fn fuzz(c: &mut Criterion) {
     group.sample_size(10);
     for mcu in FAMILIES {
         let target = ladder_compile::find_target(mcu);
-        // Those that the chip can express, so that each is a check.
+        // Programs that the chip supports, so that each one is checked.
         let fits = |number: &u64| target.is_some_and(|target| generate_program(1, *number).1.is_supported_by(target));
         let numbers: Vec<u64> = (0..).filter(fits).take(PROGRAMS as usize).collect();
         let plan = CampaignPlan { seed: 1, programs: u64::MAX, scans: 100, mcus: vec![mcu.to_owned()] };

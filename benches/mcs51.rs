@@ -1,6 +1,6 @@
-//! Emulated machine cycles of the 8051 per host second, and the price of a snapshot.
+//! Benchmark of the 8051: emulated machine cycles per second of the host, and the cost of a snapshot.
 
-// Criterion's macro makes a public function without a doc comment.
+// Criterion's macro defines a public function without a doc comment.
 #![allow(missing_docs)]
 
 #[path = "programs51/assemble.rs"]
@@ -14,7 +14,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use emu_8051::{Mcs51, chips};
 use emu_core::{Cpu, RamInit};
 
-/// Cycles of one measurement.
+/// Machine cycles per measurement.
 const CYCLES: u64 = 1_000_000;
 
 fn machine(source: &str) -> Mcs51 {
@@ -35,7 +35,7 @@ fn run(c: &mut Criterion) {
 fn clone(c: &mut Criterion) {
     let mut mcs51 = Box::new(machine(&programs::programs()[0].1));
     mcs51.run(10_000, &mut ());
-    // Written over another machine on the heap, as a ring of snapshots does.
+    // The copy overwrites another machine on the heap, like a ring of snapshots.
     let mut slot = mcs51.clone();
     c.bench_function("mcs51/clone", |b| b.iter(|| *black_box(&mut slot) = black_box(&mcs51).clone()));
 }

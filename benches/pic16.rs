@@ -1,9 +1,9 @@
-//! Emulated instruction cycles of the PIC16 per host second, and the price of a snapshot.
+//! Benchmark of the PIC16: emulated instruction cycles per second of the host, and the cost of a snapshot.
 //!
-//! The programs are those of `benches/speedpic.sh`, which compares them with gpsim: HEX files that gpasm made of
-//! the sources beside them.
+//! The programs are those of `benches/speedpic.sh`, which compares them with gpsim: HEX files that gpasm made
+//! from the sources next to them.
 
-// Criterion's macro makes a public function without a doc comment.
+// Criterion's macro defines a public function without a doc comment.
 #![allow(missing_docs)]
 
 use std::hint::black_box;
@@ -13,10 +13,10 @@ use emu_core::image::load_hex;
 use emu_core::{Cpu, RamInit};
 use emu_pic16::{Options, Pic16, chips};
 
-/// Instruction cycles of one measurement.
+/// Instruction cycles per measurement.
 const CYCLES: u64 = 1_000_000;
 
-/// The oscillator in Hz: four clocks to an instruction cycle.
+/// The oscillator frequency in Hz; an instruction cycle takes four clocks.
 const HZ: u64 = 20_000_000;
 
 /// Name and HEX file of each program.
@@ -49,7 +49,7 @@ fn clone(c: &mut Criterion) {
     let (name, hex) = PROGRAMS[0];
     let mut pic = Box::new(machine(name, hex));
     pic.run(10_000, &mut ());
-    // Written over another machine on the heap, as a ring of snapshots does.
+    // The copy overwrites another machine on the heap, like a ring of snapshots.
     let mut slot = pic.clone();
     c.bench_function("pic16/clone", |b| b.iter(|| *black_box(&mut slot) = black_box(&pic).clone()));
 }

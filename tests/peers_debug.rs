@@ -1,4 +1,5 @@
-//! avr-gdb over our own server and our own debugger, at the same stops of a C program of three files, with the same commands.
+//! avr-gdb over our own server and our own debugger, at the same stops of a C program of three files, with the same commands; the
+//! compiler tells of it in DWARF and in stabs.
 //!
 //! The values of all variables, parameters and calls are to be the same. What differs on purpose is taken out: avr-gdb puts data at
 //! 0x800000, and reads what is computed from `DW_OP_entry_value` as `name@entry`.
@@ -36,10 +37,10 @@ const SHOP: [&str; 3] = ["main.c", "price.c", "text.c"];
 const PLANT: [&str; 3] = ["plant.c", "valve.c", "walk.c"];
 
 /// Compiles a program; gives its file.
-fn built(files: [&str; 3], level: &str, dwarf: &str) -> PathBuf {
-    let elf = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}{level}{dwarf}.elf", files[0]));
+fn built(files: [&str; 3], level: &str, format: &str) -> PathBuf {
+    let elf = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}{level}{format}.elf", files[0]));
     let gcc = Command::new("avr-gcc")
-        .args(["-mmcu=atmega328p", level, dwarf, "-std=gnu99", "-o"])
+        .args(["-mmcu=atmega328p", level, format, "-std=gnu99", "-o"])
         .arg(&elf)
         .args(files)
         .current_dir(folder())
@@ -130,6 +131,12 @@ fn plain(line: &str) -> String {
         .collect()
 }
 
+/// An answer without variables that are gone: those of a function put in place of its call gdb lists twice.
+fn without_gone(command: &str, lines: &[String]) -> Vec<String> {
+    let gone = |line: &&String| command == "info locals" && line.ends_with("= <optimized out>");
+    lines.iter().filter(|line| !gone(line)).cloned().collect()
+}
+
 fn same(elf: &Path) {
     let commands = commands();
     let (theirs, ours) = (gdb(elf, &commands), own(elf, &commands));
@@ -139,12 +146,7 @@ fn same(elf: &Path) {
         // A variable that is in no memory yet, and what the moves between frames print, have words of their own.
         let moves = ["tbreak", "continue", "up", "frame"].iter().any(|word| command.starts_with(word));
         let unknown = theirs.iter().any(|line| line.contains("Cannot access memory"));
-        // Of a function put in place of its call gdb lists what is gone twice.
-        let there = |lines: &[String]| -> Vec<String> {
-            let gone = |line: &&String| command == "info locals" && line.ends_with("= <optimized out>");
-            lines.iter().filter(|line| !gone(line)).cloned().collect()
-        };
-        let (theirs, ours) = (there(theirs), there(ours));
+        let (theirs, ours) = (without_gone(command, theirs), without_gone(command, ours));
         if !moves && !unknown {
             assert_eq!(theirs, ours, "{}: {command} ({n})", elf.display());
             compared += 1;
@@ -156,8 +158,10 @@ fn same(elf: &Path) {
 #[test]
 #[ignore = "needs gdb-avr, gcc-avr and avr-libc"]
 fn variables_as_avr_gdb_has_them() {
-    for (level, dwarf) in [("-O0", "-gdwarf-4"), ("-O0", "-gdwarf-2"), ("-Og", "-gdwarf-4"), ("-Os", "-gdwarf-4")] {
-        same(&built(SHOP, level, dwarf));
+    let dwarf = [("-O0", "-gdwarf-4"), ("-O0", "-gdwarf-2"), ("-Og", "-gdwarf-4"), ("-Os", "-gdwarf-4")];
+    let stabs = [("-O0", "-g"), ("-O0", "-gstabs"), ("-Og", "-gstabs+"), ("-Os", "-g")];
+    for (level, format) in dwarf.into_iter().chain(stabs) {
+        same(&built(SHOP, level, format));
     }
 }
 
@@ -175,19 +179,21 @@ fn stands(answer: &[String]) -> String {
 #[test]
 #[ignore = "needs gdb-avr, gcc-avr and avr-libc"]
 fn steps_as_avr_gdb_makes_them() {
-    let walks: [(&str, [&str; 3]); 8] = [
+    let walks: [(&str, [&str; 3]); 9] = [
         ("-O0", ["step", "step", "step"]),
         ("-O0", ["next", "next", "next"]),
         ("-Og", ["step", "step", "step"]),
         ("-Og", ["next", "next", "next"]),
         ("-Og", ["step", "next", "step"]),
+        ("-Os", ["step", "step", "step"]),
         ("-Os", ["next", "next", "next"]),
         ("-Os", ["step", "next", "step"]),
         ("-O0", ["step", "next", "step"]),
     ];
-    for files in [SHOP, PLANT] {
+    let programs = [(SHOP, "-gdwarf-4"), (PLANT, "-gdwarf-4"), (SHOP, "-g"), (PLANT, "-gstabs+")];
+    for (files, format) in programs {
         for (level, verbs) in walks {
-            let elf = built(files, level, "-gdwarf-4");
+            let elf = built(files, level, format);
             let steps = verbs.into_iter().cycle().take(200).flat_map(|verb| [verb.to_owned(), "frame".to_owned()]);
             let commands: Vec<String> =
                 ["tbreak main".to_owned(), "continue".to_owned()].into_iter().chain(steps).collect();
@@ -227,8 +233,10 @@ fn decimal(line: &str) -> String {
 #[test]
 #[ignore = "needs gdb-avr, gcc-avr and avr-libc"]
 fn values_of_functions_and_types_as_avr_gdb_has_them() {
-    for level in ["-O0", "-Og"] {
-        let elf = built(PLANT, level, "-gdwarf-4");
+    for (level, format) in
+        [("-O0", "-gdwarf-4"), ("-Og", "-gdwarf-4"), ("-O0", "-g"), ("-Og", "-gstabs"), ("-O0", "-gstabs+")]
+    {
+        let elf = built(PLANT, level, format);
         let moves = ["tbreak valve.c:19", "continue"].into_iter();
         let commands: Vec<String> = moves.chain(TOLD).map(str::to_owned).collect();
         let (theirs, ours) = (gdb(&elf, &commands), own(&elf, &commands));
@@ -240,7 +248,47 @@ fn values_of_functions_and_types_as_avr_gdb_has_them() {
             let (theirs, ours) = (theirs.get(n).expect("an answer"), ours.get(n).expect("an answer"));
             let (theirs, ours): (Vec<String>, Vec<String>) =
                 (theirs.clone(), ours.iter().map(|line| decimal(line)).collect());
-            assert_eq!(theirs, ours, "{level}: {command}");
+            assert_eq!(theirs, ours, "{level} {format}: {command}");
+        }
+    }
+}
+
+/// Calls that are finished, again and again: where that leads, what they gave, and the variables of what called them.
+#[test]
+#[ignore = "needs gdb-avr, gcc-avr and avr-libc"]
+fn finishes_as_avr_gdb_makes_them() {
+    let (shop, plant) = (["price", "scale", "price"], ["turn", "depth", "top"]);
+    for (files, stops, level, format) in [
+        (SHOP, shop, "-O0", "-gdwarf-4"),
+        (SHOP, shop, "-Os", "-gdwarf-4"),
+        (SHOP, shop, "-O0", "-g"),
+        (SHOP, shop, "-Os", "-gstabs+"),
+        (PLANT, plant, "-O0", "-gdwarf-4"),
+        (PLANT, plant, "-O0", "-g"),
+        (PLANT, plant, "-Os", "-g"),
+    ] {
+        let elf = built(files, level, format);
+        let asked = ["continue", "finish", "frame", "print $", "up", "info locals", "finish", "frame", "info args"];
+        let stop = |stop: &str| -> Vec<String> {
+            let all = std::iter::once(format!("tbreak {stop}")).chain(asked.iter().map(|asked| (*asked).to_owned()));
+            all.collect()
+        };
+        // Behind its last answer avr-gdb says that it leaves.
+        let last = std::iter::once("print 1".to_owned());
+        let commands: Vec<String> = stops.into_iter().cycle().take(12).flat_map(stop).chain(last).collect();
+        let (theirs, ours) = (gdb(&elf, &commands), own(&elf, &commands));
+        for (n, command) in commands.iter().enumerate() {
+            let (theirs, ours) = (theirs.get(n).expect("an answer"), ours.get(n).expect("an answer"));
+            match command.as_str() {
+                "frame" => assert_eq!(theirs.first(), ours.first(), "{}: {command} ({n})", elf.display()),
+                // The first call may give nothing.
+                "print $" if theirs.is_empty() => {}
+                "print $" | "info locals" | "info args" => {
+                    let (theirs, ours) = (without_gone(command, theirs), without_gone(command, ours));
+                    assert_eq!(theirs, ours, "{}: {command} ({n})", elf.display());
+                }
+                _ => {}
+            }
         }
     }
 }

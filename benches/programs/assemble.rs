@@ -1,9 +1,9 @@
-//! The programs in this folder are sources for the ATmega328P.
+//! Assembles the benchmark programs in this folder for the ATmega328P.
 
 use emu_avr::chips::ATMEGA328P;
 use emu_core::image::Image;
 
-/// Names and sources.
+/// Names and sources of the programs.
 pub const PROGRAMS: &[(&str, &str)] = &[
     ("alu", include_str!("alu.s")),
     ("copy", include_str!("copy.s")),
@@ -17,7 +17,7 @@ pub const PROGRAMS: &[(&str, &str)] = &[
 /// Assembles a program.
 ///
 /// # Errors
-/// All that is wrong with it, one a line.
+/// All errors of the source, one per line.
 pub fn image(source: &str) -> Result<Image, String> {
     emu_asm::assemble_text(&ATMEGA328P, source).map_err(|refused| refused.to_string())
 }

@@ -1,4 +1,4 @@
-//! The programs in this folder are sources for the 8052.
+//! Assembles the benchmark programs in this folder for the 8052.
 
 use emu_8051::chips;
 use emu_core::image::Image;
@@ -6,7 +6,7 @@ use emu_core::image::Image;
 /// Assembles a program.
 ///
 /// # Errors
-/// All that is wrong with it, one a line.
+/// All errors of the source, one per line.
 pub fn image(source: &str) -> Result<Image, String> {
     let chip = chips::chip("8052").ok_or("no 8052")?;
     emu_asm::assemble_text(chip, source).map_err(|refused| refused.to_string())

@@ -1,9 +1,9 @@
-//! The programs in this folder, and one that is a ladder: sources for the assembler beside them.
+//! The benchmark programs for the 8052: the sources in this folder, and a generated ladder program.
 
-/// Rungs of the ladder.
+/// Number of rungs of the ladder program.
 pub const RUNGS: usize = 96;
 
-/// Names and sources. `bits` is the ladder of [`rungs`].
+/// Names and sources of the programs. `bits` is the ladder program of [`rungs`].
 pub fn programs() -> Vec<(&'static str, String)> {
     let sources = [
         ("alu", include_str!("alu.s")),
@@ -16,18 +16,19 @@ pub fn programs() -> Vec<(&'static str, String)> {
     list
 }
 
-/// One rung: bits by number (byte 20h + n / 8), the first sixteen are inputs.
+/// A rung. Bits are numbered: bit n is in byte 20h + n / 8; the first sixteen bits are inputs.
 #[derive(Debug, Clone, Copy)]
 pub struct Rung {
-    /// Bits that are read.
+    /// The bits that are read.
     pub read: [u8; 4],
     /// The bit that is written.
     pub coil: u8,
-    /// 0: a coil, 1: one that is set, 2: one that is reset.
+    /// 0 for a coil, 1 for a set coil, 2 for a reset coil.
     pub kind: u8,
 }
 
-/// Rungs drawn by a fixed rule: (a AND b OR NOT c) AND NOT d, to a coil, which every fifth rung sets and every fifth resets.
+/// Rungs made by a fixed rule: (a AND b OR NOT c) AND NOT d, to a coil; one rung in five sets it, one in five
+/// resets it.
 pub fn rungs() -> Vec<Rung> {
     let mut state = 1u32;
     let mut draw = |below: usize| {
@@ -39,8 +40,8 @@ pub fn rungs() -> Vec<Rung> {
         .collect()
 }
 
-/// A scan of the ladder, as a compiler of ladders writes it, for ever: R6 and R7 count the scans, and are the inputs; the coils are at 22h
-/// to 2Dh.
+/// An endless loop of scans of the ladder program, in the style of a ladder compiler. R6 and R7 count the
+/// scans and are the inputs; the coils are in bytes 22h to 2Dh.
 fn ladder() -> String {
     let bit = |n: u8| format!("0x{:02X}.{}", 0x20 + n / 8, n % 8);
     let mut text =

@@ -1,8 +1,8 @@
-//! Diagnostics: one shape for every complaint about text and files.
+//! Diagnostics: the common form of every error, warning and note about text and files.
 //!
-//! A [`Diagnostic`] says what is wrong (`cause`), where (`file:line:column`), what to do (`hint`) and carries a stable
-//! code that `emu explain CODE` expands. Crates that read files declare their codes in a [`DiagnosticCode`] table, so the code,
-//! its title and its explanation stand in one row.
+//! A [`Diagnostic`] says what is wrong (`cause`), where (`file:line:column`) and what to do (`hint`). It
+//! carries a stable code that `emu explain CODE` explains. A crate that reads files declares its codes in a
+//! table of [`DiagnosticCode`], so that the code, its title and its explanation are in one row.
 
 #![forbid(unsafe_code)]
 
@@ -18,49 +18,50 @@ use serde::Serialize;
 pub use markup::escape_markup;
 pub use nearest::{distance, nearest};
 
-/// One row of a crate's table of codes, the text behind `emu explain`.
+/// One row of a crate's table of diagnostic codes; `emu explain` prints it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DiagnosticCode {
-    /// Stable identifier: a family in capitals and three digits, such as `HEX007`. Never reused for another meaning.
+    /// Stable identifier: a family in capitals and three digits, such as `HEX007`. A code is never reused
+    /// with another meaning.
     pub code: &'static str,
     /// What is wrong, in half a line.
     pub title: &'static str,
-    /// Why it matters, an example, and how to mend it: some sentences of plain text.
+    /// Why it matters, an example, and how to fix it: a few sentences of plain text.
     pub explain: &'static str,
 }
 
-/// How bad it is.
+/// How serious a diagnostic is; the order is note, warning, error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
-    /// Told for information; nothing is wrong.
+    /// Information only; nothing is wrong.
     Note,
     /// Suspicious but accepted.
     Warning,
-    /// The input is refused.
+    /// The input is rejected.
     Error,
 }
 
-/// A place in a text file. Lines and columns count from 1; columns count characters.
+/// A position in a text file. Lines and columns count from 1; columns count characters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize)]
 pub struct Pos {
-    /// Line, from 1; 0 when the complaint is about the file as a whole.
+    /// Line, from 1; 0 when the diagnostic is about the file as a whole.
     pub line: u32,
-    /// Column in characters, from 1; 0 when the complaint is about the whole line.
+    /// Column in characters, from 1; 0 when the diagnostic is about the whole line.
     pub column: u32,
-    /// Number of characters marked, at least 1 where `column` is not 0.
+    /// Number of characters to mark, at least 1 if `column` is not 0.
     pub width: u32,
 }
 
 impl Pos {
-    /// A place of `width` characters at `line` and `column`.
+    /// Makes a position that covers `width` characters from `line` and `column`.
     #[must_use]
     pub const fn new(line: u32, column: u32, width: u32) -> Self {
         Pos { line, column, width }
     }
 }
 
-/// One complaint.
+/// One error, warning or note about a file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Diagnostic {
     /// Stable code, such as `HEX007`.
@@ -69,17 +70,18 @@ pub struct Diagnostic {
     pub severity: Severity,
     /// Name of the file as the user gave it (`-` for standard input).
     pub file: String,
-    /// Where in the file.
+    /// Position in the file.
     pub pos: Pos,
-    /// What is wrong, one sentence, with the values found and wanted.
+    /// What is wrong: one sentence, with the value that was found and the value that was expected.
     pub cause: String,
-    /// What to do about it, one sentence.
+    /// What to do about it: one sentence.
     pub hint: String,
 }
 
 impl Diagnostic {
-    /// A complaint of the given severity; `code` comes from a crate's table of codes. Words of a text that was taken byte by byte
-    /// ([`text::decode_text`]) are made readable, and control characters are escaped ([`text::printable`]).
+    /// Makes a diagnostic. `code` comes from a crate's table of codes. Text in `cause` and `hint` that was
+    /// decoded byte by byte ([`text::decode_text`]) is made readable, and control characters are escaped
+    /// ([`text::printable`]).
     #[must_use]
     pub fn new(
         severity: Severity,
@@ -96,14 +98,15 @@ impl Diagnostic {
         Diagnostic { code, severity, file: file.to_owned(), pos, cause: shown(cause.into()), hint: shown(hint.into()) }
     }
 
-    /// True for complaints that refuse the input.
+    /// Whether the diagnostic is an error, so that the input is rejected.
     #[must_use]
     pub fn is_error(&self) -> bool {
         self.severity == Severity::Error
     }
 }
 
-/// `file:line:column: error[CODE]: cause (hint)`, the form for logs; the command line draws a source line and caret.
+/// Formats as `file:line:column: error[CODE]: cause (hint)`, the form for logs. The command line also prints
+/// the source line with a caret.
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let severity = match self.severity {

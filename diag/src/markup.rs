@@ -1,7 +1,7 @@
-//! Text in XML and HTML.
+//! Escapes text for XML and HTML.
 
-/// Returns the text as XML and HTML have it: characters with a meaning there are escaped, and control characters, which have no place there,
-/// become U+FFFD (XML 1.0, section 2.2).
+/// Escapes `text` for XML and HTML: characters with a meaning there become entities. Control characters,
+/// which are not allowed there, become U+FFFD (XML 1.0, section 2.2).
 #[must_use]
 pub fn escape_markup(text: &str) -> String {
     let mut out = String::with_capacity(text.len());

@@ -1,10 +1,11 @@
-//! The name that was probably meant.
+//! Finds the name that the user probably meant by a misspelt one.
 
-/// Characters of a name that are compared: a longer one is no misspelt name of ours.
+/// Number of characters of a name that are compared. A longer name is no misspelt name of this project.
 const MAX_COMPARED_CHARS: usize = 64;
 
-/// Returns the candidate with the least edit distance to `name`, if it is near enough to be meant. Case does not count; of equally
-/// near ones those that begin with `name` come first, and then the alphabetically first is returned.
+/// Returns the candidate with the smallest edit distance to `name`, or `None` if no candidate is near enough.
+/// The limit is a third of the characters of `name`, at least 1. Case is ignored. Of candidates at equal
+/// distance, those that begin with `name` come first, and of these the alphabetically first one is returned.
 pub fn nearest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let name: String = name.chars().take(MAX_COMPARED_CHARS).flat_map(char::to_lowercase).collect();
     let limit = name.chars().count().max(3) / 3;
@@ -17,7 +18,8 @@ pub fn nearest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> Opt
     ranked.filter(|(distance, ..)| *distance <= limit).min().map(|(.., candidate)| candidate)
 }
 
-/// Returns the edit distance from `a` to `b`: insertions, deletions, changes and swaps of neighbours (optimal string alignment).
+/// Returns the edit distance from `a` to `b`: the number of insertions, deletions, substitutions and swaps of
+/// neighbours (optimal string alignment).
 #[must_use]
 pub fn distance(a: &str, b: &str) -> usize {
     strsim::osa_distance(a, b)

@@ -1,38 +1,40 @@
-//! Text as others write it: bytes to characters, and back to the same bytes.
+//! Decodes the bytes of a text file into characters, and encodes them back into the same bytes.
 //!
-//! Sources, ladder programs and HEX files come in UTF-8 and in the 8-bit code pages of old editors, and what stands in a string
-//! goes to a chip byte by byte. Every reader of text therefore takes its characters from here. A text that is UTF-8 as a whole
-//! is that. Any other is taken byte by byte: bytes of 0x80 and above become the characters U+EF80 to U+EFFF, which Unicode leaves
-//! to private use, so that no byte is lost and a column is a byte. A text that holds one of these characters itself, as UTF-8,
-//! is taken byte by byte too: so [`encode_text`] is the exact inverse of [`decode_text`]. People see such a byte as Windows has it in its
-//! code page 1252 ([`to_display_text`]), which agrees with Latin-1 from 0xA0 on.
+//! Sources, ladder programs and HEX files are written in UTF-8 or in the 8-bit code pages of old editors, and
+//! a string literal goes to a chip byte by byte. Every reader of text therefore decodes with this module. A
+//! file that is valid UTF-8 as a whole is decoded as UTF-8. Any other file is decoded byte by byte: bytes
+//! 0x80 to 0xFF become the characters U+EF80 to U+EFFF, which Unicode reserves for private use. No byte is
+//! lost, and a column is a byte. A file that contains one of these characters itself, as UTF-8, is also
+//! decoded byte by byte, so [`encode_text`] is the exact inverse of [`decode_text`]. [`to_display_text`]
+//! shows such a byte as in the Windows code page 1252, which agrees with Latin-1 from 0xA0 on.
 
 use std::borrow::Cow;
 
-/// The character of the byte 0x80; those up to 0xFF follow.
+/// The private-use character of the byte 0x80; the characters of 0x81 to 0xFF follow it.
 const FIRST_BYTE_CHAR: u32 = 0xEF80;
 
-/// The UTF-8 of the byte order mark U+FEFF.
+/// The UTF-8 encoding of the byte order mark U+FEFF.
 pub const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
-/// The characters of the bytes 0x80 to 0x9F in code page 1252 (Unicode, MAPPINGS/VENDORS/MICSFT/WINDOWS/CP1252.TXT); five are not
-/// defined and are the control characters of their numbers, as browsers read them (WHATWG Encoding, 9.1, index windows-1252).
+/// The characters of the bytes 0x80 to 0x9F in code page 1252 (Unicode,
+/// MAPPINGS/VENDORS/MICSFT/WINDOWS/CP1252.TXT). Five of them are not defined there and map to the control
+/// characters with the same numbers, as in browsers (WHATWG Encoding, 9.1, index windows-1252).
 #[rustfmt::skip]
 const CP1252: [char; 32] = [
     '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8D}', 'Ž', '\u{8F}',
     '\u{90}', '‘', '’', '“', '”', '•', '–', '—', '\u{2DC}', '™', 'š', '›', 'œ', '\u{9D}', 'ž', 'Ÿ',
 ];
 
-/// How the characters of a text are kept in bytes.
+/// How a file encodes its characters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TextEncoding {
     /// UTF-8.
     Utf8,
-    /// A character is a byte, in a code page that the file does not name.
+    /// One byte per character, in a code page that the file does not name.
     Bytes,
 }
 
-/// The encoding of a text, as [`decode_text`] takes it.
+/// Returns the encoding that [`decode_text`] uses for these bytes.
 #[must_use]
 pub fn encoding(bytes: &[u8]) -> TextEncoding {
     match std::str::from_utf8(bytes) {
@@ -41,7 +43,7 @@ pub fn encoding(bytes: &[u8]) -> TextEncoding {
     }
 }
 
-/// The characters of a text; [`byte_of`] tells those that stand for a byte.
+/// Decodes the bytes of a file; [`byte_of`] recognises characters that represent a single byte.
 #[must_use]
 pub fn decode_text(bytes: &[u8]) -> Cow<'_, str> {
     match (encoding(bytes), std::str::from_utf8(bytes)) {
@@ -50,7 +52,7 @@ pub fn decode_text(bytes: &[u8]) -> Cow<'_, str> {
     }
 }
 
-/// The bytes of which [`decode_text`] made a text, or a piece of it.
+/// Returns the bytes from which [`decode_text`] made a text or a part of it.
 #[must_use]
 pub fn encode_text(text: &str) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(text.len());
@@ -63,14 +65,15 @@ pub fn encode_text(text: &str) -> Vec<u8> {
     bytes
 }
 
-/// The byte that a character of [`decode_text`] stands for; nothing for a character of ASCII or UTF-8.
+/// Returns the byte that a private-use character of [`decode_text`] represents, or `None` for any other
+/// character.
 #[must_use]
 pub fn byte_of(c: char) -> Option<u8> {
     let above = u32::from(c).checked_sub(FIRST_BYTE_CHAR)?;
     u8::try_from(above + 0x80).ok()
 }
 
-/// The character that stands for a byte.
+/// Returns the character that represents a byte.
 fn char_of_byte(byte: u8) -> char {
     match byte {
         0..0x80 => char::from(byte),
@@ -78,7 +81,8 @@ fn char_of_byte(byte: u8) -> char {
     }
 }
 
-/// A text of [`decode_text`] for people: bytes as code page 1252 has them. No character for private use is left of it.
+/// Makes a text of [`decode_text`] readable: single bytes are shown as in code page 1252. The result contains
+/// none of the private-use characters U+EF80 to U+EFFF.
 #[must_use]
 pub fn to_display_text(text: &str) -> Cow<'_, str> {
     if !text.contains(|c| byte_of(c).is_some()) {
@@ -91,22 +95,24 @@ pub fn to_display_text(text: &str) -> Cow<'_, str> {
     Cow::Owned(text.chars().map(shown).collect())
 }
 
-/// The bytes of a text of [`to_display_text`] in code page 1252; nothing where it has a character that the code page lacks.
+/// Encodes a text of [`to_display_text`] in code page 1252, or returns `None` if it has a character that the
+/// code page lacks.
 #[must_use]
 pub fn to_code_page(text: &str) -> Option<Vec<u8>> {
     text.chars().map(code_page_byte).collect()
 }
 
-/// The byte of a character in code page 1252, and of one up to U+00FF its number.
+/// Returns the byte of a character in code page 1252; a character up to U+00FF that the table lacks gives its
+/// number.
 #[must_use]
 pub fn code_page_byte(c: char) -> Option<u8> {
     let within = CP1252.iter().position(|known| *known == c).map(|at| at as u8 + 0x80);
     within.or_else(|| u8::try_from(u32::from(c)).ok()).or_else(|| byte_of(c))
 }
 
-/// A text without what tools of other systems put around its lines: without the byte order mark of UTF-8, and without the ^Z
-/// (0x1A) that ends it where nothing but zeros and white space follows; a CR alone, which ends a line, becomes LF. Lines keep
-/// their numbers.
+/// Removes what other systems add around and between lines. It removes the byte order mark of UTF-8, and a
+/// final ^Z (0x1A) that only zeros, ^Z and white space follow. A CR that ends a line alone becomes LF. Line
+/// numbers stay the same.
 #[must_use]
 pub fn strip_line_decorations(bytes: &[u8]) -> Cow<'_, [u8]> {
     let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
@@ -118,7 +124,7 @@ pub fn strip_line_decorations(bytes: &[u8]) -> Cow<'_, [u8]> {
         return Cow::Borrowed(bytes);
     }
     let mut text = bytes.to_vec();
-    // A row of CR in front of LF is one end of a line.
+    // Several CR in front of one LF are one line end.
     let mut before_lf = true;
     for c in text.iter_mut().rev() {
         match *c {
@@ -130,14 +136,14 @@ pub fn strip_line_decorations(bytes: &[u8]) -> Cow<'_, [u8]> {
     Cow::Owned(text)
 }
 
-/// A file as people read it, line for line and column for column as its reader counts them.
+/// Decodes a file for display. Lines and columns are numbered as its reader counts them.
 #[must_use]
 pub fn readable(bytes: &[u8]) -> String {
     to_display_text(&decode_text(&strip_line_decorations(bytes))).into_owned()
 }
 
-/// A text fit for a terminal: control characters but the tab (Unicode, general category Cc) are escaped as `\x1b`, so that a file
-/// cannot move the cursor or give orders to a terminal.
+/// Escapes control characters (Unicode, general category Cc) other than tab as `\x1b`, so that a file cannot
+/// move the cursor of a terminal or send it commands.
 #[must_use]
 pub fn printable(text: &str) -> Cow<'_, str> {
     if !text.contains(is_escaped) {
@@ -153,7 +159,7 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     Cow::Owned(clean)
 }
 
-/// [`printable`] of a text that is kept.
+/// As [`printable`], but takes a `String` and returns it unchanged if nothing is escaped.
 #[must_use]
 pub fn into_printable(text: String) -> String {
     match printable(&text) {
@@ -166,8 +172,9 @@ fn is_escaped(c: char) -> bool {
     c.is_control() && c != '\t'
 }
 
-/// The name of an encoding of two bytes a character, by the byte order mark or by zeros between the first letters; such a text
-/// is refused with a hint, since nothing else is read of it.
+/// Returns the name of a two-byte encoding, recognised by its byte order mark or by zeros between the first
+/// letters, or `None`. The readers reject such a text with a hint, because no other part of the project
+/// decodes it.
 #[must_use]
 pub fn wide_encoding(bytes: &[u8]) -> Option<&'static str> {
     match bytes.get(..4).unwrap_or(bytes) {
@@ -187,7 +194,7 @@ fn is_letter(byte: u8) -> bool {
 mod tests {
     use super::*;
 
-    /// UTF-8 stays; everything else gives back its bytes, and is shown in code page 1252.
+    /// UTF-8 is kept as it is; any other text gives back its bytes, and is displayed in code page 1252.
     #[test]
     fn no_byte_is_lost() {
         let all: Vec<u8> = (0..=255).collect();

@@ -1,9 +1,10 @@
 //! The chips of the family, one row each.
 //!
-//! Sources: Intel "MCS 51 Microcontroller Family User's Manual" (272383) for registers, bits, vectors and pins of all of them;
-//! clocks by the data sheets Intel 272318 (8031 to 8752) and 272335 (80C51BH), Atmel 0265 (AT89C51), 0313 (AT89C52), 2487
-//! (AT89S51), 1919 (AT89S52), 0368 (AT89C2051), 1001 (AT89C4051). The clock that is assumed when none is given is 12 MHz
-//! everywhere, at which a machine cycle takes a microsecond: no data sheet names a usual clock.
+//! Sources: Intel "MCS 51 Microcontroller Family User's Manual" (272383) for registers, bits, vectors and
+//! pins of all of them. Clocks are from the data sheets Intel 272318 (8031 to 8752) and 272335 (80C51BH),
+//! Atmel 0265 (AT89C51), 0313 (AT89C52), 2487 (AT89S51), 1919 (AT89S52), 0368 (AT89C2051), 1001 (AT89C4051).
+//! The default clock is 12 MHz for all chips, at which a machine cycle takes 1 microsecond, because no data
+//! sheet names a usual clock.
 
 mod data;
 
@@ -14,41 +15,42 @@ use data::{
 use emu_core::chip::{Chip, ChipFamily, NamedAddress};
 use emu_core::image::{ImageSpace, WordBits};
 
-/// Timer 2 of a chip.
+/// The variant of timer 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Timer2Kind {
-    /// There is none.
+    /// The chip has no timer 2.
     None,
     /// As in the 8052: capture, reload, baud generator; no T2MOD.
     Nmos,
-    /// With T2MOD: counts down (DCEN) and gives a clock out (T2OE).
+    /// With T2MOD: can count down (DCEN) and output a clock (T2OE).
     Full,
 }
 
-/// What a chip of the family has beyond the row that every chip has.
+/// A chip of the family: the general chip row, and data that only this family has.
 #[derive(Debug)]
 pub struct Mcs51Part {
-    /// The row that every chip has.
+    /// The general chip row.
     pub chip: Chip,
-    /// Bytes of RAM on the chip: 128 or 256.
+    /// Size of RAM on the chip in bytes: 128 or 256.
     pub iram_bytes: u16,
     /// CMOS: PCON has idle and power-down (user's manual, "Power-saving modes of operation").
     pub is_cmos: bool,
     /// Timer 2.
     pub timer2: Timer2Kind,
-    /// Has an external bus: P0, P2, EA. Without it there is no XDATA and no program memory outside.
+    /// Has an external bus: P0, P2, EA. Without it there is no XDATA and no external program memory.
     pub has_bus: bool,
-    /// Has what the AT89S parts add: watchdog, AUXR, AUXR1 with the second data pointer, power-off flag, wake from
-    /// power-down by an interrupt.
+    /// Has the additions of the AT89S parts: watchdog, AUXR, AUXR1 with the second data pointer, power-off
+    /// flag, wake-up from power-down by an interrupt.
     pub is_at89s: bool,
-    /// Has the analog comparator on P1.0 and P1.1 with its output at P3.6.
+    /// Has the analog comparator on P1.0 and P1.1, with its output at P3.6.
     pub has_comparator: bool,
-    /// Can run at 6 clocks a machine cycle.
+    /// Supports 6 clocks per machine cycle.
     pub has_x2: bool,
 }
 
-/// Interrupt n, from 1, begins at 8 n - 5 (user's manual, "Interrupts").
+/// The service routine of interrupt n, from 1, starts at 8 n - 5 (user's manual, "Interrupts").
 pub(crate) const VECTOR_WORDS: u32 = 8;
+/// See [`VECTOR_WORDS`]; the program words by which vectors after reset are nearer to address 0.
 pub(crate) const LATER_VECTORS_BACK: u32 = 5;
 
 /// All chips of this crate.
@@ -132,19 +134,19 @@ pub const MCS51_PARTS: &[Mcs51Part] = &[
     },
 ];
 
-/// Names of all registers that any of the chips has, for text that says nothing of the chip.
+/// Names of all registers of all chips, for text that is not for a particular chip.
 pub const SFRS: &[NamedAddress] = regs!(REGS, REGS_BUS, REGS_TIMER2, REGS_T2MOD, REGS_AT89S);
 
-/// Names of all bits likewise.
+/// Names of all bits of all chips.
 pub const BITS: &[NamedAddress] = regs!(COMMON_BITS, BITS_BUS, BITS_TIMER2);
 
-/// The part `name` (case aside).
+/// The part `name`; case is ignored.
 #[must_use]
 pub fn part(name: &str) -> Option<&'static Mcs51Part> {
     MCS51_PARTS.iter().find(|p| p.chip.name.eq_ignore_ascii_case(name))
 }
 
-/// The chip `name` (case aside).
+/// The chip `name`; case is ignored.
 #[must_use]
 pub fn chip(name: &str) -> Option<&'static Chip> {
     part(name).map(|p| &p.chip)
@@ -155,7 +157,7 @@ pub fn chips() -> impl Iterator<Item = &'static Chip> {
     MCS51_PARTS.iter().map(|p| &p.chip)
 }
 
-/// The first of the family, from which the rows of all others derive.
+/// The first chip of the family, from which the rows of all others are derived.
 pub(crate) const I8051: Mcs51Part = Mcs51Part {
     chip: Chip {
         name: "8051",

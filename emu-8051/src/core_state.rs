@@ -1,14 +1,14 @@
-//! The state of the core, and its registers at their direct addresses.
+//! The state of the core, and access to its registers by direct address.
 
 use emu_core::countdown::Countdown;
 
 use crate::periph::map::sfr;
 
-/// The state of the core that every instruction touches. Bytes and flags stand in words of their own: side by side they would
-/// be kept packed in one host register.
+/// The state of the core that every instruction accesses. Bytes and flags have a word each; as adjacent bytes
+/// the compiler would keep them packed in one host register.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CoreRegisters {
-    /// Program counter; may stand behind FFFFh until it is masked.
+    /// Program counter; it can exceed FFFFh until it is masked.
     pub pc: u32,
     /// Cycles and instructions.
     pub clock: Countdown,
@@ -18,35 +18,35 @@ pub(crate) struct CoreRegisters {
     pub b: u32,
     /// CY, 0 or 1.
     pub cy: u32,
-    /// AC: bit 3.
+    /// AC, in bit 3.
     pub ac: u32,
-    /// OV: bit 7.
+    /// OV, in bit 7.
     pub ov: u32,
-    /// RS1 and RS0 in their places in PSW: the address of R0.
+    /// RS1 and RS0 at their positions in PSW; this is also the address of R0.
     pub bank: u32,
-    /// F0 and PSW.1 in their places in PSW.
+    /// F0 and PSW.1 at their positions in PSW.
     pub user_flags: u32,
     /// Stack pointer.
     pub sp: u32,
-    /// The data pointer in use.
+    /// The selected data pointer.
     pub dptr: u32,
     /// The other data pointer, on chips that have two.
     pub other_dptr: u32,
-    /// AUXR1.DPS: the second data pointer is in use.
+    /// AUXR1.DPS: the second data pointer is selected.
     pub dps: u32,
-    /// The boundary at this cycle takes no interrupt: RETI or a write of IE or IP came before it.
+    /// The cycle of a boundary that takes no interrupt, because RETI or a write of IE or IP precedes it.
     pub no_interrupt_at: u64,
     /// The op at `pc` needs the slow path.
     pub slow_path_requested: bool,
-    /// The probe asked for a stop.
+    /// The probe requested a stop.
     pub stop_requested: bool,
 }
 
-/// Bits of PSW that are stored as they are.
+/// Bits of PSW that are stored unchanged.
 const USER_FLAGS: u32 = 0x22;
 
 impl CoreRegisters {
-    /// After reset at cycle 0 (user's manual, "Reset", table of reset values).
+    /// State after a reset at cycle 0 (user's manual, "Reset", table of reset values).
     pub(crate) const START: CoreRegisters = CoreRegisters {
         pc: 0,
         clock: Countdown::START,
@@ -66,14 +66,14 @@ impl CoreRegisters {
         stop_requested: false,
     };
 
-    /// PSW, with the parity of A as it is now.
+    /// Reads PSW; the parity bit is computed from the present A.
     #[inline(always)]
     pub(crate) const fn psw(&self) -> u8 {
         let parity = self.acc.count_ones() & 1;
         (self.cy << 7 | (self.ac & 8) << 3 | self.user_flags | self.bank | (self.ov & 0x80) >> 5 | parity) as u8
     }
 
-    /// Writes PSW; P stays what A makes it.
+    /// Writes PSW; P is not written, because it always follows A.
     #[inline(always)]
     pub(crate) const fn set_psw(&mut self, psw: u8) {
         let psw = psw as u32;
@@ -84,7 +84,8 @@ impl CoreRegisters {
         self.user_flags = psw & USER_FLAGS;
     }
 
-    /// The register of the core at a direct address; `None` where there is none. `dual`: there are two data pointers.
+    /// Reads the register of the core at a direct address, or returns `None` if there is none. `dual` means
+    /// that the chip has two data pointers.
     #[inline(always)]
     pub(crate) const fn read_core_sfr(&self, addr: u8, dual: bool) -> Option<u8> {
         let (first, second) = if self.dps == 0 { (self.dptr, self.other_dptr) } else { (self.other_dptr, self.dptr) };
@@ -102,7 +103,7 @@ impl CoreRegisters {
         })
     }
 
-    /// Writes the register of the core at a direct address; false where there is none.
+    /// Writes the register of the core at a direct address. Returns false if there is none.
     #[inline(always)]
     pub(crate) const fn write_core_sfr(&mut self, addr: u8, value: u8, dual: bool) -> bool {
         let v = value as u32;

@@ -17,39 +17,40 @@ use crate::operands::RamBit;
 use crate::predecode::{CodeMemory, XdataBus};
 use crate::soc::Mcs51Soc;
 
-/// How a machine is wired and how the manual is read.
+/// How a machine is wired, and how the manual is interpreted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Options {
-    /// Program memory and XDATA are one memory (PSEN and RD combined outside): a write changes the program.
+    /// Program memory and XDATA are one memory (PSEN and RD combined outside), so that a write changes the
+    /// program.
     pub von_neumann: bool,
-    /// Level of the EA pin: low takes all of the program from outside, over P0 and P2.
+    /// Level of the EA pin: low means that all of the program is read from outside, over P0 and P2.
     pub ea: bool,
-    /// 6 clocks a machine cycle, on chips that can.
+    /// 6 clocks per machine cycle, on chips that support it.
     pub x2: bool,
-    /// Readings of the manual.
+    /// Interpretations of the manual.
     pub readings: Mcs51Readings,
 }
 
 impl Default for Options {
-    /// Two memories, EA high, 12 clocks, the manual by its letter.
+    /// Two memories, EA high, 12 clocks per cycle, and the literal interpretation of the manual.
     fn default() -> Options {
         Options { von_neumann: false, ea: true, x2: false, readings: Mcs51Readings::default() }
     }
 }
 
-/// Where the manual can be read in two ways. Defaults are the letter of it.
+/// Choices where the manual can be interpreted in two ways. The defaults are the literal ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Mcs51Readings {
-    /// "The values polled are those that were present at S5P2 of the previous machine cycle" ("How interrupts are
-    /// handled"): false takes that by its letter, so that three whole cycles pass at least; true polls what is present in
-    /// the last cycle of the instruction, and what has been cleared by then is not served.
+    /// "The values polled are those that were present at S5P2 of the previous machine cycle" ("How interrupts
+    /// are handled"). False is the literal interpretation: at least three whole cycles pass. True polls the
+    /// values of the last cycle of the instruction, and a request that is cleared by then is not served.
     pub samples_interrupt_at_once: bool,
-    /// An instruction is executed after "any write to the IE or IP registers" (condition 3), or after "any access" (the text
-    /// that explains it): true holds interrupts after reads too.
+    /// One more instruction is executed after "any write to the IE or IP registers" (condition 3), or after
+    /// "any access" (the text that explains it). True holds interrupts after reads too.
     pub read_holds_interrupts: bool,
 }
 
-/// An MCS-51 chip with its program. A clone is a snapshot; memories that are large are shared until they change.
+/// An MCS-51 chip with its program. A clone is a snapshot; large memories are shared until they change.
 #[derive(Debug, Clone)]
 pub struct Mcs51 {
     pub(crate) part: &'static Mcs51Part,
@@ -63,15 +64,16 @@ pub struct Mcs51 {
 }
 
 impl Mcs51 {
-    /// A chip after power-up with the program of `image`, in the usual wiring; what the image does not fill is erased
-    /// (FFh) or, in RAM and XDATA, as `ram` says. A chip that is none of this family's becomes an 8051.
+    /// A chip after power-up with the program of `image`, in the default wiring. Program memory outside of
+    /// the image is erased (FFh); RAM and XDATA are filled as `ram` says. A chip of another family becomes an
+    /// 8051.
     #[must_use]
     pub fn new(chip: &'static Chip, image: &Image, ram: RamInit) -> Mcs51 {
         Mcs51::with(chip, image, ram, Options::default())
     }
 
-    /// The same in a wiring of its own. X2 is taken for false on a chip that cannot, EA for low on one without program
-    /// memory.
+    /// As [`Mcs51::new`], with other wiring. X2 is ignored on a chip that does not support it, and EA is
+    /// taken as low on a chip without program memory.
     #[must_use]
     pub fn with(chip: &'static Chip, image: &Image, init: RamInit, options: Options) -> Mcs51 {
         let part = chips::part(chip.name).unwrap_or(&chips::I8051);
@@ -111,29 +113,29 @@ impl Mcs51 {
         mcs51
     }
 
-    /// Turns the jumping over of polling loops on (as it is at first) or off. Results do not change, only the time taken.
+    /// Enables (the default) or disables skipping of polling loops. Results do not change, only the run time.
     pub fn set_skip_idle_loops(&mut self, on: bool) {
         self.run_state.skip_idle_loops = on;
     }
 
-    /// Lets a probe see the edges of the bus under MOVX, or not (as it is at first, since they are many).
+    /// Enables or disables (the default) reporting of the bus edges of MOVX to probes; they are many.
     pub fn set_bus_on_pins(&mut self, on: bool) {
         self.soc.set_bus_on_pins(on);
     }
 
-    /// The chip around the core.
+    /// The chip without its core.
     #[must_use]
     pub fn soc(&self) -> &Mcs51Soc {
         &self.soc
     }
 
-    /// Interrupt that would be taken at the next instruction boundary, as a vector number.
+    /// Vector number of the interrupt that would be taken at the next instruction boundary.
     #[must_use]
     pub fn pending_interrupt(&self) -> Option<u8> {
         self.soc.pending_interrupt(self.cycle())
     }
 
-    /// The core at its boundary, ready for a burst.
+    /// The core at an instruction boundary, ready for a burst.
     pub(crate) fn executor<'a, P: Probe>(&'a mut self, probe: &'a mut P) -> (Executor<'a, P>, &'a CodeMemory) {
         let code: &CodeMemory = &self.code;
         let turn = Executor {
@@ -150,7 +152,7 @@ impl Mcs51 {
         (turn, code)
     }
 
-    /// Writes a byte of external memory, which may be program memory too.
+    /// Writes a byte of external memory, which can be program memory too.
     pub(crate) fn write_external(&mut self, addr: u16, value: u8) {
         Arc::make_mut(&mut self.xdata)[usize::from(addr)] = value;
         if self.is_unified {

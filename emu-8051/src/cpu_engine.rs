@@ -1,4 +1,4 @@
-//! The machine as the loop around the hot loop sees it: what happens between two instructions.
+//! Connects the machine to the loop around the hot loop, which handles what happens between two instructions.
 
 use emu_core::countdown::Countdown;
 use emu_core::cpu::{Bus, Cpu, NEVER, Probe, ResetCause, StopReason};
@@ -109,7 +109,7 @@ impl CpuEngine for Mcs51 {
 }
 
 impl Mcs51 {
-    /// Where in RAM a counter is.
+    /// The RAM address of a counter.
     fn counter_address(&self, counter: LoopCounter) -> usize {
         match counter {
             LoopCounter::Reg(n) => (self.core.bank | u32::from(n)) as usize % self.ram.len(),
@@ -117,8 +117,9 @@ impl Mcs51 {
         }
     }
 
-    /// MOVX where it does not just reach a memory: a write that may change the program, or a chip without a bus. There what is
-    /// outside reads FFh for ever, since nothing drives it, and no probe is told of it.
+    /// Executes a MOVX that is not a plain memory access: a write that can change the program, or a chip
+    /// without an external bus. On a chip without a bus, external memory always reads FFh because nothing
+    /// drives it, and the access is not reported to the probe.
     fn run_external_access<P: Probe>(&mut self, pc: u32, probe: &mut P) {
         let op = self.code.movx(pc);
         let page = [self.ram[(self.core.bank | u32::from(op.args[0] & 1)) as usize], self.soc.port2()];

@@ -1,90 +1,90 @@
-//! Bodies of the MCS-51 instructions, one per meaning, in the order of the table.
+//! The bodies of the MCS-51 instructions, in the order of the table.
 //!
-//! Source: user's manual, "MCS-51 instruction set". Operands are places (`place.rs`). Reads of registers of the chip fall in
-//! the first cycle of an instruction, writes in its last.
+//! Source: user's manual, "MCS-51 instruction set". Operands are places (`operand_place.rs`). Registers of
+//! the chip are read in the first cycle of an instruction and written in its last.
 
 use emu_core::machine::{BitOps, BodyMachine, WideOps, WordOps};
 
 pub(crate) use crate::operand_place::{AccPlace, BitOperandPlace, CarryPlace, OperandPlace, OperandSource};
 use crate::operands::{Imm16, RamBit, Rel, Ri};
 
-/// What MCS-51 bodies need beyond [`BodyMachine`].
+/// What MCS-51 bodies need in addition to [`BodyMachine`].
 pub(crate) trait Mcs51Machine: BodyMachine {
-    /// The accumulator.
+    /// Reads the accumulator.
     fn acc(&self) -> Self::Word;
     /// Writes the accumulator.
     fn set_acc(&mut self, value: Self::Word);
-    /// Register B.
+    /// Reads register B.
     fn b(&self) -> Self::Word;
     /// Writes register B.
     fn set_b(&mut self, value: Self::Word);
-    /// The data pointer in use.
+    /// Reads the selected data pointer.
     fn dptr(&self) -> Self::Wide;
-    /// Writes the data pointer in use.
+    /// Writes the selected data pointer.
     fn set_dptr(&mut self, value: Self::Wide);
-    /// The stack pointer.
+    /// Reads the stack pointer.
     fn sp(&self) -> Self::Word;
     /// Writes the stack pointer.
     fn set_sp(&mut self, value: Self::Word);
-    /// CY.
+    /// Reads CY.
     fn carry(&self) -> Self::Bit;
     /// Writes CY.
     fn set_carry(&mut self, value: Self::Bit);
-    /// AC.
+    /// Reads AC.
     fn half_carry(&self) -> Self::Bit;
     /// Writes OV.
     fn set_overflow(&mut self, value: Self::Bit);
-    /// CY := bit 7 of `carries`, AC := bit 3 of it, OV := bit 7 of `overflow`.
+    /// CY := bit 7 of `carries`, AC := bit 3 of `carries`, OV := bit 7 of `overflow`.
     fn set_sum_flags(&mut self, carries: Self::Word, overflow: Self::Word);
-    /// The bit as a word, 0 or 1.
+    /// Converts a bit to a word, 0 or 1.
     fn word_from_bit(bit: Self::Bit) -> Self::Word;
-    /// A bit that is known while the table compiles.
+    /// Makes a bit that is known at compile time.
     fn bit_from_bool(on: bool) -> Self::Bit;
-    /// A register of the bank in use, 0 to 7.
+    /// Reads a register of the selected bank, 0 to 7.
     fn reg(&mut self, r: u8) -> Self::Word;
-    /// Writes a register of the bank in use.
+    /// Writes a register of the selected bank.
     fn set_reg(&mut self, r: u8, value: Self::Word);
-    /// RAM below 80h by direct address.
+    /// Reads RAM below 80h by direct address.
     fn ram(&mut self, addr: u8) -> Self::Word;
     /// Writes RAM below 80h by direct address.
     fn set_ram(&mut self, addr: u8, value: Self::Word);
-    /// RAM by indirect address.
+    /// Reads RAM by indirect address.
     fn idata(&mut self, addr: Self::Word) -> Self::Word;
     /// Writes RAM by indirect address.
     fn set_idata(&mut self, addr: Self::Word, value: Self::Word);
-    /// A direct address: RAM, registers of the core and of the chip; pins of ports.
+    /// Reads a direct address: RAM, or a register of the core or the chip. A port gives its pins.
     fn direct(&mut self, addr: u8) -> Self::Word;
-    /// The same as a read-modify-write instruction reads it: latches of ports.
+    /// Reads a direct address for a read-modify-write instruction: a port gives its latch.
     fn direct_latch(&mut self, addr: u8) -> Self::Word;
     /// Writes a direct address.
     fn set_direct(&mut self, addr: u8, value: Self::Word);
-    /// A bit of RAM.
+    /// Reads a bit of RAM.
     fn ram_bit(&mut self, at: RamBit) -> Self::Bit;
     /// Writes a bit of RAM.
     fn set_ram_bit(&mut self, at: RamBit, value: Self::Bit);
-    /// A bit by its address; pins of ports.
+    /// Reads a bit by its bit address. A port gives its pins.
     fn direct_bit(&mut self, addr: u8) -> Self::Bit;
-    /// The same as a read-modify-write instruction reads it.
+    /// Reads a bit for a read-modify-write instruction: a port gives its latch.
     fn direct_bit_latch(&mut self, addr: u8) -> Self::Bit;
-    /// Writes a bit by its address where `condition` holds, and else does not touch its byte.
+    /// Writes a bit by its bit address if `condition` is true; otherwise its byte is not accessed.
     fn set_direct_bit_if(&mut self, condition: Self::Bit, addr: u8, value: Self::Bit);
-    /// External RAM.
+    /// Reads external RAM.
     fn xdata(&mut self, addr: Self::Wide) -> Self::Word;
     /// Writes external RAM.
     fn set_xdata(&mut self, addr: Self::Wide, value: Self::Word);
-    /// The latch of port 2: the upper address byte of MOVX @Ri.
+    /// Reads the latch of port 2, the upper address byte of MOVX @Ri.
     fn xdata_page(&mut self) -> Self::Word;
-    /// Program memory.
+    /// Reads program memory.
     fn code(&mut self, addr: Self::Wide) -> Self::Word;
     /// Address of the next instruction.
     fn next_pc(&self) -> Self::Wide;
-    /// Jumps by a distance from the next instruction where `condition` holds.
+    /// Jumps by a distance from the next instruction if `condition` is true.
     fn relative_if(&mut self, condition: Self::Bit, distance: i8);
-    /// RETI: the interrupt in progress has ended, and one more instruction is executed before another.
+    /// RETI: ends the interrupt in progress. One more instruction is executed before the next interrupt.
     fn end_interrupt(&mut self);
 }
 
-/// The bit, or its complement where `invert`.
+/// The bit, or its complement if `invert`.
 #[inline(always)]
 fn invert_if<B: BitOps>(bit: B, invert: bool) -> B {
     if invert { !bit } else { bit }
@@ -120,7 +120,7 @@ fn pop_pc<M: Mcs51Machine>(m: &mut M) {
     m.goto(M::Wide::join(high, low));
 }
 
-/// `a + b + carry`, with its flags.
+/// Computes `a + b + carry` in the accumulator and sets the flags.
 #[inline(always)]
 fn sum<M: Mcs51Machine>(m: &mut M, b: M::Word, carry: M::Word) {
     let a = m.acc();
@@ -265,14 +265,14 @@ bodies! {
         m.set_xdata(m.dptr(), m.acc());
     }
     fn push<S: OperandSource>(m, s: S) {
-        // The stack pointer counts first, and PUSH SP pushes what it has become (manual: PUSH).
+        // SP is incremented first, so PUSH SP pushes the incremented value (manual: PUSH).
         let sp = m.sp() + M::Word::from(1);
         m.set_sp(sp);
         let v = s.read(m);
         m.set_idata(sp, v);
     }
     fn pop<P: OperandPlace>(m, p: P) {
-        // The stack pointer counts before the byte is written: POP SP gives the byte itself (manual: POP).
+        // SP is decremented before the byte is written, so POP SP leaves the popped byte in SP (manual: POP).
         let v = pop_word(m);
         p.write(m, v);
     }

@@ -1,7 +1,7 @@
-//! The hot loop: what one instruction does to the machine.
+//! The hot loop: executes predecoded instructions.
 //!
-//! [`Executor`] holds the hot state as plain locals whose address never escapes, so that it lives in host registers; RAM lies
-//! beside it. Everything a body calls is inlined; slow paths get scalars.
+//! [`Executor`] holds the hot state as plain locals whose address never escapes, so that the compiler keeps
+//! it in host registers. RAM is borrowed. Everything that a body calls is inlined; slow paths take scalars.
 
 use emu_core::cpu::{Bus, BusEffect, Probe};
 use emu_core::dispatch;
@@ -14,10 +14,10 @@ use crate::isa::{Kind, Mcs51Op, mcs51_table};
 use crate::operands::{Abs, BitAddr, Dir, Imm, Imm16, Page, RamBit, Rel, Ri, Rn};
 use crate::soc::{BusTransfer, Mcs51Soc};
 
-/// Bytes of program memory, and of external RAM.
+/// Size in bytes of program memory, and of external RAM.
 pub(crate) const ADDRESS_SPACE: usize = 0x1_0000;
 
-/// The memories by their places in the list of a chip.
+/// Indexes of the memories in [`Chip::spaces`](emu_core::chip::Chip::spaces).
 pub(crate) mod space {
     /// RAM on the chip, by indirect address.
     pub(crate) const IDATA: u8 = 1;
@@ -29,14 +29,14 @@ pub(crate) mod space {
     pub(crate) const XDATA: u8 = 4;
 }
 
-/// One turn of the loop: hot state by value, everything else borrowed.
+/// The state during one burst: hot state by value, everything else borrowed.
 pub(crate) struct Executor<'a, P: Probe> {
     pub core: CoreRegisters,
     /// Cycles of the running instruction.
     pub cycles: u32,
-    /// There is RAM above 7Fh.
+    /// Whether the chip has RAM above 7Fh.
     pub has_upper_ram: bool,
-    /// There are two data pointers.
+    /// Whether the chip has two data pointers.
     pub has_two_dptrs: bool,
     pub ram: &'a mut [u8; 256],
     pub xdata: &'a mut [u8; ADDRESS_SPACE],
@@ -46,13 +46,13 @@ pub(crate) struct Executor<'a, P: Probe> {
 }
 
 impl<P: Probe> Executor<'_, P> {
-    /// The cycle in which the running instruction reads: its first.
+    /// The cycle in which the running instruction reads: its first one.
     #[inline(always)]
     const fn read_cycle(&self) -> u64 {
         self.core.clock.now().wrapping_sub(self.cycles as u64)
     }
 
-    /// The cycle in which the running instruction writes: its last.
+    /// The cycle in which the running instruction writes: its last one.
     #[inline(always)]
     const fn write_cycle(&self) -> u64 {
         self.core.clock.now().wrapping_sub(1)
@@ -68,7 +68,7 @@ impl<P: Probe> Executor<'_, P> {
         }
     }
 
-    /// The instruction goes on elsewhere than behind it.
+    /// Continues at `target` instead of the next instruction, and reports the jump to the probe.
     #[inline(always)]
     fn jump_to(&mut self, target: u32) {
         if P::FLOW {
@@ -77,7 +77,7 @@ impl<P: Probe> Executor<'_, P> {
         self.core.pc = target;
     }
 
-    /// Tells the probe of an access to data memory.
+    /// Reports an access to data memory to the probe.
     #[inline(always)]
     fn report_access(&mut self, space: u8, addr: u16, value: u8, write: bool) {
         if P::DATA && (write || P::DATA_READS) {
@@ -101,7 +101,7 @@ impl<P: Probe> Executor<'_, P> {
         value
     }
 
-    /// A byte has gone over the bus.
+    /// Reports a byte on the external bus to the ports.
     #[inline(always)]
     fn on_bus_transfer(&mut self, transfer: BusTransfer) {
         if self.bus.has_bus_pins() {
@@ -111,7 +111,7 @@ impl<P: Probe> Executor<'_, P> {
         }
     }
 
-    /// Writes the bits of `mask` of the register at a direct address from 80h on.
+    /// Writes the bits in `mask` of the register at a direct address from 80h on.
     #[inline(always)]
     fn write_sfr(&mut self, addr: u8, mask: u8, value: u8) {
         let whole = if mask == 0xFF { Some(0) } else { self.core.read_core_sfr(addr, self.has_two_dptrs) };
@@ -126,20 +126,20 @@ impl<P: Probe> Executor<'_, P> {
     }
 }
 
-/// A register of the chip is read.
+/// Reads a register of the chip; outlined.
 #[inline(never)]
 fn read_bus(bus: &mut Mcs51Soc, addr: u8, latch: bool, at: u64) -> (u8, BusEffect) {
     let addr = u16::from(addr);
     if latch { bus.read_latch(addr, at) } else { bus.read(addr, at) }
 }
 
-/// A register of the chip is written.
+/// Writes a register of the chip; outlined.
 #[inline(never)]
 fn write_bus(bus: &mut Mcs51Soc, addr: u8, mask: u8, value: u8, at: u64) -> BusEffect {
     bus.write_bits(u16::from(addr), mask, value, at)
 }
 
-/// MOVX does something to the ports.
+/// Applies a transfer of MOVX to the ports; outlined.
 #[inline(never)]
 fn transfer_on_bus(bus: &mut Mcs51Soc, transfer: BusTransfer, at: u64) -> BusEffect {
     bus.external_access(transfer, at)
@@ -423,7 +423,8 @@ macro_rules! burst_loop {
 }
 
 impl<P: Probe> Executor<'_, P> {
-    /// Runs to the deadline; returns the hot state. The turn is written twice so that there are two indirect jumps.
+    /// Runs to the deadline and returns the hot state. The loop body is written twice, so that there are two
+    /// indirect jumps for branch prediction.
     #[inline(never)]
     pub(crate) fn burst(self, ops: &[Mcs51Op; ADDRESS_SPACE]) -> CoreRegisters {
         let mut turn = self;
@@ -437,7 +438,7 @@ impl<P: Probe> Executor<'_, P> {
         turn.core
     }
 
-    /// Executes one given op, whatever stands in the op array; a kind without a row does nothing.
+    /// Executes one given op, regardless of the op array. A kind without a row does nothing.
     #[inline(never)]
     pub(crate) fn single(self, op: Mcs51Op) -> CoreRegisters {
         let mut turn = self;
@@ -447,8 +448,8 @@ impl<P: Probe> Executor<'_, P> {
         turn.core
     }
 
-    /// Calls the service routine at `target`: the return address on the stack, 2 cycles (user's manual, "How interrupts are
-    /// handled").
+    /// Calls the service routine at `target`: pushes the return address, in 2 cycles (user's manual, "How
+    /// interrupts are handled").
     #[inline(never)]
     pub(crate) fn enter_interrupt(self, target: u32) -> CoreRegisters {
         let mut turn = self;

@@ -1,29 +1,30 @@
-//! THE table of MCS-51 instructions, and what is read off it.
+//! The table of MCS-51 instructions, and what is derived from it: the disassembler and the encoder.
 //!
-//! Source: user's manual, "MCS-51 instruction set". Order of rows: its groups (arithmetic, logic, data transfer, bits,
-//! branching). Rows that reach bytes or bits by address name a second kind, for addresses in RAM.
+//! Source: user's manual, "MCS-51 instruction set". The rows have the order of its groups (arithmetic, logic,
+//! data transfer, bits, branching). A row with an operand that is a byte or bit address names a second kind,
+//! for addresses in RAM.
 
 use emu_core::CoreError;
 use emu_core::chip::InstructionSet;
 use emu_core::table::{
-    DisassembledInstruction, EncodeError, FlowKind, InstructionLocation, InstructionRow, Operand, PredecodedOp,
-    SyntaxAlias, disassemble as disassemble_line, instruction_bits, instruction_words,
+    DisassembledInstruction, EncodeError, FlowKind, InstructionLocation, InstructionRow, MatchedRow, Operand,
+    PredecodedOp, SyntaxAlias, disassemble as disassemble_line, instruction_bits, instruction_words,
 };
 
 use crate::operands::{Abs, BitAddr, Dir, Imm, Imm16, Page, Rel, Ri, Rn};
 
-/// Hands every row to `callback!`, after the tokens of `{ .. }`. Columns: name, mnemonic, syntax, pattern, operands, machine
-/// cycles, flags written (C, A for AC, O for OV), body, kind for operands in RAM.
+/// Passes every row to `callback!`, after the tokens of `{ .. }`. Columns: name, mnemonic, syntax, pattern,
+/// operands, machine cycles, flags written (C, A for AC, O for OV), body, kind for operands in RAM.
 #[rustfmt::skip]
 macro_rules! mcs51_table {
     ($callback:path { $($head:tt)* }) => { $callback! { $($head)* 8; extra {
         /// No row matches: stops the run.
         Illegal,
-        /// A breakpoint stands here.
+        /// A breakpoint is set here.
         Breakpoint,
-        /// Closes a loop that may repeat without changing anything.
+        /// The jump at the end of a loop that can repeat without changing anything.
         PollingLoop,
-        /// Writes memory that also holds the program.
+        /// A MOVX that can write program memory, or that is executed on a chip without a bus.
         RewriteCode,
     }
     // Arithmetic.
@@ -259,7 +260,7 @@ pub(crate) use mcs51_table;
 
 mcs51_table!(emu_core::define_isa {});
 
-/// The table as tools see it. Erased program memory is all ones, which happens to be `mov R7,A`.
+/// The table for tools. Erased program memory is all ones, which is also the opcode of `mov R7,A`.
 pub const ISA: InstructionSet = InstructionSet {
     disassemble,
     erased_word: 0xFF,
@@ -271,7 +272,8 @@ pub const ISA: InstructionSet = InstructionSet {
     flow,
 };
 
-/// What the instruction of a row may do to the order in which a program runs. Only one jump to a relative target has no condition.
+/// How the instruction of a row can change the order of execution. SJMP is the only jump to a relative target
+/// without a condition.
 fn flow(row: usize) -> FlowKind {
     let relative =
         |row: &InstructionRow| row.operands.iter().any(|slot| slot.kind.name == Rel::KIND.name && !slot.kind.wide);
@@ -283,12 +285,12 @@ fn flow(row: usize) -> FlowKind {
     }
 }
 
-/// Other spellings that the assembler takes: mnemonic, syntax, what it stands for.
+/// Alternative spellings that the assembler accepts: mnemonic, syntax, and the equivalent row.
 #[rustfmt::skip]
 pub const ALIASES: &[SyntaxAlias] = &[
-    // Assemblers take this for the general call, and pick a form; here the long one.
+    // Assemblers accept this as a general call and choose a form; here it is the long one.
     ("call", "t", "lcall", "t"),
-    // as31 takes the sum in any order, and `!` for the complement of a bit.
+    // as31 accepts the sum in any order, and `!` for the complement of a bit.
     ("jmp",  "@DPTR+A",    "jmp",  "@A+DPTR"),
     ("movc", "A, @DPTR+A", "movc", "A,@A+DPTR"),
     ("movc", "A, @PC+A",   "movc", "A,@A+PC"),
@@ -296,7 +298,7 @@ pub const ALIASES: &[SyntaxAlias] = &[
     ("orl",  "C, !b",      "orl",  "C,/b"),
 ];
 
-/// Bits of a program word.
+/// Number of bits of a program word.
 pub const WORD_BITS: u32 = 8;
 
 /// Position of the row of every opcode; [`NO_ROW`] for A5h, which has none.
@@ -320,30 +322,30 @@ const ROW_BY_OPCODE: [u8; 256] = {
 };
 const NO_ROW: u8 = 0xFF;
 
-/// The row of the instruction at the front of `bytes`, its kind and its bits; `None` for A5h.
+/// The row of the instruction at the front of `bytes`; `None` for A5h.
 #[must_use]
-pub fn find_row(bytes: [u8; 3]) -> Option<(&'static InstructionRow, Kind, u32)> {
+pub fn find_row(bytes: [u8; 3]) -> Option<MatchedRow<Kind>> {
     let i = usize::from(ROW_BY_OPCODE[usize::from(bytes[0])]);
     let row = ROWS.get(i)?;
-    Some((row, KINDS[i], instruction_bits(row, WORD_BITS, &bytes.map(u16::from))))
+    Some(MatchedRow { row, kind: KINDS[i], bits: instruction_bits(row, WORD_BITS, &bytes.map(u16::from)) })
 }
 
 fn locate(pc: u32, len: u32) -> InstructionLocation {
     InstructionLocation { pc, len, next_len: 1, pc_mask: 0xFFFF }
 }
 
-/// The bytes of an instruction that will stand at `pc`. Operands come in row order: registers by number, addresses of bytes
-/// and bits, constants, targets as absolute addresses.
+/// Encodes an instruction for the address `pc`. Operands are in row order: registers by number, addresses of
+/// bytes and bits, constants, targets as absolute addresses.
 ///
 /// # Errors
-/// An operand that does not fit, with what is allowed.
+/// An operand does not fit; the error says what is allowed.
 pub fn encode(kind: Kind, operands: &[i32], pc: u32) -> Result<Vec<u8>, EncodeError> {
     let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: CoreError::NotAnInstruction })?;
     let bits = row.encode(operands, &locate(pc, row.len()))?;
     Ok(instruction_words(row, WORD_BITS, bits).iter().map(|&word| word as u8).collect())
 }
 
-/// Disassembles the instruction at the front of `words` (bytes), which stands at `pc`.
+/// Disassembles the instruction at the start of `words` (bytes), whose address is `pc`.
 #[must_use]
 pub fn disassemble(words: &[u16], pc: u32) -> DisassembledInstruction {
     disassemble_line(ROWS, WORD_BITS, words, &locate(pc, 1))
@@ -366,7 +368,7 @@ mod tests {
                     for pc in [0x07FD, 0xFFFE] {
                         let words = [opcode, second, third];
                         let line = disassemble(&words, pc);
-                        // Bytes behind the instruction change nothing.
+                        // Bytes after the instruction make no difference.
                         if words.get(line.len..).is_some_and(|behind| behind.iter().any(|&byte| byte != 0)) {
                             continue;
                         }

@@ -1,8 +1,9 @@
-//! MCS-51, cycle by cycle: instruction table, core, peripherals and chip data of the 8051, 8052, AT89S52 and their kin.
+//! Cycle-accurate emulation of MCS-51: instruction table, core, peripherals and chip data of the 8051, 8052,
+//! AT89S52 and related chips.
 //!
-//! Sources: Intel "MCS 51 Microcontroller Family User's Manual" (272383-002) for the architecture, the instruction set and
-//! the hardware of the 8051 and 8052; Atmel data sheets AT89S52 (1919), AT89C2051 (0368) and AT89C4051 (1001) for theirs.
-//! What is not modelled stands in QUIRKS.md.
+//! Sources: Intel "MCS 51 Microcontroller Family User's Manual" (272383-002) for the architecture, the
+//! instruction set and the hardware of the 8051 and 8052; Atmel data sheets AT89S52 (1919), AT89C2051 (0368)
+//! and AT89C4051 (1001) for those chips. QUIRKS.md lists what is not modelled.
 
 #![forbid(unsafe_code)]
 

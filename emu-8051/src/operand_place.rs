@@ -1,51 +1,52 @@
-//! Operands as places of bytes and bits.
+//! How instructions read and write operands that are bytes or bits.
 //!
-//! `get` reads as an instruction reads (pins of a port), `latch` as a read-modify-write instruction does, `set` writes. Which
-//! of the first two a body calls *is* the port rule (user's manual, "Read-modify-write feature").
+//! `read` reads the way most instructions do (pins of a port), `read_latch` the way read-modify-write
+//! instructions do, and `write` writes. Which of the first two a body calls *is* the port rule (user's
+//! manual, "Read-modify-write feature").
 
 use crate::exec::Mcs51Machine;
 use crate::operands::{BitAddr, Dir, Imm, RamBit, RamByte, Ri, Rn};
 
 /// A byte that can be read.
 pub(crate) trait OperandSource: Copy {
-    /// Reads it.
+    /// Reads the byte.
     fn read<M: Mcs51Machine>(self, m: &mut M) -> M::Word;
 }
 
 /// A byte that can be read and written.
 pub(crate) trait OperandPlace: OperandSource {
-    /// Reads it as read-modify-write instructions do.
+    /// Reads the byte for a read-modify-write instruction.
     #[inline(always)]
     fn read_latch<M: Mcs51Machine>(self, m: &mut M) -> M::Word {
         self.read(m)
     }
-    /// Writes it.
+    /// Writes the byte.
     fn write<M: Mcs51Machine>(self, m: &mut M, value: M::Word);
 }
 
 /// A bit that can be read and written.
 pub(crate) trait BitOperandPlace: Copy {
-    /// Reads it.
+    /// Reads the bit.
     fn read<M: Mcs51Machine>(self, m: &mut M) -> M::Bit;
-    /// Reads it as read-modify-write instructions do.
+    /// Reads the bit for a read-modify-write instruction.
     #[inline(always)]
     fn read_latch<M: Mcs51Machine>(self, m: &mut M) -> M::Bit {
         self.read(m)
     }
-    /// Writes it where `condition` holds, and else does not touch its byte.
+    /// Writes the bit if `condition` is true; otherwise its byte is not accessed.
     fn write_if<M: Mcs51Machine>(self, m: &mut M, condition: M::Bit, value: M::Bit);
-    /// Writes it.
+    /// Writes the bit.
     #[inline(always)]
     fn write<M: Mcs51Machine>(self, m: &mut M, value: M::Bit) {
         self.write_if(m, M::bit_from_bool(true), value);
     }
 }
 
-/// The accumulator as a place.
+/// The accumulator as an operand.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct AccPlace;
 
-/// CY as a place.
+/// CY as an operand.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CarryPlace;
 

@@ -1,6 +1,7 @@
 //! Operand kinds of the MCS-51: registers, addresses of bytes and bits, constants, targets.
 //!
-//! Each is also a place of the bodies: what it means to read it, to read its latch, and to write it stands in `exec.rs`.
+//! Each kind is also an operand of instruction bodies: `operand_place.rs` defines how it is read, how its
+//! latch is read, and how it is written.
 
 use std::fmt::Write;
 
@@ -36,20 +37,21 @@ macro_rules! operands {
 }
 
 operands! {
-    /// A register of the bank in use, R0 to R7.
+    /// A register of the selected bank, R0 to R7.
     Rn(u8) false "register R0 to R7"
         value unchanged, raw |v, b, _| check_range(v, b, "register"), text write_register, named |t| parse_register(t, 8), number reject_number;
-    /// A register that points, R0 or R1.
+    /// A register used as a pointer, R0 or R1.
     Ri(u8) false "register R0 or R1"
         value unchanged, raw |v, b, _| check_range(v, b, "register"), text write_register, named |t| parse_register(t, 2), number reject_number;
-    /// A direct address: RAM below 80h, the special function registers from there on.
+    /// A direct address: RAM below 80h, special function registers from 80h on.
     Dir(u8) false "direct address"
         value unchanged, raw |v, b, _| check_range(v, b, "address"), text write_byte, named parse_byte, number OperandKind::same_number;
-    /// A bit address: the bytes 20h to 2Fh of RAM below 80h, special function registers divisible by 8 from there on.
+    /// A bit address: below 80h a bit of the RAM bytes 20h to 2Fh, from 80h on a bit of a special function
+    /// register whose address is divisible by 8.
     BitAddr(u8) false "bit address"
         value unchanged, raw |v, b, _| check_range(v, b, "bit address"), text write_bit, named parse_bit, number OperandKind::same_number;
-    /// A constant byte. Negative ones stand for the low byte of their two's complement in 16 bits, of which the high byte is all ones
-    /// (Intel, MCS-51 Macro Assembler User's Guide, range of 8-bit values): `NOT 0F0H` is 0Fh.
+    /// A constant byte. A negative value is the low byte of its 16-bit two's complement, whose high byte must
+    /// be all ones (Intel, MCS-51 Macro Assembler User's Guide, range of 8-bit values): `NOT 0F0H` is 0Fh.
     Imm(u8) false "constant"
         value unchanged, raw |v, b, _| if (-0x100..0).contains(&v) { Ok(v as u32 & 0xFF) } else { check_range(v, b, "constant") },
         text write_hex2, named OperandKind::never_a_name, number OperandKind::same_number;
@@ -60,35 +62,36 @@ operands! {
     /// The target of LJMP and LCALL.
     Abs(u16) true "target"
         value unchanged, raw |v, b, _| check_range(v, b, "target"), text write_hex4, named OperandKind::never_a_name, number OperandKind::same_number;
-    /// The target of AJMP and ACALL: in the 2 KB page of the next instruction.
+    /// The target of AJMP and ACALL, in the 2 KB page of the next instruction.
     Page(u16) true "target in the page"
         value |raw, _, site| (next_address(site) & 0xF800 | raw as i32) & 0xFFFF, raw in_page, text write_hex4, named OperandKind::never_a_name, number OperandKind::same_number;
-    /// A relative target: as a value its address, in an op (and here) the distance from the next instruction.
+    /// A relative target. Its value is the address; in an op, and in this type, it is the distance from the
+    /// next instruction.
     Rel(i8) false "target"
         value |raw, _, site| (next_address(site) + i32::from(raw as u8 as i8)) & 0xFFFF, raw encode_distance, text write_hex4, named OperandKind::never_a_name, number OperandKind::same_number;
 }
 
-/// A direct address that lies in RAM.
+/// A direct address in RAM.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RamByte(pub u8);
 
-/// A bit that lies in RAM: byte address and mask.
+/// A bit in RAM: byte address and mask.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RamBit {
     /// Byte address, 20h to 2Fh.
     pub byte: u8,
-    /// One bit set.
+    /// Mask with one bit set.
     pub mask: u8,
 }
 
 impl RamBit {
-    /// The bit with the bit address `addr`, below 80h.
+    /// Makes the bit with the bit address `addr`, which must be below 80h.
     #[must_use]
     pub const fn of_address(addr: u8) -> RamBit {
         RamBit { byte: 0x20 | (addr >> 3 & 0x0F), mask: 1 << (addr & 7) }
     }
 
-    /// Its bit address.
+    /// The bit address.
     #[must_use]
     pub const fn addr(self) -> u8 {
         (self.byte & 0x0F) << 3 | self.mask.trailing_zeros() as u8
@@ -125,7 +128,7 @@ impl RamOperand for BitAddr {
     }
 }
 
-/// A plain field: the value is the field.
+/// Converts a plain field: the value is the field.
 fn unchanged(raw: u32, _: u32, _: &InstructionLocation) -> i32 {
     raw as i32
 }
@@ -183,7 +186,7 @@ fn reject_number(value: i32, _: &InstructionLocation) -> Result<i32, CoreError> 
     Err(CoreError::NumberForRegister { value })
 }
 
-/// The special function register at an address, by its data-sheet name.
+/// Writes a direct address as the data-sheet name of its special function register, or as a number.
 fn write_byte(value: i32, out: &mut String) {
     match SFRS.iter().find(|r| i32::from(r.addr) == value) {
         Some(register) => out.push_str(register.name),
@@ -196,19 +199,19 @@ fn parse_byte(text: &str) -> Option<i32> {
     SFRS.iter().find(|r| r.name.eq_ignore_ascii_case(text)).map(|r| i32::from(r.addr))
 }
 
-/// The address in front of the dot of a bit, as the disassembler writes it.
+/// Parses the byte address before the dot of a bit, as the disassembler writes it.
 fn parse_number(text: &str) -> Option<i32> {
     text.strip_prefix("0x").map_or_else(|| text.parse().ok(), |hex| i32::from_str_radix(hex, 16).ok())
 }
 
-/// `P1.0`, `PSW.7`, `0x20.3`.
+/// Writes a bit as `P1.0`, `PSW.7` or `0x20.3`.
 fn write_bit(value: i32, out: &mut String) {
     let byte = if value < 0x80 { 0x20 + (value >> 3) } else { value & 0xF8 };
     write_byte(byte, out);
     let _ = write!(out, ".{}", value & 7);
 }
 
-/// The address of a bit that any chip of the family has, and of one in a byte by number.
+/// Parses the name of a bit that any chip of the family has, or a bit of a byte by number.
 fn parse_bit(text: &str) -> Option<i32> {
     if let Some(named) = BITS.iter().find(|b| b.name.eq_ignore_ascii_case(text)) {
         return Some(i32::from(named.addr));

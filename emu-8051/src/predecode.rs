@@ -1,10 +1,11 @@
-//! Program memory as predecoded ops: four bytes per byte of it, since an instruction may begin anywhere.
+//! Program memory as predecoded ops: one op of four bytes for each byte of memory, because an instruction can
+//! start anywhere.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use emu_core::engine::InstructionMark;
 use emu_core::state::MemoryChanges;
-use emu_core::table::{InstructionLocation, PredecodedOp};
+use emu_core::table::{InstructionLocation, MatchedRow, PredecodedOp};
 
 use crate::executor::ADDRESS_SPACE;
 use crate::isa::{Kind, Mcs51Op, ROWS, SHAPES, find_row};
@@ -12,67 +13,67 @@ use crate::operands::{BitAddr, Dir, RamBit};
 use crate::recorder::{InstructionRecord, record_instruction};
 use crate::soc::volatile_register;
 
-/// How the machine treats MOVX.
+/// How the machine executes MOVX.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) enum XdataBus {
-    /// XDATA is a memory of its own.
+    /// XDATA is a separate memory.
     #[default]
     Separate,
-    /// XDATA and program memory are one: a write may change instructions.
+    /// XDATA and program memory are one memory: a write can change instructions.
     Unified,
-    /// There is no bus.
+    /// The chip has no external bus.
     Absent,
 }
 
-/// A loop that only looks.
+/// A polling loop or a countdown loop.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct LoopPlan {
     /// Its first instruction.
     pub head: u32,
-    /// The registers of the chip that it reads.
+    /// Direct addresses of the registers of the chip that it reads.
     pub registers_read: Vec<u8>,
-    /// It clears the watchdog.
+    /// Whether it clears the watchdog.
     pub clears_watchdog: bool,
-    /// It does nothing but count down this byte.
+    /// The byte that it counts down, if it does nothing else.
     pub counted_byte: Option<LoopCounter>,
 }
 
-/// What a DJNZ counts.
+/// The counter of a DJNZ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum LoopCounter {
-    /// A register of the bank.
+    /// A register of the selected bank.
     Reg(u8),
     /// A byte of RAM.
     Ram(u8),
 }
 
-/// Program memory in both forms.
+/// Program memory as bytes and as ops.
 #[derive(Debug, Clone)]
 pub(crate) struct CodeMemory {
-    /// Bytes, erased ones FFh.
+    /// The bytes; erased ones are FFh.
     pub bytes: Box<[u8; ADDRESS_SPACE]>,
-    /// One op per byte, traps in place: `ops[0]` marks jumps to themselves as [`Kind::PollingLoop`], since that is how programs
-    /// end; `ops[1]` marks all loops that only look.
+    /// One op per byte, with breakpoints. `ops[0]` marks only jumps to themselves as [`Kind::PollingLoop`],
+    /// since that is how programs end; `ops[1]` marks all polling loops.
     pub ops: [Box<[Mcs51Op; ADDRESS_SPACE]>; 2],
-    /// The same without any marks or traps.
+    /// The ops without any marks or breakpoints.
     pub ops_unmarked: Box<[Mcs51Op; ADDRESS_SPACE]>,
-    /// The loops that only look, by the jump that closes them.
+    /// The polling loops, by the address of the jump at their end.
     loops: BTreeMap<u32, LoopPlan>,
     breakpoints: BTreeSet<u32>,
     xdata_bus: XdataBus,
     size: u32,
-    /// What differs from the bytes that it was built with.
+    /// What differs from the bytes with which it was built.
     pub changes: MemoryChanges<u8>,
 }
 
 impl CodeMemory {
-    /// Program memory of `size` bytes filled from address 0 with `image`, erased behind it. Behind its end there is no
-    /// instruction.
+    /// Program memory of `size` bytes. It is filled from address 0 with `image` and erased after it. Beyond
+    /// its end there are no instructions.
     pub(crate) fn new(image: &[u8], size: u32, external: XdataBus) -> CodeMemory {
         let mut bytes = Box::new([0xFF; ADDRESS_SPACE]);
         let used = image.len().min(ADDRESS_SPACE);
         bytes[..used].copy_from_slice(&image[..used]);
-        // What erased bytes read as is an instruction too, and the same everywhere.
+        // Erased bytes decode to an instruction too, the same one at every address.
         let erased = decode([0xFF; 3], 0, external);
         let ops = || Box::new([erased; ADDRESS_SPACE]);
         let (marked, plain) = ([ops(), ops()], ops());
@@ -96,15 +97,15 @@ impl CodeMemory {
     pub(crate) fn poke(&mut self, addr: u16, value: u8) {
         let old = std::mem::replace(&mut self.bytes[usize::from(addr)], value);
         self.changes.record(addr.into(), old, value);
-        // The byte may belong to an instruction that begins up to two bytes before; the jump that closes a loop around it
-        // may stand some bytes ahead.
+        // The byte can belong to an instruction that starts up to two bytes before it. The jump at the end of
+        // a loop around it can be up to [`MAX_LOOP_BYTES`] ahead.
         for pc in u32::from(addr) + ADDRESS_SPACE as u32 - 2..=u32::from(addr) + ADDRESS_SPACE as u32 + MAX_LOOP_BYTES {
             let pc = pc % ADDRESS_SPACE as u32;
             self.predecode(pc, pc + 1);
         }
     }
 
-    /// Sets or clears a trap; false when it was so already.
+    /// Sets or clears a breakpoint. Returns false if nothing changed.
     pub(crate) fn set_breakpoint(&mut self, pc: u32, on: bool) -> bool {
         let changed = if on { self.breakpoints.insert(pc) } else { self.breakpoints.remove(&pc) };
         if changed {
@@ -113,12 +114,12 @@ impl CodeMemory {
         changed
     }
 
-    /// True when a trap stands at `pc`.
+    /// Whether a breakpoint is set at `pc`.
     pub(crate) fn has_breakpoint(&self, pc: u32) -> bool {
         self.breakpoints.contains(&pc)
     }
 
-    /// What the instruction at `pc` is to the loop around the hot loop; nothing else where a trap stands.
+    /// The mark of the instruction at `pc` for the loop around the hot loop; plain if a breakpoint is set.
     pub(crate) fn instruction_mark(&self, pc: u32) -> InstructionMark {
         match [0, 1].map(|ops: usize| self.ops[ops][pc as usize].kind) {
             [Kind::PollingLoop, _] => InstructionMark::JumpsToItself,
@@ -127,22 +128,22 @@ impl CodeMemory {
         }
     }
 
-    /// The loop that only looks and is closed by the jump at `end`.
+    /// The polling loop that ends with the jump at `end`.
     pub(crate) fn loop_plan(&self, end: u32) -> Option<&LoopPlan> {
         self.loops.get(&end)
     }
 
-    /// The op of the MOVX at `pc` as it is where XDATA is a memory of its own.
+    /// The op of the MOVX at `pc` as if XDATA were a separate memory.
     pub(crate) fn movx(&self, pc: u32) -> Mcs51Op {
         decode(self.bytes_at(pc), pc, XdataBus::Separate)
     }
 
-    /// Three bytes from `pc` on, around the end of memory.
+    /// Three bytes from `pc` on; addresses wrap at the end of memory.
     fn bytes_at(&self, pc: u32) -> [u8; 3] {
         [0, 1, 2].map(|i| self.bytes[(pc as usize + i) % ADDRESS_SPACE])
     }
 
-    /// Fills the ops from `from` up to `to`, which is excluded.
+    /// Fills the ops from `from` up to `to`, exclusive.
     fn predecode(&mut self, from: u32, to: u32) {
         for pc in from..to {
             let op = match pc < self.size {
@@ -171,9 +172,9 @@ impl CodeMemory {
         }
     }
 
-    /// The loop from `head` to the jump at `end`, when a turn of it changes nothing but what the core holds and the watchdog:
-    /// then a turn that leaves the core as it was is followed by one just like it, until one of the registers that it reads
-    /// changes. `None` for other loops, and for those that read a register which never rests.
+    /// The loop from `head` to the jump at `end`, if an iteration changes only registers of the core and the
+    /// watchdog. Then an iteration that leaves the core unchanged repeats, until one of the registers that it
+    /// reads changes. `None` for other loops, and for loops that read a volatile register.
     fn polling_loop(&self, head: u32, end: u32) -> Option<LoopPlan> {
         let mut renews = false;
         let (mut looks, mut starts, mut targets, mut pc) = (Vec::new(), Vec::new(), Vec::new(), head);
@@ -188,7 +189,7 @@ impl CodeMemory {
             looks.extend(record.registers_read);
             pc += instruction_len(self.bytes_at(pc));
         }
-        // A jump into the middle of an instruction would find others there.
+        // A jump into the middle of an instruction would execute other instructions.
         let strays = targets.iter().any(|target| (head..=end).contains(target) && !starts.contains(target));
         let whole = starts.last() == Some(&end) && !strays;
         (whole && !looks.iter().any(|&addr| volatile_register(addr))).then_some(LoopPlan {
@@ -199,7 +200,7 @@ impl CodeMemory {
         })
     }
 
-    /// The loop from `head` to the DJNZ `op` at `end`, when nothing but NOPs stands between.
+    /// The loop from `head` to the DJNZ `op` at `end`, if there are only NOPs between them.
     fn countdown_loop(&self, op: Mcs51Op, head: u32, end: u32) -> Option<LoopPlan> {
         let counter = match op.kind {
             Kind::DjnzReg => LoopCounter::Reg(op.args[0]),
@@ -216,23 +217,24 @@ impl CodeMemory {
     }
 }
 
-/// Bytes between the ends of a loop that is looked at.
+/// Maximum distance in bytes from the jump of a loop back to its head.
 const MAX_LOOP_BYTES: u32 = 16;
 
-/// Length of the instruction at the front of some bytes; one without a row counts one.
+/// Length of the instruction at the start of some bytes; 1 if there is no row.
 fn instruction_len(bytes: [u8; 3]) -> u32 {
-    find_row(bytes).map_or(1, |(row, ..)| row.len())
+    find_row(bytes).map_or(1, |found| found.row.len())
 }
 
-/// Decodes the instruction at the front of `bytes`, which stand at `pc`, without poll marks or traps.
+/// Decodes the instruction at the start of `bytes`, whose address is `pc`, without marks or breakpoints.
 fn decode(bytes: [u8; 3], pc: u32, external: XdataBus) -> Mcs51Op {
-    let Some((row, kind, bits)) = find_row(bytes) else {
+    let Some(MatchedRow { row, kind, bits }) = find_row(bytes) else {
         return PredecodedOp { kind: Kind::Illegal, args: [0; 3] };
     };
     let len = row.len();
     let mut op = row.predecode(kind, bits, &InstructionLocation { pc, len, next_len: 1, pc_mask: 0xFFFF });
     if row.operands.last().is_some_and(|slot| slot.letter == b't' && !slot.kind.wide) {
-        // In the op a relative target is the distance from the next instruction. It stands behind what takes a byte each.
+        // In the op a relative target is the distance from the next instruction. It follows operands of one
+        // byte each.
         let place = row.operands.len() - 1;
         op.args[place] = op.args[place].wrapping_sub((pc + len) as u8);
     }
@@ -246,7 +248,7 @@ fn decode(bytes: [u8; 3], pc: u32, external: XdataBus) -> Mcs51Op {
     if slow { PredecodedOp { kind: Kind::RewriteCode, ..op } } else { ram_variant(op) }
 }
 
-/// The op in the shape for RAM, where all addresses of its operands lie there.
+/// The op in the shape for RAM, if all addresses of its operands are in RAM.
 fn ram_variant(mut op: Mcs51Op) -> Mcs51Op {
     let row = op.kind as usize;
     let (Some(&Some(shape)), Some(row)) = (SHAPES.get(row), ROWS.get(row)) else { return op };
@@ -261,14 +263,14 @@ fn ram_variant(mut op: Mcs51Op) -> Mcs51Op {
     PredecodedOp { kind: shape, ..op }
 }
 
-/// The target of a short backward jump (or one to itself), the head of the loop that it closes.
+/// The target of a short backward jump, or of one to itself: the head of the loop that it ends.
 fn loop_closed_by(op: Mcs51Op, bytes: [u8; 3], pc: u32) -> Option<u32> {
     let record = record_instruction(op);
     let stays = !record.has_other_effects || matches!(op.kind, Kind::DjnzReg | Kind::DjnzRam);
     jump_target(&record, bytes, pc).filter(|&target| stays && target <= pc && pc - target <= MAX_LOOP_BYTES)
 }
 
-/// The target of a jump that says where it goes.
+/// The target of a jump whose target is known.
 fn jump_target(record: &InstructionRecord, bytes: [u8; 3], pc: u32) -> Option<u32> {
     let relative = record.distance.map(|d| (pc + instruction_len(bytes)).wrapping_add_signed(d.into()) & 0xFFFF);
     relative.or(record.target.map(u32::from))

@@ -1,7 +1,7 @@
-//! What an instruction does, read off its own body.
+//! Records what an instruction does, by running its own body.
 //!
-//! [`InstructionRecorder`] is a second meaning of the bodies: its values are empty, and it notes what was touched. The columns of the
-//! table are checked against it, and predecode asks it which loops only look.
+//! [`InstructionRecord`] is a second machine for the bodies. Its values are unknown, and it notes what a body
+//! accesses. Tests compare the columns of the table with it, and predecode uses it to find polling loops.
 
 use emu_core::dispatch;
 use emu_core::machine::BodyMachine;
@@ -13,26 +13,26 @@ use crate::isa::{Kind, Mcs51Op, mcs51_table};
 use crate::operands::{Abs, BitAddr, Dir, Imm, Imm16, Page, RamBit, Rel, Ri, Rn};
 use crate::periph::map::sfr;
 
-/// What one execution of an instruction touched.
+/// What one execution of an instruction accessed.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct InstructionRecord {
     /// Cycles charged.
     pub cycles: u32,
     /// Flags written: C, A (AC), O (OV).
     pub flags_written: [bool; 3],
-    /// Registers of the chip read, by direct address.
+    /// Direct addresses of the registers of the chip that were read.
     pub registers_read: Vec<u8>,
     /// Distance of a relative jump from the next instruction.
     pub distance: Option<i8>,
     /// Target of an absolute jump.
     pub target: Option<u16>,
-    /// Writes the register that clears the watchdog.
+    /// Whether it writes the register that clears the watchdog.
     pub clears_watchdog: bool,
-    /// Writes something else apart from A, B, DPTR and flags, or goes to a computed address.
+    /// Whether it writes anything other than A, B, DPTR and flags, or jumps to a computed address.
     pub has_other_effects: bool,
 }
 
-/// Runs the body of `op` without values. A kind without a row reaches out.
+/// Runs the body of `op` without values. A kind without a row has other effects.
 pub(crate) fn record_instruction(op: Mcs51Op) -> InstructionRecord {
     let mut record = InstructionRecord::default();
     let (m, op) = (&mut record, &op);
@@ -48,13 +48,14 @@ impl InstructionRecord {
     }
 
     fn note_write(&mut self, addr: u8) {
-        // What the core holds is compared whole at every turn of a loop; the stack pointer and PSW are left alone by it.
+        // A, B, DPTR and PSW are compared in every iteration of a polling loop. The loop must not write SP or
+        // PSW directly.
         self.clears_watchdog |= addr == sfr::WDTRST;
         self.has_other_effects |= !matches!(addr, sfr::ACC | sfr::B | sfr::DPL | sfr::DPH | sfr::WDTRST);
     }
 }
 
-/// True for registers of the core, which do nothing by themselves.
+/// Whether an address is a register of the core, which has no function of its own.
 pub(crate) const fn is_core_register(addr: u8) -> bool {
     matches!(addr, sfr::ACC | sfr::B | sfr::PSW | sfr::SP | sfr::DPL | sfr::DPH)
 }
@@ -168,7 +169,7 @@ impl Mcs51Machine for InstructionRecord {
         self.note_write(addr & 0xF8);
     }
     fn xdata(&mut self, _: UnknownWide) -> UnknownValue {
-        // It leaves ones in port 0.
+        // MOVX writes ones into port 0.
         self.has_other_effects = true;
         UnknownValue
     }
@@ -215,7 +216,7 @@ mod tests {
         }
     }
 
-    /// A row that reaches a byte or a bit by its address has a shape for RAM, and no other has.
+    /// A row with a byte or bit address as an operand has a shape for RAM, and no other row has one.
     #[test]
     fn shapes_are_where_addresses_are() {
         for (row, shape) in ROWS.iter().zip(SHAPES) {

@@ -1,10 +1,11 @@
-//! The chip around the core: the registers at their addresses, and what is due when.
+//! The chip around the core: registers by address, and the times at which something is due.
 //!
-//! Nothing ticks. `deadline` is the next cycle at which something can be seen from outside of a part: a pin that moves, a bit
-//! of the serial port, an enabled interrupt, a reset. Everything else is worked out when it is read.
+//! Nothing is ticked. `deadline` is the next cycle at which a peripheral changes something visible from
+//! outside of it: a pin, a bit of the serial port, an enabled interrupt, a reset. Everything else is computed
+//! when it is read.
 //!
-//! Inside, time is that of the oscillator: in power-down it stands still (`frozen` cycles so far), while the machine's
-//! cycles, by which pins are driven and events are logged, go on.
+//! Internal time is that of the oscillator. In power-down the oscillator is stopped (`stopped_cycles` so
+//! far), while the machine cycles, in which pins are driven and events are logged, continue.
 
 use std::collections::VecDeque;
 
@@ -41,7 +42,7 @@ pub struct Mcs51Soc {
     ports: Mcs51Ports,
     timers: Mcs51Timers,
     timer2: Option<Mcs51Timer2>,
-    /// Overflows of timer 2 whose toggle is on the pin.
+    /// Number of overflows of timer 2 that have toggled the pin so far.
     toggles_shown: u64,
     serial: SerialPort,
     baud: BaudClock,
@@ -50,42 +51,42 @@ pub struct Mcs51Soc {
     watchdog: Mcs51Watchdog,
     pcon: u8,
     auxr: u8,
-    /// Cycles that the oscillator has stood still.
+    /// Machine cycles in which the oscillator was stopped.
     stopped_cycles: u64,
-    /// Levels of the pins that are sampled, as the parts know them.
+    /// Levels of the sampled pins, as the peripherals know them.
     sampled_levels: [bool; SAMPLED_PINS.len()],
-    /// Changes of the serial lines to come.
+    /// Future changes of the serial lines.
     edges: VecDeque<SerialEdge>,
     drives: DriveQueue,
     log: EventLog,
-    /// Edges of MOVX are logged too.
+    /// Whether edges of MOVX are logged too.
     logs_bus: bool,
-    /// In oscillator time.
+    /// The next deadline, in oscillator time.
     deadline: u64,
-    /// The cycle up to which timers were brought last.
+    /// The cycle up to which the timers were last advanced.
     timers_synced_to: u64,
-    /// The first boundary at which an interrupt can be served, in oscillator time; 0 where that is to be found out.
+    /// The first boundary at which an interrupt can be served, in oscillator time; 0 if it must be computed.
     next_interrupt_boundary: u64,
-    /// The deadline that the core was told last, in machine cycles.
+    /// The last deadline given to the core, in machine cycles.
     core_deadline: u64,
-    /// Pins have changed and are to be sampled in this cycle.
+    /// The cycle in which pins that have changed are to be sampled.
     sample_at: u64,
 }
 
-/// Pins that parts of the chip listen to.
+/// Pins that peripherals of the chip sample.
 const SAMPLED_PINS: [PinId; 8] = [pin::INT0, pin::INT1, pin::T0, pin::T1, pin::RXD, pin::T2, pin::T2EX, pin::RST];
 
-/// Place of the reset pin among them.
+/// Index of the reset pin in [`SAMPLED_PINS`].
 const RST_INDEX: usize = SAMPLED_PINS.len() - 1;
 
-/// True for registers that may read otherwise in every cycle: a loop over one of them can never be jumped over.
+/// Whether a register can change in every cycle, so that a loop that reads it is never skipped.
 #[must_use]
 pub const fn volatile_register(addr: u8) -> bool {
     matches!(addr, sfr::TL0 | sfr::TL1 | sfr::TH0 | sfr::TH1 | sfr::TL2 | sfr::TH2)
 }
 
 impl Mcs51Soc {
-    /// The chip at cycle 0 after power-on. `bus`: program memory is outside, at least in part.
+    /// The chip at cycle 0 after power-on. `bus` means that at least a part of program memory is external.
     #[must_use]
     pub fn new(part: &'static Mcs51Part, options: Options, bus: bool) -> Mcs51Soc {
         let mut soc = Mcs51Soc {
@@ -119,8 +120,8 @@ impl Mcs51Soc {
         soc
     }
 
-    /// Resets all registers at the machine cycle `now` (user's manual, "Reset"). Outside drives stay, and so does PCON.POF
-    /// except at power-on, which sets it.
+    /// Resets all registers at the machine cycle `now` (user's manual, "Reset"). Drives from outside stay.
+    /// PCON.POF stays too, except at power-on, which sets it.
     pub fn reset(&mut self, why: ResetCause, now: u64) {
         self.run(now);
         self.wake_oscillator(now);
@@ -140,7 +141,7 @@ impl Mcs51Soc {
         for pin in 0..PINS as PinId {
             self.update_pin(pin, t, 0);
         }
-        // After reset every part takes the pins for what they are.
+        // After a reset every peripheral starts with the present pin levels.
         self.interrupts = InterruptSystem::new([pin::INT0, pin::INT1].map(|pin| self.ports.pin(pin).reads_high));
         let reset_pin = self.sampled_levels[RST_INDEX];
         self.sampled_levels = [true; SAMPLED_PINS.len()];
@@ -151,7 +152,7 @@ impl Mcs51Soc {
         self.next_interrupt_boundary = 0;
     }
 
-    /// Drives a pin from outside at the machine cycle `at`, at once when that has passed.
+    /// Drives a pin from outside at the machine cycle `at`, or immediately if that is in the past.
     pub fn drive(&mut self, at: u64, now: u64, pin: PinId, level: PinLevel) {
         self.run(now);
         let at = at.max(now);
@@ -160,7 +161,8 @@ impl Mcs51Soc {
         self.run(now);
     }
 
-    /// Level of a pin after everything that was run so far; [`PinLevel::Float`] for one that does not exist.
+    /// Level of a pin after everything that was executed so far; [`PinLevel::Float`] if the pin does not
+    /// exist.
     #[must_use]
     pub fn level(&self, pin: PinId) -> PinLevel {
         self.ports.pin(pin).level()
@@ -172,7 +174,7 @@ impl Mcs51Soc {
         self.ports.pins()
     }
 
-    /// Takes the oldest logged event.
+    /// Removes and returns the oldest logged event.
     pub fn next_event(&mut self) -> Option<ChipEvent> {
         self.log.pop()
     }
@@ -184,19 +186,19 @@ impl Mcs51Soc {
         self.ports.latch(2)
     }
 
-    /// RETI.
+    /// RETI: ends the interrupt in progress.
     pub fn end_interrupt(&mut self) {
         self.interrupts.reti();
         self.next_interrupt_boundary = 0;
     }
 
-    /// Clocks of a machine cycle.
+    /// Clocks per machine cycle.
     #[must_use]
     pub fn clocks_per_cycle(&self) -> u32 {
         self.clocks_per_cycle.into()
     }
 
-    /// Runs everything due up to the machine cycle `now`, in order of time.
+    /// Executes everything that is due up to the machine cycle `now`, in order of time.
     fn run(&mut self, now: u64) {
         while self.next_due() <= now {
             let due = self.next_due();
@@ -210,7 +212,7 @@ impl Mcs51Soc {
         }
     }
 
-    /// Oscillator time of the machine cycle `now`.
+    /// Converts the machine cycle `now` to oscillator time.
     fn to_oscillator_time(&self, now: u64) -> u64 {
         self.power.stopped_at(now).saturating_sub(self.stopped_cycles)
     }
@@ -221,7 +223,7 @@ impl Mcs51Soc {
         if self.power.is_powered_down() { drive } else { drive.min(self.deadline.saturating_add(self.stopped_cycles)) }
     }
 
-    /// Everything that is due at the cycle `t`, the next one at which anything is.
+    /// Executes everything that is due at the cycle `t`, which must be the next deadline.
     fn run_cycle(&mut self, t: u64) {
         // S1P1: pins.
         while let Some((pin, level)) = self.drives.pop_due(t + self.stopped_cycles) {
@@ -242,7 +244,7 @@ impl Mcs51Soc {
         self.run_watchdog(t);
     }
 
-    /// The parts are told of the levels that have changed, as sampled in cycle `t`.
+    /// Gives peripherals the levels that have changed, as sampled in cycle `t`.
     fn sample_pins(&mut self, t: u64) {
         self.sample_at = NEVER;
         for (i, pin) in SAMPLED_PINS.into_iter().enumerate() {
@@ -284,7 +286,7 @@ impl Mcs51Soc {
         }
     }
 
-    /// Steps of the serial port: lines that change now or later, bytes that have gone out.
+    /// Applies a step of the serial port: line changes now or later, and bytes that were sent.
     fn on_serial_step(&mut self, step: SerialStep, t: u64) {
         if step.flags != 0 {
             self.next_interrupt_boundary = 0;
@@ -301,7 +303,7 @@ impl Mcs51Soc {
         }
     }
 
-    /// A change of a serial line.
+    /// Applies a change of a serial line.
     fn apply_serial_edge(&mut self, edge: SerialEdge) {
         let pin = match edge.line {
             SerialLine::Txd => {
@@ -316,13 +318,13 @@ impl Mcs51Soc {
         self.update_pin(pin, edge.at.cycle, edge.at.phase);
     }
 
-    /// Settles a pin at clock `phase` of cycle `t` after the chip changed what it does to it.
+    /// Updates a pin at clock `phase` of cycle `t` after the chip has changed how it drives it.
     fn update_pin(&mut self, pin: PinId, t: u64, phase: u8) {
         let changed = self.ports.update_level(pin, t);
         self.on_pin_edge(pin, changed, t, phase);
     }
 
-    /// Logs the edge of a pin, if there was one, and a fight over it; parts that listen to it will be told.
+    /// Logs a change and a contention of a pin, and schedules the sampling of a pin that peripherals use.
     fn on_pin_edge(&mut self, pin: PinId, changed: Option<PinLevel>, t: u64, phase: u8) {
         let at = CycleTime { cycle: t + self.stopped_cycles, phase: phase * self.clocks_per_cycle / 12 };
         if self.log.is_enabled() {
@@ -339,7 +341,7 @@ impl Mcs51Soc {
         }
     }
 
-    /// Works out the next deadline, interrupts aside.
+    /// Computes the next deadline, without interrupts.
     fn update_deadline(&mut self) {
         let edge = self.edges.front().map_or(NEVER, |edge| edge.at.cycle);
         let toggle = self.next_toggle().map_or(NEVER, |(state, _)| state / 6);
@@ -385,7 +387,7 @@ impl Bus for Mcs51Soc {
         let t = self.to_oscillator_time(now);
         let addr = reg as u8;
         if let Some(port) = port_of(addr) {
-            // A hand can write while the oscillator stands; events bear the machine's cycle.
+            // A user can write while the oscillator is stopped; events have the time of the machine cycle.
             let ahead = now.saturating_sub(self.power.stopped_at(now));
             self.stopped_cycles += ahead;
             let quiet = self.write_port(port, mask, value, t);
@@ -397,7 +399,7 @@ impl Bus for Mcs51Soc {
         self.write_sfr(addr, mask, value, t);
         self.update_deadline();
         self.next_interrupt_boundary = self.next_interrupt(t);
-        // The core need not look before it does so anyhow.
+        // The core need not check before its next deadline unless something is due sooner.
         let sooner =
             self.next_due().min(self.next_interrupt_boundary.saturating_add(self.stopped_cycles)) < self.core_deadline;
         let seen = sooner || due || self.log.len() != logged || addr == sfr::PCON;
@@ -468,7 +470,7 @@ impl Bus for Mcs51Soc {
     }
 }
 
-/// True for registers that change with the counts of timers.
+/// Whether a register depends on the counts of timers.
 const fn is_counter_register(addr: u8) -> bool {
     matches!(addr, sfr::TCON..=sfr::TH1 | sfr::T2CON..=sfr::TH2)
 }

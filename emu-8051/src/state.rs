@@ -1,4 +1,4 @@
-//! The machine as bytes: [`Cpu::save`] and [`Cpu::restore`].
+//! Saves and restores the state of the machine: [`Cpu::save`] and [`Cpu::restore`].
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::cpu::Mcs51;
 use crate::executor::ADDRESS_SPACE;
 
 impl Mcs51 {
-    /// The bytes of this machine.
+    /// The state of this machine as bytes.
     pub(crate) fn to_snapshot(&self) -> Vec<u8> {
         let mut copy = self.clone();
         let now = copy.cycle();
@@ -19,11 +19,11 @@ impl Mcs51 {
         save_state(&mut copy)
     }
 
-    /// This machine as the bytes have it.
+    /// A copy of this machine with the state in `bytes`.
     pub(crate) fn restored(&self, bytes: &[u8]) -> Result<Mcs51, SnapshotDamaged> {
         let mut copy = self.clone();
         load_state(&mut copy, bytes)?;
-        // A state that no machine comes to may be one that it cannot save.
+        // Bytes can describe a state that no machine reaches and that cannot be saved again.
         load_state(&mut self.clone(), &copy.to_snapshot())?;
         Ok(copy)
     }
@@ -45,14 +45,14 @@ impl SnapshotState for Mcs51 {
     }
 }
 
-/// What the loop has noted for itself is not in it: it finds that again.
+/// Requests to the loop around the hot loop are not saved; it sets them again.
 impl SnapshotState for CoreRegisters {
     fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         let (mut pc, mut psw) = (self.pc as u16, self.psw());
         let mut bytes = [self.acc as u8, self.b as u8, self.sp as u8];
         let mut pointers = [self.dptr as u16, self.other_dptr as u16];
         self.clock.pass_state(tape)?;
-        // Only the boundary at this very cycle is held.
+        // An interrupt hold-off matters only at the present cycle.
         let held = tape.pass_flag(self.no_interrupt_at == tape.now())?;
         pc.pass_state(tape)?;
         bytes.pass_state(tape)?;
@@ -75,7 +75,7 @@ impl SnapshotState for CoreRegisters {
             ..CoreRegisters::START
         };
         self.set_psw(psw);
-        // P is what A makes it.
+        // P always follows A.
         tape.require(self.psw() == psw)
     }
 }

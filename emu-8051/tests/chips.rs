@@ -1,13 +1,14 @@
-//! The rows of the chips against tables typed from the manuals, arranged as the manuals print them.
+//! Compares the chip rows with tables typed from the manuals, in the layout of the manuals.
 //!
-//! Sources: Intel 272383 (registers, bits, vectors, pins), Intel 272318 and 272335, Atmel 0265, 0313, 2487, 1919, 0368, 1001.
+//! Sources: Intel 272383 (registers, bits, vectors, pins), Intel 272318 and 272335, Atmel 0265, 0313, 2487,
+//! 1919, 0368, 1001.
 
 use std::collections::BTreeSet;
 
 use emu_8051::chips::{MCS51_PARTS, Mcs51Part, Timer2Kind, chip, chips, part};
 use emu_core::chip::{ChipFamily, NamedAddress};
 
-/// Chip, document, bytes of program memory on it, of RAM, highest clock in MHz, what else it has.
+/// Chip, document, bytes of program memory on the chip, bytes of RAM, highest clock in MHz, other features.
 const CHIPS: &str = "
     8031      | 272318 | 0    | 128 | 12 | bus
     8051      | 272318 | 4096 | 128 | 12 | bus
@@ -24,8 +25,8 @@ const CHIPS: &str = "
     at89c4051 | 1001   | 4096 | 128 | 24 | cmos comparator
 ";
 
-/// Chips, then a line of the register map: address of its first byte, and the eight registers. Lines that are not there
-/// are empty.
+/// Chips, then a line of the register map: address of its first byte, and the eight registers. Empty lines of
+/// the map are left out.
 const REGISTER_MAP: &str = "
     all       | F0 | B
     all       | E0 | ACC
@@ -46,7 +47,7 @@ const REGISTER_MAP: &str = "
     at89c2051 at89c4051 | 80 | - SP DPL DPH - - - PCON
 ";
 
-/// What the chips must have (`!`: must not have), then a register and its bits from 7 down to 0.
+/// Features that a chip must have (`!`: must not have), then a register and its bits from 7 down to 0.
 const BITS: &str = "
     bus     | 80 | P0.7 P0.6 P0.5 P0.4 P0.3 P0.2 P0.1 P0.0
     -       | 88 | TF1 TR1 TF0 TR0 IE1 IT1 IE0 IT0
@@ -64,7 +65,7 @@ const BITS: &str = "
     -       | F0 | B.7 B.6 B.5 B.4 B.3 B.2 B.1 B.0
 ";
 
-/// The packages, pin 1 first; a supply, crystal or bus pin that no program reaches is `-`.
+/// The packages, pin 1 first; `-` is a supply, crystal or bus pin that no program can access.
 const DIP40: &str = "
     P1.0 P1.1 P1.2 P1.3 P1.4 P1.5 P1.6 P1.7 RST P3.0 P3.1 P3.2 P3.3 P3.4 P3.5 P3.6 P3.7 - - -
     P2.0 P2.1 P2.2 P2.3 P2.4 P2.5 P2.6 P2.7 - - - P0.7 P0.6 P0.5 P0.4 P0.3 P0.2 P0.1 P0.0 -
@@ -74,7 +75,7 @@ const DIP20: &str = "
     P3.7 P1.0 P1.1 P1.2 P1.3 P1.4 P1.5 P1.6 P1.7 -
 ";
 
-/// What the chips must have, then a port and what its pins do besides, pin 0 first.
+/// Features that a chip must have, then a port and the alternative functions of its pins, pin 0 first.
 const NOTES: &str = "
     bus                | P0 | AD0 AD1 AD2 AD3 AD4 AD5 AD6 AD7
     bus                | P2 | A8 A9 A10 A11 A12 A13 A14 A15
@@ -89,7 +90,7 @@ const NOTES: &str = "
     !bus               | P3 | RXD TXD INT0 INT1 T0 T1 comparator_output -
 ";
 
-/// What the chips must have, then address and interrupt.
+/// Features that a chip must have, then address and interrupt.
 const VECTORS: &str = "
     -      | 0003 | INT0
     -      | 000B | TIMER0
@@ -124,7 +125,7 @@ fn features(p: &Mcs51Part) -> BTreeSet<&'static str> {
     has.into_iter().filter(|(_, has)| *has).map(|(name, _)| name).collect()
 }
 
-/// Whether a line with this condition is about the part.
+/// Whether a line with this condition applies to the part.
 fn holds(condition: &str, p: &Mcs51Part) -> bool {
     let has = features(p);
     condition.split_whitespace().all(|c| match c.strip_prefix('!') {
@@ -302,7 +303,7 @@ fn names() {
     }
 }
 
-/// What a chip must have (`!`: must not have), then names of bits and their addresses.
+/// Features that a chip must have (`!`: must not have), then names of bits and their addresses.
 const CONSTANTS: &str = "
     -       | RXD=B0 TXD=B1 INT0=B2 INT1=B3 T0=B4 T1=B5
     bus     | WR=B6 RD=B7

@@ -1,16 +1,19 @@
-//! Programs as text on the whole machine: what they find, the cycle of every edge, interrupt and byte. Each is also run in
-//! random slices, from clones in the middle, with loops jumped over and without, with every hook of a probe on and with none:
-//! all of it must end in the same machine.
+//! Programs as text on the whole machine: their results, and the cycle of every edge, interrupt and byte.
+//! Each program is also run in random slices, from clones taken during the run, with and without skipping of
+//! loops, and with all probe hooks enabled and disabled. All runs must end with the same machine.
 //!
-//! What can be wanted of a case, hexadecimal values and decimal cycles:
+//! Expectations of a case, with hexadecimal values and decimal cycles:
 //!
-//! - `halted`, `illegal a5`: why the run ends; where neither is said it reaches its limit;
-//! - `ACC=5`, `idata:30=5`, `sfr:P1=5`, `bit:TR0=1`, `xdata:..`: at the end; `@12 TL0=5`: as read in cycle 12;
-//! - `irq INT0@12 TIMER0@20`: all interrupts, with the first cycle of each call; `sent 41@960`: all bytes sent;
+//! - `halted`, `illegal a5`: why the run ends; without either it must reach its limit;
+//! - `ACC=5`, `idata:30=5`, `sfr:P1=5`, `bit:TR0=1`, `xdata:..`: values at the end; `@12 TL0=5`: as read in
+//!   cycle 12;
+//! - `irq INT0@12 TIMER0@20`: all interrupts, with the first cycle of each call; `sent 41@960`: all bytes
+//!   sent;
 //! - `P1.0 12H 20.4L`: all edges of a pin by cycle and clock; `fight P1.0@3`: all contentions;
-//! - `at label 12 30`: when the label is reached; `cycle 70`, `instructions 70`, `pc label`: at the end.
+//! - `at label 12 30`: the cycles at which the label is reached; `cycle 70`, `instructions 70`, `pc label`:
+//!   at the end.
 //!
-//! A list that ends in `...` may go on.
+//! A list that ends with `...` can continue.
 
 #[path = "programs/script.rs"]
 mod script;
@@ -36,10 +39,10 @@ fn cases() -> Vec<Case> {
     TEXTS.iter().flat_map(|text| script::cases(text)).collect()
 }
 
-/// Sources by their numbers.
+/// Interrupt sources by number.
 const SOURCES: [&str; 7] = ["RESET", "INT0", "TIMER0", "INT1", "TIMER1", "SERIAL", "TIMER2"];
 
-/// Everything that a probe is told, `INSN` of instructions and data too.
+/// Everything that a probe reports; with `INSN` also instructions and data.
 #[derive(Default, Clone, PartialEq, Debug)]
 struct Log<const INSN: bool> {
     irqs: Vec<(u64, u8)>,
@@ -69,7 +72,7 @@ fn show_edge((at, level): (CycleTime, PinLevel)) -> String {
     if at.phase == 0 { format!("{}{letter}", at.cycle) } else { format!("{}.{}{letter}", at.cycle, at.phase) }
 }
 
-/// A place by its name: `sfr:P1`, `bit:P1.0`, `idata:30`, `ACC`, `TL0`.
+/// The value of a named location: `sfr:P1`, `bit:P1.0`, `idata:30`, `ACC`, `TL0`.
 fn place(mcs51: &Mcs51, text: &str) -> Option<u32> {
     let hex = |text: &str| u32::from_str_radix(text, 16).ok();
     match text.split_once(':') {
@@ -88,7 +91,7 @@ fn place(mcs51: &Mcs51, text: &str) -> Option<u32> {
     }
 }
 
-/// What differs from what is wanted.
+/// Runs a case and returns its differences from the expectations.
 fn judge(case: &Case) -> Vec<String> {
     let mut wrong = Vec::new();
     let mut mcs51 = case.machine();
@@ -205,7 +208,7 @@ fn programs_do_what_the_manual_says() {
     assert_eq!(wrong, 0, "of {} cases", cases.len());
 }
 
-/// All that a program can see, and what the run counts.
+/// Everything that a program can see, and the counts of the run.
 fn state(mcs51: &Mcs51) -> (Vec<Option<u8>>, [u64; 3]) {
     let spaces = [("idata", 0..256), ("sfr", 128..256), ("xdata", 0..512)];
     let bytes = spaces.iter().flat_map(|(space, range)| range.clone().map(|addr| mcs51.peek(space, addr)));

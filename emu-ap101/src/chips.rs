@@ -1,4 +1,4 @@
-//! The one chip of the family, as data.
+//! The only chip of the family, as data.
 
 use emu_core::chip::{Chip, ChipFamily, NamedAddress, PinDef};
 use emu_core::image::{ImageSpace, WordBits};
@@ -7,19 +7,19 @@ use emu_core::pins::PinId;
 use crate::config::{CONFIG_ADDRESS, CONFIG_BYTES, INPUTS, OUTPUTS};
 use crate::isa::{ISA, SPAN};
 
-/// The first output channel among the pins; input channels stand before.
+/// The first output channel among the pins; the input channels come before it.
 pub const FIRST_OUTPUT: PinId = INPUTS;
-/// Supply: 0 is none.
+/// The supply; low means no supply.
 pub const POWER_PIN: PinId = INPUTS + OUTPUTS;
-/// Asks for a cold start.
+/// Requests a cold start.
 pub const CLEAR_PIN: PinId = POWER_PIN + 1;
-/// Pins in all.
+/// Total number of pins.
 pub const PIN_COUNT: usize = CLEAR_PIN as usize + 1;
 
-/// Longest name of a channel.
+/// Maximum length of the name of a channel.
 const NAME: usize = 4;
 
-/// A letter and a number of up to three digits, and how long that is.
+/// The name of a channel, a letter and a number of up to three digits, and its length.
 const fn channel(letter: u8, n: u16) -> ([u8; NAME], usize) {
     let (hundreds, tens, ones) = (b'0' + (n / 100) as u8, b'0' + (n / 10 % 10) as u8, b'0' + (n % 10) as u8);
     match n {
@@ -67,10 +67,10 @@ const IMAGE: &[ImageSpace] = &[
     ImageSpace { name: "config", start: CONFIG_ADDRESS, len: CONFIG_BYTES, word: 1, word_bits: WordBits::All },
 ];
 
-/// The memories whose addresses hold a bit each.
+/// Memories with one bit per address.
 pub const BIT_SPACES: [&str; 4] = ["i", "e", "m", "r"];
 
-/// AP101.
+/// The chip row of AP101.
 pub static AP101: Chip = Chip {
     name: "ap101",
     family: ChipFamily::Ap101,
@@ -117,7 +117,7 @@ pub static AP101: Chip = Chip {
 const REGS: &[NamedAddress] = &[];
 const PIN_LIST: &[PinDef] = &pins();
 
-/// All chips.
+/// All chips of this crate.
 pub fn chips() -> impl Iterator<Item = &'static Chip> {
     std::iter::once(&AP101)
 }

@@ -1,14 +1,19 @@
-//! The block of the configuration, bytes 1000h to 12FFh of an image: channels, clock, program table, modules.
+//! The configuration block, bytes 1000h to 12FFh of an image: channels, clock, program table, modules.
 //!
 //! ```text
-//!   1000h  'A' 'P'                               100Ch  clock in Hz, 4 bytes; 0 is 1,000,000
-//!   1002h  version, 1                            1010h  period in machine cycles, 4 bytes; 0 is free running
-//!   1003h  inputs: 0 scan, 1 live                1020h  8 programs: start, last, RX, flags (0 present, 1 enabled
-//!   1004h  mode: 0 fixed, 1 reconfigurable              at a cold start), 2 bytes each
-//!   1006h  output channels, 2 bytes              1100h  128 modules: type, unit, preset (2 bytes)
-//!   1008h  input channels, 2 bytes               else   reserved, 0
+//!   1000h  'A' 'P'
+//!   1002h  version, 1
+//!   1003h  inputs: 0 scan, 1 live
+//!   1004h  mode: 0 fixed, 1 reconfigurable
+//!   1006h  output channels, 2 bytes
+//!   1008h  input channels, 2 bytes
+//!   100Ch  clock in Hz, 4 bytes; 0 is 1,000,000
+//!   1010h  period in machine cycles, 4 bytes; 0 is free running
+//!   1020h  8 programs: start, last, RX, flags (bit 0 present, bit 1 enabled at a cold start), 2 bytes each
+//!   1100h  128 modules: type, unit, preset (2 bytes)
+//!   else   reserved, 0
 //! ```
-//! Numbers of several bytes have the lowest first.
+//! Numbers of several bytes have the lowest byte first.
 
 use diag::DiagnosticCode;
 use emu_core::image::Image;
@@ -16,30 +21,30 @@ use emu_core::image::Image;
 use crate::isa::SPAN;
 pub use crate::modules::{ModuleKind, ModuleSettings, ModuleTimeUnit};
 
-/// Byte address of the block in an image file, and its length.
+/// Byte address of the block in an image file.
 pub const CONFIG_ADDRESS: u32 = 0x1000;
-/// See [`CONFIG_ADDRESS`].
+/// Size of the block in bytes.
 pub const CONFIG_BYTES: u32 = 0x300;
 
-/// Programs in the table.
+/// Number of programs in the table.
 pub const PROGRAMS: usize = 8;
 
-/// Modules.
+/// Number of modules.
 pub const MODULES: usize = 128;
 
-/// Output channels at most.
+/// Maximum number of output channels.
 pub const OUTPUTS: u16 = 256;
 
-/// Input channels at most.
+/// Maximum number of input channels.
 pub const INPUTS: u16 = 512;
 
-/// Clock where the block does not say.
+/// Clock in Hz if the block does not give one.
 pub const HZ: u64 = 1_000_000;
 
-/// The code of a damaged block.
+/// The code of the diagnostic for a damaged block.
 pub const DAMAGED: &str = "CFG001";
 
-/// The codes of this crate.
+/// The diagnostic codes of this crate.
 pub const CONFIG_CODES: &[DiagnosticCode] = &[DiagnosticCode {
     code: DAMAGED,
     title: "the configuration block of an AP101 image is damaged",
@@ -49,54 +54,56 @@ pub const CONFIG_CODES: &[DiagnosticCode] = &[DiagnosticCode {
               `program`, `module`), or leave it out: then there are 512 inputs, 256 outputs and one program.",
 }];
 
-/// When inputs are read.
+/// When inputs are sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum InputSampling {
-    /// All at once as a program cycle begins.
+    /// All together at the start of a program cycle.
     #[default]
     Scan,
-    /// Each as an instruction reads it.
+    /// Each input when an instruction reads it.
     Live,
 }
 
 /// A program of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ProgramEntry {
-    /// Its position in the table.
+    /// Position in the table.
     pub entry: u8,
     /// First word.
     pub start: u16,
     /// Last word.
     pub last: u16,
-    /// The index register while it runs.
+    /// Value of the index register while the program runs.
     pub rx: u16,
 }
 
-/// What the block says.
+/// The configuration of a machine, as given by the block.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Ap101Config {
-    /// When inputs are read.
+    /// When inputs are sampled.
     pub inputs: InputSampling,
-    /// Bits of M say which programs run; else all do, in turn.
+    /// Whether bits of M select the programs that run; otherwise all run in turn.
     pub reconfigurable: bool,
-    /// Output channels.
+    /// Number of output channels.
     pub output_channels: u16,
-    /// Input channels.
+    /// Number of input channels.
     pub input_channels: u16,
-    /// Clock, in Hz.
+    /// Clock in Hz.
     pub hz: u64,
-    /// Machine cycles from the beginning of one program cycle to that of the next, at least; 0 is free running.
+    /// Minimum number of machine cycles from the start of one program cycle to the start of the next; 0 means
+    /// free running.
     pub period: u64,
-    /// The programs that are present, in table order. None where the table names none.
+    /// The programs that are present, in table order; empty if the table has none.
     pub programs: Vec<ProgramEntry>,
-    /// What a cold start makes of the bits that enable programs, in reconfigurable mode; also of entries that are not present.
+    /// Initial values, at a cold start, of the bits that enable programs in reconfigurable mode, also for
+    /// entries that are not present.
     pub enabled: [bool; PROGRAMS],
     /// The modules.
     pub modules: [ModuleSettings; MODULES],
 }
 
 impl Default for Ap101Config {
-    /// All channels, one clock of 1 MHz, free running, no modules.
+    /// All channels, a clock of 1 MHz, free running, no modules.
     fn default() -> Ap101Config {
         Ap101Config {
             inputs: InputSampling::Scan,
@@ -112,18 +119,18 @@ impl Default for Ap101Config {
     }
 }
 
-/// What is wrong with a block.
+/// A fault of a block.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ConfigDamage {
     /// Byte address in the image file.
     pub addr: u32,
-    /// What is wrong, one sentence.
+    /// What is wrong: one sentence.
     pub cause: String,
     /// What to do about it.
     pub hint: &'static str,
 }
 
-/// A block as it is read: where it is wrong is noted, and reading goes on.
+/// Reads a block, notes its faults, and continues after each.
 struct ConfigReader<'a> {
     bytes: &'a [u8],
     damages: Vec<ConfigDamage>,
@@ -146,7 +153,7 @@ impl ConfigReader<'_> {
         self.damages.push(ConfigDamage { addr: CONFIG_ADDRESS + at as u32, cause, hint });
     }
 
-    /// A number that is at most `most`.
+    /// Checks that a number is at most `most`.
     fn at_most(&mut self, at: usize, value: u16, most: u16, what: &str, hint: &'static str) -> u16 {
         if value > most {
             self.report_damage(at, format!("{what} is {value}, and the most is {most}"), hint);
@@ -208,10 +215,10 @@ impl ConfigReader<'_> {
 }
 
 impl Ap101Config {
-    /// What the block in `image` says; the configuration of a machine without one where there is none.
+    /// Reads the block in `image`. Without a block, the result is the configuration of a machine without one.
     ///
     /// # Errors
-    /// All that is wrong with the block, in order of addresses.
+    /// All faults of the block, in order of address.
     pub fn read_config(image: &Image) -> Result<Ap101Config, Vec<ConfigDamage>> {
         let found: Vec<(u32, u8)> = image.bytes_in("config").collect();
         if found.is_empty() {
@@ -234,7 +241,8 @@ impl Ap101Config {
         if reader.damages.is_empty() { Ok(config) } else { Err(reader.damages) }
     }
 
-    /// The block that says so, [`CONFIG_BYTES`] bytes. Programs stand at their positions in the table.
+    /// Writes the configuration as a block of [`CONFIG_BYTES`] bytes. Programs are written at their positions
+    /// in the table.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let (outputs, inputs) = (self.output_channels.to_le_bytes(), self.input_channels.to_le_bytes());

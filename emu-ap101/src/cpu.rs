@@ -18,12 +18,12 @@ use crate::program_cycle::ProgramPhase;
 use crate::repetition::RepetitionDetector;
 use crate::soc::{Ap101Soc, CLOCKS};
 
-/// What overrides the configuration of an image.
+/// Options that override the configuration of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Options {
-    /// Clock, in Hz.
+    /// Clock in Hz.
     pub hz: Option<u64>,
-    /// When inputs are read.
+    /// When inputs are sampled.
     pub inputs: Option<InputSampling>,
 }
 
@@ -36,30 +36,30 @@ pub struct Ap101 {
     pub(crate) code: Arc<CodeMemory>,
     pub(crate) soc: Ap101Soc,
     pub(crate) phase: ProgramPhase,
-    /// The instruction last fetched.
+    /// The instruction fetched last.
     pub(crate) ric: u16,
-    /// An instruction was fetched and not executed yet: RIC before that.
+    /// If an instruction was fetched and not executed yet: the value of RIC before the fetch.
     pub(crate) fetched_word: Option<u16>,
-    /// The program that runs, or would; by its position among those that are present.
+    /// The program that runs, or would run, by its index among those that are present.
     pub(crate) program_index: usize,
-    /// The program that ran last, behind which the search for the next begins.
+    /// The program that ran last, after which the search for the next one starts.
     pub(crate) running_program: Option<usize>,
-    /// Program cycles that took longer than the period.
+    /// Number of program cycles that took longer than the period.
     pub(crate) overruns: u16,
-    /// The trap that stopped the last run, to be stepped over by the next.
+    /// The breakpoint that stopped the last run; the next run passes it once.
     pub(crate) breakpoint_to_pass: Option<u32>,
     pub(crate) repetition: RepetitionDetector,
 }
 
 impl Ap101 {
-    /// A machine at its first cold start with the program of `image`, configured as the image says. A block that is damaged, of
-    /// which [`Config::read_config`] tells, counts as none.
+    /// A machine at its first cold start with the program of `image`, configured as in the image. A damaged
+    /// configuration block, which [`Ap101Config::read_config`] reports, is ignored.
     #[must_use]
     pub fn new(image: &Image) -> Ap101 {
         Ap101::with(image, Options::default())
     }
 
-    /// The same where some is otherwise than the image says.
+    /// As [`Ap101::new`], with options that override the image.
     #[must_use]
     pub fn with(image: &Image, options: Options) -> Ap101 {
         let config = Ap101Config::read_config(image).unwrap_or_default();
@@ -93,36 +93,39 @@ impl Ap101 {
         machine
     }
 
-    /// How the machine is configured.
+    /// The configuration of the machine.
     #[must_use]
     pub fn config(&self) -> &Ap101Config {
         &self.config
     }
 
-    /// Clock, in Hz.
+    /// Clock in Hz.
     #[must_use]
     pub const fn hz(&self) -> u64 {
         self.hz
     }
 
-    /// Turns jumping over program cycles of which one is like the other on or off; it is on at first, and changes nothing but speed.
+    /// Enables (the default) or disables skipping of repeated program cycles. Results do not change, only the
+    /// run time.
     pub fn set_skip_idle_loops(&mut self, on: bool) {
         self.repetition.skip_idle_loops = on;
     }
 
-    /// No instruction is next: outputs are reloaded, a period is not over, no program is enabled, or there is no supply.
+    /// Whether no instruction is next: outputs are reloaded, a period is not over, no program is enabled, or
+    /// there is no supply.
     #[must_use]
     pub fn is_waiting(&self) -> bool {
         !matches!(self.phase, ProgramPhase::Run { .. }) || self.is_at_program_end()
     }
 
-    /// An instruction was fetched, and stands in RIC to be executed.
+    /// Whether an instruction was fetched into RIC and not executed yet.
     #[must_use]
     pub const fn has_fetched(&self) -> bool {
         self.fetched_word.is_some()
     }
 
-    /// Runs the next subcycle, or a machine cycle in which there are none; ends as [`Cpu::step`] does.
+    /// Runs the next subcycle, or a machine cycle without subcycles. The stop reasons are those of
+    /// [`Cpu::step`].
     pub fn step_subcycle<P: Probe>(&mut self, probe: &mut P) -> StopReason {
         struct StopAtSubcycle;
         impl Probe for StopAtSubcycle {
@@ -134,7 +137,7 @@ impl Ap101 {
         self.run_to::<_, false>(self.core.clock.now() + 1, &mut (probe, StopAtSubcycle))
     }
 
-    /// The program that runs, or would.
+    /// The program that runs, or would run.
     fn program(&self) -> Option<ProgramEntry> {
         self.code.programs.get(self.program_index).map(|ops| ops.program)
     }
@@ -194,7 +197,7 @@ impl Cpu for Ap101 {
             "NA" => self.set_pc(value),
             "RIC" => self.ric = value as u16,
             "OVR" => self.overruns = value as u16,
-            // The program table alone says what they are.
+            // Only the program table sets them.
             _ => return false,
         }
         self.forget_repetition();
@@ -221,8 +224,8 @@ impl Cpu for Ap101 {
         }
     }
 
-    /// Writes a latch, a bistable, a bit of M, a preset, a count or a word; what modules have timed in milliseconds cannot be written,
-    /// nor inputs that are read live.
+    /// Writes a latch, a bistable, a bit of M, a preset, a count or a word. Times that modules have measured
+    /// in milliseconds cannot be written, nor can live inputs.
     fn poke(&mut self, space: &str, addr: u32, value: u8) -> bool {
         let (n, bit, now) = (addr as u16, value & 1 != 0, self.cycle());
         match space {
@@ -307,10 +310,10 @@ impl Cpu for Ap101 {
         self.repetition.run_while_halted = on;
     }
 
-    /// Goes on also where nothing changes any more, and [`Cpu::run`] halts.
+    /// Continues even if nothing changes any more, where [`Cpu::run`] halts.
     fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
         let now = self.cycle();
-        // Where no instruction is next, on to where one is, or to what is due before.
+        // If no instruction is next, the step ends where one is next, or at what is due before.
         let next = match self.phase {
             _ if self.fetched_word.is_some() => now,
             ProgramPhase::Reload { from, .. } => from + self.soc.channels(),

@@ -1,19 +1,20 @@
-//! Bodies of the instructions, one function for all rows that do the same, generic over a machine.
+//! The bodies of the instructions: one function for all rows with the same operation, generic over a machine.
 
 use emu_core::machine::BitOps;
 
 use crate::operands::{A, BitAddress, CellOperand, D, JumpTarget, X};
 
-/// A machine that instructions run on.
+/// A machine on which instruction bodies run.
 pub(crate) trait Ap101Machine {
     /// A bit.
     type Bit: BitOps;
 
-    /// Begins an instruction of `words` program words that takes `cycles` machine cycles: NA goes on, time passes.
+    /// Begins an instruction of `words` program words that takes `cycles` machine cycles: advances NA and the
+    /// time.
     fn begin(&mut self, words: u32, cycles: u32);
-    /// A bit that is known.
+    /// Makes a known bit.
     fn bit(value: bool) -> Self::Bit;
-    /// A.
+    /// Reads the accumulator A.
     fn a(&self) -> Self::Bit;
     /// Sets A.
     fn set_a(&mut self, bit: Self::Bit);
@@ -21,23 +22,24 @@ pub(crate) trait Ap101Machine {
     fn cell(&self, cell: u16) -> Self::Bit;
     /// Writes a bit of memory.
     fn set_cell(&mut self, cell: u16, bit: Self::Bit);
-    /// Reads what stands at a place.
+    /// Reads the bit at a location.
     fn read_bit(&mut self, place: BitAddress) -> Self::Bit;
-    /// Writes to a place where `condition` holds; else nothing is written.
+    /// Writes the bit at a location if `condition` is true; otherwise nothing is written.
     fn write_bit_if(&mut self, condition: Self::Bit, place: BitAddress, bit: Self::Bit);
-    /// Writes to a place. `orders`: a preset port takes it for an order to read the word behind.
+    /// Writes the bit at a location. With `orders`, a write to a preset port takes the preset from the next
+    /// word.
     fn store_bit(&mut self, place: BitAddress, bit: Self::Bit, orders: bool);
-    /// NA becomes `target` where `condition` holds.
+    /// Sets NA to `target` if `condition` is true.
     fn jump_if(&mut self, condition: Self::Bit, target: u16);
 }
 
-/// An address in whatever form an op has it.
+/// An address, in any of the forms that an op can have.
 pub(crate) trait BitOperand: Copy {
     /// Reads the bit.
     fn read<M: Ap101Machine>(self, m: &mut M) -> M::Bit;
-    /// Stores a bit; `orders` as in [`Ap101::store_bit`].
+    /// Stores a bit; `orders` as in [`Ap101Machine::store_bit`].
     fn store<M: Ap101Machine>(self, m: &mut M, bit: M::Bit, orders: bool);
-    /// Writes a bit where `condition` holds.
+    /// Writes a bit if `condition` is true.
     fn write_if<M: Ap101Machine>(self, m: &mut M, condition: M::Bit, bit: M::Bit);
 }
 

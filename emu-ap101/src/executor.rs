@@ -1,7 +1,7 @@
-//! The hot loop: what one instruction does to the machine.
+//! The hot loop: executes predecoded instructions.
 //!
-//! [`Executor`] holds the registers as plain locals whose address never escapes, so that they live in host registers; memory lies
-//! beside it.
+//! [`Executor`] holds the registers as plain locals whose address never escapes, so that the compiler keeps
+//! them in host registers. Memory is borrowed.
 
 use emu_core::countdown::Countdown;
 use emu_core::cpu::Probe;
@@ -15,7 +15,7 @@ use crate::operands::{A, BitAddress, BitLocation, D, IMAGE_START, JumpTarget, M_
 use crate::predecode::{CodeMemory, OP_COUNT};
 use crate::soc::Ap101Soc;
 
-/// Positions in the chip's list of memories: i, e, m, r.
+/// Indexes in the chip's list of memories: i, e, m, r.
 const I_SPACE: u8 = 1;
 const E_SPACE: u8 = 2;
 const M_SPACE: u8 = 3;
@@ -26,21 +26,21 @@ const R_SPACE: u8 = 4;
 pub(crate) struct CoreRegisters {
     pub clock: Countdown,
     pub a: bool,
-    /// Up to [`OP_COUNT`]: behind the end of program memory the hot loop is left.
+    /// NA, up to [`OP_COUNT`]; after the end of program memory the hot loop is left.
     pub next_address: u32,
     /// The address of the last instruction.
     pub last: u32,
-    /// The probe has asked for a stop.
+    /// The probe requested a stop.
     pub stop_requested: bool,
 }
 
 impl CoreRegisters {
-    /// At cycle 0.
+    /// State at cycle 0.
     pub(crate) const START: CoreRegisters =
         CoreRegisters { clock: Countdown::START, a: false, next_address: 0, last: 0, stop_requested: false };
 }
 
-/// One turn of the loop: registers by value, everything else borrowed.
+/// The state during one burst: registers by value, everything else borrowed.
 pub(crate) struct Executor<'a, P: Probe> {
     pub core: CoreRegisters,
     pub soc: &'a mut Ap101Soc,
@@ -48,8 +48,8 @@ pub(crate) struct Executor<'a, P: Probe> {
     pub probe: &'a mut P,
 }
 
-/// Tells of the instruction at `pc` behind which the program goes on at `to`. Each is told for itself: where the next begins, the
-/// order of programs decides.
+/// Reports the instruction at `pc`, after which the program continues at `to`. Each instruction is reported
+/// as a flow of its own, because the order of programs decides where the next one begins.
 #[inline(always)]
 pub(crate) fn report_branch<P: Probe>(probe: &mut P, pc: u32, to: u32) {
     if P::FLOW {
@@ -63,7 +63,7 @@ pub(crate) fn report_branch<P: Probe>(probe: &mut P, pc: u32, to: u32) {
 }
 
 impl<P: Probe> Executor<'_, P> {
-    /// Runs instructions until the deadline, or one that is not for this loop.
+    /// Runs instructions until the deadline, or until one that leaves this loop.
     pub(crate) fn burst(mut self, ops: &[Ap101Op; OP_COUNT]) -> CoreRegisters {
         let turn = &mut self;
         while turn.core.clock.is_before_deadline() {
@@ -82,7 +82,7 @@ impl<P: Probe> Executor<'_, P> {
         self.core
     }
 
-    /// Runs one instruction, which is none of the extra kinds.
+    /// Runs one instruction, whose kind must be a row.
     pub(crate) fn single(mut self, op: Ap101Op) -> CoreRegisters {
         let (turn, op) = (&mut self, &op);
         ap101_table!(dispatch { (turn, op, op.kind, ()) });
@@ -112,14 +112,14 @@ impl<P: Probe> Executor<'_, P> {
         }
     }
 
-    /// Nothing stands at an address.
+    /// Reports an access to an address where nothing exists.
     fn lint_unmapped(&mut self, addr: u16) {
         const SPACES: [&str; 4] = ["i", "e", "r", "m"];
         let space = SPACES.get(usize::from(addr / ZONE_BITS)).copied().unwrap_or("i");
         self.report_lint(Lint::NoSuchBit { space, addr: addr % ZONE_BITS });
     }
 
-    /// Tells of an access to a place, with what is odd about it.
+    /// Reports an access to a location, with its lints.
     fn report_bit_access(&mut self, place: BitAddress, bit: bool, write: bool) {
         match place.location() {
             BitLocation::Cell(cell) if cell < M_START => self.report_access(I_SPACE, cell, bit, write),
@@ -147,13 +147,13 @@ impl<P: Probe> Executor<'_, P> {
             self.report_bit_access(place, bit, true);
         }
         let changed = write_location(self.soc, place, bit, self.core.clock.now());
-        // An edge is told of at the next boundary.
+        // The event of an edge is reported at the next boundary.
         if P::EVENTS && changed {
             self.core.clock.expire();
         }
     }
 
-    /// STO into a preset port: the NOP behind it has the preset.
+    /// STO to a preset port: the NOP after it contains the preset.
     #[inline(always)]
     fn write_preset(&mut self, n: u16, bit: bool) {
         let given = set_module_preset(self.soc, n, self.code.word(self.core.next_address));
@@ -165,7 +165,8 @@ impl<P: Probe> Executor<'_, P> {
     }
 }
 
-/// Writes to a place what shows from the machine cycle `next` on; true when a pin changes.
+/// Writes to a location; the change is visible from the machine cycle `next` on. Returns true if a pin
+/// changes.
 #[inline(never)]
 fn write_location(soc: &mut Ap101Soc, place: BitAddress, bit: bool, next: u64) -> bool {
     match place.location() {
@@ -181,7 +182,7 @@ fn write_location(soc: &mut Ap101Soc, place: BitAddress, bit: bool, next: u64) -
     false
 }
 
-/// Reads a place in the machine cycle `now`.
+/// Reads a location in the machine cycle `now`.
 #[inline(never)]
 fn read_location(soc: &Ap101Soc, place: BitAddress, now: u64) -> bool {
     match place.location() {
@@ -193,7 +194,7 @@ fn read_location(soc: &Ap101Soc, place: BitAddress, now: u64) -> bool {
     }
 }
 
-/// Gives a module the preset in a word, if it is a NOP without an index.
+/// Sets the preset of a module from a word, if the word is a NOP without an index. Returns whether it is.
 #[inline(never)]
 fn set_module_preset(soc: &mut Ap101Soc, n: u16, word: u16) -> bool {
     let given = word >> 11 == 0b1_1110;

@@ -1,8 +1,8 @@
-//! THE table of AP101's instructions, and what is read off it.
+//! The table of AP101's instructions, and what is derived from it: the disassembler and the encoder.
 //!
-//! Order of rows: that of the source, which counts its instructions from 1; an opcode is that number less one. Every
-//! instruction with an address has two rows, one for each addressing mode: direct, and relative to the index register. A direct
-//! address that is a plain bit of memory has a kind of its own.
+//! The rows have the order of the source, which numbers its instructions from 1; an opcode is that number
+//! minus one. Every instruction with an address has two rows, one for each addressing mode: direct, and
+//! relative to the index register RX. A direct address that is a plain bit of memory has its own kind.
 
 use emu_core::CoreError;
 use emu_core::chip::InstructionSet;
@@ -13,12 +13,13 @@ use emu_core::table::{
 
 use crate::operands::{A, D, JumpTarget, X};
 
-/// Hands every row to `callback!`, after the tokens of `{ .. }`. Columns: name, mnemonic, syntax, pattern, operands, machine cycles,
-/// registers written, body, kind for plain bits of memory.
+/// Passes every row to `callback!`, after the tokens of `{ .. }`. Columns: name, mnemonic, syntax, pattern,
+/// operands, machine cycles, registers written, body, kind for plain bits of memory.
 #[rustfmt::skip]
 macro_rules! ap101_table {
     ($callback:path { $($head:tt)* }) => { $callback! { $($head)* 16; extra {
-        /// Not for the hot loop: the end of the program, a jump that ends it or leaves it, a breakpoint, an address behind memory.
+        /// Leaves the hot loop: the end of the program, a jump that ends or leaves it, a breakpoint, or an
+        /// address after the end of memory.
         Slow,
     }
     /// Load: A becomes the bit.
@@ -79,7 +80,8 @@ macro_rules! ap101_table {
     JmpcX   "jmpc"  "t,X"  "1110 1ttt tttt tttt" (t: JumpTarget)  "1"  ""   => jump_if(t);
     /// No operation.
     Nop     "nop"   ""     "1111 1111 1111 1111" ()           "1"  ""   => nop();
-    /// No operation; with bit 11 clear the field is what a store into a preset port before it takes. Written as a word.
+    /// No operation. With bit 11 clear, the field is the preset for a store to a preset port directly before
+    /// it. Written as `.word`.
     NopData "nop"   "d"    "1111 dddd dddd dddd" (d: D)       "1"  ""   => data(d);
     } };
 }
@@ -87,7 +89,7 @@ pub(crate) use ap101_table;
 
 ap101_table!(emu_core::define_isa {});
 
-/// The table as tools see it. A blank memory is NOPs.
+/// The table for tools. A blank memory is NOPs.
 pub const ISA: InstructionSet = InstructionSet {
     disassemble,
     erased_word: NOP,
@@ -102,22 +104,22 @@ pub const ISA: InstructionSet = InstructionSet {
     },
 };
 
-/// A plain NOP, and a blank word.
+/// The word of a plain NOP, and of blank memory.
 pub const NOP: u16 = 0xFFFF;
 
-/// Other spellings that the assembler takes: none.
+/// Alternative spellings that the assembler accepts: none.
 pub const ALIASES: &[SyntaxAlias] = &[];
 
-/// Bits of a program word.
+/// Number of bits of a program word.
 pub const WORD_BITS: u32 = 16;
 
-/// Words that NA reaches.
+/// Number of words that the next-address register NA can address.
 pub const SPAN: usize = 0x800;
 
-/// Bit 11: the address is relative to RX.
+/// Bit 11 of a word: the address is relative to RX.
 pub const INDEXED: u16 = 0x800;
 
-/// The row of the instruction `word`, and its kind. Every word is an instruction.
+/// Finds the row of the instruction `word`, and its kind. Every word is an instruction.
 #[must_use]
 pub fn find_row(word: u16) -> (&'static InstructionRow, Kind) {
     let (i, _) = emu_core::table::find_row(ROWS, WORD_BITS, &[word]).unwrap_or((ROWS.len() - 1, 0));
@@ -128,20 +130,21 @@ const fn site(pc: u32) -> InstructionLocation {
     InstructionLocation { pc, len: 1, next_len: 1, pc_mask: SPAN as u32 - 1 }
 }
 
-/// The word of an instruction. Operands come in row order: addresses and targets by their eleven bits.
+/// Encodes an instruction. Operands are in row order; addresses and targets are given by their eleven bits.
 ///
 /// # Errors
-/// An operand that does not fit, with what is allowed.
+/// An operand does not fit; the error says what is allowed.
 pub fn encode(kind: Kind, operands: &[i32]) -> Result<u16, EncodeError> {
     let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: CoreError::NotAnInstruction })?;
     row.encode(operands, &site(0)).map(|word| word as u16)
 }
 
-/// Disassembles the instruction at the front of `words`, which stands at `pc`, with its mnemonic in capitals, as the source has them.
+/// Disassembles the instruction at the start of `words`, whose address is `pc`. The mnemonic is in capitals,
+/// as in the source.
 #[must_use]
 pub fn disassemble(words: &[u16], pc: u32) -> DisassembledInstruction {
     let mut line = disassemble_line(ROWS, WORD_BITS, words, &site(pc));
-    // Behind a word that is written as such the instruction is a comment.
+    // If the line is a raw word, the instruction is in a comment after it.
     let first = line.text.find("; ").map_or(0, |comment| comment + 2);
     let first = if line.row.is_some() { 0 } else { first };
     if line.row.is_some() || first > 0 {

@@ -1,9 +1,10 @@
-//! AP101, a programmable controller that computes single bits: instruction table, core, channels, modules and program table.
+//! AP101, a programmable controller that computes single bits: instruction table, core, channels, modules and
+//! program table.
 //!
-//! Source: a Romanian hand-out on programming such controllers ("Programarea automatelor programabile cu prelucrare la nivel de
-//! bit"), which gives the sixteen instructions, the registers, the two subcycles, the zones I, E, R and M and the protected images
-//! of outputs. What it leaves open (widths, codes, zones' sizes, the block of the configuration) is a choice, and stands in
-//! QUIRKS.md.
+//! Source: a Romanian hand-out on programming such controllers ("Programarea automatelor programabile cu
+//! prelucrare la nivel de bit"). It gives the sixteen instructions, the registers, the two subcycles, the
+//! zones I, E, R and M and the protected images of outputs. Where it is silent (widths, codes, sizes of
+//! zones, the configuration block) the model decides; QUIRKS.md lists these decisions.
 
 #![forbid(unsafe_code)]
 

@@ -1,35 +1,36 @@
 //! Modules that time and count: R 0 to 127.
 //!
-//! A module is written like an output and read like an input. In units of time nothing is counted: a module keeps the machine cycle
-//! from which it measures and says what it is at any other. In the unit *program cycle*, and in counters, it is the element of the
-//! same name of ladder diagrams (docs/semantics.md, dialect `ldmicro-2.3`) with the preset as P: numbers of 16 bits with a sign.
+//! A module is written like an output and read like an input. A module with a unit of time counts nothing: it
+//! keeps the machine cycle from which it measures, and computes its state at any other cycle. A counter, or a
+//! module with the unit *program cycle*, is the ladder element of the same name (docs/semantics.md, dialect
+//! `ldmicro-2.3`) with the preset as P; these use signed 16-bit numbers.
 
 use emu_core::NEVER;
 use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
 
-/// What a module is.
+/// The type of a module.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModuleKind {
-    /// Nothing.
+    /// No module.
     None,
     /// On-delay.
     Ton,
     /// Off-delay.
     Tof,
-    /// On-delay that keeps what it has timed.
+    /// Retentive on-delay: it keeps the time that it has measured.
     Rto,
     /// Pulse.
     Tp,
-    /// Counter up.
+    /// Up counter.
     Ctu,
-    /// Counter down.
+    /// Down counter.
     Ctd,
-    /// Counter that begins anew behind its preset.
+    /// Counter that restarts at 0 after its preset.
     Ctc,
 }
 
 impl ModuleKind {
-    /// By the numbers that the configuration has for them.
+    /// All types, indexed by their numbers in the configuration.
     pub const ALL: [ModuleKind; 8] = [
         ModuleKind::None,
         ModuleKind::Ton,
@@ -41,17 +42,17 @@ impl ModuleKind {
         ModuleKind::Ctc,
     ];
 
-    /// It counts rising edges of what is written.
+    /// Whether the module counts rising edges of its input.
     #[must_use]
     pub const fn is_counter(self) -> bool {
         matches!(self, ModuleKind::Ctu | ModuleKind::Ctd | ModuleKind::Ctc)
     }
 }
 
-/// In what a module times.
+/// The unit in which a module times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModuleTimeUnit {
-    /// Program cycles in which it is written.
+    /// Program cycles in which the module is written.
     Cycle,
     /// 1 ms.
     Ms1,
@@ -62,11 +63,11 @@ pub enum ModuleTimeUnit {
 }
 
 impl ModuleTimeUnit {
-    /// By the numbers that the configuration has for them.
+    /// All units, indexed by their numbers in the configuration.
     pub const ALL: [ModuleTimeUnit; 4] =
         [ModuleTimeUnit::Cycle, ModuleTimeUnit::Ms1, ModuleTimeUnit::Ms10, ModuleTimeUnit::Ms100];
 
-    /// Milliseconds; 0 for program cycles.
+    /// The unit in milliseconds; 0 for program cycles.
     #[must_use]
     pub const fn ms(self) -> u64 {
         match self {
@@ -78,14 +79,14 @@ impl ModuleTimeUnit {
     }
 }
 
-/// How a module is configured.
+/// The configuration of a module.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ModuleSettings {
-    /// What it is.
+    /// Type of the module.
     pub kind: ModuleKind,
-    /// In what it times; of no meaning to counters.
+    /// Unit of time; not used by counters.
     pub unit: ModuleTimeUnit,
-    /// Units, or the count, at which it switches.
+    /// Number of units, or count, at which it switches.
     pub preset: u16,
 }
 
@@ -94,34 +95,34 @@ impl ModuleSettings {
     pub const NONE: ModuleSettings = ModuleSettings { kind: ModuleKind::None, unit: ModuleTimeUnit::Cycle, preset: 0 };
 }
 
-/// A thousand clocks are this many machine cycles: a machine cycle has two.
+/// Machine cycles per 1000 clocks: a machine cycle has two clocks.
 const CYCLES_PER_1000_CLOCKS: u64 = 500;
 
-/// A module. Times are machine cycles.
+/// The state of a module. Times are in machine cycles.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Ap101Module {
     settings: ModuleSettings,
     hz: u64,
     preset: u16,
-    /// What was written last: its enable, or the input of a counter.
+    /// The last value written: its enable, or the input of a counter.
     input: bool,
-    /// TOF: it has fallen and not risen since. TP: a pulse was begun.
+    /// TOF: the input has fallen and not risen since. TP: a pulse has started.
     begun: bool,
     /// The cycle from which it measures.
     since: u64,
-    /// RTO: cycles measured before that.
+    /// RTO: cycles measured before `since`.
     accumulated: u64,
-    /// Program cycles or edges.
+    /// Number of program cycles or edges.
     count: i16,
-    /// Q as the last write left it, where that decides.
+    /// Q after the last write, for counters and the unit program cycle.
     output: bool,
-    /// TOF in program cycles: it has been written before.
+    /// Whether it has been written before; used by TOF in program cycles.
     was_written: bool,
-    /// The program cycle in which it advanced last, by its first machine cycle.
+    /// The program cycle in which it last advanced, given by its first machine cycle.
     advanced_in: Option<u64>,
 }
 
-/// That it has advanced counts only in the program cycle that has begun at [`StateTape::now`].
+/// Whether the module has advanced matters only in the program cycle that began at [`StateTape::now`].
 impl SnapshotState for Ap101Module {
     fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         let Ap101Module {
@@ -154,7 +155,7 @@ impl SnapshotState for Ap101Module {
 }
 
 impl Ap101Module {
-    /// A module at zero, on a machine with a clock of `hz`.
+    /// A module in its initial state, on a machine with a clock of `hz`.
     #[must_use]
     pub const fn new(settings: ModuleSettings, hz: u64) -> Ap101Module {
         Ap101Module {
@@ -172,29 +173,29 @@ impl Ap101Module {
         }
     }
 
-    /// There is one.
+    /// Whether the module exists.
     #[must_use]
     pub fn exists(&self) -> bool {
         self.settings.kind != ModuleKind::None
     }
 
-    /// The preset as it stands.
+    /// The present preset.
     #[must_use]
     pub const fn preset(&self) -> u16 {
         self.preset
     }
 
-    /// Changes the preset, which does not touch what it has timed or counted.
+    /// Changes the preset, without a change of the measured time or count.
     pub const fn set_preset(&mut self, preset: u16) {
         self.preset = preset;
     }
 
-    /// It measures time.
+    /// Whether the module measures time in milliseconds.
     fn is_timed_in_ms(&self) -> bool {
         !self.settings.kind.is_counter() && self.settings.unit != ModuleTimeUnit::Cycle
     }
 
-    /// Machine cycles that it has measured by `cycle`.
+    /// Number of machine cycles measured up to `cycle`.
     fn elapsed(&self, cycle: u64) -> u64 {
         let measured = cycle.saturating_sub(self.since);
         match self.settings.kind {
@@ -205,13 +206,13 @@ impl Ap101Module {
         }
     }
 
-    /// As many units have passed as the preset has: elapsed clocks / hz >= preset * unit.
+    /// Whether the preset has been reached at `cycle`: elapsed clocks / hz >= preset * unit.
     fn has_elapsed(&self, cycle: u64) -> bool {
         let wanted = u64::from(self.preset) * self.settings.unit.ms() * self.hz;
         self.elapsed(cycle) >= wanted.div_ceil(1_000_000 / CYCLES_PER_1000_CLOCKS)
     }
 
-    /// Q at a machine cycle.
+    /// The output Q at a machine cycle.
     #[must_use]
     pub fn q(&self, cycle: u64) -> bool {
         if !self.is_timed_in_ms() {
@@ -226,7 +227,7 @@ impl Ap101Module {
         }
     }
 
-    /// It is timing, or has a count that is not 0.
+    /// Whether the module is timing, or has a count other than 0.
     #[must_use]
     pub fn is_running(&self, cycle: u64) -> bool {
         match self.settings.kind {
@@ -238,7 +239,7 @@ impl Ap101Module {
         }
     }
 
-    /// Whole units that it has measured, at most 65,535; the count.
+    /// The measured time in whole units, at most 65,535, or the count.
     #[must_use]
     pub fn value(&self, cycle: u64) -> u16 {
         if !self.is_timed_in_ms() {
@@ -249,22 +250,25 @@ impl Ap101Module {
         u16::try_from(clocks / unit.max(1)).unwrap_or(u16::MAX)
     }
 
-    /// From the machine cycle `now` on it does what `before`, itself as it was then, did from the earlier cycle `then` on, if presets
-    /// stay and it is written alike: it began to measure anew on the way, or has no more to wait for.
+    /// Whether from the machine cycle `now` on it behaves as `before`, its copy at the earlier cycle `then`,
+    /// did from then on, if presets stay and the same values are written. That is so if its measurement was
+    /// restarted in between, or its time has already elapsed.
     pub(crate) fn repeats_as(&self, now: u64, before: &Ap101Module, then: u64) -> bool {
         let since = |since| Ap101Module { since, advanced_in: self.advanced_in, ..before.clone() };
         let waits = self.is_timed_in_ms() && !before.has_elapsed(then) && self.elapsed(now) != before.elapsed(then);
         *self == since(before.since + (now - then)) || !waits && *self == since(before.since)
     }
 
-    /// It has done for `cycles` more, round by round, what it did in a round that began at the cycle `then`.
+    /// Shifts its time by `cycles`, after repetitions of a period that began at the cycle `then` were
+    /// skipped.
     pub(crate) const fn shift_time(&mut self, then: u64, cycles: u64) {
         if self.since > then {
             self.since += cycles;
         }
     }
 
-    /// It is written; the new level holds from the machine cycle `cycle` on, in the program cycle that began at `begun`.
+    /// The program writes the module. The new level is valid from the machine cycle `cycle` on, in the
+    /// program cycle that began at `begun`.
     pub fn write(&mut self, level: bool, cycle: u64, begun: u64) {
         let (rises, falls) = (level && !self.input, !level && self.input);
         if self.settings.kind.is_counter() {
@@ -287,7 +291,7 @@ impl Ap101Module {
         }
     }
 
-    /// The preset of the ladder elements.
+    /// The preset as the signed number of the ladder elements.
     const fn limit(&self) -> i16 {
         self.preset as i16
     }
@@ -304,10 +308,10 @@ impl Ap101Module {
         self.output = if self.settings.kind == ModuleKind::Ctc { level } else { self.count >= self.limit() };
     }
 
-    /// One program cycle of a timer.
+    /// Advances a timer by one program cycle.
     fn advance(&mut self, level: bool, rises: bool) {
         let limit = self.limit();
-        // The first time that a TOF runs it has run out already.
+        // A TOF that is written for the first time has already elapsed.
         if !std::mem::replace(&mut self.was_written, true) && self.settings.kind == ModuleKind::Tof {
             self.count = limit;
         }
@@ -338,7 +342,8 @@ impl Ap101Module {
         self.count = if cleared { 0 } else { self.count + i16::from(busy) };
     }
 
-    /// A 1 was written to its running bit: from the machine cycle `cycle` on it has measured and counted nothing.
+    /// A 1 was written to the running bit: from the machine cycle `cycle` on the module has measured and
+    /// counted nothing.
     pub fn clear(&mut self, cycle: u64) {
         (self.since, self.accumulated) = (cycle, 0);
         self.set_count(0);
@@ -347,8 +352,8 @@ impl Ap101Module {
         }
     }
 
-    /// Changes what it has counted, program cycles or edges, and Q to what that makes of it. A module in a unit of time counts nothing:
-    /// then nothing changes, and it is false.
+    /// Sets the count of program cycles or edges, and Q accordingly. A module with a unit of time has no
+    /// count; then nothing changes and the result is false.
     pub fn poke(&mut self, count: i16) -> bool {
         if !self.is_timed_in_ms() {
             self.set_count(count);

@@ -1,47 +1,49 @@
-//! Operand kinds of AP101: addresses of single bits, targets of jumps, data. And what an address comes to on a machine.
+//! Operand kinds of AP101: addresses of single bits, jump targets, data; and the location of an address on a
+//! machine.
 
 use std::fmt::Write;
 
 use emu_core::CoreError;
 use emu_core::table::{Operand, OperandKind, PredecodedOp, RamOperand};
 
-/// Letters of the zones, by bits 10 and 9 of an address.
+/// Letters of the zones, indexed by bits 10 and 9 of an address.
 pub const ZONE_LETTERS: [char; 4] = ['I', 'E', 'R', 'M'];
 
-/// Addresses of a zone.
+/// Number of addresses per zone.
 pub const ZONE_BITS: u16 = 512;
 
-/// Bits of memory that are read and written as they stand: input latches, then M with the images of the outputs.
+/// Number of bits of memory that are read and written directly: input latches, then M with the images of the
+/// outputs.
 pub const CELL_COUNT: usize = 1024;
 
-/// The first cell of M, and the first one of the images.
+/// The first cell of M.
 pub const M_START: u16 = 512;
-/// See [`M_START`].
+/// The first cell of the images of the outputs.
 pub const IMAGE_START: u16 = M_START + 256;
 
-/// What an address is on a machine with its channels and modules.
+/// The location of an address on a machine with its channels and modules, in 16 bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BitAddress(pub u16);
 
-/// What a [`BitAddress`] is, taken apart.
+/// What a [`BitAddress`] refers to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BitLocation {
-    /// A cell: below 512 an input latch, from 512 on M.
+    /// A cell: below 512 an input latch, from 512 on a bit of M.
     Cell(u16),
-    /// An output channel.
+    /// An output channel, by number.
     Output(u16),
-    /// The input of a module, or its Q; its number.
+    /// A module, by number: its input when written, its output Q when read.
     Module(u16),
-    /// Its running bit; writing 1 resets it.
+    /// The running bit of a module; writing 1 resets the module.
     Running(u16),
-    /// Its preset.
+    /// The preset port of a module.
     Port(u16),
-    /// Nothing is there; the address as an instruction has it.
+    /// Nothing; the value is the address in the instruction.
     Nothing(u16),
 }
 
 impl BitAddress {
-    /// Puts a spot into 16 bits.
+    /// Packs a location into 16 bits.
     #[must_use]
     pub const fn from_location(spot: BitLocation) -> BitAddress {
         BitAddress(match spot {
@@ -54,7 +56,7 @@ impl BitAddress {
         })
     }
 
-    /// Takes it apart.
+    /// Unpacks the location.
     #[inline(always)]
     #[must_use]
     pub const fn location(self) -> BitLocation {
@@ -69,7 +71,8 @@ impl BitAddress {
     }
 }
 
-/// Address of a bit: as a value the eleven bits of the instruction, in an op (and here) what is there.
+/// Address of a bit. Its value is the eleven bits of the instruction; in an op, and in this type, it is the
+/// location.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct A(pub BitAddress);
 
@@ -77,16 +80,16 @@ pub struct A(pub BitAddress);
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CellOperand(pub u16);
 
-/// Address relative to RX: as a value the eleven bits of the instruction, in an op (and here) what is there once the index has
-/// been added, which is known while a program runs.
+/// Address relative to RX. Its value is the eleven bits of the instruction. In an op, and in this type, it is
+/// the location after the index has been added, since RX is constant while a program runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct X(pub BitAddress);
 
-/// Target of a jump; in an op (and here) with the index added where the instruction says so.
+/// Target of a jump. In an op, and in this type, the index has been added if the instruction requires it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct JumpTarget(pub u16);
 
-/// Data behind an instruction that takes some.
+/// Data after an instruction that takes data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct D(pub u16);
 
@@ -136,14 +139,14 @@ fn check_range(value: i32, bits: u32, what: &'static str) -> Result<u32, CoreErr
     }
 }
 
-/// `I5`, `E300`, `R129`, `M256`.
+/// Writes an address as `I5`, `E300`, `R129`, `M256`.
 fn write_address(value: i32, out: &mut String) {
     let (zone, offset) = (value as usize / usize::from(ZONE_BITS) % 4, value as u16 % ZONE_BITS);
     let _ = write!(out, "{}{offset}", ZONE_LETTERS[zone]);
 }
 
-/// The address that a letter and a number stand for (case aside): `I5`, `I_5`, `I₅`. T is R and O is E; that these two are only
-/// read the assembler knows.
+/// Parses an address given by letter and number: `I5`, `I_5`, `I₅`; case is ignored. T means R, and O means
+/// E. The assembler checks that T and O are only read.
 fn parse_zone(text: &str) -> Option<i32> {
     let letter = text.chars().next()?.to_ascii_uppercase();
     let zone = match letter {

@@ -1,5 +1,5 @@
-//! Program memory as predecoded ops. What an address means depends on the channels and modules that there are, and on RX, which a
-//! program keeps as long as it runs: so every program of the table has ops of its own.
+//! Program memory as predecoded ops. The location of an address depends on the existing channels and modules
+//! and on RX, which is constant while a program runs. Every program of the table therefore has its own ops.
 
 use std::collections::BTreeSet;
 
@@ -12,13 +12,14 @@ use crate::config::{Ap101Config, InputSampling, MODULES, ProgramEntry};
 use crate::isa::{Ap101Op, INDEXED, Kind, SHAPES, SPAN, find_row};
 use crate::operands::{BitAddress, BitLocation, IMAGE_START, M_START, ZONE_BITS};
 
-/// Ops of a program: those behind the end of program memory leave the hot loop, so that NA needs no look at each step.
+/// Number of ops of a program. Those after the end of program memory leave the hot loop, so that NA need not
+/// be checked at each step.
 pub(crate) const OP_COUNT: usize = 2 * SPAN;
 
-/// What leaves the hot loop.
+/// The op that leaves the hot loop.
 const SLOW_OP: Ap101Op = PredecodedOp { kind: Kind::Slow, args: [0; 3] };
 
-/// What there is around the core, as far as addresses are concerned.
+/// The channels and modules that exist, for locating addresses.
 #[derive(Debug, Clone)]
 pub(crate) struct AddressMap {
     inputs: u16,
@@ -28,7 +29,7 @@ pub(crate) struct AddressMap {
 }
 
 impl AddressMap {
-    /// By the configuration; `inputs` may be read otherwise than it says.
+    /// Makes the map from the configuration; `inputs` overrides its sampling of inputs.
     pub(crate) fn new(config: &Ap101Config, inputs: InputSampling) -> AddressMap {
         AddressMap {
             inputs: config.input_channels,
@@ -38,7 +39,7 @@ impl AddressMap {
         }
     }
 
-    /// What stands at an address of eleven bits.
+    /// The location of an address of eleven bits.
     pub(crate) fn locate(&self, addr: u16) -> BitLocation {
         let offset = addr % ZONE_BITS;
         let there = |n: u16| self.modules.get(usize::from(n)).copied().unwrap_or(false);
@@ -54,7 +55,8 @@ impl AddressMap {
     }
 }
 
-/// An address with the index added, within its part of its zone: an index leads from no kind of thing to another.
+/// Adds the index to an address within its part of its zone: an index never leads from one kind of location
+/// to another.
 const fn add_index(addr: u16, rx: u16) -> u16 {
     let (zone, offset) = (addr / ZONE_BITS * ZONE_BITS, addr % ZONE_BITS);
     let size = match (addr / ZONE_BITS, offset) {
@@ -66,37 +68,37 @@ const fn add_index(addr: u16, rx: u16) -> u16 {
     zone + base + (offset - base + rx) % size
 }
 
-/// A program of the table with its ops, one a word.
+/// A program of the table with its ops, one per word.
 #[derive(Debug, Clone)]
 pub(crate) struct ProgramOps {
     pub program: ProgramEntry,
     pub ops: Box<[Ap101Op; OP_COUNT]>,
 }
 
-/// What an instruction does to NA.
+/// The effect of an instruction on NA.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ProgramFlow {
-    /// It goes on, or jumps within the program.
+    /// It continues, or jumps within the program.
     WithinProgram,
-    /// It jumps to the program's first word, which ends the program cycle.
+    /// It jumps to the first word of the program, which ends the program cycle.
     EndsCycle,
     /// It jumps out of the program, to this word.
     LeavesProgram(u16),
 }
 
-/// Program memory in both forms.
+/// Program memory as words and as ops.
 #[derive(Debug, Clone)]
 pub(crate) struct CodeMemory {
     pub words: Box<[u16; SPAN]>,
     pub programs: Vec<ProgramOps>,
     pub address_map: AddressMap,
     breakpoints: BTreeSet<u32>,
-    /// What differs from the words that it was built with.
+    /// What differs from the words with which it was built.
     pub changes: MemoryChanges<u16>,
 }
 
 impl CodeMemory {
-    /// Program memory filled with `words`, which has `programs`.
+    /// Program memory filled with `words`, which contains `programs`.
     pub(crate) fn new(words: Box<[u16; SPAN]>, programs: &[ProgramEntry], wiring: AddressMap) -> CodeMemory {
         let programs =
             programs.iter().map(|&program| ProgramOps { program, ops: Box::new([SLOW_OP; OP_COUNT]) }).collect();
@@ -118,14 +120,14 @@ impl CodeMemory {
         self.words[na as usize % SPAN]
     }
 
-    /// Changes a word.
+    /// Writes a word.
     pub(crate) fn poke(&mut self, pc: u32, word: u16) {
         let old = std::mem::replace(&mut self.words[pc as usize % SPAN], word);
         self.changes.record(pc as usize % SPAN, old, word);
         self.predecode(pc);
     }
 
-    /// Sets or clears a trap.
+    /// Sets or clears a breakpoint.
     pub(crate) fn set_breakpoint(&mut self, pc: u32, on: bool) {
         let pc = pc % SPAN as u32;
         if on {
@@ -136,17 +138,17 @@ impl CodeMemory {
         self.predecode(pc);
     }
 
-    /// Traps are set.
+    /// Whether any breakpoint is set.
     pub(crate) fn has_breakpoints(&self) -> bool {
         !self.breakpoints.is_empty()
     }
 
-    /// A trap stands there.
+    /// Whether a breakpoint is set at `pc`.
     pub(crate) fn has_breakpoint(&self, pc: u32) -> bool {
         self.breakpoints.contains(&pc)
     }
 
-    /// NA has passed the last word of the program at position `which`.
+    /// Whether NA has passed the last word of the program with the index `which`.
     pub(crate) fn is_past_end(&self, which: usize, na: u32) -> bool {
         self.programs.get(which).is_some_and(|ops| na == u32::from(ops.program.last) + 1)
     }
@@ -169,7 +171,7 @@ impl CodeMemory {
         self.programs.get(which).map_or(0, |ops| ops.program.rx)
     }
 
-    /// The channels that the programs name, as pins.
+    /// The channels that the programs use, as pins.
     pub(crate) fn channels(&self) -> BTreeSet<PinId> {
         let words = self.programs.iter().enumerate().flat_map(|(which, ops)| {
             let all = usize::from(ops.program.start)..=usize::from(ops.program.last);
@@ -184,7 +186,7 @@ impl CodeMemory {
             .collect()
     }
 
-    /// What the address of an instruction of a program is; none where it has no such address.
+    /// The location that an instruction of a program addresses; `None` if it has no such address.
     fn operand_location(&self, which: usize, word: u16) -> Option<BitLocation> {
         match find_row(word).1 {
             Kind::Jmp | Kind::JmpX | Kind::Jmpc | Kind::JmpcX | Kind::Not | Kind::Clr | Kind::Nop | Kind::NopData => {
@@ -198,7 +200,7 @@ impl CodeMemory {
         }
     }
 
-    /// What an instruction of a program does to NA, if it is a jump that is taken.
+    /// The effect of an instruction of a program on NA, assuming that a jump is taken.
     pub(crate) fn flow(&self, which: usize, word: u16) -> ProgramFlow {
         let kind = find_row(word).1;
         let Some(ops) = self.programs.get(which) else { return ProgramFlow::WithinProgram };
@@ -213,13 +215,13 @@ impl CodeMemory {
         }
     }
 
-    /// Where a jump goes.
+    /// The target of a jump.
     fn jump_target(&self, which: usize, word: u16) -> u16 {
         let index = if word & INDEXED == 0 { 0 } else { self.index_of(which) };
         (word + index) % SPAN as u16
     }
 
-    /// The op of an instruction in a program; `quick`: with what lies in plain memory as such.
+    /// The op of an instruction in a program. With `quick`, an operand in plain memory uses its short kind.
     pub(crate) fn op(&self, which: usize, word: u16, quick: bool) -> Ap101Op {
         let (row, kind) = find_row(word);
         let op = row.predecode(kind, word.into(), &InstructionLocation::default());
@@ -228,7 +230,7 @@ impl CodeMemory {
             _ => {
                 let Some(spot) = self.operand_location(which, word) else { return op };
                 let writes = matches!(kind, Kind::Sto | Kind::Stoc | Kind::Stc | Kind::Rtc);
-                // What takes a second look when it is written to an input stays away from the short way.
+                // Writes to inputs that need special handling do not use the short kind.
                 let (plain, cell) = match spot {
                     BitLocation::Cell(cell) => (
                         cell >= M_START || !writes || matches!(kind, Kind::Sto | Kind::Stoc) && !self.address_map.live,

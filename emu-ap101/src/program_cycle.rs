@@ -1,11 +1,12 @@
-//! Between two instructions: supply, program cycles, the reload of outputs, pacing; and the loop around the hot loop.
+//! What happens between two instructions: supply, program cycles, the reload of outputs, pacing; and the loop
+//! around the hot loop.
 //!
 //! ```text
 //!   no supply --> reload --> ready --> program cycle --> reload --> ready --> ..
 //!                 of all     until the period is over    of what the program
 //!                 outputs    and a program is enabled    did not write
 //! ```
-//! Of these only a program cycle has instructions. What has none is passed in one step, up to what is next due.
+//! Only the program cycle has instructions. The other phases pass in one step, up to what is due next.
 
 use emu_core::cpu::{LAST_CYCLE, NEVER, Probe, ProgramFault, StopReason, Subcycle};
 use emu_core::lint::Lint;
@@ -17,18 +18,18 @@ use crate::isa::{Kind, SPAN, find_row};
 use crate::predecode::ProgramFlow;
 use crate::soc::CLOCKS;
 
-/// Machine cycles after which a program cycle is taken for one without an end.
+/// Number of machine cycles after which the watchdog stops a program cycle.
 pub(crate) const WATCHDOG_CYCLES: u64 = 65_536;
 
-/// What the machine is at.
+/// The phase of the machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ProgramPhase {
-    /// It has no supply.
+    /// The machine has no supply.
     NoSupply,
-    /// Output channels are looked at one by one, from the machine cycle `from` on. The period of the program cycle before is over at
-    /// the cycle `due`, if it has one.
+    /// Output channels are reloaded one by one, from the machine cycle `from` on. The period of the program
+    /// cycle before ends at the cycle `due`, if it has a period.
     Reload { from: u64, due: Option<u64> },
-    /// The next program cycle begins at this machine cycle, or when a program is enabled.
+    /// The next program cycle begins at this machine cycle, or later when a program is enabled.
     Ready { at: u64 },
     /// A program runs, in the program cycle that began at this machine cycle.
     Run { begun: u64 },
@@ -36,13 +37,14 @@ pub(crate) enum ProgramPhase {
 
 emu_core::state! { enum ProgramPhase { 0 = NoSupply, 1 = Reload { from, due }, 2 = Ready { at }, 3 = Run { begun } } }
 
-/// The probe looks closer than the hot loop shows.
+/// Whether the probe needs more than the hot loop reports.
 const fn needs_slow_path<P: Probe>() -> bool {
     P::EVERY_ITERATION || P::DATA || P::LINT || P::SUBCYCLE
 }
 
 impl Ap101 {
-    /// Runs to a machine cycle, or until something stops the run. `HALTS`: what has settled does.
+    /// Runs to a machine cycle, or until something stops the run. With `HALTS`, a machine whose program
+    /// cycles repeat halts.
     pub(crate) fn run_to<P: Probe, const HALTS: bool>(&mut self, until: u64, probe: &mut P) -> StopReason {
         let until = until.min(LAST_CYCLE);
         let now = self.core.clock.now();
@@ -59,15 +61,16 @@ impl Ap101 {
                 }
             }
             if let Some(stop) = self.execute_one(asked, probe) {
-                // What was driven before it came to that is told.
+                // Drives that were applied before the stop are reported first.
                 self.report_events(probe);
                 return stop;
             }
         }
     }
 
-    /// Does what is due between two instructions, and lets time pass in which there are none. Returns why to stop, if so; else an
-    /// instruction is next, and the deadline is set; `asked`: nothing stops before that instruction.
+    /// Handles what is due between two instructions, and passes time in which there are none. Returns the
+    /// reason for a stop, if there is one. Otherwise an instruction is next and the deadline is set; `asked`
+    /// is set if that instruction was already checked for stops.
     fn handle_boundary<P: Probe, const HALTS: bool>(
         &mut self,
         until: u64,
@@ -88,7 +91,7 @@ impl Ap101 {
                 self.finish_reload(now);
                 if let Some(which) = self.next_program(now) {
                     self.core.next_address = self.code.programs.get(which).map_or(0, |ops| ops.program.start.into());
-                    // However the machine comes to stop here, it has been looked at.
+                    // The repetition check runs here, so that it is independent of the reason for a stop.
                     next = Some((which, self.repeated_cycles(now)));
                 }
             }
@@ -112,7 +115,8 @@ impl Ap101 {
                             continue;
                         }
                     }
-                    // Inputs are latched behind this, so that who stops here and drives them is heard, at this cycle as before it.
+                    // Inputs are latched after this point, so that a user who stops here can drive them at
+                    // this cycle.
                     if needs_slow_path::<P>() || self.code.has_breakpoint(self.core.next_address) {
                         if let Some(stop) = self.stop_at_instruction(now, probe) {
                             return Some(stop);
@@ -125,7 +129,8 @@ impl Ap101 {
                     return Some(StopReason::Fault { pc: self.core.next_address, fault: ProgramFault::CycleTooLong });
                 }
             }
-            // Inputs were latched at the first clock of the cycle; what is driven in the second is there for a live look.
+            // Inputs were latched at the first clock of the cycle. What is driven in the second clock is
+            // visible to live inputs.
             let fired = self.soc.fire(CLOCKS * now + CLOCKS - 1, self.phase != ProgramPhase::NoSupply);
             if fired {
                 self.forget_repetition();
@@ -152,7 +157,7 @@ impl Ap101 {
         }
     }
 
-    /// Tells the probe what has happened at the pins.
+    /// Reports pin events to the probe.
     fn report_events<P: Probe>(&mut self, probe: &mut P) {
         if P::EVENTS {
             while let Some(event) = self.soc.log.pop() {
@@ -161,19 +166,19 @@ impl Ap101 {
         }
     }
 
-    /// The supply has come or gone, or a cold start is asked for.
+    /// Handles a supply that comes or goes, and a request for a cold start.
     fn update_supply(&mut self, now: u64) {
-        let (dipped, rose) = self.soc.take_supply_events();
+        let events = self.soc.take_supply_events();
         match (self.phase == ProgramPhase::NoSupply, self.soc.has_supply()) {
             (false, false) => {
                 self.lose_supply(now);
                 self.phase = ProgramPhase::NoSupply;
             }
-            (false, true) if dipped => {
+            (false, true) if events.was_lost => {
                 let cold = self.soc.has_clear_request();
                 self.start(cold);
             }
-            (false, true) if rose => self.start(true),
+            (false, true) if events.cold_start_requested => self.start(true),
             (true, true) => {
                 let cold = self.soc.has_clear_request();
                 self.start(cold);
@@ -182,13 +187,13 @@ impl Ap101 {
         }
     }
 
-    /// What is not protected is 0.
+    /// Clears everything that is not protected.
     fn lose_supply(&mut self, now: u64) {
         self.soc.reset_on_power_loss(&self.config, self.hz, now);
         (self.core.a, self.ric, self.fetched_word) = (false, 0, None);
     }
 
-    /// The supply comes: M is as it was, or cleared; all outputs become what their images are.
+    /// The supply comes: M is kept, or cleared if `cold`, and all outputs are reloaded from their images.
     pub(crate) fn start(&mut self, cold: bool) {
         let now = self.core.clock.now();
         self.lose_supply(now);
@@ -202,13 +207,13 @@ impl Ap101 {
         self.phase = ProgramPhase::Reload { from: now, due: None };
     }
 
-    /// NA stands behind the last word of the running program.
+    /// Whether NA is after the last word of the running program.
     pub(crate) fn is_at_program_end(&self) -> bool {
         matches!(self.phase, ProgramPhase::Run { .. })
             && self.code.is_past_end(self.program_index, self.core.next_address)
     }
 
-    /// A program cycle that is over at `now` ends.
+    /// Ends a program cycle that is complete at `now`.
     fn end(&mut self, now: u64) {
         if self.is_at_program_end() {
             self.end_program_cycle(now);
@@ -216,7 +221,7 @@ impl Ap101 {
         self.core.next_address %= SPAN as u32;
     }
 
-    /// The program cycle is over; its outputs are looked at from `now` on.
+    /// Ends the program cycle; its outputs are reloaded from `now` on.
     fn end_program_cycle(&mut self, now: u64) {
         if let ProgramPhase::Run { begun } = self.phase {
             let due = (self.config.period > 0).then_some(begun + self.config.period);
@@ -224,7 +229,7 @@ impl Ap101 {
         }
     }
 
-    /// A reload that is over has shown whether the period is.
+    /// Ends a reload that is complete, and checks whether the period was exceeded.
     fn finish_reload(&mut self, now: u64) {
         if let ProgramPhase::Reload { from, due } = self.phase
             && now >= from + self.soc.channels()
@@ -236,7 +241,7 @@ impl Ap101 {
         }
     }
 
-    /// The program of which a program cycle begins now, if it is time and one may run.
+    /// The program whose program cycle begins now, if it is time and a program may run.
     fn next_program(&self, now: u64) -> Option<usize> {
         match self.phase {
             ProgramPhase::Ready { at } if now >= at => self.choose_program(),
@@ -244,14 +249,14 @@ impl Ap101 {
         }
     }
 
-    /// A program cycle begins.
+    /// Starts a program cycle.
     fn begin(&mut self, now: u64, which: usize) {
         (self.program_index, self.running_program) = (which, Some(which));
         self.soc.begin(now);
         self.phase = ProgramPhase::Run { begun: now };
     }
 
-    /// The program that runs next: the one behind the current one, in the order of the table, that may run.
+    /// The program that runs next: the next one in the order of the table that may run.
     fn choose_program(&self) -> Option<usize> {
         let programs = &self.code.programs;
         let first = self.running_program.map_or(0, |which| which + 1);
@@ -263,7 +268,7 @@ impl Ap101 {
         (0..programs.len()).find_map(|i| may((first + i) % programs.len()))
     }
 
-    /// Runs instructions up to the deadline, or to one that needs a closer look.
+    /// Runs instructions up to the deadline, or to one that needs the slow path.
     fn burst<P: Probe>(&mut self, probe: &mut P) {
         let Some(ops) = self.code.programs.get(self.program_index) else { return };
         let counted = self.core.clock.instructions();
@@ -278,7 +283,8 @@ impl Ap101 {
         }
     }
 
-    /// The instruction at NA is next, at `now`. Returns why to stop before it, if so.
+    /// Checks for stops before the instruction at NA, at `now`. Returns the reason for a stop, if there is
+    /// one.
     fn stop_at_instruction<P: Probe>(&mut self, now: u64, probe: &mut P) -> Option<StopReason> {
         let pc = self.core.next_address % SPAN as u32;
         if self.code.has_breakpoint(pc) && self.breakpoint_to_pass != Some(pc) {
@@ -288,8 +294,8 @@ impl Ap101 {
         (P::INSN && probe.on_instruction(now, pc)).then_some(StopReason::Probe)
     }
 
-    /// Runs the instruction at NA, or what is left of it, one subcycle after the other. `asked`: nothing stops before the first of a
-    /// program cycle.
+    /// Runs the instruction at NA, or its remaining subcycle, one subcycle at a time. With `asked`, the first
+    /// instruction of a program cycle was already checked for stops.
     fn execute_one<P: Probe>(&mut self, asked: bool, probe: &mut P) -> Option<StopReason> {
         let now = self.core.clock.now();
         if self.fetched_word.is_none() {

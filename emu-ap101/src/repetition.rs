@@ -1,8 +1,9 @@
-//! Machines that have settled: program cycles of which one is like the other.
+//! Detects machines that have settled: their program cycles repeat.
 //!
-//! A controller's program never ends, but where nothing comes from outside it mostly comes to rest. Now and then a copy is kept of all
-//! that the next program cycle depends on, as one begins; when one of the following begins with just the same, and no output has
-//! moved on the way, all that follows repeats what lies between the two.
+//! The program of a controller never ends, but without changes from outside it mostly settles. From time to
+//! time, at the start of a program cycle, the detector keeps a copy of everything on which the next program
+//! cycle depends. If one of the following program cycles starts with the same state, and no output has
+//! changed in between, everything that follows repeats what happened between the two.
 
 use std::sync::Arc;
 
@@ -14,29 +15,30 @@ use crate::modules::Ap101Module;
 use crate::operands::CELL_COUNT;
 use crate::program_cycle::ProgramPhase;
 
-/// Cycles of peace before the first look, and after one that was in vain; after each further one twice as many,
+/// Quiet cycles before the first check, and after the first check without success; each further one doubles
+/// the pause.
 const FIRST_PAUSE_CYCLES: u64 = 1024;
 
-/// up to this many.
+/// Maximum pause in cycles.
 const MAX_PAUSE_CYCLES: u64 = 1 << 16;
 
-/// Program cycles that a copy is compared with: all programs of the table can have two turns.
+/// Number of program cycles with which a copy is compared: enough for two turns of all programs of the table.
 const COMPARED_CYCLES: u32 = 16;
 
-/// What the next program cycle depends on, besides what stands on pins, outputs and presets.
+/// What the next program cycle depends on, in addition to pins, outputs and presets.
 #[derive(Debug, Clone)]
 struct ProgramCycleState {
     current: Option<usize>,
     a: bool,
     cells: [bool; CELL_COUNT],
     modules: Vec<Ap101Module>,
-    /// When that was, and what was counted then.
+    /// The time of the copy, and the counts at that time.
     cycle: u64,
     instructions: u64,
     overruns: u16,
 }
 
-/// What repeats itself.
+/// The period of a repetition: its cycles, instructions and overruns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct RepeatedCycles {
     cycles: u64,
@@ -44,33 +46,33 @@ pub(crate) struct RepeatedCycles {
     overruns: u16,
 }
 
-/// What is known of a machine.
+/// What is known about a machine.
 #[derive(Debug, Clone)]
 enum RepetitionState {
     Unknown,
-    /// It was like this; it is compared as often again.
+    /// A copy, and the number of further comparisons with it.
     Comparing(Arc<ProgramCycleState>, u32),
-    /// It has settled.
+    /// The machine has settled.
     Repeats(RepeatedCycles),
 }
 
-/// Looks at a machine. They come at cycles that depend on nothing but what the machine has gone through, so that any way of running
-/// it halts it in the same cycle.
+/// Detects repetition. Its checks are at cycles that depend only on the history of the machine, so that any
+/// way of running it halts in the same cycle.
 #[derive(Debug, Clone)]
 pub(crate) struct RepetitionDetector {
-    /// Rounds are jumped over.
+    /// Whether repetitions are skipped.
     pub skip_idle_loops: bool,
-    /// Time passes up to the limit of a run, also where the machine has settled.
+    /// Whether a run continues to its limit even if the machine has settled.
     pub run_while_halted: bool,
-    /// No look before this cycle.
+    /// The cycle of the next check.
     next_check: u64,
     pause_cycles: u64,
     state: RepetitionState,
 }
 
-/// When a machine halts hangs on when it was looked at.
+/// The state of the detector is saved, because it determines when a machine halts.
 impl Ap101 {
-    /// What is known of how it repeats itself.
+    /// Saves or restores the state of the detector.
     pub(crate) fn pass_repetition_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         let (now, counted) = (self.core.clock.now(), self.core.clock.instructions());
         self.repetition.next_check.pass_state(tape)?;
@@ -97,7 +99,8 @@ impl Ap101 {
                 instructions.pass_state(tape)?;
                 overruns.pass_state(tape)?;
                 left.pass_state(tape)?;
-                // A round takes time: the cycle that begins with this copy is not over yet, or that was before.
+                // A period takes time: the program cycle that began with this copy is still running, or the
+                // copy is older.
                 let runs = matches!(self.phase, ProgramPhase::Run { .. }) && !self.is_at_program_end();
                 tape.require(*cycle < now || *cycle == now && (runs || self.repetition.next_check > now))?;
                 tape.require(*instructions <= counted && *overruns <= self.overruns)?;
@@ -121,7 +124,7 @@ impl Ap101 {
 }
 
 impl RepetitionDetector {
-    /// At first.
+    /// The initial state.
     pub(crate) const START: RepetitionDetector = RepetitionDetector {
         skip_idle_loops: true,
         run_while_halted: false,
@@ -132,14 +135,15 @@ impl RepetitionDetector {
 }
 
 impl Ap101 {
-    /// Something from outside has touched the machine.
+    /// Restarts the detection: something from outside has changed the machine.
     pub(crate) fn forget_repetition(&mut self) {
         let RepetitionDetector { next_check: at, pause_cycles: blind, state: known, .. } = &mut self.repetition;
         (*at, *blind, *known) =
             (self.core.clock.now() + FIRST_PAUSE_CYCLES, FIRST_PAUSE_CYCLES, RepetitionState::Unknown);
     }
 
-    /// Called as a program cycle is about to begin: what repeats itself from now on, if the machine has settled.
+    /// Returns the repetition if the machine has settled. It must be called when a program cycle is about to
+    /// begin.
     #[inline]
     pub(crate) fn repeated_cycles(&mut self, now: u64) -> Option<RepeatedCycles> {
         match self.repetition.state {
@@ -147,7 +151,7 @@ impl Ap101 {
             _ if now < self.repetition.next_check => None,
             _ => {
                 let found = self.check_repetition(now);
-                // Who stops here comes by once more.
+                // A run that stops here calls this function again at the same cycle.
                 self.repetition.next_check = self.repetition.next_check.max(now + 1);
                 found
             }
@@ -207,16 +211,16 @@ impl Ap101 {
                 .all(|(module, before)| module.repeats_as(now, before, held.cycle))
     }
 
-    /// Nothing changes any more while `round` repeats itself; overruns may still have to be counted.
+    /// Whether nothing at all changes any more while `round` repeats; otherwise overruns are still counted.
     pub(crate) const fn has_no_more_overruns(&self, round: RepeatedCycles) -> bool {
         round.overruns == 0 || self.overruns == u16::MAX
     }
 
-    /// Jumps over whole rounds, to before the cycle `to`, at which there is more to do than to begin a round; false when there is no
-    /// room for one.
+    /// Skips whole periods, up to before the cycle `to`, at which something else is due. Returns false if
+    /// there is no room for one.
     pub(crate) fn skip_repetitions(&mut self, round: RepeatedCycles, to: u64) -> bool {
         let (now, counted) = (self.core.clock.now(), self.core.clock.instructions());
-        // OVR stays at its highest value: on the way there no round is left out in which it may be reached.
+        // OVR saturates at its maximum. A period in which it can reach the maximum is not skipped.
         let uncounted = u64::from(u16::MAX - self.overruns).saturating_sub(1);
         let most = if self.has_no_more_overruns(round) { u64::MAX } else { uncounted / u64::from(round.overruns) };
         let turns = (to.saturating_sub(now + 1) / round.cycles.max(1)).min(most);

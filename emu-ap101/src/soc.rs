@@ -1,4 +1,4 @@
-//! What lies around the core: input latches, M, output channels, modules, and the pins of all that.
+//! The parts around the core: input latches, M, output channels, modules, and their pins.
 
 use emu_core::external_io::{DriveQueue, EventLog};
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
@@ -9,7 +9,7 @@ use crate::config::{Ap101Config, INPUTS, InputSampling, MODULES, OUTPUTS};
 use crate::modules::Ap101Module;
 use crate::operands::{CELL_COUNT, IMAGE_START, M_START};
 
-/// Clocks of a machine cycle.
+/// Clocks per machine cycle.
 pub(crate) const CLOCKS: u64 = 2;
 
 /// The first bit of M that enables a program.
@@ -18,29 +18,38 @@ const ENABLES: u16 = M_START + 248;
 /// Channels, memory and modules.
 #[derive(Debug, Clone)]
 pub(crate) struct Ap101Soc {
-    /// Input latches, then M with the images of outputs. Where inputs are live, a latch is what stands on the pin.
+    /// Input latches, then M with the images of outputs. With live inputs, a latch is the level of its pin.
     pub cells: [bool; CELL_COUNT],
     /// The bistables of the outputs.
     outputs: [bool; OUTPUTS as usize],
-    /// Those that the running program cycle has written.
+    /// The outputs that the present program cycle has written.
     written_outputs: [bool; OUTPUTS as usize],
     pub modules: Box<[Ap101Module; MODULES]>,
-    /// What stands on the pins from outside.
+    /// Levels driven on the pins from outside.
     driven_levels: Box<[PinLevel; PIN_COUNT]>,
-    /// By clocks.
+    /// Future drives; their times are in clocks.
     drives: DriveQueue,
     pub log: EventLog,
     input_channels: u16,
     output_channels: u16,
     reads_inputs_live: bool,
-    /// The first machine cycle of the running program cycle.
+    /// The first machine cycle of the present program cycle.
     cycle_start: u64,
-    /// An output has moved, or the program has changed a preset: what the state of the machine at a later moment need not show.
+    /// Whether an output has changed or the program has changed a preset, which a comparison of two states
+    /// cannot show.
     pub has_changed: bool,
-    /// Since the last boundary the supply was gone.
+    /// Whether the supply was lost since the last boundary.
     supply_was_lost: bool,
-    /// Since the last boundary a cold start was asked for.
+    /// Whether a cold start was requested since the last boundary.
     cold_start_requested: bool,
+}
+
+/// What has happened to the supply.
+pub(crate) struct SupplyEvents {
+    /// It was gone.
+    pub was_lost: bool,
+    /// A cold start was asked for.
+    pub cold_start_requested: bool,
 }
 
 impl SnapshotState for Ap101Soc {
@@ -64,13 +73,13 @@ impl SnapshotState for Ap101Soc {
     }
 }
 
-/// What stands on a pin, as a bit: nothing reads 0.
+/// The level of a pin as a bit; an undriven pin reads 0.
 const fn is_high(level: PinLevel) -> bool {
     matches!(level, PinLevel::High | PinLevel::PullUp)
 }
 
 impl Ap101Soc {
-    /// Without supply, all bits 0.
+    /// The state without supply: all bits are 0.
     pub(crate) fn new(config: &Ap101Config, inputs: InputSampling, hz: u64) -> Ap101Soc {
         Ap101Soc {
             cells: [false; CELL_COUNT],
@@ -90,7 +99,7 @@ impl Ap101Soc {
         }
     }
 
-    /// The chip has this channel, or pin.
+    /// Whether the machine has this channel or pin.
     pub(crate) fn has_pin(&self, pin: PinId) -> bool {
         match pin {
             0..INPUTS => pin < self.input_channels,
@@ -99,12 +108,12 @@ impl Ap101Soc {
         }
     }
 
-    /// It has as many channels as there can be.
+    /// Whether it has the maximum number of channels.
     pub(crate) fn has_all_channels(&self) -> bool {
         self.input_channels == INPUTS && self.output_channels == OUTPUTS
     }
 
-    /// What stands on a pin.
+    /// The level of a pin.
     pub(crate) fn level(&self, pin: PinId) -> PinLevel {
         match pin {
             FIRST_OUTPUT..POWER_PIN if self.has_pin(pin) => PinLevel::from_bit(self.output(pin - FIRST_OUTPUT)),
@@ -116,24 +125,25 @@ impl Ap101Soc {
         }
     }
 
-    /// The outside will drive a pin at a clock.
+    /// Queues a drive of a pin at a clock.
     pub(crate) fn drive(&mut self, clock: u64, pin: PinId, level: PinLevel) {
         self.drives.push(clock, (pin, level));
     }
 
-    /// The clock of the next drive, [`NEVER`](emu_core::cpu::NEVER) where there is none.
+    /// The clock of the next drive, or [`NEVER`](emu_core::cpu::NEVER).
     #[inline(always)]
     pub(crate) fn next(&self) -> u64 {
         self.drives.next_cycle()
     }
 
-    /// Drives pins up to the clock `now`; true when there was something to drive. `supplied`: the machine has its supply.
+    /// Applies drives up to the clock `now`; returns true if there were any. `supplied` means that the
+    /// machine has its supply.
     #[inline(always)]
     pub(crate) fn fire(&mut self, now: u64, supplied: bool) -> bool {
         self.drives.next_cycle() <= now && self.drive_up_to(now, supplied)
     }
 
-    /// The same where there is something.
+    /// As [`Ap101Soc::fire`], if there is a drive.
     #[cold]
     fn drive_up_to(&mut self, now: u64, supplied: bool) -> bool {
         let mut fired = false;
@@ -147,10 +157,11 @@ impl Ap101Soc {
         fired
     }
 
-    /// A pin is driven.
+    /// Applies a drive of a pin.
     fn apply_level(&mut self, at: CycleTime, pin: PinId, level: PinLevel, supplied: bool) {
         if (FIRST_OUTPUT..POWER_PIN).contains(&pin) {
-            // A bistable is struck, its image not; what does not drive, or hits no supply, does nothing.
+            // A drive of an output changes its bistable but not its image. A drive without a level, or
+            // without supply, has no effect.
             if matches!(level, PinLevel::Low | PinLevel::High) && supplied && self.has_pin(pin) {
                 self.set_output(pin - FIRST_OUTPUT, level == PinLevel::High, at);
             }
@@ -172,28 +183,31 @@ impl Ap101Soc {
         }
     }
 
-    /// The supply is there.
+    /// Whether the supply is present.
     pub(crate) fn has_supply(&self) -> bool {
         self.level(POWER_PIN) != PinLevel::Low
     }
 
-    /// CLEAR asks for a cold start.
+    /// Whether CLEAR requests a cold start.
     pub(crate) fn has_clear_request(&self) -> bool {
         self.level(CLEAR_PIN) == PinLevel::High
     }
 
-    /// Since it was last asked: the supply was gone; a cold start was asked for.
-    pub(crate) fn take_supply_events(&mut self) -> (bool, bool) {
-        (std::mem::take(&mut self.supply_was_lost), std::mem::take(&mut self.cold_start_requested))
+    /// What has happened to the supply since it was last asked.
+    pub(crate) fn take_supply_events(&mut self) -> SupplyEvents {
+        SupplyEvents {
+            was_lost: std::mem::take(&mut self.supply_was_lost),
+            cold_start_requested: std::mem::take(&mut self.cold_start_requested),
+        }
     }
 
-    /// A bit of memory.
+    /// Reads a bit of memory.
     #[inline(always)]
     pub(crate) const fn get(&self, cell: u16) -> bool {
         self.cells[cell as usize % CELL_COUNT]
     }
 
-    /// Changes a bit of memory.
+    /// Writes a bit of memory.
     #[inline(always)]
     pub(crate) const fn set(&mut self, cell: u16, bit: bool) {
         self.cells[cell as usize % CELL_COUNT] = bit;
@@ -204,7 +218,7 @@ impl Ap101Soc {
         self.outputs[n as usize % OUTPUTS as usize]
     }
 
-    /// Changes the bistable of an output; true when it was the other way.
+    /// Sets the bistable of an output; returns true if that changed it.
     #[inline(always)]
     pub(crate) fn set_output(&mut self, n: u16, bit: bool, at: CycleTime) -> bool {
         let changed = std::mem::replace(&mut self.outputs[usize::from(n % OUTPUTS)], bit) != bit;
@@ -221,7 +235,8 @@ impl Ap101Soc {
         changed
     }
 
-    /// The program writes an output: bistable and image. It shows from the machine cycle `cycle` on.
+    /// The program writes an output: bistable and image. The change is visible from the machine cycle `cycle`
+    /// on.
     #[inline(always)]
     pub(crate) fn write_output(&mut self, n: u16, bit: bool, cycle: u64) -> bool {
         self.set(IMAGE_START + n, bit);
@@ -229,43 +244,43 @@ impl Ap101Soc {
         self.set_output(n, bit, CycleTime::at(cycle))
     }
 
-    /// A module.
+    /// A module, by number.
     pub(crate) fn module(&self, n: u16) -> &Ap101Module {
         &self.modules[usize::from(n) % MODULES]
     }
 
-    /// The same to change it.
+    /// A module, by number, for changes.
     pub(crate) fn module_mut(&mut self, n: u16) -> &mut Ap101Module {
         &mut self.modules[usize::from(n) % MODULES]
     }
 
-    /// The program gives a module a preset.
+    /// The program sets the preset of a module.
     pub(crate) fn set_preset(&mut self, n: u16, preset: u16) {
         self.has_changed |= self.module(n).preset() != preset;
         self.module_mut(n).set_preset(preset);
     }
 
-    /// The modules that there are.
+    /// The modules that exist.
     pub(crate) fn existing_modules(&self) -> impl Iterator<Item = &Ap101Module> {
         self.modules.iter().filter(|module| module.exists())
     }
 
-    /// The first machine cycle of the running program cycle.
+    /// The first machine cycle of the present program cycle.
     pub(crate) const fn cycle_start(&self) -> u64 {
         self.cycle_start
     }
 
-    /// Inputs are read as they are now.
+    /// Whether inputs are read live.
     pub(crate) const fn reads_inputs_live(&self) -> bool {
         self.reads_inputs_live
     }
 
-    /// Output channels, and so the machine cycles of a reload.
+    /// Number of output channels, which is also the number of machine cycles of a reload.
     pub(crate) const fn channels(&self) -> u64 {
         self.output_channels as u64
     }
 
-    /// A program cycle begins: inputs are latched, no output is written yet.
+    /// Starts a program cycle: inputs are latched, and no output counts as written.
     pub(crate) fn begin(&mut self, cycle: u64) {
         self.cycle_start = cycle;
         self.written_outputs = [false; OUTPUTS as usize];
@@ -274,15 +289,15 @@ impl Ap101Soc {
         }
     }
 
-    /// Latches take what stands on the pins.
+    /// Copies the pin levels to the input latches.
     fn latch_inputs(&mut self) {
         for (latch, &level) in self.cells.iter_mut().zip(self.driven_levels.iter()).take(self.input_channels.into()) {
             *latch = is_high(level);
         }
     }
 
-    /// Looks at the output channels that have their turn in the machine cycles `from` to `to` (excluded) of a reload that began at
-    /// `first`: what was not written becomes what its image is, each at the end of its cycle.
+    /// Reloads the output channels that are due in the machine cycles `from` to `to` (exclusive) of a reload
+    /// that began at `first`. An output that was not written is set to its image at the end of its cycle.
     pub(crate) fn reload(&mut self, first: u64, from: u64, to: u64) {
         let channels = (from - first) as usize..(to - first).min(self.channels()) as usize;
         let images = usize::from(IMAGE_START)..usize::from(IMAGE_START + OUTPUTS);
@@ -305,12 +320,12 @@ impl Ap101Soc {
         }
     }
 
-    /// The bit of M that enables the program `entry` of the table.
+    /// Whether the bit of M for the program `entry` of the table enables it.
     pub(crate) const fn is_enabled(&self, entry: u8) -> bool {
         self.get(ENABLES + entry as u16)
     }
 
-    /// The supply goes at a machine cycle: what is not protected is 0.
+    /// The supply is lost at a machine cycle: everything that is not protected becomes 0.
     pub(crate) fn reset_on_power_loss(&mut self, config: &Ap101Config, hz: u64, cycle: u64) {
         for n in 0..OUTPUTS {
             self.set_output(n, false, CycleTime::at(cycle));
@@ -324,7 +339,7 @@ impl Ap101Soc {
         }
     }
 
-    /// A cold start clears M, and enables programs where they can be.
+    /// A cold start clears M and, in reconfigurable mode, initialises the bits that enable programs.
     pub(crate) fn clear(&mut self, config: &Ap101Config) {
         self.cells[usize::from(M_START)..].fill(false);
         if config.reconfigurable {

@@ -1,4 +1,5 @@
-//! The machine as bytes: [`Cpu::save`](emu_core::Cpu::save) and [`Cpu::restore`](emu_core::Cpu::restore).
+//! Saves and restores the state of the machine: [`Cpu::save`](emu_core::Cpu::save) and
+//! [`Cpu::restore`](emu_core::Cpu::restore).
 
 use std::sync::Arc;
 
@@ -9,12 +10,12 @@ use crate::isa::SPAN;
 use crate::program_cycle::ProgramPhase;
 
 impl Ap101 {
-    /// The bytes of this machine.
+    /// The state of this machine as bytes.
     pub(crate) fn to_snapshot(&self) -> Vec<u8> {
         save_state(&mut self.clone())
     }
 
-    /// This machine as the bytes have it.
+    /// A copy of this machine with the state in `bytes`.
     pub(crate) fn restored(&self, bytes: &[u8]) -> Result<Ap101, SnapshotDamaged> {
         let mut copy = self.clone();
         load_state(&mut copy, bytes)?;
@@ -29,7 +30,7 @@ impl SnapshotState for Ap101 {
         let mut na = (self.core.next_address % SPAN as u32) as u16;
         na.pass_state(tape)?;
         tape.require(usize::from(na) < SPAN)?;
-        // A program cycle that has come to its end stands behind it, which may be behind memory.
+        // At the end of a program cycle NA is after its last word, which can be after the end of memory.
         let behind = tape.pass_flag(self.core.next_address >= SPAN as u32)?;
         self.core.next_address = u32::from(na) + if behind { SPAN as u32 } else { 0 };
         tape.require(self.core.next_address <= SPAN as u32)?;
@@ -50,7 +51,7 @@ impl SnapshotState for Ap101 {
             ProgramPhase::Run { begun } => begun,
             _ => 0,
         };
-        // Only a program has instructions.
+        // Only a running program has a fetched instruction.
         tape.require(self.fetched_word.is_none() || matches!(self.phase, ProgramPhase::Run { .. }))?;
         let sound = match self.phase {
             ProgramPhase::NoSupply => true,

@@ -1,4 +1,5 @@
-//! The page of instructions is what the table says. `EMU_BLESS=1 cargo test -p emu-ap101 --test docs` writes it anew.
+//! Checks that the page of instructions agrees with the table.
+//! `EMU_BLESS=1 cargo test -p emu-ap101 --test docs` writes the page again.
 
 use std::fs;
 

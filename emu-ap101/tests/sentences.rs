@@ -1,5 +1,5 @@
-//! Every sentence of the reference that says what the machine or its language does has a number in `sentences.txt`, and every number tests
-//! that are there.
+//! Every sentence of the reference about what the machine or its language does has a number in
+//! `sentences.txt`, and every number has tests that exist.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ const PROGRAMS: [&str; 4] = [
     include_str!("programs/modules.txt"),
 ];
 
-/// Number, words to find it by, what it says, tests.
+/// Number, words by which to find it, contents, tests.
 struct Row<'a> {
     number: usize,
     words: &'a str,
@@ -29,7 +29,7 @@ fn rows() -> impl Iterator<Item = Row<'static>> {
     })
 }
 
-/// The test stands in a table of programs, or is a function of a file.
+/// Whether a test is in a table of programs, or is a function of a file.
 fn exists(test: &str) -> bool {
     let Some((file, function)) = test.split_once("::") else {
         return PROGRAMS.iter().any(|text| text.lines().any(|line| line.strip_prefix("== ") == Some(test)));
@@ -50,7 +50,7 @@ fn sentences_are_numbered_without_a_gap() {
     for (at, row) in rows().enumerate() {
         assert_eq!(row.number, at + 1, "{}", row.says);
         assert!(!row.says.is_empty(), "{}: says nothing", row.number);
-        // Enough to find it by, and no more.
+        // Enough words to find the sentence, and no more.
         assert!((1..=4).contains(&row.words.split_whitespace().count()), "{}: {}", row.number, row.words);
     }
     assert!(rows().count() > 50, "the list is cut off");

@@ -227,7 +227,7 @@ impl Assembler<'_> {
         let mut bits = row.pattern.canonical;
         let slots = row.operands.iter().filter(|slot| row.pattern.has_letter(slot.letter));
         for (slot, (value, range)) in slots.zip(&values).filter(|_| known) {
-            let width = row.pattern.extract_field(slot.letter, 0).1;
+            let width = row.pattern.extract_field(slot.letter, 0).width;
             match (slot.kind.encode)(*value, width, &site) {
                 Ok(raw) => bits |= row.pattern.insert_field(slot.letter, raw),
                 Err(cause) => {

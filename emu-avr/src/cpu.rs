@@ -1,4 +1,4 @@
-//! The machine as a value: [`Avr`].
+//! [`Avr`]: an AVR machine as one value.
 
 use std::sync::Arc;
 
@@ -20,67 +20,73 @@ use crate::periph::timers::TimerShape;
 use crate::predecode::CodeMemory;
 use crate::soc::{AvrSoc, LOW_BYTES, OutsideInput};
 
-/// How a machine is wired, and what its silicon is taken to do.
+/// Configuration of a machine: clock, fuses, package, and the assumed behaviour of the silicon.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Options {
-    /// Clock before CLKPR, in Hz.
+    /// Main clock before the division by CLKPR, in Hz.
     pub hz: u64,
-    /// Fuse bytes (low, high, extended) in place of those of the image.
+    /// Fuse bytes (low, high, extended) that override those of the image.
     pub fuses: Option<[u8; 3]>,
-    /// Lock bits in place of those of the image.
+    /// Lock bits that override those of the image.
     pub lock: Option<u8>,
-    /// Every reset takes the start-up time of the fuses; else the program begins at once.
+    /// If true, every reset takes the start-up time that the fuses select; otherwise the program starts at
+    /// once.
     pub start_up: bool,
-    /// Where silicon and data sheet differ.
+    /// Behaviour where silicon and data sheet differ.
     pub readings: AvrReadings,
-    /// The package, by its name in [`Chip::packages`]. None: the chip has the pins of all its packages.
+    /// Package, by its name in [`Chip::packages`]. None: the chip has the pins of all its packages.
     pub package: Option<&'static str>,
 }
 
 impl Options {
-    /// A main clock of `hz` Hz, fuses and lock bits of the image, no start-up time, readings of silicon, pins of all packages.
+    /// Returns options with a main clock of `hz` Hz, fuses and lock bits of the image, no start-up time,
+    /// default readings, and the pins of all packages.
     #[must_use]
     pub fn at_hz(hz: u64) -> Options {
         Options { hz, fuses: None, lock: None, start_up: false, readings: AvrReadings::default(), package: None }
     }
 }
 
-/// Where silicon does otherwise than its data sheet says. Defaults are what several people have measured on silicon, but for erased
-/// words, which are most often met by a fault of the program.
+/// Behaviour of the silicon where it differs from the data sheet. The defaults are what several people have
+/// measured on silicon; the exception is erased words, because a program that reaches one usually has a
+/// fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct AvrReadings {
-    /// An edge on INT wakes from sleep modes in which the I/O clock stands; false is the sheet's "only level interrupt" (DS40002061,
-    /// table 10-1, note 3). None is as the chip's row has it.
+    /// If true, an edge on INT wakes the core from sleep modes that stop the I/O clock. If false, only a
+    /// level does, as the data sheet says (DS40002061, table 10-1, note 3). None: as in the chip's row.
     pub edges_wake: Option<bool>,
-    /// Erased words (FFFFh), which are no instruction, do nothing for a cycle each, as several people have seen a chip run through erased
-    /// flash into its boot loader; else they stop the run.
+    /// If true, an erased word (FFFFh), which is not an instruction, does nothing for one cycle: several
+    /// people have seen a chip run through erased flash into its boot loader. If false, it stops the run.
     pub erased_is_nop: bool,
-    /// ICR takes a write only in modes that have it as TOP, as the sheet says (16.11.7); else in all.
+    /// If true, ICR accepts a write only in modes that have it as TOP, as the data sheet says (16.11.7);
+    /// otherwise in all modes.
     pub icr_only_as_top: bool,
 }
 
 impl AvrReadings {
-    /// The same, with what the row of `chip` decides filled in; of a chip that is no AVR nothing is.
+    /// Returns these readings with the open ones taken from the row of `chip`. A chip of another family
+    /// changes nothing.
     #[must_use]
     pub fn resolved(self, chip: &Chip) -> AvrReadings {
         let own = chips::part(chip.name).map(|part| part.external_kind.edges_wake);
         AvrReadings { edges_wake: self.edges_wake.or(own), ..self }
     }
 
-    /// A timer as it is taken to be; one that the chip does not have has no channel.
+    /// Returns the shape of a timer under these readings; a timer that the chip does not have gets no
+    /// channels.
     pub(crate) fn apply_to_timer(self, shape: Option<&TimerShape>) -> TimerShape {
         let shape = shape.copied().unwrap_or(TimerShape::narrow(0));
         TimerShape { icr_only_as_top: self.icr_only_as_top, ..shape }
     }
 
-    /// The external interrupts as they are taken to be.
+    /// Returns the variant of the external interrupts under these readings.
     pub(crate) fn apply_to_external(self, mut kind: external::ExternalKind) -> external::ExternalKind {
         kind.edges_wake = self.edges_wake.unwrap_or(kind.edges_wake);
         kind
     }
 }
 
-/// An AVR chip with its program. A clone is a snapshot; program memory is shared until it changes.
+/// An AVR chip with its program. A clone is a snapshot; clones share program memory until it changes.
 #[derive(Debug, Clone)]
 pub struct Avr {
     pub(crate) part: &'static AvrPart,
@@ -92,16 +98,17 @@ pub struct Avr {
 }
 
 impl Avr {
-    /// A chip after power-up with flash, EEPROM, fuses and RAM of `image`, at its default clock; what the image does not fill is
-    /// erased (FFh) or, in RAM and the core's registers, as `init` says. A chip that is none of this family's becomes an
-    /// ATmega328P. Start-up takes no time unless the image has fuses.
+    /// Creates a chip after power-up with flash, EEPROM, fuses and RAM of `image`, at its default clock.
+    /// Memory that the image does not fill is erased (FFh); RAM and the core's registers are filled according
+    /// to `init`. A chip of another family becomes an ATmega328P. Start-up takes no time unless the image has
+    /// fuses.
     #[must_use]
     pub fn new(chip: &'static Chip, image: &Image, init: RamInit) -> Avr {
         let start_up = image.bytes_in("fuse").next().is_some();
         Avr::with(chip, image, init, Options { start_up, ..Options::at_hz(chip.default_hz) })
     }
 
-    /// The same in a wiring of its own.
+    /// Creates a chip as [`Avr::new`] does, but with the given options.
     #[must_use]
     pub fn with(chip: &'static Chip, image: &Image, init: RamInit, options: Options) -> Avr {
         let part = chips::part(chip.name).unwrap_or(&chips::PART_328P);
@@ -117,7 +124,7 @@ impl Avr {
             rng.fill(&mut bytes[usize::from(chip.ram_start)..usize::from(chip.ram_start + chip.ram_len)]);
         }
         for (addr, byte) in image.bytes_in("data") {
-            // What lies at the registers of the chip is theirs to say.
+            // The peripherals initialize the chip's registers, so image bytes there are ignored.
             let i = addr as usize;
             if i < 32 || (usize::from(chip.ram_start)..usize::from(chip.ram_start + chip.ram_len)).contains(&i) {
                 bytes[i] = byte;
@@ -134,7 +141,7 @@ impl Avr {
             calibration: CALIBRATION,
         };
         let mut soc = AvrSoc::new(part, options, beside, Arc::new(eeprom));
-        // RAM below 100h is the chip's to keep.
+        // The chip around the core holds the RAM below 100h.
         soc.fill_low(&bytes[LOW_BYTES..RAM_START]);
         soc.lints = LintState::for_program(image, part);
         bytes[32..RAM_START].fill(0);
@@ -150,7 +157,7 @@ impl Avr {
         avr
     }
 
-    /// The core as after a reset.
+    /// Sets the core to its state after a reset.
     fn restart_core(&mut self) {
         let sp =
             if self.part.stack_starts_at_ram_end { self.part.chip.ram_start + self.part.chip.ram_len - 1 } else { 0 };
@@ -159,31 +166,33 @@ impl Avr {
         self.core.clock.expire();
     }
 
-    /// Sets the clock before CLKPR in Hz, against which other oscillators are reckoned.
+    /// Sets the clock before the division by CLKPR, in Hz. The times of other oscillators are converted with
+    /// it.
     pub fn set_clock_hz(&mut self, hz: u64) {
         let now = self.cycle();
         self.soc.set_clock_hz(hz, now);
         self.core.clock.expire();
     }
 
-    /// Turns the jumping over of polling loops on (as it is at first) or off. Results do not change, only the time taken.
+    /// Switches skipping of polling loops on (default) or off. The results are the same; only the run time
+    /// changes.
     pub fn set_skip_idle_loops(&mut self, on: bool) {
         self.run_state.skip_idle_loops = on;
     }
 
-    /// The chip around the core.
+    /// Returns the chip around the core.
     #[must_use]
     pub fn soc(&self) -> &AvrSoc {
         &self.soc
     }
 
-    /// Interrupt that would be taken at the next instruction boundary, as a vector number.
+    /// Returns the vector number of the interrupt that would be taken at the next instruction boundary.
     #[must_use]
     pub fn pending_interrupt(&self) -> Option<u8> {
         self.soc.pending_interrupt(self.cycle())
     }
 
-    /// The core at its boundary, ready for a burst.
+    /// Returns an executor for a burst or a single instruction, and the code memory.
     pub(crate) fn executor<'a, P: Probe>(&'a mut self, probe: &'a mut P) -> (Executor<'a, P>, &'a CodeMemory) {
         let code: &CodeMemory = &self.code;
         let turn = Executor { core: self.core, data: &mut self.data, code, bus: &mut self.soc, probe };
@@ -374,10 +383,10 @@ impl Cpu for Avr {
     }
 }
 
-/// The calibration byte of the internal oscillator, which differs from chip to chip.
+/// Calibration byte of the internal oscillator. The real value differs from chip to chip.
 const CALIBRATION: u8 = 0x80;
 
-/// Where the core keeps what stands at a data address: a register of its own, or RAM.
+/// Returns the index in [`DataMemory`] of the register or RAM byte at a data address.
 fn index(chip: &Chip, addr: u32) -> Option<usize> {
     if addr < 32 {
         return Some(addr as usize);
@@ -386,6 +395,7 @@ fn index(chip: &Chip, addr: u32) -> Option<usize> {
     (RAM_START as u32..end).contains(&addr).then(|| ram((addr - RAM_START as u32) as u16))
 }
 
+/// A register that can be named on the command line or by a debugger.
 enum CoreRegister {
     General(usize),
     Sreg,
@@ -393,6 +403,7 @@ enum CoreRegister {
     Pc,
 }
 
+/// Looks up a register by its name, in upper or lower case.
 fn register_by_name(name: &str) -> Option<CoreRegister> {
     match name.to_ascii_lowercase().as_str() {
         "sreg" => Some(CoreRegister::Sreg),

@@ -1,4 +1,4 @@
-//! The machine as the loop around the hot loop sees it: what happens between two instructions.
+//! [`CpuEngine`] for [`Avr`]: what the shared run loop asks between two instructions.
 
 use emu_core::countdown::Countdown;
 use std::sync::Arc;
@@ -73,7 +73,7 @@ impl CpuEngine for Avr {
             return false;
         }
         if self.core.is_sleeping {
-            // What lock bits bar does not wake either.
+            // An interrupt that lock bits block does not wake the core either.
             if self.soc.locks_interrupts(2 * self.pc()) {
                 return false;
             }
@@ -133,7 +133,7 @@ impl CpuEngine for Avr {
     }
 
     fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), StopReason> {
-        // It may stand behind the end of memory, which is the beginning.
+        // `pc` can be past the end of memory; it wraps to the start.
         self.core.pc = pc;
         let op = self.code.ops_unmarked[pc as usize];
         if op.kind == Kind::Illegal {
@@ -145,7 +145,8 @@ impl CpuEngine for Avr {
 }
 
 impl Avr {
-    /// An interrupt asks that may not be taken before the instruction at this boundary: it is looked for again behind it.
+    /// Reports whether a pending interrupt must not be taken before the next instruction. The engine checks
+    /// again after that instruction.
     fn is_interrupt_locked(&self, now: u64) -> bool {
         self.core.flags.get(SregFlag::I)
             && self.soc.pending_interrupt(now).is_some()

@@ -1,69 +1,71 @@
-//! Bodies of the AVR instructions, one per meaning, in the order of the table.
+//! Bodies of the AVR instructions, one for each meaning, in the order of the table.
 //!
-//! Source: AVR Instruction Set Manual DS40002198, section 5. Flag formulas are its boolean formulas computed on all eight
-//! bits at once: bit 7 of `carries` is C, bit 3 is H.
+//! Source: AVR Instruction Set Manual DS40002198, section 5. The flag formulas are its Boolean formulas,
+//! computed on all eight bits at once: bit 7 of `carries` is C, bit 3 is H.
 
 use emu_core::machine::{BodyMachine, WideOps, WordOps};
 
 use crate::flags::SregFlag;
 use crate::operands::{A, B, D16, K, R, Rel, Rh, Rp, Rw, Skip};
 
-/// Number of the lower register of the pointer X.
+/// Number of the lower register of the pointer X (r27:r26).
 pub(crate) const X: u8 = 26;
-/// Number of the lower register of the pointer Y.
+/// Number of the lower register of the pointer Y (r29:r28).
 pub(crate) const Y: u8 = 28;
-/// Number of the lower register of the pointer Z.
+/// Number of the lower register of the pointer Z (r31:r30).
 pub(crate) const Z: u8 = 30;
 
-/// What AVR bodies need beyond [`BodyMachine`]. Accesses fall in the last cycle charged so far.
+/// Operations that AVR bodies need in addition to [`BodyMachine`]. Data accesses happen in the last cycle
+/// charged so far.
 pub(crate) trait AvrMachine: BodyMachine {
-    /// A register.
+    /// Reads a register, 0 to 31.
     fn reg(&self, r: u8) -> Self::Word;
-    /// Writes a register.
+    /// Writes a register, 0 to 31.
     fn set_reg(&mut self, r: u8, value: Self::Word);
-    /// A flag.
+    /// Reads a flag.
     fn flag(&self, flag: SregFlag) -> Self::Bit;
-    /// Writes one flag alone; I set to 1 holds interrupts for one instruction.
+    /// Writes one flag and no other. Setting I blocks interrupts for one instruction.
     fn set_flag(&mut self, flag: SregFlag, value: Self::Bit);
-    /// Writes a flag that is known while the table compiles.
+    /// Writes a flag whose value is known at compile time.
     fn force_flag(&mut self, flag: SregFlag, on: bool);
-    /// The carry as a word, 0 or 1.
+    /// Returns the carry as a word, 0 or 1.
     fn carry(&self) -> Self::Word;
-    /// A word that is zero exactly when Z is set.
+    /// Returns a word that is zero exactly if Z is set.
     fn not_zero(&self) -> Self::Word;
-    /// C := bit 7.
+    /// Sets C to bit 7 of `carry`.
     fn set_c(&mut self, carry: Self::Word);
-    /// C := bit 7, H := bit 3.
+    /// Sets C to bit 7 and H to bit 3 of `carries`.
     fn set_carries(&mut self, carries: Self::Word);
-    /// Z := word is zero.
+    /// Sets Z if `word` is zero, otherwise clears it.
     fn set_z(&mut self, word: Self::Word);
-    /// N := bit 7 of `n`, Z := `z` is zero, V := bit 7 of `v`, S := N xor V.
+    /// Sets N to bit 7 of `n`, Z if `z` is zero, V to bit 7 of `v`, and S to N xor V.
     fn set_nzv(&mut self, n: Self::Word, z: Self::Word, v: Self::Word);
-    /// Reads data memory.
+    /// Reads a byte of data memory.
     fn load(&mut self, addr: Self::Wide) -> Self::Word;
-    /// Writes data memory.
+    /// Writes a byte of data memory.
     fn store(&mut self, addr: Self::Wide, value: Self::Word);
-    /// Reads an I/O register, 0 to 63.
+    /// Reads the I/O register `a`, 0 to 63.
     fn io_read(&mut self, a: u8) -> Self::Word;
-    /// Writes an I/O register, 0 to 63.
+    /// Writes the I/O register `a`, 0 to 63.
     fn io_write(&mut self, a: u8, value: Self::Word);
-    /// Writes one bit of an I/O register, 0 to 31.
+    /// Writes bit `b` of the I/O register `a`, 0 to 31.
     fn io_write_bit(&mut self, a: u8, b: u8, on: bool);
-    /// Reads a byte of program memory.
+    /// Reads the byte of program memory at the byte address `addr`.
     fn code_byte(&mut self, addr: Self::Wide) -> Self::Word;
-    /// Reads a byte of program memory at RAMPZ and this address; RAMPZ counts with the address if `inc`.
+    /// Reads a byte of program memory at RAMPZ and `addr`. If `inc` is set, RAMPZ is incremented when `addr`
+    /// wraps.
     fn far_code_byte(&mut self, addr: Self::Wide, inc: bool) -> Self::Word;
-    /// Does what SPMCSR says with program memory.
+    /// Executes the command in SPMCSR on program memory.
     fn store_program(&mut self);
-    /// The stack pointer.
+    /// Returns the stack pointer.
     fn sp(&self) -> Self::Wide;
     /// Writes the stack pointer.
     fn set_sp(&mut self, sp: Self::Wide);
-    /// Word address of the next instruction.
+    /// Returns the word address of the next instruction.
     fn next_pc(&self) -> Self::Wide;
-    /// Goes to sleep if SMCR allows it.
+    /// Enters sleep, if SMCR enables it.
     fn sleep(&mut self);
-    /// Restarts the watchdog.
+    /// Clears the watchdog counter.
     fn clear_watchdog(&mut self);
 }
 
@@ -75,7 +77,7 @@ macro_rules! bodies {
     )* };
 }
 
-/// A pointer or pair register.
+/// Returns the register pair whose lower register is `low`.
 #[inline(always)]
 fn pair<M: AvrMachine>(m: &M, low: u8) -> M::Wide {
     M::Wide::join(m.reg(low | 1), m.reg(low))
@@ -87,7 +89,7 @@ fn set_pair<M: AvrMachine>(m: &mut M, low: u8, value: M::Wide) {
     m.set_reg(low | 1, value.hi());
 }
 
-/// `a + b + carry`, with all flags of an addition.
+/// Returns `a + b + carry`, and sets all flags of an addition.
 #[inline(always)]
 fn sum<M: AvrMachine>(m: &mut M, a: M::Word, b: M::Word, carry: M::Word) -> M::Word {
     let s = a + b + carry;
@@ -97,7 +99,7 @@ fn sum<M: AvrMachine>(m: &mut M, a: M::Word, b: M::Word, carry: M::Word) -> M::W
     s
 }
 
-/// `a - b - borrow`, with all flags of a subtraction; `z` is or-ed into what decides Z.
+/// Returns `a - b - borrow`, and sets all flags of a subtraction. Z is set only if `z` is zero too.
 #[inline(always)]
 fn difference<M: AvrMachine>(m: &mut M, a: M::Word, b: M::Word, borrow: M::Word, z: M::Word) -> M::Word {
     let s = a - b - borrow;
@@ -107,14 +109,14 @@ fn difference<M: AvrMachine>(m: &mut M, a: M::Word, b: M::Word, borrow: M::Word,
     s
 }
 
-/// Flags of a logic result: V is clear.
+/// Stores a logic result and sets its flags: V is clear.
 #[inline(always)]
 fn logic<M: AvrMachine>(m: &mut M, d: u8, s: M::Word) {
     m.set_nzv(s, s, M::Word::from(0));
     m.set_reg(d, s);
 }
 
-/// Flags of a right shift of `a` to `s`: C is the bit shifted out, V is N xor C.
+/// Stores the right shift `s` of `a` and sets its flags: C is the bit shifted out, V is N xor C.
 #[inline(always)]
 fn shifted<M: AvrMachine>(m: &mut M, d: R, a: M::Word, s: M::Word) {
     let out = a << 7;
@@ -223,8 +225,9 @@ bodies! {
         m.set_z(p.hi() | p.lo());
         set_pair(m, 0, p);
     }
-    /// The signed and fractional products. A signed factor below 0 counts 256 too much for each unit of the other one;
-    /// a fractional product is shifted left by one, C being the bit before the shift.
+    /// Signed and fractional products. The product of the unsigned bytes is too large by 256 times the other
+    /// factor for each signed factor below 0. A fractional product is shifted left by one; C is the bit
+    /// before the shift.
     fn muls(m, d: u8, r: u8, d_signed: bool, r_signed: bool, shift: u8) {
         let (a, b) = (m.reg(d), m.reg(r));
         let zero = M::Word::from(0);
@@ -294,7 +297,8 @@ bodies! {
         let s = m.load(addr);
         m.set_reg(d.0, s);
     }
-    /// The pointer is counted before the register is written: `ld r26, X+` leaves the byte loaded (undefined by the manual).
+    /// The pointer is incremented before the register is written: `ld r26, X+` leaves the loaded byte
+    /// (undefined by the manual).
     fn ld_inc(m, d: R, p: u8) {
         let addr = pair(m, p);
         let s = m.load(addr);
@@ -312,8 +316,9 @@ bodies! {
         let (addr, s) = (pair(m, p) + M::Wide::from(u16::from(q)), m.reg(r.0));
         m.store(addr, s);
     }
-    /// The byte stored is the register's before the pointer counts: `st X+, r26` stores the old value (undefined by the manual).
-    /// The pointer is written first, so that a store onto itself wins.
+    /// The stored byte is read from the register before the pointer is incremented: `st X+, r26` stores the
+    /// old value (undefined by the manual). The pointer is written before the store, so that a store onto the
+    /// pointer itself wins.
     fn st_inc(m, p: u8, r: R) {
         let (addr, s) = (pair(m, p), m.reg(r.0));
         set_pair(m, p, addr + M::Wide::from(1));

@@ -1,7 +1,8 @@
-//! The hot loop: what one instruction does to the machine.
+//! The hot loop: executes single instructions on the machine.
 //!
-//! [`Executor`] holds the hot state as plain locals whose address never escapes, so that it lives in host registers; data
-//! memory (registers of the core included) lies beside it. Everything a body calls is inlined; slow paths get scalars.
+//! [`Executor`] holds the hot state in local variables whose address never escapes, so the compiler keeps
+//! them in host registers. Data memory, with the registers of the core, is borrowed. Everything that a body
+//! calls is inlined; slow paths are outlined and get scalars only.
 
 use emu_core::countdown::Countdown;
 use emu_core::cpu::{Bus, BusEffect, Probe};
@@ -17,52 +18,54 @@ use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
 use crate::predecode::{CodeMemory, MAX_WORDS};
 use crate::soc::AvrSoc;
 
-/// Data addresses of the registers of the core.
+/// Data address of the stack pointer, low byte.
 pub(crate) const SPL: u16 = 0x5D;
-/// See [`SPL`].
+/// Data address of the stack pointer, high byte.
 pub(crate) const SPH: u16 = 0x5E;
-/// See [`SPL`].
+/// Data address of SREG.
 pub(crate) const SREG: u16 = 0x5F;
 
-/// What the core holds of data memory. All of it is behind one pointer, so that the hot loop has registers of the host left.
+/// The part of data memory that the core holds. It is behind one pointer, so that the hot loop keeps more
+/// host registers free.
 #[derive(Debug, Clone)]
 pub(crate) struct DataMemory {
-    /// The registers of the core, and from [`RAM_START`] on RAM, of which a chip has the first. What RAM there is below 100h is kept by
-    /// the chip.
+    /// The registers of the core, and RAM from [`RAM_START`] on; a chip uses the first
+    /// [`DataMemory::ram_len`] bytes of it. The chip around the core holds the RAM below 100h.
     pub bytes: [u8; RAM_START + MAX_RAM],
-    /// Bytes of RAM from the data address 100h on.
+    /// Size in bytes of the RAM from the data address 100h on.
     pub ram_len: u16,
 }
 
-/// Where RAM begins in [`DataMemory`]. Registers are a byte of index away, so that none is checked.
+/// Index of the RAM in [`DataMemory`]. An 8-bit register index is always below it, so register accesses need
+/// no bounds check.
 pub(crate) const RAM_START: usize = 0x100;
 
 /// RAM of the largest chip in bytes; a power of two.
 pub(crate) const MAX_RAM: usize = 0x1000;
 
-/// The state of the core that every instruction touches.
+/// State of the core that every instruction uses.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CoreRegisters {
-    /// Program word address; may stand behind the end of memory until it is masked.
+    /// Program word address. It can be past the end of memory until it is masked.
     pub pc: u32,
     /// Stack pointer.
     pub sp: u16,
     /// SREG.
     pub flags: SregFlags,
-    /// Cycles and instructions.
+    /// Counts of cycles and instructions, and the deadline.
     pub clock: Countdown,
-    /// The boundary at this cycle takes no interrupt: the instruction before it set I.
+    /// Cycle of the boundary that takes no interrupt, because the instruction before it set I.
     pub no_interrupt_at: u64,
-    /// SLEEP was executed.
+    /// True after SLEEP was executed, until the core wakes.
     pub is_sleeping: bool,
-    /// The op at `pc` needs the slow path.
+    /// True if the op at `pc` needs the slow path.
     pub slow_path_requested: bool,
-    /// The probe asked for a stop.
+    /// True if the probe requested a stop.
     pub stop_requested: bool,
 }
 
 impl CoreRegisters {
-    /// At cycle 0, everything 0 or off.
+    /// State at cycle 0: everything is 0 or off.
     pub(crate) const START: CoreRegisters = CoreRegisters {
         pc: 0,
         sp: 0,
@@ -75,7 +78,7 @@ impl CoreRegisters {
     };
 }
 
-/// One turn of the loop: hot state by value, everything else borrowed.
+/// Context in which instructions execute: hot state by value, everything else borrowed.
 pub(crate) struct Executor<'a, P: Probe> {
     pub core: CoreRegisters,
     pub data: &'a mut DataMemory,
@@ -85,7 +88,7 @@ pub(crate) struct Executor<'a, P: Probe> {
 }
 
 impl<P: Probe> Executor<'_, P> {
-    /// The machine cycle in which an access of the running instruction falls: the last one charged.
+    /// Returns the machine cycle of a data access of the current instruction: the last cycle charged.
     #[inline(always)]
     const fn access_cycle(&self) -> u64 {
         self.core.clock.now().wrapping_sub(1)
@@ -101,14 +104,14 @@ impl<P: Probe> Executor<'_, P> {
         }
     }
 
-    /// After I was set: the next boundary takes no interrupt.
+    /// Blocks interrupts at the next boundary; called after I was set.
     #[inline(always)]
     fn hold_interrupts(&mut self) {
         self.core.no_interrupt_at = self.core.clock.now();
         self.core.clock.expire();
     }
 
-    /// The instruction goes on elsewhere than behind it.
+    /// Continues execution at `target` instead of the next instruction.
     #[inline(always)]
     fn jump_to(&mut self, target: u32) {
         if P::FLOW {
@@ -118,7 +121,7 @@ impl<P: Probe> Executor<'_, P> {
         self.core.pc = target;
     }
 
-    /// Tells the probe of an access to data memory.
+    /// Reports an access to data memory to the probe.
     #[inline(always)]
     fn report_access(&mut self, addr: u16, value: u8, write: bool) {
         let wanted = P::DATA && (write || P::DATA_READS);
@@ -128,7 +131,8 @@ impl<P: Probe> Executor<'_, P> {
         }
     }
 
-    /// Reads what is not RAM: core registers by their data address, peripherals, nothing.
+    /// Reads a data address that is not RAM at 100h or above: a core register, a peripheral register, or
+    /// nothing.
     #[inline(always)]
     fn read_register(&mut self, addr: u16) -> u8 {
         match addr {
@@ -164,20 +168,22 @@ impl<P: Probe> Executor<'_, P> {
     }
 }
 
-/// Where a byte of RAM is kept.
+/// Returns the index in [`DataMemory`] of the RAM byte `i`, counted from the data address 100h.
 #[inline(always)]
 pub(crate) const fn ram(i: u16) -> usize {
     RAM_START + (i as usize & (MAX_RAM - 1))
 }
 
-/// A byte of program memory, or what SPMCSR has put in its place, for the LPM before the program word `next` that ends at `end`.
+/// Reads a byte of program memory for the LPM before the program word `next`, which ends at cycle `end`.
+/// SPMCSR can select another byte (fuses, lock bits, signature).
 #[inline(never)]
 fn code_byte(code: &CodeMemory, bus: &mut AvrSoc, addr: u32, next: u32, end: u64) -> u8 {
     let aside = bus.program_byte(addr, 2 * (next.wrapping_sub(1) & code.mask()), end.wrapping_sub(3));
     aside.unwrap_or_else(|| code.byte(addr as usize))
 }
 
-/// The same at RAMPZ and `z` for an ELPM; RAMPZ counts with `z` if `inc`.
+/// Reads a byte of program memory at RAMPZ and `z` for an ELPM. If `inc` is set and `z` wraps, RAMPZ is
+/// incremented.
 #[inline(never)]
 fn far_code_byte(code: &CodeMemory, bus: &mut AvrSoc, (z, inc): (u16, bool), next: u32, end: u64) -> u8 {
     let byte = code_byte(code, bus, bus.rampz_address(z), next, end);
@@ -187,13 +193,13 @@ fn far_code_byte(code: &CodeMemory, bus: &mut AvrSoc, (z, inc): (u16, bool), nex
     byte
 }
 
-/// A peripheral register is read; addresses behind RAM give 0.
+/// Reads a peripheral register. Addresses past the end of RAM read 0.
 #[inline(never)]
 fn read_bus(bus: &mut AvrSoc, addr: u16, at: u64) -> (u8, BusEffect) {
     bus.read(addr, at)
 }
 
-/// A peripheral register is written; addresses behind RAM take nothing.
+/// Writes a peripheral register. Writes past the end of RAM have no effect.
 #[inline(never)]
 fn write_bus(bus: &mut AvrSoc, addr: u16, value: u8, at: u64) -> BusEffect {
     bus.write(addr, value, at)
@@ -369,7 +375,7 @@ impl<P: Probe> AvrMachine for Executor<'_, P> {
     }
 }
 
-/// Executes `$op` on `$m`; `$other` is for kinds without a row.
+/// Executes `$op` on `$m`. `$other` runs for kinds without a row.
 macro_rules! execute_op {
     ($m:ident, $op:ident, $other:expr) => {
         avr_table!(dispatch { ($m, $op, $op.kind, $other) })
@@ -400,7 +406,8 @@ macro_rules! burst_loop {
 }
 
 impl<P: Probe> Executor<'_, P> {
-    /// Runs to the deadline; returns the hot state. The turn is written twice so that there are two indirect jumps.
+    /// Executes instructions until the deadline; returns the hot state. The loop body is written twice, so
+    /// that there are two indirect jumps.
     #[inline(never)]
     pub(crate) fn burst(self, ops: &[AvrOp; MAX_WORDS]) -> CoreRegisters {
         let mut turn = self;
@@ -414,7 +421,7 @@ impl<P: Probe> Executor<'_, P> {
         turn.core
     }
 
-    /// Executes one given op, whatever stands in the op array; a kind without a row does nothing.
+    /// Executes the given op instead of the one in the op array. A kind without a row does nothing.
     #[inline(never)]
     pub(crate) fn single(self, op: PredecodedOp<Kind>) -> CoreRegisters {
         let mut turn = self;
@@ -427,8 +434,8 @@ impl<P: Probe> Executor<'_, P> {
         turn.core
     }
 
-    /// Goes to the interrupt vector at the program word `vector`: return address on the stack, I clear, 4 cycles (data sheet
-    /// 7.7.1).
+    /// Enters the interrupt at the program word `vector`: pushes the return address, clears I, takes 4 cycles
+    /// (data sheet 7.7.1).
     #[inline(never)]
     pub(crate) fn enter_interrupt(self, vector: u32) -> CoreRegisters {
         let mut turn = self;

@@ -1,9 +1,10 @@
-//! The status register, kept as raw results and packed only when read.
+//! The status register as raw results, packed only when it is read.
 //!
-//! Each flag is the byte that decides it: bit 7 of `carries`, `n` and `v`, bit 3 of `carries` for H, a zero byte for Z. So an instruction
-//! writes whole results and nobody normalises what nobody reads.
+//! Each flag is kept as the byte that decides it: bit 7 of `carries`, `n` and `v`, bit 3 of `carries` for H,
+//! a zero byte for Z. An instruction therefore stores whole results, and no bit is extracted unless something
+//! reads it.
 
-/// The flags of SREG by their data-sheet letters, numbered as its bits.
+/// The flags of SREG by their letters in the data sheet, numbered as the bits of SREG.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum SregFlag {
@@ -17,11 +18,11 @@ pub enum SregFlag {
     I,
 }
 
-/// A byte that decides a flag, in a word of its own: bytes side by side would be kept packed in one host register, and every
-/// write would have to mask and shift.
+/// A byte that decides a flag, in a word of its own. The compiler would pack adjacent bytes into one host
+/// register, and every write would have to mask and shift.
 type RawFlag = u32;
 
-/// SREG taken apart.
+/// SREG as one raw value per flag.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SregFlags {
     /// Carry: bit 7. Half carry: bit 3.
@@ -32,7 +33,7 @@ pub struct SregFlags {
     pub z: RawFlag,
     /// Overflow: bit 7.
     pub v: RawFlag,
-    /// Sign, unlike N xor V only after an instruction wrote it alone: bit 7 is xored in.
+    /// Sign: bit 7 of `n ^ v ^ s`. It is nonzero only after an instruction wrote S, N or V alone.
     pub s: RawFlag,
     /// Bit copy: bit 7.
     pub t: RawFlag,
@@ -40,12 +41,13 @@ pub struct SregFlags {
     pub i: RawFlag,
 }
 
+/// Bit 7 set if `condition` is true.
 const fn bit(condition: bool) -> RawFlag {
     (condition as RawFlag) << 7
 }
 
 impl SregFlags {
-    /// From the bits of SREG.
+    /// Converts from the bits of SREG.
     #[inline]
     pub const fn unpack(sreg: u8) -> SregFlags {
         let (n, v) = (bit(sreg & 1 << 2 != 0), bit(sreg & 1 << 3 != 0));
@@ -60,7 +62,7 @@ impl SregFlags {
         }
     }
 
-    /// The bits of SREG.
+    /// Converts to the bits of SREG.
     #[inline]
     pub const fn pack(self) -> u8 {
         (self.get(SregFlag::C) as u8)
@@ -73,13 +75,13 @@ impl SregFlags {
             | (self.get(SregFlag::I) as u8) << 7
     }
 
-    /// C := bit 7 of `carry`, H stays.
+    /// Sets C to bit 7 of `carry`; H does not change.
     #[inline(always)]
     pub const fn set_c(&mut self, carry: RawFlag) {
         self.carries = (self.carries & 0x08) | (carry & 0x80);
     }
 
-    /// One flag.
+    /// Reads one flag.
     #[inline(always)]
     pub const fn get(&self, flag: SregFlag) -> bool {
         match flag {
@@ -94,7 +96,7 @@ impl SregFlags {
         }
     }
 
-    /// Writes one flag and no other: S keeps its value when N or V alone change.
+    /// Writes one flag and no other: S keeps its value when N or V alone is written.
     #[inline(always)]
     pub const fn set(&mut self, flag: SregFlag, on: bool) {
         let changed = bit(on != self.get(flag));

@@ -1,26 +1,27 @@
-//! THE table of AVR instructions, and what is read off it.
+//! The table of AVR instructions, and all functions that read it.
 //!
-//! Order of rows: the instruction set manual's groups (arithmetic and logic, branches, bits, data transfer, control).
+//! The rows are in the order of the groups of the instruction set manual: arithmetic and logic, branches,
+//! bits, data transfer, control.
 
 use emu_core::CoreError;
 use emu_core::chip::InstructionSet;
 use emu_core::table::{
-    DisassembledInstruction, EncodeError, FlowKind, InstructionLocation, InstructionRow, PredecodedOp, SyntaxAlias,
+    DisassembledInstruction, EncodeError, FlowKind, InstructionLocation, MatchedRow, PredecodedOp, SyntaxAlias,
     disassemble as disassemble_line,
 };
 
 use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
 
-/// Hands every row to `callback!`, after the tokens of `{ .. }`. Columns: name, mnemonic, syntax, pattern, operands, cycles
-/// (`/` between outcomes), flags written, body.
+/// Passes every row to `callback!`, after the tokens in `{ .. }`. Columns: name, mnemonic, syntax, pattern,
+/// operands, cycles (`/` between outcomes), flags written, body.
 #[rustfmt::skip]
 macro_rules! avr_table {
     ($callback:path { $($head:tt)* }) => { $callback! { $($head)* 16; extra {
-        /// No row matches: stops the run.
+        /// Not an instruction: no row matches the word. It stops the run.
         Illegal,
-        /// A breakpoint stands here.
+        /// A word with a breakpoint.
         Breakpoint,
-        /// Closes a loop that may repeat without changing anything.
+        /// The last instruction of a loop that may repeat without changing anything.
         PollingLoop,
     }
     // Arithmetic and logic.
@@ -180,9 +181,9 @@ macro_rules! avr_table {
     Clt    "clt"    ""       "1001 0100 1110 1000" ()                     "1"     "T"        => flag(SregFlag::T, false);
     /// Disable interrupts.
     Cli    "cli"    ""       "1001 0100 1111 1000" ()                     "1"     "I"        => flag(SregFlag::I, false);
-    /// Bit of register to T.
+    /// Copy a bit of a register to T.
     Bst    "bst"    "d, b"   "1111 101d dddd 0bbb" (d: R, b: B)           "1"     "T"        => bst(d, b);
-    /// T to bit of register.
+    /// Copy T to a bit of a register.
     Bld    "bld"    "d, b"   "1111 100d dddd 0bbb" (d: R, b: B)           "1"     ""         => bld(d, b);
     // Data transfer.
     /// Copy register.
@@ -193,23 +194,23 @@ macro_rules! avr_table {
     Ldi    "ldi"    "d, k"   "1110 kkkk dddd kkkk" (d: Rh, k: K)          "1"     ""         => ldi(d, k);
     /// Load through X.
     LdX    "ld"     "d, X"   "1001 000d dddd 1100" (d: R)                 "2"     ""         => ld(d, X, 0);
-    /// Load through X, then count X up.
+    /// Load through X, then increment X.
     LdXi   "ld"     "d, X+"  "1001 000d dddd 1101" (d: R)                 "2"     ""         => ld_inc(d, X);
-    /// Count X down, then load through it.
+    /// Decrement X, then load through X.
     LdXd   "ld"     "d, -X"  "1001 000d dddd 1110" (d: R)                 "2"     ""         => ld_dec(d, X);
     /// Load through Y.
     LdY    "ld"     "d, Y"   "1000 000d dddd 1000" (d: R)                 "2"     ""         => ld(d, Y, 0);
-    /// Load through Y, then count Y up.
+    /// Load through Y, then increment Y.
     LdYi   "ld"     "d, Y+"  "1001 000d dddd 1001" (d: R)                 "2"     ""         => ld_inc(d, Y);
-    /// Count Y down, then load through it.
+    /// Decrement Y, then load through Y.
     LdYd   "ld"     "d, -Y"  "1001 000d dddd 1010" (d: R)                 "2"     ""         => ld_dec(d, Y);
     /// Load through Y with displacement.
     LddY   "ldd"    "d, Y+q" "10q0 qq0d dddd 1qqq" (d: R, q: Q)           "2"     ""         => ld(d, Y, q.0);
     /// Load through Z.
     LdZ    "ld"     "d, Z"   "1000 000d dddd 0000" (d: R)                 "2"     ""         => ld(d, Z, 0);
-    /// Load through Z, then count Z up.
+    /// Load through Z, then increment Z.
     LdZi   "ld"     "d, Z+"  "1001 000d dddd 0001" (d: R)                 "2"     ""         => ld_inc(d, Z);
-    /// Count Z down, then load through it.
+    /// Decrement Z, then load through Z.
     LdZd   "ld"     "d, -Z"  "1001 000d dddd 0010" (d: R)                 "2"     ""         => ld_dec(d, Z);
     /// Load through Z with displacement.
     LddZ   "ldd"    "d, Z+q" "10q0 qq0d dddd 0qqq" (d: R, q: Q)           "2"     ""         => ld(d, Z, q.0);
@@ -217,23 +218,23 @@ macro_rules! avr_table {
     Lds    "lds"    "d, k"   "1001 000d dddd 0000 kkkk kkkk kkkk kkkk" (d: R, k: D16) "2" "" => lds(d, k);
     /// Store through X.
     StX    "st"     "X, r"   "1001 001r rrrr 1100" (r: R)                 "2"     ""         => st(X, 0, r);
-    /// Store through X, then count X up.
+    /// Store through X, then increment X.
     StXi   "st"     "X+, r"  "1001 001r rrrr 1101" (r: R)                 "2"     ""         => st_inc(X, r);
-    /// Count X down, then store through it.
+    /// Decrement X, then store through X.
     StXd   "st"     "-X, r"  "1001 001r rrrr 1110" (r: R)                 "2"     ""         => st_dec(X, r);
     /// Store through Y.
     StY    "st"     "Y, r"   "1000 001r rrrr 1000" (r: R)                 "2"     ""         => st(Y, 0, r);
-    /// Store through Y, then count Y up.
+    /// Store through Y, then increment Y.
     StYi   "st"     "Y+, r"  "1001 001r rrrr 1001" (r: R)                 "2"     ""         => st_inc(Y, r);
-    /// Count Y down, then store through it.
+    /// Decrement Y, then store through Y.
     StYd   "st"     "-Y, r"  "1001 001r rrrr 1010" (r: R)                 "2"     ""         => st_dec(Y, r);
     /// Store through Y with displacement.
     StdY   "std"    "Y+q, r" "10q0 qq1r rrrr 1qqq" (q: Q, r: R)           "2"     ""         => st(Y, q.0, r);
     /// Store through Z.
     StZ    "st"     "Z, r"   "1000 001r rrrr 0000" (r: R)                 "2"     ""         => st(Z, 0, r);
-    /// Store through Z, then count Z up.
+    /// Store through Z, then increment Z.
     StZi   "st"     "Z+, r"  "1001 001r rrrr 0001" (r: R)                 "2"     ""         => st_inc(Z, r);
-    /// Count Z down, then store through it.
+    /// Decrement Z, then store through Z.
     StZd   "st"     "-Z, r"  "1001 001r rrrr 0010" (r: R)                 "2"     ""         => st_dec(Z, r);
     /// Store through Z with displacement.
     StdZ   "std"    "Z+q, r" "10q0 qq1r rrrr 0qqq" (q: Q, r: R)           "2"     ""         => st(Z, q.0, r);
@@ -243,13 +244,13 @@ macro_rules! avr_table {
     Lpm    "lpm"    ""       "1001 0101 1100 1000" ()                     "3"     ""         => lpm(R(0), false);
     /// Load program memory through Z.
     LpmZ   "lpm"    "d, Z"   "1001 000d dddd 0100" (d: R)                 "3"     ""         => lpm(d, false);
-    /// Load program memory through Z, then count Z up.
+    /// Load program memory through Z, then increment Z.
     LpmZi  "lpm"    "d, Z+"  "1001 000d dddd 0101" (d: R)                 "3"     ""         => lpm(d, true);
     /// Load program memory through RAMPZ and Z into r0.
     Elpm   "elpm"   ""       "1001 0101 1101 1000" ()                     "3"     ""         => elpm(R(0), false);
     /// Load program memory through RAMPZ and Z.
     ElpmZ  "elpm"   "d, Z"   "1001 000d dddd 0110" (d: R)                 "3"     ""         => elpm(d, false);
-    /// Load program memory through RAMPZ and Z, then count both up as one.
+    /// Load program memory through RAMPZ and Z, then increment them as one number.
     ElpmZi "elpm"   "d, Z+"  "1001 000d dddd 0111" (d: R)                 "3"     ""         => elpm(d, true);
     /// Store program memory.
     Spm    "spm"    ""       "1001 0101 1110 1000" ()                     "1"     ""         => spm();
@@ -268,7 +269,7 @@ macro_rules! avr_table {
     Sleep  "sleep"  ""       "1001 0101 1000 1000" ()                     "1"     ""         => sleep();
     /// Reset the watchdog.
     Wdr    "wdr"    ""       "1001 0101 1010 1000" ()                     "1"     ""         => wdr();
-    /// Break; does nothing without an on-chip debugger.
+    /// Break: does nothing without an on-chip debugger.
     Break  "break"  ""       "1001 0101 1001 1000" ()                     "1"     ""         => nop();
     } };
 }
@@ -276,7 +277,8 @@ pub(crate) use avr_table;
 
 avr_table!(emu_core::define_isa {});
 
-/// Other spellings that the assembler takes: mnemonic, syntax, what it stands for.
+/// Alternative spellings that the assembler accepts: mnemonic, syntax, then mnemonic and operands that they
+/// mean.
 #[rustfmt::skip]
 pub const ALIASES: &[SyntaxAlias] = &[
     ("lsl",  "d",    "add",  "d,d"),
@@ -286,7 +288,7 @@ pub const ALIASES: &[SyntaxAlias] = &[
     ("ser",  "d",    "ldi",  "d,0xFF"),
     ("sbr",  "d, k", "ori",  "d,k"),
     ("cbr",  "d, k", "andi", "d,0xFF&~(k)"),
-    // The flags by number.
+    // Instructions that name a flag of SREG by its number.
     ("bset", "0", "sec", ""), ("bset", "1", "sez", ""), ("bset", "2", "sen", ""), ("bset", "3", "sev", ""),
     ("bset", "4", "ses", ""), ("bset", "5", "seh", ""), ("bset", "6", "set", ""), ("bset", "7", "sei", ""),
     ("bclr", "0", "clc", ""), ("bclr", "1", "clz", ""), ("bclr", "2", "cln", ""), ("bclr", "3", "clv", ""),
@@ -297,12 +299,12 @@ pub const ALIASES: &[SyntaxAlias] = &[
     ("brbc", "4, k", "brge", "k"), ("brbc", "5, k", "brhc", "k"), ("brbc", "6, k", "brtc", "k"), ("brbc", "7, k", "brid", "k"),
     ("brlo", "k",    "brcs", "k"),
     ("brsh", "k",    "brcc", "k"),
-    // A displacement of 0 has no bits of its own to be told apart by.
+    // A displacement of 0 is encoded as the form without displacement.
     ("ldd",  "d, Y", "ld",   "d,Y"),
     ("ldd",  "d, Z", "ld",   "d,Z"),
 ];
 
-/// The table as tools see it, on a chip with so many bytes of flash, a power of two.
+/// Returns the instruction set of a chip with `FLASH` bytes of flash, a power of two.
 pub const fn instruction_set<const FLASH: u32>() -> InstructionSet {
     InstructionSet {
         disassemble: disassemble_in::<FLASH>,
@@ -316,7 +318,8 @@ pub const fn instruction_set<const FLASH: u32>() -> InstructionSet {
     }
 }
 
-/// What the instruction of a row may do to the order in which a program runs. Only what has a condition takes more cycles or fewer.
+/// Returns the effect of a row on the program flow. An instruction is conditional exactly if its number of
+/// cycles varies.
 fn flow(row: usize) -> FlowKind {
     match (KINDS.get(row), ROWS.get(row)) {
         (Some(Kind::Reti), _) => FlowKind::EndsInterrupt,
@@ -325,8 +328,8 @@ fn flow(row: usize) -> FlowKind {
     }
 }
 
-/// A chip with so many bytes of flash does not have an instruction: jumps of two words come with more than 8 KB, ELPM with more
-/// than 64 KB (instruction set manual, core descriptions).
+/// Reports whether a chip with `flash` bytes of flash lacks an instruction: JMP and CALL need more than 8 KB,
+/// ELPM more than 64 KB (instruction set manual, core descriptions).
 #[must_use]
 pub const fn is_missing(flash: u32, kind: Kind) -> bool {
     match kind {
@@ -336,10 +339,10 @@ pub const fn is_missing(flash: u32, kind: Kind) -> bool {
     }
 }
 
-/// Bits of an AVR program word.
+/// Number of bits in an AVR program word.
 pub const WORD_BITS: u32 = 16;
 
-/// The words of one instruction.
+/// The program words of one instruction, one or two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct InstructionWords {
     words: [u16; 2],
@@ -353,14 +356,14 @@ impl std::ops::Deref for InstructionWords {
     }
 }
 
-/// Program words of the ATmega328P minus one: where targets wrap unless another chip is named.
+/// Program words of the ATmega328P minus one. Jump targets wrap with this mask unless another chip is named.
 pub const PC_MASK: u32 = 0x3FFF;
 
-/// Encodes an instruction that will stand at the word address `pc`. Operands come in row order: registers by number,
-/// targets as absolute word addresses, I/O addresses 0 to 63.
+/// Encodes an instruction for the word address `pc`. Operands are in row order: registers by number, targets
+/// as absolute word addresses, I/O addresses from 0 to 63.
 ///
 /// # Errors
-/// An operand that does not fit, with what is allowed.
+/// Fails if an operand does not fit; the error gives the allowed values.
 pub fn encode(kind: Kind, operands: &[i32], pc: u32) -> Result<InstructionWords, EncodeError> {
     let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: CoreError::NotAnInstruction })?;
     let bits = row.encode(operands, &InstructionLocation { pc, len: row.len(), next_len: 1, pc_mask: PC_MASK })?;
@@ -370,7 +373,7 @@ pub fn encode(kind: Kind, operands: &[i32], pc: u32) -> Result<InstructionWords,
     })
 }
 
-/// Disassembles the instruction at the front of `words`, which stands at the word address `pc` of an ATmega328P. Targets
+/// Disassembles the instruction at the start of `words`, at the word address `pc` of an ATmega328P. Targets
 /// print as byte addresses.
 #[must_use]
 pub fn disassemble(words: &[u16], pc: u32) -> DisassembledInstruction {
@@ -378,16 +381,17 @@ pub fn disassemble(words: &[u16], pc: u32) -> DisassembledInstruction {
 }
 
 fn disassemble_in<const FLASH: u32>(words: &[u16], pc: u32) -> DisassembledInstruction {
-    let lacking = words.first().and_then(|&word| find_row(word, 0)).is_some_and(|(_, kind, _)| is_missing(FLASH, kind));
+    let lacking = words.first().and_then(|&word| find_row(word, 0)).is_some_and(|found| is_missing(FLASH, found.kind));
     let rows = if lacking { &[] } else { ROWS };
     disassemble_line(rows, WORD_BITS, words, &InstructionLocation { pc, len: 1, next_len: 1, pc_mask: FLASH / 2 - 1 })
 }
 
-/// The row of the word at the front of an instruction; `None` when there is none.
+/// Returns the row, kind and bits of the instruction that starts with the word `first`; None if no row
+/// matches.
 #[must_use]
-pub fn find_row(first: u16, second: u16) -> Option<(&'static InstructionRow, Kind, u32)> {
+pub fn find_row(first: u16, second: u16) -> Option<MatchedRow<Kind>> {
     let (i, bits) = emu_core::table::find_row(ROWS, WORD_BITS, &[first, second])?;
-    Some((&ROWS[i], KINDS[i], bits))
+    Some(MatchedRow { row: &ROWS[i], kind: KINDS[i], bits })
 }
 
 /// A predecoded AVR instruction.
@@ -397,7 +401,8 @@ pub type AvrOp = PredecodedOp<Kind>;
 mod tests {
     use super::*;
 
-    /// Every word, followed by a word that shows up in two-word instructions, comes back from its own text.
+    /// Every word, also with a word after it for two-word instructions, disassembles to a text that assembles
+    /// to the same word.
     #[test]
     fn every_word_survives_its_own_text() {
         for second in [0x0000u16, 0x1234, 0xFFFF] {
@@ -411,13 +416,13 @@ mod tests {
         }
     }
 
-    /// Rows overlap only where the table wants it: a displacement of 0 is the form without displacement.
+    /// Two rows overlap only if one is the form without displacement and the other has a displacement of 0.
     #[test]
     fn rows_are_disjoint_but_for_the_displacements_of_zero() {
         let wanted = [("LdY", "LddY"), ("LdZ", "LddZ"), ("StY", "StdY"), ("StZ", "StdZ")];
         for (i, a) in ROWS.iter().enumerate() {
             for b in &ROWS[i + 1..] {
-                let shift = |r: &InstructionRow, v: u32| if r.len() == 2 { v >> 16 } else { v };
+                let shift = |r: &emu_core::table::InstructionRow, v: u32| if r.len() == 2 { v >> 16 } else { v };
                 let both = shift(a, a.pattern.mask) & shift(b, b.pattern.mask);
                 let overlap = (shift(a, a.pattern.value) ^ shift(b, b.pattern.value)) & both == 0;
                 assert_eq!(overlap, wanted.contains(&(a.name, b.name)), "{} and {}", a.name, b.name);

@@ -1,7 +1,8 @@
-//! The ATmega328P and its relatives, cycle by cycle: instruction table, core, peripherals and chip data.
+//! Cycle-accurate emulation of the ATmega328P and related AVR chips: instruction table, core, peripherals,
+//! chip data.
 //!
-//! Sources: "AVR Instruction Set Manual" (Microchip DS40002198) for instructions, "ATmega48A/PA/88A/PA/168A/PA/328/P"
-//! (DS40002061) for the chip. What is not modelled stands in QUIRKS.md.
+//! Sources: "AVR Instruction Set Manual" (Microchip DS40002198) for instructions,
+//! "ATmega48A/PA/88A/PA/168A/PA/328/P" (DS40002061) for the chip. QUIRKS.md lists what is not modelled.
 
 #![forbid(unsafe_code)]
 

@@ -1,9 +1,14 @@
-//! The diagnostics of the family: no part of the machine that a program could see, and kept only while a probe asks for them.
+//! Run-time diagnostics of the AVR: suspicious behaviour of a program, tracked only while a probe asks for
+//! it.
 //!
-//! Before an instruction its body runs on a machine of its own ([`shadow::ShadowMachine`]) that computes with what is known and what is
-//! not: registers and RAM that nobody has written, bits of ports whose pins float. A copy of what is unknown is no use of it
-//! (registers that are saved, structures that are copied whole); a branch or a skip that depends on it is, an address made of it,
-//! and a register of the chip that gets it. So a port that is read whole counts only for the bits that matter in the end.
+//! Before an instruction executes on the machine, its body runs on a second machine
+//! ([`shadow::ShadowMachine`]) that tracks which bits are unknown: registers and RAM that nobody has written,
+//! bits of ports whose pins float. A copy of an unknown value is not reported (saved registers, structures
+//! that are copied whole). A use is reported: a branch or skip that depends on an unknown bit, an address
+//! computed from one, or a write of one to a register of the chip. So for a port that is read as a whole,
+//! only the bits that finally matter count.
+//!
+//! The tracked state is not part of the machine; a program cannot see it.
 
 mod shadow;
 mod value;
@@ -21,43 +26,43 @@ use crate::flags::SregFlag;
 use crate::isa::{AvrOp, Kind};
 use crate::predecode::CodeMemory;
 use crate::recorder::record_instruction;
-use crate::soc::AvrSoc;
+use crate::soc::{AvrSoc, BaudClock};
 use shadow::ShadowMachine;
 use value::UnknownBits;
 
-/// Cycles after the last write of a port's settings from which on they count as what the program wants.
+/// Number of cycles after the last write to the settings of a serial port from which on they count as final.
 const SETTLE_CYCLES: u64 = 256;
 
-/// Greatest error of a baud rate that is accepted, in thousandths. At 16 MHz the usual rates 57,600 and 115,200 are 2.1 %
-/// off, and every Arduino board runs so (ATmega328P data sheet, tables 19-9 to 19-12).
+/// Largest accepted error of a baud rate, in thousandths. At 16 MHz the usual rates 57,600 and 115,200 are
+/// off by 2.1 %, and every Arduino board uses them (ATmega328P data sheet, tables 19-9 to 19-12).
 const BAUD_TOLERANCE: u64 = 25;
 
-/// Where the linker of avr-libc ends static data: the last of these that there is.
+/// Symbols with which the linker of avr-libc marks the end of static data. The highest one present counts.
 const END_SYMBOLS: [&str; 4] = ["__data_end", "__bss_end", "_end", "__heap_start"];
 
-/// Where avr-libc keeps the end of its heap.
+/// Symbol of the variable in which avr-libc keeps the end of its heap.
 const HEAP_SYMBOL: &str = "__brkval";
 
-/// What the chip keeps for diagnostics. Next to nothing until a probe asks for them.
+/// State of the diagnostics. Almost empty until a probe asks for them.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct LintState {
     program_facts: Arc<ProgramFacts>,
     tracker: Option<Box<LintTracker>>,
 }
 
-/// What is known of a program before it runs.
+/// Facts about a program that are known before it runs.
 #[derive(Debug, Clone, Default)]
 struct ProgramFacts {
-    /// The data address behind static data; 0 where nobody says.
+    /// End address (exclusive) of static data; 0 if unknown.
     static_data_end: u16,
-    /// Where the end of the heap is kept.
+    /// Data address of the variable that holds the end of the heap.
     heap_end_variable: Option<u16>,
-    /// The bytes of RAM that the image fills.
+    /// Addresses of the RAM bytes that the image fills.
     initialized_ram: Vec<u16>,
 }
 
 impl LintState {
-    /// For a program.
+    /// Collects the facts about the program in `image`.
     pub(crate) fn for_program(image: &Image, part: &AvrPart) -> LintState {
         let data = || image.symbols.iter().filter(|symbol| symbol.space == part.chip.ram_space);
         let address = |symbol: &emu_core::image::SymbolAt| u16::try_from(symbol.addr).ok();
@@ -72,19 +77,19 @@ impl LintState {
         LintState { program_facts: Arc::new(ground), tracker: None }
     }
 
-    /// The machine is another one: it is looked at anew.
+    /// Discards the tracked state, because the machine was replaced by another one.
     pub(crate) fn forget(&mut self) {
         self.tracker = None;
     }
 
-    /// An edge on INT`int` has ended the sleep of the instruction before.
+    /// Records that an edge on INT`int` ended the sleep that the previous instruction started.
     pub(crate) fn edge_woke(&mut self, int: u8) {
         if let Some(live) = &mut self.tracker {
             live.found.push((live.last_pc, Lint::EdgeWoke { int }));
         }
     }
 
-    /// The chip is reset: what registers of the core and of the chip hold is known.
+    /// Resets the tracked state: after a reset, the registers of core and chip are known.
     pub(crate) fn reset(&mut self) {
         if let Some(live) = &mut self.tracker {
             live.flags = [UnknownBits::NONE; 8];
@@ -95,50 +100,52 @@ impl LintState {
     }
 }
 
-/// Kept while a probe asks for diagnostics. What a tool pokes into RAM stays as unknown as it was.
+/// Tracked state, kept while a probe asks for diagnostics. RAM that a tool writes from outside stays unknown.
 #[derive(Debug, Clone)]
 struct LintTracker {
     part: &'static AvrPart,
     ground: Arc<ProgramFacts>,
-    /// What is not known of the registers, of the flags, and of RAM from its first byte on.
+    /// Unknown bits of the registers, of the flags, and of RAM from its first byte on.
     regs: [UnknownBits; 32],
     flags: [UnknownBits; 8],
     ram: Vec<UnknownBits>,
-    /// Registers that hold what was worked out from the stack pointer, a bit each.
+    /// Bit mask of the registers that hold a value computed from the stack pointer.
     from_sp: u32,
-    /// Registers and cells that were told of.
+    /// Registers and RAM cells already reported.
     reported_addresses: BTreeSet<u16>,
-    /// Pins that were told of.
+    /// Pins already reported, one mask per port.
     reported_pins: [u8; PORT_COUNT],
     stack: StackTracker,
-    /// Instructions that have written where nothing is, each with the first such address.
+    /// Instructions that have written to a reserved address, each with the first such address.
     reserved_writes: BTreeMap<u32, u16>,
-    /// Baud rates that were told of, and from when on settings count, with the instruction that made them.
+    /// Baud rates already reported; then, per port, the cycle from which its settings count as final, and the
+    /// instruction that made them.
     reported_bauds: [u32; 2],
     pending_bauds: [(u64, u32); 2],
-    /// Enables of interrupts may have changed since they were looked at; those that were told of.
+    /// True if interrupt enables may have changed since the last check; then the vectors already reported.
     check_vectors: bool,
     reported_vectors: u64,
-    /// The instruction before.
+    /// Program word address of the previous instruction.
     last_pc: u32,
-    /// The running instruction, and what was found: at which, and what.
+    /// Program word address of the current instruction; then the findings, each with its instruction.
     pc: u32,
     found: Vec<(u32, Lint)>,
 }
 
-/// Most ports of a chip.
+/// Largest number of ports on a chip.
 const PORT_COUNT: usize = 8;
 
-/// Where the stack may grow.
+/// Tracks how far the stack may grow.
 #[derive(Debug, Clone, Copy)]
 struct StackTracker {
-    /// The program has put it somewhere by a number that did not come from where it was; nothing has been pushed since.
+    /// True if the program has set SP to a value that was not computed from SP, and has pushed nothing since.
     was_set: bool,
-    /// It was placed where static data lie, as the stack of a task does: only the end of RAM bounds it.
+    /// True if SP was set into static data, as for the stack of a task: then only the start of RAM limits the
+    /// stack.
     is_task_stack: bool,
-    /// Where the stack pointer was before it was moved to make a frame that nobody has used so far.
+    /// Value of SP before it was moved to make a stack frame that has not been used yet.
     moved_from: Option<u16>,
-    /// It is where it should not be, and that was told.
+    /// True if the stack has overflowed and this was reported.
     overflow_reported: bool,
 }
 
@@ -148,7 +155,8 @@ impl StackTracker {
 }
 
 impl LintTracker {
-    /// For a machine that has executed nothing so far if `fresh`; otherwise nobody knows any more what was written.
+    /// Returns the state for a machine that has executed nothing so far (`fresh`): registers and RAM are
+    /// unknown. Otherwise everything counts as written.
     fn new(part: &'static AvrPart, ground: &Arc<ProgramFacts>, fresh: bool) -> Box<LintTracker> {
         let first = part.chip.ram_start;
         let whole = |addr| if fresh { UnknownBits::at(addr, 0xFF) } else { UnknownBits::NONE };
@@ -181,7 +189,7 @@ impl LintTracker {
         self.found.push((self.pc, lint));
     }
 
-    /// A byte of RAM or a register, by its data address.
+    /// Returns the unknown bits of a RAM byte or register, by its data address.
     fn ram_doubt(&mut self, addr: u16) -> Option<&mut UnknownBits> {
         match addr {
             0..32 => self.regs.get_mut(usize::from(addr)),
@@ -189,14 +197,14 @@ impl LintTracker {
         }
     }
 
-    /// The byte at a data address is known from now on.
+    /// Marks the byte at a data address as known.
     fn mark_known(&mut self, addr: u16) {
         if let Some(cell) = self.ram_doubt(addr) {
             *cell = UnknownBits::NONE;
         }
     }
 
-    /// Nothing is known any more of the bytes of RAM from one address up to another.
+    /// Marks the RAM bytes from address `from` to `to`, inclusive, as unknown.
     fn forget(&mut self, from: u16, to: u16) {
         for addr in from.max(self.part.chip.ram_start)..=to {
             let Some(cell) = self.ram_doubt(addr) else { return };
@@ -205,9 +213,9 @@ impl LintTracker {
         }
     }
 
-    /// What is unknown makes a difference now.
+    /// Reports a use of unknown bits, once per address or pin.
     fn report_use(&mut self, doubt: UnknownBits) {
-        // What a stack has overwritten that was told of says nothing new.
+        // After a reported stack overflow, overwritten data gives no new information.
         if doubt.bits == 0 || self.stack.overflow_reported {
             return;
         }
@@ -223,7 +231,8 @@ impl LintTracker {
         }
     }
 
-    /// The stack pointer is about to be moved by hand from `sp` on, by a number that comes from where it was if `frame`.
+    /// Handles an instruction that writes SP, whose value is `sp`. `frame` is true if the new value was
+    /// computed from SP.
     fn move_stack(&mut self, sp: u16, frame: bool, heap: u16) {
         if frame {
             self.check_stack_pointer(sp, heap);
@@ -233,7 +242,7 @@ impl LintTracker {
         }
     }
 
-    /// The first address of RAM, and the one behind static data and the heap.
+    /// Returns the first address of RAM, and the end address (exclusive) of static data and heap.
     fn stack_bounds(&self, heap: u16) -> (u16, u16) {
         let (first, behind) = (self.part.chip.ram_start, self.ram_end());
         let end = if (first..behind).contains(&heap) {
@@ -244,12 +253,12 @@ impl LintTracker {
         (first, end.max(first))
     }
 
-    /// The address behind RAM.
+    /// Returns the end address (exclusive) of RAM.
     const fn ram_end(&self) -> u16 {
         self.part.chip.ram_start + self.part.chip.ram_len
     }
 
-    /// A stack that was placed begins to be used at `addr`.
+    /// Decides, at the first use of a newly set stack, whether it is the stack of a task.
     fn check_stack_pointer(&mut self, addr: u16, heap: u16) {
         let (first, end) = self.stack_bounds(heap);
         if std::mem::take(&mut self.stack.was_set) {
@@ -257,12 +266,13 @@ impl LintTracker {
         }
     }
 
-    /// A byte is pushed at `addr`, or a frame reaches down to it; `heap` is what stands where avr-libc keeps the end of its heap.
+    /// Checks a byte pushed at `addr`, or a frame that extends down to it. `heap` is the value of avr-libc's
+    /// variable for the end of the heap.
     fn check_push(&mut self, addr: u16, heap: u16) {
         self.check_stack_pointer(addr, heap);
         let (first, end) = self.stack_bounds(heap);
         let limit = if self.stack.is_task_stack { first } else { end };
-        // A stack that has run out of RAM at its beginning goes round to the end of the address space.
+        // A stack that runs past the start of RAM wraps to the end of the address space.
         let over = addr < limit || self.stack.overflow_reported && addr >= self.ram_end();
         if over && !self.stack.overflow_reported {
             self.add_finding(Lint::StackMeets { limit });
@@ -270,7 +280,8 @@ impl LintTracker {
         self.stack.overflow_reported = over;
     }
 
-    /// Settings of serial ports that have stood long enough, with the receiver on.
+    /// Checks the baud rates whose settings have been unchanged for [`SETTLE_CYCLES`], on ports with the
+    /// receiver on.
     fn check_bauds(&mut self, soc: &AvrSoc, now: u64) {
         for n in 0..2 {
             let (at, pc) = self.pending_bauds[n];
@@ -283,9 +294,9 @@ impl LintTracker {
         }
     }
 
-    /// Compares the baud rate of a serial port with usual ones.
+    /// Compares the baud rate of a serial port with the usual rates.
     fn check_baud(&mut self, soc: &AvrSoc, n: usize, now: u64, pc: u32) {
-        let Some((hz, clocks)) = soc.baud(n, now) else { return };
+        let Some(BaudClock { hz, clocks_per_bit: clocks }) = soc.baud(n, now) else { return };
         let baud = u32::try_from((hz + clocks / 2) / clocks).unwrap_or(u32::MAX);
         let usual = u64::from(emu_core::lint::nearest_standard_baud(baud));
         let off = hz.abs_diff(usual * clocks);
@@ -295,7 +306,7 @@ impl LintTracker {
         }
     }
 
-    /// Interrupts that can come now and that nobody serves.
+    /// Reports enabled interrupts without a handler.
     fn check_vectors(&mut self, soc: &AvrSoc, code: &CodeMemory, now: u64) {
         self.check_vectors = false;
         let enabled = soc.enabled(now) & !self.reported_vectors;
@@ -308,14 +319,15 @@ impl LintTracker {
     }
 }
 
-/// Where the instruction at `pc` jumps to, if it is a jump.
+/// Returns the target of the instruction at `pc`, if it is a jump.
 fn jump_target(code: &CodeMemory, pc: u32) -> Option<u32> {
     let op = code.ops_unmarked.get(pc as usize).filter(|op| matches!(op.kind, Kind::Jmp | Kind::Rjmp))?;
     record_instruction(*op, true).target.map(|target| target & code.mask())
 }
 
-/// Something serves the vector at the program word `at`: not what is erased, and neither a jump to the beginning nor one to such
-/// a jump, which is what avr-libc puts where a program has no handler.
+/// Reports whether the vector at the program word `at` has a handler. Without a handler are: an erased
+/// vector, a jump to the program's start, and a jump to such a jump, which avr-libc generates for unused
+/// vectors.
 fn has_handler(soc: &AvrSoc, code: &CodeMemory, at: u32) -> bool {
     let at = at & code.mask();
     if code.ops_unmarked.get(at as usize).is_none_or(|op| op.kind == Kind::Illegal) {
@@ -327,8 +339,8 @@ fn has_handler(soc: &AvrSoc, code: &CodeMemory, at: u32) -> bool {
 }
 
 impl<P: Probe> Executor<'_, P> {
-    /// Looks at what `op`, the instruction at the program counter, is about to do. Kinds without a body are looked at when they
-    /// are executed.
+    /// Checks `op`, the instruction at the program counter, before it executes. Kinds without a body are
+    /// checked when they execute.
     #[inline(never)]
     pub(crate) fn lint(&mut self, op: &AvrOp) {
         if matches!(op.kind, Kind::Illegal | Kind::Breakpoint | Kind::PollingLoop) {
@@ -346,7 +358,7 @@ impl<P: Probe> Executor<'_, P> {
         self.report_findings(live, now);
     }
 
-    /// The interrupt whose vector is the program word `at` is about to be entered.
+    /// Checks the interrupt whose vector is the program word `at` before it is entered.
     #[inline(never)]
     pub(crate) fn lint_interrupt(&mut self, at: u32) {
         let now = self.core.clock.now();
@@ -367,7 +379,7 @@ impl<P: Probe> Executor<'_, P> {
         lints.tracker.take().unwrap_or_else(|| LintTracker::new(part, &lints.program_facts, fresh))
     }
 
-    /// Tells the probe what was found, as of the first cycle of the instruction.
+    /// Reports the findings to the probe, with the first cycle of the instruction.
     fn report_findings(&mut self, mut live: Box<LintTracker>, at: u64) {
         for (pc, lint) in live.found.drain(..) {
             self.probe.on_lint(at, pc, lint);

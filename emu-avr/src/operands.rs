@@ -1,4 +1,4 @@
-//! Operand kinds of the AVR: registers, constants, addresses, targets.
+//! Operand kinds of the AVR instructions: registers, constants, addresses, jump targets.
 
 use std::fmt::Write;
 
@@ -26,11 +26,12 @@ macro_rules! operands {
     )* };
 }
 
-/// A plain field: the value is the field.
+/// A plain field: its bits are the value.
 fn unchanged(raw: u32, _: u32, _: &InstructionLocation) -> i32 {
     raw as i32
 }
 
+/// Encodes a value from `low` to `high`, or fails with [`CoreError::OutOfRange`].
 fn check_range(value: i32, low: i32, high: i32, what: &'static str) -> Result<u32, CoreError> {
     if (low..=high).contains(&value) {
         Ok((value - low) as u32)
@@ -39,10 +40,12 @@ fn check_range(value: i32, low: i32, high: i32, what: &'static str) -> Result<u3
     }
 }
 
+/// Encodes a value that fits `bits` bits.
 fn check_field(value: i32, bits: u32, what: &'static str) -> Result<u32, CoreError> {
     check_range(value, 0, (1 << bits) - 1, what)
 }
 
+/// Encodes an even register number from `low` to `high`.
 fn check_even(value: i32, low: i32, high: i32, what: &'static str) -> Result<u32, CoreError> {
     if value % 2 != 0 {
         return Err(CoreError::OddRegister { what, number: value });
@@ -54,6 +57,7 @@ fn write_register(value: i32, out: &mut String) {
     let _ = write!(out, "r{value}");
 }
 
+/// Parses r0 to r31, or XL to ZH.
 fn parse_register(text: &str) -> Option<i32> {
     match text.to_ascii_uppercase().as_str() {
         "XL" => Some(26),
@@ -66,7 +70,7 @@ fn parse_register(text: &str) -> Option<i32> {
     }
 }
 
-/// A pair by its lower register, or by the name of a pointer.
+/// Parses a register pair by its lower register, or by the name of a pointer.
 fn parse_pair(text: &str) -> Option<i32> {
     match text {
         "X" | "x" => Some(26),
@@ -88,27 +92,28 @@ fn write_hex4(value: i32, out: &mut String) {
     let _ = write!(out, "0x{value:04X}");
 }
 
-/// Word address as bytes, the way objdump and gdb write AVR program addresses.
+/// Writes a word address as a byte address, as objdump and gdb do for AVR programs.
 fn write_target(value: i32, out: &mut String) {
     let _ = write!(out, "0x{:04X}", value * 2);
 }
 
-/// A target in the text counts bytes.
+/// Converts a jump target in the source, which is a byte address, to a word address.
 fn bytes_to_words(bytes: i32, _: &InstructionLocation) -> Result<i32, CoreError> {
     if bytes % 2 == 0 { Ok(bytes / 2) } else { Err(CoreError::OddTarget { address: bytes }) }
 }
 
-/// Data addresses from 20h to 5Fh are the I/O addresses from 0 on.
+/// Converts a data address from 20h to 5Fh to an I/O address from 0 on.
 fn io_address(addr: i32) -> Result<i32, CoreError> {
     if (0x20..0x60).contains(&addr) { Ok(addr - 0x20) } else { Err(CoreError::NoIoAddress { address: addr }) }
 }
 
+/// Decodes a relative jump to an absolute word address, which wraps at the end of program memory.
 fn decode_relative(raw: u32, bits: u32, site: &InstructionLocation) -> i32 {
     let offset = ((raw << (32 - bits)) as i32) >> (32 - bits);
     ((site.pc as i32 + 1 + offset) as u32 & site.pc_mask) as i32
 }
 
-/// The distance to a target, the short way round where program memory wraps.
+/// Encodes the distance to a target in words. Where program memory wraps, the shorter way counts.
 fn encode_distance(value: i32, bits: u32, site: &InstructionLocation) -> Result<u32, CoreError> {
     let half = 1i32 << (bits - 1);
     let straight = value - (site.pc as i32 + 1);
@@ -133,7 +138,7 @@ operands! {
     /// An upper register, r16 to r31.
     Rh(u8) false "register r16 to r31"
         value |raw, _, _| raw as i32 + 16, raw |v, _, _| check_range(v, 16, 31, "register"), text write_register, named parse_register, number OperandKind::same_number, register OperandKind::same_address;
-    /// A register of the signed multiplications, r16 to r23.
+    /// A register of MULSU and the fractional multiplications, r16 to r23.
     Rm(u8) false "register r16 to r23"
         value |raw, _, _| raw as i32 + 16, raw |v, _, _| check_range(v, 16, 23, "register"), text write_register, named parse_register, number OperandKind::same_number, register OperandKind::same_address;
     /// The lower register of a pair, r0, r2 .. r30.
@@ -142,7 +147,8 @@ operands! {
     /// The lower register of an upper pair, r24, r26, r28 or r30.
     Rw(u8) false "register pair from r24"
         value |raw, _, _| raw as i32 * 2 + 24, raw |v, _, _| check_even(v, 24, 30, "register"), text write_register, named parse_pair, number OperandKind::same_number, register OperandKind::same_address;
-    /// A constant byte, or a smaller field of ADIW and SBIW; negative constants stand for their two's complement.
+    /// A constant byte, or a smaller field of ADIW and SBIW; negative constants are encoded in two's
+    /// complement.
     K(u8) false "constant"
         value unchanged,
         raw |v, b, _| if b == 8 && (-128..0).contains(&v) { Ok(v as u32 & 0xFF) } else { check_field(v, b, "constant") },

@@ -1,55 +1,55 @@
-//! Flash as predecoded ops: four bytes per program word.
+//! Program memory as predecoded ops, four bytes per program word.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use emu_core::engine::InstructionMark;
 use emu_core::state::MemoryChanges;
-use emu_core::table::{InstructionLocation, InstructionRow, PredecodedOp};
+use emu_core::table::{InstructionLocation, MatchedRow, PredecodedOp};
 
 use crate::chips::AvrPart;
 use crate::isa::{AvrOp, Kind, find_row, is_missing};
 use crate::recorder::record_instruction;
 
-/// Program words that the op array holds: as many as a program counter of 16 bits reaches, so that it needs no check. What
-/// is behind the end of a smaller memory falls to the slow path, which goes on at the beginning.
+/// Program words in the op array: all that a 16-bit program counter can address, so that no bounds check is
+/// needed. Words past the end of a smaller memory go to the slow path, which wraps to the start.
 pub(crate) const MAX_WORDS: usize = 0x1_0000;
 
-/// A loop that only looks.
+/// A loop that only reads until a value changes, or that only counts down.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct LoopPlan {
-    /// Its first instruction.
+    /// Program word of its first instruction.
     pub head: u32,
-    /// The data addresses that it reads.
+    /// Data addresses that it reads.
     pub addresses_read: Vec<u16>,
-    /// It clears the watchdog.
+    /// True if it clears the watchdog.
     pub clears_watchdog: bool,
-    /// It does nothing but count these registers down, as one number, the lowest first.
+    /// Registers of the counter, lowest byte first, if the loop only counts it down to zero.
     pub counter_registers: Vec<u8>,
 }
 
-/// Program memory in both forms.
+/// Program memory as bytes and as predecoded ops.
 #[derive(Debug, Clone)]
 pub(crate) struct CodeMemory {
-    /// Bytes, a power of two of them, erased ones FFh.
+    /// The bytes; their number is a power of two, and erased bytes are FFh.
     pub bytes: Vec<u8>,
-    /// One op per program word, traps in place: `ops[0]` marks jumps to themselves as [`Kind::PollingLoop`], since that is how
-    /// programs end; `ops[1]` marks all loops that only look.
+    /// One op per program word, with breakpoints. `ops[0]` marks only jumps to themselves as
+    /// [`Kind::PollingLoop`], because programs end that way; `ops[1]` marks all polling loops.
     pub ops: [Box<[AvrOp; MAX_WORDS]>; 2],
-    /// The same without any marks or traps.
+    /// The ops without marks and breakpoints.
     pub ops_unmarked: Box<[AvrOp; MAX_WORDS]>,
-    /// The loops that only look, by the branch that closes them.
+    /// The polling loops, by the branch that closes each.
     loops: BTreeMap<u32, LoopPlan>,
-    /// What an erased word is.
+    /// Kind of an erased word.
     erased: Kind,
     part: &'static AvrPart,
     traps: BTreeSet<u32>,
-    /// What differs from the bytes that it was built with.
+    /// Differences from the bytes at creation.
     pub changes: MemoryChanges<u8>,
 }
 
 impl CodeMemory {
-    /// Program memory with these bytes, a power of two of them that is at most twice [`MAX_WORDS`]; erased words do nothing, or are no
-    /// instruction.
+    /// Creates program memory from `bytes`, whose number is a power of two and at most twice [`MAX_WORDS`].
+    /// Erased words are NOPs if `erased_is_nop`, otherwise illegal.
     pub(crate) fn new(bytes: Vec<u8>, part: &'static AvrPart, erased_is_nop: bool) -> CodeMemory {
         let erased = if erased_is_nop { Kind::Nop } else { Kind::Illegal };
         let mut ops = Box::new([PredecodedOp { kind: Kind::PollingLoop, args: [0; 3] }; MAX_WORDS]);
@@ -70,13 +70,13 @@ impl CodeMemory {
         code
     }
 
-    /// The byte at an address, which wraps at the end of memory.
+    /// Returns the byte at an address, which wraps at the end of memory.
     #[inline(always)]
     pub(crate) fn byte(&self, addr: usize) -> u8 {
         self.bytes.get(addr & self.bytes.len().wrapping_sub(1)).copied().unwrap_or(0xFF)
     }
 
-    /// Program words minus one: where the program counter wraps.
+    /// Returns the number of program words minus one: the mask with which the program counter wraps.
     #[inline(always)]
     pub(crate) fn mask(&self) -> u32 {
         (self.bytes.len() / 2 - 1) as u32
@@ -86,8 +86,8 @@ impl CodeMemory {
     pub(crate) fn poke(&mut self, addr: usize, value: u8) {
         let old = std::mem::replace(&mut self.bytes[addr], value);
         self.changes.record(addr, old, value);
-        // The byte may belong to an instruction that begins a word before, or be skipped over by one before that; the
-        // branch that closes a loop around it may stand some words ahead.
+        // The byte may belong to an instruction that starts one word earlier, or be skipped by one before
+        // that. The branch that closes a loop around it can be several words ahead.
         let pc = (addr / 2) as u32 + MAX_WORDS as u32;
         for pc in pc - 3..pc + MAX_LOOP_WORDS + 2 {
             let pc = pc & self.mask();
@@ -95,7 +95,7 @@ impl CodeMemory {
         }
     }
 
-    /// Sets or clears a trap; false when it was so already.
+    /// Sets or clears a breakpoint; returns false if nothing changed.
     pub(crate) fn set_breakpoint(&mut self, pc: u32, on: bool) -> bool {
         let changed = if on { self.traps.insert(pc) } else { self.traps.remove(&pc) };
         if changed {
@@ -110,12 +110,12 @@ impl CodeMemory {
         changed
     }
 
-    /// True when a trap stands at `pc`.
+    /// Reports whether there is a breakpoint at `pc`.
     pub(crate) fn has_breakpoint(&self, pc: u32) -> bool {
         self.traps.contains(&pc)
     }
 
-    /// What the instruction at `pc` is to the loop around the hot loop; nothing else where a trap stands.
+    /// Returns the mark of the instruction at `pc` for the run loop; plain if there is a breakpoint.
     pub(crate) fn instruction_mark(&self, pc: u32) -> InstructionMark {
         match [0, 1].map(|ops: usize| self.ops[ops][pc as usize].kind) {
             [Kind::PollingLoop, _] => InstructionMark::JumpsToItself,
@@ -124,12 +124,12 @@ impl CodeMemory {
         }
     }
 
-    /// The loop that only looks and is closed by the branch at `end`.
+    /// Returns the polling loop that the branch at `end` closes.
     pub(crate) fn loop_plan(&self, end: u32) -> Option<&LoopPlan> {
         self.loops.get(&end)
     }
 
-    /// Fills the ops from `from` up to `to`, which is excluded.
+    /// Predecodes the words from `from` to `to`, exclusive.
     fn predecode(&mut self, from: u32, to: u32) {
         for pc in from..to {
             let op = self.decode(pc);
@@ -152,26 +152,26 @@ impl CodeMemory {
         }
     }
 
-    /// The word at `pc`, which wraps at the end of memory.
+    /// Returns the word at `pc`, which wraps at the end of memory.
     pub(crate) fn word(&self, pc: u32) -> u16 {
         let at = (pc as usize * 2) % self.bytes.len();
         u16::from_le_bytes([self.bytes[at], self.bytes[at + 1]])
     }
 
     /// The row at `pc`, if the chip has the instruction.
-    fn row_at(&self, pc: u32) -> Option<(&'static InstructionRow, Kind, u32)> {
-        find_row(self.word(pc), self.word(pc + 1)).filter(|&(_, kind, _)| !is_missing(self.bytes.len() as u32, kind))
+    fn row_at(&self, pc: u32) -> Option<MatchedRow<Kind>> {
+        find_row(self.word(pc), self.word(pc + 1)).filter(|found| !is_missing(self.bytes.len() as u32, found.kind))
     }
 
-    /// Length of the instruction at `pc` in words; a word without a row counts one.
+    /// Returns the length of the instruction at `pc` in words; 1 for a word without a row.
     fn len_at(&self, pc: u32) -> u32 {
-        self.row_at(pc).map_or(1, |(row, ..)| row.len())
+        self.row_at(pc).map_or(1, |found| found.row.len())
     }
 
-    /// Decodes the instruction at `pc`, without poll marks or traps. A word without a row comes as `Illegal`, an
-    /// erased one as what it is taken for.
+    /// Decodes the instruction at `pc`, without loop marks and breakpoints. A word without a row is
+    /// `Illegal`; an erased word has the kind `erased`.
     fn decode(&self, pc: u32) -> AvrOp {
-        let Some((row, kind, bits)) = self.row_at(pc) else {
+        let Some(MatchedRow { row, kind, bits }) = self.row_at(pc) else {
             let kind = if self.word(pc) == 0xFFFF { self.erased } else { Kind::Illegal };
             return PredecodedOp { kind, args: [0; 3] };
         };
@@ -183,10 +183,10 @@ impl CodeMemory {
         )
     }
 
-    /// The loop from `head` to the branch at `end`, when a turn of it depends on nothing but the cells that it reads: it
-    /// reaches out to nothing but the watchdog, and needs no register or flag that it has written itself a turn before. So
-    /// its turns are all alike until one of those cells changes. `None` for other loops, and for those that read a cell
-    /// which never rests.
+    /// Returns the plan of the loop from `head` to the branch at `end`, if an iteration depends only on the
+    /// cells that it reads: it has no effect outside but clearing the watchdog, and needs no register or flag
+    /// that it wrote in the previous iteration. All iterations are then equal until one of those cells
+    /// changes. None for other loops, and for loops that read a volatile register.
     fn polling_loop(&self, head: u32, end: u32) -> Option<LoopPlan> {
         let (mut looks, mut needs, mut writes, mut pc) = (Vec::new(), 0u64, 0u64, head);
         let (mut renews, mut skipped, mut constants) = (false, false, KnownRegisters::default());
@@ -199,7 +199,7 @@ impl CodeMemory {
             if record.has_other_effects {
                 return None;
             }
-            // What is skipped leaves the register as it was.
+            // A skipped instruction leaves the register unchanged.
             constants.run(op, record.writes, skipped);
             skipped = record.conditional;
             renews |= record.clears_watchdog;
@@ -217,8 +217,8 @@ impl CodeMemory {
         })
     }
 
-    /// The loop from `head` to the BRNE at `end`, when it counts down by one, by DEC, SBIW or SUBI with SBCI, and does nothing
-    /// besides but clear the watchdog.
+    /// Returns the plan of the loop from `head` to the BRNE at `end`, if it decrements a counter by DEC, SBIW
+    /// or SUBI with SBCI, and otherwise only clears the watchdog.
     fn countdown_loop(&self, head: u32, end: u32) -> Option<LoopPlan> {
         let (mut counter, mut closed): (Vec<u8>, bool) = (Vec::new(), false);
         for pc in head..end {
@@ -243,12 +243,12 @@ impl CodeMemory {
     }
 }
 
-/// Registers of which the loop itself says what they hold.
+/// Values of registers that the loop itself sets to constants.
 #[derive(Default)]
 struct KnownRegisters([Option<u8>; 32]);
 
 impl KnownRegisters {
-    /// The data address behind the registers that a load reads through a pointer of constants.
+    /// Returns the data address at or above 20h that a load reads through a pointer with a known value.
     fn load(&self, op: AvrOp) -> Option<u16> {
         let (low, offset) = match op.kind {
             Kind::LdX => (26, 0),
@@ -262,7 +262,7 @@ impl KnownRegisters {
         (addr >= 0x20).then_some(addr)
     }
 
-    /// An instruction that writes `writes` is over, or was skipped perhaps.
+    /// Updates the known values after an instruction that writes `writes` and that may have been skipped.
     fn run(&mut self, op: AvrOp, writes: u64, skipped: bool) {
         let of = |reg: u8| self.0[usize::from(reg & 31)];
         let values: &[Option<u8>] = match op.kind {
@@ -276,10 +276,11 @@ impl KnownRegisters {
     }
 }
 
-/// Words between the ends of a loop that is looked at.
+/// Longest loop that is analyzed: words between its first instruction and its branch.
 const MAX_LOOP_WORDS: u32 = 16;
 
-/// The target of a short backward branch (or a jump to itself), the head of the loop that it closes.
+/// Returns the head of the loop that the instruction at `pc` closes: the target of a short backward branch or
+/// of a jump to itself.
 fn loop_closed_by(op: AvrOp, pc: u32) -> Option<u32> {
     let record = record_instruction(op, false);
     record.target.filter(|&target| !record.has_other_effects && target <= pc && pc - target <= MAX_LOOP_WORDS)

@@ -1,7 +1,7 @@
-//! What an instruction does, read off its own body.
+//! Effects of an instruction, derived from its own body.
 //!
-//! [`InstructionRecorder`] is a second meaning of the bodies: its values are empty, and it notes what was touched. The columns of the
-//! table are checked against it, and predecode asks it which loops only look.
+//! [`InstructionRecorder`] is another machine for the bodies: its values are empty, and it records what the
+//! body touches. Tests compare the columns of the table with it, and predecode uses it to find polling loops.
 
 use std::cell::Cell;
 
@@ -15,28 +15,30 @@ use crate::flags::SregFlag;
 use crate::isa::{AvrOp, Kind, avr_table};
 use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
 
-/// What one execution of an instruction touched.
+/// Effects of one execution of an instruction.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct InstructionRecord {
-    /// Cycles charged.
+    /// Number of cycles charged.
     pub cycles: u32,
-    /// Registers read (bits 0 to 31) and flags read (bit 32 + bit of SREG), as seen before the instruction.
+    /// Registers read (bits 0 to 31) and flags read (bit 32 + bit of SREG), if read before they are written.
     pub reads: u64,
-    /// Registers and flags written, numbered likewise.
+    /// Registers and flags written, with the same bit numbers.
     pub writes: u64,
-    /// Data addresses read that are known from the instruction alone.
+    /// Data addresses read that the instruction itself determines.
     pub addresses_read: Vec<u16>,
     /// Constant target of a jump or branch.
     pub target: Option<u32>,
-    /// Has a condition: a branch or a skip.
+    /// True if it has a condition: a branch or a skip.
     pub conditional: bool,
-    /// Clears the watchdog.
+    /// True if it clears the watchdog.
     pub clears_watchdog: bool,
-    /// Does something that outlives it apart from registers and flags, or reads memory at a computed address.
+    /// True if it has lasting effects other than on registers and flags, or reads memory at a computed
+    /// address.
     pub has_other_effects: bool,
 }
 
-/// Runs the body of `op` without values; conditions hold if `taken`. A kind without a row reaches out.
+/// Runs the body of `op` without values; conditions hold if `taken`. A kind without a row counts as having
+/// other effects.
 pub(crate) fn record_instruction(op: AvrOp, taken: bool) -> InstructionRecord {
     let mut recorder = InstructionRecorder { record: InstructionRecord::default(), reads: Cell::new(0), taken };
     let (m, op) = (&mut recorder, &op);
@@ -44,9 +46,10 @@ pub(crate) fn record_instruction(op: AvrOp, taken: bool) -> InstructionRecord {
     InstructionRecord { reads: recorder.reads.get(), ..recorder.record }
 }
 
+/// The recording machine.
 struct InstructionRecorder {
     record: InstructionRecord,
-    /// Beside the record, since bodies read through a shared reference.
+    /// Registers and flags read; a `Cell`, because bodies read through a shared reference.
     reads: Cell<u64>,
     taken: bool,
 }
@@ -182,7 +185,7 @@ mod tests {
     use crate::isa::{KINDS, ROWS};
     use emu_core::table::InstructionLocation;
 
-    /// Flags by the letters of the column.
+    /// Flags by their letters in the column.
     const LETTERS: [(char, SregFlag); 8] = [
         ('C', SregFlag::C),
         ('Z', SregFlag::Z),

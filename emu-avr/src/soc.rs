@@ -1,7 +1,7 @@
-//! The chip around the core: its units, the registers at their addresses, and what is due when.
+//! The chip around the core: its units, the registers at their addresses, and the deadlines.
 //!
-//! Nothing ticks. `due` is the next cycle at which anything can be noticed outside of a unit: a pin that moves, a byte that ends,
-//! an enabled interrupt, a reset. Everything else is worked out when it is read.
+//! Nothing runs in every cycle. `due` is the next cycle with an effect outside a unit: a pin that changes, a
+//! byte that ends, an enabled interrupt, a reset. Everything else is computed when it is read.
 
 use std::{collections::VecDeque, sync::Arc};
 
@@ -26,7 +26,7 @@ use crate::periph::usart::AvrUsart;
 use crate::periph::watchdog::AvrWatchdog;
 use crate::periph::{AvrDevice, AvrOutbox, AvrSignal};
 
-/// Does something with the unit of a number.
+/// Evaluates `$what` with `$unit` as the unit number `$number`.
 macro_rules! with_unit {
     ($soc:expr, $number:expr, $unit:ident => $what:expr) => {
         match $number {
@@ -83,32 +83,33 @@ mod regs;
 mod sleep;
 mod state;
 
+pub(crate) use lint::BaudClock;
 pub use memory::LOW_BYTES;
 pub use pins::OutsideInput;
 use pins::PinLines;
 use power::PowerState;
 pub use sleep::SleepMode;
 
-/// What the chip wants of its core between two instructions.
+/// A request of the chip to its core, executed between two instructions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum CoreRequest {
-    /// A page of program memory is erased, from this byte address on.
+    /// A page of program memory is erased.
     Erase {
-        /// Byte address of its first byte.
+        /// Byte address of the first byte.
         addr: u32,
-        /// Bytes.
+        /// Number of bytes.
         len: u32,
     },
     /// Words are programmed into program memory: bits that are 0 become 0.
     Program {
-        /// Byte address of the first.
+        /// Byte address of the first word.
         addr: u32,
         /// The words.
         words: Vec<u16>,
     },
 }
 
-/// The chip without its core and RAM.
+/// The chip without its core and the RAM from 100h on.
 #[derive(Debug, Clone)]
 pub struct AvrSoc {
     part: &'static AvrPart,
@@ -124,7 +125,7 @@ pub struct AvrSoc {
     spm: SelfProgramming,
     watchdog: AvrWatchdog,
     external: ExternalInterrupts,
-    /// The prescaler of timers 0, 1 and 3, and that of timer 2 (17, 18.10).
+    /// Prescalers: that of timers 0, 1 and 3, and that of timer 2 (17, 18.10).
     prescalers: [Prescaler; 2],
     gtccr: u8,
     mcusr: u8,
@@ -133,34 +134,35 @@ pub struct AvrSoc {
     prr: u8,
     osccal: u8,
     rampz: u8,
-    /// Bytes that are only kept.
+    /// Bytes without function, which only store what is written.
     kept_bytes: [u8; 4],
-    /// RAM below 100h, where a chip has it, from 60h on.
+    /// RAM below 100h, from 60h on, on chips that have it there.
     low_ram: [u8; RAM_START - LOW_BYTES],
-    /// When the register that URSEL shares out was read last.
+    /// Cycle of the last read of the register that UBRRH and UCSRC share, by USART.
     ursel_read: [u64; 2],
     power: PowerState,
-    /// Levels, voltages and supply that are to come.
+    /// Levels, voltages and supply changes that are queued for later.
     drives: DriveQueue<OutsideInput>,
     log: EventLog,
-    /// When each unit is next due, what it asks for, and which of them were touched since that was asked.
+    /// Per unit: cycle of its next event, and requested interrupts; then a mask of the units that were
+    /// touched since these were computed.
     unit_deadlines: [u64; unit_index::COUNT],
     unit_requests: [u8; unit_index::COUNT],
     touched_units: u16,
-    /// The vector of the interrupt that goes first.
+    /// Vector of the pending interrupt with the highest priority.
     first_vector: Option<u8>,
     due: u64,
-    /// The deadline that the core was told last.
+    /// Last deadline that the core was given.
     core_deadline: u64,
     requests: VecDeque<CoreRequest>,
-    /// The core stands still up to this cycle; 0 where it does not.
+    /// Cycle up to which the core is halted; 0 if it is not.
     stall: u64,
     out: AvrOutbox,
     pub(crate) lints: crate::lint::LintState,
 }
 
 impl AvrSoc {
-    /// The chip at cycle 0 after power-on; `eeprom` is its data memory.
+    /// Returns the chip at cycle 0 after power-on; `eeprom` is the content of its data EEPROM.
     #[must_use]
     pub fn new(part: &'static AvrPart, options: Options, bytes: ConfigBytes, eeprom: Arc<Vec<u8>>) -> AvrSoc {
         let timer = |n: usize| AvrTimer::new(options.readings.apply_to_timer(part.timers.get(n)));
@@ -210,59 +212,60 @@ impl AvrSoc {
         soc
     }
 
-    /// Level of a pin after everything that was run so far; [`Level::Float`] for one that does not exist.
+    /// Returns the level of a pin after everything executed so far; [`PinLevel::Float`] for a pin that does
+    /// not exist.
     #[must_use]
     pub fn level(&self, pin: PinId) -> PinLevel {
         self.ports.pin(pin).level()
     }
 
-    /// All pins.
+    /// Returns the states of all pins.
     #[must_use]
     pub fn pins(&self) -> &[PinState] {
         self.ports.pins()
     }
 
-    /// Logs edges, sent bytes and fights over pins from the cycle `now` on, those that are fought for already too, or stops and
-    /// forgets them.
+    /// Starts to log edges, sent bytes and contention on pins from the cycle `now` on, including contention
+    /// that already exists; or stops logging and clears the log.
     pub fn set_event_log(&mut self, on: bool, now: u64) {
         let pins = 0..self.ports.pins().len() as PinId;
         self.log.set_enabled(on, now, pins.filter(|&pin| self.ports.pin(pin).has_contention()));
     }
 
-    /// Takes the oldest logged event.
+    /// Removes and returns the oldest logged event.
     pub fn next_event(&mut self) -> Option<ChipEvent> {
         self.log.pop()
     }
 
-    /// Takes the oldest order to the core.
+    /// Removes and returns the oldest request to the core.
     pub fn next_request(&mut self) -> Option<CoreRequest> {
         self.requests.pop_front()
     }
 
-    /// The content of the EEPROM.
+    /// Returns the content of the EEPROM.
     #[must_use]
     pub fn eeprom(&self) -> &Arc<Vec<u8>> {
         self.eeprom.cells()
     }
 
-    /// Sets a cell of the EEPROM from outside; false where there is none.
+    /// Sets a cell of the EEPROM from outside; returns false if it does not exist.
     pub fn set_eeprom(&mut self, addr: usize, value: u8) -> bool {
         self.eeprom.set_cell(addr, value)
     }
 
-    /// Fuses, lock bits, signature and calibration.
+    /// Returns fuses, lock bits, signature and calibration.
     #[must_use]
     pub fn config_bytes(&self) -> &ConfigBytes {
         self.spm.config_bytes()
     }
 
-    /// Boot lock bits bar interrupts while the instruction at the byte address `pc` runs.
+    /// Reports whether boot lock bits block interrupts during the instruction at the byte address `pc`.
     #[must_use]
     pub fn locks_interrupts(&self, pc: u32) -> bool {
         self.spm.bars_interrupts(pc, self.mcucr & regs::IVSEL != 0)
     }
 
-    /// Program word at which a reset starts: 0, or the boot section (BOOTRST).
+    /// Returns the program word at which a reset starts: 0, or the start of the boot section (BOOTRST).
     #[must_use]
     pub fn reset_vector(&self) -> u32 {
         let bytes = self.spm.config_bytes();
@@ -270,13 +273,13 @@ impl AvrSoc {
         if boot { self.part.boot_start(bytes.fuses) / 2 } else { 0 }
     }
 
-    /// Program word at which the vectors begin: 0, or the boot section (IVSEL).
+    /// Returns the program word of the first vector: 0, or the start of the boot section (IVSEL).
     #[must_use]
     pub fn vector_base(&self) -> u32 {
         if self.mcucr & regs::IVSEL != 0 { self.part.boot_start(self.spm.config_bytes().fuses) / 2 } else { 0 }
     }
 
-    /// WDR in the cycle `now`.
+    /// Executes a WDR in the cycle `now`.
     pub fn clear_watchdog(&mut self, now: u64) {
         self.run(now);
         self.run_unit(unit_index::WATCHDOG, now + 1);
@@ -284,7 +287,7 @@ impl AvrSoc {
         self.update_deadlines();
     }
 
-    /// Runs everything due up to `now`, in order of time.
+    /// Executes everything due up to `now`, in order of time.
     fn run(&mut self, now: u64) {
         while self.due <= now && self.due != NEVER {
             let due = self.due;
@@ -299,7 +302,7 @@ impl AvrSoc {
         }
     }
 
-    /// Does what is due in a unit up to the edge `t`.
+    /// Executes what is due in a unit up to the edge `t`.
     fn run_unit(&mut self, number: usize, t: u64) {
         self.mark_touched(number);
         with_unit!(self, number, unit => unit.run_due(t, &mut self.out));
@@ -310,7 +313,7 @@ impl AvrSoc {
         self.touched_units |= 1 << number;
     }
 
-    /// Works out when anything is due next: also the end of a write to the EEPROM, which is looked at from outside.
+    /// Computes the next deadline. It includes the end of an EEPROM write, which is visible from outside.
     fn update_deadlines(&mut self) {
         let mut touched = self.touched_units & ((1 << unit_index::COUNT) - 1);
         while touched != 0 {
@@ -331,7 +334,7 @@ impl AvrSoc {
         self.due = self.unit_deadlines.iter().fold(due, |due, &next| due.min(next));
     }
 
-    /// Carries out what the unit `number` has put into the outbox.
+    /// Processes the signals that the unit `number` has put into the outbox.
     #[inline(always)]
     fn apply_signals(&mut self, number: usize) {
         if !self.out.is_empty() {
@@ -345,7 +348,7 @@ impl AvrSoc {
         for signal in signals.drain(..) {
             self.apply_signal(number, signal);
         }
-        // The list itself is used again.
+        // Keeps the allocation of the list.
         if self.out.is_empty() {
             self.out = signals;
         }
@@ -375,12 +378,13 @@ impl AvrSoc {
         }
     }
 
-    /// The trigger source that the converter listens to.
+    /// Returns the trigger source that the converter listens to.
     fn listened_trigger(&self) -> Option<u8> {
         self.adc.listened_trigger()
     }
 
-    /// What an access asks of the core, before which so many events were logged and units asked for this.
+    /// Returns the effect of an access on the core. `logged` and `asks` are the number of logged events and
+    /// the requested interrupts before the access.
     fn bus_effect(&self, logged: usize, asks: [u8; unit_index::COUNT]) -> BusEffect {
         let calm = self.due >= self.core_deadline
             && self.requests.is_empty()
@@ -391,7 +395,8 @@ impl AvrSoc {
         if calm { BusEffect::NONE } else { BusEffect::RECHECK }
     }
 
-    /// The interrupt that asks first, by the order of the vectors.
+    /// Returns the vector of the requested interrupt with the highest priority, which is the first in the
+    /// order of the vectors.
     fn highest_priority_vector(&self) -> Option<u8> {
         if self.unit_requests == [0; unit_index::COUNT] {
             return None;

@@ -1,4 +1,4 @@
-//! The machine as bytes: [`Cpu::save`] and [`Cpu::restore`].
+//! Snapshots of the machine as bytes: [`Cpu::save`] and [`Cpu::restore`].
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::executor::{CoreRegisters, RAM_START};
 use crate::flags::SregFlags;
 
 impl Avr {
-    /// The bytes of this machine.
+    /// Returns the machine as bytes.
     pub(crate) fn to_snapshot(&self) -> Vec<u8> {
         let mut copy = self.clone();
         let now = copy.cycle();
@@ -19,7 +19,7 @@ impl Avr {
         save_state(&mut copy)
     }
 
-    /// This machine as the bytes have it.
+    /// Returns the machine with the state in `bytes`.
     pub(crate) fn restored(&self, bytes: &[u8]) -> Result<Avr, SnapshotDamaged> {
         let mut copy = self.clone();
         load_state(&mut copy, bytes)?;
@@ -44,12 +44,12 @@ impl SnapshotState for Avr {
     }
 }
 
-/// What the loop has noted for itself is not in it: it finds that again.
+/// Fields that the run loop recomputes are not saved.
 impl SnapshotState for CoreRegisters {
     fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         let mut sreg = self.flags.pack();
         self.clock.pass_state(tape)?;
-        // Only the boundary at this very cycle is held.
+        // Interrupts can only be held at the boundary of the current cycle.
         let held = tape.pass_flag(self.no_interrupt_at == tape.now())?;
         self.pc.pass_state(tape)?;
         self.sp.pass_state(tape)?;

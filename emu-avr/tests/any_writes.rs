@@ -1,4 +1,4 @@
-//! Chips that get anything at all, in any order: nothing of it may break them.
+//! Chips under arbitrary writes in any order: no write may cause a panic.
 
 use emu_avr::chips::AVR_PARTS;
 use emu_avr::{Avr, Options};
@@ -7,7 +7,7 @@ use emu_core::image::Image;
 use emu_core::rng::Rng;
 use emu_core::{PinLevel, RamInit};
 
-/// Anything written anywhere in any order on any chip.
+/// Writes random values to random registers in random order on every chip.
 #[test]
 fn nothing_written_breaks_a_chip() {
     let rounds = if cfg!(debug_assertions) { 300 } else { 20_000 };

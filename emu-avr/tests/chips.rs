@@ -1,4 +1,5 @@
-//! The rows of the chips against tables typed from the data sheets, and what the chips do where they differ.
+//! Compares the rows of the chips with tables typed from the data sheets, and tests behaviour that differs
+//! between chips.
 
 use std::collections::BTreeSet;
 
@@ -10,8 +11,8 @@ use emu_core::cpu::{Bus, ResetCause};
 use emu_core::image::{Image, Segment};
 use emu_core::{Cpu, PinLevel, RamInit, StopReason};
 
-/// Chip, document, KB of flash, bytes of page, bytes of the largest boot section, first address of RAM, bytes of RAM, of
-/// EEPROM, ports, vectors, signature.
+/// Chip, document, KB of flash, page size in bytes, largest boot section in bytes, first RAM address, bytes
+/// of RAM, bytes of EEPROM, ports, number of vectors, signature.
 const SIZES: &str = "
     atmega48    | DS40002061 |   4 |  64 |    0 | 100 |  512 |  256 | BCD     | 26 | 1E9205
     atmega48a   | DS40002061 |   4 |  64 |    0 | 100 |  512 |  256 | BCD     | 26 | 1E9205
@@ -65,7 +66,7 @@ fn sizes_are_those_of_the_data_sheets() {
     assert_eq!(AVR_CHIPS.len(), AVR_PARTS.len());
 }
 
-/// Whatever a row names exists: pins, units, interrupts, addresses.
+/// Everything that a row refers to exists: pins, units, interrupts, addresses.
 #[test]
 fn rows_name_what_exists() {
     for part in AVR_PARTS {
@@ -105,7 +106,8 @@ fn rows_name_what_exists() {
     }
 }
 
-/// Packages that number the pins anew, with the pins of each in the order of their numbers from 1 on; `-` is supply or reference.
+/// Packages with their own pin numbers: the pins of each in order of their numbers from 1 on; `-` is supply
+/// or reference.
 const PACKAGES: &str = "
     atmega328p DIP28  | PC6 PD0 PD1 PD2 PD3 PD4 - - PB6 PB7 PD5 PD6 PD7 PB0 PB1 PB2 PB3 PB4 PB5 - - - PC0 PC1 PC2 PC3 PC4 PC5
     atmega328p TQFP32 | PD3 PD4 - - - - PB6 PB7 PD5 PD6 PD7 PB0 PB1 PB2 PB3 PB4 PB5 - ADC6 - - ADC7 PC0 PC1 PC2 PC3 PC4 PC5 PC6 PD0 PD1 PD2
@@ -135,13 +137,13 @@ fn packages_have_the_pins_of_the_data_sheets() {
         let there = |name: &str| read.contains(&(name, chip.packages[0].name));
         assert!(chip.packages.iter().all(|package| package.pins.len() == chip.pins.len()), "{}", chip.name);
         assert_eq!(chip.packages.len() == 1, !there(chip.name) && chip.data_sheet != "DS40002061", "{}", chip.name);
-        // Every pin is in some package, and every converter's channel has one.
+        // Every pin is in a package, and every channel of the converter has a pin.
         assert!((0..).zip(chip.pins).all(|(pin, def)| chip.has_pin(pin) || def.note == "absent"), "{}", chip.name);
         assert!(part.analog_pins.iter().all(|&pin| chip.has_pin(pin)), "{}", chip.name);
     }
 }
 
-/// ADC6 and ADC7 convert what stands on their pins.
+/// ADC6 and ADC7 convert the voltages on their pins.
 #[test]
 fn channels_of_the_flat_packages_convert() {
     for name in ["atmega328p", "atmega48", "atmega168a", "atmega8"] {
@@ -164,13 +166,13 @@ fn options(chip: &Chip) -> Options {
     Options::at_hz(chip.default_hz)
 }
 
-/// The chip around the core after power-on.
+/// Returns the chip around the core after power-on.
 fn soc(chip: &'static Chip) -> AvrSoc {
     Avr::with(chip, &Image::default(), RamInit::Zero, options(chip)).soc().clone()
 }
 
-/// Chip, and at a cycle each: `REG=` written, `REG|` and `REG&` bits set by SBI and cleared by CBI, `REG?` looked at, `REG!` read
-/// with side effects, `PIN?` level (H, L, Z).
+/// Chip, then steps, each with its cycle: `REG=` writes, `REG|` and `REG&` set and clear bits by SBI and CBI,
+/// `REG?` peeks, `REG!` reads with side effects, `PIN?` is a level (H, L, Z).
 const CASES: &str = "
 # Bits in old places, and bits that are none.
     atmega8   | 0:TIMSK=FF 1:TIMSK?FD 1:TCCR1A=FF 2:TCCR1A?F3 2:MCUCR=FF 3:MCUCR?FF 3:SFIOR=FF 4:SFIOR?0C 4:TCCR2=F8 5:TCCR2?78
@@ -273,7 +275,7 @@ fn registers_in_old_places() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Chip, registers written one after the other, and the vector at which the program then arrives.
+/// Chip, registers written one after another, and the vector that the program then reaches.
 const VECTORS: &str = "
     atmega8   | TIMSK=01 TCNT0=F0 TCCR0=01 | TIMER0_OVF
     atmega8   | TIMSK=40 TCNT2=F0 TCCR2=01 | TIMER2_OVF
@@ -320,7 +322,7 @@ const VECTORS: &str = "
     atmega168 | SPMCSR=80 | SPM_READY
 ";
 
-/// A chip whose flash begins with these lines at these words.
+/// Returns a chip with these lines in flash, each at its program word.
 fn machine(chip: &'static Chip, lines: &[(u32, &str)]) -> Avr {
     let text: String = lines.iter().map(|(at, line)| format!(".org {}\n{line}\n", 2 * at)).collect();
     let image = emu_asm::assemble_text(chip, &text).unwrap_or_else(|e| panic!("{e}\n{text}"));
@@ -334,7 +336,7 @@ fn interrupts_arrive_at_their_vectors() {
         let chip = chip(name).unwrap_or_else(|| panic!("{line}"));
         let number = chip.vectors.iter().position(|known| *known == vector).unwrap_or_else(|| panic!("{line}"));
         let wanted = number as u32 * chip.words_per_vector;
-        // The program loops behind all vectors, and each vector is a loop of its own.
+        // The program loops after the vectors, and each vector is its own loop.
         let mut lines: Vec<(u32, &str)> =
             (0..chip.vectors.len() as u32).map(|n| (n * chip.words_per_vector, "rjmp .-2")).collect();
         lines.extend([(0x100, "nop"), (0x101, "rjmp .-4")]);
@@ -358,7 +360,7 @@ fn interrupts_arrive_at_their_vectors() {
     }
 }
 
-/// RAM below 100h is RAM to everyone: the program, the debugger, the image, the random values of power-up.
+/// RAM below 100h behaves as RAM for the program, the debugger, the image, and the random values at power-up.
 #[test]
 fn ram_below_100h() {
     for name in ["atmega8", "atmega16", "atmega32"] {
@@ -383,7 +385,7 @@ fn ram_below_100h() {
         let random: BTreeSet<_> = (0x62..0x100).map(|addr| avr.peek("data", addr)).collect();
         assert!(random.len() > 32, "{name}: {random:?}");
     }
-    // The larger ones have registers there.
+    // The larger chips have registers there.
     assert_eq!(
         AVR_PARTS
             .iter()
@@ -393,7 +395,7 @@ fn ram_below_100h() {
     );
 }
 
-/// Jumps of two words need more than 8 KB, ELPM more than 64 KB.
+/// JMP and CALL need more than 8 KB, ELPM more than 64 KB.
 #[test]
 fn instructions_that_a_chip_lacks() {
     let largest = chip("atmega128").expect("a chip");
@@ -402,7 +404,7 @@ fn instructions_that_a_chip_lacks() {
         for (line, there) in
             [("jmp 0x200", jumps), ("call 0x200", jumps), ("elpm", chip.flash_bytes > 0x1_0000), ("movw r0,r2", true)]
         {
-            // No assembler for the chip takes it, so it stands there as words.
+            // The assembler for the chip rejects the instruction, so it is given as words.
             let words = emu_asm::assemble_line(largest, line, 0).expect(line);
             let text = words.iter().map(|word| format!(".word {word:#x}\n")).collect::<String>();
             let mut avr = machine(chip, &[(0, &text)]);
@@ -417,7 +419,7 @@ fn instructions_that_a_chip_lacks() {
     }
 }
 
-/// Fuses that stand elsewhere: bytes low, high, extended, and the word where a reset goes.
+/// Fuses at other positions: low, high and extended byte, and the program word at which a reset starts.
 #[test]
 fn resets_go_where_the_fuses_say() {
     let cases: &[(&str, [u8; 3], u32)] = &[

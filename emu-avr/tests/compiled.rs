@@ -1,5 +1,5 @@
-//! A program of the compiler's, start-up code of avr-libc included, on every chip. `cargo test -p emu-avr --test compiled --
-//! --ignored`, where avr-gcc and avr-libc are installed.
+//! Runs a compiled program, with the start-up code of avr-libc, on every chip. `cargo test -p emu-avr --test
+//! compiled -- --ignored`; needs avr-gcc and avr-libc.
 
 use std::fs;
 use std::path::Path;
@@ -11,7 +11,7 @@ use emu_core::image::load_elf;
 use emu_core::pins::ChipEvent;
 use emu_core::{Cpu, Probe, RamInit};
 
-/// What was sent.
+/// Probe that collects the sent bytes.
 #[derive(Default)]
 struct Sent(Vec<u8>);
 

@@ -1,10 +1,11 @@
-//! Where parts meet: small programs of what the data sheet says of two of them at once. Each is run in one go and cycle by cycle.
+//! Interactions of peripherals: small programs for what the data sheet says about two of them at once. Each
+//! runs in one go and cycle by cycle.
 
 use emu_avr::chips::ATMEGA328P;
 use emu_avr::{Avr, Options};
 use emu_core::{ChipEvent, Cpu, CycleTime, PinLevel, Probe, RamInit, StopReason};
 
-/// The machine of a program.
+/// Returns a machine with a program, lock bits and fuses.
 fn machine(source: &str, lock: u8, fuses: [u8; 3]) -> Avr {
     let image = emu_asm::assemble_text(&ATMEGA328P, source).unwrap_or_else(|e| panic!("{e}\n{source}"));
     let options = Options { fuses: Some(fuses), lock: Some(lock), ..Options::at_hz(1_000_000) };
@@ -13,7 +14,7 @@ fn machine(source: &str, lock: u8, fuses: [u8; 3]) -> Avr {
 
 const FUSES: [u8; 3] = [0xFF, 0xD9, 0xFF];
 
-/// The bytes from 0x100 on after so many cycles, the same however it is run.
+/// Returns the bytes from 0x100 on after `cycles` cycles; they must not depend on how the run is sliced.
 fn after(mut avr: Avr, cycles: u64) -> [u8; 4] {
     let mut slow = avr.clone();
     let stop = avr.run(cycles, &mut ());
@@ -23,7 +24,8 @@ fn after(mut avr: Avr, cycles: u64) -> [u8; 4] {
     seen(&avr)
 }
 
-/// Timer 0 matches at 5, long before `main` goes on: OCF0A waits. Its routine notes that it came, and r20.
+/// Timer 0 matches at 5, long before `main` continues: OCF0A is pending. Its service routine records that it
+/// ran, and r20.
 const MATCH: &str = "
     .org 0x38, 0xFF
     ldi r21, 1
@@ -48,7 +50,7 @@ const PENDING: &str = "
     ldi r17, 2
 ";
 
-/// Interrupts that BLB12 bars in the boot section are taken behind the jump out of it (12.5, 27.3).
+/// Interrupts that BLB12 blocks in the boot section are taken after the jump out of it (12.5, 27.3).
 #[test]
 fn barred_interrupts_are_taken_outside_of_the_boot_section() {
     let source = format!(
@@ -56,15 +58,15 @@ fn barred_interrupts_are_taken_outside_of_the_boot_section() {
     );
     assert_eq!(after(machine(&source, 0xDF, [0xFF, 0xD8, 0xFF]), 500), [1, 1, 0, 0]);
     assert_eq!(after(machine(&source, 0xFF, [0xFF, 0xD8, 0xFF]), 500), [1, 1, 0, 0]);
-    // Nor do they wake the core there.
+    // They do not wake the core there either.
     let sleeps = source.replace("jmp 0x400", "ldi r16, 1\n out 0x33, r16\n sleep\n sts 0x102, r16\n rjmp .-2");
     assert_eq!(after(machine(&sleeps, 0xDF, [0xFF, 0xD8, 0xFF]), 500), [0; 4]);
-    // Without a way out they never come.
+    // Without a jump out of the boot section they are never taken.
     let stays = source.replace("jmp 0x400", "rjmp .-4\n nop");
     assert_eq!(after(machine(&stays, 0xDF, [0xFF, 0xD8, 0xFF]), 500), [0; 4]);
 }
 
-/// IVCE holds interrupts for its four cycles, or until the instruction behind the write of IVSEL (12.5.1).
+/// IVCE blocks interrupts for its four cycles, or until the instruction after the write of IVSEL (12.5.1).
 #[test]
 fn ivce_holds_interrupts() {
     let main = |then: &str| {
@@ -80,7 +82,8 @@ fn ivce_holds_interrupts() {
     assert_eq!(after(machine(&behind, 0xFF, FUSES), 500), [1, 1, 0, 0]);
 }
 
-/// EE_READY wakes from idle and noise reduction alone; timer 2, synchronous, from power-save and extended standby (table 10-1, 10.6).
+/// EE_READY wakes the core only from idle and ADC noise reduction; a synchronous timer 2 from power-save and
+/// extended standby (table 10-1, 10.6).
 #[test]
 fn who_wakes_from_which_sleep() {
     let sleeps = |mode: u8, enable: &str| {
@@ -115,7 +118,7 @@ fn who_wakes_from_which_sleep() {
     assert_eq!(modes.map(|mode| woken(mode, timer)), [true, false, false, true, false, true]);
 }
 
-/// PRTIM2 does not shut an asynchronous timer 2 off (10.11.3), and does as soon as it is none.
+/// PRTIM2 does not stop an asynchronous timer 2 (10.11.3), but stops it as soon as it is synchronous.
 #[test]
 fn prtim2_and_as2() {
     let source = "ldi r16, 0x20
@@ -132,7 +135,8 @@ fn prtim2_and_as2() {
     assert_eq!(after(machine(source, 0xFF, FUSES), 100), [0x20, 0, 0, 0]);
 }
 
-/// An enabled pin change keeps the input of a pin on whose input buffer DIDR switches off (14.3, DIEOE).
+/// An enabled pin change keeps the input of a pin on even if DIDR switches its input buffer off (14.3,
+/// DIEOE).
 #[test]
 fn pin_changes_win_over_didr() {
     let source = "ldi r16, 0x3F
@@ -154,7 +158,7 @@ fn pin_changes_win_over_didr() {
     assert_eq!(after(avr, 100), [0, 1, 0, 0]);
 }
 
-/// MOSI and OC2A on PB3 are ORed (14.3.1): OC2A low, the byte is seen.
+/// MOSI and OC2A on PB3 are ORed (14.3.1): while OC2A is low, the byte is visible.
 #[test]
 fn mosi_and_oc2a_share_a_pin() {
     struct Edges(Vec<PinLevel>);
@@ -185,7 +189,8 @@ fn mosi_and_oc2a_share_a_pin() {
     assert_eq!(bits.iter().filter(|&&level| level == PinLevel::High).count(), 4, "{bits:?}");
 }
 
-/// A reset does not wait until the core goes on: while its clock starts (16K clocks), and while it stands.
+/// A reset takes effect while the core does not run: during the start of its clock (16K clocks), and while it
+/// is halted.
 #[test]
 fn a_reset_ends_every_wait() {
     let source = "inc r20

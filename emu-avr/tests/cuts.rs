@@ -1,5 +1,5 @@
-//! Random writes to all registers of every chip: a machine that is saved and restored is the machine that was
-//! not.
+//! Random writes to all registers of every chip: a machine that is saved and restored must stay equal to one
+//! that is not.
 
 use emu_avr::chips::{AVR_PARTS, AvrPart};
 use emu_avr::{Avr, Options};
@@ -10,7 +10,7 @@ use emu_core::rng::Rng;
 use emu_core::slices::{SlicePlan, pick_random};
 use emu_core::{Cpu, RamInit, StopReason};
 
-/// Programs for each chip; `EMU_STATE_PROGRAMS` asks for another number.
+/// Number of programs per chip; `EMU_STATE_PROGRAMS` overrides it.
 const PROGRAMS: u64 = if cfg!(debug_assertions) { 10 } else { 60 };
 const SPAN: u64 = 4_000;
 
@@ -21,10 +21,10 @@ const SLEEP: u16 = 0x9588;
 const WDR: u16 = 0x95A8;
 const SPM: u16 = 0x95E8;
 
-/// Registers that RAM lies behind, and those of the core, end a program's way sooner than it has done much.
+/// Registers that access RAM, and those of the core, are left out: they would end most programs early.
 const CORE: [&str; 3] = ["SPL", "SPH", "SREG"];
 
-/// A program that grows.
+/// A program under construction.
 struct Text<'a> {
     words: Vec<u16>,
     part: &'static AvrPart,
@@ -32,19 +32,19 @@ struct Text<'a> {
 }
 
 impl Text<'_> {
-    /// LDI of register 16 or 17.
+    /// Adds an LDI of register 16 or 17.
     fn load(&mut self, register: u16, value: u8) {
         let value = u16::from(value);
         self.words.push(0xE000 | (value & 0xF0) << 4 | (register - 16) << 4 | value & 0xF);
     }
 
-    /// STS of a register that holds `value`.
+    /// Adds an STS of a register that holds `value`.
     fn write(&mut self, addr: u16, value: u8) {
         self.load(16, value);
         self.words.extend([0x9300, addr]);
     }
 
-    /// Two writes within four cycles, where the chip has the register.
+    /// Adds two writes within four cycles, if the chip has the register.
     fn unlock(&mut self, name: &str, first: u8, second: u8) {
         let Some(addr) = self.part.chip.reg(name) else { return };
         self.load(16, first);
@@ -69,7 +69,7 @@ impl Text<'_> {
 
     fn step(&mut self) {
         match self.rng.below(20) {
-            // LDI; DEC; BRNE.
+            // LDI, DEC, BRNE.
             0 => {
                 let turns = self.rng.below(60) as u8 + 1;
                 self.load(18, turns);
@@ -131,12 +131,12 @@ impl Text<'_> {
     }
 }
 
-/// Service routines, writes, and a loop over some of them, a sleep or a jump to itself.
+/// Generates service routines and writes, followed by a loop over some of them, a sleep or a jump to itself.
 fn program(part: &'static AvrPart, rng: &mut Rng) -> Vec<u16> {
     let chip = part.chip;
     let vectors = chip.vectors.len() * chip.words_per_vector as usize;
     let mut text = Text { words: vec![RETI; vectors], part, rng };
-    // Some vectors share a routine that writes something.
+    // Some vectors share a routine that writes a register.
     let routine = text.words.len();
     (0..text.rng.below(3)).for_each(|_| text.step());
     text.words.push(RETI);
@@ -172,7 +172,7 @@ fn plan(part: &'static AvrPart, rng: &mut Rng) -> SlicePlan<Avr> {
     };
     let listing: Vec<String> = words.iter().enumerate().map(|(n, word)| format!("{n:03x}: {word:04x}")).collect();
     let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-    // The program stands in the boot loader's section too, from which it may write program memory.
+    // The program is also in the boot section, from which it can write program memory.
     let boot = part.chip.flash_bytes - 0x400;
     let segments =
         vec![Segment { space: "flash", addr: 0, bytes: bytes.clone() }, Segment { space: "flash", addr: boot, bytes }];
@@ -193,8 +193,8 @@ fn saved_and_restored() {
     search_restore_faults(&chips, PROGRAMS, |part, rng| plan(part, rng));
 }
 
-/// What the search has found once: a time-out of the watchdog at the end of WDR, and lock bits that change
-/// while nobody waits for it.
+/// Earlier findings: a watchdog time-out at the end of WDR, and lock bits that change while no event is
+/// pending.
 #[test]
 fn found_before() {
     for (name, seed) in [("atmega168", 0x57A7_E84C), ("atmega328p", 0x57A7_E75B), ("atmega328p", 0x57A7_E8CC)] {

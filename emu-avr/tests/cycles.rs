@@ -1,5 +1,5 @@
-//! The columns of the table against what the machine does: every cycle count of a row shows up and no other, the flags named
-//! are exactly those that change; and time is exact however a run is cut.
+//! Compares the columns of the table with the machine: every cycle count of a row occurs and no other, and
+//! exactly the named flags change. Also tests that time is exact for any slicing of a run.
 
 #[path = "isa/interrupts.rs"]
 mod interrupts;
@@ -16,10 +16,10 @@ use emu_core::{Cpu, StopReason};
 
 const SEED: u64 = 0x5EED_0001;
 const STATES: usize = 600;
-/// Instructions at the ends of flash, of each row.
+/// Number of instructions of each row that are placed at the ends of flash.
 const ENDS: usize = 10;
 
-/// A store may name SREG itself, then all of its bits change.
+/// Reports whether a store may write SREG; then all of its bits can change.
 fn writes_sreg(kind: Kind, d: &states::Draw) -> bool {
     let io = |word: u16| word & 15 | (word >> 5) & 0x30;
     let pointer = |low: usize| u16::from_le_bytes([d.regs[low], d.regs[low + 1]]);

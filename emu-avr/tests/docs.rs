@@ -1,4 +1,5 @@
-//! The pages of instructions and of chips are what the tables say. `EMU_BLESS=1 cargo test -p emu-avr --test docs` writes them anew.
+//! The pages of instructions and chips match the tables. `EMU_BLESS=1 cargo test -p emu-avr --test docs`
+//! writes them again.
 
 use std::fs;
 
@@ -27,7 +28,7 @@ fn the_page_of_instructions_is_the_table() {
     assert!(found == page, "docs/isa/avr.md is not what the table says; run with EMU_BLESS=1");
 }
 
-/// What a line of a unit is called by the data sheets.
+/// Returns the data sheet's name for a line of a unit.
 fn line(part: &AvrPart, number: usize, line: AvrLine) -> String {
     let timer = number.wrapping_sub(unit_index::TIMER);
     let one = part.timers.get(timer).is_some_and(|shape| shape.channels == 1);
@@ -51,7 +52,7 @@ fn line(part: &AvrPart, number: usize, line: AvrLine) -> String {
     }
 }
 
-/// What the units of a part have at a pin.
+/// Returns the functions of a part's units on a pin.
 fn uses(part: &AvrPart, pin: PinId) -> String {
     let lines = part.peripheral_pins.iter().filter(|row| row.2 == pin).map(|&(number, of, _)| line(part, number, of));
     let analog = part.analog_pins.iter().enumerate().filter(|row| *row.1 == pin).map(|(n, _)| format!("ADC{n}"));
@@ -103,13 +104,14 @@ fn table_of_chips() -> String {
     table
 }
 
-/// The number of a pin in the usual package, or with the name of the first other package that has it.
+/// Returns the number of a pin in the usual package, or the number with the name of the first other package
+/// that has it.
 fn number(part: &AvrPart, id: PinId, pin: &PinDef) -> String {
     let other = || part.chip.packages.iter().find_map(|of| Some(format!("{} of {}", of.pin_number(id)?, of.name)));
     if pin.dip != 0 { pin.dip.to_string() } else { other().unwrap_or_default() }
 }
 
-/// Pins of each kind of chip; those that are alike stand together.
+/// Returns the pins of each group of chips; chips with equal pins share one table.
 fn table_of_pins() -> String {
     let mut kinds: Vec<(Vec<&str>, String)> = Vec::new();
     for part in AVR_PARTS.iter().filter(|part| part.chip.name != "atmega328p") {

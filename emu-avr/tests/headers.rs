@@ -1,5 +1,5 @@
-//! The rows of the chips against the headers of avr-libc. `cargo test -p emu-avr --test headers -- --ignored`, where avr-gcc and
-//! avr-libc are installed: the compiler itself works out what each name stands for.
+//! Compares the rows of the chips with the headers of avr-libc; the compiler itself evaluates each name.
+//! `cargo test -p emu-avr --test headers -- --ignored`; needs avr-gcc and avr-libc.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,7 +9,7 @@ mod gcc;
 
 use gcc::gcc;
 
-/// Names of registers that only the headers have, or only we, with the reason.
+/// Names of registers that only the headers have, or only this crate, with the reason.
 const BESIDES: &str = "
     MCUSR  another name of MCUCSR: the headers of the ATmega16 and 128 lack it
     MCUCSR the header of the ATmega32 has only the other
@@ -22,7 +22,8 @@ const BESIDES: &str = "
     EEARH  the header of the ATmega48P leaves it out: there is no use for it
 ";
 
-/// Bits of registers that are put together of several of ours: chips, register, and each bit by its name in the header.
+/// Bits of registers that are split into several of this crate's registers: chips, register, and each bit by
+/// its name in the header.
 const BITS: &str = "
     8           | TIMSK  | OCIE2=Timer(2, TIMSK).1 TOIE2=Timer(2, TIMSK).0 TICIE1=Timer(1, TIMSK).5 OCIE1A=Timer(1, TIMSK).1 OCIE1B=Timer(1, TIMSK).2 TOIE1=Timer(1, TIMSK).0 TOIE0=Timer(0, TIMSK).0
     8           | TIFR   | OCF2=Timer(2, TIFR).1 TOV2=Timer(2, TIFR).0 ICF1=Timer(1, TIFR).5 OCF1A=Timer(1, TIFR).1 OCF1B=Timer(1, TIFR).2 TOV1=Timer(1, TIFR).0 TOV0=Timer(0, TIFR).0
@@ -61,14 +62,14 @@ const BITS: &str = "
     64 128      | UCSR1C | UMSEL1=Usart(1, UCSRC).6 UPM11=Usart(1, UCSRC).5 UPM10=Usart(1, UCSRC).4 USBS1=Usart(1, UCSRC).3 UCSZ11=Usart(1, UCSRC).2 UCSZ10=Usart(1, UCSRC).1 UCPOL1=Usart(1, UCSRC).0
 ";
 
-/// What the header of a chip says: the values of these names.
+/// Values of names in the header of a chip.
 struct Header {
     registers: BTreeMap<String, u32>,
     vectors: BTreeMap<String, u32>,
     names: BTreeMap<String, u32>,
 }
 
-/// Names whose values are wanted besides registers and vectors.
+/// Names whose values are read in addition to registers and vectors.
 const CONSTANTS: &[&str] = &[
     "RAMSTART",
     "RAMEND",
@@ -82,7 +83,7 @@ const CONSTANTS: &[&str] = &[
 ];
 
 impl Header {
-    /// Reads the header of `mcu`: the names by the preprocessor, their values by the compiler.
+    /// Reads the header of `mcu`: the preprocessor gives the names, the compiler their values.
     fn of(mcu: &str) -> Header {
         let macros = gcc(mcu, &["-E", "-dM", "-x", "c", "-"], "#include <avr/io.h>\n");
         let defined: BTreeMap<&str, &str> = macros
@@ -127,17 +128,17 @@ impl Header {
     }
 }
 
-/// The name of a port pin, such as PB5.
+/// Reports whether this is the name of a port pin, such as PB5.
 fn pin(name: &str) -> bool {
     matches!(name.as_bytes(), [b'P', b'A'..=b'G', b'0'..=b'7'])
 }
 
-/// The name of a bit for a pin change input, such as PCINT12.
+/// Reports whether this is the name of a pin change bit, such as PCINT12.
 fn pin_change(name: &str) -> bool {
     name.strip_prefix("PCINT").is_some_and(|n| n.parse::<u8>().is_ok())
 }
 
-/// Every pin of a port that the header has is there, and no other; and so are the inputs of pin changes, by their bits.
+/// Checks that the chip has exactly the port pins and pin change inputs of the header.
 fn check_pins(part: &AvrPart, header: &Header, wrong: &mut Vec<String>) {
     let chip = part.chip;
     let there = |id: usize| part.ports[id / 8] >> (id % 8) & 1 == 1 || id == usize::from(part.reset_pin);
@@ -152,7 +153,7 @@ fn check_pins(part: &AvrPart, header: &Header, wrong: &mut Vec<String>) {
             wrong.push(format!("{}: {name} is bit {bit}", chip.name));
         }
     }
-    // PCINTn is bit n mod 8 of its mask, and on these chips the same bit of its port.
+    // PCINTn is bit n mod 8 of its mask and, on these chips, the same bit of its port.
     let ours: BTreeMap<String, u32> =
         part.pin_changes.iter().map(|&(pin, n)| (format!("PCINT{n}"), u32::from(pin % 8))).collect();
     let theirs = header.names.iter().filter(|(name, _)| pin_change(name));
@@ -208,7 +209,7 @@ fn check_vectors(part: &AvrPart, header: &Header, wrong: &mut Vec<String>) {
     }
     let known: BTreeSet<u32> = header.vectors.values().copied().collect();
     for (name, number) in &ours {
-        // The header of the ATmega128 leaves out 22, EE_READY.
+        // The header of the ATmega128 omits 22, EE_READY.
         if !known.contains(number) && (chip.name, *number) != ("atmega128", 22) {
             wrong.push(format!("{}: the header has no vector {number}, ours is {name}", chip.name));
         }
@@ -264,8 +265,8 @@ fn rows_are_what_the_headers_say() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Every bit of a register that is put together stands where the header has it and goes where the table says; and the table has
-/// every such register.
+/// Every bit of a split register is at the position that the header gives, and maps to the register that the
+/// table names; the table lists all split registers.
 #[test]
 #[ignore = "needs avr-gcc and avr-libc"]
 fn bits_land_where_they_belong() {
@@ -309,12 +310,12 @@ fn bits_land_where_they_belong() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Registers whose bits the headers of today's chips have otherwise than the data sheet: TWAM0 is bit 1 there, and the ATmega48
-/// has neither EEAR8 and EEAR9 nor a boot section to move vectors to.
+/// Registers whose bits differ between the headers of newer chips and the data sheet: TWAM0 is bit 1 in the
+/// headers, and the ATmega48 has neither EEAR8 and EEAR9 nor a boot section for the vectors.
 const OTHERWISE: &[(&str, &str)] = &[("atmega328p", "TWAMR"), ("atmega48pa", "EEARH"), ("atmega48pa", "MCUCR")];
 
-/// Reserved bits are those that the header has no name for: behind each register of today's chips it names the bits. Ports and
-/// flags count as whole.
+/// Reserved bits are those without a name in the header, which lists the bits of newer chips after each
+/// register. Ports and flags are compared as a whole.
 #[test]
 #[ignore = "needs avr-gcc and avr-libc"]
 fn reserved_bits_have_no_names() {

@@ -1,4 +1,5 @@
-//! What every instruction does: cases written by hand, and all operands of the arithmetic against plain integers.
+//! Tests of each instruction: hand-written cases, and all operands of the arithmetic compared with plain
+//! integers.
 
 #[path = "isa/exhaustive.rs"]
 mod exhaustive;

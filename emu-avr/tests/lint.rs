@@ -1,4 +1,5 @@
-//! The diagnostics of the family, case by case in `lint/programs.txt`: a program, and every lint that it gives with its cycle.
+//! Tests the diagnostics of the AVR with the cases in `lint/programs.txt`: a program, and every lint that it
+//! reports with its cycle.
 
 use emu_avr::{Avr, Options, chips};
 use emu_core::cpu::{Cpu, Probe, RamInit, StopReason};
@@ -34,7 +35,7 @@ fn hex(text: &str) -> u32 {
     u32::from_str_radix(text, 16).unwrap_or_else(|_| panic!("{text}: no number"))
 }
 
-/// The machine of a case, and how long it runs.
+/// Returns the machine of a case, and the length of its run in cycles.
 fn machine(chip: &str, program: &str, wiring: &str) -> (Avr, u64) {
     let chip = chips::chip(&format!("atmega{chip}")).unwrap_or_else(|| panic!("no atmega{chip}"));
     let lines = program.replace(';', "\n");
@@ -71,7 +72,7 @@ fn machine(chip: &str, program: &str, wiring: &str) -> (Avr, u64) {
     (avr, cycles)
 }
 
-/// What a program could see.
+/// Returns the state that a program could see.
 fn state(avr: &Avr) -> (u64, u32, Vec<Option<u8>>) {
     (avr.cycle(), avr.pc(), (0..0x300).map(|addr| avr.peek("data", addr)).collect())
 }
@@ -93,7 +94,8 @@ fn lints() {
         }
         fired.extend(seen.0);
 
-        // Cut into cycles it is the same, and no diagnostic changes what the machine does.
+        // The reports are the same if the run is cut into single cycles, and no diagnostic changes the
+        // machine.
         let (mut steps, mut seen) = (start.clone(), Seen::default());
         _ = (1..=cycles).any(|until| steps.run(until, &mut seen) != StopReason::Limit);
         let mut plain = start;
@@ -104,7 +106,7 @@ fn lints() {
     }
     assert!(count > 100, "only {count} cases were read");
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    // Each code of the family is told of somewhere.
+    // Every code of the family is reported by some case.
     let silent = |code: &&str| fired.iter().all(|seen| !seen.contains(code));
     let ours = LINT_CODES
         .iter()
@@ -113,7 +115,7 @@ fn lints() {
     assert_eq!(ours.filter(silent).collect::<Vec<_>>(), Vec::<&str>::new());
 }
 
-/// A probe that comes later knows nothing of what was written before, and so tells nothing of it.
+/// A probe that is attached later does not know earlier writes, so it reports nothing about them.
 #[test]
 fn what_ran_before_counts_as_written() {
     let program = "ldi r16,1; nop; add r17,r16; out 0x05,r17; lds r18,0x100; out 0x05,r18; rjmp 0x0010";
@@ -131,7 +133,7 @@ fn whatever_runs_is_looked_at_and_nothing_changes() {
         let part = chips::AVR_PARTS[rng.below(chips::AVR_PARTS.len() as u64) as usize];
         let mut bytes = vec![0; part.chip.flash_bytes as usize];
         rng.fill(&mut bytes);
-        // Vectors, stack pointer and I/O registers are met more often so.
+        // This makes vectors, stack pointer and I/O registers occur more often.
         for pair in bytes.chunks_exact_mut(2) {
             let word: u16 = match rng.below(8) {
                 0 => 0xB800 | rng.below(0x800) as u16,
@@ -149,7 +151,7 @@ fn whatever_runs_is_looked_at_and_nothing_changes() {
         let mut plain = looked_at.clone();
         let mut seen = Seen::default();
         for _ in 0..60 {
-            // From wherever an illegal word has stopped it on.
+            // Continues from wherever an illegal word has stopped it.
             let until = looked_at.cycle() + 200;
             let stops = (looked_at.run(until, &mut seen), plain.run(until, &mut ()));
             assert_eq!((stops.0, state(&looked_at)), (stops.1, state(&plain)), "seed {seed}, {}", part.chip.name);

@@ -1,5 +1,5 @@
-//! Sound programs of the compiler's give no diagnostics, at any optimisation. `cargo test -p emu-avr --test lint_compiled --
-//! --ignored`, where avr-gcc and avr-libc are installed.
+//! Correct compiled programs give no diagnostics, at any optimization level. `cargo test -p emu-avr --test
+//! lint_compiled -- --ignored`; needs avr-gcc and avr-libc.
 
 use std::fs;
 use std::path::Path;
@@ -11,7 +11,7 @@ use emu_core::lint::Lint;
 use emu_core::pins::ChipEvent;
 use emu_core::{Cpu, Probe, RamInit, StopReason};
 
-/// What was sent, and every lint.
+/// Probe that collects the sent bytes and all lints.
 #[derive(Default)]
 struct Seen {
     sent: Vec<u8>,
@@ -39,7 +39,7 @@ const PROGRAMS: [&str; 5] = ["print", "heap", "stack", "interrupts", "tasks"];
 const LEVELS: [&str; 7] =
     ["-O0", "-O1", "-O2", "-O3", "-Os", "-Os -mcall-prologues -mrelax", "-O2 -flto -funroll-loops"];
 
-/// Compiles and runs a program; what it sent, and what is wrong with it.
+/// Compiles and runs a program; returns what it sent, and all problems.
 fn run(mcu: &str, name: &str, level: &str) -> Option<(String, Vec<String>)> {
     let chip = chips::chip(mcu).expect("a chip");
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/lint/{name}.c"));

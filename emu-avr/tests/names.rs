@@ -1,5 +1,5 @@
-//! Named numbers of the chips: tables in themselves, and against the headers of avr-libc (`cargo test -p emu-avr --test names --
-//! --ignored`, where avr-gcc and avr-libc are installed).
+//! Tests the named constants of the chips by themselves, and against the headers of avr-libc (`cargo test -p
+//! emu-avr --test names -- --ignored`; needs avr-gcc and avr-libc).
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,7 +9,7 @@ mod gcc;
 
 use gcc::gcc;
 
-/// Some of each kind: chip, name, value.
+/// Samples of each kind: chip, name, value.
 const SOME: &str = "
     atmega328p  PORTB5          5
     atmega328p  PB5             5
@@ -62,7 +62,7 @@ fn some_names_and_their_values() {
     }
 }
 
-/// No name means two things, and none is that of a register.
+/// No name has two meanings, and none is the name of a register.
 #[test]
 fn names_are_clear() {
     for part in AVR_PARTS {
@@ -77,7 +77,8 @@ fn names_are_clear() {
     }
 }
 
-/// Names of the headers that we leave out: the name, or its end behind `*`, or its beginning before it; and the reason.
+/// Names of the headers that are left out: the name, its end after `*`, or its beginning before `*`; then the
+/// reason.
 const LEFT_OUT: &str = "
     *_vect_num            numbers of vectors: the names of the vectors stand in the row
     *_BIT                 the bit of a pin by each of its functions: only the header of the ATmega88PA has them
@@ -93,7 +94,7 @@ const LEFT_OUT: &str = "
     SP9                   the same
 ";
 
-/// Chips, name, the header's value and the reason why ours differs.
+/// Chips, name, the header's value, and the reason why the value of this crate differs.
 const OTHERWISE: &str = "
     328p 328 168p 88p 48p | TWAM6 | 6 | the sheet (22.9.6) has TWAM6 to TWAM0 in bits 7 to 1
     328p 328 168p 88p 48p | TWAM5 | 5 | the same
@@ -118,7 +119,7 @@ const OTHERWISE: &str = "
     162 | SLEEP_MODE_STANDBY | 4 | a number of avr-libc's own: the bits stand in three registers
 ";
 
-/// Names that no header of the chip's sheet has, with the reason.
+/// Names that no header of the chip's data sheet has, with the reason.
 const OURS: &str = "
     FLASHSTART    only newer headers have it
     E2START       only newer headers have it
@@ -148,7 +149,7 @@ fn otherwise(mcu: &str, name: &str, theirs: i32) -> bool {
     })
 }
 
-/// All macros of the header that are numbers.
+/// Returns all macros of the header that are numbers.
 fn header(mcu: &str) -> BTreeMap<String, i32> {
     let macros = |source: &str| -> BTreeSet<String> {
         let text = gcc(mcu, &["-E", "-dM", "-x", "c", "-"], source);
@@ -163,7 +164,7 @@ fn header(mcu: &str) -> BTreeMap<String, i32> {
     let mut source = "#include <avr/io.h>\n".to_owned();
     wanted.iter().enumerate().for_each(|(n, name)| source += &format!("@@ {n} {name}\n"));
     let expanded = gcc(mcu, &["-E", "-P", "-x", "c", "-"], &source);
-    // What is made of numbers alone.
+    // Macros that consist only of numbers.
     let number = |text: &str| {
         let text = text.replace("unsigned char", "");
         text.starts_with(|first: char| first.is_ascii_digit() || first == '(')
@@ -189,8 +190,8 @@ fn header(mcu: &str) -> BTreeMap<String, i32> {
         .collect()
 }
 
-/// Every number that a header names is ours, and every one of ours is in a header of a chip of the same sheet: not every header
-/// has all spellings.
+/// Every number that a header names is a constant of this crate, and every constant is in the header of some
+/// chip with the same data sheet; not every header has all spellings.
 #[test]
 #[ignore = "needs avr-gcc and avr-libc"]
 fn names_are_those_of_the_headers() {

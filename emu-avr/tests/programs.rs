@@ -1,5 +1,5 @@
-//! Programs as text: run at one go, in random slices, from clones in the middle, with loops jumped over and without, and
-//! with every hook of a probe on. All of them must end in the same machine.
+//! Programs as text, run in one go, in random slices, from clones in the middle, with and without skipped
+//! polling loops, and with every hook of a probe. All runs must end in the same machine.
 
 use emu_avr::{Avr, chips};
 use emu_core::image::Image;
@@ -44,7 +44,7 @@ fn chip(program: &Program) -> Avr {
     avr
 }
 
-/// All that a program can see, and the count of instructions.
+/// Returns everything that a program can see, and the instruction count.
 fn state(avr: &Avr) -> (Vec<Option<u8>>, u32, u64, u64) {
     ((0..0x900).map(|a| avr.peek("data", a)).collect(), avr.pc(), avr.cycle(), avr.instructions())
 }
@@ -113,7 +113,7 @@ fn programs_end_as_the_data_sheet_says() {
     }
 }
 
-/// Looks at everything and stops nothing.
+/// Probe that observes everything and stops nothing.
 #[derive(Default)]
 struct All(u64);
 
@@ -145,13 +145,13 @@ fn any_way_of_running_gives_the_same_machine() {
         let mut all = All::default();
         let stop = probed.run(LIMIT, &mut all);
         assert_eq!((state(&probed), stop), wanted, "{}: with a probe", program.name);
-        // The instruction that stops a run without being executed has been looked at once.
+        // An instruction that stops a run without being executed has been observed once.
         let extra = u64::from(matches!(stop, StopReason::Illegal { .. } | StopReason::Fault { .. }));
         assert_eq!(all.0, probed.instructions() + extra, "{}: instructions seen", program.name);
 
         for _ in 0..20 {
             let mut avr = chip(program);
-            // Short slices of a long wait would only take long.
+            // Short slices of a long wait would take too long.
             let shortest = if whole.cycle() > 20_000 { 2 } else { 0 };
             let longest = [3, 50, 5000, 100_000][(shortest + rng.below(4 - shortest)) as usize];
             let stop = loop {
@@ -183,8 +183,8 @@ fn any_way_of_running_gives_the_same_machine() {
     }
 }
 
-/// A loop that polls a timer flag is entered at every distance from the match, with every short period: it is left at the
-/// cycle at which the program without jumping over leaves it, and again in the next round.
+/// Enters a loop that polls a timer flag at every distance from the match, with every short period. With
+/// skipping, it must be left at the same cycle as without, and again in the next pass.
 #[test]
 fn polls_are_left_at_every_distance_from_the_match() {
     for nops in 0..12 {
@@ -205,7 +205,8 @@ fn polls_are_left_at_every_distance_from_the_match() {
     }
 }
 
-/// Waits with no limit end at the end of time, and a watched write is not lost to a watchdog reset at the same boundary.
+/// Waits without a limit end at the maximum cycle, and a stop at a watched write is not lost to a watchdog
+/// reset at the same boundary.
 #[test]
 fn the_end_of_time_and_a_stop_beside_a_reset() {
     let waits = "\n== sleep for a byte\n ldi r16,0x90\n sts 0xC1,r16\n ldi r16,1\n out 0x33,r16\n sei\n sleep\n-- x\n\
@@ -217,7 +218,7 @@ fn the_end_of_time_and_a_stop_beside_a_reset() {
             assert_eq!(avr.step(&mut ()), StopReason::Limit, "{}", program.name);
         }
     }
-    /// Stops at every write of data:0x100.
+    /// Probe that stops at every write of data:0x100.
     #[derive(Default)]
     struct Watch(u32);
     impl Probe for Watch {

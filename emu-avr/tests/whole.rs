@@ -1,5 +1,5 @@
-//! Any way of running the whole chip gives the same machine: random programs that write peripherals, wait for them, sleep and are
-//! interrupted, while pins are driven.
+//! Any way of running the whole chip gives the same machine: random programs that write peripherals, wait for
+//! them, sleep and are interrupted, while pins are driven.
 
 use emu_avr::{Avr, AvrReadings, Options, chips};
 use emu_core::chip::Chip;
@@ -10,16 +10,17 @@ use emu_core::slices::{RandomInput, SlicePlan, SliceSubject, pick_random};
 use emu_core::{Cpu, CycleTime, PinId, PinLevel, RamInit, ResetCause};
 
 const SEED: u64 = 0x5EED_A328;
-/// A build without optimisation runs the first ones only: each is run in eleven ways.
+/// Number of programs. A build without optimization runs only the first ones, because each program runs in
+/// eleven ways.
 const PROGRAMS: u64 = if cfg!(debug_assertions) { 40 } else { 400 };
 const SPAN: u64 = 50_000;
 const CHIPS: [&str; 6] = ["atmega328p", "atmega328p", "atmega328p", "atmega88", "atmega8", "atmega64"];
 
-/// Program words at which the main program begins, and between two service routines in front of it.
+/// Program words of the start of the main program, and between two service routines before it.
 const MAIN: u32 = 0x200;
 const ROUTINE: u32 = 8;
 
-/// A program as it grows.
+/// A program under construction.
 struct Text {
     words: Vec<u16>,
     heads: Vec<u32>,
@@ -46,7 +47,7 @@ impl Text {
         self.put(&format!("sts {addr:#x}, r16"));
     }
 
-    /// A timed sequence: the second write within four cycles of the first, or just not.
+    /// Adds a timed sequence: the second write is within four cycles of the first, or just too late.
     fn sequence(&mut self, addr: u16, first: u8, second: u8, late: u64) {
         self.put(&format!("ldi r16, {first}"));
         self.put(&format!("ldi r17, {second}"));
@@ -64,21 +65,21 @@ fn byte(rng: &mut Rng) -> u8 {
     }
 }
 
-/// A register of the chip's parts.
+/// Returns a register of the peripherals.
 fn register(chip: &Chip, rng: &mut Rng) -> u16 {
     let registers: Vec<u16> =
         chip.regs.iter().map(|register| register.addr).filter(|addr| !(0x5D..0x60).contains(addr)).collect();
     pick_random(rng, &registers)
 }
 
-/// The address of a register by its name, or that of GPIOR or PORTB where the chip has none.
+/// Returns the address of a register by its name, or that of GPIOR or PORTB if the chip has none of them.
 fn named(chip: &Chip, names: &[&str], rng: &mut Rng) -> u16 {
     let name = pick_random(rng, names);
     let found = chip.regs.iter().find(|register| register.name == name);
     found.map_or_else(|| register(chip, rng), |register| register.addr)
 }
 
-/// What turns things on that come to an end or an edge by themselves.
+/// Adds writes that start operations with an end or an edge.
 fn start(chip: &Chip, text: &mut Text, rng: &mut Rng) {
     let clock = pick_random(rng, &[1, 1, 2, 3, 4, 5, 6]);
     match rng.below(10) {
@@ -147,7 +148,7 @@ fn block(chip: &Chip, text: &mut Text, rng: &mut Rng) {
             text.put("dec r18");
             text.put("brne .-4");
         }
-        // A wait with an end.
+        // A wait that ends.
         11..13 => {
             let (bit, addr) = (rng.below(8), register(chip, rng));
             text.put(&format!("ldi r19, {}", byte(rng)));
@@ -157,7 +158,7 @@ fn block(chip: &Chip, text: &mut Text, rng: &mut Rng) {
             text.put("dec r19");
             text.put("brne .-12");
         }
-        // One that may have none.
+        // A wait that may not end.
         13 => {
             start(chip, text, rng);
             let wait = pick_random(rng, &["sbrs", "sbrs", "sbrc"]);
@@ -258,7 +259,7 @@ fn act(chip: &Chip, heads: &[u32], rng: &mut Rng) -> RandomInput {
     }
 }
 
-/// A chip with a random program, wired and driven at random, by a seed.
+/// Creates a chip with a random program, wired and driven at random, from a seed.
 fn plan(seed: u64) -> SlicePlan<Avr> {
     let mut rng = Rng::new(seed);
     let rng = &mut rng;
@@ -279,7 +280,7 @@ fn plan(seed: u64) -> SlicePlan<Avr> {
     let mut start = Avr::with(chip, &image, RamInit::Random(rng.next_u64()), options);
     let reset = chip.pin("PC6");
     let mut at = 0;
-    // Drives come in swarms and singly, some of them at the same cycle.
+    // Drives come in groups and singly, some of them in the same cycle.
     while at < SPAN {
         at += if rng.one_in(3) { rng.below(4) } else { rng.below(SPAN / 10) };
         let on = rng.below(chip.pins.len() as u64) as PinId;
@@ -304,7 +305,7 @@ fn plan(seed: u64) -> SlicePlan<Avr> {
     }
 }
 
-/// Registers and data memory, SREG, SP.
+/// Returns registers and data memory, SREG, SP.
 fn seen(avr: &Avr) -> Vec<Option<u8>> {
     (0..0x300).map(|addr| avr.peek("data", addr)).collect()
 }
@@ -326,6 +327,6 @@ fn random_programs_on_the_whole_chip() {
     };
     let mut rng = Rng::new(SEED);
     let far: u64 = (0..PROGRAMS).map(|_| subject.assert_slicing_invariant(&plan(rng.next_u64()), &mut rng)).sum();
-    // Were they all to stop at once, nothing would have been compared.
+    // If all runs stopped at once, nothing would be compared.
     assert!(far > PROGRAMS * SPAN / 2, "only {far} cycles in all");
 }

@@ -1,8 +1,9 @@
-//! Limits that should be seen to matter: for each comparison, timer and counter, the values around its limit, in states in
-//! which one more or less shows somewhere else.
+//! Goals at the limits of comparisons, timers, counters, tables and divisions: an integer must take the
+//! values around the limit, in a scan in which a value that is one higher or lower has a visible effect.
 //!
-//! Random values rarely bring an integer to its limit while all contacts beside the comparison pass, so a limit that
-//! is off by one would hide. Each wish is tried with several states; one that cannot be granted is dropped.
+//! Random values rarely bring an integer to its limit while all contacts next to the comparison pass, so an
+//! off-by-one error in a limit would stay hidden. Each goal is tried with several states of the program;
+//! after [`MAX_FAILED_TRIES`] failures it is dropped.
 
 use ladder::{CompareOp, Element, LadderOperand, LadderProgram, MathOp, PowerEffect, SymbolKind};
 use ladder_eval::Evaluator;
@@ -12,16 +13,16 @@ use crate::possible_outcomes::comparison_holds;
 use crate::stimulus::ScanStimulus;
 use crate::value_hints::{ValueHints, element_constants, truncate_to_bytes};
 
-/// A wish that failed so often is dropped.
+/// Failed tries after which a goal is dropped.
 const MAX_FAILED_TRIES: u32 = 1_000;
 
-/// Most values of a table that are wished for.
+/// Maximum number of goals for the values of one look-up table.
 const MAX_TABLE_GOALS: usize = 32;
 
-/// An integer at one value.
+/// The goal that one integer has one value while one element is executed.
 #[derive(Debug, Clone)]
 struct BoundaryGoal {
-    /// Position of the element in order of execution.
+    /// Position of the element in execution order.
     position: usize,
     symbol: usize,
     target: GoalTarget,
@@ -32,27 +33,31 @@ struct BoundaryGoal {
 #[derive(Debug, Clone, Copy)]
 enum GoalTarget {
     Value(i32),
-    /// This far from what another integer holds when the scan starts.
+    /// The value of another integer at the start of the scan, plus this distance.
     NearSymbol(usize, i32),
-    /// A value when the element acts, and with it one of another integer.
+    /// A value while the rung of the element is true, with an optional value of a second integer (symbol,
+    /// value).
     WhenActing(i32, Option<(usize, i32)>),
 }
 
-/// Quotients at which division turns over or has a rule of its own: each of these by each of those. The ends of four bytes stand
-/// for those of the integer's own width.
+/// Dividends at which a division overflows or has a special case. Each is combined with each of [`DIVISORS`];
+/// `i32::MIN` and `i32::MAX` are replaced by the limits of the integer's own width.
 const DIVIDENDS: [i32; 3] = [i32::MIN, -1, i32::MAX];
+/// Divisors with a special case; see [`DIVIDENDS`].
 const DIVISORS: [i32; 3] = [0, -1, i32::MIN];
 
-/// All wishes of a program.
+/// All boundary goals of a program.
 #[derive(Debug, Clone)]
 pub(crate) struct BoundaryGoals {
     goals: Vec<BoundaryGoal>,
-    /// Elements that store something, by position: the others only pass the rung bit on.
+    /// Per element in execution order: true if the element stores something, false if it only passes the rung
+    /// bit on.
     stores: Vec<bool>,
     next: usize,
 }
 
 impl BoundaryGoals {
+    /// Collects the boundary goals of a program.
     pub(crate) fn new(program: &LadderProgram, eval: &Evaluator) -> BoundaryGoals {
         let integer = |name: &str| {
             let index = eval.index(name)?;
@@ -100,7 +105,8 @@ impl BoundaryGoals {
                     _ => {}
                 },
                 Element::LookUpTable { index: LadderOperand::Var(name), values, .. } => {
-                    // Each of the values; the ends of a long table are goals.
+                    // One goal per value. `coverage_rules` has goals for the first and last value of a long
+                    // table.
                     let each = (0..).take(values.len().min(MAX_TABLE_GOALS)).map(|n| GoalTarget::WhenActing(n, None));
                     add_goals(integer(name), each.collect());
                 }
@@ -120,14 +126,15 @@ impl BoundaryGoals {
                         add_goals(Some(a), DIVIDENDS.into_iter().flat_map(by).collect());
                     }
                 }
-                // What compares, counts or looks up nothing has no boundary.
+                // Elements that do not compare, count or look up anything have no boundary.
                 _ => {}
             }
         }
         BoundaryGoals { goals, stores, next: 0 }
     }
 
-    /// The next wish that is still open; when all are done, all are open again.
+    /// Returns the index of the next open goal. When no goal is open, all goals that were reached are open
+    /// again.
     pub(crate) fn next_open(&mut self) -> Option<usize> {
         let open = |wish: &BoundaryGoal| !wish.is_reached && wish.failed_tries < MAX_FAILED_TRIES;
         if !self.goals.iter().any(open) {
@@ -139,7 +146,10 @@ impl BoundaryGoals {
         Some(found)
     }
 
-    /// Tries to grant a wish with `step`, changed to write the wanted value: true when it does.
+    /// Changes `step` so that it writes the wanted value of goal `wish`, and returns true if a scan with
+    /// `step` reaches the goal.
+    ///
+    /// A failed try is counted. A goal for a symbol that cannot be written is dropped.
     pub(crate) fn try_reach(
         &mut self,
         wish: usize,
@@ -178,7 +188,7 @@ impl BoundaryGoals {
         };
         let with = scan(value);
         wish.is_reached = if let GoalTarget::WhenActing(..) = wish.target {
-            // What becomes of it shows.
+            // The result of the element is visible, so a true rung is enough.
             with.trace.get(wish.position).is_some_and(|pair| pair.0)
         } else {
             [value.wrapping_sub(1), value.wrapping_add(1)]
@@ -190,7 +200,7 @@ impl BoundaryGoals {
     }
 }
 
-/// The distances of the left operand from the right one at which one more or less changes the outcome.
+/// The distances from the right operand to the left one at which a change by one changes the outcome.
 fn deciding_distances(op: CompareOp) -> impl Iterator<Item = i32> {
     let changes_outcome = move |d: i32| {
         comparison_holds(op, d, 0) != comparison_holds(op, d - 1, 0)
@@ -199,11 +209,11 @@ fn deciding_distances(op: CompareOp) -> impl Iterator<Item = i32> {
     (-1..=1).filter(move |d| changes_outcome(*d))
 }
 
-/// True when the two scans, which differ by one in the wished integer, differ in what the element does and in what is
-/// stored because of it.
+/// True if two scans, whose starts differ by one in the integer of the goal, differ both in what the element
+/// does and in what is stored because of it.
 fn is_visible(wish: &BoundaryGoal, stores: &[bool], one: &EvaluatedScan, other: &EvaluatedScan) -> bool {
     let out = |seen: &EvaluatedScan| seen.trace.get(wish.position).map(|pair| pair.1);
-    // The integer itself shows it when it does not simply stay one apart.
+    // The change of the integer itself shows the difference, unless both scans change it by the same amount.
     let itself = one.change_of(wish.symbol) != other.change_of(wish.symbol);
     let stored = || {
         let later = one.trace.iter().zip(&other.trace).zip(stores).skip(wish.position);

@@ -1,4 +1,5 @@
-//! The course of a check: runs from reset, scan after scan, until something differs or all scans are done.
+//! Runs a check: starts runs from reset and compares scan after scan until something differs or all scans are
+//! done.
 
 use diag::{Diagnostic, Pos, Severity};
 use ladder::{LadderDialect, LadderProgram, LdFormat};
@@ -16,10 +17,10 @@ use crate::report::{CheckDifference, CheckReport, DifferenceKind, ProgramFigures
 use crate::shrink_stimulus::shrink_stimulus;
 use crate::stimulus::{ScanStimulus, StimulusGenerator};
 
-/// Scans between two reports of progress.
+/// Scans between two progress reports.
 const SCANS_PER_PROGRESS: u64 = 64;
 
-/// What a check adds up.
+/// Totals of a check.
 #[derive(Default)]
 struct RunTotals {
     scans: u64,
@@ -27,18 +28,19 @@ struct RunTotals {
     compared: u64,
     cycles: u64,
     longest: u64,
-    /// Most machine cycles of each rung.
+    /// Longest execution of each rung, in machine cycles.
     rungs: Vec<Option<u64>>,
 }
 
-/// The run under way: its RAM and its steps so far.
+/// The current run: the seed of its RAM and its stimuli so far.
 #[derive(Default)]
 struct CurrentRun {
     ram_seed: u64,
     steps: Vec<ScanStimulus>,
 }
 
-/// Checks `compiled` on a bench. `disagreements` are what was asked for and what the map says instead.
+/// Checks `compiled` on a bench. `disagreements` are pairs of (what the program and options require, what the
+/// map says).
 pub(crate) fn run_check<'a, C: CheckedChip, F: Fn(u64) -> C>(
     program: &LadderProgram,
     compiled: &CompiledProgram,
@@ -54,7 +56,8 @@ pub(crate) fn run_check<'a, C: CheckedChip, F: Fn(u64) -> C>(
     let mut pair: Option<LockstepPair<'a, C>> = None;
     let mut mismatch = None;
     if !disagreements.is_empty() {
-        // A map that says otherwise than the program is a difference before anything has run; it stands as scan 1.
+        // A map that disagrees with the program is a difference before anything runs; it is reported as scan
+        // 1.
         (sums.scans, sums.runs) = (1, 1);
         run.steps.push(ScanStimulus::default());
         let (wanted, found): (Vec<_>, Vec<_>) = disagreements.into_iter().unzip();
@@ -127,7 +130,7 @@ pub(crate) fn run_check<'a, C: CheckedChip, F: Fn(u64) -> C>(
             period_cycles: bench.places.pace.period(),
             clocks_per_cycle: bench.places.pace.clocks_per_cycle,
             scan_cycles_max: sums.longest,
-            // Hundredths are plenty.
+            // Two decimal places are enough.
             scan_cycles_mean: (sums.cycles as f64 / sums.scans.max(1) as f64 * 100.0).round() / 100.0,
             scan_cycles_bound: map.worst_scan_cycles.into(),
             slack_cycles: map.slack_cycles,
@@ -137,7 +140,7 @@ pub(crate) fn run_check<'a, C: CheckedChip, F: Fn(u64) -> C>(
     }
 }
 
-/// The note that something was not seen in so many scans.
+/// The note that some states of the program were not seen in `scans` scans; `None` if coverage is full.
 pub(crate) fn not_covered_note(program: &LadderProgram, coverage: &LadderCoverage, scans: u64) -> Option<Diagnostic> {
     let open = coverage.missing.iter().filter(|m| m.impossible.is_none()).count();
     let cause = format!("{open} states of the program were not seen in {scans} scans");
@@ -146,7 +149,8 @@ pub(crate) fn not_covered_note(program: &LadderProgram, coverage: &LadderCoverag
     (!coverage.full).then(note)
 }
 
-/// Finds out all that can be said about a mismatch in the last step of `run`.
+/// Describes a mismatch in the last step of `run`: the element to blame, the values, and the smallest
+/// stimulus that shows it.
 fn describe_difference<C: CheckedChip, F: Fn(u64) -> C>(
     program: &LadderProgram,
     compiled: &CompiledProgram,
@@ -199,7 +203,7 @@ fn describe_difference<C: CheckedChip, F: Fn(u64) -> C>(
     }
 }
 
-/// The command that repeats a check up to scan `scans`.
+/// The command line that repeats a check up to scan `scans`.
 pub(crate) fn replay_command(program: &LadderProgram, options: &CheckOptions, scans: u64) -> String {
     let mut command = format!(
         "emu check {} --mcu {} --seed {} --scans {scans}",
@@ -214,14 +218,14 @@ pub(crate) fn replay_command(program: &LadderProgram, options: &CheckOptions, sc
     match (program.format, program.dialect) {
         (LdFormat::V01, LadderDialect::Ldmicro5) => command += " --dialect ldmicro-5",
         (LdFormat::V02, LadderDialect::Ldmicro23) => command += " --dialect ldmicro-2.3",
-        // The header's own dialect.
+        // The dialect that the header of the format implies; no option is needed.
         (LdFormat::V01, LadderDialect::Ldmicro23) | (LdFormat::V02, LadderDialect::Ldmicro5) => {}
     }
     options.clock_hz.iter().for_each(|hz| command += &format!(" --clock {hz}"));
     command
 }
 
-/// A word for a POSIX shell.
+/// Quotes `word` for a POSIX shell if necessary.
 pub(crate) fn shell_quote(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=+:,@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
@@ -230,7 +234,7 @@ pub(crate) fn shell_quote(word: &str) -> String {
     format!("'{}'", word.replace('\'', r"'\''"))
 }
 
-/// One step in words: `scan 3: Xa=1 Xb=0, changing later Xa; written Tx=49`.
+/// One step as text: `scan 3: Xa=1 Xb=0, inverted after latching: Xa; written Tx=49`.
 fn stimulus_text<C: CheckedChip, F: Fn(u64) -> C>(
     bench: &TestBench<'_, C, F>,
     step: &ScanStimulus,
@@ -253,7 +257,7 @@ fn stimulus_text<C: CheckedChip, F: Fn(u64) -> C>(
     line
 }
 
-/// The fault that a program has no meaning for the evaluator, at the element's place.
+/// The diagnostic for an element that the evaluator does not support, at the position of the element.
 pub(crate) fn unsupported_diagnostic(program: &LadderProgram, refusal: &ladder_eval::UnsupportedElement) -> Diagnostic {
     let pos = program.elements().find(|(id, _, _)| *id == refusal.element).map_or(Pos::default(), |(_, _, pos)| pos);
     let hint = "docs/semantics.md lists the elements that have a meaning";

@@ -1,4 +1,4 @@
-//! The chip on the bench: run from one moment of a scan to the next, with its pins wired.
+//! Runs the chip under test from one point of a scan to the next, with its pins connected.
 
 use emu_core::cpu::StopReason;
 use emu_core::pins::{CycleTime, PinLevel};
@@ -7,42 +7,49 @@ use crate::families::{CheckedChip, HighDrive};
 use crate::pin_listener::PinListener;
 use crate::program_places::{ProgramPlaces, ScanPoint};
 
-/// Cycles allowed from reset to the start of the timer, on top of some periods.
+/// Machine cycles allowed from reset to the start of the pacing timer, in addition to [`MAX_PERIODS`]
+/// periods.
 const MAX_RESET_CYCLES: u64 = 200_000;
 
-/// Periods allowed from one moment of a scan to the next.
+/// Periods allowed from one point of a scan to the next.
 const MAX_PERIODS: u64 = 3;
 
-/// The chip did not get where it should.
+/// The chip did not reach the wanted point of a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct LostSync {
+    /// The point that the chip should have reached.
     pub wanted: ScanPoint,
+    /// Why the run stopped instead.
     pub stop: StopReason,
+    /// Machine cycle of the stop.
     pub cycle: u64,
-    /// Where it is, as a program word.
+    /// Program counter at the stop, as a word address.
     pub pc: u32,
 }
 
-/// A chip and its places.
+/// A chip under test with the addresses, pins and timing of its program.
 #[derive(Debug, Clone)]
 pub(crate) struct ChipRunner<'a, C> {
+    /// The emulated chip.
     pub cpu: C,
+    /// The addresses, pins and timing of its program.
     pub places: &'a ProgramPlaces,
-    /// What listens to serial line and PWM output.
+    /// The probe that observes the serial line and the PWM output.
     pub listener: Option<PinListener>,
-    /// Machine cycle at which the timer was started; of a machine that paces itself the start of the first scan.
+    /// Machine cycle at which the pacing timer was started; on a self-paced machine, the start of the first
+    /// scan.
     timer_start: Option<u64>,
-    /// Periods since then.
+    /// Periods since `timer_start`.
     scans: u64,
     first_stack: Option<u32>,
-    /// Whether the chip stops at each rung.
+    /// True if the chip stops at the start of each rung.
     times_rungs: bool,
-    /// Where the rungs of this scan began, with the cycle; nothing unless that is asked for.
+    /// Rungs of this scan with the cycle at which each started; empty unless rungs are timed.
     rung_marks: Vec<(usize, u64)>,
 }
 
 impl<'a, C: CheckedChip> ChipRunner<'a, C> {
-    /// A chip fresh from reset, run until its timer has started.
+    /// Powers up a chip and runs it until its pacing timer has started.
     pub(crate) fn start(mut cpu: C, places: &'a ProgramPlaces) -> Result<Self, LostSync> {
         for point in [ScanPoint::TimerStart, ScanPoint::ScanStart, ScanPoint::FirstRung, ScanPoint::ScanEnd] {
             places.point_word(point).into_iter().for_each(|pc| cpu.set_breakpoint(pc, true));
@@ -76,13 +83,13 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
         }
     }
 
-    /// Stops at each rung from now on, to see how long it takes.
+    /// Stops at the start of each rung from now on, to measure how long each rung takes.
     pub(crate) fn time_rungs(&mut self) {
         self.times_rungs = true;
         self.places.rungs.iter().for_each(|&(pc, _)| self.cpu.set_breakpoint(pc, true));
     }
 
-    /// The rungs of the scan that has ended, by position, with their machine cycles.
+    /// The rungs of the scan that has ended, by index, with their machine cycles.
     pub(crate) fn rung_times(&self) -> impl Iterator<Item = (usize, u64)> {
         let pairs = self.rung_marks.windows(2).filter_map(|pair| match pair {
             [(rung, from), (_, to)] => Some((*rung, to - from)),
@@ -91,17 +98,18 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
         pairs.filter(|(rung, _)| *rung != usize::MAX)
     }
 
-    /// At the end of a scan: the machine cycles until the chip waits again.
+    /// At the end of a scan: machine cycles until the chip waits again.
     pub(crate) fn tail_cycles(&self) -> u64 {
         let mut cpu = self.cpu.clone();
         let before = cpu.cycle();
         cpu.step(&mut ());
-        // A controller looks at all its outputs then.
+        // A self-paced controller then processes its output channels, one cycle each.
         let outputs = if self.places.is_self_paced() { self.places.output_channels(&cpu) } else { 0 };
         cpu.cycle() - before + outputs
     }
 
-    /// Drives the pins that the program does not name, now: the n-th by bit n.
+    /// Drives the pins that the program does not name, in the current cycle; bit n is the level of the n-th
+    /// pin.
     pub(crate) fn drive_spare(&mut self, levels: u32) {
         let now = CycleTime::at(self.cpu.cycle());
         for (n, &pin) in (0..).zip(&self.places.spare_pins) {
@@ -109,13 +117,13 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
         }
     }
 
-    /// Drives all inputs, now.
+    /// Drives all inputs in the current cycle.
     pub(crate) fn drive_inputs(&mut self, levels: impl Iterator<Item = bool>) {
         self.drive_at(CycleTime::at(self.cpu.cycle()), levels);
     }
 
-    /// Drives all inputs as soon as they have been latched, where a scan takes them: a machine that paces itself stands at the start
-    /// of a scan, and latches at the first clock of the cycle that comes.
+    /// Drives all inputs directly after the scan has latched them. A self-paced machine is at the start of a
+    /// scan here and latches its inputs in the first clock of the next cycle.
     pub(crate) fn drive_after_latch(&mut self, levels: impl Iterator<Item = bool>) {
         let phase = u8::from(self.places.is_self_paced());
         self.drive_at(CycleTime { cycle: self.cpu.cycle(), phase }, levels);
@@ -139,7 +147,7 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
         Ok(())
     }
 
-    /// Runs to the first rung; false where that is no place of its own.
+    /// Runs to the first rung. Returns false if the program has no separate address for it.
     pub(crate) fn reach_rungs(&mut self) -> Result<bool, LostSync> {
         match self.places.point_word(ScanPoint::FirstRung) {
             Some(_) => self.run_to(ScanPoint::FirstRung, 0).map(|()| true),
@@ -152,7 +160,8 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
         self.run_to(ScanPoint::ScanEnd, 0)
     }
 
-    /// Runs to whatever trap comes next; a wrong one is not an error here. Gives the program word.
+    /// Runs to the next breakpoint of any kind and returns its program word; an unexpected breakpoint is not
+    /// an error here.
     pub(crate) fn reach_next(&mut self) -> Result<u32, LostSync> {
         let until = self.cycle_limit(0);
         match self.run_until(until) {
@@ -161,7 +170,7 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
         }
     }
 
-    /// Scans that have started.
+    /// Number of scans that have started.
     pub(crate) fn scans_started(&self) -> u64 {
         self.scans + u64::from(self.places.is_self_paced() && self.timer_start.is_some())
     }
@@ -171,24 +180,26 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
         self.timer_start.unwrap_or(0).saturating_add(self.places.start_window(scan).0)
     }
 
-    /// Now, in clocks since power-up.
+    /// The current time in clocks since power-up.
     pub(crate) fn clock(&self) -> u64 {
         self.places.peripherals.to_clock(CycleTime::at(self.cpu.cycle()))
     }
 
-    /// At a scan's start: the cycles, since the timer was started, in which it may lie, and the one in which it does.
+    /// At the start of a scan: the allowed window in machine cycles since the timer was started, and the
+    /// actual cycle.
     pub(crate) fn start_window(&self) -> ((u64, u64), u64) {
         (self.places.start_window(self.scans), self.cpu.cycle().saturating_sub(self.timer_start.unwrap_or(0)))
     }
 
-    /// At a scan's start: the stack pointer of the first scan's start and the present one, where they differ.
+    /// At the start of a scan: (stack pointer at the first scan, current one) if they differ.
     pub(crate) fn stack_change(&mut self) -> Option<(u32, u32)> {
         let now = CheckedChip::stack_depth(&self.cpu)?;
         let first = *self.first_stack.get_or_insert(now);
         (first != now).then_some((first, now))
     }
 
-    /// Runs the chip. A controller that has settled halts where nothing more is to come; but more is.
+    /// Runs the chip until `until`. A settled controller halts when no event is due, so its supply pin gets
+    /// an event at `until` to let time pass.
     fn run_until(&mut self, until: u64) -> StopReason {
         loop {
             let stop = match &mut self.listener {
@@ -223,10 +234,11 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
         }
     }
 
-    /// Notes that a rung begins here, if one does.
+    /// Records the start of a rung if a rung starts at `pc`; returns whether one does.
     fn note_rung_start(&mut self, pc: u32) -> bool {
         let found = self.places.rungs.iter().find(|(start, _)| *start == pc);
-        // Without the others, the rungs where a point lies as well would seem to last until the next point.
+        // All rungs are timed or none: with a subset, a rung that starts at a scan point would seem to last
+        // until the next point.
         self.rung_marks.extend(found.filter(|_| self.times_rungs).map(|&(_, rung)| (rung, self.cpu.cycle())));
         found.is_some()
     }

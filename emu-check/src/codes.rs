@@ -1,4 +1,4 @@
-//! The codes of this crate. One row is name, code, title and the text of `emu explain`.
+//! Diagnostic codes of this crate. Each row has a name, a code, a title and the text of `emu explain`.
 
 use diag::DiagnosticCode;
 

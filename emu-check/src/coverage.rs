@@ -1,47 +1,47 @@
-//! What of a program a check has exercised, for the report.
+//! Coverage of a ladder program by a check, as data for the report.
 
 use serde::Serialize;
 
-/// Kinds of things that count.
+/// The classes of program items that coverage counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CoverageClass {
-    /// Contacts: pass and block a true rung.
+    /// Contacts: pass and block power on a true rung.
     Contacts,
-    /// Branches of parallel groups: true and false at their end.
+    /// Branches of parallel groups: true and false at the end of the branch.
     Branches,
-    /// Coils: store both values; set and reset coils: act and rest.
+    /// Coils: store 0 and 1; set and reset coils: act on a true rung, rest on a false one.
     Coils,
     /// Comparisons: true and false on a true rung.
     Compares,
-    /// Timers: run, expire, are reset (RTO: hold on a false rung).
+    /// Timers: run, expire, and are reset (RTO: hold their value on a false rung).
     Timers,
-    /// Counters: count, wrap, stand at and below their limit.
+    /// Counters: count, wrap, are at and below their limit.
     Counters,
-    /// OSR and OSF: fire, and stay quiet without an edge.
+    /// OSR and OSF: fire on an edge, and stay quiet without one.
     OneShots,
-    /// Master relays: with a true and a false rung.
+    /// Master relays: have a true and a false rung.
     MasterRelays,
-    /// MOVE, arithmetic and RES: act and rest.
+    /// MOVE, arithmetic and RES: act on a true rung, rest on a false one.
     Actions,
-    /// LOOK_UP_TABLE and PIECEWISE_LINEAR: inside and outside of the table, each segment.
+    /// LOOK_UP_TABLE and PIECEWISE_LINEAR: the index is inside and outside of the table, and in each segment.
     Tables,
-    /// SHIFT_REGISTER: shifts, and rests.
+    /// SHIFT_REGISTER: shifts on a true rung, rests on a false one.
     ShiftRegisters,
-    /// UART_SEND, UART_RECV, FORMATTED_STRING: a byte goes or comes, and none.
+    /// UART_SEND, UART_RECV and FORMATTED_STRING: with a byte sent or received, and without one.
     Serial,
-    /// READ_ADC and SET_PWM act and rest; PERSIST writes and rests.
+    /// READ_ADC and SET_PWM: act and rest; PERSIST: writes and rests.
     Peripherals,
 }
 
 impl CoverageClass {
-    /// Its name in the plural, such as `contacts`.
+    /// The name of the class in the plural, such as `contacts`.
     #[must_use]
     pub fn name(self) -> &'static str {
         CoverageClass::ALL_CLASSES.iter().find(|(class, ..)| *class == self).map_or("", |(_, name, _)| name)
     }
 
-    /// All classes with their name and what covering one means, in the order of the report.
+    /// All classes with their name and the word for full coverage, in the order of the report.
     #[rustfmt::skip]
     const ALL_CLASSES: [(CoverageClass, &'static str, &'static str); 13] = [
         (CoverageClass::Contacts,     "contacts",      "both ways"),
@@ -60,50 +60,52 @@ impl CoverageClass {
     ];
 }
 
-/// How much of one class was exercised.
+/// Coverage of one class.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct ClassCoverage {
-    /// Which class.
+    /// The class.
     pub class: CoverageClass,
-    /// How many of `total` did everything that counts.
+    /// How many items of `total` did everything that counts.
     pub covered: u32,
-    /// How many can do everything that counts, as far as is known.
+    /// How many items can do everything that counts, as far as is known.
     pub total: u32,
-    /// How many more there are, that cannot do everything that counts: a contact behind OPEN, a coil on a rung that is
-    /// always true. What they can do is not counted here; [`LadderCoverage::missing`] names what of it was not seen.
+    /// How many further items cannot do everything that counts, such as a contact after OPEN or a coil on a
+    /// rung that is always true. They are not part of `total`; [`LadderCoverage::missing`] lists what was not
+    /// seen of them.
     pub impossible: u32,
 }
 
-/// Something that was not seen.
+/// An outcome of an element or branch that was not seen.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct MissingOutcome {
-    /// Rung, from 1.
+    /// Number of the rung, from 1.
     pub rung: u32,
-    /// Element within the rung, from 1; of a branch its first.
+    /// Number of the element within the rung, from 1; for a branch, its first element.
     pub element: u32,
-    /// That element as `.ld` text.
+    /// The element as `.ld` text.
     pub element_text: String,
-    /// What it is.
+    /// The class of the element or branch.
     pub class: CoverageClass,
-    /// What it was not seen doing.
+    /// The outcome that was not seen.
     pub what: String,
-    /// Why it cannot ever do that; nothing where it might.
+    /// Why the outcome cannot occur; `None` if it may occur.
     pub impossible: Option<String>,
 }
 
-/// The coverage of a check.
+/// Coverage of a program by a check.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct LadderCoverage {
-    /// Everything that is not known to be impossible was seen.
+    /// True if every outcome that is not known to be impossible was seen.
     pub full: bool,
-    /// By class, those that the program has.
+    /// Coverage per class, for the classes that the program uses.
     pub classes: Vec<ClassCoverage>,
-    /// What was not seen, in the order of the program.
+    /// The outcomes that were not seen, in program order.
     pub missing: Vec<MissingOutcome>,
 }
 
 impl LadderCoverage {
-    /// `items` are the things of the program, each with true for all seen, false for not, nothing for "cannot do all".
+    /// Builds the coverage. `items` are the elements and branches, each with true if all outcomes were seen,
+    /// false if not, `None` if one of them is impossible.
     pub(crate) fn new(
         items: impl Iterator<Item = (CoverageClass, Option<bool>)>,
         mut missing: Vec<MissingOutcome>,
@@ -126,7 +128,7 @@ impl LadderCoverage {
         LadderCoverage { full: missing.iter().all(|m| m.impossible.is_some()), classes, missing }
     }
 
-    /// One line for the classes.
+    /// The coverage of all classes as one line of text.
     #[must_use]
     pub fn summary_line(&self) -> String {
         let class = |row: &ClassCoverage| {
@@ -142,7 +144,7 @@ impl LadderCoverage {
         format!("coverage: {all}\n")
     }
 
-    /// One line for each thing that was not seen.
+    /// One line of text per outcome that was not seen.
     #[must_use]
     pub fn missing_lines(&self) -> String {
         let line = |missing: &MissingOutcome| {

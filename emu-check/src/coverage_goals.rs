@@ -1,4 +1,5 @@
-//! What a check should bring about, and what of it has happened: seen on the evaluator, element by element.
+//! The outcomes that a check should reach, and which of them it has reached, observed on the evaluator
+//! element by element.
 
 use std::collections::HashMap;
 
@@ -11,20 +12,22 @@ use crate::possible_outcomes::{self, FALSE_FALSE, FALSE_TRUE, TRUE_FALSE, TRUE_T
 use crate::stimulus::ScanStimulus;
 use crate::value_hints::ValueHints;
 
-/// One scan of the evaluator: values before and after, and the rung bit at every element in order of execution.
+/// One scan of the evaluator: symbol values before and after, and the rung bit at every element in execution
+/// order.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct EvaluatedScan {
     values_before: Vec<i32>,
     values_after: Vec<i32>,
-    /// A byte was sent; a write to the EEPROM began.
+    /// True if a byte was sent.
     sent: bool,
+    /// True if a write to the EEPROM began.
     wrote_eeprom: bool,
     /// Rung bit before and after each element.
     pub trace: Vec<(bool, bool)>,
 }
 
 impl EvaluatedScan {
-    /// Runs one scan and watches it.
+    /// Runs one scan and records it.
     pub(crate) fn run(eval: &mut Evaluator) -> EvaluatedScan {
         let symbols = eval.symbols().len();
         let before = (0..symbols).map(|i| eval.get(i)).collect();
@@ -32,7 +35,7 @@ impl EvaluatedScan {
         let busy = eval.eeprom_busy_scans();
         eval.scan_watched(&mut |_, input, output| trace.push((input, output)));
         let after = (0..symbols).map(|i| eval.get(i)).collect();
-        // A count that went up is a write; one scan alone takes one away.
+        // The busy count falls by one per scan, so a higher count means that a write began.
         let wrote = eval.eeprom_busy_scans() > busy.saturating_sub(1);
         EvaluatedScan {
             values_before: before,
@@ -43,13 +46,13 @@ impl EvaluatedScan {
         }
     }
 
-    /// How far a symbol moved in the scan.
+    /// The change of a symbol's value in the scan.
     pub(crate) fn change_of(&self, symbol: usize) -> i32 {
         let of = |values: &[i32]| values.get(symbol).copied().unwrap_or(0);
         of(&self.values_after).wrapping_sub(of(&self.values_before))
     }
 
-    /// True when a symbol other than `symbol` ends differently.
+    /// True if a symbol other than `symbol` has a different value after the two scans.
     pub(crate) fn differs_beside(&self, other: &EvaluatedScan, symbol: usize) -> bool {
         self.values_after.iter().zip(&other.values_after).enumerate().any(|(n, (a, b))| n != symbol && a != b)
     }
@@ -58,7 +61,7 @@ impl EvaluatedScan {
 #[derive(Debug, Clone)]
 struct CoverageGoal {
     item: usize,
-    /// The (in, out) that count.
+    /// Bit set of the (input, output) rung-bit pairs that count.
     rung_pairs: u8,
     when: OutcomeCondition,
     text: &'static str,
@@ -66,16 +69,17 @@ struct CoverageGoal {
     reached: bool,
 }
 
-/// An element, or a branch (named by its first element).
+/// An element, or a branch, which is named by its first element.
 #[derive(Debug, Clone)]
 struct CoverageItem {
     id: ElementId,
     class: CoverageClass,
-    /// Positions in the trace: the element's own, or those whose outs make the branch's.
+    /// Positions in the trace: the element's own, or those whose outputs are combined into the branch's
+    /// output.
     trace_positions: Vec<usize>,
 }
 
-/// All goals of a program.
+/// All coverage goals of a program.
 #[derive(Debug, Clone)]
 pub(crate) struct CoverageGoals {
     items: Vec<CoverageItem>,
@@ -84,6 +88,7 @@ pub(crate) struct CoverageGoals {
 }
 
 impl CoverageGoals {
+    /// Collects the coverage goals of a program, and excludes outcomes that are impossible.
     pub(crate) fn new(program: &LadderProgram, eval: &Evaluator) -> CoverageGoals {
         let mut goals = CoverageGoals { items: Vec::new(), goals: Vec::new(), open_goals: 0 };
         let elements = program.elements().filter(|(_, element, _)| !matches!(element, Element::Comment(_)));
@@ -119,8 +124,8 @@ impl CoverageGoals {
         self.items.push(item);
     }
 
-    /// Adds the branches of all groups in a series. Gives the positions whose outs make the out of the series; nothing
-    /// where it holds comments only.
+    /// Adds goals for the branches of all parallel groups in a series. Returns the trace positions whose
+    /// outputs form the output of the series, or `None` if it has only comments.
     fn branches(&mut self, series: &[RungNode], next: &mut usize, id: &mut ElementId) -> Option<Vec<usize>> {
         let mut last = None;
         for node in series {
@@ -137,7 +142,7 @@ impl CoverageGoals {
                     for branch in branches {
                         let first = *id;
                         let at = self.branches(branch, next, id);
-                        // A branch of one element that only passes on or blocks says nothing that the element does not.
+                        // The goals of a branch of elements without memory are those of its single element.
                         let leaves = (id.index - first.index) as usize;
                         if let Some(at) = at.as_ref().filter(|_| leaves > 1 || !is_simple_branch(branch)) {
                             let both = [
@@ -161,17 +166,17 @@ impl CoverageGoals {
         last
     }
 
-    /// True while a possible goal has not been reached.
+    /// True if a possible goal has not been reached.
     pub(crate) fn has_open_goals(&self) -> bool {
         self.open_goals > 0
     }
 
-    /// Possible goals that have not been reached.
+    /// Number of possible goals that have not been reached.
     pub(crate) fn remaining(&self) -> usize {
         self.open_goals
     }
 
-    /// How many open goals a scan with this step would reach.
+    /// Number of open goals that a scan with `step` would reach.
     pub(crate) fn count_gain(&self, eval: &Evaluator, hints: &ValueHints, step: &ScanStimulus) -> usize {
         let mut eval = eval.clone();
         step.apply_immediately(hints, &mut eval);
@@ -179,7 +184,7 @@ impl CoverageGoals {
         self.goals.iter().filter(|goal| !goal.reached && self.is_reached(goal, &seen)).count()
     }
 
-    /// Notes what a scan reached.
+    /// Marks the goals that a scan reached.
     pub(crate) fn mark_reached(&mut self, seen: &EvaluatedScan) {
         if self.goals.iter().all(|goal| goal.reached) {
             return;
@@ -222,11 +227,11 @@ impl CoverageGoals {
             }
     }
 
-    /// The report.
+    /// The coverage for the report.
     pub(crate) fn coverage(&self, program: &LadderProgram) -> LadderCoverage {
         let elements: HashMap<ElementId, &Element> = program.elements().map(|(id, element, _)| (id, element)).collect();
         let text = |id| elements.get(&id).map_or_else(String::new, |element| ladder::element_text(element));
-        // Per item: whether all of its goals have been reached; nothing where one of them is impossible.
+        // Per item: whether all its goals are reached; `None` if one of them is impossible.
         let mut states = vec![Some(true); self.items.len()];
         for goal in &self.goals {
             if let Some(state) = states.get_mut(goal.item) {
@@ -248,7 +253,8 @@ impl CoverageGoals {
         LadderCoverage::new(items, missing.collect())
     }
 
-    /// Goals that were called impossible and reached all the same: a fault of the reasoning, for tests.
+    /// Number of goals that were reached although the analysis called them impossible: an error of the
+    /// analysis, for tests.
     #[cfg(test)]
     pub fn contradictions(&self) -> usize {
         self.goals.iter().filter(|goal| goal.reached && goal.impossible.is_some()).count()
@@ -269,7 +275,7 @@ fn pair_bit(input: bool, output: bool) -> u8 {
     }
 }
 
-/// Why a goal can never be reached, if that is known.
+/// The reason why a goal can never be reached, if one is known.
 fn why_impossible(goal: &CoverageGoal, item: &CoverageItem, worlds: &[Vec<u8>]) -> Option<&'static str> {
     let at = |world: &Vec<u8>, at: &usize| world.get(*at).copied().unwrap_or(0);
     if let OutcomeCondition::Branch(out) = goal.when {

@@ -1,4 +1,4 @@
-//! What of a program counts as covered: for each element, what it should be seen doing.
+//! The coverage rules: which outcomes of each element a check should see.
 
 use ladder::{CounterKind, Element, LadderDialect, LadderOperand, LadderProgram, TimerKind};
 use ladder_eval::Evaluator;
@@ -6,39 +6,40 @@ use ladder_eval::Evaluator;
 use crate::coverage::CoverageClass;
 use crate::possible_outcomes::{FALSE_FALSE, FALSE_TRUE, TRUE_FALSE, TRUE_TRUE};
 
-/// What must hold besides the rung bits.
+/// The condition of an outcome in addition to the rung bits. `usize` fields are symbol indices.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum OutcomeCondition {
     Always,
-    /// The accumulator was not 0 when the scan began.
+    /// The accumulator of the timer was not 0 when the scan began.
     TimerRan(usize),
-    /// The counter moved by one.
+    /// The counter changed by one.
     Counted(usize),
-    /// The counter, of so many bytes, went from one end of them to the other.
+    /// The counter, of this many bytes, went from one end of its range to the other.
     Overflowed(usize, u8),
-    /// The integer is in these bounds, before the scan and after it (of a table that writes its own index: before it).
+    /// The integer is within `least..=most` before and after the scan; if `own`, the table writes its own
+    /// index, and only the value before counts.
     Within {
         symbol: usize,
         least: i64,
         most: i64,
         own: bool,
     },
-    /// The integer is something else.
+    /// The value of the integer changed.
     Changed(usize),
     /// The program sent a byte.
     SentByte,
     /// A write to the EEPROM began.
     WroteEeprom,
-    /// The circular counter went from its limit (or above) to 0.
+    /// The circular counter went from its limit, or above it, to 0. The second field is the limit.
     Wrapped(usize, i32),
-    /// The OR of the outs at these elements is this.
+    /// The OR of the outputs at these elements has this value.
     Branch(bool),
 }
 
-/// What it says in the report, the (in, out) that count, and what must hold besides.
+/// An outcome: its text in the report, the set of (input, output) pairs that count, and a further condition.
 pub(crate) type WantedOutcome = (&'static str, u8, OutcomeCondition);
 
-/// What an element should be seen doing.
+/// The outcomes that a check should see of `element`, with its class; `None` for an element without outcomes.
 #[rustfmt::skip]
 pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: &Evaluator, symbol: &dyn Fn(&str) -> usize) -> Option<(CoverageClass, Vec<WantedOutcome>)> {
     use OutcomeCondition::{Always, Changed, Counted, Overflowed, TimerRan, SentByte, Wrapped, WroteEeprom};
@@ -50,7 +51,7 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
     let acts = || vec![("acts", IN, Always), ("rests", NOT_IN, Always)];
     Some(match element {
         Element::Contacts { .. } => (CoverageClass::Contacts, vec![("passes", TRUE_TRUE, Always), ("blocks", TRUE_FALSE, Always)]),
-        Element::Coil { set: false, reset: false, negated, .. } => {
+        Element::Coil { negated, set, reset, ttrigger, .. } if *negated || !(*set || *reset || *ttrigger == Some(1)) => {
             let (one, zero) = if *negated { (NOT_IN, IN) } else { (IN, NOT_IN) };
             (CoverageClass::Coils, vec![("stores 1", one, Always), ("stores 0", zero, Always)])
         }
@@ -61,14 +62,22 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
             (CoverageClass::Timers, match kind {
                 TimerKind::Ton => vec![("expires", TRUE_TRUE, Always), ("runs", TRUE_FALSE, Always), ("is reset", FALSE_FALSE, TimerRan(t))],
                 TimerKind::Tof => vec![("expires", FALSE_FALSE, Always), ("runs", FALSE_TRUE, Always), ("is reset", TRUE_TRUE, TimerRan(t))],
+                TimerKind::Rtl => vec![("expires", OUT, Always), ("runs", FALSE_FALSE, Counted(t)), ("holds", TRUE_FALSE, TimerRan(t))],
+                TimerKind::Tcy => vec![("is on", TRUE_TRUE, Always), ("is off", TRUE_FALSE, Always), ("is reset", FALSE_FALSE, TimerRan(t))],
+                TimerKind::Thi => vec![("gives its pulse", OUT, Always), ("is over", TRUE_FALSE, Always), ("rests", FALSE_FALSE, Always)],
+                TimerKind::Tlo => vec![("gives its pulse", NOT_OUT, Counted(t)), ("is over", FALSE_TRUE, Always), ("passes", TRUE_TRUE, Always)],
                 TimerKind::Rto => vec![("expires", OUT, Always), ("runs", TRUE_FALSE, Counted(t)), ("holds", FALSE_FALSE, TimerRan(t))],
             })
+        }
+        // In ldmicro-5 a circular counter gives a carry.
+        Element::Counter { kind: CounterKind::Ctc | CounterKind::Ctr, name, .. } if program.dialect == LadderDialect::Ldmicro5 => {
+            (CoverageClass::Counters, vec![("counts", ANY, Counted(symbol(name))), ("carries", OUT, Always)])
         }
         Element::Counter { kind: CounterKind::Ctc, name, max, .. } => {
             let (c, max) = (symbol(name), if let LadderOperand::Const { value, .. } = max { *value as i32 } else { 0 });
             (CoverageClass::Counters, vec![("counts", TRUE_TRUE, Counted(c)), ("wraps", TRUE_TRUE, Wrapped(c, max))])
         }
-        // In ldmicro-5 a counter stops at its limit.
+        // In the dialect ldmicro-5 a counter stops at its limit.
         Element::Counter { name, .. } if program.dialect == LadderDialect::Ldmicro5 => {
             let c = symbol(name);
             (CoverageClass::Counters, vec![
@@ -85,6 +94,9 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
         }
         Element::Osr => (CoverageClass::OneShots, vec![("fires", TRUE_TRUE, Always), ("stays quiet on a true rung", TRUE_FALSE, Always)]),
         Element::Osf => (CoverageClass::OneShots, vec![("fires", FALSE_TRUE, Always), ("stays quiet on a false rung", FALSE_FALSE, Always)]),
+        Element::Odr => (CoverageClass::OneShots, vec![("fires", TRUE_FALSE, Always), ("stays quiet on a true rung", TRUE_TRUE, Always)]),
+        Element::Odf | Element::Osl => (CoverageClass::OneShots, vec![("gives 0 on a false rung", FALSE_FALSE, Always), ("gives 1 on a false rung", FALSE_TRUE, Always)]),
+        Element::Osc => (CoverageClass::OneShots, vec![("is on", TRUE_TRUE, Always), ("is off on a true rung", TRUE_FALSE, Always)]),
         Element::MasterRelay => (CoverageClass::MasterRelays, vec![("has a true rung", IN, Always), ("has a false rung", NOT_IN, Always)]),
         Element::Res { .. } | Element::Move { .. } | Element::Math { .. } => (CoverageClass::Actions, acts()),
         Element::Unary { .. } | Element::Shift { .. } | Element::BitWrite { .. } | Element::Bus { .. } => (CoverageClass::Actions, acts()),
@@ -116,7 +128,7 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
         Element::UartRecv { .. } => (CoverageClass::Serial, vec![("receives", TRUE_TRUE, Always), ("finds no byte", TRUE_FALSE, Always)]),
         Element::UartSend { .. } => {
             let mut goals = vec![("sends", TRUE_TRUE, SentByte), ("rests", FALSE_FALSE, Always)];
-            // Where a byte is over within its scan the line is never busy in the next.
+            // If a byte takes less than a scan, the line is never busy in the next scan.
             if byte_exceeds_scan(program) {
                 goals.push(("is busy on a false rung", FALSE_TRUE, Always));
             }
@@ -128,7 +140,7 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
             if length > 0 {
                 goals.push(("sends", ANY, SentByte));
             }
-            // The first one goes on a true rung, and with the last one the string is over.
+            // The first byte is sent on a true rung; the string ends with the last byte.
             if length > 2 {
                 goals.push(("sends on a false rung", FALSE_TRUE, SentByte));
             }
@@ -138,7 +150,7 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
     })
 }
 
-/// The parts of a table, by bounds of its index; a constant index has but one, and that needs no goal.
+/// The outcomes of a table by ranges of its index. A table with a constant index has only one outcome.
 fn index_outcomes(
     eval: &Evaluator,
     symbol: &dyn Fn(&str) -> usize,
@@ -150,7 +162,7 @@ fn index_outcomes(
         return vec![("acts", TRUE_FALSE | TRUE_TRUE, OutcomeCondition::Always)];
     };
     let (symbol, own) = (symbol(name), name == dest);
-    // Parts that lie outside of what the index can hold are none.
+    // Ranges outside of what the index can hold are left out.
     let end = 1i64 << (8 * u32::from(eval.symbols().get(symbol).map_or(2, |s| s.bytes).clamp(1, 4)) - 1);
     let parts = parts.iter().filter(|(_, least, most)| least <= most && *least < end && *most >= -end);
     parts
@@ -160,7 +172,7 @@ fn index_outcomes(
         .collect()
 }
 
-/// A byte on the line takes longer than a scan.
+/// True if a byte on the serial line takes longer than a scan.
 fn byte_exceeds_scan(program: &LadderProgram) -> bool {
     let (baud, cycle) = (program.settings.baud.unwrap_or(0), program.settings.cycle_us);
     u128::from(baud) * u128::from(cycle) < 10_000_000

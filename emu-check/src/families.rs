@@ -1,6 +1,7 @@
-//! What differs from family to family: how a machine is made, what its pacing timer can do, what stands behind its pins.
+//! Facts of each chip family that a check needs: how a machine is made, the limits of its pacing timer, and
+//! the electrical behaviour of its pins.
 //!
-//! These are the checker's own facts, by the data sheets; nothing of them comes from the compiler.
+//! These facts are the checker's own, from the data sheets; none of them comes from the compiler.
 
 use emu_8051::Mcs51;
 use emu_ap101::Ap101;
@@ -14,24 +15,26 @@ use emu_core::rng::Rng;
 use emu_pic16::Pic16;
 use emu_pic16::chips::{FileSlot, Pic16Part, part};
 
-/// Time on the chips of a family.
+/// Timing facts of a chip family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct FamilyTiming {
-    /// Oscillator clocks of a machine cycle.
+    /// Oscillator clocks per machine cycle.
     pub clocks_per_cycle: u64,
-    /// Machine cycles that a tick of the pacing timer can have, finest first.
+    /// Machine cycles per tick that the pacing timer can have, smallest first.
     pub tick_cycles: &'static [u64],
-    /// Most ticks of one period.
+    /// Maximum number of timer ticks per period.
     pub max_period_ticks: u128,
-    /// The longest time in machine cycles from a match to the first instruction of its scan: one turn of a waiting loop that just
-    /// missed the match, and the look that sees it.
+    /// Maximum machine cycles from a timer match to the first instruction of its scan: one iteration of a
+    /// waiting loop that just missed the match, plus the poll that sees it.
     pub poll_cycles: u64,
-    /// The same where a period is longer than the timer counts, 65,536 ticks, so that the loop also counts its turns.
+    /// Like `poll_cycles`, where a period exceeds the 65,536 ticks of the timer, so that the loop also counts
+    /// rounds.
     pub poll_cycles_with_rounds: u64,
 }
 
-/// A look at TIFR by SBIS takes one cycle, or two when it skips, and the jump back two; a TIFR out of reach of SBIS takes LDS and
-/// SBRS, two cycles more. Prescalers of timer 1: DS40002061, table 16-5; they are the same on all chips of the family.
+/// AVR: polling TIFR with SBIS takes one cycle, or two when it skips; the jump back takes two. A TIFR out of
+/// reach of SBIS needs LDS and SBRS, two cycles more. Prescalers of timer 1: DS40002061, table 16-5; they are
+/// equal on all chips of the family.
 const AVR: FamilyTiming = FamilyTiming {
     clocks_per_cycle: 1,
     tick_cycles: &[1, 8, 64, 256, 1024],
@@ -40,8 +43,8 @@ const AVR: FamilyTiming = FamilyTiming {
     poll_cycles_with_rounds: 5,
 };
 
-/// JNB takes two cycles, as does SJMP; a timer counts machine cycles, and software counts its periods where one is too short: loading
-/// the timer and counting down takes up to some 25 more.
+/// 8051: JNB and SJMP take two cycles each. A timer counts machine cycles; where its range is too short,
+/// software counts its rounds, and reloading the timer and counting down takes up to about 25 cycles more.
 const MCS51: FamilyTiming = FamilyTiming {
     clocks_per_cycle: 12,
     tick_cycles: &[1],
@@ -50,8 +53,9 @@ const MCS51: FamilyTiming = FamilyTiming {
     poll_cycles_with_rounds: 32,
 };
 
-/// BTFSS takes one cycle, or two when it skips, GOTO two; the prescaler of timer 1 is 1 to 8 (DS33023, section 12.4). Where a period
-/// is longer, software counts overflows: clearing the flag and two counts that skip take 5 more.
+/// PIC16: BTFSS takes one cycle, or two when it skips; GOTO takes two. The prescaler of timer 1 is 1 to 8
+/// (DS33023, section 12.4). For a longer period software counts overflows: clearing the flag and two skipping
+/// counts take 5 cycles more.
 const PIC16: FamilyTiming = FamilyTiming {
     clocks_per_cycle: 4,
     tick_cycles: &[1, 2, 4, 8],
@@ -60,10 +64,11 @@ const PIC16: FamilyTiming = FamilyTiming {
     poll_cycles_with_rounds: 11,
 };
 
-/// A chip whose only CCP module makes pulses: timer 1 is left, whose prescaler does not survive that its value is changed.
+/// PIC16 chips whose only CCP module generates the PWM output: only timer 1 is left, and its prescaler is
+/// lost when the timer's value is changed.
 const PIC16_WITH_PWM: FamilyTiming = FamilyTiming { tick_cycles: &[1], max_period_ticks: u128::MAX, ..PIC16 };
 
-/// The machine itself waits for the end of the period, and is exact.
+/// AP101: the machine itself waits for the end of the period, with the exact number of cycles.
 const AP101: FamilyTiming = FamilyTiming {
     clocks_per_cycle: 2,
     tick_cycles: &[1],
@@ -72,7 +77,7 @@ const AP101: FamilyTiming = FamilyTiming {
     poll_cycles_with_rounds: 2,
 };
 
-/// The facts of a chip's family, for a program that has a PWM output if `pulses`.
+/// The timing facts of a chip; `pulses` is true for a program with a PWM output.
 pub(crate) fn family_timing(chip: &Chip, pulses: bool) -> FamilyTiming {
     match chip.family {
         // SBIS reaches the I/O registers at data addresses 20h to 3Fh (DS40002061, 7.4).
@@ -87,37 +92,39 @@ pub(crate) fn family_timing(chip: &Chip, pulses: bool) -> FamilyTiming {
     }
 }
 
-/// What stands behind a port's pin.
+/// Electrical behaviour of a port pin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct PinBehaviour {
+    /// The pull-up resistor of the pin.
     pub pull_up: PullUpKind,
+    /// How the chip outputs a high level.
     pub high: HighDrive,
 }
 
-/// The resistor of a pin that the chip does not drive.
+/// The pull-up resistor of a pin that the chip does not drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum PullUpKind {
-    /// The compiler switches it on, for inputs only.
+    /// The compiler enables it, for inputs only.
     Inputs,
-    /// It is always there.
+    /// It is always present.
     Always,
-    /// It is on or off for a whole port.
+    /// It is enabled or disabled for a whole port.
     Maybe,
     Never,
 }
 
-/// What the chip does for a high level at an output.
+/// How the chip outputs a high level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum HighDrive {
     /// It drives the pin.
     Strong,
-    /// A resistor pulls it up.
+    /// A pull-up resistor of the chip pulls the pin high.
     Weak,
-    /// Nothing: the board has to pull it up.
+    /// The chip does not drive the pin; the board has to pull it up.
     Open,
 }
 
-/// The pin of a chip; nothing where the machine has no such thing as a pin that is not driven.
+/// The behaviour of a pin; `None` on a machine whose pins are always driven.
 pub(crate) fn pin_behaviour(chip: &Chip, pin: PinId) -> Option<PinBehaviour> {
     let def = chip.pins.get(usize::from(pin))?;
     let (pull_up, high) = match chip.family {
@@ -132,16 +139,17 @@ pub(crate) fn pin_behaviour(chip: &Chip, pin: PinId) -> Option<PinBehaviour> {
     Some(PinBehaviour { pull_up, high })
 }
 
-/// A board has to pull an output at this pin up: the chip only lets it go.
+/// True if an output at this pin needs a pull-up on the board: the chip has no driver for a high level.
 #[must_use]
 pub fn needs_pull_up(chip: &Chip, pin: PinId) -> bool {
     pin_behaviour(chip, pin).is_some_and(|nature| nature.high == HighDrive::Open)
 }
 
-/// Pins that carry something else than a port, by what the chip's data say of them.
+/// Functions other than a port, as named in the notes of the chip's pins.
 const RESERVED: [&str; 9] = ["XTAL1", "XTAL2", "RESET", "reset", "MCLR", "OSC1", "OSC2", "absent", "PEN"];
 
-/// The pins that the program does not name: those that must not be driven by the chip, and those that a board may drive.
+/// The pins that the program does not name: first those that the chip must not drive, then those that a board
+/// may drive.
 pub(crate) fn unnamed_pins(chip: &Chip, named: &[PinId]) -> (Vec<PinId>, Vec<PinId>) {
     let free = (0..chip.pins.len() as PinId).filter(|pin| !named.contains(pin));
     if chip.family == ChipFamily::Ap101 {
@@ -149,23 +157,23 @@ pub(crate) fn unnamed_pins(chip: &Chip, named: &[PinId]) -> (Vec<PinId>, Vec<Pin
     }
     let note = |pin: PinId| chip.pins.get(usize::from(pin)).map_or("absent", |p| p.note);
     let is = |pin: PinId, what: &[&str]| note(pin).split(", ").any(|note| what.contains(&note));
-    // The reset pin may have a pull-up of its own.
+    // Pins to leave out; the reset pin may have a pull-up of its own.
     let apart = ["absent", "RESET", "reset", "MCLR", "PEN", PinDef::ANALOG_INPUT_NOTE];
     let port: Vec<PinId> = free.filter(|&pin| !is(pin, &apart)).collect();
     let drivable = port.iter().copied().filter(|&pin| !is(pin, &RESERVED)).collect();
     (port, drivable)
 }
 
-/// The chip of that name that there is an emulator for.
+/// The chip of this name, if an emulator exists for it.
 pub(crate) fn find_chip(name: &str) -> Option<&'static Chip> {
     emu_avr::chips::chip(name).or_else(|| emu_8051::chips::chip(name)).or_else(|| emu_pic16::chips::chip(name))
 }
 
-/// A machine as a check needs it.
+/// What a check needs of a machine in addition to [`Cpu`].
 pub(crate) trait CheckedChip: Cpu {
-    /// How deep the stack is, in a number that moves with it; nothing where there is none.
+    /// A number that changes with the depth of the stack; `None` on a machine without a stack.
     fn stack_depth(&self) -> Option<u32>;
-    /// Who drives a pin, now; nothing where the machine has no such thing as a pin that is not driven.
+    /// Who drives a pin now; `None` on a machine whose pins are always driven.
     fn pin_state(&self, pin: PinId) -> Option<PinState>;
 }
 
@@ -209,16 +217,18 @@ impl CheckedChip for Ap101 {
     }
 }
 
-/// Something to do with a source of machines of whatever family.
+/// An action that is generic over the type of the machine.
 pub(crate) trait MachineVisitor {
     type Output;
-    /// Does it; `power_up` gives a machine fresh from power-up whose RAM is random by the seed.
+    /// Runs the action; `power_up` makes a machine in its power-up state, with RAM contents from the given
+    /// seed.
     fn visit<C: CheckedChip, F: Fn(u64) -> C>(self, power_up: F) -> Self::Output;
 }
 
-/// Does `job` with machines of `chip` that have `image` in their memories and an oscillator of `hz`.
+/// Runs `job` with machines of `chip` that have `image` in their memories and an oscillator of `hz` Hz.
 ///
-/// A program is decoded once: the machines are copies of one that differ in what RAM holds.
+/// The program is decoded only once where possible: machines are copies of one machine, with different RAM
+/// contents.
 pub(crate) fn visit_machines<J: MachineVisitor>(chip: &'static Chip, image: &Image, hz: u64, job: J) -> J::Output {
     match chip.family {
         ChipFamily::Avr => {
@@ -228,7 +238,8 @@ pub(crate) fn visit_machines<J: MachineVisitor>(chip: &'static Chip, image: &Ima
             let ram: Vec<(u32, usize)> = (0..32).chain(first..first + len).zip(0..).collect();
             job.visit(move |seed| with_random_ram(&fresh, &ram, seed))
         }
-        // Outside of the chip may be 64 KiB of RAM; to fill that byte by byte would take longer than to make a machine.
+        // An 8051 may have 64 KiB of external RAM; filling it byte by byte takes longer than making a new
+        // machine.
         ChipFamily::Mcs51 => job.visit(|seed| Mcs51::new(chip, image, RamInit::Random(seed))),
         ChipFamily::Pic16 => {
             let options = emu_pic16::Options { hz, start_up: false, ..emu_pic16::Options::default() };
@@ -242,12 +253,13 @@ pub(crate) fn visit_machines<J: MachineVisitor>(chip: &'static Chip, image: &Ima
                 .collect();
             job.visit(move |seed| with_random_ram(&fresh, &ram, seed))
         }
-        // A cold start clears M, so nothing of it is random.
+        // A cold start clears the memory M, so nothing is random.
         ChipFamily::Ap101 => job.visit(|_| Ap101::new(image)),
     }
 }
 
-/// A copy of `fresh` with random bytes in data memory: at each address of `ram` the one of that number.
+/// A copy of `fresh` with random bytes in data memory. Each entry of `ram` is an address and the index of its
+/// random byte.
 fn with_random_ram<C: Cpu>(fresh: &C, ram: &[(u32, usize)], seed: u64) -> C {
     let mut cpu = fresh.clone();
     let mut bytes = vec![0; ram.iter().map(|(_, n)| n + 1).max().unwrap_or(0)];
@@ -262,14 +274,14 @@ fn with_random_ram<C: Cpu>(fresh: &C, ram: &[(u32, usize)], seed: u64) -> C {
 mod tests {
     use super::*;
 
-    /// What can be read of a machine.
+    /// All state of a machine that can be read.
     fn state<C: Cpu>(cpu: &C) -> Vec<Option<u32>> {
         let bytes = ["data", "eeprom"].into_iter().flat_map(|space| (0..0x1000).map(move |addr| (space, addr)));
         let bytes = bytes.map(|(space, addr)| cpu.peek(space, addr).map(u32::from));
         bytes.chain(cpu.chip().cpu_regs.iter().map(|reg| cpu.reg(reg))).chain([Some(cpu.cycle() as u32)]).collect()
     }
 
-    /// Machines from power-up, against those that the emulator itself makes.
+    /// Compares power-up machines with those that the emulator itself makes.
     struct PowerUpCheck(&'static Chip, u64);
 
     impl MachineVisitor for PowerUpCheck {

@@ -1,4 +1,4 @@
-//! Which element went wrong: the differing scan once more, stopped at every element.
+//! Locates the element that caused a difference: repeats the differing scan and stops at every element.
 
 use ladder::{ChipPart, Element, ElementId, LadderProgram, WriteMoment};
 use ladder_compile::ImageMap;
@@ -10,8 +10,8 @@ use crate::program_places::ScanPoint;
 use crate::report::DifferenceKind;
 use crate::stimulus::ScanStimulus;
 
-/// Finds the first element, in order of execution, whose result differs, and the symbol that shows it. `steps` end with
-/// the scan that differs.
+/// Finds the first element in execution order whose result differs, and the symbol that shows it. The last of
+/// `steps` is the scan that differs.
 pub(crate) fn find_faulty_element<C: CheckedChip, F: Fn(u64) -> C>(
     bench: &TestBench<'_, C, F>,
     (program, map): (&LadderProgram, &ImageMap),
@@ -49,13 +49,13 @@ pub(crate) fn find_faulty_element<C: CheckedChip, F: Fn(u64) -> C>(
         .map_or((None, first), |(element, differing)| (Some(element), Some(differing)))
 }
 
-/// The element that the code at byte address `byte` belongs to.
+/// The element whose code contains byte address `byte`.
 fn element_at(map: &ImageMap, byte: u32) -> Option<ElementId> {
     let found = map.elements.iter().find(|e| (e.start..e.end).contains(&byte))?;
     Some(ElementId { rung: found.rung.checked_sub(1)?, index: found.element.checked_sub(1)? })
 }
 
-/// Where the chip was stopped (nothing outside of the rungs), and the differing symbols there.
+/// One entry per stop: the element (`None` outside of the rungs) and the values of the differing symbols.
 type ElementStops = Vec<(Option<ElementId>, Vec<i32>)>;
 
 /// Runs the last scan from element to element.
@@ -77,7 +77,7 @@ fn step_through_elements<C: CheckedChip, F: Fn(u64) -> C>(
         pair.runner.cpu.set_breakpoint(element.start / bench.places.word_bytes, true);
     }
     let mut stops = ElementStops::new();
-    // A program that goes round in circles here has more stops than elements.
+    // The limit ends a faulty program that loops here.
     for _ in 0..map.elements.len() + map.rungs.len() + 8 {
         let pc = pair.runner.reach_next().ok()?;
         if Some(pc) == bench.places.point_word(ScanPoint::FirstRung) {
@@ -92,7 +92,7 @@ fn step_through_elements<C: CheckedChip, F: Fn(u64) -> C>(
     Some((seen, stops))
 }
 
-/// The elements during which the chip changed the `n`-th differing symbol.
+/// The elements during whose execution the chip changed the `n`-th differing symbol.
 fn changing_elements(stops: &ElementStops, n: usize) -> Vec<Option<ElementId>> {
     let changed = stops.windows(2).filter_map(|pair| match pair {
         [(at, before), (_, after)] if before.get(n) != after.get(n) => Some(*at),
@@ -101,7 +101,7 @@ fn changing_elements(stops: &ElementStops, n: usize) -> Vec<Option<ElementId>> {
     changed.collect()
 }
 
-/// The element to blame for one symbol.
+/// The element that most likely caused the wrong value of symbol `name`.
 fn suspect_element(
     program: &LadderProgram,
     name: &str,
@@ -123,7 +123,8 @@ fn suspect_element(
             last = Some(id);
         }
     }
-    // An element that has no business with the symbol; then one that acted after the last that should have; then that.
+    // In this order: an element that must not write the symbol; one that wrote it after the last correct
+    // writer; that last writer.
     let stray = changes.iter().flatten().find(|id| !writers.contains(id));
     let late = changes.iter().flatten().find(|id| last.is_none_or(|last| **id > last));
     stray.or(late).copied().or(last)

@@ -1,4 +1,4 @@
-//! The outcomes of checks as one HTML file that needs nothing else.
+//! The outcomes of checks as one self-contained HTML file.
 
 use std::fmt::Write;
 
@@ -13,31 +13,31 @@ use crate::summary_table::{COLUMN_HEADS, CheckOutcome, report_cells, verdict_lin
 use crate::symbol_trace::symbol_trace;
 use crate::waveform_svg::waveform;
 
-/// A check and what came of it.
+/// A check and its outcome, for [`html_report`].
 #[derive(Debug, Clone, Copy)]
 pub struct ReportEntry<'a> {
     /// The program.
     pub program: &'a LadderProgram,
-    /// How it was checked.
+    /// The options of the check.
     pub options: &'a CheckOptions,
-    /// The image that was checked, where it is not the one that the compiler makes with these options.
+    /// The image that was checked, if it is not the one that the compiler makes with these options.
     pub compiled: Option<&'a CompiledProgram>,
-    /// What came of it.
+    /// The outcome of the check.
     pub outcome: &'a CheckOutcome,
 }
 
-/// So many checks that agree get a drawing of their symbols; those that differ all do.
+/// Maximum number of agreeing checks whose symbols are drawn; every check that differs is drawn.
 const MAX_DRAWN_CHECKS: usize = 8;
 
-/// Scans of a drawing where nothing differs.
+/// Number of scans drawn for a check without a difference.
 const DRAWN_SCANS: u64 = 2_000;
 
-/// Scans that are drawn at least before a difference, if there are so many.
+/// Minimum number of scans drawn before a difference, if the check has that many.
 const SCANS_BEFORE_DIFFERENCE: usize = 40;
 
 const STYLE: &str = include_str!("report.css");
 
-/// One page of all checks; every tag is closed, so that it is well-formed XML, too.
+/// One HTML page of all checks. All tags are closed, so the page is also well-formed XML.
 #[must_use]
 pub fn html_report(entries: &[ReportEntry<'_>]) -> String {
     let outcomes: Vec<CheckOutcome> = entries.iter().map(|entry| entry.outcome.clone()).collect();
@@ -68,7 +68,7 @@ pub fn html_report(entries: &[ReportEntry<'_>]) -> String {
             CheckOutcome::Checked(report) => {
                 drawn += usize::from(report.agreed);
                 page += &checked_section(entry, report, !report.agreed || drawn <= MAX_DRAWN_CHECKS);
-                // One drawing of a program is enough for all its chips.
+                // The program is drawn once for all chips.
                 let before = entries.iter().take(n).position(|other| {
                     std::ptr::eq(other.program, entry.program) && matches!(other.outcome, CheckOutcome::Checked(_))
                 });
@@ -86,7 +86,7 @@ pub fn html_report(entries: &[ReportEntry<'_>]) -> String {
     page + "</body>\n</html>\n"
 }
 
-/// Class of an outcome in the style, and its verdict.
+/// CSS class of an outcome, and the text of its verdict.
 fn verdict_class_and_text(outcome: &CheckOutcome) -> (&'static str, &'static str) {
     match outcome {
         CheckOutcome::Refused(_) => ("refused", "refused"),
@@ -95,7 +95,7 @@ fn verdict_class_and_text(outcome: &CheckOutcome) -> (&'static str, &'static str
     }
 }
 
-/// A line for each check, with the way to its section.
+/// A table with one row per check, linked to its section.
 fn overview_table(entries: &[ReportEntry<'_>]) -> String {
     let head = |(n, head): (usize, &&str)| format!("<th{}>{head}</th>", if n > 2 { " class=\"n\"" } else { "" });
     let heads: String = COLUMN_HEADS.iter().enumerate().map(head).collect();
@@ -130,7 +130,7 @@ fn section_head(entry: &ReportEntry<'_>, n: usize, many: bool) -> String {
     format!("<{level} id=\"check-{}\">{program} on {mcu}: <span class=\"{class}\">{verdict}</span></{level}>\n", n + 1)
 }
 
-/// A line of a table with a name before it; both are HTML already.
+/// One row of a table with a heading; both arguments are HTML already.
 fn table_line(name: &str, value: &str) -> String {
     format!("<tr><th>{name}</th><td>{value}</td></tr>\n")
 }
@@ -162,7 +162,7 @@ fn checked_section(entry: &ReportEntry<'_>, report: &CheckReport, draws: bool) -
     text
 }
 
-/// All that is known of a difference.
+/// The section with all details of a difference.
 fn difference_section(program: &LadderProgram, difference: &CheckDifference) -> String {
     let (mut text, mut drawing) = ("<table>\n".to_owned(), String::new());
     let what = difference.symbol.clone().unwrap_or_else(|| format!("{:?}", difference.what).to_lowercase());
@@ -190,7 +190,7 @@ fn difference_section(program: &LadderProgram, difference: &CheckDifference) -> 
     text + "</table>\n" + &drawing
 }
 
-/// A rung with one of its elements marked.
+/// The drawing of a rung with one element marked.
 fn marked_rung(program: &LadderProgram, id: ElementId) -> String {
     let drawing = ladder::draw_rung(program, id.rung as usize);
     let cell = drawing.elements.iter().find(|cell| cell.id == id);
@@ -226,14 +226,14 @@ fn figures_section(report: &CheckReport) -> String {
     format!("<h3>Figures</h3>\n<table>\n{rows}</table>\n")
 }
 
-/// The drawing of symbols over scans.
+/// The waveforms of the symbols over the scans.
 fn symbol_drawing(entry: &ReportEntry<'_>, report: &CheckReport) -> String {
     let nothing_ran = report.difference.as_ref().is_some_and(|difference| difference.what == DifferenceKind::Map);
     let scans = if report.agreed { report.scans.min(DRAWN_SCANS) } else { report.scans };
     let Some(mut trace) = symbol_trace(entry, scans).filter(|_| !nothing_ran) else { return String::new() };
     let reset = trace.rows.iter().rposition(|row| row.reset).unwrap_or(0);
     if !report.agreed {
-        // The run that differs is what counts; a short one is easier to read with the end of the one before.
+        // Only the run that differs matters; before a short run, the end of the previous one is drawn too.
         trace.rows.drain(..reset.min(trace.rows.len().saturating_sub(SCANS_BEFORE_DIFFERENCE)));
         trace.differs = true;
     }

@@ -1,4 +1,4 @@
-//! The outcomes of checks as JUnit XML: a test case for each program and chip.
+//! The outcomes of checks as JUnit XML, with one test case per program and chip.
 
 use std::fmt::Write;
 
@@ -7,7 +7,7 @@ use diag::escape_markup;
 use crate::report::CheckReport;
 use crate::summary_table::{CheckOutcome, RefusedCheck};
 
-/// One document of all outcomes: a difference is a failure, a refusal is skipped.
+/// One XML document of all outcomes: a difference is a failure, a refused check is skipped.
 #[must_use]
 pub fn junit(outcomes: &[CheckOutcome]) -> String {
     let differs = |outcome: &&CheckOutcome| matches!(outcome, CheckOutcome::Checked(report) if !report.agreed);

@@ -1,13 +1,13 @@
-//! Checks a compiled ladder program: the image runs on the emulated chip, the program runs on the reference evaluator,
-//! both get the same stimulus, and at every scan everything that can be seen is compared.
+//! Checks a compiled ladder program: the image runs on the emulated chip, the program runs on the reference
+//! evaluator, both get the same stimulus, and after every scan all observable values are compared.
 //!
 //! ```text
-//!   hints -> stimulus --step--> lockstep: evaluator | rig (chip, places) --> mismatch --> locate, shrink --> report
+//!   hints -> stimulus --step--> lockstep: evaluator | chip_runner --> mismatch --> locate, shrink --> report
 //!               ^                  |
-//!               +--- goals <-------+      what is not covered yet steers the stimulus
+//!               +--- goals <-------+      outcomes that are not covered yet steer the stimulus
 //! ```
 //!
-//! What is compared when, and what the report says, stands in `docs/check.md`.
+//! `docs/check.md` describes what is compared when, and the contents of the report.
 
 #![forbid(unsafe_code)]
 
@@ -80,27 +80,28 @@ pub use scenario_play::{EvaluatorPlay, LadderResolver, ScanInputs};
 pub use serial_line::{ArrivalWindow, byte_edges};
 pub use summary_table::{CheckOutcome, CheckSummary, RefusedCheck, summary_table};
 
-/// How a program is checked.
+/// Options of a check.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CheckOptions {
     /// The chip, such as `atmega328p`.
     pub mcu: String,
-    /// Seed of everything random: stimulus, and what RAM holds at power-up.
+    /// Seed of all random choices: the stimulus, and the contents of RAM at power-up.
     pub seed: u64,
-    /// Scans to compare, at least 1.
+    /// Number of scans to compare, at least 1.
     pub scans: u64,
-    /// Pins by symbol, such as (`Xstart`, `PD2`).
+    /// Pin assignments as (symbol, pin), such as (`Xstart`, `PD2`).
     pub pins: Vec<(String, String)>,
-    /// Clock in Hz, instead of the program's.
+    /// Clock in Hz; overrides the clock of the program.
     pub clock_hz: Option<u64>,
-    /// The time of every rung is measured; without it a check is faster.
+    /// Whether the execution time of every rung is measured; a check without it is faster.
     pub rungs: bool,
-    /// A difference is explained: the element to blame is looked for and the stimulus made as small as possible. Without it
-    /// a check is over as soon as one is found, and its `element` and `smallest` stay empty.
+    /// Whether a difference is explained: the check then locates the faulty element and shrinks the stimulus.
+    /// Otherwise the check ends at the first difference, and `element` and `smallest` of the report stay
+    /// empty.
     pub explain: bool,
 }
 
-/// 2,000 scans on an ATmega328P with seed 1, with the time of every rung, and a difference explained.
+/// 2,000 scans on an ATmega328P with seed 1, with timed rungs and explained differences.
 impl Default for CheckOptions {
     fn default() -> Self {
         CheckOptions {
@@ -115,12 +116,13 @@ impl Default for CheckOptions {
     }
 }
 
-/// Compiles `program` and checks the image. `progress` is called now and then with the scans done and to do.
+/// Compiles `program` and checks the image. `progress` is called periodically with (scans done, scans in
+/// total).
 ///
-/// A difference is no error: it is in the report.
+/// A difference is not an error: it is part of the report.
 ///
 /// # Errors
-/// Why there is nothing to check: the compiler or the evaluator refuses the program, or no scans were asked for.
+/// The compiler or the evaluator refuses the program, or `options.scans` is 0.
 pub fn check(
     program: &LadderProgram,
     options: &CheckOptions,
@@ -136,10 +138,10 @@ pub fn check(
     check_compiled(program, &compiled, options, progress)
 }
 
-/// Checks an image of `program` that has been compiled already; its HEX text and its map are what counts.
+/// Checks an image of `program` that is already compiled, as given by its HEX text and its map.
 ///
 /// # Errors
-/// As [`check`], and when image and map do not fit the program or the chip.
+/// The errors of [`check`], and an image or map that does not fit the program or the chip.
 pub fn check_compiled(
     program: &LadderProgram,
     compiled: &CompiledProgram,
@@ -158,16 +160,18 @@ pub fn check_compiled(
     Ok(visit_machines(chip, &image, hz, job))
 }
 
-/// An image and its program, ready for the bench.
+/// The parts of a check that are prepared before the chip runs.
 pub(crate) struct PreparedCheck {
     pub chip: &'static Chip,
     pub image: Image,
     pub places: ProgramPlaces,
+    /// Values worth trying in the stimulus.
     pub hints: ValueHints,
+    /// The evaluator at power-up.
     pub eval: Evaluator,
 }
 
-/// Looks up all that a bench needs.
+/// Prepares a check: loads the image, resolves the map and sets up the evaluator.
 pub(crate) fn prepare_check(
     program: &LadderProgram,
     compiled: &CompiledProgram,
@@ -198,7 +202,7 @@ pub(crate) fn prepare_check(
     Ok(PreparedCheck { chip, image: loaded.image, places, hints, eval })
 }
 
-/// A check that is ready to run.
+/// A check as a visitor of the machine type.
 struct CheckVisitor<'a> {
     program: &'a LadderProgram,
     compiled: &'a CompiledProgram,

@@ -1,4 +1,4 @@
-//! Chip and evaluator side by side, scan by scan, and what is compared when.
+//! Runs the chip and the evaluator in lockstep, scan by scan, and defines what is compared when.
 
 use emu_core::cpu::StopReason;
 use emu_core::pins::PinLevel;
@@ -14,40 +14,45 @@ use crate::report::DifferenceKind;
 use crate::stimulus::ScanStimulus;
 use crate::value_hints::ValueHints;
 
-/// What both sides are made of.
+/// What [`LockstepPair`] is made from: a source of chips, and the initial evaluator.
 pub(crate) struct TestBench<'a, C, F: Fn(u64) -> C> {
-    /// A chip fresh from reset with its image, its RAM random by the seed.
+    /// Makes a chip in its power-up state with the image loaded and RAM contents from the given seed.
     pub power_up: F,
     pub places: &'a ProgramPlaces,
     pub hints: &'a ValueHints,
-    /// Machine cycles of the longest scan, by the compiler's reckoning.
+    /// Machine cycles of the longest scan, as computed by the compiler.
     pub worst_scan_cycles: u64,
-    /// Rungs are timed.
+    /// Whether the rungs are timed.
     pub time_rungs: bool,
     /// The evaluator at power-up.
     pub eval: &'a Evaluator,
 }
 
-/// A symbol and its two values.
+/// A symbol whose value differs, with both values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct DifferingSymbol {
+    /// Index of the symbol in the evaluator.
     pub symbol: usize,
+    /// The evaluator's value.
     pub expected: i32,
+    /// The chip's value.
     pub found: i32,
 }
 
-/// The first thing that is not as it should be.
+/// The first difference that was found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Mismatch {
+    /// The kind of the difference.
     pub kind: DifferenceKind,
     /// Machine cycle since reset.
     pub cycle: u64,
-    /// What differs, for symbols and pins.
+    /// The differing symbols, if `kind` concerns symbols or pins.
     pub differing: Vec<DifferingSymbol>,
-    /// In words, for the others.
+    /// The two sides as text, for all other kinds.
     pub expected: String,
+    /// What was found, as text.
     pub found: String,
-    /// Where the chip is, as a program word, when it went astray.
+    /// Program counter of the chip, as a word address, if it lost sync.
     pub pc: Option<u32>,
 }
 
@@ -56,11 +61,12 @@ impl Mismatch {
         Mismatch { kind: what, cycle, differing, expected: String::new(), found: String::new(), pc: None }
     }
 
+    /// A mismatch that is described by text.
     pub(crate) fn of_text(what: DifferenceKind, cycle: u64, expected: String, found: String) -> Mismatch {
         Mismatch { kind: what, cycle, differing: Vec::new(), expected, found, pc: None }
     }
 
-    /// True when both are the same complaint about the same things.
+    /// True if both mismatches are of the same kind and concern the same symbols or pin.
     pub(crate) fn is_same_kind(&self, other: &Mismatch) -> bool {
         let symbols = |m: &Mismatch| m.differing.iter().map(|d| d.symbol).collect::<Vec<_>>();
         let same_pin = self.kind != DifferenceKind::Pin || self.expected == other.expected;
@@ -68,40 +74,43 @@ impl Mismatch {
     }
 }
 
-/// A scan in which nothing differed.
+/// The results of a scan without a difference.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct MatchedScan {
-    /// Values compared.
+    /// Number of values compared.
     pub compared: u64,
     /// Machine cycles from the scan's start until the chip waits again.
     pub cycles: u64,
-    /// Rungs by position, with their machine cycles, if they were timed.
+    /// Rungs by index with their machine cycles; empty if rungs are not timed.
     pub rungs: Vec<(usize, u64)>,
-    /// What the evaluator did.
+    /// The scan as the evaluator executed it.
     pub evaluated: EvaluatedScan,
 }
 
-/// Both sides, at the end of a scan (or before the first).
+/// Chip and evaluator, both at the end of a scan or before the first one.
 #[derive(Clone)]
 pub(crate) struct LockstepPair<'a, C> {
+    /// The chip with its program.
     pub runner: ChipRunner<'a, C>,
+    /// The evaluator.
     pub eval: Evaluator,
     places: &'a ProgramPlaces,
     hints: &'a ValueHints,
+    /// The bytes in flight and the peripherals.
     pub lines: PeripheralLines,
     first: bool,
     worst_scan_cycles: u64,
-    /// Machine cycles from the end of a scan until the chip waits.
+    /// Machine cycles from the end of a scan until the chip waits; measured once.
     tail_cycles: Option<u64>,
 }
 
 impl<'a, C: CheckedChip> LockstepPair<'a, C> {
-    /// Both sides from power-up.
+    /// Starts both sides from power-up, with the EEPROM contents of `ram_seed`.
     pub(crate) fn start<F: Fn(u64) -> C>(bench: &TestBench<'a, C, F>, ram_seed: u64) -> Result<Self, Mismatch> {
         LockstepPair::start_with_eeprom(bench, ram_seed, bench.places.peripherals.initial_eeprom(ram_seed))
     }
 
-    /// The same, with what the EEPROM holds.
+    /// Starts both sides from power-up, with `cells` in the EEPROM.
     pub(crate) fn start_with_eeprom<F: Fn(u64) -> C>(
         bench: &TestBench<'a, C, F>,
         ram_seed: u64,
@@ -129,8 +138,9 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
         })
     }
 
-    /// Drives the inputs, runs the chip to the next scan's start, looks whether it is punctual and as the last scan left
-    /// it, and gives both sides this scan's inputs and writes.
+    /// Drives the inputs, runs the chip to the start of the next scan, checks the time of the start and the
+    /// state that the last scan left, and applies the inputs and writes of `step` to both sides. Returns the
+    /// number of values compared.
     pub(crate) fn begin_scan(&mut self, step: &ScanStimulus) -> Result<u64, Mismatch> {
         self.runner.drive_inputs(step.inputs.iter().copied());
         self.runner.drive_spare(step.spare);
@@ -159,7 +169,7 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
         Ok(compared)
     }
 
-    /// One whole scan on both sides.
+    /// Runs one whole scan on both sides and compares them.
     pub(crate) fn scan(&mut self, step: &ScanStimulus) -> Result<MatchedScan, Mismatch> {
         let first = self.first;
         let mut compared = self.begin_scan(step)?;
@@ -167,7 +177,7 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
         let seen = EvaluatedScan::run(&mut self.eval);
         self.lines.note_evaluated_scan(&mut self.runner, &self.eval);
         let to_mismatch = |a: LostSync| lost_sync_mismatch(&a, self.places);
-        // A machine that paces itself takes its inputs before the first instruction.
+        // A self-paced machine latches its inputs before the first instruction.
         if self.runner.reach_rungs().map_err(to_mismatch)? || self.places.is_self_paced() {
             self.flip_inputs(step);
         }
@@ -185,7 +195,7 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
         Ok(MatchedScan { compared, cycles, rungs: self.runner.rung_times().collect(), evaluated: seen })
     }
 
-    /// The inputs change once they must have been latched.
+    /// Inverts the inputs that `step` flips; the program has latched them already.
     pub(crate) fn flip_inputs(&mut self, step: &ScanStimulus) {
         if !step.flips.is_empty() {
             self.runner.drive_after_latch(step.inputs.iter().zip(&step.flips).map(|(level, flip)| level ^ flip));
@@ -209,15 +219,16 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
         }
     }
 
-    /// What the chip does with its pins when nothing outside drives them. What answers an edge is switched on by the code
-    /// before the first scan, or in it, so the whole machine is driven around that one.
+    /// Checks how the chip's pins behave when nothing outside drives them. With `whole`, the whole machine is
+    /// driven instead of copies of its wires: peripherals that react to an edge are enabled by the code
+    /// before or in the first scan.
     fn compare_wiring(&self, whole: bool) -> Result<u64, Mismatch> {
         pin_behaviour::check_pins(&self.runner.cpu, self.places, whole).map_err(|(expected, found)| {
             Mismatch::of_text(DifferenceKind::Pin, self.runner.cpu.cycle(), expected, found)
         })
     }
 
-    /// Output pins against the outputs as the evaluator has them now.
+    /// Compares the output pins with the current outputs of the evaluator.
     fn compare_pins(&self) -> Result<u64, Mismatch> {
         let mut differing = Vec::new();
         for &(symbol, pin) in &self.places.outputs {
@@ -241,7 +252,7 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
     }
 }
 
-/// Stands for the level of a pin that nothing drives.
+/// The value of [`DifferingSymbol::found`] for a pin that nothing drives.
 pub(crate) const FLOATING_LEVEL: i32 = 2;
 
 fn lost_sync_mismatch(astray: &LostSync, places: &ProgramPlaces) -> Mismatch {
@@ -272,8 +283,8 @@ fn lost_sync_mismatch(astray: &LostSync, places: &ProgramPlaces) -> Mismatch {
     mismatch
 }
 
-/// Runs a row of steps from reset; gives the first mismatch and its scan, from 1. Scan 1 also stands for what goes wrong
-/// before it.
+/// Runs `steps` from reset. Returns the first mismatch and its scan, from 1; a mismatch before the first scan
+/// is reported as scan 1.
 pub(crate) fn replay<'a, C: CheckedChip, F: Fn(u64) -> C>(
     bench: &TestBench<'a, C, F>,
     ram_seed: u64,

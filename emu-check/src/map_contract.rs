@@ -1,4 +1,5 @@
-//! What the program and the command line ask for, worked out without the compiler, and where its map says otherwise.
+//! Computes without the compiler what program and options require of an image, and compares it with the
+//! compiler's map.
 
 use emu_core::chip::Chip;
 use ladder::{Element, LadderOperand, LadderProgram, SymbolKind};
@@ -7,24 +8,25 @@ use ladder_compile::{ImageMap, SpecialPin};
 use crate::CheckOptions;
 use crate::families::{FamilyTiming, family_timing, find_chip};
 
-/// The time of one scan.
+/// The timing of a scan: its period, and the limits of its pacing timer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct ScanPace {
     /// Clock in Hz.
     pub clock_hz: u64,
-    /// Machine cycles of a scan, a reduced fraction.
+    /// Machine cycles per scan, as the reduced fraction `num / den`.
     pub num: u128,
     pub den: u128,
-    /// Cycles per tick of the timer, the finest with which a period fits.
+    /// Machine cycles per timer tick: the smallest with which the period fits.
     pub tick_cycles: u64,
-    /// Most machine cycles from a match to the start of its scan.
+    /// Maximum machine cycles from a timer match to the start of its scan.
     pub poll_cycles: u64,
-    /// Clocks of a machine cycle.
+    /// Clocks per machine cycle.
     pub clocks_per_cycle: u64,
 }
 
 impl ScanPace {
-    /// The program's cycle at its clock, or at the one that is asked for, on a chip; nothing where that is no time.
+    /// The timing of the program on a chip, at the clock of `options` or else of the program; `None` if
+    /// period or clock is 0.
     pub(crate) fn new(program: &LadderProgram, options: &CheckOptions, chip: &Chip) -> Option<ScanPace> {
         let FamilyTiming {
             clocks_per_cycle: clocks,
@@ -57,7 +59,7 @@ impl ScanPace {
         })
     }
 
-    /// Machine cycles of a scan, as a number or a fraction.
+    /// Machine cycles per scan, as an integer or a fraction.
     pub(crate) fn period(&self) -> String {
         ratio_text(self.num, self.den)
     }
@@ -67,7 +69,7 @@ fn ratio_text(num: u128, den: u128) -> String {
     if den == 1 { num.to_string() } else { format!("{num}/{den}") }
 }
 
-/// Where the map says otherwise: what is asked for, and what it says.
+/// The disagreements with the map, as pairs of (what is required, what the map says).
 pub(crate) fn map_disagreements(
     program: &LadderProgram,
     options: &CheckOptions,
@@ -87,7 +89,7 @@ pub(crate) fn map_disagreements(
         disagreements
             .push((format!("a period of {} cycles {of}", pace.period()), format!("{} cycles", ratio_text(num, den))));
     }
-    // A coarser tick does no harm where a period is a whole number of them.
+    // A coarser tick is correct if the period is a whole number of ticks.
     let whole = pace.den == 1 && map.tick != 0 && pace.num.is_multiple_of(map.tick.into());
     if u64::from(map.tick) > pace.tick_cycles && !whole {
         let wanted = format!("a tick of the timer of at most {} cycles", pace.tick_cycles);
@@ -102,8 +104,8 @@ pub(crate) fn map_disagreements(
     disagreements
 }
 
-/// Pins with another job: the serial line at the program's rate, the converter's symbols at their pins, the PWM output at its
-/// frequency; and the cells of PERSIST.
+/// Checks the pins of peripherals and the EEPROM: the baud rate of the serial line, the pins of analog
+/// symbols, the frequency of the PWM output, and the cells of PERSIST.
 fn check_special_pins(
     program: &LadderProgram,
     options: &CheckOptions,
@@ -138,7 +140,7 @@ fn check_special_pins(
                 if asked != Some(*hertz) {
                     told.push((format!("a PWM output of {} Hz", asked.unwrap_or(0)), format!("{hertz} Hz")));
                 }
-                // clock / hertz clocks a period, to a twentieth.
+                // The period must be clock / hertz clocks, within 5 %.
                 let clocks = u128::from(period.num) * u128::from(pace.clocks_per_cycle) * u128::from(*hertz);
                 let wanted = u128::from(pace.clock_hz) * u128::from(period.den);
                 if period.den == 0 || clocks.abs_diff(wanted) * 20 > wanted || *steps < MIN_PWM_STEPS {
@@ -165,10 +167,10 @@ fn check_special_pins(
     }
 }
 
-/// A duty that is exact to less than so many steps is none.
+/// Minimum number of steps of the duty cycle; a coarser PWM output is refused.
 const MIN_PWM_STEPS: u32 = 16;
 
-/// The frequency of the PWM output in Hz.
+/// The frequency of the program's PWM output in Hz.
 pub(crate) fn pwm_frequency(program: &LadderProgram) -> Option<u64> {
     program.elements().find_map(|(_, element, _)| match element {
         Element::SetPwm { hertz: LadderOperand::Const { value, .. }, .. } => u64::try_from(*value).ok(),
@@ -176,7 +178,8 @@ pub(crate) fn pwm_frequency(program: &LadderProgram) -> Option<u64> {
     })
 }
 
-/// Pins: each input and output has one, no pin has two symbols, and those that were asked for are where they should be.
+/// Checks the pins: each input and output has exactly one, no pin has two symbols, and the requested
+/// assignments are kept.
 fn check_pins(
     program: &LadderProgram,
     options: &CheckOptions,
@@ -216,7 +219,8 @@ fn check_pins(
     }
 }
 
-/// The pin that was asked for: by `--pin`, else by the `IO LIST` where that is for a chip with the same pins.
+/// The pin requested for a symbol: by `--pin`, else by the `IO LIST` if that is for a chip with the same
+/// pins.
 pub(crate) fn requested_pin<'a>(
     program: &'a LadderProgram,
     options: &'a CheckOptions,

@@ -1,4 +1,5 @@
-//! Peripherals of chip and evaluator side by side: bytes both ways, analog inputs, the PWM output, cells of the EEPROM.
+//! Compares the peripherals of chip and evaluator: bytes in both directions, analog inputs, the PWM output,
+//! EEPROM cells.
 
 use std::collections::VecDeque;
 
@@ -13,47 +14,48 @@ use crate::report::DifferenceKind;
 use crate::serial_line::{BYTE_BITS, ByteArrival, SerialFrame, plan_arrival};
 use crate::stimulus::ScanStimulus;
 
-/// A byte that the evaluator has sent, and the clocks between which its scan ran on the chip.
+/// A byte that the evaluator has sent, with the clocks between which its scan ran on the chip.
 #[derive(Debug, Clone, Copy)]
 struct AwaitedByte {
     byte: u8,
     earliest: u64,
     latest: u64,
-    /// That scan, from 1.
+    /// The number of that scan, from 1.
     scan: u64,
 }
 
-/// What is on its way. All times are clocks since power-up.
+/// The data in flight between chip and checker. All times are clocks since power-up.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct PeripheralLines {
     awaited: VecDeque<AwaitedByte>,
-    /// A byte that arrives, and the scan (from 1) before which it has.
+    /// A byte that is being received: the scan (from 1) before which it is complete, and the byte.
     incoming: Option<(u64, u8)>,
-    /// When the last byte that was sent is over.
+    /// The end of the last byte that was sent.
     line_free_at: u64,
-    /// Clocks of the longest scan, with the wait for its match.
+    /// Clocks of the longest scan, including the wait for its timer match.
     longest_scan_clocks: u64,
-    /// Scans by which bytes arrive later than they could.
+    /// Number of scans by which received bytes are delayed beyond the earliest possible scan.
     pub delay: u64,
-    /// Bytes that the chip has sent, each with the scan that did.
+    /// Bytes that the chip has sent, each with the scan that sent it.
     pub received_bytes: VecDeque<(u64, u8)>,
 }
 
 impl PeripheralLines {
-    /// Nothing is on its way. `busy`: machine cycles of the longest scan, by the compiler's reckoning.
+    /// Initial state: no data in flight. `busy` is the length of the longest scan in machine cycles, as
+    /// computed by the compiler.
     pub(crate) fn new(places: &ProgramPlaces, busy: u64) -> PeripheralLines {
         let busy =
             (busy + places.pace.poll_cycles + places.pace.tick_cycles).saturating_mul(places.pace.clocks_per_cycle);
         PeripheralLines { longest_scan_clocks: busy, ..PeripheralLines::default() }
     }
 
-    /// A byte can begin on its way to the receiver.
+    /// True if a byte to the receiver can begin: none is in flight and none waits to be read.
     pub(crate) fn can_begin_byte(&self, eval: &Evaluator) -> bool {
         self.incoming.is_none() && !eval.has_received_byte()
     }
 
-    /// At the end of a scan: puts voltages for the next on analog inputs, and begins a byte to the receiver where none is under way
-    /// and none waits.
+    /// At the end of a scan: applies the voltages for the next scan to the analog inputs, and starts a byte
+    /// to the receiver if none is in flight and none waits to be read.
     pub(crate) fn prepare_scan<C: CheckedChip>(
         &mut self,
         rig: &mut ChipRunner<'_, C>,
@@ -79,7 +81,8 @@ impl PeripheralLines {
         }
     }
 
-    /// At the start of a scan: what has arrived is there for the evaluator, and the PWM output is as it should be. Gives the values compared.
+    /// At the start of a scan: passes a received byte to the evaluator, and compares the PWM output and the
+    /// EEPROM. Returns the number of values compared.
     pub(crate) fn deliver<C: CheckedChip>(
         &mut self,
         rig: &mut ChipRunner<'_, C>,
@@ -92,7 +95,8 @@ impl PeripheralLines {
         Ok(compare_pwm(rig)? + compare_eeprom(rig, eval)?)
     }
 
-    /// The evaluator has run the scan that begins on the chip.
+    /// At the start of a scan on the chip, after the evaluator has executed it: records what the evaluator
+    /// sent and set.
     pub(crate) fn note_evaluated_scan<C: CheckedChip>(&mut self, rig: &mut ChipRunner<'_, C>, eval: &Evaluator) {
         let now = rig.clock();
         if let Some(byte) = eval.sent() {
@@ -106,7 +110,7 @@ impl PeripheralLines {
         }
     }
 
-    /// At the end of a scan: the bytes that were on the line. Gives the values compared.
+    /// At the end of a scan: compares the bytes on the serial line. Returns the number of values compared.
     pub(crate) fn compare_sent<C: CheckedChip>(&mut self, rig: &mut ChipRunner<'_, C>) -> Result<u64, Mismatch> {
         let (now, cycle) = (rig.clock(), rig.cpu.cycle());
         let bit = rig.places.peripherals.bit_time;
@@ -122,7 +126,7 @@ impl PeripheralLines {
             let Some(awaited) = self.awaited.pop_front() else {
                 return differs("nothing sent".to_owned(), frame_text(&frame));
             };
-            // A transmitter begins with its next bit, and where a byte is still on the line behind that.
+            // A transmitter starts a byte at its next bit time, or after the byte that is still on the line.
             let latest = awaited.latest.max(self.line_free_at).saturating_add(bit.half_bit_clocks(3));
             if frame.byte != awaited.byte || frame.fault.is_some() {
                 return differs(byte_name(awaited.byte), frame_text(&frame));
@@ -162,7 +166,7 @@ fn frame_text(frame: &SerialFrame) -> String {
     format!("{} from clock {} on{fault}", byte_name(frame.byte), frame.start)
 }
 
-/// The PWM output by its meter.
+/// Compares the PWM output as measured.
 fn compare_pwm<C: CheckedChip>(rig: &ChipRunner<'_, C>) -> Result<u64, Mismatch> {
     let Some((_, meter)) = rig.listener.as_ref().and_then(|tap| tap.pwm.as_ref()) else { return Ok(0) };
     meter
@@ -170,9 +174,9 @@ fn compare_pwm<C: CheckedChip>(rig: &ChipRunner<'_, C>) -> Result<u64, Mismatch>
         .map_err(|(expected, found)| Mismatch::of_text(DifferenceKind::Pwm, rig.cpu.cycle(), expected, found))
 }
 
-/// The cells of the EEPROM, once the evaluator's last write has had its time.
+/// Compares the cells of the EEPROM, once the evaluator's last write is complete.
 fn compare_eeprom<C: CheckedChip>(rig: &ChipRunner<'_, C>, eval: &Evaluator) -> Result<u64, Mismatch> {
-    // It is counted down as the scan begins.
+    // The busy count is decremented at the start of the scan.
     if eval.eeprom_busy_scans() > 1 {
         return Ok(0);
     }

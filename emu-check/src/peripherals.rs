@@ -1,4 +1,5 @@
-//! Pins with another job than input and output: the serial line, the converter, the PWM output; and the cells of the EEPROM.
+//! Locates the peripherals that a program uses: the pins of serial line, converter and PWM output, and the
+//! EEPROM cells.
 
 use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
@@ -12,28 +13,32 @@ use crate::map_contract::ScanPace;
 use crate::pwm_meter::ExpectedPwm;
 use crate::serial_line::{BitTime, byte_levels};
 
-/// Steps of the converter, and its reference in millivolts.
+/// Number of steps of the converter.
 const CONVERTER_STEPS: u32 = 1024;
+/// Reference voltage of the converter in millivolts.
 const REFERENCE_MILLIVOLTS: u32 = 5_000;
 
-/// What a program uses of the chip besides its ports.
+/// What a program uses of the chip besides port pins.
 #[derive(Debug, Clone)]
 pub(crate) struct CheckedPeripherals {
-    /// The pin that sends, and the one that receives.
+    /// The pin of the transmitter.
     pub transmit: Option<PinId>,
+    /// The pin of the receiver.
     pub receive: Option<PinId>,
+    /// Length of a bit on the serial line.
     pub bit_time: BitTime,
-    /// The converter's symbols, in the evaluator's order, with their pins.
+    /// The analog symbols in the evaluator's order, with their pins.
     pub analog: Vec<(usize, PinId)>,
+    /// The pin of the PWM output, with its expected timing.
     pub pwm: Option<(PinId, ExpectedPwm)>,
-    /// Cells of the EEPROM, from address 0.
+    /// Number of EEPROM cells in use, from address 0.
     pub eeprom_cells: u32,
-    /// Clocks of a machine cycle.
+    /// Clocks per machine cycle.
     pub clocks_per_cycle: u64,
 }
 
 impl CheckedPeripherals {
-    /// Finds the pins in the map; the causes where something has none.
+    /// Finds the pins in the map. The error lists what has no pin.
     pub(crate) fn new(
         program: &LadderProgram,
         map: &ImageMap,
@@ -103,36 +108,37 @@ impl CheckedPeripherals {
         })
     }
 
-    /// All their pins.
+    /// All pins of these peripherals.
     pub(crate) fn pins(&self) -> impl Iterator<Item = PinId> {
         let serial = self.transmit.into_iter().chain(self.receive);
         serial.chain(self.pwm.map(|pwm| pwm.0)).chain(self.analog.iter().map(|analog| analog.1))
     }
 
-    /// A clock as a moment of the chip.
+    /// Converts clocks since power-up to a time of the chip.
     pub(crate) fn to_time(&self, clock: u64) -> CycleTime {
         CycleTime { cycle: clock / self.clocks_per_cycle, phase: (clock % self.clocks_per_cycle) as u8 }
     }
 
-    /// A moment of the chip as a clock.
+    /// Converts a time of the chip to clocks since power-up.
     pub(crate) fn to_clock(&self, at: CycleTime) -> u64 {
         at.cycle * self.clocks_per_cycle + u64::from(at.phase)
     }
 
-    /// Puts a voltage on an analog input of which a conversion gives `value`: the middle of its step.
+    /// Applies a voltage to an analog input that converts to `value`: the middle of that step.
     pub(crate) fn drive_analog<C: Cpu>(&self, cpu: &mut C, pin: PinId, value: u16) {
         let millivolts = (2 * u32::from(value) + 1) * REFERENCE_MILLIVOLTS / (2 * CONVERTER_STEPS);
         cpu.drive_volts(CycleTime::at(cpu.cycle()), pin, millivolts);
     }
 
-    /// Queues a byte for the receiver whose start bit begins at the clock `start`.
+    /// Queues the edges of a byte for the receiver; its start bit begins at clock `start`.
     pub(crate) fn queue_byte<C: Cpu>(&self, cpu: &mut C, start: u64, byte: u8) {
         let Some(pin) = self.receive else { return };
         byte_levels(self.bit_time, byte)
             .for_each(|(after, high)| cpu.drive(self.to_time(start + after), pin, PinLevel::from_bit(high)));
     }
 
-    /// What the EEPROM holds when a run with this seed begins: erased, or anything, as programs before have left it.
+    /// The contents of the EEPROM at the start of a run with this seed: erased, or random as if left by
+    /// earlier programs.
     pub(crate) fn initial_eeprom(&self, seed: u64) -> impl Iterator<Item = u8> + use<> {
         let mut rng = Rng::new(seed ^ 0xEE);
         let erased = rng.one_in(2);
@@ -140,7 +146,7 @@ impl CheckedPeripherals {
     }
 }
 
-/// Whether a program sends bytes, and whether it receives any.
+/// Whether a program sends bytes, and whether it receives bytes.
 pub(crate) fn uses_serial(program: &LadderProgram) -> (bool, bool) {
     (program.uses_part(ChipPart::Transmitter), program.uses_part(ChipPart::Receiver))
 }

@@ -1,17 +1,21 @@
-//! What the chip does with its pins by itself: pull-ups at inputs, strength behind outputs, and nothing elsewhere.
+//! Checks the electrical behaviour of the chip's pins: pull-ups of inputs, drivers of outputs, and no driver
+//! on other pins.
 
 use emu_core::pins::{CycleTime, PinId, PinLevel, PinState};
 
 use crate::families::{CheckedChip, HighDrive, PinBehaviour, PullUpKind};
 use crate::program_places::ProgramPlaces;
 
-/// Looks at every pin as it would be off its board. Gives the number of pins, or what should be and what is.
+/// Checks every pin as if it were disconnected from the board. Returns the number of pins checked, or a pair
+/// (expected, found) for the first pin that is wrong.
 ///
-/// An input reads what it is driven to, and high by its pull-up, where it has one, when left alone; an output holds
-/// against the opposite level, as far as the chip drives it; a pin without a name is not driven.
+/// An input must read the level that it is driven to and, if it has a pull-up, high when nothing drives it.
+/// An output must hold its level against the opposite level, as far as the chip drives it. The chip must not
+/// drive a pin that the program does not name.
 ///
-/// What a wire does follows from what drives it, so copies of the wires tell all of this. Only a part of the chip that answers
-/// an edge is beyond them: with `whole`, a copy of the machine is driven instead, which takes some hundred times as long.
+/// The level of a wire follows from its drivers, so copies of the wires are enough for all of this, except
+/// for peripherals that react to an edge. With `whole`, a copy of the machine is driven instead, which takes
+/// several hundred times as long.
 pub(crate) fn check_pins<C: CheckedChip>(
     cpu: &C,
     places: &ProgramPlaces,
@@ -93,7 +97,7 @@ pub(crate) fn check_pins<C: CheckedChip>(
     Ok(looked)
 }
 
-/// The level of a wire once the outside drives it so.
+/// The level of a wire while the outside drives it with `outside`.
 fn driven_level(wire: &mut PinState, outside: PinLevel, now: u64) -> PinLevel {
     wire.external = outside;
     wire.settle(now);
@@ -120,7 +124,8 @@ mod tests {
     use super::*;
     use crate::families::{MachineVisitor, find_chip, unnamed_pins, visit_machines};
 
-    /// Machines with random values in their registers, each pin of which is driven: on the machine, and on a copy of the wire.
+    /// Machines with random register contents; each pin is driven both on the machine and on a copy of its
+    /// wire.
     struct WireCheck(&'static Chip);
 
     impl MachineVisitor for WireCheck {
@@ -133,7 +138,8 @@ mod tests {
                 let (mut cpu, mut rng) = (power_up(seed), Rng::new(seed));
                 for _ in 0..rng.below(60) {
                     let reg = &chip.regs[rng.below(chip.regs.len() as u64) as usize];
-                    // No program is checked while its chip has no clock; a part that keeps a bus answers edges.
+                    // A checked program never stops the clock of its chip, and peripherals with a bus
+                    // protocol react to edges.
                     if reg.name != "PCON" && !["SSP", "TW"].iter().any(|part| reg.name.starts_with(part)) {
                         cpu.poke(chip.reg_space, reg.addr.into(), rng.next_u64() as u8);
                     }
@@ -160,13 +166,13 @@ mod tests {
             }
             let wanted = ["Low Low", "High High", "Low High", "High Low", "Float Float", "Float Low"];
             let missed: Vec<_> = wanted.iter().filter(|case| !seen.contains(**case)).collect();
-            // Nothing on an 8051 drives a pin high against the outside.
+            // An 8051 never drives a pin high against the outside.
             let never = chip.name == "at89s52" && missed == [&"Low High"];
             assert!(missed.is_empty() || never, "{}: {missed:?} did not occur", chip.name);
         }
     }
 
-    /// What the probe takes a wire to do is what it does on the machine.
+    /// A copy of a wire gives the same levels as the wire of the machine.
     #[test]
     fn a_copy_of_a_wire_behaves_as_the_wire() {
         for mcu in ["atmega328p", "atmega8", "atmega162", "at89s52", "pic16f873", "pic16f88", "pic16f628"] {

@@ -1,4 +1,4 @@
-//! A probe at the pins of the serial line and of the PWM output.
+//! A probe that observes the pins of the serial line and of the PWM output.
 
 use emu_core::cpu::Probe;
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
@@ -7,16 +7,18 @@ use crate::peripherals::CheckedPeripherals;
 use crate::pwm_meter::PwmMeter;
 use crate::serial_line::SerialListener;
 
-/// What listens at the pins.
+/// The probe: a listener per observed pin.
 #[derive(Debug, Clone)]
 pub(crate) struct PinListener {
+    /// The transmitter's pin with its receiver.
     pub serial: Option<(PinId, SerialListener)>,
+    /// The pin of the PWM output with its meter.
     pub pwm: Option<(PinId, PwmMeter)>,
     clocks: u64,
 }
 
 impl PinListener {
-    /// A probe for a program; nothing where there is nothing to listen to.
+    /// The probe for a program; `None` if there is nothing to observe.
     pub(crate) fn new(of: &CheckedPeripherals) -> Option<PinListener> {
         let serial = of.transmit.map(|pin| (pin, SerialListener::new(of.bit_time, 2 * of.clocks_per_cycle)));
         let pwm = of.pwm.map(|(pin, wanted)| (pin, PwmMeter::new(wanted)));

@@ -1,9 +1,9 @@
-//! What can happen at all: for every element, which rung bits can come in and go out.
+//! Static analysis: which rung bits can occur at the input and output of every element.
 //!
-//! One pass over a scan in which every relay and integer may hold anything at the start and only what this scan itself
-//! writes is known, done once per combination of inputs. It over-estimates, so what it calls impossible is impossible
-//! (a contact behind OPEN, a comparison of what a MOVE above has just set); it serves to name exceptions of coverage,
-//! never to judge an image.
+//! The analysis makes one pass over a scan per combination of inputs. At the start of the scan, every relay
+//! and integer may have any value; only what the scan itself writes is known. The result is an over-estimate,
+//! so what it calls impossible is impossible (a contact after OPEN, a comparison of a value that a MOVE above
+//! has just set). It is only used to exclude outcomes from coverage, never to judge an image.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -14,45 +14,48 @@ use ladder::{
 
 use crate::stimulus::MAX_SWEEP_INPUTS;
 
-/// Sets of (in, out): both false.
+/// Bit of a set of (input, output) pairs: both false.
 pub(crate) const FALSE_FALSE: u8 = 1;
-/// In false, out true.
+/// Bit of a set of (input, output) pairs: input false, output true.
 pub(crate) const FALSE_TRUE: u8 = 2;
-/// In true, out false.
+/// Bit of a set of (input, output) pairs: input true, output false.
 pub(crate) const TRUE_FALSE: u8 = 4;
-/// Both true.
+/// Bit of a set of (input, output) pairs: both true.
 pub(crate) const TRUE_TRUE: u8 = 8;
 
-/// Sets of bits: can be false, can be true.
+/// Bits of the set of values that a bit can have: it can be false, it can be true.
 const ZERO: u8 = 1;
 const ONE: u8 = 2;
 const BOTH: u8 = ZERO | ONE;
 
-/// More values than this are "anything".
+/// Maximum number of values tracked per integer; an integer with more can have any value.
 const MAX_TRACKED_VALUES: usize = 16;
 
-/// Larger programs are looked at once, for all inputs together.
+/// Size up to which a program is analysed for every combination of inputs; larger ones get one pass for all
+/// inputs.
 const LARGE_PROGRAM_ELEMENTS: usize = 2_000;
 
-/// The set that holds just `bit`.
+/// The set that contains only `bit`.
 fn single_bit_set(bit: bool) -> u8 {
     if bit { ONE } else { ZERO }
 }
 
-/// A set with each bit inverted, if `negated`.
+/// A set with each of its bits inverted if `negated`.
 fn invert_set(set: u8, negated: bool) -> u8 {
     if negated { set >> 1 | (set & ZERO) << 1 } else { set }
 }
 
-/// Per combination of inputs, and per element of the scan in order of execution: the set of (in, out) that can occur.
+/// For each combination of inputs, and each element in execution order: the set of (input, output) pairs that
+/// can occur.
 pub(crate) fn possible_outcomes(program: &LadderProgram) -> Vec<Vec<u8>> {
     let symbols = program.symbols();
     let inputs: Vec<&str> = symbols.iter().filter(|s| s.kind == SymbolKind::Input).map(|s| s.name.as_str()).collect();
     let split = inputs.len() <= MAX_SWEEP_INPUTS
         && program.elements().count() << inputs.len() <= LARGE_PROGRAM_ELEMENTS << MAX_SWEEP_INPUTS;
     let worlds = if split { 1u32 << inputs.len() } else { 1 };
-    // A falling edge needs a true rung in an earlier scan, under any inputs. So the first OSF of all to fire has had one
-    // while no OSF fired, the next one while only that did, and so on: starting from none, this ends with all that can.
+    // A falling edge needs a true rung in an earlier scan, under any inputs. So the first OSF that fires had
+    // a true rung while no OSF had fired, the second one while only the first had, and so on. Starting with
+    // none, the loop ends with all OSFs that can fire.
     let mut falls = BTreeSet::new();
     loop {
         let pass = |world: u32| {
@@ -76,21 +79,21 @@ pub(crate) fn possible_outcomes(program: &LadderProgram) -> Vec<Vec<u8>> {
     }
 }
 
-/// Values that an integer can hold; `None` is any. Only integers of 16 bits are followed: in dialect ldmicro-5 nothing is
-/// known of them.
+/// The values that an integer can have; `None` means any. Only 16-bit integers are tracked; in dialect
+/// ldmicro-5 all integers are unknown.
 type KnownValues = Option<Vec<i32>>;
 
 struct ReachPass<'a> {
-    /// Positions of the OSFs whose rung can have been true before.
+    /// Positions of the OSF elements whose rung can have been true in an earlier scan.
     falling_edges: &'a BTreeSet<usize>,
-    /// Positions of the OSFs whose rung can be true in this scan.
+    /// Positions of the OSF elements whose rung can be true in this scan.
     risen_edges: Vec<usize>,
     master: u8,
-    /// Integers have widths of their own.
+    /// True if integers have individual widths (dialect ldmicro-5).
     wide: bool,
-    /// What is known of bits; those not named can be both.
+    /// Known values of bits; a bit without an entry can be false or true.
     bits: HashMap<String, u8>,
-    /// What is known of integers.
+    /// Known values of integers; an integer without an entry can have any value.
     integers: HashMap<String, Vec<i32>>,
     pairs: Vec<u8>,
 }
@@ -127,7 +130,7 @@ impl<'a> ReachPass<'a> {
         rung
     }
 
-    /// Does the element with the set of rung bits `rung`, and gives the set of (in, out).
+    /// Executes the element with the set of rung bits `rung`. Returns the set of (input, output) pairs.
     fn element(&mut self, element: &Element, rung: u8) -> u8 {
         let when = |zero: u8, one: u8| if rung & ZERO != 0 { zero } else { 0 } | if rung & ONE != 0 { one } else { 0 };
         let same = when(FALSE_FALSE, TRUE_TRUE);
@@ -139,12 +142,14 @@ impl<'a> ReachPass<'a> {
                     if bit & ONE != 0 { TRUE_TRUE } else { 0 } | if bit & ZERO != 0 { TRUE_FALSE } else { 0 },
                 )
             }
-            Element::Coil { name, negated, set, reset, .. } => {
+            Element::Coil { name, negated, set, reset, ttrigger } => {
                 let old = self.bits.get(name).copied().unwrap_or(BOTH);
-                let new = match (set, reset) {
-                    (true, _) => when(old, ONE),
-                    (_, true) => when(old, ZERO),
-                    _ => invert_set(rung, *negated),
+                let new = match (negated, set, reset, ttrigger) {
+                    (true, ..) => invert_set(rung, true),
+                    (_, true, ..) => when(old, ONE),
+                    (_, _, true, _) => when(old, ZERO),
+                    (_, _, _, Some(1)) => when(old, old | invert_set(old, true)),
+                    _ => rung,
                 };
                 self.bits.insert(name.clone(), new);
                 same
@@ -166,20 +171,30 @@ impl<'a> ReachPass<'a> {
                     TRUE_FALSE,
                 )
             }
+            Element::Odr => when(FALSE_TRUE, TRUE_FALSE | TRUE_TRUE),
+            Element::Odf | Element::Osl => when(FALSE_FALSE | FALSE_TRUE, TRUE_TRUE),
+            Element::Osc => when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE),
             Element::Timer { kind, name, .. } => {
                 self.integers.remove(name);
                 match kind {
                     TimerKind::Ton => when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE),
                     TimerKind::Tof => when(FALSE_FALSE | FALSE_TRUE, TRUE_TRUE),
-                    TimerKind::Rto => when(FALSE_FALSE | FALSE_TRUE, TRUE_FALSE | TRUE_TRUE),
+                    TimerKind::Tcy => when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE),
+                    TimerKind::Rto | TimerKind::Rtl | TimerKind::Thi | TimerKind::Tlo => {
+                        when(FALSE_FALSE | FALSE_TRUE, TRUE_FALSE | TRUE_TRUE)
+                    }
                 }
             }
-            Element::Counter { kind, name, max, .. } => {
+            Element::Counter { kind, name, max, input, .. } => {
                 self.integers.remove(name);
                 let always =
                     !self.wide && matches!(max, LadderOperand::Const { value, .. } if *value <= i64::from(i16::MIN));
                 match kind {
-                    CounterKind::Ctc => same,
+                    CounterKind::Ctc if !self.wide => same,
+                    CounterKind::Ctc | CounterKind::Ctr => match input {
+                        Some('\\' | 'o') => when(FALSE_FALSE | FALSE_TRUE, TRUE_FALSE),
+                        _ => when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE),
+                    },
                     _ if always => when(FALSE_TRUE, TRUE_TRUE),
                     _ => when(FALSE_FALSE | FALSE_TRUE, TRUE_FALSE | TRUE_TRUE),
                 }
@@ -231,7 +246,7 @@ impl<'a> ReachPass<'a> {
                 self.integers.remove(name);
                 when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE)
             }
-            // Sending is busy whatever the rung; whatever they do is taken for possible.
+            // A transmitter may be busy on any rung, so every outcome is taken as possible.
             Element::UartSend { .. } | Element::FormattedString { .. } | Element::Placeholder => {
                 when(FALSE_FALSE | FALSE_TRUE, TRUE_FALSE | TRUE_TRUE)
             }
@@ -245,7 +260,7 @@ impl<'a> ReachPass<'a> {
         }
     }
 
-    /// `name` becomes one of `values` where the rung is true.
+    /// Stores one of `values` in `name` where the rung is true.
     fn store(&mut self, name: &str, values: KnownValues, rung: u8) {
         let merged = match (rung, values, self.integers.get(name)) {
             (ZERO, _, _) => return,
@@ -263,13 +278,13 @@ impl<'a> ReachPass<'a> {
         }
     }
 
-    /// The truth values that a comparison can have.
+    /// The set of results that a comparison can have.
     fn compare(&self, op: CompareOp, op1: &LadderOperand, op2: &LadderOperand) -> u8 {
         if op1 == op2 {
             return single_bit_set(comparison_holds(op, 0, 0));
         }
         let (least, most) = if self.wide { (i32::MIN, i32::MAX) } else { (i16::MIN.into(), i16::MAX.into()) };
-        // Of "anything", the values around the other side's and the extremes tell all that can happen.
+        // If one side is unknown, the neighbours of the other side's values and the extremes cover all cases.
         let around = |values: &[i32]| {
             let near = values.iter().flat_map(|v| [v.saturating_sub(1), *v, v.saturating_add(1)]);
             near.map(|v| v.clamp(least, most)).chain([least, most]).collect::<Vec<_>>()
@@ -286,13 +301,13 @@ impl<'a> ReachPass<'a> {
     }
 }
 
-/// What the OR of sets of bits can be.
+/// The set of values that the OR of some sets of bits can have.
 pub(crate) fn or_of_sets(sets: &[u8]) -> u8 {
     let zero = if sets.iter().all(|s| s & ZERO != 0) { ZERO } else { 0 };
     zero | if sets.iter().any(|s| s & ONE != 0) { ONE } else { 0 }
 }
 
-/// The set of outs in a set of (in, out).
+/// The set of outputs in a set of (input, output) pairs.
 pub(crate) fn outputs_of_pairs(pairs: u8) -> u8 {
     let zero = if pairs & (FALSE_FALSE | TRUE_FALSE) != 0 { ZERO } else { 0 };
     zero | if pairs & (FALSE_TRUE | TRUE_TRUE) != 0 { ONE } else { 0 }
@@ -323,7 +338,7 @@ fn math(op: MathOp, a: &[i32], b: &[i32]) -> KnownValues {
     limited_values(a.iter().flat_map(|a| b.iter().map(move |b| i32::from(one(*a, *b)))).collect())
 }
 
-/// The truth of a comparison.
+/// Whether a comparison of two values is true.
 pub(crate) fn comparison_holds(op: CompareOp, a: i32, b: i32) -> bool {
     match op {
         CompareOp::Equ => a == b,

@@ -1,4 +1,5 @@
-//! The map, resolved: where on the chip everything is that a check looks at.
+//! The compiler's map, resolved for one chip: the address or pin of everything that a check reads, writes or
+//! drives.
 
 use diag::{Diagnostic, Pos, Severity};
 use emu_core::chip::{Chip, ChipFamily};
@@ -13,41 +14,43 @@ use crate::families::{self, PinBehaviour};
 use crate::map_contract::ScanPace;
 use crate::peripherals::CheckedPeripherals;
 
-/// A moment of a scan, at which the chip is stopped.
+/// A point of a scan at which the chip is stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ScanPoint {
     /// The instruction that starts the pacing timer.
     TimerStart,
-    /// The first of a scan; inputs are latched after it.
+    /// The first instruction of a scan; inputs are latched after it.
     ScanStart,
-    /// The first of the first rung; inputs have been latched.
+    /// The first instruction of the first rung; inputs have been latched.
     FirstRung,
-    /// The last of a scan; outputs have been written.
+    /// The last instruction of a scan; outputs have been written.
     ScanEnd,
 }
 
-/// All places of a program on its chip. Code addresses are program words.
+/// All addresses and pins of a program on its chip. Code addresses are program words.
 #[derive(Debug, Clone)]
 pub(crate) struct ProgramPlaces {
     timer_start: u32,
     scan_start: u32,
-    /// Nothing where the rungs have no address of their own.
+    /// `None` if the rungs have no separate address.
     first_rung: Option<u32>,
     scan_end: u32,
-    /// Where the code of a rung begins, by its position; where nothing is left of a rung it has none. The last is where all end.
+    /// Start address and index of each rung that has code. The last entry is the end of all rungs, with index
+    /// `usize::MAX`.
     pub rungs: Vec<(u32, usize)>,
-    /// Time of a scan, by the program's own figures.
+    /// Timing of a scan, computed from the program's settings.
     pub pace: ScanPace,
-    /// Places of the symbols, in the evaluator's order.
+    /// Locations of the symbols, in the evaluator's order.
     symbols: Vec<CellLocation>,
-    /// Outputs: index of the symbol, and pin.
+    /// Outputs: symbol index and pin.
     pub outputs: Vec<(usize, PinId)>,
-    /// Pins of the inputs, in the order of the evaluator's symbols; nothing for an input without a pin.
+    /// Pins of the inputs, in the order of the evaluator's symbols.
     pub inputs: Vec<PinId>,
-    /// What the program uses besides ports.
+    /// The peripherals that the program uses in addition to ports.
     pub peripherals: CheckedPeripherals,
-    /// Pins that the program does not name, and those of them that a board may drive.
+    /// Pins that the program does not name and the chip must not drive.
     pub unnamed_pins: Vec<PinId>,
+    /// Pins that the program does not name and the board may drive.
     pub spare_pins: Vec<PinId>,
     chip: &'static Chip,
     /// Bytes per program word.
@@ -55,6 +58,7 @@ pub(crate) struct ProgramPlaces {
 }
 
 impl ProgramPlaces {
+    /// Resolves the map; the error lists everything that the map lacks or that does not fit the chip.
     pub(crate) fn new(
         program: &LadderProgram,
         map: &ImageMap,
@@ -124,39 +128,39 @@ impl ProgramPlaces {
         })
     }
 
-    /// The chip's name of a pin.
+    /// The chip's name of a pin, such as `PD2`.
     pub(crate) fn pin_name(&self, pin: PinId) -> &'static str {
         self.chip.pins.get(usize::from(pin)).map_or("?", |p| p.name)
     }
 
-    /// What stands behind a pin; nothing where the machine knows no pins that are not driven.
+    /// The electrical behaviour of a pin; `None` on a machine whose pins are always driven.
     pub(crate) fn pin_behaviour(&self, pin: PinId) -> Option<PinBehaviour> {
         families::pin_behaviour(self.chip, pin)
     }
 
-    /// The machine itself paces its program: there is no timer that the program starts, inputs are taken before its first
-    /// instruction, and it needs no loop.
+    /// True if the machine itself paces the program: it latches inputs before the first instruction of a scan
+    /// and needs neither a timer nor a waiting loop.
     pub(crate) fn is_self_paced(&self) -> bool {
         self.chip.family == ChipFamily::Ap101
     }
 
-    /// The pin of the supply, on a machine that halts where nothing is to come from outside.
+    /// The supply pin of a self-paced machine, which halts when no event is due.
     pub(crate) fn supply_pin(&self) -> Option<PinId> {
         self.chip.pin("POWER").filter(|_| self.is_self_paced())
     }
 
-    /// A moment of the scan is reached at this program word.
+    /// True if the program word `pc` is a point of the scan.
     pub(crate) fn is_scan_point(&self, pc: u32) -> bool {
         [Some(self.timer_start), Some(self.scan_start), self.first_rung, Some(self.scan_end)].contains(&Some(pc))
     }
 
-    /// Output channels of a controller.
+    /// Number of output channels of a controller.
     pub(crate) fn output_channels<C: Cpu>(&self, cpu: &C) -> u64 {
         let output = |pin: &PinId| self.pin_name(*pin).starts_with('E') && cpu.has_pin(*pin);
         (0..self.chip.pins.len() as PinId).filter(output).count() as u64
     }
 
-    /// Program word at which `point` is reached.
+    /// The program word of `point`; `None` if the program has no separate address for it.
     pub(crate) fn point_word(&self, point: ScanPoint) -> Option<u32> {
         match point {
             ScanPoint::TimerStart => Some(self.timer_start),
@@ -166,21 +170,22 @@ impl ProgramPlaces {
         }
     }
 
-    /// Machine cycles in a period, rounded up.
+    /// Machine cycles per period, rounded up.
     pub(crate) fn period_cycles(&self) -> u64 {
         u64::try_from(self.pace.num.div_ceil(self.pace.den)).unwrap_or(u64::MAX)
     }
 
-    /// The machine cycles in which scan `scan` (from 1) may start, counted from the start of the timer.
+    /// The window in which scan `scan` (from 1) may start, in machine cycles since the start of the timer.
     pub(crate) fn start_window(&self, scan: u64) -> (u64, u64) {
         let ScanPace { num, den, tick_cycles: tick, poll_cycles: poll, .. } = self.pace;
         let exact = u64::try_from(u128::from(scan).saturating_mul(num) / den).unwrap_or(u64::MAX);
-        // An exact period has exact matches; where a tick is coarse or the period broken, one tick may be missing.
+        // With an integer period and a tick of one cycle, matches are exact; otherwise a match may be one
+        // tick early.
         let early = if tick == 1 && den == 1 { 0 } else { tick };
         (exact.saturating_sub(early), exact.saturating_add(poll))
     }
 
-    /// Reads a symbol on the chip; places outside of its memories read as 0.
+    /// Reads a symbol on the chip; a location outside of its memories reads as 0.
     pub(crate) fn read_symbol<C: Cpu>(&self, cpu: &C, symbol: usize) -> i32 {
         match self.symbols.get(symbol) {
             Some(CellLocation::Bit { space, addr, bit }) => i32::from(cpu.peek(space, *addr).unwrap_or(0) >> bit & 1),

@@ -1,16 +1,17 @@
-//! The PWM output, by the checker's own measure of its pin. All times are in clocks of the oscillator since power-up.
+//! Measures the PWM output at its pin and compares it with the expected duty cycle. All times are clocks
+//! since power-up.
 
-/// Periods that a new duty may take to show.
+/// Number of periods until a new duty cycle must be visible.
 const SETTLING_PERIODS: u64 = 2;
 
-/// What the pin is measured against.
+/// The expected timing of the PWM output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct ExpectedPwm {
-    /// Clocks of a period, as a fraction.
+    /// Clocks per period, as a fraction (numerator, denominator).
     pub period: (u128, u128),
-    /// Steps of the duty.
+    /// Number of steps of the duty cycle.
     pub steps: u64,
-    /// Clocks by which a measure may be off: the machine cycles in which two edges are seen.
+    /// Tolerance of a measurement in clocks: the machine cycles in which the two edges are observed.
     pub tolerance_clocks: u64,
 }
 
@@ -19,14 +20,15 @@ impl ExpectedPwm {
         (self.period.0 / self.period.1.max(1)) as u64
     }
 
-    /// What is wrong with a period of so many clocks of which so many are high, at a duty in percent.
+    /// Checks one period of `period` clocks with `high` clocks high at `duty` percent; returns (expected,
+    /// found) if it is wrong.
     fn check_period(&self, period: u64, high: u64, duty: u8) -> Option<(String, String)> {
         let (num, den) = self.period;
         let wanted = num / den.max(1);
         if u128::from(period).abs_diff(wanted) > u128::from(self.tolerance_clocks) + 1 {
             return Some((format!("a period of {wanted} clocks"), format!("{period} clocks")));
         }
-        // Within one step: |high / period - duty / 100| <= 1 / steps.
+        // The tolerance is one step: |high / period - duty / 100| <= 1 / steps.
         let off = (u128::from(high) * 100).abs_diff(u128::from(period) * u128::from(duty));
         let most = u128::from(period) * 100 / u128::from(self.steps.max(1)) + 100 * u128::from(self.tolerance_clocks);
         (off > most).then(|| {
@@ -36,18 +38,18 @@ impl ExpectedPwm {
     }
 }
 
-/// A meter at the pin. A value: a clone goes on by itself.
+/// A meter at the pin of the PWM output; a clone measures independently.
 #[derive(Debug, Clone)]
 pub(crate) struct PwmMeter {
     wanted: ExpectedPwm,
-    /// The duty that should show; none before the first.
+    /// The expected duty cycle in percent; `None` before the first is set.
     duty: Option<u8>,
-    /// From when on.
+    /// The clock from which on `duty` must be visible.
     from: u64,
     high: bool,
     rose: Option<u64>,
     fell: Option<u64>,
-    /// Whole periods seen.
+    /// Number of whole periods measured.
     whole_periods: u64,
     fault: Option<(String, String)>,
 }
@@ -58,7 +60,7 @@ impl PwmMeter {
         PwmMeter { wanted, duty: None, from: 0, high: false, rose: None, fell: None, whole_periods: 0, fault: None }
     }
 
-    /// The duty is set at `now` at the latest.
+    /// Sets the expected duty cycle; the program sets it at clock `now` at the latest.
     pub(crate) fn set_duty(&mut self, now: u64, duty: Option<u8>) {
         if duty != self.duty {
             self.duty = duty;
@@ -67,12 +69,12 @@ impl PwmMeter {
         }
     }
 
-    /// The duty that should show.
+    /// The expected duty cycle in percent.
     pub(crate) fn duty(&self) -> Option<u8> {
         self.duty
     }
 
-    /// The pin has changed.
+    /// Records that the pin changed to `high` at clock `at`.
     pub(crate) fn note_edge(&mut self, at: u64, high: bool) {
         if high == self.high {
             return;
@@ -96,7 +98,7 @@ impl PwmMeter {
         }
     }
 
-    /// What is wrong, expected and found, by `now`.
+    /// Returns the number of values compared until `now`, or (expected, found) if the output is wrong.
     pub(crate) fn judge(&self, now: u64) -> Result<u64, (String, String)> {
         if let Some(fault) = &self.fault {
             return Err(fault.clone());
@@ -121,7 +123,7 @@ mod tests {
 
     const WANTED: ExpectedPwm = ExpectedPwm { period: (1000, 1), steps: 256, tolerance_clocks: 1 };
 
-    /// `duty | period | high | agrees`: pulses for ten periods after the duty was set.
+    /// Rows are `duty | period | high | agrees`, with pulses for ten periods after the duty cycle is set.
     #[test]
     fn pulses_are_measured() {
         for (duty, period, high, agrees) in [
@@ -144,7 +146,7 @@ mod tests {
         }
     }
 
-    /// `duty | level | agrees`: a pin that does not move.
+    /// Rows are `duty | level | agrees`, with a pin that does not change.
     #[test]
     fn levels_are_looked_at() {
         let (on, off) = (true, false);

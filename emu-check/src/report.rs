@@ -1,4 +1,4 @@
-//! What a check found, as text and as JSON.
+//! The report of a check, as text and as JSON.
 
 use std::fmt::Write;
 
@@ -8,35 +8,35 @@ use serde::Serialize;
 use crate::codes;
 use crate::coverage::LadderCoverage;
 
-/// Version of the report's JSON.
+/// Version of the JSON report.
 pub const SCHEMA: u32 = 2;
 
-/// The result of a check. `docs/check.md` describes its JSON.
+/// The result of a check. `docs/check.md` describes its JSON form.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CheckReport {
-    /// Version of this shape, [`SCHEMA`].
+    /// Version of the JSON report, [`SCHEMA`].
     pub schema: u32,
     /// Name of the program's file.
     pub program: String,
-    /// The chip.
+    /// The name of the chip.
     pub mcu: String,
-    /// Seed of everything random.
+    /// Seed of all random choices.
     pub seed: u64,
-    /// Scans done; with a difference the last one is the scan that differs.
+    /// Number of scans done; if there is a difference, it is in the last one.
     pub scans: u64,
-    /// Runs from reset that these scans were done in.
+    /// Number of runs from reset that the scans belong to.
     pub runs: u64,
-    /// Values compared: symbols, pins, moments and depths of the stack.
+    /// Number of values compared: symbols, pins, start times and stack depths.
     pub compared: u64,
-    /// Nothing differed.
+    /// True if nothing differed.
     pub agreed: bool,
     /// The first difference.
     pub difference: Option<CheckDifference>,
-    /// What of the program was exercised.
+    /// Coverage of the program.
     pub coverage: LadderCoverage,
-    /// Size and speed.
+    /// Size and speed of the compiled program.
     pub figures: ProgramFigures,
-    /// What the compiler and the check have to say; never errors.
+    /// Notes of the compiler and of the check; none of them is an error.
     pub notes: Vec<Diagnostic>,
 }
 
@@ -45,52 +45,52 @@ pub struct CheckReport {
 pub struct ProgramFigures {
     /// Bytes of code.
     pub code_bytes: u32,
-    /// Bytes of RAM that hold data.
+    /// Bytes of RAM used for data.
     pub ram_bytes: u32,
-    /// Time of one scan in machine cycles, as a number or a fraction `num/den`.
+    /// Period of a scan in machine cycles, as an integer or a fraction `num/den`.
     pub period_cycles: String,
-    /// Clocks of the oscillator in a machine cycle.
+    /// Oscillator clocks per machine cycle.
     pub clocks_per_cycle: u64,
-    /// Machine cycles from a scan's start until the chip waits again, the most that were seen.
+    /// Machine cycles from the start of a scan until the chip waits again: the maximum observed.
     pub scan_cycles_max: u64,
-    /// The same, on average.
+    /// The mean of the same time.
     pub scan_cycles_mean: f64,
-    /// The most that it can be, by the compiler's reckoning.
+    /// Upper bound of the same time, computed by the compiler.
     pub scan_cycles_bound: u64,
-    /// Machine cycles that the shortest period leaves beside that bound.
+    /// Machine cycles that remain of the shortest period after a scan of `scan_cycles_bound`.
     pub slack_cycles: u64,
-    /// Every rung.
+    /// The figures of every rung.
     pub rungs: Vec<RungFigures>,
 }
 
-/// Size and speed of a rung.
+/// Size and speed of one rung.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct RungFigures {
-    /// Number, from 1.
+    /// Number of the rung, from 1.
     pub rung: u32,
     /// Bytes of code.
     pub code_bytes: u32,
-    /// The longest path through it in machine cycles, by the compiler's reckoning.
+    /// Longest path through the rung in machine cycles, computed by the compiler.
     pub cycles_bound: u64,
-    /// Machine cycles, the most that were seen; nothing where no code is left, or where rungs were not timed.
+    /// Maximum machine cycles observed; `None` if the rung has no code or rungs were not timed.
     pub cycles_max: Option<u64>,
 }
 
-/// What kind of thing differs.
+/// The kind of a difference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DifferenceKind {
     /// A relay, output, timer, counter or variable at the end of a scan.
     Symbol,
-    /// The level of an output pin, or what a pin does when nothing outside drives it.
+    /// The level of an output pin, or the behaviour of a pin when nothing outside drives it.
     Pin,
-    /// The moment at which a scan starts.
+    /// The time at which a scan starts.
     Period,
-    /// The chip stopped, hung or ran astray.
+    /// The chip stopped, hung, or did not reach the next point of a scan.
     Stop,
-    /// The depth of the stack.
+    /// The stack depth.
     Stack,
-    /// A value before the first scan.
+    /// The value of a symbol before the first scan.
     Reset,
     /// The length of a scan.
     Bound,
@@ -100,12 +100,12 @@ pub enum DifferenceKind {
     Pwm,
     /// A cell of the EEPROM.
     Eeprom,
-    /// What the compiler's map says of chip, time and pins.
+    /// The chip, timing or pins in the compiler's map.
     Map,
 }
 
 impl DifferenceKind {
-    /// The code that `emu explain` tells more about.
+    /// The diagnostic code of this kind, for `emu explain`.
     #[must_use]
     pub const fn code(self) -> &'static str {
         match self {
@@ -127,41 +127,41 @@ impl DifferenceKind {
 /// The first difference of a check.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct CheckDifference {
-    /// Stable code of the kind, for `emu explain`.
+    /// Diagnostic code of the kind, for `emu explain`.
     pub code: &'static str,
-    /// Scan of the check, from 1.
+    /// Number of the scan in the check, from 1.
     pub scan: u64,
-    /// Run from reset that it belongs to, from 1.
+    /// Number of the run from reset, from 1.
     pub run: u64,
-    /// Scan of that run, from 1.
+    /// Number of the scan in that run, from 1.
     pub scan_of_run: u64,
-    /// Machine cycle of that run in which the difference was seen.
+    /// Machine cycle of that run in which the difference was observed.
     pub cycle: u64,
-    /// What kind of thing differs.
+    /// The kind of the difference.
     pub what: DifferenceKind,
-    /// The symbol, where it is one.
+    /// The symbol that differs, if it is a symbol.
     pub symbol: Option<String>,
-    /// What should be: a value, a level, or words.
+    /// The expected value or level, or a description.
     pub expected: String,
-    /// What is.
+    /// The value or level found, or a description.
     pub found: String,
-    /// Rung of the first element whose result differs, from 1; nothing where no element is to blame.
+    /// Rung of the first element whose result differs, from 1; `None` if no element is to blame.
     pub rung: Option<u32>,
-    /// That element within its rung, from 1.
+    /// Number of that element within its rung, from 1.
     pub element: Option<u32>,
-    /// That element as `.ld` text.
+    /// The element as `.ld` text.
     pub element_text: Option<String>,
-    /// All symbols that differ at this moment, each `name: expected, found`.
+    /// All symbols that differ at this point, each as `name: expected, found`.
     pub differing: Vec<String>,
-    /// The command that replays the check up to this scan.
+    /// The command line that replays the check up to this scan.
     pub replay: String,
-    /// The smallest stimulus found that shows the same difference, one line a scan, from reset; none where it shows without
-    /// a scan.
+    /// The smallest stimulus found that causes the same difference, one line per scan from reset; empty if
+    /// the difference needs no scan.
     pub smallest: Vec<String>,
 }
 
 impl CheckReport {
-    /// The report for people, several lines.
+    /// The report as text of several lines.
     #[must_use]
     pub fn text(&self) -> String {
         let mut text = String::new();
@@ -242,12 +242,12 @@ impl CheckDifference {
     }
 }
 
-/// `1 scan`, `2,000 scans`.
+/// A number with its unit in singular or plural: `1 scan`, `2,000 scans`.
 pub(crate) fn count_text(n: u64, what: &str) -> String {
     format!("{} {what}{}", grouped_number(n), if n == 1 { "" } else { "s" })
 }
 
-/// `2,000`.
+/// A number with thousands separators: `2,000`.
 pub(crate) fn grouped_number(n: u64) -> String {
     let digits = n.to_string();
     let mut number = String::new();

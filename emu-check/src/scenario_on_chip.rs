@@ -1,4 +1,5 @@
-//! A scenario played on a compiled program: on the evaluator, and on the chip with both compared scan by scan as ever.
+//! Plays a scenario on a compiled program: on the evaluator, and on the chip while both are compared scan by
+//! scan.
 
 use std::sync::Arc;
 
@@ -15,59 +16,59 @@ use crate::scenario_play::{EvaluatorPlay, LadderResolver, ScenarioIo};
 use crate::value_hints::ValueHints;
 use crate::{CheckOptions, Evaluator, PreparedCheck, prepare_check};
 
-/// A scenario on one machine.
+/// The result of a scenario on one machine.
 #[derive(Debug, Clone)]
 pub struct ScenarioResult {
-    /// `evaluator`, or the chip.
+    /// `evaluator`, or the name of the chip.
     pub machine: String,
-    /// How it ended; nothing where the chip did something else than the evaluator.
+    /// The verdict of the scenario; `None` if the chip differed from the evaluator.
     pub verdict: Option<ScenarioVerdict>,
-    /// Scans run.
+    /// Number of scans run.
     pub scans: u64,
-    /// Values in which chip and evaluator agreed.
+    /// Number of values in which chip and evaluator agreed.
     pub compared: u64,
-    /// What differed, and in which scan.
+    /// The difference and its scan, as text.
     pub difference: Option<String>,
-    /// Lines that the scenario told.
+    /// Lines that the scenario logged.
     pub log: Vec<String>,
 }
 
-/// The document of several.
+/// The results of a scenario on several machines, for JSON.
 #[derive(Debug, Clone, Serialize)]
 pub struct ScenarioReport {
-    /// Version of this document.
+    /// Version of this JSON document.
     pub schema: u32,
-    /// The program.
+    /// The program's file name.
     pub program: String,
-    /// The scenario.
+    /// The scenario's file name.
     pub scenario: String,
-    /// All verdicts are the same.
+    /// True if all verdicts are the same.
     pub agreed: bool,
-    /// `passed`, `failed`, `no result`; of the evaluator.
+    /// The verdict of the evaluator: `passed`, `failed`, `no result`.
     pub verdict: &'static str,
-    /// A row for each machine.
+    /// One row per machine.
     pub on: Vec<ScenarioReportRow>,
 }
 
-/// A machine in a document.
+/// The result of one machine in a [`ScenarioReport`].
 #[derive(Debug, Clone, Serialize)]
 pub struct ScenarioReportRow {
-    /// `evaluator`, or the chip.
+    /// `evaluator`, or the name of the chip.
     pub on: String,
     /// `passed`, `failed`, `no result`, `differs`, or `refused`.
     pub verdict: &'static str,
-    /// The step that decided, from 1.
+    /// Number of the step that decided the verdict, from 1.
     pub step: Option<usize>,
-    /// What was found.
+    /// The reason for the verdict.
     pub why: Option<String>,
-    /// Scans run.
+    /// Number of scans run.
     pub scans: u64,
-    /// Values in which chip and evaluator agreed.
+    /// Number of values in which chip and evaluator agreed.
     pub compared: u64,
 }
 
 impl ScenarioResult {
-    /// Its row.
+    /// The result as a row of a report.
     #[must_use]
     pub fn to_report_row(&self) -> ScenarioReportRow {
         let verdict = self.verdict.as_ref();
@@ -86,14 +87,15 @@ impl ScenarioResult {
         }
     }
 
-    /// The verdicts are the same: outcome, step and scan.
+    /// True if both verdicts are the same in outcome, step and scan, and no machine differed from the
+    /// evaluator.
     #[must_use]
     pub fn has_same_verdict(&self, other: &ScenarioResult) -> bool {
         self.difference.is_none() && other.difference.is_none() && self.verdict == other.verdict
     }
 }
 
-/// An outcome in a word or two.
+/// The name of an outcome for reports.
 #[must_use]
 pub fn outcome_name(outcome: ScenarioOutcome) -> &'static str {
     match outcome {
@@ -125,7 +127,7 @@ pub fn play_on_evaluator(program: &LadderProgram, scenario: &Scenario) -> Result
 /// Compiles `program` for the chip of `options` and plays a scenario there.
 ///
 /// # Errors
-/// Why it cannot be played: compiler or evaluator refuse the program, or the scenario does not fit it.
+/// The compiler or the evaluator refuses the program, or the scenario does not fit it.
 pub fn play_on_chip(
     program: &LadderProgram,
     scenario: &Scenario,
@@ -147,7 +149,7 @@ pub fn play_on_chip(
     Ok(ScenarioResult { machine: chip.name.to_owned(), ..played })
 }
 
-/// A scenario that is ready to be played on a chip.
+/// A scenario that is ready to be played on a chip, as a visitor of the machine type.
 struct PlayVisitor<'a> {
     compiled: &'a CompiledProgram,
     seed: u64,
@@ -177,7 +179,7 @@ impl MachineVisitor for PlayVisitor<'_> {
         let (mut compared, mut verdict) = (0, None);
         let cells = vec![0xFF; eval.eeprom().len()];
         let differs = start_pair(&bench, &site, seed, &cells).and_then(|mut pair| {
-            // Scans before the last power-up.
+            // Number of scans before the last power-up.
             let mut before = 0;
             loop {
                 let read = |symbol: usize| places.read_symbol(&pair.runner.cpu, symbol);
@@ -204,7 +206,7 @@ impl MachineVisitor for PlayVisitor<'_> {
     }
 }
 
-/// Both sides from power-up, with these cells of the EEPROM.
+/// Starts both sides from power-up, with `cells` in the EEPROM.
 fn start_pair<'a, C: CheckedChip, F: Fn(u64) -> C>(
     bench: &TestBench<'a, C, F>,
     site: &LadderResolver,
@@ -216,7 +218,7 @@ fn start_pair<'a, C: CheckedChip, F: Fn(u64) -> C>(
     Ok(pair)
 }
 
-/// A mismatch in a line.
+/// A mismatch as one line of text.
 fn mismatch_text<'n>(found: &Mismatch, scan: u64, name: &dyn Fn(usize) -> &'n str) -> String {
     let each = found.differing.iter();
     let values: Vec<_> =
@@ -227,7 +229,7 @@ fn mismatch_text<'n>(found: &Mismatch, scan: u64, name: &dyn Fn(usize) -> &'n st
     }
 }
 
-/// The document of a scenario on the evaluator and on chips.
+/// The report of a scenario on the evaluator and on chips.
 #[must_use]
 pub fn scenario_report(program: &str, scenario: &str, played: &[ScenarioResult]) -> ScenarioReport {
     let agreed = played.windows(2).all(|pair| matches!(pair, [a, b] if a.has_same_verdict(b)));
@@ -237,7 +239,7 @@ pub fn scenario_report(program: &str, scenario: &str, played: &[ScenarioResult])
     ScenarioReport { schema: 1, program: program.to_owned(), scenario: scenario.to_owned(), agreed, verdict, on }
 }
 
-/// The complaint about a chip whose verdict is another one than the evaluator's.
+/// The diagnostic for a chip whose verdict is not that of the evaluator; `None` if the verdicts are the same.
 #[must_use]
 pub fn verdict_diagnostic(scenario: &str, reference: &ScenarioResult, other: &ScenarioResult) -> Option<Diagnostic> {
     if reference.has_same_verdict(other) {

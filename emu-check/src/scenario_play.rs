@@ -1,8 +1,9 @@
-//! Scenarios on ladder programs: what the steps do to inputs and symbols, and the scenario played on the reference evaluator.
+//! Scenarios on ladder programs: binds names to inputs and symbols, and plays a scenario on the reference
+//! evaluator.
 //!
-//! A tick is a moment between two scans: moment n lies behind scan n and before scan n + 1. What is given in a moment counts in the
-//! scan behind it, what is read is what the scan before it has left. The same holds on the chip (`scenario_on_chip.rs`), which is why the
-//! verdicts must be the same.
+//! A tick is the moment between two scans: tick n is after scan n and before scan n + 1. An input that is set
+//! in a tick takes effect in the scan after it; a value that is read is what the scan before it left. The
+//! same holds on the chip (`scenario_on_chip.rs`), so the verdicts must be the same.
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
@@ -21,40 +22,41 @@ use crate::peripherals::uses_serial;
 use crate::stimulus::ScanStimulus;
 use crate::value_hints::ValueHints;
 
-/// Bits of a byte on the line, and of one that is sent with what the transmitter may wait before it.
+/// Bits of a byte on the line: start, data, stop.
 const BYTE_BITS: u64 = 10;
+/// Bits of a sent byte, including the time that the transmitter may wait before it.
 const SENT_BYTE_BITS: u64 = 12;
 
-/// Something that can be given to a program.
+/// A stimulus for a ladder program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum LadderStimulus {
-    /// A level at an input, by its position among the inputs.
+    /// A level at an input, identified by its index among the inputs.
     Level(usize, bool),
-    /// What a conversion of an analog input gives, by its position among them.
+    /// The result of converting an analog input, identified by its index among the analog inputs.
     Analog(usize, u16),
-    /// A value for any other symbol, by its index.
+    /// A value for any other symbol, identified by its index.
     Write(usize, i32),
 }
 
-/// What a program offers to a scenario.
+/// Resolves the names in a scenario for a ladder program.
 #[derive(Debug, Clone)]
 pub struct LadderResolver {
     symbols: Vec<LadderSymbol>,
     hints: Arc<ValueHints>,
     inputs: Vec<LadderStimulus>,
-    /// Their positions.
+    /// The index of each stimulus in `inputs`.
     known_inputs: HashMap<LadderStimulus, usize>,
-    /// Why bytes cannot be sent, besides what the program says.
+    /// Why bytes cannot be sent, apart from reasons in the program.
     pub cannot_send_reason: Option<String>,
     scale: TimeScale,
     cycle_us: u64,
     serial: (bool, bool),
-    /// Scans in which a byte arrives, and after which one that was sent has been received.
+    /// (Scans until a received byte has arrived, scans until a sent byte has been received).
     byte_scans: (u64, u64),
 }
 
 impl LadderResolver {
-    /// The names of a program.
+    /// A resolver for the names of a program.
     #[must_use]
     pub fn new(program: &LadderProgram, eval: &Evaluator) -> LadderResolver {
         let settings = &program.settings;
@@ -79,7 +81,7 @@ impl LadderResolver {
         found.ok_or_else(|| CheckError::UnknownSymbol { name: name.to_owned(), of_chip: is_chip_name(name) })
     }
 
-    /// The least and the most that it holds.
+    /// The smallest and the largest value of a symbol.
     fn symbol_range(symbol: &LadderSymbol) -> (i64, i64) {
         match symbol.bytes {
             0 => (0, 1),
@@ -87,19 +89,19 @@ impl LadderResolver {
         }
     }
 
-    /// What this identifier of an input stands for comes in from outside: it is no symbol that is written.
+    /// True if this input identifier belongs to an external input, not to a symbol that is written.
     #[must_use]
     pub fn is_external_input(&self, input: usize) -> bool {
         !matches!(self.inputs.get(input), Some(LadderStimulus::Write(..)))
     }
 
-    /// Scans from the begin of a byte to where it has arrived.
+    /// Scans from the start of a byte until it has arrived.
     pub(crate) fn arrival_scans(&self) -> u64 {
         self.byte_scans.0
     }
 }
 
-/// A name as those of pins and places in memory are: `PD2`, `P1.0`, `RA0`, `data:0x20`.
+/// True if a name has the form of a pin or a memory location: `PD2`, `P1.0`, `RA0`, `data:0x20`.
 fn is_chip_name(name: &str) -> bool {
     let rest = name.trim_start_matches(|c: char| c.is_ascii_uppercase());
     let letters = name.get(..name.len() - rest.len()).unwrap_or_default();
@@ -179,19 +181,22 @@ impl NameResolver for LadderResolver {
     }
 }
 
-/// What scenarios have in their hands: the inputs as they are, and what is on its way.
+/// The inputs and outputs as scenarios have set and read them, with the bytes in flight.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ScenarioIo {
+    /// Number of scans run, which is also the current tick.
     pub scan: u64,
     inputs: Vec<bool>,
     analog: Vec<u16>,
     writes: Vec<(usize, i32)>,
-    /// Bytes that wait for the line, and those that the program has sent, each with the moment from which on it counts.
+    /// Bytes that wait to be sent to the program.
     send_queue: VecDeque<u8>,
+    /// Bytes that the program has sent, each with the tick from which on it counts as received.
     bytes_on_line: VecDeque<(u64, u8)>,
     received: Vec<u8>,
-    /// The supply goes off and on before the next scan.
+    /// True if the supply is switched off and on before the next scan.
     pub power_cycle_requested: bool,
+    /// Lines that the scenarios logged.
     pub log: Vec<String>,
 }
 
@@ -201,7 +206,7 @@ impl ScenarioIo {
         ScenarioIo { inputs, analog, ..ScenarioIo::default() }
     }
 
-    /// What the next scan gets. `free`: a byte can begin on its way.
+    /// The stimulus of the next scan. With `free`, a byte to the program can begin.
     pub(crate) fn next_stimulus(&mut self, free: bool) -> ScanStimulus {
         let byte = if free { self.send_queue.pop_front() } else { None };
         let writes = std::mem::take(&mut self.writes);
@@ -214,14 +219,14 @@ impl ScenarioIo {
         }
     }
 
-    /// A scan has run: in this one, a byte was sent or not.
+    /// Records the end of a scan, with the byte that the program sent in it.
     pub(crate) fn end_scan(&mut self, site: &LadderResolver, sent: Option<u8>) {
         self.scan += 1;
         self.bytes_on_line.extend(sent.map(|byte| (self.scan + site.byte_scans.1, byte)));
         self.deliver_sent_bytes();
     }
 
-    /// A byte was sent in scan `scan`.
+    /// Records that a byte was sent in scan `scan`.
     pub(crate) fn note_sent_byte(&mut self, site: &LadderResolver, scan: u64, byte: u8) {
         self.bytes_on_line.push_back((scan + site.byte_scans.1, byte));
         self.deliver_sent_bytes();
@@ -234,8 +239,9 @@ impl ScenarioIo {
         }
     }
 
-    /// Lets all players look; the first that has ended tells how. `read`: what the last scan has left of a symbol; before the first
-    /// scan behind power-up it is what `fresh` says, for a chip has not begun then.
+    /// Polls all players and returns the verdict of the first one that has ended. `read` gives the value of a
+    /// symbol after the last scan. Before the first scan after power-up, values come from `fresh`, because a
+    /// chip has not started then.
     pub(crate) fn poll_players(
         &mut self,
         site: &LadderResolver,
@@ -254,7 +260,7 @@ impl ScenarioIo {
     }
 }
 
-/// A program as its scenario sees it between two scans.
+/// A ladder program as a [`ScenarioWorld`], between two scans.
 struct LadderWorld<'a> {
     io: &'a mut ScenarioIo,
     resolver: &'a LadderResolver,
@@ -299,7 +305,7 @@ impl ScenarioWorld for LadderWorld<'_> {
         self.io.power_cycle_requested = true;
         self.io.writes.clear();
         self.io.send_queue.clear();
-        // What the program was sending is lost with it.
+        // A byte that the program is sending is lost.
         self.io.bytes_on_line.clear();
         Ok(())
     }
@@ -317,7 +323,7 @@ impl ScenarioWorld for LadderWorld<'_> {
     }
 }
 
-/// Microseconds as people write them.
+/// A time in microseconds as text, in the largest unit without a fraction.
 fn time_text(us: u64) -> String {
     match us {
         0 => "0 s".to_owned(),
@@ -327,38 +333,39 @@ fn time_text(us: u64) -> String {
     }
 }
 
-/// A scenario played on the evaluator, scan by scan.
+/// Plays scenarios on the evaluator, scan by scan.
 pub struct EvaluatorPlay {
     site: LadderResolver,
     io: ScenarioIo,
     power_up: Evaluator,
-    /// The program as the last scan left it.
+    /// The evaluator in its state after the last scan.
     pub eval: Evaluator,
     players: Vec<ScenarioPlayer>,
-    /// Stimuli whose end is not that of the whole.
+    /// Players of stimuli whose end does not end the whole.
     side_players: Vec<ScenarioPlayer>,
-    /// A byte on its way, and the moment in which it has arrived.
+    /// A byte in flight: the tick at which it has arrived, and the byte.
     incoming: Option<(u64, u8)>,
-    /// What the last scan got.
+    /// The stimulus of the last scan.
     last_stimulus: ScanStimulus,
     verdict: Option<ScenarioVerdict>,
 }
 
-/// What a program gets from outside for a scan.
+/// The external inputs of a program for one scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ScanInputs {
-    /// Levels of all inputs, by name.
+    /// Levels of all inputs, by symbol name.
     pub levels: Vec<(String, bool)>,
-    /// What conversions of the analog inputs give, 0 to 1023, by name.
+    /// Results of converting the analog inputs, 0 to 1023, by symbol name.
     pub conversions: Vec<(String, u16)>,
-    /// A byte that begins on its way.
+    /// A byte to the program that begins in this scan.
     pub byte: Option<u8>,
-    /// Scans from there to where it has arrived.
+    /// Scans from its start until it has arrived.
     pub arrival_scans: u64,
 }
 
 impl EvaluatorPlay {
-    /// At power-up, with its EEPROM erased. The first of several scenarios that ends tells the verdict.
+    /// A program at power-up with an erased EEPROM. With several scenarios, the first one that ends gives the
+    /// verdict.
     ///
     /// # Errors
     /// The evaluator refuses the program.
@@ -379,28 +386,29 @@ impl EvaluatorPlay {
         })
     }
 
-    /// What scenarios are bound to.
+    /// The resolver that scenarios are bound with.
     pub fn resolver(&mut self) -> &mut LadderResolver {
         &mut self.site
     }
 
-    /// One more scenario.
+    /// Adds a scenario.
     pub fn add_scenario(&mut self, bound: BoundScenario) {
         self.players.push(ScenarioPlayer::new(Arc::new(bound)));
     }
 
-    /// Stimuli beside it; with `ends` it is over when they are.
+    /// Adds stimuli that run next to the scenario; with `ends`, the play ends when they end.
     pub fn add_stimuli(&mut self, bound: BoundScenario, ends: bool) {
         let player = ScenarioPlayer::new(Arc::new(bound));
         if ends { self.players.push(player) } else { self.side_players.push(player) }
     }
 
-    /// Does what is due and runs a scan; false when it is over.
+    /// Applies what is due and runs one scan; returns false when the play is over.
     pub fn scan(&mut self) -> bool {
         self.scan_with_chip(None)
     }
 
-    /// [`EvaluatorPlay::scan`] beside a chip that somebody else runs: symbols, by their position in the evaluator, are what `chip` says.
+    /// Like [`EvaluatorPlay::scan`], next to a chip that the caller runs: symbol values, by evaluator index,
+    /// are read from `chip`.
     pub fn scan_with_chip(&mut self, chip: Option<&dyn Fn(usize) -> i32>) -> bool {
         let eval = &self.eval;
         let read = |symbol: usize| chip.map_or_else(|| eval.get(symbol), |read| read(symbol));
@@ -429,7 +437,7 @@ impl EvaluatorPlay {
         true
     }
 
-    /// What the last scan got from outside.
+    /// The external inputs of the last scan.
     #[must_use]
     pub fn scan_inputs(&self) -> ScanInputs {
         let name = |symbol: usize| self.eval.symbols().get(symbol).map_or_else(String::new, |s| s.name.clone());
@@ -450,13 +458,13 @@ impl EvaluatorPlay {
         }
     }
 
-    /// Scans run.
+    /// Number of scans run.
     #[must_use]
     pub fn scans(&self) -> u64 {
         self.io.scan
     }
 
-    /// How it ended; where it has not, with this sentence.
+    /// The verdict; if no scenario has ended, the first one is aborted with the reason `why`.
     pub fn finish(&mut self, why: &str) -> ScenarioVerdict {
         let eval = &self.eval;
         let read = |symbol: usize| eval.get(symbol);
@@ -465,7 +473,7 @@ impl EvaluatorPlay {
         self.verdict.clone().or(given_up).unwrap_or_else(ScenarioVerdict::without_scenario)
     }
 
-    /// Lines that were told since the last time.
+    /// Takes the lines that were logged since the last call.
     pub fn take_log(&mut self) -> Vec<String> {
         std::mem::take(&mut self.io.log)
     }

@@ -1,20 +1,23 @@
-//! The serial line, by the checker's own reckoning: bytes from the edges of the transmitter's pin, and edges for the receiver's.
+//! The checker's own model of the serial line: decodes bytes from the edges at the transmitter's pin, and
+//! makes the edges of bytes for the receiver.
 //!
-//! Eight bits, no parity, one stop bit, least significant bit first; a bit is `hz / baud` clocks of the oscillator. All
-//! times here are in clocks since power-up.
+//! A frame has eight data bits, no parity and one stop bit, least significant bit first; a bit takes `hz /
+//! baud` clocks of the oscillator. All times are clocks since power-up.
 
 use std::collections::VecDeque;
 
-/// Bits of a byte on the line: start, data, stop.
+/// Number of bits of a frame: start, data, stop.
 pub(crate) const BYTE_BITS: u64 = 10;
 
-/// How far an edge may be from where it should be, in thousandths of the time since the byte began (2 %).
+/// Maximum error of an edge, in thousandths of the time since the start of the byte (2 %).
 const MAX_EDGE_PERMILLE: u64 = 20;
 
-/// The time of a bit, as a fraction of clocks.
+/// The length of a bit, as the fraction `hz / baud` of clocks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct BitTime {
+    /// Oscillator frequency in Hz.
     pub hz: u64,
+    /// Bits per second.
     pub baud: u64,
 }
 
@@ -24,38 +27,38 @@ impl BitTime {
         (u128::from(halves) * u128::from(self.hz) / (2 * u128::from(self.baud.max(1)))) as u64
     }
 
-    /// Clocks of so many bits, rounded down.
+    /// Clocks of `bits` bits, rounded down.
     pub(crate) fn bit_clocks(self, bits: u64) -> u64 {
         self.half_bit_clocks(2 * bits)
     }
 }
 
-/// A byte that was on the line.
+/// A byte that was received from the line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct SerialFrame {
-    /// When its start bit began.
+    /// Clock at which the start bit began.
     pub start: u64,
     pub byte: u8,
-    /// What is wrong with its shape.
+    /// What is wrong with the frame, if anything.
     pub fault: Option<String>,
 }
 
-/// A receiver at the transmitter's pin. A value: a clone goes on by itself.
+/// A receiver at the transmitter's pin; a clone receives independently.
 #[derive(Debug, Clone)]
 pub(crate) struct SerialListener {
     bit: BitTime,
-    /// How far an edge may be off besides, in clocks: the machine cycle in which it is seen.
+    /// Additional tolerance of an edge in clocks: the machine cycle in which it is observed.
     tolerance_clocks: u64,
     high: bool,
-    /// The byte under way: its start, the levels sampled so far, what is wrong.
+    /// The byte being received: its start, the levels sampled so far, and what is wrong with it.
     current_byte: Option<(u64, Vec<bool>, Option<String>)>,
-    /// When the last byte's stop bit was over.
+    /// Clock at which the last byte's stop bit ended.
     byte_end: u64,
     frames: VecDeque<SerialFrame>,
 }
 
 impl SerialListener {
-    /// A receiver of a line at rest.
+    /// A receiver of an idle line; `grain` is the tolerance of an edge in clocks.
     pub(crate) fn new(bit: BitTime, grain: u64) -> SerialListener {
         SerialListener {
             bit,
@@ -67,7 +70,7 @@ impl SerialListener {
         }
     }
 
-    /// The line has changed at `at`.
+    /// Records that the line changed to `high` at clock `at`.
     pub(crate) fn note_edge(&mut self, at: u64, high: bool) {
         self.advance_to(at);
         if high == self.high {
@@ -93,7 +96,7 @@ impl SerialListener {
         }
     }
 
-    /// Nothing has changed until `now`.
+    /// Samples the line up to clock `now`; it has not changed until then.
     pub(crate) fn advance_to(&mut self, now: u64) {
         let Some((start, bits, _)) = &mut self.current_byte else { return };
         while (bits.len() as u64) < BYTE_BITS && *start + self.bit.half_bit_clocks(2 * bits.len() as u64 + 1) < now {
@@ -111,18 +114,18 @@ impl SerialListener {
         }
     }
 
-    /// The next whole byte.
+    /// Takes the next complete byte.
     pub(crate) fn take_frame(&mut self) -> Option<SerialFrame> {
         self.frames.pop_front()
     }
 
-    /// When the byte began that is on the line now.
+    /// Clock at which the byte began that is on the line now.
     pub(crate) fn current_start(&self) -> Option<u64> {
         self.current_byte.as_ref().map(|byte| byte.0)
     }
 }
 
-/// When to begin a byte so that it has arrived while the chip waits, with the bits to drive.
+/// When to start a byte so that it arrives while the chip waits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct ByteArrival {
     /// Clock at which the start bit begins.
@@ -131,12 +134,12 @@ pub(crate) struct ByteArrival {
     pub scan: u64,
 }
 
-/// Quarter bits from the start of a byte to where every receiver has sampled the stop bit's middle and told it: 9.75 bits; and
-/// to where the first of them may have: 9.25. What lies between is uncertain.
+/// Quarter bits from the start of a byte until a receiver samples the middle of the stop bit and reports the
+/// byte: 37 (9.25 bits) at the earliest, 39 (9.75 bits) at the latest.
 const STOP_BIT_SAMPLED: (u64, u64) = (37, 39);
 
-/// The first scan from `next` on before which a whole byte can arrive that begins after `now`, while the chip waits: every scan
-/// starts at `starts(scan)` and is over `busy` clocks later.
+/// Plans a byte that begins after `now` and arrives while the chip waits: finds the first scan, from `next`
+/// on, before which it can arrive. Scan n starts at `starts(n)` and ends `busy` clocks later.
 pub(crate) fn plan_arrival(
     bit: BitTime,
     now: u64,
@@ -148,7 +151,7 @@ pub(crate) fn plan_arrival(
     let (first, last) = (quarter(STOP_BIT_SAMPLED.0), quarter(STOP_BIT_SAMPLED.1));
     let most = next + bit.bit_clocks(BYTE_BITS) / (starts(next + 1) - starts(next)).max(1) + 3;
     (next..=most).find_map(|scan| {
-        // In the middle of the time between the end of the scan before and the start of this one.
+        // The middle of the time between the end of the previous scan and the start of this one.
         let from = (starts(scan - 1) + busy).checked_sub(first)?;
         let to = starts(scan).checked_sub(last)?;
         (from < to).then_some(())?;
@@ -157,7 +160,7 @@ pub(crate) fn plan_arrival(
     })
 }
 
-/// The levels of a byte: clocks after its start, and level. The line rests high afterwards.
+/// The edges of a byte as (clocks after its start, level). The line is high afterwards.
 pub(crate) fn byte_levels(bit: BitTime, byte: u8) -> impl Iterator<Item = (u64, bool)> {
     let level = move |n: u64| match n {
         0 => false,
@@ -167,24 +170,25 @@ pub(crate) fn byte_levels(bit: BitTime, byte: u8) -> impl Iterator<Item = (u64, 
     (0..BYTE_BITS).filter(move |&n| n == 0 || level(n) != level(n - 1)).map(move |n| (bit.bit_clocks(n), level(n)))
 }
 
-/// When a byte may arrive at a program. All times are clocks since power-up.
+/// The timing of a program, to find when a byte may arrive. All times are clocks since power-up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ArrivalWindow {
-    /// Oscillator, in Hz.
+    /// Oscillator frequency in Hz.
     pub hz: u64,
     /// Bits per second, above 0.
     pub baud: u64,
-    /// Not before this clock.
+    /// The earliest clock at which the byte may begin.
     pub now: u64,
-    /// Start of a scan, and how long after it that scan is over.
+    /// Start of a scan, and its duration.
     pub scan: (u64, u64),
-    /// From the start of one scan to that of the next.
+    /// Clocks from the start of one scan to the start of the next.
     pub period: u64,
-    /// It has arrived before the scan that comes so many after that one.
+    /// How many scans after that one the byte must arrive before, at the earliest.
     pub scans_later: u64,
 }
 
-/// The edges of a byte that arrives while the chip waits for the next scan; nothing where no scan leaves room for that.
+/// The edges of a byte that arrives while the chip waits for the next scan; empty if no scan leaves enough
+/// time.
 #[must_use]
 pub fn byte_edges(byte: u8, slot: ArrivalWindow) -> Vec<(u64, bool)> {
     let bit = BitTime { hz: slot.hz, baud: slot.baud.max(1) };
@@ -199,7 +203,7 @@ mod tests {
 
     const BIT: BitTime = BitTime { hz: 4_000_000, baud: 9_600 };
 
-    /// Drives a listener with a byte at a speed in permille of the nominal.
+    /// Decodes a byte whose speed is `permille` thousandths of the nominal one.
     fn heard(byte: u8, permille: u64) -> SerialFrame {
         let mut listener = SerialListener::new(BIT, 4);
         for (after, high) in byte_levels(BIT, byte) {
@@ -216,7 +220,7 @@ mod tests {
         }
     }
 
-    /// `permille of the speed | taken`.
+    /// Rows are `permille of the speed | accepted`.
     #[test]
     fn speeds_beyond_two_percent_are_found() {
         for (permille, good) in [(1000, true), (1019, true), (982, true), (1025, false), (976, false), (1100, false)] {
@@ -233,7 +237,7 @@ mod tests {
         assert!(listener.take_frame().expect("a break").fault.is_some());
     }
 
-    /// `clocks of a scan, clocks it is busy, scans until a byte that begins now has arrived at the earliest`.
+    /// Rows are `clocks per scan, clocks busy, first scan before which a byte that begins now can arrive`.
     #[test]
     fn bytes_arrive_while_the_chip_waits() {
         for (period, busy, wanted) in [(40_000, 4_000, Some(1)), (4_000, 400, Some(2)), (1_000, 100, Some(5))] {
@@ -245,7 +249,7 @@ mod tests {
             let (middle, told) = (start + BIT.half_bit_clocks(37) / 2, start + BIT.half_bit_clocks(39) / 2);
             assert!(middle >= starts(scan - 1) + busy && told < starts(scan), "{period}: {start}");
         }
-        // A chip that never waits.
+        // A chip that never waits cannot receive a byte.
         assert_eq!(plan_arrival(BIT, 0, 1, 1_000, |scan| scan * 1_000), None);
     }
 }

@@ -1,13 +1,13 @@
-//! The shortest and plainest stimulus that still shows the same difference.
+//! Shrinks a stimulus: fewer scans and simpler inputs that still cause the same difference.
 
 use crate::families::CheckedChip;
 use crate::lockstep::{Mismatch, TestBench, replay};
 use crate::stimulus::ScanStimulus;
 
-/// Scans that may be spent on shrinking.
+/// Maximum number of scans that are executed for shrinking.
 const MAX_SHRINK_SCANS: usize = 60_000;
 
-/// Shrinks `steps`, whose last scan differs as `mismatch` tells, all in one run from reset with the given RAM.
+/// Shrinks `steps`, whose last scan causes `mismatch`, in one run from reset with the given RAM seed.
 pub(crate) fn shrink_stimulus<C: CheckedChip, F: Fn(u64) -> C>(
     bench: &TestBench<'_, C, F>,
     ram_seed: u64,
@@ -21,7 +21,7 @@ pub(crate) fn shrink_stimulus<C: CheckedChip, F: Fn(u64) -> C>(
     };
     search.drop_scans(&mut differs);
     search.simplify(&mut differs);
-    // Plainer scans are often fewer, too.
+    // After simplification, more scans can often be dropped.
     search.drop_scans(&mut differs);
     search.steps
 }
@@ -32,7 +32,8 @@ struct ShrinkSearch {
 }
 
 impl ShrinkSearch {
-    /// Takes `candidate` if it still differs, cut at the scan that does.
+    /// Accepts `candidate` if it still differs, cut after the scan that does. Returns whether it was
+    /// accepted.
     fn attempt(
         &mut self,
         mut candidate: Vec<ScanStimulus>,
@@ -48,7 +49,7 @@ impl ShrinkSearch {
         true
     }
 
-    /// Leaves out runs of scans, long ones first.
+    /// Drops sequences of scans, long ones first.
     fn drop_scans(&mut self, differs: &mut dyn FnMut(&[ScanStimulus]) -> Option<usize>) {
         let mut size = self.steps.len() / 2;
         while size > 0 {
@@ -64,7 +65,8 @@ impl ShrinkSearch {
         }
     }
 
-    /// In each scan: pins without a name low, fewer writes, no flips, inputs as in the scan before.
+    /// Simplifies each scan: unnamed pins low, no inverted inputs, no bytes, fewer writes, inputs equal to
+    /// the previous scan.
     fn simplify(&mut self, differs: &mut dyn FnMut(&[ScanStimulus]) -> Option<usize>) {
         for change in [
             clear_spare_pins,
@@ -93,12 +95,12 @@ impl ShrinkSearch {
     }
 }
 
-/// What trying to change the `part`-th thing of a scan came to.
+/// The result of changing the `part`-th item of a scan.
 enum ChangeResult {
     Yes,
-    /// It is plain already.
+    /// The item is already in its simplest form.
     Unchanged,
-    /// There are not so many.
+    /// The scan has fewer items.
     NoSuchPart,
 }
 
@@ -195,7 +197,7 @@ fn repeat_input(steps: &mut StimulusSteps, at: usize, part: usize) -> ChangeResu
     }
 }
 
-/// The inputs of the scan before; off before the first.
+/// The inputs of the previous scan; all off before the first.
 fn previous_inputs(steps: &StimulusSteps, at: usize, inputs: usize) -> Vec<bool> {
     let before = at.checked_sub(1).and_then(|at| steps.get(at));
     before.map_or_else(|| vec![false; inputs], |step| step.inputs.clone())

@@ -1,7 +1,8 @@
-//! What is done to both sides: an endless row of runs from reset, of which the first N scans are used.
+//! Generates the stimulus of a check: an endless sequence of runs from reset, of which the first N scans are
+//! used.
 //!
-//! Everything follows from the program and the seed. The first N scans of a longer check are the scans of a check of N,
-//! so a difference in scan n is replayed by a check of n scans.
+//! The sequence depends only on the program and the seed. The first N scans of a longer check equal those of
+//! a check of N scans, so a difference in scan n is replayed by a check of n scans.
 
 use emu_core::rng::Rng;
 use ladder_eval::Evaluator;
@@ -10,32 +11,33 @@ use crate::boundary_goals::BoundaryGoals;
 use crate::coverage_goals::CoverageGoals;
 use crate::value_hints::ValueHints;
 
-/// What is done around one scan.
+/// The stimulus of one scan.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct ScanStimulus {
     /// Levels of the inputs, in the order of [`ValueHints::inputs`].
     pub inputs: Vec<bool>,
-    /// Inputs whose level is inverted once they must have been latched; empty when none is.
+    /// Inputs whose level is inverted after the scan must have latched them; empty if there are none.
     pub flips: Vec<bool>,
-    /// Levels of the pins that the program does not name, a bit each; they must not matter.
+    /// Levels of the pins that the program does not name, one bit each; they must have no effect.
     pub spare: u32,
-    /// What conversions of the analog inputs give, in the evaluator's order of them.
+    /// Results of converting the analog inputs, in the evaluator's order.
     pub analog: Vec<u16>,
-    /// A byte that begins on its way to the receiver, unless one is under way or waits.
+    /// A byte that begins to be sent to the receiver, unless one is in flight or waits to be read.
     pub byte: Option<u8>,
-    /// Symbols (by index) and the values written to them at the scan's start.
+    /// Symbols (by index) with the values that are written to them at the start of the scan.
     pub writes: Vec<(usize, i32)>,
 }
 
 impl ScanStimulus {
-    /// Gives the evaluator this scan's inputs and writes.
+    /// Applies the inputs and writes of this scan to the evaluator.
     pub(crate) fn apply(&self, hints: &ValueHints, eval: &mut Evaluator) {
         hints.inputs.iter().zip(&self.inputs).for_each(|(&symbol, &on)| eval.set(symbol, i32::from(on)));
         hints.analog.iter().zip(&self.analog).for_each(|(&symbol, &value)| eval.set_adc(symbol, value));
         self.writes.iter().for_each(|&(symbol, value)| eval.set(symbol, value));
     }
 
-    /// The same where there is no line on which a byte takes its time: it is there at once, unless one waits.
+    /// Like [`ScanStimulus::apply`], without a serial line that takes time: the byte is received at once,
+    /// unless one waits.
     pub(crate) fn apply_immediately(&self, hints: &ValueHints, eval: &mut Evaluator) {
         self.apply(hints, eval);
         if let Some(byte) = self.byte.filter(|_| !eval.has_received_byte()) {
@@ -44,43 +46,43 @@ impl ScanStimulus {
     }
 }
 
-/// How the inputs of a run move.
+/// How the inputs change in a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum InputPlan {
-    /// All stay off.
+    /// All inputs stay off.
     Low,
-    /// Every combination once, in random order (with too many inputs: as [`Inputs::Modes`]).
+    /// Every combination once, in random order; with too many inputs, like [`InputPlan::Modes`].
     Sweep,
-    /// Each in a mode of its own.
+    /// Each input changes by an [`InputMode`] of its own.
     Modes,
-    /// The same, and a mode may last long.
+    /// Like [`InputPlan::Modes`], but a mode may last long.
     Slow,
 }
 
-/// What is written in a run.
+/// Which symbols are written in a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum WritePlan {
     Nothing,
-    /// Everything, at the first scan's start.
+    /// All symbols, at the start of the first scan.
     AllAtStart,
-    /// Everything at the first scan's start, then about half of the symbols at each.
+    /// All symbols at the start of the first scan, then about half of them at the start of each scan.
     OftenAll,
-    /// Integers only and rarely, so that timers and counters run on from near their limits.
+    /// Only integers, and rarely, so that timers and counters continue from values near their limits.
     RareIntegers,
 }
 
-/// A kind of run: inputs, writes, scans (a sweep takes as many as there are combinations, if that is more).
+/// A kind of run: inputs, writes, number of scans (a sweep has at least as many scans as combinations).
 type RunKind = (InputPlan, WritePlan, usize);
 
-/// The first runs, each once.
+/// The first runs, each done once.
 #[rustfmt::skip]
 const OPENING_RUNS: [RunKind; 2] = [
     (InputPlan::Low,   WritePlan::Nothing, 24),
     (InputPlan::Sweep, WritePlan::Nothing, 32),
 ];
 
-/// The runs after those, again and again. The one without writes grows from round to round, so that a long check also
-/// sees what adds up slowly, such as a drift of the period.
+/// The runs after the opening runs, repeated forever. The run without writes grows from round to round, so
+/// that a long check also finds errors that accumulate slowly, such as a drift of the period.
 #[rustfmt::skip]
 const ROUND_RUNS: [RunKind; 6] = [
     (InputPlan::Modes, WritePlan::AllAtStart,    40),
@@ -91,50 +93,52 @@ const ROUND_RUNS: [RunKind; 6] = [
     (InputPlan::Modes, WritePlan::Nothing, 160),
 ];
 
-/// Of a check without writes the run after each of those: `patience` scans long, with inputs that may stay for as long.
+/// The run after each round in a check that cannot write symbols (foreign images). It is `long_run_scans`
+/// scans long, and inputs may keep a level for a large part of it.
 const LONG_RUN: RunKind = (InputPlan::Slow, WritePlan::RareIntegers, 0);
 
-/// Up to so many inputs all combinations are tried.
+/// Maximum number of inputs whose combinations are all tried.
 pub(crate) const MAX_SWEEP_INPUTS: usize = 8;
 
-/// Steps drawn per scan while something is not covered; the one that covers most is taken.
+/// Candidates per scan while coverage is incomplete; the one that covers most is used.
 const DRAWS_PER_SCAN: usize = 16;
 
-/// Steps drawn per scan for a wish.
+/// Candidates per scan for one boundary goal.
 const TRIES_PER_GOAL: usize = 24;
 
-/// How one input moves for a while.
+/// How one input changes for some scans.
 #[derive(Debug, Clone, Copy)]
 enum InputMode {
     Hold(bool),
-    /// One scan of this level in so many.
+    /// This level in one of every n scans.
     Pulse(bool, u64),
     Toggle,
     Random,
 }
 
-/// The source of runs and steps.
+/// The generator of runs and stimuli.
 #[derive(Debug, Clone)]
 pub(crate) struct StimulusGenerator {
     rng: Rng,
-    /// What pins without a name do is drawn apart, for it has no part in the rest.
+    /// The generator for unnamed pins; it is separate so that they do not affect the rest.
     spare_rng: Rng,
     runs: usize,
-    /// Scans of the present run that are still to come.
+    /// Number of scans that the current run still has.
     remaining_scans: usize,
     first: bool,
     kind: RunKind,
     modes: Vec<(InputMode, u64)>,
     inputs: Vec<bool>,
     analog: Vec<u16>,
-    /// Input combinations of a sweep that are still to come.
+    /// Input combinations that the current sweep still has.
     sweep: Vec<u32>,
     boundary_goals: BoundaryGoals,
-    /// Scans of the long run after each round; 0 for none.
+    /// Number of scans of the long run after each round; 0 for none.
     long_run_scans: usize,
 }
 
 impl StimulusGenerator {
+    /// A generator for a seed; `wishes` are the boundary goals of the program.
     pub(crate) fn new(seed: u64, wishes: BoundaryGoals) -> StimulusGenerator {
         StimulusGenerator {
             rng: Rng::new(seed),
@@ -152,7 +156,7 @@ impl StimulusGenerator {
         }
     }
 
-    /// With a run of so many scans after each round: what is reached by time alone is reached there.
+    /// A generator with a run of `patience` scans after each round, to reach states that only time leads to.
     pub(crate) fn with_long_runs(seed: u64, wishes: BoundaryGoals, patience: usize) -> StimulusGenerator {
         StimulusGenerator { long_run_scans: patience, ..StimulusGenerator::new(seed, wishes) }
     }
@@ -162,7 +166,7 @@ impl StimulusGenerator {
         self.kind.0 == InputPlan::Slow
     }
 
-    /// When a new run begins: the seed of its random RAM.
+    /// Begins a new run if one is due, and returns the seed of its random RAM.
     pub(crate) fn begin_run(&mut self, hints: &ValueHints) -> Option<u64> {
         if self.remaining_scans > 0 {
             return None;
@@ -198,13 +202,13 @@ impl StimulusGenerator {
         Some(self.rng.next_u64())
     }
 
-    /// Runs of a round.
+    /// Number of runs per round.
     fn runs_per_round(&self) -> usize {
         ROUND_RUNS.len() + usize::from(self.long_run_scans > 0)
     }
 
-    /// The next scan's step; `eval` is in the state before it. Where writing is allowed, several are drawn and tried: for
-    /// goals that are still open, or for a wish.
+    /// The stimulus of the next scan; `eval` is in its state before the scan. In runs that write symbols,
+    /// several candidates are tried on a copy of `eval`, to reach an open coverage goal or a boundary goal.
     pub(crate) fn next_stimulus(
         &mut self,
         hints: &ValueHints,
@@ -226,7 +230,7 @@ impl StimulusGenerator {
         step
     }
 
-    /// Of several steps the one that reaches most goals.
+    /// Of several candidates, the one that reaches most coverage goals.
     fn best_covering(
         &mut self,
         hints: &ValueHints,
@@ -245,7 +249,7 @@ impl StimulusGenerator {
         best
     }
 
-    /// A step that grants the next wish, else `step`.
+    /// A stimulus that reaches the next boundary goal, or else `step`.
     fn goal_stimulus(&mut self, hints: &ValueHints, eval: &Evaluator, step: ScanStimulus) -> ScanStimulus {
         let Some(wish) = self.boundary_goals.next_open() else { return step };
         let mut candidate = step.clone();
@@ -270,7 +274,8 @@ impl StimulusGenerator {
         ScanStimulus { inputs, flips, spare: 0, analog, byte, writes }
     }
 
-    /// Another step for the same scan: other writes, and where no sweep is under way sometimes other inputs.
+    /// Another candidate for the same scan: other writes, and sometimes other inputs unless a sweep is in
+    /// progress.
     fn redraw_stimulus(&mut self, hints: &ValueHints, eval: &Evaluator, step: &ScanStimulus) -> ScanStimulus {
         let sweeping =
             self.kind.0 == InputPlan::Sweep && !self.inputs.is_empty() && self.inputs.len() <= MAX_SWEEP_INPUTS;
@@ -287,7 +292,8 @@ impl StimulusGenerator {
         }
     }
 
-    /// Analog inputs, and a byte for the receiver. Nothing is drawn for programs without them.
+    /// Draws values for the analog inputs and a byte for the receiver; draws nothing for a program without
+    /// them.
     fn draw_external(&mut self, hints: &ValueHints) -> (Vec<u16>, Option<u8>) {
         let (still, rng) = (self.kind.0 == InputPlan::Low, &mut self.rng);
         let moved = |(&symbol, &value): (&usize, &u16)| match still {
@@ -303,14 +309,14 @@ impl StimulusGenerator {
         (0..n).map(|_| self.rng.one_in(2)).collect()
     }
 
-    /// The inputs, each moved by its mode.
+    /// The levels of the inputs, each changed by its mode.
     fn move_inputs(&mut self) -> Vec<bool> {
         let longest = if self.is_long() { self.long_run_scans as u64 / 4 } else { 0 };
         let rng = &mut self.rng;
         let step = |(input, (mode, left)): (&bool, &mut (InputMode, u64))| {
             if *left == 0 {
                 *left = 3 + rng.below(40);
-                // Long stays of all lengths, from some scans to a share of the run.
+                // Longer durations, from a few scans up to a quarter of the run.
                 while *left * 2 < longest && !rng.one_in(6) {
                     *left *= 2;
                 }
@@ -335,7 +341,7 @@ impl StimulusGenerator {
     }
 
     fn draw_writes(&mut self, hints: &ValueHints, eval: &Evaluator) -> Vec<(usize, i32)> {
-        // Which symbols: one in so many integers and one in so many bits; 0 is none.
+        // Which symbols are written: one in n integers and one in n bits; 0 means none.
         let (integers, bits) = match (self.kind.1, self.first) {
             (WritePlan::Nothing, _) | (WritePlan::AllAtStart, false) => return Vec::new(),
             (WritePlan::AllAtStart | WritePlan::OftenAll, true) => (1, 1),

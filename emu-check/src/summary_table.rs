@@ -1,4 +1,4 @@
-//! Several programs on several chips: what came of each, as a table and as one document.
+//! Summary of checks of several programs on several chips, as a text table and as one JSON document.
 
 use std::fmt::Write;
 
@@ -7,41 +7,41 @@ use serde::Serialize;
 
 use crate::report::{CheckReport, SCHEMA, count_text};
 
-/// What came of one program on one chip.
+/// The outcome of checking one program on one chip.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CheckOutcome {
-    /// It was checked.
+    /// The program was checked.
     Checked(Box<CheckReport>),
-    /// It was refused.
+    /// The program could not be checked.
     Refused(RefusedCheck),
 }
 
-/// Why there was nothing to check.
+/// A check that was refused, with the reasons.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct RefusedCheck {
     /// Name of the program's file.
     pub program: String,
-    /// The chip.
+    /// The name of the chip.
     pub mcu: String,
-    /// Why.
+    /// The reasons.
     pub errors: Vec<Diagnostic>,
 }
 
-/// Many checks. `docs/check.md` describes its JSON.
+/// The summary of many checks. `docs/check.md` describes its JSON form.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CheckSummary {
-    /// Version of this shape, [`SCHEMA`].
+    /// Version of the JSON summary, [`SCHEMA`].
     pub schema: u32,
-    /// Nothing that was checked differed.
+    /// True if no check found a difference.
     pub agreed: bool,
-    /// Reports, program by program, chip by chip.
+    /// The reports, by program and then by chip.
     pub checks: Vec<CheckReport>,
-    /// What was not checked, in the same order.
+    /// The refused checks, in the same order.
     pub refused: Vec<RefusedCheck>,
 }
 
 impl CheckSummary {
-    /// All outcomes in one document.
+    /// Collects all outcomes.
     #[must_use]
     pub fn new(outcomes: Vec<CheckOutcome>) -> CheckSummary {
         let (mut checks, mut refused) = (Vec::new(), Vec::new());
@@ -55,11 +55,12 @@ impl CheckSummary {
     }
 }
 
-/// Heads of the columns; the first two and the verdict stand left, numbers right.
+/// Column headings. The first three columns are left-aligned, numbers are right-aligned.
 pub(crate) const COLUMN_HEADS: [&str; 12] =
     ["program", "chip", "verdict", "scans", "code", "RAM", "period", "worst", "bound", "mean", "slack", "worst rung"];
 
-/// A line for each outcome: sizes in bytes; times of a scan outside of its wait in clocks of the oscillator. Reasons of refusals follow.
+/// A text table with one line per outcome, followed by the reasons of refusals. Sizes are in bytes; times, in
+/// clocks, do not include the wait at the end of a scan.
 #[must_use]
 pub fn summary_table(outcomes: &[CheckOutcome]) -> String {
     let mut rows: Vec<Vec<String>> = vec![COLUMN_HEADS.map(str::to_owned).to_vec()];
@@ -69,7 +70,7 @@ pub fn summary_table(outcomes: &[CheckOutcome]) -> String {
             CheckOutcome::Checked(report) => rows.push(report_cells(report)),
             CheckOutcome::Refused(RefusedCheck { program, mcu, errors }) => {
                 rows.push(vec![program.clone(), mcu.clone(), "refused".to_owned()]);
-                // The first reason is enough; all are told by a check on this chip alone.
+                // The first reason is enough; a check on this chip alone prints all of them.
                 let more = match errors.len() {
                     0 | 1 => String::new(),
                     n => format!(", and {} more", n - 1),
@@ -98,7 +99,7 @@ pub fn summary_table(outcomes: &[CheckOutcome]) -> String {
     text
 }
 
-/// How many agree, differ and were refused, in a line.
+/// One line with the number of checks that agree, differ and were refused.
 pub(crate) fn verdict_line(outcomes: &[CheckOutcome]) -> String {
     let checked = outcomes.iter().filter(|outcome| matches!(outcome, CheckOutcome::Checked(_))).count();
     let differ = outcomes.iter().filter(|o| matches!(o, CheckOutcome::Checked(report) if !report.agreed)).count();
@@ -106,7 +107,7 @@ pub(crate) fn verdict_line(outcomes: &[CheckOutcome]) -> String {
     format!("{all}: {} agree, {differ} differ; {} refused", checked - differ, outcomes.len() - checked)
 }
 
-/// The cells of a report, one for each of [`COLUMN_HEADS`].
+/// The cells of a report, one per column of [`COLUMN_HEADS`].
 pub(crate) fn report_cells(report: &CheckReport) -> Vec<String> {
     let figures = &report.figures;
     let clocks = |cycles: u64| cycles.saturating_mul(figures.clocks_per_cycle).to_string();

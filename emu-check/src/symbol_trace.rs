@@ -1,4 +1,4 @@
-//! A check once more, with every symbol of both sides written down, for drawing.
+//! Repeats a check and records every symbol of both sides, for the waveforms of the HTML report.
 
 use std::collections::VecDeque;
 
@@ -17,30 +17,33 @@ use crate::program_places::ProgramPlaces;
 use crate::stimulus::StimulusGenerator;
 use crate::value_hints::ValueHints;
 
-/// Scans that are kept at most: the last ones.
+/// Maximum number of scans kept; these are the last ones.
 const MAX_TRACE_SCANS: usize = 2_000;
 
 /// The symbols at the end of a scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct TraceRow {
+    /// Number of the scan in the check, from 1.
     pub scan: u64,
-    /// A run begins here.
+    /// True if a run begins with this scan.
     pub reset: bool,
+    /// The evaluator's values, by symbol index.
     pub expected: Vec<i32>,
+    /// The chip's values, by symbol index.
     pub found: Vec<i32>,
 }
 
-/// Symbols over scans.
+/// The values of all symbols over the scans.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct SymbolTrace {
-    /// Name, and whether it is a bit.
+    /// Name of each symbol, and whether it is a bit.
     pub symbols: Vec<(String, bool)>,
     pub rows: VecDeque<TraceRow>,
-    /// The last row is that of a difference.
+    /// True if the last row is a difference.
     pub differs: bool,
 }
 
-/// The first `scans` scans of a check; nothing where it was refused.
+/// Records the first `scans` scans of a check; `None` if the check is refused.
 pub(crate) fn symbol_trace(entry: &ReportEntry<'_>, scans: u64) -> Option<SymbolTrace> {
     let &ReportEntry { program, options, compiled, .. } = entry;
     let target = ladder_compile::CompileOptions {

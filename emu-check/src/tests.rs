@@ -1,4 +1,4 @@
-//! Stimulus, goals and what is called impossible, on the evaluator alone.
+//! Tests of the stimulus, the coverage goals and the analysis of impossible outcomes, on the evaluator alone.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -16,7 +16,7 @@ fn program(rungs: &str) -> LadderProgram {
     ladder::parse("test.ld", &text).unwrap_or_else(|faults| panic!("{faults:?}")).program
 }
 
-/// The first `scans` steps with the seeds of the runs that they belong to, and the goals as they stand then.
+/// The first `scans` stimuli with the seed of the run that each belongs to, and the goals after them.
 fn drawn(program: &LadderProgram, seed: u64, scans: usize) -> (Vec<(u64, ScanStimulus)>, CoverageGoals) {
     let power_up = Evaluator::new(program).unwrap_or_else(|refusal| panic!("{refusal}"));
     let hints = ValueHints::new(program, &power_up);
@@ -57,7 +57,8 @@ fn few_inputs_see_every_combination_without_a_write() {
     assert!(steps.iter().take(56).all(|(_, step)| step.writes.is_empty()));
 }
 
-/// Inputs, and scans of the longest run of a default check: what a drift of the period can add up over.
+/// Rows are (inputs, scans of the longest run of a default check): a drift of the period accumulates over
+/// that run.
 #[test]
 fn the_longest_run_is_as_long_as_the_manual_says() {
     for (inputs, longest) in [(1, 320), (7, 320), (8, 256), (9, 320)] {
@@ -71,13 +72,13 @@ fn the_longest_run_is_as_long_as_the_manual_says() {
 fn all_boundaries_are_written_in_a_default_check() {
     let (steps, _) = drawn(&program(THREE), 1, 2_000);
     let written: BTreeSet<i32> = steps.iter().flat_map(|(_, s)| s.writes.iter().map(|w| w.1)).collect();
-    // The boundaries of DESIGN section 8, and preset 8 and limit 7 with their neighbours.
+    // The general boundary values, and preset 8 and limit 7 with their neighbours.
     for value in [0, 1, -1, 100, 0x7FFF, -0x8000, 255, 256, 6, 7, 8, 9] {
         assert!(written.contains(&value), "{value} is never written");
     }
 }
 
-/// `rungs | what is not seen, with the reason`, each a line of the coverage; several are joined by `;`.
+/// Rows are `rungs | outcomes that are not seen, with the reason`; several outcomes are joined by `;`.
 #[rustfmt::skip]
 const IMPOSSIBLE: &[(&str, &str)] = &[
     ("CONTACTS Xa 0\n COIL Ya 0 0 0", ""),
@@ -102,7 +103,8 @@ const IMPOSSIBLE: &[(&str, &str)] = &[
     ("CTU Cn -32768\n COIL Ya 0 0 0",
      "1.1 is below its limit: impossible, its limit leaves no other case; \
       1.2 stores 0: impossible, its rung is always true there"),
-    // What correlates without an input is not found out, and not called impossible.
+    // A correlation that does not come from an input is not detected, so the outcome is not called
+    // impossible.
     ("CONTACTS Ra 0\n CONTACTS Ra 0\n COIL Ya 0 0 0", "1.2 blocks: not seen"),
     ("CONTACTS Xa 0\n CONTACTS Xa 0\n COIL Ya 0 0 0", "1.2 blocks: impossible, it passes whenever its rung is true"),
     ("PARALLEL\n SERIES\n MOVE n 4\n END\n RTO Ta 9000\n END\n END\nRUNG\n EQU n 4\n COIL Ya 0 0 0",
@@ -127,7 +129,7 @@ fn exceptions_have_a_name_and_a_reason() {
     }
 }
 
-/// `rungs | the coverage line`: what cannot do all that counts stands apart.
+/// Rows are `rungs | the coverage line`; items with an impossible outcome are counted separately.
 #[rustfmt::skip]
 const LINES: &[(&str, &str)] = &[
     ("CONTACTS Xa 0\n COIL Ya 0 0 0", "contacts 1/1 both ways, coils 1/1 both values"),
@@ -174,7 +176,8 @@ fn nothing_called_impossible_ever_happens() {
     }
 }
 
-/// `rungs | the coverage line`, for elements with more to them than bits; everything is seen on the evaluator alone.
+/// Rows are `rungs | the coverage line`, for elements with more state than bits; the evaluator alone reaches
+/// everything.
 #[rustfmt::skip]
 const PERIPHERALS: &[(&str, &str)] = &[
     ("CONTACTS Xa 0\n SHIFT_REGISTER s 4", "contacts 1/1 both ways, shift registers 1/1 shifted"),

@@ -1,4 +1,5 @@
-//! What a program tells about values worth trying: its constants, presets and limits, and their neighbours.
+//! Values worth trying for the integers of a program: its constants, presets and limits, and their
+//! neighbours.
 
 use emu_core::rng::Rng;
 use ladder::symbols::for_each_symbol_use;
@@ -7,52 +8,53 @@ use ladder_eval::Evaluator;
 
 use crate::peripherals;
 
-/// Values at which arithmetic on 8-bit machines goes wrong, besides the ends of the widths.
+/// Values at which arithmetic on 8-bit machines tends to fail, in addition to the limits of the widths.
 #[rustfmt::skip]
 const BOUNDARIES: &[i32] = &[
     0, 1, -1, 2, -2, 100, 127, 128, -128, -129, 255, 256, 257, -255, -256, -257, 0x7F00, 0x00FE,
 ];
 
-/// The ends of two to four bytes, and their neighbours.
+/// The limits of two to four bytes, and their neighbours.
 const WIDTH_ENDS: [&[i32]; 3] = [
     &[0x7FFF, -0x8000, 0x7FFE, -0x7FFF],
     &[0x7F_FFFF, -0x80_0000, 0x7F_FFFE, -0x7F_FFFF, 0x8000, -0x8001, 0xFFFF, 0x1_0000, -0x1_0000],
     &[i32::MAX, i32::MIN, i32::MAX - 1, i32::MIN + 1, 0xFF_FFFF, 0x100_0000, 0x80_0000, -0x80_0001],
 ];
 
-/// Largest result of a conversion.
+/// Largest result of an A/D conversion.
 const MAX_CONVERSION: i32 = 1023;
 
-/// `value` in as many bytes, as two's complement.
+/// Truncates `value` to `bytes` bytes, as two's complement with sign extension.
 pub(crate) fn truncate_to_bytes(value: i64, bytes: u8) -> i32 {
     let unused = 64 - 8 * u32::from(bytes.clamp(1, 4));
     (value << unused >> unused) as i32
 }
 
-/// Symbols by what may be done to them, and the values worth writing.
+/// The symbols of a program by how they can be stimulated, and the values worth writing.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct ValueHints {
-    /// Inputs, by index of the evaluator.
+    /// Symbol indices of the inputs.
     pub inputs: Vec<usize>,
-    /// Relays and outputs.
+    /// Symbol indices of relays and outputs.
     pub bits: Vec<usize>,
-    /// Timers, counters, variables.
+    /// Symbol indices of timers, counters and variables.
     pub integers: Vec<usize>,
-    /// Analog inputs.
+    /// Symbol indices of analog inputs.
     pub analog: Vec<usize>,
-    /// The program receives bytes.
+    /// True if the program receives bytes.
     pub receives: bool,
-    /// Bytes of each symbol, 0 for a bit.
+    /// Width of each symbol in bytes, 0 for a bit.
     pub bytes: Vec<u8>,
-    /// Symbols that can be written on the chip; all, unless it says otherwise.
+    /// Whether each symbol can be written on the chip; true for all by default.
     pub writable: Vec<bool>,
-    /// Per symbol: constants that meet it in one element, and their neighbours.
+    /// Per symbol: the constants that occur with it in one element, and their neighbours.
     own_values: Vec<Vec<i32>>,
     /// All constants of the program, their neighbours and negatives.
     all_values: Vec<i32>,
 }
 
 impl ValueHints {
+    /// Collects the symbols and constants of a program.
     pub(crate) fn new(program: &LadderProgram, eval: &Evaluator) -> ValueHints {
         let symbols = eval.symbols();
         let which = |wanted: fn(SymbolKind) -> bool| -> Vec<usize> {
@@ -68,7 +70,7 @@ impl ValueHints {
                     constants.iter().for_each(|&c| own.extend([c.saturating_sub(1), c, c.saturating_add(1)]));
                 }
             });
-            // A counter turns over at the ends of its width, too.
+            // A counter also wraps at the limits of its width.
             if let Element::Counter { name, .. } = element
                 && let Some(index) = eval.index(name)
                 && let Some(own) = own.get_mut(index)
@@ -98,7 +100,7 @@ impl ValueHints {
         }
     }
 
-    /// A value for the integer `symbol`: mostly one at which something may turn over.
+    /// A random value for the integer `symbol`, mostly near a boundary.
     pub(crate) fn random_value(&self, symbol: usize, eval: &Evaluator, rng: &mut Rng) -> i32 {
         let own = self.own_values.get(symbol).map_or(&[][..], Vec::as_slice);
         let bytes = self.bytes.get(symbol).copied().unwrap_or(2);
@@ -110,7 +112,8 @@ impl ValueHints {
             0..7 => pick_random(own, rng).or_else(|| boundary(rng)),
             7..10 => boundary(rng),
             10..12 => pick_random(&self.all_values, rng),
-            // Another integer's value or its neighbour, for those that are compared with each other.
+            // The value of another integer or a neighbour of it, for integers that are compared with each
+            // other.
             12..14 => {
                 pick_random(&self.integers, rng).map(|other| eval.get(other).wrapping_add(rng.below(3) as i32 - 1))
             }
@@ -119,7 +122,7 @@ impl ValueHints {
         truncate_to_bytes(drawn.unwrap_or_else(|| rng.next_u64() as i32).into(), bytes)
     }
 
-    /// What a conversion may give: mostly an end of the scale, or a value at which something may turn over.
+    /// A random result of an A/D conversion, mostly an end of the scale or a value near a boundary.
     pub(crate) fn random_conversion(&self, symbol: usize, rng: &mut Rng) -> u16 {
         let own = self.own_values.get(symbol).map_or(&[][..], Vec::as_slice);
         let drawn = match rng.below(8) {
@@ -134,7 +137,8 @@ impl ValueHints {
             .map_or_else(|| rng.below(MAX_CONVERSION as u64 + 1) as u16, |v| v as u16)
     }
 
-    /// A byte for the receiver: mostly a constant of the program, an end, or a sign that people send.
+    /// A random byte for the receiver, mostly a constant of the program, a boundary value, or a printable
+    /// character.
     pub(crate) fn random_byte(&self, rng: &mut Rng) -> u8 {
         let drawn = match rng.below(8) {
             0..4 => pick_random(&self.all_values, rng).map(|value| value as u8),
@@ -150,7 +154,7 @@ fn pick_random<T: Copy>(from: &[T], rng: &mut Rng) -> Option<T> {
     from.get(rng.below(from.len() as u64) as usize).copied()
 }
 
-/// The constants of an element, with a timer's delay as the scans that it counts.
+/// The constants of an element; the delay of a timer is given as the number of scans that it counts.
 pub(crate) fn element_constants(program: &LadderProgram, element: &Element) -> Vec<i32> {
     let value = |o: &LadderOperand| match o {
         LadderOperand::Const { value, .. } => i32::try_from(*value).ok(),
@@ -183,7 +187,7 @@ pub(crate) fn element_constants(program: &LadderProgram, element: &Element) -> V
             let constants = element.facts().constants.into_iter().filter_map(|value| i32::try_from(value).ok());
             constants.chain([0, 8, 16, 24, 32]).collect()
         }
-        // Whatever it is, its constants are worth trying.
+        // The constants of all other elements are worth trying.
         _ => element.facts().constants.into_iter().filter_map(|value| i32::try_from(value).ok()).collect(),
     }
 }

@@ -1,25 +1,30 @@
-//! Symbols over scans as a drawing: the evaluator's line, the chip's over it, and where they part.
+//! Draws the symbols over the scans as SVG: the evaluator's waveform, the chip's on top of it, and where they
+//! differ.
 
 use diag::escape_markup;
 use std::fmt::Write;
 
 use crate::symbol_trace::SymbolTrace;
 
-/// Height of a symbol's row, and of the axis.
+/// Height of a symbol's row, in pixels.
 const ROW_HEIGHT: usize = 26;
+/// Height of the axis, in pixels.
 const AXIS_HEIGHT: usize = 22;
-/// Height of a signal within its row.
+/// Height of a signal within its row, in pixels.
 const SIGNAL_HEIGHT: usize = 16;
-/// Least width of a drawing, most width of a scan, in pixels.
+/// Minimum width of a drawing, in pixels.
 const MIN_WIDTH: usize = 900;
+/// Maximum width of a scan, in pixels.
 const MAX_SCAN_WIDTH: usize = 24;
-/// Width of a character, about, and what is free at the right end for the last number of the axis.
+/// Approximate width of a character, in pixels.
 const CHAR_WIDTH: usize = 8;
+/// Free space at the right end for the last number of the axis, in pixels.
 const RIGHT_MARGIN: usize = 24;
-/// Characters of a name that are shown; all of them where the pointer rests.
+/// Maximum number of characters of a name that are shown; the tooltip has the full name.
 const MAX_NAME_CHARS: usize = 24;
 
-/// The column of names, and the drawing that may be wider than the page: both as SVG, row by row at the same height.
+/// Two SVG images with rows of equal height: the column of names, and the drawing, which may be wider than
+/// the page.
 pub(crate) fn waveform(trace: &SymbolTrace) -> (String, String) {
     let rows = trace.rows.len().max(1);
     let step = (MIN_WIDTH / rows).clamp(2, MAX_SCAN_WIDTH);
@@ -58,7 +63,7 @@ pub(crate) fn waveform(trace: &SymbolTrace) -> (String, String) {
         }
     }
     if trace.differs {
-        // On top of all, for it is what the reader looks for.
+        // Drawn last, on top of everything else.
         _ = writeln!(
             svg,
             "<path class=\"first\" d=\"M{drawn} {AXIS_HEIGHT}V{height}\"><title>first difference</title></path>"
@@ -67,13 +72,13 @@ pub(crate) fn waveform(trace: &SymbolTrace) -> (String, String) {
     (names + "</svg>", svg + "</svg>")
 }
 
-/// A symbol over all rows.
+/// One symbol over all rows.
 struct SymbolCurve<'a> {
     name: &'a str,
     bit: bool,
     expected: Vec<i32>,
     found: Vec<i32>,
-    /// All values lie between these two, as does 0.
+    /// The range of the values, extended so that it contains 0.
     least: i32,
     most: i32,
 }
@@ -96,12 +101,12 @@ impl<'a> SymbolCurve<'a> {
         }
     }
 
-    /// What an integer is scaled to.
+    /// The range that an integer is scaled to, as text.
     fn range_text(&self) -> String {
         if self.bit { String::new() } else { format!("{}..{}", self.least, self.most) }
     }
 
-    /// The values in the last row, where they differ.
+    /// The values in the last row, if they differ.
     fn difference_text(&self) -> Option<String> {
         let (expected, found) = self.expected.last().zip(self.found.last())?;
         (expected != found).then(|| format!("{expected} expected, {found} found"))
@@ -125,7 +130,7 @@ impl<'a> SymbolCurve<'a> {
     }
 }
 
-/// Numbers of scans, and the resets.
+/// Draws the scan numbers and the resets.
 fn push_grid(svg: &mut String, trace: &SymbolTrace, step: usize, height: usize) {
     let every = (0..).map(|n| [1, 2, 5][n % 3] * 10usize.pow(n as u32 / 3)).find(|every| every * step >= 60);
     let every = every.unwrap_or(1).max(1);
@@ -135,7 +140,7 @@ fn push_grid(svg: &mut String, trace: &SymbolTrace, step: usize, height: usize) 
             let title = format!("reset before scan {}", row.scan);
             _ = writeln!(svg, "<path class=\"reset\" d=\"M{x} {AXIS_HEIGHT}V{height}\"><title>{title}</title></path>");
         }
-        // A number that would stand over the left edge is left out.
+        // A number that would extend over the left edge is left out.
         if row.scan.is_multiple_of(every as u64) && x + step / 2 >= CHAR_WIDTH {
             _ = writeln!(svg, "<text class=\"axis\" x=\"{}\" y=\"14\">{}</text>", x + step / 2, row.scan);
         }

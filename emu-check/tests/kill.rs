@@ -1,8 +1,9 @@
-//! What a check finds: compilers with one fault each, for a chip of every family, and whether a check with its defaults tells
-//! their images from right ones. `docs/kill.md` explains it.
+//! Measures what a check finds: compilers with one fault each, for a chip of every family; a check with
+//! default options must distinguish their images from correct ones. See `docs/kill.md`.
 //!
-//! `EMU_BLESS=1 cargo test --release -p emu-check --features mutants --test kill -- --ignored` writes the figures of docs/kill.md and
-//! the survivors in kill.txt anew: the reasons that stand there stay, and where none does `?` asks for one.
+//! `EMU_BLESS=1 cargo test --release -p emu-check --features mutants --test kill -- --ignored` updates the
+//! figures of docs/kill.md and the survivors in kill.txt. Known reasons are kept; a survivor without a reason
+//! gets `?`.
 #![cfg(feature = "mutants")]
 
 #[path = "kill/campaign.rs"]
@@ -19,18 +20,18 @@ use campaign::{FaultVerdict, SampleSize, run_campaign};
 use emu_check::fuzz::FAMILIES;
 use page::{SurvivorList, table};
 
-/// The whole table.
+/// The sample of the whole table.
 const FULL_SIZE: SampleSize =
     SampleSize { per_kind: 3, random_programs: 200, kinds_per_random_program: 1, recheck_survivors: false };
 
-/// What an ordinary run of the tests does.
+/// The sample of an ordinary test run.
 const QUICK_SIZE: SampleSize =
     SampleSize { per_kind: 1, random_programs: 12, kinds_per_random_program: 1, recheck_survivors: false };
 
-/// Least faults of a back end in the whole table.
+/// Minimum number of faults per back end in the whole table.
 const MIN_FAULTS: usize = 200;
 
-/// Least share of them that is found, in percent.
+/// Minimum share of faults that is found, in percent.
 const MIN_SHARE_PERCENT: f64 = 97.0;
 
 /// Some faults of every sort on every chip.
@@ -45,7 +46,8 @@ fn faults_are_found() {
             survive.map(|case| &*case.name).filter(|name| survivors.reason(name).is_none()).collect();
         println!("{mcu}: {} faults, {} of them not found and not listed", cases.len(), unknown.len());
         assert!(cases.len() >= 40, "{mcu}: only {} faults", cases.len());
-        // Which faults are drawn hangs on the image, so a new one may be drawn that is none.
+        // The selection of faults depends on the image, so a new fault may be equivalent to the correct
+        // compiler.
         assert!(unknown.len() * 100 <= cases.len() * 3, "{mcu}: not found, and not in kill.txt: {unknown:#?}");
     }
 }

@@ -1,5 +1,5 @@
-//! Faults that other compilers have had: an image with the same fault is made by a sound compiler of another program, and a check
-//! with its defaults finds it. The same program's own image agrees.
+//! Historic faults of other compilers: a correct compiler makes an image with the same fault from a different
+//! program, and a check with default options finds it. The program's own image agrees.
 
 #[path = "common/parse.rs"]
 mod common;
@@ -7,7 +7,7 @@ mod common;
 use emu_check::{CheckOptions, check, check_compiled};
 use ladder::LadderProgram;
 
-/// Rungs of a column of the table under a head.
+/// A program with the rungs of one column of the table.
 fn program(name: &str, column: &str) -> LadderProgram {
     let (head, rungs) = match column.strip_prefix("#5") {
         Some(rungs) => ("LDmicro0.2", rungs),
@@ -25,14 +25,14 @@ fn rung(text: &str) -> String {
     format!("RUNG\n{lines}END\n")
 }
 
-/// Faults that a check with its defaults does not find.
+/// Faults that a check with default options does not find.
 const GAPS: &[&str] = &[];
 
 #[test]
 fn historic_faults_are_found() {
     let (mut rows, mut wrong) = (0, Vec::new());
     for row in include_str!("kill_history.txt").lines().filter(|row| !row.is_empty() && !row.starts_with('#')) {
-        // `||` separates rungs, ` | ` columns.
+        // `||` separates rungs, ` | ` separates columns.
         let columns: Vec<&str> = row.split(" | ").map(str::trim).collect();
         let [id, what, chip, sound, faulty] = columns[..] else { panic!("five columns: {row}") };
         let (sound, faulty) = (program(id, sound), program(id, faulty));
@@ -43,7 +43,7 @@ fn historic_faults_are_found() {
         let target = ladder_compile::CompileOptions { mcu: chip.to_owned(), ..Default::default() };
         let image = ladder_compile::compile(&faulty, &target).unwrap_or_else(|faults| told(faults));
         let report = check_compiled(&sound, &image, &options, &mut |_, _| {}).unwrap_or_else(|faults| told(faults));
-        // A gap that is closed must leave the list of gaps.
+        // A fault that is now found must be removed from the list of gaps.
         if report.agreed != GAPS.contains(&id) {
             wrong.push(format!("{id}: {what}: {}\n", if report.agreed { "not found" } else { "found" }));
         }

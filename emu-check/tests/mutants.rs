@@ -1,6 +1,6 @@
-//! Compilers with one fault each: a check with its defaults finds them. Faults that it does not find are listed in
-//! `mutants.txt`, each with the reason why the image means the same; an unlisted one fails the test, and so does a line
-//! that lists a fault that is found.
+//! Compilers with one fault each: a check with default options finds them. `mutants.txt` lists the faults
+//! that are not found, with the reason why the image has the same meaning. The test fails for an unlisted
+//! fault that is not found, and for a listed fault that is found.
 #![cfg(feature = "mutants")]
 
 mod common;
@@ -11,7 +11,7 @@ use emu_check::{CheckOptions, check_compiled};
 use ladder::LadderProgram;
 use ladder_compile::{Mutant, MutantKind, compile_mutant, mutants};
 
-/// `file | element | fault | reason`.
+/// Rows are `file | element | fault | reason`.
 const LISTED: &str = include_str!("mutants.txt");
 
 #[test]
@@ -42,20 +42,21 @@ fn faults_of_the_compiler_are_found() {
     assert!(unlisted.is_empty() && stale.is_empty(), "not found: {unlisted:#?}\nlisted, but found: {stale:#?}");
 }
 
-/// The defaults; EMU_MUTANTS_SEED sets another seed, to see that the outcome does not hang on one.
+/// The default options; EMU_MUTANTS_SEED sets another seed, to see that the outcome does not depend on it.
 fn options() -> CheckOptions {
     let seed = std::env::var("EMU_MUTANTS_SEED").ok().and_then(|text| text.parse().ok());
     CheckOptions { seed: seed.unwrap_or(CheckOptions::default().seed), ..CheckOptions::default() }
 }
 
-/// True when a check of the faulty image finds nothing. An image that the compiler itself refuses counts as found.
+/// True if a check of the faulty image finds nothing. An image that the compiler itself refuses counts as
+/// found.
 fn agrees(program: &LadderProgram, mutant: &Mutant) -> bool {
     let options = options();
     let target = ladder_compile::CompileOptions { mcu: options.mcu.clone(), ..Default::default() };
     let Ok(compiled) = compile_mutant(program, &target, mutant.id) else { return false };
     let report = check_compiled(program, &compiled, &options, &mut |_, _| {}).expect("a report");
     if let Some(difference) = &report.difference {
-        // A fault must be told with all that is needed to look at it.
+        // The report must contain all that is needed to analyse the fault.
         assert!(difference.expected != difference.found, "{}", report.text());
         assert!(!difference.smallest.is_empty() && difference.smallest.len() as u64 <= difference.scan_of_run);
     }

@@ -12,7 +12,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// `failed 2 51`.
+/// The verdict as in the table: outcome, step, tick, such as `failed 2 51`.
 fn verdict_line(played: &ScenarioResult) -> String {
     if let Some(differs) = &played.difference {
         return format!("differs: {differs}");
@@ -68,7 +68,8 @@ fn verdicts_are_the_same_everywhere() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    // The 8051 has no converter, AP101 no serial line, no converter and no EEPROM, and not all that the examples do.
+    // The 8051 has no converter; AP101 has no serial line, converter or EEPROM, and does not support all
+    // elements of the examples.
     let refuses =
         |line: &String| line.contains(": ap101: ") || line.contains("parts.ld") && line.contains(": at89s52: ");
     assert!(refused.iter().all(refuses), "{refused:#?}");

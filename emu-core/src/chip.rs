@@ -1,10 +1,10 @@
-//! Chips are data: one row each, written with struct update syntax.
+//! The data that describes a chip. Each chip is one row of type [`Chip`], written with struct update syntax.
 
 use crate::image::ImageSpace;
 use crate::pins::{PinId, PinLevel};
 use crate::table::{DisassembledInstruction, FlowKind, InstructionLocation, InstructionRow, SyntaxAlias};
 
-/// The families of chips, each a crate with one instruction table.
+/// The chip families. Each is a crate with one instruction table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ChipFamily {
     /// Crate `emu-avr`.
@@ -17,112 +17,115 @@ pub enum ChipFamily {
     Ap101,
 }
 
-/// What tools need of a family's instruction table.
+/// What tools need from the instruction table of a family.
 #[derive(Debug)]
 pub struct InstructionSet {
-    /// Disassembles the instruction at the front of some program words, which stands at the given program word address.
+    /// Disassembles the first instruction in `words`, which is at the program word address `pc`.
     pub disassemble: fn(words: &[u16], pc: u32) -> DisassembledInstruction,
-    /// Program words that read so are erased, and hold no program where several stand in a row.
+    /// The value of an erased program word. Several of them in sequence contain no program.
     pub erased_word: u16,
-    /// The table.
+    /// The instruction table.
     pub rows: &'static [InstructionRow],
-    /// Bits of a program word.
+    /// Number of bits of a program word.
     pub word_bits: u32,
-    /// Other spellings that the assembler takes.
+    /// Alternative spellings that the assembler accepts.
     pub aliases: &'static [SyntaxAlias],
-    /// Where an instruction of `len` program words stands whose address in program words is `pc`.
+    /// Returns the place of an instruction with `len` program words at the program word address `pc`.
     pub locate: fn(pc: u32, len: u32) -> InstructionLocation,
-    /// The chip does not have the instruction of this row, by its position in the table.
+    /// Whether the chip lacks the instruction of this row; `row` is its position in the table.
     pub is_missing: fn(row: usize) -> bool,
-    /// What the instruction of this row, by its position in the table, may do to the order in which a program runs.
+    /// How the instruction of this row can change the order of execution; `row` is its position in the table.
     pub flow: fn(row: usize) -> FlowKind,
 }
 
-/// A chip.
+/// All data of one chip: memories, registers, pins, vectors.
 #[derive(Debug)]
 pub struct Chip {
     /// Name on the command line, such as `atmega328p`.
     pub name: &'static str,
-    /// Its family.
+    /// Family of the chip.
     pub family: ChipFamily,
-    /// Its instructions.
+    /// Instruction set of the chip.
     pub isa: &'static InstructionSet,
-    /// One line for `emu chips`.
+    /// One-line description for `emu chips`.
     pub title: &'static str,
-    /// Data sheet that the row comes from.
+    /// Data sheet from which the row is taken.
     pub data_sheet: &'static str,
-    /// Name of the memory that holds the program: `flash`, `code`.
+    /// Name of the program memory: `flash`, `code`.
     pub code_space: &'static str,
-    /// Program memory in bytes, a power of two; with what can be attached outside.
+    /// Size of program memory in bytes, a power of two, including what can be attached outside of the chip.
     pub flash_bytes: u32,
-    /// Program memory on the chip in bytes.
+    /// Size of program memory on the chip, in bytes.
     pub on_chip_flash_bytes: u32,
-    /// Name of the memory in which the RAM of the chip lies: `data`, `idata`.
+    /// Name of the memory that contains the RAM of the chip: `data`, `idata`.
     pub ram_space: &'static str,
-    /// First address of RAM in it.
+    /// First address of RAM in that memory.
     pub ram_start: u16,
-    /// Addresses of RAM: bytes, or bits on a controller that has only those.
+    /// Number of RAM addresses: bytes, or bits on a controller that has only bits.
     pub ram_len: u16,
-    /// RAM by ranges of addresses, mirrors included, on chips whose RAM lies in banks; empty where it lies in one piece.
+    /// RAM as address ranges, including mirrors, on chips whose RAM is in banks. Empty if RAM is one
+    /// contiguous range.
     pub ram_ranges: &'static [RamRange],
-    /// EEPROM in bytes.
+    /// Size of EEPROM in bytes.
     pub eeprom_bytes: u16,
     /// Bytes per program word.
     pub word_bytes: u32,
     /// Highest clock, in Hz.
     pub max_hz: u64,
-    /// Clock assumed when none is given, in Hz.
+    /// Clock in Hz that is used if the user gives none.
     pub default_hz: u64,
-    /// Memories that an Intel HEX file may fill.
+    /// Memories that an Intel HEX file can fill.
     pub hex_spaces: &'static [ImageSpace],
-    /// Memories that an ELF file may fill, at their load addresses.
+    /// Memories that an ELF file can fill, at their load addresses.
     pub elf_spaces: &'static [ImageSpace],
-    /// ELF machine number.
+    /// ELF machine number (`e_machine`).
     pub elf_machine: u16,
-    /// Registers of the core, by name, in the order in which they are shown.
+    /// Names of the core's registers, in display order.
     pub cpu_regs: &'static [&'static str],
-    /// Name of the memory in which the registers of the chip lie: `data`, `sfr`.
+    /// Name of the memory that contains the registers of the chip: `data`, `sfr`.
     pub reg_space: &'static str,
-    /// Registers of the chip at their addresses in it.
+    /// Registers of the chip with their addresses in that memory.
     pub regs: &'static [NamedAddress],
-    /// Named bits, and their addresses in the memory `bit`; none where single bits have no addresses of their own.
+    /// Named bits with their addresses in the memory `bit`. Empty if single bits have no addresses.
     pub bits: &'static [NamedAddress],
-    /// Named numbers of the chip as its makers' headers have them: bits of registers by number, values for the configuration
+    /// Named constants from the manufacturer's headers: bit numbers in registers, values of the configuration
     /// word, last address of RAM.
     pub constants: fn() -> Vec<(&'static str, i32)>,
-    /// Pins in the order of their [`PinId`].
+    /// Pins, indexed by [`PinId`].
     pub pins: &'static [PinDef],
-    /// Packages that the chip comes in, the usual one first. None where the row knows only the numbers in [`PinDef::dip`].
+    /// Packages of the chip, the usual one first. Empty if the row has only the pin numbers in
+    /// [`PinDef::dip`].
     pub packages: &'static [ChipPackage],
-    /// Interrupt vectors by number.
+    /// Names of the interrupt vectors, by number.
     pub vectors: &'static [&'static str],
     /// Program words per vector.
     pub words_per_vector: u32,
-    /// Program words by which those behind the first stand nearer to the front than that makes them.
+    /// Number of program words by which all vectors after the first are nearer to address 0 than
+    /// `words_per_vector` gives.
     pub later_vectors_back_words: u32,
-    /// Memory spaces for `--peek`: name, number of addresses, bytes per address (1, or 2 where addresses count words, as
-    /// the users of PIC16 have it for program memory).
+    /// Memory spaces for `--peek`: name, number of addresses, and bytes per address. The latter is 1, or 2
+    /// where an address counts words, which is usual for the program memory of PIC16.
     pub spaces: &'static [(&'static str, u32, u32)],
-    /// Memories of whose accesses [`crate::cpu::Probe::data`] is told, and the first address of which it is: below it lie registers
-    /// that instructions use without a word of it.
+    /// Memories whose accesses are reported to [`crate::cpu::Probe::on_data_access`], with the first address
+    /// that is reported. Registers below that address are used by instructions without a report.
     pub observable_spaces: &'static [(&'static str, u32)],
-    /// Places in those memories that instructions use without naming them: registers of the core, of which only the accesses by
-    /// address are told.
+    /// Ranges in those memories that instructions use without an address in the instruction: registers of the
+    /// core. Only accesses to them by address are reported.
     pub implicit_accesses: &'static [(&'static str, u32)],
 }
 
-/// A range of data memory that holds RAM.
+/// An address range of data memory that contains RAM.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RamRange {
     /// First address.
     pub first: u16,
     /// Last address.
     pub last: u16,
-    /// The address under which the first byte is kept: `first` itself, or what it mirrors.
+    /// The address under which the first byte is kept: `first` itself, or the address that it mirrors.
     pub canonical: u16,
 }
 
-/// A register of the chip, or a bit of one.
+/// A register of the chip, or a bit of one, with its address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NamedAddress {
     /// Data-sheet name.
@@ -131,40 +134,43 @@ pub struct NamedAddress {
     pub addr: u16,
 }
 
-/// A pin.
+/// A pin of a chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PinDef {
     /// Port and bit, such as `PB5`.
     pub name: &'static str,
-    /// Pin of the usual package: the dual in-line one, or the flat one of a chip that comes in no other; 0 where it has none,
-    /// [`Chip::NO_PACKAGE`] where the machine has no package.
+    /// Pin number in the usual package: the dual in-line package, or the flat one if the chip has no other. 0
+    /// if the package lacks the pin, [`Chip::NO_PACKAGE`] if the machine has no package.
     pub dip: u8,
-    /// What else it does, or why a program should not use it freely.
+    /// Other functions of the pin, or why a program should not use it freely.
     pub note: &'static str,
 }
 
 impl PinDef {
-    /// The note of a pin that is an input of the converter and nothing else.
+    /// The note of a pin that is an analog input of the converter and has no other function.
     pub const ANALOG_INPUT_NOTE: &str = "analog input";
 
-    /// This level is worth a place in an overview: a pin that is analog alone has one only while something drives it.
+    /// Whether an overview should show this level. A pin that is only analog has a level only while something
+    /// drives it.
     #[must_use]
     pub fn is_level_meaningful(&self, level: PinLevel) -> bool {
         self.note != PinDef::ANALOG_INPUT_NOTE || level != PinLevel::Float
     }
 }
 
-/// A package that a chip comes in.
+/// A package of a chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ChipPackage {
     /// Name, such as `DIP28`.
     pub name: &'static str,
-    /// Number of each pin of [`Chip::pins`] in it, in their order; 0 for one that it does not have.
+    /// Pin number of each pin of [`Chip::pins`] in this package, in the same order; 0 if the package lacks
+    /// the pin.
     pub pins: &'static [u8],
 }
 
 impl ChipPackage {
-    /// What a name says of a package: its kind by one name and the number of its pins, however both are put together.
+    /// Splits the name of a package into its normalised kind and its number of pins, in whichever order they
+    /// are written.
     fn normalized_kind(name: &str) -> (String, String) {
         let letters: String = name.chars().filter(char::is_ascii_alphabetic).map(|c| c.to_ascii_uppercase()).collect();
         let kind = match letters.as_str() {
@@ -175,7 +181,7 @@ impl ChipPackage {
         (kind.to_owned(), name.chars().filter(char::is_ascii_digit).collect())
     }
 
-    /// The number of `pin` in this package; none where it does not have that pin.
+    /// The number of `pin` in this package, or `None` if the package lacks it.
     #[must_use]
     pub fn pin_number(&self, pin: PinId) -> Option<u8> {
         self.pins.get(usize::from(pin)).copied().filter(|&number| number != 0)
@@ -183,58 +189,61 @@ impl ChipPackage {
 }
 
 impl Chip {
-    /// What stands for the number of a pin of a machine that comes in no package.
+    /// Value of [`PinDef::dip`] on a machine that has no package.
     pub const NO_PACKAGE: u8 = u8::MAX;
 
-    /// Address of the register `name` (case aside) in [`Chip::reg_space`].
+    /// Address of the register `name` in [`Chip::reg_space`]; case is ignored.
     #[must_use]
     pub fn reg(&self, name: &str) -> Option<u16> {
         self.regs.iter().find(|r| r.name.eq_ignore_ascii_case(name)).map(|r| r.addr)
     }
 
-    /// Address of the bit `name` (case aside).
+    /// Address of the bit `name`; case is ignored.
     #[must_use]
     pub fn bit(&self, name: &str) -> Option<u16> {
         self.bits.iter().find(|r| r.name.eq_ignore_ascii_case(name)).map(|r| r.addr)
     }
 
-    /// Position of a memory in [`Chip::spaces`], by which [`crate::cpu::Probe::data`] names it.
+    /// Position of a memory in [`Chip::spaces`]; [`crate::cpu::Probe::on_data_access`] names a memory by it.
     #[must_use]
     pub fn space_index(&self, name: &str) -> Option<u8> {
         self.spaces.iter().position(|(space, ..)| *space == name).map(|i| i as u8)
     }
 
-    /// Bytes per address of a memory in [`Chip::spaces`]; 1 for one that is not there.
+    /// Bytes per address of a memory in [`Chip::spaces`]; 1 if there is no such memory.
     #[must_use]
     pub fn bytes_per_address(&self, name: &str) -> u32 {
         self.spaces.iter().find(|(space, ..)| *space == name).map_or(1, |&(.., width)| width.max(1))
     }
 
-    /// First address of a memory of whose accesses [`crate::cpu::Probe::data`] is told; none where it is told of none.
+    /// First address of a memory from which accesses are reported to [`crate::cpu::Probe::on_data_access`];
+    /// `None` if no accesses of it are reported.
     #[must_use]
     pub fn observable_from(&self, name: &str) -> Option<u32> {
         self.observable_spaces.iter().find(|(space, _)| *space == name).map(|found| found.1)
     }
 
-    /// The address of the program word `word` as it is written for this chip: in bytes on AVR, in words on PIC16.
+    /// Converts a program word address into the unit that is usual for the family: bytes on AVR, words on
+    /// PIC16.
     #[must_use]
     pub fn code_address(&self, word: u32) -> u32 {
         word.saturating_mul(self.word_bytes) / self.bytes_per_address(self.code_space)
     }
 
-    /// Some package of the chip has the pin.
+    /// Whether any package of the chip has the pin.
     #[must_use]
     pub fn has_pin(&self, pin: PinId) -> bool {
         let usual = self.pins.get(usize::from(pin)).is_some_and(|def| def.dip != 0);
         usual || self.packages.iter().any(|package| package.pin_number(pin).is_some())
     }
 
-    /// The pins that some package has, with their identities.
+    /// The pins that at least one package has, with their ids.
     pub fn present_pins(&self) -> impl Iterator<Item = (PinId, &'static PinDef)> {
         (0..).zip(self.pins).filter(|(id, _)| self.has_pin(*id))
     }
 
-    /// The package `name` (case aside), which vendors spell in many ways: `PDIP28`, `28-PDIP`, `SPDIP-28` are `DIP28`.
+    /// Finds the package `name`; case is ignored. The spellings of vendors are accepted: `PDIP28`, `28-PDIP`,
+    /// `SPDIP-28` are `DIP28`.
     #[must_use]
     pub fn package(&self, name: &str) -> Option<&'static ChipPackage> {
         self.packages
@@ -242,7 +251,7 @@ impl Chip {
             .find(|package| ChipPackage::normalized_kind(package.name) == ChipPackage::normalized_kind(name))
     }
 
-    /// The pin `name` (case aside).
+    /// Finds the pin `name`; case is ignored.
     #[must_use]
     pub fn pin(&self, name: &str) -> Option<PinId> {
         self.pins.iter().position(|p| p.name.eq_ignore_ascii_case(name)).map(|i| i as PinId)

@@ -1,9 +1,9 @@
-//! A search for states that do not survive [`Cpu::save`] and [`Cpu::restore`], for the tests of the cores.
+//! Searches for states that do not survive [`Cpu::save`] and [`Cpu::restore`], for the tests of the cores.
 //!
-//! A core gives a machine with a random program of register writes for each seed. The machine is driven at
-//! random, and run three times: uncut; cut into short runs; and cut in the same places, saved there and
-//! restored into a machine that has run something else. All three must stay equal, byte for byte. What
-//! differs is reported by a panic that names chip and seed.
+//! For each seed, a core provides a machine with a random program of register writes. The search applies
+//! random inputs to the machine and runs it in three ways: uncut; cut into short runs; and cut at the same
+//! cycles, with the state saved there and restored into a machine that has executed something else. All three
+//! machines must stay equal, byte for byte. A difference is a panic that names chip and seed.
 //!
 //! `EMU_STATE_PROGRAMS` sets the number of programs per chip, `EMU_STATE_SEED` the seed of the first one.
 
@@ -19,23 +19,23 @@ use crate::slices::{RandomInput, SlicePlan, pick_random};
 /// Cycles of the longest run between two cuts.
 const MAX_PROGRAM_CYCLES: u64 = 900;
 
-/// Cuts between two acts; what is left then runs in one piece.
+/// Number of cuts between two inputs; the rest then runs in one piece.
 const CUTS_PER_PROGRAM: u64 = 16;
 
-/// The seed of the first program of each chip, if the environment does not set it.
+/// Seed of the first program of each chip, unless the environment sets it.
 const SEED: u64 = 0x57A7_E5EE;
 
-/// A number from the environment.
+/// Reads a number, decimal or `0x` hexadecimal, from an environment variable; `otherwise` is the default.
 ///
 /// # Panics
-/// The variable holds something else.
+/// The variable contains something else.
 fn env_number(name: &str, otherwise: u64) -> u64 {
     let Ok(text) = std::env::var(name) else { return otherwise };
     let (digits, radix) = text.strip_prefix("0x").map_or((&*text, 10), |digits| (digits, 16));
     u64::from_str_radix(digits, radix).unwrap_or_else(|_| panic!("{name} is no number: {text}"))
 }
 
-/// A random byte; half of them are boundaries: few bits set or clear.
+/// Draws a random byte. About half of them are boundary values with at most one bit set or clear.
 pub fn boundary_byte(rng: &mut Rng) -> u8 {
     let bit = 1 << rng.below(8);
     match rng.below(8) {
@@ -47,8 +47,8 @@ pub fn boundary_byte(rng: &mut Rng) -> u8 {
     }
 }
 
-/// Queues drives of `pins` within `span` cycles: lone edges, edges close together, clocks and serial frames;
-/// voltages and dips of the supply on machines that know them.
+/// Queues random drives of `pins` within `span` cycles: single edges, edges close together, clocks and serial
+/// frames. On machines that model them, voltages and dips of the supply are included.
 pub fn queue_random_drives<C: Cpu>(cpu: &mut C, pins: &[PinId], span: u64, rng: &mut Rng) {
     if pins.is_empty() {
         return;
@@ -68,7 +68,7 @@ pub fn queue_random_drives<C: Cpu>(cpu: &mut C, pins: &[PinId], span: u64, rng: 
                 }
             }
             4 | 5 => {
-                // Start bit, eight or nine data bits, stop bit; or a clock of half that period.
+                // Start bit, eight or nine data bits, stop bit; or a clock of half that frequency.
                 let (bit, word) = (pick_random(rng, &[1, 2, 4, 8, 13, 16, 52, 104]), rng.next_u64() | 0x600);
                 let word = if rng.one_in(3) { 0x5555 } else { word << 1 };
                 for n in 0..pick_random(rng, &[11, 12, 18, 33]) {
@@ -88,7 +88,8 @@ pub fn queue_random_drives<C: Cpu>(cpu: &mut C, pins: &[PinId], span: u64, rng: 
     }
 }
 
-/// A plan for a machine with a program of its own: drives, and acts from outside between runs.
+/// Makes a plan for a machine that already has its program: random drives, and inputs from outside between
+/// runs.
 pub fn random_slice_plan<C: Cpu>(mut start: C, pins: &[PinId], span: u64, rng: &mut Rng) -> SlicePlan<C> {
     queue_random_drives(&mut start, pins, span, rng);
     let chip = start.chip();
@@ -111,7 +112,7 @@ pub fn random_slice_plan<C: Cpu>(mut start: C, pins: &[PinId], span: u64, rng: &
     SlicePlan { description: what, start, inputs: acts, breakpoint_candidates: Vec::new() }
 }
 
-/// Prints where the search was when a test ends in a panic, whatever panics.
+/// Prints the seed of the search when a test ends in a panic, whatever panics.
 struct PanicContext<'a>(&'a str, u64);
 
 impl Drop for PanicContext<'_> {
@@ -122,11 +123,11 @@ impl Drop for PanicContext<'_> {
     }
 }
 
-/// Runs `programs` plans for each of `chips` (name, and what `plan` makes one of), or as many as the
-/// environment asks for. All cores of the host share the work. Prints what was done, chip by chip.
+/// Runs `programs` plans, or as many as the environment sets, for each of `chips` (name, and the argument of
+/// `plan`). All cores of the host share the work. Prints a summary for each chip.
 ///
 /// # Panics
-/// A state is refused, or machines differ that are to be equal.
+/// A state is rejected, or machines differ that must be equal.
 pub fn search_restore_faults<C: Cpu + Debug, T: Sync>(
     chips: &[(&str, T)],
     programs: u64,
@@ -162,7 +163,7 @@ pub fn search_restore_faults<C: Cpu + Debug, T: Sync>(
     }
 }
 
-/// Runs a plan uncut, cut, and restored at each cut. The number of cuts, and the cycles of the run.
+/// Runs a plan uncut, cut, and restored at each cut. Returns the number of cuts and the cycles of the run.
 fn assert_restores_equal<C: Cpu + Debug>(plan: &SlicePlan<C>, rng: &mut Rng) -> (u64, u64) {
     let (mut uncut, mut cut, mut restored) = (plan.start.clone(), plan.start.clone(), plan.start.clone());
     let mut other = plan.start.clone();
@@ -194,7 +195,7 @@ fn assert_restores_equal<C: Cpu + Debug>(plan: &SlicePlan<C>, rng: &mut Rng) -> 
             plan.description
         );
         assert_same_bytes(plan, &uncut.save(), &cut.save(), "a machine that was cut beside one that was not", at);
-        // Traps are no part of a state.
+        // Breakpoints are not part of a state.
         if !matches!(act, RandomInput::Trap(..)) {
             [&mut uncut, &mut cut, &mut restored].into_iter().for_each(|cpu| act.apply(cpu));
         }
@@ -202,11 +203,11 @@ fn assert_restores_equal<C: Cpu + Debug>(plan: &SlicePlan<C>, rng: &mut Rng) -> 
     (number, cut.cycle())
 }
 
-/// Lets a machine run something else: other registers, another place in its program, another program.
+/// Lets a machine execute something else: other registers, another address, another program.
 fn run_elsewhere<C: Cpu>(cpu: &mut C, rng: &mut Rng) {
     let chip = cpu.chip();
     let words = u64::from(chip.flash_bytes / chip.word_bytes.max(1));
-    // Rarely, since the copy of a program that is shared no more takes the most time of all.
+    // Rarely, because making a private copy of a shared program takes the most time.
     if rng.one_in(30) {
         cpu.poke(chip.code_space, rng.below(0x100) as u32, boundary_byte(rng));
     }
@@ -227,8 +228,8 @@ fn run_elsewhere<C: Cpu>(cpu: &mut C, rng: &mut Rng) {
     cpu.run(to, &mut ());
 }
 
-/// Two states of the cycle `at` are the same bytes. Where they are not, what differs is taken from machines
-/// with these states.
+/// Asserts that two states of the cycle `at` are the same bytes. If they are not, the message shows the
+/// difference between machines restored from them.
 fn assert_same_bytes<C: Cpu + Debug>(plan: &SlicePlan<C>, wanted: &[u8], found: &[u8], what: &str, at: u64) {
     if wanted == found {
         return;

@@ -1,37 +1,37 @@
-//! The loop around every hot loop: what happens between two instructions. Due events, resets, interrupts, sleep, stops, traps,
-//! and loops of the program that only wait, which are jumped over.
+//! The loop around every hot loop. It handles what happens between two instructions: due events, resets,
+//! interrupts, sleep, stops, breakpoints, and polling loops of the program, whose iterations it skips.
 //!
-//! A family gives its machine as an [`CpuEngine`] and calls [`run`] and [`step_until`]; its own burst executes instructions up to the
-//! deadline that is set here.
+//! A family implements [`CpuEngine`] for its machine and calls [`run`] and [`step_until`]. The burst of the
+//! family executes instructions up to the deadline that is set here.
 
 use crate::countdown::Countdown;
 use crate::cpu::{Cpu, LAST_CYCLE, NEVER, Probe, ResetCause, StopReason};
 use crate::pins::{ChipEvent, CycleTime};
 
-/// Cycles of peace from which on it is worth to look for turns to jump over.
+/// The minimum number of quiet cycles for which it pays to look for iterations to skip.
 const MIN_QUIET_CYCLES: u64 = 64;
 
-/// Cycles in which loops are not looked at after a look that was not worth it, so that short waits cost no more than they do
-/// without any looking.
+/// After an attempt that did not pay, loops are not examined for this number of cycles, so that short waits
+/// cost no more than without the attempts.
 const RETRY_AFTER_CYCLES: u64 = 1024;
 
-/// How a machine is run. Says nothing of the machine itself.
+/// Settings and notes of a run that are not part of the machine's state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RunState {
-    /// The trap that stopped the last run, to be stepped over by the next.
+    /// The breakpoint that stopped the last run; the next run passes it once.
     pub breakpoint_to_pass: Option<u32>,
-    /// Loops that only look are jumped over,
+    /// Whether iterations of polling loops are skipped.
     pub skip_idle_loops: bool,
-    /// but not before this cycle.
+    /// The first cycle at which polling loops are examined again.
     pub no_skip_before: u64,
-    /// Time passes up to the limit of a run, whatever can wake the chip.
+    /// A run continues to its limit even if nothing can wake the chip.
     pub run_while_halted: bool,
-    /// It was met sleeping, or in a loop that only looks, when nothing was due any more.
+    /// The machine was found asleep or in a polling loop when nothing was due.
     pub is_blocked: bool,
 }
 
 impl RunState {
-    /// At first: loops are jumped over.
+    /// The initial settings: polling loops are skipped.
     pub const START: RunState = RunState {
         breakpoint_to_pass: None,
         skip_idle_loops: true,
@@ -41,82 +41,85 @@ impl RunState {
     };
 }
 
-/// What predecode has found an instruction to be, besides what it does.
+/// What predecode found out about an instruction, in addition to its operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InstructionMark {
-    /// Nothing else.
+    /// Nothing special.
     Plain,
-    /// A jump to itself, which changes nothing and looks at nothing.
+    /// A jump to itself, which changes nothing and reads nothing.
     JumpsToItself,
-    /// It closes a loop that only looks.
+    /// The jump at the end of a polling loop.
     ClosesLoop,
 }
 
-/// A machine as the loop sees it.
+/// A machine as seen by the loop around the hot loop.
 pub trait CpuEngine: Cpu {
-    /// What the core holds and a waiting loop may change: a turn that leaves it as it was is followed by one just like it.
+    /// The state of the core that a polling loop can change. If an iteration leaves it unchanged, the next
+    /// iteration does the same.
     type CoreState: PartialEq;
 
-    /// The clock of the hot state.
+    /// The cycle counter of the hot loop.
     fn clock(&mut self) -> &mut Countdown;
-    /// The probe has asked for a stop.
+    /// The probe requested a stop.
     fn stop_requested(&mut self) -> &mut bool;
-    /// The burst has met an op without a body.
+    /// The burst reached an op without a body of its own.
     fn slow_path_requested(&mut self) -> &mut bool;
-    /// How the machine is run.
+    /// Settings and notes of the run.
     fn run_state(&mut self) -> &mut RunState;
 
-    /// Runs what is due in the chip up to the machine cycle `now`; returns the next deadline.
+    /// Executes what is due in the chip up to the machine cycle `now` and returns the next deadline.
     fn fire(&mut self, now: u64) -> u64;
-    /// Logs events from now on, or does not.
+    /// Enables or disables the log of events.
     fn set_event_log(&mut self, on: bool);
-    /// Takes the oldest logged event.
+    /// Removes and returns the oldest logged event.
     fn next_event(&mut self) -> Option<ChipEvent>;
-    /// The chip asks to be reset.
+    /// The reset that the chip requests, if any.
     fn requested_reset(&mut self) -> Option<ResetCause>;
-    /// Does what else the chip asks of the core between two instructions. True when that has taken time.
+    /// Carries out other requests of the chip to the core between two instructions. Returns true if that took
+    /// time.
     fn apply_request(&mut self) -> bool {
         false
     }
-    /// The boundary at the cycle `now` takes no interrupt, because of the instruction before it.
+    /// Whether the boundary at the cycle `now` takes no interrupt because of the instruction before it.
     fn holds_interrupts(&self, now: u64) -> bool {
         let _ = now;
         false
     }
-    /// An interrupt would be taken at the cycle `now`.
+    /// Whether an interrupt would be taken at the cycle `now`.
     fn has_pending_interrupt(&self, now: u64) -> bool;
-    /// Enters the pending interrupt, if there is one.
+    /// Enters the pending interrupt, if there is one. Returns true if it did.
     fn enter_interrupt<P: Probe>(&mut self, now: u64, probe: &mut P) -> bool;
-    /// The core stands still until something wakes it.
+    /// Whether the core is stopped until something wakes it.
     fn is_core_asleep(&self) -> bool;
-    /// Nothing enabled can wake or reset the chip, and nothing is on its way.
+    /// Whether nothing that is enabled can wake or reset the chip, and nothing is pending.
     fn is_halted(&self) -> bool;
 
-    /// A trap stands at `pc`.
+    /// Whether a breakpoint is set at `pc`.
     fn has_breakpoint(&self, pc: u32) -> bool;
-    /// What predecode has found the instruction at `pc` to be.
+    /// What predecode found out about the instruction at `pc`.
     fn instruction_mark(&self, pc: u32) -> InstructionMark;
-    /// The head of the loop that only looks and is closed by the instruction at `end`.
+    /// The first instruction of the polling loop that ends with the instruction at `end`.
     fn loop_head(&self, end: u32) -> Option<u32>;
-    /// The cycle up to which everything that this loop looks at keeps its value from the cycle `at` on.
+    /// The cycle up to which everything that this loop reads keeps its value, from the cycle `at` on.
     fn loop_steady_until(&self, end: u32, at: u64) -> u64;
-    /// The loop that only looks and is closed by the instruction at `end` clears the watchdog: how long ago its last turn did counts,
-    /// and no turn before it.
+    /// Whether the polling loop that ends with the instruction at `end` clears the watchdog. Of such a loop
+    /// only the last iteration matters, since each one restarts the watchdog.
     fn loop_clears_watchdog(&self, end: u32) -> bool;
-    /// What the counter holds of the loop that is closed by the instruction at `end` and does nothing but count down to zero, one a
-    /// turn; none for other loops.
+    /// The counter value of the loop that ends with the instruction at `end`, if the loop does nothing but
+    /// count down to zero by one per iteration. `None` for other loops.
     fn loop_counter(&self, end: u32) -> Option<u64>;
-    /// Lets that counter hold another value.
+    /// Sets that counter.
     fn set_loop_counter(&mut self, end: u32, value: u64);
-    /// What the core holds.
+    /// The present state of the core.
     fn core_state(&self) -> Self::CoreState;
 
-    /// Executes instructions up to the deadline; `looks`: stops at loops that only look, not just at jumps to themselves.
+    /// Executes instructions up to the deadline. With `stop_at_polling_loops` it also leaves at the end of a
+    /// polling loop, not only at a jump to itself.
     fn burst<P: Probe>(&mut self, stop_at_polling_loops: bool, probe: &mut P);
-    /// Executes the instruction at `pc`, the program counter, whatever marks it bears.
+    /// Executes the instruction at `pc`, the program counter, regardless of its marks.
     ///
     /// # Errors
-    /// Why it cannot be executed.
+    /// The reason why it cannot be executed.
     fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), StopReason>;
 }
 
@@ -140,17 +143,20 @@ pub fn run<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> St
     }
 }
 
-/// Executes one instruction or one interrupt entry, or sleeps on to what is due next, up to `until` ([`Cpu::step_until`]).
+/// Executes one instruction or one interrupt entry, or sleeps until the next due event, at most up to `until`
+/// ([`Cpu::step_until`]).
 pub fn step_until<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> StopReason {
     let now = cpu.cycle();
     let next = cpu.fire(now);
-    // Where an interrupt is there already, or nothing is ever due and nobody says how far, one cycle.
+    // If an interrupt is already pending, or nothing will ever be due and there is no limit, it passes one
+    // cycle.
     let sleeps = cpu.is_core_asleep() && !cpu.has_pending_interrupt(now) && next.min(until) < LAST_CYCLE;
     run(cpu, if sleeps { next.min(until).max(now + 1) } else { now + 1 }, probe)
 }
 
-/// Only something from outside can still change what the program does, though it does not count as halted: nothing is due, and it
-/// sleeps, or goes round in a loop that only looks, or will within some [`RETRY_AFTER_CYCLES`] cycles ([`Cpu::is_blocked_on_input`]).
+/// Whether only an event from outside can change what the program does ([`Cpu::is_blocked_on_input`]). That
+/// is so if nothing is due, and the machine sleeps, or is in a polling loop, or reaches one of these within 2
+/// * [`RETRY_AFTER_CYCLES`] cycles.
 pub fn is_blocked_on_input<E: CpuEngine>(cpu: &mut E) -> bool {
     let now = cpu.cycle();
     if cpu.fire(now) != NEVER {
@@ -160,9 +166,10 @@ pub fn is_blocked_on_input<E: CpuEngine>(cpu: &mut E) -> bool {
     run(cpu, now.saturating_add(2 * RETRY_AFTER_CYCLES), &mut ()) == StopReason::Limit && cpu.run_state().is_blocked
 }
 
-/// Runs everything due at this instruction boundary and sets the next deadline. Returns why to stop, if so.
+/// Handles everything that is due at this instruction boundary and sets the next deadline. Returns the reason
+/// for a stop, if there is one.
 ///
-/// Every case either stops, or leaves at least one cycle to the deadline for the next burst, or goes round again.
+/// Each case stops, or leaves at least one cycle to the deadline for the next burst, or repeats the loop.
 fn handle_boundary<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> Option<StopReason> {
     loop {
         let now = cpu.cycle();
@@ -203,13 +210,14 @@ fn handle_boundary<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut 
                 return Some(StopReason::Halted);
             }
             cpu.run_state().is_blocked |= next == NEVER && !cpu.has_pending_interrupt(now);
-            // The deadline of this cycle has been served; the interrupt, if any, was not enabled.
+            // What was due in this cycle has been executed, and an interrupt, if there is one, is not
+            // enabled.
             let clock = cpu.clock();
             clock.advance_cycles(next.min(until).max(now + 1) - now);
             clock.expire();
             continue;
         }
-        // Hold-off lasts for one instruction: look again right after it.
+        // The hold-off lasts for one instruction: check again directly after it.
         let deadline = if cpu.holds_interrupts(now) { now + 1 } else { next.min(until).max(now + 1) };
         let no_skip_before = cpu.run_state().no_skip_before;
         let retry_deadline = if no_skip_before > now { no_skip_before } else { NEVER };
@@ -225,7 +233,7 @@ fn handle_boundary<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut 
     }
 }
 
-/// The program counter was `before`, and no instruction has moved it from there.
+/// Reports to the probe that the program counter changed from `before` without an instruction.
 fn report_jump<E: CpuEngine, P: Probe>(cpu: &E, before: u32, probe: &mut P) {
     if P::FLOW {
         probe.on_flow_end(before);
@@ -233,8 +241,8 @@ fn report_jump<E: CpuEngine, P: Probe>(cpu: &E, before: u32, probe: &mut P) {
     }
 }
 
-/// The op at the program counter has no body of its own. `deadline` is the cycle up to which it may run; `idle`: nothing is due, and
-/// no interrupt is there.
+/// Executes the op at the program counter, which has no body of its own in the hot loop. `deadline` is the
+/// cycle up to which it may run. `idle` means that nothing is due and no interrupt is pending.
 fn slow_path<E: CpuEngine, P: Probe>(cpu: &mut E, deadline: u64, idle: bool, probe: &mut P) -> Option<StopReason> {
     let pc = cpu.pc();
     let trap = cpu.has_breakpoint(pc);
@@ -253,7 +261,7 @@ fn slow_path<E: CpuEngine, P: Probe>(cpu: &mut E, deadline: u64, idle: bool, pro
     }
     match cpu.instruction_mark(pc) {
         InstructionMark::JumpsToItself if !trap && cpu.pc() == pc => {
-            // Every turn is like this one.
+            // All further iterations are equal to this one.
             if !cpu.run_state().run_while_halted && cpu.is_halted() {
                 return Some(StopReason::Halted);
             }
@@ -271,20 +279,23 @@ fn slow_path<E: CpuEngine, P: Probe>(cpu: &mut E, deadline: u64, idle: bool, pro
     None
 }
 
-/// True when loops that only look may be jumped over: the probe wants to see every turn of none.
+/// Whether iterations of polling loops may be skipped: the setting allows it, and the probe does not need
+/// every iteration or read.
 fn may_skip_loops<E: CpuEngine, P: Probe>(cpu: &mut E) -> bool {
     cpu.run_state().skip_idle_loops && !P::EVERY_ITERATION && !P::DATA_READS
 }
 
-/// Adds whole turns like the one that began at the cycle `start`, up to `limit`.
+/// Adds whole iterations, equal to the one that began at the cycle `start`, up to the cycle `limit`.
 fn repeat_iterations<E: CpuEngine>(cpu: &mut E, limit: u64, start: u64, instructions_before: u64) {
     let now = cpu.cycle();
     cpu.clock().repeat_iterations(limit.saturating_sub(now) / (now - start), start, instructions_before);
 }
 
-/// At the head of the loop that only looks and is closed by the jump at `end`, if the jump was taken: runs one turn, and if it
-/// leaves the core as it was, jumps over as many whole turns as nothing can change in. Stops early at the deadline, at a
-/// trap, or where the loop is left. Where the watchdog is cleared, the last turn is run: it leaves what all before it would have.
+/// Skips iterations of the polling loop that ends with the jump at `end`, if the jump was taken and the
+/// program is at the head of the loop. It runs one iteration. If that leaves the core unchanged, it skips all
+/// whole iterations during which nothing can change. It stops early at the deadline, at a breakpoint, or
+/// where the program leaves the loop. If the loop clears the watchdog, the last iteration is executed,
+/// because its effect is that of all the skipped ones.
 fn skip_iterations<E: CpuEngine, P: Probe>(cpu: &mut E, end: u32, deadline: u64, idle: bool, probe: &mut P) {
     let Some(head) = cpu.loop_head(end).filter(|&head| head == cpu.pc()) else { return };
     if let Some(left) = cpu.loop_counter(end) {
@@ -301,7 +312,7 @@ fn skip_iterations<E: CpuEngine, P: Probe>(cpu: &mut E, end: u32, deadline: u64,
         return;
     }
     let now = cpu.cycle();
-    // A promise that ends now was good for this turn and says nothing of the next.
+    // A guarantee that ends now was sufficient for this iteration, but says nothing about the next one.
     if cpu.pc() == head && cpu.core_state() == before && now < stable_until {
         let promised = cpu.loop_steady_until(end, now);
         cpu.run_state().is_blocked |= idle && promised == NEVER;
@@ -315,8 +326,9 @@ fn skip_iterations<E: CpuEngine, P: Probe>(cpu: &mut E, end: u32, deadline: u64,
     }
 }
 
-/// At the head of a loop that counts down to zero, with so many turns left: runs one, jumps over all but the last two or as many as
-/// the deadline leaves room for, and runs one more, which leaves the flags that all before it would have.
+/// Skips iterations of a loop that counts down to zero and has `iterations_left`, from the head of the loop.
+/// It runs one iteration. Then it skips all but the last two, or as many as fit before the deadline. Then it
+/// runs one more iteration, which sets the flags as all skipped ones would have.
 fn skip_counted_iterations<E: CpuEngine, P: Probe>(
     cpu: &mut E,
     (head, end): (u32, u32),
@@ -325,7 +337,7 @@ fn skip_counted_iterations<E: CpuEngine, P: Probe>(
     probe: &mut P,
 ) {
     let (start, counted) = (cpu.cycle(), cpu.instructions());
-    // A probe that is told of writes sees the counter's, which may lie in memory.
+    // A probe for writes must see those of the counter, which can be in memory.
     if P::DATA || iterations_left.min(deadline.saturating_sub(start)) < MIN_QUIET_CYCLES {
         cpu.run_state().no_skip_before = start + RETRY_AFTER_CYCLES;
         return;
@@ -343,11 +355,12 @@ fn skip_counted_iterations<E: CpuEngine, P: Probe>(
     }
 }
 
-/// Runs the turn of a loop that begins at its head, up to behind the jump at its end; false where it stops before.
+/// Runs one iteration from the head of the loop to the end of its last jump. Returns false if it stops
+/// earlier.
 fn run_iteration<E: CpuEngine, P: Probe>(cpu: &mut E, (head, end): (u32, u32), deadline: u64, probe: &mut P) -> bool {
     loop {
         let pc = cpu.pc();
-        // A loop within the loop is looked at for itself.
+        // A loop inside the loop is examined on its own.
         let is_inner_loop = pc != end && cpu.instruction_mark(pc) != InstructionMark::Plain;
         if cpu.cycle() >= deadline || cpu.has_breakpoint(pc) || is_inner_loop || !(head..=end).contains(&pc) {
             return false;

@@ -1,123 +1,123 @@
-//! What can be wrong with an operand of an instruction, or with a source line that is asked for.
+//! [`CoreError`], the errors of instruction operands and of lookups of source lines.
 
-/// Why an operand cannot be encoded, or why a source line has no address. `Display` is the cause, one sentence without
-/// a full stop.
+/// Why an operand cannot be encoded, or why a source line has no address. `Display` gives the cause as one
+/// sentence without a full stop.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum CoreError {
-    /// A value lies outside of what its field holds.
+    /// A value is outside of the range of its field.
     #[error("{what} {value} is not in {low}..={high}")]
     OutOfRange {
-        /// What the value is, such as `constant`.
+        /// Name of the value, such as `constant`.
         what: &'static str,
         /// The value.
         value: i32,
-        /// The least that fits.
+        /// The smallest value that fits.
         low: i32,
-        /// The most that fits.
+        /// The largest value that fits.
         high: i32,
     },
-    /// An address lies outside of its memory.
+    /// An address is outside of its memory.
     #[error("{what} 0x{address:X} is not in 0..=0x{high:X}")]
     AddressOutOfRange {
-        /// What the address is of, such as `target`.
+        /// Name of the address, such as `target`.
         what: &'static str,
         /// The address.
         address: i32,
-        /// The highest address.
+        /// The highest valid address.
         high: i32,
     },
-    /// A register pair is named by its upper register.
+    /// A register pair is named by its upper (odd) register.
     #[error("{what} r{number} is odd: the lower register of a pair is wanted")]
     OddRegister {
-        /// What the operand is, such as `register`.
+        /// Name of the operand, such as `register`.
         what: &'static str,
         /// The number of the register.
         number: i32,
     },
-    /// A target in bytes lies within an instruction word.
+    /// A target byte address is in the middle of an instruction word.
     #[error("target 0x{address:04X} is odd: instructions stand at even addresses")]
     OddTarget {
         /// The byte address.
         address: i32,
     },
-    /// A target lies in another page than the next instruction.
+    /// A target is in a different page than the next instruction.
     #[error("target 0x{target:04X} is not in the page 0x{page_start:04X} to 0x{page_end:04X} of the next instruction")]
     OutsidePage {
-        /// The target's address.
+        /// Address of the target.
         target: i32,
         /// First address of the page.
         page_start: i32,
         /// Last address of the page.
         page_end: i32,
     },
-    /// A relative jump does not reach its target.
+    /// The target is out of range of a relative jump.
     #[error("target 0x{target:04X} is {distance} {unit} away; this instruction reaches {low} to {high}")]
     TargetTooFar {
-        /// The target's address.
+        /// Address of the target.
         target: i32,
-        /// How far it is from the next instruction, in `unit`.
+        /// Distance from the next instruction to the target, in `unit`.
         distance: i32,
-        /// What the distance counts: `bytes` or `words`.
+        /// The unit of the distance: `bytes` or `words`.
         unit: &'static str,
-        /// The farthest backwards.
+        /// The largest distance backwards.
         low: i32,
-        /// The farthest forwards.
+        /// The largest distance forwards.
         high: i32,
     },
-    /// A number stands where a register is wanted.
+    /// A number is used where a register is required.
     #[error("{value} is a number, and a register is wanted")]
     NumberForRegister {
         /// The number.
         value: i32,
     },
-    /// A register of the chip lies beyond the I/O addresses.
+    /// A register of the chip has an address above the I/O addresses.
     #[error("the register at 0x{address:02X} has no I/O address: lds and sts reach it")]
     NoIoAddress {
-        /// The register's data address.
+        /// Data address of the register.
         address: i32,
     },
-    /// A NOP is given data, which has no syntax of its own.
+    /// A NOP has nonzero data bits, for which there is no syntax.
     #[error("a NOP with data in it is written .word 0x{word:04X}")]
     NopWithData {
-        /// The instruction word that is meant.
+        /// The instruction word.
         word: i32,
     },
-    /// An instruction has another number of operands.
+    /// The number of operands is wrong.
     #[error("{wanted} operands wanted, {given} given")]
     OperandCount {
-        /// How many the instruction has.
+        /// Number of operands that the instruction has.
         wanted: usize,
-        /// How many there are.
+        /// Number of operands that were given.
         given: usize,
     },
-    /// The kind of op is none of the table's rows: predecode makes it.
+    /// The kind of an op is not a row of the table, because only predecode makes it.
     #[error("not an instruction")]
     NotAnInstruction,
-    /// The program has no source lines.
+    /// The program has no source-line information.
     #[error("the program has no source lines")]
     NoSourceLines,
     /// The program has no such source file.
     #[error("the program has no source file `{file}`; it has {}", name_list(.known))]
     UnknownSourceFile {
-        /// The file that is asked for.
+        /// The file that was requested.
         file: String,
-        /// The files of the program.
+        /// The source files of the program.
         known: Vec<String>,
     },
-    /// Several source files of the program may be meant.
+    /// Several source files of the program match the name.
     #[error("`{file}` is one of several source files: {}", name_list(.candidates))]
     AmbiguousSourceFile {
-        /// The file that is asked for.
+        /// The file that was requested.
         file: String,
-        /// The files that it may be.
+        /// The files that match.
         candidates: Vec<String>,
     },
-    /// A source line has no code.
+    /// No code was generated for a source line.
     #[error("line {line} of {file} has no code{}", next_line_hint(.file, *.next))]
     LineWithoutCode {
-        /// The file's name.
+        /// Name of the file.
         file: String,
-        /// The line, from 1.
+        /// Number of the line, from 1.
         line: u32,
         /// The next line of the file that has code.
         next: Option<u32>,

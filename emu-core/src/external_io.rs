@@ -1,4 +1,5 @@
-//! What passes between a chip and what is around it: drives that are to come, and the log of what has left.
+//! What passes between a chip and the outside: the queue of future drives, and the log of events that left
+//! the chip.
 
 use std::collections::VecDeque;
 
@@ -6,12 +7,13 @@ use crate::cpu::NEVER;
 use crate::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 use crate::state::{SnapshotDamaged, SnapshotState, StateTape};
 
-/// Drives from outside that are to come (of a pin to a level, if nothing else is said), in order of time; those of one moment in
-/// the order in which they were asked for. Moments are machine cycles, or clocks where a chip counts those.
+/// Future drives from outside (by default of a pin to a level), in order of time. Drives of the same time
+/// keep the order in which they were queued. Times are machine cycles, or clocks on a chip that counts
+/// clocks.
 #[derive(Debug, Clone)]
 pub struct DriveQueue<T = (PinId, PinLevel)>(VecDeque<(u64, T)>);
 
-/// In the order in which they come.
+/// The drives are saved in order of time.
 impl<T: SnapshotState + Default> SnapshotState for DriveQueue<T> {
     fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         self.0.pass_state(tape)?;
@@ -21,22 +23,22 @@ impl<T: SnapshotState + Default> SnapshotState for DriveQueue<T> {
 }
 
 impl<T: Copy> DriveQueue<T> {
-    /// None.
+    /// An empty queue.
     pub const NONE: DriveQueue<T> = DriveQueue(VecDeque::new());
 
-    /// It will come at the moment `at`.
+    /// Queues a drive for the time `at`.
     pub fn push(&mut self, at: u64, drive: T) {
         let place = self.0.partition_point(|&(due, _)| due <= at);
         self.0.insert(place, (at, drive));
     }
 
-    /// The moment of the next one, [`NEVER`] where there is none.
+    /// The time of the next drive, or [`NEVER`].
     #[must_use]
     pub fn next_cycle(&self) -> u64 {
         self.0.front().map_or(NEVER, |drive| drive.0)
     }
 
-    /// Takes the next one, if it is due by the moment `now`.
+    /// Removes and returns the next drive if its time is at most `now`.
     pub fn pop_due(&mut self, now: u64) -> Option<T> {
         let &(_, drive) = self.0.front().filter(|drive| drive.0 <= now)?;
         self.0.pop_front();
@@ -44,7 +46,7 @@ impl<T: Copy> DriveQueue<T> {
     }
 }
 
-/// Events on their way to a probe.
+/// Events that wait to be given to a probe.
 #[derive(Debug, Clone)]
 pub struct EventLog {
     events: VecDeque<ChipEvent>,
@@ -52,10 +54,11 @@ pub struct EventLog {
 }
 
 impl EventLog {
-    /// Off.
+    /// An empty, disabled log.
     pub const OFF: EventLog = EventLog { events: VecDeque::new(), enabled: false };
 
-    /// Logs from the machine cycle `now` on, first the pins that are fought for already, or stops and forgets.
+    /// Enables or disables the log. If it was disabled, enabling it first logs a contention at the machine
+    /// cycle `now` for each of `contended_pins`. Disabling it discards all events.
     pub fn set_enabled(&mut self, on: bool, now: u64, contended_pins: impl Iterator<Item = PinId>) {
         if on && !self.enabled {
             self.events.extend(contended_pins.map(|pin| ChipEvent::Contention { at: CycleTime::at(now), pin }));
@@ -65,15 +68,15 @@ impl EventLog {
         self.enabled = on;
     }
 
-    /// Somebody wants events.
+    /// Whether events are logged.
     #[inline]
     #[must_use]
     pub const fn is_enabled(&self) -> bool {
         self.enabled
     }
 
-    /// Logs an event, if somebody wants it. Parts run one after the other, so within a cycle one may come that is before what is
-    /// logged already.
+    /// Adds an event if the log is enabled. Peripherals run one after the other, so an event can be earlier
+    /// than those already logged in the same cycle; it is sorted in by time.
     pub fn record(&mut self, event: ChipEvent) {
         if self.enabled {
             let place = self.events.partition_point(|logged| logged.time() <= event.time());
@@ -81,7 +84,7 @@ impl EventLog {
         }
     }
 
-    /// Logs the change of a pin, if there was one, behind a fight over it.
+    /// Logs a contention of a pin if it is `fought` over, then the change of its level if there is one.
     pub fn record_pin(&mut self, at: CycleTime, pin: PinId, fought: bool, changed: Option<PinLevel>) {
         if fought {
             self.record(ChipEvent::Contention { at, pin });
@@ -91,20 +94,20 @@ impl EventLog {
         }
     }
 
-    /// Takes the oldest event.
+    /// Removes and returns the oldest event.
     #[inline]
     pub fn pop(&mut self) -> Option<ChipEvent> {
         self.events.pop_front()
     }
 
-    /// Events that wait.
+    /// Number of waiting events.
     #[inline]
     #[must_use]
     pub fn len(&self) -> usize {
         self.events.len()
     }
 
-    /// True when none waits.
+    /// Whether no event waits.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.events.is_empty()

@@ -1,5 +1,5 @@
-//! What every emulated chip shares: the instruction table, the vocabulary of instruction bodies, the traits of cores,
-//! buses and probes, pins, images and the data of chips.
+//! The parts that all emulated chips share: the instruction table, the traits for instruction bodies, the
+//! traits [`Cpu`], [`Bus`] and [`Probe`], pins, images, and the data of chips.
 
 #![forbid(unsafe_code)]
 

@@ -1,147 +1,149 @@
-//! What programs do that is allowed, but seldom meant: diagnostics that a [`Probe`](crate::cpu::Probe) can ask for.
+//! Lints: reports of suspicious but legal behaviour of a program, which a [`Probe`](crate::cpu::Probe) can
+//! request.
 
 use std::fmt;
 
 use diag::DiagnosticCode;
 
-/// Something that a program is rarely meant to do.
+/// A suspicious but legal action of a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Lint {
-    /// A port was read some of whose pins are analog inputs: those read 0 whatever their level.
+    /// The program read a port with pins that are analog inputs. These read 0 at any level.
     AnalogRead {
         /// Address of the port.
         port: u16,
         /// The pins, one bit each.
         bits: u8,
     },
-    /// An instruction that reads a port, changes it and writes it back has changed bits of its latch that it does not name,
-    /// because their pins were not at the level of the latch.
+    /// A read-modify-write instruction changed bits of a port's latch that it does not name, because their
+    /// pins did not have the level of the latch.
     ForeignLatch {
         /// Address of the port.
         port: u16,
-        /// The bits.
+        /// The changed bits.
         bits: u8,
     },
-    /// A call or an interrupt was pushed over the oldest return address.
+    /// A call or an interrupt overwrote the oldest return address of the stack.
     StackOverflow,
-    /// A return took an address that no call had left.
+    /// A return used an address that no call had pushed.
     StackUnderflow,
-    /// A jump or call left its page by upper address bits that code in another page had set.
+    /// A jump or call left its page with upper address bits that code in another page had set.
     Page {
-        /// Where it went, in program words.
+        /// Target of the jump, in program words.
         target: u16,
     },
-    /// A service routine has returned with another value in a register than it found.
+    /// A service routine returned with a changed value in a register.
     NotSaved {
         /// The register.
         register: &'static str,
     },
-    /// RAM was read that nothing has written since power-up (machines that see reads alone).
+    /// The program read RAM that was never written since power-up (machines that only observe reads).
     UnknownRead {
-        /// The memory, as the chip's row names it.
+        /// The memory, as named in the chip row.
         space: &'static str,
-        /// Address in it.
+        /// Address in that memory.
         addr: u16,
     },
-    /// An instruction that puts the chip to sleep has done nothing, because a flag that would wake it was set already, and no
-    /// interrupt was to come of it.
+    /// A sleep instruction did nothing, because a wake-up flag was already set and no interrupt follows from
+    /// it.
     SleepIgnored,
-    /// What a byte of RAM or a register held made a difference, and nothing has written it since power-up (machines that follow
-    /// values).
+    /// The value of a RAM byte or register that was never written since power-up had an effect (machines that
+    /// track values).
     UnknownUse {
-        /// The memory, as the chip's row names it.
+        /// The memory, as named in the chip row.
         space: &'static str,
-        /// Address in it; that of a register, where registers have addresses there.
+        /// Address in that memory, also of a register where registers have addresses there.
         addr: u16,
     },
-    /// The stack grows down over what lies below it: static data, the heap, or the beginning of RAM.
+    /// The stack grew down over other data: static data, the heap, or the start of RAM.
     StackMeets {
-        /// The address below which the stack must not reach.
+        /// The lowest address that the stack may use.
         limit: u16,
     },
-    /// Something was written at an address of data memory where nothing is.
+    /// The program wrote to an address of data memory where nothing is implemented.
     NothingThere {
         /// The address.
         addr: u16,
     },
-    /// Reserved bits of a register were written as ones.
+    /// The program wrote ones to reserved bits of a register.
     ReservedBits {
         /// Address of the register.
         addr: u16,
-        /// The bits.
+        /// The reserved bits that were written as ones.
         bits: u8,
     },
-    /// A serial port sends or listens at more than 2.5 % off the nearest usual baud rate.
+    /// A serial port sends or receives at a rate more than 2.5 % off the nearest standard baud rate.
     Baud {
-        /// The port, from 0.
+        /// Number of the port, from 0.
         uart: u8,
         /// Its baud rate.
         baud: u32,
     },
-    /// An interrupt was taken for which there is no service routine.
+    /// An interrupt was taken that has no service routine.
     NoHandler {
-        /// Its vector.
+        /// Number of its vector.
         vector: u8,
     },
-    /// An interrupt can come for which there is no service routine.
+    /// An interrupt is enabled that has no service routine.
     Unhandled {
-        /// Its vector.
+        /// Number of its vector.
         vector: u8,
     },
-    /// The level of pins made a difference on which nothing stands.
+    /// The level of pins that nothing drives had an effect.
     FloatingRead {
         /// Address of the port.
         port: u16,
         /// The pins, one bit each.
         bits: u8,
     },
-    /// An instruction reaches a bit that the controller does not have: reads give 0, writes do nothing.
+    /// An instruction accesses a bit that the controller does not have: reads give 0, writes do nothing.
     NoSuchBit {
-        /// The zone, as the chip's row names its memory.
+        /// The zone, as its memory is named in the chip row.
         space: &'static str,
-        /// Address in it.
+        /// Address in that zone.
         addr: u16,
     },
-    /// A program writes an input, which will not stay, or does not even begin.
+    /// The program writes an input. The value is lost at the next sampling, or is never stored.
     InputWritten {
-        /// The input.
+        /// Address of the input.
         addr: u16,
     },
-    /// The preset port of a timer or counter is used otherwise than to give it a preset.
+    /// The preset port of a timer or counter is used for something else than writing a preset.
     PresetPort {
-        /// The module.
+        /// Number of the module.
         module: u16,
         /// What is wrong.
         why: &'static str,
     },
-    /// An instruction without an operand has something in its field.
+    /// An instruction without an operand has a nonzero operand field.
     OddField {
-        /// The word.
+        /// The instruction word.
         word: u16,
     },
-    /// A capture register was written in a mode that does not have it as TOP: silicon takes that, the data sheet denies it.
+    /// A capture register was written in a mode in which it is not TOP. Silicon accepts that, contrary to the
+    /// data sheet.
     CaptureWritten {
         /// Address of its low byte.
         addr: u16,
     },
-    /// An edge on an external interrupt has ended a sleep: silicon does that, the data sheet denies it.
+    /// An edge on an external interrupt ended a sleep. Silicon does that, contrary to the data sheet.
     EdgeWoke {
         /// The number of the input INT.
         int: u8,
     },
-    /// The converter is set to a channel whose pin the chosen package does not have.
+    /// The converter is set to a channel whose pin does not exist in the chosen package.
     ChannelAbsent {
-        /// The channel.
+        /// Number of the channel.
         channel: u8,
     },
-    /// A conversion begins before the holding capacitor of the converter has had the time to charge.
+    /// A conversion starts before the holding capacitor of the converter has had time to charge.
     EarlyConversion {
-        /// The analog input, by its number.
+        /// Number of the analog input.
         channel: u8,
     },
 }
 
-/// The codes of lints.
+/// The codes of all lints.
 #[rustfmt::skip]
 pub const LINT_CODES: &[DiagnosticCode] = &[
     DiagnosticCode { code: "LINT001", title: "a port is read whose pins are analog inputs",
@@ -235,13 +237,13 @@ pub const LINT_CODES: &[DiagnosticCode] = &[
                   before. Fix: wait between the selection and GO." },
 ];
 
-/// Baud rates that serial lines have: the usual ones, and those of MIDI, S.BUS and DMX512.
+/// The usual baud rates of serial lines, and those of MIDI, S.BUS and DMX512.
 const STANDARD_BAUDS: [u32; 26] = [
     110, 150, 300, 600, 1_200, 2_400, 4_800, 9_600, 14_400, 19_200, 28_800, 31_250, 38_400, 57_600, 76_800, 100_000,
     115_200, 128_000, 230_400, 250_000, 256_000, 460_800, 500_000, 921_600, 1_000_000, 2_000_000,
 ];
 
-/// The usual baud rate that is nearest to `baud`, by what it is off.
+/// Returns the standard baud rate with the smallest relative distance to `baud`.
 #[must_use]
 pub fn nearest_standard_baud(baud: u32) -> u32 {
     let off = |usual: u32| u64::from(baud.abs_diff(usual)) * 1_000_000 / u64::from(usual);
@@ -249,7 +251,7 @@ pub fn nearest_standard_baud(baud: u32) -> u32 {
 }
 
 impl Lint {
-    /// Its row of [`LINT_CODES`].
+    /// The row of this lint in [`LINT_CODES`].
     #[must_use]
     pub const fn code_row(&self) -> &'static DiagnosticCode {
         let row = match self {
@@ -279,13 +281,13 @@ impl Lint {
         &LINT_CODES[row]
     }
 
-    /// Stable code.
+    /// The stable code.
     #[must_use]
     pub const fn code(&self) -> &'static str {
         self.code_row().code
     }
 
-    /// What to do about it, one sentence.
+    /// What to do about it: one sentence.
     #[must_use]
     pub const fn hint(&self) -> &'static str {
         match self {

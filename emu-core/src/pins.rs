@@ -1,11 +1,11 @@
-//! Time, pin levels and the events that leave a chip.
+//! Time, pin levels, and the events that leave a chip.
 
 use crate::cpu::ResetCause;
 
-/// A moment: machine cycle since power-up, and clocks within it.
+/// A point in time: machine cycles since power-up, and clocks within the cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct CycleTime {
-    /// Machine cycle since power-up.
+    /// Machine cycles since power-up.
     pub cycle: u64,
     /// Clock within the cycle, 0 to `clocks_per_cycle - 1` (Q1 to Q4, S1 to S6; always 0 on AVR).
     pub phase: u8,
@@ -21,7 +21,7 @@ impl CycleTime {
     }
 }
 
-/// What drives a pin, or what stands on it.
+/// How a pin is driven, or the level on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum PinLevel {
     /// 0 V.
@@ -31,62 +31,65 @@ pub enum PinLevel {
     /// Nothing drives it.
     #[default]
     Float,
-    /// From outside only: a resistor to the supply, which every driver of the chip overcomes. No wire stands on it.
+    /// From outside only: a resistor to the supply, weaker than every driver of the chip. It is never the
+    /// level of a wire.
     PullUp,
     /// From outside only: a resistor to 0 V, stronger than a pull-up of the chip.
     PullDown,
 }
 
 impl PinLevel {
-    /// High for true.
+    /// High for true, low for false.
     #[must_use]
     pub const fn from_bit(bit: bool) -> PinLevel {
         if bit { PinLevel::High } else { PinLevel::Low }
     }
 }
 
-/// A pin: position in the chip's list of pins ([`crate::chip::Chip::pins`]).
+/// A pin, by its position in the chip's list of pins ([`crate::chip::Chip::pins`]).
 pub type PinId = u16;
 
-/// Something that a chip did or saw, with its time; handed to [`Probe::event`](crate::cpu::Probe::on_event) in order of time.
+/// Something that a chip did or detected, with its time. Events are given to
+/// [`Probe::on_event`](crate::cpu::Probe::on_event) in order of time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ChipEvent {
     /// The level of a pin changed.
     Edge {
-        /// When.
+        /// Time of the change.
         at: CycleTime,
-        /// Which pin.
+        /// The pin.
         pin: PinId,
-        /// Its level from then on.
+        /// The new level.
         level: PinLevel,
     },
-    /// Chip and outside drive a pin against each other from now on.
+    /// From now on, the chip and the outside drive a pin to opposite levels.
     Contention {
-        /// When.
+        /// Time at which the contention starts.
         at: CycleTime,
-        /// Which pin.
+        /// The pin.
         pin: PinId,
     },
-    /// A serial port finished a byte (the last stop bit has passed).
+    /// A serial port finished sending a byte: its last stop bit has ended.
     Sent {
-        /// When.
+        /// Time of the end of the stop bit.
         at: CycleTime,
-        /// Which port, from 0.
+        /// Number of the port, from 0.
         uart: u8,
         /// The byte.
         byte: u8,
     },
-    /// The chip was reset by itself, its supply or its reset pin, not by [`Cpu::reset`](crate::cpu::Cpu::reset).
+    /// The chip was reset by itself, its supply or its reset pin, not by
+    /// [`Cpu::reset`](crate::cpu::Cpu::reset).
     Reset {
-        /// When.
+        /// Time of the reset.
         at: CycleTime,
-        /// Why.
+        /// Source of the reset.
         cause: ResetCause,
     },
 }
 
 impl ChipEvent {
-    /// When it happened.
+    /// The time of the event.
     #[must_use]
     pub const fn time(&self) -> CycleTime {
         match self {
@@ -98,19 +101,21 @@ impl ChipEvent {
     }
 }
 
-/// One pin: who drives it from both sides, and the level that follows.
+/// One pin: how the chip and the outside drive it, and the resulting level.
 ///
-/// The chip wins where both sides drive (the fight is reported by [`Pin::has_contention`]; a resistor fights nobody); a floating
-/// pin with the chip's pull-up on reads high; a floating pin without one keeps the level it had last, as a charged input does.
+/// If both sides drive the pin to opposite levels, the chip wins and [`PinState::has_contention`] is true; a
+/// resistor never causes contention. A floating pin reads high if the chip's pull-up is on. Without a pull-up
+/// it keeps its last level, like a charged input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct PinState {
-    /// What the chip drives.
+    /// How the chip drives it.
     pub driven: PinLevel,
-    /// The chip's pull-up is on.
+    /// Whether the chip's pull-up is on.
     pub pull_up: bool,
-    /// What the outside drives.
+    /// How the outside drives it.
     pub external: PinLevel,
-    /// The level of the wire, and the level one change ago, for what samples it late.
+    /// The present level of the wire. The level before the last change is kept too, for a peripheral that
+    /// samples late.
     pub reads_high: bool,
     high_before: bool,
     changed_cycle: u64,
@@ -119,7 +124,7 @@ pub struct PinState {
 crate::state! { PinState { driven, pull_up, external, reads_high, high_before, changed_cycle } }
 
 impl PinState {
-    /// A pin that nothing drives and that reads high until something has pulled it low.
+    /// A pin that nothing drives. It reads high until something pulls it low.
     #[must_use]
     pub const fn new_charged() -> PinState {
         PinState {
@@ -132,7 +137,7 @@ impl PinState {
         }
     }
 
-    /// Level of the wire.
+    /// The level of the wire.
     #[must_use]
     pub const fn level(&self) -> PinLevel {
         match (self.driven, self.external, self.pull_up) {
@@ -141,15 +146,17 @@ impl PinState {
         }
     }
 
-    /// True when chip and outside drive against each other.
+    /// Whether chip and outside drive the pin to opposite levels.
     #[must_use]
     pub fn has_contention(&self) -> bool {
         matches!((self.driven, self.external), (PinLevel::Low, PinLevel::High) | (PinLevel::High, PinLevel::Low))
     }
 
-    /// Settles the wire after a change of its drivers at machine cycle `cycle`; true when its level changed.
+    /// Computes the level after a change of the drivers at machine cycle `cycle`. Returns true if the level
+    /// changed.
     pub fn settle(&mut self, cycle: u64) -> bool {
-        // Of several changes in one cycle only the last one lasts long enough to be sampled, or to charge the wire.
+        // Of several changes in one cycle only the last one lasts long enough to be sampled, or to charge the
+        // wire.
         let held = if self.changed_cycle == cycle { self.high_before } else { self.reads_high };
         let high = match (self.driven, self.external) {
             (PinLevel::Float, PinLevel::Float) => self.pull_up || held,
@@ -162,7 +169,7 @@ impl PinState {
         changed
     }
 
-    /// The level at machine cycle `cycle`, for a sampler that looks at most one change back.
+    /// The level at machine cycle `cycle`, for a sampler that looks back at most one change.
     #[must_use]
     pub const fn was_high_at(&self, cycle: u64) -> bool {
         if cycle >= self.changed_cycle { self.reads_high } else { self.high_before }

@@ -1,6 +1,8 @@
-//! A run cut anywhere is the same run. Machines of one plan are run at once, step by step, in slices, from clones, under probes, with
-//! traps on the way, with and without jumping over loops that only wait; all must end as the same machine, and tell probes the same.
-//! For the tests of the cores: what differs is told by a panic.
+//! Asserts that a run can be cut anywhere without a change of its result, for the tests of the cores.
+//!
+//! A plan is run at once, step by step, in slices, from clones, with probes, with breakpoints, and with and
+//! without skipping of polling loops. All ways must end with the same machine and report the same to probes.
+//! A difference is a panic.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +10,7 @@ use crate::cpu::{Cpu, Probe, ProgramFault, ResetCause, StopReason};
 use crate::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 use crate::rng::Rng;
 
-/// What is done to a machine between two runs.
+/// An input to a machine between two runs.
 #[derive(Debug, Clone, Copy)]
 pub enum RandomInput {
     /// [`Cpu::poke`].
@@ -17,16 +19,16 @@ pub enum RandomInput {
     Pc(u32),
     /// [`Cpu::set_breakpoint`].
     Trap(u32, bool),
-    /// [`Cpu::drive`], at once.
+    /// [`Cpu::drive`], immediately.
     Drive(PinId, PinLevel),
     /// [`Cpu::reset`].
     Reset(ResetCause),
-    /// Nothing: the run is only looked at.
+    /// No input: the state is only compared.
     Nothing,
 }
 
 impl RandomInput {
-    /// Does it to a machine.
+    /// Applies the input to a machine.
     pub fn apply<C: Cpu>(self, cpu: &mut C) {
         match self {
             RandomInput::Poke(space, addr, value) => _ = cpu.poke(space, addr, value),
@@ -39,48 +41,49 @@ impl RandomInput {
     }
 }
 
-/// A machine and all that will happen to it.
+/// A machine and all its inputs.
 pub struct SlicePlan<C> {
-    /// How to make it again, for messages.
+    /// How to make the plan again, for messages.
     pub description: String,
-    /// The machine.
+    /// The machine at the start.
     pub start: C,
-    /// Run to the cycle, in order, then do it.
+    /// The inputs in order: run to the cycle, then apply the input.
     pub inputs: Vec<(u64, RandomInput)>,
-    /// Where the program has instructions worth a trap, in program words; empty where nothing is known of it.
+    /// Addresses of instructions where a breakpoint is useful, in program words; empty if none are known.
     pub breakpoint_candidates: Vec<u32>,
 }
 
-/// What a kind of machine has besides [`Cpu`].
+/// What a type of machine provides for the comparison, in addition to [`Cpu`].
 pub struct SliceSubject<C> {
-    /// What is looked at after every act, besides stop, counts, program counter and pins.
+    /// State that is compared after every input, in addition to stop reason, counts, program counter and
+    /// pins.
     pub visible_state: fn(&C) -> Vec<Option<u8>>,
-    /// What is looked at in the end.
+    /// State that is compared at the end.
     pub memories: fn(&C) -> Vec<Option<u8>>,
-    /// Program words from 0 on where a trap may be worth it when the plan has no places.
+    /// If the plan has no breakpoint candidates, breakpoints are set below this program word address.
     pub code_words: u64,
-    /// Turns jumping over loops that only wait on or off.
+    /// Enables or disables skipping of polling loops.
     pub set_skip_idle_loops: fn(&mut C, bool),
-    /// The machine sleeps: a step may end behind the cycle that is asked for.
+    /// Whether the machine sleeps, so that a step can end after the requested cycle.
     pub asleep: fn(&C) -> bool,
-    /// Changes code and memory of a clone, so that it runs astray.
+    /// Changes code and memory of a clone, so that it executes something else.
     pub corrupt_state: fn(&mut C),
 }
 
-/// One of `from`, which is not empty.
+/// Returns a random element of `from`, which must not be empty.
 pub fn pick_random<T: Copy>(rng: &mut Rng, from: &[T]) -> T {
     from[rng.below(from.len() as u64) as usize]
 }
 
-/// What a probe saw.
+/// What a probe has seen.
 #[derive(Debug, Default)]
 struct HookLog<const INSN: bool, const DATA: bool, const EVENTS: bool> {
     insns: u64,
-    /// A sum over all accesses in their order.
+    /// A hash over all accesses in order.
     data: u64,
     events: Vec<ChipEvent>,
     irqs: Vec<(u64, u8)>,
-    /// Stops the run here and there.
+    /// If present, decides at random when the probe stops the run.
     stop_rng: Option<Rng>,
 }
 
@@ -97,7 +100,7 @@ impl<const I: bool, const D: bool, const E: bool> Probe for HookLog<I, D, E> {
 
     fn on_instruction(&mut self, _: u64, _: u32) -> bool {
         let stop = self.asks_to_stop();
-        // What is stopped before it is shown again.
+        // An instruction before which the run stops is reported again.
         self.insns += u64::from(!stop);
         stop
     }
@@ -116,15 +119,15 @@ impl<const I: bool, const D: bool, const E: bool> Probe for HookLog<I, D, E> {
     }
 }
 
-/// Stop; cycle, instructions and PC; what the subject shows; pins.
+/// Stop reason; cycle, instructions and PC; visible state of the subject; pins.
 type MachineView = (StopReason, [u64; 3], Vec<Option<u8>>, Vec<PinLevel>);
 
 /// What one way of running has shown.
 struct RunTrace {
     views: Vec<MachineView>,
-    /// Cycle and place of the traps of the plan.
+    /// Cycle and address of each breakpoint of the plan that was reached.
     breakpoints_hit: Vec<(u64, u32)>,
-    /// [`Cpu::save`] at every look.
+    /// [`Cpu::save`] at every comparison.
     snapshots: Vec<Vec<u8>>,
     memories: Vec<Option<u8>>,
 }
@@ -135,7 +138,8 @@ impl<C: Cpu> SliceSubject<C> {
         (stop, [cpu.cycle(), cpu.instructions(), cpu.pc().into()], (self.visible_state)(cpu), levels)
     }
 
-    /// Runs the plan; `go` runs a piece that ends at the given cycle at the latest. `more`: traps that are none of the plan's.
+    /// Runs the plan; `go` runs a piece that ends at the given cycle at the latest. `more` are additional
+    /// breakpoints that are not in the plan.
     fn run_plan(
         &self,
         plan: &SlicePlan<C>,
@@ -184,10 +188,10 @@ impl<C: Cpu> SliceSubject<C> {
         shown
     }
 
-    /// Runs the plan in all ways; the cycles that it ran.
+    /// Runs the plan in all ways. Returns the cycles of the run.
     ///
     /// # Panics
-    /// Where one way differs from another, with the plan that shows it.
+    /// Two ways differ. The message describes the plan.
     pub fn assert_slicing_invariant(&self, plan: &SlicePlan<C>, rng: &mut Rng) -> u64 {
         let run = |more: &[u32], skip: bool, go: &mut dyn FnMut(&mut C, u64) -> StopReason| {
             self.run_plan(plan, more, skip, go)
@@ -199,7 +203,8 @@ impl<C: Cpu> SliceSubject<C> {
         let mut events = HookLog::<false, false, true>::default();
         assert_same_trace("events", plan, &wanted, &run(&[], true, &mut |cpu, until| cpu.run(until, &mut events)));
         assert_eq!(events.irqs, irqs, "events: interrupts\n{}", plan.description);
-        // Within a cycle what happens at a boundary (a reset, a hand that stirs) comes when the cycle has been shown already.
+        // What happens at a boundary (a reset or an input of the plan) is reported after later events of the
+        // same cycle.
         let stirred = |at: u64| wanted.views.iter().any(|look| at >= look.1[0] && at < look.1[0] + 6);
         let mut pairs = events.events.windows(2).map(|pair| (pair[0].time().cycle, pair[1].time().cycle));
         let in_order = pairs.find(|&(first, second)| first > second && !stirred(first));
@@ -213,8 +218,8 @@ impl<C: Cpu> SliceSubject<C> {
             "all hooks: interrupts or events\n{}",
             plan.description
         );
-        // Instructions of a reset machine are counted on.
-        // What is no instruction, or a jump that cannot be carried out, is shown, and then stops the run.
+        // The instruction count continues after a reset. An illegal instruction, or a jump that cannot be
+        // executed, is reported and then stops the run without being counted.
         let refused = |stop: &StopReason| {
             matches!(
                 stop,
@@ -248,7 +253,7 @@ impl<C: Cpu> SliceSubject<C> {
 
         let mut stepped = HookLog::<false, false, false>::default();
         let mut step = |cpu: &mut C, until: u64| {
-            // A step out of sleep may end behind the cycle asked for.
+            // A step out of sleep can end after the requested cycle.
             if cpu.cycle() >= until || (self.asleep)(cpu) {
                 cpu.run(until, &mut stepped)
             } else {
@@ -260,7 +265,7 @@ impl<C: Cpu> SliceSubject<C> {
 
         let mut cloned = |cpu: &mut C, until: u64| {
             let copy = cpu.clone();
-            // The one that is left behind runs astray, which is nothing to its clone.
+            // The abandoned original executes something else; that must not affect its clone.
             let mut astray = std::mem::replace(cpu, copy);
             (self.corrupt_state)(&mut astray);
             astray.run(astray.cycle() + 20, &mut ());
@@ -284,7 +289,7 @@ impl<C: Cpu> SliceSubject<C> {
             }
             let to = (cpu.cycle() + 50 * random_slice(rng)).min(until);
             let mut stop = cpu.run(to, &mut ());
-            // That a trap was told of is no part of what is saved.
+            // That a breakpoint was already reported is not part of what is saved.
             if matches!(stop, StopReason::Breakpoint { .. }) && told == Some((cpu.cycle(), cpu.instructions())) {
                 stop = cpu.run(to, &mut ());
             }
@@ -318,7 +323,7 @@ impl<C: Cpu> SliceSubject<C> {
     }
 }
 
-/// A length of a slice: any order of magnitude.
+/// Returns a random slice length of any order of magnitude from 1 to 4,096 cycles.
 fn random_slice(rng: &mut Rng) -> u64 {
     let most = 1 << rng.below(13);
     1 + rng.below(most)

@@ -1,10 +1,14 @@
-//! The state of a machine as bytes, and back ([`Cpu::save`](crate::Cpu::save), [`Cpu::restore`](crate::Cpu::restore)).
+//! Writes the state of a machine as bytes and reads it back ([`Cpu::save`](crate::Cpu::save),
+//! [`Cpu::restore`](crate::Cpu::restore)).
 //!
-//! A [`StateTape`] writes or reads, and a [`SnapshotState`] goes past it field by field: one text for both ways, so they cannot part. It reads into
-//! a machine that is there already; what the machine was built of (its chip, options, image) is not on the tape and stays. The macro
-//! [`state!`](crate::state!) names every field of a type, those that stay too, so that a new one cannot be forgotten.
+//! A [`StateTape`] either writes or reads. A [`SnapshotState`] passes its fields to the tape one by one with
+//! the same code for both directions, so the two cannot differ. Reading fills an existing machine. What the
+//! machine was built from (chip, options, image) is not on the tape and stays. The macro
+//! [`state!`](crate::state!) must name every field of a type, including those that are not saved, so that a
+//! new field cannot be forgotten.
 //!
-//! Numbers take as few bytes as they need, seven bits in each. Whatever bytes are read, reading ends in a value or in [`SnapshotDamaged`].
+//! A number takes as few bytes as it needs, with seven bits in each byte. For any input, reading ends with a
+//! value or with [`SnapshotDamaged`].
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -12,7 +16,7 @@ use std::sync::Arc;
 use crate::cpu::{LAST_CYCLE, NEVER, ResetCause};
 use crate::pins::PinLevel;
 
-/// The bytes are no state of such a machine.
+/// Error: the bytes are not a state of this machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SnapshotDamaged;
 
@@ -24,7 +28,7 @@ impl std::fmt::Display for SnapshotDamaged {
 
 impl std::error::Error for SnapshotDamaged {}
 
-/// Bytes that are written, or read.
+/// A stream of bytes that is either written or read.
 #[derive(Debug)]
 pub struct StateTape<'a> {
     output: Vec<u8>,
@@ -32,19 +36,19 @@ pub struct StateTape<'a> {
     now: u64,
 }
 
-/// What has a state.
+/// A type whose state can be saved and restored.
 pub trait SnapshotState {
-    /// Writes its state to the tape, or reads it from there.
+    /// Writes its state to the tape or reads it from the tape, depending on the tape's direction.
     ///
     /// # Errors
-    /// The tape holds something else; what was read so far has been changed.
+    /// The tape does not contain such a state. Fields that were read before the error are changed.
     fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged>;
 }
 
-/// The bytes of a state.
+/// Returns the state of `of` as bytes.
 pub fn save_state<S: SnapshotState>(of: &mut S) -> Vec<u8> {
     let mut tape = StateTape { output: Vec::new(), input: None, now: 0 };
-    // Nothing fails that only writes.
+    // Writing cannot fail.
     let _ = of.pass_state(&mut tape);
     tape.output
 }
@@ -52,7 +56,7 @@ pub fn save_state<S: SnapshotState>(of: &mut S) -> Vec<u8> {
 /// Reads a state into `of`.
 ///
 /// # Errors
-/// The bytes are no such state, or more than one: `of` is in part changed then.
+/// The bytes are not such a state, or bytes are left over. `of` is partly changed then.
 pub fn load_state<S: SnapshotState>(of: &mut S, bytes: &[u8]) -> Result<(), SnapshotDamaged> {
     let mut tape = StateTape { output: Vec::new(), input: Some(bytes), now: 0 };
     of.pass_state(&mut tape)?;
@@ -60,35 +64,36 @@ pub fn load_state<S: SnapshotState>(of: &mut S, bytes: &[u8]) -> Result<(), Snap
 }
 
 impl StateTape<'_> {
-    /// True while a state is read.
+    /// Whether the tape reads a state.
     #[must_use]
     pub const fn is_reading(&self) -> bool {
         self.input.is_some()
     }
 
-    /// The moment to which the state belongs, in the time of the parts that follow on the tape; 0 before [`StateTape::set_now`].
+    /// The time of the state, in the unit of the parts that follow on the tape. It is 0 before
+    /// [`StateTape::set_now`].
     #[must_use]
     pub const fn now(&self) -> u64 {
         self.now
     }
 
-    /// Sets the moment to which the state belongs.
+    /// Sets the time of the state.
     pub const fn set_now(&mut self, now: u64) {
         self.now = now;
     }
 
-    /// A demand on what was read.
+    /// Checks a condition on a value that was read.
     ///
     /// # Errors
-    /// It is not met. Nothing is asked of what is written.
+    /// `met` is false while reading. Writing never fails.
     pub fn require(&self, met: bool) -> Result<(), SnapshotDamaged> {
         if met || !self.is_reading() { Ok(()) } else { Err(SnapshotDamaged) }
     }
 
-    /// One byte.
+    /// Writes `value`, or reads and returns one byte.
     ///
     /// # Errors
-    /// There is none left.
+    /// No byte is left.
     pub fn pass_byte(&mut self, value: u8) -> Result<u8, SnapshotDamaged> {
         match &mut self.input {
             None => {
@@ -103,10 +108,10 @@ impl StateTape<'_> {
         }
     }
 
-    /// A number of up to 64 bits.
+    /// Writes `value`, or reads and returns a number of up to 64 bits.
     ///
     /// # Errors
-    /// None is there, or one that is longer than it needs be.
+    /// There is no number, or it is written with more bytes than necessary.
     pub fn pass_number(&mut self, value: u64) -> Result<u64, SnapshotDamaged> {
         if !self.is_reading() {
             let mut left = value;
@@ -130,28 +135,28 @@ impl StateTape<'_> {
         Err(SnapshotDamaged)
     }
 
-    /// A number below `end`.
+    /// Writes or reads a number below `end`.
     ///
     /// # Errors
-    /// It is not below.
+    /// The number is not below `end`.
     pub fn pass_index(&mut self, value: &mut usize, end: usize) -> Result<(), SnapshotDamaged> {
         let number = self.pass_number(*value as u64)?;
         *value = usize::try_from(number).map_err(|_| SnapshotDamaged)?;
         self.require(*value < end)
     }
 
-    /// Values of which there are as many as the machine has places for.
+    /// Writes or reads a fixed number of values.
     ///
     /// # Errors
-    /// One of them is none.
+    /// One of the values cannot be read.
     pub fn pass_slice<T: SnapshotState>(&mut self, values: &mut [T]) -> Result<(), SnapshotDamaged> {
         values.iter_mut().try_for_each(|value| value.pass_state(self))
     }
 
-    /// A memory of fixed size. Pages in which all bytes are alike take two.
+    /// Writes or reads a memory of fixed size. A page of 256 equal bytes takes two bytes.
     ///
     /// # Errors
-    /// It ends early, or a page is written in another way than it would be.
+    /// The input ends early, or a page is not encoded in the canonical way.
     pub fn pass_memory(&mut self, memory: &mut [u8]) -> Result<(), SnapshotDamaged> {
         let uniform = |page: &[u8]| page.get(1..) == page.split_last().map(|(_, front)| front);
         for page in memory.chunks_mut(PAGE_BYTES) {
@@ -173,10 +178,10 @@ impl StateTape<'_> {
         Ok(())
     }
 
-    /// A yes or no.
+    /// Writes `value`, or reads and returns a flag.
     ///
     /// # Errors
-    /// It is neither.
+    /// The byte is neither 0 nor 1.
     pub fn pass_flag(&mut self, value: bool) -> Result<bool, SnapshotDamaged> {
         match self.pass_byte(value.into())? {
             0 => Ok(false),
@@ -186,7 +191,7 @@ impl StateTape<'_> {
     }
 }
 
-/// Bytes of a page of [`StateTape::pass_memory`].
+/// Size of a page of [`StateTape::pass_memory`], in bytes.
 const PAGE_BYTES: usize = 256;
 
 impl SnapshotState for u8 {
@@ -217,19 +222,19 @@ impl SnapshotState for u32 {
     }
 }
 
-/// A moment, or a count of what happens in time: [`NEVER`], or so little that sums of a few do not overflow.
+/// A time or a count of events: [`NEVER`], or small enough that the sum of a few does not overflow.
 impl SnapshotState for u64 {
     fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
-        // What never comes takes one byte.
+        // [`NEVER`] takes one byte.
         *self = tape.pass_number(self.wrapping_add(1))?.wrapping_sub(1);
         tape.require(*self == NEVER || *self <= MAX_TIME)
     }
 }
 
-/// The last moment of which anything is planned.
+/// The latest time for which anything can be scheduled.
 const MAX_TIME: u64 = LAST_CYCLE + (1 << 60);
 
-/// Any bits.
+/// All values are valid.
 impl SnapshotState for u128 {
     fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         let (low, high) = (tape.pass_number(*self as u64)?, tape.pass_number((*self >> 64) as u64)?);
@@ -267,7 +272,7 @@ impl<T: SnapshotState + Default> SnapshotState for Vec<T> {
             return tape.pass_slice(self);
         }
         self.clear();
-        // However many are announced: the bytes end.
+        // A length that is too large is harmless: the input ends first.
         for _ in 0..len {
             let mut value = T::default();
             value.pass_state(tape)?;
@@ -286,7 +291,7 @@ impl<T: SnapshotState + Default> SnapshotState for VecDeque<T> {
     }
 }
 
-/// A memory of fixed size, shared until it changes.
+/// A memory of fixed size that clones share until one of them changes it.
 impl SnapshotState for Arc<Vec<u8>> {
     fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         let cells: &mut Vec<u8> = Arc::make_mut(self);
@@ -309,26 +314,27 @@ impl<A: SnapshotState, B: SnapshotState, C: SnapshotState> SnapshotState for (A,
     }
 }
 
-/// What a program has changed of the memory that it runs from: where, and what stood there when the machine was built.
+/// The changes that a program made to its own program memory: the address, and the value at the time when the
+/// machine was built.
 #[derive(Debug, Clone, Default)]
 pub struct MemoryChanges<T>(BTreeMap<usize, T>);
 
 impl<T: SnapshotState + Copy + Default + PartialEq> MemoryChanges<T> {
-    /// Nothing yet.
+    /// No changes.
     pub const NONE: MemoryChanges<T> = MemoryChanges(BTreeMap::new());
 
-    /// What stood at `at` was `old`, and is `new`.
+    /// Records that the value at `at` changed from `old` to `new`.
     pub fn record(&mut self, at: usize, old: T, new: T) {
         if *self.0.entry(at).or_insert(old) == new {
             self.0.remove(&at);
         }
     }
 
-    /// Writes what `memory` holds in changed places to the tape, or reads it from there: then what is to be written into memory, by
-    /// place.
+    /// Writes the present values of `memory` at the changed addresses to the tape, or reads them from it.
+    /// When reading, returns the writes that make `memory` the saved one, in order of address.
     ///
     /// # Errors
-    /// A place lies outside, or its value is no change.
+    /// An address is outside of the memory or not in rising order, or a value equals the original one.
     pub fn pass_state(&self, memory: &[T], tape: &mut StateTape<'_>) -> Result<Vec<(usize, T)>, SnapshotDamaged> {
         let mut changes: Vec<_> = self.0.keys().filter_map(|&at| Some((at as u32, *memory.get(at)?))).collect();
         changes.pass_state(tape)?;
@@ -344,8 +350,11 @@ impl<T: SnapshotState + Copy + Default + PartialEq> MemoryChanges<T> {
     }
 }
 
-/// How the fields of a type go past the tape: `Type { on, the, tape } stays { as, it, is }`, where `if |value, now| ..` demands
-/// something of what is read and `, then ..` works out what follows from it; or `enum Type { 0 = One, 1 = Two(a), 2 = Three { b } }`.
+/// Implements [`SnapshotState`](crate::state::SnapshotState) for a type, field by field.
+///
+/// For a struct: `Type { on, the, tape } stays { as, it, is }`. An optional `if |value, now| ..` is a
+/// condition on the state that was read, and an optional `, then ..` computes what follows from it. For an
+/// enum: `enum Type { 0 = One, 1 = Two(a), 2 = Three { b } }`.
 #[macro_export]
 macro_rules! state {
     (enum $type:ty { $($tag:literal = $variant:ident $(($($place:ident),+))? $({ $($field:ident),+ })?),+ $(,)? }) => {

@@ -1,4 +1,5 @@
-//! Symbols, lines and messages of programs built by gputils 1.4.0 from the sources in `gputils/`, and damaged files.
+//! Symbols, lines and messages of programs that gputils 1.4.0 built from the sources in `gputils/`, and
+//! damaged files.
 
 use emu_core::image::{
     SYMBOL_CODES, SimulatorMessage, SourceKind, SymbolFile, SymbolSpaces, Symbols, load_messages, load_symbols,
@@ -11,7 +12,7 @@ fn bytes(name: &str) -> Vec<u8> {
     std::fs::read(format!("{DIR}/{name}")).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// The rows of a table: `columns` texts between bars, comments begin with `#`.
+/// Reads the rows of a table: `columns` texts separated by bars; lines that begin with `#` are comments.
 fn table(name: &str, columns: usize) -> Vec<Vec<String>> {
     let text = String::from_utf8(bytes(name)).unwrap();
     let lines = text.lines().filter(|line| !line.is_empty() && !line.starts_with('#'));
@@ -70,14 +71,14 @@ fn messages_are_in_their_order() {
         message(9, 'a', "count == 0, 'it counts down'"),
     ];
     let mut found = load_messages(&SymbolFile { name: "main.cod", bytes: &bytes("main.cod") }).unwrap();
-    // The order of one address is that of the source; the linker may place the sections as it likes.
+    // Messages of one address are in the order of the source; the linker may place sections in any order.
     found.sort_by_key(|m| std::cmp::Reverse((m.addr, m.kind)));
     assert_eq!(found, wanted);
     assert_eq!(load_messages(&SymbolFile { name: "a", bytes: &bytes("absolute.cod") }), Ok(vec![]));
     assert!(load_messages(&SymbolFile { name: "a", bytes: b"hello" }).is_err());
 }
 
-/// The content that a cell of `faults.txt` describes.
+/// Makes the content that a cell of `faults.txt` describes.
 fn content(cell: &str) -> Vec<u8> {
     let Some(rest) = cell.strip_prefix('@') else { return cell.replace('⏎', "\n").replace('·', " ").into_bytes() };
     let (name, changes) = rest.split_once(' ').unwrap_or((rest, ""));
@@ -115,7 +116,7 @@ fn faults_have_a_cause() {
     }
 }
 
-/// Whatever the bytes, the answer is symbols within their memories or faults with known codes.
+/// Any input must give symbols within their memories, or faults with known codes.
 #[test]
 fn damaged_files_are_answered() {
     let files = ["main.cod", "absolute.cod", "main.map", "main.lst", "absolute.lst", "module.lst"];
@@ -131,7 +132,7 @@ fn damaged_files_are_answered() {
                 0 => file.truncate(here),
                 1 => file.truncate(here / 512 * 512),
                 2 => file.insert(here, rng.below(256) as u8),
-                // Directories and the heads of tables are worth most.
+                // Damage to directories and table headers finds the most faults.
                 3 if file.len() > 600 => file[400 + rng.below(112) as usize] = rng.below(12) as u8,
                 _ if here < file.len() => file[here] = rng.below(256) as u8,
                 _ => {}
@@ -162,7 +163,7 @@ fn damaged_files_are_answered() {
     assert!(taken > 300 && refused > 300, "{taken} taken, {refused} refused");
 }
 
-/// The sources, built afresh, give what the files of the folder give.
+/// The sources, built again, give the same as the files in the folder.
 #[test]
 #[ignore = "needs gputils"]
 fn the_files_are_those_of_gputils() {

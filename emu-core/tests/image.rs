@@ -1,4 +1,4 @@
-//! Image files: HEX and ELF, good and bad.
+//! Tests of the loaders of image files: HEX and ELF, valid and invalid.
 
 #[path = "image/avr_gcc.rs"]
 mod avr_gcc;
@@ -14,7 +14,8 @@ use emu_core::image::ElfMachine;
 const AVR: ElfMachine = ElfMachine::AVR;
 const DIR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/image");
 
-/// The rows of a table beside this page: `columns` texts between bars, comments begin with `#`.
+/// Reads the rows of a table in `tests/image`: `columns` texts separated by bars; lines that begin with `#`
+/// are comments.
 fn table(name: &str, columns: usize) -> Vec<Vec<String>> {
     let text = std::fs::read_to_string(format!("{DIR}/{name}")).unwrap_or_else(|e| panic!("{name}: {e}"));
     let rows: Vec<Vec<String>> = text

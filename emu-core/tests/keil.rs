@@ -1,4 +1,4 @@
-//! Maps of Keil's linkers, which were written for the purpose in the shape of those that are public.
+//! Maps of Keil's linkers. They were written for these tests in the form of published maps.
 
 use emu_core::image::{SymbolFile, SymbolSpaces, Symbols, load_symbols};
 
@@ -11,7 +11,7 @@ fn read(name: &str, text: &str) -> Result<Symbols, String> {
     })
 }
 
-/// The places of names: `code:0040 idata:0008`, `-` for none.
+/// The addresses of a name, such as `code:0040 idata:0008`, or `-` for none.
 fn places(symbols: &Symbols, name: &str) -> String {
     let found = symbols.symbols.iter().filter(|s| s.name == name);
     let found: Vec<String> = found.map(|s| format!("{}:{:04x}", s.space, s.addr)).collect();
@@ -40,7 +40,7 @@ fn names_of_a_map_are_found() {
         ("log", "xdata:1234"),
         ("running", "bit:0001"),
         ("P1", "sfr:0090"),
-        // Two modules call two pins so.
+        // Two modules use this name for two pins.
         ("LAMP", "-"),
         ("pump.LAMP", "bit:0093"),
         ("Valve.LAMP", "bit:00b7"),
@@ -48,7 +48,7 @@ fn names_of_a_map_are_found() {
         ("count", "-"),
         ("pump.count", "idata:000a"),
         ("Valve.count", "idata:000c"),
-        // Variables of functions and of blocks in them; the function in the spelling of its name.
+        // Variables of functions and of blocks in functions. The function has the spelling of its name.
         ("old", "idata:000b"),
         ("setSpeed.old", "idata:000b"),
         ("pump.setSpeed.old", "idata:000b"),
@@ -56,7 +56,7 @@ fn names_of_a_map_are_found() {
         ("pump.ramp.step$1", "idata:0022"),
         ("pump.ramp.step$2", "idata:0023"),
         ("ramp.step", "-"),
-        // What lies in a register of a bank lies there for a while.
+        // A register of a bank holds a variable only for a while.
         ("wanted", "-"),
         ("_ICE_DUMMY_", "-"),
         ("AGAIN", "code:0080"),
@@ -94,7 +94,8 @@ fn maps_of_lx51_say_the_same() {
         ("pump.setSpeed.old", "idata:000b"),
         ("pump.setSpeed.step$1", "idata:0021"),
         ("wanted", "-"),
-        // Parameters of functions that the linker removed, in registers, outside any block; such a function itself.
+        // Parameters of functions that the linker removed, in registers and outside of any block; and such a
+        // function itself.
         ("en", "-"),
         ("pump.en", "-"),
         ("value", "-"),
@@ -123,7 +124,7 @@ fn a_map_that_is_cut_off_is_taken_with_a_warning() {
         let wanted = format!("{}: SYM009 the map ends within its table of symbols{module}", last(cut));
         assert_eq!(warnings(cut), wanted);
     }
-    // An ENDMOD is missing in the middle of a file whose end is there.
+    // An ENDMOD is missing in the middle of a file that is otherwise complete.
     let ended =
         format!("{}Program Size: data=9.0 xdata=0 code=2\n", before(BL51, "  C:0044H         LINE#         13"));
     assert!(warnings(&ended).contains("module pump has no ENDMOD"), "{}", warnings(&ended));
@@ -162,7 +163,7 @@ fn what_is_damaged_has_its_place() {
     assert!(["SYM004", "SYM009", "SYM016"].iter().all(|code| docs.contains(code)));
 }
 
-/// Reading ends for every part of a map, and for every character that is another.
+/// Reading ends for every prefix of a map, and for every changed character.
 #[test]
 fn damaged_maps_are_read_to_an_end() {
     for text in [BL51, LX51] {

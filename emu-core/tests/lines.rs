@@ -1,5 +1,5 @@
-//! Source lines of ELF files: those of a program by avr-gcc (`tests/cli/in/lines.c`), of files made for the purpose in every
-//! version of DWARF, and of damaged ones.
+//! Source lines of ELF files: of a program built by avr-gcc (`tests/cli/in/lines.c`), of files made in every
+//! version of DWARF, and of damaged files.
 
 #[path = "lines/avr_gcc.rs"]
 mod avr_gcc;
@@ -9,6 +9,8 @@ mod damage;
 mod dropped;
 #[path = "lines/elf.rs"]
 mod elf;
+#[path = "lines/stabs.rs"]
+mod stabs;
 #[path = "lines/versions.rs"]
 mod versions;
 
@@ -20,12 +22,12 @@ fn input(name: &str) -> Vec<u8> {
     std::fs::read(format!("{DIR}/{name}")).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// `lines.c:12`, `-` where nothing is known.
+/// The line of the code at a byte address, such as `lines.c:12`, or `-` if none is known.
 fn told(lines: &SourceLines, byte: u32) -> String {
     lines.line_at(byte, 0).map_or("-".to_owned(), |line| format!("{}:{}", line.file, line.line))
 }
 
-/// By the listing of avr-objdump -dl, of binutils 2.26.
+/// Lines of addresses according to avr-objdump -dl of binutils 2.26.
 const LISTED: &str = "
 0x00 lines.c:14
 0x02 lines.c:14
@@ -62,7 +64,7 @@ fn every_address_has_its_line() {
     assert_eq!(lines.warnings(), []);
     let kind = |byte| lines.line_at(byte, 0).map(|line| line.kind);
     assert_eq!((kind(0x12), kind(0x24)), (Some(SourceKind::C), Some(SourceKind::Asm)));
-    // How far a line goes is known, so it does not matter where a symbol lies.
+    // The length of each line is known, so the start of the function makes no difference.
     assert_eq!(lines.line_at(0x46, 0x46).map(|line| line.line), Some(27));
     assert_eq!((lines.folder("lines.c"), lines.folder("other.c")), (Some("/src"), None));
     assert_eq!(lines.all_lines().iter().filter(|line| line.len == 0).count(), 0);

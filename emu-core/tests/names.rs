@@ -1,15 +1,15 @@
-//! Names out of files: no reader lets a control character through, nor a name that makes gigabytes of a small file.
+//! Names in files: no reader accepts a control character, or a name that turns a small file into gigabytes.
 
 use emu_core::image::{
     ElfMachine, Image, ImageSpace, SourceLines, SymbolAt, SymbolFile, SymbolSpaces, Symbols, WordBits, load,
     load_messages, load_symbols,
 };
 
-/// ESC and BEL, as they may be in place of other characters.
+/// The control characters ESC and BEL, which replace other characters of a name.
 const ESC: u8 = 0x1B;
 const BEL: u8 = 7;
 
-/// A file of the tests in which a name has become another of its length.
+/// Reads a test file and replaces a name by another one of the same length.
 fn with_name(path: &str, from: &str, to: &[u8]) -> Vec<u8> {
     assert_eq!(from.len(), to.len());
     let mut bytes = std::fs::read(format!("{}/{path}", env!("CARGO_MANIFEST_DIR"))).unwrap();
@@ -19,7 +19,7 @@ fn with_name(path: &str, from: &str, to: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// All names and names of files.
+/// All names of symbols and of files.
 fn all(found: &Symbols) -> Vec<&str> {
     let names = found.symbols.iter().map(|symbol| &*symbol.name);
     names.chain(found.unplaced.iter().map(|(name, _)| &**name)).chain(found.lines.iter().map(|l| &*l.file)).collect()
@@ -30,7 +30,7 @@ fn all_of(image: &Image) -> Vec<&str> {
     names.chain(image.lines.all_lines().iter().map(|line| &*line.file)).collect()
 }
 
-/// No name has a control character, and one has what stands for it.
+/// Asserts that no name has a control character, and that one contains the escaped text `wanted`.
 fn assert_clean(file: &str, names: &[&str], wanted: &str) {
     for name in names {
         assert!(!name.contains(char::is_control), "{file}: {name:?}");
@@ -84,13 +84,13 @@ fn elf_files_have_none() {
     assert_clean("lines.elf", &lines.all_lines().iter().map(|line| &*line.file).collect::<Vec<_>>(), r"l\x1bnes.c");
 }
 
-/// C1 characters have two bytes.
+/// A line feed in a name is escaped.
 #[test]
 fn other_names_have_none() {
     assert_eq!(SymbolAt::new("a\nb", "flash", 0, 0).name, r"a\x0ab");
 }
 
-/// A module's name is put in front of each of its names, and the name of a file goes with each line.
+/// The name of a module is put before each of its names, and the name of a file is kept with each line.
 #[test]
 fn long_names_refuse_a_file() {
     let head = "BL51 BANKED LINKER/LOCATER V6.22\n\nSYMBOL TABLE OF MODULE:  x (X)\n\n  VALUE  TYPE  NAME\n  -----\n\n";
@@ -108,11 +108,11 @@ fn long_names_refuse_a_file() {
         let refused = load_symbols(&[file], SymbolSpaces::MCS51).map(|found| found.symbols.len());
         match refused {
             Err(faults) => assert_eq!(faults.first().map(|fault| fault.code), Some("SYM018"), "{:?}", faults.first()),
-            // No record says what it is, so it is no name of a place.
+            // No record describes this symbol, so it is not listed.
             Ok(symbols) => assert_eq!((symbols, &text[..3]), (0, "L:L")),
         }
     }
-    // As long as the longest.
+    // A name of the maximum length is accepted.
     let text = format!("{head}  -------  MODULE  X\n  C:0028H  PUBLIC  {}\n", "m".repeat(1024));
     let found = load_symbols(&[SymbolFile { name: "a", bytes: text.as_bytes() }], SymbolSpaces::MCS51).unwrap();
     assert_eq!(found.symbols.len(), 1);

@@ -1,4 +1,5 @@
-//! Absolute object files for MCS-51: those that a writer made from Intel's specification alone, and those of other tools.
+//! Absolute object files for MCS-51: from a writer made from Intel's specification alone, and from other
+//! tools.
 
 #[path = "omf51/peers.rs"]
 mod peers;
@@ -24,7 +25,7 @@ fn good(bytes: &[u8]) -> Image {
     loaded.image
 }
 
-/// `code:0040`, `-` for no place or several.
+/// The address of a name, such as `code:0040`, or `-` if it has none or several.
 fn place(image: &Image, name: &str) -> String {
     let found: Vec<_> = image.symbols.iter().filter(|s| s.name == name).collect();
     match found.as_slice() {
@@ -33,7 +34,7 @@ fn place(image: &Image, name: &str) -> String {
     }
 }
 
-/// A program of two modules, in the order of records that Intel's RL51 has.
+/// A program of two modules, with its records in the order of Intel's RL51.
 fn program() -> Module {
     let mut module = Module::new("PUMP");
     module.scope(0, "PUMP");
@@ -95,7 +96,7 @@ fn a_program_is_loaded_with_its_names_and_lines() {
     assert_eq!(lines, [(0x40, "PUMP.c", 12, c), (0x42, "PUMP.c", 13, c), (0x80, "TICK.a51", 8, SourceKind::Asm)]);
 }
 
-/// What Keil adds: the source file of a module, and debug items under a number of their own, with a byte more in front of names.
+/// Fewer than 128 filler bytes after the module end record are ignored; other bytes are a fault.
 #[test]
 fn the_rest_of_the_last_sector_is_passed_over() {
     let whole = &record(0x02, &[1, b'A', 0, 0])[..];
@@ -109,6 +110,8 @@ fn the_rest_of_the_last_sector_is_passed_over() {
     }
 }
 
+/// Keil's additions: the source file of a module, and debug items under a type of their own, with additional
+/// bytes before names.
 #[test]
 fn records_of_keil_are_read() {
     for more in [0, 1, 2] {
@@ -127,7 +130,7 @@ fn records_of_keil_are_read() {
         assert_eq!(image.lines.addresses_of_line("Pump.C", 13), Ok(vec![0x42]));
         assert_eq!(image.lines.all_lines().first().map(|line| line.kind), Some(SourceKind::C));
     }
-    // Numbers of segments may have two bytes.
+    // Segment numbers can have two bytes.
     let mut module = Module::new("A");
     module.push(0x07, &[0, 0, 0x10, 0, 0x22]);
     module.push(0x13, &[1, 0, 0, 0, 0x10, 0, 0, 4, b'm', b'a', b'i', b'n']);
@@ -147,7 +150,7 @@ fn what_is_no_program_is_refused() {
     wrong[5] ^= 1;
     let last = whole.len();
     let text = |bytes: &[u8]| read(bytes).map(|_| "ok".to_owned()).unwrap_or_else(|e| e);
-    // Where what is added begins.
+    // Offset of the record that is added.
     let at = program().written();
     let first = whole.windows(4).position(|w| w == [6, 8, 0, 0]).unwrap();
     let end = record(4, &[1, b'A', 0, 0, 1, 0]).len() + 3;
@@ -232,7 +235,7 @@ fn what_is_no_program_is_refused() {
     for (code, found, wanted) in &table {
         assert_eq!(*found, format!("{code} {wanted}"));
     }
-    // Beside a hundred others; names never refuse a program.
+    // The code that counts further faults needs a hundred others; names never cause a rejection.
     let many = with(&|m| (0..120).for_each(|_| m.push(0x0A, &[])));
     assert!(many.ends_with("OMF010 20 more faults are not shown"), "{many}");
     let mut odd = program();
@@ -248,7 +251,7 @@ fn what_is_no_program_is_refused() {
     }
 }
 
-/// Other families and texts are no object files.
+/// Files of other families and texts are not object files.
 #[test]
 fn only_what_begins_so_is_an_object_file() {
     let whole = program().finish();
@@ -261,7 +264,7 @@ fn only_what_begins_so_is_an_object_file() {
     }
 }
 
-/// C1 characters have two bytes in a name; no name brings a control character to a terminal.
+/// C1 characters take two bytes in a name; no name can bring a control character to a terminal.
 #[test]
 fn names_have_no_control_characters() {
     let mut module = Module::new("A");
@@ -281,7 +284,7 @@ fn names_have_no_control_characters() {
     }
 }
 
-/// Reading ends, whatever the bytes: cut files, changed bits, and records whose check sums were made right again.
+/// Reading ends for any input: cut files, changed bits, and records with corrected check sums.
 #[test]
 fn damaged_files_are_read_to_an_end() {
     let whole = program().finish();

@@ -1,4 +1,4 @@
-//! Who wins on a pin, case by case in `pins.txt`.
+//! The level of a pin for each combination of drivers, case by case in `pins.txt`.
 
 use emu_core::pins::{PinLevel, PinState};
 
@@ -19,15 +19,15 @@ fn drivers() {
         (pin.driven, pin.external, pin.pull_up) = (level(own), level(outside), pull_up == "+");
         pin.settle(2);
         assert_eq!((pin.level(), pin.has_contention()), (level(wanted), fight == "fight"), "{line}");
-        // What floats keeps what it had.
+        // A floating pin keeps its last level.
         assert_eq!(pin.reads_high, if wanted == "Float" { held == "1" } else { wanted == "High" }, "{line}");
         count += 1;
     }
     assert_eq!(count, 21);
 }
 
-/// A bus that both sides only pull low, as that of I2C, with the resistor outside: it is low while the chip drives, and comes
-/// back, each in the cycle of the change.
+/// A bus that both sides only pull low, such as I2C, with an external pull-up. It is low while the chip
+/// drives and high otherwise, and changes in the same cycle as the driver.
 #[test]
 fn open_drain() {
     let mut pin = PinState::default();

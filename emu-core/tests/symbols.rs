@@ -1,4 +1,4 @@
-//! Symbols and lines of programs built by SDCC 4.2.0 from the sources in `symbols/`, and damaged files.
+//! Symbols and lines of programs that SDCC 4.2.0 built from the sources in `symbols/`, and damaged files.
 
 #[path = "symbols/damage.rs"]
 mod damage;
@@ -16,7 +16,7 @@ fn bytes(name: &str) -> Vec<u8> {
     std::fs::read(format!("{DIR}/{name}")).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// The rows of a table: `columns` texts between bars, comments begin with `#`.
+/// Reads the rows of a table: `columns` texts separated by bars; lines that begin with `#` are comments.
 fn table(name: &str, columns: usize) -> Vec<Vec<String>> {
     let text = String::from_utf8(bytes(name)).unwrap();
     let lines = text.lines().filter(|line| !line.is_empty() && !line.starts_with('#'));
@@ -33,7 +33,7 @@ fn load(files: &[(String, Vec<u8>)]) -> Result<Symbols, Vec<Diagnostic>> {
     load_symbols(&files, SymbolSpaces::MCS51)
 }
 
-/// Loads files of the folder by their names, with spaces between.
+/// Loads files of the folder; `names` are separated by spaces.
 fn load_named(names: &str) -> Result<Symbols, Vec<Diagnostic>> {
     load(&names.split(' ').map(|name| (name.to_owned(), bytes(name))).collect::<Vec<_>>())
 }
@@ -74,7 +74,7 @@ fn lines_are_where_their_code_is() {
     }
 }
 
-/// What a map cannot place is listed, until another file explains it.
+/// A name that a map cannot place is listed as unplaced, unless another file explains it.
 #[test]
 fn values_without_a_memory_are_not_guessed() {
     let unplaced = |files| good(files).unplaced;
@@ -105,7 +105,7 @@ fn the_order_of_files_does_not_matter() {
     assert!(one.lines.is_sorted() && one.lines.len() > 100);
 }
 
-/// The listings give the lines of C from comments and the debugging records from the linker.
+/// Listings have the lines of C in comments, debugging records have them from the linker.
 #[test]
 fn listings_and_records_agree_on_lines_of_c() {
     let lines_of_c = |files: &str| {
@@ -118,15 +118,15 @@ fn listings_and_records_agree_on_lines_of_c() {
     assert_eq!(lines_of_c("small/main.map"), wanted);
 }
 
-/// Every code of the family is given by some case of a table.
+/// Every code of SDCC's files occurs in a case of a table.
 #[test]
 fn every_code_has_a_case() {
     let rows = table("faults.txt", 3);
     let given: BTreeSet<&str> = rows.iter().filter_map(|row| row[2].split_whitespace().nth(1)).collect();
-    // The last three are of the files of gputils: `gputils.rs` has their cases.
+    // Codes from SYM013 on are for files of other tools; `gputils.rs` and `keil.rs` have their cases.
     let codes = SYMBOL_CODES.iter().map(|row| row.code).filter(|code| *code < "SYM013");
     let missing: Vec<&str> = codes.filter(|code| !given.contains(code)).collect();
-    // The note is given only beside a hundred others: `damage.rs` has its case.
+    // The note needs a hundred other faults; `damage.rs` has its case.
     assert_eq!(missing, ["SYM012"]);
     let docs = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/formats/sdcc.md");
     let docs = std::fs::read_to_string(docs).unwrap_or_else(|e| panic!("{docs}: {e}"));

@@ -1,4 +1,4 @@
-//! Requests to answers.
+//! The debug adapter: dispatches requests and builds responses and events.
 
 use std::collections::BTreeSet;
 
@@ -15,25 +15,25 @@ use crate::protocol::{self, DapRequest, LaunchArguments, RequestError};
 use crate::runs::PendingRun;
 use crate::stop_events::StopEvent;
 
-/// A machine ready to be debugged.
+/// A machine that is ready to be debugged.
 pub struct OpenedMachine {
-    /// It, and where it has been.
+    /// The session with the machine and its history.
     pub session: DebugSession,
-    /// The ladder program in it.
+    /// The view of the ladder program in it, if it has one.
     pub view: Option<ladder_view::LadderView>,
 }
 
-/// Makes a machine of what `launch` asks for; the error is for people.
+/// Makes a machine from the arguments of `launch`; the error is a message for the user.
 pub type OpenMachine<'a> = dyn Fn(&LaunchArguments) -> Result<OpenedMachine, LaunchError> + 'a;
 
-/// How far the conversation has come.
+/// The stage of the conversation with the client.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ConversationStage {
-    /// Nothing was said.
+    /// Nothing has been received.
     Created,
     /// After `initialize`.
     Initialized,
-    /// After `launch`: the client says which breakpoints there are.
+    /// After `launch`: the client sends its breakpoints.
     Configuring,
     /// After `configurationDone`.
     Debugging,
@@ -41,7 +41,7 @@ enum ConversationStage {
     Disconnected,
 }
 
-/// What this client understands.
+/// The capabilities that the client reported in `initialize`.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(crate) struct ClientCapabilities {
@@ -64,48 +64,49 @@ impl Default for ClientCapabilities {
 }
 
 impl ClientCapabilities {
-    /// A line of ours as the client counts it.
+    /// Converts a line number, from 1, to the client's numbering.
     pub fn line(&self, line: u32) -> i64 {
         i64::from(line) - i64::from(!self.lines_start_at1)
     }
 
-    /// A line of the client as we count it; 0 for one that cannot be.
+    /// Converts the client's line number to a number from 1; 0 if it is invalid.
     pub fn line_from_client(&self, line: i64) -> u32 {
         u32::try_from(line.saturating_add(i64::from(!self.lines_start_at1))).unwrap_or(0)
     }
 
-    /// The first column.
+    /// The number of the first column in the client's numbering.
     pub fn column(&self) -> i64 {
         i64::from(self.columns_start_at1)
     }
 }
 
-/// The machine that is debugged, with what was made of it.
+/// The debugged machine, with data derived from it.
 pub(crate) struct DapMachine {
     pub session: DebugSession,
+    /// The ladder program, if the machine has one.
     pub ladder: Option<LadderSource>,
-    /// Made when it is first asked for.
+    /// The disassembly, made at the first request.
     pub listing: Option<DisassemblyListing>,
-    /// Bytes sent and resets up to this cycle were told.
+    /// Bytes sent and resets up to this machine cycle have been reported.
     pub events_reported_to: u64,
-    /// Why it stands.
+    /// The reason of the last stop.
     pub stop: StopEvent,
-    /// The image, without folders.
+    /// Name of the image without folders.
     pub name: String,
     /// Folder of the image.
     pub folder: std::path::PathBuf,
-    /// Objects of C of whose parts the client was told since the machine moved last, and their expressions.
+    /// C objects whose parts the client may request until the machine moves, with their expressions.
     pub expandable_objects: std::cell::RefCell<Vec<(String, emu_debug::debug::ObjectExpr)>>,
 }
 
 impl DapMachine {
-    /// The listing; made anew where program memory may have changed.
+    /// The disassembly; it is made again after program memory may have changed.
     pub fn listing(&mut self) -> &DisassemblyListing {
         let DapMachine { session, ladder, listing, .. } = self;
         listing.get_or_insert_with(|| DisassemblyListing::new(session, ladder.as_ref()))
     }
 
-    /// Gives what an expression stands for another value.
+    /// Assigns a value to an expression.
     pub fn assign(
         &mut self,
         expr: &emu_debug::debug::DebugExpression,
@@ -117,7 +118,8 @@ impl DapMachine {
         Ok(())
     }
 
-    /// Does something from outside. What was told of the future that is gone now counts no more.
+    /// Performs an action of the user. The events of a future that this action discards may be reported
+    /// again.
     pub fn act(&mut self, action: UserAction) -> Result<(), RequestError> {
         self.session.apply_action(action).map_err(RequestError::not_possible)?;
         self.events_reported_to = self.events_reported_to.min(self.session.machine().cycle());
@@ -133,13 +135,15 @@ pub struct DebugAdapter<'a> {
     launched: LaunchArguments,
     pub(crate) client: ClientCapabilities,
     pub(crate) machine: Option<DapMachine>,
+    /// The breakpoints of the client.
     pub(crate) points: BreakpointTable,
+    /// The requested run; `None` if the machine is stopped.
     pub(crate) run: Option<PendingRun>,
     events: Vec<(&'static str, Value)>,
     seq: i64,
 }
 
-/// Requests that a machine that runs can take.
+/// Requests that are allowed while the machine runs.
 #[rustfmt::skip]
 const WHILE_RUNNING: &[&str] = &[
     "breakpointLocations", "configurationDone", "dataBreakpointInfo", "disconnect", "loadedSources", "pause", "restart",
@@ -148,7 +152,7 @@ const WHILE_RUNNING: &[&str] = &[
 ];
 
 impl<'a> DebugAdapter<'a> {
-    /// A conversation that begins.
+    /// Starts a conversation.
     #[must_use]
     pub fn new(open: &'a OpenMachine<'a>) -> DebugAdapter<'a> {
         DebugAdapter {
@@ -164,22 +168,22 @@ impl<'a> DebugAdapter<'a> {
         }
     }
 
-    /// The client has gone; nothing more is to be said.
+    /// True after `disconnect`; no more messages are sent.
     #[must_use]
     pub fn is_finished(&self) -> bool {
         self.stage == ConversationStage::Disconnected
     }
 
-    /// The machine runs: [`DebugAdapter::run_slice`] is to be called until it does not.
+    /// True if the machine runs: the caller must call [`DebugAdapter::run_slice`] until it does not.
     #[must_use]
     pub fn is_running(&self) -> bool {
         self.run.is_some() && !self.is_finished()
     }
 
-    /// Takes a message; gives the response and the events that follow from it, in order.
+    /// Handles a message; returns the response and the events caused by it, in order.
     pub fn handle(&mut self, message: &Value) -> Vec<Value> {
         let answer = match DapRequest::parse(message) {
-            Err((seq, command, wrong)) => self.response(seq, &command, Err(wrong)),
+            Err(rejected) => self.response(rejected.seq, &rejected.command, Err(rejected.error)),
             Ok(request) => {
                 let result = self.check_stage(&request.command).and_then(|()| self.dispatch(&request));
                 self.response(request.seq, &request.command, result)
@@ -190,13 +194,13 @@ impl<'a> DebugAdapter<'a> {
         out
     }
 
-    /// Answers a message that was no JSON.
+    /// Answers a message that is not valid JSON.
     pub fn reject_garbled(&mut self, why: &str) -> Vec<Value> {
         vec![self.response(0, "", Err(RequestError::new(protocol::MALFORMED, why)))]
     }
 
-    /// Runs on until the machine stands, `go_on` says no (it is asked about every millisecond), or a slice of a few hundredths of a second is over;
-    /// gives the events.
+    /// Continues the run until the machine stops, `go_on` returns false (it is called about every
+    /// millisecond), or a slice of 20 ms is over. Returns the events.
     pub fn run_slice(&mut self, go_on: &mut dyn FnMut() -> bool) -> Vec<Value> {
         self.advance_run(go_on);
         self.take_events()
@@ -218,12 +222,12 @@ impl<'a> DebugAdapter<'a> {
         response
     }
 
-    /// An event, to go out behind the response.
+    /// Queues an event, to be sent after the response.
     pub(crate) fn event(&mut self, name: &'static str, body: Value) {
         self.events.push((name, body));
     }
 
-    /// Something for the user to read.
+    /// Queues output for the user.
     pub(crate) fn output(&mut self, category: &str, text: &str) {
         self.event("output", json!({ "category": category, "output": text }));
     }
@@ -241,7 +245,7 @@ impl<'a> DebugAdapter<'a> {
         events.into_iter().map(number).collect()
     }
 
-    /// The request has its place at this point of the conversation.
+    /// Checks that the request is allowed at this stage of the conversation.
     fn check_stage(&self, command: &str) -> Result<(), RequestError> {
         let early = |text: String| Err(RequestError::new(protocol::TOO_EARLY, text));
         let wanted = match (self.stage, command) {
@@ -266,7 +270,7 @@ impl<'a> DebugAdapter<'a> {
         Ok(())
     }
 
-    /// The machine, which is there from `launch` on.
+    /// The machine, which exists after `launch`.
     pub(crate) fn machine(&mut self) -> Result<&mut DapMachine, RequestError> {
         self.machine.as_mut().ok_or_else(|| RequestError::new(protocol::TOO_EARLY, "no program was launched"))
     }
@@ -406,7 +410,7 @@ impl<'a> DebugAdapter<'a> {
         Ok(Value::Null)
     }
 
-    /// Stands before the first instruction, or runs from there.
+    /// Reports the stop before the first instruction, or starts the run.
     fn begin_debugging(&mut self) {
         if self.launched.stop_on_entry {
             self.report_stop(StopEvent::entry());
@@ -415,12 +419,12 @@ impl<'a> DebugAdapter<'a> {
         }
     }
 
-    /// The program is not to be stopped by breakpoints.
+    /// True if breakpoints must not stop the program.
     pub(crate) fn is_without_breakpoints(&self) -> bool {
         self.launched.no_debug
     }
 
-    /// Everything anew, from the files as they are now.
+    /// Starts again with the current contents of all files.
     fn restart(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         #[derive(Default, Deserialize)]
         #[serde(default)]
@@ -461,5 +465,5 @@ impl<'a> DebugAdapter<'a> {
     }
 }
 
-/// The one thread.
+/// The id of the only thread.
 pub(crate) const THREAD: i64 = 1;

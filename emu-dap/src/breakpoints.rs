@@ -1,4 +1,4 @@
-//! Breakpoints of all kinds: what the client wants, and the points of the session that they are.
+//! Breakpoints of all kinds: the requests of the client, and the corresponding points of the session.
 
 use std::collections::BTreeMap;
 
@@ -10,17 +10,17 @@ use crate::adapter::{DapMachine, DebugAdapter};
 use crate::error::DapError;
 use crate::protocol::{DapRequest, DapSource, RequestError, RequestedBreakpoint, SetBreakpoints};
 
-/// Breakpoints that are set together.
+/// Breakpoints that a client sets together.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum BreakpointGroup {
-    /// Those of a source.
+    /// The breakpoints of one source.
     Source(String),
     Functions,
     Instructions,
     Data,
 }
 
-/// Which hits count.
+/// Which hits of a breakpoint count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum HitCondition {
     From(u64),
@@ -29,10 +29,10 @@ enum HitCondition {
     Every(u64),
 }
 
-/// Makes a count of its number.
+/// Makes a hit condition from its number.
 type MakeHitCondition = fn(u64) -> HitCondition;
 
-/// A piece of a message that is told.
+/// A part of a log message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum LogMessagePart {
     Text(String),
@@ -42,16 +42,16 @@ enum LogMessagePart {
 /// A breakpoint.
 #[derive(Debug, Clone)]
 struct BreakpointEntry {
-    /// Its number for the client, never used twice.
+    /// Number for the client, never reused.
     id: i64,
     requested: RequestedBreakpoint,
-    /// Its number in the session.
+    /// Number of the point in the session.
     point: Option<u32>,
     count: Option<HitCondition>,
     log: Option<Vec<LogMessagePart>>,
 }
 
-/// All breakpoints.
+/// All breakpoints of the client.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct BreakpointTable {
     groups: BTreeMap<BreakpointGroup, (DapSource, Vec<BreakpointEntry>)>,
@@ -69,7 +69,7 @@ impl BreakpointTable {
         self.entry(point).map(|(_, entry)| entry.id)
     }
 
-    /// What the protocol calls a stop at this point.
+    /// The protocol's stop reason for this point.
     pub fn reason(&self, point: u32) -> Option<&'static str> {
         self.entry(point).map(|(group, _)| match group {
             BreakpointGroup::Source(_) => "breakpoint",
@@ -79,7 +79,7 @@ impl BreakpointTable {
         })
     }
 
-    /// Switches off what does not stop the machine but tells something; gives the numbers.
+    /// Disables log points, which do not stop the machine; returns their numbers in the session.
     pub fn disable_log_points(&self, session: &mut DebugSession) -> Vec<u32> {
         let told = self.groups.values().flat_map(|(_, entries)| entries).filter(|entry| entry.log.is_some());
         let points: Vec<u32> = told.filter_map(|entry| entry.point).collect();
@@ -87,7 +87,7 @@ impl BreakpointTable {
         points
     }
 
-    /// Switches it on again.
+    /// Enables log points again.
     pub fn enable_log_points(&self, session: &mut DebugSession, points: &[u32]) {
         points.iter().for_each(|id| enable(session, *id, true));
     }
@@ -99,11 +99,11 @@ fn enable(session: &mut DebugSession, id: u32, on: bool) {
     }
 }
 
-/// Where a breakpoint has come to lie.
+/// The resolved location of a breakpoint.
 struct PlacedBreakpoint {
     what: PointTrigger,
     text: String,
-    /// The line, of one in a source.
+    /// The line, if the breakpoint is in a source.
     line: Option<u32>,
 }
 
@@ -149,7 +149,7 @@ impl DebugAdapter<'_> {
         self.replace_group(BreakpointGroup::Data, DapSource::default(), breakpoints)
     }
 
-    /// Sets all breakpoints of a group, in place of those that were there.
+    /// Replaces all breakpoints of a group.
     fn replace_group(
         &mut self,
         group: BreakpointGroup,
@@ -175,7 +175,7 @@ impl DebugAdapter<'_> {
         Ok(json!({ "breakpoints": told }))
     }
 
-    /// All breakpoints in a machine that was made anew.
+    /// Sets all breakpoints again in a new machine.
     pub(crate) fn reinstall_breakpoints(&mut self) {
         let mut points = std::mem::take(&mut self.points);
         for (group, (source, entries)) in &mut points.groups {
@@ -187,7 +187,7 @@ impl DebugAdapter<'_> {
         self.points = points;
     }
 
-    /// Puts a breakpoint into the session; gives what the client is told of it.
+    /// Sets a breakpoint in the session; returns its description for the client.
     fn install_breakpoint(
         &mut self,
         group: &BreakpointGroup,
@@ -207,7 +207,7 @@ impl DebugAdapter<'_> {
             let condition = entry.requested.condition.as_deref().filter(|text| !text.trim().is_empty());
             let session = &machine.session;
             let condition = match &placed.what {
-                // What has a name where a breakpoint is, is meant there.
+                // A name in the condition is resolved in the scope of the breakpoint's location.
                 PointTrigger::Code(words) => {
                     let at = words.first().copied().unwrap_or_default();
                     condition.map(|text| session.scope.parse_expression_at_word(text, at)).transpose()?
@@ -246,7 +246,7 @@ impl DebugAdapter<'_> {
         told
     }
 
-    /// Those of the hits that count; messages are told.
+    /// The hits that count; log messages are sent.
     pub(crate) fn filter_hits(&mut self, mut hits: Vec<PointHit>) -> Vec<PointHit> {
         let mut told = Vec::new();
         let Some(machine) = &self.machine else { return hits };
@@ -359,7 +359,8 @@ impl DapMachine {
 }
 
 impl HitCondition {
-    /// `5` or `>=5`: the fifth hit and all behind it; `>5`, `<5`, `<=5`, `==5`; `%5`: every fifth.
+    /// Parses a hit condition. `5` or `>=5`: the fifth hit and all later ones; `>5`, `<5`, `<=5`, `==5`;
+    /// `%5`: every fifth hit.
     fn parse(text: &str) -> Result<HitCondition, DapError> {
         let text = text.trim();
         let kinds: [(&str, MakeHitCondition); 7] = [
@@ -387,7 +388,7 @@ impl HitCondition {
     }
 }
 
-/// A message with expressions in braces.
+/// Parses a log message with expressions in braces.
 fn parse_log_message(session: &DebugSession, at: Option<u32>, text: &str) -> Result<Vec<LogMessagePart>, DapError> {
     let (mut found, mut rest) = (Vec::new(), text);
     while let Some((before, behind)) = rest.split_once('{') {

@@ -1,4 +1,4 @@
-//! Why a request or a session fails: lines and names without code, breakpoints without sense, input without frames.
+//! Errors of requests and sessions: lines and names without code, invalid breakpoints, input without frames.
 
 use std::io;
 
@@ -8,10 +8,11 @@ use emu_debug::debug::DebugError;
 
 use crate::framing::MAX_MESSAGE_BYTES;
 
-/// A machine could not be made: the opener's own error, for people.
+/// The error of the function that makes a machine; a message for the user.
 pub type LaunchError = Box<dyn std::error::Error + Send + Sync>;
 
-/// Why a request cannot be carried out, or why a session ends. `Display` is the cause, one sentence without a full stop.
+/// The reason why a request fails or a session ends. `Display` gives the cause as one sentence without a full
+/// stop.
 #[derive(Debug, thiserror::Error)]
 pub enum DapError {
     /// The debugger refuses an expression.
@@ -23,33 +24,33 @@ pub enum DapError {
     /// A source line has no code.
     #[error(transparent)]
     SourceLine(#[from] CoreError),
-    /// A line of the ladder program lies behind the last rung.
+    /// The line of the ladder program is after the last rung.
     #[error("no rung stands at or behind line {line}")]
     NoRungAtLine {
         /// The line, from 1.
         line: u32,
     },
-    /// A rung has no code, nor has any behind it.
+    /// Neither the rung nor any rung after it has code.
     #[error("rung {rung} has no code, and neither has a rung behind it")]
     NoCodeFromRung {
         /// The rung, from 1.
         rung: u32,
     },
-    /// A rung that is named has no code.
+    /// The named rung has no code or does not exist.
     #[error("rung {rung} has no code, or there is none")]
     NoSuchRung {
         /// The rung, from 1.
         rung: u32,
     },
-    /// An element that is named has no code.
+    /// The named element has no code or does not exist.
     #[error("element {rung}.{element} has no code, or there is none")]
     NoSuchElement {
         /// The rung, from 1.
         rung: u32,
-        /// The element in it, from 1.
+        /// The element in the rung, from 1.
         element: u32,
     },
-    /// A line of the listing lies behind the last instruction.
+    /// The line of the disassembly is after the last instruction.
     #[error("no instruction stands at or behind line {line}")]
     NoInstructionAtLine {
         /// The line, from 1.
@@ -58,36 +59,36 @@ pub enum DapError {
     /// A source has neither a path nor a name.
     #[error("the source has no path")]
     SourceWithoutPath,
-    /// A ladder program is named, and the session has no map of it.
+    /// The request names a ladder program, but the session has no map of it.
     #[error("rungs are not known: launch the .ld file itself, or the image with its `map` and `ladder`")]
     RungsUnknown,
-    /// A data breakpoint asks for another access than read, write and readWrite.
+    /// A data breakpoint requests an access other than read, write and readWrite.
     #[error("`{access}` is no kind of access")]
     UnknownAccess {
-        /// The access as the client has it.
+        /// The requested access.
         access: String,
     },
-    /// A data breakpoint on accesses names no place in memory; one on changes can be set.
+    /// A data breakpoint on accesses does not name a memory location; one on changes is possible.
     #[error("{0}; `write` sees its changes")]
     NotAccessible(#[source] Box<DapError>),
-    /// A condition on the number of hits has no number above 0.
+    /// A hit condition has no number above 0.
     #[error("`{text}` counts no hits; write 5, >5, ==5 or %5")]
     BadHitCondition {
         /// The condition.
         text: String,
     },
-    /// An expression in a log message has no end.
+    /// A brace in a log message is not closed.
     #[error("a }} is missing in `{text}`")]
     UnclosedBrace {
         /// The message.
         text: String,
     },
-    /// An address and an offset are outside of 32 bits.
+    /// An address with its offset is outside of 32 bits.
     #[error("{address} and {offset} more is no address")]
     AddressOverflow {
-        /// The address as the client has it.
+        /// The requested address.
         address: String,
-        /// What is added.
+        /// The requested offset.
         offset: i64,
     },
     /// The input cannot be read.
@@ -99,33 +100,33 @@ pub enum DapError {
     /// The input ends within a message.
     #[error("the input ends after {got} of the {length} bytes of a message")]
     TruncatedMessage {
-        /// Bytes that came.
+        /// Number of bytes received.
         got: usize,
-        /// Bytes that its head announces.
+        /// Number of bytes in the header.
         length: u64,
     },
-    /// The input has no head of a message.
+    /// The input has no message header.
     #[error("the input is no frame of the protocol: a head is a few short lines and an empty one")]
     NotFramed,
-    /// A line of a head has no colon.
+    /// A line of a header has no colon.
     #[error("`{line}` is no line of a head")]
     BadHeaderLine {
         /// The beginning of the line.
         line: String,
     },
-    /// The Content-Length of a message is no number.
+    /// The Content-Length of a message is not a number.
     #[error("`{text}` is no length of a message")]
     BadLength {
         /// The beginning of the text.
         text: String,
     },
-    /// A message is longer than any that is read.
+    /// A message exceeds the maximum length.
     #[error("a message of {length} bytes is longer than {MAX_MESSAGE_BYTES}, the most")]
     MessageTooLong {
-        /// Bytes that its head announces.
+        /// Number of bytes in the header.
         length: u64,
     },
-    /// The head of a message has no Content-Length.
+    /// The header of a message has no Content-Length.
     #[error("the head of a message has no Content-Length")]
     NoContentLength,
 }

@@ -1,4 +1,4 @@
-//! Expressions, and the commands of the console.
+//! Evaluates expressions and executes the commands of the debug console.
 
 use emu_debug::debug::ExpressionPlace;
 use serde::Deserialize;
@@ -99,7 +99,7 @@ impl DebugAdapter<'_> {
         Ok(expr.place(machine.session.machine()).map(|place| machine.value_text(place, hex)).unwrap_or_default())
     }
 
-    /// A command of the console; nothing where the text is none, but an expression.
+    /// Executes a console command; returns `None` if the text is an expression.
     fn run_console_command(&mut self, text: &str, level: usize) -> Result<Option<String>, RequestError> {
         let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
         let rest = rest.trim();
@@ -133,7 +133,7 @@ impl DebugAdapter<'_> {
         let is_unit = matches!(unit, "instruction" | "line" | "element" | "rung" | "scan");
         let count = if rest.is_empty() { Some(1) } else { rest.parse().ok() };
         match count.filter(|_| is_unit) {
-            // A symbol of the program may have such a name; `$` and memories tell them apart.
+            // A symbol of the program may have the same name; `$` or a memory prefix makes it unambiguous.
             Some(count) => {
                 let run = self.run_of_steps(unit, back, count)?;
                 self.console_run(run)
@@ -142,7 +142,8 @@ impl DebugAdapter<'_> {
         }
     }
 
-    /// Lets the machine run for the console: the client has not asked, so it is told.
+    /// Starts a run for the console and sends a `continued` event, because the client has not requested the
+    /// run.
     fn console_run(&mut self, run: crate::runs::PendingRun) -> Result<Option<String>, RequestError> {
         self.begin_run(run, Value::Null)?;
         self.event("continued", json!({ "threadId": crate::adapter::THREAD, "allThreadsContinued": true }));
@@ -151,7 +152,7 @@ impl DebugAdapter<'_> {
 }
 
 impl DapMachine {
-    /// Cycle, time, scan and place.
+    /// The current cycle, time, scan and location.
     fn position(&self) -> String {
         let session = &self.session;
         let (cycle, pc) = (session.machine().cycle(), session.machine().pc());
@@ -161,11 +162,11 @@ impl DapMachine {
     }
 }
 
-/// `PLACE = VALUE`; nothing where a `=` is part of an operator.
+/// Splits `PLACE = VALUE`; `None` if the `=` is part of an operator.
 fn split_assignment(text: &str) -> Option<(&str, &str)> {
     let (place, value) = text.split_once('=')?;
     let operator = value.starts_with('=') || place.ends_with(['=', '!', '<', '>']);
-    // `drive PB0=1` has two words before the sign.
+    // `drive PB0=1` has two words before the `=`.
     let one = !place.trim().is_empty() && !place.trim().contains(char::is_whitespace);
     (one && !operator).then(|| (place.trim(), value.trim()))
 }

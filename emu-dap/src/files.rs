@@ -1,4 +1,5 @@
-//! Sources and their lines: the ladder program, files of the compiler, and the listing that this side makes.
+//! Sources and their lines: the ladder program, source files of the compiler, and the disassembly made by the
+//! adapter.
 
 use std::path::{Path, PathBuf, absolute};
 
@@ -10,17 +11,25 @@ use crate::adapter::{DapMachine, DebugAdapter};
 use crate::error::DapError;
 use crate::protocol::{DapRequest, DapSource, RequestError};
 
-/// Number of the listing among the sources that this side makes.
+/// The source reference of the disassembly.
 pub(crate) const LISTING: i64 = 1;
 
-/// Lines that are tried behind one without code.
+/// Maximum number of lines that are searched after a line without code.
 const MAX_LINES_SEARCHED: u32 = 200;
+
+/// A line, and where its code begins.
+pub(crate) struct LineStart {
+    /// The program word.
+    pub word: u32,
+    /// The line, from 1.
+    pub line: u32,
+}
 
 /// The code of a line.
 pub(crate) struct LocatedLine {
-    /// Program words with which it begins; never none.
+    /// Program words at which the line starts; at least one.
     pub words: Vec<u32>,
-    /// The line, which may be one behind the one that was asked for.
+    /// The line, which may be after the requested one.
     pub line: u32,
 }
 
@@ -32,19 +41,19 @@ struct SourceArguments {
 }
 
 impl DapMachine {
-    /// The code of a line of a source, or of the next line that has some.
+    /// The code of a source line, or of the next line that has code.
     ///
     /// # Errors
-    /// No such source, or no code there.
+    /// The source is not known, or there is no code.
     pub fn words_of(&mut self, source: &DapSource, line: u32) -> Result<LocatedLine, DapError> {
         if source.source_reference == Some(LISTING) {
             let found = self.listing().word_at(line);
-            let (line, word) = found.ok_or(DapError::NoInstructionAtLine { line })?;
+            let LineStart { word, line } = found.ok_or(DapError::NoInstructionAtLine { line })?;
             return Ok(LocatedLine { words: vec![word], line });
         }
         let path = source.path.as_ref().or(source.name.as_ref()).ok_or(DapError::SourceWithoutPath)?;
         if let Some(ladder) = self.ladder.as_ref().filter(|ladder| ladder.is_file(path)) {
-            let (word, line) = ladder.word_of_line(line)?;
+            let LineStart { word, line } = ladder.word_of_line(line)?;
             return Ok(LocatedLine { words: vec![word], line });
         }
         if path.ends_with(".ld") && self.ladder.is_none() {
@@ -64,15 +73,15 @@ impl DapMachine {
         Err(first_error.map_or(DapError::NoInstructionAtLine { line }, DapError::SourceLine))
     }
 
-    /// A source line as the protocol names its file.
+    /// The protocol's description of the source file of a line.
     pub fn source_of(&self, line: &SourceLine) -> Value {
-        // A source that was assembled at once is the program itself.
+        // A source that was assembled directly is the program itself.
         let file = if line.file.is_empty() { &*self.name } else { &*line.file };
         let name = Path::new(file).file_name().map_or_else(|| file.to_owned(), |n| n.to_string_lossy().into());
         json!({ "name": name, "path": self.path_of(file).display().to_string() })
     }
 
-    /// Where a file of the compiler is: where it was compiled, or beside the image.
+    /// The path of a source file: in the folder of its compilation, or next to the image.
     fn path_of(&self, file: &str) -> PathBuf {
         let known = Path::new(file);
         let home = self.session.scope.lines.folder(file).map(|folder| Path::new(folder).join(known));
@@ -83,7 +92,7 @@ impl DapMachine {
         absolute(&found).unwrap_or(found)
     }
 
-    /// The listing as the protocol names it.
+    /// The protocol's description of the disassembly.
     pub fn listing_source(&self) -> Value {
         json!({ "name": format!("{}, disassembled", self.name), "sourceReference": LISTING, "origin": "emu" })
     }

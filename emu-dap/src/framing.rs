@@ -1,4 +1,4 @@
-//! Messages in their frames: a head with `Content-Length`, an empty line, and that many bytes of JSON.
+//! The framing of messages: a header with `Content-Length`, an empty line, and that many bytes of JSON.
 
 use std::io::{self, BufRead, Read, Write};
 
@@ -6,30 +6,30 @@ use serde_json::Value;
 
 use crate::error::DapError;
 
-/// Longest message, in bytes: nobody sends more, and a wrong number must not take all memory.
+/// Maximum message length in bytes, so that a wrong number does not use up all memory.
 pub const MAX_MESSAGE_BYTES: u64 = 16 << 20;
 
-/// Longest line of a head, in bytes.
+/// Maximum length of a header line in bytes.
 const MAX_HEADER_LINE: u64 = 4096;
 
-/// Most lines of a head.
+/// Maximum number of header lines.
 const MAX_HEADER_LINES: usize = 64;
 
-/// What came in.
+/// The result of reading a message.
 #[derive(Debug)]
 pub enum IncomingMessage {
     /// A message.
     Message(Value),
-    /// A frame whose content is no JSON: what is wrong with it. The next frame may be better.
+    /// A frame whose content is not valid JSON, with the reason. The next frame may be valid.
     Garbled(String),
-    /// The end of the input, between two frames, or of the connection.
+    /// The end of the input between two frames, or of the connection.
     End,
 }
 
 /// Reads the next message.
 ///
 /// # Errors
-/// The input cannot be read, or is not framed, so that nobody knows where the next message begins.
+/// The input cannot be read, or it has no frame, so that the start of the next message is unknown.
 pub fn read_message(input: &mut impl BufRead) -> Result<IncomingMessage, DapError> {
     let Some(length) = read_header(input)? else { return Ok(IncomingMessage::End) };
     let mut body = Vec::new();
@@ -47,7 +47,7 @@ pub fn read_message(input: &mut impl BufRead) -> Result<IncomingMessage, DapErro
     })
 }
 
-/// The head of a frame: the length of its content; nothing at the end of the input.
+/// Reads a header; returns the length of the content, or `None` at the end of the input.
 fn read_header(input: &mut impl BufRead) -> Result<Option<u64>, DapError> {
     let mut length = None;
     for number in 0.. {
@@ -79,7 +79,7 @@ fn read_header(input: &mut impl BufRead) -> Result<Option<u64>, DapError> {
     length.map(Some).ok_or(DapError::NoContentLength)
 }
 
-/// The other side has closed the connection, or is gone without that.
+/// True if the error means that the other side has closed or lost the connection.
 pub fn is_disconnect(why: &io::Error) -> bool {
     use io::ErrorKind::{BrokenPipe, ConnectionAborted, ConnectionReset};
     matches!(why.kind(), BrokenPipe | ConnectionAborted | ConnectionReset)
@@ -94,7 +94,7 @@ fn shortened(text: &str) -> String {
 /// Writes a message.
 ///
 /// # Errors
-/// The output takes no more.
+/// The output cannot be written.
 pub fn write_message(output: &mut dyn Write, message: &Value) -> io::Result<()> {
     let text = message.to_string();
     write!(output, "Content-Length: {}\r\n\r\n{text}", text.len())?;

@@ -1,30 +1,31 @@
-//! Rungs and elements of a ladder program by program word, and their lines in its text.
+//! Maps program words to rungs and elements of a ladder program, and these to lines of its text.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf, absolute};
 
-use ladder_view::LadderView;
+use ladder_view::{ElementStart, LadderView, RungStart};
 use serde_json::{Value, json};
 
 use crate::error::DapError;
+use crate::files::LineStart;
 
-/// A rung and an element in it, both from 1.
+/// Numbers of a rung and of an element in it, both from 1.
 type ElementNumber = (u32, u32);
 
-/// A ladder program in a machine.
+/// The ladder program of a machine.
 pub(crate) struct LadderSource {
     view: LadderView,
-    /// Its text.
+    /// Path of its `.ld` file.
     file: PathBuf,
     /// Those with code, with their first program word.
-    rungs: Vec<(u32, u32)>,
-    elements: Vec<(ElementNumber, u32)>,
+    rungs: Vec<RungStart>,
+    elements: Vec<ElementStart>,
     /// Line and text of every element.
     texts: BTreeMap<ElementNumber, (u32, String)>,
 }
 
 impl LadderSource {
-    /// With its rungs and elements found.
+    /// Collects the rungs and elements of a view.
     pub fn new(view: LadderView) -> LadderSource {
         let file = PathBuf::from(&view.program().file);
         let number = |id: ladder::ElementId| (id.rung + 1, id.index + 1);
@@ -32,8 +33,8 @@ impl LadderSource {
             view.program().elements().map(|(id, element, pos)| (number(id), (pos.line, ladder::element_text(element))));
         LadderSource {
             file: absolute(&file).unwrap_or(file),
-            rungs: view.rung_words(),
-            elements: view.element_words(),
+            rungs: view.rung_starts(),
+            elements: view.element_starts(),
             texts: texts.collect(),
             view,
         }
@@ -43,29 +44,32 @@ impl LadderSource {
         &self.view
     }
 
-    /// First words of all rungs.
+    /// First program words of all rungs.
     pub fn rung_starts(&self) -> BTreeSet<u32> {
-        self.rungs.iter().map(|(_, word)| *word).collect()
+        self.rungs.iter().map(|start| start.word).collect()
     }
 
-    /// First words of all elements.
+    /// First program words of all elements.
     pub fn element_starts(&self) -> BTreeSet<u32> {
-        self.elements.iter().map(|(_, word)| *word).collect()
+        self.elements.iter().map(|start| start.word).collect()
     }
 
+    /// First program word of a scan.
     pub fn scan_start(&self) -> u32 {
         self.view.scan_start()
     }
 
+    /// Number of the rung at a program word, from 1.
     pub fn rung_at(&self, word: u32) -> Option<u32> {
         self.view.rung_at(word)
     }
 
+    /// True if the program has a rung with this number, from 1.
     pub fn has(&self, rung: u32) -> bool {
         rung > 0 && self.view.program().rungs.len() >= rung as usize
     }
 
-    /// The text is this file.
+    /// True if `path` is the file of the ladder program.
     pub fn is_file(&self, path: &str) -> bool {
         let path = Path::new(path);
         let real = |path: &Path| path.canonicalize().ok();
@@ -73,13 +77,13 @@ impl LadderSource {
             || real(path).is_some_and(|path| real(&self.file) == Some(path))
     }
 
-    /// As the protocol names it.
+    /// The protocol's description of the source.
     pub fn source(&self) -> Value {
         let name = self.file.file_name().map(|name| name.to_string_lossy().into_owned());
         json!({ "name": name, "path": self.file.display().to_string() })
     }
 
-    /// What stands at a program word: its name, and its line in the text.
+    /// The element or rung at a program word, with its line.
     pub fn place(&self, word: u32) -> Option<(String, u32)> {
         let element = self.view.element_at(word).map(|id| (id.rung + 1, id.index + 1));
         if let Some((number, (line, text))) = element.and_then(|number| Some((number, self.texts.get(&number)?))) {
@@ -90,7 +94,7 @@ impl LadderSource {
     }
 
     /// First word of the rung to which a line belongs, or of the next with code; and the line of that rung.
-    pub fn word_of_line(&self, line: u32) -> Result<(u32, u32), DapError> {
+    pub fn word_of_line(&self, line: u32) -> Result<LineStart, DapError> {
         let wanted = match self.view.rung_of_line(line) {
             Some(rung) => rung,
             None => {
@@ -99,12 +103,12 @@ impl LadderSource {
                 behind.ok_or(DapError::NoRungAtLine { line })?
             }
         };
-        let found = self.rungs.iter().find(|(rung, _)| *rung >= wanted);
-        let (rung, word) = found.ok_or_else(|| DapError::NoCodeFromRung { rung: wanted })?;
-        Ok((*word, self.view.rung_line(*rung).unwrap_or(line)))
+        let found = self.rungs.iter().find(|start| start.rung >= wanted);
+        let start = found.ok_or(DapError::NoCodeFromRung { rung: wanted })?;
+        Ok(LineStart { word: start.word, line: self.view.rung_line(start.rung).unwrap_or(line) })
     }
 
-    /// `rung 3`, `element 3.2`, `scan`; nothing where the text has no such shape.
+    /// Parses `rung 3`, `element 3.2` or `scan` to a program word; `None` if the text has another form.
     pub fn parse_name(&self, text: &str) -> Option<Result<u32, DapError>> {
         let text = text.trim();
         let number = |text: &str| text.trim().parse::<u32>().ok();
@@ -112,38 +116,40 @@ impl LadderSource {
             return Some(Ok(self.view.scan_start()));
         }
         if let Some(rung) = text.strip_prefix("rung ").and_then(number) {
-            let word = self.rungs.iter().find(|(known, _)| *known == rung).map(|(_, word)| *word);
+            let word = self.rungs.iter().find(|start| start.rung == rung).map(|start| start.word);
             return Some(word.ok_or(DapError::NoSuchRung { rung }));
         }
         let (rung, element) = text.strip_prefix("element ")?.split_once('.')?;
-        let wanted = (number(rung)?, number(element)?);
-        let word = self.elements.iter().find(|(known, _)| *known == wanted).map(|(_, word)| *word);
-        Some(word.ok_or_else(|| DapError::NoSuchElement { rung: wanted.0, element: wanted.1 }))
+        let (rung, element) = (number(rung)?, number(element)?);
+        let is_wanted = |start: &&ElementStart| start.rung == rung && start.element == element;
+        let word = self.elements.iter().find(is_wanted).map(|start| start.word);
+        Some(word.ok_or(DapError::NoSuchElement { rung, element }))
     }
 
-    /// What the listing says above the instruction at a program word.
+    /// The heading lines above the instruction at a program word, for the disassembly.
     pub fn headings_at(&self, word: u32) -> Vec<String> {
         let mut heads = Vec::new();
         if word == self.view.scan_start() {
             heads.push("; a scan begins".to_owned());
         }
-        let rungs = self.rungs.iter().filter(|(_, at)| *at == word).map(|(rung, _)| format!("; rung {rung}"));
+        let rungs = self.rungs.iter().filter(|start| start.word == word).map(|start| format!("; rung {}", start.rung));
         heads.extend(rungs);
-        let elements = self.elements.iter().filter(|(_, at)| *at == word);
-        heads.extend(elements.filter_map(|(number, _)| {
-            let (_, text) = self.texts.get(number)?;
-            Some(format!("; {}.{} {text}", number.0, number.1))
+        let elements = self.elements.iter().filter(|start| start.word == word);
+        heads.extend(elements.filter_map(|start| {
+            let (_, text) = self.texts.get(&(start.rung, start.element))?;
+            Some(format!("; {}.{} {text}", start.rung, start.element))
         }));
         heads
     }
 }
 
 impl LadderSource {
-    /// The line of the element or rung that begins at a program word.
+    /// The line of the element or rung that starts at a program word.
     pub fn line_beginning_at(&self, word: u32) -> Option<u32> {
-        let element = self.elements.iter().find(|(_, at)| *at == word);
-        let line = element.and_then(|(number, _)| self.texts.get(number)).map(|(line, _)| *line);
-        let rung = || self.rungs.iter().find(|(_, at)| *at == word).and_then(|(rung, _)| self.view.rung_line(*rung));
+        let element = self.elements.iter().find(|start| start.word == word);
+        let line = element.and_then(|start| self.texts.get(&(start.rung, start.element))).map(|(line, _)| *line);
+        let rung =
+            || self.rungs.iter().find(|start| start.word == word).and_then(|start| self.view.rung_line(start.rung));
         line.or_else(rung)
     }
 }

@@ -1,18 +1,20 @@
-//! The Debug Adapter Protocol over the debugger's core, so that editors step through ladder programs, C and instructions.
+//! The Debug Adapter Protocol over a debugger session, so that editors can step through ladder programs, C
+//! and instructions.
 //!
 //! ```text
-//!   frame.rs    messages in their frames           running.rs   steps and runs, forwards and back
-//!   protocol.rs     requests, errors, arguments        stop_events.rs     why the machine stands, as events
-//!   serve.rs    the transport, one client          points.rs    breakpoints of all kinds
-//!   adapter.rs  requests to answers                frames.rs    the stack
-//!   ladder.rs   rungs and elements by word         steps.rs     requests for them
-//!   files.rs    sources and their lines            variables.rs scopes and variables
-//!   listing.rs  the program as a source            memory.rs    memory and disassembly
-//!                                                  evaluate.rs  expressions and the console
+//!   framing.rs        the framing of messages        runs.rs           steps and runs, forwards and back
+//!   protocol.rs       requests, errors, arguments    stop_events.rs    stop reasons as events
+//!   serve.rs          the transport, one client      breakpoints.rs    breakpoints of all kinds
+//!   adapter.rs        dispatches requests            stack_frames.rs   the call stack
+//!   ladder_source.rs  rungs and elements by word     step_requests.rs  requests that run the machine
+//!   files.rs          sources and their lines        variables.rs      scopes and variables
+//!   listing.rs        the disassembly as a source    locals.rs         variables of C
+//!   memory.rs         memory, disassembly requests   evaluate.rs       expressions and the console
 //! ```
 //!
-//! [`DebugAdapter::handle`] takes a request and gives responses and events at once, without input or output; a run that was asked for goes
-//! on in [`DebugAdapter::run_slice`], in slices. [`serve`] is the thin layer that reads and writes.
+//! [`DebugAdapter::handle`] takes a request and returns responses and events without input or output; a
+//! requested run is executed by [`DebugAdapter::run_slice`], slice by slice. [`serve`] is the thin layer that
+//! reads and writes messages.
 
 #![forbid(unsafe_code)]
 

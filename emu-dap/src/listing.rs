@@ -1,23 +1,25 @@
-//! The program as a source that nobody has written: every instruction with its address, names, rungs and elements.
+//! The disassembly of the program as a source: every instruction with its address, symbols, rungs and
+//! elements.
 
 use emu_debug::debug::DebugSession;
 
+use crate::files::LineStart;
 use crate::ladder_source::LadderSource;
 
-/// Erased words in a row that are left out.
+/// Minimum number of consecutive erased words that are left out.
 const ERASED_RUN: u32 = 4;
 
-/// The text, and what stands in its lines.
+/// The text of the disassembly, and the instructions in its lines.
 pub(crate) struct DisassemblyListing {
     text: String,
-    /// The instructions: line from 1, program word. Both ascend.
+    /// Instructions as (line from 1, program word), both ascending.
     lines: Vec<(u32, u32)>,
-    /// Every instruction of program memory, those of erased memory too.
+    /// Start of every instruction in program memory, including erased memory.
     starts: Vec<u32>,
 }
 
 impl DisassemblyListing {
-    /// That of program memory as it is now.
+    /// Disassembles the current contents of program memory.
     pub fn new(session: &DebugSession, ladder: Option<&LadderSource>) -> DisassemblyListing {
         let scope = &session.scope;
         let (chip, names) = (scope.chip(), scope.source().names);
@@ -57,23 +59,24 @@ impl DisassemblyListing {
         listing
     }
 
-    /// All of it.
+    /// The whole text.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// The line in which a program word stands.
+    /// The line that contains a program word.
     pub fn line_of(&self, word: u32) -> Option<u32> {
         let behind = self.lines.partition_point(|(_, at)| *at <= word);
         self.lines.get(behind.checked_sub(1)?).map(|(line, _)| *line)
     }
 
     /// The instruction at a line or behind it, with its line.
-    pub fn word_at(&self, line: u32) -> Option<(u32, u32)> {
-        self.lines.get(self.lines.partition_point(|(at, _)| *at < line)).copied()
+    pub fn word_at(&self, line: u32) -> Option<LineStart> {
+        let &(line, word) = self.lines.get(self.lines.partition_point(|(at, _)| *at < line))?;
+        Some(LineStart { word, line })
     }
 
-    /// The instruction that lies so many instructions before the program word.
+    /// The instruction that is `instructions` instructions before the program word.
     pub fn instruction_before(&self, word: u32, instructions: usize) -> Option<u32> {
         let at = self.starts.partition_point(|start| *start < word);
         self.starts.get(at.checked_sub(instructions)?).copied()

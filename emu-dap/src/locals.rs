@@ -1,4 +1,4 @@
-//! Parameters and variables of C in a frame, and the parts of structs, arrays and what pointers point to.
+//! Parameters and variables of C in a stack frame, and the parts of structs, arrays and pointer targets.
 
 use emu_debug::debug::ObjectExpr;
 use serde_json::{Value, json};
@@ -6,16 +6,16 @@ use serde_json::{Value, json};
 use crate::adapter::DapMachine;
 use crate::variables::DapVariable;
 
-/// The first reference of scopes of frames; two for each level: parameters, then other variables.
+/// The first reference of frame scopes; each level has two: parameters, and other variables.
 pub const FIRST_SCOPE_REFERENCE: i64 = 10_000;
 
-/// The first reference of objects that have parts.
+/// The first reference of objects with parts.
 const FIRST_OBJECT_REFERENCE: i64 = 1_000_000;
 
-/// Most objects of which a client may ask the parts before the machine moves.
+/// Maximum number of objects whose parts a client may request until the machine moves.
 const MAX_OBJECTS: usize = 100_000;
 
-/// The scopes of a frame at a level: its parameters and its variables, as far as there are any.
+/// The scopes of a frame at a level: its variables and its parameters, if it has any.
 pub fn scopes(machine: &DapMachine, level: usize) -> Vec<Value> {
     let reference = FIRST_SCOPE_REFERENCE + 2 * i64::try_from(level).unwrap_or(0);
     let (scope, target) = (&machine.session.scope, machine.session.machine());
@@ -29,7 +29,7 @@ pub fn scopes(machine: &DapMachine, level: usize) -> Vec<Value> {
     of("Locals", "locals", false).into_iter().chain(of("Arguments", "arguments", true)).collect()
 }
 
-/// The variables behind a reference; nothing where it is none of these.
+/// The variables of a reference; `None` if it is not a reference of this module.
 pub fn variables_in(machine: &DapMachine, reference: i64, hex: bool) -> Option<Vec<DapVariable>> {
     if reference >= FIRST_OBJECT_REFERENCE {
         let at = usize::try_from(reference - FIRST_OBJECT_REFERENCE).ok()?;
@@ -56,7 +56,7 @@ pub fn variables_in(machine: &DapMachine, reference: i64, hex: bool) -> Option<V
     )
 }
 
-/// The object of a variable behind a reference by its name, so that it can be set.
+/// The object of a variable, given by its reference and name, so that it can be set.
 pub fn object(machine: &DapMachine, reference: i64, name: &str) -> Option<ObjectExpr> {
     let own =
         |found: Vec<(String, ObjectExpr)>| found.into_iter().find(|(known, _)| known == name).map(|(_, object)| object);
@@ -69,7 +69,7 @@ pub fn object(machine: &DapMachine, reference: i64, name: &str) -> Option<Object
     own(machine.session.scope.locals(machine.session.machine(), usize::try_from(number / 2).ok()?, number % 2 == 0))
 }
 
-/// A variable as a client sees it.
+/// An object as a variable of the protocol.
 pub fn variable_of_object(
     machine: &DapMachine,
     name: &str,
@@ -89,7 +89,7 @@ pub fn variable_of_object(
     }
 }
 
-/// A reference by which a client asks for the parts of an object; 0 where it has none.
+/// A new reference for the parts of an object; 0 if it has none.
 pub fn object_reference(machine: &DapMachine, path: &str, object: &ObjectExpr) -> i64 {
     let mut parts = machine.expandable_objects.borrow_mut();
     if parts.len() >= MAX_OBJECTS || object.parts().is_empty() {

@@ -1,4 +1,4 @@
-//! Memory as bytes, and program memory as instructions.
+//! Requests for memory as bytes, and for program memory as instructions.
 
 use emu_debug::debug::{ExpressionPlace, UserAction};
 use serde::Deserialize;
@@ -9,10 +9,10 @@ use crate::error::DapError;
 use crate::listing::hex_words;
 use crate::protocol::{DapRequest, RequestError};
 
-/// Most bytes of one answer.
+/// Maximum number of bytes per request.
 const MAX_BYTES: i64 = 1 << 20;
 
-/// Most instructions of one answer.
+/// Maximum number of instructions per answer.
 const MOST_INSTRUCTIONS: i64 = 10_000;
 
 #[derive(Default, Deserialize)]
@@ -28,7 +28,8 @@ struct MemoryArguments {
 }
 
 impl DapMachine {
-    /// A memory and a byte address in it: `data:0x100`, `buf`, or an address of program memory.
+    /// Parses a memory reference to a memory and a byte address in it: `data:0x100`, `buf`, or an address of
+    /// program memory.
     fn parse_memory_reference(&self, text: &str) -> Result<(&'static str, i64), DapError> {
         let scope = &self.session.scope;
         let chip = scope.chip();
@@ -38,10 +39,10 @@ impl DapMachine {
         Ok((range.space, i64::from(range.start) * i64::from(chip.bytes_per_address(range.space))))
     }
 
-    /// The program word of an address and some addresses more, as the chip's users count them.
+    /// The program word of an address plus an offset, in the units in which the chip counts code addresses.
     ///
     /// # Errors
-    /// No address of program memory.
+    /// The result is not an address of program memory.
     pub fn code_word(&self, text: &str, offset: i64) -> Result<u32, DapError> {
         let scope = &self.session.scope;
         let (chip, names) = (scope.chip(), scope.source().names);
@@ -52,7 +53,7 @@ impl DapMachine {
         Ok(names.parse_program_word(&format!("0x{address:x}"))?)
     }
 
-    /// Where a byte of a memory is, as the protocol writes it: by the address that users count.
+    /// The memory reference of a byte, in the units in which the memory is addressed.
     pub fn memory_reference(&self, space: &str, byte: u32) -> String {
         format!("{space}:0x{:x}", byte / self.session.scope.chip().bytes_per_address(space))
     }
@@ -119,7 +120,8 @@ impl DebugAdapter<'_> {
         let skip = instruction_offset.unwrap_or(0);
         let back = usize::try_from(skip.saturating_neg().max(0)).unwrap_or(usize::MAX);
         let mut found = Vec::new();
-        // What would lie before the first instruction is told as such, so that the client gets as many as it has asked for.
+        // Instructions before the first one are reported as invalid, because the client expects the requested
+        // number.
         let there = (0..=back.min(MOST_INSTRUCTIONS as usize)).rev().find_map(|n| match n {
             0 => Some((0, base)),
             n => machine.listing().instruction_before(base, n).map(|word| (n, word)),
@@ -149,7 +151,7 @@ impl DebugAdapter<'_> {
 }
 
 impl DapMachine {
-    /// Words of program memory.
+    /// Number of words of program memory.
     fn words(&self) -> u32 {
         let chip = self.session.scope.chip();
         chip.flash_bytes / chip.word_bytes.max(1)
@@ -181,7 +183,7 @@ impl DapMachine {
     }
 }
 
-/// An instruction that is not there.
+/// The placeholder for an instruction outside of program memory.
 fn invalid_instruction() -> Value {
     json!({ "address": "0x0", "instruction": "", "presentationHint": "invalid" })
 }

@@ -1,65 +1,66 @@
-//! What goes over the wire: requests in, errors out, and the arguments of requests.
+//! The messages of the protocol: requests, their arguments, and errors.
 
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 
-/// A request that was not carried out.
+/// The error of a request that failed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RequestError {
-    /// A number by which programs tell reasons apart, as `docs/dap.md` lists them.
+    /// Error number for programs; `docs/dap.md` lists them.
     pub id: u32,
-    /// The sentence for people.
+    /// Error message for the user.
     pub text: String,
-    /// It is worth a window of its own: the user did something that cannot work, not the editor.
+    /// True if the client shall show the error to the user, because the user, not the editor, has caused it.
     pub show_user: bool,
 }
 
-/// The message is no request, or one without sense.
+/// The message is not a valid request.
 pub const MALFORMED: u32 = 1000;
-/// There is no such request.
+/// The request does not exist.
 pub const UNKNOWN: u32 = 1001;
-/// The request came before `initialize` or `launch`, or twice, or behind the end.
+/// The request came before `initialize` or `launch`, twice, or after the end.
 pub const TOO_EARLY: u32 = 1002;
-/// The machine runs, and the request wants it to stand.
+/// The request needs a stopped machine, but it runs.
 pub const RUNNING: u32 = 1003;
-/// The arguments do not have the shape that the protocol wants.
+/// The arguments do not have the required form.
 pub const ARGUMENTS: u32 = 1004;
 /// The program cannot be debugged.
 pub const LAUNCH: u32 = 2000;
-/// There is no such thing: a place, a symbol, a frame.
+/// The place, symbol or frame does not exist.
 pub const NOT_FOUND: u32 = 2001;
-/// The machine cannot do that.
+/// The machine does not support the request.
 pub const NOT_POSSIBLE: u32 = 2002;
 
 impl RequestError {
-    /// With its number and its sentence.
+    /// An error with its number and message.
     pub fn new(id: u32, text: impl ToString) -> RequestError {
         RequestError { id, text: text.to_string(), show_user: false }
     }
 
-    /// There is no such thing.
+    /// An error for something that does not exist.
     pub fn not_found(text: impl ToString) -> RequestError {
         RequestError::new(NOT_FOUND, text)
     }
 
-    /// The machine cannot do that.
+    /// An error for something that the machine does not support.
     pub fn not_possible(text: impl ToString) -> RequestError {
         RequestError::new(NOT_POSSIBLE, text)
     }
 
-    /// As one that the user is shown.
+    /// Marks the error to be shown to the user.
     #[must_use]
     pub fn shown_to_user(self) -> RequestError {
         RequestError { show_user: true, ..self }
     }
 
-    /// The short form that programs look for, else the sentence.
+    /// The short message that clients look for (`notStopped`), or else the message for the user.
     pub fn message(&self) -> &str {
         if self.id == RUNNING { "notStopped" } else { &self.text }
     }
 
-    /// The body of the response. Braces in a format are names of variables, so a sentence that has some is one.
+    /// The body of the response. Braces in a format are variables, so a message with braces is passed as a
+    /// variable.
     pub fn body(&self) -> Value {
         let mut error = json!({ "id": self.id, "format": self.text, "showUser": self.show_user });
         if self.text.contains(['{', '}']) {
@@ -70,27 +71,41 @@ impl RequestError {
     }
 }
 
-/// A request, as far as it can be told apart.
+/// A request with undecoded arguments.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DapRequest {
-    /// Its number, for the response.
+    /// Sequence number, for the response.
     pub seq: i64,
-    /// What is wanted.
+    /// Name of the request.
     pub command: String,
-    /// With what.
+    /// Arguments of the request.
     pub arguments: Value,
 }
 
+/// A message that is no request.
+#[derive(Debug)]
+pub struct RejectedMessage {
+    /// Its number for the response, 0 without one.
+    pub seq: i64,
+    /// Its command for the response, empty without one.
+    pub command: String,
+    /// What is wrong with it.
+    pub error: RequestError,
+}
+
 impl DapRequest {
-    /// Reads one.
+    /// Parses a request.
     ///
     /// # Errors
-    /// It is none. The number and the command, where there are some, are for the response.
-    pub fn parse(message: &Value) -> Result<DapRequest, (i64, String, RequestError)> {
+    /// It is none.
+    pub fn parse(message: &Value) -> Result<DapRequest, RejectedMessage> {
         let seq = message.get("seq").and_then(Value::as_i64);
         let command = message.get("command").and_then(Value::as_str);
-        let told =
-            |text: String| (seq.unwrap_or(0), command.unwrap_or("").to_owned(), RequestError::new(MALFORMED, text));
+        let told = |text: String| RejectedMessage {
+            seq: seq.unwrap_or(0),
+            command: command.unwrap_or("").to_owned(),
+            error: RequestError::new(MALFORMED, text),
+        };
         let Some(fields) = message.as_object() else { return Err(told("a message is an object".to_owned())) };
         match fields.get("type").and_then(Value::as_str) {
             Some("request") => {}
@@ -103,10 +118,10 @@ impl DapRequest {
         Ok(DapRequest { seq: number, command: name.to_owned(), arguments })
     }
 
-    /// Its arguments, in their shape.
+    /// Decodes the arguments.
     ///
     /// # Errors
-    /// They do not have it.
+    /// The arguments do not have the required form.
     pub fn parse_arguments<T: DeserializeOwned>(&self) -> Result<T, RequestError> {
         let given = match &self.arguments {
             Value::Null => Value::Object(Map::new()),
@@ -117,74 +132,74 @@ impl DapRequest {
     }
 }
 
-/// What a program is debugged with: the arguments of `launch`.
+/// The arguments of `launch`.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub struct LaunchArguments {
-    /// The image (HEX, ELF), or a ladder program or assembly source, which is made into one.
+    /// The image (HEX, ELF), or a ladder program or an assembly source from which an image is made.
     pub program: String,
-    /// The chip; may be missing where `program` tells it.
+    /// The chip; optional if `program` determines it.
     pub mcu: Option<String>,
-    /// Stands before the first instruction, instead of running at once.
+    /// Whether the machine stops before the first instruction instead of running at once.
     pub stop_on_entry: bool,
     /// The map of a compiled ladder program.
     pub map: Option<String>,
     /// The ladder program that the image was compiled from.
     pub ladder: Option<String>,
-    /// Files of symbols.
+    /// Symbol files.
     pub symbols: Vec<String>,
-    /// The oscillator, as `16MHz`.
+    /// Oscillator frequency, such as `16MHz`.
     pub clock: Option<String>,
-    /// Bytes that copies for going back may take, as `64MB`.
+    /// Maximum memory for the history, such as `64MB`.
     pub history: Option<String>,
-    /// More flags of `emu debug`, as they are typed.
+    /// Further options of `emu debug`, as on the command line.
     pub args: Vec<String>,
-    /// The program runs without the debugger's stops.
+    /// Whether the program runs without breakpoints.
     pub no_debug: bool,
 }
 
-/// Where a breakpoint is to be in a source.
+/// A source in a request.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub struct DapSource {
     /// Name without folders.
     pub name: Option<String>,
-    /// Path.
+    /// Path of the file.
     pub path: Option<String>,
-    /// Number of a source that this side has made; 0 is none.
+    /// Reference of a source made by this adapter; 0 means none.
     pub source_reference: Option<i64>,
 }
 
-/// A breakpoint as the client wants it. Which field counts hangs on the request.
+/// A breakpoint as requested by the client. The request determines which fields apply.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub struct RequestedBreakpoint {
-    /// `setBreakpoints`: the line.
+    /// The line, in `setBreakpoints`.
     pub line: i64,
-    /// `setFunctionBreakpoints`: the name.
+    /// The name, in `setFunctionBreakpoints`.
     pub name: String,
-    /// `setInstructionBreakpoints`: the address.
+    /// The address, in `setInstructionBreakpoints`.
     pub instruction_reference: String,
-    /// Added to it.
+    /// Offset of the address.
     pub offset: Option<i64>,
-    /// `setDataBreakpoints`: what `dataBreakpointInfo` has called it.
+    /// The id from `dataBreakpointInfo`, in `setDataBreakpoints`.
     pub data_id: String,
     /// `read`, `write` or `readWrite`.
     pub access_type: Option<String>,
-    /// Stops only where this is not 0.
+    /// The breakpoint only stops if this expression is not 0.
     pub condition: Option<String>,
-    /// Stops only at these hits.
+    /// The breakpoint only stops at these hits.
     pub hit_condition: Option<String>,
-    /// Tells this instead of stopping.
+    /// The message that is logged instead of stopping.
     pub log_message: Option<String>,
 }
 
-/// `setBreakpoints` and its kin.
+/// The arguments of `setBreakpoints` and similar requests.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize)]
 #[serde(default)]
 pub struct SetBreakpoints {
-    /// Of `setBreakpoints`.
+    /// The source, in `setBreakpoints`.
     pub source: DapSource,
-    /// All that are to be there from now on.
+    /// All breakpoints of the group, which replace the previous ones.
     pub breakpoints: Vec<RequestedBreakpoint>,
 }

@@ -1,4 +1,5 @@
-//! Steps and runs, forwards and back. A run is plain data, so that it can be interrupted for a request and go on behind it.
+//! Steps and runs, forwards and back. A run is plain data, so that it can be interrupted by a request and
+//! resumed afterwards.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -9,51 +10,51 @@ use emu_debug::debug::{CallFlow, DebugSession, HaltReason, HaltResult, PointTrig
 
 use crate::adapter::DebugAdapter;
 
-/// How long a run goes on before what it has sent is told.
+/// Maximum duration of a slice of a run; then events are reported.
 const RUN_SLICE: Duration = Duration::from_millis(20);
 
-/// Machine cycles in which it shows whether a jump to itself is the end.
+/// Machine cycles after which a jump to itself counts as the end of the program.
 const SELF_JUMP_CYCLES: u64 = 16;
 
-/// Asked now and then whether to go on.
+/// Called periodically; returns whether the run may continue.
 type KeepRunning<'a> = &'a mut dyn FnMut() -> bool;
 
-/// A run that was asked for, and what is left of it.
+/// A requested run in its current state.
 #[derive(Debug, Clone)]
 pub(crate) enum PendingRun {
-    /// Until something stops it.
+    /// Run until something stops the machine.
     Continue,
-    /// Some instructions.
+    /// Execute this many instructions.
     Steps(u64),
-    /// Until a call has returned.
+    /// Run until a call has returned.
     StepOver(StepOverCall),
-    /// To another source line, or out of a function.
+    /// Step to another source line, or out of a function.
     StepLine(LineStep),
-    /// To one of these program words, some times.
+    /// Run to one of these program words, this many times.
     ToWords(BTreeSet<u32>, u64),
-    /// To a cycle, forwards or back.
+    /// Go to a cycle, forwards or back.
     Cycle(u64),
-    /// Back to the last point.
+    /// Run back to the last hit of a breakpoint or watchpoint.
     ReverseContinue,
-    /// Some instructions back.
+    /// Go back by this many instructions.
     BackSteps(u64),
-    /// Back to one of these program words, some times.
+    /// Run back to one of these program words, this many times.
     BackTo(BTreeSet<u32>, u64),
-    /// Back to the beginning of a source line.
+    /// Go back to the beginning of a source line.
     BackLine(BackLineStep),
 }
 
-/// A call, or an interrupt, that is to return.
+/// A call or an interrupt that must return before the step ends.
 #[derive(Debug, Clone)]
 pub(crate) struct StepOverCall {
-    /// To this program word.
+    /// Return address, as a program word.
     return_word: u32,
-    /// With the stack as deep as this, or less.
+    /// Stack depth at the call; the depth after the return is at most this.
     depth: u32,
 }
 
 impl StepOverCall {
-    /// The call that stands at the program counter, if one does.
+    /// The call at the program counter, if the instruction there is a call.
     pub fn here(session: &mut DebugSession) -> Option<StepOverCall> {
         let (pc, depth) = (session.machine().pc(), session.machine().stack_depth());
         let (flow, len) = session.call_flow(pc);
@@ -75,34 +76,35 @@ impl StepOverCall {
     }
 }
 
-/// Where a walk through a function goes.
+/// The goal of a line step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum LineStepKind {
-    /// To the next line, also into functions that have lines.
+    /// The next line, also in called functions that have source lines.
     Into,
-    /// To the next line of this function or of its caller.
+    /// The next line of this function or of its caller.
     Next,
-    /// Behind the return of this function.
+    /// The instruction after the return of this function.
     Out,
 }
 
-/// Steps through one function; what it calls, and interrupts, are passed as a whole.
+/// A step through one function; calls and interrupts are executed as a whole.
 #[derive(Debug, Clone)]
 pub(crate) struct LineStep {
     kind: LineStepKind,
-    /// The line and the program word at which it began.
+    /// The source line at which the step started.
     line: Option<(Arc<str>, u32)>,
     start: u32,
-    /// Program counter and depth before the step that comes.
+    /// Program counter and stack depth before the next instruction.
     before_step: (u32, u32),
-    /// What is being passed.
+    /// The call or interrupt that is being executed.
     passing: Option<StepOverCall>,
-    /// It stands at a jump to itself, which only an interrupt ends.
+    /// True if the machine is at a jump to itself, which only an interrupt can end.
     at_self_jump: bool,
     done: bool,
 }
 
 impl LineStep {
+    /// A step that starts at the current location.
     pub fn new(kind: LineStepKind, session: &DebugSession) -> LineStep {
         let here = (session.machine().pc(), session.machine().stack_depth());
         let line = session.scope.source().line_at(here.0).map(|line| (Arc::clone(&line.file), line.line));
@@ -132,7 +134,7 @@ impl LineStep {
                 let (before, until) = (self.before_step, session.machine().cycle().saturating_add(SELF_JUMP_CYCLES));
                 let halt = session.run(&RunGoal { until: Some(until), ..RunGoal::default() }, go_on);
                 self.before_step = (session.machine().pc(), session.machine().stack_depth());
-                // An interrupt may have come meanwhile.
+                // An interrupt may have started meanwhile.
                 if self.before_step.1 > before.1 {
                     self.passing = Some(StepOverCall { return_word: before.0, depth: before.1 });
                 }
@@ -143,7 +145,8 @@ impl LineStep {
         }
     }
 
-    /// A step was made: true ends the stroll, with something to pass or because it is done.
+    /// Called after each instruction: returns true if the stepping must stop, for a call or interrupt to
+    /// execute or at the goal.
     fn step(&mut self, session: &DebugSession, flow_of: CallFlow, irq: bool) -> bool {
         let target = session.machine();
         let before = std::mem::replace(&mut self.before_step, (target.pc(), target.stack_depth()));
@@ -161,7 +164,7 @@ impl LineStep {
             self.at_self_jump = pc == before.0 && !self.done;
             return self.done || self.at_self_jump;
         };
-        // Compilers call the next instruction to make room on the stack.
+        // Compilers call the next instruction to allocate space on the stack.
         if pc == ret {
             self.done = self.has_arrived(session);
         } else if !irq && self.kind == LineStepKind::Into && session.scope.source().line_at(pc).is_some() {
@@ -173,7 +176,7 @@ impl LineStep {
         self.done
     }
 
-    /// It stands where the code of another line begins, or has come round to where it was.
+    /// True if the machine is at the first instruction of another line, or back at the start of the step.
     fn has_arrived(&self, session: &DebugSession) -> bool {
         let pc = session.machine().pc();
         let source = session.scope.source();
@@ -185,18 +188,19 @@ impl LineStep {
     }
 }
 
-/// The way back to the beginning of a line of this function or of a caller.
+/// A step back to the beginning of a line of this function or of a caller.
 #[derive(Debug, Clone)]
 pub(crate) struct BackLineStep {
     line: Option<(Arc<str>, u32)>,
-    /// The step began in the middle of its line, which then may be the one to come to.
+    /// True if the step began in the middle of its line; then the beginning of the same line is a goal, too.
     began_mid_line: bool,
     depth: u32,
-    /// Bytes of program memory of this function.
+    /// Byte range of this function in program memory.
     function: std::ops::Range<u32>,
 }
 
 impl BackLineStep {
+    /// A step back that starts at the current location.
     pub fn new(session: &DebugSession) -> BackLineStep {
         let (target, source) = (session.machine(), session.scope.source());
         let chip = session.scope.chip();
@@ -232,7 +236,7 @@ impl BackLineStep {
 }
 
 impl PendingRun {
-    /// Runs on for as long as `go_on` says so.
+    /// Continues the run as long as `go_on` returns true.
     fn slice(&mut self, session: &mut DebugSession, go_on: KeepRunning<'_>) -> HaltResult {
         match self {
             PendingRun::Continue => session.run(&RunGoal::default(), go_on),
@@ -277,7 +281,7 @@ impl PendingRun {
         }
     }
 
-    /// It has come to where it was to come, though a point stood there that did not stop it.
+    /// True if the run has reached its goal at a point that did not stop it.
     fn has_arrived(&mut self, session: &DebugSession) -> bool {
         match self {
             PendingRun::Steps(left) => *left == 0,
@@ -304,12 +308,12 @@ impl PendingRun {
 }
 
 impl DebugAdapter<'_> {
-    /// A slice of the run that was asked for.
+    /// Executes a slice of the requested run.
     pub(crate) fn advance_run(&mut self, go_on: KeepRunning<'_>) {
         let (Some(mut run), Some(machine)) = (self.run.take(), self.machine.as_mut()) else { return };
         let (back, end) = (run.is_backwards(), Instant::now() + RUN_SLICE);
         let silent = if back { self.points.disable_log_points(&mut machine.session) } else { Vec::new() };
-        // A search backwards begins anew when it is interrupted, so it is left alone as long as nobody wants anything.
+        // An interrupted search backwards starts again, so it is only interrupted by a request.
         let halt = run.slice(&mut machine.session, &mut || (back || Instant::now() < end) && go_on());
         self.points.enable_log_points(&mut machine.session, &silent);
         machine.listing = None;

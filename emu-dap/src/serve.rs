@@ -1,4 +1,4 @@
-//! The transport: a thread reads requests, so that one that comes in interrupts a machine that runs.
+//! The transport: a thread reads requests, so that a request can interrupt a running machine.
 
 use std::collections::VecDeque;
 use std::io::{BufReader, Read, Write};
@@ -11,17 +11,18 @@ use crate::adapter::{DebugAdapter, OpenMachine};
 use crate::error::DapError;
 use crate::framing::{self, IncomingMessage};
 
-/// What the thread has read.
+/// A message or error from the reading thread.
 type ReceivedMessage = Result<IncomingMessage, DapError>;
 
-/// Requests that are there, the oldest first.
+/// Requests that have been received, the oldest first.
 struct RequestInbox {
     from: Receiver<ReceivedMessage>,
     waiting: VecDeque<ReceivedMessage>,
 }
 
 impl RequestInbox {
-    /// Nothing is there yet. That the thread is gone is told when its last message was read.
+    /// True if no request has been received. The end of the thread counts as a request, so that its last
+    /// message is handled.
     fn is_empty(&mut self) -> bool {
         match self.from.try_recv() {
             Ok(read) => self.waiting.push_back(read),
@@ -47,10 +48,10 @@ impl RequestInbox {
     }
 }
 
-/// Serves one client until it disconnects, its input ends or its connection is gone.
+/// Serves one client until it disconnects, its input ends, or the connection is lost.
 ///
 /// # Errors
-/// The input is not framed as the protocol wants it, or the output takes no more.
+/// The input does not follow the framing of the protocol, or the output cannot be written.
 pub fn serve(
     input: impl Read + Send + 'static,
     output: &mut dyn Write,
@@ -69,7 +70,7 @@ pub fn serve(
     });
     let mut inbox = RequestInbox { from, waiting: VecDeque::new() };
     let mut adapter = DebugAdapter::new(open);
-    // False where the client has gone.
+    // Returns false if the client has disconnected.
     let mut send =
         |messages: Vec<Value>| match messages.iter().try_for_each(|message| framing::write_message(output, message)) {
             Ok(()) => Ok(true),

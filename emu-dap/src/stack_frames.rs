@@ -1,4 +1,4 @@
-//! The stack: the element of the ladder program, the machine below it, and who called.
+//! The stack trace: the element of the ladder program, the machine's location, and the callers.
 
 use emu_core::image::SourceLine;
 use emu_debug::debug::CallFrame;
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::adapter::{DapMachine, DebugAdapter};
 use crate::protocol::{self, DapRequest, RequestError};
 
-/// Most frames.
+/// Maximum number of frames.
 const MAX_FRAMES: usize = 100;
 
 #[derive(Default, Deserialize)]
@@ -41,7 +41,8 @@ impl DebugAdapter<'_> {
         }
         for (word, name, line) in machine.callers() {
             let mut frame = json!({ "name": name });
-            // Of a ladder program the listing is below its rungs.
+            // The machine's location in a ladder program is shown in the disassembly, below the frame of the
+            // rung.
             let (source, line) = match line {
                 Some(line) => (machine.source_of(&line), line.line),
                 None => {
@@ -64,16 +65,17 @@ impl DebugAdapter<'_> {
         Ok(json!({ "stackFrames": frames, "totalFrames": total }))
     }
 
-    /// The level of a frame, 0 the innermost. All of them show the same machine; variables of C are those of the frame.
+    /// The level of a frame; 0 is the innermost. All frames show the same machine, but the C variables of
+    /// their own level.
     ///
     /// # Errors
-    /// It is none of ours.
+    /// The frame does not exist.
     pub(crate) fn frame_level(&self, id: Option<i64>) -> Result<usize, RequestError> {
         match id {
             Some(id) if !(0..=MAX_FRAMES as i64 + 1).contains(&id) => {
                 Err(RequestError::new(protocol::NOT_FOUND, format!("there is no frame {id}")))
             }
-            // Above the machine's is one of the ladder program.
+            // If there is a frame of the ladder program, it is above the machine's frame.
             Some(id) => {
                 let above = self.machine.as_ref().map_or(0, |machine| i64::from(machine.has_ladder_frame()));
                 Ok(usize::try_from(id - 1 - above).unwrap_or(0))
@@ -84,13 +86,13 @@ impl DebugAdapter<'_> {
 }
 
 impl DapMachine {
-    /// A frame of the ladder program is above the machine's.
+    /// True if the stack trace starts with a frame of the ladder program.
     fn has_ladder_frame(&self) -> bool {
         let pc = self.session.machine().pc();
         self.ladder.as_ref().is_some_and(|ladder| ladder.place(pc).is_some())
     }
 
-    /// Where the machine stands, and the calls that it is in, the innermost first: a program word, a name, a source line.
+    /// The machine's location and its callers, innermost first: program word, name, source line.
     fn callers(&self) -> Vec<(u32, String, Option<SourceLine>)> {
         let (scope, target) = (&self.session.scope, self.session.machine());
         let told = |frame: &CallFrame| {
@@ -98,7 +100,7 @@ impl DapMachine {
             let Some((name, call)) = scope.calls().frame_name(target, frame) else {
                 return (frame.call_word, scope.source().describe_word(frame.call_word), line);
             };
-            // A function in which another was put in place of its call is at that call.
+            // An inlined function is shown at the line of its call.
             let line = match (line, call) {
                 (Some(line), Some((_, number))) => Some(SourceLine { line: *number, ..line }),
                 (line, _) => line,

@@ -1,4 +1,4 @@
-//! The requests that make the machine run, or put it elsewhere.
+//! Requests that start a run, or set the program counter.
 
 use std::collections::BTreeSet;
 
@@ -15,7 +15,7 @@ use crate::protocol::{self, DapRequest, DapSource, RequestError};
 use crate::runs::{BackLineStep, LineStep, LineStepKind, PendingRun, StepOverCall};
 use crate::stop_events::StopEvent;
 
-/// Most steps at once: nobody waits for more.
+/// Maximum number of steps per request.
 const MAX_STEPS: u64 = 1 << 40;
 
 #[derive(Default, Deserialize)]
@@ -50,7 +50,7 @@ struct EmuArguments {
     to: Value,
 }
 
-/// What a step goes by.
+/// The unit of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum StepUnit {
     Instruction,
@@ -59,7 +59,7 @@ enum StepUnit {
 }
 
 impl DebugAdapter<'_> {
-    /// Begins a run.
+    /// Starts a run.
     pub(crate) fn begin_run(&mut self, run: PendingRun, answer: Value) -> Result<Value, RequestError> {
         self.machine()?;
         self.run = Some(run);
@@ -82,6 +82,7 @@ impl DebugAdapter<'_> {
         }
     }
 
+    /// The request `next` or, with `into`, `stepIn`.
     pub(crate) fn next(&mut self, request: &DapRequest, into: bool) -> Result<Value, RequestError> {
         let unit = self.unit(request)?;
         let machine = self.machine()?;
@@ -105,7 +106,7 @@ impl DebugAdapter<'_> {
         let unit = self.unit(request)?;
         let machine = self.machine()?;
         let pc = machine.session.machine().pc();
-        // Out of an element is out of its rung.
+        // A step out of an element goes to the next rung.
         let rungs = machine.ladder.as_ref().filter(|ladder| unit == StepUnit::Element && ladder.rung_at(pc).is_some());
         let run = match rungs {
             Some(ladder) => PendingRun::ToWords(ladder.rung_starts(), 1),
@@ -134,10 +135,10 @@ impl DebugAdapter<'_> {
         Ok(Value::Null)
     }
 
-    /// The run that takes some steps of a unit.
+    /// The run of `count` steps of a unit.
     ///
     /// # Errors
-    /// No such unit, or the program has no rungs.
+    /// The unit does not exist, or the program has no rungs.
     pub(crate) fn run_of_steps(&mut self, unit: &str, back: bool, count: u64) -> Result<PendingRun, RequestError> {
         let machine = self.machine()?;
         let count = count.clamp(1, MAX_STEPS);
@@ -177,7 +178,7 @@ impl DebugAdapter<'_> {
         Ok(json!({ "lines": self.explain_symbol(&symbol)? }))
     }
 
-    /// What made a symbol of the ladder program what it is.
+    /// Explains why a symbol of the ladder program has its value.
     pub(crate) fn explain_symbol(&mut self, symbol: &str) -> Result<Vec<String>, RequestError> {
         let machine = self.machine()?;
         let ladder =
@@ -192,7 +193,7 @@ impl DebugAdapter<'_> {
         Ok(json!({ "lines": self.draw_rung(rung)? }))
     }
 
-    /// A rung, or the one that is carried out, with the power in it.
+    /// Draws a rung, or the rung that is being executed, with its power flow.
     pub(crate) fn draw_rung(&mut self, rung: Option<u32>) -> Result<Vec<String>, RequestError> {
         let machine = self.machine()?;
         let ladder =
@@ -211,7 +212,7 @@ impl DebugAdapter<'_> {
         Ok(Value::Null)
     }
 
-    /// `PB0=1`, `RA0=1.25V`, `Xbutton=1`: from now on.
+    /// Drives a pin or an input from now on: `PB0=1`, `RA0=1.25V`, `Xbutton=1`.
     pub(crate) fn drive(&mut self, text: &str) -> Result<(), RequestError> {
         let machine = self.machine()?;
         let (chip, cycle) = (machine.session.scope.chip(), machine.session.machine().cycle());
@@ -232,7 +233,7 @@ impl DebugAdapter<'_> {
         self.begin_run(run, Value::Null)
     }
 
-    /// The way to a cycle, or to a time: `1200`, `10ms`.
+    /// The run to a cycle or to a time: `1200`, `10ms`.
     pub(crate) fn cycle_run(&mut self, text: &str) -> Result<PendingRun, RequestError> {
         let clock = self.machine()?.session.clock();
         let text = text.trim();

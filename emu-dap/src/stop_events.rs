@@ -1,4 +1,4 @@
-//! Why the machine stands, as events.
+//! Stop reasons of the machine as events of the protocol.
 
 use emu_core::pins::ChipEvent;
 use emu_debug::debug::{HaltReason, PointHit, PointTrigger};
@@ -7,40 +7,40 @@ use serde_json::{Value, json};
 use crate::adapter::{DebugAdapter, THREAD};
 use crate::protocol::RequestError;
 
-/// Why the machine stands.
+/// The reason of a stop.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct StopEvent {
-    /// One word of the protocol's, or `halted`.
+    /// A reason defined by the protocol, or `halted`.
     pub reason: &'static str,
-    /// A few words for people.
+    /// A short description for the user.
     pub description: Option<String>,
-    /// A sentence more.
+    /// An additional sentence for the user.
     pub text: Option<String>,
-    /// Numbers of breakpoints, as the client knows them.
+    /// Numbers of the breakpoints that were hit, in the client's numbering.
     pub points: Vec<i64>,
-    /// What `exceptionInfo` calls it.
+    /// The exception id for `exceptionInfo`.
     pub exception: Option<&'static str>,
 }
 
 impl StopEvent {
-    /// For a reason that says all.
+    /// A stop whose reason needs no further description.
     pub fn plain(reason: &'static str) -> StopEvent {
         StopEvent { reason, description: None, text: None, points: Vec::new(), exception: None }
     }
 
-    /// Before the first instruction.
+    /// The stop before the first instruction.
     pub fn entry() -> StopEvent {
         StopEvent::plain("entry")
     }
 
-    /// The user has put it elsewhere.
+    /// The stop after the user has moved the machine.
     pub fn goto(how: &str) -> StopEvent {
         StopEvent { description: Some(how.to_owned()), ..StopEvent::plain("goto") }
     }
 }
 
 impl DebugAdapter<'_> {
-    /// The machine stands, and the client is told.
+    /// Reports a stop to the client.
     pub(crate) fn report_stop(&mut self, stop: StopEvent) {
         let mut body = json!({ "reason": stop.reason, "threadId": THREAD, "allThreadsStopped": true });
         for (name, text) in [("description", &stop.description), ("text", &stop.text)] {
@@ -58,7 +58,7 @@ impl DebugAdapter<'_> {
         self.event("stopped", body);
     }
 
-    /// What an end of a run is.
+    /// The stop event for the end of a run.
     pub(crate) fn stop_of(&self, why: &HaltReason) -> StopEvent {
         let Some(machine) = &self.machine else { return StopEvent::entry() };
         let place = |pc: u32| machine.session.scope.source().describe_word(pc);
@@ -101,14 +101,14 @@ impl DebugAdapter<'_> {
         StopEvent { text, points, ..StopEvent::plain(reason) }
     }
 
-    /// What a watchpoint has seen.
+    /// Describes the hit of a watchpoint.
     fn describe_watch_hit(&self, hit: &PointHit) -> Option<String> {
         let session = &self.machine.as_ref()?.session;
         let point = session.points.get(hit.id).filter(|point| !matches!(point.trigger, PointTrigger::Code(_)))?;
         let shown = |value: Option<i64>| value.map_or("nothing".to_owned(), |value| value.to_string());
         let what = match (hit.write, hit.new) {
             (Some(write), new) => format!("{} {}", if write { "written:" } else { "read:" }, shown(new)),
-            // The place of a pin's edge is known to the slice of the run only.
+            // The location of a pin edge is only known within a slice of the run.
             (None, None) if hit.old.is_none() => return Some(format!("{} has moved", point.text)),
             (None, new) => format!("{} -> {}", shown(hit.old), shown(new)),
         };
@@ -124,7 +124,7 @@ impl DebugAdapter<'_> {
         }))
     }
 
-    /// Tells bytes that the program has sent and resets of the chip since they were told last.
+    /// Reports bytes that the program has sent, and resets of the chip, since the last report.
     pub(crate) fn report_events(&mut self) {
         let Some(machine) = &mut self.machine else { return };
         let resets = machine.session.resets_since(machine.events_reported_to);
@@ -148,7 +148,7 @@ impl DebugAdapter<'_> {
     }
 }
 
-/// A byte as text: what is no character of ASCII as `\xe4`.
+/// A byte as text; a byte that is not printable ASCII is shown as `\xe4`.
 fn printable(byte: u8) -> String {
     match byte {
         b'\n' | b'\r' | b'\t' | b' '..=b'~' => char::from(byte).to_string(),

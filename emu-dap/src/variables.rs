@@ -1,4 +1,5 @@
-//! Scopes and variables: registers, the ladder program's symbols, the program's, pins, registers of the chip, memory.
+//! Scopes and variables: core registers, ladder symbols, symbols of the program, pins, chip registers,
+//! memory.
 
 use std::borrow::Cow;
 
@@ -18,13 +19,13 @@ const SYMBOLS_REFERENCE: i64 = 3;
 const PINS_REFERENCE: i64 = 4;
 const CHIP_REFERENCE: i64 = 5;
 const MEMORY_REFERENCE: i64 = 6;
-/// The first of the memories.
+/// The reference of the first memory.
 const FIRST_SPACE_REFERENCE: i64 = 100;
 
-/// Bytes in a row of memory.
+/// Bytes per row of memory.
 const BYTES_PER_ROW: u32 = 16;
 
-/// Most variables in one answer; a client that wants more asks by start and count.
+/// Maximum number of variables per answer; a client requests more with start and count.
 const MAX_VARIABLES: usize = 4096;
 
 #[derive(Default, Deserialize)]
@@ -46,16 +47,17 @@ struct VariablesArguments {
     value: String,
 }
 
-/// Something with a name and a value.
+/// A variable of the protocol.
 pub(crate) struct DapVariable {
     pub name: String,
     pub value: String,
-    /// What an expression calls it.
+    /// The expression for the variable.
     pub text: String,
+    /// The type of the variable.
     pub kind: Cow<'static, str>,
-    /// Where it lies, if in memory.
+    /// The memory reference, if the variable is in memory.
     pub memory: Option<String>,
-    /// The reference by which its parts are asked for; 0 where it has none.
+    /// The reference of its parts; 0 if it has none.
     pub parts: i64,
 }
 
@@ -139,10 +141,11 @@ impl DebugAdapter<'_> {
         Ok(json!({ "value": value.unwrap_or_default() }))
     }
 
-    /// Gives a place another value; both are expressions.
+    /// Assigns a value to a place; both are expressions.
     pub(crate) fn assign(&mut self, text: &str, value: &str, level: usize) -> Result<(), RequestError> {
         let machine = self.machine()?;
-        // An input of a ladder program is its pin: the memory where it is latched is written anew by every scan.
+        // An input of a ladder program is set at its pin, because every scan overwrites the memory in which
+        // it is latched.
         let own = machine.chip_pin_text(text);
         if own != text {
             return self.drive(&format!("{own}={}", value.trim()));
@@ -162,7 +165,7 @@ impl DebugAdapter<'_> {
         machine.assign(expr, given)
     }
 
-    /// Tells a client that understands it to look at everything anew.
+    /// Asks a client that supports it to refresh everything.
     pub(crate) fn invalidate_client(&mut self) {
         if self.client.supports_invalidated_event {
             self.event("invalidated", json!({ "areas": ["all"] }));
@@ -171,12 +174,12 @@ impl DebugAdapter<'_> {
 }
 
 impl DapMachine {
-    /// `Xstart=1` as `PD2=1`, where a ladder program has such an input.
+    /// Replaces an input of a ladder program by its pin: `Xstart=1` becomes `PD2=1`.
     pub fn chip_pin_text(&self, text: &str) -> String {
         self.ladder.as_ref().map_or_else(|| text.to_owned(), |ladder| ladder.view().pin_assignment(text))
     }
 
-    /// Reads an expression in the frame at a level.
+    /// Parses an expression in the frame at a level.
     pub fn parse_expression(&self, text: &str, level: usize) -> Result<DebugExpression, RequestError> {
         self.session
             .scope
@@ -184,7 +187,7 @@ impl DapMachine {
             .map_err(RequestError::not_found)
     }
 
-    /// The place of the first byte of an object, as `readMemory` takes it.
+    /// The memory reference of the first byte of an object, for `readMemory`.
     pub fn memory_reference_of(&self, object: &ObjectExpr) -> Option<String> {
         match object.byte_locations(self.session.machine()).first() {
             Some(ObjectByteLocation::Memory(space, addr)) => Some(self.memory_reference(space, *addr)),
@@ -192,13 +195,13 @@ impl DapMachine {
         }
     }
 
-    /// What an expression calls a variable.
+    /// The expression for a variable.
     pub fn evaluate_name(&self, container: i64, name: &str) -> Option<String> {
         let found = self.variables_in(container, false, 0, usize::MAX)?;
         found.into_iter().find(|variable| variable.name == name && !variable.text.is_empty()).map(|found| found.text)
     }
 
-    /// The value of a place as text; by default as what it is looked at most.
+    /// The value of a place as text, in the usual format of the place or in hexadecimal.
     pub fn value_text(&self, place: ExpressionPlace, hex: bool) -> String {
         let target = self.session.machine();
         let Some(value) = place.value(target) else { return "none".to_owned() };
@@ -229,7 +232,7 @@ impl DapMachine {
         found
     }
 
-    /// The variables of a container; nothing where there is no such.
+    /// The variables of a container; `None` if it does not exist.
     fn variables_in(&self, container: i64, hex: bool, from: usize, count: usize) -> Option<Vec<DapVariable>> {
         let all = match container {
             REGISTERS_REFERENCE => self.registers(),
@@ -364,7 +367,7 @@ impl DapMachine {
         spaces.map(told).collect()
     }
 
-    /// Rows of a memory.
+    /// The rows of a memory.
     fn rows(&self, space: usize, from: usize, count: usize) -> Option<Vec<DapVariable>> {
         let &(space, size, width) = self.session.scope.chip().spaces.get(space)?;
         let (rows, target) = (size.saturating_mul(width).div_ceil(BYTES_PER_ROW), self.session.machine());

@@ -1,6 +1,7 @@
 //! Tools over any [`Cpu`](emu_core::Cpu): a runner with conditions and stimulus, probes, waveforms.
 //!
 //! ```text
+//!   input_error.rs  what is wrong with what users give
 //!   time.rs      "10ms", "16MHz" to whole cycles and Hz     run.rs    the runner: until what, why it ended
 //!   place.rs     "data:0x100..0x120", "main" to addresses   tools.rs  all probes of a run as one
 //!   stimulus.rs  "10ms:PB0=1" to drives of pins             uart.rs   what the chip sends, and texts waited for in it

@@ -7,12 +7,12 @@ use emu_debug::debug::DebugError;
 /// Why an address to listen on cannot be used, or why a monitor command does nothing.
 #[derive(Debug, thiserror::Error)]
 pub enum GdbError {
-    /// A text is no address, or its host is not found.
+    /// A text is not an address, or its host is not found.
     #[error("`{text}` is no address ({source}); write :1234 or 127.0.0.1:1234")]
     BadAddress {
         /// The text.
         text: String,
-        /// What the system says.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// A host has no address.

@@ -1,15 +1,17 @@
-//! `load`: gdb erases blocks, writes bytes and says when it is done. Only then the machine is changed, and only where it must be.
+//! gdb's `load`: gdb erases blocks, writes bytes, and reports the end. Only then the changed bytes are
+//! written to the machine.
 
 use gdbstub::target::ext::flash::Flash;
 use gdbstub::target::{TargetError, TargetResult};
 
 use crate::gdb_target::GdbTarget;
 
-/// `EFAULT`: not in program memory.
+/// `EFAULT`: the address is not in program memory.
 const EFAULT: u8 = 14;
 
 impl GdbTarget<'_> {
-    /// The bytes of program memory from gdb's address on, in the picture of it that `load` makes.
+    /// The bytes of program memory from gdb's address `addr` on, in the image that `load` builds, with their
+    /// offset.
     fn load_bytes(&mut self, addr: u32, len: u32) -> Option<(u32, &mut [u8])> {
         let (memory, offset) = self.layout.find_memory(addr, len.try_into().ok()?)?;
         let target = self.session.machine();

@@ -1,22 +1,23 @@
-//! What gdbstub wants to know of a processor. Ours are data ([`GdbLayout`](crate::layout::GdbLayout)), so one type stands for all.
+//! The processor description for gdbstub. Processors are data ([`GdbLayout`](crate::layout::GdbLayout)), so
+//! one type represents all.
 
 use std::num::NonZeroUsize;
 
 use gdbstub::arch::{Arch, RegId, Registers};
 
-/// Any of our processors.
+/// Any processor of this project.
 pub(crate) enum AnyArch {}
 
-/// A register by its number in target.xml.
+/// A register, by its number in target.xml.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RegisterNumber(pub usize);
 
-/// All registers as the packets `g` and `G` have them, one behind the other, the lowest byte first.
+/// All registers in the format of the packets `g` and `G`: in order, each with the lowest byte first.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct RegisterBytes {
-    /// The registers.
+    /// The bytes of all registers.
     pub bytes: Vec<u8>,
-    /// The program counter among them, in bytes.
+    /// The program counter, as a byte address.
     pub pc: u32,
 }
 

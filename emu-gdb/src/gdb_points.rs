@@ -1,4 +1,4 @@
-//! Breakpoints and watchpoints. gdb sets them before each run and takes them away after it.
+//! Breakpoints and watchpoints of gdb, which sets them before each run and removes them after it.
 
 use emu_debug::address_names::AddressRange;
 use emu_debug::debug::{AccessKind, PointTrigger};
@@ -9,33 +9,33 @@ use gdbstub::target::ext::breakpoints::{
 
 use crate::gdb_target::GdbTarget;
 
-/// What gdb has asked for.
+/// The kind of a point in a gdb packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum GdbPointKind {
-    /// `Z0`: to us the same as `Z1`, but gdb wants to hear the same word again.
+    /// `Z0`; equivalent to `Z1` here, but gdb expects the same kind in the stop reply.
     Soft,
     /// `Z1`.
     Hard,
-    /// `Z2` to `Z4` on so many bytes.
+    /// `Z2` to `Z4`, with the number of bytes watched.
     Watch(WatchKind, u32),
 }
 
-/// A point of gdb's.
+/// A breakpoint or watchpoint that gdb has set.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct GdbPoint {
-    /// Number of the session's point.
+    /// Number of the point in the session.
     pub id: u32,
-    /// What gdb has asked for.
+    /// The kind that gdb requested.
     pub kind: GdbPointKind,
-    /// gdb's address.
+    /// The address that gdb requested.
     pub addr: u32,
 }
 
 impl GdbTarget<'_> {
-    /// Sets a point; false where there is nothing to be watched.
+    /// Sets a point; returns false if the address cannot be watched.
     fn add(&mut self, asked: GdbPointKind, addr: u32) -> bool {
         let Some(what) = self.trigger(asked, addr) else { return false };
-        // The same asked for twice is one, as the protocol has it.
+        // The protocol requires that a point set twice counts once.
         if self.points.iter().all(|set| (set.kind, set.addr) != (asked, addr)) {
             let id = self.session.points.add(what, "gdb", false);
             self.points.push(GdbPoint { id, kind: asked, addr });
@@ -48,7 +48,7 @@ impl GdbTarget<'_> {
         self.session.points.remove(self.points.remove(at).id)
     }
 
-    /// Takes all of gdb's points away, when it has gone.
+    /// Removes all points of gdb, after it has disconnected.
     pub(crate) fn remove_all(&mut self) {
         for set in std::mem::take(&mut self.points) {
             self.session.points.remove(set.id);

@@ -1,4 +1,4 @@
-//! The machine as gdbstub wants it: registers and memories. Everything that is written is an action of the session.
+//! The machine as a gdbstub target: registers and memories. Every write is an action of the session.
 
 use std::convert::Infallible;
 
@@ -22,25 +22,27 @@ use crate::layout::{GdbLayout, GdbRegister};
 use crate::packets::ClientInput;
 use crate::resume::ResumeKind;
 
-/// `EFAULT`: there is no such place.
+/// `EFAULT`: there is no such address or register.
 const EFAULT: u8 = 14;
 
-/// `EINVAL`: it cannot have that value.
+/// `EINVAL`: the register or address cannot have that value.
 const EINVAL: u8 = 22;
 
-/// A session that gdb looks at.
+/// A session that gdb debugs.
 pub(crate) struct GdbTarget<'a> {
     pub session: &'a mut DebugSession,
+    /// Receives the client's packets, and Ctrl-C during a run.
     pub input: ClientInput,
     pub layout: GdbLayout,
+    /// A handler for further `monitor` commands.
     pub monitor: Option<&'a mut MonitorHandler>,
     /// Breakpoints and watchpoints that gdb has set.
     pub points: Vec<GdbPoint>,
-    /// What gdb wants of the program.
+    /// The next run or step that gdb has requested.
     pub resume: ResumeKind,
-    /// Why the program stands, for `monitor why`.
+    /// The reason of the last stop, for `monitor why`.
     pub last_halt: String,
-    /// Program memory as `load` wants it, until it is done.
+    /// Program memory as `load` builds it, until it is complete.
     pub loading: Option<Vec<u8>>,
 }
 
@@ -64,7 +66,7 @@ impl<'a> GdbTarget<'a> {
         }
     }
 
-    /// Value of a register, the program counter in bytes.
+    /// The value of a register; the program counter is a byte address.
     pub(crate) fn register(&self, kind: GdbRegister) -> u32 {
         let target = self.session.machine();
         let bytes = |word: u32| word.saturating_mul(target.chip().word_bytes);
@@ -89,7 +91,8 @@ impl<'a> GdbTarget<'a> {
         done.map_err(|_| TargetError::Errno(EINVAL))
     }
 
-    /// Writes bytes. Of program memory only those that are different, four at a time: an action is kept for each.
+    /// Writes bytes. Of program memory, only changed bytes are written, in units of four, because each write
+    /// is kept as an action.
     pub(crate) fn write_bytes(&mut self, addr: u32, data: &[u8]) -> TargetResult<(), Self> {
         let Some((memory, offset)) =
             self.layout.find_memory(addr, data.len()).map(|(memory, offset)| (*memory, offset))
@@ -126,7 +129,7 @@ impl Target for GdbTarget<'_> {
         true
     }
     fn use_rle(&self) -> bool {
-        // Not worth it on the way from one process to another, and people can read what goes over the line.
+        // Run-length encoding does not pay off between two processes, and makes the protocol harder to read.
         false
     }
     fn support_breakpoints(&mut self) -> Option<BreakpointsOps<'_, Self>> {
@@ -197,7 +200,7 @@ impl SingleThreadBase for GdbTarget<'_> {
     }
 }
 
-/// A number whose lowest byte comes first.
+/// Converts bytes in little-endian order to a number.
 fn little_endian(bytes: &[u8]) -> u32 {
     bytes.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte))
 }
@@ -246,7 +249,7 @@ impl MemoryMap for GdbTarget<'_> {
     }
 }
 
-/// Copies a part of a file, as much of it as there is; gives its length.
+/// Copies a part of a file into `buf`; returns the number of bytes copied.
 fn copy_part(file: &[u8], offset: u64, length: usize, buf: &mut [u8]) -> usize {
     let from = usize::try_from(offset).ok().and_then(|offset| file.get(offset..)).unwrap_or_default();
     let len = length.min(from.len()).min(buf.len());

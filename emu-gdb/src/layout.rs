@@ -1,7 +1,7 @@
-//! Registers and memories of each family as gdb sees them.
+//! Registers and memories of each chip family as gdb sees them.
 //!
-//! gdb has one space of addresses for everything. Program memory lies at 0, in bytes; the RAM of the chip at 0x800000, and the
-//! other memories each 0x10000 further, as the ELF files of AVR have it.
+//! gdb has one address space. Program memory is at 0, in bytes; the RAM of the chip is at 0x800000, and the
+//! other memories follow at distances of 0x10000, as in ELF files for AVR.
 
 use std::fmt::Write;
 
@@ -9,7 +9,7 @@ use emu_core::chip::{Chip, ChipFamily};
 use emu_debug::debug::DynMachine;
 use emu_debug::trace::register_bits;
 
-/// Where the memories of a family lie.
+/// gdb's base addresses of the memories of each family.
 const MEMORY_BASES: &[(ChipFamily, &[(&str, u32)])] = &[
     (
         ChipFamily::Avr,
@@ -34,45 +34,45 @@ const MEMORY_BASES: &[(ChipFamily, &[(&str, u32)])] = &[
     ),
 ];
 
-/// Places of the stack of a PIC16, which lies in no memory.
+/// Number of stack levels of a PIC16; the stack is not part of a memory.
 const PIC16_STACK_LEVELS: usize = 8;
 
-/// A register.
+/// A register in gdb's register list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum GdbRegister {
-    /// One of [`Chip::cpu_regs`].
+    /// A register of [`Chip::cpu_regs`].
     Core(&'static str),
-    /// The program counter under its name there; gdb has it in bytes.
+    /// The program counter, under its name in [`Chip::cpu_regs`]; gdb gets it as a byte address.
     Pc(&'static str),
-    /// A return address, the newest is 0; in bytes.
+    /// A return address as a byte address; 0 is the newest.
     Stack(usize),
 }
 
-/// A memory.
+/// A memory in gdb's address space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct GdbMemory {
-    /// Its name in [`Chip::spaces`].
+    /// Name of the memory in [`Chip::spaces`].
     pub space: &'static str,
-    /// gdb's address of its first byte.
+    /// gdb's address of the first byte.
     pub base: u32,
-    /// Bytes.
+    /// Length in bytes.
     pub len: u32,
-    /// Bytes per address in [`Chip::spaces`].
+    /// Bytes per address of the memory in [`Chip::spaces`].
     pub width: u32,
 }
 
-/// A chip as gdb sees it.
+/// The layout of a chip in gdb's view.
 #[derive(Debug, Clone)]
 pub(crate) struct GdbLayout {
     chip: &'static Chip,
-    /// Registers in gdb's order, with their bytes.
+    /// Registers in gdb's order, with their sizes in bytes.
     pub registers: Vec<(GdbRegister, usize)>,
-    /// Memories, program memory first.
+    /// The memories; program memory is the first.
     pub memories: Vec<GdbMemory>,
 }
 
 impl GdbLayout {
-    /// The chip of a machine.
+    /// The layout of a machine's chip.
     pub(crate) fn new(target: &dyn DynMachine) -> GdbLayout {
         let chip = target.chip();
         let core = chip.cpu_regs.iter().map(|name| match *name {
@@ -89,7 +89,8 @@ impl GdbLayout {
         GdbLayout { chip, registers, memories: memories.collect() }
     }
 
-    /// The memory in which `len` bytes from gdb's address `addr` on lie, and the address of the first there, in bytes.
+    /// The memory that contains `len` bytes from gdb's address `addr` on, and the offset of the first byte in
+    /// it.
     pub(crate) fn find_memory(&self, addr: u32, len: usize) -> Option<(&GdbMemory, u32)> {
         let memory = self.memories.iter().rev().find(|memory| memory.base <= addr)?;
         let offset = addr - memory.base;
@@ -97,21 +98,22 @@ impl GdbLayout {
         (left > 0 && len <= left as usize).then_some((memory, offset))
     }
 
-    /// The program word at gdb's address, which is one in bytes.
+    /// The program word at gdb's byte address.
     pub(crate) fn program_word(&self, addr: u32) -> Option<u32> {
         let (memory, offset) = self.find_memory(addr, 1)?;
         let per_word = self.chip.word_bytes.max(1);
         (memory.space == self.chip.code_space && offset.is_multiple_of(per_word)).then_some(offset / per_word)
     }
 
-    /// The file target.xml. gdb knows the registers of AVR, and takes no others; of the other families it is told what there is.
+    /// The file target.xml. gdb knows the registers of AVR and does not accept others; for other families the
+    /// file lists them.
     pub(crate) fn target_xml(&self) -> String {
         let mut xml =
             "<?xml version=\"1.0\"?>\n<!DOCTYPE target SYSTEM \"gdb-target.dtd\">\n<target version=\"1.0\">\n"
                 .to_owned();
         let feature = match self.chip.family {
             ChipFamily::Avr => {
-                // The smaller ones have neither CALL nor JMP.
+                // Small AVR chips have neither CALL nor JMP.
                 let core = if self.chip.flash_bytes > 0x2000 { "avr:5" } else { "avr:4" };
                 return format!("{xml}  <architecture>{core}</architecture>\n</target>\n");
             }
@@ -131,8 +133,8 @@ impl GdbLayout {
         xml + "  </feature>\n</target>\n"
     }
 
-    /// The map of memories: with it gdb's `load` writes program memory as one does a flash. A block is one word, so that nothing is
-    /// erased but what is loaded.
+    /// The memory map, with which gdb's `load` writes program memory like a flash. A block is one word, so
+    /// that `load` erases only what it writes.
     pub(crate) fn memory_xml(&self) -> String {
         let mut xml = "<?xml version=\"1.0\"?>\n<memory-map>\n".to_owned();
         for memory in &self.memories {

@@ -1,19 +1,19 @@
-//! The debugger for gdb: its remote serial protocol over a [`DebugSession`].
+//! The debugger for gdb: the gdb remote serial protocol over a [`DebugSession`].
 //!
 //! ```text
-//!   packets.rs     bytes to packets: check sums, acknowledgements, Ctrl-C
-//!   layout.rs   registers and memories of each family as gdb sees them, target.xml, the map of memories
-//!   arch.rs     what the crate gdbstub wants to know of a processor, the same for all of ours
-//!   gdb_target.rs     registers and memories
-//!   points.rs   breakpoints and watchpoints
-//!   resume.rs   running, stepping, going back, and what is said of a stop
-//!   flash.rs    `load`
-//!   monitor.rs  the commands behind `monitor`
-//!   serve.rs    a client from its first byte to its last
+//!   packets.rs     bytes to packets: checksums, acknowledgements, Ctrl-C
+//!   layout.rs      registers and memories of each family as gdb sees them, target.xml, the memory map
+//!   gdb_arch.rs    the processor description for the crate gdbstub, one for all processors
+//!   gdb_target.rs  registers and memories
+//!   gdb_points.rs  breakpoints and watchpoints
+//!   resume.rs      running, stepping, going back, and stop replies
+//!   flash.rs       `load`
+//!   monitor.rs     the commands of `monitor`
+//!   serve.rs       one connection from its start to its end
 //! ```
 //!
-//! The packets themselves are read and written by gdbstub. Everything that changes the machine is an action of the session, so
-//! that it is in its history.
+//! gdbstub parses and writes the contents of packets. Every change of the machine is an action of the
+//! session, so that it is part of the session's history.
 
 #![forbid(unsafe_code)]
 
@@ -33,5 +33,6 @@ pub use serve::{ClientEnd, GdbOptions, parse_address, serve};
 
 use emu_debug::debug::DebugSession;
 
-/// Commands behind `monitor` that this crate does not know: the lines of the answer, or nothing where there is no such command.
+/// A handler for further `monitor` commands: returns the lines of the answer, or `None` if it does not know
+/// the command.
 pub type MonitorHandler = dyn FnMut(&mut DebugSession, &str) -> Option<Vec<String>>;

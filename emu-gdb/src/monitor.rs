@@ -1,4 +1,5 @@
-//! The commands behind `monitor`. gdb does not ask for registers again after one, so those that move the machine say how to make it.
+//! The commands of `monitor`. gdb does not read registers again after such a command, so commands that change
+//! the machine print a hint.
 
 use std::convert::Infallible;
 
@@ -23,10 +24,10 @@ print EXPR    an expression over registers, memory, pins, symbols: PORTB.5, $cyc
 set PLACE=EXPR   gives a place another value: a pin, a register, a variable
 history       copies of the machine, and what was done from outside";
 
-/// Said after what gdb does not notice.
+/// The hint after a command that changes the machine without gdb's knowledge.
 const FLUSH_HINT: &str = "gdb still shows the registers from before: `maintenance flush register-cache`";
 
-/// Bytes that `peek` shows at most.
+/// Maximum number of bytes that `peek` shows.
 const MAX_PEEK_BYTES: usize = 1024;
 
 impl MonitorCmd for GdbTarget<'_> {
@@ -73,7 +74,7 @@ impl GdbTarget<'_> {
         }
     }
 
-    /// Commands of whoever has opened the server.
+    /// Executes a command of the handler that the server was started with.
     fn run_extra_command(&mut self, text: &str) -> String {
         let lines = self.monitor.as_mut().and_then(|monitor| monitor(self.session, text));
         lines.map_or_else(|| format!("no command `{text}`; `monitor help` lists them"), |lines| lines.join("\n"))

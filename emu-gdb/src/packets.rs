@@ -1,4 +1,5 @@
-//! Bytes to packets and back. gdbstub gives up at a wrong check sum and at a packet that is too long; here a line may be bad.
+//! Converts bytes to packets and back. gdbstub ends a session at a wrong checksum or a packet that is too
+//! long; this layer tolerates them.
 
 use std::collections::VecDeque;
 use std::io::{self, Read, Write};
@@ -7,28 +8,29 @@ use std::time::{Duration, Instant};
 
 use gdbstub::conn::Connection;
 
-/// Bytes of the longest packet, its frame included; the client is told so.
+/// Maximum packet size in bytes, including its frame; the client is informed of it.
 pub(crate) const MAX_PACKET_BYTES: usize = 4096;
 
-/// Packets that may wait while the program runs. A client waits for the answer to one, so more are no debugger's.
+/// Maximum number of packets that wait while the program runs. A debugger waits for each answer, so more
+/// packets mean a broken client.
 const MAX_WAITING_PACKETS: usize = 256;
 
 /// How long a client may leave an answer unread.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(30);
 
-/// How often a run looks for Ctrl-C.
+/// How often a run checks for Ctrl-C.
 const INTERRUPT_POLL: Duration = Duration::from_millis(1);
 
-/// What comes from the client.
+/// An item that was received from the client.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum ClientItem {
-    /// A packet, frame and all.
+    /// A packet with its frame.
     Packet(Vec<u8>),
     /// Ctrl-C.
     Interrupt,
-    /// Send the last answer again.
+    /// A request to send the last answer again.
     Nack,
-    /// The check sum was wrong.
+    /// A packet with a wrong checksum.
     Broken,
     /// A packet that is too long.
     TooLong,
@@ -42,7 +44,7 @@ enum DecoderState {
     Sum(Option<u8>),
 }
 
-/// Makes items of bytes.
+/// Decodes bytes to items.
 #[derive(Debug, Default)]
 pub(crate) struct PacketDecoder {
     state: DecoderState,
@@ -51,13 +53,13 @@ pub(crate) struct PacketDecoder {
 }
 
 impl PacketDecoder {
-    /// Takes a byte; an item may be complete with it. What lies between packets and is nothing is passed over.
+    /// Takes a byte; returns an item if the byte completes it. Unknown bytes between packets are ignored.
     pub(crate) fn take(&mut self, byte: u8) -> Option<ClientItem> {
         match (&mut self.state, byte) {
             (DecoderState::Between, 0x03) => return Some(ClientItem::Interrupt),
             (DecoderState::Between, b'-') => return Some(ClientItem::Nack),
             (DecoderState::Between | DecoderState::Body, b'$') => {
-                // In the middle of a packet: the client has begun anew.
+                // Within a packet, `$` means that the client has started a new one.
                 self.state = DecoderState::Body;
                 self.body.clear();
                 self.is_too_long = false;
@@ -86,7 +88,7 @@ fn checksum(body: &[u8]) -> u8 {
     body.iter().fold(0, |sum, byte| sum.wrapping_add(*byte))
 }
 
-/// A packet around a body.
+/// Adds the frame of a packet to a body.
 pub(crate) fn frame_packet(body: &[u8]) -> Vec<u8> {
     let mut packet = vec![b'$'];
     packet.extend_from_slice(body);
@@ -94,18 +96,18 @@ pub(crate) fn frame_packet(body: &[u8]) -> Vec<u8> {
     packet
 }
 
-/// What the client sends.
+/// The receiving side of a connection.
 pub(crate) struct ClientInput {
     stream: TcpStream,
     decoder: PacketDecoder,
     waiting: VecDeque<ClientItem>,
     last_poll: Instant,
-    /// Why nothing more comes.
+    /// Why the connection cannot receive any more.
     pub closed_because: Option<&'static str>,
 }
 
 impl ClientInput {
-    /// From this stream.
+    /// Receives from this stream.
     pub(crate) fn new(stream: TcpStream) -> ClientInput {
         ClientInput {
             stream,
@@ -116,7 +118,7 @@ impl ClientInput {
         }
     }
 
-    /// The next item; waits for it. Nothing where the client has gone.
+    /// Waits for the next item and returns it; `None` if the client has disconnected.
     pub(crate) fn next(&mut self) -> Option<ClientItem> {
         while self.waiting.is_empty() {
             if self.closed_because.is_some() {
@@ -127,7 +129,7 @@ impl ClientInput {
         self.waiting.pop_front()
     }
 
-    /// The run may go on: asked again and again while the program runs. False at Ctrl-C, and when the client has gone.
+    /// Called periodically during a run: returns false after Ctrl-C, or if the client has disconnected.
     pub(crate) fn may_continue(&mut self) -> bool {
         if self.last_poll.elapsed() < INTERRUPT_POLL {
             return true;
@@ -148,7 +150,7 @@ impl ClientInput {
         self.closed_because.is_none() && !self.take_interrupt()
     }
 
-    /// Takes Ctrl-C out of what waits.
+    /// Removes Ctrl-C from the waiting items; returns whether there was one.
     fn take_interrupt(&mut self) -> bool {
         let before = self.waiting.len();
         self.waiting.retain(|item| *item != ClientItem::Interrupt);
@@ -170,19 +172,19 @@ impl ClientInput {
     }
 }
 
-/// What the client is sent.
+/// The sending side of a connection.
 pub(crate) struct ClientOutput {
     stream: TcpStream,
     buffered: Vec<u8>,
-    /// The last answer.
+    /// The last answer, with its frame.
     last_answer: Vec<u8>,
 }
 
 impl ClientOutput {
-    /// To this stream.
+    /// Sends to this stream.
     ///
     /// # Errors
-    /// Of the system.
+    /// Errors of the operating system.
     pub(crate) fn new(stream: TcpStream) -> io::Result<ClientOutput> {
         stream.set_nodelay(true)?;
         stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
@@ -192,17 +194,18 @@ impl ClientOutput {
     /// Sends a packet.
     ///
     /// # Errors
-    /// Of the system.
+    /// Errors of the operating system.
     pub(crate) fn send(&mut self, body: &[u8]) -> io::Result<()> {
         self.write_all(&frame_packet(body))?;
         self.flush()
     }
 
-    /// Answers a packet that gdbstub is not shown: one that is too long or asks for too much (`E5a`, EMSGSIZE), that makes no sense
-    /// (`E16`, EINVAL), or whose address no memory has (`E0e`, EFAULT); `quiet`: nothing is acknowledged.
+    /// Answers a packet that is not passed to gdbstub with an error code: `E5a` (EMSGSIZE) if it is too long
+    /// or requests too much, `E16` (EINVAL) if it is malformed, `E0e` (EFAULT) if no memory has its address.
+    /// With `quiet`, the packet is not acknowledged.
     ///
     /// # Errors
-    /// Of the system.
+    /// Errors of the operating system.
     pub(crate) fn refuse(&mut self, quiet: bool, why: &str) -> io::Result<()> {
         if !quiet {
             self.send_raw(b"+")?;
@@ -210,18 +213,18 @@ impl ClientOutput {
         self.send(why.as_bytes())
     }
 
-    /// Sends bytes that are no packet.
+    /// Sends bytes without a frame.
     ///
     /// # Errors
-    /// Of the system.
+    /// Errors of the operating system.
     pub(crate) fn send_raw(&mut self, bytes: &[u8]) -> io::Result<()> {
         Write::write_all(&mut self.stream, bytes)
     }
 
-    /// Shows a text to the user; only while the program runs.
+    /// Shows a text to the user; the protocol allows this only while the program runs.
     ///
     /// # Errors
-    /// Of the system.
+    /// Errors of the operating system.
     pub(crate) fn show(&mut self, text: &str) -> io::Result<()> {
         let hex: String = text.bytes().map(|byte| format!("{byte:02x}")).collect();
         self.send(format!("O{hex}").as_bytes())
@@ -230,7 +233,7 @@ impl ClientOutput {
     /// Sends the last answer again.
     ///
     /// # Errors
-    /// Of the system.
+    /// Errors of the operating system.
     pub(crate) fn resend_last(&mut self) -> io::Result<()> {
         Write::write_all(&mut self.stream, &self.last_answer)
     }

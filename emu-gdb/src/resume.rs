@@ -1,4 +1,4 @@
-//! Running, stepping, going back, and what gdb is told of a stop.
+//! Running, stepping and going back on behalf of gdb, and the stop replies.
 
 use std::collections::BTreeSet;
 use std::convert::Infallible;
@@ -19,26 +19,26 @@ use gdbstub::target::ext::base::singlethread::{
 use crate::gdb_points::GdbPointKind;
 use crate::gdb_target::GdbTarget;
 
-/// What gdb wants of the program.
+/// The kind of run that gdb requests.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum ResumeKind {
-    /// Run.
+    /// Run forwards.
     Continue,
-    /// One step.
+    /// Execute one instruction.
     Step,
-    /// Steps as long as the program counter is among these program words.
+    /// Step as long as the program counter is in this range of program words.
     StepRange(Range<u32>),
     /// Run backwards.
     ReverseContinue,
-    /// One step back.
+    /// Go back by one step.
     ReverseStep,
 }
 
-/// What gdb is told: the stop, and a line for the user where the stop alone does not say enough.
+/// A stop reply, and a line for the user if the reply alone does not explain the stop.
 pub(crate) type StopReport = (SingleThreadStopReason<u32>, Option<String>);
 
 impl GdbTarget<'_> {
-    /// Does what gdb wants, until something stops the program.
+    /// Executes the requested run until something stops the program.
     pub(crate) fn run(&mut self) -> StopReport {
         let (session, input) = (&mut *self.session, &mut self.input);
         let since = session.machine().cycle();
@@ -67,7 +67,7 @@ impl GdbTarget<'_> {
             HaltReason::Interrupted => (signal(Signal::SIGINT), None),
             HaltReason::Beginning => (Reason::ReplayLog { tid: None, pos: ReplayLogPosition::Begin }, None),
             HaltReason::Points(hits) => (self.stop_of_hits(hits), None),
-            // Any signal but SIGTRAP ends a `step` of gdb's, which would go on for ever.
+            // Any signal except SIGTRAP ends gdb's `step`, which would otherwise never end.
             HaltReason::Halted => {
                 (signal(Signal::SIGSTOP), Some("the program has ended: nothing can wake the chip any more".to_owned()))
             }
@@ -89,7 +89,8 @@ impl GdbTarget<'_> {
         }
     }
 
-    /// The stop of points: a breakpoint goes before a watchpoint, whose access lies before it.
+    /// The stop reply for hits of points. A breakpoint takes precedence over a watchpoint, whose access is in
+    /// the previous instruction.
     fn stop_of_hits(&self, hits: &[PointHit]) -> SingleThreadStopReason<u32> {
         use SingleThreadStopReason as Reason;
         let mut set: Vec<_> = hits.iter().filter_map(|hit| self.points.iter().find(|set| set.id == hit.id)).collect();
@@ -98,7 +99,7 @@ impl GdbTarget<'_> {
             Some((GdbPointKind::Soft, _)) => Reason::SwBreak(()),
             Some((GdbPointKind::Hard, _)) => Reason::HwBreak(()),
             Some((GdbPointKind::Watch(kind, _), addr)) => Reason::Watch { tid: (), kind, addr },
-            // Not gdb's own.
+            // A point that gdb has not set.
             None => Reason::SignalWithThread { tid: (), signal: Signal::SIGTRAP },
         }
     }
@@ -121,8 +122,9 @@ impl GdbTarget<'_> {
     }
 }
 
-/// Steps through a line. A service routine that comes in between runs to its end first. A jump to itself that nothing can end is
-/// the end of the program, which single steps do not see.
+/// Steps through the code of a source line. An interrupt service routine that starts meanwhile runs to its
+/// end. A jump to itself that nothing can end is the end of the program; single steps alone would not detect
+/// it.
 fn step_range(session: &mut DebugSession, words: &Range<u32>, go_on: &mut dyn FnMut() -> bool) -> HaltResult {
     let (mut depth, mut from) = (session.machine().stack_depth(), session.machine().pc());
     let mut service: Option<u32> = None;
@@ -138,7 +140,7 @@ fn step_range(session: &mut DebugSession, words: &Range<u32>, go_on: &mut dyn Fn
         depth = target.stack_depth();
         turns = if target.pc() == from { turns + 1 } else { 0 };
         from = target.pc();
-        // Asked more and more seldom, as it may be long until an interrupt comes.
+        // Checked at increasing intervals, because it may take long until an interrupt comes.
         halted = turns.is_power_of_two() && {
             let mut copy = target.fork();
             copy.set_breakpoints(&BTreeSet::new());
@@ -149,11 +151,11 @@ fn step_range(session: &mut DebugSession, words: &Range<u32>, go_on: &mut dyn Fn
     if halted && halt.reason == HaltReason::Done { HaltResult { reason: HaltReason::Halted } } else { halt }
 }
 
-/// Runs backwards. The session stands behind the instruction that a watchpoint has seen; gdb wants to be before it, where the old
-/// value is back.
+/// Runs backwards. The session stops after the instruction that hit a watchpoint; gdb expects the stop before
+/// it, where the memory has its old value.
 fn run_back(session: &mut DebugSession, go_on: &mut dyn FnMut() -> bool) -> HaltResult {
     if session.points.enabled().any(|point| !matches!(point.trigger, PointTrigger::Code(_))) {
-        // The instruction that has just been executed may be such a one.
+        // The instruction that was just executed may have hit a watchpoint.
         let now = session.machine().cycle();
         if session.step_back(1, &mut || true).reason == HaltReason::Done
             && let HaltReason::Points(hits) = session.step_instructions(1, now, &mut || true).reason
@@ -169,7 +171,7 @@ fn run_back(session: &mut DebugSession, go_on: &mut dyn FnMut() -> bool) -> Halt
     }
 }
 
-/// Goes back before the instruction that a watchpoint has seen; a breakpoint may be on it.
+/// Goes back before the instruction that hit a watchpoint; that instruction may have a breakpoint.
 fn step_before_access(session: &mut DebugSession, mut hits: Vec<PointHit>) -> HaltResult {
     session.step_back(1, &mut || true);
     hits.extend(breakpoints_here(session));
@@ -180,7 +182,7 @@ fn is_breakpoint(session: &DebugSession, id: u32) -> bool {
     session.points.get(id).is_some_and(|point| matches!(point.trigger, PointTrigger::Code(_)))
 }
 
-/// Breakpoints on the instruction that is next.
+/// The breakpoints on the next instruction.
 fn breakpoints_here(session: &DebugSession) -> Vec<PointHit> {
     let pc = session.machine().pc();
     let on = session

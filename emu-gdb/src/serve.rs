@@ -1,4 +1,4 @@
-//! A client from its first byte to its last. Whatever it does, the worst is that it is let go.
+//! Serves a client from connection to disconnection. A client that misbehaves is only disconnected.
 
 use std::convert::Infallible;
 use std::fmt;
@@ -15,25 +15,26 @@ use crate::error::GdbError;
 use crate::gdb_target::GdbTarget;
 use crate::packets::{ClientInput, ClientItem, ClientOutput, MAX_PACKET_BYTES, frame_packet};
 
-/// What the server does besides serving.
+/// Options of the gdb server.
 #[derive(Default)]
 pub struct GdbOptions {
-    /// When a client has gone, the next one may come; the machine stands where it stood.
+    /// Whether the server waits for another client after one has disconnected; the machine keeps its state
+    /// meanwhile.
     pub persist: bool,
-    /// More commands behind `monitor`.
+    /// A handler for further `monitor` commands.
     pub monitor: Option<Box<MonitorHandler>>,
 }
 
-/// How a client has gone. All of these are normal ends.
+/// How the connection to a client ended. All of these are normal ends.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ClientEnd {
     /// `detach`.
     Detached,
     /// `kill`.
     Killed,
-    /// It was gone without a word: why.
+    /// The connection was lost, for this reason.
     ConnectionLost(String),
-    /// What it sent is no gdb's.
+    /// The client violated the protocol.
     ProtocolError(String),
 }
 
@@ -48,10 +49,11 @@ impl fmt::Display for ClientEnd {
     }
 }
 
-/// The address that a text stands for: `:1234` on this machine only, `HOST:PORT` as written; port 0 is any free one.
+/// Parses an address: `:1234` is a port on this machine only, `HOST:PORT` is used as written; port 0 selects
+/// any free port.
 ///
 /// # Errors
-/// It is no address.
+/// The text is not an address.
 pub fn parse_address(text: &str) -> Result<SocketAddr, GdbError> {
     let wanted = if text.starts_with(':') { format!("127.0.0.1{text}") } else { text.to_owned() };
     let mut found =
@@ -59,11 +61,11 @@ pub fn parse_address(text: &str) -> Result<SocketAddr, GdbError> {
     found.next().ok_or_else(|| GdbError::HostWithoutAddress { text: text.to_owned() })
 }
 
-/// Serves the session to one client, or to one after the other. `log` is told line by line what happens: first where the server
-/// listens, `listening on 127.0.0.1:1234`.
+/// Serves the session to one client or, with `persist`, to one client after another. `log` gets a line per
+/// event; the first one is where the server listens: `listening on 127.0.0.1:1234`.
 ///
 /// # Errors
-/// Of the system, where it cannot listen.
+/// The operating system cannot listen or accept connections.
 pub fn serve(
     session: &mut DebugSession,
     listener: &TcpListener,
@@ -92,7 +94,7 @@ fn serve_client(
 ) -> io::Result<ClientEnd> {
     let mut output = ClientOutput::new(stream.try_clone()?)?;
     let mut stub = GdbTarget::new(session, ClientInput::new(stream), monitor);
-    // No program is running that could be told to stop before the first packet.
+    // No program runs before the first packet, so there is no stop to report.
     output.flush()?;
     let gdb = GdbStubBuilder::new(output).packet_buffer_size(MAX_PACKET_BYTES).build();
     let gdb = gdb.map_err(|error| io::Error::other(error.to_string()))?;
@@ -114,7 +116,7 @@ type GdbStateMachine<'a, 's> = Machine<'a, GdbTarget<'s>, ClientOutput>;
 type GdbFailure = GdbStubError<Infallible, io::Error>;
 
 fn run_protocol<'s>(mut machine: GdbStateMachine<'_, 's>, stub: &mut GdbTarget<'s>) -> Result<ClientEnd, GdbFailure> {
-    // Check sums do not count any more once the client has said so.
+    // Set once the client has disabled acknowledgements, and with them checksums.
     let mut quiet = false;
     loop {
         machine = match machine {
@@ -133,14 +135,14 @@ fn run_protocol<'s>(mut machine: GdbStateMachine<'_, 's>, stub: &mut GdbTarget<'
                     idle.into()
                 }
                 Some(ClientItem::Packet(packet)) if packet.starts_with(b"$qSupported#") => {
-                    // gdbstub wants a feature with the question; this one changes nothing.
+                    // gdbstub requires a feature in the query; this one has no effect.
                     feed_packet(idle.into(), stub, &frame_packet(b"qSupported:swbreak+"))?
                 }
                 Some(ClientItem::Packet(packet)) => {
                     quiet |= packet.starts_with(b"$QStartNoAckMode#");
                     feed_packet(idle.into(), stub, &packet)?
                 }
-                // It stands already.
+                // The program is stopped already.
                 Some(ClientItem::Interrupt) => idle.into(),
                 Some(ClientItem::Broken) if quiet => {
                     return Ok(ClientEnd::ProtocolError("a packet with a wrong check sum".to_owned()));
@@ -159,7 +161,7 @@ fn run_protocol<'s>(mut machine: GdbStateMachine<'_, 's>, stub: &mut GdbTarget<'
                 }
             },
             Machine::Running(mut running) => {
-                // The acknowledgement of what has set it running.
+                // Sends the acknowledgement of the packet that started the run.
                 _ = running.borrow_conn().flush();
                 let (reason, text) = stub.run();
                 if stub.input.closed_because.is_some() {
@@ -171,7 +173,7 @@ fn run_protocol<'s>(mut machine: GdbStateMachine<'_, 's>, stub: &mut GdbTarget<'
                 }
                 running.report_stop(stub, reason)?
             }
-            // Ctrl-C never gets there: it is seen before.
+            // Never reached: Ctrl-C is handled before it gets to gdbstub.
             Machine::CtrlCInterrupt(break_in) => {
                 break_in.interrupt_handled(stub, None::<SingleThreadStopReason<u32>>)?
             }
@@ -185,7 +187,7 @@ fn run_protocol<'s>(mut machine: GdbStateMachine<'_, 's>, stub: &mut GdbTarget<'
     }
 }
 
-/// A read of more memory than an answer holds; gdbstub would answer with a longer one.
+/// True for a read of more memory than an answer can hold; gdbstub would send a longer answer.
 fn is_read_too_long(packet: &[u8]) -> bool {
     let body = packet.strip_prefix(b"$m").and_then(|body| body.split(|byte| *byte == b'#').next());
     let text = body.and_then(|body| std::str::from_utf8(body).ok());
@@ -193,7 +195,8 @@ fn is_read_too_long(packet: &[u8]) -> bool {
     len.is_some_and(|len| len.unwrap_or(usize::MAX) > MAX_PACKET_BYTES / 2)
 }
 
-/// A write of memory whose bytes are not as many as it says, or are none; gdbstub would write those that are there.
+/// True for a write of memory with no bytes or a wrong number of bytes; gdbstub would write the bytes that
+/// are present.
 fn is_write_length_wrong(packet: &[u8]) -> bool {
     let body = packet.get(1..packet.len().saturating_sub(3)).unwrap_or_default();
     let (Some(kind @ (b'M' | b'X')), Some(colon)) = (body.first(), body.iter().position(|byte| *byte == b':')) else {
@@ -203,7 +206,7 @@ fn is_write_length_wrong(packet: &[u8]) -> bool {
     let len = std::str::from_utf8(head).ok().and_then(|head| usize::from_str_radix(head.split_once(',')?.1, 16).ok());
     let there = match kind {
         b'M' => (data.len() % 2 == 0 && data.iter().all(u8::is_ascii_hexdigit)).then_some(data.len() / 2),
-        // A byte behind `}` is one with it.
+        // `}` escapes the next byte, so both count as one.
         _ => {
             let mut bytes = data.iter();
             let mut count = 0;
@@ -216,7 +219,7 @@ fn is_write_length_wrong(packet: &[u8]) -> bool {
     len.is_none() || len != there
 }
 
-/// An address or a length of more than 32 bits, for which gdbstub would give up.
+/// True for an address or length of more than 32 bits, at which gdbstub would end the session.
 fn is_beyond_32_bits(packet: &[u8]) -> bool {
     let body = packet.get(1..packet.len().saturating_sub(3)).unwrap_or_default();
     let heads = ["m", "M", "X", "Z", "z", "vFlashErase:", "vFlashWrite:", "vCont;r"];
@@ -232,7 +235,7 @@ fn connection_end(stub: &GdbTarget<'_>) -> ClientEnd {
     ClientEnd::ConnectionLost(stub.input.closed_because.unwrap_or("its connection is broken").to_owned())
 }
 
-/// Gives gdbstub a packet byte by byte.
+/// Passes a packet to gdbstub byte by byte.
 fn feed_packet<'a, 's>(
     mut machine: GdbStateMachine<'a, 's>,
     stub: &mut GdbTarget<'s>,

@@ -1,5 +1,5 @@
-//! avr-gdb itself, on a program that avr-gcc has compiled: what it says to `avr.gdb` stands in `avr.out`. `EMU_BLESS=1` writes it
-//! anew.
+//! Runs avr-gdb on a program compiled by avr-gcc: its output for the commands in `avr.gdb` must be `avr.out`.
+//! `EMU_BLESS=1` updates the file.
 
 mod machine;
 
@@ -8,7 +8,7 @@ use std::process::Command;
 
 use emu_core::image::{SourceLines, load_elf};
 
-/// The program is built without what differs from one machine to the other: its folder is not in it.
+/// The program must not depend on the machine that builds it: the name of its folder is left out.
 #[test]
 #[ignore = "needs gdb-avr, gcc-avr and avr-libc"]
 fn avr_gdb() {
@@ -28,7 +28,7 @@ fn avr_gdb() {
     let mut image = load_elf("program.elf", &bytes, chip.elf_spaces, chip.elf_machine).expect("an ELF file").image;
     image.lines = SourceLines::from_elf("program.elf", bytes);
     let (address, server) = machine::serving(chip, image, false, |_| {});
-    // 100 s are for a gdb that waits for ever, and what it has said up to then is told.
+    // The time limit of 100 s is for a gdb that hangs; its output up to then is printed.
     let gdb = Command::new("timeout")
         .args(["100", "avr-gdb"])
         .args(["-nx", "-batch", "-ex", &format!("target remote {address}"), "-x", "avr.gdb"])
@@ -39,7 +39,7 @@ fn avr_gdb() {
     let ended = server.join().expect("no panic");
     let shown = String::from_utf8_lossy(&gdb.stdout);
     let wrong = String::from_utf8_lossy(&gdb.stderr);
-    // How fast the loader was is not the program's.
+    // The transfer rate is not reproducible.
     let mut out: String = shown
         .lines()
         .filter(|line| !line.starts_with("Transfer rate"))

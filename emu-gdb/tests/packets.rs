@@ -1,19 +1,19 @@
-//! Talks with the server packet by packet, from the texts beside this file.
+//! Talks to the server packet by packet, as described by the text files next to this file.
 //!
 //! ```text
-//! == a name                     a case begins: a server and a client of its own
+//! == a name                     starts a case with a server and a client of its own
 //! chip atmega328p
-//! | ldi r16, 5                  its program
-//! -> g                          a packet, and the answer to it
+//! | ldi r16, 5                  a line of its program
+//! -> g                          a packet, followed by its answer
 //! <- 05000000
-//! -> monitor cycle              a command behind `monitor`; what it prints is shown as text
-//! -- vCont;c                    a packet whose answer is not waited for
-//! => \x03                       bytes as they are, and the answer; >> without
-//! waits 100                     so many milliseconds, in which a program runs
-//! ends the client has left      what the server says of the end; before it the client goes, if it has not been let go
+//! -> monitor cycle              a command of `monitor`; its output is shown as text
+//! -- vCont;c                    a packet whose answer is not awaited
+//! => \x03                       raw bytes, followed by the answer; >> does not await one
+//! waits 100                     waits this many milliseconds, while a program runs
+//! ends the client has left      the last message of the server; a client that is connected disconnects
 //! ```
-//! With a line `persists` a case may end more than once: what follows is said by a client that comes then.
-//! `EMU_BLESS=1` writes the answers anew.
+//! With a line `persists`, a case may end more than once: the lines that follow belong to the next client.
+//! `EMU_BLESS=1` updates the answers.
 
 mod machine;
 
@@ -26,7 +26,7 @@ use std::time::Duration;
 
 use emu_core::image::Image;
 
-/// How long a server may take.
+/// Time limit for an answer of the server.
 const WAIT: Duration = Duration::from_secs(60);
 
 struct Client {
@@ -36,7 +36,7 @@ struct Client {
 impl Client {
     fn come(address: SocketAddr) -> Client {
         let stream = TcpStream::connect(address).expect("a server");
-        // Only so that a server that hangs does not hang the test.
+        // A server that hangs must not block the test.
         stream.set_read_timeout(Some(WAIT)).expect("a socket");
         Client { stream }
     }
@@ -46,7 +46,7 @@ impl Client {
         matches!(self.stream.read(&mut byte), Ok(1)).then_some(byte[0])
     }
 
-    /// The next packet or `-`; acknowledgements are passed over.
+    /// The next packet or `-`; acknowledgements are ignored.
     fn answer(&mut self) -> String {
         loop {
             match self.byte() {
@@ -69,7 +69,7 @@ impl Client {
         "(gone)".to_owned()
     }
 
-    /// Answers up to the first that is no text for the user; that is shown as text.
+    /// The answers up to the first one that is not text for the user; text is shown as text.
     fn answers(&mut self) -> Vec<String> {
         let mut all = Vec::new();
         loop {
@@ -85,7 +85,7 @@ impl Client {
     }
 
     fn send(&mut self, bytes: &[u8]) {
-        // The server may have hung up; the answers tell.
+        // The server may have closed the connection; the next answer shows it.
         _ = self.stream.write_all(bytes);
     }
 
@@ -102,7 +102,7 @@ fn text(hex: &str) -> Option<String> {
     String::from_utf8(bytes?).ok()
 }
 
-/// Bytes of a text with `\xNN` and `*N` behind a byte, which is N of it.
+/// Parses bytes: `\xNN` is a byte, and `*N` after a byte repeats it N times.
 fn bytes(text: &str) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut rest = text;
@@ -128,7 +128,7 @@ fn bytes(text: &str) -> Vec<u8> {
     bytes
 }
 
-/// Plays a case; gives its text with the answers that came.
+/// Plays a case; returns its text with the actual answers.
 fn play(case: &str) -> String {
     let chip_name = case.lines().find_map(|line| line.strip_prefix("chip ")).expect("a chip");
     let chip = machine::chip(chip_name);

@@ -1,5 +1,5 @@
-//! Clients that are no gdb: whatever they send, the server ends as it should, and does not panic. `EMU_SEED` and `EMU_CLIENTS` choose
-//! other ones and more of them.
+//! Clients that are not gdb: whatever they send, the server ends normally and does not panic. `EMU_SEED` and
+//! `EMU_CLIENTS` select other clients and their number.
 
 mod machine;
 
@@ -9,7 +9,7 @@ use std::net::{Shutdown, TcpStream};
 
 use emu_core::rng::Rng;
 
-/// What a gdb sends; `#` stands for a number, `~` for bytes.
+/// Packets that gdb sends; `#` is replaced by a number, `~` by bytes.
 const PACKETS: &[&str] = &[
     "qSupported:multiprocess+;swbreak+;hwbreak+;xmlRegisters=i386",
     "?",
@@ -113,7 +113,7 @@ fn number(rng: &mut Rng) -> String {
     }
 }
 
-/// A packet, mostly one that a gdb might send.
+/// A random packet, usually one that gdb might send.
 fn packet(rng: &mut Rng) -> Vec<u8> {
     let mut body = Vec::new();
     for c in PACKETS[rng.next_u64() as usize % PACKETS.len()].bytes() {
@@ -155,7 +155,7 @@ fn client(chip: &str, program: &str, seed: u64) {
         machine::serving(chip, emu_asm::assemble_text(chip, program).expect("a program"), false, |_| {});
     let mut stream = TcpStream::connect(address).expect("a server");
     let mut reader = stream.try_clone().expect("a socket");
-    // Answers are read by nobody in some of them, and by somebody in the others.
+    // Some clients never read the answers.
     let drain = (!seed.is_multiple_of(3))
         .then(|| std::thread::spawn(move || _ = std::io::copy(&mut reader, &mut std::io::sink())));
     let mut rng = Rng::new(seed);

@@ -1,9 +1,10 @@
-//! The chips of the family, one row each.
+//! Chip data of the PIC16 family: one row per chip.
 //!
-//! Sources: the data sheet that [`Chip::data_sheet`] names, its sections "Memory organization", "Special features of the CPU",
-//! "Electrical characteristics" and its pin descriptions; device IDs by the programming specifications (DS39025 16F87X,
-//! DS39589 16F87XA, DS30262 16F84A, DS41196 16F62XA, DS39603 16F81X, DS39607 16F87 and 88). The clock that is assumed when
-//! none is given is 4 MHz everywhere, at which an instruction cycle takes a microsecond: no data sheet names a usual clock.
+//! Sources: the data sheet that [`Chip::data_sheet`] names, its sections "Memory organization", "Special
+//! features of the CPU", "Electrical characteristics" and its pin descriptions; device IDs by the programming
+//! specifications (DS39025 16F87X, DS39589 16F87XA, DS30262 16F84A, DS41196 16F62XA, DS39603 16F81X, DS39607
+//! 16F87 and 88). The default clock is 4 MHz for all chips, at which an instruction cycle takes 1 us; no data
+//! sheet names a usual clock.
 
 mod bits;
 mod config;
@@ -25,7 +26,7 @@ pub use bits::ALIASES;
 pub use config::{ConfigLayout, OscillatorMode};
 pub use f87x::PIC16F873;
 
-/// All chips of this crate.
+/// Rows of all chips of this crate.
 pub const PIC16_PARTS: &[Pic16Part] = &[
     f8x::PIC16C71,
     f8x::PIC16C84,
@@ -51,86 +52,87 @@ pub const PIC16_PARTS: &[Pic16Part] = &[
     f87x::PIC16F877A,
 ];
 
-/// The part `name` (case aside).
+/// Returns the row of the chip `name`; upper and lower case are equal.
 #[must_use]
 pub fn part(name: &str) -> Option<&'static Pic16Part> {
     PIC16_PARTS.iter().find(|p| p.chip.name.eq_ignore_ascii_case(name))
 }
 
-/// The chip `name` (case aside).
+/// Returns the chip `name`; upper and lower case are equal.
 #[must_use]
 pub fn chip(name: &str) -> Option<&'static Chip> {
     part(name).map(|p| &p.chip)
 }
 
-/// All chips of this crate, in the order of [`PIC16_PARTS`].
+/// Yields all chips of this crate, in the order of [`PIC16_PARTS`].
 pub fn chips() -> impl Iterator<Item = &'static Chip> {
     PIC16_PARTS.iter().map(|p| &p.chip)
 }
 
-/// A chip, with what only this family has.
+/// Row of a chip: the data common to all families, and the data that only PIC16 chips have.
 #[derive(Debug)]
 pub struct Pic16Part {
-    /// What all families have. `regs` lists every register once, at its lowest address, by the name of this chip's data
-    /// sheet.
+    /// Data common to all families. `regs` lists every register once, at its lowest address, with the name in
+    /// this chip's data sheet.
     pub chip: Chip,
-    /// Registers by address in data memory, every mirror included. What is neither here nor in `chip.ram_ranges` is unimplemented.
+    /// Registers by address in data memory, including all mirrors. Addresses neither here nor in
+    /// `chip.ram_ranges` are unimplemented.
     pub sfr: &'static [(u16, Sfr)],
-    /// Bits of registers by the names of the headers, in which strokes and bars are written out (GO_NOT_DONE, NOT_TO). Where
-    /// a bit has several names the first is that of the data sheet.
+    /// Bits of registers by the names of the headers, in which slashes and bars are spelled out (GO_NOT_DONE,
+    /// NOT_TO). If a bit has several names, the first is that of the data sheet.
     pub bits: &'static [SfrBit],
-    /// Ports.
+    /// Ports of the chip.
     pub ports: &'static [PortPins],
-    /// Master clear, where it has a pin of its own or shares one.
+    /// Master clear pin, dedicated or shared with a port.
     pub mclr: PinId,
-    /// Lines between parts and pins, and how they reach them.
+    /// Lines between peripherals and pins.
     pub lines: &'static [PeripheralPin],
-    /// Interrupt flags and their enables.
+    /// Interrupt flags and their enable bits.
     pub flags: &'static [FlagLocation],
-    /// Analog inputs: the pin of AN0, AN1, ..
+    /// Pins of the analog inputs AN0, AN1 and so on.
     pub analog: &'static [PinId],
-    /// CCP modules: 0 to 2.
+    /// Number of CCP modules, 0 to 2.
     pub ccps: u8,
-    /// There are timers 1 and 2.
+    /// True if the chip has timers 1 and 2.
     pub timers: bool,
-    /// Synchronous serial port.
+    /// Variant of the synchronous serial port.
     pub ssp: SspKind,
-    /// There is a USART.
+    /// True if the chip has a USART.
     pub usart: bool,
-    /// Analog-to-digital converter.
+    /// Variant of the analog-to-digital converter.
     pub adc: Pic16AdcKind,
-    /// Comparators.
+    /// Variant of the comparators.
     pub comparators: ComparatorKind,
-    /// There is a parallel slave port on ports D and E.
+    /// True if the chip has a parallel slave port on ports D and E.
     pub psp: bool,
-    /// How the EEPROM and program memory are written by the program.
+    /// How a program writes the EEPROM and program memory.
     pub memory: NonvolatileKind,
-    /// The oscillator on the chip.
+    /// Variant of the internal oscillator.
     pub internal: InternalOscillator,
-    /// The configuration words.
+    /// Layout of the configuration words.
     pub config: ConfigLayout,
-    /// The device ID at 2006h, revision bits 0; `None` where there is none.
+    /// Device ID at 2006h with revision bits 0; None if the chip has none.
     pub device_id: Option<u16>,
-    /// Times.
+    /// Time ranges of the chip.
     pub times: TimingRanges,
 }
 
-/// A named bit: register, name, number.
+/// A named bit: register, name, bit number.
 pub type SfrBit = (Sfr, &'static str, u8);
 
-/// What an address of data memory is.
+/// What is at an address of data memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FileSlot {
-    /// RAM, and the address under which the byte is kept.
+    /// RAM, with the canonical address under which the byte is stored.
     Ram(u16),
     /// A register.
     Sfr(Sfr),
-    /// Nothing: reads 0, writes are lost.
+    /// Unimplemented: reads 0, writes are lost.
     None,
 }
 
 impl Pic16Part {
-    /// What stands at `addr` in data memory, 0 to 1FFh. Higher bits are not decoded.
+    /// Returns what is at `addr` in data memory, 0 to 1FFh. Higher address bits are not decoded.
     #[must_use]
     pub fn file_slot(&self, addr: u16) -> FileSlot {
         let addr = addr & 0x1FF;
@@ -143,7 +145,7 @@ impl Pic16Part {
         }
     }
 
-    /// [`Pic16Part::file_slot`] of all addresses: for those who look places up often.
+    /// Returns [`Pic16Part::file_slot`] for all addresses, for callers with many lookups.
     #[must_use]
     pub fn file_slots(&self) -> [FileSlot; 0x200] {
         let mut addr = 0;
@@ -153,81 +155,81 @@ impl Pic16Part {
         })
     }
 
-    /// Whether the chip has the register.
+    /// Reports whether the chip has the register.
     #[must_use]
     pub fn has(&self, sfr: Sfr) -> bool {
         self.sfr.iter().any(|s| s.1 == sfr)
     }
 
-    /// The lowest address of a register.
+    /// Returns the lowest address of a register.
     #[must_use]
     pub fn addr(&self, sfr: Sfr) -> Option<u16> {
         self.sfr.iter().filter(|s| s.1 == sfr).map(|s| s.0).min()
     }
 
-    /// The line's row, where the chip has the line.
+    /// Returns the row of a line, if the chip has the line.
     #[must_use]
     pub fn line(&self, line: Pic16Line) -> Option<&'static PeripheralPin> {
         self.lines.iter().find(|l| l.line == line)
     }
 }
 
-/// A port.
+/// A port and its pins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PortPins {
-    /// PORTA to PORTE.
+    /// Port register, PORTA to PORTE.
     pub port: Sfr,
-    /// TRISA to TRISE.
+    /// Direction register, TRISA to TRISE.
     pub tris: Sfr,
-    /// The pin of every bit; [`NO_PIN`] where there is none.
+    /// Pin of each bit; [`NO_PIN`] if the bit has none.
     pub pins: [PinId; 8],
-    /// Bits that are inputs only, whatever TRIS says.
+    /// Mask of the bits that are always inputs, regardless of TRIS.
     pub inputs: u8,
-    /// Bits with an open drain.
+    /// Mask of the bits with an open drain output.
     pub open: u8,
 }
 
-/// No pin.
+/// Marks the absence of a pin.
 pub const NO_PIN: PinId = PinId::MAX;
 
-/// A line and its pin.
+/// A line of a peripheral and its pin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PeripheralPin {
     /// The line.
     pub line: Pic16Line,
-    /// Its pin.
+    /// Pin of the line.
     pub pin: PinId,
-    /// What a part drives reaches the pin even where TRIS makes it an input.
+    /// True if the output of the peripheral reaches the pin even if TRIS makes it an input.
     pub over_tris: bool,
 }
 
-/// Where a flag and its enable stand.
+/// Position of an interrupt flag and of its enable bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FlagLocation {
     /// The flag.
     pub flag: InterruptFlag,
     /// Register and bit of the flag.
     pub at: (Sfr, u8),
-    /// Register and bit of its enable.
+    /// Register and bit of the enable.
     pub enable: (Sfr, u8),
-    /// PEIE must be set too.
+    /// True if PEIE must be set too.
     pub peripheral: bool,
 }
 
-/// Synchronous serial port.
+/// Variants of the synchronous serial port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SspKind {
     /// None.
     None,
-    /// SSP: SPI, and I2C as slave (and master by software).
+    /// SSP: SPI, and I2C as slave (as master only by software).
     Basic,
-    /// MSSP: the I2C master too.
+    /// MSSP: also I2C as master.
     Master,
-    /// MSSP of the A parts, which as a slave can hold the clock after reception as well (SEN).
+    /// MSSP of the A parts: as a slave it can also stretch the clock after reception (SEN).
     MasterStretch,
 }
 
-/// Analog-to-digital converter.
+/// Variants of the analog-to-digital converter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pic16AdcKind {
     /// None.
@@ -238,64 +240,67 @@ pub enum Pic16AdcKind {
     Bits10,
     /// 10 bits with ADCS2 (16F87xA, 818, 819).
     Bits10Adcs2,
-    /// 10 bits, ADCS2, ANSEL in place of PCFG (16F88).
+    /// 10 bits, ADCS2, and ANSEL instead of PCFG (16F88).
     Ansel,
 }
 
-/// Comparators and their reference.
+/// Variants of the comparators and their reference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ComparatorKind {
     /// None.
     None,
-    /// 16F62x: outputs on RA3, RA4; VREF.
+    /// 16F62x: outputs on RA3 and RA4; VREF.
     F62x,
-    /// 16F87xA: outputs on RA4, RA5; CVREF.
+    /// 16F87xA: outputs on RA4 and RA5; CVREF.
     F87xA,
-    /// 16F87 and 16F88.
+    /// 16F87 and 16F88: outputs on RA3 and RA4; CVREF.
     F88,
 }
 
-/// How the program writes EEPROM and program memory.
+/// Variants of how a program writes EEPROM and program memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NonvolatileKind {
-    /// Neither (16C71).
+    /// Not possible (16C71).
     None,
-    /// EEPROM only, EEIF in EECON1 (16F84).
+    /// EEPROM only, with EEIF in EECON1 (16F84).
     F84,
-    /// EEPROM only, EEIF in PIR1 (16F628).
+    /// EEPROM only, with EEIF in PIR1 (16F628).
     F62x,
-    /// Program memory too, a word at a time (16F87x).
+    /// EEPROM, and program memory one word at a time (16F87x).
     Word,
-    /// Program memory in blocks of four words, which it erases (16F87xA).
+    /// EEPROM, and program memory in blocks of four words, which a write erases (16F87xA).
     Block4,
-    /// Program memory can only be read (16F870, 871, 872 write too: [`NonvolatileKind::Word`]).
+    /// EEPROM; program memory can only be read. 16F870, 871 and 872 can also write it:
+    /// [`NonvolatileKind::Word`].
     Read,
-    /// Program memory is erased in rows of 32 words (FREE) and written in blocks of four (818, 819, 87, 88).
+    /// EEPROM; program memory is erased in rows of 32 words (FREE) and written in blocks of four (818, 819,
+    /// 87, 88).
     Row32,
 }
 
-/// The oscillator on the chip.
+/// Variants of the internal oscillator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InternalOscillator {
     /// None.
     None,
-    /// 4 MHz, or slow by OSCF in PCON (16F62x): the slow frequency in Hz.
+    /// 4 MHz, or a slow frequency selected by OSCF in PCON (16F62x): the slow frequency in Hz.
     F62x(u32),
-    /// 31.25 kHz to 8 MHz by OSCCON (818, 819, 87, 88).
+    /// 31.25 kHz to 8 MHz, selected by OSCCON (818, 819, 87, 88).
     Osccon,
 }
 
-/// Times in microseconds: minimum, typical, maximum (data sheet, "Electrical characteristics", tables of AC parameters).
+/// Time ranges in microseconds: minimum, typical, maximum (data sheet, "Electrical characteristics", tables
+/// of AC parameters).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TimingRanges {
     /// Watchdog period without prescaler.
     pub wdt: [u32; 3],
-    /// Power-up timer.
+    /// Duration of the power-up timer.
     pub pwrt: [u32; 3],
-    /// Writing a byte of EEPROM.
+    /// Time to write a byte of EEPROM.
     pub eeprom: [u32; 3],
-    /// Writing program memory (a word, or a block).
+    /// Time to write program memory (a word, or a block).
     pub flash: [u32; 3],
-    /// TAD of the ADC's own RC oscillator, in nanoseconds.
+    /// TAD of the converter's own RC oscillator, in nanoseconds.
     pub adc_rc_ns: [u32; 3],
 }

@@ -1,59 +1,60 @@
-//! The state of the core.
+//! Registers of the core.
 
 use emu_core::countdown::Countdown;
 
-/// The state of the core that every instruction touches. Bytes and flags stand in words of their own: side by side they would
-/// be kept packed in one host register.
+/// State of the core that every instruction uses. Bytes and flags have a word each; the compiler would pack
+/// adjacent bytes into one host register.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CoreRegisters {
-    /// Index of the next op: RP1:RP0 in bits 15 and 14, the program counter below, which may stand one or two behind 1FFFh.
+    /// Index of the next op: RP1:RP0 in bits 15 and 14, below them the program counter, which can be one or
+    /// two past 1FFFh.
     pub at: u32,
-    /// Cycles and instructions.
+    /// Counts of cycles and instructions, and the deadline.
     pub clock: Countdown,
-    /// W.
+    /// Working register W.
     pub w: u32,
-    /// C, 0 or 1.
+    /// Carry C, 0 or 1.
     pub c: u32,
-    /// DC: bit 3.
+    /// Digit carry DC, in bit 3.
     pub dc: u32,
-    /// Z: a byte that is 0.
+    /// Zero flag: Z is set if the low byte is 0.
     pub z: u32,
-    /// TO and PD in their places in STATUS.
+    /// TO and PD at their positions in STATUS.
     pub timeout_bits: u32,
     /// IRP and FSR: an address of data memory.
     pub indirect_address: u32,
-    /// PCLATH.
+    /// Program counter latch PCLATH.
     pub pclath: u32,
-    /// Place in the stack that the next push takes, modulo 8.
+    /// Stack index that the next push uses, modulo 8.
     pub sp: u32,
-    /// The op at `pc` needs the slow path.
+    /// True if the op at `pc` needs the slow path.
     pub slow_path_requested: bool,
-    /// The probe asked for a stop.
+    /// True if the probe requested a stop.
     pub stop_requested: bool,
 }
 
-/// TO and PD in STATUS.
+/// Mask of TO in STATUS.
 pub(crate) const TO: u32 = 0x10;
-/// See [`TO`].
+/// Mask of PD in STATUS.
 pub(crate) const PD: u32 = 0x08;
 
-/// RP1:RP0 in the index of an op.
+/// Mask of RP1:RP0 in the index of an op.
 pub(crate) const BANK: u32 = 0xC000;
 
 impl CoreRegisters {
-    /// Program counter.
+    /// Returns the program counter.
     #[inline(always)]
     pub(crate) const fn pc(&self) -> u32 {
         self.at & 0x1FFF
     }
 
-    /// Sets the program counter, of which 13 bits count.
+    /// Sets the program counter to the low 13 bits of `pc`.
     #[inline(always)]
     pub(crate) const fn set_pc(&mut self, pc: u32) {
         self.at = self.at & BANK | pc & 0x1FFF;
     }
 
-    /// After power-on, at cycle 0 (DS30292, table 12-6; what is unknown is 0).
+    /// State after power-on, at cycle 0 (DS30292, table 12-6; unknown values are 0).
     pub(crate) const START: CoreRegisters = CoreRegisters {
         at: 0,
         clock: Countdown::START,
@@ -69,7 +70,7 @@ impl CoreRegisters {
         stop_requested: false,
     };
 
-    /// STATUS.
+    /// Returns STATUS.
     #[inline(always)]
     pub(crate) const fn status(&self) -> u8 {
         let z = ((self.z as u8 == 0) as u32) << 2;
@@ -81,14 +82,14 @@ impl CoreRegisters {
             | self.c) as u8
     }
 
-    /// Writes IRP and RP1:RP0, as every instruction can.
+    /// Writes IRP and RP1:RP0, which any instruction can write.
     #[inline(always)]
     pub(crate) const fn set_banks(&mut self, status: u32) {
         self.indirect_address = self.indirect_address & 0xFF | (status & 0x80) << 1;
         self.at = self.at & !BANK | (status & 0x60) << 9;
     }
 
-    /// Writes STATUS but for TO and PD, which no instruction can.
+    /// Writes STATUS, except TO and PD, which no write can change.
     #[inline(always)]
     pub(crate) const fn set_status(&mut self, status: u32) {
         self.set_banks(status);

@@ -1,4 +1,4 @@
-//! The machine as a value: [`Pic16`].
+//! [`Pic16`]: a PIC16 machine as one value.
 
 mod cpu_engine;
 
@@ -23,7 +23,7 @@ use crate::periph::map::Sfr;
 use crate::predecode::CodeMemory;
 use crate::soc::Pic16Soc;
 
-/// A mid-range PIC16 with its program. A clone is a snapshot; program memory is shared until it changes.
+/// A mid-range PIC16 with its program. A clone is a snapshot; clones share program memory until it changes.
 #[derive(Debug, Clone)]
 pub struct Pic16 {
     pub(crate) part: &'static Pic16Part,
@@ -34,19 +34,20 @@ pub struct Pic16 {
     pub(crate) soc: Pic16Soc,
     pub(crate) run_state: RunState,
     pub(crate) lints: LintState,
-    /// What RAM holds after power-up.
+    /// Content of RAM after power-up.
     init: RamInit,
 }
 
 impl Pic16 {
-    /// A chip after power-up with the program of `image`, in the usual wiring; what the image does not fill is erased or, in
-    /// RAM, as `ram` says. A chip that is none of this family's becomes a PIC16F873.
+    /// Creates a chip after power-up with the program of `image` and default options. Memory that the image
+    /// does not fill is erased; RAM is filled according to `ram`. A chip of another family becomes a
+    /// PIC16F873.
     #[must_use]
     pub fn new(chip: &'static Chip, image: &Image, ram: RamInit) -> Pic16 {
         Pic16::with(chip, image, ram, Options::default())
     }
 
-    /// The same in a wiring of its own.
+    /// Creates a chip as [`Pic16::new`] does, but with the given options.
     #[must_use]
     pub fn with(chip: &'static Chip, image: &Image, init: RamInit, options: Options) -> Pic16 {
         let part = chips::part(chip.name).unwrap_or(&chips::PIC16F873);
@@ -81,24 +82,25 @@ impl Pic16 {
         pic
     }
 
-    /// Turns the jumping over of polling loops on (as it is at first) or off. Results do not change, only the time taken.
+    /// Switches skipping of polling loops on (default) or off. The results are the same; only the run time
+    /// changes.
     pub fn set_skip_idle_loops(&mut self, on: bool) {
         self.run_state.skip_idle_loops = on;
     }
 
-    /// The chip around the core.
+    /// Returns the chip around the core.
     #[must_use]
     pub fn soc(&self) -> &Pic16Soc {
         &self.soc
     }
 
-    /// The eight places of the stack, and the one that the next push takes.
+    /// Returns the eight stack entries, and the index that the next push uses.
     #[must_use]
     pub fn stack(&self) -> (&[u16; 8], usize) {
         (&self.stack, self.core.sp as usize % 8)
     }
 
-    /// The core at its boundary, ready for a burst.
+    /// Returns an executor for a burst or a single instruction, and the code memory.
     fn executor<'a, P: Probe>(&'a mut self, probe: &'a mut P) -> (Executor<'a, P>, &'a CodeMemory) {
         let code: &CodeMemory = &self.code;
         let turn = Executor {
@@ -123,7 +125,7 @@ impl Pic16 {
         (self.core.at & BANK | pc) as usize % OPS
     }
 
-    /// Reads a place without side effects.
+    /// Reads a resolved file address without side effects.
     fn peek_address(&self, place: FileAddress) -> u8 {
         match as_core_register(place) {
             Some(Sfr::STATUS) => self.core.status(),
@@ -154,7 +156,7 @@ impl Pic16 {
         }
     }
 
-    /// The place of an address of data memory; INDF is where FSR points.
+    /// Resolves an address of data memory; INDF resolves to the address in FSR.
     fn file_address(&self, addr: u16) -> FileAddress {
         match self.code.file_addresses[usize::from(addr) % DATA_ADDRESSES] {
             place if place == FileAddress::sfr(Sfr::INDF) => {
@@ -165,7 +167,7 @@ impl Pic16 {
     }
 }
 
-/// The register of the core at a place.
+/// Returns the core register at a file address, if there is one.
 fn as_core_register(place: FileAddress) -> Option<Sfr> {
     const CORE: [Sfr; 5] = [Sfr::INDF, Sfr::PCL, Sfr::STATUS, Sfr::FSR, Sfr::PCLATH];
     let nowhere = (place == FileAddress::NONE).then_some(Sfr::INDF);
@@ -185,7 +187,7 @@ impl Cpu for Pic16 {
         self.core.clock.expire();
         let now = self.core.clock.now();
         let (hot, asleep) = (self.core, self.soc.in_standby());
-        // DS30292, tables 12-3 and 12-6: what a reset leaves as it was, and TO and PD by its cause.
+        // DS30292, tables 12-3 and 12-6: what a reset leaves unchanged, and TO and PD by its cause.
         let to_pd = match (why, asleep) {
             (ResetCause::PowerOn | ResetCause::BrownOut, _) => TO | PD,
             (ResetCause::External, false) => hot.timeout_bits,

@@ -1,44 +1,45 @@
-//! Bodies of the instructions, one per meaning.
+//! Bodies of the instructions, one for each meaning.
 //!
-//! Source: DS33023, section 29. A file register is a [`FileOperand`]: `resolved` finds out once where the access goes (INDF through FSR),
-//! then it is read and written there. Results go there by `put`, those of instructions with flags by `put_alu`: where the target is
-//! STATUS its flags are left to the arithmetic ("Status Register" in section 5). Flags are set after the result is put.
+//! Source: DS33023, section 29. A file register is a [`FileOperand`]: `resolved` determines once where the
+//! access goes (INDF through FSR), then it is read and written there. `write` stores results of instructions
+//! without flags, `write_with_flags` those of instructions with flags: if the target is STATUS, the flags are
+//! left to the arithmetic ("Status Register" in section 5). Flags are set after the result is stored.
 
 use emu_core::machine::{BodyMachine, WordOps};
 
 use crate::operands::{B, F, FileAddress, JumpTarget, K, RamCell};
 use crate::periph::map::Sfr;
 
-/// What PIC16 bodies need beyond [`BodyMachine`].
+/// Operations that PIC16 bodies need in addition to [`BodyMachine`].
 pub(crate) trait Pic16Machine: BodyMachine {
-    /// W.
+    /// Reads W.
     fn w(&self) -> Self::Word;
     /// Writes W.
     fn set_w(&mut self, value: Self::Word);
-    /// C.
+    /// Reads C.
     fn carry(&self) -> Self::Bit;
     /// Writes C.
     fn set_carry(&mut self, value: Self::Bit);
-    /// Z := the byte is 0.
+    /// Sets Z if the byte is 0, otherwise clears it.
     fn set_z(&mut self, value: Self::Word);
-    /// C := bit 7 of `carries`, DC := bit 3 of it.
+    /// Sets C to bit 7 and DC to bit 3 of `carries`.
     fn set_carries(&mut self, carries: Self::Word);
-    /// The bit as a word, 0 or 1.
+    /// Converts a bit to a word, 0 or 1.
     fn word_from_bit(bit: Self::Bit) -> Self::Word;
-    /// The place itself, or where FSR points when it is INDF.
+    /// Returns `place`, or the address in FSR if `place` is INDF.
     fn resolve(&mut self, place: FileAddress) -> FileAddress;
     /// Reads a file register.
     fn read_file(&mut self, place: FileAddress) -> Self::Word;
     /// Writes a file register.
     fn write_file(&mut self, place: FileAddress, value: Self::Word);
-    /// Writes a file register with the result of an instruction that has flags.
+    /// Writes a file register with the result of an instruction that sets flags.
     fn write_file_with_flags(&mut self, place: FileAddress, value: Self::Word);
-    /// Reads a bit of a file register, by its mask.
+    /// Reads the bit of a file register given by its mask.
     #[inline(always)]
     fn read_file_bit(&mut self, place: FileAddress, mask: u8) -> Self::Bit {
         Self::is_any_bit_set(self.read_file(place), mask)
     }
-    /// Reads a file register and writes it back with a bit, by its mask, set or cleared.
+    /// Reads a file register and writes it back with the bit under `mask` set or cleared.
     #[inline(always)]
     fn write_file_bit(&mut self, place: FileAddress, mask: u8, on: bool) {
         let value = self.read_file(place);
@@ -48,42 +49,42 @@ pub(crate) trait Pic16Machine: BodyMachine {
     fn read_ram(&mut self, addr: u16) -> Self::Word;
     /// Writes a byte of RAM.
     fn write_ram(&mut self, addr: u16, value: Self::Word);
-    /// A bit of a word by its mask, 1 where it is set.
+    /// Returns the bit of a word given by its mask.
     fn is_any_bit_set(value: Self::Word, mask: u8) -> Self::Bit;
-    /// Skips the next instruction where `condition` holds, for a cycle more.
+    /// Skips the next instruction if `condition` holds, which takes one cycle more.
     fn skip(&mut self, condition: Self::Bit);
-    /// Goes to the address whose upper bits are in PCLATH.
+    /// Jumps to `target` in the page that PCLATH selects.
     fn jump_within_page(&mut self, target: u16);
     /// Pushes the address of the next instruction.
     fn push(&mut self);
-    /// Pops the program counter.
+    /// Pops the program counter from the stack.
     fn pop(&mut self);
-    /// RETFIE sets GIE.
+    /// Sets GIE, at RETFIE.
     fn end_interrupt(&mut self);
-    /// CLRWDT.
+    /// Clears the watchdog, at CLRWDT.
     fn clear_watchdog(&mut self);
-    /// SLEEP.
+    /// Enters standby, at SLEEP.
     fn enter_standby(&mut self);
 }
 
 /// A file register as an operand.
 pub(crate) trait FileOperand: Copy {
-    /// It is the program counter: writing it is a jump.
+    /// Reports whether this is the program counter: writing it is a jump.
     fn is_pcl(self) -> bool;
-    /// Finds out where it lies, once for an access.
+    /// Resolves the operand, once for each access.
     fn resolved<M: Pic16Machine>(self, m: &mut M) -> Self;
-    /// Reads it.
+    /// Reads the file register.
     fn read<M: Pic16Machine>(self, m: &mut M) -> M::Word;
-    /// Writes it.
+    /// Writes the file register.
     fn write<M: Pic16Machine>(self, m: &mut M, value: M::Word);
-    /// Writes it with the result of an instruction that has flags.
+    /// Writes the result of an instruction that sets flags.
     fn write_with_flags<M: Pic16Machine>(self, m: &mut M, value: M::Word);
-    /// Reads a bit of it, by its mask.
+    /// Reads the bit given by its mask.
     #[inline(always)]
     fn read_bit<M: Pic16Machine>(self, m: &mut M, mask: u8) -> M::Bit {
         M::is_any_bit_set(self.read(m), mask)
     }
-    /// Reads it and writes it back with a bit, by its mask, set or cleared.
+    /// Reads the file register and writes it back with the bit under `mask` set or cleared.
     #[inline(always)]
     fn write_bit<M: Pic16Machine>(self, m: &mut M, mask: u8, on: bool) {
         let value = self.read(m);
@@ -145,7 +146,7 @@ impl FileOperand for RamCell {
     }
 }
 
-/// The result of an instruction with flags, to W or to the file register; sets Z.
+/// Stores the result of an instruction with flags in W or in the file register.
 #[inline(always)]
 fn store_result<M: Pic16Machine, P: FileOperand>(m: &mut M, f: P, to_w: bool, value: M::Word) {
     if to_w {
@@ -155,7 +156,7 @@ fn store_result<M: Pic16Machine, P: FileOperand>(m: &mut M, f: P, to_w: bool, va
     }
 }
 
-/// The same for an instruction without flags.
+/// Stores the result of an instruction without flags in W or in the file register.
 #[inline(always)]
 fn store_without_flags<M: Pic16Machine, P: FileOperand>(m: &mut M, f: P, to_w: bool, value: M::Word) {
     if to_w {
@@ -165,7 +166,7 @@ fn store_without_flags<M: Pic16Machine, P: FileOperand>(m: &mut M, f: P, to_w: b
     }
 }
 
-/// The result of DECFSZ and INCFSZ, and their skip. A jump has voided the next instruction already.
+/// Stores the result of DECFSZ or INCFSZ, and skips. If the write was a jump, there is nothing to skip.
 #[inline(always)]
 fn count_and_skip<M: Pic16Machine, P: FileOperand>(m: &mut M, f: P, to_w: bool, value: M::Word) {
     store_without_flags(m, f, to_w, value);
@@ -174,19 +175,19 @@ fn count_and_skip<M: Pic16Machine, P: FileOperand>(m: &mut M, f: P, to_w: bool, 
     }
 }
 
-/// The word with the bits of `mask` set or cleared.
+/// Returns the word with the bits in `mask` set or cleared.
 #[inline(always)]
 fn with_mask<W: WordOps>(value: W, mask: u8, on: bool) -> W {
     if on { value | W::from(mask) } else { value & W::from(!mask) }
 }
 
-/// Carries out of every bit of `a + b = s`.
+/// Returns the carries out of every bit of `a + b = s`.
 #[inline(always)]
 fn carries<W: WordOps>(a: W, b: W, s: W) -> W {
     (a & b) | (!s & (a | b))
 }
 
-/// The complements of the borrows of `a - b = d`: the PIC keeps those.
+/// Returns the complements of the borrows of `a - b = d`, which the PIC uses as carries.
 #[inline(always)]
 fn no_borrows<W: WordOps>(a: W, b: W, d: W) -> W {
     !((!a & b) | (d & (!a | b)))

@@ -1,7 +1,8 @@
-//! The hot loop: what one instruction does to the machine.
+//! The hot loop: executes single instructions on the machine.
 //!
-//! [`Executor`] holds the hot state as plain locals whose address never escapes, so that it lives in host registers; RAM lies
-//! beside it. Everything a body calls is inlined; slow paths get scalars.
+//! [`Executor`] holds the hot state in local variables whose address never escapes, so the compiler keeps
+//! them in host registers. RAM is borrowed. Everything that a body calls is inlined; slow paths are outlined
+//! and get scalars only.
 
 use emu_core::cpu::{Bus, BusEffect, Probe};
 use emu_core::dispatch;
@@ -17,25 +18,25 @@ use crate::operands::{B, F, FileAddress, JumpTarget, K, RamCell};
 use crate::periph::map::Sfr;
 use crate::soc::Pic16Soc;
 
-/// Addresses of data memory.
+/// Number of addresses of data memory.
 pub(crate) const DATA_ADDRESSES: usize = 0x200;
 
-/// Ops of all banks: every bank has its own, since an address means something else in each. Half of the places are behind the
-/// end of program memory.
+/// Number of ops of all banks: each bank has its own, because an address has a different meaning in each.
+/// Half of the ops are past the end of program memory.
 pub(crate) const OPS: usize = 0x1_0000;
 
-/// Data memory in the list of a chip's memories.
+/// Index of data memory in the chip's list of memories.
 const DATA_SPACE: u8 = 1;
 
-/// One turn of the loop: hot state by value, everything else borrowed.
+/// Context in which instructions execute: hot state by value, everything else borrowed.
 pub(crate) struct Executor<'a, P: Probe> {
     pub core: CoreRegisters,
-    /// By the address under which a byte is kept. A slice, whose length is checked in one compare.
+    /// RAM by canonical address. It is a slice, whose length is checked in one comparison.
     pub ram: &'a mut [u8],
     pub stack: &'a mut [u16; 8],
-    /// Where every address of data memory lies.
+    /// Resolved file address of every address of data memory.
     pub file_addresses: &'a [FileAddress; DATA_ADDRESSES],
-    /// The lowest address of what lies at each address.
+    /// Lowest address of the byte at each address.
     pub lowest_addresses: &'a [u16; DATA_ADDRESSES],
     pub words: &'a [u16; SPAN],
     pub lints: &'a mut LintState,
@@ -47,19 +48,20 @@ const INDF: u16 = FileAddress::sfr(Sfr::INDF).0;
 const STATUS: u16 = FileAddress::sfr(Sfr::STATUS).0;
 const FSR: u16 = FileAddress::sfr(Sfr::FSR).0;
 const PCL: u16 = FileAddress::sfr(Sfr::PCL).0;
+/// File address of PCLATH.
 pub(crate) const PCLATH: u16 = FileAddress::sfr(Sfr::PCLATH).0;
 const NOWHERE: u16 = FileAddress::NONE.0;
-/// Bits of STATUS.
+/// Masks of bits in STATUS.
 const C: u8 = 0x01;
 const Z: u8 = 0x04;
 const RP0: u8 = 0x20;
 const RP1: u8 = 0x40;
-/// The first register of the chip among places.
+/// First file address that is a register of the chip.
 pub(crate) const REGISTERS: u16 = INDF;
 
 impl<P: Probe> Executor<'_, P> {
-    /// The cycle in which the running instruction reads and writes: its first. Only instructions that do neither have had more
-    /// than one charged by now.
+    /// Returns the cycle in which the current instruction reads and writes: its first. Only instructions
+    /// without accesses have been charged more than one cycle by then.
     #[inline(always)]
     pub(crate) const fn cycle(&self) -> u64 {
         self.core.clock.now().wrapping_sub(1)
@@ -72,7 +74,7 @@ impl<P: Probe> Executor<'_, P> {
         }
     }
 
-    /// Tells the probe of an access to data memory.
+    /// Reports an access to data memory to the probe.
     #[inline(always)]
     fn report_access(&mut self, value: u8, write: bool) {
         if P::DATA && (write || P::DATA_READS) {
@@ -85,14 +87,15 @@ impl<P: Probe> Executor<'_, P> {
         }
     }
 
-    /// The running instruction.
+    /// Returns the address and the word of the current instruction.
     #[inline(always)]
     pub(crate) const fn running_instruction(&self) -> (u32, u16) {
         let pc = self.core.at.wrapping_sub(1) % SPAN as u32;
         (pc, self.words[pc as usize])
     }
 
-    /// The address of data memory that the running instruction reaches, of several for one byte the lowest.
+    /// Returns the address of data memory that the current instruction accesses; the lowest one if the byte
+    /// has several.
     #[inline(always)]
     pub(crate) const fn address(&self) -> u16 {
         let word = self.running_instruction().1;
@@ -105,7 +108,7 @@ impl<P: Probe> Executor<'_, P> {
         self.lowest_addresses[addr as usize % DATA_ADDRESSES]
     }
 
-    /// The instruction goes on elsewhere than behind it.
+    /// Continues execution at `target` instead of the next instruction.
     #[inline(always)]
     fn jump_to(&mut self, target: u32) {
         let next = self.core.pc();
@@ -128,7 +131,7 @@ impl<P: Probe> Executor<'_, P> {
         }
     }
 
-    /// Writes what is no RAM and no flag.
+    /// Writes a register other than STATUS.
     #[inline(always)]
     fn write_register(&mut self, place: u16, value: u8) {
         if P::LINT {
@@ -151,13 +154,13 @@ impl<P: Probe> Executor<'_, P> {
     }
 }
 
-/// A register of the chip is read.
+/// Reads a register of the chip.
 #[inline(never)]
 fn read_bus(bus: &mut Pic16Soc, place: u16, at: u64) -> (u8, BusEffect) {
     bus.read(place - REGISTERS, at)
 }
 
-/// A register of the chip is written.
+/// Writes a register of the chip.
 #[inline(never)]
 fn write_bus(bus: &mut Pic16Soc, place: u16, value: u8, at: u64) -> BusEffect {
     bus.write(place - REGISTERS, value, at)
@@ -171,7 +174,7 @@ impl<P: Probe> BodyMachine for Executor<'_, P> {
     #[inline(always)]
     fn begin(&mut self, words: u32, cycles: u32) {
         self.advance(words);
-        // What skips takes a cycle, and one more when it does.
+        // A skip instruction takes one cycle, and one more if it skips.
         self.charge(if cycles == 0 { 1 } else { cycles });
     }
     #[inline(always)]
@@ -202,7 +205,7 @@ impl<P: Probe> BodyMachine for Executor<'_, P> {
         let skipped = if condition { words } else { 0 };
         let next = self.core.pc();
         self.core.at = self.core.at.wrapping_add(skipped);
-        // Whether it skips is hard to foresee: no branch here.
+        // No branch here, because the skip is hard to predict for the host.
         if P::FLOW {
             self.probe.on_branch(next, self.core.pc(), condition);
         }
@@ -284,7 +287,7 @@ impl<P: Probe> Pic16Machine for Executor<'_, P> {
             other => self.write_register(other, value.0),
         }
     }
-    // The bits of STATUS that programs live by, without packing all of it.
+    // The STATUS bits that programs test most often, without packing all of STATUS.
     #[inline(always)]
     fn read_file_bit(&mut self, place: FileAddress, mask: u8) -> bool {
         match (place.0, mask) {
@@ -378,7 +381,7 @@ impl<P: Probe> Pic16Machine for Executor<'_, P> {
     }
 }
 
-/// Executes `$op` on `$m`; `$other` is for kinds without a row.
+/// Executes `$op` on `$m`. `$other` runs for kinds without a row.
 macro_rules! execute_op {
     ($m:ident, $op:ident, $other:expr) => {
         pic16_table!(dispatch { ($m, $op, $op.kind, $other) })
@@ -415,7 +418,7 @@ macro_rules! burst_loop {
     }};
 }
 
-/// A test, and unless it skips the GOTO behind it, if there is time left for that.
+/// Executes a test and, unless it skips or the deadline is reached, the GOTO after it.
 macro_rules! then_goto {
     ($m:ident, $ops:ident, $test:expr) => {{
         let next = $m.core.at.wrapping_add(1);
@@ -429,7 +432,7 @@ macro_rules! then_goto {
     }};
 }
 
-/// Operands of the op of a test.
+/// Decodes the operands of a test.
 #[inline(always)]
 fn ram_of(op: &Pic16Op) -> RamCell {
     F::decode_next_in_ram(op, &mut 0)
@@ -444,7 +447,8 @@ fn bit_of(op: &Pic16Op) -> B {
 }
 
 impl<P: Probe> Executor<'_, P> {
-    /// Runs to the deadline; returns the hot state. The turn is written twice so that there are two indirect jumps.
+    /// Executes instructions until the deadline; returns the hot state. The loop body is written twice, so
+    /// that there are two indirect jumps.
     #[inline(never)]
     pub(crate) fn burst(self, ops: &[Pic16Op; OPS]) -> CoreRegisters {
         let mut turn = self;
@@ -458,7 +462,7 @@ impl<P: Probe> Executor<'_, P> {
         turn.core
     }
 
-    /// Executes one given op, whatever stands in the op array; a kind without a row does nothing.
+    /// Executes the given op instead of the one in the op array. A kind without a row does nothing.
     #[inline(never)]
     pub(crate) fn single(self, op: Pic16Op) -> CoreRegisters {
         let mut turn = self;
@@ -468,7 +472,7 @@ impl<P: Probe> Executor<'_, P> {
         turn.core
     }
 
-    /// Goes to the interrupt vector: the return address on the stack, `cycles` without an instruction.
+    /// Enters the interrupt: charges `cycles`, pushes the return address, jumps to the vector.
     #[inline(never)]
     pub(crate) fn enter_interrupt(self, cycles: u32) -> CoreRegisters {
         let mut turn = self;

@@ -1,9 +1,9 @@
-//! THE table of mid-range PIC16 instructions, and what is read off it.
+//! The table of mid-range PIC16 instructions, and all functions that read it.
 //!
-//! Source: DS33023, section 29 "Instruction Set". Order of rows: its summary (byte-oriented, bit-oriented, literal and control
-//! operations). The destination bit is part of a row, so that one body is specialised for it. Rows that reach a file
-//! register name a second kind, for file registers that are RAM. The column of cycles is for every file register but PCL:
-//! an instruction that writes PCL takes one cycle more.
+//! Source: DS33023, section 29 "Instruction Set". The rows are in the order of its summary: byte-oriented,
+//! bit-oriented, literal and control operations. The destination bit is part of the row, so each destination
+//! has its own specialized body. Rows with a file register name a second kind, for file registers in RAM. The
+//! cycles column is for all file registers except PCL: an instruction that writes PCL takes one cycle more.
 
 use emu_core::CoreError;
 use emu_core::chip::InstructionSet;
@@ -14,28 +14,28 @@ use emu_core::table::{
 
 use crate::operands::{B, F, JumpTarget, K};
 
-/// Hands every row to `callback!`, after the tokens of `{ .. }`. Columns: name, mnemonic, syntax, pattern, operands,
-/// instruction cycles, flags written (C, D for DC, Z), body, kind for operands in RAM.
+/// Passes every row to `callback!`, after the tokens in `{ .. }`. Columns: name, mnemonic, syntax, pattern,
+/// operands, instruction cycles, flags written (C, D for DC, Z), body, kind for operands in RAM.
 #[rustfmt::skip]
 macro_rules! pic16_table {
     ($callback:path { $($head:tt)* }) => { $callback! { $($head)* 14; extra {
-        /// No row matches: stops the run.
+        /// Not an instruction: no row matches the word. It stops the run.
         Illegal,
-        /// A breakpoint stands here.
+        /// A word with a breakpoint.
         Breakpoint,
-        /// Closes a loop that may repeat without changing anything.
+        /// The last instruction of a loop that may repeat without changing anything.
         PollingLoop,
-        /// `btfsc` with the GOTO behind it: a conditional jump. What is tested lies in RAM.
+        /// `btfsc` of RAM with a GOTO after it: a conditional jump.
         BtfscGoto,
-        /// `btfss` with the GOTO behind it.
+        /// `btfss` of RAM with a GOTO after it.
         BtfssGoto,
-        /// `decfsz f, F` with the GOTO behind it.
+        /// `decfsz f, F` of RAM with a GOTO after it.
         DecfszGoto,
-        /// `incfsz f, F` with the GOTO behind it.
+        /// `incfsz f, F` of RAM with a GOTO after it.
         IncfszGoto,
-        /// `btfsc` of a register with the GOTO behind it.
+        /// `btfsc` of a register with a GOTO after it.
         BtfscSfrGoto,
-        /// `btfss` of a register with the GOTO behind it.
+        /// `btfss` of a register with a GOTO after it.
         BtfssSfrGoto,
     }
     // Byte-oriented file register operations.
@@ -49,7 +49,7 @@ macro_rules! pic16_table {
     AndwfF   "andwf"   "f, F"  "00 0101 1fff ffff" (f: F)        "1"   "Z"   => andwf(f, false), AndwfFRam;
     /// Clear file register.
     Clrf     "clrf"    "f"     "00 0001 1fff ffff" (f: F)        "1"   "Z"   => clrf(f), ClrfRam;
-    /// Clear W. The open bits are written as Microchip's assembler writes them.
+    /// Clear W. Open bits are encoded as Microchip's assembler does.
     Clrw     "clrw"    ""      "00 0001 0--- --++" ()            "1"   "Z"   => clrw();
     /// Complement file register, to W.
     ComfW    "comf"    "f, W"  "00 1001 0fff ffff" (f: F)        "1"   "Z"   => comf(f, true), ComfWRam;
@@ -153,7 +153,8 @@ pub(crate) use pic16_table;
 
 pic16_table!(emu_core::define_isa {});
 
-/// The table as tools see it. Erased program memory is all ones, `addlw 0xFF` with an open bit set.
+/// The instruction set as tools see it. Erased program memory is all ones, which is `addlw 0xFF` with an open
+/// bit set.
 pub const ISA: InstructionSet = InstructionSet {
     disassemble,
     erased_word: 0x3FFF,
@@ -165,7 +166,8 @@ pub const ISA: InstructionSet = InstructionSet {
     flow,
 };
 
-/// What the instruction of a row may do to the order in which a program runs. Only what has a condition takes more cycles or fewer.
+/// Returns the effect of a row on the program flow. An instruction is conditional exactly if its number of
+/// cycles varies.
 fn flow(row: usize) -> FlowKind {
     match (KINDS.get(row), ROWS.get(row)) {
         (Some(Kind::Retfie), _) => FlowKind::EndsInterrupt,
@@ -174,25 +176,26 @@ fn flow(row: usize) -> FlowKind {
     }
 }
 
-/// Other spellings that the assembler takes: mnemonic, syntax, what it stands for.
+/// Alternative spellings that the assembler accepts: mnemonic, syntax, then mnemonic and operands that they
+/// mean.
 #[rustfmt::skip]
 pub const ALIASES: &[SyntaxAlias] = &[
-    // Without a destination it is the file register.
+    // The default destination is the file register.
     ("addwf", "f", "addwf", "f,F"), ("andwf", "f", "andwf", "f,F"), ("comf", "f", "comf", "f,F"), ("decf", "f", "decf", "f,F"),
     ("decfsz", "f", "decfsz", "f,F"), ("incf", "f", "incf", "f,F"), ("incfsz", "f", "incfsz", "f,F"),
     ("iorwf", "f", "iorwf", "f,F"), ("movf", "f", "movf", "f,F"), ("rlf", "f", "rlf", "f,F"), ("rrf", "f", "rrf", "f,F"),
     ("subwf", "f", "subwf", "f,F"), ("swapf", "f", "swapf", "f,F"), ("xorwf", "f", "xorwf", "f,F"),
-    // TRIS has the lower bits of the register's address.
+    // TRIS takes the low bits of the register's address.
     ("tris", "TRISA", "tris", "5"), ("tris", "TRISB", "tris", "6"), ("tris", "TRISC", "tris", "7"),
 ];
 
-/// Bits of a program word.
+/// Number of bits in a program word.
 pub const WORD_BITS: u32 = 14;
 
-/// Words that the program counter reaches.
+/// Number of words that the program counter can address.
 pub const SPAN: usize = 0x2000;
 
-/// The row of the instruction `word`, and its kind; `None` for a word without one.
+/// Returns the row and kind of the instruction `word`; None for a word without a row.
 #[must_use]
 pub fn find_row(word: u16) -> Option<(&'static InstructionRow, Kind)> {
     let (i, _) = emu_core::table::find_row(ROWS, WORD_BITS, &[word])?;
@@ -203,23 +206,23 @@ fn locate(pc: u32) -> InstructionLocation {
     InstructionLocation { pc, len: 1, next_len: 1, pc_mask: SPAN as u32 - 1 }
 }
 
-/// The word of an instruction. Operands come in row order: file registers by their lower seven address bits, bits by number,
-/// constants, targets by their lower eleven address bits.
+/// Encodes an instruction. Operands are in row order: file registers by the low seven address bits, bits by
+/// number, constants, targets by the low eleven address bits.
 ///
 /// # Errors
-/// An operand that does not fit, with what is allowed.
+/// Fails if an operand does not fit; the error gives the allowed values.
 pub fn encode(kind: Kind, operands: &[i32]) -> Result<u16, EncodeError> {
     let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: CoreError::NotAnInstruction })?;
     row.encode(operands, &locate(0)).map(|bits| bits as u16)
 }
 
-/// Disassembles the instruction at the front of `words`, which stands at `pc`.
+/// Disassembles the instruction at the start of `words`, at the word address `pc`.
 #[must_use]
 pub fn disassemble(words: &[u16], pc: u32) -> DisassembledInstruction {
     disassemble_line(ROWS, WORD_BITS, words, &locate(pc))
 }
 
-/// A predecoded instruction.
+/// A predecoded PIC16 instruction.
 pub type Pic16Op = PredecodedOp<Kind>;
 
 #[cfg(test)]

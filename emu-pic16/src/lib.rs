@@ -1,8 +1,9 @@
-//! Mid-range PIC16, cycle by cycle: instruction table, core, peripherals and chip data of the PIC16F873 and its family.
+//! Cycle-accurate emulation of mid-range PIC16 chips: instruction table, core, peripherals and chip data of
+//! the PIC16F873 and its family.
 //!
-//! Sources: Microchip "PICmicro Mid-Range MCU Family Reference Manual" (DS33023) for the architecture and the instruction
-//! set; data sheets PIC16F87X (DS30292), PIC16F87XA (DS39582) and those of the other chips for theirs. What is not modelled
-//! stands in QUIRKS.md.
+//! Sources: Microchip "PICmicro Mid-Range MCU Family Reference Manual" (DS33023) for the architecture and the
+//! instruction set; data sheets PIC16F87X (DS30292), PIC16F87XA (DS39582), and those of the other chips.
+//! QUIRKS.md lists what is not modelled.
 
 #![forbid(unsafe_code)]
 

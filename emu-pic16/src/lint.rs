@@ -1,4 +1,5 @@
-//! The diagnostics of the core: no part of the machine that a program could see, and kept only while a probe asks for them.
+//! Run-time diagnostics of the PIC16: suspicious behaviour of a program, tracked only while a probe asks for
+//! it. The tracked state is not part of the machine; a program cannot see it.
 
 use emu_core::cpu::Probe;
 use emu_core::lint::Lint;
@@ -6,41 +7,41 @@ use emu_core::lint::Lint;
 use crate::core_state::{PD, TO};
 use crate::executor::{Executor, PCLATH, REGISTERS};
 
-/// The page of an address of program memory (DS33023, section 6.2.4).
+/// Mask of the page in an address of program memory (DS33023, section 6.2.4).
 const PAGE_MASK: u32 = 0x1800;
 
-/// Places of the stack (DS33023, section 6.2.5).
+/// Number of stack entries (DS33023, section 6.2.5).
 const STACK_DEPTH: u8 = 8;
 
-/// The upper bits of GOTO, below which its target stands.
+/// The upper three bits of GOTO; the target is in the lower eleven.
 const GOTO_BITS: u16 = 0b101;
 
-/// The interrupt vector.
+/// Word address of the interrupt vector.
 const INTERRUPT_VECTOR: u32 = 4;
 
-/// Kept while a probe asks for diagnostics.
+/// State of the diagnostics.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct LintState {
-    /// Return addresses on the stack, up to 8.
+    /// Number of return addresses on the stack, up to 8.
     depth: u8,
     page_choice: PageChoice,
-    /// What the service routine found.
+    /// Context of the interrupted code; None outside a service routine.
     saved_context: Option<InterruptedContext>,
 }
 
-/// Who has chosen the upper bits of targets, and what became of it.
+/// Tracks which code has selected the page of jump targets.
 #[derive(Debug, Clone, Copy, Default)]
 struct PageChoice {
-    /// The page from which PCLATH was written last; [`NO_PAGE`] where the code that runs has had no say in it.
+    /// Page of the code that last wrote PCLATH; [`NO_PAGE`] if it was not the current code.
     page: u32,
-    /// A call into another page has used it.
+    /// True if a call into another page has used the selection.
     used_by_call: bool,
 }
 
-/// No page.
+/// Marks that the current code has selected no page.
 const NO_PAGE: u32 = u32::MAX;
 
-/// What a service routine is to leave as it finds it.
+/// Context that a service routine must preserve.
 #[derive(Debug, Clone, Copy)]
 struct InterruptedContext {
     /// W, STATUS without TO and PD, and PCLATH.
@@ -48,11 +49,11 @@ struct InterruptedContext {
     chosen: PageChoice,
 }
 
-/// Names of what [`InterruptedContext::context`] holds.
+/// Names of the registers in [`InterruptedContext::context`].
 const CONTEXT_NAMES: [&str; 3] = ["W", "STATUS", "PCLATH"];
 
-/// The bits that the instruction `word` means to change of a file register, when W holds `w`; all of them for one that is not
-/// about single bits (DS33023, section 29).
+/// Returns the bits of a file register that the instruction `word` intends to change, with `w` in W; all bits
+/// for an instruction that is not about single bits (DS33023, section 29).
 const fn intended_bits(word: u16, w: u8) -> u8 {
     match word >> 8 {
         // BCF, BSF.
@@ -65,10 +66,11 @@ const fn intended_bits(word: u16, w: u8) -> u8 {
     }
 }
 
-/// The bits that the instruction `word` wants to know of a file register that it reads: none where it only writes them back.
+/// Returns the bits that the instruction `word` uses of a file register that it reads; none if it only writes
+/// them back.
 const fn port_bits_read(word: u16) -> u8 {
     match word >> 8 {
-        // BCF, BSF: what they do to the others is told of when they write.
+        // BCF, BSF: changes of the other bits are reported at the write.
         0x10..=0x17 => 0,
         // BTFSC, BTFSS.
         0x18..=0x1F => 1 << (word >> 7 & 7),
@@ -77,19 +79,19 @@ const fn port_bits_read(word: u16) -> u8 {
 }
 
 impl<P: Probe> Executor<'_, P> {
-    /// Tells the probe what the running instruction does, in its first and only cycle so far.
+    /// Reports to the probe a lint of the current instruction, in its first and only cycle so far.
     fn report_lint(&mut self, lint: Lint) {
         let (at, pc) = (self.cycle(), self.running_instruction().0);
         self.probe.on_lint(at, pc, lint);
     }
 
-    /// The same of what goes elsewhere, for which two cycles have been charged by now.
+    /// Reports a lint of a jump, for which two cycles have already been charged.
     fn report_lint_at(&mut self, pc: u32, lint: Lint) {
         let at = self.cycle().saturating_sub(1);
         self.probe.on_lint(at, pc, lint);
     }
 
-    /// A register of the chip is read.
+    /// Checks a read of a register of the chip.
     pub(crate) fn lint_read(&mut self, place: u16) {
         let bits = self.bus.analog_bits(place - REGISTERS) & port_bits_read(self.running_instruction().1);
         if bits != 0 {
@@ -98,7 +100,7 @@ impl<P: Probe> Executor<'_, P> {
         }
     }
 
-    /// A register of the chip or of the core is about to be written.
+    /// Checks a write of a register of the chip or of the core.
     pub(crate) fn lint_write(&mut self, place: u16, value: u8) {
         if place == PCLATH {
             self.lints.page_choice = PageChoice { page: self.running_instruction().0 & PAGE_MASK, used_by_call: false };
@@ -117,8 +119,9 @@ impl<P: Probe> Executor<'_, P> {
         }
     }
 
-    /// GOTO and CALL go to `target`. That page was not chosen here when code in another page has written PCLATH; nor, for GOTO,
-    /// when it was chosen for a call that has returned. Several calls after one choice are usual.
+    /// Checks a GOTO or CALL to `target` in another page. The page was not selected here if code in another
+    /// page has written PCLATH, or, for GOTO, if it was selected for a call that has returned. Several calls
+    /// after one selection are usual.
     pub(crate) fn lint_jump(&mut self, target: u32) {
         let (from, word) = self.running_instruction();
         if (target ^ from) & PAGE_MASK == 0 {
@@ -131,7 +134,7 @@ impl<P: Probe> Executor<'_, P> {
         self.lints.page_choice.used_by_call |= !jumps;
     }
 
-    /// A return address is about to be pushed, by what stands at `pc`.
+    /// Checks the push of a return address by the instruction at `pc`.
     pub(crate) fn lint_push(&mut self, pc: u32) {
         if self.lints.depth == STACK_DEPTH {
             self.report_lint_at(pc, Lint::StackOverflow);
@@ -140,7 +143,7 @@ impl<P: Probe> Executor<'_, P> {
         }
     }
 
-    /// A return address is about to be popped.
+    /// Checks the pop of a return address.
     pub(crate) fn lint_pop(&mut self) {
         match self.lints.depth.checked_sub(1) {
             Some(depth) => self.lints.depth = depth,
@@ -148,14 +151,15 @@ impl<P: Probe> Executor<'_, P> {
         }
     }
 
-    /// An interrupt is entered, its cycles charged, the program counter still that of the interrupted code.
+    /// Handles the entry of an interrupt. Its cycles are charged; the program counter is still that of the
+    /// interrupted code.
     pub(crate) fn lint_interrupt(&mut self) {
         self.lint_push(INTERRUPT_VECTOR);
         self.lints.saved_context = Some(InterruptedContext { context: self.context(), chosen: self.lints.page_choice });
         self.lints.page_choice.page = NO_PAGE;
     }
 
-    /// RETFIE, before it returns.
+    /// Checks that a service routine has preserved its context, before RETFIE returns.
     pub(crate) fn lint_interrupt_ended(&mut self) {
         let Some(found) = self.lints.saved_context.take() else { return };
         let (now, pc) = (self.context(), self.running_instruction().0);
@@ -164,12 +168,14 @@ impl<P: Probe> Executor<'_, P> {
                 self.report_lint_at(pc, Lint::NotSaved { register });
             }
         }
-        // A routine that puts PCLATH back has not chosen a page for what it interrupted, and one that does not even less.
+        // Whether or not the routine has restored PCLATH, it has not selected a page for the interrupted
+        // code.
         let kept = found.context[2] == now[2];
         self.lints.page_choice = if kept { found.chosen } else { PageChoice { page: NO_PAGE, used_by_call: false } };
     }
 
-    /// SLEEP has done nothing. With interrupts enabled the flag has come just now and is about to be served, as it is to be.
+    /// Checks a SLEEP that had no effect. With interrupts enabled this is correct: a flag was set just now
+    /// and will be served.
     pub(crate) fn lint_no_sleep(&mut self) {
         if !self.bus.interrupts_enabled() {
             self.report_lint(Lint::SleepIgnored);

@@ -1,4 +1,4 @@
-//! Operand kinds of the mid-range PIC16: file registers, bits, constants, targets.
+//! Operand kinds of the PIC16 instructions: file registers, bits, constants, jump targets.
 
 use std::fmt::Write;
 
@@ -7,31 +7,32 @@ use emu_core::table::{Operand, OperandKind, PredecodedOp, RamOperand};
 
 use crate::periph::map::Sfr;
 
-/// Where a file register lies: RAM by the address under which it is kept (below 200h), a register of the chip (200h and its
-/// number), or nowhere.
+/// Resolved address of a file register: RAM by its canonical address (below 200h), a register of the chip
+/// (200h plus its number), or unimplemented.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FileAddress(pub u16);
 
 impl FileAddress {
-    /// Nothing is there: reads 0, writes do nothing.
+    /// Unimplemented: reads 0, writes have no effect.
     pub const NONE: FileAddress = FileAddress(0x3FF);
 
-    /// A register of the chip.
+    /// Returns the address of a register of the chip.
     #[must_use]
     pub const fn sfr(sfr: Sfr) -> FileAddress {
         FileAddress(0x200 + sfr as u16)
     }
 }
 
-/// A file register by its address in the bank: as a value the seven bits of the instruction, in an op (and here) its place.
+/// A file register by its address in the bank. As an operand value it is the seven bits of the instruction;
+/// in an op (and here) it is the resolved address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct F(pub FileAddress);
 
-/// A file register that is RAM, by the address under which it is kept.
+/// A file register in RAM, by its canonical address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RamCell(pub u16);
 
-/// A bit: as a value its number, in an op (and here) its mask.
+/// A bit. As an operand value it is the bit number; in an op (and here) it is the mask.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct B(pub u8);
 
@@ -39,7 +40,7 @@ pub struct B(pub u8);
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct K(pub u8);
 
-/// Target of CALL and GOTO: the lower eleven bits of an address.
+/// Target of CALL and GOTO: the low eleven bits of an address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct JumpTarget(pub u16);
 
@@ -98,6 +99,7 @@ impl RamOperand for F {
     }
 }
 
+/// Checks that a value fits `bits` bits.
 fn check_range(value: i32, bits: u32, what: &'static str) -> Result<u32, CoreError> {
     let most = (1 << bits) - 1;
     if (0..=most).contains(&value) {

@@ -1,55 +1,58 @@
-//! How a PIC16 is wired, and what its RAM holds then.
+//! Options of a machine: clock, times, start-up, readings of the data sheet; and the content of RAM at
+//! power-up.
 
 use emu_core::cpu::RamInit;
 use emu_core::rng::Rng;
 
 use crate::executor::DATA_ADDRESSES;
 
-/// Which of the times that a data sheet gives in bounds a run takes.
+/// Selects one of the times that a data sheet gives as a range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum TimingCorner {
-    /// The shortest.
+    /// The shortest time.
     Min,
-    /// The typical.
+    /// The typical time.
     #[default]
     Typ,
-    /// The longest.
+    /// The longest time.
     Max,
 }
 
-/// Where the text of the data sheet and its figures can be read in two ways. Defaults are the figures.
+/// Interpretation of the data sheet where text and figures contradict each other. The defaults follow the
+/// figures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Pic16Readings {
-    /// TRMT is "set when the TSR register is empty" (DS39582, register 10-1): true takes that for the begin of the stop bit, which TSR
-    /// does not hold; false for the middle of the stop bit, where figure 10-2 of DS30292 draws it.
+    /// TRMT is "set when the TSR register is empty" (DS39582, register 10-1). If true, TRMT is set at the
+    /// start of the stop bit, which TSR does not hold; if false, in the middle of the stop bit, as in figure
+    /// 10-2 of DS30292.
     pub trmt_as_stop_begins: bool,
-    /// SS raised within a byte resets the bit counter of the SPI slave (DS39582, 9.3.7): true leaves what was shifted in SSPSR; false puts
-    /// the byte of SSPBUF there again, as figure 9-4 draws it.
+    /// Raising SS within a byte resets the bit counter of the SPI slave (DS39582, 9.3.7). If true, SSPSR
+    /// keeps the bits shifted in; if false, SSPSR is loaded again from SSPBUF, as in figure 9-4.
     pub ss_keeps_bits: bool,
 }
 
-/// How a machine is wired.
+/// Configuration of a machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Options {
-    /// Oscillator, in Hz.
+    /// Frequency of the oscillator in Hz.
     pub hz: u64,
-    /// Watchdog, power-up timer, EEPROM and RC times.
+    /// Range value for the times of watchdog, power-up timer, EEPROM and RC oscillator.
     pub corner: TimingCorner,
-    /// The first configuration word, in place of that of the image.
+    /// First configuration word, which overrides that of the image.
     pub config: Option<u16>,
-    /// The start-up timers run after power-on; else the program begins at cycle 0.
+    /// If true, the start-up timers run after power-on; otherwise the program starts at cycle 0.
     pub start_up: bool,
-    /// The crystal of timer 1's oscillator, in Hz; `None` where there is none.
+    /// Frequency of timer 1's crystal in Hz; None if there is no crystal.
     pub timer1_hz: Option<u64>,
-    /// The holding capacitor of the converter is charged at once; else in the time of the data sheet's
-    /// equation (DS30292, 11.1).
+    /// If true, the holding capacitor of the converter charges at once; otherwise it charges by the equation
+    /// of the data sheet (DS30292, 11.1).
     pub ideal_acquisition: bool,
-    /// Readings of the data sheet.
+    /// Interpretations of the data sheet.
     pub readings: Pic16Readings,
 }
 
 impl Default for Options {
-    /// 4 MHz, typical times, a watch crystal.
+    /// 4 MHz, typical times, a watch crystal at timer 1.
     fn default() -> Options {
         Options {
             hz: 4_000_000,
@@ -63,7 +66,7 @@ impl Default for Options {
     }
 }
 
-/// What RAM holds when the supply has come up at the machine cycle `now`.
+/// Returns the content of RAM after power-up at the machine cycle `now`.
 pub(crate) fn power_up_ram(init: RamInit, now: u64) -> [u8; DATA_ADDRESSES] {
     let mut ram = [0; DATA_ADDRESSES];
     if let RamInit::Random(seed) = init {

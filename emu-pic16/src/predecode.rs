@@ -1,4 +1,5 @@
-//! Program memory as predecoded ops, four bytes each, for every bank of its own: where an operand lies is known then.
+//! Program memory as predecoded ops, four bytes each. Each bank has its own ops, because the bank determines
+//! the resolved address of an operand.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,46 +13,48 @@ use crate::operands::{B, F, FileAddress};
 use crate::periph::map::Sfr;
 use crate::recorder::record_instruction;
 
-/// Words between the ends of a loop that is looked at.
+/// Longest loop that is analyzed: words between its first instruction and its GOTO.
 const MAX_LOOP_WORDS: u32 = 16;
 
-/// A loop that only looks.
+/// A loop that only reads until a value changes, or that only counts down.
 #[derive(Debug, Clone)]
 pub(crate) struct LoopPlan {
-    /// Its first instruction.
+    /// Program word of its first instruction.
     pub head: u32,
-    /// The registers of the chip that it reads.
+    /// Registers of the chip that it reads.
     pub registers_read: Vec<Sfr>,
-    /// It clears the watchdog.
+    /// True if it clears the watchdog.
     pub clears_watchdog: bool,
-    /// It does nothing but count down this byte of RAM.
+    /// RAM address of the counter, if the loop only counts it down to zero.
     pub counted_address: Option<u16>,
 }
 
-/// Program memory in both forms. Behind its end it begins anew (DS33023, section 6.2).
+/// Program memory as words and as predecoded ops. It repeats after its end (DS33023, section 6.2).
 #[derive(Debug, Clone)]
 pub(crate) struct CodeMemory {
-    /// Words of 14 bits, erased ones 3FFFh.
+    /// Words of 14 bits; erased words are 3FFFh.
     pub words: Box<[u16; SPAN]>,
-    /// One op per bank and word, traps in place: `ops[0]` marks jumps to themselves as [`Kind::PollingLoop`], since that is how
-    /// programs end; `ops[1]` marks all loops that only look. In both a test and the GOTO behind it are one op.
+    /// One op per bank and word, with breakpoints. `ops[0]` marks only jumps to themselves as
+    /// [`Kind::PollingLoop`], because programs end that way; `ops[1]` marks all polling loops. In both, a
+    /// test and the GOTO after it are one op.
     pub ops: [Box<[Pic16Op; OPS]>; 2],
-    /// The same without any marks or traps.
+    /// The ops without marks, breakpoints and joined ops.
     pub ops_unmarked: Box<[Pic16Op; OPS]>,
-    /// Where every address of data memory lies.
+    /// Resolved file address of every address of data memory.
     pub file_addresses: Box<[FileAddress; DATA_ADDRESSES]>,
-    /// The lowest address of what lies at each.
+    /// Lowest address of the byte at each address.
     pub lowest_addresses: Box<[u16; DATA_ADDRESSES]>,
-    /// By bank and address of the jump that closes them.
+    /// The polling loops, by bank and address of the GOTO that closes each.
     loops: BTreeMap<u32, LoopPlan>,
     breakpoints: BTreeSet<u32>,
     size: u32,
-    /// What differs from the words that it was built with.
+    /// Differences from the words at creation.
     pub changes: MemoryChanges<u16>,
 }
 
 impl CodeMemory {
-    /// Program memory of `size` words (a power of two, at most [`SPAN`]) filled from address 0 with `image`, erased behind it.
+    /// Creates program memory of `size` words (a power of two, at most [`SPAN`]) with `image` from address 0
+    /// on; the rest is erased.
     pub(crate) fn new(image: &[u16], size: u32, places: Box<[FileAddress; DATA_ADDRESSES]>) -> CodeMemory {
         let size = size.clamp(1, SPAN as u32);
         let mut words = Box::new([0x3FFF; SPAN]);
@@ -64,7 +67,7 @@ impl CodeMemory {
             *low = (0..addr).find(same).unwrap_or(addr) as u16;
         }
         let erased = decode(0x3FFF, 0, &places);
-        // Behind the end of memory the slow path goes on at its beginning.
+        // Past the end of memory, the slow path wraps to the start.
         let mut behind = Box::new([PredecodedOp { kind: Kind::PollingLoop, ..erased }; OPS]);
         for bank in behind.chunks_exact_mut(OPS / 4) {
             bank[..SPAN].fill(erased);
@@ -91,7 +94,7 @@ impl CodeMemory {
         code
     }
 
-    /// Writes a word, at all addresses where it stands.
+    /// Writes a word at all addresses where it appears.
     pub(crate) fn poke(&mut self, addr: u32, word: u16) {
         let at = addr % self.size;
         self.changes.record(at as usize, self.words[at as usize], word & 0x3FFF);
@@ -99,14 +102,14 @@ impl CodeMemory {
             self.words[(first + at) as usize] = word & 0x3FFF;
         }
         for first in (0..SPAN as u32).step_by(self.size as usize) {
-            // The jump that closes a loop around the word may stand some words ahead.
+            // The GOTO that closes a loop around the word can be several words ahead.
             for pc in first + at..=first + at + MAX_LOOP_WORDS {
                 self.predecode(pc % SPAN as u32);
             }
         }
     }
 
-    /// Sets or clears a trap; false when it was so already.
+    /// Sets or clears a breakpoint; returns false if nothing changed.
     pub(crate) fn set_breakpoint(&mut self, pc: u32, on: bool) -> bool {
         let changed = if on { self.breakpoints.insert(pc) } else { self.breakpoints.remove(&pc) };
         if changed {
@@ -115,12 +118,12 @@ impl CodeMemory {
         changed
     }
 
-    /// True when a trap stands at `pc`.
+    /// Reports whether there is a breakpoint at `pc`.
     pub(crate) fn has_breakpoint(&self, pc: u32) -> bool {
         self.breakpoints.contains(&pc)
     }
 
-    /// What the instruction at `pc` is in the bank that begins at the op `bank`.
+    /// Returns the mark of the instruction at `pc` in the bank whose ops start at `bank`.
     pub(crate) fn instruction_mark(&self, bank: u32, pc: u32) -> InstructionMark {
         match self.ops_unmarked[(bank | pc) as usize % OPS].kind {
             Kind::Goto if jumps_to_itself(self.words[pc as usize % SPAN], pc) => InstructionMark::JumpsToItself,
@@ -129,7 +132,7 @@ impl CodeMemory {
         }
     }
 
-    /// The loop that only looks and is closed by the jump at `end`.
+    /// Returns the polling loop that the GOTO at `end` closes.
     pub(crate) fn loop_plan(&self, bank: u32, end: u32) -> Option<&LoopPlan> {
         self.loops.get(&(bank | end))
     }
@@ -151,7 +154,7 @@ impl CodeMemory {
             };
             for (ops, kind) in self.ops.iter_mut().zip(kinds) {
                 ops[at as usize] = PredecodedOp { kind, args: op.args };
-                // The slow path takes the program from behind the end to the beginning, where a trap may stand.
+                // The slow path wraps from past the end to the start, which may have a breakpoint.
                 if let Some(behind) = ops.get_mut(at as usize + SPAN).filter(|_| pc < 2) {
                     behind.kind = if kind == Kind::Breakpoint { Kind::Breakpoint } else { Kind::PollingLoop };
                 }
@@ -167,12 +170,13 @@ impl CodeMemory {
         }
     }
 
-    /// The loop that the GOTO `op` at `end` closes, when a turn of it changes nothing but W, flags, the bank, PCLATH and the
-    /// watchdog: then a turn that leaves the core as it was is followed by one just like it, until a register of the chip that
-    /// it reads changes. It comes to its head in the bank of its end.
+    /// Returns the plan of the loop that the GOTO `op` at `end` closes, if an iteration changes only W,
+    /// flags, the bank, PCLATH and the watchdog. Then an iteration that leaves the core unchanged repeats,
+    /// until a register of the chip that it reads changes. The bank must be the same at head and end.
     fn loop_closed_by(&self, op: Pic16Op, bank: u16, end: u32) -> Option<LoopPlan> {
         let target = Some(op).filter(|op| op.kind == Kind::Goto).and_then(|op| record_instruction(op).target)?;
-        // PCLATH as it is in all code that stays in its page; the loop is not jumped over when it turns out otherwise.
+        // Assumes the PCLATH of code that stays in its page; at run time the loop is not skipped if PCLATH
+        // differs.
         let head = end & 0x1800 | u32::from(target);
         if head > end || end - head > MAX_LOOP_WORDS {
             return None;
@@ -198,8 +202,8 @@ impl CodeMemory {
         })
     }
 
-    /// The loop that the GOTO `op` at `end` closes, when it counts a byte down by DECFSZ and does nothing besides but clear the
-    /// watchdog.
+    /// Returns the plan of the loop that the GOTO `op` at `end` closes, if it decrements a byte by DECFSZ and
+    /// otherwise only clears the watchdog.
     fn countdown_loop(&self, op: Pic16Op, bank: u16, end: u32) -> Option<LoopPlan> {
         let target = Some(op).filter(|op| op.kind == Kind::Goto).and_then(|op| record_instruction(op).target)?;
         let head = end & 0x1800 | u32::from(target);
@@ -219,7 +223,8 @@ impl CodeMemory {
     }
 }
 
-/// The bank behind an instruction that sets or clears a bit of the bank or of PCLATH, from where it is `bank`; none for others.
+/// Returns the bank after an instruction that sets or clears a bit of the bank selection or of PCLATH,
+/// starting from `bank`; None for other instructions.
 fn selected_bank(word: u16, bank: u16) -> Option<u16> {
     let (bit, set) = (word >> 7 & 7, word & 0x0400 != 0);
     let with = |mask: u16| if set { bank | mask } else { bank & !mask };
@@ -230,7 +235,7 @@ fn selected_bank(word: u16, bank: u16) -> Option<u16> {
     }
 }
 
-/// Makes a test and the GOTO behind it one op, where neither of them bears a mark, or makes it a test again.
+/// Joins a test and the GOTO after it into one op, if neither has a mark; otherwise separates them.
 fn join_ops(ops: &mut [Pic16Op; OPS], at: usize) {
     let goes = ops.get(at + 1).is_some_and(|next| next.kind == Kind::Goto);
     if let Some(op) = ops.get_mut(at) {
@@ -242,7 +247,7 @@ fn join_ops(ops: &mut [Pic16Op; OPS], at: usize) {
     }
 }
 
-/// What is one op with a GOTO behind it.
+/// Tests that can be joined with a GOTO, each with its joined kind.
 const JOINED_OPS: [(Kind, Kind); 6] = [
     (Kind::BtfscRam, Kind::BtfscGoto),
     (Kind::BtfssRam, Kind::BtfssGoto),
@@ -252,18 +257,18 @@ const JOINED_OPS: [(Kind, Kind); 6] = [
     (Kind::Btfss, Kind::BtfssSfrGoto),
 ];
 
-/// The register of the chip at a place; none for RAM and for what the core keeps.
+/// Returns the register of the chip at a file address; None for RAM and core registers.
 fn as_chip_register(place: FileAddress) -> Option<Sfr> {
     let sfr = *Sfr::ALL.get(usize::from(place.0.checked_sub(FileAddress::sfr(Sfr::INDF).0)?))?;
     (!matches!(sfr, Sfr::INDF | Sfr::PCL | Sfr::STATUS | Sfr::FSR | Sfr::PCLATH)).then_some(sfr)
 }
 
-/// The GOTO `word` at `pc` goes to itself, as long as PCLATH is of its page.
+/// Reports whether the GOTO `word` at `pc` jumps to itself, if PCLATH has its page.
 fn jumps_to_itself(word: u16, pc: u32) -> bool {
     u32::from(word & 0x7FF) == pc & 0x7FF
 }
 
-/// Decodes an instruction that is executed with `bank` in RP1:RP0, without poll marks or traps.
+/// Decodes an instruction for the bank in RP1:RP0, without loop marks and breakpoints.
 fn decode(word: u16, bank: u16, places: &[FileAddress; DATA_ADDRESSES]) -> Pic16Op {
     let Some((row, kind)) = find_row(word) else {
         return PredecodedOp { kind: Kind::Illegal, args: [0; 3] };

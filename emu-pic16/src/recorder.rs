@@ -1,7 +1,7 @@
-//! What an instruction does, read off its own body.
+//! Effects of an instruction, derived from its own body.
 //!
-//! [`InstructionRecord`] is a second meaning of the bodies: its values are empty, and it notes what was touched. The columns of the table
-//! are checked against it, and predecode asks it which loops only look.
+//! [`InstructionRecord`] is another machine for the bodies: its values are empty, and it records what the
+//! body touches. Tests compare the columns of the table with it, and predecode uses it to find polling loops.
 
 use emu_core::dispatch;
 use emu_core::machine::BodyMachine;
@@ -13,26 +13,27 @@ use crate::isa::{Kind, Pic16Op, pic16_table};
 use crate::operands::{B, F, FileAddress, JumpTarget, K};
 use crate::periph::map::Sfr;
 
-/// What one execution of an instruction touched.
+/// Effects of one execution of an instruction.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct InstructionRecord {
-    /// Cycles charged, apart from those of a skip.
+    /// Number of cycles charged, without that of a skip.
     pub cycles: u32,
     /// Flags written: C, DC, Z.
     pub flags: [bool; 3],
-    /// Registers of the chip read, as places.
+    /// File addresses read, other than RAM.
     pub addresses_read: Vec<FileAddress>,
-    /// Lower bits of the target of a jump.
+    /// Low bits of the target of a jump.
     pub target: Option<u16>,
-    /// It may skip the next instruction.
+    /// True if it can skip the next instruction.
     pub skips: bool,
-    /// Clears the watchdog.
+    /// True if it clears the watchdog.
     pub clears_watchdog: bool,
-    /// Writes something apart from W and flags, reads through FSR, or goes where it does not say.
+    /// True if it writes something other than W and flags, reads through FSR, or jumps to an address not in
+    /// the instruction.
     pub has_other_effects: bool,
 }
 
-/// Runs the body of `op` without values. A kind without a row reaches out.
+/// Runs the body of `op` without values. A kind without a row counts as having other effects.
 pub(crate) fn record_instruction(op: Pic16Op) -> InstructionRecord {
     let mut record = InstructionRecord::default();
     let (m, op) = (&mut record, &op);
@@ -152,7 +153,7 @@ mod tests {
         }
     }
 
-    /// A row that reaches a file register has a shape for RAM, and no other has.
+    /// A row has a kind for RAM exactly if it has a file register.
     #[test]
     fn shapes_are_where_file_registers_are() {
         for (row, shape) in ROWS.iter().zip(SHAPES) {

@@ -1,6 +1,7 @@
-//! The chip around the core: parts, pins, interrupts, power, as one [`Bus`].
+//! The chip around the core: peripherals, pins, interrupts and power, as one [`Bus`].
 //!
-//! Inside, time is counted in clocks of the oscillator ([`crate::periph`]); the core counts instruction cycles of four.
+//! Internally, time is counted in clocks of the oscillator ([`crate::periph`]); the core counts instruction
+//! cycles of four clocks.
 
 mod irq;
 mod pins;
@@ -33,36 +34,37 @@ use pins::{OutsideInput, PinInputs};
 use power::PowerState;
 pub use power::TimingClocks;
 
-/// What the chip asks of the core between two instructions.
+/// A request of the chip to the core, executed between two instructions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum CoreRequest {
     /// Standby has ended.
     EndStandby {
-        /// By the watchdog.
+        /// True if the watchdog ended it.
         by_watchdog: bool,
     },
-    /// A word of program memory is wanted.
+    /// A word of program memory must be read.
     ReadWord {
-        /// Its address.
+        /// Word address.
         addr: u16,
     },
-    /// Words of program memory are written.
+    /// Words of program memory must be written.
     WriteWords {
-        /// Address of the first.
+        /// Word address of the first word.
         addr: u16,
         /// The words.
         words: Vec<u16>,
-        /// They replace what was there; else only bits that are 0 in them change, to 0.
+        /// If true, the words replace the old ones; otherwise bits that are 0 become 0, and the others do not
+        /// change.
         erased: bool,
     },
-    /// The core stands still up to a machine cycle.
+    /// The core halts up to a machine cycle.
     Stall {
-        /// Machine cycle.
+        /// Machine cycle at which the core continues.
         until: u64,
     },
     /// Instructions up to a machine cycle are fetched, but not executed.
     Ignore {
-        /// Machine cycle.
+        /// End of the ignored instructions, as a machine cycle (exclusive).
         until: u64,
     },
 }
@@ -85,30 +87,30 @@ pub struct Pic16Soc {
     irq: Pic16Interrupts,
     power: PowerState,
     pcon: u8,
-    /// What a program has written to OSCCON and OSCTUNE; the clock stays what the host says.
+    /// Written values of OSCCON and OSCTUNE; they do not change the clock of the model.
     osc: [u8; 2],
     pin_inputs: PinInputs,
     requests: VecDeque<CoreRequest>,
-    /// The core stands still up to this machine cycle.
+    /// Machine cycle up to which the core is halted.
     stall: u64,
-    /// From the first of these machine cycles on and before the second, instructions are not executed.
+    /// Machine cycles in which instructions are not executed: first, and end (exclusive).
     ignored_cycles: (u64, u64),
     log: EventLog,
-    /// When every part next has something to do,
+    /// Clock of each unit's next event, except for the units in `touched_units`.
     unit_deadlines: [u64; unit_index::COUNT],
-    /// but for the parts of this set, which have been touched since that was asked.
+    /// Mask of the units that were touched since their deadline was computed.
     touched_units: u8,
-    /// The next clock at which anything is due.
+    /// Clock of the next event of the chip.
     due: u64,
-    /// The clock up to which everything has been run.
+    /// Clock up to which everything has been executed.
     run_to_clock: u64,
-    /// The deadline that the core was told last, in machine cycles.
+    /// Last deadline that the core was given, in machine cycles.
     core_deadline: u64,
-    /// Signals that are being carried out; empty between calls.
+    /// Signals being processed; empty between calls.
     out: Pic16Outbox,
 }
 
-/// Does something with every part.
+/// Evaluates `$what` for every unit, as `$part`.
 macro_rules! for_each_unit {
     ($soc:ident, $part:ident => $what:expr) => { for_each_unit!($soc, $part, _number => $what) };
     ($soc:ident, $part:ident, $number:ident => $what:expr) => {{
@@ -124,7 +126,7 @@ macro_rules! for_each_unit {
 }
 use for_each_unit;
 
-/// Parts by number.
+/// Numbers of the units.
 #[rustfmt::skip]
 mod unit_index {
     pub(super) const TIMER0:      usize = 0;
@@ -139,8 +141,8 @@ mod unit_index {
 }
 
 impl Pic16Soc {
-    /// The chip at cycle 0, after power-on. `config`: the words from 2000h on that the image fills, the rest erased; `eeprom`: its
-    /// data memory.
+    /// Returns the chip at cycle 0, after power-on. `config` has the words from 2000h on that the image
+    /// fills, the rest erased; `eeprom` is the content of the data EEPROM.
     #[must_use]
     pub fn new(part: &'static Pic16Part, options: Options, config: &[u16], eeprom: &[u8]) -> Pic16Soc {
         let config = power::config_words(part, options.config, config);
@@ -192,29 +194,31 @@ impl Pic16Soc {
         soc
     }
 
-    /// Drives a pin from outside, at once when that moment has passed. `now` is the machine cycle of the boundary.
+    /// Drives a pin from outside at `at`, or at once if that has passed. `now` is the machine cycle of the
+    /// boundary.
     pub fn drive(&mut self, at: CycleTime, now: u64, pin: PinId, level: PinLevel) {
         self.queue_input(at, now, OutsideInput::Level(pin, level));
     }
 
-    /// Level of a pin after everything that was run so far; [`Level::Float`] for one that does not exist.
+    /// Returns the level of a pin after everything executed so far; [`PinLevel::Float`] for a pin that does
+    /// not exist.
     #[must_use]
     pub fn level(&self, pin: PinId) -> PinLevel {
         self.ports.pin(pin).level()
     }
 
-    /// All pins.
+    /// Returns the states of all pins.
     #[must_use]
     pub fn pins(&self) -> &[PinState] {
         self.ports.pins()
     }
 
-    /// Takes the oldest logged event.
+    /// Removes and returns the oldest logged event.
     pub fn next_event(&mut self) -> Option<ChipEvent> {
         self.log.pop()
     }
 
-    /// Takes the oldest order to the core at the machine cycle `now`.
+    /// Removes and returns the oldest request to the core at the machine cycle `now`.
     pub fn next_request(&mut self, now: u64) -> Option<CoreRequest> {
         if let Some(order) = self.requests.pop_front() {
             return Some(order);
@@ -226,35 +230,35 @@ impl Pic16Soc {
         ((from..until).contains(&now)).then_some(CoreRequest::Ignore { until })
     }
 
-    /// A word of program memory that was asked for.
+    /// Supplies a requested word of program memory.
     pub fn finish_flash_read(&mut self, word: u16) {
         self.eeprom.flash_data(word);
     }
 
-    /// EEPROM.
+    /// Returns the content of the EEPROM.
     #[must_use]
     pub fn eeprom(&self) -> &[u8] {
         self.eeprom.bytes()
     }
 
-    /// Writes a byte of EEPROM from outside.
+    /// Writes a byte of the EEPROM from outside.
     pub fn set_eeprom(&mut self, addr: usize, value: u8) {
         self.eeprom.set_byte(addr, value);
     }
 
-    /// The configuration word at 2000h and on; erased ones behind its end.
+    /// Returns the configuration word at 2000h plus `index`; an erased word past the end.
     #[must_use]
     pub fn config(&self, index: usize) -> u16 {
         self.config.get(index).copied().unwrap_or(0x3FFF)
     }
 
-    /// The byte whose stop bit is being sent, where the program has been told already that it is sent.
+    /// Returns the byte whose stop bit is being sent, if the program can already see it as sent.
     #[must_use]
     pub fn byte_in_stop_bit(&self) -> Option<u8> {
         self.usart.byte_in_stop_bit()
     }
 
-    /// Runs everything due up to the clock `t`, in order of time.
+    /// Executes everything due up to the clock `t`, in order of time.
     #[inline(always)]
     fn run(&mut self, t: u64) {
         self.run_to_clock = self.run_to_clock.max(t);
@@ -279,7 +283,7 @@ impl Pic16Soc {
         }
     }
 
-    /// Works out when anything is due next.
+    /// Computes the next deadline.
     fn update_deadlines(&mut self) {
         let due = self.pin_inputs.drives.next_cycle().min(self.irq.next_sample_clock()).min(self.power.next());
         if self.touched_units != 0 {
@@ -289,7 +293,7 @@ impl Pic16Soc {
         self.due = self.unit_deadlines.into_iter().fold(due, u64::min);
     }
 
-    /// Carries out what parts have put into the outbox, and what comes of that.
+    /// Processes the signals that units have put into the outbox, and those that follow from them.
     #[inline(always)]
     fn apply_signals(&mut self) {
         if !self.out.is_empty() {
@@ -304,7 +308,7 @@ impl Pic16Soc {
             for signal in signals.drain(..) {
                 self.apply_signal(signal);
             }
-            // The list itself is used again.
+            // Keeps the allocation of the list.
             if self.out.is_empty() {
                 self.out = signals;
                 return;
@@ -341,7 +345,7 @@ impl Pic16Soc {
         }
     }
 
-    /// What an access asks of the core.
+    /// Returns the effect of an access on the core.
     fn bus_effect(&mut self, now: u64) -> BusEffect {
         let sooner = self.due.div_ceil(4).min(self.irq.at) < self.core_deadline;
         if sooner
@@ -358,14 +362,14 @@ impl Pic16Soc {
     }
 }
 
-/// The number of the port whose register this is.
+/// Returns the index of the port with this register.
 #[inline(always)]
 fn port_latch_index(reg: Sfr) -> Option<usize> {
     let port = (reg as usize).wrapping_sub(Sfr::PORTA as usize);
     (port <= Sfr::PORTE as usize - Sfr::PORTA as usize).then_some(port)
 }
 
-/// The moment of a clock.
+/// Converts a clock to machine cycle and phase.
 fn to_cycle_time(t: u64) -> CycleTime {
     CycleTime { cycle: t / 4, phase: (t % 4) as u8 }
 }
@@ -375,7 +379,7 @@ impl Bus for Pic16Soc {
         let due = self.due <= 4 * now;
         self.run(4 * now);
         let Some(&sfr) = Sfr::ALL.get(usize::from(reg)) else { return (0, BusEffect::NONE) };
-        // Ports go the short way.
+        // Fast path for ports.
         if let Some(port) = port_latch_index(sfr).filter(|_| sfr != Sfr::PORTD) {
             if sfr == Sfr::PORTB {
                 self.sample_port_b();
@@ -401,7 +405,7 @@ impl Bus for Pic16Soc {
         let Some(&sfr) = Sfr::ALL.get(usize::from(reg)) else { return BusEffect::NONE };
         let due = self.due <= 4 * now + 3;
         if sfr == Sfr::PORTB {
-            // A write of the port sees it as a read does, in Q2 (DS30292, 3.2).
+            // A write of the port reads it in Q2, as a read does (DS30292, 3.2).
             self.run(4 * now);
             self.sample_port_b();
         }

@@ -1,4 +1,4 @@
-//! The machine as bytes: [`Cpu::save`] and [`Cpu::restore`].
+//! Snapshots of the machine as bytes: [`Cpu::save`] and [`Cpu::restore`].
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::cpu::Pic16;
 use crate::lint::LintState;
 
 impl Pic16 {
-    /// The bytes of this machine.
+    /// Returns the machine as bytes.
     pub(crate) fn to_snapshot(&self) -> Vec<u8> {
         let mut copy = self.clone();
         let now = copy.cycle();
@@ -19,7 +19,7 @@ impl Pic16 {
         save_state(&mut copy)
     }
 
-    /// This machine as the bytes have it.
+    /// Returns the machine with the state in `bytes`.
     pub(crate) fn restored(&self, bytes: &[u8]) -> Result<Pic16, SnapshotDamaged> {
         let mut copy = self.clone();
         load_state(&mut copy, bytes)?;
@@ -41,7 +41,7 @@ impl SnapshotState for Pic16 {
     }
 }
 
-/// What the loop has noted for itself is not in it: it finds that again.
+/// Fields that the run loop recomputes are not saved.
 impl SnapshotState for CoreRegisters {
     fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         let mut pc = self.pc() as u16;

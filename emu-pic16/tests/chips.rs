@@ -1,4 +1,5 @@
-//! The rows of the chips against tables typed from the data sheets, arranged as the sheets print them.
+//! Compares the rows of the chips with tables typed from the data sheets, in the arrangement of the data
+//! sheets.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +10,8 @@ use emu_pic16::chips::{
 };
 use emu_pic16::periph::map::{InterruptFlag, Sfr};
 
-/// Chip, document, K words of program, bytes of RAM, of EEPROM, pins, highest clock in MHz, device ID, what else it has.
+/// Chip, document, K words of program, bytes of RAM, bytes of EEPROM, pins, highest clock in MHz, device ID,
+/// other peripherals.
 const CHIPS: &str = "
     pic16c71   | DS30272 | 1 |  36 |   0 | 18 | 20 | -    | adc
     pic16c84   | DS30445 | 1 |  36 |  64 | 18 | 10 | -    |
@@ -35,20 +37,21 @@ const CHIPS: &str = "
     pic16f877a | DS39582 | 8 | 368 | 256 | 40 | 20 | 0E20 | bor flash ccp1 ccp2 mssp usart adc psp comparators
 ";
 
-/// Registers that stand at several addresses, where there are four banks; all others stand at one.
+/// Registers with several addresses on chips with four banks; all others have one.
 const MIRRORS: &str = "
     INDF 0 80 100 180 | TMR0 1 101 | PCL 2 82 102 182 | STATUS 3 83 103 183 | FSR 4 84 104 184 | PORTB 6 106
     PCLATH A 8A 10A 18A | INTCON B 8B 10B 18B | OPTION_REG 81 181 | TRISB 86 186
 ";
 
-/// The same where there are two, and banks 2 and 3 are banks 0 and 1.
+/// Registers with several addresses on chips with two banks, on which banks 2 and 3 mirror banks 0 and 1.
 const MIRRORS_84: &str = "
     INDF 0 80 100 180 | TMR0 1 101 | PCL 2 82 102 182 | STATUS 3 83 103 183 | FSR 4 84 104 184 | PORTA 5 105 | PORTB 6 106
     EEDATA 8 108 | EEADR 9 109 | ADCON0 8 108 | ADRES 9 89 109 189 | PCLATH A 8A 10A 18A | INTCON B 8B 10B 18B
     OPTION_REG 81 181 | TRISA 85 185 | TRISB 86 186 | EECON1 88 188 | EECON2 89 189 | ADCON1 88 188
 ";
 
-/// Chips, then every range of RAM: its addresses, and after `=` the addresses that it shows instead of bytes of its own.
+/// Chips, then every range of RAM: its addresses, and after `=` the addresses that it mirrors instead of
+/// having its own bytes.
 const RAM_MAP: &str = "
     84 84a | 0C-4F 8C-CF=0C 10C-14F=0C 18C-1CF=0C
     c71 c84 | 0C-2F 8C-AF=0C 10C-12F=0C 18C-1AF=0C
@@ -61,7 +64,7 @@ const RAM_MAP: &str = "
     873 873a 874 874a | 20-7F A0-FF 120-17F=20 1A0-1FF=A0
 ";
 
-/// Chips, then the package from pin 1 on; supply and oscillator pins are `-`.
+/// Chips, then the pins of the package from 1 on; supply and oscillator pins are `-`.
 const PACKAGES: &str = "
     c71 c84 84 84a | RA2 RA3 RA4 MCLR - RB0 RB1 RB2 RB3 RB4 RB5 RB6 RB7 - - - RA0 RA1
     628 628a 648a 818 819 87 88 | RA2 RA3 RA4 RA5 - RB0 RB1 RB2 RB3 RB4 RB5 RB6 RB7 - RA6 RA7 RA0 RA1
@@ -69,8 +72,8 @@ const PACKAGES: &str = "
     871 874 874a 877 877a | MCLR RA0 RA1 RA2 RA3 RA4 RA5 RE0 RE1 RE2 - - - - RC0 RC1 RC2 RC3 RD0 RD1 RD2 RD3 RC4 RC5 RC6 RC7 RD4 RD5 RD6 RD7 - - RB0 RB1 RB2 RB3 RB4 RB5 RB6 RB7
 ";
 
-/// Chips, then lines and their pins (`!`: whatever TRIS says), in the order of the lines; pins of AN0, AN1, ..; bits with an
-/// open drain; bits that are inputs only.
+/// Chips; lines with their pins (`!`: independent of TRIS), in the order of the lines; pins of AN0, AN1, ..;
+/// bits with an open drain; bits that are only inputs.
 const LINES: &str = "
     c71 | T0cki=RA4 Int=RB0 | RA0 RA1 RA2 RA3 | RA4 |
     c84 84 84a | T0cki=RA4 Int=RB0 | | RA4 |
@@ -87,8 +90,8 @@ const LINES: &str = "
     874a 877a | T0cki=RA4 Int=RB0 T1cki=RC0 Ccp1=RC2 Ccp2=RC1 Tx=RC6! Rx=RC7! Sck=RC3 Sdi=RC4 Sdo=RC5 Ss=RA5 C1out=RA4 C2out=RA5 Rd=RE0 Wr=RE1 Cs=RE2 | RA0 RA1 RA2 RA3 RA5 RE0 RE1 RE2 | RA4 |
 ";
 
-/// Chips, configuration word, oscillator, bits of port A that it leaves to the port, power-up timer (by PWRTE or BOREN), pin that
-/// CCPMX gives CCP1, program words that the program may write, as far as it can write any.
+/// Chips, configuration word, oscillator, bits of port A that are ports, power-up timer (by PWRTE or BOREN),
+/// pin of CCP1 by CCPMX, program words that the program may write, if it can write any.
 const CONFIG: &str = "
     873 | 3FFF | Rc       | 00 | on  | -   | 0-FFF
     873 | 3FBF | Rc       | 00 | off | -   | 0-FFF
@@ -126,7 +129,8 @@ const CONFIG: &str = "
     88   | 39B7 | Rc      | 00 | on  | RB0 | -
 ";
 
-/// Chips, then minimum, typical and maximum of: watchdog, power-up timer, byte of EEPROM, program memory (milliseconds).
+/// Chips, then minimum, typical and maximum of: watchdog, power-up timer, byte of EEPROM, program memory
+/// (milliseconds).
 const TIMES: &str = "
     84 c84 | 7 18 33 | 28 72 132 | 10 10 20 | -
     84a | 7 18 33 | 28 72 132 | 4 4 8 | -
@@ -144,13 +148,14 @@ fn lines(text: &str) -> impl Iterator<Item = &str> {
     text.lines().map(str::trim).filter(|l| !l.is_empty())
 }
 
-/// `84a` is pic16f84a, `c84` is pic16c84.
+/// Expands a short name: `84a` is pic16f84a, `c84` is pic16c84.
 fn short(name: &str) -> &'static Pic16Part {
     let whole = if name.starts_with('c') { format!("pic16{name}") } else { format!("pic16f{name}") };
     part(&whole).unwrap_or_else(|| panic!("{name}"))
 }
 
-/// Every chip with its line of a table, the first cell of which names chips; no chip is left out or named twice.
+/// Returns every chip with its line of a table, whose first cell names chips. Checks that no chip is missing
+/// or named twice.
 fn table(text: &'static str) -> Vec<(&'static Pic16Part, Vec<&'static str>)> {
     let mut all = Vec::new();
     for line in lines(text) {
@@ -319,7 +324,8 @@ fn times_are_those_of_the_tables() {
     }
 }
 
-/// The flags' bits bear the flags' names, and the enables' bits the names with E for F at the end (and INTE for INTIE).
+/// The bits of the flags have the names of the flags, and the bits of the enables the names with E instead of
+/// F at the end (and INTE for INTIE).
 #[test]
 fn flags_are_at_the_bits_of_their_names() {
     for part in PIC16_PARTS {
@@ -335,8 +341,8 @@ fn flags_are_at_the_bits_of_their_names() {
             assert!(names.iter().any(|n| called(f.enable, &enable(n))), "{} {name}", part.chip.name);
             assert_eq!(f.peripheral, f.enable.0 != Sfr::INTCON, "{} {name}", part.chip.name);
         }
-        // PIE1 and PIE2 enable what stands in the same bits of PIR1 and PIR2, INTCON what stands three bits below; at most one
-        // flag stands in a register of its part.
+        // PIE1 and PIE2 enable the flags in the same bits of PIR1 and PIR2, INTCON the flags three bits
+        // below. At most one flag is in a register of its peripheral.
         let elsewhere = part.flags.iter().filter(|f| match f.at.0 {
             Sfr::PIR1 => f.enable != (Sfr::PIE1, f.at.1),
             Sfr::PIR2 => f.enable != (Sfr::PIE2, f.at.1),
@@ -416,7 +422,7 @@ fn configuration_masks_do_not_overlap() {
         assert_eq!(c.cp_first.0 & !c.cp, 0, "{}", part.chip.name);
         assert_eq!(c.words.len(), c.erased.len(), "{}", part.chip.name);
         assert!(c.erased.iter().all(|w| w & !0x3FFF == 0), "{}", part.chip.name);
-        // Erased is unprotected, and every bit that means something is 1.
+        // Erased means unprotected, and every bit with a meaning is 1.
         assert_eq!(masks.iter().fold(0, |a, m| a | m) & !c.erased[0], 0, "{}", part.chip.name);
         assert_eq!(c.fcmen | c.ieso, if c.words.len() == 2 { 3 } else { 0 }, "{}", part.chip.name);
         for (mask, len) in [(c.fosc.0, c.fosc.1.len()), (c.wrt.0, c.wrt.1.len()), (c.cp_first.0, c.cp_first.1.len())] {

@@ -1,4 +1,5 @@
-//! The page of instructions is what the table says. `EMU_BLESS=1 cargo test -p emu-pic16 --test docs` writes it anew.
+//! The page of instructions matches the table. `EMU_BLESS=1 cargo test -p emu-pic16 --test docs` writes it
+//! again.
 
 use std::fs;
 

@@ -1,5 +1,5 @@
-//! The rows of the chips against the files of the installed gputils, read mechanically: every register, every bit, every bad
-//! address, every configuration value of `p16*.inc`, and the memories of `16*_g.lkr`.
+//! Compares the rows of the chips with the files of the installed gputils: every register, bit, bad address
+//! and configuration value of `p16*.inc`, and the memories of `16*_g.lkr`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -8,10 +8,10 @@ use emu_core::pins::PinId;
 use emu_pic16::chips::{ALIASES, FileSlot, OscillatorMode, PIC16_PARTS, Pic16Part};
 use emu_pic16::periph::map::Sfr;
 
-/// Where Debian's package `gputils` has its files.
+/// Directory of the files in Debian's package `gputils`.
 const SHARE: &str = "/usr/share/gputils";
 
-/// Chip, what differs, and why the file is wrong.
+/// Chip, the difference, and why the file is wrong.
 const FAULTS: &str = "
     pic16c84   | bits PORTA RA0 RA1 RA2 RA3 RA4                | not in the header; DS30445 section 5.1
     pic16c84   | bits PORTB RB0 RB1 RB2 RB3 RB4 RB5 RB6 RB7    | not in the header; DS30445 section 5.2
@@ -36,7 +36,7 @@ const FAULTS: &str = "
     pic16f874a | not shared 1F0-1FF | shows F0-FF; DS39582 figure 2-4
 ";
 
-/// What a header says.
+/// Content of a header.
 #[derive(Default)]
 struct Header {
     regs: BTreeMap<String, u16>,
@@ -46,10 +46,10 @@ struct Header {
     bad: BTreeSet<u16>,
 }
 
-/// Numbers of bits by register and name.
+/// Bit numbers by register and name.
 type Bits = BTreeMap<String, BTreeMap<String, u16>>;
 
-/// The numbers between `H'` and `'` of a line.
+/// Returns the numbers between `H'` and `'` in a line.
 fn numbers(line: &str) -> Vec<u16> {
     line.split("H'").skip(1).map(|s| u16::from_str_radix(s.split('\'').next().unwrap(), 16).unwrap()).collect()
 }
@@ -94,7 +94,7 @@ fn header(name: &str) -> Header {
     h
 }
 
-/// Addresses as ranges.
+/// Formats addresses as ranges.
 fn ranges(what: &str, addrs: impl IntoIterator<Item = u16>) -> Vec<String> {
     let mut runs: Vec<(u16, u16)> = Vec::new();
     for a in addrs {
@@ -114,7 +114,7 @@ fn check_registers(part: &Pic16Part, h: &Header, diff: &mut Vec<String>) -> usiz
     h.regs.len()
 }
 
-/// Registers of `a` with the bits that `b` does not have there.
+/// Returns the registers of `a` with the bits that `b` does not have there.
 fn minus(a: &Bits, b: &Bits, what: &str) -> Vec<String> {
     let mut out = Vec::new();
     for (reg, bits) in a {
@@ -146,7 +146,8 @@ fn check_bad(part: &Pic16Part, h: &Header, diff: &mut Vec<String>) -> usize {
     usize::from(h.max_ram) + 1
 }
 
-/// How many words a name such as `_WRT_PROTECT_256` or `_WRT_HALF` protects; the argument is what follows `_WRT_`.
+/// Returns the number of words that a name such as `_WRT_PROTECT_256` or `_WRT_HALF` protects; the argument
+/// is the part after `_WRT_`.
 fn protected_words(rest: &str, words: u16) -> u16 {
     match rest.trim_start_matches("PROTECT_").trim_start_matches("ENABLE_") {
         "OFF" => 0,
@@ -157,7 +158,8 @@ fn protected_words(rest: &str, words: u16) -> u16 {
     }
 }
 
-/// Whether the row makes of a value of the header what its name says; `None` where the name is unknown.
+/// Reports whether a value of the header has, by the row, the meaning of its name; None if the name is
+/// unknown.
 fn means(part: &Pic16Part, name: &str, v: u16) -> Option<bool> {
     use OscillatorMode as O;
     let c = &part.config;
@@ -171,7 +173,7 @@ fn means(part: &Pic16Part, name: &str, v: u16) -> Option<bool> {
     let ccp = |name: &str| within(c.ccpmx.0) && c.ccp1(v).is_some_and(|id| pin(id, name));
     let writes = |first: u16| within(c.wrt.0) && (0..words).all(|a| c.may_write(v, a) == (a >= first));
     let protects = |first: u16| within(c.cp) && (0..words).all(|a| c.may_write(v, a) == (a < first));
-    // On the 87X WRT is a single bit and a permission: on means that all may be written.
+    // On the 87X WRT is a single bit that permits: if on, all words may be written.
     let permission = c.wrt.0.count_ones() == 1;
     Some(match name {
         "_FOSC_LP" | "_LP_OSC" => is(O::Lp, 0),
@@ -205,7 +207,7 @@ fn means(part: &Pic16Part, name: &str, v: u16) -> Option<bool> {
         "_CPD_OFF" | "_DATA_CP_OFF" | "DATA_CP_OFF" | "_CP_OFF" | "_FCMEN_ON" | "_IESO_ON" | "_DEBUG_OFF" => {
             v == 0x3FFF
         }
-        // The debugger is no part of the row.
+        // The debugger is not part of the row.
         "_DEBUG_ON" => v == 0x37FF,
         "_CONFIG" | "_CONFIG1" => c.words.first() == Some(&v),
         "_CONFIG2" => c.words.get(1) == Some(&v),
@@ -227,8 +229,8 @@ fn check_config(part: &Pic16Part, h: &Header, diff: &mut Vec<String>) -> usize {
     h.config.len()
 }
 
-/// Every number that the header names is ours; and of ours every name is in some header of the family, and means what it says on
-/// this chip.
+/// Every number that the header names is a constant of this crate; every constant is in some header of the
+/// family, and has the meaning of its name on this chip.
 fn check_names(part: &Pic16Part, h: &Header, known: &BTreeSet<String>, diff: &mut Vec<String>) -> usize {
     let all = (part.chip.constants)();
     let ours: BTreeMap<&str, i32> = all.iter().copied().collect();

@@ -1,4 +1,5 @@
-//! The diagnostics of the core, case by case in `lint.txt`: a program, and every lint that it gives with its cycle.
+//! Tests the diagnostics of the PIC16 with the cases in `lint.txt`: a program, and every lint that it reports
+//! with its cycle.
 
 use emu_core::cpu::{Cpu, Probe, RamInit, StopReason};
 use emu_core::image::Image;
@@ -7,7 +8,7 @@ use emu_core::pins::{CycleTime, PinLevel};
 use emu_pic16::chips::PIC16F873;
 use emu_pic16::{Options, Pic16};
 
-/// No watchdog, no low-voltage programming, a crystal.
+/// Configuration word: no watchdog, no low-voltage programming, a crystal.
 const CONFIG: u16 = 0x3F31;
 
 #[derive(Default)]
@@ -34,7 +35,7 @@ fn image(program: &str) -> Image {
     emu_asm::assemble_text(&PIC16F873.chip, &lines).unwrap_or_else(|e| panic!("{program}: {e}"))
 }
 
-/// The machine of a case, and how long it runs.
+/// Returns the machine of a case, and the length of its run in cycles.
 fn machine(program: &str, wiring: &str) -> (Pic16, u64) {
     let options = Options { config: Some(CONFIG), start_up: false, ..Options::default() };
     let mut pic = Pic16::with(&PIC16F873.chip, &image(program), RamInit::Zero, options);
@@ -52,7 +53,7 @@ fn machine(program: &str, wiring: &str) -> (Pic16, u64) {
     (pic, cycles)
 }
 
-/// What a program could see.
+/// Returns the state that a program could see.
 fn state(pic: &Pic16) -> (u64, u32, Vec<Option<u8>>) {
     (pic.cycle(), pic.pc(), (0..0x200).map(|addr| pic.peek("data", addr)).collect())
 }
@@ -73,7 +74,8 @@ fn lints() {
         }
         fired.extend(seen.0);
 
-        // Cut into cycles it is the same, and no diagnostic changes what the machine does.
+        // The reports are the same if the run is cut into single cycles, and no diagnostic changes the
+        // machine.
         let (mut steps, mut seen) = (start.clone(), Seen::default());
         _ = (1..=cycles).any(|until| steps.run(until, &mut seen) == StopReason::Halted);
         let mut plain = start;
@@ -83,7 +85,7 @@ fn lints() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    // What the core itself never tells of is told by tools; from LINT009 to LINT019 it is for other families.
+    // Codes that the core does not report are reported by tools; LINT009 to LINT019 are for other families.
     let silent = |code: &str| fired.iter().all(|seen| !seen.contains(code));
     let codes = LINT_CODES.iter().map(|row| row.code).filter(|&code| code < "LINT009" || code == "LINT022");
     let silent: Vec<&str> = codes.filter(|code| silent(code)).collect();

@@ -1,10 +1,11 @@
-//! Named numbers of the chips. `tests/headers.rs` reads the headers of gputils against them.
+//! Tests the named constants of the chips. `tests/headers.rs` compares them with the headers of gputils.
 
 use std::collections::BTreeMap;
 
 use emu_pic16::chips::{PIC16_PARTS, part};
 
-/// Some of each kind: chip, name, value in hex or `-`; by the registers of the data sheets in `src/chips`.
+/// Samples of each kind: chip, name, value in hexadecimal or `-`; from the registers in the data sheets named
+/// in `src/chips`.
 const SOME: &str = "
     pic16f873   W               0
     pic16f873   F               1
@@ -57,7 +58,7 @@ fn some_names_and_their_values() {
     }
 }
 
-/// No name means two things, and none is that of a register.
+/// No name has two meanings, and none is the name of a register.
 #[test]
 fn names_are_clear() {
     for part in PIC16_PARTS {

@@ -1,11 +1,11 @@
-//! The registers of the internal oscillator: which bits can be written, and what the others read.
+//! The registers of the internal oscillator: writable bits, and the read values of the others.
 
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::Image;
 use emu_pic16::{Pic16, chips};
 
-/// Chip, register, written, read (DS39598, registers 4-1 and 4-2; DS30487, registers 4-1 and 4-2). IOFS reads 1: oscillators
-/// are stable at once. OSTS reads 1 as long as SCS chooses the primary clock.
+/// Chip, register, written value, read value (DS39598, registers 4-1 and 4-2; DS30487, registers 4-1 and
+/// 4-2). IOFS reads 1: oscillators are stable at once. OSTS reads 1 while SCS selects the primary clock.
 const CASES: &str = "
     pic16f818 OSCCON  00 04
     pic16f818 OSCCON  FF 74

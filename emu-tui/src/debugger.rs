@@ -1,7 +1,9 @@
-//! The debugger's screen: code, registers, pins, a waveform, and the rung with power flow, memory or symbols.
+//! The debugger screen: code, registers, pins, waveforms, and either the rung with power flow, memory,
+//! symbols or serial output.
 //!
-//! It knows no machine. A [`DebuggedMachine`] tells what is to be seen as plain data ([`DebuggerSnapshot`]) and obeys the commands that
-//! `docs/debug.md` lists; keys are short for such commands. `update` is what keys do, `view` what it looks like.
+//! The screen does not know any machine. A [`DebuggedMachine`] supplies plain data ([`DebuggerSnapshot`]) and
+//! executes the commands that `docs/debug.md` lists; keys are shortcuts for such commands. `update` handles
+//! keys, `view` draws the screen.
 
 mod panes;
 #[cfg(test)]
@@ -17,148 +19,149 @@ use ratatui_core::layout::Rect;
 use crate::rung_picture::PictureGlyph;
 use crate::{ScreenKey, ScreenStyle, ScreenView, ViewRequest};
 
-/// What the screen wants to see, so that no more is collected than it shows.
+/// What the screen needs from the machine, so that only visible data is collected.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ScreenQuery {
-    /// Program word around which code is shown; nothing stands for the instruction that is next.
+    /// Program word around which code is shown; `None` is the next instruction.
     pub around: Option<u32>,
-    /// Instructions on each side of it.
+    /// Number of instructions before and after it.
     pub lines: usize,
-    /// Columns for the rung; 0 wants none.
+    /// Columns for the rung; 0 if it is not needed.
     pub rung: usize,
-    /// Which memory, counted around, from which address on, and how many bytes; 0 wants none.
+    /// Memory to show as (index, modulo the number of memories, first address, number of bytes); 0 bytes if
+    /// it is not needed.
     pub memory: (usize, u32, usize),
-    /// Machine cycle from which edges of pins are wanted.
+    /// Machine cycle from which on edges of pins are needed.
     pub since: u64,
-    /// The source line around which the source is shown, of the file that is shown; nothing stands for where the machine is.
+    /// Source line around which the current source file is shown; `None` is the line of the machine.
     pub line: Option<u32>,
-    /// Source lines on each side of it; 0 wants none.
+    /// Number of source lines before and after it; 0 if it is not needed.
     pub source: usize,
-    /// What the serial port has sent is wanted.
+    /// Whether the bytes sent by the serial port are needed.
     pub serial: bool,
 }
 
-/// An instruction.
+/// An instruction in the code pane.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct CodeLine {
-    /// Program word.
+    /// Address as a program word.
     pub word: u32,
-    /// Its address as commands take it: `0x0086`.
+    /// Address in the syntax of commands: `0x0086`.
     pub address: String,
-    /// What has its name here.
+    /// The symbol at this address.
     pub label: Option<String>,
-    /// The source line that begins here.
+    /// The source line that starts here.
     pub source: Option<String>,
     /// Mnemonic and operands.
     pub text: String,
-    /// What the operands mean; empty where nothing is known.
+    /// The meaning of the operands; empty if it is not known.
     pub operand_meaning: String,
-    /// The breakpoint here, by its number.
+    /// The number of the breakpoint here.
     pub breakpoint: Option<u32>,
 }
 
-/// A part of a source file.
+/// Some lines of a source file.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct SourceExcerpt {
-    /// The file.
+    /// Name of the file.
     pub file: String,
-    /// The line where the machine is, if it is in this file.
+    /// The current line of the machine, if it is in this file.
     pub current_line: Option<u32>,
-    /// The line around which it is shown.
+    /// The line around which the file is shown.
     pub around: u32,
-    /// Lines with their numbers, and the breakpoint on each by its number.
+    /// Lines as (line number, text, number of the breakpoint).
     pub lines: Vec<(u32, String, Option<u32>)>,
 }
 
-/// A value with a name.
+/// A named value.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct NamedValue {
-    /// Its name.
+    /// The name.
     pub name: String,
-    /// Its value.
+    /// The value as text.
     pub text: String,
-    /// It is not what it was at the last stop.
+    /// True if the value has changed since the last stop.
     pub changed: bool,
 }
 
-/// A pin over time.
+/// The waveform of a pin.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct PinTrace {
-    /// Its name.
+    /// Name of the pin.
     pub name: String,
-    /// High now.
+    /// True if the pin is high now.
     pub high: bool,
-    /// Machine cycles of its edges, rising, and what it was from then on.
+    /// Edges as (machine cycle, new level), in ascending order.
     pub edges: Vec<(u64, bool)>,
 }
 
-/// A stretch of memory.
+/// A range of memory.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct MemoryExcerpt {
-    /// The memory.
+    /// Name of the memory.
     pub name: String,
     /// Address of the first byte.
     pub address: u32,
-    /// Bytes, and whether they have changed since the last stop; nothing where there is none.
+    /// Bytes with a flag for a change since the last stop; `None` where the memory has no byte.
     pub bytes: Vec<(Option<u8>, bool)>,
 }
 
 /// Everything that the screen shows of a machine, as plain data.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct DebuggerSnapshot {
-    /// What is debugged.
+    /// Name of the debugged image or program.
     pub title: String,
-    /// Where it is in time: cycle, seconds, scan, rung.
+    /// The current time: cycle, seconds, scan, rung.
     pub time: String,
-    /// Program word of the instruction that is next.
+    /// Program word of the next instruction.
     pub pc: u32,
     /// Machine cycles since power-up.
     pub cycle: u64,
-    /// Instructions around the place that is wanted.
+    /// Instructions around the requested place.
     pub code: Vec<CodeLine>,
-    /// The source around the line that is wanted; nothing where there is none, or none is wanted.
+    /// The source around the requested line; `None` if there is none or it was not requested.
     pub source: Option<SourceExcerpt>,
-    /// What the serial port has sent, in lines.
+    /// The bytes sent by the serial port, as lines of text.
     pub serial: Vec<String>,
     /// Registers of the core.
     pub registers: Vec<NamedValue>,
-    /// Pins: 0, 1 or z.
+    /// Levels of the pins: 0, 1 or z.
     pub pins: Vec<NamedValue>,
-    /// Symbols of a ladder program; empty where there is none.
+    /// Symbols of the ladder program; empty without one.
     pub symbols: Vec<NamedValue>,
-    /// The rung in which the machine is; nothing where there is no ladder program, or none is wanted.
+    /// The current rung; `None` without a ladder program or if it was not requested.
     pub rung: Option<Vec<Vec<PictureGlyph>>>,
-    /// Memory, where it is wanted.
+    /// The requested memory.
     pub memory: Option<MemoryExcerpt>,
-    /// Pins that have moved, over time.
+    /// Waveforms of the pins that have changed.
     pub traces: Vec<PinTrace>,
 }
 
-/// What came of a command.
+/// The result of a command.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct CommandAnswer {
-    /// What it said, in lines.
+    /// Output of the command, as lines of text.
     pub text: String,
-    /// It failed.
+    /// True if the command failed.
     pub failed: bool,
-    /// It was the last.
+    /// True if the command ends the session.
     pub quit: bool,
 }
 
-/// A machine under the debugger, and the commands that it obeys.
+/// A machine under the debugger that executes commands.
 pub trait DebuggedMachine {
-    /// What is to be seen of it now.
+    /// The current state of the machine.
     fn debugger_snapshot(&self, wants: &ScreenQuery) -> DebuggerSnapshot;
-    /// Carries out a command, to its end or until the user stops it.
+    /// Executes a command to its end, or until the user interrupts it.
     fn run_command(&mut self, line: &str) -> CommandAnswer;
-    /// Runs for so many machine cycles, for so long on the host's clock, whichever ends first. Says why where something else
-    /// has stopped it.
+    /// Runs for `cycles` machine cycles or `host` time of the host, whichever ends first. Returns an answer
+    /// if something else stopped the machine.
     fn advance(&mut self, cycles: Option<u64>, host: Option<Duration>) -> Option<CommandAnswer>;
-    /// Machine cycles in a second.
+    /// Machine cycles per second.
     fn hertz(&self) -> f64;
 }
 
-/// What stands below the code.
+/// The contents of the pane below the code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum LowerPane {
     Rung,
@@ -167,47 +170,48 @@ enum LowerPane {
     Serial,
 }
 
-/// How it runs on by itself.
+/// How the machine runs continuously.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum AutoRun {
-    /// As fast as it goes.
+    /// As fast as possible.
     Free,
-    /// A second of the chip in a second of the wall clock, times the speed.
+    /// In real time, multiplied by the speed.
     Clock,
 }
 
-/// The screen.
+/// The debugger screen.
 pub struct DebuggerScreen<M> {
     machine: M,
-    /// Program word of the line that keys act on; nothing stands for the instruction that is next.
+    /// Program word of the cursor line; `None` is the next instruction.
     cursor: Option<u32>,
-    /// The source is shown in place of instructions, as far as there is any.
+    /// Whether the source is shown instead of instructions, where there is source.
     source: bool,
-    /// The source line that keys act on; nothing stands for where the machine is.
+    /// Source line of the cursor; `None` is the line of the machine.
     line: Option<u32>,
-    /// What is below; nothing chosen yet is what is of most use.
+    /// The pane below the code; `None` selects the most useful one.
     lower: Option<LowerPane>,
     ladder: bool,
     memory: (usize, u32),
-    /// Which of the scales of the waveform.
+    /// Index of the scale of the waveform.
     zoom: usize,
     run: Option<AutoRun>,
     speed: f64,
-    /// Machine cycles that are due and were not yet run.
+    /// Machine cycles that are due but have not run yet.
     cycles_due: f64,
-    /// Time passes as a text of keys says, not on a clock: the same text is to do the same anywhere.
+    /// True if time comes from a key script instead of a clock, so that a script always gives the same
+    /// result.
     exact: bool,
     help: bool,
     prompt: Option<String>,
-    /// What the last command said, and whether it failed.
+    /// Output of the last command, and whether it failed.
     last_message: (String, bool),
 }
 
-/// How long a go lasts on the host, so that keys are answered.
+/// Maximum host time of one slice of a run, so that keys are handled in time.
 const WORK_SLICE: Duration = Duration::from_millis(25);
 
 impl<M: DebuggedMachine> DebuggerScreen<M> {
-    /// The screen of a machine. `exact`: keys come from a text, and time with them.
+    /// The screen of a machine. With `exact`, keys and time come from a key script.
     pub fn new(machine: M, exact: bool) -> DebuggerScreen<M> {
         let ladder =
             !machine.debugger_snapshot(&ScreenQuery { since: u64::MAX, ..ScreenQuery::default() }).symbols.is_empty();
@@ -230,7 +234,8 @@ impl<M: DebuggedMachine> DebuggerScreen<M> {
         }
     }
 
-    /// What is below: until something is chosen the rung, what the serial port has sent as soon as it has, else memory.
+    /// The pane below the code. By default it is the rung, or the serial output once there is any, or else
+    /// memory.
     fn lower(&self) -> LowerPane {
         let sent = || {
             !self
@@ -247,7 +252,7 @@ impl<M: DebuggedMachine> DebuggerScreen<M> {
         }
     }
 
-    /// What is said below before the first key.
+    /// Sets the message shown before the first key.
     #[must_use]
     pub fn with_message(mut self, text: &str) -> DebuggerScreen<M> {
         self.last_message.0 = text.to_owned();

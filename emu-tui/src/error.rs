@@ -1,11 +1,12 @@
-//! What is wrong with a script of keys, or with a line of the command line.
+//! Errors of key scripts and of the panel's command line.
 
 use crate::key::key_names;
 
-/// Why keys cannot be read, or why a command line does nothing. `Display` is the cause, one sentence without a full stop.
+/// The reason why keys cannot be parsed or a command cannot be executed. `Display` gives the cause as one
+/// sentence without a full stop.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TuiError {
-    /// The count behind a key is no number, or too large.
+    /// The repetition count of a key is not a number, or too large.
     #[error("`{word}`: how often is a number from 1 to {most}")]
     BadRepetition {
         /// The word of the script.
@@ -18,64 +19,64 @@ pub enum TuiError {
     TooManyKeys {
         /// The word that exceeds the number.
         word: String,
-        /// Most keys of a script.
+        /// Maximum number of keys in a script.
         most: usize,
     },
-    /// A pause is no time.
+    /// A pause is not a valid time.
     #[error("`{word}`: give a time up to an hour, as in wait:500ms or wait:2s")]
     BadPause {
         /// The word of the script.
         word: String,
     },
-    /// A word is no key.
+    /// A word is not the name of a key.
     #[error("there is no key `{word}`; there are single characters, {}, alt-1, wait:500ms, :TEXT", key_names())]
     UnknownKey {
         /// The word of the script.
         word: String,
     },
-    /// A command is none of the panel.
+    /// A command does not exist in the panel.
     #[error("`{line}` is no command: NAME=VALUE, send TEXT, scan N, back N, speed X")]
     UnknownCommand {
         /// The whole line.
         line: String,
     },
-    /// The number of scans of `scan` is no number, or too large.
+    /// The argument of `scan` is not a number, or too large.
     #[error("scan takes 1 to {most}")]
     BadScanCount {
-        /// Most scans of one command.
+        /// Maximum number of scans per command.
         most: u64,
     },
-    /// The number of scans of `back` is no number.
+    /// The argument of `back` is not a number.
     #[error("back takes a number of scans")]
     BadBackCount,
-    /// The factor of `speed` is no number, or out of range.
+    /// The argument of `speed` is not a number, or out of range.
     #[error("speed takes {low} to {high}")]
     BadSpeed {
-        /// The slowest.
+        /// The smallest factor.
         low: f64,
-        /// The fastest.
+        /// The largest factor.
         high: f64,
     },
-    /// The program has no such symbol.
+    /// The program does not have the symbol.
     #[error("the program has no symbol `{name}`")]
     UnknownSymbol {
         /// The name.
         name: String,
     },
-    /// A symbol cannot hold a value.
+    /// The symbol cannot hold the value.
     #[error("`{name}` takes {low} to {high}")]
     ValueOutOfRange {
         /// The symbol.
         name: String,
-        /// The least that it holds.
+        /// The smallest value of the symbol.
         low: i64,
-        /// The most that it holds.
+        /// The largest value of the symbol.
         high: i64,
     },
-    /// `\x` lacks a digit.
+    /// `\x` is not followed by two hexadecimal digits.
     #[error("\\x wants two hexadecimal digits")]
     BadHexEscape,
-    /// A backslash and a letter that mean nothing.
+    /// A backslash is followed by an unknown character.
     #[error("after \\ comes n, r, t, 0, \\ or xNN")]
     UnknownEscape,
 }

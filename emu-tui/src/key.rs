@@ -1,10 +1,10 @@
-//! Keys, and how a text names them.
+//! Keys of the keyboard, and their names in key scripts.
 
 use std::time::Duration;
 
 use crate::TuiError;
 
-/// A key.
+/// A key of the keyboard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ScreenKey {
     /// A character, as typed: `a`, `A`, `!`.
@@ -17,9 +17,9 @@ pub enum ScreenKey {
     Enter,
     /// Escape.
     Escape,
-    /// The key that deletes to the left.
+    /// The Backspace key.
     Backspace,
-    /// Tabulator.
+    /// The Tab key.
     Tab,
     /// Cursor up.
     Up,
@@ -29,17 +29,17 @@ pub enum ScreenKey {
     Left,
     /// Cursor right.
     Right,
-    /// A page up.
+    /// Page up.
     PageUp,
-    /// A page down.
+    /// Page down.
     PageDown,
-    /// To the beginning.
+    /// Home.
     Home,
-    /// To the end.
+    /// End.
     End,
 }
 
-/// Keys by name.
+/// The names of keys in scripts.
 #[rustfmt::skip]
 const KEY_NAMES: [(&str, ScreenKey); 14] = [
     ("space", ScreenKey::Char(' ')), ("enter", ScreenKey::Enter), ("esc", ScreenKey::Escape), ("backspace", ScreenKey::Backspace), ("tab", ScreenKey::Tab),
@@ -47,23 +47,24 @@ const KEY_NAMES: [(&str, ScreenKey); 14] = [
     ("pgup", ScreenKey::PageUp), ("pgdn", ScreenKey::PageDown), ("home", ScreenKey::Home), ("end", ScreenKey::End), ("ctrl-c", ScreenKey::Ctrl('c')),
 ];
 
-/// Most steps that a text may stand for.
+/// Maximum number of steps in a key script.
 const MAX_STEPS: usize = 1_000_000;
 
-/// Something that a text lets happen.
+/// A step of a key script.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ScriptStep {
-    /// A key.
+    /// A key is pressed.
     Key(ScreenKey),
-    /// So much time passes on the wall clock.
+    /// This time passes.
     Wait(Duration),
 }
 
-/// Reads keys from a text of words: a character (`1`, `g`), the name of a key (`space`, `enter`, `pgdn`), `alt-1`,
-/// `ctrl-c`, `:TEXT` (a command line with its Enter), `wait:500ms`; each with how often behind a star, as in `space*20`.
+/// Parses a key script of words: a character (`1`, `g`), the name of a key (`space`, `enter`, `pgdn`),
+/// `alt-1`, `ctrl-c`, `:TEXT` (a command line with its Enter), `wait:500ms`. A star and a number after a word
+/// repeat it, as in `space*20`.
 ///
 /// # Errors
-/// The first word that is none of these, or that comes too often, and what there is.
+/// The first word that is not valid or is repeated too often.
 pub fn parse_keys(text: &str) -> Result<Vec<ScriptStep>, TuiError> {
     let mut steps = Vec::new();
     for word in text.split_whitespace() {
@@ -83,7 +84,7 @@ pub fn parse_keys(text: &str) -> Result<Vec<ScriptStep>, TuiError> {
     Ok(steps)
 }
 
-/// What a word stands for.
+/// Parses one word without its repetition count.
 fn parse_word(word: &str) -> Result<Vec<ScriptStep>, TuiError> {
     let mut letters = word.chars();
     if let (Some(only), None) = (letters.next(), letters.next()) {
@@ -109,13 +110,13 @@ fn parse_word(word: &str) -> Result<Vec<ScriptStep>, TuiError> {
     named.map(|(_, key)| vec![ScriptStep::Key(*key)]).ok_or_else(|| TuiError::UnknownKey { word: word.to_owned() })
 }
 
-/// The names of keys, as messages list them.
+/// The names of all keys, for messages.
 pub(crate) fn key_names() -> String {
     let names: Vec<&str> = KEY_NAMES.iter().map(|(name, _)| *name).collect();
     names.join(", ")
 }
 
-/// A time in ms or s, at most an hour.
+/// Parses a time in ms or s, at most one hour.
 fn parse_time(text: &str) -> Option<Duration> {
     let (digits, unit) = text.split_at(text.find(|c: char| !c.is_ascii_digit())?);
     let number: u64 = digits.parse().ok()?;

@@ -1,4 +1,4 @@
-//! Keys from a text instead of a keyboard, and pictures as text.
+//! Plays key scripts on a view without a terminal, and converts pictures to text.
 
 use ratatui_core::buffer::Buffer;
 use ratatui_core::layout::Rect;
@@ -6,7 +6,8 @@ use ratatui_core::style::{Color, Modifier};
 
 use crate::{ScreenStyle, ScreenView, ScriptStep, ViewRequest};
 
-/// Plays steps on a screen of some size and gives the last picture, that before it was left.
+/// Plays the steps on a screen of the given size and returns the last picture; a step that quits ends the
+/// script.
 pub fn play_keys(app: &mut dyn ScreenView, steps: &[ScriptStep], area: Rect, look: ScreenStyle) -> Buffer {
     for step in steps {
         match *step {
@@ -18,7 +19,7 @@ pub fn play_keys(app: &mut dyn ScreenView, steps: &[ScriptStep], area: Rect, loo
     app.render(area, look)
 }
 
-/// A picture as lines of text, without spaces at their ends; with colours as escape sequences of a terminal (SGR).
+/// A picture as lines of text without trailing spaces; with colours as escape sequences of a terminal (SGR).
 #[must_use]
 pub fn picture_text(picture: &Buffer, look: ScreenStyle) -> String {
     let mut out = String::new();
@@ -42,7 +43,7 @@ pub fn picture_text(picture: &Buffer, look: ScreenStyle) -> String {
     out
 }
 
-/// The parameters of a style.
+/// The SGR parameters of a style.
 fn sgr_parameters(color: Color, modifier: Modifier) -> String {
     let mut out = String::new();
     for (one, code) in [(Modifier::BOLD, 1), (Modifier::DIM, 2), (Modifier::UNDERLINED, 4), (Modifier::REVERSED, 7)] {

@@ -1,12 +1,13 @@
-//! Full-screen views. Each is a value and two functions without side effects: what a key makes of it, and what it looks
-//! like on a screen of some size. `screen` joins one to a real terminal; `play` gives it keys from a text and prints the
-//! last picture, so that everything here is tested, and shown in documents, without a terminal.
+//! Full-screen views. A view is a value with two functions that have no side effects: one handles a key, the
+//! other draws a picture of a given size. `screen` connects a view to a real terminal; `play_keys` executes a
+//! key script and returns the last picture, so everything here can be tested and documented without a
+//! terminal.
 //!
 //! ```text
-//!   key.rs     keys, and their names in a text      style.rs   styles, with and without colours; writing into a picture
-//!   screen.rs  the terminal, given back on every way out       key_script.rs   keys from a text
-//!   flow.rs    a rung with power flow               panel/    switches, lamps, timers: a ladder program by hand
-//!                                                   debugger/ code, registers, pins: a chip by hand
+//!   key.rs           keys, and key scripts           key_script.rs  plays key scripts without a terminal
+//!   screen.rs        the terminal and signals        style.rs       styles, and drawing into a picture
+//!   rung_picture.rs  a rung with its power flow      panel/         a ladder program with switches and lamps
+//!                                                    debugger/      a chip with code, registers and pins
 //! ```
 #![forbid(unsafe_code)]
 
@@ -26,23 +27,23 @@ pub use ratatui_core::layout::Rect;
 use std::time::Duration;
 pub use style::ScreenStyle;
 
-/// What a view wants after a key.
+/// What a view requests after a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ViewRequest {
-    /// To go on.
+    /// Continue.
     Continue,
-    /// To leave.
+    /// Leave the view.
     Quit,
 }
 
 /// A full-screen view.
 pub trait ScreenView {
-    /// What it looks like on a screen of this size.
+    /// Draws the view on a screen of this size.
     fn render(&self, area: Rect, look: ScreenStyle) -> Buffer;
-    /// A key was pressed while the screen had this size.
+    /// Handles a key that was pressed on a screen of this size.
     fn handle_key(&mut self, key: ScreenKey, area: Rect) -> ViewRequest;
-    /// Time has passed on the wall clock. Does a bounded piece of work, so that keys are answered.
+    /// Lets time pass. The work per call is bounded, so that keys are handled in time.
     fn advance_time(&mut self, time: Duration);
-    /// True while time moves it.
+    /// True while the view changes with time.
     fn is_moving(&self) -> bool;
 }

@@ -1,7 +1,7 @@
-//! The panel: a ladder program under one's hands. Inputs are switches under keys, outputs lamps; relays, timers, counters,
-//! numbers, what is sent, the rungs with power flow and a waveform stand beside them.
+//! The panel: a ladder program that runs under manual control. Keys switch the inputs; the panel shows
+//! outputs, relays, timers, counters, integers, sent bytes, the rungs with power flow, and waveforms.
 //!
-//! `machine` runs the program and remembers, `update` is what keys do, `view` what it looks like.
+//! `scan_history` runs the program and keeps its past, `update` handles keys, `view` draws the panel.
 
 mod parts;
 mod prompt;
@@ -25,64 +25,64 @@ use crate::{ScreenKey, ScreenStyle, ScreenView, ViewRequest};
 use parts::CountingPart;
 use scan_history::PanelMachine;
 
-/// How the program runs on.
+/// How the program runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PanelPace {
-    /// A scan a key.
+    /// One scan per key.
     Paused,
-    /// As fast as it goes.
+    /// As fast as possible.
     Free,
-    /// As the wall clock goes, times the speed.
+    /// In real time, multiplied by the speed.
     Real,
 }
 
-/// Everything that the panel is: a value.
+/// The state of the panel.
 #[derive(Debug, Clone)]
 pub struct LadderPanel {
-    /// The program as it runs.
+    /// The running program.
     machine: PanelMachine,
-    /// What the head line calls it.
+    /// Name in the title line.
     name: String,
     pace: PanelPace,
-    /// Seconds of the program in a second of the wall clock.
+    /// Seconds of the program per second of real time.
     speed: f64,
-    /// Microseconds of the program that are due and were not yet run.
+    /// Microseconds of the program that are due but have not run yet.
     us_due: f64,
-    /// It could not keep up with the clock.
+    /// True if the program could not keep up with real time.
     is_late: bool,
-    /// First rung that is shown, and how many of its lines lie above the screen.
+    /// First rung shown, and how many of its lines are above the screen.
     first_rung: (usize, usize),
     /// First line of the parts that is shown.
     first_part: usize,
     /// First column of the rungs that is shown.
     first_column: usize,
-    /// Scans in a column of the waveform.
+    /// Scans per column of the waveforms.
     zoom: usize,
-    /// First bit of the waveform that is shown.
+    /// First bit shown in the waveforms.
     first_bit: usize,
-    /// The keys are told.
+    /// Whether the help is shown.
     help: bool,
-    /// The command line, while it is typed.
+    /// The command line while it is being typed.
     prompt: Option<String>,
-    /// What the last key came to, where that is worth a word, and whether it went wrong.
+    /// The message of the last key or command, and whether it failed.
     last_message: (String, bool),
-    /// Which of the analog inputs the keys change.
+    /// Index of the analog input that keys change, modulo their number.
     analog: usize,
-    /// Timers and counters, in text order.
+    /// The program's timers and counters, in text order.
     parts: Arc<[CountingPart]>,
 }
 
-/// Speeds that can be had.
+/// Allowed speeds.
 pub const SPEEDS: std::ops::RangeInclusive<f64> = 0.001..=1000.0;
 
-/// Work in one go, in elements of the program.
+/// Maximum work per slice, in elements executed.
 const ELEMENTS_PER_SLICE: usize = 50_000;
 
-/// How often free running has such a go.
+/// Slices per second in free running.
 const FRAMES_PER_SECOND: f64 = 30.0;
 
 impl LadderPanel {
-    /// A program before its first scan. `evaluator` is its power-up state, with what was set before.
+    /// A program before its first scan. `evaluator` is its power-up state, including values set before.
     #[must_use]
     pub fn new(name: &str, program: LadderProgram, evaluator: Evaluator) -> LadderPanel {
         let parts = parts::counting_parts(&program).into();
@@ -107,7 +107,7 @@ impl LadderPanel {
         }
     }
 
-    /// Sets how it runs, and how fast the wall clock is (held within [`SPEEDS`]).
+    /// Sets the pace and the speed, which is clamped to [`SPEEDS`].
     #[must_use]
     pub fn with_pace(mut self, pace: PanelPace, speed: f64) -> LadderPanel {
         self.pace = pace;
@@ -115,17 +115,17 @@ impl LadderPanel {
         self
     }
 
-    /// The level at an analog input (0 to 1023), by its symbol.
+    /// Sets the level of an analog input (0 to 1023), by symbol index.
     pub fn set_level(&mut self, symbol: usize, level: u16) {
         self.machine.set_level(symbol, level);
     }
 
-    /// The inputs, by symbol.
+    /// Symbol indices of the inputs.
     fn inputs(&self) -> impl Iterator<Item = usize> {
         self.machine.symbols_of(|kind| kind == SymbolKind::Input)
     }
 
-    /// Scans that one go runs at most, so that keys are answered.
+    /// Maximum number of scans per slice, so that keys are handled in time.
     fn scans_per_slice(&self) -> usize {
         (ELEMENTS_PER_SLICE / self.machine.elements().max(1)).max(1)
     }
@@ -141,7 +141,7 @@ impl ScreenView for LadderPanel {
     }
 
     fn advance_time(&mut self, time: Duration) {
-        // A text of keys may let more than one picture's time pass at once.
+        // A key script may let the time of several frames pass at once.
         let pictures = (time.as_secs_f64() * FRAMES_PER_SECOND).round().max(1.0);
         let most = self.scans_per_slice() as f64 * pictures;
         match self.pace {
@@ -152,7 +152,8 @@ impl ScreenView for LadderPanel {
                 self.us_due += time.as_secs_f64() * 1e6 * self.speed;
                 let due = (self.us_due / cycle).floor();
                 self.us_due -= due * cycle;
-                // What cannot be caught up with is let go: the program is then slower than the clock, and says so.
+                // Time that cannot be made up is dropped: the program is then slower than real time, and the
+                // title says so.
                 self.is_late = due > most;
                 self.machine.run(due.min(most) as u64);
             }

@@ -1,16 +1,17 @@
-//! A rung with the flow of power in it, made of the drawing that `emu draw` prints.
+//! Draws a rung with its power flow, based on the drawing of `emu draw`.
 //!
-//! Wires that touch each other are one net, and a net carries power when an element behind it saw power come in, or, at the
-//! right rail, when an element before it let power out. So the picture needs nothing but what every element saw and gave.
+//! Wires that touch each other form a net. A net carries power if the element after it had power at its input
+//! or, at the right rail, if the element before it had power at its output. So the picture only needs the
+//! power at the input and output of each element.
 
 use ladder::{DrawnElement, Element, ElementId, LadderProgram, RungNode};
 
-/// What a sign of the picture is.
+/// The kind of a character in the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GlyphInk {
-    /// A wire or the sign of an element: with power or without.
+    /// A wire or a part of an element: with or without power.
     Power(bool),
-    /// The name of a bit that is 1 or 0, or other text over an element.
+    /// The name of a bit with its value, or other text above an element.
     Name(bool),
     /// A comment of the program.
     Comment,
@@ -18,30 +19,30 @@ pub enum GlyphInk {
     Number,
 }
 
-/// A sign of the picture.
+/// A character of the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PictureGlyph {
-    /// What stands there.
+    /// The character.
     pub glyph: char,
-    /// What it is.
+    /// The kind of the character.
     pub ink: GlyphInk,
-    /// Belongs to the element that was to be marked.
+    /// True if the character belongs to the marked element.
     pub marked: bool,
 }
 
-/// What is known of a program in some scan.
+/// The state of a program in one scan.
 pub trait PowerFlowSource {
-    /// Whether power came into an element, and came out; `None` when it has not run.
+    /// (Power at the input, power at the output) of an element; `None` if it was not executed.
     fn power_flow(&self, element: ElementId) -> Option<(bool, bool)>;
-    /// The value of a bit; `None` for what is no bit.
+    /// The value of a bit; `None` if the symbol is not a bit.
     fn bit_value(&self, name: &str) -> Option<bool>;
 }
 
-/// Columns before the content of a line of the drawing, and behind it.
+/// Columns before and after the content in a line of the drawing.
 const MARGIN: (usize, usize) = (8, 2);
 
-/// One rung as lines of signs; narrower than `emu draw` has it where `width` columns make that necessary, and never
-/// narrower than its elements are. Nothing for a rung that is not there.
+/// One rung as lines of characters. Wires are shortened if the drawing of `emu draw` is wider than `width`
+/// columns, but not below the width of the elements. The result is empty if there is no such rung.
 #[must_use]
 pub fn rung_picture(
     program: &LadderProgram,
@@ -67,7 +68,8 @@ pub fn rung_picture(
         let is_wire =
             |c: &&DrawnElement| !matches!(elements.get(c.id.index as usize), Some(Element::Comment(_)) | None);
         let cells: Vec<DrawnElement> = drawing.elements.iter().filter(is_wire).copied().collect();
-        // The first wire has the names of its elements over it; a rung that is too large to draw is one line of text.
+        // The names of the elements are above the first wire; a rung that is too large to draw is one line of
+        // text.
         let first = cells.iter().map(|c| c.line.saturating_sub(1)).min();
         let first = first.unwrap_or(drawing.lines.len().saturating_sub(1));
         let mut grid = RungGrid::new(&drawing.lines, first, &cells);
@@ -77,7 +79,7 @@ pub fn rung_picture(
         }
         lines.extend(grid.lines(width, digits));
     }
-    // At the wire, as in the drawing; at the first line where there is none.
+    // The rung number is at the first wire, or at the first line if there is no wire.
     let number = format!("{:>digits$}", index + 1);
     let at = if has_wire && lines.len() > comments + 1 { comments + 1 } else { 0 };
     if let Some(line) = lines.get_mut(at) {
@@ -86,7 +88,7 @@ pub fn rung_picture(
     lines
 }
 
-/// The elements of a series in text order.
+/// Collects the elements of a series in text order.
 fn collect_elements<'a>(series: &'a [RungNode], out: &mut Vec<&'a Element>) {
     for node in series {
         match node {
@@ -96,14 +98,14 @@ fn collect_elements<'a>(series: &'a [RungNode], out: &mut Vec<&'a Element>) {
     }
 }
 
-/// A comment, broken between words.
+/// Adds a comment, wrapped between words.
 fn push_comment(text: &str, width: usize, digits: usize, lines: &mut Vec<Vec<PictureGlyph>>) {
     let mut push = |text: &str| {
         let mut line = margin(digits);
         line.extend(text.chars().map(|sign| PictureGlyph { glyph: sign, ink: GlyphInk::Comment, marked: false }));
         lines.push(line);
     };
-    // Where the author broke a line is forgotten: he had another width in mind.
+    // Line breaks of the author are ignored, because they were made for another width.
     let mut line = String::new();
     for word in text.split(|c: char| c.is_whitespace() || c.is_control()).filter(|w| !w.is_empty()) {
         let mut word: Vec<char> = word.chars().collect();
@@ -124,7 +126,7 @@ fn push_comment(text: &str, width: usize, digits: usize, lines: &mut Vec<Vec<Pic
     push(&line);
 }
 
-/// What stands before the left rail.
+/// The columns before the left rail.
 fn margin(digits: usize) -> Vec<PictureGlyph> {
     vec![PictureGlyph { glyph: ' ', ink: GlyphInk::Number, marked: false }; digits + 1]
 }
@@ -133,7 +135,7 @@ fn margin(digits: usize) -> Vec<PictureGlyph> {
 struct RungGrid {
     rows: Vec<Vec<char>>,
     glyphs: Vec<Vec<PictureGlyph>>,
-    /// True where the sign is part of a wire.
+    /// True for characters that are part of a wire.
     wires: Vec<Vec<bool>>,
     offset: usize,
 }
@@ -158,7 +160,7 @@ impl RungGrid {
         RungGrid { rows, glyphs: signs, wires, offset: first }
     }
 
-    /// Row, first column and the column behind an element.
+    /// Row, first column, and column after an element.
     fn place(&self, cell: &DrawnElement) -> (usize, usize, usize) {
         let from = cell.column.saturating_sub(MARGIN.0);
         (cell.line.saturating_sub(self.offset), from, from + cell.width)
@@ -185,10 +187,11 @@ impl RungGrid {
         ]
     }
 
-    /// Finds the nets that touch elements, and gives them power. Dashes in names touch none.
+    /// Finds the nets that touch elements, and sets their power. Dashes in names do not touch an element.
     fn power_nets(&mut self, cells: &[DrawnElement], seen: &dyn PowerFlowSource) {
         let mut net_of: Vec<Vec<usize>> = self.rows.iter().map(|row| vec![0; row.len()]).collect();
-        // Net 0 is none. Per net: what elements behind it saw, what elements before it gave.
+        // Net 0 means no net. Per net: power at the input of elements after it, power at the output of
+        // elements before it.
         let mut nets: Vec<(Option<bool>, bool)> = vec![(None, false)];
         for cell in cells {
             let (row, from, to) = self.place(cell);
@@ -236,7 +239,7 @@ impl RungGrid {
         }
     }
 
-    /// Draws the sign of an element and colours its name.
+    /// Draws an element and colours its name.
     fn draw_element(
         &mut self,
         cell: &DrawnElement,
@@ -256,7 +259,8 @@ impl RungGrid {
         let bit = match element {
             Some(Element::Contacts { name, negated, .. }) => {
                 let bit = seen.bit_value(name).unwrap_or(false);
-                // What it was when the rung ran counts, where that is known; a marked element has not run yet.
+                // The value at the time when the rung was executed counts, if it is known; a marked element
+                // was not executed yet.
                 let closed = if came && !marked { went } else { bit != *negated };
                 put(
                     from,
@@ -280,7 +284,7 @@ impl RungGrid {
             }
             _ => went,
         };
-        // The name stands over the element and the wire on both sides of it.
+        // The name is above the element and may extend over the wires on both sides.
         let Some(above) = row.checked_sub(1).and_then(|row| self.glyphs.get_mut(row)) else { return };
         let is_text = |s: &PictureGlyph| s.glyph != ' ' && !matches!(s.ink, GlyphInk::Power(_));
         let mut span = (from, to);
@@ -295,7 +299,7 @@ impl RungGrid {
         }
     }
 
-    /// The lines with rails, without columns that only lengthen wires where there is no room for them.
+    /// The lines with rails. If `width` is too small, columns that only lengthen wires are left out.
     fn lines(&self, width: usize, digits: usize) -> Vec<Vec<PictureGlyph>> {
         let keep = self.columns_kept(width.saturating_sub(digits + 3));
         let rows = self.glyphs.iter().zip(&self.wires).enumerate();
@@ -327,8 +331,8 @@ impl RungGrid {
         .collect()
     }
 
-    /// Which columns stay, so that at most `width` do if that can be. Of columns in a row that are the same wires and
-    /// spaces all but one can go; the longest such stretches go first.
+    /// Selects the columns to keep, at most `width` if possible. Of a sequence of equal columns with only
+    /// wires and spaces, all but one can be removed; the longest sequences are shortened first.
     fn columns_kept(&self, width: usize) -> Vec<bool> {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
         let plain = |column: usize| {
@@ -363,7 +367,7 @@ impl RungGrid {
     }
 }
 
-/// A piece of wire: left, right, up, down.
+/// The character of a piece of wire with connections to the left, right, up and down.
 fn wire_glyph(wire: char, [left, right, up, down]: [bool; 4], power: bool) -> char {
     let signs: [char; 2] = match (wire, left, right, up, down) {
         ('|', ..) => ['│', '┃'],

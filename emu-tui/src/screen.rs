@@ -1,4 +1,4 @@
-//! A view on a real terminal, which gets back what it was on every way out: leaving, an error, a panic, a signal.
+//! Shows a view on a real terminal, and restores the terminal at every exit: quit, error, panic or signal.
 
 use std::collections::VecDeque;
 use std::io::{self, IsTerminal, Stdout};
@@ -16,42 +16,42 @@ use ratatui_crossterm::CrosstermBackend;
 
 use crate::{ScreenKey, ScreenStyle, ScreenView, ViewRequest};
 
-/// Time between two pictures while something moves.
+/// Time between two pictures while the view changes with time.
 const FRAME_INTERVAL: Duration = Duration::from_millis(33);
 
-/// How long a signal may have to wait for its answer.
+/// Maximum time until a signal is noticed.
 const SIGNAL_POLL: Duration = Duration::from_millis(100);
 
-/// How long the view may take to end by itself, once the process is to end.
+/// Time for the view to end by itself when the process must end.
 const EXIT_GRACE: Duration = Duration::from_millis(500);
 
-/// Most columns and most lines of a picture. A terminal may say that it has 65535 of both.
+/// Maximum number of columns and of lines of a picture; a terminal may report 65535 for both.
 pub const MAX_SCREEN_SIDE: u16 = 500;
 
-/// True while the terminal is ours.
+/// True while the terminal is in raw mode with the alternate screen.
 static TERMINAL_TAKEN: AtomicBool = AtomicBool::new(false);
 
-/// How it came to its end.
+/// How the view ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ScreenEnd {
-    /// It was left.
+    /// The user left the view.
     Quit,
-    /// The process is to end by this signal. Pass it to [`exit_by_signal`] once everything is put away.
+    /// The process must end by this signal. Pass it to [`exit_by_signal`] after cleaning up.
     Signal(i32),
 }
 
-/// Ends the process as the signal would have.
+/// Ends the process like the default handler of the signal.
 pub fn exit_by_signal(signal: i32) {
     _ = signal_hook::low_level::emulate_default_handler(signal);
 }
 
-/// Shows a view until it is left.
+/// Shows a view until the user leaves it.
 ///
 /// # Errors
 /// The terminal cannot be read or written.
 pub fn show(app: &mut dyn ScreenView, look: ScreenStyle) -> io::Result<ScreenEnd> {
     let signals = SignalListener::new()?;
-    // What fails because the terminal is gone ends as that does.
+    // An error that comes from a lost terminal is treated like SIGHUP.
     run(app, look, &signals).or_else(|error| signals.0.poll_end().map(ScreenEnd::Signal).ok_or(error))
 }
 
@@ -62,7 +62,7 @@ fn run(app: &mut dyn ScreenView, look: ScreenStyle, signals: &SignalListener) ->
         screen.draw(app, look)?;
         let wait = if app.is_moving() { FRAME_INTERVAL.saturating_sub(last.elapsed()) } else { SIGNAL_POLL };
         let until = Instant::now() + wait;
-        // All keys that are there before the next picture.
+        // Handles all keys that are available before the next picture.
         loop {
             if let Some(signal) = signals.0.seen_signal() {
                 return Ok(ScreenEnd::Signal(signal));
@@ -101,23 +101,23 @@ fn run(app: &mut dyn ScreenView, look: ScreenStyle, signals: &SignalListener) ->
     }
 }
 
-/// How long a piece of work may take before keys are looked at for one that ends it.
+/// Time that work may take before keys are polled for an interrupt.
 const INTERRUPT_DELAY: Duration = Duration::from_millis(150);
 
-/// Keys that were pressed during a piece of work, and are still to be taken.
+/// Keys that were pressed during work and have not been handled yet.
 static TYPED_AHEAD: Mutex<VecDeque<ScreenKey>> = Mutex::new(VecDeque::new());
 
-/// How many of them are kept.
+/// Maximum number of keys kept.
 const MAX_TYPED_AHEAD: usize = 1000;
 
 fn typed_ahead() -> MutexGuard<'static, VecDeque<ScreenKey>> {
     TYPED_AHEAD.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Does a piece of work that looks at `interrupt` now and then. When it takes long, Ctrl-C or escape set that, and drop the keys before
-/// them; other keys that are pressed then are taken behind it.
+/// Runs `work`, which must poll `interrupt` periodically. If the work takes long, Ctrl-C and Escape set
+/// `interrupt` and drop the keys typed before; other keys are handled after the work.
 pub fn run_interruptible<T>(interrupt: &AtomicBool, work: impl FnOnce() -> T) -> T {
-    /// Says that the work is over, also when it panics.
+    /// Signals the end of the work, even if it panics.
     struct WorkFinished<'a>(&'a AtomicBool);
     impl Drop for WorkFinished<'_> {
         fn drop(&mut self) {
@@ -144,7 +144,7 @@ pub fn run_interruptible<T>(interrupt: &AtomicBool, work: impl FnOnce() -> T) ->
                     _ => {}
                 },
                 Ok(None) => {}
-                // A terminal that is gone ends the work.
+                // A lost terminal interrupts the work.
                 Err(_) => {
                     interrupt.store(true, Ordering::SeqCst);
                     return;
@@ -159,11 +159,12 @@ pub fn run_interruptible<T>(interrupt: &AtomicBool, work: impl FnOnce() -> T) ->
     })
 }
 
-/// The terminal while it is ours.
+/// The terminal while a view uses it.
 struct RealTerminal {
-    /// Its end would say on standard error that the cursor cannot be shown, and fail where that is a terminal that is gone.
+    /// Never dropped: its destructor prints an error if the cursor cannot be shown, and fails if the terminal
+    /// is lost.
     terminal: ManuallyDrop<Terminal<CrosstermBackend<Stdout>>>,
-    /// What of it is drawn on.
+    /// The area that is drawn.
     area: Rect,
 }
 
@@ -171,7 +172,8 @@ impl RealTerminal {
     fn open() -> io::Result<RealTerminal> {
         static HOOK: AtomicBool = AtomicBool::new(false);
         if !HOOK.swap(true, Ordering::SeqCst) {
-            // The message of a panic is to be read, so the terminal is given back before it is written.
+            // The hook restores the terminal before the message of a panic is printed, so that it can be
+            // read.
             let before = panic::take_hook();
             panic::set_hook(Box::new(move |what| {
                 restore_terminal();
@@ -203,7 +205,7 @@ impl RealTerminal {
         self.terminal.draw(|frame| *frame.buffer_mut() = app.render(frame.area(), look)).map(|_| ())
     }
 
-    /// Lets the shell have the terminal, until it calls us back.
+    /// Suspends the process, as for Ctrl-Z, until the shell continues it.
     fn suspend(&mut self) -> io::Result<()> {
         restore_terminal();
         #[cfg(unix)]
@@ -226,7 +228,7 @@ fn take_terminal() -> io::Result<()> {
     taken.inspect_err(|_| restore_terminal())
 }
 
-/// Gives the terminal back, once.
+/// Restores the terminal, at most once.
 fn restore_terminal() {
     if TERMINAL_TAKEN.swap(false, Ordering::SeqCst) {
         _ = execute!(io::stdout(), terminal::LeaveAlternateScreen, cursor::Show);
@@ -234,17 +236,17 @@ fn restore_terminal() {
     }
 }
 
-/// The signals that end it.
+/// The signals that end the process.
 #[cfg(unix)]
 const END_SIGNALS: [i32; 4] = {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
     [SIGTERM, SIGHUP, SIGINT, SIGQUIT]
 };
 
-/// What ends the process: a signal, and SIGHUP where the terminal is gone, told or not.
+/// The conditions that end the process: a signal, or a lost terminal, which counts as SIGHUP.
 struct EndWatch {
     signal: Arc<AtomicUsize>,
-    /// Keys come from standard input.
+    /// True if keys come from standard input.
     reads_stdin: bool,
     finished: AtomicBool,
 }
@@ -254,7 +256,7 @@ impl EndWatch {
         i32::try_from(self.signal.load(Ordering::SeqCst)).ok().filter(|signal| *signal != 0)
     }
 
-    /// What has been seen, with a look at the terminal: one that is gone is none any more.
+    /// The signal that was received; also checks whether the terminal is lost.
     fn poll_end(&self) -> Option<i32> {
         #[cfg(unix)]
         if !io::stdout().is_terminal() || self.reads_stdin && !io::stdin().is_terminal() {
@@ -264,15 +266,15 @@ impl EndWatch {
         self.seen_signal()
     }
 
-    /// Ends the process where the view does not come to it: a command may take long, and the reader of keys does not return from a
-    /// terminal that is gone.
+    /// Ends the process if the view does not: a command may take long, and reading keys does not return on a
+    /// lost terminal.
     fn guard_exit(&self) {
         let mut since = None;
         while !self.finished.load(Ordering::SeqCst) {
             if let Some(signal) = self.poll_end()
                 && since.get_or_insert_with(Instant::now).elapsed() >= EXIT_GRACE
             {
-                // What is to be written may wait for a terminal that takes nothing.
+                // Restoring may block on a terminal that does not accept output.
                 let back = thread::spawn(restore_terminal);
                 let begin = Instant::now();
                 while !back.is_finished() && begin.elapsed() < EXIT_GRACE {
@@ -285,7 +287,7 @@ impl EndWatch {
     }
 }
 
-/// Listens for what ends the process, as long as there is a view.
+/// Listens for signals that end the process while a view is shown.
 struct SignalListener(Arc<EndWatch>);
 
 impl SignalListener {
@@ -310,7 +312,7 @@ impl Drop for SignalListener {
     }
 }
 
-/// The key that an event is.
+/// The key of a terminal event.
 fn key_of_event(event: Event) -> Option<ScreenKey> {
     match event {
         Event::Key(key) if key.kind != KeyEventKind::Release => key_of_key_event(key),
@@ -318,7 +320,7 @@ fn key_of_event(event: Event) -> Option<ScreenKey> {
     }
 }
 
-/// A key of the terminal as one of ours.
+/// Converts a key of the terminal library.
 fn key_of_key_event(event: KeyEvent) -> Option<ScreenKey> {
     Some(match event.code {
         KeyCode::Char(c) if event.modifiers.contains(KeyModifiers::CONTROL) => ScreenKey::Ctrl(c.to_ascii_lowercase()),

@@ -1,13 +1,14 @@
-//! Styles, with and without colours, and writing into a picture.
+//! Text styles with and without colours, and drawing into a picture.
 
 use ratatui_core::buffer::Buffer;
 use ratatui_core::layout::Rect;
 use ratatui_core::style::{Color, Modifier, Style};
 
-/// How things look. Without colours nothing is lost: what a colour says is also said by a sign or by its weight.
+/// Selects the style of the screen. Colours carry no information of their own: a sign or a weight says the
+/// same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ScreenStyle {
-    /// With colours.
+    /// Whether colours are used.
     pub color: bool,
 }
 
@@ -17,47 +18,47 @@ impl ScreenStyle {
         let plain = Style::new().add_modifier(modifier);
         if self.color { plain.fg(color) } else { plain }
     }
-    /// Text.
+    /// Normal text.
     #[must_use] pub fn text(self) -> Style { Style::new() }
-    /// What carries power, or is true.
+    /// Something that carries power or is true.
     #[must_use] pub fn live(self) -> Style { self.of(Color::Green, Modifier::BOLD) }
-    /// What carries none.
+    /// Something that carries no power or is false.
     #[must_use] pub fn dead(self) -> Style { self.of(Color::DarkGray, if self.color { Modifier::empty() } else { Modifier::DIM }) }
-    /// Remarks.
+    /// Secondary text.
     #[must_use] pub fn faint(self) -> Style { self.dead() }
     /// Comments of the program.
     #[must_use] pub fn comment(self) -> Style { self.of(Color::Cyan, Modifier::empty()) }
-    /// A lamp that is lit.
+    /// A lamp that is on.
     #[must_use] pub fn lamp(self) -> Style { self.of(Color::Yellow, Modifier::BOLD) }
     /// A key to press.
     #[must_use] pub fn key(self) -> Style { self.of(Color::Cyan, Modifier::BOLD) }
-    /// The name of a part of the screen.
+    /// The heading of a part of the screen.
     #[must_use] pub fn title(self) -> Style { self.of(Color::Blue, Modifier::BOLD) }
-    /// The uppermost line.
+    /// The title line or a marked line.
     #[must_use] pub fn bar(self) -> Style { Style::new().add_modifier(Modifier::REVERSED) }
-    /// What has just changed, or stands out.
+    /// A value that has just changed, or is highlighted.
     #[must_use] pub fn change(self) -> Style { self.of(Color::Yellow, Modifier::BOLD) }
-    /// What went wrong.
+    /// An error.
     #[must_use] pub fn wrong(self) -> Style { self.of(Color::Red, Modifier::BOLD) }
-    /// True or not.
+    /// [`ScreenStyle::live`] if `on`, or else [`ScreenStyle::dead`].
     #[must_use] pub fn on(self, on: bool) -> Style { if on { self.live() } else { self.dead() } }
 }
 
-/// A place to write in: nothing is ever written beside it.
+/// An area of a picture; drawing is clipped to it.
 pub struct PaneArea<'a> {
     picture: &'a mut Buffer,
-    /// The place.
+    /// The area.
     pub area: Rect,
 }
 
 impl<'a> PaneArea<'a> {
-    /// The part of a picture that lies in `area`.
+    /// The part of a picture inside `area`.
     pub fn new(picture: &'a mut Buffer, area: Rect) -> PaneArea<'a> {
         let area = area.intersection(picture.area);
         PaneArea { picture, area }
     }
 
-    /// Writes text from a place on, counted from the corner, and gives the column behind it.
+    /// Writes text from column `x` and row `y` of the area on, and returns the column after it.
     pub fn put(&mut self, x: u16, y: u16, text: &str, style: Style) -> u16 {
         if x >= self.area.width || y >= self.area.height {
             return x;
@@ -67,7 +68,7 @@ impl<'a> PaneArea<'a> {
         end - self.area.x
     }
 
-    /// Writes text that ends at a column.
+    /// Writes text that ends before column `end`.
     pub fn put_right(&mut self, end: u16, y: u16, text: &str, style: Style) {
         let width = u16::try_from(text.chars().count()).unwrap_or(u16::MAX);
         if width <= end {
@@ -75,14 +76,14 @@ impl<'a> PaneArea<'a> {
         }
     }
 
-    /// A line with a name in it: the head of a part.
+    /// Writes a heading: a name followed by a horizontal line.
     pub fn put_heading(&mut self, y: u16, name: &str, look: ScreenStyle) {
         let end = self.put(0, y, name, look.title());
         let rule = "─".repeat(usize::from(self.area.width.saturating_sub(end + 1)));
         self.put(end + 1, y, &rule, look.faint());
     }
 
-    /// One style for a whole line.
+    /// Sets the style of a whole line.
     pub fn style_line(&mut self, y: u16, style: Style) {
         if y < self.area.height {
             self.picture.set_style(Rect { y: self.area.y + y, height: 1, ..self.area }, style);
@@ -90,7 +91,7 @@ impl<'a> PaneArea<'a> {
     }
 }
 
-/// Cuts a text to a width and says so.
+/// Truncates a text to `width` characters; an ellipsis marks the cut.
 #[must_use]
 pub fn truncate_text(text: &str, width: usize) -> String {
     if text.chars().count() <= width {
@@ -101,9 +102,9 @@ pub fn truncate_text(text: &str, width: usize) -> String {
     out
 }
 
-/// A command line that is being typed.
+/// Draws a command line that is being typed.
 pub fn draw_prompt(paper: &mut PaneArea<'_>, line: &str, look: ScreenStyle) {
-    // The end of a long line is what is being typed.
+    // Of a long line, the end is shown.
     let room = usize::from(paper.area.width).saturating_sub(2);
     let count = line.chars().count();
     let shown: String = line.chars().skip(count.saturating_sub(room)).collect();
@@ -112,7 +113,7 @@ pub fn draw_prompt(paper: &mut PaneArea<'_>, line: &str, look: ScreenStyle) {
     paper.put(end, 0, "█", look.text());
 }
 
-/// Keys with what they do, as many as fit.
+/// Draws keys with their functions, as many as fit.
 pub fn draw_keys(paper: &mut PaneArea<'_>, keys: &[(&str, &str)], look: ScreenStyle) {
     let mut x = 0;
     for (key, does) in keys {
@@ -125,7 +126,7 @@ pub fn draw_keys(paper: &mut PaneArea<'_>, keys: &[(&str, &str)], look: ScreenSt
     }
 }
 
-/// A box with keys, over everything.
+/// Draws a box with the list of keys on top of everything.
 pub fn draw_help(picture: &mut Buffer, area: Rect, text: &str, look: ScreenStyle) {
     let lines: Vec<&str> = text.lines().collect();
     let widest = lines.iter().map(|l| l.chars().count()).max().unwrap_or(0);

@@ -1,16 +1,16 @@
-//! Fuzz targets: functions of bytes that must end, without a panic, within [`MAX_SECONDS`] and [`MAX_MEMORY_BYTES`], whatever the bytes are.
+//! Fuzz targets: functions of bytes that must end without a panic, within [`MAX_SECONDS`] and
+//! [`MAX_MEMORY_BYTES`], for all inputs.
 //!
 //! ```text
-//!   targets/     the functions               table.rs    one row a target: function, seeds, words, longest input
-//!   seeds.rs     inputs to begin with, from the tree     texts.rs    short ones and words
-//!   omf51.rs     object files to begin with
-//!   mutate.rs    inputs made of seeds, the same for the same seed and number
-//!   machine.rs   chips and machines for the targets
-//!   run.rs       the driver: a process for each target, limits, findings      worker.rs   what runs in that process
+//!   targets/         the functions                      target_table.rs  one row per target
+//!   seeds.rs         initial inputs, from the tree      text_seeds.rs    short initial texts, and words
+//!   omf51.rs         initial object files               mutate.rs        makes inputs from seeds
+//!   machines.rs      chips and machines for targets     run.rs           the driver: processes, findings
+//!   worker.rs        the code in these processes        main.rs          the command line
 //! ```
 //!
-//! The same functions run under libFuzzer (`libfuzzer/`, with coverage, for hours) and under the driver of this crate (without
-//! coverage, for the minute in CI). docs/security.md has the figures.
+//! The same functions run under libFuzzer (`libfuzzer/`, with coverage, for hours) and under the driver of
+//! this crate (without coverage, for the minute in CI). docs/security.md has the measured numbers.
 
 #![forbid(unsafe_code)]
 
@@ -31,10 +31,10 @@ pub use error::FuzzError;
 pub use mutate::Mutator;
 pub use target_table::{FuzzTarget, TARGETS, find_target};
 
-/// Longest time of one execution, in seconds: one that takes longer is taken for endless.
+/// Maximum time of one execution in seconds; a longer one counts as a hang.
 pub const MAX_SECONDS: u64 = 10;
 
-/// Most memory of a process that executes a target, in bytes.
+/// Maximum memory of a process that executes a target, in bytes.
 pub const MAX_MEMORY_BYTES: u64 = 1536 << 20;
 
 /// The folder of the workspace.

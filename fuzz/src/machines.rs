@@ -1,4 +1,4 @@
-//! Chips and machines: one chip of each family stands for it.
+//! Chips and machines for the targets; one chip represents each family.
 
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::{Cpu, RamInit};
@@ -9,7 +9,7 @@ use emu_debug::{AttachedDevices, CycleClock};
 /// The families, in the order of [`family_chips`].
 pub(crate) const FAMILIES: [ChipFamily; 4] = [ChipFamily::Avr, ChipFamily::Mcs51, ChipFamily::Pic16, ChipFamily::Ap101];
 
-/// The chip that stands for a family.
+/// The chip that represents a family.
 pub(crate) fn family_chip(family: ChipFamily) -> &'static Chip {
     let found = match family {
         ChipFamily::Avr => emu_avr::chips::chip("atmega328p"),
@@ -20,20 +20,20 @@ pub(crate) fn family_chip(family: ChipFamily) -> &'static Chip {
     found.expect("the families have these chips")
 }
 
-/// All of them.
+/// The chips of all families.
 pub(crate) fn family_chips() -> impl Iterator<Item = &'static Chip> {
     FAMILIES.into_iter().map(family_chip)
 }
 
-/// Something to do with a machine of whatever family.
+/// An action that is generic over the type of the machine.
 pub(crate) trait MachineVisitor {
-    /// What it gives.
+    /// The result of the action.
     type Output;
-    /// Does it, with a machine after power-up.
+    /// Runs the action with a machine in its power-up state.
     fn visit<C: Cpu + 'static>(self, cpu: C) -> Self::Output;
 }
 
-/// Does it with a machine of a chip that has the image in its memories and zeros in RAM.
+/// Runs an action with a machine of a chip that has the image in its memories and zeros in RAM.
 pub(crate) fn visit_machine<V: MachineVisitor>(chip: &'static Chip, image: &Image, visitor: V) -> V::Output {
     match chip.family {
         ChipFamily::Avr => visitor.visit(emu_avr::Avr::new(chip, image, RamInit::Zero)),
@@ -43,7 +43,7 @@ pub(crate) fn visit_machine<V: MachineVisitor>(chip: &'static Chip, image: &Imag
     }
 }
 
-/// A program that counts for ever and writes memory, in the assembly of a family.
+/// A program in the assembly language of a family that counts and writes memory in an endless loop.
 pub(crate) fn family_program(family: ChipFamily) -> &'static str {
     match family {
         ChipFamily::Avr => {
@@ -55,12 +55,12 @@ pub(crate) fn family_program(family: ChipFamily) -> &'static str {
     }
 }
 
-/// The image of a source; an empty one where it is refused.
+/// Assembles a source; the image is empty if the source is refused.
 pub(crate) fn assemble(chip: &'static Chip, source: &str) -> Image {
     emu_asm::assemble_text(chip, source).unwrap_or_default()
 }
 
-/// An image whose program memory begins with these bytes, as far as they fit.
+/// An image whose program memory starts with these bytes, as many as fit.
 pub(crate) fn image_of_bytes(chip: &'static Chip, bytes: &[u8]) -> Image {
     let end = bytes.len().min(chip.flash_bytes as usize) & !(chip.word_bytes as usize - 1);
     let bytes: Vec<u8> = bytes.get(..end).unwrap_or_default().to_vec();
@@ -68,7 +68,7 @@ pub(crate) fn image_of_bytes(chip: &'static Chip, bytes: &[u8]) -> Image {
     Image { segments, ..Image::default() }
 }
 
-/// Makes a machine one for the debugger.
+/// Converts a machine to the debugger's machine type.
 pub(crate) struct ToDynMachine;
 
 impl MachineVisitor for ToDynMachine {
@@ -82,7 +82,7 @@ impl MachineVisitor for ToDynMachine {
     }
 }
 
-/// A session of the debugger on a machine with an image.
+/// A debugger session on a machine with an image.
 pub(crate) fn open_session(chip: &'static Chip, image: Image) -> DebugSession {
     let (target, clock) = visit_machine(chip, &image, ToDynMachine);
     let mut scope = NameScope::new(chip);

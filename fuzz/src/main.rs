@@ -1,4 +1,4 @@
-//! `emu-fuzz`: executes the fuzz targets without anything but Rust. `fuzz/run.sh` does it with libFuzzer.
+//! `emu-fuzz`: executes the fuzz targets with nothing but Rust. `fuzz/run.sh` executes them under libFuzzer.
 
 #![forbid(unsafe_code)]
 
@@ -64,7 +64,7 @@ fn run_command(arguments: &[&str]) -> Result<u8, FuzzError> {
     }
 }
 
-/// Flags of `run` and `work`.
+/// Flags of the commands `run` and `work`.
 struct CommandFlags<'a> {
     seed: u64,
     budget: Option<WorkerBudget>,
@@ -107,7 +107,7 @@ fn execute_targets(arguments: &[&str]) -> Result<u8, FuzzError> {
     let flags = CommandFlags::read(arguments)?;
     let named = flags.names.iter().map(|name| find_target(name)).collect::<Result<Vec<_>, _>>()?;
     let targets: Vec<&'static FuzzTarget> = if named.is_empty() { TARGETS.iter().collect() } else { named };
-    // The time is shared by all, and as many run at once as there are processors.
+    // All targets share the time; as many targets run in parallel as there are processors.
     let at_once = std::thread::available_parallelism().map_or(1, usize::from).min(targets.len());
     let budget = match flags.budget.unwrap_or(WorkerBudget::Time(Duration::from_secs(60))) {
         WorkerBudget::Time(time) => WorkerBudget::Time(time * at_once as u32 / targets.len() as u32),
@@ -134,7 +134,7 @@ fn execute_targets(arguments: &[&str]) -> Result<u8, FuzzError> {
     Ok(u8::from(findings > 0))
 }
 
-/// Each input in a process of its own, so that one that takes the process with it is told as well.
+/// Executes each input in a separate process, so that an input that crashes its process is reported too.
 fn replay_files(target: &FuzzTarget, files: &[&str]) -> Result<u8, FuzzError> {
     let mut found = 0;
     for file in files {
@@ -156,7 +156,7 @@ fn write_seeds(target: &FuzzTarget, folder: &Path) -> std::io::Result<u8> {
     Ok(0)
 }
 
-/// As libFuzzer's dictionaries have it.
+/// Escapes bytes in the format of libFuzzer's dictionaries.
 fn dictionary_escape(bytes: &[u8]) -> String {
     let one = |byte: &u8| match byte {
         b'"' | b'\\' => format!("\\{}", char::from(*byte)),

@@ -1,11 +1,12 @@
-//! Inputs made of seeds. The input of a number is a function of seed, target and number alone, so a finding can be made again.
+//! Makes inputs from seeds. An input depends only on seed, target and number, so that a finding can be
+//! reproduced.
 
 use emu_core::rng::Rng;
 
 use crate::seeds::SeedSource;
 use crate::target_table::FuzzTarget;
 
-/// Values at which readers change their minds.
+/// Numbers near the limits of readers.
 const BOUNDARY_NUMBERS: &[&str] = &[
     "0",
     "1",
@@ -39,7 +40,7 @@ const BOUNDARY_NUMBERS: &[&str] = &[
     "1e9",
 ];
 
-/// Makes inputs.
+/// Makes the inputs of a target.
 pub struct Mutator {
     seed: u64,
     max_input_bytes: usize,
@@ -48,7 +49,7 @@ pub struct Mutator {
 }
 
 impl Mutator {
-    /// For a target. `corpus` are inputs beside its own seeds.
+    /// The mutator of a target. `corpus` contains inputs in addition to the target's own seeds.
     #[must_use]
     pub fn new(target: &FuzzTarget, seed: u64, corpus: Vec<Vec<u8>>) -> Mutator {
         let mut seeds: Vec<Vec<u8>> = target.seeds.iter().flat_map(SeedSource::collect).chain(corpus).collect();
@@ -66,13 +67,14 @@ impl Mutator {
         Mutator { seed: seed ^ name, max_input_bytes: target.max_input_bytes, seeds, dictionary: words }
     }
 
-    /// The seeds as they are.
+    /// The unchanged seeds.
     #[must_use]
     pub fn seeds(&self) -> &[Vec<u8>] {
         &self.seeds
     }
 
-    /// The input of a number: first the seeds as they are, then seeds with one to eight changes.
+    /// The input with this number: the first ones are the unchanged seeds, the others are seeds with one to
+    /// seven changes.
     #[must_use]
     pub fn input(&self, number: u64) -> Vec<u8> {
         if let Some(seed) = usize::try_from(number).ok().and_then(|number| self.seeds.get(number)) {
@@ -100,7 +102,7 @@ impl Mutator {
             2 => _ = bytes.splice(at..at, self.random_word(rng)),
             3 => _ = bytes.splice(at..end, self.random_word(rng)),
             4 => {
-                // A piece of another seed, or of this one.
+                // A part of another seed or of this one.
                 let other = if rng.one_in(2) { bytes.clone() } else { self.random_seed(rng).to_vec() };
                 let from = rng.below(other.len() as u64 + 1) as usize;
                 let piece =
@@ -110,7 +112,7 @@ impl Mutator {
             }
             5 => replace_number(bytes, at, rng),
             6 => {
-                // The same again and again: nesting, and long names.
+                // A repeated part, for deep nesting and long names.
                 let piece = bytes.get(at..end).unwrap_or_default().to_vec();
                 let many = piece.repeat(1 << rng.below(8));
                 _ = bytes.splice(at..at, many);
@@ -135,7 +137,7 @@ impl Mutator {
     }
 }
 
-/// Puts another number in place of the next one behind `at`.
+/// Replaces the first number at or after `at` by another one.
 fn replace_number(bytes: &mut Vec<u8>, at: usize, rng: &mut Rng) {
     let digit = |byte: &u8| byte.is_ascii_digit();
     let Some(start) = bytes.iter().skip(at).position(digit).map(|n| n + at) else { return };

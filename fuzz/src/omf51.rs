@@ -1,13 +1,13 @@
-//! Object files of MCS-51 to begin with, made by the writer of the tests of their reader.
+//! Initial object files of MCS-51, made by the writer that also tests their reader.
 
-/// The writer of the tests of the reader.
+/// The writer of the reader's tests.
 #[path = "../../emu-core/tests/omf51/write.rs"]
 pub mod write;
 
 pub use write::right;
 use write::{Item, Module};
 
-/// A program as Intel's linker writes it, and one with the records that Keil's has added.
+/// A program in the format of Intel's linker, and one with the additional records of Keil's linker.
 pub fn seeds() -> Vec<Vec<u8>> {
     let mut intel = Module::new("PUMP");
     intel.scope(0, "PUMP");

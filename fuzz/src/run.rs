@@ -1,4 +1,4 @@
-//! The driver: a process for each target, with its limits, and what it has found.
+//! The driver: runs a process per target, with limits, and saves its findings.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -11,29 +11,29 @@ use crate::target_table::FuzzTarget;
 use crate::worker::{HANG_EXIT_CODE, WorkerBudget};
 use crate::{MAX_MEMORY_BYTES, workspace_root};
 
-/// What is asked of the driver.
+/// Options of the driver.
 pub struct DriverOptions {
-    /// The targets.
+    /// The targets to execute.
     pub targets: Vec<&'static FuzzTarget>,
     /// Seed of the inputs.
     pub seed: u64,
-    /// How long each target is executed.
+    /// The budget of each target.
     pub budget: WorkerBudget,
-    /// Folder for findings.
+    /// The folder for findings.
     pub findings_folder: PathBuf,
 }
 
-/// How the executions of a target have ended.
+/// The result of executing one target.
 pub struct TargetRun {
     /// The target.
     pub target: &'static FuzzTarget,
-    /// Executions; not known behind a finding.
+    /// Number of executions; unknown after a finding.
     pub executions: Option<u64>,
-    /// What is wrong with an input, and its file.
+    /// A description of the finding, and the file with its input.
     pub finding: Option<(String, PathBuf)>,
 }
 
-/// Inputs of a target that were findings once, in the order of their names.
+/// Inputs of a target that were findings in the past, ordered by file name.
 #[must_use]
 pub fn regressions(target: &str) -> Vec<Vec<u8>> {
     let entries = std::fs::read_dir(workspace_root().join("fuzz/regressions").join(target));
@@ -42,7 +42,8 @@ pub fn regressions(target: &str) -> Vec<Vec<u8>> {
     files.iter().filter_map(|file| std::fs::read(file).ok()).collect()
 }
 
-/// Executes all targets, as many at a time as there are processors; `tell` is given each as it ends.
+/// Executes all targets, as many in parallel as there are processors; `tell` gets each result as soon as it
+/// is available.
 ///
 /// # Errors
 /// A process cannot be started, or a finding cannot be saved.
@@ -67,7 +68,7 @@ pub fn run_targets(options: &DriverOptions, tell: &(dyn Fn(&TargetRun) + Sync)) 
     done.into_inner().unwrap_or_else(PoisonError::into_inner).into_iter().collect()
 }
 
-/// A process of this program under a limit of memory. Where there is no `sh` the memory is not limited.
+/// A command that starts this program with a memory limit. On systems other than Unix, memory is not limited.
 #[must_use]
 pub fn memory_limited_command(arguments: &[&str]) -> Command {
     let own = std::env::current_exe().unwrap_or_else(|_| PathBuf::from("emu-fuzz"));
@@ -106,7 +107,7 @@ fn run_target(target: &'static FuzzTarget, options: &DriverOptions) -> io::Resul
     Ok(TargetRun { target, executions: None, finding: Some((what, saved)) })
 }
 
-/// Gives an input a name by its content, so that the same finding is one file.
+/// Names an input by the hash of its contents, so that equal findings are one file.
 fn save_finding(target: &FuzzTarget, folder: &Path, current: &Path) -> io::Result<PathBuf> {
     let bytes = std::fs::read(current)?;
     let hash = bytes

@@ -1,4 +1,4 @@
-//! Inputs to begin with: files of tests and examples of the tree, and what its tables and machines make.
+//! Initial inputs: files of tests and examples in the tree, and inputs made from its tables and machines.
 
 use std::fs;
 use std::path::Path;
@@ -11,16 +11,16 @@ use crate::machines::{FAMILIES, MachineVisitor, assemble, family_chip, family_pr
 use crate::text_seeds::words;
 use crate::workspace_root;
 
-/// Where seeds come from.
+/// A source of seeds.
 pub enum SeedSource {
-    /// The files of a folder of the tree and of the folders in it whose names end so.
+    /// The files in a folder of the tree, including subfolders, whose names have this ending.
     Files(&'static str, &'static str),
-    /// They are made.
+    /// A function that makes the seeds.
     Generated(fn() -> Vec<Vec<u8>>),
 }
 
 impl SeedSource {
-    /// The seeds, in the same order every time.
+    /// The seeds, always in the same order.
     pub fn collect(&self) -> Vec<Vec<u8>> {
         match self {
             SeedSource::Generated(make) => make(),
@@ -34,6 +34,7 @@ impl SeedSource {
     }
 }
 
+/// Collects name and contents of all files in a folder and its subfolders whose names have this ending.
 pub(crate) fn collect_files(folder: &Path, ending: &str, out: &mut Vec<(String, Vec<u8>)>) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();
@@ -48,12 +49,13 @@ pub(crate) fn collect_files(folder: &Path, ending: &str, out: &mut Vec<(String, 
     }
 }
 
-/// None.
+/// A dictionary without words.
 pub(crate) fn no_words() -> Vec<String> {
     Vec::new()
 }
 
-/// The cases of the assembler's tests for the chips of a family: `--- chip name`, then the source up to what comes of it.
+/// The cases of the assembler's tests for the chips of a family: `--- chip name`, followed by the source up
+/// to the expected result.
 fn assembler_cases(family: ChipFamily) -> Vec<Vec<u8>> {
     let mut files = Vec::new();
     collect_files(&workspace_root().join("emu-asm/tests/cases"), ".txt", &mut files);
@@ -75,7 +77,7 @@ fn assembler_cases(family: ChipFamily) -> Vec<Vec<u8>> {
     cases.chain([family_program(family).as_bytes().to_vec()]).collect()
 }
 
-/// Mnemonics, directives, registers, and what opens a block.
+/// Mnemonics, directives, registers, and words that open a block.
 fn assembler_words(family: ChipFamily) -> Vec<String> {
     let chip = family_chip(family);
     let mnemonics = chip.isa.rows.iter().map(|row| format!(" {} ", row.mnemonic));
@@ -95,7 +97,7 @@ fn assembler_words(family: ChipFamily) -> Vec<String> {
     mnemonics.chain(directives).chain(registers).chain(pieces).collect()
 }
 
-/// Every row of the table with its open bits 0 and 1, at two addresses.
+/// Every row of the instruction table with its operand bits all 0 and all 1.
 fn instruction_rows(family: ChipFamily) -> Vec<Vec<u8>> {
     let chip = family_chip(family);
     let size = chip.word_bytes as usize;
@@ -111,7 +113,7 @@ fn instruction_rows(family: ChipFamily) -> Vec<Vec<u8>> {
         .collect()
 }
 
-/// Programs behind the bytes of some edges.
+/// Programs after the bytes of some pin edges.
 fn code_programs(family: ChipFamily) -> Vec<Vec<u8>> {
     let chip = family_chip(family);
     let edges = (0..24).map(|n| n * 7);
@@ -142,7 +144,7 @@ fn machine_states(family: ChipFamily) -> Vec<Vec<u8>> {
     visit_machine(chip, &assemble(chip, family_program(family)), StateCollector)
 }
 
-/// Files of snapshots.
+/// Snapshot files.
 pub(crate) fn snapshot_files() -> Vec<Vec<u8>> {
     let file = |family: ChipFamily, state: Vec<u8>| {
         let head = SnapshotHeader {
@@ -159,7 +161,7 @@ pub(crate) fn snapshot_files() -> Vec<Vec<u8>> {
         .collect()
 }
 
-/// A function for each family, as the table wants them.
+/// Defines one function per family, as the target table needs them.
 macro_rules! for_each_family {
     ($($of:ident -> $out:ty: $avr:ident $mcs51:ident $pic16:ident $ap101:ident;)*) => {$(
         #[doc = concat!("`", stringify!($of), "` of AVR.")]

@@ -1,4 +1,4 @@
-//! The table of targets.
+//! The table of fuzz targets.
 
 use crate::FuzzError;
 use crate::seeds::SeedSource::{self, Files, Generated};
@@ -6,24 +6,24 @@ use crate::seeds::{self as made};
 use crate::targets::{code, debug, image, ladder, machine, text};
 use crate::{omf51, text_seeds};
 
-/// A target.
+/// A fuzz target.
 pub struct FuzzTarget {
-    /// Its name.
+    /// Name of the target.
     pub name: &'static str,
-    /// What it checks, in a line.
+    /// What the target checks, in one line.
     pub description: &'static str,
     /// Executes one input.
     pub function: fn(&[u8]),
-    /// Inputs to begin with.
+    /// Sources of the initial inputs.
     pub seeds: &'static [SeedSource],
     /// Words that inputs are likely to need.
     pub dictionary: fn() -> Vec<String>,
-    /// Longest input, in bytes.
+    /// Maximum length of an input in bytes.
     pub max_input_bytes: usize,
 }
 
 impl FuzzTarget {
-    /// Executes an input; of a longer one than the target takes, its beginning.
+    /// Executes an input; a longer one than the target accepts is truncated.
     ///
     /// # Panics
     /// The input is a finding.
@@ -32,10 +32,10 @@ impl FuzzTarget {
     }
 }
 
-/// The target of that name.
+/// The target of this name.
 ///
 /// # Errors
-/// There is none.
+/// There is no such target.
 pub fn find_target(name: &str) -> Result<&'static FuzzTarget, FuzzError> {
     TARGETS
         .iter()
@@ -55,7 +55,7 @@ const fn target_row(
     FuzzTarget { name, description: about, function, seeds, dictionary: words, max_input_bytes: longest }
 }
 
-/// Targets that are findings whatever the input is: on them the tests try whether the driver sees what it is to see.
+/// Targets that always fail, for tests of the driver.
 const FAULTY_TARGETS: &[FuzzTarget] = &[
     target_row("faulty-panic", |_| panic!("on purpose"), 8, &[], made::no_words, "panics"),
     target_row("faulty-hang", loop_forever, 8, &[], made::no_words, "hangs"),
@@ -69,7 +69,7 @@ const FAULTY_TARGETS: &[FuzzTarget] = &[
     ),
 ];
 
-/// Computes without an end.
+/// An endless loop.
 fn loop_forever(_: &[u8]) {
     let mut number = 0u64;
     while std::hint::black_box(number) < u64::MAX {
@@ -81,7 +81,7 @@ fn loop_forever(_: &[u8]) {
 #[rustfmt::skip]
 pub const TARGETS: &[FuzzTarget] = &[
     target_row("hex",             image::hex,             4096, &[Files("emu-core/tests/image", ".hex"), Files("examples", ".hex")], made::no_words, "Intel HEX on a chip of each family; what is written is read back"),
-    target_row("elf",             image::elf,            65536, &[Files("examples", ".elf")], made::no_words, "ELF with symbols, notes and DWARF lines"),
+    target_row("elf",             image::elf,            65536, &[Files("examples", ".elf"), Files("tests/cli/in", "stabs.elf")], made::no_words, "ELF with symbols, notes, DWARF and stabs"),
     target_row("symbols-sdcc",    image::symbols_sdcc,   16384, &[Files("emu-core/tests/symbols", ".cdb"), Files("emu-core/tests/symbols", ".map"), Files("emu-core/tests/symbols", ".rst"), Files("emu-core/tests/symbols", ".lst")], text_seeds::sdcc, "maps, debugging records and listings of SDCC"),
     target_row("symbols-gputils", image::symbols_gputils, 16384, &[Files("emu-core/tests/gputils", ".cod"), Files("emu-core/tests/gputils", ".map"), Files("emu-core/tests/gputils", ".lst")], made::no_words, "symbol files, maps and listings of gputils"),
     target_row("symbols-keil",    image::symbols_keil,   16384, &[Files("emu-core/tests/keil", ".m51"), Files("emu-core/tests/keil", ".map")], text_seeds::keil, "maps of Keil's linkers; no name has a control character"),

@@ -1,4 +1,4 @@
-//! Short inputs to begin with, and words to put in, for targets whose inputs are texts.
+//! Short initial inputs and dictionaries for targets whose inputs are texts.
 
 use std::collections::BTreeSet;
 
@@ -8,16 +8,17 @@ use crate::machines;
 use crate::seeds::collect_files;
 use crate::workspace_root;
 
-/// Texts as inputs.
+/// Converts texts to inputs.
 fn texts(list: &[&str]) -> Vec<Vec<u8>> {
     list.iter().map(|text| text.as_bytes().to_vec()).collect()
 }
 
+/// Converts words to a dictionary.
 pub(crate) fn words(list: &[&str]) -> Vec<String> {
     list.iter().map(|word| (*word).to_owned()).collect()
 }
 
-/// Words of SDCC's files.
+/// Words of SDCC's symbol files.
 pub(crate) fn sdcc() -> Vec<String> {
     words(&[
         "S:",
@@ -146,7 +147,7 @@ pub(crate) fn scenario() -> Vec<String> {
     .collect()
 }
 
-/// What was done, in pieces of kind, tick and length.
+/// Recorded actions, each with kind, tick and length.
 pub(crate) fn records() -> Vec<Vec<u8>> {
     texts(&[
         "\u{4}\u{3}\u{9}\u{3}RA0\u{0}\u{9}\u{2}hi",
@@ -182,7 +183,7 @@ pub(crate) fn vcd() -> Vec<String> {
     ])
 }
 
-/// Traces of the same instructions in both shapes.
+/// Traces of the same instructions as text and as JSON.
 pub(crate) fn traces() -> Vec<Vec<u8>> {
     texts(&[
         "emu-trace 1 mcu=atmega328p hz=16000000\n        12  0x0080 <main+0x4>  ldi   r16, 0x05          ; r16=05 SREG=80 write data:0x0024(DDRB)=20\n         9  interrupt 16 T0 ; SP=0ff\n        99  end: halted\n",
@@ -209,7 +210,7 @@ pub(crate) fn trace() -> Vec<String> {
     ])
 }
 
-/// Expressions, places, times and stimuli.
+/// Expressions, memory locations, times and stimuli.
 pub(crate) fn expressions() -> Vec<Vec<u8>> {
     texts(&[
         "PORTB.5 + 1\n$pc == 0x10 && !(r16 & 3)\n*0x100\n-(~1) << 3 % 7\ndata:0x100..0x120\nR0\n",
@@ -231,7 +232,7 @@ pub(crate) fn expressions_words() -> Vec<String> {
     spaces.chain(registers).chain(words(&pieces)).collect()
 }
 
-/// Command lines, an argument a line.
+/// Command lines, one argument per line.
 pub(crate) fn arguments() -> Vec<Vec<u8>> {
     texts(&[
         "run\na.hex\n--mcu\natmega328p\n--for\n2s\n--set\nPB0=1\n--at\n10ms:PB0=0\n--until\npin PB5=1\n--json\n",
@@ -282,7 +283,7 @@ pub(crate) fn arguments_words() -> Vec<String> {
     ])
 }
 
-/// Lines of the debugger behind the byte that chooses the program.
+/// Debugger commands after the byte that selects the program.
 pub(crate) fn commands() -> Vec<Vec<u8>> {
     let scripts = [
         "step 3\nnext\nstepi 5\nnexti\nfinish\nuntil\nbt\nlist\ndisas\nx/8xb data:0x100\ninfo registers\n",
@@ -300,7 +301,7 @@ pub(crate) fn commands() -> Vec<Vec<u8>> {
         .collect()
 }
 
-/// Words of the debugger.
+/// Words of debugger commands.
 pub(crate) fn commands_words() -> Vec<String> {
     words(&[
         "\nbreak ",
@@ -336,7 +337,7 @@ pub(crate) fn commands_words() -> Vec<String> {
     ])
 }
 
-/// Packets behind the byte that chooses the chip.
+/// Packets after the byte that selects the chip.
 pub(crate) fn packets() -> Vec<Vec<u8>> {
     let mut all = Vec::new();
     for chip in 0..4u8 {
@@ -393,7 +394,7 @@ pub(crate) fn packets_words() -> Vec<String> {
 
 const LAUNCH: &str = "{\"command\":\"initialize\",\"arguments\":{\"adapterID\":\"emu\"}}\n";
 
-/// The requests of the transcripts of the tests, some at a time, each stretch behind a launch.
+/// The requests of the transcripts of the tests, in groups of eight, each after a launch.
 pub(crate) fn requests() -> Vec<Vec<u8>> {
     let mut files = Vec::new();
     collect_files(&workspace_root().join("emu-dap/tests"), ".txt", &mut files);
@@ -438,7 +439,7 @@ fn names(value: &Value, found: &mut BTreeSet<String>) {
     }
 }
 
-/// Messages in their frames.
+/// Messages in frames.
 pub(crate) fn frames() -> Vec<Vec<u8>> {
     texts(&[
         "Content-Length: 13\r\n\r\n{\"command\":1}Content-Length: 2\r\nContent-Type: x\r\n\r\n{}",

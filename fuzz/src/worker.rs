@@ -1,5 +1,5 @@
-//! What runs in the process of one target: input after input, until the time is over or one of them is a finding. Whoever started it
-//! sees which by its exit code, and finds the input in the file that it was given.
+//! The code in the process of one target: executes input after input until the budget is used up or one of
+//! them is a finding. The driver sees a finding by the exit code, and finds its input in the current file.
 
 use std::fs::File;
 use std::io::{self, Seek, Write};
@@ -12,38 +12,40 @@ use crate::mutate::Mutator;
 use crate::target_table::FuzzTarget;
 use crate::{MAX_SECONDS, run};
 
-/// Exit code of a process whose execution has taken longer than [`MAX_SECONDS`].
+/// Exit code of a process whose execution took longer than [`MAX_SECONDS`].
 pub const HANG_EXIT_CODE: i32 = 77;
 
-/// How long a worker goes on.
+/// The budget of a worker.
 #[derive(Debug, Clone, Copy)]
 pub enum WorkerBudget {
-    /// So many executions.
+    /// A number of executions.
     Executions(u64),
-    /// So long.
+    /// A duration.
     Time(Duration),
 }
 
-/// Number of the execution that is going on, from 1 on; 0 where none is.
+/// Number of the current execution, from 1; 0 if there is none.
 static CURRENT_EXECUTION: AtomicU64 = AtomicU64::new(0);
 
-/// An execution that waits for something may take so many times the limit, since it is asleep, or others have the processor.
+/// Factor of the time limit for an execution that waits, because it sleeps or other processes use the
+/// processor.
 const WALL_CLOCK_FACTOR: u64 = 6;
 
-/// The limit of an execution: [`MAX_SECONDS`], or what EMU_FUZZ_LIMIT says.
+/// The time limit of an execution in seconds: [`MAX_SECONDS`], or the value of EMU_FUZZ_LIMIT.
 fn time_limit() -> u64 {
     std::env::var("EMU_FUZZ_LIMIT").ok().and_then(|text| text.parse().ok()).unwrap_or(MAX_SECONDS)
 }
 
-/// Time of the processor that this process has taken, in hundredths of a second: utime and stime, proc(5). None where the system
-/// does not say.
+/// Processor time of this process in hundredths of a second: utime and stime, proc(5). `None` if the system
+/// does not report it.
 fn processor_time() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/stat").ok()?;
     let mut fields = text.rsplit_once(')')?.1.split_whitespace().skip(11).map(|field| field.parse::<u64>().ok());
     Some(fields.next()?? + fields.next()??)
 }
 
-/// Ends the process when an execution takes too long: in time of the processor, so that a busy machine makes no findings.
+/// Starts a thread that ends the process if an execution takes too long. Processor time counts, so that a
+/// busy machine does not cause findings.
 fn start_watcher() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| drop(std::thread::spawn(run_watcher)));
@@ -69,7 +71,7 @@ fn run_watcher() {
     }
 }
 
-/// Executes inputs; each is in the file `current` while it is executed. Returns their number.
+/// Executes inputs and returns their number. Each input is in the file `current` while it is executed.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -97,7 +99,7 @@ pub fn run_worker(target: &FuzzTarget, seed: u64, budget: WorkerBudget, current:
     Ok(number)
 }
 
-/// Executes one input under the same limit of time.
+/// Executes one input with the same time limit.
 pub fn replay_input(target: &FuzzTarget, input: &[u8]) -> Duration {
     let start = Instant::now();
     start_watcher();

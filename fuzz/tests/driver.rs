@@ -1,10 +1,11 @@
-//! The driver sees what it is to see: a panic, an execution that does not end, too much memory; and it says nothing where nothing is.
+//! The driver detects a panic, an execution that does not end, and too much memory, and reports nothing
+//! otherwise.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 fn emu_fuzz(arguments: &[&str]) -> Output {
-    // A hang is one after a second already.
+    // With this limit, an execution counts as a hang after one second.
     let mut command = Command::new(env!("CARGO_BIN_EXE_emu-fuzz"));
     command.args(arguments).env("EMU_FUZZ_LIMIT", "1").output().expect("emu-fuzz runs")
 }
@@ -15,7 +16,7 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// What is found of a target that is always a finding: the complaint, and that the replay finds it too.
+/// The finding of a target that always fails; the replay must find it, too.
 fn finding(target: &str) -> String {
     let folder = folder(target);
     let ended = emu_fuzz(&["run", target, "--executions", "3", "--save", &folder.display().to_string()]);

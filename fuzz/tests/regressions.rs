@@ -1,4 +1,4 @@
-//! What was a finding once is none any more: `fuzz/regressions/TARGET/*`, each within the limit of time.
+//! Findings of the past stay fixed: `fuzz/regressions/TARGET/*`, each within the time limit.
 
 use emu_fuzz::{TARGETS, find_target, run, worker, workspace_root};
 
@@ -11,7 +11,7 @@ fn findings_stay_fixed() {
     }
 }
 
-/// A folder of a target that was renamed would be executed by nobody.
+/// No target executes the folder of a target that was renamed.
 #[test]
 fn every_folder_is_a_target() {
     for entry in std::fs::read_dir(workspace_root().join("fuzz/regressions")).into_iter().flatten().flatten() {

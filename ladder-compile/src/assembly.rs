@@ -1,5 +1,7 @@
-//! The image as an assembly source, which assembles to the same bytes: with `emu asm`, and with the assembler that people of
-//! the family use (gpasm; as31, and sdas8051 in an absolute area; avr-as).
+//! Writes the image as an assembly source that assembles to the same bytes.
+//!
+//! `emu asm` accepts it, and so do the usual assemblers of the family: gpasm; as31, and sdas8051 with an
+//! absolute area; avr-as.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -11,13 +13,13 @@ use crate::ap101;
 use crate::map::ImageMap;
 use crate::target::{BuiltImage, CodeMark, ImageLine};
 
-/// How a family's assemblers spell what is no instruction.
+/// Spelling of directives in the assemblers of a family.
 struct AssemblySyntax {
-    /// Words of the chip as data.
+    /// Directive for words of the chip as data.
     data: &'static str,
-    /// Goes on at an address.
+    /// Directive that sets the address.
     org: &'static str,
-    /// First and last lines.
+    /// First lines of the source; `tail` has the last ones.
     head: String,
     tail: &'static str,
 }
@@ -25,10 +27,10 @@ struct AssemblySyntax {
 /// Column in which comments begin.
 const COMMENT_COLUMN: usize = 40;
 
-/// Longest comment, in characters: some assemblers have short lines.
+/// Maximum length of a comment in characters, because some assemblers limit the length of lines.
 const MAX_COMMENT_CHARS: usize = 80;
 
-/// The source of `built`, with the elements of `program` as comments.
+/// Returns the source of `built`, with the elements of `program` as comments.
 #[must_use]
 pub fn assembly(program: &LadderProgram, chip: &Chip, built: &BuiltImage, map: &ImageMap) -> String {
     let dialect = assembly_syntax(chip);
@@ -64,7 +66,7 @@ pub fn assembly(program: &LadderProgram, chip: &Chip, built: &BuiltImage, map: &
         push_instruction(&mut out, chip, &dialect, line, &labels);
     }
     for (from, bytes) in data_segments(chip, built) {
-        // What configures an AP101 has directives of its own.
+        // The AP101 configuration has its own directives.
         if let Some(lines) = Some(bytes).filter(|_| chip.family == ChipFamily::Ap101).and_then(ap101::config_directives)
         {
             out += &lines;
@@ -92,7 +94,7 @@ fn assembly_syntax(chip: &Chip) -> AssemblySyntax {
     AssemblySyntax { data, org, head, tail }
 }
 
-/// Segments of the file that are no code: byte address in the file, and bytes.
+/// Segments of the file that are not code: byte address in the file, and bytes.
 fn data_segments<'a>(chip: &Chip, built: &'a BuiltImage) -> impl Iterator<Item = (u32, &'a [u8])> {
     let end = built.lines.last().map_or(0, |line| (line.addr + line.words.len() as u32) * chip.word_bytes);
     built.segments.iter().filter(move |(from, _)| *from >= end).map(|(from, bytes)| (*from, &bytes[..]))
@@ -128,7 +130,8 @@ fn push_instruction(out: &mut String, chip: &Chip, dialect: &AssemblySyntax, lin
     _ = writeln!(out, "    {text:<width$}; {:04X}", chip.code_address(line.addr));
 }
 
-/// The instruction with its bits, such as `0x22.3` or `T2CON.7`, as numbers: not every assembler of the 8051 knows both.
+/// Replaces bit operands such as `0x22.3` or `T2CON.7` by numbers, because not every 8051 assembler accepts
+/// both forms.
 fn numeric_bit_operands(chip: &Chip, text: &str) -> String {
     let number = |word: &str| -> Option<String> {
         let (byte, bit) = word.split_once('.')?;
@@ -149,7 +152,7 @@ fn numeric_bit_operands(chip: &Chip, text: &str) -> String {
         .collect()
 }
 
-/// The instruction with its last operand, the target, replaced by a label.
+/// Replaces the last operand of an instruction, the target, by a label.
 fn with_target_label(text: &str, label: &str) -> String {
     let before = text.rfind(',').or_else(|| text.find(char::is_whitespace));
     match before {

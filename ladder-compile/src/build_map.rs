@@ -1,4 +1,4 @@
-//! The map of a finished image.
+//! Builds the map of a finished image.
 
 use ladder::{Element, ElementId, LadderProgram};
 
@@ -6,7 +6,7 @@ use crate::lower;
 use crate::map::{EepromMap, ElementMap, ImageMap, PinMap, RungMap, SCHEMA, SymbolMap};
 use crate::target::{BuiltImage, CodeMark, CompileJob};
 
-/// Where everything of `program` is in `built`.
+/// Maps every pin, symbol, rung and element of `program` to its place in `built`.
 pub(crate) fn build_map(program: &LadderProgram, job: &CompileJob<'_>, built: &BuiltImage) -> ImageMap {
     let chip = job.target.chip;
     let at = |mark| built.marks.iter().find(|(m, _)| *m == mark).map(|&(_, at)| at * chip.word_bytes);
@@ -21,7 +21,8 @@ pub(crate) fn build_map(program: &LadderProgram, job: &CompileJob<'_>, built: &B
             |&(mark, at)| if let CodeMark::Element(id) = mark { Some((id, at * chip.word_bytes)) } else { None },
         )
         .collect();
-    // Marks and elements stand in the same order; an element without a mark has no code, and the checks of the map show it.
+    // Marks and elements are in the same order. An element without a mark has no code, and the checks of the
+    // map find it.
     let elements = program.elements().map(|(id, element, _)| {
         let place = listed.binary_search_by_key(&id, |&(listed, _)| listed).ok();
         let start = place.and_then(|n| listed.get(n)).map_or(0, |&(_, at)| at);
@@ -60,7 +61,7 @@ pub(crate) fn build_map(program: &LadderProgram, job: &CompileJob<'_>, built: &B
         scan_start: byte(CodeMark::ScanStart),
         scan_end: byte(CodeMark::ScanEnd),
         worst_scan_cycles: built.worst_scan_cycles as u32,
-        // Configuration words lie behind program memory.
+        // Configuration words are beyond program memory.
         code_bytes: built
             .segments
             .iter()
@@ -88,7 +89,7 @@ pub(crate) fn build_map(program: &LadderProgram, job: &CompileJob<'_>, built: &B
     }
 }
 
-/// The cells of every PERSIST, in text order.
+/// EEPROM cells of every PERSIST, in text order.
 fn eeprom_map(program: &LadderProgram) -> Vec<EepromMap> {
     let cells = lower::eeprom_cells(program);
     let names = program.elements().filter_map(|(_, element, _)| match element {

@@ -1,32 +1,35 @@
-//! Instructions with labels to words, for every family: jumps are as short as they can be and as long as they must be.
+//! Writes instructions with labels and encodes them, for every family; each jump gets the shortest form that
+//! reaches.
 
 use std::fmt::Debug;
 
 use crate::CodegenError;
 use crate::target::CodeMark;
 
-/// The highest level of a form.
+/// Highest level of a jump form.
 pub const MAX_FORM_LEVEL: u8 = 7;
 
-/// What differs from family to family.
+/// Properties of a target that the code writer needs.
 pub trait TargetArch {
-    /// An instruction of the chip's table.
+    /// An instruction of the target's instruction table.
     type Opcode: Copy + PartialEq + Debug;
-    /// A transfer of control that has several forms, by its reach: a conditional jump, a jump, a call.
+    /// A control transfer with several forms of different reach: a conditional jump, a jump, a call.
     type JumpForm: Copy + Debug;
 
     /// Length of an instruction in words.
     fn instruction_words(&self, kind: Self::Opcode) -> u32;
 
-    /// The words of an instruction that stands at word `at`.
+    /// Encodes an instruction at word address `at`.
     ///
     /// # Errors
-    /// An operand that does not fit.
+    /// An operand does not fit.
     fn encode(&self, kind: Self::Opcode, operands: &[i32], at: u32) -> Result<Vec<u16>, CodegenError>;
 
-    /// Form `level` of `jump` from word `at` to word `to`; nothing where that form does not reach. Levels are tried from 0
-    /// upwards, so the shortest come first; [`MAX_FORM_LEVEL`] reaches everything. A form that reaches has a length that depends on
-    /// `jump` and `level` alone, so code only ever grows while levels rise.
+    /// Returns form `level` of `jump` from word `at` to word `to`; `None` if that form does not reach.
+    ///
+    /// Levels are tried from 0 upwards, so the shortest forms come first; [`MAX_FORM_LEVEL`] reaches every
+    /// address. The length of a form that reaches depends only on `jump` and `level`, so code only grows
+    /// while levels rise.
     fn jump_form(
         &self,
         jump: Self::JumpForm,
@@ -35,132 +38,139 @@ pub trait TargetArch {
         to: u32,
     ) -> Option<Vec<FormInstruction<Self::Opcode>>>;
 
-    /// What an instruction does to the course of the program, and its cycles.
+    /// Control flow and cycle counts of an instruction.
     fn flow_and_cycles(&self, kind: Self::Opcode) -> (ControlFlow, CycleCounts);
 
-    /// The instruction at the front of `words` as the chip's disassembler prints it.
+    /// Disassembles the first instruction of `words` with the chip's disassembler.
     fn disassemble(&self, words: &[u16], at: u32) -> String;
 }
 
-/// One instruction of a form.
+/// One instruction of a jump form.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FormInstruction<K> {
-    /// Which one.
+    /// The instruction.
     pub kind: K,
-    /// Its operands in the order of the table's row.
+    /// Operands in the order of the instruction's row.
     pub operands: Vec<i32>,
-    /// Where it goes, a word address.
+    /// Target of a branch, jump or call, as a word address.
     pub target: Option<u32>,
 }
 
-/// What an instruction does to the course of the program.
+/// How an instruction affects control flow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ControlFlow {
-    /// The next one follows.
+    /// Continues with the next instruction.
     Sequential,
-    /// Goes to its target.
+    /// Jumps to its target.
     Jump,
-    /// Goes to its target or on.
+    /// Jumps to its target or continues.
     Branch,
-    /// May leave out the next instruction.
+    /// May skip the next instruction.
     Skip,
-    /// Calls its target.
+    /// Calls its target and returns.
     Call,
-    /// Ends a subroutine.
+    /// Returns from a subroutine.
     Return,
 }
 
-/// Machine cycles of an instruction: going on, taken (or a skip of one word), a skip of two words.
+/// Machine cycles of an instruction: not taken, taken (or a skip of one word), a skip of two words.
 pub type CycleCounts = [u32; 3];
 
-/// A place in the code, given a number before its address is known.
+/// A position in the code whose address is determined when the code is finished.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CodeLabel(usize);
 
+/// An item of the code being written.
 #[derive(Debug, Clone)]
 enum CodeItem<K, J> {
-    /// An instruction, and cycles that it costs beyond those of its row.
+    /// An instruction, and extra cycles beyond those of its row.
     Op(K, Vec<i32>, u32),
-    /// An instruction one of whose operands is the byte `shift` of a label's address plus a constant.
+    /// An instruction with one operand that is the byte `shift` of a label's address plus a constant.
     LabelByte(K, Vec<i32>, usize, CodeLabel, u8, i32),
-    /// An instruction one of whose operands is computed from a label's address.
+    /// An instruction with one operand that is computed from a label's address.
     LabelValue(K, Vec<i32>, usize, CodeLabel, fn(u32) -> i32),
-    /// A jump, taken back at most so many times in a row (1 for all that go forward), and the first level that is tried.
+    /// A jump, its label, the maximum number of times in a row that it is taken back (1 if forward), and the
+    /// first level to try.
     Jump(J, CodeLabel, u32, u8),
+    /// Data words.
     Data(Vec<u16>),
+    /// The position of a label.
     Label(CodeLabel),
+    /// A mark for map and listing.
     Mark(CodeMark),
 }
 
-/// Code being written.
+/// Code under construction: instructions, jumps, labels, data and marks.
 #[derive(Debug)]
 pub struct CodeWriter<A: TargetArch> {
-    /// The family.
+    /// The target.
     pub arch: A,
     items: Vec<CodeItem<A::Opcode, A::JumpForm>>,
     labels: usize,
 }
 
-/// One instruction of the finished code.
+/// An instruction of the finished code.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CodeInstruction {
     /// Word address.
     pub addr: u32,
     /// Length in words.
     pub len: u32,
-    /// Where a branch, jump or call goes, a word address.
+    /// Target of a branch, jump or call, as a word address.
     pub target: Option<u32>,
-    /// What it does.
+    /// Effect on control flow.
     pub flow: ControlFlow,
-    /// Its cycles.
+    /// Machine cycles.
     pub cycles: CycleCounts,
-    /// How often a jump back is taken at most in a row; 1 elsewhere.
+    /// Maximum number of times in a row that a jump back is taken; 1 for other instructions.
     pub max_repeats: u32,
-    /// As the disassembler prints it.
+    /// Text from the disassembler.
     pub text: String,
 }
 
-/// Finished code.
+/// Encoded code with its instructions, marks and labels.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FinishedCode {
     /// Program memory from word 0.
     pub words: Vec<u16>,
-    /// Its instructions in order of address; what lies between them is data.
+    /// Instructions in order of address; words between them are data.
     pub instructions: Vec<CodeInstruction>,
-    /// The marks with their word addresses, in order of address.
+    /// Marks with their word addresses, in order of address.
     pub marks: Vec<(CodeMark, u32)>,
     /// Word addresses of the labels.
     labels: Vec<u32>,
 }
 
 impl<A: TargetArch> CodeWriter<A> {
-    /// No code yet.
+    /// Creates an empty writer.
     pub fn new(arch: A) -> Self {
         CodeWriter { arch, items: Vec::new(), labels: 0 }
     }
 
-    /// A new label, placed later by [`CodeWriter::place_label`].
+    /// Creates a label, to be placed by [`CodeWriter::place_label`].
     pub fn new_label(&mut self) -> CodeLabel {
         self.labels += 1;
         CodeLabel(self.labels - 1)
     }
 
-    /// The label stands here.
+    /// Places the label at the current position.
     pub fn place_label(&mut self, label: CodeLabel) {
         self.items.push(CodeItem::Label(label));
     }
 
-    /// An instruction without a target; operands in the order of the table's row.
+    /// Adds an instruction without a target; the operands have the order of its row.
     pub fn op(&mut self, kind: A::Opcode, operands: &[i32]) {
         self.items.push(CodeItem::Op(kind, operands.to_vec(), 0));
     }
 
-    /// An instruction that costs more than its row says, such as a call into a table of returns: `extra` machine cycles.
+    /// Adds an instruction that takes `extra` machine cycles more than its row states, such as a call into a
+    /// table of returns.
     pub fn op_with_extra_cycles(&mut self, kind: A::Opcode, operands: &[i32], extra: u32) {
         self.items.push(CodeItem::Op(kind, operands.to_vec(), extra));
     }
 
-    /// An instruction whose operand `at` is `(address of label + plus) >> 8 * byte & 0xFF`, the address in words.
+    /// Adds an instruction whose operand `at` is `(address of label + plus) >> 8 * byte & 0xFF`, with the
+    /// address in words.
     pub fn op_with_label_byte(
         &mut self,
         kind: A::Opcode,
@@ -173,7 +183,7 @@ impl<A: TargetArch> CodeWriter<A> {
         self.items.push(CodeItem::LabelByte(kind, operands.to_vec(), at, label, byte, plus));
     }
 
-    /// An instruction whose operand `at` is what `value` makes of the label's address in words.
+    /// Adds an instruction whose operand `at` is `value` of the label's address in words.
     pub fn op_with_label_value(
         &mut self,
         kind: A::Opcode,
@@ -185,36 +195,39 @@ impl<A: TargetArch> CodeWriter<A> {
         self.items.push(CodeItem::LabelValue(kind, operands.to_vec(), at, label, value));
     }
 
-    /// A jump forward, or a call.
+    /// Adds a jump forward, or a call.
     pub fn jump(&mut self, jump: A::JumpForm, to: CodeLabel) {
         self.jump_at_least(jump, to, 1, 0);
     }
 
-    /// A jump back that is taken at most `times` times in a row.
+    /// Adds a jump back that is taken at most `times` times in a row.
     pub fn jump_back(&mut self, jump: A::JumpForm, to: CodeLabel, times: u32) {
         self.jump_at_least(jump, to, times, 0);
     }
 
-    /// A jump whose form has at least a level, for back ends that know their addresses. It is taken back at most `times`
-    /// times in a row, 1 where it goes forward.
+    /// Adds a jump with a minimum level of its form, for back ends that know their addresses.
+    ///
+    /// The jump is taken back at most `times` times in a row; 1 if it goes forward.
     pub fn jump_at_least(&mut self, jump: A::JumpForm, to: CodeLabel, times: u32, level: u8) {
         self.items.push(CodeItem::Jump(jump, to, times, level));
     }
 
-    /// Words that are no instructions.
+    /// Adds data words.
     pub fn data(&mut self, words: &[u16]) {
         self.items.push(CodeItem::Data(words.to_vec()));
     }
 
-    /// A mark stands here.
+    /// Places a mark at the current position.
     pub fn mark(&mut self, mark: CodeMark) {
         self.items.push(CodeItem::Mark(mark));
     }
 
-    /// Chooses the forms of the jumps and encodes. The code may be longer than any chip's memory; the caller looks.
+    /// Chooses the forms of all jumps and encodes the code.
+    ///
+    /// The code may exceed every chip's memory; the caller must check its length.
     ///
     /// # Errors
-    /// An operand does not fit its instruction: a fault of the back end.
+    /// An operand does not fit its instruction, which is an error of the back end.
     pub fn finish(&self) -> Result<FinishedCode, CodegenError> {
         let (levels, labels) = self.relax();
         let mut code = FinishedCode { words: Vec::new(), instructions: Vec::new(), marks: Vec::new(), labels };
@@ -277,8 +290,9 @@ impl<A: TargetArch> CodeWriter<A> {
         Ok(())
     }
 
-    /// Forms of the items and word addresses of the labels. Levels start as low as they may and only rise, at most to
-    /// [`MAX_FORM_LEVEL`], so this ends.
+    /// Chooses the jump levels and computes the word addresses of the labels.
+    ///
+    /// Levels start at their minimum and only rise, up to [`MAX_FORM_LEVEL`], so the loop terminates.
     fn relax(&self) -> (Vec<u8>, Vec<u32>) {
         let first = |item: &CodeItem<_, _>| if let CodeItem::Jump(.., level) = item { *level } else { 0 };
         let mut levels: Vec<u8> = self.items.iter().map(first).collect();
@@ -324,12 +338,12 @@ impl<A: TargetArch> CodeWriter<A> {
         (level..=MAX_FORM_LEVEL).find_map(|level| self.arch.jump_form(jump, level, at, to).map(|steps| (level, steps)))
     }
 
-    /// Words of a form.
+    /// Length of a form in words.
     fn form_words(&self, steps: &[FormInstruction<A::Opcode>]) -> u32 {
         steps.iter().map(|step| self.arch.instruction_words(step.kind)).sum()
     }
 
-    /// Words of an item as layout begins.
+    /// Length of an item in words at the start of relaxation.
     fn initial_words(&self, item: &CodeItem<A::Opcode, A::JumpForm>) -> u32 {
         match item {
             CodeItem::Op(kind, ..) | CodeItem::LabelByte(kind, ..) | CodeItem::LabelValue(kind, ..) => {
@@ -345,7 +359,7 @@ impl<A: TargetArch> CodeWriter<A> {
 }
 
 impl FinishedCode {
-    /// Word address of the first such mark.
+    /// Word address of the first mark equal to `mark`.
     #[must_use]
     pub fn mark_address(&self, mark: CodeMark) -> Option<u32> {
         self.marks.iter().find(|(m, _)| *m == mark).map(|&(_, at)| at)

@@ -1,50 +1,51 @@
-//! Faults of a back end: what it cannot write though the intermediate code asks for it.
+//! Internal errors of a back end: it cannot generate code that the intermediate code requests.
 
 use emu_core::table::EncodeError;
 use ladder::ElementId;
 
-/// A fault of a back end, found while it makes code. No program should cause one, except
-/// [`ElementExceedsPage`](CodegenError::ElementExceedsPage).
+/// An internal error of a back end during code generation.
+///
+/// No program should cause one, except [`ElementExceedsPage`](CodegenError::ElementExceedsPage).
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum CodegenError {
     /// An operand does not fit its instruction.
     #[error(transparent)]
     Encode(#[from] EncodeError),
-    /// The kind is none of the rows of the instruction table.
+    /// The opcode is not in the instruction table.
     #[error("no such instruction")]
     NoSuchInstruction,
     /// No form of a jump reaches its label.
     #[error("a jump does not reach its target")]
     JumpOutOfReach,
-    /// Code refers to a label that is nowhere.
+    /// Code refers to a label that was never placed.
     #[error("a label has no place")]
     UnplacedLabel,
-    /// The code of one element does not fit a page of a PIC16.
+    /// The code of one element does not fit one page of a PIC16.
     #[error("an element is longer than a page of program memory")]
     ElementExceedsPage,
-    /// The code came out longer or shorter than its layout.
+    /// The length of the code differs from its layout.
     #[error("the code has {words} words and was laid out as {planned}")]
     LayoutMismatch {
-        /// Words of the code.
+        /// Length of the code in words.
         words: usize,
-        /// Words of the layout.
+        /// Length of the layout in words.
         planned: u32,
     },
-    /// Neither layout of the code, with one page and with several, has a length.
+    /// Neither layout of the code, with one page or with several, has a length.
     #[error("the code has no size")]
     NoCodeSize,
-    /// The chip has no row of data.
+    /// The back end has no data for the chip.
     #[error("{chip} has no row")]
     NoChipRow {
-        /// The chip.
+        /// Name of the chip.
         chip: &'static str,
     },
-    /// The chip has no timer and counter modules, and the intermediate code uses one.
+    /// The intermediate code uses a timer or counter module, but the chip has none.
     #[error("{chip} has no modules, but {element} is one")]
     NoModules {
-        /// The chip.
+        /// Name of the chip.
         chip: &'static str,
-        /// The element that uses the module.
+        /// Element that uses the module.
         element: ElementId,
     },
     /// The back end has no code for an operation.
@@ -53,22 +54,22 @@ pub enum CodegenError {
         /// The operation as text.
         op: String,
     },
-    /// An operation names a table that the program has not.
+    /// An operation refers to a table that does not exist.
     #[error("there is no table {table}")]
     NoTable {
-        /// The number of the table.
+        /// Number of the table.
         table: u32,
     },
-    /// The PWM output is used and has no frequency.
+    /// The program uses the PWM output but sets no frequency.
     #[error("the PWM output has no frequency")]
     NoPwmFrequency,
-    /// An analog input has no pin that can measure.
+    /// An analog input has no pin with a converter channel.
     #[error("{name} has no analog pin")]
     NoAnalogPin {
-        /// The symbol of the input.
+        /// Symbol of the input.
         name: String,
     },
-    /// An image is asked of a target that is a source.
+    /// An image was requested for a target that produces a source.
     #[error("a sketch is no image")]
     SketchIsNoImage,
 }

@@ -1,12 +1,14 @@
-//! The codes of this crate: LC00x refuse elements, LC01x pins, LC02x time, LC03x size; LC04x are notes. One row is name,
-//! code, title and the text of `emu explain`.
+//! Diagnostic codes of this crate: LC00x for elements, LC01x for pins, LC02x for time, LC03x for size; LC04x
+//! are notes.
+//!
+//! A row has the name, the code, the title and the text of `emu explain`.
 
 use diag::DiagnosticCode;
 
 macro_rules! codes {
     ($($name:ident $code:literal $title:literal $explain:literal;)*) => {
         $(#[doc = $title] #[allow(unreachable_pub)] pub const $name: &str = $code;)*
-        /// Every code of this crate, in order of its number.
+        /// All diagnostic codes of this crate, in order of their numbers.
         pub const CODES: &[DiagnosticCode] = &[$(DiagnosticCode { code: $code, title: $title, explain: $explain }),*];
     };
 }

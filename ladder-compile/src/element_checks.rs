@@ -1,14 +1,15 @@
-//! What cannot be compiled: told for the whole program at once, before any code is made.
+//! Finds all elements of a program that cannot be compiled, before any code is generated.
 
 use diag::{Diagnostic, Severity};
-use ladder::{ChipPart, Element, LadderDialect, LadderProgram, SymbolKind};
+use ladder::{ChipPart, Element, LadderDialect, LadderOperand, LadderProgram, SymbolKind};
 
 use crate::codes;
 use crate::lower;
 use crate::target::CompileTarget;
 
-/// Every reason why the elements of `program` cannot be compiled for `target`, in text order. What `ladder::check` already
-/// refuses at the same place is the caller's to drop.
+/// Returns every reason why elements of `program` cannot be compiled for `target`, in text order.
+///
+/// The caller must drop those that repeat an error of `ladder::check` at the same position.
 #[must_use]
 pub fn unsupported_elements(program: &LadderProgram, target: Option<&CompileTarget>) -> Vec<Diagnostic> {
     let symbols = program.symbols();
@@ -58,7 +59,7 @@ pub fn unsupported_elements(program: &LadderProgram, target: Option<&CompileTarg
             Element::Coil { name, .. } if ladder::symbols::kind_by_letter(name) == SymbolKind::Input => {
                 error(codes::DRIVEN_INPUT, format!("the coil drives the input `{name}`"), "drive an output or a relay");
             }
-            Element::Timer { delay, adjust, .. } if lower::timer_scans(program, delay, adjust.as_ref()).is_none() => {
+            Element::Timer { delay, adjust, .. } if !can_count(program, delay, adjust.as_ref()) => {
                 error(
                     codes::TIMER_RANGE,
                     format!(
@@ -68,19 +69,27 @@ pub fn unsupported_elements(program: &LadderProgram, target: Option<&CompileTarg
                     "choose a delay of at least two cycles",
                 );
             }
-            // The rest is checked by what the table says of it.
+            // The checks above that use the table of element facts cover the other elements.
             _ => {}
         }
     }
     refusals
 }
 
-/// Whether the chip has a part that elements use.
+/// True if the target has this part.
 fn has_part(target: &CompileTarget, part: ChipPart) -> bool {
     match part {
         ChipPart::Transmitter | ChipPart::Receiver => target.uart.is_some(),
         ChipPart::Converter => !target.adc.is_empty(),
         ChipPart::Pwm => target.pwm.is_some(),
         ChipPart::Eeprom => target.eeprom > 0,
+    }
+}
+
+/// Whether a timer can be compiled: its scans are a constant, or in ldmicro-5 a variable.
+fn can_count(program: &LadderProgram, delay: &LadderOperand, adjust: Option<&LadderOperand>) -> bool {
+    match delay {
+        LadderOperand::Var(_) => program.dialect == LadderDialect::Ldmicro5,
+        LadderOperand::Const { .. } => lower::timer_scans(program, delay, adjust).is_some(),
     }
 }

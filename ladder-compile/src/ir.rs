@@ -1,9 +1,9 @@
-//! The intermediate code: one scan as operations on bits and integers of one to four bytes, for any target.
+//! Intermediate code (IR): one scan as operations on bits and integers of 1 to 4 bytes, for any target.
 //!
-//! The model of the machine is the one that every target has in some form: *one bit accumulator* (the AVR's T flag, the
-//! 8051's carry, the result bit of a 1-bit controller) that carries the state of the rung, bit cells and word cells. Bit
-//! operations change the accumulator or store it; word operations leave it alone. Control flow is structured ([`Op::If`])
-//! and there are no loops, so the longest path of a scan is a sum and a maximum.
+//! The machine model is one that every target has in some form: *one bit accumulator* (the AVR's T flag, the
+//! 8051's carry, the result bit of a 1-bit controller) that holds the state of the rung, bit cells and word
+//! cells. Bit operations change or store the accumulator; word operations preserve it. Control flow is
+//! structured ([`IrOp::If`]) and has no loops, so the longest path of a scan is a matter of sums and maxima.
 
 use std::fmt;
 
@@ -12,15 +12,15 @@ use ladder::{ElementId, SymbolKind};
 pub use crate::arithmetic::{ArithmeticOp, min_bytes, shift_count};
 pub use crate::timed_module::TimedModule;
 
-/// A bit cell, an index into [`Ir::bits`].
+/// Index of a bit cell in [`Ir::bits`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BitId(pub u32);
 
-/// A word cell, an index into [`Ir::words`].
+/// Index of a word cell in [`Ir::words`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct WordId(pub u32);
 
-/// What a bit cell is for.
+/// Purpose of a bit cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BitRole {
     /// Latched from a pin at the start of the scan.
@@ -29,88 +29,88 @@ pub enum BitRole {
     Output,
     /// An internal relay.
     Relay,
-    /// What an element remembers from the scan before: the edge memory of one shots and counters.
+    /// State that an element keeps between scans: the edge memory of one-shots and counters.
     Memory,
-    /// Holds a value within one scan only; nobody sees it between scans.
+    /// A value used within one scan only; its content between scans does not matter.
     Temporary,
 }
 
-/// A bit cell. All are zero after reset.
+/// A bit cell; all are zero after reset.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BitCell {
-    /// The symbol's name, or a description such as `edge of rung 2, element 1`.
+    /// Name of the symbol, or a description such as `edge of rung 2, element 1`.
     pub name: String,
-    /// What it is for.
+    /// Purpose of the cell.
     pub role: BitRole,
 }
 
-/// What a word cell is for.
+/// Purpose of a word cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WordRole {
     /// An integer of the program.
     Symbol(SymbolKind),
-    /// What an element or a peripheral remembers from the scan before.
+    /// State that an element or a peripheral keeps between scans.
     Memory,
-    /// Holds a value within one scan only; nobody sees it between scans.
+    /// A value used within one scan only; its content between scans does not matter.
     Temporary,
 }
 
-/// A word cell: an integer with sign, least byte first where a target keeps it in bytes.
+/// A word cell: a signed integer; targets that store it in bytes use little-endian order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct WordCell {
-    /// The symbol's name, or a description such as `position of rung 2, element 1`.
+    /// Name of the symbol, or a description such as `position of rung 2, element 1`.
     pub name: String,
-    /// What it is for.
+    /// Purpose of the cell.
     pub role: WordRole,
     /// Width in bytes, 1 to 4.
     pub bytes: u8,
-    /// Value after reset; 0 but for counters with a start value.
+    /// Value after reset: 0, except for counters with a start value.
     pub initial: i32,
 }
 
-/// A constant table, kept in program memory.
+/// A constant table in program memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ConstantTable {
-    /// What it belongs to, such as `table of rung 2, element 1`.
+    /// Description of its use, such as `table of rung 2, element 1`.
     pub name: String,
     /// Width of a value in bytes, 1 to 4.
     pub bytes: u8,
-    /// The values, at least one; each fits the width, as a number with or without sign in one byte, else with sign.
+    /// Values, at least one; each fits the width as a signed number, or in one byte as an unsigned one.
     pub values: Vec<i32>,
 }
 
-/// What a program uses of the serial line.
+/// Directions of the serial line that a program uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct UartUse {
-    /// It sends.
+    /// True if the program sends.
     pub send: bool,
-    /// It receives.
+    /// True if the program receives.
     pub receive: bool,
 }
 
-/// A word operand.
+/// Operand of a word operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WordOperand {
-    /// The content of a cell.
+    /// Content of a cell.
     Cell(WordId),
     /// A constant. In a comparison it fits the width of the left operand.
     Const(i32),
 }
 
-/// Relations, signed. The other two of the language turn into these by swapping operands or moving a constant by one.
+/// Signed relation. Lowering converts the other two by swapping operands or adding one to a constant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RelationOp {
     /// Equal.
     Eq,
     /// Not equal.
     Ne,
-    /// Less.
+    /// Less than.
     Lt,
     /// Greater or equal.
     Ge,
 }
 
-/// A comparison `a rel b`, with sign, at the larger width of the two.
+/// A signed comparison `a rel b`, at the larger width of the two operands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WordComparison {
     /// Left operand.
@@ -121,7 +121,7 @@ pub struct WordComparison {
     pub b: WordOperand,
 }
 
-/// A bit as a function of bits: the three-address form of code that is not optimised.
+/// A function of bits, for the three-address form of unoptimised code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LogicOp {
     /// a.
@@ -134,18 +134,18 @@ pub enum LogicOp {
     Or(BitId, BitId),
 }
 
-/// What an [`Op::If`] looks at.
+/// Condition of an [`IrOp::If`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BranchCondition {
-    /// The accumulator.
+    /// The accumulator is 1.
     Acc,
-    /// A bit cell.
+    /// A bit cell is 1.
     Bit(BitId),
-    /// A comparison.
+    /// A comparison is true.
     Compare(WordComparison),
 }
 
-/// One operation. "acc" is the bit accumulator.
+/// An operation; "acc" in the comments is the bit accumulator.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum IrOp {
     /// acc := constant.
@@ -154,31 +154,31 @@ pub enum IrOp {
     Load {
         /// The bit.
         bit: BitId,
-        /// Complement it.
+        /// True to use its complement.
         negated: bool,
     },
     /// acc := acc and bit.
     And {
         /// The bit.
         bit: BitId,
-        /// Complement it.
+        /// True to use its complement.
         negated: bool,
     },
     /// acc := acc or bit.
     Or {
         /// The bit.
         bit: BitId,
-        /// Complement it.
+        /// True to use its complement.
         negated: bool,
     },
-    /// bit := acc, complemented if `negated`; acc stays.
+    /// bit := acc, complemented if `negated`; acc is preserved.
     Store {
         /// The bit.
         bit: BitId,
-        /// Complement it.
+        /// True to store the complement of acc.
         negated: bool,
     },
-    /// bit := constant; acc stays.
+    /// bit := constant; acc is preserved.
     SetBit {
         /// The bit.
         bit: BitId,
@@ -191,16 +191,16 @@ pub enum IrOp {
     Falling(BitId),
     /// acc := acc and the comparison.
     AndCompare(WordComparison),
-    /// dst := src; acc stays.
+    /// dst := src; acc is preserved.
     Move {
         /// Destination.
         dst: WordId,
         /// Source.
         src: WordOperand,
     },
-    /// dst := a op b; acc stays. The destination may be an operand.
+    /// dst := a op b; acc is preserved. The destination may be an operand.
     Math {
-        /// Which operation.
+        /// Operation.
         op: ArithmeticOp,
         /// Destination.
         dst: WordId,
@@ -209,103 +209,106 @@ pub enum IrOp {
         /// Right operand.
         b: WordOperand,
     },
-    /// bit := logic; acc stays or is lost. Only in code that is not optimised, where nothing else uses acc across it.
+    /// bit := logic; acc is preserved or lost. Only in unoptimised code, which never uses acc across it.
     Logic {
         /// Destination.
         dst: BitId,
-        /// Its value.
+        /// Function that gives its value.
         function: LogicOp,
     },
-    /// dst := table[index]; acc stays. The index is in range, the destination may be the index.
+    /// dst := `table[index]`; acc is preserved. The index is in range; the destination may be the index.
     Lookup {
-        /// Destination; a narrower table value is extended with sign, one byte wide tables of values above 127 without.
+        /// Destination. Values are sign-extended, but zero-extended from byte tables with values above 127.
         dst: WordId,
         /// Index from 0.
         index: WordId,
-        /// An index into [`Ir::tables`].
+        /// Index into [`Ir::tables`].
         table: u32,
     },
-    /// dst := the conversion of an analog input now, 0 to 1023; acc stays.
+    /// dst := the result of converting an analog input now, 0 to 1023; acc is preserved.
     ReadAdc {
         /// Destination.
         dst: WordId,
-        /// An index into [`Ir::adcs`].
+        /// Index into [`Ir::adcs`].
         input: u32,
     },
-    /// The duty of the PWM output := the value, clamped to 0..=100 percent; acc stays.
+    /// Sets the duty cycle of the PWM output, clamped to 0 to 100 percent; acc is preserved.
     SetPwm {
-        /// The duty.
+        /// Duty cycle in percent.
         duty: WordOperand,
     },
-    /// The low byte goes to the transmitter, which has finished with the byte before but for what a scan shifts about; acc stays.
+    /// Sends the low byte of a value; acc is preserved. The previous byte is complete, up to a scan's jitter.
     Send {
-        /// The byte.
+        /// Value whose low byte is sent.
         value: WordOperand,
     },
-    /// acc := a byte has been received and not yet taken; if so, dst := the byte, 0 to 255, and it is taken.
+    /// acc := whether a received byte waits; if so, dst := the byte, 0 to 255, and the receiver is free.
     Receive {
         /// Destination.
         dst: WordId,
     },
-    /// dst := EEPROM, least byte first; acc stays. No write is under way.
+    /// dst := EEPROM, least significant byte first; acc is preserved. No write is in progress.
     ReadEeprom {
         /// Destination.
         dst: WordId,
-        /// Address of its first cell.
+        /// Address of the first cell.
         addr: u16,
     },
-    /// If a byte of src differs from its cell of the EEPROM, the write of the lowest such byte begins and busy := scans; acc stays. No
-    /// write is under way.
+    /// EEPROM := the lowest byte of src that differs from its cell, if any, and then busy := scans.
+    ///
+    /// acc is preserved. No write is in progress before.
     WriteEeprom {
         /// Source.
         src: WordId,
-        /// Address of its first cell.
+        /// Address of the first cell.
         addr: u16,
-        /// Counts the scans until the EEPROM is free.
+        /// Counter of scans until the EEPROM is free.
         busy: WordId,
-        /// What a write takes.
+        /// Duration of a write in scans.
         scans: i32,
     },
-    /// acc := what a timer or counter gives whose in is acc; the word is its integer, all other state is the operation's own. Only for
-    /// chips that have such modules ([`CompileTarget::has_modules`](crate::target::CompileTarget::has_modules)); for others it is lowered to the operations above.
+    /// acc := the output of a timer or counter with input acc; the word is its integer.
+    ///
+    /// All other state is its own. Only for chips with modules
+    /// ([`CompileTarget::has_modules`](crate::target::CompileTarget::has_modules)).
     Module {
-        /// What it is.
+        /// Kind of timer or counter.
         module: TimedModule,
-        /// Its integer.
+        /// Accumulator of the timer or counter.
         word: WordId,
-        /// P or max.
+        /// Limit: P of a timer, the maximum of a counter.
         limit: WordOperand,
     },
     /// Executes one of two lists.
     If {
-        /// What decides.
+        /// Condition.
         cond: BranchCondition,
-        /// Executed when it holds.
+        /// Operations if the condition is true.
         if_true: Vec<IrOp>,
-        /// Executed when it does not.
+        /// Operations if the condition is false.
         if_false: Vec<IrOp>,
     },
 }
 
-/// An operation and the element that it belongs to.
+/// An operation, with the element that it belongs to.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct IrStep {
-    /// The element. What joins parallel branches belongs to the element that ends the branch.
+    /// Element. Operations that join parallel branches belong to the last element of the branch.
     pub element: ElementId,
     /// The operation.
     pub op: IrOp,
 }
 
-/// A rung.
+/// Intermediate code of a rung.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct RungCode {
-    /// Number of its elements in the program.
+    /// Number of elements of the rung in the program.
     pub element_count: u32,
-    /// What to do, in order of the elements.
+    /// Operations, in order of the elements.
     pub steps: Vec<IrStep>,
 }
 
-/// A scan.
+/// Intermediate code of a scan.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Ir {
     /// Bit cells.
@@ -316,22 +319,22 @@ pub struct Ir {
     pub tables: Vec<ConstantTable>,
     /// Symbols of the analog inputs.
     pub adcs: Vec<String>,
-    /// Frequency of the PWM output in Hz, where there is one.
+    /// Frequency of the PWM output in Hz, if the program uses it.
     pub pwm_hz: Option<u32>,
-    /// What is used of the serial line.
+    /// Use of the serial line.
     pub uart: UartUse,
-    /// Bytes of EEPROM in use, from address 0.
+    /// Number of EEPROM bytes in use, from address 0.
     pub eeprom_bytes: u16,
-    /// After the inputs are latched, before the first rung.
+    /// Operations after the inputs are latched and before the first rung.
     pub prologue: Vec<IrOp>,
-    /// The rungs of the program, all of them, in order.
+    /// All rungs of the program, in order.
     pub rungs: Vec<RungCode>,
-    /// After the last rung, before the outputs are written.
+    /// Operations after the last rung and before the outputs are written.
     pub epilogue: Vec<IrOp>,
 }
 
 impl Ir {
-    /// True for bits that hold a value within one scan only.
+    /// True for bits used within one scan only.
     #[must_use]
     pub fn is_temporary(&self, bit: BitId) -> bool {
         self.bits.get(bit.0 as usize).is_some_and(|cell| cell.role == BitRole::Temporary)
@@ -343,8 +346,8 @@ impl Ir {
         self.words.get(word.0 as usize).map_or(2, |cell| cell.bytes)
     }
 
-    /// Width at which an operation is done, in bytes: that of the destination where more cannot matter, and for a division
-    /// the largest of destination, operands and what constants need.
+    /// Width in bytes at which an operation is computed: that of the destination, or in a division the
+    /// largest of destination, operands and constants.
     #[must_use]
     pub fn width(&self, op: ArithmeticOp, dst: WordId, a: WordOperand, b: WordOperand) -> u8 {
         let of = |value: WordOperand| match value {
@@ -389,7 +392,7 @@ impl Ir {
         format!("{} {rel} {}", self.word(c.a), self.value(c.b))
     }
 
-    /// One operation as text; an [`Op::If`] gives several lines, the inner ones indented.
+    /// Formats an operation as text; an [`IrOp::If`] gives several lines, with the inner ones indented.
     #[must_use]
     pub fn op_text(&self, op: &IrOp) -> String {
         match op {
@@ -450,7 +453,7 @@ impl Ir {
     }
 }
 
-/// The whole scan as text: `rung 1`, then per step the number of its element and the operation.
+/// Formats the whole scan: `rung 1`, then for each step the number of its element and the operation.
 impl fmt::Display for Ir {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let block = |f: &mut fmt::Formatter<'_>, title: &str, ops: &[IrOp]| -> fmt::Result {

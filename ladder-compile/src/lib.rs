@@ -1,10 +1,11 @@
-//! Ladder to machine code: a program becomes an image for a chip, a listing, and a map that says where everything is.
+//! Compiles ladder programs: a program becomes a chip's image, a listing, and a map of all places.
 //!
 //! ```text
-//! ladder::Program -> refuse -> lower -> optimise -> a back end (layout, pace, select, code) -> HEX, listing, map
+//! ladder::LadderProgram -> element checks -> lower -> optimise -> a back end (layout, pacing, select, code)
+//!     -> HEX, listing, map
 //! ```
 //!
-//! How it works and what the map holds stands in `docs/compile.md`.
+//! `docs/compile.md` describes how the compiler works and what the map holds.
 
 #![forbid(unsafe_code)]
 
@@ -50,39 +51,39 @@ pub use map::{CellLocation, EepromMap, ElementMap, ImageMap, PinMap, Ratio, Rung
 #[cfg(feature = "mutants")]
 pub use mutants::{Mutant, MutantKind, compile_mutant, mutant_ir, mutants};
 
-/// The chips that there is a compiler for, family by family.
+/// All target chips of the compiler, by family.
 pub const TARGETS: &[&[CompileTarget]] = &[avr::TARGETS, mcs51::TARGETS, pic16::TARGETS, ap101::TARGETS];
 
-/// Every chip that there is a compiler for: fewer than there are emulators for.
+/// Iterates over all target chips; the emulators support more chips than the compiler.
 pub fn targets() -> impl Iterator<Item = &'static CompileTarget> {
     TARGETS.iter().copied().flatten()
 }
 
-/// The rows of these chips.
+/// Chip descriptions of all targets.
 pub static CHIPS: LazyLock<Vec<&'static Chip>> = LazyLock::new(|| targets().map(|target| target.chip).collect());
 
-/// What is known of the chip `name` (case aside), where there is a compiler for it.
+/// Finds the target with chip `name`, ignoring case.
 #[must_use]
 pub fn find_target(name: &str) -> Option<&'static CompileTarget> {
     targets().find(|target| target.chip.name.eq_ignore_ascii_case(name))
 }
 
-/// The chip `name` (case aside), where there is a compiler for it.
+/// Finds the chip `name`, ignoring case, if the compiler supports it.
 #[must_use]
 pub fn find_chip(name: &str) -> Option<&'static Chip> {
     find_target(name).map(|target| target.chip)
 }
 
-/// What a program is compiled for.
+/// Options of a compilation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CompileOptions {
-    /// The chip, such as `atmega328p`.
+    /// Name of the chip, such as `atmega328p`.
     pub mcu: String,
-    /// Pins by symbol, such as (`Xstart`, `PD2`); they go before those of `IO LIST`.
+    /// Pins by symbol, such as (`Xstart`, `PD2`); they override those of `IO LIST`.
     pub pins: Vec<(String, String)>,
-    /// Clock in Hz, instead of `CRYSTAL=`.
+    /// Clock frequency in Hz that overrides `CRYSTAL=`.
     pub clock_hz: Option<u64>,
-    /// Do with less code; else every operation on bits is three-address code of its own, to be followed by eye.
+    /// True to optimise; false for plain three-address code, which is easy to follow by eye.
     pub optimise: bool,
 }
 
@@ -92,30 +93,31 @@ impl Default for CompileOptions {
     }
 }
 
-/// A compiled program.
+/// Result of a compilation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CompiledProgram {
-    /// Intel HEX of program memory, and of configuration words where the chip has them in it.
+    /// Intel HEX of program memory, including configuration words if the chip has them there.
     pub hex: String,
     /// Program memory from address 0, in bytes.
     pub code: Vec<u8>,
-    /// The instructions with the elements that they come from.
+    /// Listing: the instructions with the elements that they belong to.
     pub listing: String,
-    /// The intermediate code as text.
+    /// Intermediate code as text.
     pub ir: String,
-    /// Where everything is.
+    /// Map of all places in the image.
     pub map: ImageMap,
-    /// The image as the back end made it.
+    /// The image as built by the back end.
     pub built: BuiltImage,
-    /// What the user should know: pins that were given out, fuses, outputs that need parts around the chip. Never errors.
+    /// Notes for the user: pins assigned automatically, fuses, outputs that need external parts. Never
+    /// errors.
     pub notes: Vec<Diagnostic>,
 }
 
-/// Compiles `program`. The warnings of `ladder::check` are the caller's to print.
+/// Compiles `program`. The caller must print the warnings of `ladder::check`.
 ///
 /// # Errors
-/// Every reason found why there is no image: the errors of `ladder::check`, elements that the chip cannot do, pins, time,
-/// size. There is never a part of an image.
+/// All reasons for which there is no image: errors of `ladder::check`, elements that the chip does not
+/// support, pins, time, size. The image is never partial.
 pub fn compile(program: &LadderProgram, options: &CompileOptions) -> Result<CompiledProgram, Vec<Diagnostic>> {
     let prepared = prepare(program, options)?;
     let job = prepared.compile_job(program);
@@ -124,14 +126,14 @@ pub fn compile(program: &LadderProgram, options: &CompileOptions) -> Result<Comp
     finish_compile(program, &job, built, prepared.notes.clone())
 }
 
-/// The intermediate code that `program` is compiled to. The program must have passed the checks.
+/// Returns the intermediate code that `program` is compiled to; the program must have passed the checks.
 #[must_use]
 pub fn lower_for_target(program: &LadderProgram, target: &CompileTarget, optimised: bool) -> Ir {
     let ir = lower::lower_with_modules(program, target.has_modules());
     if optimised { optimise::optimise(ir) } else { lower::to_three_address(ir) }
 }
 
-/// What stands before an image is made.
+/// Input of a back end after all checks have passed.
 pub(crate) struct PreparedCompile {
     pub target: &'static CompileTarget,
     pub pins: Vec<AssignedPin>,
@@ -141,7 +143,7 @@ pub(crate) struct PreparedCompile {
 }
 
 impl PreparedCompile {
-    /// The compilation.
+    /// Creates the job for the back end.
     pub(crate) fn compile_job<'a>(&'a self, program: &LadderProgram) -> CompileJob<'a> {
         CompileJob {
             ir: &self.ir,
@@ -154,7 +156,7 @@ impl PreparedCompile {
     }
 }
 
-/// Checks everything that can be told before an image is made.
+/// Runs all checks that are possible before an image is built.
 pub(crate) fn prepare(program: &LadderProgram, options: &CompileOptions) -> Result<PreparedCompile, Vec<Diagnostic>> {
     let error = |code, cause: String, hint: &str| {
         Diagnostic::new(Severity::Error, code, &program.file, Pos::default(), cause, hint)
@@ -179,7 +181,7 @@ pub(crate) fn prepare(program: &LadderProgram, options: &CompileOptions) -> Resu
         let cause = format!("the clock is {clock_hz} Hz, {} runs at 1 to {} Hz", target.chip.name, target.chip.max_hz);
         diagnostics.push(error(codes::CLOCK, cause, "set CRYSTAL=, or give another clock on the command line"));
     }
-    // The checks of the language refuse a cycle of zero already.
+    // The checks of the language already refuse most programs with a cycle of zero.
     if program.settings.cycle_us == 0 && !diagnostics.iter().any(Diagnostic::is_error) {
         diagnostics.push(error(codes::NO_CYCLE, "the cycle time is 0 us".to_owned(), "set CYCLE="));
     }
@@ -191,7 +193,7 @@ pub(crate) fn prepare(program: &LadderProgram, options: &CompileOptions) -> Resu
     Ok(PreparedCompile { target, pins, clock_hz, ir, notes: diagnostics })
 }
 
-/// Looks at the time of a finished image and tells all that is known of it.
+/// Checks the timing of a finished image and produces HEX, listing and map.
 pub(crate) fn finish_compile(
     program: &LadderProgram,
     job: &CompileJob<'_>,

@@ -1,5 +1,6 @@
-//! The listing: every word of the image, each element's text above its instructions. Where the code is not optimised, each
-//! operation's three-address form stands above its template.
+//! Writes the listing: every word of the image, with each element's text above its instructions.
+//!
+//! Unoptimised code also has each operation's three-address form above its instructions.
 
 use std::fmt::Write;
 
@@ -10,8 +11,10 @@ use crate::ir::{Ir, IrOp};
 use crate::map::{CellLocation, ImageMap};
 use crate::target::{BuiltImage, CodeMark};
 
-/// The listing of an image: a head with pins and places, then address, words and instruction per line. Addresses are bytes on
-/// AVR and 8051, words on the others, as their assemblers have it.
+/// Returns the listing of an image: a head with pins and places, then address, words and instruction per
+/// line.
+///
+/// Addresses count bytes on AVR and 8051 and words on the other families, as in their assemblers.
 #[must_use]
 pub(crate) fn listing(program: &LadderProgram, ir: &Ir, chip: &Chip, built: &BuiltImage, map: &ImageMap) -> String {
     let mut out = String::new();
@@ -65,7 +68,7 @@ fn has_logic(ir: &Ir) -> bool {
     ir.rungs.iter().flat_map(|rung| &rung.steps).any(|step| logic(&step.op))
 }
 
-/// The operations of an element.
+/// Writes the operations of an element.
 fn push_operations(out: &mut String, ir: &Ir, id: ElementId) {
     let rung = ir.rungs.get(id.rung as usize);
     let steps = rung.into_iter().flat_map(|rung| &rung.steps).filter(|step| step.element == id);
@@ -95,7 +98,7 @@ fn push_head(out: &mut String, program: &LadderProgram, map: &ImageMap) {
     }
 }
 
-/// A rung as in a `.ld` file.
+/// Writes a rung in the form of a `.ld` file.
 fn push_series(out: &mut String, nodes: &[RungNode], depth: usize) {
     let pad = "  ".repeat(depth);
     for node in nodes {

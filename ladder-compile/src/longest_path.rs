@@ -1,11 +1,14 @@
-//! The longest path through finished code, in machine cycles.
+//! Computes the longest path through finished code, in machine cycles.
 
 use std::collections::HashMap;
 
 use crate::code::{CodeInstruction, ControlFlow, FinishedCode};
 
-/// The longest time from the instruction at word `from` until word `to` is reached for the first time, subroutines
-/// included. All jumps between the two go forward, except jumps back that say how often they are taken.
+/// Maximum number of machine cycles from the instruction at word `from` until word `to` is reached for the
+/// first time.
+///
+/// Subroutines are included. All jumps between the two addresses go forward, except jumps back with a stated
+/// number of repeats.
 #[must_use]
 pub fn longest_path(code: &FinishedCode, from: u32, to: u32) -> u64 {
     longest_path_cycles(code, from, to, &mut HashMap::new())
@@ -15,7 +18,7 @@ fn longest_path_cycles(code: &FinishedCode, from: u32, to: u32, routines: &mut H
     let first = code.instructions.partition_point(|insn| insn.addr < from);
     let insns: &[CodeInstruction] = code.instructions.get(first..).unwrap_or_default();
     let insns = &insns[..insns.partition_point(|insn| insn.addr < to)];
-    // Longest time from each address to `to`, filled from the end.
+    // Maximum number of cycles from each address to `to`, filled from the end.
     let mut remaining: HashMap<u32, u64> = HashMap::from([(to, 0)]);
     for (n, insn) in insns.iter().enumerate().rev() {
         let get = |at: u32| remaining.get(&at).copied().unwrap_or(0);
@@ -24,9 +27,10 @@ fn longest_path_cycles(code: &FinishedCode, from: u32, to: u32, routines: &mut H
         let time = match (insn.flow, insn.target) {
             (ControlFlow::Return, _) => on,
             (ControlFlow::Call, Some(target)) => on + routine_cycles(code, target, routines) + get(next),
-            // The end of the scan goes back to the wait, before everything here.
+            // The end of the scan jumps back to the poll loop, before this range.
             (ControlFlow::Jump, Some(target)) if target < from => taken,
-            // A loop: every turn but the last ends with the jump back; a jump without condition is left by a skip over it.
+            // A loop: every iteration but the last ends with the jump back; a skip exits a loop with an
+            // unconditional jump.
             (ControlFlow::Branch, Some(target)) if target <= insn.addr => {
                 let iteration = longest_path_cycles(code, target, insn.addr, routines);
                 u64::from(insn.max_repeats.saturating_sub(1)) * (iteration + taken) + on + get(next)
@@ -48,7 +52,7 @@ fn longest_path_cycles(code: &FinishedCode, from: u32, to: u32, routines: &mut H
     remaining.get(&from).copied().unwrap_or(0)
 }
 
-/// The longest time in a subroutine, its return included.
+/// Maximum number of cycles of a subroutine, including its return.
 fn routine_cycles(code: &FinishedCode, start: u32, routines: &mut HashMap<u32, u64>) -> u64 {
     if let Some(&known) = routines.get(&start) {
         return known;

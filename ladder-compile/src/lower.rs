@@ -1,7 +1,8 @@
-//! From the model to intermediate code: what each element means, told once for all targets.
+//! Lowers the model to intermediate code: defines the meaning of each element once for all targets.
 //!
-//! Written from the language's documents: the rung state is the accumulator, every element transforms it, and every element
-//! is executed in every scan. Nothing here is clever; [`crate::optimise`] removes what is not needed.
+//! It follows the documents of the language: the accumulator is the state of the rung, every element
+//! transforms it, and every element is executed in every scan. The code is deliberately simple;
+//! [`crate::optimise`] removes what is not needed.
 
 mod bit_elements;
 mod peripherals;
@@ -20,22 +21,23 @@ use crate::ir::{
     WordRole,
 };
 use peripherals::TransmitterBusy;
+use timing::CounterStart;
 use word_elements::ReducedComparison;
 
 pub use peripherals::eeprom_cells;
 pub use three_address::to_three_address;
 pub use timing::timer_scans;
 
-/// The scan of `program`, not yet optimised.
+/// Lowers `program` to unoptimised intermediate code.
 ///
-/// The program must have passed the checks of `ladder` and [`crate::refuse`]: elements that are not compiled have no
-/// operations here.
+/// The program must have passed the checks of `ladder` and [`crate::element_checks`]: unsupported elements
+/// get no operations.
 #[must_use]
 pub fn lower(program: &LadderProgram) -> Ir {
     lower_with_modules(program, false)
 }
 
-/// The same; with `modules` timers and counters stay whole, each an [`Op::Module`].
+/// Lowers `program` as [`lower`] does, but with `modules` each timer and counter becomes an [`IrOp::Module`].
 #[must_use]
 pub fn lower_with_modules(program: &LadderProgram, modules: bool) -> Ir {
     let mut lower = Lowering::new(program, modules);
@@ -43,7 +45,7 @@ pub fn lower_with_modules(program: &LadderProgram, modules: bool) -> Ir {
         if symbol.kind.is_bit() {
             lower.symbol_bit(&symbol.name);
         } else {
-            let initial = lower.counter_starts.get(symbol.name.as_str()).copied().unwrap_or(0);
+            let initial = lower.counter_starts.get(symbol.name.as_str()).map_or(0, |start| start.power_up);
             lower.new_word(symbol.name, symbol.kind, symbol.bytes, initial);
         }
     }
@@ -69,33 +71,38 @@ pub fn lower_with_modules(program: &LadderProgram, modules: bool) -> Ir {
     lower.ir
 }
 
+/// State of the lowering of one program.
 struct Lowering<'a> {
     program: &'a LadderProgram,
     ir: Ir,
     bits: HashMap<String, BitId>,
     words: HashMap<String, WordId>,
-    /// Rung-in and rung-out of the groups, by nesting depth.
+    /// Input and output bit of the parallel groups, by nesting depth.
     groups: Vec<(BitId, BitId)>,
+    /// The master relay, if the program uses it.
     master: Option<BitId>,
-    /// The duty and whether one was given in this scan, where several elements set it.
+    /// If several elements set the duty cycle: the last value of this scan, and whether one was set.
     duty: Option<(WordId, BitId)>,
-    /// Zero in the first scan, one afterwards: for timers that cannot be preset before the rungs.
+    /// Zero in the first scan, one afterwards; for TOF timers that cannot be preset before the rungs.
     after_first_scan: Option<BitId>,
-    /// The TOF elements that are preset before the rungs.
+    /// TOF elements that are preset before the rungs.
     preset: Vec<ElementId>,
-    /// The transmitter and the EEPROM, where the program uses them.
+    /// State of transmitter and EEPROM, if the program uses them.
     transmitter_busy: Option<TransmitterBusy>,
     eeprom_busy: Option<(WordId, i32)>,
-    /// Where the next PERSIST has its cells.
+    /// EEPROM cells of the remaining PERSIST elements.
     eeprom_cells: std::vec::IntoIter<(u16, u8)>,
     /// What counters start with, and RES stores.
-    counter_starts: HashMap<&'a str, i32>,
+    counter_starts: HashMap<&'a str, CounterStart>,
     /// Timers and counters stay whole.
     keep_modules: bool,
-    /// Counters have the bounds of dialect `ldmicro-5`.
+    /// True if counters have the bounds of dialect `ldmicro-5`.
     bounded_counters: bool,
+    /// Element being lowered, which owns the operations pushed.
     element: ElementId,
+    /// Index of the next element of the rung in text order.
     next: u32,
+    /// Operations of the current rung.
     steps: Vec<IrStep>,
 }
 
@@ -164,7 +171,7 @@ impl<'a> Lowering<'a> {
         WordId(self.ir.words.len() as u32 - 1)
     }
 
-    /// An integer for the moment; the same `use_` and width give the same one.
+    /// Returns a temporary integer; the same `use_` and width give the same cell.
     fn temporary(&mut self, use_: &str, bytes: u8) -> WordId {
         let name = format!("{use_}.{bytes}");
         if let Some(at) = self.ir.words.iter().position(|w| w.role == WordRole::Temporary && w.name == name) {
@@ -180,12 +187,12 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// The name of something that belongs to the element.
+    /// Name of a cell that belongs to the current element.
     fn element_name(&self, what: &str) -> String {
         format!("{what}({}.{})", self.element.rung + 1, self.element.index + 1)
     }
 
-    /// A bit of this element that lasts from scan to scan.
+    /// Allocates an edge memory of the current element.
     fn new_memory(&mut self) -> BitId {
         self.new_bit(self.element_name("edge"), BitRole::Memory)
     }
@@ -203,7 +210,8 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// Each branch starts from the group's rung-in, in order; rung-out is the OR of the branches.
+    /// Lowers a parallel group: each branch starts with the group's input, in order; the output is the OR of
+    /// the branches.
     fn parallel(&mut self, branches: &[Vec<RungNode>], depth: usize) {
         self.element.index = self.next;
         if self.groups.len() <= depth {
@@ -212,8 +220,8 @@ impl<'a> Lowering<'a> {
             self.groups.push((input, output));
         }
         let (input, output) = self.groups[depth];
-        // Branches that only ever narrow the rung state and touch nothing else are the same when computed from true and
-        // joined with rung-in afterwards, which keeps plain ORs of contacts plain.
+        // Branches that only narrow the rung state, with no other effect, can start with true and be combined
+        // with the input afterwards. Simple ORs of contacts stay simple this way.
         let pure = branches.iter().flatten().all(only_narrows_rung);
         self.push(IrOp::Store { bit: input, negated: false });
         for (i, branch) in branches.iter().enumerate() {
@@ -241,13 +249,17 @@ impl<'a> Lowering<'a> {
                 let bit = self.symbol_bit(name);
                 self.push(IrOp::And { bit, negated: *negated });
             }
-            Element::Coil { name, negated, set, reset, .. } => {
+            // The first flag that is set counts.
+            Element::Coil { name, negated, set, reset, ttrigger } => {
                 let bit = self.symbol_bit(name);
-                self.push(match (set, reset) {
-                    (true, _) => if_accumulator(vec![IrOp::SetBit { bit, value: true }]),
-                    (_, true) => if_accumulator(vec![IrOp::SetBit { bit, value: false }]),
-                    _ => IrOp::Store { bit, negated: *negated },
-                });
+                let toggles = ttrigger.is_some_and(|flag| flag != 0);
+                match (negated, set, reset, toggles) {
+                    (true, ..) => self.push(IrOp::Store { bit, negated: true }),
+                    (_, true, ..) => self.push(if_accumulator(vec![IrOp::SetBit { bit, value: true }])),
+                    (_, _, true, _) => self.push(if_accumulator(vec![IrOp::SetBit { bit, value: false }])),
+                    (_, _, _, true) => self.toggle(bit),
+                    _ => self.push(IrOp::Store { bit, negated: false }),
+                }
             }
             Element::Open => self.push(IrOp::SetAccumulator(false)),
             Element::MasterRelay => self.master_relay(),
@@ -259,13 +271,35 @@ impl<'a> Lowering<'a> {
                 let memory = self.new_memory();
                 self.push(IrOp::Falling(memory));
             }
+            Element::Odr => {
+                let memory = self.new_memory();
+                self.push(IrOp::Rising(memory));
+                self.complement();
+            }
+            Element::Odf | Element::Osl => {
+                let (memory, armed) = (self.new_memory(), self.new_bit(self.element_name("armed"), BitRole::Memory));
+                self.push(if_accumulator(vec![IrOp::SetBit { bit: armed, value: true }]));
+                self.push(IrOp::Falling(memory));
+                self.push(IrOp::If {
+                    cond: BranchCondition::Acc,
+                    if_true: vec![IrOp::SetAccumulator(false)],
+                    if_false: vec![IrOp::Load { bit: armed, negated: false }],
+                });
+            }
+            Element::Osc => {
+                let bit = self.new_memory();
+                self.push(IrOp::And { bit, negated: true });
+                self.push(IrOp::Store { bit, negated: false });
+            }
             Element::Timer { kind, name, delay, adjust } => self.timer(*kind, name, delay, adjust.as_ref()),
             Element::Counter { kind, name, max, init, input } => {
                 self.counter(*kind, name, max, (init.as_ref(), *input));
             }
             Element::Res { name } => {
-                let (dst, start) = (self.word(name), self.counter_starts.get(name.as_str()).copied().unwrap_or(0));
-                self.push(if_accumulator(vec![IrOp::Move { dst, src: WordOperand::Const(start) }]));
+                let start = self.counter_starts.get(name.as_str()).and_then(|start| start.reset.clone());
+                let src = start.map_or(WordOperand::Const(0), |(_, start)| self.value(&start));
+                let dst = self.word(name);
+                self.push(if_accumulator(vec![IrOp::Move { dst, src }]));
             }
             Element::Move { dest, src } => {
                 let op = IrOp::Move { dst: self.word(dest), src: self.value(src) };
@@ -307,9 +341,28 @@ impl<'a> Lowering<'a> {
             }
             Element::FormattedString { var, text, quoted } => self.send_string(var.as_deref(), text, *quoted),
             Element::Persist { name } => self.persist(name),
-            // SHORT passes, COMMENT means nothing, and PLACEHOLDER never gets here.
+            // SHORT passes power, COMMENT has no effect, and the checks refuse PLACEHOLDER.
             Element::Short | Element::Comment(_) | Element::Placeholder => {}
         }
+    }
+
+    /// acc := not acc.
+    fn complement(&mut self) {
+        let (if_true, if_false) = (vec![IrOp::SetAccumulator(false)], vec![IrOp::SetAccumulator(true)]);
+        self.push(IrOp::If { cond: BranchCondition::Acc, if_true, if_false });
+    }
+
+    /// A rising edge complements the bit; acc stays.
+    fn toggle(&mut self, bit: BitId) {
+        let memory = self.new_memory();
+        self.push(IrOp::Rising(memory));
+        self.push(if_accumulator(vec![IrOp::If {
+            cond: BranchCondition::Bit(bit),
+            if_true: vec![IrOp::SetBit { bit, value: false }],
+            if_false: vec![IrOp::SetBit { bit, value: true }],
+        }]));
+        // The memory is the rung state of this scan.
+        self.push(IrOp::Load { bit: memory, negated: false });
     }
 
     /// acc := acc and the comparison.
@@ -321,7 +374,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// `then` where the comparison holds.
+    /// Executes `then` if the comparison is true, else `otherwise`.
     fn if_comparison(
         &self,
         op: CompareOp,
@@ -339,7 +392,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// Off: turned on whatever the rung says; on: becomes the rung state.
+    /// MASTER_RELAY: an off relay is turned on whatever the rung is; an on relay takes the state of the rung.
     fn master_relay(&mut self) {
         if let Some(bit) = self.master {
             self.push(IrOp::If {
@@ -351,17 +404,17 @@ impl<'a> Lowering<'a> {
     }
 }
 
-/// `ops` when the accumulator is true.
+/// Executes `ops` if the accumulator is true.
 fn if_accumulator(ops: Vec<IrOp>) -> IrOp {
     IrOp::If { cond: BranchCondition::Acc, if_true: ops, if_false: Vec::new() }
 }
 
-/// One more, or one less.
+/// Increments or decrements a word by one.
 fn step_word(word: WordId, op: ArithmeticOp) -> IrOp {
     IrOp::Math { op, dst: word, a: WordOperand::Cell(word), b: WordOperand::Const(1) }
 }
 
-/// True for nodes that narrow the rung state and do nothing else.
+/// True for nodes that can only narrow the rung state and have no other effect.
 fn only_narrows_rung(node: &RungNode) -> bool {
     match node {
         RungNode::Leaf(element, _) => matches!(

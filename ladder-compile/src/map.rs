@@ -1,58 +1,64 @@
-//! The map of an image: where everything of the program is, for tools. Its JSON is described in `docs/compile.md`.
+//! Map of an image: places of all symbols, elements and pins, for tools. `docs/compile.md` describes its
+//! JSON.
 
 use ladder::SymbolKind;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize};
 
-/// Version of the map's JSON.
+/// Version of the map's JSON format.
 pub const SCHEMA: u32 = 2;
 
-/// Where everything of a compiled program is. Code addresses are byte addresses of program memory, ends are excluded; on a
-/// chip whose word is wider than a byte that is the address of the word times [`Chip::word_bytes`](emu_core::chip::Chip::word_bytes).
+/// Places of all parts of a compiled program.
+///
+/// Code addresses are byte addresses of program memory, and ends are exclusive. On a chip with words wider
+/// than a byte, a byte address is the word address times
+/// [`Chip::word_bytes`](emu_core::chip::Chip::word_bytes).
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ImageMap {
-    /// Version of this shape, [`SCHEMA`].
+    /// Version of this format, [`SCHEMA`].
     pub schema: u32,
-    /// The chip.
+    /// Name of the chip.
     pub mcu: String,
-    /// Clock that the image was compiled for, in Hz.
+    /// Clock frequency in Hz that the image was compiled for.
     pub clock_hz: u64,
-    /// Time of one scan in machine cycles, a reduced fraction: the k-th match comes at its k-fold, rounded down.
+    /// Time of one scan in machine cycles, as a reduced fraction; the k-th match is at k times this, rounded
+    /// down.
     pub cycle: Ratio,
-    /// Machine cycles per tick of the pacing timer: a match is at most one tick before its exact moment, never after it.
+    /// Machine cycles per tick of the pacing timer: a match is at most one tick early and never late.
     pub tick: u32,
-    /// The instruction at whose end the pacing timer starts.
+    /// Address of the instruction at whose end the pacing timer starts.
     pub timer_start: u32,
-    /// The loop that waits for the match.
+    /// Address of the loop that waits for the match.
     pub poll: u32,
-    /// The longest time in machine cycles from a match to the first instruction of its scan: one turn of the loop that just
-    /// missed the match, and the look that sees it.
+    /// Maximum number of machine cycles from a match to the first instruction of its scan.
+    ///
+    /// It covers one iteration of the loop that just missed the match and the test that detects it.
     pub poll_cycles: u32,
-    /// First instruction of a scan, executed once per scan, before the inputs are latched.
+    /// Address of the first instruction of a scan, executed once per scan before the inputs are latched.
     pub scan_start: u32,
-    /// Last instruction of a scan, reached once per scan, after the outputs were written.
+    /// Address of the last instruction of a scan, executed once per scan after the outputs are written.
     pub scan_end: u32,
-    /// The longest path from `scan_start` back to `poll`, in machine cycles.
+    /// Longest path from `scan_start` back to `poll`, in machine cycles.
     pub worst_scan_cycles: u32,
-    /// Bytes of the image.
+    /// Size of the image in bytes.
     pub code_bytes: u32,
-    /// Bytes of RAM that hold data, the stack not counted.
+    /// Number of bytes of RAM that hold data, without the stack.
     pub ram_bytes: u32,
-    /// Machine cycles that the shortest period leaves beside the longest scan and the look at the timer.
+    /// Machine cycles of the shortest period that remain after the longest scan and the poll.
     pub slack_cycles: u64,
-    /// Pins with another job than input and output.
+    /// Pins with a special function: neither input nor output.
     pub specials: Vec<SpecialPin>,
-    /// Cells of the EEPROM.
+    /// EEPROM cells of the program.
     pub eeprom: Vec<EepromMap>,
-    /// Every rung, comments included.
+    /// All rungs, comments included.
     pub rungs: Vec<RungMap>,
-    /// Every element, comments included, in text order.
+    /// All elements, comments included, in text order.
     pub elements: Vec<ElementMap>,
-    /// Every symbol.
+    /// All symbols.
     pub symbols: Vec<SymbolMap>,
-    /// Every pin that the program uses.
+    /// All pins that the program uses.
     pub pins: Vec<PinMap>,
-    /// What the image needs of the chip's fuses, one line each.
+    /// Fuse settings that the image needs, one line each.
     pub fuses: Vec<String>,
 }
 
@@ -61,99 +67,101 @@ pub struct ImageMap {
 pub struct Ratio {
     /// Numerator.
     pub num: u64,
-    /// Denominator, above 0.
+    /// Denominator, at least 1.
     pub den: u64,
 }
 
-/// The code of a rung.
+/// Code range of a rung.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RungMap {
-    /// Number, from 1.
+    /// Number of the rung, from 1.
     pub rung: u32,
-    /// First byte.
+    /// Address of its first byte.
     pub start: u32,
-    /// Byte after the last.
+    /// Address after its last byte.
     pub end: u32,
-    /// The longest path through it in machine cycles.
+    /// Longest path through the rung in machine cycles.
     pub worst_cycles: u64,
 }
 
-/// A pin with another job than input and output.
+/// A pin with a special function: neither input nor output.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "job")]
 pub enum SpecialPin {
-    /// The serial line sends here.
+    /// Transmit pin of the serial line.
     Transmit {
         /// Pin.
         pin: String,
-        /// Speed asked for, in bits per second.
+        /// Requested rate in bits per second.
         baud: u64,
-        /// Machine cycles of a bit, as a fraction.
+        /// Machine cycles per bit, as a fraction.
         bit: Ratio,
     },
-    /// The serial line receives here.
+    /// Receive pin of the serial line.
     Receive {
         /// Pin.
         pin: String,
-        /// Speed asked for, in bits per second.
+        /// Requested rate in bits per second.
         baud: u64,
     },
-    /// The converter reads a symbol here.
+    /// Pin of an analog input.
     Analog {
         /// Pin.
         pin: String,
         /// Symbol.
         name: String,
     },
-    /// The PWM output.
+    /// Pin of the PWM output.
     Pwm {
         /// Pin.
         pin: String,
-        /// Frequency asked for, in Hz.
+        /// Requested frequency in Hz.
         hertz: u64,
-        /// Machine cycles of a period, as a fraction.
+        /// Machine cycles per period, as a fraction.
         period: Ratio,
-        /// Steps of a period: a duty is exact to one of them.
+        /// Number of steps per period; a duty cycle is accurate to one step.
         steps: u32,
     },
 }
 
-/// A variable in the EEPROM.
+/// EEPROM cells of a variable.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct EepromMap {
-    /// The variable.
+    /// Name of the variable.
     pub name: String,
-    /// Address of its lowest cell.
+    /// Address of the lowest cell.
     pub addr: u16,
-    /// Cells.
+    /// Number of cells.
     pub bytes: u8,
 }
 
-/// The code of an element. The ranges of a rung's elements follow each other without a gap. A range is empty where nothing
-/// is left to do: COMMENT and SHORT, and elements whose effect is known beforehand, such as a contact after OPEN.
+/// Code range of an element.
+///
+/// The ranges of a rung's elements are contiguous. A range is empty if there is nothing to do: for COMMENT,
+/// SHORT, and elements whose effect is known at compile time, such as a contact after OPEN.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ElementMap {
-    /// Number of its rung, from 1.
+    /// Number of the rung, from 1.
     pub rung: u32,
-    /// Number within the rung in text order, from 1.
+    /// Number of the element within the rung in text order, from 1.
     pub element: u32,
-    /// Its text as in a `.ld` file.
+    /// Text of the element as in a `.ld` file.
     pub text: String,
-    /// First byte.
+    /// Address of its first byte.
     pub start: u32,
-    /// Byte after the last.
+    /// Address after its last byte.
     pub end: u32,
 }
 
-/// Where a symbol is kept between scans.
+/// Place of a symbol between scans.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SymbolMap {
-    /// Name.
+    /// Name of the symbol.
     pub name: String,
-    /// Kind.
+    /// Kind of the symbol.
     #[serde(deserialize_with = "kind")]
     pub kind: SymbolKind,
-    /// Place; of an input the latched image, of an output the image that is written to the port.
+    /// Place: for an input its latched image, for an output the image that is written to the port.
     pub place: CellLocation,
 }
 
@@ -163,31 +171,31 @@ pub struct SymbolMap {
 pub enum CellLocation {
     /// One bit.
     Bit {
-        /// Memory space of the chip: AVR `data`, in which addresses below 0x20 are the registers; 8051 `idata`; PIC16 `data`; AP101
-        /// `i`, `e`, `m` and `r`, one bit an address.
+        /// Memory space: AVR `data` (addresses below 0x20 are the registers), 8051 `idata`, PIC16 `data`,
+        /// AP101 `i`, `e`, `m` and `r` (one bit per address).
         space: String,
-        /// Address of its byte.
+        /// Address of the byte.
         addr: u32,
-        /// Bit in the byte, 0 to 7.
+        /// Number of the bit in the byte, 0 to 7.
         bit: u8,
     },
-    /// An integer, little endian, with sign.
+    /// A signed integer in little-endian order.
     Word {
         /// Memory space of the chip.
         space: String,
-        /// Address of its lowest byte.
+        /// Address of the lowest byte.
         addr: u32,
         /// Width in bytes.
         bytes: u8,
     },
 }
 
-/// A pin of the program.
+/// Pin of a symbol.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PinMap {
-    /// Symbol.
+    /// Name of the symbol.
     pub name: String,
-    /// Pin, such as `PB0`.
+    /// Name of the pin, such as `PB0`.
     pub pin: String,
     /// `in` (with pull-up) or `out`.
     pub direction: String,

@@ -1,6 +1,9 @@
-//! Compilers with one fault each, enumerated mechanically: from the intermediate code of a program (an operator, an operand,
-//! a constant by one, a polarity, a store left out, an order, a cell at another's place) and from its image (a pin, the period, an
-//! instruction of reset, latching or output left out, a bank not chosen). They show what a check of compiled programs can find.
+//! Compilers with one deliberate fault each, enumerated mechanically, to measure what a check of compiled
+//! programs can find.
+//!
+//! Faults of the intermediate code: another operator or operand, a constant off by one, an inverted polarity,
+//! an omitted store, a changed order, a cell at another cell's place. Faults of the image: swapped pins, a
+//! wrong period, an omitted instruction of reset, latching or output, an omitted bank selection.
 
 mod accessed_cells;
 mod op_mutants;
@@ -14,53 +17,55 @@ use crate::pins::AssignedPin;
 use crate::target::{BuiltImage, CodeMark, CompileTarget, ImageLine};
 use crate::{CompileOptions, CompiledProgram, PreparedCompile, finish_compile, prepare, refusal_diagnostics};
 
-/// What sort of fault.
+/// Kind of fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum MutantKind {
-    /// An operation of a rung is another, or none.
+    /// An operation of a rung is changed or omitted.
     Operation,
-    /// An operation before or behind the rungs, or a value of a table, is another.
+    /// An operation before or after the rungs, or a value of a table, is changed.
     Surrounding,
-    /// Two operations or two rungs change places.
+    /// Two operations or two rungs are swapped.
     Order,
     /// The destination is written before the operands are read.
     Aliasing,
-    /// A cell is kept at another's place.
+    /// A cell is kept at another cell's place.
     State,
     /// Two pins are swapped.
     Pin,
-    /// The period is another: by one tick, or scans are lost or doubled.
+    /// The period is wrong: one tick off, or scans are lost or doubled.
     Period,
-    /// An instruction around the rungs is left out: of reset, of latching the inputs, of writing the outputs.
+    /// An instruction around the rungs is omitted: of reset, of latching inputs, of writing outputs.
     OmittedInstruction,
-    /// A bank of memory or a page of code is not chosen, so that the one before is met.
+    /// The selection of a memory bank or code page is omitted, so the previous one is used.
     Bank,
 }
 
-/// One fault.
+/// Description of one fault.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mutant {
-    /// Names it for [`compile_mutant`], from 0.
+    /// Number of the fault for [`compile_mutant`], from 0.
     pub id: u32,
-    /// Its sort.
+    /// Kind of the fault.
     pub kind: MutantKind,
-    /// The element whose code it changes, where it is one's.
+    /// Element whose code is changed, if the fault belongs to one.
     pub element: Option<ElementId>,
-    /// What is changed, and what it becomes.
+    /// Text of the change: what is replaced, and by what.
     pub description: String,
 }
 
-/// What is done otherwise.
+/// The change that a fault makes.
 enum MutantChange {
+    /// Other intermediate code.
     Ir(Ir),
+    /// Other pins.
     Pins(Vec<AssignedPin>),
-    /// Clock and cycle that the image is made for, in place of the right ones.
+    /// Clock frequency and cycle time used for the image, instead of the right ones.
     Time(u64, u64),
-    /// The line of the image with this number does nothing.
+    /// The line of the image with this number is replaced by no-operations.
     OmittedInstruction(usize),
 }
 
-/// A fault that is made when it is wanted.
+/// A possible fault, which is built only on demand.
 struct MutantCandidate<'a> {
     kind: MutantKind,
     element: Option<ElementId>,
@@ -68,7 +73,7 @@ struct MutantCandidate<'a> {
     make_change: Box<dyn Fn() -> MutantChange + 'a>,
 }
 
-/// Every fault of `program` for a chip; none for a program that [`crate::compile`] refuses.
+/// Returns every fault of `program` for a chip; empty if [`crate::compile`] refuses the program.
 #[must_use]
 pub fn mutants(program: &LadderProgram, options: &CompileOptions) -> Vec<Mutant> {
     let Ok(prepared) = prepare(program, options) else { return Vec::new() };
@@ -85,10 +90,10 @@ pub fn mutants(program: &LadderProgram, options: &CompileOptions) -> Vec<Mutant>
         .collect()
 }
 
-/// Compiles `program` with the fault `id`; a number that no fault has changes nothing.
+/// Compiles `program` with fault `id`; an unknown number changes nothing.
 ///
 /// # Errors
-/// As [`crate::compile`].
+/// The errors of [`crate::compile`].
 pub fn compile_mutant(
     program: &LadderProgram,
     options: &CompileOptions,
@@ -122,7 +127,7 @@ pub fn compile_mutant(
         None | Some(MutantChange::Ir(_) | MutantChange::Pins(_)) => finish_compile(program, &job, sound, notes),
         Some(MutantChange::Time(clock_hz, cycle_us)) => {
             let built = build(&crate::target::CompileJob { clock_hz, cycle_us, ..job })?;
-            // The map says what should be.
+            // The map states the values of the right image.
             let (period, shortest, tick) = (sound.period, sound.shortest_period_cycles, sound.tick_cycles);
             finish_compile(
                 program,
@@ -137,7 +142,8 @@ pub fn compile_mutant(
     }
 }
 
-/// The intermediate code of `program`, sound and with the fault `id`, where it is a fault of the intermediate code.
+/// Returns the intermediate code of `program` without and with fault `id`, if it is a fault of the
+/// intermediate code.
 #[must_use]
 pub fn mutant_ir(program: &LadderProgram, options: &CompileOptions, id: u32) -> Option<(Ir, Ir)> {
     let prepared = prepare(program, options).ok()?;
@@ -146,7 +152,7 @@ pub fn mutant_ir(program: &LadderProgram, options: &CompileOptions, id: u32) -> 
     Some((prepared.ir, changed))
 }
 
-/// Faults that are made before the image.
+/// Faults introduced before the image is built.
 fn code_candidates(prepared: &PreparedCompile) -> Vec<MutantCandidate<'_>> {
     let mut all = op_candidates(&prepared.ir);
     all.extend(shape_mutants::shape_candidates(&prepared.ir));
@@ -170,7 +176,7 @@ fn text(ir: &Ir, op: &IrOp) -> String {
     ir.op_text(op).lines().map(str::trim).collect::<Vec<_>>().join("; ")
 }
 
-/// The faults of single operations, those of the rungs first.
+/// Faults of single operations, those of the rungs first.
 fn op_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
     let mut all = Vec::new();
     let what = |op: IrOp, new: Option<IrOp>| -> Box<dyn Fn() -> String + '_> {
@@ -233,7 +239,7 @@ fn op_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
     all
 }
 
-/// Every two pins of one direction, one after the other, swapped.
+/// Swaps each pin with the next one of the same direction.
 fn pin_candidates(prepared: &PreparedCompile) -> Vec<MutantCandidate<'_>> {
     let pins = &prepared.pins;
     let sort = |pin: &AssignedPin| (pin.output, pin.analog);
@@ -259,14 +265,14 @@ fn pin_candidates(prepared: &PreparedCompile) -> Vec<MutantCandidate<'_>> {
     all
 }
 
-/// The period one tick shorter and longer, half, and double.
+/// Changes the period: one tick shorter, one tick longer, half, and double.
 fn period_candidates<'a>(
     program: &LadderProgram,
     prepared: &PreparedCompile,
     built: &BuiltImage,
 ) -> Vec<MutantCandidate<'a>> {
     let (clock, cycle) = (prepared.clock_hz, program.settings.cycle_us);
-    // Clocks of a tick in a cycle: the clock that gives one tick more than this one.
+    // Clock change that makes the period one tick longer.
     let clocks = u128::from(clock) * u128::from(cycle) * u128::from(built.period.den);
     let per_cycle = (clocks / (u128::from(built.period.num.max(1)) * 1_000_000)).max(1);
     let step = (u128::from(built.tick_cycles) * per_cycle * 1_000_000).div_ceil(u128::from(cycle.max(1))) as u64;
@@ -288,7 +294,8 @@ fn period_candidates<'a>(
         .collect()
 }
 
-/// Every instruction before the wait, between the start of a scan and the first rung, and between the last rung and the end.
+/// Omits each instruction before the poll loop, between the start of a scan and the first rung, and after the
+/// last rung.
 fn omission_candidates(built: &BuiltImage) -> Vec<MutantCandidate<'_>> {
     let at = |mark: CodeMark| built.marks.iter().find(|(m, _)| *m == mark).map(|&(_, at)| at);
     let first = at(CodeMark::Rung(0)).or(at(CodeMark::RungsEnd)).unwrap_or(0);
@@ -304,8 +311,9 @@ fn omission_candidates(built: &BuiltImage) -> Vec<MutantCandidate<'_>> {
     instructions.filter_map(of_part).collect()
 }
 
-/// Every instruction that chooses a bank of memory or a page of code: those that set or clear bits 5 to 7 of STATUS, or write
-/// PCLATH, on a PIC16. The other families have none.
+/// Omits each instruction that selects a memory bank or a code page.
+///
+/// On a PIC16 these set or clear bits 5 to 7 of STATUS, or write PCLATH. The other families have none.
 fn bank_candidates(built: &BuiltImage) -> Vec<MutantCandidate<'_>> {
     let chooses = |line: &ImageLine| {
         let words: Vec<&str> = line.text.split([' ', ',']).filter(|word| !word.is_empty()).collect();
@@ -330,7 +338,7 @@ fn omission_candidate<'a>(kind: MutantKind, part: &'static str, n: usize, line: 
     }
 }
 
-/// The image without one of its instructions: words stand there that do nothing. They are zeros, but on the AP101 ones.
+/// Replaces an instruction of the image by words without effect: zeros, but ones on the AP101.
 fn omit_instruction(mut built: BuiltImage, line: usize, target: &CompileTarget) -> BuiltImage {
     let (word_bytes, nothing) = (target.chip.word_bytes, if target.has_modules() { 0xFF } else { 0 });
     let Some(ImageLine { addr, words, text, target: goes }) = built.lines.get_mut(line) else { return built };

@@ -1,8 +1,9 @@
-//! Two passes over the intermediate code, for all targets: forward, what is known of the accumulator and the temporaries;
-//! backward, what nobody reads.
+//! Optimises intermediate code for all targets: a forward pass propagates known values, a backward pass
+//! removes unread ones.
 //!
-//! Values are known only within one scan. What can be seen between scans (relays, outputs, edge memories, words) leaves a
-//! scan as the program says; a value that is overwritten in the same scan before anything reads it is not written.
+//! Values are known only within one scan. State that is visible between scans (relays, outputs, edge
+//! memories, words) leaves a scan as the program defines. A value that is overwritten in the same scan before
+//! it is read is not written.
 
 mod factor;
 
@@ -10,7 +11,7 @@ use std::collections::{HashMap, HashSet};
 
 use crate::ir::{BitId, BranchCondition, Ir, IrOp, IrStep, LogicOp, WordComparison, WordId, WordOperand, WordRole};
 
-/// The same scan with less to do. Joining opens a little more to the passes, so they run twice.
+/// Optimises a scan. Joining steps gives the passes new opportunities, so they run twice.
 #[must_use]
 pub fn optimise(mut ir: Ir) -> Ir {
     let temporary: HashSet<BitId> = (0..ir.bits.len() as u32).map(BitId).filter(|&bit| ir.is_temporary(bit)).collect();
@@ -24,7 +25,7 @@ pub fn optimise(mut ir: Ir) -> Ir {
     ir
 }
 
-/// The forward pass over a scan.
+/// Runs the forward pass over a scan.
 fn propagate(ir: &mut Ir, temporary: &HashSet<BitId>) {
     let mut known = KnownBits { acc: BitValue::Unknown(0), loaded: None, bits: HashMap::new(), next: 1 };
     ir.prologue = forward(std::mem::take(&mut ir.prologue), &mut known, temporary);
@@ -39,7 +40,8 @@ fn propagate(ir: &mut Ir, temporary: &HashSet<BitId>) {
     ir.epilogue = forward(std::mem::take(&mut ir.epilogue), &mut known, temporary);
 }
 
-/// `store t; load x; or t` is `store t; or x`, and so with `and`: branches of one contact need no temporary.
+/// Replaces `store t; load x; or t` by `store t; or x`, and likewise for `and`, so branches of one contact
+/// need no temporary.
 fn join_store_load(steps: &mut Vec<IrStep>) {
     let mut at = 0;
     while let Some([store, load, last]) = steps.get_mut(at..at + 3) {
@@ -57,7 +59,7 @@ fn join_store_load(steps: &mut Vec<IrStep>) {
     }
 }
 
-/// Removes what nobody reads, from the end of the scan to its start.
+/// Removes values that are never read, from the end of the scan to its start.
 fn remove_dead(ir: &mut Ir) {
     let mut later = Liveness::at_scan_end(ir);
     ir.epilogue = backward(std::mem::take(&mut ir.epilogue), &mut later);
@@ -70,19 +72,22 @@ fn remove_dead(ir: &mut Ir) {
     ir.prologue = backward(std::mem::take(&mut ir.prologue), &mut later);
 }
 
-/// A value of the accumulator or of a temporary: a constant, or the same unknown wherever the number is the same.
+/// Value of the accumulator or of a temporary: a constant, or an unknown value that is the same wherever its
+/// number is equal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum BitValue {
     Const(bool),
     Unknown(u32),
 }
 
+/// Known values of the accumulator and of temporaries.
 #[derive(Clone)]
 struct KnownBits {
     acc: BitValue,
-    /// What the accumulator was loaded from just before.
+    /// The bit that the accumulator was loaded from just before, and whether complemented.
     loaded: Option<(BitId, bool)>,
     bits: HashMap<BitId, BitValue>,
+    /// Number of the last unknown value.
     next: u32,
 }
 
@@ -92,7 +97,7 @@ impl KnownBits {
         BitValue::Unknown(self.next)
     }
 
-    /// The value of `bit`, complemented if `negated`, where that can be said.
+    /// Value of `bit`, complemented if `negated`, if it can be expressed.
     fn value_of(&self, bit: BitId, negated: bool) -> Option<BitValue> {
         match self.bits.get(&bit) {
             Some(BitValue::Const(value)) => Some(BitValue::Const(value ^ negated)),
@@ -101,7 +106,7 @@ impl KnownBits {
         }
     }
 
-    /// What both know.
+    /// Keeps what both states know.
     fn merge(&mut self, other: &KnownBits) {
         self.next = self.next.max(other.next);
         self.loaded = None;
@@ -118,7 +123,7 @@ fn forward(ops: Vec<IrOp>, known: &mut KnownBits, temporary: &HashSet<BitId>) ->
     out
 }
 
-/// Appends to `out` what is left of `op`.
+/// Appends the rest of `op` to `out`.
 fn forward_op(op: IrOp, known: &mut KnownBits, temporary: &HashSet<BitId>, out: &mut Vec<IrOp>) {
     let loaded = known.loaded.take();
     match op {
@@ -224,7 +229,8 @@ fn forward_op(op: IrOp, known: &mut KnownBits, temporary: &HashSet<BitId>, out: 
     }
 }
 
-/// An edge whose input is known: the output is the memory, or its complement, and the memory becomes the input.
+/// Simplifies an edge with a known input: the output is the memory or its complement, and the memory becomes
+/// the input.
 fn forward_edge(memory: BitId, input: bool, known: &mut KnownBits, out: &mut Vec<IrOp>) {
     known.acc = known.new_unknown();
     out.push(IrOp::Load { bit: memory, negated: input });
@@ -266,14 +272,14 @@ fn forward_branch(
     out.push(IrOp::If { cond, if_true: then, if_false: otherwise });
 }
 
-/// What becomes of values later on in the scan.
+/// Which values are read later in the scan.
 #[derive(Clone, PartialEq, Eq)]
 struct Liveness {
-    /// The accumulator is read.
+    /// True if the accumulator is read.
     is_acc_read: bool,
-    /// Bits that are overwritten, or end with the scan, before anything reads them.
+    /// Bits that are overwritten, or end with the scan, before they are read.
     dead_bits: HashSet<BitId>,
-    /// Such words.
+    /// Words that are overwritten, or end with the scan, before they are read.
     dead_words: HashSet<WordId>,
 }
 
@@ -284,7 +290,7 @@ fn backward(ops: Vec<IrOp>, later: &mut Liveness) -> Vec<IrOp> {
 }
 
 impl Liveness {
-    /// Behind the last operation: temporaries have ended, all else stays.
+    /// State after the last operation: temporaries are dead, all other cells are live.
     fn at_scan_end(ir: &Ir) -> Liveness {
         let words = ir.words.iter().enumerate().filter(|(_, cell)| cell.role == WordRole::Temporary);
         Liveness {
@@ -294,7 +300,7 @@ impl Liveness {
         }
     }
 
-    /// What is left of `op`, and what becomes of the values before it.
+    /// Returns the rest of `op`, and updates the liveness to the state before it.
     fn op(&mut self, op: IrOp) -> Option<IrOp> {
         match op {
             IrOp::SetAccumulator(_) => self.is_acc_read.then(|| {
@@ -321,7 +327,7 @@ impl Liveness {
                 self.is_acc_read |= matches!(op, IrOp::Store { .. });
                 op
             }),
-            // With its result unread an edge only stores its input.
+            // If its output is not read, an edge only stores its input.
             IrOp::Rising(bit) | IrOp::Falling(bit) if !self.is_acc_read => self.op(IrOp::Store { bit, negated: false }),
             IrOp::Rising(bit) | IrOp::Falling(bit) => {
                 self.mark_bit_read(bit);
@@ -349,7 +355,7 @@ impl Liveness {
                 self.mark_operand_read(WordOperand::Cell(index));
                 op
             }),
-            // A conversion and a read of the EEPROM happen whatever becomes of their values.
+            // A conversion and an EEPROM read are executed even if their values are unused.
             IrOp::ReadAdc { dst, .. } | IrOp::ReadEeprom { dst, .. } => {
                 self.dead_words.insert(dst);
                 Some(op)
@@ -358,7 +364,7 @@ impl Liveness {
                 self.mark_operand_read(value);
                 Some(op)
             }
-            // The destination keeps its value where no byte has come.
+            // The destination keeps its value if no byte was received.
             IrOp::Receive { dst } => {
                 self.is_acc_read = false;
                 self.mark_operand_read(WordOperand::Cell(dst));

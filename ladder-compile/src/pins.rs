@@ -1,4 +1,5 @@
-//! Which symbol stands at which pin: `--pin` first, then `IO LIST` where it is for this chip, then in order.
+//! Assigns symbols to pins: `--pin` first, then `IO LIST` if it applies to this chip, then automatically in
+//! order.
 
 use std::collections::HashMap;
 
@@ -9,16 +10,16 @@ use ladder::{ChipPart, Element, LadderProgram, SymbolKind};
 use crate::codes;
 use crate::target::CompileTarget;
 
-/// A symbol at its pin.
+/// A symbol with its pin.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct AssignedPin {
-    /// Symbol.
+    /// Name of the symbol.
     pub name: String,
-    /// Pin, such as `PD2`.
+    /// Name of the pin, such as `PD2`.
     pub pin: &'static str,
-    /// The symbol is an output.
+    /// True if the symbol is an output.
     pub output: bool,
-    /// The symbol is read by the converter.
+    /// True if the converter reads the symbol.
     pub analog: bool,
 }
 
@@ -29,21 +30,22 @@ impl AssignedPin {
         self.pin.chars().nth(1).unwrap_or('?')
     }
 
-    /// Bit in the port, 0 to 7.
+    /// Bit number in the port, 0 to 7.
     #[must_use]
     pub fn bit_number(&self) -> u8 {
         self.pin.chars().next_back().and_then(|c| c.to_digit(8)).unwrap_or(0) as u8
     }
 }
 
-/// Something of the program that needs a pin.
+/// A symbol that needs a pin.
 struct PinRequest {
     name: String,
     kind: SymbolKind,
 }
 
-/// Finds a pin for every input, output and analog input, in this order, each sorted by name. Adds what is wrong, and a note
-/// when pins were given out in order, to `told`.
+/// Assigns a pin to every input, output and analog input, in this order, each group sorted by name.
+///
+/// Adds errors, and a note if pins were assigned automatically, to `notes`.
 pub fn assign_pins(
     program: &LadderProgram,
     requested: &[(String, String)],
@@ -61,7 +63,7 @@ pub fn assign_pins(
         .into_iter()
         .filter(|s| match s.kind {
             SymbolKind::Input | SymbolKind::Output => true,
-            // An analog input that nobody reads needs no pin; reading one that the chip cannot read is refused elsewhere.
+            // An unread analog input needs no pin; another check refuses a read if the chip has no converter.
             SymbolKind::Adc => used.contains(&s.name) && !target.adc.is_empty(),
             _ => false,
         })
@@ -117,7 +119,7 @@ pub fn assign_pins(
         push_diagnostic(codes::PIN_TAKEN, *pos, cause, format!("put it at {home}"));
     }
 
-    // Pins of parts that the program uses belong to those.
+    // Pins of peripherals that the program uses are reserved.
     let mut taken: HashMap<&'static str, &str> = peripheral_pins(program, target).into_iter().collect();
     let mut homes: HashMap<&str, &'static str> = HashMap::new();
     let usable = |kind: SymbolKind| usable_pins(target, kind);
@@ -146,7 +148,7 @@ pub fn assign_pins(
         }
         homes.insert(&symbol.name, home);
     }
-    // Analog inputs have the least choice, so they choose first.
+    // Analog inputs have the fewest possible pins, so they are assigned first.
     let mut open: Vec<&PinRequest> = wanted_pins.iter().filter(|s| !wanted.contains_key(s.name.as_str())).collect();
     open.sort_by_key(|s| s.kind != SymbolKind::Adc);
     let (mut assigned, mut without) = (Vec::new(), Vec::new());
@@ -191,7 +193,7 @@ pub fn assign_pins(
         .collect()
 }
 
-/// The pins that a symbol of this kind may have, in the order in which they are given out.
+/// Pins that a symbol of this kind can have, in order of assignment.
 fn usable_pins(target: &'static CompileTarget, kind: SymbolKind) -> Vec<&'static str> {
     match kind {
         SymbolKind::Adc => target.adc.iter().map(|&(pin, _)| pin).collect(),
@@ -202,7 +204,7 @@ fn usable_pins(target: &'static CompileTarget, kind: SymbolKind) -> Vec<&'static
     }
 }
 
-/// Pins that parts of the chip take, and which.
+/// Pins that peripherals use, with the name of the peripheral.
 fn peripheral_pins(program: &LadderProgram, target: &'static CompileTarget) -> Vec<(&'static str, &'static str)> {
     let (sends, receives) = (program.uses_part(ChipPart::Transmitter), program.uses_part(ChipPart::Receiver));
     let pwm = program.uses_part(ChipPart::Pwm);
@@ -213,7 +215,7 @@ fn peripheral_pins(program: &LadderProgram, target: &'static CompileTarget) -> V
     out
 }
 
-/// The name that LDmicro 5 gives the PWM output.
+/// Name that LDmicro 5 gives to the PWM output.
 fn pwm_output(program: &LadderProgram) -> Option<&str> {
     program.elements().find_map(|(_, element, _)| match element {
         Element::SetPwm { output: Some((name, _)), .. } => Some(name.as_str()),
@@ -221,19 +223,20 @@ fn pwm_output(program: &LadderProgram) -> Option<&str> {
     })
 }
 
-/// A chip's row by its name, whatever its family.
+/// Finds a chip by its name, in any family.
 fn find_chip_row(name: &str) -> Option<&'static Chip> {
     emu_avr::chips::chip(name).or_else(|| emu_pic16::chips::chip(name)).or_else(|| emu_8051::chips::chip(name))
 }
 
-/// The package of `named` has every pin that programs use at the same place as the target's, so that its `IO LIST` holds there.
+/// True if the package of `named` has all pins at the same positions as the target's, so that its `IO LIST`
+/// applies.
 fn has_same_pins(named: &Chip, target: &CompileTarget) -> bool {
     let at = |chip: &Chip, name: &str| chip.pins.iter().find(|pin| pin.name == name).map(|pin| pin.dip);
     named.family == target.chip.family
         && target.pins.iter().all(|pin| at(named, pin).is_some() && at(named, pin) == at(target.chip, pin))
 }
 
-/// Names of pins, those that count up in a row as first and last: `PB0..PB5, PD2`.
+/// Formats names of pins, with consecutive ones as a range: `PB0..PB5, PD2`.
 fn pin_ranges(names: &[&str]) -> String {
     let split = |name: &str| {
         let digits = name.trim_end_matches(|c: char| c.is_ascii_digit()).len();

@@ -1,4 +1,4 @@
-//! What a back end refuses, as diagnostics with the figures.
+//! Converts the refusals of a back end to diagnostics with the numbers.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -9,13 +9,13 @@ use ladder::symbols::for_each_symbol_use;
 use crate::codes;
 use crate::target::{BuildRefusal, BuiltImage, CompileJob};
 
-/// How many rungs are named when something does not fit.
+/// Maximum number of rungs named when something does not fit.
 const MAX_NAMED_RUNGS: usize = 5;
 
-/// The longest cycle that a program can ask for, in microseconds: what its reader takes.
+/// Maximum cycle time in microseconds that the reader of programs accepts.
 const MAX_CYCLE_US: u64 = 1_000_000_000_000;
 
-/// The diagnostics of a refusal, one for each reason.
+/// Returns the diagnostics of a refusal, one per reason.
 pub(crate) fn refusal_diagnostics(
     refusal: &BuildRefusal,
     program: &LadderProgram,
@@ -82,7 +82,7 @@ pub(crate) fn refusal_diagnostics(
     vec![Diagnostic::new(Severity::Error, code, &program.file, pos, cause, hint)]
 }
 
-/// The error of a scan that is longer than the period.
+/// Returns the error for a scan that is longer than the period.
 pub(crate) fn scan_too_long(program: &LadderProgram, job: &CompileJob<'_>, built: &BuiltImage) -> Diagnostic {
     let cause = format!(
         "a scan takes up to {} machine cycles (and {} to notice the match), but the cycle of {} us at {} Hz has only {}{}",
@@ -93,7 +93,7 @@ pub(crate) fn scan_too_long(program: &LadderProgram, job: &CompileJob<'_>, built
         built.shortest_period_cycles,
         largest_rungs(&built.rung_cycles)
     );
-    // As machine cycles and the cycle time are to each other now.
+    // Scale the needed machine cycles by the current ratio of cycle time to period.
     let needed = u128::from(built.worst_scan_cycles + built.poll_cycles)
         * u128::from(built.period.den)
         * u128::from(job.cycle_us);
@@ -102,7 +102,7 @@ pub(crate) fn scan_too_long(program: &LadderProgram, job: &CompileJob<'_>, built
     Diagnostic::new(Severity::Error, codes::CYCLE_SHORT, &program.file, Pos::default(), cause, hint)
 }
 
-/// The rungs that need most of something, in words that end a sentence.
+/// Names the rungs with the largest sizes, as the end of a sentence.
 fn largest_rungs(rungs: &[u64]) -> String {
     let mut sizes: Vec<(usize, u64)> = rungs.iter().copied().enumerate().filter(|&(_, size)| size > 0).collect();
     sizes.sort_by_key(|&(number, size)| (std::cmp::Reverse(size), number));
@@ -111,7 +111,7 @@ fn largest_rungs(rungs: &[u64]) -> String {
     if named.is_empty() { String::new() } else { format!("; most in {}", named.join(", ")) }
 }
 
-/// Bytes of the integers that each rung uses.
+/// Number of bytes of the integers that each rung uses.
 fn rung_data_bytes(program: &LadderProgram) -> Vec<u64> {
     let symbols: HashMap<String, u64> =
         program.symbols().into_iter().filter(|s| !s.kind.is_bit()).map(|s| (s.name, s.bytes.into())).collect();

@@ -1,4 +1,4 @@
-//! What a back end is asked for and what it gives: the same for every family.
+//! Interface between the compiler and its back ends: the target, the job and the built image.
 
 use emu_core::chip::{Chip, ChipFamily};
 use ladder::ElementId;
@@ -8,182 +8,184 @@ use crate::ir::Ir;
 use crate::map::{CellLocation, Ratio, SpecialPin};
 use crate::pins::AssignedPin;
 
-/// A chip that there is a compiler for.
+/// A chip that the compiler supports.
 #[derive(Debug)]
 pub struct CompileTarget {
-    /// Its row.
+    /// Description of the chip.
     pub chip: &'static Chip,
-    /// The pins that a program may use, in the order in which they are given out; those with a second job come last.
+    /// Pins that a program can use, in order of assignment; those with a second function come last.
     pub pins: &'static [&'static str],
-    /// Transmitter and receiver of the serial line that programs use.
+    /// Transmit and receive pin of the serial line.
     pub uart: Option<(&'static str, &'static str)>,
     /// Pin of the PWM output.
     pub pwm: Option<&'static str>,
-    /// Pins that the converter reads, with their channel.
+    /// Pins with a converter channel, and the channel.
     pub adc: &'static [(&'static str, u8)],
-    /// Bytes of EEPROM, 0 where there is none.
+    /// Size of the EEPROM in bytes; 0 if there is none.
     pub eeprom: u16,
-    /// Makes an image.
+    /// Function of the back end that builds an image.
     pub build: fn(&CompileJob<'_>) -> Result<BuiltImage, BuildRefusal>,
 }
 
 impl CompileTarget {
-    /// The chip has timers and counters as modules: what is lowered for it keeps them whole.
+    /// True if the chip has timers and counters as modules, which lowering then keeps.
     #[must_use]
     pub fn has_modules(&self) -> bool {
         self.chip.family == ChipFamily::Ap101
     }
 
-    /// A pin can be an output, or else an input. Only a controller with channels has pins that cannot be both.
+    /// True if a pin can be an output (`output`) or an input. Only controllers with channels have pins that
+    /// cannot be both.
     #[must_use]
     pub fn can_use_pin(&self, pin: &str, output: bool) -> bool {
         self.chip.family != ChipFamily::Ap101 || pin.starts_with('E') == output
     }
 }
 
-/// One compilation.
+/// Input of a back end.
 #[derive(Debug, Clone, Copy)]
 pub struct CompileJob<'a> {
-    /// The scan.
+    /// Intermediate code of the scan.
     pub ir: &'a Ir,
-    /// The chip.
+    /// Target chip.
     pub target: &'static CompileTarget,
     /// Pins of inputs, outputs and analog inputs.
     pub pins: &'a [AssignedPin],
-    /// Clock in Hz, above 0.
+    /// Clock frequency in Hz, above 0.
     pub clock_hz: u64,
     /// Time of a scan in microseconds, above 0.
     pub cycle_us: u64,
-    /// Speed of the serial line in bits per second, above 0; there whenever the program uses the line.
+    /// Rate of the serial line in bits per second, above 0; always present if the program uses the line.
     pub baud: Option<u64>,
 }
 
-/// Why there is no image.
+/// Reason for which no image can be built.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum BuildRefusal {
-    /// The code does not fit: bytes that it needs, bytes that there are.
+    /// The code does not fit program memory.
     CodeTooLarge {
-        /// Bytes of code.
+        /// Size of the code in bytes.
         needed: u64,
-        /// Bytes of program memory.
+        /// Size of program memory in bytes.
         available: u64,
-        /// Bytes of each rung, by its number from 0.
+        /// Size of each rung in bytes, by its index from 0.
         rungs: Vec<u64>,
     },
-    /// The data do not fit.
+    /// The data do not fit the RAM.
     RamTooSmall {
-        /// Bytes of data and stack.
+        /// Number of bytes needed for data and stack.
         needed: u64,
-        /// Bytes of RAM.
+        /// Size of the RAM in bytes.
         available: u64,
     },
-    /// The period cannot be paced: the shortest and longest that can be, in microseconds.
+    /// No timer can pace the period.
     PeriodOutOfRange {
-        /// Shortest.
+        /// Shortest possible period in microseconds.
         shortest: u64,
-        /// Longest.
+        /// Longest possible period in microseconds.
         longest: u64,
     },
-    /// The serial line cannot be that fast or slow: the nearest speed in bits per second.
+    /// The serial line cannot have the requested rate.
     BaudOutOfRange {
-        /// Nearest that there is.
+        /// Nearest possible rate in bits per second.
         nearest: u64,
     },
-    /// The PWM output cannot have that frequency.
+    /// The PWM output cannot have the requested frequency.
     PwmOutOfRange {
-        /// Nearest that there is, in Hz.
+        /// Nearest possible frequency in Hz.
         nearest: u64,
     },
-    /// Anything else that the chip does not have: cause and hint.
+    /// The chip does not support something else that the program needs.
     Unsupported {
-        /// What and where.
+        /// Description of the problem.
         cause: String,
-        /// What to do.
+        /// Hint for the user.
         hint: String,
-        /// The element that asks for it, where there is one.
+        /// Element that causes the refusal, if there is one.
         element: Option<ElementId>,
     },
-    /// Several reasons at once, each of the kinds above.
+    /// Several reasons of the kinds above.
     Several(Vec<BuildRefusal>),
-    /// A fault of the compiler.
+    /// An internal error of the compiler.
     Internal(CodegenError),
 }
 
-/// A place that the map or the listing wants to know.
+/// A position in the code that the map or the listing needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CodeMark {
-    /// A part of the image that belongs to no rung.
+    /// Start of a part of the image outside of rungs, with its title.
     Section(&'static str),
-    /// The next instruction starts the timer when it ends.
+    /// The timer starts at the end of the next instruction.
     TimerStart,
-    /// The loop that waits for the match.
+    /// Start of the poll loop, which waits for the match.
     PollLoop,
-    /// The first instruction of a scan.
+    /// First instruction of a scan.
     ScanStart,
-    /// A rung, from 0.
+    /// Start of a rung, by its index from 0.
     Rung(u32),
-    /// An element.
+    /// Start of an element.
     Element(ElementId),
-    /// An operation of a rung, both by number from 0: for listings of code that is not optimised. A back end that sets none gets
-    /// the operations listed element by element.
+    /// Start of an operation of a rung, for listings of unoptimised code.
+    ///
+    /// If a back end sets no such marks, the listing shows the operations per element.
     Step {
-        /// The rung.
+        /// Index of the rung, from 0.
         rung: u32,
-        /// The operation, an index into its steps.
+        /// Index of the operation in its steps, from 0.
         step: u32,
     },
-    /// The end of the last rung.
+    /// End of the last rung.
     RungsEnd,
-    /// The last instruction of a scan.
+    /// Last instruction of a scan.
     ScanEnd,
-    /// Behind the scan.
+    /// Position after the scan.
     AfterScan,
 }
 
 /// One instruction, or one line of data, of a finished image.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ImageLine {
-    /// Address in the chip's words.
+    /// Address in words of the chip.
     pub addr: u32,
-    /// Its words.
+    /// Words of the line.
     pub words: Vec<u16>,
-    /// The instruction as the chip's disassembler prints it; empty for data.
+    /// Text from the chip's disassembler; empty for data.
     pub text: String,
-    /// Where a branch, jump or call goes, in the chip's words.
+    /// Target of a branch, jump or call, in words of the chip.
     pub target: Option<u32>,
 }
 
-/// A finished image with all that is known of it. Code addresses are the chip's words.
+/// A finished image with its properties. Code addresses count words of the chip.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BuiltImage {
-    /// What the HEX file holds: byte address in the file, and bytes.
+    /// Content of the HEX file: byte address in the file, and bytes.
     pub segments: Vec<(u32, Vec<u8>)>,
-    /// The code, by address.
+    /// Lines of code, sorted by address.
     pub lines: Vec<ImageLine>,
-    /// The marks, by address.
+    /// Marks, sorted by address.
     pub marks: Vec<(CodeMark, u32)>,
-    /// Places of the bit cells.
+    /// Place of each bit cell.
     pub bit_places: Vec<CellLocation>,
-    /// Places of the word cells.
+    /// Place of each word cell.
     pub word_places: Vec<CellLocation>,
     /// Time of a scan in machine cycles.
     pub period: Ratio,
-    /// Machine cycles of the shortest period.
+    /// Shortest period in machine cycles.
     pub shortest_period_cycles: u64,
     /// Machine cycles per tick of the pacing timer.
     pub tick_cycles: u32,
-    /// The longest time in machine cycles from a match to the first instruction of its scan.
+    /// Maximum machine cycles from a match to the first instruction of its scan.
     pub poll_cycles: u64,
-    /// The longest path of a scan in machine cycles, from its first instruction back to the loop that waits.
+    /// Longest path of a scan in machine cycles, from its first instruction back to the poll loop.
     pub worst_scan_cycles: u64,
-    /// The longest path of each rung in machine cycles.
+    /// Longest path of each rung in machine cycles.
     pub rung_cycles: Vec<u64>,
-    /// Bytes of RAM in use, the stack not counted.
+    /// Number of bytes of RAM in use, without the stack.
     pub ram_bytes: u32,
-    /// What the image needs of fuses or configuration words, one line each.
+    /// Required fuses or configuration words, one line each.
     pub fuses: Vec<String>,
-    /// Pins with another job than input and output, with their figures.
+    /// Pins with a special function, with their parameters.
     pub specials: Vec<SpecialPin>,
-    /// What the user should know, cause and hint: an output that cannot go high by itself.
+    /// Notes for the user, cause and hint, such as an output that cannot drive high.
     pub warnings: Vec<(String, String)>,
 }

@@ -1,21 +1,23 @@
-//! Timers and counters as wholes, for chips that have them as modules.
+//! Timers and counters as single operations, for chips that have them as modules.
 
 use std::fmt;
 
 use ladder::{CounterKind, TimerKind};
 
-/// What an [`Op::Module`](crate::ir::Op::TimedModule) is.
+/// Kind of an [`IrOp::Module`](crate::ir::IrOp::Module).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TimedModule {
-    /// A timer; the limit is its P.
+    /// A timer; its limit is P.
     Timer(TimerKind),
-    /// A counter; the limit is its max.
+    /// A counter; its limit is the maximum.
     Counter {
-        /// Which one.
+        /// Kind of counter.
         kind: CounterKind,
-        /// When it counts: `/` at rising edges, `\` at falling ones, `-` in every scan with in = 1, `o` in every scan with in = 0.
+        /// When it counts: `/` on rising edges, `\` on falling edges, `-` in scans with input 1, `o` in scans
+        /// with input 0.
         input: char,
-        /// As in dialect `ldmicro-5`: it counts up only below its limit, down only above it, and a CTD gives n > max.
+        /// True in dialect `ldmicro-5`: it counts up only below its limit, down only above it, and a CTD
+        /// outputs n > max.
         bounded: bool,
     },
 }

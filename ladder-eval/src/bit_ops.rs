@@ -1,4 +1,4 @@
-//! Operations on the bits of integers (5.5), as numbers: each on the exact value or on the bits of a width.
+//! Operations on the bits of integers (5.7), as numbers: each on the exact value or on the bits of a width.
 
 use ladder::{ShiftOp, UnaryOp};
 

@@ -1,56 +1,65 @@
-//! The flat form of a program, and what each step of it does to the state.
+//! The flat form of a program, and the execution of its steps on the state.
 
 use ladder::{CompareOp, ElementId, MathOp, ShiftOp, UnaryOp};
 
 use crate::bit_ops;
 use crate::peripheral_state::{FormattedText, PeripheralState, PiecewiseCurve};
 
-/// A program with its names resolved. Steps index its lists and the values of the state.
+/// A program with its names resolved: its steps index its lists and the values of the state.
 #[derive(Debug, Default)]
 pub(crate) struct FlatProgram {
+    /// Steps of a scan, in order.
     pub steps: Vec<FlatStep>,
-    /// Per symbol: its value at power-up.
+    /// Value of each symbol at power-up.
     pub initial_values: Vec<i32>,
-    /// Per symbol: by how much a shift to the left and back cuts a number to its width (32 less its bits).
+    /// For each symbol, 32 minus its width in bits: a shift left and right by this many bits truncates a
+    /// number to the width.
     pub cut_bits: Vec<u8>,
-    /// Values of the look-up tables.
+    /// Values of each look-up table.
     pub tables: Vec<Vec<i32>>,
+    /// Curves of the PIECEWISE_LINEAR elements.
     pub curves: Vec<PiecewiseCurve>,
-    /// Symbols of the shift registers, from stage 0 on.
+    /// Symbols of each shift register, from stage 0 on.
     pub shift_stages: Vec<Vec<u32>>,
+    /// Texts of the FORMATTED_STRING elements.
     pub texts: Vec<FormattedText>,
-    /// Symbols that READ_ADC names, each once, ascending.
+    /// Symbols that READ_ADC uses, each once, in ascending order.
     pub adc_symbols: Vec<u32>,
-    /// Frequency of the pulse width output, where there is one.
+    /// Frequency of the PWM output in Hz; `None` without SET_PWM.
     pub pwm_hz: Option<u32>,
-    /// Scans that a byte takes on the serial line.
+    /// Number of scans that a byte takes on the serial line.
     pub scans_per_byte: u32,
-    /// Scans that the writing of a byte to the EEPROM takes.
+    /// Number of scans that writing one byte to the EEPROM takes.
     pub scans_per_eeprom_write: u32,
-    /// Number of EEPROM cells.
+    /// Number of EEPROM cells in use.
     pub eeprom_cells: u32,
-    /// Number of memory bits of elements.
+    /// Number of memory bits of all elements.
     pub memories: u32,
-    /// Deepest nesting of parallel groups.
+    /// Maximum nesting depth of parallel groups.
     pub max_depth: usize,
 }
 
-/// One step of the flat form. Groups need no jumps: every branch of a group runs in every scan (2.2).
+/// One step of the flat form. Parallel groups need no jumps, because every branch of a group runs in every
+/// scan (2.2).
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum FlatStep {
-    /// A rung begins: the rung bit is the master relay.
+    /// Start of a rung: the rung bit becomes the master relay.
     Rung,
-    /// A parallel group begins at this nesting depth: remember the rung bit for each branch.
+    /// Start of a parallel group at this nesting depth: saves the rung bit for its branches.
     Split(usize),
-    /// One more branch begins: collect what the last one gave and start again from the remembered bit.
+    /// Start of the next branch: ORs the output of the previous branch into the group and restores the saved
+    /// rung bit.
     Branch(usize),
-    /// The group ends: the rung bit is the OR of all branches.
+    /// End of the group: the rung bit becomes the OR of all branches.
     Join(usize),
+    /// The first time: an integer gets the value of another, and the memory is set.
+    LoadOnce { var: u32, from: u32, memory: u32 },
     /// An element.
     Do(ElementId, ElementOp),
 }
 
-/// An element: `bit`, `var`, `dest` and `src` index the values, `memory` and `first` the memories, others lists of the code.
+/// Operation of an element. `bit`, `var`, `dest` and `src` index the values, `memory` and `first` the memory
+/// bits, all other numbers the lists of the program.
 #[derive(Debug, Clone, Copy)]
 #[rustfmt::skip]
 pub(crate) enum ElementOp {
@@ -63,10 +72,18 @@ pub(crate) enum ElementOp {
     MasterRelay,
     Osr      { memory: u32 },
     Osf      { memory: u32 },
-    Ton      { var: u32, preset: i32 },
-    Tof      { var: u32, preset: i32, first: u32 },
-    Rto      { var: u32, preset: i32 },
-    Count    { kind: CountMode, input: CountInput, var: u32, max: ValueSource, restart: i32, memory: u32 },
+    Odr      { memory: u32 },
+    Odf      { memory: u32, seen: u32 },
+    Osc      { memory: u32 },
+    Toggle   { bit: u32, memory: u32 },
+    Ton      { var: u32, preset: ValueSource },
+    Tof      { var: u32, preset: ValueSource, start: i32, first: u32 },
+    Rto      { var: u32, preset: ValueSource },
+    Rtl      { var: u32, preset: ValueSource },
+    Tcy      { var: u32, preset: ValueSource, memory: u32 },
+    Thi      { var: u32, preset: ValueSource, memory: u32 },
+    Tlo      { var: u32, preset: ValueSource, memory: u32, seen: u32 },
+    Count    { kind: CountMode, input: CountInput, var: u32, max: ValueSource, restart: ValueSource, memory: u32 },
     Move     { dest: u32, src: ValueSource },
     Math     { op: MathOp, dest: u32, a: ValueSource, b: ValueSource },
     Unary    { op: UnaryOp, dest: u32, src: ValueSource, bits: u32 },
@@ -86,56 +103,64 @@ pub(crate) enum ElementOp {
     Persist  { var: u32, cell: u32, memory: u32 },
 }
 
-/// An operand: a variable's index, or a constant.
+/// Source of an operand: the index of a variable, or a constant.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum ValueSource {
     Var(u32),
     Const(i32),
 }
 
-/// How a counter counts (2.3, 5.3).
+/// Direction and bound of a counter (2.3, 5.3).
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum CountMode {
-    /// Up without bound.
+    /// Up, without a bound.
     Up,
-    /// Down without bound.
+    /// Down, without a bound.
     Down,
     /// Up to the limit.
     UpTo,
     /// Down to the limit.
     DownTo,
-    /// Up to the limit and then from the start again.
+    /// Release 2.3: up to the limit and then from 0 again; gives on what it gets.
     Circular,
+    /// LDmicro 5: up past the limit and then from the start again, with a carry.
+    UpAround,
+    /// LDmicro 5: down past the limit and then from the start again, with a carry.
+    DownAround,
 }
 
-/// When a counter counts.
+/// Condition on the rung bit under which a counter counts.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum CountInput {
+    /// On a rising edge.
     Rising,
+    /// On a falling edge.
     Falling,
+    /// In every scan in which it is 1.
     High,
+    /// In every scan in which it is 0.
     Low,
 }
 
-/// Everything that a scan may change.
+/// All state that a scan can change.
 #[derive(Debug, Clone)]
 pub(crate) struct ScanState {
-    /// Per symbol; bits hold 0 or 1.
+    /// Value of each symbol; bits hold 0 or 1.
     pub values: Vec<i32>,
-    /// Scans since power-up.
+    /// Number of scans since power-up.
     pub scans: u64,
-    /// The converter, the pulse width output, the serial line, the EEPROM, the strings.
+    /// State of converter, PWM output, serial line, EEPROM and strings.
     pub parts: PeripheralState,
-    /// What an element itself remembers: its last rung bit, or that it has run once.
+    /// Memory bits of elements: the previous rung bit, or a flag that the element has run once.
     memories: Vec<bool>,
-    /// Per nesting depth: the rung bit at the group, and the OR of its branches so far.
+    /// For each nesting depth, the rung bit at the start of the group and the OR of its branches so far.
     groups: Vec<(bool, bool)>,
-    /// The master relay; only ever off within a scan.
+    /// The master relay; every scan starts with it on.
     master: bool,
 }
 
 impl ScanState {
-    /// All zero but the start values of counters.
+    /// State at power-up: everything is zero except the start values of counters.
     pub(crate) fn new(code: &FlatProgram) -> ScanState {
         ScanState {
             values: code.initial_values.clone(),
@@ -147,7 +172,10 @@ impl ScanState {
         }
     }
 
-    /// One scan; `watch` gets every element with the rung bit before and after it, and the values of all symbols after it.
+    /// Runs one scan and calls `watch` after each element.
+    ///
+    /// `watch` receives the element, the rung bit before and after it, and the values of all symbols after
+    /// it.
     pub(crate) fn scan(&mut self, code: &FlatProgram, mut watch: impl FnMut(ElementId, bool, bool, &[i32])) {
         self.parts.start_scan();
         self.master = true;
@@ -162,6 +190,11 @@ impl ScanState {
                     rung = at_group;
                 }
                 FlatStep::Join(depth) => rung |= self.groups[depth].1,
+                FlatStep::LoadOnce { var, from, memory } => {
+                    if !self.replace_memory(memory, true) {
+                        self.store(code, var, self.read_symbol(from).into());
+                    }
+                }
                 FlatStep::Do(id, op) => {
                     let before = rung;
                     rung = self.execute_element(code, op, before);
@@ -172,7 +205,7 @@ impl ScanState {
         self.scans = self.scans.wrapping_add(1);
     }
 
-    /// Does one element with the rung bit `rung` and gives the rung bit after it.
+    /// Executes one element with the rung bit `rung` and returns the rung bit after it.
     fn execute_element(&mut self, code: &FlatProgram, op: ElementOp, rung: bool) -> bool {
         match op {
             ElementOp::Short => rung,
@@ -195,45 +228,86 @@ impl ScanState {
                 rung
             }
             ElementOp::MasterRelay => {
-                // A relay that is off comes on whatever the rung says: otherwise no rung below could ever end the
-                // switched-off part, since its own rung bit starts false there.
+                // If the relay is off, this element turns it on whatever the rung bit is. Otherwise no later
+                // rung could end the disabled part, because its own rung bit starts as false there.
                 self.master = !self.master | rung;
                 rung
             }
             ElementOp::Osr { memory } => rung & !self.replace_memory(memory, rung),
             ElementOp::Osf { memory } => !rung & self.replace_memory(memory, rung),
+            ElementOp::Odr { memory } => !(rung & !self.replace_memory(memory, rung)),
+            ElementOp::Odf { memory, seen } => {
+                let falls = !rung & self.replace_memory(memory, rung);
+                // It has been true only from the first true scan on.
+                self.memories[seen as usize] |= rung;
+                self.memories[seen as usize] & !falls
+            }
+            ElementOp::Osc { memory } => {
+                let out = rung & !self.memories[memory as usize];
+                self.replace_memory(memory, out);
+                out
+            }
+            ElementOp::Toggle { bit, memory } => {
+                if rung & !self.replace_memory(memory, rung) {
+                    self.values[bit as usize] ^= 1;
+                }
+                rung
+            }
             ElementOp::Ton { var, preset } => {
-                let t = &mut self.values[var as usize];
                 if !rung {
-                    *t = 0;
+                    self.values[var as usize] = 0;
                     return false;
                 }
-                if *t < preset {
-                    *t += 1;
-                    return false;
-                }
-                true
+                !self.count_scan(code, var, preset)
             }
-            ElementOp::Tof { var, preset, first } => {
+            ElementOp::Tof { var, preset, start, first } => {
                 if !self.replace_memory(first, true) {
-                    self.values[var as usize] = preset;
+                    self.store(code, var, start.into());
                 }
-                let t = &mut self.values[var as usize];
                 if rung {
-                    *t = 0;
+                    self.values[var as usize] = 0;
                     return true;
                 }
-                if *t < preset {
-                    *t += 1;
-                    return true;
-                }
-                false
+                self.count_scan(code, var, preset)
             }
-            ElementOp::Rto { var, preset } => {
-                let t = &mut self.values[var as usize];
-                if *t < preset {
-                    *t += i32::from(rung);
+            ElementOp::Rto { var, preset } => self.count_scans_of(code, var, preset, rung),
+            ElementOp::Rtl { var, preset } => self.count_scans_of(code, var, preset, !rung),
+            ElementOp::Tcy { var, preset, memory } => {
+                if !rung {
+                    self.values[var as usize] = 0;
                     return false;
+                }
+                if !self.count_scan(code, var, preset) {
+                    self.values[var as usize] = 0;
+                    self.memories[memory as usize] ^= true;
+                }
+                self.memories[memory as usize]
+            }
+            ElementOp::Thi { var, preset, memory } => {
+                self.memories[memory as usize] |= rung;
+                if !self.memories[memory as usize] {
+                    return false;
+                }
+                let pulse = self.count_scan(code, var, preset);
+                if !pulse & !rung {
+                    self.values[var as usize] = 0;
+                    self.memories[memory as usize] = false;
+                }
+                pulse
+            }
+            ElementOp::Tlo { var, preset, memory, seen } => {
+                self.memories[seen as usize] |= rung;
+                let seen = self.memories[seen as usize];
+                self.memories[memory as usize] |= seen & !rung;
+                if !self.memories[memory as usize] {
+                    return seen;
+                }
+                if self.count_scan(code, var, preset) {
+                    return false;
+                }
+                if rung {
+                    self.values[var as usize] = 0;
+                    self.memories[memory as usize] = false;
                 }
                 true
             }
@@ -245,14 +319,27 @@ impl ScanState {
                     CountInput::High => rung,
                     CountInput::Low => !rung,
                 };
+                let mut carry = false;
                 if counts {
-                    self.store(code, var, count_step(kind, self.read_symbol(var), self.read_value(max), restart));
+                    self.store(code, var, count_step(kind, self.read_symbol(var), self.read_value(max)));
+                    let (n, max) = (self.read_symbol(var), self.read_value(max));
+                    carry = match kind {
+                        CountMode::UpAround => n > max,
+                        CountMode::DownAround => n < max,
+                        CountMode::Up | CountMode::Down | CountMode::UpTo | CountMode::DownTo | CountMode::Circular => {
+                            false
+                        }
+                    };
+                    if carry {
+                        self.store(code, var, self.read_value(restart).into());
+                    }
                 }
                 let (n, max) = (self.read_symbol(var), self.read_value(max));
                 match kind {
                     CountMode::Up | CountMode::Down | CountMode::UpTo => n >= max,
                     CountMode::DownTo => n > max,
                     CountMode::Circular => rung,
+                    CountMode::UpAround | CountMode::DownAround => carry,
                 }
             }
             ElementOp::Compare { op, a, b } => rung & compare(op, self.read_value(a), self.read_value(b)),
@@ -261,7 +348,7 @@ impl ScanState {
             }
             ElementOp::Send { src } => self.parts.send(code, self.read_symbol(src), rung),
             ElementOp::Text { text } => self.parts.send_text(code, text as usize, &self.values, rung),
-            // An edge is seen whether or not the rung is true.
+            // The edge memory is updated in every scan, whether or not the rung is true.
             ElementOp::Shift { stages, memory } => {
                 if rung & !self.replace_memory(memory, rung) {
                     self.shift_stages(code, &code.shift_stages[stages as usize]);
@@ -345,16 +432,35 @@ impl ScanState {
         }
     }
 
-    /// Stores the low bytes of an exact result.
+    /// Stores the low bytes of an exact result, truncated to the width of the symbol.
     fn store(&mut self, code: &FlatProgram, symbol: u32, exact: i64) {
         self.values[symbol as usize] = truncate(exact, code.cut_bits[symbol as usize]);
     }
 
-    /// Every stage gets what the one before it held; the last is lost, stage 0 stays.
+    /// Copies every stage to the next one; the value of the last stage is lost and stage 0 keeps its own.
     fn shift_stages(&mut self, code: &FlatProgram, stages: &[u32]) {
         for pair in stages.windows(2).rev() {
             self.store(code, pair[1], self.read_symbol(pair[0]).into());
         }
+    }
+
+    /// Counts one scan of a timer if its preset is not reached; tells whether it has counted.
+    fn count_scan(&mut self, code: &FlatProgram, var: u32, preset: ValueSource) -> bool {
+        let n = self.read_symbol(var);
+        let runs = n < self.read_value(preset);
+        if runs {
+            self.store(code, var, i64::from(n) + 1);
+        }
+        runs
+    }
+
+    /// A retentive timer, which counts the scans in which `counts` holds: whether it has expired.
+    fn count_scans_of(&mut self, code: &FlatProgram, var: u32, preset: ValueSource, counts: bool) -> bool {
+        let runs = self.read_symbol(var) < self.read_value(preset);
+        if runs & counts {
+            self.count_scan(code, var, preset);
+        }
+        !runs
     }
 
     /// Stores a memory bit and gives what it held.
@@ -363,25 +469,26 @@ impl ScanState {
     }
 }
 
-/// The low bits of an exact number as two's complement; `cut` is 32 less their number.
+/// Truncates an exact number to its low 32 - `cut` bits in two's complement.
 pub(crate) fn truncate(exact: i64, cut: u8) -> i32 {
     (exact as i32) << cut >> cut
 }
 
-/// One step of a counter, exact.
-fn count_step(kind: CountMode, n: i32, max: i32, restart: i32) -> i64 {
+/// One step of a counter, exact, before what brings it back to its start.
+fn count_step(kind: CountMode, n: i32, max: i32) -> i64 {
     let exact = i64::from(n);
     match kind {
-        CountMode::Up => exact + 1,
-        CountMode::Down => exact - 1,
+        CountMode::Up | CountMode::UpAround => exact + 1,
+        CountMode::Down | CountMode::DownAround => exact - 1,
         CountMode::UpTo => exact + i64::from(n < max),
         CountMode::DownTo => exact - i64::from(n > max),
-        CountMode::Circular if n >= max => restart.into(),
+        CountMode::Circular if n >= max => 0,
         CountMode::Circular => exact + 1,
     }
 }
 
-/// Arithmetic of 2.4 and 5.5, exact: what is stored are the low bytes, so the width at which it is done makes no difference.
+/// Exact arithmetic of sections 2.4 and 5.7. Only the low bytes are stored, so the width of the computation does not
+/// matter.
 fn math(op: MathOp, a: i64, b: i64) -> i64 {
     match op {
         MathOp::Add => a + b,
@@ -404,7 +511,7 @@ fn math(op: MathOp, a: i64, b: i64) -> i64 {
     }
 }
 
-/// Signed comparison.
+/// Signed comparison of section 2.4.
 fn compare(op: CompareOp, a: i32, b: i32) -> bool {
     match op {
         CompareOp::Equ => a == b,

@@ -1,4 +1,5 @@
-//! From the model to the flat form: names become indices, meanings are chosen, what has none is refused.
+//! Translates the model to the flat form: resolves names to indices, selects operations, and refuses
+//! unsupported elements.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -12,7 +13,7 @@ use crate::flat_program::{CountInput, CountMode, ElementOp, FlatProgram, FlatSte
 use crate::peripheral_ops::{self, DeviceSettings};
 use crate::{UnsupportedElement, UnsupportedReason};
 
-/// Flattens all rungs; the first element without a meaning ends it.
+/// Flattens all rungs; fails at the first unsupported element.
 pub(crate) fn flatten(
     program: &LadderProgram,
     symbols: &[LadderSymbol],
@@ -38,42 +39,50 @@ pub(crate) fn flatten(
     Ok(builder.code)
 }
 
-/// Builds the flat form of one program.
+/// Builder of the flat form of one program.
 pub(crate) struct FlatBuilder<'a> {
     pub program: &'a LadderProgram,
     symbols: &'a [LadderSymbol],
+    /// Index of each symbol, by name.
     by_name: &'a HashMap<String, usize>,
+    /// The flat form so far.
     pub code: FlatProgram,
-    /// Identity of the leaf that comes next in text order.
+    /// Identity of the next leaf in text order.
     next: ElementId,
-    /// Per counter: its start value, which the first element of its name says.
-    counter_starts: HashMap<&'a str, i32>,
+    /// Per counter: the start value that RES stores, with the rank of the kind that says it.
+    counter_starts: HashMap<&'a str, (u8, LadderOperand)>,
     /// What the elements so far said about the parts that all of them share.
     pub devices: DeviceSettings,
 }
 
 impl FlatBuilder<'_> {
-    /// What must be known before the first element: start values and analog inputs.
+    /// Collects what must be known before the first element: start values of counters, and analog inputs.
     fn collect_devices_and_starts(&mut self) {
         for (_, element, _) in self.program.elements() {
             match element {
-                Element::Counter { name, init, .. } => {
-                    let restart = match init {
-                        Some(LadderOperand::Const { value, .. }) => *value,
-                        _ => 0,
-                    };
+                Element::Counter { kind, name, init, .. } => {
                     let Some(&at) = self.by_name.get(name) else { continue };
-                    let (Some(width), Some(start)) = (self.code.cut_bits.get(at), self.code.initial_values.get_mut(at))
-                    else {
-                        continue;
+                    let start = match init {
+                        None => LadderOperand::Const { value: 0, text: String::new() },
+                        Some(start) => start.clone(),
                     };
-                    let restart = truncate(restart, *width);
-                    *start = *self.counter_starts.entry(name).or_insert(restart);
+                    // At power-up an integer has the start of the last counter of its name that has a constant.
+                    if let LadderOperand::Const { value, .. } = start
+                        && let (Some(width), Some(initial)) =
+                            (self.code.cut_bits.get(at), self.code.initial_values.get_mut(at))
+                    {
+                        *initial = truncate(value, *width);
+                    }
+                    let of_kind = (reset_rank(*kind), start);
+                    let slot = self.counter_starts.entry(name).or_insert_with(|| of_kind.clone());
+                    if of_kind.0 < slot.0 {
+                        *slot = of_kind;
+                    }
                 }
                 Element::ReadAdc { name, .. } => {
                     self.code.adc_symbols.extend(self.by_name.get(name).and_then(|at| u32::try_from(*at).ok()));
                 }
-                // No other element says anything about its symbols before it is executed.
+                // No other element defines start values or analog inputs.
                 _ => {}
             }
         }
@@ -112,7 +121,7 @@ impl FlatBuilder<'_> {
         Ok(())
     }
 
-    /// The meaning of one element, nothing for a comment, or why it has none.
+    /// Selects the operation of one element: `None` for a comment, an error if it is unsupported.
     fn element_op(&mut self, element: &Element) -> Result<Option<ElementOp>, UnsupportedReason> {
         let facts = element.facts();
         if facts.needs_ldmicro5 {
@@ -125,37 +134,64 @@ impl FlatBuilder<'_> {
             Element::MasterRelay => ElementOp::MasterRelay,
             Element::Osr => ElementOp::Osr { memory: self.new_memory() },
             Element::Osf => ElementOp::Osf { memory: self.new_memory() },
+            Element::Odr => ElementOp::Odr { memory: self.new_memory() },
+            Element::Odf | Element::Osl => ElementOp::Odf { memory: self.new_memory(), seen: self.new_memory() },
+            Element::Osc => ElementOp::Osc { memory: self.new_memory() },
             Element::Contacts { name, negated, set1 } => {
-                require_absent_or_zero("third argument", *set1)?;
+                if set1.is_some_and(|flag| flag != 0) {
+                    self.require_dialect_5("a third argument other than 0")?;
+                }
                 ElementOp::Contact { bit: self.bit_index(name)?, negated: *negated }
             }
             Element::Coil { name, negated, set, reset, ttrigger } => {
-                require_absent_or_zero("fourth flag", *ttrigger)?;
+                let toggles = ttrigger.is_some_and(|flag| flag != 0);
+                if toggles {
+                    self.require_dialect_5("a fourth flag other than 0")?;
+                }
                 if name.starts_with('X') {
                     return Err(UnsupportedReason::CoilOfInput { name: name.clone() });
                 }
                 let bit = self.bit_index(name)?;
-                match (negated, set, reset) {
-                    (_, false, false) => ElementOp::Coil { bit, negated: *negated },
-                    (false, true, false) => ElementOp::SetCoil { bit },
-                    (false, false, true) => ElementOp::ClearCoil { bit },
-                    _ => return Err(UnsupportedReason::ConflictingCoilModes),
+                let flags = [*negated, *set, *reset, toggles];
+                if flags.iter().filter(|flag| **flag).count() > 1 && self.is_release_23() {
+                    return Err(UnsupportedReason::ConflictingCoilModes);
+                }
+                // In LDmicro 5 the first flag counts.
+                match flags {
+                    [true, ..] => ElementOp::Coil { bit, negated: true },
+                    [_, true, ..] => ElementOp::SetCoil { bit },
+                    [_, _, true, _] => ElementOp::ClearCoil { bit },
+                    [_, _, _, true] => ElementOp::Toggle { bit, memory: self.new_memory() },
+                    [..] => ElementOp::Coil { bit, negated: false },
                 }
             }
             Element::Timer { kind, name, delay, adjust } => {
                 let var = self.integer_index(name)?;
-                let preset = self.timer_preset(var, delay, adjust.as_ref())?;
+                let preset = self.timer_preset(*kind, var, delay, adjust.as_ref())?;
                 match kind {
                     TimerKind::Ton => ElementOp::Ton { var, preset },
-                    TimerKind::Tof => ElementOp::Tof { var, preset, first: self.new_memory() },
+                    TimerKind::Tof => {
+                        // A delay in a variable is not known at power-up: LDmicro 5 begins with -1.
+                        let start = if let ValueSource::Const(preset) = preset { preset } else { -1 };
+                        ElementOp::Tof { var, preset, start, first: self.new_memory() }
+                    }
                     TimerKind::Rto => ElementOp::Rto { var, preset },
+                    TimerKind::Rtl => ElementOp::Rtl { var, preset },
+                    TimerKind::Tcy => ElementOp::Tcy { var, preset, memory: self.new_memory() },
+                    TimerKind::Thi => ElementOp::Thi { var, preset, memory: self.new_memory() },
+                    TimerKind::Tlo => {
+                        ElementOp::Tlo { var, preset, memory: self.new_memory(), seen: self.new_memory() }
+                    }
                 }
             }
             Element::Counter { kind, name, max, init, input } => {
                 self.counter_op(*kind, name, max, init.as_ref(), *input)?
             }
             Element::Res { name } => {
-                let src = ValueSource::Const(self.counter_starts.get(name.as_str()).copied().unwrap_or(0));
+                let src = match self.counter_starts.get(name.as_str()) {
+                    Some((_, start)) => self.operand_source(start)?,
+                    None => ValueSource::Const(0),
+                };
                 ElementOp::Move { dest: self.integer_index(name)?, src }
             }
             Element::Move { dest, src } => {
@@ -212,7 +248,7 @@ impl FlatBuilder<'_> {
         Ok(Some(op))
     }
 
-    /// A new memory bit, 0 at power-up.
+    /// Allocates a memory bit, which is 0 at power-up.
     pub(crate) fn new_memory(&mut self) -> u32 {
         self.code.memories += 1;
         self.code.memories - 1
@@ -225,7 +261,7 @@ impl FlatBuilder<'_> {
         }
     }
 
-    /// The index of an integer.
+    /// Index of an integer symbol; fails if the name is a bit or unknown.
     pub(crate) fn integer_index(&self, name: &str) -> Result<u32, UnsupportedReason> {
         match self.find_symbol(name)? {
             (index, false) => Ok(index),
@@ -245,7 +281,7 @@ impl FlatBuilder<'_> {
         symbol.ok_or_else(|| UnsupportedReason::UnknownSymbol { name: name.to_owned() })
     }
 
-    /// An operand.
+    /// Resolves an operand to a variable index or a checked constant.
     pub(crate) fn operand_source(&self, operand: &LadderOperand) -> Result<ValueSource, UnsupportedReason> {
         match operand {
             LadderOperand::Var(name) => self.integer_index(name).map(ValueSource::Var),
@@ -264,7 +300,7 @@ impl FlatBuilder<'_> {
         }
     }
 
-    /// A constant in the range of the dialect; `what` names it in the refusal.
+    /// Checks that a constant is in the range of the dialect; `what` names it in the error.
     pub(crate) fn checked_constant(&self, what: &'static str, value: i64) -> Result<i32, UnsupportedReason> {
         let range = match self.program.dialect {
             LadderDialect::Ldmicro23 => i64::from(i16::MIN)..=i64::from(i16::MAX),
@@ -275,7 +311,7 @@ impl FlatBuilder<'_> {
         })
     }
 
-    /// Refuses what only dialect ldmicro-5 gives a meaning.
+    /// Refuses a feature that only dialect ldmicro-5 has.
     fn require_dialect_5(&self, feature: impl Into<Cow<'static, str>>) -> Result<(), UnsupportedReason> {
         match self.program.dialect {
             LadderDialect::Ldmicro23 => Err(UnsupportedReason::NeedsDialect5 { feature: feature.into() }),
@@ -302,17 +338,21 @@ impl FlatBuilder<'_> {
             }
         };
         let restart = match init {
-            None => 0,
+            None => ValueSource::Const(0),
             Some(LadderOperand::Const { value, .. }) => {
-                self.checked_constant("the start value of a counter", *value)?
+                if *value != 0 {
+                    self.require_dialect_5("a start value other than 0")?;
+                }
+                ValueSource::Const(self.checked_constant("the start value of a counter", *value)?)
             }
-            Some(LadderOperand::Var(name)) => {
-                return Err(UnsupportedReason::VariableAs { name: name.clone(), role: "a start value" });
+            Some(LadderOperand::Var(start)) => {
+                self.require_dialect_5(format!("the variable `{start}` as a start value"))?;
+                let from = self.integer_index(start)?;
+                let memory = self.new_memory();
+                self.code.steps.push(FlatStep::LoadOnce { var, from, memory });
+                ValueSource::Var(from)
             }
         };
-        if restart != 0 {
-            self.require_dialect_5("a start value other than 0")?;
-        }
         let kind_of_input = input.unwrap_or('/');
         if kind_of_input != '/' {
             self.require_dialect_5(format!("input kind `{kind_of_input}`"))?;
@@ -329,20 +369,27 @@ impl FlatBuilder<'_> {
             (CounterKind::Ctd, LadderDialect::Ldmicro23) => CountMode::Down,
             (CounterKind::Ctu, LadderDialect::Ldmicro5) => CountMode::UpTo,
             (CounterKind::Ctd, LadderDialect::Ldmicro5) => CountMode::DownTo,
-            (CounterKind::Ctc, _) => CountMode::Circular,
+            (CounterKind::Ctc, LadderDialect::Ldmicro23) => CountMode::Circular,
+            (CounterKind::Ctc, LadderDialect::Ldmicro5) => CountMode::UpAround,
+            (CounterKind::Ctr, _) => CountMode::DownAround,
         };
         Ok(ElementOp::Count { kind, input, var, max, restart, memory: self.new_memory() })
     }
 
-    /// P: whole cycles in the delay, and the adjust.
+    fn is_release_23(&self) -> bool {
+        self.program.dialect == LadderDialect::Ldmicro23
+    }
+
+    /// P: whole cycles in the delay, and the adjust; or a variable that holds scans.
     fn timer_preset(
         &self,
+        kind: TimerKind,
         timer: u32,
         delay: &LadderOperand,
         adjust: Option<&LadderOperand>,
-    ) -> Result<i32, UnsupportedReason> {
+    ) -> Result<ValueSource, UnsupportedReason> {
         // Release 2.3 takes one scan off, and LDmicro 5 does so for files of that release.
-        let short = self.program.dialect == LadderDialect::Ldmicro23 || self.program.format == LdFormat::V01;
+        let short = self.is_release_23() || self.program.format == LdFormat::V01;
         let adjust = match adjust {
             None => -i128::from(short),
             Some(LadderOperand::Const { value, .. }) => i128::from(*value),
@@ -354,12 +401,24 @@ impl FlatBuilder<'_> {
             self.require_dialect_5("an adjust other than -1")?;
         }
         let LadderOperand::Const { value, .. } = delay else {
-            return Err(UnsupportedReason::DelayInVariable);
+            self.require_dialect_5("a delay in a variable")?;
+            return match (kind, delay) {
+                // LDmicro 5 does not know what to do with these, and takes -1 for P.
+                (TimerKind::Rto | TimerKind::Rtl, _) => Ok(ValueSource::Const(-1)),
+                _ => self.operand_source(delay),
+            };
         };
         let cycle = self.cycle_us()?;
         let count = i128::from(*value) / i128::from(cycle) + adjust;
-        let most = (1_i128 << (8 * u32::from(self.integer_bytes(timer))).saturating_sub(1)) - 1;
-        i32::try_from(count).ok().filter(|_| (1..=most).contains(&count)).ok_or(UnsupportedReason::TimerOutOfRange {
+        let (least, most) = match self.program.dialect {
+            LadderDialect::Ldmicro23 => {
+                (1, (1_i128 << (8 * u32::from(self.integer_bytes(timer))).saturating_sub(1)) - 1)
+            }
+            // LDmicro 5 makes code of any number.
+            LadderDialect::Ldmicro5 => (i128::from(i32::MIN), i128::from(i32::MAX)),
+        };
+        let preset = i32::try_from(count).ok().filter(|_| (least..=most).contains(&count));
+        preset.map(ValueSource::Const).ok_or(UnsupportedReason::TimerOutOfRange {
             delay_us: *value,
             cycle_us: cycle,
             adjust,
@@ -368,7 +427,7 @@ impl FlatBuilder<'_> {
         })
     }
 
-    /// The time of a scan in microseconds, for what counts scans.
+    /// Time of a scan in microseconds, for elements that count scans; fails if it is 0.
     pub(crate) fn cycle_us(&self) -> Result<u64, UnsupportedReason> {
         match self.program.settings.cycle_us {
             0 => Err(UnsupportedReason::NoCycleTime),
@@ -377,10 +436,20 @@ impl FlatBuilder<'_> {
     }
 }
 
-/// An argument that has a meaning nowhere here must be absent or 0.
+/// Refuses a value other than 0 for an argument that is not supported.
 pub(crate) fn require_absent_or_zero(what: &'static str, found: Option<u32>) -> Result<(), UnsupportedReason> {
     match found {
         None | Some(0) => Ok(()),
         Some(value) => Err(UnsupportedReason::ArgumentNotZero { what, value }),
+    }
+}
+
+/// Which of several counters of one name says what RES stores: the least.
+const fn reset_rank(kind: CounterKind) -> u8 {
+    match kind {
+        CounterKind::Ctu => 0,
+        CounterKind::Ctd => 1,
+        CounterKind::Ctc => 2,
+        CounterKind::Ctr => 3,
     }
 }

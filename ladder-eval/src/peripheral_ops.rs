@@ -1,4 +1,5 @@
-//! The meanings of the tables and of the elements that use a part of the chip, chosen or refused.
+//! Selects the operations of the tables and of the elements that use a part of the chip, or refuses these
+//! elements.
 
 use ladder::format::{self, StringPiece};
 use ladder::{Element, LadderDialect, LadderOperand};
@@ -8,23 +9,23 @@ use crate::flat_program::{ElementOp, ValueSource};
 use crate::flatten::{FlatBuilder, require_absent_or_zero};
 use crate::peripheral_state::{FormattedText, PiecewiseCurve};
 
-/// What the elements of a program must agree about.
+/// Settings on which all elements of a program must agree.
 #[derive(Debug, Default)]
 pub(crate) struct DeviceSettings {
-    /// Frequency and output of the first SET_PWM.
+    /// Frequency in Hz and output name of the first SET_PWM.
     pwm: Option<(u32, Option<String>)>,
 }
 
-/// How long a byte is on the serial line, for ten bits and in microseconds.
+/// Time of ten bits, one byte on the serial line, in microseconds times the baud rate.
 const BYTE_BITS_US: u128 = 10_000_000;
 
-/// How long writing a byte to the EEPROM takes at most, in microseconds.
+/// Maximum time of writing one byte to the EEPROM, in microseconds.
 const EEPROM_WRITE_US: u64 = 10_000;
 
-/// The spellings of LDmicro 5's resolution that mean percent.
+/// Spellings of LDmicro 5's resolution that mean percent.
 const PERCENT: [&str; 2] = ["0-100", "0-100%"];
 
-/// The meaning of such an element, or why it has none.
+/// Selects the operation of such an element; an error if it is unsupported.
 pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) -> Result<ElementOp, UnsupportedReason> {
     Ok(match element {
         Element::ShiftRegister { name, stages } => {
@@ -80,18 +81,19 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
             builder.code.eeprom_cells += u32::from(builder.integer_bytes(var));
             ElementOp::Persist { var, cell, memory: builder.new_memory() }
         }
-        // The caller hands over those above alone.
+        // The caller passes only the elements above.
         _ => return Err(UnsupportedReason::NoMeaning),
     })
 }
 
-/// Puts something at the end of a list and gives its place.
+/// Appends an item to a list and returns its index.
 fn push_index<T>(list: &mut Vec<T>, item: T) -> u32 {
     list.push(item);
     list.len() as u32 - 1
 }
 
-/// Arithmetic in 16 bits, or in 32 where something is wider; each segment must fit (2.5).
+/// Checks the points of a curve: the arithmetic has 16 bits, or 32 if an operand is wider, and each segment
+/// must fit it (2.5).
 fn check_curve(
     builder: &FlatBuilder<'_>,
     dest: u32,
@@ -150,7 +152,7 @@ fn check_pwm(
     Ok(())
 }
 
-/// The serial line: one byte without waiting, at the rate of BAUD=.
+/// Checks the serial line: one byte per element, no waiting, and a rate in BAUD=.
 fn check_serial(builder: &mut FlatBuilder<'_>, rest: Option<(u32, u32)>) -> Result<(), UnsupportedReason> {
     if let Some((bytes, wait)) = rest.filter(|rest| *rest != (1, 0)) {
         return Err(UnsupportedReason::UnsupportedSerialTransfer { bytes, wait });

@@ -1,20 +1,22 @@
-//! What lies outside the program's own memory: converter, pulse width output, serial line, EEPROM; and the tables and
-//! strings, which are more than one line of arithmetic.
+//! State outside of the program's own memory: converter, PWM output, serial line, EEPROM.
+//!
+//! The curves and strings are here too, because they need more than one line of arithmetic.
 
 use ladder::format::StringPiece;
 
 use crate::flat_program::{FlatProgram, truncate};
 
-/// The points of a PIECEWISE_LINEAR, at least two, x rising.
+/// Points of a PIECEWISE_LINEAR: at least two, with increasing x.
 #[derive(Debug)]
 pub(crate) struct PiecewiseCurve {
+    /// Points (x, y) in order of x.
     pub points: Vec<(i32, i32)>,
-    /// How the arithmetic is cut: 16 for 16 bits, 0 for 32.
+    /// Number of bits by which [`truncate`] cuts each result: 16 for 16-bit arithmetic, 0 for 32-bit.
     pub cut: u8,
 }
 
 impl PiecewiseCurve {
-    /// The value at an index; nothing behind the last point (2.5).
+    /// Value of the curve at an index; `None` beyond the last point (2.5).
     pub(crate) fn value_at(&self, index: i32) -> Option<i32> {
         let segment = self.points.windows(2).find(|pair| index <= pair[1].0)?;
         let [(x, y), (next_x, next_y)] = [segment[0], segment[1]].map(|(x, y)| (i64::from(x), i64::from(y)));
@@ -24,49 +26,51 @@ impl PiecewiseCurve {
     }
 }
 
-/// A FORMATTED_STRING.
+/// Text of a FORMATTED_STRING.
 #[derive(Debug)]
 pub(crate) struct FormattedText {
+    /// Pieces of the text, one per character.
     pub pieces: Vec<StringPiece>,
-    /// The symbol that its number shows.
+    /// Symbol whose value the text shows.
     pub var: Option<u32>,
 }
 
-/// What a FORMATTED_STRING remembers.
+/// State of one FORMATTED_STRING.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct TextTransmission {
-    /// The rung bit of the last scan.
+    /// Rung bit of the previous scan.
     last_rung: bool,
-    /// The character that is next; there is none while nothing is being sent.
+    /// Index of the next character; the length of the text if nothing is being sent.
     position: usize,
-    /// What is left of the number.
+    /// Remaining value of the number, after the digits sent so far.
     remaining_number: i32,
-    /// Only zeros so far.
+    /// True while all digits so far were zero.
     only_zeros_so_far: bool,
 }
 
-/// The state of everything outside.
+/// State of all peripherals.
 #[derive(Debug, Clone)]
 pub(crate) struct PeripheralState {
-    /// Per analog input: what a conversion gives.
+    /// For each analog input, the result of a conversion.
     pub adc: Vec<u16>,
-    /// Duty of the pulse width output in percent, once it was set.
+    /// Duty cycle of the PWM output in percent; `None` before it is set.
     pub duty: Option<u8>,
-    /// Scans until the transmitter is free.
+    /// Number of scans until the transmitter is free.
     pub transmitter_busy_scans: u32,
-    /// The byte sent in this scan.
+    /// Byte sent in this scan.
     pub sent: Option<u8>,
-    /// The byte that waits in the receiver.
+    /// Byte that waits in the receiver.
     pub received_byte: Option<u8>,
-    /// The EEPROM.
+    /// EEPROM cells from address 0.
     pub eeprom: Vec<u8>,
-    /// Scans until a byte is written.
+    /// Number of scans until the current EEPROM write is complete.
     pub eeprom_busy_scans: u32,
+    /// State of each FORMATTED_STRING.
     texts: Vec<TextTransmission>,
 }
 
 impl PeripheralState {
-    /// Nothing sent, received or set, the EEPROM erased.
+    /// State at power-up: nothing sent, received or set, and the EEPROM erased.
     pub(crate) fn power_up(code: &FlatProgram) -> PeripheralState {
         PeripheralState {
             adc: vec![0; code.adc_symbols.len()],
@@ -84,20 +88,20 @@ impl PeripheralState {
         }
     }
 
-    /// What goes on by itself from scan to scan.
+    /// Advances the peripherals by one scan.
     pub(crate) fn start_scan(&mut self) {
         self.sent = None;
         self.transmitter_busy_scans = self.transmitter_busy_scans.saturating_sub(1);
         self.eeprom_busy_scans = self.eeprom_busy_scans.saturating_sub(1);
     }
 
-    /// A byte goes out, whoever sends it.
+    /// Sends a byte, for UART_SEND or FORMATTED_STRING.
     fn transmit(&mut self, code: &FlatProgram, byte: u8) {
         self.sent = Some(byte);
         self.transmitter_busy_scans = code.scans_per_byte;
     }
 
-    /// UART_SEND: sends where the transmitter is free; gives whether it is busy.
+    /// Executes UART_SEND: sends if the transmitter is free, and returns whether it is busy.
     pub(crate) fn send(&mut self, code: &FlatProgram, value: i32, rung: bool) -> bool {
         if rung && self.transmitter_busy_scans == 0 {
             self.transmit(code, value as u8);
@@ -105,12 +109,14 @@ impl PeripheralState {
         self.transmitter_busy_scans > 0
     }
 
-    /// The byte that waits, which then waits no more.
+    /// Takes the received byte, if one waits.
     pub(crate) fn take_received(&mut self) -> Option<u8> {
         self.received_byte.take()
     }
 
-    /// FORMATTED_STRING `number`: one character where the transmitter is free; gives whether characters are left.
+    /// Executes FORMATTED_STRING `number`: sends one character if the transmitter is free.
+    ///
+    /// Returns whether characters are left.
     pub(crate) fn send_text(&mut self, code: &FlatProgram, number: usize, values: &[i32], rung: bool) -> bool {
         let text = &code.texts[number];
         let mut now = self.texts[number];
@@ -129,13 +135,15 @@ impl PeripheralState {
         now.position < text.pieces.len()
     }
 
-    /// Whether no byte is being written to the EEPROM.
+    /// True if no byte is being written to the EEPROM.
     pub(crate) fn is_eeprom_free(&self) -> bool {
         self.eeprom_busy_scans == 0
     }
 
-    /// PERSIST of `width` bytes from `cell` on, while the EEPROM is free: the variable's new value. It is loaded first, then
-    /// the lowest byte that differs is written.
+    /// Executes PERSIST for `width` bytes from `cell` on, while the EEPROM is free; returns the new value of
+    /// the variable.
+    ///
+    /// The first execution loads the variable. Later ones write the lowest byte that differs from its cell.
     pub(crate) fn persist(&mut self, code: &FlatProgram, cell: usize, width: usize, value: i32, loaded: bool) -> i32 {
         let cells = &mut self.eeprom[cell..cell + width];
         if !loaded {
@@ -150,7 +158,7 @@ impl PeripheralState {
 }
 
 impl TextTransmission {
-    /// The byte for a piece; `value` is the variable's value now, `width` how its width is cut.
+    /// Byte for a piece; `value` is the current value of the variable, `width` the cut of its width.
     fn character(&mut self, piece: StringPiece, signed: bool, value: i32, width: u8) -> u8 {
         match piece {
             StringPiece::Byte(byte) => byte,
@@ -169,7 +177,7 @@ impl TextTransmission {
                 self.remaining_number =
                     truncate(i64::from(self.remaining_number) - i64::from(digit) * i64::from(divisor), width);
                 self.only_zeros_so_far &= digit == 0;
-                // A number that has too many digits shows what the arithmetic gives, as the chips do.
+                // A number with too many digits shows the result of the arithmetic, as on the chips.
                 if self.only_zeros_so_far && !last { b' ' } else { digit.wrapping_add(48) as u8 }
             }
         }

@@ -1,28 +1,28 @@
-//! Why an element has no meaning.
+//! Reasons for which an element is not supported.
 
 use std::borrow::Cow;
 
 use ladder::format::BadEscape;
 
-/// Why an element has no meaning here, with the values found and wanted.
+/// Why an element is not supported, with the values found and expected.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum UnsupportedReason {
-    /// A place of the rung has no element.
+    /// PLACEHOLDER: the rung is incomplete.
     #[error("an empty place: the rung is not complete")]
     EmptyPlace,
-    /// No section of the semantics is about this element.
+    /// The semantics do not define this element.
     #[error("this element has no meaning here")]
     NoMeaning,
     /// A coil drives an input.
     #[error("a coil drives an output Y or a relay R, and `{name}` is an input")]
     CoilOfInput {
-        /// The input.
+        /// Name of the input.
         name: String,
     },
-    /// A coil is two of negated, set and reset.
+    /// A coil has more than one of the modes negated, set and reset.
     #[error("a coil is at most one of negated, set and reset")]
     ConflictingCoilModes,
-    /// A name stands for nothing.
+    /// A name is not a symbol of the program.
     #[error("`{name}` is no symbol of the program")]
     UnknownSymbol {
         /// The name.
@@ -31,31 +31,31 @@ pub enum UnsupportedReason {
     /// An integer is used as a bit.
     #[error("`{name}` is not a bit: bits are named X, Y or R and are no integers elsewhere")]
     NotABit {
-        /// The integer.
+        /// Name of the integer.
         name: String,
     },
     /// A bit is used as an integer.
     #[error("`{name}` is a bit (a contact, a coil or a pin) and is used as an integer")]
     NotAnInteger {
-        /// The bit.
+        /// Name of the bit.
         name: String,
     },
     /// A constant does not fit the integers of the dialect.
     #[error("{what} is {value}, wanted {low} to {high}")]
     ConstantOutOfRange {
-        /// What the constant is, such as `a coordinate`.
+        /// Role of the constant, such as `a coordinate`.
         what: &'static str,
-        /// The constant.
+        /// Value of the constant.
         value: i64,
-        /// The least of the dialect.
+        /// Minimum of the dialect.
         low: i64,
-        /// The most of the dialect.
+        /// Maximum of the dialect.
         high: i64,
     },
-    /// The dialect of the program has no meaning for it, and ldmicro-5 has.
+    /// Only dialect ldmicro-5 supports this feature.
     #[error("{feature} belongs to dialect ldmicro-5")]
     NeedsDialect5 {
-        /// What needs the dialect, such as `an adjust other than -1`.
+        /// The feature, such as `an adjust other than -1`.
         feature: Cow<'static, str>,
     },
     /// A constant shifts by more bits than there are, or by a negative number.
@@ -66,83 +66,83 @@ pub enum UnsupportedReason {
         /// Bits of what is shifted.
         bits: u32,
     },
-    /// A variable stands where only a constant has a meaning.
+    /// A variable is used where only a constant is supported.
     #[error("the variable `{name}` as {role} has no meaning")]
     VariableAs {
-        /// The variable.
+        /// Name of the variable.
         name: String,
-        /// What it stands for, such as `a start value`.
+        /// Role of the variable, such as `a start value`.
         role: &'static str,
     },
     /// The delay of a timer is a variable.
     #[error("a delay held in a variable has no meaning")]
     DelayInVariable,
-    /// The delay of a timer is no count of scans that the timer can hold.
+    /// The delay of a timer gives a number of scans that the timer cannot count.
     #[error(
         "the timer counts {delay_us} us / {cycle_us} us {} {} = {scans} scans, wanted 1 to {most}",
         if *.adjust < 0 { '-' } else { '+' },
         .adjust.unsigned_abs()
     )]
     TimerOutOfRange {
-        /// The delay in microseconds.
+        /// Delay in microseconds.
         delay_us: i64,
-        /// The time of a scan in microseconds.
+        /// Time of a scan in microseconds.
         cycle_us: u64,
-        /// Scans that are added.
+        /// Scans added to the delay; may be negative.
         adjust: i128,
         /// Scans that the timer would count.
         scans: i128,
-        /// Most scans that it can count.
+        /// Maximum number of scans that the timer can count.
         most: i128,
     },
-    /// It counts scans, and they have no time.
+    /// The element counts scans, but CYCLE is 0, so a scan has no fixed time.
     #[error("it needs a cycle time, and CYCLE is 0 (free running)")]
     NoCycleTime,
-    /// The input of a counter is of no known kind.
+    /// The input kind of a counter is unknown.
     #[error("input kind `{kind}` has no meaning")]
     UnknownInputKind {
-        /// The letter of the kind.
+        /// Character of the input kind.
         kind: char,
     },
-    /// An argument that has a meaning nowhere here is not 0.
+    /// An argument without support is not 0.
     #[error("its {what} is {value}, which has no meaning here; wanted 0")]
     ArgumentNotZero {
-        /// Which argument.
+        /// Name of the argument.
         what: &'static str,
-        /// Its value.
+        /// Value of the argument.
         value: u32,
     },
-    /// READ_ADC names no analog input.
+    /// The symbol of READ_ADC is not an analog input.
     #[error("its name is no analog input")]
     NotAnalogInput,
-    /// The text of a FORMATTED_STRING has a bad escape.
+    /// The text of a FORMATTED_STRING has an invalid escape.
     #[error(transparent)]
     BadText(#[from] BadEscape),
-    /// A text has a number and no variable, or a variable and no number.
+    /// A text has a number but no variable, or a variable but no number.
     #[error("a text with a number needs its variable, and a text without one takes none")]
     TextVariableMismatch,
-    /// A curve has no segment.
+    /// A curve has fewer than two points.
     #[error("{points} point(s) make no segment, wanted at least 2")]
     TooFewPoints {
-        /// How many points it has.
+        /// Number of points.
         points: usize,
     },
-    /// The points of a curve are not in ascending order.
+    /// The x coordinates of a curve are not increasing.
     #[error("x = {x} follows x = {before}, but x must rise")]
     PointsNotAscending {
-        /// The x of the point before.
+        /// x of the previous point.
         before: i32,
-        /// The x of the point.
+        /// x of this point.
         x: i32,
     },
-    /// A segment of a curve is too large for the arithmetic.
+    /// A segment of a curve overflows the arithmetic.
     #[error("the segment of {dx} by {dy} does not fit -{limit} to {limit}")]
     SegmentTooLarge {
-        /// Its extent in x.
+        /// Extent in x.
         dx: i64,
-        /// Its extent in y.
+        /// Extent in y.
         dy: i64,
-        /// The most that the product may be.
+        /// Maximum of the product of both.
         limit: i64,
     },
     /// The frequency of SET_PWM is 0, too large, or a variable.
@@ -151,21 +151,21 @@ pub enum UnsupportedReason {
     /// The resolution of SET_PWM is not percent.
     #[error("the resolution `{resolution}` has no meaning here; wanted 0-100")]
     UnknownResolution {
-        /// The resolution as the program has it.
+        /// Resolution as written in the program.
         resolution: String,
     },
-    /// Two SET_PWM differ, and share an output.
+    /// Two SET_PWM have different settings, but the program has only one PWM output.
     #[error("another SET_PWM of the program has another frequency or output, and there is one output")]
     ConflictingPwm,
-    /// An element of the serial line takes several bytes, or waits.
+    /// An element of the serial line transfers several bytes, or waits.
     #[error("{bytes} byte(s) with wait {wait} have no meaning here; wanted 1 and 0")]
     UnsupportedSerialTransfer {
-        /// Bytes that it transfers.
+        /// Number of bytes to transfer.
         bytes: u32,
-        /// Whether it waits: 0 for no.
+        /// Wait flag; 0 means no.
         wait: u32,
     },
-    /// The serial line has no rate.
+    /// The serial line has no rate, because BAUD= is missing or 0.
     #[error("the serial line has no rate: BAUD= is missing or 0")]
     NoBaudRate,
 }

@@ -1,25 +1,29 @@
-//! A rung with power in its wires.
+//! Draws a rung with the power in its wires.
 
 use emu_debug::debug::{DynMachine, ProgramFollower};
 use ladder::{DrawnElement, draw_rung};
 
 use crate::{LadderView, ScanPosition};
 
-/// Around what is powered, and around what is next.
+/// Terminal sequence before powered wires and elements; below, before the next element.
 const POWERED_STYLE: &str = "\x1b[32m";
 const NEXT_STYLE: &str = "\x1b[7m";
 const RESET_STYLE: &str = "\x1b[0m";
 
 impl LadderView {
-    /// The rung that the chip is in, as text: wires with power are drawn `=`, the element that is next stands between `>` and `<`. Of
-    /// that rung only what has run in this scan has power. Nothing between the rungs of two scans. `color`: terminal sequences too.
+    /// Draws the rung that the chip is executing: powered wires are drawn as `=`, the next element is between
+    /// `>` and `<`.
+    ///
+    /// In that rung only elements that have run in this scan have power. The result is empty between the
+    /// rungs of two scans. `color` adds terminal sequences.
     #[must_use]
     pub fn draw(&self, follow: Option<&dyn ProgramFollower>, target: &dyn DynMachine, color: bool) -> Vec<String> {
         let moment = self.scan_position(follow, target);
         moment.current_element.map_or(Vec::new(), |here| self.draw_at(here.rung, &moment, color))
     }
 
-    /// A rung, from 1, as [`LadderView::draw`] shows it: one that was not reached yet in this scan as the scan before left it.
+    /// Draws a rung (from 1) as [`LadderView::draw`] does; a rung not yet reached in this scan shows the
+    /// previous scan.
     #[must_use]
     pub fn draw_rung(
         &self,
@@ -31,7 +35,7 @@ impl LadderView {
         rung.checked_sub(1).map_or(Vec::new(), |index| self.draw_at(index, &self.scan_position(follow, target), color))
     }
 
-    /// A rung, from 0.
+    /// Draws a rung, by its index from 0.
     fn draw_at(&self, index: u32, moment: &ScanPosition, color: bool) -> Vec<String> {
         let next = moment.current_element;
         let drawing = draw_rung(&self.facts.program, index as usize);
@@ -88,7 +92,7 @@ impl LadderView {
     }
 }
 
-/// Power in a wire, up to where it ends or meets another.
+/// Draws power in a wire, up to its end or to another wire.
 fn power_wire<'a>(line: impl Iterator<Item = &'a mut char>) {
     line.take_while(|sign| matches!(sign, '-' | '=')).for_each(|sign| *sign = '=');
 }

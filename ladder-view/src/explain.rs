@@ -1,4 +1,4 @@
-//! What made a symbol what it is.
+//! Explains which elements gave a symbol its value.
 
 use std::sync::Arc;
 
@@ -10,19 +10,22 @@ use crate::power_flow::{PowerDecider, deciders};
 use crate::scan_follower::{FollowedScan, ScanFollower};
 use crate::{LadderView, ScanPosition, ViewError};
 
-/// How many causes behind causes are told.
+/// Maximum depth of causes in an explanation.
 const MAX_DEPTH: usize = 6;
 
-/// A scan, up to where it is told of: before that element, or to its end.
+/// A scan up to an element (exclusive), or to its end if there is none.
 type ScanPrefix = (Arc<FollowedScan>, Option<ElementId>);
 
 impl LadderView {
-    /// Why a symbol has its value: the element that wrote it, what gave power to that element or kept it away, and the same for what
-    /// changed there, back through the scans. One line each, the deeper the further back. What the chip has not come to yet in this
-    /// scan is told of the scan before.
+    /// Explains the value of a symbol: the element that wrote it, and the elements that gave power to that
+    /// element or blocked it.
+    ///
+    /// Causes that changed recently are explained in turn, back through the scans. Each cause is one line,
+    /// indented by depth. For rungs that the chip has not reached in this scan, the explanation uses the
+    /// previous scan.
     ///
     /// # Errors
-    /// No such symbol, or no scan has run.
+    /// There is no such symbol, no scan has run, or the session does not follow the program.
     pub fn explain_value(
         &self,
         follow: &dyn ProgramFollower,
@@ -53,7 +56,7 @@ impl LadderView {
             return Ok(vec![format!("{name} is {value}: it was set from outside; no element has written that")]);
         }
         let mut lines = Vec::new();
-        // The element that wrote it last has done so in this scan, or in the one before.
+        // The element that wrote the symbol last ran in this scan or in the previous one.
         let before =
             moment.last_scan.as_ref().filter(|past| past.number < prefix.0.number).map(|past| (past.clone(), None));
         let prefixes = [Some(prefix.clone()), before.clone()].into_iter().flatten();
@@ -92,10 +95,11 @@ impl LadderView {
         Ok(lines)
     }
 
-    /// The element that the scan has come to: behind the one that is carried out where a symbol has its value from that already.
+    /// Element that the scan has reached: the one after the current element, if the symbol already has the
+    /// value from the current one.
     fn reached_element(&self, moment: &ScanPosition, symbol: usize, value: i32) -> Option<ElementId> {
         let (begun, here) = (moment.current_scan.as_ref()?, moment.current_element?);
-        // Elements without code of their own are carried out by the one before them.
+        // An element without code of its own is executed by the element before it.
         let elements = self.facts.map.elements.iter();
         let own = elements.filter(|element| element.start < element.end).map(|element| (element.rung, element.element));
         let next = own.filter(|own| *own > (here.rung + 1, here.index + 1)).min();
@@ -108,7 +112,7 @@ impl LadderView {
         self.facts.power_up.symbols().get(symbol).is_some_and(|symbol| symbol.kind == SymbolKind::Input)
     }
 
-    /// What gave power to an element, or kept it away.
+    /// Adds the elements that gave power to an element, or blocked it.
     fn push_power_causes(&self, way: &[PowerDecider<'_>], scan: &FollowedScan, depth: usize, lines: &mut Vec<String>) {
         let indent = "  ".repeat(depth);
         if way.is_empty() {
@@ -120,9 +124,9 @@ impl LadderView {
         }
     }
 
-    /// ` (Xstop 0)`: values of what an element reads.
+    /// Formats the values that an element reads, such as ` (Xstop 0)`.
     fn read_values(&self, decider: &PowerDecider<'_>, scan: &FollowedScan) -> String {
-        // What a contact that got power has made of it tells the bit as it was just then.
+        // The output of a powered contact reveals the value of its bit at that time.
         if let Element::Contacts { name, negated, .. } = decider.element
             && let Some((true, behind)) = scan.power(decider.id)
         {
@@ -134,13 +138,14 @@ impl LadderView {
         if all.is_empty() { String::new() } else { format!(" ({})", all.join(", ")) }
     }
 
-    /// `rung 3, element 2: CONTACTS Xstop 1`.
+    /// Formats an element, such as `rung 3, element 2: CONTACTS Xstop 1`.
     fn element_text(&self, id: ElementId) -> String {
         let element = self.facts.program.elements().find(|(other, ..)| *other == id);
         element.map_or_else(|| id.to_string(), |(_, element, _)| format!("{id}: {}", element_text(element)))
     }
 
-    /// The element that wrote a symbol last in a scan up to `to`: of set and reset coils one that had power.
+    /// Finds the element that last wrote a symbol in a scan before `to`; set and reset coils count only with
+    /// power.
     fn last_writer(&self, scan: &FollowedScan, symbol: usize, to: Option<ElementId>) -> Option<ElementId> {
         let name = &self.facts.power_up.symbols().get(symbol)?.name;
         let wrote = |id: ElementId, element: &Element| {
@@ -161,14 +166,14 @@ impl LadderView {
     }
 }
 
-/// A program in its course, up to now.
+/// Finds causes of changes in the scans so far.
 struct ChangeExplainer<'a> {
     view: &'a LadderView,
     follower: &'a ScanFollower,
 }
 
 impl ChangeExplainer<'_> {
-    /// The last change of a symbol in the course of a scan, or in a scan before.
+    /// Last change of a symbol in a scan up to a position, or in an earlier scan.
     fn last_change(&self, symbol: usize, course: &ScanPrefix) -> Option<ScanPrefix> {
         if course.0.has_changed(symbol, course.1) {
             return Some(course.clone());
@@ -177,7 +182,8 @@ impl ChangeExplainer<'_> {
         changes.into_iter().find(|change| change.number < course.0.number).map(|change| (change.clone(), None))
     }
 
-    /// What changed a symbol in a scan, and what changed that. `told`: the scan of which the writer is told already.
+    /// Adds the cause of a symbol's change in a scan, and the causes of that; `written_in` is the scan whose
+    /// writer was already named.
     fn push_causes(&self, symbol: usize, course: &ScanPrefix, written_in: u64, depth: usize, lines: &mut Vec<String>) {
         let (view, scan, indent) = (self.view, &course.0, "  ".repeat(depth));
         let Some(writer) = view.last_writer(scan, symbol, course.1) else {
@@ -192,11 +198,12 @@ impl ChangeExplainer<'_> {
         if depth >= MAX_DEPTH {
             return;
         }
-        // Of what decided, that which had changed not long before: in this scan, or in the one before.
+        // Among the deciding symbols, follow those that changed recently: in this scan or in the previous
+        // one.
         for decider in deciders_on_path {
             for name in &deciding_symbols(decider.element) {
                 let Some(cause) = view.facts.power_up.index(name).filter(|cause| *cause != symbol) else { continue };
-                // What an element reads and writes itself, it has read as it left it.
+                // A symbol that the element itself writes counts with its value after the element.
                 let behind = ElementId { index: decider.id.index + 1, ..decider.id };
                 let Some(change) = self.last_change(cause, &(scan.clone(), Some(behind))) else { continue };
                 let (number, value) = (change.0.number, change.0.value(cause, change.1));
@@ -208,7 +215,7 @@ impl ChangeExplainer<'_> {
                     continue;
                 }
                 lines.push(format!("{indent}  {name} became {value} in scan {number}"));
-                // An accumulator that its own timer counts says no more.
+                // The accumulator of a timer or counter in the same rung explains nothing more.
                 if view.last_writer(&change.0, cause, change.1).is_none_or(|writer| writer.rung != decider.id.rung) {
                     self.push_causes(cause, &change, written_in, depth + 2, lines);
                 }
@@ -217,7 +224,7 @@ impl ChangeExplainer<'_> {
     }
 }
 
-/// Elements that write symbols, with the symbols, in text order.
+/// Returns the elements that write symbols, with the symbols, in text order.
 pub(crate) fn symbol_writes(program: &LadderProgram, start: &Evaluator) -> Vec<(ElementId, u32)> {
     let mut all = Vec::new();
     for (id, element, _) in program.elements() {
@@ -228,7 +235,7 @@ pub(crate) fn symbol_writes(program: &LadderProgram, start: &Evaluator) -> Vec<(
     all
 }
 
-/// Symbols that nothing but the serial line writes.
+/// Returns the symbols that only the serial line writes.
 pub(crate) fn serial_symbols(program: &LadderProgram, start: &Evaluator, writes: &[(ElementId, u32)]) -> Vec<usize> {
     let receives = program.elements().filter(|(_, element, _)| element.facts().part == Some(ChipPart::Receiver));
     let names = receives
@@ -236,12 +243,12 @@ pub(crate) fn serial_symbols(program: &LadderProgram, start: &Evaluator, writes:
     names.filter(|symbol| writes.iter().filter(|write| write.1 as usize == *symbol).count() == 1).collect()
 }
 
-/// Symbols whose values decide what an element gives on.
+/// Symbols whose values decide the output of an element.
 fn deciding_symbols(element: &Element) -> Vec<String> {
     let facts = element.facts();
     let decides = match facts.power {
         PowerEffect::Narrows => true,
-        // What decides is the element's own count, not what it is compared with.
+        // The element's own count decides, not the value that it is compared with.
         PowerEffect::Decides => false,
         PowerEffect::NoWire | PowerEffect::Wire | PowerEffect::Acts => return Vec::new(),
     };

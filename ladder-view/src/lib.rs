@@ -1,19 +1,20 @@
-//! A ladder program that runs on a chip, as a debugger shows it: which scan, rung and element the chip is in, the rung with its power
-//! flow so far, and what made a symbol what it is.
+//! Debugger view of a ladder program on a chip: current scan, rung and element, power flow, and causes of
+//! values.
 //!
 //! ```text
-//!   lib.rs     View: program and map together, places in both directions
-//!   scan_follower.rs  the follower: scan by scan, the reference evaluator beside the chip
-//!   scan_position.rs  where in a scan the chip stands, and which scan tells of what it has done so far
-//!   flow.rs    which elements let power through, or kept it from coming
-//!   draw.rs    a rung as text with power in its wires
-//!   explain.rs     what made a symbol what it is, back through scans
+//!   lib.rs            LadderView: program and map together, with positions in both directions
+//!   scan_follower.rs  the follower: runs the reference evaluator scan by scan, in parallel to the chip
+//!   scan_position.rs  where in a scan the chip is, and which record shows what it has done so far
+//!   power_flow.rs     which elements passed power or blocked it
+//!   draw.rs           a rung as text with power in its wires
+//!   explain.rs        the causes of a symbol's value, back through scans
 //! ```
 //!
-//! Power flow is not kept anywhere on a chip: most of it is program counter. So when the inputs of a scan are latched, the evaluator is
-//! given the values of all symbols as the chip has them, runs that scan, and tells the bit before and behind each element. Values are
-//! always the chip's own; only edges and other memories without a name are the evaluator's. Elements that the chip has not come to yet
-//! are told as the scan before left them.
+//! A chip does not store power flow: most of it is in the program counter. So when the inputs of a scan are
+//! latched, the evaluator gets the values of all symbols from the chip, runs that scan, and reports the rung
+//! bit before and after each element. Values are always those of the chip; only edges and other memories
+//! without a name are those of the evaluator. Elements that the chip has not reached yet show the previous
+//! scan.
 
 #![forbid(unsafe_code)]
 
@@ -31,17 +32,17 @@ use emu_core::Chip;
 use emu_core::chip::ChipFamily;
 use emu_debug::debug::{DynMachine, ExpressionPlace, ProgramFollower};
 use ladder::{ElementId, LadderProgram, RungNode};
-use ladder_compile::{CellLocation as Kept, ImageMap, SpecialPin};
+use ladder_compile::{CellLocation as Kept, ElementMap, ImageMap, SpecialPin};
 use ladder_eval::Evaluator;
 
 pub use error::ViewError;
 use scan_follower::ScanFollower;
 pub use scan_position::ScanPosition;
 
-/// The map is not of this program or chip.
+/// Code of the error for a map that does not belong to the program or chip.
 pub const BAD_MAP: &str = "DBG001";
 
-/// The codes of this crate.
+/// Diagnostic codes of this crate.
 pub const CODES: &[DiagnosticCode] = &[DiagnosticCode {
     code: BAD_MAP,
     title: "the map is not of this program",
@@ -50,49 +51,73 @@ pub const CODES: &[DiagnosticCode] = &[DiagnosticCode {
               the program that belong together, or give the program alone, which is compiled on the fly.",
 }];
 
-/// Registers, of which a chip has one, with the bit that tells of a byte that has come on the serial line.
+/// Status registers of the serial line, with the bit that signals a received byte. A chip has one of them.
 const BYTE_FLAGS: [(&str, u8); 4] = [("UCSR0A", 0x80), ("UCSRA", 0x80), ("SCON", 0x01), ("PIR1", 0x20)];
 
-/// The program word at which a chip begins after a reset; compiled programs come there by nothing else. On AP101 a scan begins there.
+/// Program word at which a chip starts after a reset; compiled programs reach it only then. On AP101 a scan
+/// begins there.
 const RESET_WORD: u32 = 0;
 
-/// A ladder program and where it is on its chip. A clone shares everything.
+/// A ladder program with its positions on the chip. A clone shares all data.
 #[derive(Debug, Clone)]
 pub struct LadderView {
     facts: Arc<ProgramFacts>,
 }
 
-/// What does not change while the program runs.
+/// Data that do not change while the program runs.
 #[derive(Debug)]
 struct ProgramFacts {
     program: LadderProgram,
     map: ImageMap,
     chip: &'static Chip,
-    /// Power-up state, and names of symbols in the evaluator's order.
+    /// Evaluator in its power-up state, which also gives the order of the symbols.
     power_up: Evaluator,
-    /// Places of the symbols, in the evaluator's order.
+    /// Places of the symbols on the chip, in the evaluator's order.
     places: Vec<ExpressionPlace>,
-    /// Their values before the first scan.
+    /// Values of the symbols before the first scan.
     initial_values: Vec<i32>,
     /// Elements that write symbols, with the symbols, in text order.
     writes: Vec<(ElementId, u32)>,
-    /// Symbols that nothing but the serial line writes.
+    /// Symbols that only the serial line writes.
     received_symbols: Vec<usize>,
-    /// Address and bit of the register that tells of a byte that has come.
+    /// Address and bit mask of the flag that signals a received byte.
     byte_flag: Option<(u16, u8)>,
-    /// Program words at which a scan begins, at which its inputs are latched, and at which everything begins.
+    /// Program words where the follower acts: reset, start of a scan, and inputs latched.
     follow_words: Vec<u32>,
+    /// Program word at which a scan begins.
     scan_start: u32,
+    /// Program word at which the inputs have been latched.
     latched: u32,
-    /// The chip latches them itself, with the first instruction of a scan.
+    /// True if the chip latches inputs itself, with the first instruction of a scan.
     latches_itself: bool,
 }
 
+/// Where the code of a rung begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RungStart {
+    /// The rung, from 1.
+    pub rung: u32,
+    /// The program word.
+    pub word: u32,
+}
+
+/// Where the code of an element begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ElementStart {
+    /// The rung, from 1.
+    pub rung: u32,
+    /// The element in it, from 1.
+    pub element: u32,
+    /// The program word.
+    pub word: u32,
+}
+
 impl LadderView {
-    /// The program and the map that was made with its image. Cheap to clone.
+    /// Creates a view from a program and the map of its image. Cheap to clone.
     ///
     /// # Errors
-    /// [`BAD_MAP`] where they do not belong together; an element without a meaning, which no image has.
+    /// [`BAD_MAP`] if they do not belong together; or an error for an unsupported element, which no image
+    /// contains.
     pub fn new(program: LadderProgram, map: ImageMap, chip: &'static Chip) -> Result<LadderView, Vec<Diagnostic>> {
         let file = program.file.clone();
         let refuse = |cause: String| {
@@ -125,7 +150,8 @@ impl LadderView {
         let first_rung =
             map.rungs.iter().find(|rung| rung.start < rung.end).map_or(scan_start, |rung| word(rung.start));
         let latches = chip.family == ChipFamily::Ap101;
-        // Of a chip that latches them itself they are seen behind that instruction, a load: it leaves all symbols as they are.
+        // If the chip latches inputs itself, they are visible after that instruction, a load that changes no
+        // symbol.
         let latched = first_rung + u32::from(latches);
         let mut stops = vec![RESET_WORD, scan_start, latched];
         stops.dedup();
@@ -151,38 +177,39 @@ impl LadderView {
         Ok(LadderView { facts: Arc::new(facts) })
     }
 
-    /// One that follows the program in a session, from power-up on.
+    /// Creates a follower of the program for a session, from power-up on.
     #[must_use]
     pub fn follower(&self) -> Box<dyn ProgramFollower> {
         Box::new(ScanFollower::new(self.facts.clone()))
     }
 
-    /// Symbols, and where the chip keeps them.
+    /// Symbols and their places on the chip.
     #[must_use]
     pub fn symbols(&self) -> Vec<(String, ExpressionPlace)> {
         let names = self.facts.power_up.symbols().iter().map(|symbol| symbol.name.clone());
         names.zip(self.facts.places.iter().copied()).collect()
     }
 
-    /// The values of all symbols on the chip now; nothing for one that has none.
+    /// Current values of all symbols on the chip; `None` for a symbol without one.
     #[must_use]
     pub fn values(&self, target: &dyn DynMachine) -> Vec<(String, Option<i64>)> {
         self.symbols().into_iter().map(|(name, place)| (name, place.value(target))).collect()
     }
 
-    /// The program.
+    /// The ladder program.
     #[must_use]
     pub fn program(&self) -> &LadderProgram {
         &self.facts.program
     }
 
-    /// The map.
+    /// The map of the image.
     #[must_use]
     pub fn map(&self) -> &ImageMap {
         &self.facts.map
     }
 
-    /// `Xstart=1` as `PD2=1`, where the program has an input of that name; else the text as it is.
+    /// Converts `Xstart=1` to `PD2=1` if the program has an input with that name; otherwise returns the text
+    /// unchanged.
     #[must_use]
     pub fn pin_assignment(&self, text: &str) -> String {
         let (name, rest) = text.split_at(text.find('=').unwrap_or(text.len()));
@@ -201,28 +228,29 @@ impl LadderView {
         self.facts.scan_start
     }
 
-    /// Rungs that have code, by number from 1, with the program word at which it begins.
+    /// Where the code of rungs begins; those without code are left out.
     #[must_use]
-    pub fn rung_words(&self) -> Vec<(u32, u32)> {
+    pub fn rung_starts(&self) -> Vec<RungStart> {
         let with_code = self.facts.map.rungs.iter().filter(|rung| rung.start < rung.end);
-        with_code.map(|rung| (rung.rung, self.word(rung.start))).collect()
+        with_code.map(|rung| RungStart { rung: rung.rung, word: self.word(rung.start) }).collect()
     }
 
-    /// Elements that have code, by rung and element from 1, with the program word at which it begins.
+    /// Where the code of elements begins; those without code are left out.
     #[must_use]
-    pub fn element_words(&self) -> Vec<((u32, u32), u32)> {
-        let with_code = self.facts.map.elements.iter().filter(|element| element.start < element.end);
-        with_code.map(|element| ((element.rung, element.element), self.word(element.start))).collect()
+    pub fn element_starts(&self) -> Vec<ElementStart> {
+        let with_code = self.facts.map.elements.iter().filter(|of| of.start < of.end);
+        let start = |of: &ElementMap| ElementStart { rung: of.rung, element: of.element, word: self.word(of.start) };
+        with_code.map(start).collect()
     }
 
-    /// The rung, from 1, that a program word belongs to.
+    /// Rung (from 1) that a program word belongs to.
     #[must_use]
     pub fn rung_at(&self, word: u32) -> Option<u32> {
         let within = |start: u32, end: u32| (self.word(start)..self.word(end)).contains(&word);
         self.facts.map.rungs.iter().find(|rung| within(rung.start, rung.end)).map(|rung| rung.rung)
     }
 
-    /// The element that a program word belongs to.
+    /// Element that a program word belongs to.
     #[must_use]
     pub fn element_at(&self, word: u32) -> Option<ElementId> {
         let within = |start: u32, end: u32| (self.word(start)..self.word(end)).contains(&word);
@@ -230,14 +258,15 @@ impl LadderView {
         Some(ElementId { rung: found.rung.checked_sub(1)?, index: found.element.checked_sub(1)? })
     }
 
-    /// The line of the `.ld` file, from 1, on which a rung, from 1, begins.
+    /// Line (from 1) of the `.ld` file at which a rung (from 1) begins.
     #[must_use]
     pub fn rung_line(&self, rung: u32) -> Option<u32> {
         let rung = self.facts.program.rungs.get(rung.checked_sub(1)? as usize)?;
         Some(rung.pos.line)
     }
 
-    /// The rung, from 1, in which a line of the `.ld` file stands; a line behind a rung belongs to it, up to the next one.
+    /// Rung (from 1) that a line of the `.ld` file belongs to; lines after a rung belong to it, up to the
+    /// next rung.
     #[must_use]
     pub fn rung_of_line(&self, line: u32) -> Option<u32> {
         let before = self.facts.program.rungs.iter().take_while(|rung| rung.pos.line <= line).count();
@@ -245,15 +274,16 @@ impl LadderView {
         if last && line > self.last_line() { None } else { u32::try_from(before).ok().filter(|rung| *rung > 0) }
     }
 
-    /// The line of the `.ld` file on which the last rung ends; a line or two more where branches of one element have lines of their own.
+    /// Line of the `.ld` file at which the last rung ends; a line or two too large if branches of one element
+    /// have no END of their own.
     #[must_use]
     pub fn last_line(&self) -> u32 {
-        /// The last line of a series, and of what closes its groups.
+        /// Last line of a series, including the lines that close its groups.
         fn end(series: &[RungNode], from: u32) -> u32 {
             match series.last() {
                 None => from,
                 Some(RungNode::Leaf(_, pos)) => pos.line,
-                // The branch ends, and the group.
+                // The END of the branch and the END of the group.
                 Some(RungNode::Parallel(branches, pos)) => {
                     branches.last().map_or(pos.line, |branch| end(branch, pos.line)) + 2
                 }
@@ -267,7 +297,7 @@ impl LadderView {
     }
 }
 
-/// A place of the map as the debugger has it; nothing where the chip has no such memory.
+/// Converts a place of the map for the debugger; `None` if the chip has no such memory.
 fn debugger_place(chip: &'static Chip, kept: &Kept) -> Option<ExpressionPlace> {
     let memory = |name: &str| chip.spaces.iter().find(|(space, ..)| *space == name).map(|found| found.0);
     Some(match kept {

@@ -1,20 +1,20 @@
-//! Through which elements power came to a place of a rung, or which kept it from coming.
+//! Finds the elements through which power reached a position in a rung, or which blocked it.
 
 use ladder::{Element, ElementId, LadderProgram, PowerEffect, Rung, RungNode};
 
 use crate::scan_follower::FollowedScan;
 
-/// An element that decided about the power behind it.
+/// An element that determined the power after it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PowerDecider<'a> {
     pub id: ElementId,
     pub element: &'a Element,
-    /// It gave power on.
+    /// True if it passed power, false if it blocked it.
     pub passed_power: bool,
 }
 
-/// What decided about the power that came to the element `to`: the elements that gave it on, on the way from the left rail, or those
-/// that blocked it.
+/// Returns the elements that determined the power at element `to`: those on the path from the left rail that
+/// passed it, or those that blocked it.
 pub(crate) fn deciders<'a>(program: &'a LadderProgram, scan: &FollowedScan, to: ElementId) -> Vec<PowerDecider<'a>> {
     let Some(rung) = program.rungs.get(to.rung as usize) else { return Vec::new() };
     let mut walk = RungWalk { scan, rung: to.rung, next: 0, to, path: Vec::new() };
@@ -22,12 +22,14 @@ pub(crate) fn deciders<'a>(program: &'a LadderProgram, scan: &FollowedScan, to: 
     walk.path
 }
 
+/// Walk through a rung in text order, up to the element `to`.
 struct RungWalk<'a, 's> {
     scan: &'s FollowedScan,
     rung: u32,
     /// Number of the next leaf in text order.
     next: u32,
     to: ElementId,
+    /// Deciding elements of the walk so far.
     path: Vec<PowerDecider<'a>>,
 }
 
@@ -36,7 +38,7 @@ impl<'a> RungWalk<'a, '_> {
         self.series(&rung.series);
     }
 
-    /// Comes by the nodes of a series; true when `to` was met in it, and then `way` is the way to it.
+    /// Walks the nodes of a series; returns true if it contains `to`, and then `path` leads to it.
     fn series(&mut self, nodes: &'a [RungNode]) -> bool {
         for node in nodes {
             match node {
@@ -62,12 +64,12 @@ impl<'a> RungWalk<'a, '_> {
         let Some((before, behind)) = self.scan.power(id) else { return };
         let decides = matches!(element.facts().power, PowerEffect::Narrows | PowerEffect::Decides);
         if !behind && before {
-            // Whatever let power through before has not mattered.
+            // Elements that passed power before this one have no effect.
             self.path.clear();
             self.path.push(PowerDecider { id, element, passed_power: false });
         } else if behind && (decides || !before) {
             if !before {
-                // It gives power by itself.
+                // The element supplies power by itself.
                 self.path.clear();
             }
             self.path.push(PowerDecider { id, element, passed_power: true });
@@ -81,7 +83,7 @@ impl<'a> RungWalk<'a, '_> {
             self.path.clear();
             let first = self.next;
             if self.series(branch) {
-                // What stands in the branch comes behind what stands before the group.
+                // The elements in the branch follow those before the group.
                 let own = std::mem::take(&mut self.path);
                 let cut = own.first().is_some_and(|decider| !decider.passed_power);
                 self.path = if cut { own } else { before.into_iter().chain(own).collect() };
@@ -98,14 +100,15 @@ impl<'a> RungWalk<'a, '_> {
             // Power came through some branches.
             (true, false) => before.into_iter().chain(through).collect(),
             (true, true) => through,
-            // It was cut before the group already.
+            // Power was blocked before the group.
             (false, true) => before,
             (false, false) => through,
         };
         false
     }
 
-    /// Power comes out of a branch: behind its last element, or into it where it has none that counts.
+    /// True if power leaves a branch: after its last element, or at its start if it has no element with
+    /// power.
     fn is_powered(&self, first: u32, end: u32, before: &[PowerDecider<'a>]) -> bool {
         let last = (first..end).rev().find_map(|index| self.scan.power(ElementId { rung: self.rung, index }));
         last.map_or_else(|| before.first().is_none_or(|decider| decider.passed_power), |(_, behind)| behind)

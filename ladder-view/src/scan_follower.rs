@@ -1,4 +1,4 @@
-//! Scan by scan: the evaluator beside the chip, and what it told.
+//! Follows a program scan by scan: runs the evaluator in parallel to the chip and records its results.
 
 use std::any::Any;
 use std::collections::VecDeque;
@@ -10,39 +10,39 @@ use ladder_eval::Evaluator;
 
 use crate::{ProgramFacts, RESET_WORD};
 
-/// Changes of each symbol that are remembered, the newest.
+/// Number of the most recent changes kept for each symbol.
 const KEPT_CHANGES: usize = 4;
 
-/// Rung bits before and behind elements, and what elements left in symbols.
+/// Rung bits before and after elements, and values that elements wrote to symbols.
 type ScanTrace = (Vec<(ElementId, bool, bool)>, Vec<(ElementId, u32, i32)>);
 
-/// One scan as the evaluator ran it on the values of the chip.
+/// One scan, as the evaluator ran it with the values of the chip.
 #[derive(Debug)]
 pub(crate) struct FollowedScan {
-    /// Its number, from 1.
+    /// Number of the scan, from 1.
     pub number: u64,
     /// Machine cycle at which its inputs were latched.
     pub cycle: u64,
-    /// Values of all symbols behind the scan before, in the evaluator's order.
+    /// Values of all symbols after the previous scan, in the evaluator's order.
     pub previous_values: Vec<i32>,
-    /// Before the first rung.
+    /// Values of all symbols before the first rung.
     pub values_before: Vec<i32>,
-    /// And behind the last.
+    /// Values of all symbols after the last rung.
     pub values_after: Vec<i32>,
-    /// Rung bit before and behind each element, in text order; comments are not among them.
+    /// Rung bit before and after each element, in text order, without comments.
     power: Vec<(ElementId, bool, bool)>,
-    /// What elements that write symbols left there, in text order.
+    /// Values that elements wrote to symbols, in text order.
     writes: Vec<(ElementId, u32, i32)>,
 }
 
 impl FollowedScan {
-    /// The rung bit before and behind an element.
+    /// Rung bit before and after an element; `None` for a comment.
     pub(crate) fn power(&self, id: ElementId) -> Option<(bool, bool)> {
         let at = self.power.binary_search_by_key(&id, |row| row.0).ok()?;
         self.power.get(at).map(|row| (row.1, row.2))
     }
 
-    /// The value of a symbol when the scan comes to the element `to`; behind the last rung without one.
+    /// Value of a symbol when the scan reaches element `to`, or after the last rung if `to` is `None`.
     pub(crate) fn value(&self, symbol: usize, to: Option<ElementId>) -> i32 {
         let Some(to) = to else { return self.values_after.get(symbol).copied().unwrap_or(0) };
         let earlier = self.writes.partition_point(|write| write.0 < to);
@@ -50,32 +50,32 @@ impl FollowedScan {
         last.map_or_else(|| self.values_before.get(symbol).copied().unwrap_or(0), |write| write.2)
     }
 
-    /// When this scan comes to the element `to`, a symbol has another value than the scan before left it.
+    /// True if a symbol's value at element `to` of this scan differs from the value after the previous scan.
     pub(crate) fn has_changed(&self, symbol: usize, to: Option<ElementId>) -> bool {
         self.previous_values.get(symbol) != Some(&self.value(symbol, to))
     }
 }
 
-/// Follows a program.
+/// Follower of one program.
 #[derive(Debug, Clone)]
 pub(crate) struct ScanFollower {
     facts: Arc<ProgramFacts>,
-    /// As it stands before the scan that is under way, or behind the last one.
+    /// Evaluator in the state before the current scan, or after the last one.
     eval: Evaluator,
-    /// Scans begun.
+    /// Number of scans begun.
     scans_begun: u64,
-    /// Scans begun before the chip was reset.
+    /// Number of scans begun before the last reset of the chip.
     pub scans_before: u64,
-    /// Machine cycle at which the inputs of the scan that is under way were latched.
+    /// Machine cycle at which the inputs of the current scan were latched, if one is in progress.
     latch_cycle: Option<u64>,
     /// Machine cycle at which that scan began.
     start_cycle: u64,
-    /// A byte had come on the serial line when they were latched.
+    /// True if a byte had been received on the serial line when the inputs were latched.
     byte_received: bool,
-    /// The last scan that is over.
+    /// Last complete scan.
     pub last_scan: Option<Arc<FollowedScan>>,
-    /// For each symbol the scans that are over in which it got another value than it had in the scan before, the newest last: of an
-    /// input at their start, of all else in their course.
+    /// For each symbol, the most recent complete scans that changed its value, newest last. Inputs change at
+    /// the start of a scan, other symbols during it.
     pub changes: Vec<VecDeque<Arc<FollowedScan>>>,
 }
 
@@ -95,24 +95,24 @@ impl ScanFollower {
         }
     }
 
-    /// The follower behind the face that a session shows.
+    /// Returns the concrete follower behind a session's trait object.
     pub(crate) fn from_dyn(follow: &dyn ProgramFollower) -> Option<&ScanFollower> {
         follow.as_any().downcast_ref()
     }
 
-    /// The scan whose inputs were latched last, if it is under way: what its rungs make of them.
+    /// Result of the scan in progress, computed from its latched inputs.
     pub(crate) fn current_scan(&self, target: &dyn DynMachine) -> Option<Arc<FollowedScan>> {
         let cycle = self.latch_cycle?;
         Some(Arc::new(self.run_scan(&mut self.eval.clone(), cycle, target)))
     }
 
-    /// Inputs are latched: the evaluator gets the values of the chip.
+    /// Copies the values of the chip to the evaluator when the inputs are latched.
     fn latch_inputs(&mut self, target: &dyn DynMachine) {
         for (symbol, place) in self.facts.places.iter().enumerate() {
             self.eval.set(symbol, place.value(target).unwrap_or(0) as i32);
         }
         if self.last_scan.is_none() {
-            // What it was switched on with.
+            // Content of the EEPROM at power-up.
             for cell in self.facts.map.eeprom.iter().flat_map(|kept| kept.addr..kept.addr + u16::from(kept.bytes)) {
                 if let Some(byte) = target.peek("eeprom", cell.into()) {
                     self.eval.set_eeprom(cell.into(), byte);
@@ -126,8 +126,10 @@ impl ScanFollower {
         self.latch_cycle = Some(if self.facts.latches_itself { self.start_cycle } else { target.cycle() });
     }
 
-    /// Runs the scan that is under way. What came from outside in its course is taken from the chip: the values of its converter, and
-    /// bytes, which are known by their flag, and one that came later by the value that it has changed.
+    /// Runs the current scan, with external values taken from the chip.
+    ///
+    /// These are the results of the converter and received bytes. A byte is detected by its flag, or, if it
+    /// arrived later, by the changed value of its symbol.
     fn run_scan(&self, eval: &mut Evaluator, cycle: u64, target: &dyn DynMachine) -> FollowedScan {
         let value = |symbol: usize| self.facts.places.get(symbol).and_then(|place| place.value(target)).unwrap_or(0);
         let start: Vec<i32> = (0..self.facts.places.len()).map(|symbol| eval.get(symbol)).collect();
@@ -163,7 +165,7 @@ impl ScanFollower {
         }
     }
 
-    /// Runs a scan, and gives [`FollowedScan::power`] and [`FollowedScan::writes`].
+    /// Runs a scan and returns [`FollowedScan::power`] and [`FollowedScan::writes`].
     fn trace_scan(&self, eval: &mut Evaluator) -> ScanTrace {
         let mut power = Vec::with_capacity(self.last_scan.as_ref().map_or(0, |scan| scan.power.len()));
         let mut writes = Vec::with_capacity(self.facts.writes.len());
@@ -177,7 +179,7 @@ impl ScanFollower {
         (power, writes)
     }
 
-    /// The scan that was under way is over.
+    /// Ends the current scan and records it.
     fn end_scan(&mut self, target: &dyn DynMachine) {
         let Some(cycle) = self.latch_cycle.take() else { return };
         let mut eval = self.eval.clone();
@@ -211,7 +213,7 @@ impl ProgramFollower for ScanFollower {
         }
     }
 
-    /// Everything begins anew but the count of scans.
+    /// Restarts everything except the count of scans.
     fn on_power_cycle(&mut self) {
         *self = ScanFollower {
             scans_begun: self.scans_begun,
@@ -229,7 +231,7 @@ impl ProgramFollower for ScanFollower {
     }
 
     fn size_in_bytes(&self) -> usize {
-        // Scans are shared between copies; each symbol's changes are counted as if they were this copy's own.
+        // Copies share scans; each symbol's changes are counted as if they belonged to this copy.
         let symbols = self.changes.len();
         let scan = size_of::<FollowedScan>() + 12 * (symbols + self.facts.writes.len() + self.facts.map.elements.len());
         size_of::<ScanFollower>() + symbols * (size_of::<VecDeque<Arc<FollowedScan>>>() + 8 * KEPT_CHANGES + 8) + scan

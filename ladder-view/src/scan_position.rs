@@ -1,4 +1,4 @@
-//! Where in a scan a chip stands, and which record tells of what it has done so far.
+//! Finds where in a scan a chip is, and the record that shows what it has done so far.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -10,28 +10,30 @@ use ladder::ElementId;
 use crate::LadderView;
 use crate::scan_follower::{FollowedScan, ScanFollower};
 
-/// Steps of a routine that an element calls, at most.
+/// Maximum number of steps in a routine that an element calls.
 const MAX_ROUTINE_STEPS: u32 = 4096;
 
-/// A chip somewhere in a scan. The rungs that it has not come to yet are as the scan before left them.
+/// Position of a chip in a scan. Rungs that it has not reached yet show the previous scan.
 pub struct ScanPosition {
-    /// The scan that is under way.
+    /// Scan in progress.
     pub(crate) current_scan: Option<Arc<FollowedScan>>,
-    /// The last scan that is over.
+    /// Last complete scan.
     pub(crate) last_scan: Option<Arc<FollowedScan>>,
-    /// The element that is carried out or next; nothing between the rungs of two scans.
+    /// Element that is being executed or is next; `None` between the rungs of two scans.
     pub(crate) current_element: Option<ElementId>,
 }
 
 impl ScanPosition {
-    /// The element that is carried out or next; nothing between the rungs of two scans.
+    /// Element that is being executed or is next; `None` between the rungs of two scans.
     #[must_use]
     pub fn current_element(&self) -> Option<ElementId> {
         self.current_element
     }
 
-    /// Whether power came into an element when it ran last, and went out of it. Of the rung that is carried out only what has run in
-    /// this scan is told. Nothing before the first scan, and for comments.
+    /// Whether power entered and left an element when it ran last.
+    ///
+    /// In the current rung, only elements that have run in this scan have a value. `None` before the first
+    /// scan, and for comments.
     #[must_use]
     pub fn power(&self, id: ElementId) -> Option<(bool, bool)> {
         let scan = match (&self.current_scan, self.current_element) {
@@ -43,7 +45,7 @@ impl ScanPosition {
         scan?.power(id)
     }
 
-    /// Whether power has come into the element that is carried out or next.
+    /// True if power has reached the element that is being executed or is next.
     #[must_use]
     pub fn is_powered_here(&self) -> bool {
         let power = self.current_element.and_then(|here| self.current_scan.as_ref()?.power(here));
@@ -52,7 +54,7 @@ impl ScanPosition {
 }
 
 impl LadderView {
-    /// Where in a scan the chip stands.
+    /// Finds where in a scan the chip is.
     #[must_use]
     pub fn scan_position(&self, follow: Option<&dyn ProgramFollower>, target: &dyn DynMachine) -> ScanPosition {
         let follower = follow.and_then(ScanFollower::from_dyn);
@@ -63,8 +65,8 @@ impl LadderView {
         }
     }
 
-    /// The program word that tells where in the program the chip stands: the next instruction, and in a routine the end of the call that
-    /// led there.
+    /// Program word that identifies the position in the program: the next instruction, or inside a routine
+    /// the end of the call that led there.
     #[must_use]
     pub fn current_word(&self, target: &dyn DynMachine) -> u32 {
         let (word, end) = (target.pc(), self.word(self.facts.map.scan_end));
@@ -76,7 +78,8 @@ impl LadderView {
         for _ in 0..MAX_ROUTINE_STEPS {
             copy.step(ObserveLevel::Nothing, &mut ());
             if copy.pc() <= end {
-                // Behind a call, which may be the last thing that an element does.
+                // The word after a call may belong to the next element, because a call can be the last
+                // instruction of an element.
                 return copy.pc().saturating_sub(1);
             }
         }

@@ -1,16 +1,19 @@
-//! What is shown of ladder programs on chips, as text in `view.txt`: a line that begins with `$` is done, those behind it with `|`
-//! are what is shown. EMU_BLESS=1 writes the file anew, to be read.
+//! Compares views of ladder programs on chips with `view.txt`.
+//!
+//! A line that begins with `$` is a command, and the following lines with `|` are its output. EMU_BLESS=1
+//! rewrites the file; review it before committing.
 //!
 //! ```text
-//! $ open press.ld atmega328p     compile an example, switch the chip on
-//! $ set Xleft=1                  a pin
+//! $ open press.ld atmega328p     compile an example, power the chip up
+//! $ set Xleft=1                  drive a pin
 //! $ scan 3                       run to the start of the third scan from here
 //! $ rung 2                       run to the first instruction of that rung
 //! $ element                      run to the next element
-//! $ draw                         the rung where the chip is
-//! $ show 3                       that rung
-//! $ why Ypress
-//! $ back 5                       that many steps back
+//! $ where                        print scan, element and line
+//! $ draw                         draw the rung where the chip is
+//! $ show 3                       draw that rung
+//! $ why Ypress                   explain the value of a symbol
+//! $ back 5                       go that many steps back
 //! ```
 
 mod common;
@@ -28,7 +31,7 @@ fn example(program: &str, mcu: &'static str) -> (DebugSession, LadderView) {
     open(&std::fs::read_to_string(&path).expect("an example"), ChipSetup { mcu, clock_hz: None, watchdog: false })
 }
 
-/// Runs to one of these words.
+/// Runs to one of these program words.
 fn run_to(session: &mut DebugSession, words: impl IntoIterator<Item = u32>) {
     let until = Some(session.machine().cycle() + 100_000_000);
     let goal = RunGoal { until, words: words.into_iter().collect::<BTreeSet<u32>>(), runs_while_halted: false };
@@ -49,10 +52,13 @@ fn run_command(command: &str, open_now: &mut Option<(DebugSession, LadderView)>,
             drive_input(session, view, name, value == "1");
         }
         ["scan", ..] => (0..number).for_each(|_| run_to(session, [view.scan_start()])),
-        ["rung", _] => {
-            run_to(session, view.rung_words().into_iter().filter(|row| u64::from(row.0) == number).map(|row| row.1))
+        ["rung", _] => run_to(
+            session,
+            view.rung_starts().into_iter().filter(|start| u64::from(start.rung) == number).map(|start| start.word),
+        ),
+        ["element", ..] => {
+            (0..number).for_each(|_| run_to(session, view.element_starts().into_iter().map(|start| start.word)))
         }
-        ["element", ..] => (0..number).for_each(|_| run_to(session, view.element_words().into_iter().map(|row| row.1))),
         ["back", ..] => _ = session.step_back(number, &mut || true),
         ["where"] => {
             let pc = session.machine().pc();

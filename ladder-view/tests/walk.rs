@@ -1,5 +1,6 @@
-//! A walk forwards and backwards through a ladder program, with inputs, resets and a watchdog on the way: at every position the same is
-//! told, however one came there.
+//! Walks randomly forwards and backwards through a ladder program, with inputs, resets and a watchdog.
+//!
+//! Every position must show the same, however the session reached it.
 
 mod common;
 
@@ -43,13 +44,13 @@ RUNG
 END
 ";
 
-/// A rung that calls a routine, where there is arithmetic.
+/// A rung that calls a routine, for chips with arithmetic.
 const QUOTIENT: &str = "RUNG
     DIV q Cn 2
 END
 ";
 
-/// Numbers that look drawn (xorshift).
+/// A pseudorandom generator (xorshift).
 struct Xorshift(u64);
 
 impl Xorshift {
@@ -61,7 +62,7 @@ impl Xorshift {
     }
 }
 
-/// Everything that is told at a position.
+/// Everything that the view shows at a position.
 fn position_text(session: &DebugSession, view: &LadderView) -> String {
     let (target, follow) = (session.machine(), session.follower());
     let element = view.scan_position(follow, target).current_element();
@@ -82,7 +83,7 @@ fn position_text(session: &DebugSession, view: &LadderView) -> String {
     text
 }
 
-/// Switches the chip's watchdog on, where writes to registers do that.
+/// Enables the watchdog of the chip, if writes to registers can do that.
 fn enable_watchdog(session: &mut DebugSession, mcu: &str) {
     let (space, addr, values) = match mcu {
         "atmega328p" => ("data", 0x60, [0x18, 0x08]),
@@ -95,7 +96,7 @@ fn enable_watchdog(session: &mut DebugSession, mcu: &str) {
     }
 }
 
-/// One walk; tells how often the program has begun anew by itself.
+/// Runs one random walk; returns how often the program restarted by itself.
 fn walk_back_and_forth(setup: ChipSetup, seed: u64) -> u32 {
     let ChipSetup { mcu, .. } = setup;
     let quotient = if mcu == "ap101" { "" } else { QUOTIENT };
@@ -117,7 +118,7 @@ fn walk_back_and_forth(setup: ChipSetup, seed: u64) -> u32 {
             3 => enable_watchdog(&mut session, mcu),
             4..=8 => {
                 // To where scans and rungs begin, where words of the follower and deeds meet.
-                let mut words: Vec<u32> = view.rung_words().into_iter().map(|row| row.1).collect();
+                let mut words: Vec<u32> = view.rung_starts().into_iter().map(|start| start.word).collect();
                 words.extend([view.scan_start(), 0]);
                 let word = words[draw.below(words.len() as u64) as usize];
                 let until = Some(session.machine().cycle() + 20_000);
@@ -146,7 +147,7 @@ fn walk_back_and_forth(setup: ChipSetup, seed: u64) -> u32 {
         }
         let now = session.machine().cycle();
         if deed < 4 {
-            // Everything from here on is another story.
+            // The history from here on is no longer valid.
             known.split_off(&now);
         }
         if session.is_at_step_end() {
@@ -168,7 +169,7 @@ fn back_and_forward_tell_the_same() {
     ];
     for setup in setups {
         let resets: u32 = (1..=3).map(|seed| walk_back_and_forth(setup, seed * 0x9E37_79B9)).sum();
-        // The watchdog has done its part, where there is one.
+        // On chips with a watchdog, it must have reset the program.
         assert!(resets > 0 || setup.mcu == "ap101", "{}: no reset", setup.mcu);
     }
 }

@@ -1,18 +1,20 @@
-//! What is wrong with a program that reads well: errors that keep it from being run, and warnings.
+//! Semantic checks of a parsed program: errors that prevent evaluation and compilation, and warnings.
 
 use diag::{Diagnostic, Pos, Severity};
 
 use crate::bit_checks;
 use crate::codes;
 use crate::integer_widths::{self, IntegerWidths};
-use crate::model::{Element, ElementId, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode};
+use crate::model::{Element, ElementId, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode, TimerKind};
 use crate::packages;
 use crate::peripheral_checks;
 use crate::program_checks;
 use crate::write::element_text;
 
-/// Checks a program against its dialect. Errors mean that it cannot be evaluated or compiled; the list is sorted by
-/// place. Every message about an element names it as `rung N, element M` with its text.
+/// Checks a program against the rules of its dialect.
+///
+/// An error means that the program cannot be evaluated or compiled. The list is sorted by position. Every
+/// message about an element names it as `rung N, element M`, followed by its text.
 #[must_use]
 pub fn check(program: &LadderProgram) -> Vec<Diagnostic> {
     let mut found = Checker { program, widths: IntegerWidths::new(program), diagnostics: Vec::new() };
@@ -35,14 +37,17 @@ pub fn check(program: &LadderProgram) -> Vec<Diagnostic> {
 }
 
 #[derive(Clone, Copy)]
+/// An element under check, with its identity and its position in the file.
 pub(crate) struct CheckedElement<'a> {
     pub id: ElementId,
     pub element: &'a Element,
     pub pos: Pos,
 }
 
+/// The program under check and the diagnostics found so far.
 pub(crate) struct Checker<'a> {
     pub program: &'a LadderProgram,
+    /// Widths of the integers of the program.
     pub widths: IntegerWidths<'a>,
     diagnostics: Vec<Diagnostic>,
 }
@@ -59,6 +64,7 @@ impl Checker<'_> {
         self.diagnostics.push(new);
     }
 
+    /// Adds an error about an element.
     pub(crate) fn error(
         &mut self,
         code: &'static str,
@@ -69,6 +75,7 @@ impl Checker<'_> {
         self.report(Severity::Error, code, at, cause.as_ref(), hint);
     }
 
+    /// Adds a warning about an element.
     pub(crate) fn warning(
         &mut self,
         code: &'static str,
@@ -79,6 +86,7 @@ impl Checker<'_> {
         self.report(Severity::Warning, code, at, cause.as_ref(), hint);
     }
 
+    /// Adds a diagnostic about an element; the message names the element and its text.
     pub(crate) fn report(
         &mut self,
         severity: Severity,
@@ -92,7 +100,7 @@ impl Checker<'_> {
     }
 }
 
-/// Pins that the chip's package does not have, where the package is known.
+/// Warns about pins that are no port pins of the chip's package, where the package is known.
 fn check_pins(checker: &mut Checker<'_>) {
     let program = checker.program;
     let Some(micro) = program.settings.micro.as_deref().filter(|m| packages::has_pin_table(m)) else { return };
@@ -104,27 +112,40 @@ fn check_pins(checker: &mut Checker<'_>) {
     }
 }
 
-/// What can be told from one element alone.
+/// The hint of an argument that the dialect gives no meaning.
+const LEAVE_OUT: &str = "write 0 or leave it out, or choose the dialect ldmicro-5";
+
+/// Checks what one element alone shows.
 fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
+    let is_23 = checker.program.dialect == LadderDialect::Ldmicro23;
+    if is_23 && at.element.facts().needs_ldmicro5 {
+        let cause = "the element exists in LDmicro 5 only";
+        checker.error(codes::ELEMENT_LDMICRO5, at, cause, "choose the dialect ldmicro-5");
+    }
     match at.element {
         Element::Placeholder => {
             checker.error(codes::PLACEHOLDER, at, "an empty place is left", "put an element here or remove it");
         }
-        Element::Contacts { set1: Some(1..), .. } => {
-            let cause = "the flag `set1` must be 0";
-            checker.error(codes::FLAG_LDMICRO5, at, cause, "write 0 or leave it out");
+        Element::Contacts { set1: Some(1..), .. } if is_23 => {
+            let cause = "the flag `set1` has a meaning in LDmicro 5 only";
+            checker.error(codes::FLAG_LDMICRO5, at, cause, LEAVE_OUT);
         }
         Element::Coil { negated, set, reset, ttrigger, .. } => {
-            if ttrigger.is_some_and(|t| t != 0) {
-                checker.error(codes::FLAG_LDMICRO5, at, "the flag `ttrigger` must be 0", "write 0 or leave it out");
+            let toggles = ttrigger.is_some_and(|t| t != 0);
+            if toggles && is_23 {
+                let cause = "the flag `ttrigger` has a meaning in LDmicro 5 only";
+                checker.error(codes::FLAG_LDMICRO5, at, cause, LEAVE_OUT);
             }
-            let flags = u8::from(*negated) + u8::from(*set) + u8::from(*reset);
-            if flags > 1 {
+            let flags = u8::from(*negated) + u8::from(*set) + u8::from(*reset) + u8::from(toggles);
+            if flags > 1 && is_23 {
                 let cause = format!("{flags} of negated, set and reset are 1, at most one may be");
                 checker.error(codes::COIL_FLAGS, at, cause, "choose one of them");
+            } else if flags > 1 {
+                let cause = "several flags are 1: the first of negated, set, reset, ttrigger counts";
+                checker.warning(codes::COIL_FLAGS, at, cause, "choose one of them");
             }
         }
-        Element::Timer { name, delay, adjust, .. } => check_timer(checker, at, name, delay, adjust.as_ref()),
+        Element::Timer { kind, name, delay, adjust } => check_timer(checker, at, *kind, name, delay, adjust.as_ref()),
         Element::Counter { max, init, input, .. } => check_counter(checker, at, max, init.as_ref(), *input),
         Element::Math { op: MathOp::Div, op2: LadderOperand::Const { value: 0, .. }, .. } => {
             let cause = "divides by 0, which gives -1 for a dividend from 0 and 1 below";
@@ -142,6 +163,7 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
         | Element::UartRecv { .. }
         | Element::UartSend { .. }
         | Element::FormattedString { .. } => peripheral_checks::check_peripheral_element(checker, at),
+        Element::Odr | Element::Odf | Element::Osl | Element::Osc => {}
         Element::Comment(_)
         | Element::Contacts { .. }
         | Element::Short
@@ -159,7 +181,7 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
     }
 }
 
-/// An argument that says something else than what it stands for when it is left out.
+/// Refuses an argument whose value differs from the value that an omitted argument has.
 pub(crate) fn check_default_argument(checker: &mut Checker<'_>, at: CheckedElement<'_>, what: &str) {
     let cause = match checker.program.dialect {
         LadderDialect::Ldmicro23 => format!("{what} has a meaning in LDmicro 5 only"),
@@ -168,7 +190,7 @@ pub(crate) fn check_default_argument(checker: &mut Checker<'_>, at: CheckedEleme
     checker.error(codes::ARGUMENT_LDMICRO5, at, cause, "leave the argument out");
 }
 
-/// An argument with a meaning in ldmicro-5 alone.
+/// Refuses an argument that has a meaning in dialect ldmicro-5 only, if the program has dialect 2.3.
 fn refuse_in_dialect_23(checker: &mut Checker<'_>, at: CheckedElement<'_>, what: &str) {
     if checker.program.dialect == LadderDialect::Ldmicro23 {
         check_default_argument(checker, at, what);
@@ -178,13 +200,14 @@ fn refuse_in_dialect_23(checker: &mut Checker<'_>, at: CheckedElement<'_>, what:
 fn check_timer(
     checker: &mut Checker<'_>,
     at: CheckedElement<'_>,
+    kind: TimerKind,
     name: &str,
     delay: &LadderOperand,
     adjust: Option<&LadderOperand>,
 ) {
     match adjust {
         Some(LadderOperand::Var(_)) => check_default_argument(checker, at, "a variable as the adjust"),
-        // In release 2.3 one scan is taken off the delay, which LDmicro 5 writes as an adjust of -1.
+        // Release 2.3 subtracts one scan from every delay; LDmicro 5 writes this as an adjust of -1.
         Some(LadderOperand::Const { value, .. }) if *value != -1 => {
             refuse_in_dialect_23(checker, at, "an adjust other than -1")
         }
@@ -192,7 +215,13 @@ fn check_timer(
     }
     let cycle = i128::from(checker.program.settings.cycle_us);
     let LadderOperand::Const { value, .. } = delay else {
-        return check_default_argument(checker, at, "a variable as the delay");
+        refuse_in_dialect_23(checker, at, "a variable as the delay");
+        if matches!(kind, TimerKind::Rto | TimerKind::Rtl) {
+            let cause =
+                "a variable as the delay of a retentive timer has no meaning in LDmicro 5: it has expired at once";
+            checker.warning(codes::TIMER_RANGE, at, cause, "write the delay as a number");
+        }
+        return;
     };
     let p = integer_widths::timer_preset(checker.program, delay, adjust);
     let delay = i128::from(*value);
@@ -202,7 +231,9 @@ fn check_timer(
     }
     let Some(p) = p else { return };
     let (scans, most) = (delay / cycle, integer_widths::max_value(checker.widths.bytes_of_symbol(name)));
-    if !(1..=most).contains(&p) {
+    let is_23 = checker.program.dialect == LadderDialect::Ldmicro23;
+    if is_23 && !(1..=most).contains(&p) || p > integer_widths::max_value(4) {
+        let most = if is_23 { most } else { integer_widths::max_value(4) };
         // The longest delay is the last microsecond that is still rounded down to the largest count.
         let taken = scans - p;
         let (shortest, longest) = ((1 + taken).max(0) * cycle, (most + taken + 1) * cycle - 1);
@@ -210,6 +241,15 @@ fn check_timer(
             "a delay of {delay} us at a cycle of {cycle} us gives P = {p}, allowed is 1 to {most}: {shortest} us to {longest} us"
         );
         return checker.error(codes::TIMER_RANGE, at, cause, "change the delay or CYCLE=");
+    }
+    // LDmicro 5 makes code of these all the same.
+    if p < 1 {
+        let cause =
+            format!("a delay of {delay} us at a cycle of {cycle} us gives P = {p}: the timer has expired at once");
+        checker.warning(codes::TIMER_RANGE, at, cause, "choose a longer delay or a shorter CYCLE=");
+    } else if p > most {
+        let cause = format!("P = {p} is more than {name} holds, at most {most}: the timer never expires");
+        checker.warning(codes::TIMER_RANGE, at, cause, "give each timer and counter a name of its own");
     }
     if delay % cycle != 0 {
         let cause = format!(
@@ -232,7 +272,7 @@ fn check_counter(
         refuse_in_dialect_23(checker, at, "a variable as the limit");
     }
     match init {
-        Some(LadderOperand::Var(_)) => check_default_argument(checker, at, "a variable as the start value"),
+        Some(LadderOperand::Var(_)) => refuse_in_dialect_23(checker, at, "a variable as the start value"),
         Some(LadderOperand::Const { value, .. }) if *value != 0 => {
             refuse_in_dialect_23(checker, at, "a start value other than 0")
         }
@@ -243,9 +283,11 @@ fn check_counter(
     }
 }
 
-/// Walks a series whose right end is (or is not) the right rail.
+/// Reports elements that must be last but are followed by another element.
+///
+/// `at_rail` says whether the right end of `series` is the right rail.
 fn check_last_elements(checker: &mut Checker<'_>, series: &[RungNode], at_rail: bool, next: &mut ElementId) {
-    // A comment is no part of the circuit, so it does not separate an element from the rail.
+    // A comment is not part of the circuit, so it does not separate an element from the rail.
     let end = series.iter().rposition(|n| !matches!(n, RungNode::Leaf(Element::Comment(_), _)));
     for (i, node) in series.iter().enumerate() {
         let at_rail = at_rail && end.is_none_or(|end| i >= end);
@@ -253,13 +295,9 @@ fn check_last_elements(checker: &mut Checker<'_>, series: &[RungNode], at_rail: 
             RungNode::Leaf(element, pos) => {
                 if !at_rail && element.facts().must_be_last() {
                     let at = CheckedElement { id: *next, element, pos: *pos };
-                    let cause = "must be the last element before the right rail, but something follows it";
-                    checker.error(
-                        codes::NOT_LAST,
-                        at,
-                        cause,
-                        "put it in a parallel branch at the end, or in a rung of its own",
-                    );
+                    let cause = "something follows it before the right rail; it gives on the power that it gets";
+                    let hint = "nothing to do if this is meant; LDmicro's editor draws it at the end of a rung only";
+                    checker.report(Severity::Note, codes::NOT_LAST, at, cause, hint);
                 }
                 next.index += 1;
             }

@@ -1,12 +1,13 @@
-//! The codes of this crate: LD0xx are told by the reader, LD1xx by the checks. One row is name, code, title and the text of
-//! `emu explain`.
+//! Diagnostic codes of this crate: LD0xx from the reader, LD1xx from the checks.
+//!
+//! A row has the name, the code, the title and the text of `emu explain`.
 
 use diag::DiagnosticCode;
 
 macro_rules! codes {
     ($($name:ident $code:literal $title:literal $explain:literal;)*) => {
         $(#[doc = $title] #[allow(unreachable_pub)] pub const $name: &str = $code;)*
-        /// Every code of this crate, in order of its number.
+        /// All diagnostic codes of this crate, in order of their numbers.
         pub const CODES: &[DiagnosticCode] = &[$(DiagnosticCode { code: $code, title: $title, explain: $explain }),*];
     };
 }
@@ -86,22 +87,26 @@ codes! {
         "At most 64 groups may lie in each other. Split the rung, and carry the state between the parts in relays.";
     BAD_STRING "LD037" "FORMATTED_STRING without its text"
         "Two spellings exist: a length followed by as many decimal character codes, or (LDmicro 5) one text between double quotes.";
+    TAKEN_AS_LDMICRO5 "LD038" "taken as a program of LDmicro 5"
+        "A note: the header is that of release 2.3, but the file has an element, a flag or an argument that only LDmicro 5 has. So the program gets the meanings of the dialect ldmicro-5. Choose a dialect on the command line to decide it yourself.";
     TIMER_RANGE "LD101" "a delay cannot be counted"
-        "A timer counts scans: P = delay / cycle, rounded down, less 1, and P must lie in 1 to 32767. Shorter delays are under two scans, longer ones do not fit 16 bits. In ldmicro-5 the adjust takes the place of the 1, and the width of the timer that of the 16 bits. Change the delay or CYCLE=.";
-    NOT_LAST "LD102" "an element that must stand last is not last"
-        "Coils, RES, MOVE, arithmetic, what writes bits, SHIFT_REGISTER, the tables, READ_ADC, SET_PWM, MASTER_RELAY and PERSIST end their path to the right rail: nothing may follow them in their series, nor follow a group that holds them.";
+        "A timer counts scans: P = delay / cycle, rounded down, less 1, and P must lie in 1 to 32767. Shorter delays are under two scans, longer ones do not fit 16 bits. In ldmicro-5 the adjust takes the place of the 1, a timer with P under 1 has expired at once, and one with P beyond its width never does: both are warnings. Change the delay or CYCLE=.";
+    NOT_LAST "LD102" "an element of the right rail is not last"
+        "Coils, RES, MOVE, arithmetic, what writes bits, SHIFT_REGISTER, the tables, READ_ADC, SET_PWM, MASTER_RELAY and PERSIST usually end their path to the right rail. Where something follows them, they give on the power that they get, as LDmicro's own code does.";
     PLACEHOLDER "LD103" "an empty place is left"
         "PLACEHOLDER is what LDmicro's editor shows before an element is chosen. The program is not complete.";
     CYCLE_ZERO "LD104" "the scan has no fixed time"
         "CYCLE=0 lets LDmicro 5 scan as fast as it can. Timers and the comparison scan by scan need a fixed time.";
     FLAG_LDMICRO5 "LD105" "a flag of LDmicro 5 is set"
-        "The third argument of CONTACTS and the fifth of COIL must be 0: what else they may be has no meaning here.";
-    COIL_FLAGS "LD106" "more than one of negated, set and reset"
-        "A coil is plain, negated, set-only or reset-only; at most one of the three flags may be 1.";
+        "The third argument of CONTACTS (the input begins as 1 in LDmicro's simulator) and the fifth of COIL (toggle on a rising edge) have a meaning in the dialect ldmicro-5 only. Elsewhere they must be 0.";
+    COIL_FLAGS "LD106" "more than one flag of a coil"
+        "A coil is plain, negated, set-only, reset-only or toggling; at most one of the flags may be 1. In ldmicro-5 this is a warning, and the first of negated, set, reset, ttrigger counts.";
+    ELEMENT_LDMICRO5 "LD107" "an element that only LDmicro 5 has"
+        "The element does not exist in release 2.3, and the dialect ldmicro-2.3 was chosen for this program. Choose ldmicro-5.";
     NOT_RISING "LD109" "the x values of PIECEWISE_LINEAR do not rise"
         "The points are searched from left to right, so each x must be greater than the one before.";
     ARGUMENT_LDMICRO5 "LD110" "an argument that only LDmicro 5 understands"
-        "The longer argument lists are read in every dialect, but in ldmicro-2.3 they may only say what release 2.3 does anyway: adjust -1, start value 0 on rising edges, constants for delays and limits, one byte without waiting. In ldmicro-5 a variable as delay, adjust or start value, the reference of READ_ADC, the resolution of SET_PWM, and other numbers of bytes than one have no meaning here.";
+        "The longer argument lists are read in every dialect, but in ldmicro-2.3 they may only say what release 2.3 does anyway: adjust -1, start value 0 on rising edges, constants for delays and limits, one byte without waiting. In ldmicro-5 a variable as the adjust, the reference of READ_ADC, the resolution of SET_PWM, and other numbers of bytes than one have no meaning here.";
     STRING_ESCAPE "LD111" "an escape in FORMATTED_STRING means nothing"
         "A backslash begins one of \\r \\n \\b \\f \\t \\v \\a \\\\, \\x with two hexadecimal digits, or the place of a number: \\1 to \\5 for as many digits, \\-1 to \\-5 for a sign and as many digits. One number may stand in a text. A character that code page 1252 lacks is no single byte.";
     STRING_VARIABLE "LD112" "FORMATTED_STRING and its variable do not fit"

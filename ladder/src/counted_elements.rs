@@ -1,4 +1,4 @@
-//! The elements with as many arguments as one of them says: the tables and FORMATTED_STRING.
+//! Readers of the elements with a counted list of arguments: the two tables and FORMATTED_STRING.
 
 use crate::codes;
 use crate::element_keywords::ElementKeyword;
@@ -7,9 +7,10 @@ use crate::lexer::{self, LdLine, LdToken};
 use crate::model::Element;
 use crate::reader::{LdReader, message_text};
 
-/// Most values of a look-up table, most points of a curve, most characters of a string.
+/// Maximum number of values of a look-up table, of points of a curve, and of characters of a string.
 const MAX_VALUES: u32 = 1024;
 
+/// Reads LOOK_UP_TABLE: destination, index, count and flag, then the values.
 pub(crate) fn read_look_up_table(
     r: &mut LdReader<'_>,
     row: &ElementKeyword,
@@ -25,6 +26,7 @@ pub(crate) fn read_look_up_table(
     Some(Element::LookUpTable { dest: dest?, index: at?, as_string: as_string? == 1, values: values? })
 }
 
+/// Reads PIECEWISE_LINEAR: destination, index and count, then the coordinates of the points.
 pub(crate) fn read_piecewise_linear(
     r: &mut LdReader<'_>,
     row: &ElementKeyword,
@@ -40,6 +42,7 @@ pub(crate) fn read_piecewise_linear(
     Some(Element::PiecewiseLinear { dest: dest?, index: at?, points })
 }
 
+/// Reads FORMATTED_STRING: a variable or `(none)`, then character codes or a quoted text.
 pub(crate) fn read_formatted_string(
     r: &mut LdReader<'_>,
     line: &LdLine<'_>,
@@ -73,7 +76,10 @@ pub(crate) fn read_formatted_string(
     Some(Element::FormattedString { var: name?, text: text.to_owned(), quoted: true })
 }
 
-/// As many numbers as were announced; `wanted` is `None` when the count itself was wrong.
+/// Reads exactly the announced number of values.
+///
+/// `wanted` is `None` when the count itself was invalid; then the values are read only to report their
+/// errors.
 fn read_counted_values(
     r: &mut LdReader<'_>,
     row: &ElementKeyword,
@@ -83,7 +89,7 @@ fn read_counted_values(
     what: &str,
     (low, high): (i64, i64),
 ) -> Option<Vec<i64>> {
-    // LDmicro 5 puts a name after the last value of a table; it has no meaning, and the writer drops it.
+    // LDmicro 5 writes a name after the last value of a table. It has no meaning, and the writer drops it.
     let values = match values.split_last() {
         Some((last, front))
             if wanted == Some(front.len() as u32) && row.0 != "FORMATTED_STRING" && lexer::is_name(last.text) =>

@@ -1,40 +1,43 @@
-//! Rungs as text, in the manner of LDmicro's own view: names over the wire, symbols in it, coils at the right rail.
+//! Draws rungs as text in the layout of LDmicro's listing: names above the wire, symbols in it, coils at the
+//! right rail.
 
 use crate::element_symbol::{element_symbol, printable};
 use crate::model::{Element, ElementId, LadderProgram, RungNode};
 
-/// Where an element stands in the lines of its rung.
+/// Position of an element in the lines of its drawn rung.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DrawnElement {
-    /// Which element.
+    /// Element that is drawn here.
     pub id: ElementId,
-    /// Index of the line with its symbol, from 0; the line before holds its name. For a comment, its first line.
+    /// Index from 0 of the line with its symbol; the line above it holds the name. For a comment, its first
+    /// line.
     pub line: usize,
-    /// Column of the symbol's first character, from 0, counted in characters.
+    /// Column of the symbol's first character, from 0, in characters.
     pub column: usize,
-    /// Characters of the symbol.
+    /// Width of the symbol in characters.
     pub width: usize,
 }
 
-/// A rung as text.
+/// A rung drawn as text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Drawing {
-    /// All of equal width, between the rails, with the rung's number at the first wire.
+    /// Lines of equal width, between the rails, with the rung's number at the first wire.
     pub lines: Vec<String>,
-    /// Every element's place, in text order, so that power flow can be marked.
+    /// Positions of all elements, in text order, so that callers can mark power flow.
     pub elements: Vec<DrawnElement>,
 }
 
-/// Least width between the rails.
+/// Minimum width between the rails, in characters.
 const MIN_WIDTH: usize = 60;
-/// Rungs wider than this do not widen the others.
+/// A rung wider than this, in characters, does not widen the other rungs.
 const MAX_COMMON_WIDTH: usize = 2_000;
-/// A rung with more characters than this is not drawn.
+/// A rung whose drawing needs more characters than this is not drawn.
 const MAX_AREA: usize = 8_000_000;
-/// Least width of an element with its wires.
+/// Minimum width of an element with its wires, in characters.
 const MIN_ELEMENT_WIDTH: usize = 11;
 
-/// The whole program: rungs parted by empty lines, and LDmicro's closing END rung. Ends with a line break.
+/// Draws the whole program: its rungs with empty lines between them, then LDmicro's END rung. Ends with a
+/// line break.
 #[must_use]
 pub fn draw(program: &LadderProgram) -> String {
     let width = common_width(program);
@@ -53,7 +56,9 @@ pub fn draw(program: &LadderProgram) -> String {
     out
 }
 
-/// One rung (index from 0) as [`draw`] shows it, with the places of its elements; nothing for an index beyond the last.
+/// Draws one rung (index from 0) as [`draw`] does, with the positions of its elements.
+///
+/// The drawing is empty if the index is beyond the last rung.
 #[must_use]
 pub fn draw_rung(program: &LadderProgram, rung_index: usize) -> Drawing {
     draw_rung_lines(program, rung_index, common_width(program))
@@ -64,13 +69,13 @@ fn common_width(program: &LadderProgram) -> usize {
     widths.max().unwrap_or(0).max(MIN_WIDTH)
 }
 
-/// A line between the rails; `number` stands before the left one.
+/// A line between the rails, with `number` before the left rail.
 fn between_rails(number: &str, content: &str, fill: char, width: usize) -> String {
     let missing = width.saturating_sub(content.chars().count());
     format!("{number:>5} ||{content}{}||", String::from(fill).repeat(missing))
 }
 
-/// Columns before the content of a line.
+/// Number of columns before the content of a line.
 const LEFT_MARGIN: usize = 8;
 
 fn draw_rung_lines(program: &LadderProgram, index: usize, common: usize) -> Drawing {
@@ -109,7 +114,7 @@ fn draw_rung_lines(program: &LadderProgram, index: usize, common: usize) -> Draw
     drawing
 }
 
-/// All comments of a rung as lines of text above its wire.
+/// Draws all comments of a rung as lines of text above its wire.
 fn draw_comments(series: &[RungNode], next: &mut ElementId, width: usize, drawing: &mut Drawing) {
     for node in series {
         match node {
@@ -131,7 +136,7 @@ fn draw_comments(series: &[RungNode], next: &mut ElementId, width: usize, drawin
     }
 }
 
-/// Breaks text into lines of at most `width` characters, between words where there are some.
+/// Breaks a text into lines of at most `width` characters, between words where possible.
 fn wrap(text: &str, width: usize) -> Vec<String> {
     let mut lines = Vec::new();
     for paragraph in text.replace("\r\n", "\n").split(['\n', '\r']) {
@@ -164,7 +169,7 @@ fn is_comment(node: &RungNode) -> bool {
     matches!(node, RungNode::Leaf(Element::Comment(_), _))
 }
 
-/// True unless the rung holds comments only.
+/// True unless the rung holds only comments.
 fn has_wire(series: &[RungNode]) -> bool {
     series.iter().any(|n| !is_comment(n))
 }
@@ -176,7 +181,7 @@ fn node_width(node: &RungNode) -> usize {
             let (top, bottom) = element_symbol(element);
             (top.chars().count().max(bottom.chars().count()) + 4).max(MIN_ELEMENT_WIDTH)
         }
-        // One column on each side for the joints.
+        // One column on each side for the junctions.
         RungNode::Parallel(branches, _) => branches.iter().map(|b| series_width(b)).max().unwrap_or(0) + 2,
     }
 }
@@ -188,7 +193,7 @@ fn series_width(series: &[RungNode]) -> usize {
 fn node_height(node: &RungNode) -> usize {
     match node {
         RungNode::Leaf(..) => 2,
-        // An empty line parts two branches.
+        // An empty line separates two branches.
         RungNode::Parallel(branches, _) => {
             (branches.iter().map(|b| series_height(b) + 1).sum::<usize>()).saturating_sub(1).max(2)
         }
@@ -199,7 +204,7 @@ fn series_height(series: &[RungNode]) -> usize {
     series.iter().map(node_height).max().unwrap_or(2)
 }
 
-/// A rectangle to fill: its second row is the wire, and its sides may be the rails.
+/// A rectangle of the canvas to draw in: its second row is the wire, and its sides may be the rails.
 #[derive(Clone, Copy)]
 struct DrawArea {
     row: usize,
@@ -209,6 +214,7 @@ struct DrawArea {
     at_right: bool,
 }
 
+/// The characters of a rung being drawn, and the positions of its elements.
 struct Canvas {
     rows: Vec<Vec<char>>,
     cells: Vec<DrawnElement>,
@@ -240,7 +246,7 @@ impl Canvas {
             if last && first && matches!(node, RungNode::Parallel(..)) {
                 width += spare;
             } else if last && place.at_right {
-                // What ends at the right rail is flush with it.
+                // An element that ends at the right rail touches it.
                 column += spare;
                 at_left &= spare == 0;
             }
@@ -266,7 +272,7 @@ impl Canvas {
             last_wire = row + 1;
             row += series_height(branch) + 1;
         }
-        // The rails themselves join the branches that reach them.
+        // Branches that reach a rail are joined by the rail itself.
         let sides = [(left, place.column), (right, (place.column + place.width).saturating_sub(1))];
         for (_, column) in sides.iter().filter(|(joint, _)| *joint == 1) {
             let mut row = place.row;

@@ -1,87 +1,90 @@
-//! What each element is, whatever it means: the one place that lists it. Tools read this table; the evaluator and the compiler
-//! tell the meaning of elements independently of it and of each other.
+//! Table of the properties of each element: keyword, symbols, constants, power, memory and chip part.
+//!
+//! Tools read this table. It does not define what an element computes: the evaluator and the compiler each do
+//! that, independently of this table and of each other.
 
 use std::borrow::Cow;
 
-use crate::model::{Element, LadderOperand, MathOp, SymbolKind};
+use crate::model::{CounterKind, Element, LadderOperand, MathOp, SymbolKind, TimerKind};
 use crate::symbols::kind_by_letter;
 use crate::write;
 
-/// What an element is: a row of the table, filled in for one element of a program.
+/// Properties of one element of a program: a row of the table, filled in with its arguments.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ElementFacts<'a> {
     /// LDmicro's keyword, such as `CTU`.
     pub keyword: &'static str,
-    /// The symbols that it reads or writes, in the order of its arguments.
+    /// Symbols that the element reads or writes, in the order of its arguments.
     pub symbols: Vec<SymbolUse<'a>>,
-    /// Constants that must fit the integers of the program (a delay or a frequency is none).
+    /// Constants that must fit the integers of the program; delays and frequencies are not among them.
     pub constants: Vec<i64>,
-    /// What it does to the power of its rung.
+    /// What the element does to the power of its rung.
     pub power: PowerEffect,
-    /// It remembers something of its own from scan to scan, so that power behind it depends on earlier scans.
+    /// True if the element keeps state of its own from scan to scan, so that its output depends on earlier
+    /// scans.
     pub has_memory: bool,
-    /// The part of the chip that it uses.
+    /// Part of the chip that the element uses.
     pub part: Option<ChipPart>,
-    /// It has a meaning in dialect ldmicro-5 only.
+    /// It exists in LDmicro 5 only.
     pub needs_ldmicro5: bool,
 }
 
-/// A symbol as one element uses it.
+/// One use of a symbol by an element.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SymbolUse<'a> {
-    /// Its name.
+    /// Name of the symbol.
     pub name: Cow<'a, str>,
-    /// The kind that this use gives it.
+    /// Kind that this use implies for the symbol.
     pub kind: SymbolKind,
-    /// Its value is read.
+    /// True if the element reads the value.
     pub is_read: bool,
-    /// When it is written, if at all.
+    /// When the element writes the value; `None` if it does not.
     pub write: Option<WriteMoment>,
 }
 
 /// When an element writes a symbol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WriteMoment {
-    /// In every scan, whether it has power or not.
+    /// In every scan, with or without power.
     Always,
-    /// Only with power.
+    /// Only in scans in which the element has power.
     Powered,
-    /// Only where it gives power on.
+    /// Only in scans in which the element passes power on.
     Passing,
 }
 
 /// What an element does to the power of its rung.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PowerEffect {
-    /// It is no part of the circuit.
+    /// Not part of the circuit.
     NoWire,
-    /// It gives on what it gets and does nothing else.
+    /// Passes on its input and does nothing else.
     Wire,
-    /// It gives on what it gets, or nothing, and changes nothing.
+    /// Passes on its input or blocks it, and changes nothing.
     Narrows,
-    /// It gives on something else than what it gets.
+    /// Its output is not simply its input.
     Decides,
-    /// It gives on what it gets, and acts: what ends a path to the right rail.
+    /// Passes on its input and performs an action; such an element must end a path to the right rail.
     Acts,
 }
 
-/// A part of the chip that elements use.
+/// A part of the chip that an element uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ChipPart {
-    /// The serial line's transmitter.
+    /// Transmitter of the serial line.
     Transmitter,
-    /// The serial line's receiver.
+    /// Receiver of the serial line.
     Receiver,
-    /// The analog-to-digital converter.
+    /// Analog-to-digital converter.
     Converter,
-    /// The pulse width output.
+    /// PWM output.
     Pwm,
-    /// The data EEPROM.
+    /// Data EEPROM.
     Eeprom,
 }
 
 impl ChipPart {
-    /// The part in words, as in "the chip has no ..".
+    /// Name of the part for messages such as "the chip has no ..".
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
@@ -94,18 +97,18 @@ impl ChipPart {
 }
 
 impl<'a> ElementFacts<'a> {
-    /// It may only end its path to the right rail.
+    /// True if the element must be the last one on its path to the right rail.
     #[must_use]
     pub fn must_be_last(&self) -> bool {
         self.power == PowerEffect::Acts
     }
 
-    /// The names of the symbols that it writes.
+    /// Names of the symbols that the element writes.
     pub fn written(&self) -> impl Iterator<Item = &str> {
         self.symbols.iter().filter(|symbol| symbol.write.is_some()).map(|symbol| &*symbol.name)
     }
 
-    /// When it writes the symbol `name`, if it does.
+    /// When the element writes the symbol `name`; `None` if it does not write it.
     #[must_use]
     pub fn write_moment(&self, name: &str) -> Option<WriteMoment> {
         self.symbols.iter().find(|symbol| symbol.write.is_some() && symbol.name == name)?.write
@@ -147,12 +150,12 @@ impl<'a> ElementFacts<'a> {
         self.symbol(name, kind, false, Some(moment))
     }
 
-    /// An accumulator, which it also reads.
+    /// Adds an accumulator, which the element reads and writes in every scan.
     fn counts(self, name: &'a str, kind: SymbolKind) -> Self {
         self.symbol(name, kind, true, Some(WriteMoment::Always))
     }
 
-    /// An operand whose constant must fit the program's integers.
+    /// Adds an operand whose constant must fit the program's integers.
     fn operand(mut self, operand: &'a LadderOperand) -> Self {
         if let LadderOperand::Const { value, .. } = operand {
             self.constants.push(*value);
@@ -160,7 +163,7 @@ impl<'a> ElementFacts<'a> {
         self.argument(operand)
     }
 
-    /// An operand with a range of its own.
+    /// Adds an operand whose constant has a range of its own.
     fn argument(self, operand: &'a LadderOperand) -> Self {
         match operand {
             LadderOperand::Var(name) => self.reads(name, SymbolKind::Variable),
@@ -175,6 +178,32 @@ impl<'a> ElementFacts<'a> {
 }
 
 impl Element {
+    /// Whether only LDmicro 5 can have written the element with a meaning: release 2.3 lacks it, or one of its arguments.
+    #[must_use]
+    pub fn only_ldmicro5_writes(&self) -> bool {
+        let is_zero = |operand: &LadderOperand| matches!(operand, LadderOperand::Const { value: 0, .. });
+        let is_variable = |operand: &LadderOperand| matches!(operand, LadderOperand::Var(_));
+        match self {
+            Element::Contacts { set1, .. } => *set1 == Some(1),
+            Element::Coil { ttrigger, .. } => *ttrigger == Some(1),
+            Element::Timer { delay, adjust, .. } => {
+                let usual = |adjust: &LadderOperand| matches!(adjust, LadderOperand::Const { value: -1, .. });
+                is_variable(delay)
+                    || adjust.as_ref().is_some_and(|adjust| !usual(adjust))
+                    || self.facts().needs_ldmicro5
+            }
+            Element::Counter { max, init, input, .. } => {
+                is_variable(max)
+                    || init.as_ref().is_some_and(|init| !is_zero(init))
+                    || input.is_some_and(|kind| kind != '/')
+                    || self.facts().needs_ldmicro5
+            }
+            Element::SetPwm { output, .. } => output.is_some(),
+            // The other arguments of LDmicro 5 say nothing new, or have no meaning here.
+            _ => self.facts().needs_ldmicro5,
+        }
+    }
+
     /// What the element is: its row of the table.
     #[must_use]
     pub fn facts(&self) -> ElementFacts<'_> {
@@ -187,9 +216,10 @@ impl Element {
             Element::Contacts { name, negated: _, set1: _ } => {
                 row("CONTACTS", Narrows).reads(name, kind_by_letter(name))
             }
-            Element::Coil { name, negated: _, set, reset, ttrigger: _ } => {
-                let moment = if *set || *reset { Powered } else { Always };
-                row("COIL", Acts).writes(name, kind_by_letter(name), moment)
+            // Of several flags the first one counts.
+            Element::Coil { name, negated, set, reset, ttrigger } => {
+                let latches = !negated && (*set || *reset || *ttrigger == Some(1));
+                row("COIL", Acts).writes(name, kind_by_letter(name), if latches { Powered } else { Always })
             }
             Element::Short => row("SHORT", Wire),
             Element::Open => row("OPEN", Narrows),
@@ -197,12 +227,21 @@ impl Element {
             Element::MasterRelay => row("MASTER_RELAY", Acts),
             Element::Osr => row("OSR", Decides).with_memory(),
             Element::Osf => row("OSF", Decides).with_memory(),
+            Element::Odr => row("ODR", Decides).with_memory().ldmicro5(),
+            Element::Odf => row("ODF", Decides).with_memory().ldmicro5(),
+            Element::Osl => row("OSL", Decides).with_memory().ldmicro5(),
+            Element::Osc => row("OSC", Decides).with_memory().ldmicro5(),
             Element::Timer { kind, name, delay, adjust } => {
                 let row = row(write::timer_keyword(*kind), Decides).with_memory().counts(name, Timer).argument(delay);
+                let row = match kind {
+                    TimerKind::Ton | TimerKind::Tof | TimerKind::Rto => row,
+                    TimerKind::Rtl | TimerKind::Tcy | TimerKind::Thi | TimerKind::Tlo => row.ldmicro5(),
+                };
                 adjust.iter().fold(row, ElementFacts::argument)
             }
             Element::Counter { kind, name, max, init, input: _ } => {
                 let row = row(write::counter_keyword(*kind), Decides).with_memory().counts(name, Counter).operand(max);
+                let row = if *kind == CounterKind::Ctr { row.ldmicro5() } else { row };
                 init.iter().fold(row, ElementFacts::operand)
             }
             Element::Res { name } => row("RES", Acts).writes(name, Variable, Powered),
@@ -233,7 +272,8 @@ impl Element {
                 row("BUS", Acts).writes(dest, Variable, Powered).operand(src).ldmicro5()
             }
             Element::Compare { op, op1, op2 } => row(write::compare_keyword(*op), Narrows).operand(op1).operand(op2),
-            // The first stage is its input.
+            // The first stage is the input of the shift register, so it is never written; the last one is
+            // never read.
             Element::ShiftRegister { name, stages } => (0..*stages).fold(row("SHIFT_REGISTER", Acts), |row, stage| {
                 row.symbol(format!("{name}{stage}"), Variable, stage + 1 < *stages, (stage > 0).then_some(Powered))
             }),
@@ -257,7 +297,7 @@ impl Element {
             Element::UartSend { name, rest: _ } => {
                 row("UART_SEND", Decides).with_memory().reads(name, Variable).uses_part(ChipPart::Transmitter)
             }
-            // It is loaded from the EEPROM the first time that there is power.
+            // PERSIST loads the variable from the EEPROM the first time that it has power.
             Element::Persist { name } => {
                 row("PERSIST", Acts).symbol(name, Variable, true, Some(Powered)).uses_part(ChipPart::Eeprom)
             }

@@ -1,13 +1,14 @@
-//! The keywords of the elements, with the number and syntax of their arguments.
+//! Keywords of the elements, with the number and syntax of their arguments.
 
-/// A row: keyword, least and most arguments, syntax.
+/// A row: keyword, minimum and maximum number of arguments, syntax.
 pub(crate) type ElementKeyword = (&'static str, usize, usize, &'static str);
 
+/// Maximum of a row whose number of arguments has no limit.
 pub(crate) const ANY_COUNT: usize = usize::MAX;
 
-/// Every element that is understood.
+/// All elements that the reader accepts.
 #[rustfmt::skip]
-pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 56] = [
+pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 65] = [
     ("COMMENT",          0, ANY_COUNT, "COMMENT text"),
     ("CONTACTS",         2, 3,   "CONTACTS name negated [set1]"),
     ("COIL",             4, 5,   "COIL name negated set reset [ttrigger]"),
@@ -17,12 +18,21 @@ pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 56] = [
     ("MASTER_RELAY",     0, 0,   "MASTER_RELAY"),
     ("OSR",              0, 0,   "OSR"),
     ("OSF",              0, 0,   "OSF"),
+    ("ODR",              0, 0,   "ODR"),
+    ("ODF",              0, 0,   "ODF"),
+    ("OSL",              0, 0,   "OSL"),
+    ("OSC",              0, 0,   "OSC"),
     ("TON",              2, 3,   "TON name microseconds [adjust]"),
     ("TOF",              2, 3,   "TOF name microseconds [adjust]"),
     ("RTO",              2, 3,   "RTO name microseconds [adjust]"),
+    ("RTL",              2, 3,   "RTL name microseconds [adjust]"),
+    ("TCY",              2, 3,   "TCY name microseconds [adjust]"),
+    ("THI",              2, 3,   "THI name microseconds [adjust]"),
+    ("TLO",              2, 3,   "TLO name microseconds [adjust]"),
     ("CTU",              2, 4,   "CTU name max [start kind]"),
     ("CTD",              2, 4,   "CTD name max [start kind]"),
     ("CTC",              2, 4,   "CTC name max [start kind]"),
+    ("CTR",              2, 4,   "CTR name min [start kind]"),
     ("RES",              1, 1,   "RES name"),
     ("MOVE",             2, 2,   "MOVE dest source"),
     ("ADD",              3, 3,   "ADD dest op1 op2"),
@@ -66,11 +76,11 @@ pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 56] = [
     ("FORMATTED_STRING", 2, ANY_COUNT, "FORMATTED_STRING name length c0 c1 .. or FORMATTED_STRING name \"text\" (name or (none))"),
 ];
 
-/// Elements of LDmicro 5 that have no meaning here.
+/// Elements of LDmicro 5 that are not supported.
 #[rustfmt::skip]
-pub(crate) const UNSUPPORTED_KEYWORDS: [&str; 48] = [
-    "TCY", "THI", "TLO", "RTL", "TIME2COUNT", "TIME2DELAY", "DELAY", "SLEEP", "CLRWDT", "LOCK", "GOTO", "GOSUB", "RETURN",
-    "LABEL", "SUBPROG", "ENDSUB", "CTR", "ODR", "ODF", "OSL", "OSC", "NPULSE", "NPULSE_OFF", "PULSER", "STEPPER",
+pub(crate) const UNSUPPORTED_KEYWORDS: [&str; 39] = [
+    "TIME2COUNT", "TIME2DELAY", "DELAY", "SLEEP", "CLRWDT", "LOCK", "GOTO", "GOSUB", "RETURN",
+    "LABEL", "SUBPROG", "ENDSUB", "NPULSE", "NPULSE_OFF", "PULSER", "STEPPER",
     "QUAD_ENCOD", "7SEGMENTS", "9SEGMENTS", "14SEGMENTS",
     "16SEGMENTS", "RANDOM", "SEED_RANDOM", "STRING", "SPI", "SPI_WR", "I2C_RD", "I2C_WR", "UART_RECV_AVAIL",
     "UART_SEND_READY", "UART_RECVn", "UART_SENDn", "CPRINTF", "SPRINTF", "FPRINTF", "PRINTF", "I2C_PRINTF", "ISP_PRINTF",

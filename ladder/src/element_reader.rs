@@ -1,4 +1,4 @@
-//! The reader of each element: its line of text into the model.
+//! Reads the line of one element into the model.
 
 use diag::{Pos, nearest};
 
@@ -9,7 +9,7 @@ use crate::lexer::{self, LdLine, LdToken};
 use crate::model::{CompareOp, CounterKind, Element, LadderOperand, MathOp, ShiftOp, TimerKind, UnaryOp};
 use crate::reader::{LdReader, message_text};
 
-/// Reads one element; complaints go to the reader, and `None` means that there was at least one.
+/// Reads one element; returns `None` after it has reported at least one error.
 pub(crate) fn read_element(reader: &mut LdReader<'_>, line: &LdLine<'_>) -> Option<Element> {
     let (keyword, args) = line.tokens.split_first()?;
     let Some(row) = ELEMENT_KEYWORDS.iter().find(|(k, ..)| *k == keyword.text) else {
@@ -38,7 +38,9 @@ fn report_unknown_keyword(reader: &mut LdReader<'_>, keyword: LdToken<'_>) {
     reader.error(codes::UNKNOWN_KEYWORD, keyword.pos, format!("unknown keyword `{word}`"), hint);
 }
 
-/// Checks the number of arguments, and marks the first one too many or the keyword that has too few.
+/// Checks the number of arguments.
+///
+/// The error marks the first argument too many, or the keyword if there are too few.
 pub(crate) fn check_argument_count(
     reader: &mut LdReader<'_>,
     row: &ElementKeyword,
@@ -57,7 +59,7 @@ pub(crate) fn check_argument_count(
         reader.error(codes::TOO_MANY, extra.pos, cause, format!("write {syntax}"));
         return None;
     }
-    // These two optional arguments come only as a pair.
+    // The last two arguments of these elements are optional, but only as a pair.
     if matches!(name, "SET_PWM" | "UART_RECV" | "UART_SEND") && args.len() + 1 == most {
         reader.error(codes::TOO_FEW, keyword.pos, cause, format!("write {syntax}, the last two both or neither"));
         return None;
@@ -77,12 +79,21 @@ fn build_element(r: &mut LdReader<'_>, line: &LdLine<'_>, row: &ElementKeyword, 
         ("MASTER_RELAY", _) => Element::MasterRelay,
         ("OSR", _) => Element::Osr,
         ("OSF", _) => Element::Osf,
+        ("ODR", _) => Element::Odr,
+        ("ODF", _) => Element::Odf,
+        ("OSL", _) => Element::Osl,
+        ("OSC", _) => Element::Osc,
         ("TON", [name, rest @ ..]) => read_timer(r, TimerKind::Ton, keyword, *name, rest)?,
         ("TOF", [name, rest @ ..]) => read_timer(r, TimerKind::Tof, keyword, *name, rest)?,
         ("RTO", [name, rest @ ..]) => read_timer(r, TimerKind::Rto, keyword, *name, rest)?,
+        ("RTL", [name, rest @ ..]) => read_timer(r, TimerKind::Rtl, keyword, *name, rest)?,
+        ("TCY", [name, rest @ ..]) => read_timer(r, TimerKind::Tcy, keyword, *name, rest)?,
+        ("THI", [name, rest @ ..]) => read_timer(r, TimerKind::Thi, keyword, *name, rest)?,
+        ("TLO", [name, rest @ ..]) => read_timer(r, TimerKind::Tlo, keyword, *name, rest)?,
         ("CTU", [name, rest @ ..]) => read_counter(r, CounterKind::Ctu, keyword, *name, rest)?,
         ("CTD", [name, rest @ ..]) => read_counter(r, CounterKind::Ctd, keyword, *name, rest)?,
         ("CTC", [name, rest @ ..]) => read_counter(r, CounterKind::Ctc, keyword, *name, rest)?,
+        ("CTR", [name, rest @ ..]) => read_counter(r, CounterKind::Ctr, keyword, *name, rest)?,
         ("RES", [name]) => Element::Res { name: r.read_integer_name(keyword, *name)? },
         ("MOVE", [dest, src]) => {
             let (dest, src) = (read_destination(r, keyword, *dest), read_operand(r, keyword, *src));
@@ -140,7 +151,7 @@ fn build_element(r: &mut LdReader<'_>, line: &LdLine<'_>, row: &ElementKeyword, 
         }
         ("PERSIST", [name]) => Element::Persist { name: r.read_integer_name(keyword, *name)? },
         ("FORMATTED_STRING", [var, rest @ ..]) => counted_elements::read_formatted_string(r, line, row, *var, rest)?,
-        // The counts were checked against the rows, so every row is caught above.
+        // The argument count was checked against the row, so every valid line matches an arm above.
         _ => return None,
     })
 }
@@ -199,7 +210,7 @@ fn read_bit_name(
     Some(name)
 }
 
-/// All flags are read, so that every wrong one is told.
+/// Reads all flags before it fails, so that every invalid flag is reported.
 fn read_flags(r: &mut LdReader<'_>, tokens: &[LdToken<'_>], names: &[&str]) -> Option<Vec<u32>> {
     let read: Vec<Option<u32>> =
         tokens.iter().zip(names).map(|(t, n)| r.read_u32(*t, &format!("the flag `{n}`"), 0, 1)).collect();
@@ -330,7 +341,7 @@ fn read_uart_arguments(r: &mut LdReader<'_>, rest: &[LdToken<'_>]) -> Option<Opt
     }
 }
 
-/// `Some(None)` when absent, `None` when present and wrong.
+/// Turns an absent argument into `Some(None)` and an invalid one into `None`.
 fn transpose_optional<T>(read: Option<Option<T>>) -> Option<Option<T>> {
     match read {
         None => Some(None),
@@ -338,7 +349,7 @@ fn transpose_optional<T>(read: Option<Option<T>>) -> Option<Option<T>> {
     }
 }
 
-/// The variable that an element writes.
+/// Reads the name of the variable that an element writes.
 pub(crate) fn read_destination(r: &mut LdReader<'_>, keyword: &'static str, token: LdToken<'_>) -> Option<String> {
     if lexer::looks_like_number(token.text) {
         let cause = format!("{keyword} cannot write to the constant {}", message_text(token.text));
@@ -353,12 +364,12 @@ pub(crate) fn read_destination(r: &mut LdReader<'_>, keyword: &'static str, toke
     r.read_integer_name(keyword, token)
 }
 
-/// A variable or a constant.
+/// Reads an operand: a variable or a constant.
 pub(crate) fn read_operand(r: &mut LdReader<'_>, keyword: &'static str, token: LdToken<'_>) -> Option<LadderOperand> {
     read_constant(r, keyword, token, "a constant")
 }
 
-/// A variable or a constant of the dialect's range; `what` names it in messages.
+/// Reads a variable or a constant in the dialect's range; `what` names it in messages.
 fn read_constant(r: &mut LdReader<'_>, keyword: &'static str, token: LdToken<'_>, what: &str) -> Option<LadderOperand> {
     let (low, high) = r.constant_range();
     read_operand_in_range(r, keyword, token, what, low, high)
@@ -379,7 +390,7 @@ fn read_operand_in_range(
     r.read_integer_name(keyword, token).map(LadderOperand::Var)
 }
 
-/// Undoes the escapes of COMMENT: `\n`, `\r` and `\\`; any other backslash stands for itself.
+/// Replaces the escapes of COMMENT (`\n`, `\r` and `\\`); any other backslash is an ordinary character.
 fn unescape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut chars = text.chars();
@@ -400,7 +411,7 @@ fn unescape(text: &str) -> String {
     out
 }
 
-/// Place that spans from the first to the last of some words.
+/// Position that spans from the first to the last of several words of a line.
 pub(crate) fn join_positions(first: Pos, last: Pos) -> Pos {
     Pos::new(first.line, first.column, (last.column + last.width).saturating_sub(first.column))
 }

@@ -1,32 +1,43 @@
-//! What each element looks like in the drawing: two lines of text, one over the wire and one in it.
+//! Appearance of each element in a drawing: one line of text above the wire and one in it.
 
 use crate::model::{CompareOp, CounterKind, Element, LadderOperand, MathOp};
 use crate::write;
 
-/// The line over the wire and the line in the wire; both are centred over each other. Comments have none.
+/// Returns the line above the wire and the line in the wire, which are drawn centred on each other.
+///
+/// Both are empty for a comment.
 pub(crate) fn element_symbol(element: &Element) -> (String, String) {
     let (top, bottom) = match element {
         Element::Comment(_) => (String::new(), String::new()),
         Element::Contacts { name, negated, .. } => (name.clone(), if *negated { "]/[" } else { "] [" }.to_owned()),
-        Element::Coil { name, negated, set, reset, .. } => {
-            let inner: String =
-                [(*negated, '/'), (*set, 'S'), (*reset, 'R')].iter().filter(|(on, _)| *on).map(|(_, c)| *c).collect();
+        Element::Coil { name, negated, set, reset, ttrigger } => {
+            let inner: String = [(*negated, '/'), (*set, 'S'), (*reset, 'R'), (*ttrigger == Some(1), 'T')]
+                .iter()
+                .filter(|(on, _)| *on)
+                .map(|(_, c)| *c)
+                .collect();
             (name.clone(), format!("({})", if inner.is_empty() { " " } else { &inner }))
         }
         Element::Short => (String::new(), "+------+".to_owned()),
         Element::Open => (String::new(), "+      +".to_owned()),
         Element::Placeholder => (String::new(), "??".to_owned()),
         Element::MasterRelay => (String::new(), "{MASTER RLY}".to_owned()),
-        // The underscore over the wire completes the picture of the edge.
+        // The underscore above the wire completes the drawn edge.
         Element::Osr => ("       _ ".to_owned(), "[OSR _/ ]".to_owned()),
         Element::Osf => ("    _    ".to_owned(), "[OSF \\_ ]".to_owned()),
+        Element::Odr => ("    _    ".to_owned(), "[ODR \\_/]".to_owned()),
+        Element::Odf => ("    _    ".to_owned(), "[ODF \\_/]".to_owned()),
+        Element::Osl => ("    _    ".to_owned(), "[OSL \\_/]".to_owned()),
+        Element::Osc => ("    _ _  ".to_owned(), "[OSC_| |_]".to_owned()),
         Element::Timer { kind, name, delay, .. } => {
             (name.clone(), format!("[{} {}]", write::timer_keyword(*kind), duration(delay)))
         }
-        Element::Counter { kind, name, max, .. } => {
+        Element::Counter { kind, name, max, init, .. } => {
             let max = write::operand_text(max);
+            let start = init.as_ref().map_or("0", write::operand_text);
             let symbol = match kind {
-                CounterKind::Ctc => format!("{{CTC 0:{max}}}"),
+                CounterKind::Ctc => format!("{{CTC {start}:{max}}}"),
+                CounterKind::Ctr => format!("{{CTR {max}:{start}}}"),
                 CounterKind::Ctu | CounterKind::Ctd => format!("[{} >={max}]", write::counter_keyword(*kind)),
             };
             (name.clone(), symbol)
@@ -98,18 +109,18 @@ pub(crate) fn element_symbol(element: &Element) -> (String, String) {
     (printable(&top), printable(&bottom))
 }
 
-/// Two lines of equal width in one pair of brackets: the upper flush left, the lower centred.
+/// Puts two lines of equal width in brackets: the upper one left-aligned, the lower one centred.
 fn in_brackets(left: &str, upper: &str, lower: &str, right: &str) -> (String, String) {
     let width = upper.chars().count().max(lower.chars().count() + 2);
     (format!("{left}{upper:<width$}{right}"), format!("{left}{lower:^width$}{right}"))
 }
 
-/// Control characters would break the lines of the drawing.
+/// Replaces control characters, which would break the lines of the drawing, by dots.
 pub(crate) fn printable(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { '.' } else { c }).collect()
 }
 
-/// A delay as people say it: `100 us`, `500.0 ms`, `1.000 s`.
+/// Formats a delay with its unit: `100 us`, `500.0 ms`, `1.000 s`.
 fn duration(delay: &LadderOperand) -> String {
     match delay {
         LadderOperand::Var(name) => name.clone(),
@@ -127,7 +138,7 @@ fn frequency(hertz: &LadderOperand) -> String {
     }
 }
 
-/// `value / 10^digits`, exact, with at least `least` digits after the point.
+/// Formats `value / 10^digits` exactly, with at least `least` digits after the decimal point.
 fn fixed_point(value: i64, digits: u32, least: usize) -> String {
     let unit = 10_i64.pow(digits);
     let mut fraction = format!("{:0width$}", value % unit, width = digits as usize);

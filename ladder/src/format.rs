@@ -1,56 +1,60 @@
-//! The text of FORMATTED_STRING taken apart. Escapes are syntax: what the places of a number mean, and when a character is
-//! sent, is told elsewhere.
+//! Splits the text of FORMATTED_STRING into the characters that it sends.
+//!
+//! This module handles only the syntax of escapes. The evaluator and the compiler define which digit of the
+//! number goes where and when a character is sent.
 
 use diag::text::code_page_byte;
 
-/// What stands for one character that is sent.
+/// One piece of the text, which represents one character that is sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum StringPiece {
-    /// This byte.
+    /// A fixed byte.
     Byte(u8),
-    /// The sign place of the number; the digit places follow it at once.
+    /// The sign of the number; its digits follow directly.
     Sign,
-    /// A digit place of the number.
+    /// One digit of the number.
     Digit {
-        /// The power of ten of this place, 10^0 to 10^4.
+        /// Weight of this digit: 10^0 to 10^4.
         divisor: i32,
-        /// The place on the left.
+        /// True for the leftmost digit.
         first: bool,
-        /// The place of the ones, on the right.
+        /// True for the rightmost digit, the ones.
         last: bool,
     },
 }
 
-/// An escape that means nothing, or a second number.
+/// Error: an unknown escape, a second number, or a character outside code page 1252.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{cause}")]
 pub struct BadEscape {
-    /// The characters before its backslash.
+    /// Number of characters before the one that is wrong.
     pub char_offset: usize,
     /// What is wrong.
     pub cause: String,
-    /// What may stand there.
+    /// What is allowed instead.
     pub hint: &'static str,
 }
 
 const ESCAPES: &str =
     "escapes are \\r \\n \\b \\f \\t \\v \\a \\\\ \\xHH, and \\1 to \\5 or \\-1 to \\-5 for the digits of a number";
 
-/// Most digit places of a number.
+/// Maximum number of digits of a number.
 const MAX_DIGITS: u32 = 5;
 
-/// The pieces of a text, one for each character that is sent; at most one number is among them.
+/// Splits a text into pieces, one for each character that is sent; at most one number is among them.
 ///
-/// `quoted` tells LDmicro 5's spelling; in the other one a character under 32 stands for the letter X. A character is
-/// its byte in code page 1252, in which LDmicro's users write, so up to U+00FF mostly its number.
+/// `quoted` selects LDmicro 5's quoted spelling. In the other spelling a character below 32 represents the
+/// letter X. A character is sent as its byte in code page 1252, the encoding of LDmicro's users; up to U+00FF
+/// this is mostly its code point.
 ///
 /// # Errors
-/// The first escape that means nothing, a second number, or a character that code page 1252 lacks.
+/// Fails at the first unknown escape, at a second number, and at a character that code page 1252 lacks.
 ///
 /// ```
 /// use ladder::format::{StringPiece, split_format_string};
 /// let digit = |divisor, first, last| StringPiece::Digit { divisor, first, last };
-/// let wanted = [StringPiece::Byte(b'='), StringPiece::Sign, digit(10, true, false), digit(1, false, true), StringPiece::Byte(13)];
+/// let (tens, ones) = (digit(10, true, false), digit(1, false, true));
+/// let wanted = [StringPiece::Byte(b'='), StringPiece::Sign, tens, ones, StringPiece::Byte(13)];
 /// assert_eq!(split_format_string("=\\-2\\r", true).as_deref(), Ok(wanted.as_slice()));
 /// assert!(split_format_string("\\q", true).is_err());
 /// ```

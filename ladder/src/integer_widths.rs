@@ -1,53 +1,57 @@
-//! How many bytes an integer has, and how many a constant needs.
+//! Width in bytes of each integer of a program, and the width that a constant needs.
 
 use std::collections::HashMap;
 
 use crate::model::{Element, LadderDialect, LadderOperand, LadderProgram, LdFormat};
 
-/// The width of the integers of release 2.3, and of those that nothing says more about, in bytes.
+/// Width in bytes of all integers of release 2.3, and of every integer without a more specific rule.
 const DEFAULT_BYTES: u8 = 2;
 
 /// The widths of all integers of a program.
 pub(crate) struct IntegerWidths<'a> {
-    /// Those of `VAR LIST`, and of the accumulators that stand in none.
+    /// Widths from `VAR LIST`, and of the accumulators that it does not list.
     known: HashMap<&'a str, u8>,
 }
 
 impl<'a> IntegerWidths<'a> {
-    /// Looks through the whole program. In dialect 2.3 every integer has two bytes, whatever `VAR LIST` says.
+    /// Computes the widths of a program. In dialect 2.3 every integer has two bytes, whatever `VAR LIST`
+    /// says.
     pub(crate) fn new(program: &'a LadderProgram) -> IntegerWidths<'a> {
         let mut known = HashMap::new();
         if program.dialect == LadderDialect::Ldmicro23 {
             return IntegerWidths { known };
         }
-        let declared: HashMap<&str, u8> = program.vars.iter().flatten().map(|v| (v.name.as_str(), v.bytes)).collect();
-        // A variable as the limit has the width that is declared for it, or the usual one; no chain of limits is followed.
-        let operand = |operand: &LadderOperand| match operand {
-            LadderOperand::Const { value, .. } => min_bytes(i128::from(*value)),
-            LadderOperand::Var(name) => declared.get(name.as_str()).copied().unwrap_or(DEFAULT_BYTES),
-        };
+        known.extend(program.vars.iter().flatten().map(|v| (v.name.as_str(), v.bytes)));
+        // Constants decide over VAR LIST, and of several elements of one name the last in text order decides.
         for (_, element, _) in program.elements() {
             let (name, bytes) = match element {
-                Element::Timer { name, delay, adjust, .. } => {
-                    (name, timer_preset(program, delay, adjust.as_ref()).map_or(DEFAULT_BYTES, min_bytes))
+                Element::Timer { name, delay: LadderOperand::Const { value, .. }, .. } => {
+                    (name, i128::from(*value).checked_div(i128::from(program.settings.cycle_us)).map(min_bytes))
                 }
-                Element::Counter { name, max, init, .. } => (name, operand(max).max(init.as_ref().map_or(0, operand))),
+                Element::Counter { name, max: LadderOperand::Const { value, .. }, init, .. } => {
+                    let start = match init {
+                        None => Some(0),
+                        Some(LadderOperand::Const { value, .. }) => Some(*value),
+                        Some(LadderOperand::Var(_)) => None,
+                    };
+                    (name, start.map(|start| min_bytes(i128::from(*value)).max(min_bytes(start.into()))))
+                }
                 // Nothing else has a width of its own.
                 _ => continue,
             };
-            let slot = known.entry(name.as_str()).or_insert(bytes);
-            *slot = bytes.max(*slot);
+            if let Some(bytes) = bytes {
+                known.insert(name, bytes);
+            }
         }
-        known.extend(declared);
         IntegerWidths { known }
     }
 
-    /// The width of an integer in bytes, 1 to 4.
+    /// Width of an integer in bytes, 1 to 4.
     pub(crate) fn bytes_of_symbol(&self, name: &str) -> u8 {
         self.known.get(name).copied().unwrap_or(DEFAULT_BYTES)
     }
 
-    /// The width of an operand in bytes: a constant has the least that holds it.
+    /// Width of an operand in bytes; for a constant, the fewest bytes that hold it.
     pub(crate) fn bytes_of_operand(&self, operand: &LadderOperand) -> u8 {
         match operand {
             LadderOperand::Const { value, .. } => min_bytes(i128::from(*value)),
@@ -56,18 +60,19 @@ impl<'a> IntegerWidths<'a> {
     }
 }
 
-/// The fewest bytes, 1 to 4, that hold a number as two's complement; 4 for what none holds.
+/// The fewest bytes, 1 to 4, that hold a value in two's complement; 4 if no width holds it.
 pub(crate) fn min_bytes(value: i128) -> u8 {
     (1..4).find(|bytes| (-max_value(*bytes) - 1..=max_value(*bytes)).contains(&value)).unwrap_or(4)
 }
 
-/// The largest number of a width in bytes.
+/// The largest value of a signed integer of `bytes` bytes.
 pub(crate) const fn max_value(bytes: u8) -> i128 {
     (1 << (8 * bytes as u32 - 1)) - 1
 }
 
-/// P, the scans that a timer counts: whole cycles in the delay, and the adjust. `None` where the delay or the adjust is a
-/// variable, or where there is no cycle.
+/// P, the number of scans that a timer counts: the whole cycles in its delay plus its adjust.
+///
+/// `None` if the delay or the adjust is a variable, or if the cycle is 0.
 pub(crate) fn timer_preset(
     program: &LadderProgram,
     delay: &LadderOperand,
@@ -82,7 +87,9 @@ pub(crate) fn timer_preset(
     i128::from(*delay).checked_div(i128::from(program.settings.cycle_us)).map(|scans| scans + adjust)
 }
 
-/// The adjust of a timer that names none: release 2.3 takes one scan off, and LDmicro 5 does so for its files.
+/// Adjust in scans of a timer without an adjust argument.
+///
+/// Release 2.3 subtracts one scan, and LDmicro 5 does the same for files with the 0.1 header.
 pub(crate) fn default_adjust(program: &LadderProgram) -> i128 {
     match (program.dialect, program.format) {
         (LadderDialect::Ldmicro23, _) | (LadderDialect::Ldmicro5, LdFormat::V01) => -1,

@@ -1,22 +1,22 @@
-//! Lines, tokens, numbers and names of `.ld` text.
+//! Splits `.ld` text into lines and tokens, and parses numbers and names.
 
 use diag::Pos;
 
-/// A word of a line.
+/// A word of a line, with its position.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LdToken<'a> {
     pub text: &'a str,
-    /// Byte offset in the line's text.
+    /// Byte offset in the text of the line.
     pub byte_offset: usize,
     pub pos: Pos,
 }
 
-/// A line with something on it, trimmed; never empty.
+/// A line that is not blank, without white space at its ends.
 #[derive(Debug, Clone)]
 pub(crate) struct LdLine<'a> {
     pub text: &'a str,
     pub pos: Pos,
-    /// At least one.
+    /// Words of the line, at least one.
     pub tokens: Vec<LdToken<'a>>,
 }
 
@@ -25,13 +25,13 @@ impl<'a> LdLine<'a> {
     pub(crate) fn keyword(&self) -> &'a str {
         self.tokens.first().map_or("", |t| t.text)
     }
-    /// What follows the first word, trimmed.
+    /// The text after the first word, trimmed.
     pub(crate) fn rest(&self) -> &'a str {
         self.text.get(self.keyword().len()..).unwrap_or("").trim()
     }
 }
 
-/// The lines of a text that are neither blank nor start with `;`.
+/// Iterates over the lines that are neither blank nor begin with `;`.
 pub(crate) fn split_lines(text: &str) -> impl Iterator<Item = LdLine<'_>> {
     text.lines().zip(1u32..).filter_map(|(raw, number)| {
         let text = raw.trim();
@@ -44,7 +44,7 @@ pub(crate) fn split_lines(text: &str) -> impl Iterator<Item = LdLine<'_>> {
     })
 }
 
-/// Splits at white space, but keeps a quoted space (`' '`) together.
+/// Splits a line at white space, but keeps a quoted space (`' '`) as one token.
 fn split_tokens(text: &str, line: u32, first_column: u32) -> Vec<LdToken<'_>> {
     let mut found = Vec::new();
     let mut chars = text.char_indices().zip(first_column..).peekable();
@@ -68,7 +68,10 @@ fn split_tokens(text: &str, line: u32, first_column: u32) -> Vec<LdToken<'_>> {
     found
 }
 
-/// A number in any of its spellings; `None` when it is none. Values beyond 64 bits saturate, which is out of every range.
+/// Parses a number in any of its spellings (decimal, hexadecimal, octal, binary, character).
+///
+/// Returns `None` if the text is not a number. Values beyond 64 bits saturate, which is outside every allowed
+/// range.
 pub(crate) fn parse_number(text: &str) -> Option<i64> {
     if let Some(quoted) = text.strip_prefix('\'') {
         return parse_character(quoted.strip_suffix('\'')?);
@@ -90,7 +93,7 @@ pub(crate) fn parse_number(text: &str) -> Option<i64> {
     Some(if negative { -value } else { value })
 }
 
-/// What stands between the quotes of a character.
+/// Parses the text between the quotes of a character constant.
 fn parse_character(text: &str) -> Option<i64> {
     let mut chars = text.chars();
     let value = match (chars.next()?, chars.next(), chars.as_str()) {
@@ -115,12 +118,12 @@ fn parse_character(text: &str) -> Option<i64> {
     Some(i64::from(value))
 }
 
-/// True when a word can only be meant as a number, or is none but cannot be a name either.
+/// True for a word that begins like a number, so that it cannot be a name even if it is malformed.
 pub(crate) fn looks_like_number(text: &str) -> bool {
     text.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '+' | '\''))
 }
 
-/// True for letters, digits and underscores that do not begin with a digit, at most 127 of them.
+/// True for a valid name: 1 to 127 letters, digits and underscores, not beginning with a digit.
 pub(crate) fn is_name(text: &str) -> bool {
     !text.is_empty()
         && text.len() <= 127

@@ -1,5 +1,6 @@
-//! The ladder language: model, `.ld` text, checks and drawing. Meaning is told elsewhere, twice: in `ladder-eval` and in
-//! `ladder-compile`.
+//! The ladder language: model, reader and writer of `.ld` text, checks and drawing.
+//!
+//! This crate does not define what a program computes. `ladder-eval` and `ladder-compile` do, independently.
 #![forbid(unsafe_code)]
 
 mod bit_checks;

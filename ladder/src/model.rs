@@ -1,8 +1,8 @@
-//! The model of a ladder program: what was written, nothing of what it means.
+//! The model of a ladder program: a tree of what the file contains, without its meaning.
 //!
-//! A program is a list of rungs; a rung is a series of nodes; a node is an element or a group of parallel branches; a
-//! branch is a series again. This is the nesting of LDmicro's `.ld` text. Meaning lives in `ladder-eval` and, told
-//! independently, in `ladder-compile`; both share this model and nothing else.
+//! A program is a list of rungs. A rung is a series of nodes. A node is an element or a group of parallel
+//! branches, and each branch is again a series. This is the nesting of LDmicro's `.ld` text. `ladder-eval`
+//! and `ladder-compile` define the meaning independently of each other and share only this model.
 
 use diag::Pos;
 use serde::Serialize;
@@ -10,18 +10,21 @@ use serde::Serialize;
 use crate::element_facts::ChipPart;
 pub use crate::operators::{CompareOp, MathOp, ShiftOp, UnaryOp};
 
-/// Which set of meanings the elements have. Same text, different behaviour: a program always states its dialect.
+/// Dialect: the set of rules that gives the elements their meaning. The same text may behave differently
+/// under each, so a program always states its dialect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 pub enum LadderDialect {
-    /// LDmicro release 2.3: 16-bit integers everywhere, unbounded CTU and CTD, RES to zero. Default for 0.1 files.
+    /// LDmicro release 2.3: 16-bit integers, unbounded CTU and CTD, RES stores zero. Default for files with
+    /// the 0.1 header.
     #[serde(rename = "ldmicro-2.3")]
     Ldmicro23,
-    /// LDmicro 5.x: widths by declaration, bounded counters, RES to a start value. Default for 0.2 files.
+    /// LDmicro 5.x: declared widths, bounded counters, RES stores the start value. Default for files with the
+    /// 0.2 header.
     #[serde(rename = "ldmicro-5")]
     Ldmicro5,
 }
 
-/// The header of a `.ld` file; both spellings of every line are accepted under either.
+/// Header of a `.ld` file. The reader accepts both spellings of every line under either header.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 pub enum LdFormat {
     /// `LDmicro0.1`.
@@ -33,100 +36,102 @@ pub enum LdFormat {
 /// A whole ladder program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LadderProgram {
-    /// Name of the file it was read from, for messages; `-` for standard input.
+    /// Name of the file, for messages; `-` for standard input.
     pub file: String,
     /// Header of the file.
     pub format: LdFormat,
-    /// Set of meanings.
+    /// Dialect, which gives the elements their meaning.
     pub dialect: LadderDialect,
-    /// Lines of the head.
+    /// Settings before the rungs.
     pub settings: ProgramSettings,
     /// `IO LIST`, in file order.
     pub io: Vec<IoEntry>,
-    /// `VAR LIST`, in file order; `None` when the file has no such section (an empty section is `Some` of nothing).
+    /// `VAR LIST`, in file order; `None` if the file has no such section (an empty section is `Some` of an
+    /// empty list).
     pub vars: Option<Vec<VarEntry>>,
-    /// Lines of `PULL-UP LIST` as written (trimmed); `None` when the file has no such section.
+    /// Lines of `PULL-UP LIST` as written (trimmed); `None` if the file has no such section.
     pub pull_ups: Option<Vec<String>>,
-    /// Rungs, top to bottom. Rung numbers shown to people start at 1 and count every rung, comments included.
+    /// Rungs from top to bottom. Messages number them from 1 and count every rung, also those with only
+    /// comments.
     pub rungs: Vec<Rung>,
 }
 
-/// The head of a program. Text fields keep what was written so that writing gives it back.
+/// Settings of a program. Text fields keep the spelling of the file so that the writer reproduces it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ProgramSettings {
-    /// `MICRO=`: LDmicro's exact name of the chip; `None` when none is chosen.
+    /// `MICRO=`: LDmicro's exact name of the chip; `None` if no chip is chosen.
     pub micro: Option<String>,
-    /// `CYCLE=`: time of one scan in microseconds; 0 is LDmicro 5's free-running scan.
+    /// `CYCLE=`: time of one scan in microseconds; 0 selects LDmicro 5's free-running scan.
     pub cycle_us: u64,
-    /// What followed the number of `CYCLE=` (` us at Timer1, YPlcCycleDuty:0`), trimmed; empty in 0.1 files.
+    /// Text after the number of `CYCLE=` (` us at Timer1, YPlcCycleDuty:0`), trimmed; empty in 0.1 files.
     pub cycle_rest: String,
-    /// `CRYSTAL=`: clock in Hz.
+    /// `CRYSTAL=`: clock frequency in Hz.
     pub crystal_hz: u64,
-    /// Unit text after the number of `CRYSTAL=`, trimmed, usually empty or `Hz`.
+    /// Text after the number of `CRYSTAL=`, trimmed; usually empty or `Hz`.
     pub crystal_rest: String,
-    /// `BAUD=`: serial rate in bits per second; `None` when the line is absent.
+    /// `BAUD=`: serial rate in bits per second; `None` if the line is absent.
     pub baud: Option<u64>,
-    /// What followed the number of `BAUD=`, trimmed.
+    /// Text after the number of `BAUD=`, trimmed.
     pub baud_rest: String,
     /// `COMPILER=`, LDmicro 5's back end, as written.
     pub compiler: Option<String>,
-    /// `COMPILED=`, path of the last output; without meaning.
+    /// `COMPILED=`: path of the last output; it has no effect.
     pub compiled: Option<String>,
 }
 
 /// One line of `IO LIST`: `name at pin`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct IoEntry {
-    /// Symbol, such as `Xbutton`.
+    /// Name of the symbol, such as `Xbutton`.
     pub name: String,
-    /// Package pin of the chip named by `MICRO=`; 0 is not assigned.
+    /// Package pin of the chip named by `MICRO=`; 0 means not assigned.
     pub pin: u32,
-    /// The two Modbus numbers (slave, address) of 0.2 files, when written.
+    /// The two Modbus numbers (slave, address) of 0.2 files, if written.
     pub modbus: Option<(u32, u32)>,
-    /// Where it stands.
+    /// Position of the line.
     pub pos: Pos,
 }
 
 /// One line of `VAR LIST`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct VarEntry {
-    /// Symbol.
+    /// Name of the symbol.
     pub name: String,
     /// Width in bytes, 1 to 4.
     pub bytes: u8,
-    /// The line as written (trimmed): two spellings exist.
+    /// The line as written (trimmed), because two spellings exist.
     pub text: String,
-    /// Where it stands.
+    /// Position of the line.
     pub pos: Pos,
 }
 
-/// One rung: a series from the left rail to the right.
+/// One rung: a series of nodes from the left rail to the right rail.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Rung {
     /// Elements and groups from left to right.
     pub series: Vec<RungNode>,
-    /// Line of the `RUNG` keyword.
+    /// Position of the `RUNG` keyword.
     pub pos: Pos,
 }
 
-/// Something in a series.
+/// A node of a series: an element or a parallel group.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum RungNode {
-    /// One element and the place of its line.
+    /// One element and the position of its line.
     Leaf(Element, Pos),
-    /// Parallel branches, top to bottom, at least one; each is a series of at least one node. In the text a branch of
-    /// one leaf is written without `SERIES`.
+    /// Parallel branches from top to bottom, at least one; each is a series of at least one node. The text
+    /// form omits `SERIES` for a branch of one element.
     Parallel(Vec<Vec<RungNode>>, Pos),
 }
 
-/// Names one element of a program: the `index`-th leaf (from 0, in text order) of rung `rung` (from 0).
+/// Identifies one element of a program: the `index`-th leaf (from 0, in text order) of rung `rung` (from 0).
 ///
-/// Shown to people from 1: rung 3, element 2.
+/// `Display` counts from 1: rung 3, element 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct ElementId {
-    /// Rung, from 0.
+    /// Index of the rung, from 0.
     pub rung: u32,
-    /// Leaf within the rung in text order, from 0.
+    /// Index of the leaf within its rung in text order, from 0.
     pub index: u32,
 }
 
@@ -139,18 +144,18 @@ impl std::fmt::Display for ElementId {
 /// An operand that is a variable or a constant.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub enum LadderOperand {
-    /// An integer variable (also a timer's or counter's accumulator).
+    /// An integer variable, or the accumulator of a timer or counter.
     Var(String),
-    /// A constant, -32768 to 32767 in dialect 2.3, of 32 bits in ldmicro-5.
+    /// A constant: -32768 to 32767 in dialect 2.3, 32 bits in ldmicro-5.
     Const {
         /// Its value.
         value: i64,
-        /// How it was written: `12`, `-3`, `'a'`, `0x1F`.
+        /// Its spelling in the file: `12`, `-3`, `'a'`, `0x1F`.
         text: String,
     },
 }
 
-/// Timers, by LDmicro's keyword.
+/// Kind of timer, by LDmicro's keyword.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum TimerKind {
     /// Turn-on delay.
@@ -159,81 +164,102 @@ pub enum TimerKind {
     Tof,
     /// Retentive turn-on delay.
     Rto,
+    /// Retentive turn-on delay of a rung that is false (LDmicro 5).
+    Rtl,
+    /// Cyclic on and off (LDmicro 5).
+    Tcy,
+    /// One pulse of ones (LDmicro 5).
+    Thi,
+    /// One pulse of zeros (LDmicro 5).
+    Tlo,
 }
 
-/// Counters, by LDmicro's keyword.
+/// Kind of counter, by LDmicro's keyword.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum CounterKind {
-    /// Up.
+    /// Counts up.
     Ctu,
-    /// Down.
+    /// Counts down.
     Ctd,
-    /// Circular.
+    /// Circular, up.
     Ctc,
+    /// Circular, down (LDmicro 5).
+    Ctr,
 }
 
-/// An element (leaf) of a rung. Names keep their first letter: X input, Y output, R internal relay, T timer, C counter,
-/// A analog; anything else is a plain integer variable.
+/// An element (leaf) of a rung.
+///
+/// Names keep their first letter: X input, Y output, R internal relay, T timer, C counter, A analog. Any
+/// other name is a plain integer variable.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Element {
-    /// `COMMENT text`, unescaped; may hold line breaks. Without meaning.
+    /// `COMMENT text`, unescaped; may contain line breaks. It has no effect.
     Comment(String),
     /// `CONTACTS name negated [set1]`.
     Contacts {
-        /// X, Y or R symbol.
+        /// Symbol that begins with X, Y or R.
         name: String,
-        /// Normally closed.
+        /// True for a normally closed contact.
         negated: bool,
-        /// LDmicro 5's third argument, when written (kept for writing; must be 0 to have a meaning here).
+        /// LDmicro 5's third argument, when written: the input begins as 1 in its simulator, which means nothing on a chip.
         set1: Option<u32>,
     },
-    /// `COIL name negated setOnly resetOnly [ttrigger]`; at most one of the three is set in a meaningful coil.
+    /// `COIL name negated setOnly resetOnly [ttrigger]`; a valid coil has at most one of the three flags.
     Coil {
-        /// Y or R symbol.
+        /// Symbol that begins with Y or R.
         name: String,
-        /// Stores the complement.
+        /// True if the coil stores the complement of its input.
         negated: bool,
-        /// Only ever sets.
+        /// True for a set coil, which only sets the bit.
         set: bool,
-        /// Only ever resets.
+        /// True for a reset coil, which only clears the bit.
         reset: bool,
-        /// LDmicro 5's fourth flag, when written (must be 0 to have a meaning here).
+        /// LDmicro 5's fourth flag, when written: 1 toggles the bit on a rising edge of the rung.
         ttrigger: Option<u32>,
     },
-    /// `SHORT`: passes.
+    /// `SHORT`: passes power.
     Short,
-    /// `OPEN`: blocks.
+    /// `OPEN`: blocks power.
     Open,
-    /// `PLACEHOLDER`: an empty place of the editor; a program that holds one is not complete.
+    /// `PLACEHOLDER`: an empty place of the editor; a program that contains one is incomplete.
     Placeholder,
-    /// `MASTER_RELAY`.
+    /// `MASTER_RELAY`: enables or disables the rungs below it.
     MasterRelay,
-    /// `OSR`: one scan true on a rising edge.
+    /// `OSR`: true for one scan on a rising edge.
     Osr,
-    /// `OSF`: one scan true on a falling edge.
+    /// `OSF`: true for one scan on a falling edge.
     Osf,
-    /// `TON|TOF|RTO name microseconds [adjust]`.
+    /// `ODR`: one scan false on a rising edge, else true (LDmicro 5).
+    Odr,
+    /// `ODF`: one scan false on a falling edge, else true (LDmicro 5).
+    Odf,
+    /// `OSL`: another spelling of ODF (LDmicro 5).
+    Osl,
+    /// `OSC`: true in every other scan of a true rung (LDmicro 5).
+    Osc,
+    /// `TON|TOF|RTO|RTL|TCY|THI|TLO name microseconds [adjust]`.
     Timer {
-        /// Which timer.
+        /// Kind of timer.
         kind: TimerKind,
-        /// Accumulator, counted in scans.
+        /// Accumulator, in scans.
         name: String,
-        /// Delay in microseconds (a variable only in LDmicro 5).
+        /// Delay in microseconds; a variable, only in LDmicro 5, holds scans.
         delay: LadderOperand,
-        /// LDmicro 5's adjust, in scans, when written.
+        /// LDmicro 5's adjust in scans, if written.
         adjust: Option<LadderOperand>,
     },
-    /// `CTU|CTD|CTC name max [init kind]`.
+    /// `CTU|CTD|CTC|CTR name max [init kind]`.
     Counter {
-        /// Which counter.
+        /// Kind of counter.
         kind: CounterKind,
         /// Accumulator.
         name: String,
-        /// Limit (a variable only in LDmicro 5).
+        /// Limit; a variable only in LDmicro 5.
         max: LadderOperand,
-        /// LDmicro 5's start value, when written.
+        /// LDmicro 5's start value, if written.
         init: Option<LadderOperand>,
-        /// LDmicro 5's input kind when written: `/` rising, `\` falling, `-` level, `o` inverted level.
+        /// LDmicro 5's input kind, if written: `/` rising edge, `\` falling edge, `-` level, `o` inverted
+        /// level.
         input: Option<char>,
     },
     /// `RES name`.
@@ -250,7 +276,7 @@ pub enum Element {
     },
     /// `ADD|SUB|MUL|DIV|MOD|AND|OR|XOR dest op1 op2`.
     Math {
-        /// Which operation.
+        /// Operation.
         op: MathOp,
         /// Destination.
         dest: String,
@@ -308,16 +334,16 @@ pub enum Element {
     },
     /// `EQU|NEQ|GRT|GEQ|LES|LEQ op1 op2`.
     Compare {
-        /// Which comparison.
+        /// Comparison.
         op: CompareOp,
         /// Left operand.
         op1: LadderOperand,
         /// Right operand.
         op2: LadderOperand,
     },
-    /// `SHIFT_REGISTER name stages`: variables name0 to name(stages-1).
+    /// `SHIFT_REGISTER name stages`: shifts the variables name0 to name(stages-1).
     ShiftRegister {
-        /// Stem of the variables.
+        /// Common prefix of the names of the variables.
         name: String,
         /// Number of stages.
         stages: u32,
@@ -328,88 +354,88 @@ pub enum Element {
         dest: String,
         /// Index, from 0.
         index: LadderOperand,
-        /// Shown as a string in LDmicro's editor; without meaning.
+        /// True if LDmicro's editor shows the values as a string; no effect on the program.
         as_string: bool,
-        /// The table.
+        /// Values of the table.
         values: Vec<i64>,
     },
     /// `PIECEWISE_LINEAR dest index count x0 y0 ..`.
     PiecewiseLinear {
         /// Destination.
         dest: String,
-        /// Where on the x axis.
+        /// Position on the x axis.
         index: LadderOperand,
-        /// The points, x strictly rising.
+        /// Points (x, y); x is strictly increasing.
         points: Vec<(i64, i64)>,
     },
     /// `READ_ADC name [refs]`.
     ReadAdc {
-        /// A symbol.
+        /// Symbol that begins with A.
         name: String,
-        /// LDmicro 5's reference selection, when written.
+        /// LDmicro 5's reference selection, if written.
         refs: Option<u32>,
     },
     /// `SET_PWM duty hertz [name resolution]`.
     SetPwm {
-        /// Duty in percent.
+        /// Duty cycle in percent.
         duty: LadderOperand,
         /// Frequency in Hz.
         hertz: LadderOperand,
-        /// LDmicro 5's output name and resolution, when written.
+        /// LDmicro 5's output name and resolution, if written.
         output: Option<(String, String)>,
     },
     /// `UART_RECV var [bytes wait]`.
     UartRecv {
         /// Destination.
         name: String,
-        /// LDmicro 5's byte count and wait flag, when written.
+        /// LDmicro 5's byte count and wait flag, if written.
         rest: Option<(u32, u32)>,
     },
     /// `UART_SEND var [bytes wait]`.
     UartSend {
         /// Source.
         name: String,
-        /// LDmicro 5's byte count and wait flag, when written.
+        /// LDmicro 5's byte count and wait flag, if written.
         rest: Option<(u32, u32)>,
     },
     /// `PERSIST var`.
     Persist {
-        /// Variable kept in EEPROM.
+        /// Variable that is kept in the EEPROM.
         name: String,
     },
     /// `FORMATTED_STRING var|(none) length c0 c1 ..` or, in LDmicro 5, `FORMATTED_STRING var|(none) "text"`.
     FormattedString {
         /// Variable to print; `None` for `(none)`.
         var: Option<String>,
-        /// The characters with LDmicro's backslash escapes as typed in its editor.
+        /// The text, with LDmicro's backslash escapes as typed in its editor.
         text: String,
-        /// Written in quotes (LDmicro 5) rather than as decimal codes.
+        /// True if written in quotes (LDmicro 5), false if written as decimal codes.
         quoted: bool,
     },
 }
 
-/// What a symbol is, from its first letter and its use.
+/// Kind of a symbol, derived from its first letter and its use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SymbolKind {
-    /// `X..`, one bit, a pin.
+    /// `X..`, one bit, at a pin.
     Input,
-    /// `Y..`, one bit, a pin.
+    /// `Y..`, one bit, at a pin.
     Output,
-    /// `R..`, one bit.
+    /// `R..`, one bit without a pin.
     Relay,
     /// Accumulator of a TON, TOF or RTO, in scans.
     Timer,
     /// Accumulator of a CTU, CTD or CTC.
     Counter,
-    /// `A..`, read by the converter.
+    /// `A..`, an integer that READ_ADC stores.
     Adc,
     /// Any other integer.
     Variable,
 }
 
 impl SymbolKind {
-    /// True for the kinds that hold one bit.
+    /// True for kinds that hold one bit.
     #[must_use]
     pub const fn is_bit(self) -> bool {
         matches!(self, SymbolKind::Input | SymbolKind::Output | SymbolKind::Relay)
@@ -421,35 +447,37 @@ impl SymbolKind {
 pub struct LadderSymbol {
     /// Full name with its first letter.
     pub name: String,
-    /// What it is.
+    /// Kind of the symbol.
     pub kind: SymbolKind,
-    /// Package pin from `IO LIST`, 0 when not assigned or not a pin.
+    /// Package pin from `IO LIST`; 0 if not assigned or not a pin.
     pub pin: u32,
-    /// Width in bytes, 1 to 4; 0 for a bit. Always 2 in dialect 2.3. In ldmicro-5 what `VAR LIST` says; else for a
-    /// counter the least that holds its limit and start value, for a timer the least that holds the scans that it
-    /// counts (the largest where several elements share the name), else 2.
+    /// Width in bytes, 1 to 4; 0 for a bit.
+    ///
+    /// Always 2 in dialect 2.3. In ldmicro-5, the width in `VAR LIST`. Without one, a counter has the fewest
+    /// bytes that hold its limit and its start value, and a timer the fewest that hold the scans that it
+    /// counts (the largest, if several elements share the name); all other integers have 2.
     pub bytes: u8,
 }
 
 impl LadderProgram {
-    /// All symbols that the rungs use, and inputs, outputs, relays and analog inputs of `IO LIST`, each once, sorted by kind
-    /// and then by name.
+    /// Returns all symbols that the rungs use, and the inputs, outputs, relays and analog inputs of `IO
+    /// LIST`, each once, sorted by kind and then by name.
     ///
-    /// Bits are what contacts and coils name (by their first letter X, Y, R); a name is a timer or a counter when a timer
-    /// or counter element uses it as its accumulator (the first such element in text order decides), analog when
-    /// READ_ADC names it, else a variable.
+    /// Contacts and coils name bits, with the kind given by the first letter X, Y or R. A name is a timer or
+    /// a counter if a timer or counter element uses it as its accumulator (the first such element in text
+    /// order decides), an analog input if READ_ADC uses it, and otherwise a variable.
     #[must_use]
     pub fn symbols(&self) -> Vec<LadderSymbol> {
         crate::symbols::collect_symbols(self)
     }
 
-    /// Whether an element of the program uses a part of the chip.
+    /// True if an element of the program uses this part of the chip.
     #[must_use]
     pub fn uses_part(&self, part: ChipPart) -> bool {
         self.elements().any(|(_, element, _)| element.facts().part == Some(part))
     }
 
-    /// All elements with their identity, in text order, comments included.
+    /// Iterates over all elements with their identity and position, in text order, comments included.
     pub fn elements(&self) -> impl Iterator<Item = (ElementId, &Element, Pos)> {
         self.rungs.iter().enumerate().flat_map(|(r, rung)| {
             let mut leaves = Vec::new();

@@ -1,6 +1,7 @@
-//! LDmicro's names of chips and the port bits at the pins of their packages.
+//! LDmicro's names of chips, and the port bit at each pin of their packages.
 
-/// A chip in one package: a word of LDmicro's name, number of pins, short name, and runs of consecutive pins.
+/// A chip in one package: a word of LDmicro's name, the number of pins, the short name, and runs of
+/// consecutive pins.
 struct ChipPackage {
     word: &'static str,
     pins: u32,
@@ -8,7 +9,7 @@ struct ChipPackage {
     pin_runs: &'static [PinRun],
 }
 
-/// The first pin of a run, and the port bits from there on.
+/// A run of pins: the number of its first pin, and the port bits from there on.
 type PinRun = (u32, &'static [&'static str]);
 
 #[rustfmt::skip]
@@ -103,18 +104,20 @@ const PACKAGES: &[ChipPackage] = &[
     ChipPackage { word: "PIC16F886", pins: 28, chip: "pic16f886",  pin_runs: &[]      },
 ];
 
-/// The short name of a chip, such as `atmega328p`, from LDmicro's name, such as `Atmel AVR ATmega328 28-PDIP`.
+/// Returns the short name of a chip, such as `atmega328p`, for LDmicro's name, such as `Atmel AVR ATmega328
+/// 28-PDIP`.
 ///
-/// The chip's word may stand anywhere in the name, in any case, with letters of a variant after it (`ATmega328P`).
+/// The chip's word may be anywhere in the name, in any case, and letters of a variant may follow it
+/// (`ATmega328P`).
 #[must_use]
 pub fn chip_of(micro: &str) -> Option<&'static str> {
     find_package(micro).map(|p| p.chip)
 }
 
-/// The port bit at a pin of the package that LDmicro's name of a chip tells, such as `PD2` or `RB0`.
+/// Returns the port bit, such as `PD2` or `RB0`, at a pin of the package named in LDmicro's name of a chip.
 ///
-/// `None` where the chip or its pins are not known, where the name tells another package, and where the pin is none of a
-/// port. Pins count from 1. PIC16F886 and PIC16F887 are known by name only.
+/// Returns `None` if the chip or its pins are unknown, if the name states another package, or if the pin is
+/// not a port pin. Pins count from 1. PIC16F886 and PIC16F887 are known by name only.
 #[must_use]
 pub fn package_pin(micro: &str, pin: u32) -> Option<&'static str> {
     let package = find_package(micro).filter(|p| has_pin_count(micro, p))?;
@@ -130,13 +133,13 @@ pub fn has_pin_table(micro: &str) -> bool {
 fn find_package(micro: &str) -> Option<&'static ChipPackage> {
     let name = micro.to_uppercase();
     PACKAGES.iter().find(|p| {
-        // ATMEGA16 must not be found in ATMEGA162, so no digit may follow.
+        // ATMEGA16 must not match ATMEGA162, so no digit may follow.
         name.match_indices(p.word)
             .any(|(at, word)| !name.get(at + word.len()..).unwrap_or("").starts_with(|c: char| c.is_ascii_digit()))
     })
 }
 
-/// True unless the name tells another number of pins (`32-TQFP`, `32-Pin packages`).
+/// True unless the name states another number of pins (`32-TQFP`, `32-Pin packages`).
 fn has_pin_count(micro: &str, package: &ChipPackage) -> bool {
     micro
         .split_whitespace()

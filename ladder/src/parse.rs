@@ -1,4 +1,4 @@
-//! The reader of `.ld` text. It tells every error it can find, and says nothing about meaning: that is `check`.
+//! Reader of `.ld` text: reports every syntax error that it can find and leaves semantic errors to `check`.
 
 use diag::text::{self, TextEncoding};
 use diag::{Diagnostic, Pos, Severity, nearest};
@@ -9,48 +9,49 @@ use crate::lexer::{self, LdLine};
 use crate::model::{LadderDialect, LadderProgram, LdFormat, Rung, RungNode};
 use crate::program_head::{self, ProgramHead};
 use crate::reader::{LdReader, message_text};
-use crate::write::write;
+use crate::write::{element_text, write};
 
-/// Most bytes of text.
+/// Maximum size of a file in bytes.
 pub const MAX_BYTES: usize = 4 << 20;
-/// Most rungs of a program.
+/// Maximum number of rungs of a program.
 pub const MAX_RUNGS: usize = 2_000;
-/// Most elements of a program.
+/// Maximum number of elements of a program.
 pub const MAX_ELEMENTS: usize = 20_000;
-/// Most groups (PARALLEL and SERIES) that lie in each other.
+/// Maximum nesting depth of groups (PARALLEL and SERIES).
 pub const MAX_DEPTH: usize = 64;
 
-/// What the user may say about how to read a file.
+/// Options for reading a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ParseOptions {
-    /// The dialect, instead of the one that the header stands for.
+    /// Dialect that overrides the default of the header.
     pub dialect: Option<LadderDialect>,
 }
 
-/// A program that was read, with what is worth telling about it.
+/// A program that was read, with its warnings and notes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ParsedProgram {
     /// The program.
     pub program: LadderProgram,
-    /// Warnings and notes, in order of their places; never errors.
+    /// Warnings and notes, in order of their positions; never errors.
     pub warnings: Vec<Diagnostic>,
-    /// How the file keeps its characters, for [`crate::write_bytes`].
+    /// Character encoding of the file, for [`crate::write_bytes`].
     pub encoding: TextEncoding,
 }
 
-/// Reads a program; the header decides about the dialect. `file` is the name used in messages.
+/// Reads a program; its header selects the dialect. `file` is the name used in messages.
 ///
 /// # Errors
-/// All errors (and warnings) that were found, in order of their places; at least one of them is an error.
+/// All errors and warnings found, in order of their positions; at least one of them is an error.
 pub fn parse(file: &str, text: &str) -> Result<ParsedProgram, Vec<Diagnostic>> {
     parse_with(file, text, ParseOptions::default())
 }
 
-/// Reads a program from bytes: UTF-8, or any 8-bit code page, of which comments keep their bytes and are shown as code page 1252
-/// has them ([`diag::text`]).
+/// Reads a program from bytes in UTF-8 or in any 8-bit code page.
+///
+/// In a code page, comments keep their bytes and are decoded as code page 1252 ([`diag::text`]).
 ///
 /// # Errors
-/// As [`parse`], and LD002 where a character has two bytes.
+/// As for [`parse`], and LD002 if the file uses two bytes per character.
 pub fn parse_bytes(file: &str, bytes: &[u8], options: ParseOptions) -> Result<ParsedProgram, Vec<Diagnostic>> {
     if let Some(name) = text::wide_encoding(bytes) {
         let mut reader = LdReader::new(file);
@@ -78,7 +79,7 @@ pub fn parse_with(file: &str, text: &str, options: ParseOptions) -> Result<Parse
     parse_text(file, bare.unwrap_or(text), TextEncoding::Utf8, bare.is_some(), options)
 }
 
-/// Reads a text without its byte order mark, if it was `marked` with one.
+/// Reads a text from which a byte order mark was removed if `marked` is true.
 fn parse_text(
     file: &str,
     text: &str,
@@ -86,6 +87,11 @@ fn parse_text(
     marked: bool,
     options: ParseOptions,
 ) -> Result<ParsedProgram, Vec<Diagnostic>> {
+    if options.dialect.is_none()
+        && let Some(parsed) = parse_as_ldmicro5(file, text, encoding, marked)
+    {
+        return Ok(parsed);
+    }
     let mut reader = LdReader::new(file);
     if marked {
         let (cause, hint) =
@@ -105,6 +111,22 @@ fn parse_text(
     }
 }
 
+/// A program under the header of release 2.3 that only LDmicro 5 can have written: it has elements, flags or arguments that
+/// release 2.3 does not have. `None` for all other programs.
+fn parse_as_ldmicro5(file: &str, text: &str, encoding: TextEncoding, marked: bool) -> Option<ParsedProgram> {
+    lexer::split_lines(text).next().filter(|line| line.text == "LDmicro0.1")?;
+    let newer = ParseOptions { dialect: Some(LadderDialect::Ldmicro5) };
+    let mut parsed = parse_text(file, text, encoding, marked, newer).ok()?;
+    let (id, element, pos) = parsed.program.elements().find(|(_, element, _)| element.only_ldmicro5_writes())?;
+    let cause =
+        format!("{id} ({}) is of LDmicro 5, so the program has its meanings", message_text(&element_text(element)));
+    let hint = "--dialect ldmicro-5 says the same, --dialect ldmicro-2.3 refuses it";
+    let note = Diagnostic::new(Severity::Note, codes::TAKEN_AS_LDMICRO5, file, pos, cause, hint);
+    parsed.warnings.push(note);
+    parsed.warnings.sort_by_key(|d| d.pos);
+    Some(parsed)
+}
+
 fn read_program(reader: &mut LdReader<'_>, text: &str, options: ParseOptions) -> Option<LadderProgram> {
     check_text(reader, text)?;
     let mut lines = lexer::split_lines(text);
@@ -118,7 +140,8 @@ fn read_program(reader: &mut LdReader<'_>, text: &str, options: ParseOptions) ->
         other => {
             let cause = format!("the file must begin with LDmicro0.1 or LDmicro0.2, found `{}`", message_text(other));
             reader.error(codes::NO_HEADER, first.pos, cause, "put LDmicro0.1 in the first line");
-            // With a plausible first line of a .ld file the rest is worth reading; any other text would only make noise.
+            // Continue only if the first line could belong to a .ld file; other text would produce useless
+            // errors.
             if !other.starts_with("LDmicro") && !other.contains('=') && other != "IO LIST" {
                 return None;
             }
@@ -130,7 +153,7 @@ fn read_program(reader: &mut LdReader<'_>, text: &str, options: ParseOptions) ->
         LdFormat::V02 => LadderDialect::Ldmicro5,
     };
     reader.dialect = options.dialect.unwrap_or(default);
-    // Where the header is missing, its place holds a line of the head.
+    // If the header is missing, the first line belongs to the settings.
     let kept = (!first.text.starts_with("LDmicro")).then_some(first);
     let mut lines = kept.into_iter().chain(lines);
     let mut parts = ProgramHead::default();
@@ -141,7 +164,9 @@ fn read_program(reader: &mut LdReader<'_>, text: &str, options: ParseOptions) ->
     Some(parts.into_program(reader.file, format, reader.dialect, rungs))
 }
 
-/// Refuses what is no text of a sensible size. Control characters above ASCII are bytes that code page 1252 leaves undefined.
+/// Refuses a text that is too long or contains control characters.
+///
+/// Control characters above ASCII are accepted: they are bytes that code page 1252 leaves undefined.
 fn check_text(reader: &mut LdReader<'_>, text: &str) -> Option<()> {
     if text.len() > MAX_BYTES {
         let cause = format!("the file has {} bytes, at most {MAX_BYTES} are read", text.len());
@@ -157,13 +182,14 @@ fn check_text(reader: &mut LdReader<'_>, text: &str) -> Option<()> {
     None
 }
 
-/// The place just behind a text.
+/// Position just after the end of a text.
 fn end_position(text: &str) -> Pos {
     let line = text.matches('\n').count() as u32 + 1;
     let column = text.rsplit('\n').next().map_or(0, |l| l.chars().count()) as u32 + 1;
     Pos::new(line, column, 1)
 }
 
+/// Kind of a group of lines that ends with END.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum GroupKind {
     Rung,
@@ -181,18 +207,20 @@ impl GroupKind {
     }
 }
 
-/// A group whose END has not come yet.
+/// A group whose END has not been read yet.
 struct OpenGroup {
     kind: GroupKind,
     pos: Pos,
-    /// Nodes of a rung or series, or the branches of PARALLEL.
+    /// Nodes of a rung or of a series; empty for PARALLEL, which collects `branches`.
     nodes: Vec<RungNode>,
+    /// Completed branches of PARALLEL.
     branches: Vec<Vec<RungNode>>,
-    /// Something in it was refused, so that being empty is no second error.
+    /// True if a part of it was refused, so that an empty group is no second error.
     has_refused_part: bool,
 }
 
-/// The groups lie on a list instead of the call stack, so nesting cannot exhaust it.
+/// Reads all rungs. Open groups are kept in a list instead of on the call stack, so deep nesting cannot
+/// overflow the stack.
 fn read_rungs<'a>(reader: &mut LdReader<'_>, lines: &mut impl Iterator<Item = LdLine<'a>>) -> Vec<Rung> {
     let mut rungs = Vec::new();
     let mut open: Vec<OpenGroup> = Vec::new();
@@ -209,7 +237,7 @@ fn read_rungs<'a>(reader: &mut LdReader<'_>, lines: &mut impl Iterator<Item = Ld
                     reader.error(codes::TOO_LARGE, line.pos, cause, "split the program");
                     return rungs;
                 }
-                // LDmicro 5 numbers the rungs; the number says nothing that their order does not.
+                // LDmicro 5 writes a number after RUNG; it only repeats the order of the rungs.
                 let extra = match line.tokens.get(1) {
                     Some(number) if number.text.chars().all(|c| c.is_ascii_digit()) => 2,
                     _ => 1,
@@ -269,10 +297,10 @@ fn add_node(group: &mut OpenGroup, node: RungNode) {
     }
 }
 
-/// Complains of a group at a place where it may not stand; it is read all the same, to find errors in it.
+/// Reports a group at a place where it is not allowed. Reading continues in it, to find more errors.
 fn check_nesting(reader: &mut LdReader<'_>, open: &[OpenGroup], kind: GroupKind, pos: Pos) {
     let parent = open.last().map_or(GroupKind::Rung, |o| o.kind);
-    // The rung is no group, so this is the number of groups with the new one.
+    // The rung itself is in `open` but is no group, so `open.len()` counts the groups including the new one.
     if open.len() == MAX_DEPTH + 1 {
         let cause = format!("more than {MAX_DEPTH} groups lie in each other");
         reader.error(codes::TOO_DEEP, pos, cause, "split the rung, with relays between the parts");
@@ -300,7 +328,7 @@ fn close_group(reader: &mut LdReader<'_>, group: OpenGroup, open: &mut [OpenGrou
         let cause = format!("{} holds nothing", kind.name());
         reader.error(codes::EMPTY_GROUP, pos, cause, "write SHORT for a plain wire or OPEN for a cut one");
     }
-    // Trees deeper than the bound are never built: to drop them would take a stack as deep.
+    // Groups deeper than the limit are not built, because dropping such a tree would recurse as deeply.
     let too_deep = open.len() > MAX_DEPTH;
     match (kind, open.last_mut()) {
         (GroupKind::Rung, _) => rungs.push(Rung { series: nodes, pos }),
@@ -308,7 +336,7 @@ fn close_group(reader: &mut LdReader<'_>, group: OpenGroup, open: &mut [OpenGrou
             parent.has_refused_part = true
         }
         (GroupKind::Parallel, Some(parent)) => add_node(parent, RungNode::Parallel(branches, pos)),
-        // SERIES outside PARALLEL was refused above; its elements need no place.
+        // SERIES outside of PARALLEL was reported above, so its elements are dropped.
         (GroupKind::Series, Some(parent)) if parent.kind == GroupKind::Parallel => parent.branches.push(nodes),
         (_, Some(parent)) => parent.has_refused_part = true,
         (_, None) => {}
@@ -322,7 +350,7 @@ fn report_unclosed_groups(reader: &mut LdReader<'_>, open: &mut Vec<OpenGroup>) 
     }
 }
 
-/// A note where the writer would spell something otherwise than the file did.
+/// Returns a note if the writer would spell a line differently from the file.
 fn rewritten_note(program: &LadderProgram, text: &str) -> Option<Diagnostic> {
     let written = write(program);
     let mut after = lexer::split_lines(&written);

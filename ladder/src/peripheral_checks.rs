@@ -1,4 +1,4 @@
-//! Checks of the tables, the strings and the elements that use a part of the chip.
+//! Checks of tables, strings and the elements that use a part of the chip.
 
 use crate::check::{CheckedElement, Checker, check_default_argument};
 use crate::codes;
@@ -6,10 +6,10 @@ use crate::format::{self, StringPiece};
 use crate::integer_widths::{max_value, min_bytes};
 use crate::model::{Element, LadderDialect, LadderOperand};
 
-/// The spellings of LDmicro 5's resolution of SET_PWM that mean percent, which is all that is understood here.
+/// Spellings of LDmicro 5's SET_PWM resolution that mean percent, the only supported resolution.
 const PERCENT: [&str; 2] = ["0-100", "0-100%"];
 
-/// What can be told from one of these elements alone.
+/// Runs the checks that need one of these elements and no other.
 pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
     match at.element {
         Element::LookUpTable { dest, index: LadderOperand::Var(index), .. } if dest == index => {
@@ -50,12 +50,12 @@ pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: CheckedEle
             check_string(checker, at, var.as_deref(), text, *quoted);
             check_baud(checker, at);
         }
-        // The rest has nothing that its own line could get wrong.
+        // No check of a single line applies to the other elements.
         _ => {}
     }
 }
 
-/// One pulse width output serves the whole program, so all elements must agree about it.
+/// Checks that all SET_PWM agree, because the program has one PWM output.
 pub(crate) fn check_pwm(checker: &mut Checker<'_>) {
     let program = checker.program;
     let mut all = program.elements().filter_map(|(id, element, pos)| match element {

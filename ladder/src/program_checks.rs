@@ -1,4 +1,4 @@
-//! The checks that take the whole program to see.
+//! Checks that need the whole program.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,10 +8,10 @@ use crate::check::{CheckedElement, Checker};
 use crate::codes;
 use crate::model::{CounterKind, Element, ElementId, SymbolKind};
 
-/// Double coils, undriven contacts, shared accumulators, RES of anything.
+/// Reports doubly driven coils, contacts that no coil drives, shared accumulators, and RES of other symbols.
 pub(crate) fn check_names(checker: &mut Checker<'_>) {
     let program = checker.program;
-    // Names of coils -> the first one and whether all so far were set-only or reset-only.
+    // For each coil name: its first coil, and whether all its coils so far only set or only reset.
     let mut coils: BTreeMap<&str, (ElementId, bool)> = BTreeMap::new();
     let mut owners: BTreeMap<String, (ElementId, &Element)> = BTreeMap::new();
     let mut contacts: BTreeSet<&str> = BTreeSet::new();
@@ -38,7 +38,7 @@ pub(crate) fn check_names(checker: &mut Checker<'_>) {
                     coils.insert(name, (id, latch));
                 }
             }
-            // One warning for a name is enough, so the name is noted as told.
+            // `insert` returns false for a name that was reported before, so each name gives one warning.
             Element::Contacts { name, .. }
                 if !name.starts_with('X') && !driven.contains(name.as_str()) && contacts.insert(name) =>
             {
@@ -50,7 +50,7 @@ pub(crate) fn check_names(checker: &mut Checker<'_>) {
                 let hint = format!("mend the name, or write MOVE {name} 0");
                 checker.warning(codes::RES_TARGET, at, cause, hint);
             }
-            // The checks below go by what the table says of an element.
+            // The other checks use the table of element facts.
             _ => {}
         }
         if let Some(name) = accumulator(element) {
@@ -62,7 +62,7 @@ pub(crate) fn check_names(checker: &mut Checker<'_>) {
     }
 }
 
-/// The accumulator of a timer or counter.
+/// Returns the name of the accumulator of a timer or counter.
 fn accumulator(element: &Element) -> Option<String> {
     let facts = element.facts();
     let of = facts.symbols.iter().find(|symbol| matches!(symbol.kind, SymbolKind::Timer | SymbolKind::Counter));

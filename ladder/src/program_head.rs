@@ -1,4 +1,4 @@
-//! The head of a `.ld` file: settings, `IO LIST`, `VAR LIST` and `PULL-UP LIST`.
+//! Reads the head of a `.ld` file: settings, `IO LIST`, `VAR LIST` and `PULL-UP LIST`.
 
 use diag::{Pos, Severity, nearest};
 
@@ -7,9 +7,9 @@ use crate::lexer::{self, LdLine};
 use crate::model::{IoEntry, LadderDialect, LadderProgram, LdFormat, ProgramSettings, Rung, VarEntry};
 use crate::reader::{LdReader, message_text};
 
-/// Largest value of CYCLE, CRYSTAL and BAUD.
+/// Maximum value of CYCLE (microseconds), CRYSTAL (Hz) and BAUD (bits per second).
 const MAX_SETTING: u64 = 1_000_000_000_000;
-/// Most lines of a list.
+/// Maximum number of lines of a list.
 const MAX_LIST: usize = 4_000;
 const SETTINGS: [&str; 10] = [
     "MICRO=",
@@ -24,7 +24,7 @@ const SETTINGS: [&str; 10] = [
     "PROGRAM",
 ];
 
-/// What stands before the rungs.
+/// The settings and lists before the rungs, as far as they have been read.
 #[derive(Default)]
 pub(crate) struct ProgramHead {
     micro: Option<String>,
@@ -33,6 +33,7 @@ pub(crate) struct ProgramHead {
     baud: Option<(u64, String)>,
     compiler: Option<String>,
     compiled: Option<String>,
+    /// Names of the settings and lists read so far, to find repeated ones.
     seen: Vec<&'static str>,
     io: Vec<IoEntry>,
     vars: Option<Vec<VarEntry>>,
@@ -40,7 +41,7 @@ pub(crate) struct ProgramHead {
 }
 
 impl ProgramHead {
-    /// The program with this head; a setting that was missing (which is told as an error) is zero.
+    /// Builds the program with this head. A missing setting, which was reported as an error, becomes zero.
     pub(crate) fn into_program(
         self,
         file: &str,
@@ -67,7 +68,7 @@ impl ProgramHead {
     }
 }
 
-/// Reads up to and with the line `PROGRAM`; returns true when it came.
+/// Reads up to and including the line `PROGRAM`; returns true if that line was found.
 pub(crate) fn read_head<'a>(
     reader: &mut LdReader<'_>,
     lines: &mut impl Iterator<Item = LdLine<'a>>,
@@ -137,7 +138,7 @@ pub(crate) fn read_head<'a>(
     found
 }
 
-/// The keywords of the head that stand alone on a line; words may be parted by any white space.
+/// Returns the keyword of a section line; any white space may separate its words.
 fn section_keyword(line: &LdLine<'_>) -> Option<&'static str> {
     let words: Vec<&str> = line.tokens.iter().map(|t| t.text).take(3).collect();
     match words.as_slice() {
@@ -186,7 +187,7 @@ fn read_setting(reader: &mut LdReader<'_>, line: &LdLine<'_>, out: &mut ProgramH
     }
 }
 
-/// A decimal number and what follows it, which must begin with the unit.
+/// Reads a decimal number and the text after it, which must be empty or begin with the unit.
 fn read_quantity(
     reader: &mut LdReader<'_>,
     line: &LdLine<'_>,
@@ -203,7 +204,7 @@ fn read_quantity(
     if let (Some(number), true) = (number, unit_ok) {
         return Some((number, rest.to_owned()));
     }
-    // Only what follows the equals sign is marked, or the whole line when nothing does.
+    // Mark only the text after the equals sign, or the whole line if there is none.
     let width = value.chars().count() as u32;
     let before = line.pos.width.saturating_sub(width);
     let pos = if width == 0 { line.pos } else { Pos::new(line.pos.line, line.pos.column + before, width) };

@@ -1,4 +1,5 @@
-//! What all parts of the reader share: the list of complaints and the uses of names that only the whole file can judge.
+//! State shared by all parts of the reader: diagnostics, and uses of names that need the whole file to be
+//! judged.
 
 use std::collections::BTreeSet;
 
@@ -8,17 +9,21 @@ use crate::codes;
 use crate::lexer::{self, LdToken};
 use crate::model::LadderDialect;
 
-/// Most errors told about one file.
+/// Maximum number of errors reported for one file.
 const MAX_ERRORS: usize = 100;
 
 /// State of reading one file.
 pub(crate) struct LdReader<'a> {
+    /// Name of the file, for messages.
     pub file: &'a str,
-    /// How wide constants may be; 2.3 until the header is read.
+    /// Dialect, which sets the range of constants; 2.3 until the header is read.
     pub dialect: LadderDialect,
     diagnostics: Vec<Diagnostic>,
+    /// Number of errors among the diagnostics.
     errors: usize,
+    /// Names used as bits.
     bits: BTreeSet<String>,
+    /// Names of bits used as integers: name, position and keyword of the element.
     misused_names: Vec<(String, Pos, &'static str)>,
 }
 
@@ -34,10 +39,12 @@ impl<'a> LdReader<'a> {
         }
     }
 
+    /// Adds an error at a position, with its cause and a hint.
     pub(crate) fn error(&mut self, code: &'static str, pos: Pos, cause: impl Into<String>, hint: impl Into<String>) {
         self.report(Severity::Error, code, pos, cause, hint);
     }
 
+    /// Adds a diagnostic at a position, with its cause and a hint.
     pub(crate) fn report(
         &mut self,
         severity: Severity,
@@ -50,17 +57,17 @@ impl<'a> LdReader<'a> {
         self.diagnostics.push(Diagnostic::new(severity, code, self.file, pos, cause, hint));
     }
 
-    /// True when so many errors stand that reading on is pointless.
+    /// True if there are so many errors that reading on is useless.
     pub(crate) fn has_too_many_errors(&self) -> bool {
         self.errors + self.misused_names.len() > 2 * MAX_ERRORS
     }
 
-    /// Notes that a contact, a coil or `IO LIST` uses the name as a bit.
+    /// Records that a contact, a coil or `IO LIST` uses the name as a bit.
     pub(crate) fn use_as_bit(&mut self, name: &str) {
         self.bits.insert(name.to_owned());
     }
 
-    /// The range of constants.
+    /// Range of constants in the dialect, inclusive.
     pub(crate) const fn constant_range(&self) -> (i64, i64) {
         match self.dialect {
             LadderDialect::Ldmicro23 => (i16::MIN as i64, i16::MAX as i64),
@@ -68,7 +75,7 @@ impl<'a> LdReader<'a> {
         }
     }
 
-    /// A name of any kind.
+    /// Reads a name of any kind.
     pub(crate) fn read_name(&mut self, token: LdToken<'_>) -> Option<String> {
         if lexer::is_name(token.text) {
             return Some(token.text.to_owned());
@@ -92,7 +99,8 @@ impl<'a> LdReader<'a> {
         None
     }
 
-    /// The name of an integer, by the element `keyword`; names of bits are judged at the end of the file.
+    /// Reads the name of an integer for the element `keyword`. Names of bits are reported at the end of the
+    /// file.
     pub(crate) fn read_integer_name(&mut self, keyword: &'static str, token: LdToken<'_>) -> Option<String> {
         let name = self.read_name(token)?;
         if name.starts_with(['X', 'Y', 'R']) {
@@ -102,7 +110,7 @@ impl<'a> LdReader<'a> {
         Some(name)
     }
 
-    /// A number between `low` and `high`; `what` names it in the message.
+    /// Reads a number from `low` to `high`; `what` names it in messages.
     pub(crate) fn read_number(&mut self, token: LdToken<'_>, what: &str, low: i64, high: i64) -> Option<i64> {
         let shown = message_text(token.text);
         match lexer::parse_number(token.text) {
@@ -128,13 +136,13 @@ impl<'a> LdReader<'a> {
         }
     }
 
-    /// A number that is stored as `u32`.
+    /// Reads a number that is stored as `u32`.
     pub(crate) fn read_u32(&mut self, token: LdToken<'_>, what: &str, low: u32, high: u32) -> Option<u32> {
         let value = self.read_number(token, what, i64::from(low), i64::from(high))?;
         u32::try_from(value).ok()
     }
 
-    /// All complaints in order of their places, at most [`MAX_ERRORS`] errors of them.
+    /// Returns all diagnostics sorted by position, with at most [`MAX_ERRORS`] errors.
     pub(crate) fn finish(mut self) -> Vec<Diagnostic> {
         for (name, pos, keyword) in std::mem::take(&mut self.misused_names) {
             if self.bits.contains(&name) {
@@ -163,7 +171,7 @@ impl<'a> LdReader<'a> {
     }
 }
 
-/// A word from the file as it may stand in a message: not endless, no control characters.
+/// Shortens a word of the file for a message to 40 characters and replaces control characters.
 pub(crate) fn message_text(text: &str) -> String {
     let mut short: String = text.chars().take(40).map(|c| if c.is_control() { '?' } else { c }).collect();
     if text.chars().nth(40).is_some() {

@@ -1,23 +1,24 @@
-//! The symbols of a program, collected from its rungs.
+//! Collects the symbols of a program from its rungs and its `IO LIST`.
 
 use std::collections::BTreeMap;
 
 use crate::integer_widths::IntegerWidths;
 use crate::model::{Element, LadderProgram, LadderSymbol, SymbolKind};
 
+/// Collects the symbols of a program, as [`LadderProgram::symbols`] describes.
 pub(crate) fn collect_symbols(program: &LadderProgram) -> Vec<LadderSymbol> {
     let mut found: BTreeMap<String, SymbolKind> = BTreeMap::new();
     for (_, element, _) in program.elements() {
         for_each_symbol_use(element, &mut |name, kind| {
             let slot = found.entry(name.to_owned()).or_insert(kind);
-            // A plain use never hides that the name is an accumulator or an analog input.
+            // A use as a plain variable does not override that the name is an accumulator or an analog input.
             if *slot == SymbolKind::Variable {
                 *slot = kind;
             }
         });
     }
     for entry in &program.io {
-        // Pins of other kinds (a pulse width output of LDmicro 5) hold nothing that a program could read.
+        // Pins of other kinds (such as a PWM output of LDmicro 5) hold no value that a program can read.
         let kind = kind_by_letter(&entry.name);
         if kind != SymbolKind::Variable {
             found.entry(entry.name.clone()).or_insert(kind);
@@ -37,7 +38,7 @@ pub(crate) fn collect_symbols(program: &LadderProgram) -> Vec<LadderSymbol> {
     list
 }
 
-/// The kind that a name's first letter gives where only its spelling is known (contacts, coils, `IO LIST`).
+/// Kind given by the first letter of a name, where only the spelling is known (contacts, coils, `IO LIST`).
 #[must_use]
 pub fn kind_by_letter(name: &str) -> SymbolKind {
     match name.chars().next() {
@@ -49,7 +50,7 @@ pub fn kind_by_letter(name: &str) -> SymbolKind {
     }
 }
 
-/// Calls `each` for every name that `element` reads or writes, with the kind that this use gives it.
+/// Calls `each` for every symbol that `element` reads or writes, with the kind that this use implies.
 pub fn for_each_symbol_use(element: &Element, each: &mut dyn FnMut(&str, SymbolKind)) {
     element.facts().symbols.iter().for_each(|symbol| each(&symbol.name, symbol.kind));
 }

@@ -1,4 +1,4 @@
-//! A program back as `.ld` text.
+//! Writes a program as `.ld` text.
 
 use std::fmt::Write;
 
@@ -9,10 +9,10 @@ use crate::model::{
     ShiftOp, TimerKind, UnaryOp,
 };
 
-/// The program as `.ld` text, as LDmicro lays it out: reading it again gives an equal program but for the positions.
+/// Writes a program as `.ld` text in LDmicro's layout.
 ///
-/// The text equals what was read up to white space, blank lines and lines that start with `;`, except where the reader
-/// told LD018.
+/// Reading the text gives an equal program, except for the positions. The text equals the original up to
+/// white space, blank lines and lines that begin with `;`, except where the reader reported LD018.
 #[must_use]
 pub fn write(program: &LadderProgram) -> String {
     let mut out = String::new();
@@ -45,8 +45,9 @@ pub fn write(program: &LadderProgram) -> String {
     out
 }
 
-/// The program as [`write`] has it, in the encoding in which it was read; in UTF-8 where it has characters now that the code page
-/// lacks.
+/// Writes a program as [`write`] does, in the encoding in which it was read.
+///
+/// The result is UTF-8 if the program now contains characters that the code page lacks.
 #[must_use]
 pub fn write_bytes(program: &LadderProgram, encoding: TextEncoding) -> Vec<u8> {
     let text = write(program);
@@ -56,7 +57,8 @@ pub fn write_bytes(program: &LadderProgram, encoding: TextEncoding) -> Vec<u8> {
     }
 }
 
-/// The element as a line of `.ld` text, such as `CTU Ccnt 20`; reports and maps use it as the element's title.
+/// Formats an element as a line of `.ld` text, such as `CTU Ccnt 20`; reports and maps use it as the
+/// element's title.
 #[must_use]
 pub fn element_text(element: &Element) -> String {
     let mut out = String::new();
@@ -138,6 +140,10 @@ fn write_element(out: &mut String, element: &Element) -> std::fmt::Result {
         Element::MasterRelay => write!(out, "MASTER_RELAY"),
         Element::Osr => write!(out, "OSR"),
         Element::Osf => write!(out, "OSF"),
+        Element::Odr => write!(out, "ODR"),
+        Element::Odf => write!(out, "ODF"),
+        Element::Osl => write!(out, "OSL"),
+        Element::Osc => write!(out, "OSC"),
         Element::Timer { kind, name, delay, adjust } => {
             write!(out, "{} {name} {}", timer_keyword(*kind), operand_text(delay))?;
             adjust.iter().try_for_each(|a| write!(out, " {}", operand_text(a)))
@@ -206,7 +212,7 @@ fn write_uart(out: &mut String, keyword: &str, name: &str, rest: Option<&(u32, u
     rest.iter().try_for_each(|(bytes, wait)| write!(out, " {bytes} {wait}"))
 }
 
-/// The operand as it was written.
+/// The operand as spelled in the file.
 pub(crate) fn operand_text(operand: &LadderOperand) -> &str {
     match operand {
         LadderOperand::Var(name) => name,
@@ -214,22 +220,30 @@ pub(crate) fn operand_text(operand: &LadderOperand) -> &str {
     }
 }
 
+/// Keyword of a timer in `.ld` text.
 pub(crate) const fn timer_keyword(kind: TimerKind) -> &'static str {
     match kind {
         TimerKind::Ton => "TON",
         TimerKind::Tof => "TOF",
         TimerKind::Rto => "RTO",
+        TimerKind::Rtl => "RTL",
+        TimerKind::Tcy => "TCY",
+        TimerKind::Thi => "THI",
+        TimerKind::Tlo => "TLO",
     }
 }
 
+/// Keyword of a counter in `.ld` text.
 pub(crate) const fn counter_keyword(kind: CounterKind) -> &'static str {
     match kind {
         CounterKind::Ctu => "CTU",
         CounterKind::Ctd => "CTD",
         CounterKind::Ctc => "CTC",
+        CounterKind::Ctr => "CTR",
     }
 }
 
+/// Keyword of an arithmetic operation in `.ld` text.
 pub(crate) const fn math_keyword(op: MathOp) -> &'static str {
     match op {
         MathOp::Add => "ADD",
@@ -272,6 +286,7 @@ pub(crate) const fn bit_test_keyword(value: bool) -> &'static str {
     if value { "IF_BIT_SET" } else { "IF_BIT_CLEAR" }
 }
 
+/// Keyword of a comparison in `.ld` text.
 pub(crate) const fn compare_keyword(op: CompareOp) -> &'static str {
     match op {
         CompareOp::Equ => "EQU",

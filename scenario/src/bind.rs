@@ -1,4 +1,5 @@
-//! The names and times of a scenario, looked up at one machine.
+//! Binds a scenario to one machine: resolves its names, converts its times to ticks, and makes the ops that
+//! the player executes.
 
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
@@ -18,17 +19,19 @@ use crate::play_ops::{InputWrite, LogPiece, OutputCheck, OutputChecks, PlayActio
 use crate::time::{TimeSpan, message_text};
 use crate::world::{NameResolver, ScenarioInput, ScenarioOutput};
 
-/// Steps of a ramp, unless its `grain` says otherwise, and at most.
+/// Number of steps of a ramp without `grain`.
 const RAMP_STEPS: u64 = 100;
+/// Maximum number of steps of a ramp.
 const MAX_RAMP_STEPS: u64 = 10_000;
 
-/// When a scenario ends that says nothing of it.
+/// The limit of a scenario that does not set one.
 const DEFAULT_LIMIT: &str = "60s";
 
-/// Looks all names and times up. `program` and `mcu`: what it is to be played on, where that is known.
+/// Resolves all names and times of a scenario on the machine `site`. `program` and `mcu` name the program and
+/// chip that the scenario is played on, if they are known.
 ///
 /// # Errors
-/// Everything that does not fit the machine.
+/// Everything in the scenario that does not fit the machine.
 pub fn bind(
     scenario: &Scenario,
     site: &mut dyn NameResolver,
@@ -52,7 +55,8 @@ pub fn bind(
     {
         binder.report(WRONG_VALUE, pos, error.to_string(), "as in baud = 9600");
     }
-    // Before any step is read, so that what is set anywhere is known to what toggles.
+    // Collected before any step is bound, because a `set` anywhere also changes the level that a `toggle`
+    // inverts.
     binder.collect_toggled(&scenario.steps);
     let usual = TimeSpan::parse(DEFAULT_LIMIT, Pos::default()).ok();
     let limit = scenario.limit.as_ref().or(usual.as_ref()).map_or(0, |span| binder.ticks_of(span));
@@ -86,7 +90,7 @@ struct ScenarioBinder<'s> {
     lines: Vec<PlayLine>,
     steps: Vec<StepInfo>,
     bits: Vec<[ScenarioInput; 2]>,
-    /// Numbers of what is toggled, by name.
+    /// Indices of the toggled inputs, by canonical name.
     names: HashMap<String, usize>,
     sends: bool,
 }
@@ -96,7 +100,7 @@ impl ScenarioBinder<'_> {
         self.faults.push(Diagnostic::new(Severity::Error, code, self.file, pos, cause, hint));
     }
 
-    /// What a scenario says that it is for, and what it is given to.
+    /// Checks that the program or chip is the one that the scenario names.
     fn check_target(&mut self, key: &str, wanted: Option<&LocatedText>, found: Option<&str>) {
         let (Some(wanted), Some(found)) = (wanted, found) else { return };
         let last = |name: &str| name.rsplit(['/', '\\']).next().unwrap_or(name).to_ascii_lowercase();
@@ -160,7 +164,7 @@ impl ScenarioBinder<'_> {
         self.report(UNKNOWN_NAME, name.pos, error.to_string(), &hint);
     }
 
-    /// The number of what is toggled somewhere.
+    /// The index of an input if it is toggled somewhere in the scenario.
     fn toggled_bit(&self, name: &LocatedText) -> Option<usize> {
         self.names.get(&self.site.canonical_name(&name.text)).copied()
     }
@@ -209,7 +213,7 @@ impl ScenarioBinder<'_> {
         checks.into()
     }
 
-    /// Refuses a step for the reason that the machine gives.
+    /// Reports a step that the machine refuses, with the reason of the machine.
     fn require(&mut self, pos: Pos, can: Result<(), ScenarioError>, hint: &str) {
         if let Err(error) = can {
             self.report(UNSUPPORTED_STEP, pos, error.to_string(), hint);
@@ -374,7 +378,7 @@ impl ScenarioBinder<'_> {
         series.into()
     }
 
-    /// The pieces of a line: text, and values of what stands in braces.
+    /// Splits the text of a `log` step into text and the values of the names in braces.
     fn log_pieces(&mut self, text: &LocatedText) -> Vec<LogPiece> {
         let mut pieces = Vec::new();
         let mut rest = text.text.as_str();
@@ -393,7 +397,7 @@ impl ScenarioBinder<'_> {
     }
 }
 
-/// Of so many toggled bits those of which more than one step goes by the level, or gives it.
+/// For each toggled bit: true if more than one step reads or sets its level.
 fn find_shared_bits(lines: &[PlayLine], bits: usize) -> Vec<bool> {
     let mut steps: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); bits];
     for line in lines {
@@ -405,7 +409,7 @@ fn find_shared_bits(lines: &[PlayLine], bits: usize) -> Vec<bool> {
     steps.iter().map(|steps| steps.len() > 1).collect()
 }
 
-/// Something may be as a condition wants it.
+/// True if an output can fulfil a condition.
 fn is_possible(output: ScenarioOutput, compare: Comparison) -> bool {
     let (low, high) = output.range;
     match compare {
@@ -416,7 +420,7 @@ fn is_possible(output: ScenarioOutput, compare: Comparison) -> bool {
     }
 }
 
-/// A number and its unit; voltages in millivolts.
+/// A number and its unit; voltages are converted to millivolts.
 fn parse_scaled(value: &ScenarioValue) -> Option<(i64, &'static str)> {
     let text = match value {
         ScenarioValue::Number(number) if number.unsigned_abs() < 1 << 40 => return Some((*number, "")),
@@ -436,7 +440,7 @@ fn parse_scaled(value: &ScenarioValue) -> Option<(i64, &'static str)> {
     Some((milli, "mV"))
 }
 
-/// What a step does, for messages.
+/// A description of a step, for messages.
 fn step_text(verb: &StepAction) -> String {
     let assigns = |assigns: &[Assignment]| {
         let each: Vec<_> = assigns.iter().map(|a| format!("{} = {}", a.name.text, a.value)).collect();
@@ -468,13 +472,13 @@ fn step_text(verb: &StepAction) -> String {
     }
 }
 
-/// `Yarc = 1`, `Cparts > 5`.
+/// A condition as text: `Yarc = 1`, `Cparts > 5`.
 pub(crate) fn condition_text(name: &str, wanted: &str) -> String {
     let sign = wanted.starts_with(['<', '>', '!', '=']);
     if sign { format!("{name} {wanted}") } else { format!("{name} = {wanted}") }
 }
 
-/// Bytes as text in quotes.
+/// Bytes as text in quotes, with escapes.
 pub(crate) fn quote_bytes(bytes: &[u8]) -> String {
     format!("\"{}\"", bytes.escape_ascii())
 }

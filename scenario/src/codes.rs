@@ -1,41 +1,41 @@
-//! The codes SCN0xx.
+//! Diagnostic codes SCN0xx of scenarios and waveforms.
 
 use diag::DiagnosticCode;
 
-/// The file is no TOML.
+/// The file is not valid TOML.
 pub const NOT_TOML: &str = "SCN001";
-/// A key that no scenario has.
+/// The key does not exist in scenarios.
 pub const UNKNOWN_KEY: &str = "SCN002";
-/// A value of another kind than its key wants.
+/// The value has the wrong type for its key.
 pub const WRONG_VALUE: &str = "SCN003";
-/// A time that is none.
+/// The text is not a valid time.
 pub const NOT_A_TIME: &str = "SCN004";
-/// A step that does nothing, or too much, or lacks a key.
+/// The step does nothing, has several actions, or lacks a key.
 pub const WRONG_STEP: &str = "SCN005";
-/// A name that the machine does not have.
+/// The machine does not have the name.
 pub const UNKNOWN_NAME: &str = "SCN006";
-/// A value that the named thing cannot have.
+/// The named item cannot have the value.
 pub const IMPOSSIBLE_VALUE: &str = "SCN007";
-/// A scenario for another program or chip.
+/// The scenario is for another program or chip.
 pub const OTHER_PROGRAM_OR_CHIP: &str = "SCN008";
-/// A step that cannot be done on this machine.
+/// The machine cannot do the step.
 pub const UNSUPPORTED_STEP: &str = "SCN009";
-/// A waveform that cannot be read.
+/// The waveform cannot be parsed.
 pub const NOT_VCD: &str = "SCN010";
-/// Wires of a waveform that name nothing of the machine.
+/// Wires of the waveform do not name anything of the machine.
 pub const UNKNOWN_WIRES: &str = "SCN011";
-/// A step that is no drive at a fixed time where only those are wanted.
+/// The step is not a stimulus at a fixed time, and only those are supported here.
 pub const NOT_TIMED: &str = "SCN012";
-/// Wires of a waveform of which nothing tells which one is meant.
+/// Several wires of the waveform have the same name, so the intended one is not known.
 pub const AMBIGUOUS_WIRES: &str = "SCN013";
 /// An expectation was not met.
 pub const FAILED: &str = "SCN020";
-/// The limit came first.
+/// The limit was reached before the scenario ended.
 pub const LIMIT: &str = "SCN021";
-/// Evaluator and chip do not say the same.
+/// Evaluator and chip give different verdicts.
 pub const VERDICTS_DIFFER: &str = "SCN022";
 
-/// All of them.
+/// All codes of scenarios and waveforms.
 #[rustfmt::skip]
 pub const CODES: &[DiagnosticCode] = &[
     DiagnosticCode { code: NOT_TOML, title: "a scenario is no TOML",

@@ -1,12 +1,12 @@
-//! What can be wrong with a time, with a name, and with what a machine is asked to do.
+//! Errors of times, of names, and of requests to a machine.
 
 use std::error::Error;
 
-/// A machine's own error. The scenario adds where it came from.
+/// An error that a machine reports. The scenario adds its position in the file.
 pub type MachineError = Box<dyn Error + Send + Sync>;
 
-/// Why a time cannot be read or counted, or why a machine refuses a name, a value or a step. `Display` is the cause, one
-/// sentence without a full stop.
+/// The reason why a time is invalid, or why a machine refuses a name, a value or a step. `Display` gives the
+/// cause as one sentence without a full stop.
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
     /// A text is not a number with a unit.
@@ -20,7 +20,7 @@ pub enum ScenarioError {
     TooManyDigits {
         /// The time, shortened for messages.
         text: String,
-        /// Most digits that a time may have.
+        /// Maximum number of digits of a time.
         most: usize,
     },
     /// A number has no unit.
@@ -29,7 +29,7 @@ pub enum ScenarioError {
         /// The number, shortened for messages.
         text: String,
     },
-    /// A unit is none of time.
+    /// The unit is not a unit of time.
     #[error("`{unit}` is no unit of time")]
     UnknownUnit {
         /// The unit, shortened for messages.
@@ -43,31 +43,31 @@ pub enum ScenarioError {
         /// The unit as written.
         unit: String,
     },
-    /// A time is in scans, and the machine has none.
+    /// The time is in scans, but the machine has none.
     #[error("`{time}`: an image has no scans, only a ladder program has")]
     NoScans {
         /// The time as written.
         time: String,
     },
-    /// A time has too many ticks.
+    /// The time is too long in ticks.
     #[error("`{time}` is longer than 2^62 ticks, the most")]
     TimeTooLong {
         /// The time as written.
         time: String,
     },
-    /// A name stands for nothing on the machine.
+    /// The machine does not have the name.
     #[error(transparent)]
     UnknownName(MachineError),
-    /// The machine has the name and cannot take the value.
+    /// The machine has the name, but it cannot take the value.
     #[error(transparent)]
     ImpossibleValue(MachineError),
-    /// The machine does not do what a step asks for.
+    /// The machine does not support a step.
     #[error(transparent)]
     Refused(MachineError),
 }
 
 impl ScenarioError {
-    /// The advice for a time that a machine cannot count ([`TimeScale::ticks`](crate::TimeScale::ticks)).
+    /// The hint for a time that cannot be converted to ticks ([`TimeScale::ticks`](crate::TimeScale::ticks)).
     pub(crate) fn time_hint(&self) -> &'static str {
         match self {
             ScenarioError::NoScans { .. } => "give the time in us, ms, s or cycles",

@@ -1,16 +1,17 @@
-//! Scenarios: what is done to a machine and expected of it, step by step.
+//! Scenarios: the stimuli that a machine gets and the behaviour that it must show, step by step.
 //!
 //! ```text
-//!   parse.rs   TOML text to a checked model, each part with its place     step_keys.rs    the keys, one row each
-//!   model.rs   the model                                                   time.rs    times as people write them, and ticks
-//!   vcd.rs     a waveform as a scenario of stimuli                         record.rs  what was done, as a scenario
-//!   bind.rs    names and times of one machine: a program of ops            play_ops.rs     these ops
-//!   world.rs   what a machine has to do and to tell                        player.rs  the engine
-//!   timed_stimuli.rs   stimuli at fixed times alone                              values.rs  values of TOML
-//!   verdict.rs how a scenario ended                                 bound_scenario.rs  what `bind` makes, and the player plays
+//!   parse.rs    parses TOML text into a model            step_keys.rs       the keys, one row each
+//!   model.rs    the model, with source positions         time.rs            times as written, and in ticks
+//!   vcd.rs      a waveform as a scenario of stimuli      toml_values.rs     values of TOML
+//!   bind.rs     resolves names and times, makes ops      play_ops.rs        these ops
+//!   world.rs    the interface to a machine               bound_scenario.rs  the output of `bind`
+//!   player.rs   the engine that plays a scenario         verdict.rs         how a scenario ended
+//!   recorder.rs writes recorded actions as a scenario    timed_stimuli.rs   stimuli at fixed times
 //! ```
 //!
-//! The engine decides, worlds only do and tell: nothing here knows a chip or a ladder. `docs/scenario.md` has the format.
+//! The engine makes all decisions; a `ScenarioWorld` only acts and reports. Nothing here depends on a chip or
+//! on ladder programs. `docs/scenario.md` describes the format.
 
 #![forbid(unsafe_code)]
 

@@ -1,28 +1,28 @@
-//! A scenario as it was read, every part with its place.
+//! The model of a parsed scenario; every part has its position in the file.
 
 use diag::Pos;
 
 use crate::time::TimeSpan;
 
-/// A name or a text, and where it stands.
+/// A name or a text with its position.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LocatedText {
     /// The text.
     pub text: String,
-    /// Its place.
+    /// Position in the file.
     pub pos: Pos,
 }
 
-/// A value that something is given.
+/// A value for an input.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ScenarioValue {
-    /// A whole number; true is 1, false 0.
+    /// An integer; `true` is 1, `false` is 0.
     Number(i64),
-    /// Anything else: `z`, `pullup`, `1.25V`.
+    /// Any other value, such as `z`, `pullup`, `1.25V`.
     Text(String),
 }
 
-/// As it is written on a command line.
+/// Formats the value as it is written on a command line.
 impl std::fmt::Display for ScenarioValue {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
@@ -32,144 +32,144 @@ impl std::fmt::Display for ScenarioValue {
     }
 }
 
-/// Something is given a value.
+/// An assignment of a value to a name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Assignment {
-    /// What.
+    /// The name.
     pub name: LocatedText,
     /// The value.
     pub value: ScenarioValue,
-    /// Place of the value.
+    /// Position of the value.
     pub pos: Pos,
 }
 
-/// What a value must be.
+/// A comparison with the value of an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Comparison {
-    /// This number.
+    /// The value equals this number.
     Equal(i64),
-    /// Another one.
+    /// The value differs from this number.
     NotEqual(i64),
-    /// From the first to the second, both included; an open end is that of `i64`.
+    /// The value is between the two numbers, both included; an open end is the minimum or maximum of `i64`.
     Within(i64, i64),
     /// Nothing drives the pin.
     Floating,
 }
 
-/// Something must have a value.
+/// A condition on a named value.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ValueCondition {
-    /// What.
+    /// The name.
     pub name: LocatedText,
-    /// Which.
+    /// The comparison.
     pub comparison: Comparison,
-    /// The value as it was written.
+    /// The comparison as written.
     pub text: String,
-    /// Place of the value.
+    /// Position of the comparison.
     pub pos: Pos,
 }
 
-/// All of these at the same time; at least one.
+/// Conditions that must hold at the same time; at least one.
 pub type ConditionList = Vec<ValueCondition>;
 
-/// Bytes, and where they stand.
+/// Bytes with their position.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LocatedBytes {
     /// The bytes; at least one.
     pub bytes: Vec<u8>,
-    /// Their place.
+    /// Position in the file.
     pub pos: Pos,
 }
 
-/// When a step is done.
+/// When a step is executed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StepTime {
-    /// At once behind the step before.
+    /// Immediately after the previous step.
     Immediately,
-    /// This long after power-up, in a repetition after the start of the round.
+    /// This long after power-up or, within a repetition, after the start of the round.
     At(TimeSpan),
-    /// This long after the step before.
+    /// This long after the previous step.
     AfterPrevious(TimeSpan),
 }
 
-/// A step that is done again and again, beside those that follow.
+/// The repetition of a step, which continues in parallel with the steps that follow.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Repetition {
-    /// From one time to the next.
+    /// Time from one execution to the next.
     pub period: TimeSpan,
-    /// How often; without it and `until` as long as the scenario lasts.
+    /// Number of executions; without it and without `until`, the step repeats until the scenario ends.
     pub times: Option<u64>,
-    /// Up to when, counted as [`StepTime::At`].
+    /// Time of the last possible execution, counted like [`StepTime::At`].
     pub until: Option<TimeSpan>,
 }
 
-/// What a step does.
+/// The action of a step.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StepAction {
-    /// Nothing: time passes.
+    /// Waits for the time of the step.
     Pause,
-    /// Values are given.
+    /// Sets inputs.
     Set(Vec<Assignment>),
-    /// Values are given, and the opposite ones after a time; of bits.
+    /// Sets bits, and sets them to the opposite values after a time.
     Pulse(Vec<Assignment>, TimeSpan),
-    /// Bits change.
+    /// Inverts bits.
     Toggle(Vec<LocatedText>),
-    /// Values go from one number to another in a time, in steps of a time.
+    /// Changes inputs linearly from one value to another.
     Ramp {
-        /// What, its first and its last value.
+        /// Name, first value, last value, and position of the values.
         targets: Vec<(LocatedText, ScenarioValue, ScenarioValue, Pos)>,
-        /// How long it takes.
+        /// Duration of the ramp.
         over: TimeSpan,
-        /// How often the value changes; a hundredth of `over` if nothing.
+        /// Time between two changes of the value; `None` is a hundredth of `over`.
         grain: Option<TimeSpan>,
     },
-    /// Bytes are sent to the machine.
+    /// Sends bytes to the machine.
     Send(LocatedBytes),
-    /// All of this is so; with a window, from its begin to its end.
+    /// Expects that all conditions hold: now or, with a window, from its start to its end.
     Expect(ConditionList, Option<(TimeSpan, TimeSpan)>),
-    /// These bytes were received, or are within a time.
+    /// Expects that these bytes are received: now or within a time.
     ExpectUart(LocatedBytes, Option<TimeSpan>),
-    /// The steps that follow are done when all of this is so; within a time, or up to the limit.
+    /// Waits until all conditions hold: within a time, or up to the limit of the scenario.
     Wait(ConditionList, Option<TimeSpan>),
-    /// From now on, or in a window, this is never so.
+    /// Expects that the conditions never hold together: from now on, or in a window.
     Never(ConditionList, Option<(TimeSpan, TimeSpan)>),
-    /// Steps are done several times.
+    /// Executes steps several times.
     Repeat(u64, Vec<ScenarioStep>),
-    /// The whole machine is written to a file.
+    /// Writes the state of the whole machine to a file.
     Snapshot(LocatedText),
-    /// A line is told; `{NAME}` is the value of something.
+    /// Logs a line, in which `{NAME}` is replaced by a value.
     Log(LocatedText),
-    /// The supply goes off and on.
+    /// Switches the supply off and on.
     PowerCycle,
 }
 
-/// A step.
+/// A step of a scenario.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ScenarioStep {
-    /// Where it stands: its verb, or its first key.
+    /// Position of the action, or of the first key.
     pub pos: Pos,
-    /// What it is called in messages.
+    /// The name of the step in messages.
     pub name: Option<String>,
-    /// When it is done.
+    /// When the step is executed.
     pub time: StepTime,
-    /// How often.
+    /// How often the step is repeated.
     pub repetition: Option<Repetition>,
-    /// What it does.
+    /// The action.
     pub action: StepAction,
 }
 
-/// A scenario.
+/// A parsed scenario.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Scenario {
-    /// Its file, for messages.
+    /// Name of the file, for messages.
     pub file: String,
-    /// The program that it is for.
+    /// The program that the scenario is for.
     pub program: Option<LocatedText>,
-    /// The chip that it is for.
+    /// The chip that the scenario is for.
     pub mcu: Option<LocatedText>,
-    /// When it ends at the latest.
+    /// The time at which the scenario ends at the latest.
     pub limit: Option<TimeSpan>,
-    /// Bits per second of what is sent to an image.
+    /// Bits per second of the bytes that are sent to an image.
     pub baud: Option<(u64, Pos)>,
     /// The steps, in order.
     pub steps: Vec<ScenarioStep>,

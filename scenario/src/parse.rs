@@ -1,4 +1,4 @@
-//! TOML text to a scenario. All faults of a file are told, not only the first.
+//! Parses TOML text into a scenario. The parser reports all faults of a file, not only the first.
 
 mod named_values;
 
@@ -14,20 +14,21 @@ use crate::step_keys::{KEYS, STEP_KEYS, StepKey};
 use crate::time::{TimeSpan, message_text};
 use crate::toml_values::{kind_name, parse_number};
 
-/// Rounds of a repetition at most, and how deep they nest.
+/// Maximum number of rounds of a repetition.
 const MAX_ROUNDS: i64 = 1_000_000;
+/// Maximum nesting depth of repetitions.
 const MAX_DEPTH: u32 = 8;
 
-/// Where a time is wanted.
+/// The hint for an invalid time.
 const TIME_HINT: &str = "write a number and us, ms, s, cycles or scans, as in \"10ms\"";
 
-/// A value with its place.
+/// A TOML value with its position.
 pub(crate) type LocatedItem<'a> = Spanned<DeValue<'a>>;
 
-/// Reads a scenario, which must be UTF-8.
+/// Parses a scenario; the bytes must be UTF-8.
 ///
 /// # Errors
-/// Everything that is wrong in the file.
+/// All faults of the file.
 pub fn parse_bytes(file: &str, bytes: &[u8]) -> Result<Scenario, Vec<Diagnostic>> {
     let error = match std::str::from_utf8(bytes) {
         Ok(text) => return parse(file, text),
@@ -40,13 +41,13 @@ pub fn parse_bytes(file: &str, bytes: &[u8]) -> Result<Scenario, Vec<Diagnostic>
     Err(vec![Diagnostic::new(Severity::Error, NOT_TOML, file, Pos::new(line, column, 1), cause.to_owned(), hint)])
 }
 
-/// What to do about a name that TOML takes apart.
+/// The hint for a name that TOML splits at a point.
 const QUOTES: &str = "names with a colon or a point stand in quotes: \"P1.0\" = 1, \"data:0x20\" = 1";
 
-/// Reads a scenario.
+/// Parses a scenario.
 ///
 /// # Errors
-/// Everything that is wrong in the file.
+/// All faults of the file.
 pub fn parse(file: &str, text: &str) -> Result<Scenario, Vec<Diagnostic>> {
     let starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
     let mut reader = ScenarioReader { file, text, starts, faults: Vec::new() };
@@ -74,7 +75,7 @@ pub fn parse(file: &str, text: &str) -> Result<Scenario, Vec<Diagnostic>> {
 struct ScenarioReader<'t> {
     file: &'t str,
     text: &'t str,
-    /// Where its lines begin.
+    /// Byte offset of each line.
     starts: Vec<usize>,
     faults: Vec<Diagnostic>,
 }
@@ -157,7 +158,7 @@ impl ScenarioReader<'_> {
         steps
     }
 
-    /// One step; nothing where it has a fault.
+    /// Parses one step; `None` if it has a fault.
     fn read_step(&mut self, table: &DeTable<'_>, span: Range<usize>, depth: u32) -> Option<ScenarioStep> {
         let faults = self.faults.len();
         let mut entries: Vec<_> = table.iter().collect();
@@ -328,7 +329,7 @@ impl ScenarioReader<'_> {
         })
     }
 
-    /// The time that a verb cannot do without.
+    /// Parses the time that an action requires.
     fn required_time<'i, 'd: 'i>(
         &mut self,
         verb: &str,
@@ -346,7 +347,7 @@ impl ScenarioReader<'_> {
         }
     }
 
-    /// The window of `between`; nothing at all where it has a fault.
+    /// Parses the window of `between`: `Some(None)` if there is none, `None` if it has a fault.
     fn read_window<'i, 'd: 'i>(
         &mut self,
         get: &dyn Fn(&str) -> Option<&'i LocatedItem<'d>>,

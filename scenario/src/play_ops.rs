@@ -1,4 +1,4 @@
-//! A scenario on one machine: names are identifiers, times are ticks, steps are ops in a row.
+//! The ops of a bound scenario: names are identifiers, times are ticks, and steps are a flat list of ops.
 
 use std::sync::Arc;
 
@@ -7,25 +7,27 @@ use diag::Pos;
 use crate::model::Comparison;
 use crate::world::{OutputReading, ScenarioInput};
 
-/// Something gets a value; of what is toggled somewhere, its number among those and the level.
+/// A write to an input; for a toggled input, `level` is its index among those and the level written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct InputWrite {
     pub input: ScenarioInput,
     pub level: Option<(usize, bool)>,
 }
 
-/// Something that is looked at, and what it should be.
+/// A check of an output against an expected value.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct OutputCheck {
+    /// Identifier of the output.
     pub output: usize,
     pub compare: Comparison,
-    /// For messages.
+    /// The name as written, for messages.
     pub name: String,
+    /// The expected value or comparison as written, for messages.
     pub wanted: String,
 }
 
 impl OutputCheck {
-    /// The reading is what it should be.
+    /// True if the reading is as expected.
     pub(crate) fn is_met(&self, reading: OutputReading) -> bool {
         match (self.compare, reading) {
             (Comparison::Floating, reading) => reading == OutputReading::Floating,
@@ -37,23 +39,23 @@ impl OutputCheck {
     }
 }
 
-/// All of these.
+/// Checks that must hold at the same time.
 pub(crate) type OutputChecks = Arc<[OutputCheck]>;
 
-/// A piece of a line to be told.
+/// A part of a line to log: text, or the value of an output.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum LogPiece {
     Text(String),
     Value(usize),
 }
 
-/// What is done in a moment.
+/// An action that takes no time.
 #[derive(Debug, Clone)]
 pub(crate) enum PlayAction {
     Write(Vec<InputWrite>),
-    /// Numbers of toggled bits.
+    /// Inverts the toggled inputs with these indices.
     Toggle(Vec<usize>),
-    /// Values, each so many ticks after the first.
+    /// Writes, each with its delay in ticks after the start.
     Ramp(Arc<[(u64, Vec<InputWrite>)]>),
     Send(Vec<u8>),
     Check(OutputChecks),
@@ -63,8 +65,8 @@ pub(crate) enum PlayAction {
 }
 
 impl PlayAction {
-    /// It is done at its time, between two instructions, and neither decides anything nor changes what a step goes by: it tells, or
-    /// writes memory.
+    /// True if the action is executed at its own time without effect on the steps: it only logs, or writes
+    /// memory, and no step depends on that.
     pub(crate) fn is_independent(&self) -> bool {
         match self {
             PlayAction::Log(_) => true,
@@ -73,7 +75,7 @@ impl PlayAction {
         }
     }
 
-    /// The toggled bits whose level it goes by or gives.
+    /// The toggled inputs whose level the action reads or sets.
     pub(crate) fn toggled_bits(&self) -> Box<dyn Iterator<Item = usize> + '_> {
         let written_bit = |put: &InputWrite| put.level.map(|(bit, _)| bit);
         match self {
@@ -84,7 +86,7 @@ impl PlayAction {
         }
     }
 
-    /// It can be told to the machine before its time.
+    /// True if the machine can accept the action before its time.
     pub(crate) fn can_be_queued(&self, bits: &[[ScenarioInput; 2]]) -> bool {
         match self {
             PlayAction::Write(puts) => puts.iter().all(|put| put.input.can_be_queued),
@@ -97,12 +99,12 @@ impl PlayAction {
     }
 }
 
-/// An op.
+/// An op of a bound scenario. Times are in ticks.
 #[derive(Debug, Clone)]
 pub(crate) enum PlayOp {
-    /// Up to so many ticks after power-up, or after the start of the round.
+    /// Waits until this time after power-up or after the start of the round.
     At(u64),
-    /// So many ticks behind the op before.
+    /// Waits this long after the previous op.
     After(u64),
     Do(PlayAction),
     Every {
@@ -113,28 +115,28 @@ pub(crate) enum PlayOp {
     },
     Wait(OutputChecks, Option<u64>),
     ExpectBytes(Vec<u8>, Option<u64>),
-    /// From now on, or in a window, the checks hold, or never do.
+    /// Checks that must hold, or never hold: from now on, or in a window.
     Guard {
         checks: OutputChecks,
         wanted: bool,
         window: Option<(u64, u64)>,
     },
-    /// So many rounds up to the next [`PlayOp::RepeatEnd`] of this depth.
+    /// Repeats the ops up to the matching [`PlayOp::RepeatEnd`] this many times.
     Repeat(u64),
     RepeatEnd,
 }
 
-/// An op, and the step that it is of.
+/// An op, and the index of its step.
 #[derive(Debug, Clone)]
 pub(crate) struct PlayLine {
     pub op: PlayOp,
     pub step: usize,
 }
 
-/// A step, for messages.
+/// A step as messages show it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct StepInfo {
     pub pos: Pos,
-    /// What it does, in words.
+    /// Description of the step.
     pub text: String,
 }

@@ -1,4 +1,5 @@
-//! The engine: plays a scenario over a machine that is run by somebody else, who asks [`ScenarioPlayer::poll`] when to stop next.
+//! The engine that plays a scenario. The caller runs the machine and calls [`ScenarioPlayer::poll`] to learn
+//! when to stop next.
 
 mod tasks;
 
@@ -14,22 +15,23 @@ use crate::verdict::{ScenarioOutcome, ScenarioVerdict};
 use crate::world::ScenarioWorld;
 use tasks::{BackgroundTask, TaskKind};
 
-/// Ops in one moment at most: steps that are repeated without any time between them would never end.
+/// Maximum number of ops per poll; more means that steps repeat without any time between them.
 const MAX_OPS_PER_POLL: u32 = 2_000_000;
 
-/// Pulses, ramps, repeated acts and things watched over that go on at a time, at most.
+/// Maximum number of pulses, ramps, repeated actions and guards that are active at the same time.
 const MAX_TASKS: usize = 4_096;
 
-/// What is to be done next.
+/// What the caller must do next.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum PlayerState {
-    /// Run, and look again at this tick, or as soon as something in [`ScenarioPlayer::watched_outputs`] has changed.
+    /// Run the machine and poll again at this tick, or as soon as one of [`ScenarioPlayer::watched_outputs`]
+    /// has changed.
     WakeAt(u64),
-    /// It is over.
+    /// The scenario has ended with this verdict.
     Done(ScenarioVerdict),
 }
 
-/// Something that always or never holds.
+/// Checks that must always or never hold in a window.
 #[derive(Debug, Clone)]
 struct ConditionGuard {
     checks: OutputChecks,
@@ -37,11 +39,12 @@ struct ConditionGuard {
     from: u64,
     to: Option<u64>,
     step: usize,
-    /// It was looked at: a time shorter than the machine's steps is at its first behind the beginning.
+    /// True once the guard was checked: a window shorter than a step of the machine is checked at the first
+    /// step after its start.
     was_checked: bool,
 }
 
-/// A round of a repetition.
+/// The current round of a repetition.
 #[derive(Debug, Clone)]
 struct RepeatFrame {
     line: usize,
@@ -49,29 +52,29 @@ struct RepeatFrame {
     base: u64,
 }
 
-/// A scenario in play. A value: a clone goes on by itself.
+/// A scenario that is being played; a clone continues independently.
 #[derive(Debug, Clone)]
 pub struct ScenarioPlayer {
     bound: Arc<BoundScenario>,
     line: usize,
-    /// The tick that the steps have reached; ahead of the machine where they can be told in advance.
+    /// The tick that the steps have reached; it is ahead of the machine if stimuli are queued in advance.
     time: u64,
-    /// The last tick at which something was done.
+    /// The last tick at which an action was executed.
     last_action_tick: u64,
     frames: Vec<RepeatFrame>,
     tasks: Vec<BackgroundTask>,
     guards: Vec<ConditionGuard>,
     levels: Vec<bool>,
-    /// Bytes that an expectation has used up.
+    /// Number of received bytes that expectations have consumed.
     consumed_bytes: usize,
     verdict: Option<ScenarioVerdict>,
 }
 
-/// Why it does not go on.
+/// Why a scenario ends early: outcome, step, and reason.
 type PlayEnd = (ScenarioOutcome, usize, String);
 
 impl ScenarioPlayer {
-    /// At the first step.
+    /// A player at the first step.
     #[must_use]
     pub fn new(bound: Arc<BoundScenario>) -> ScenarioPlayer {
         ScenarioPlayer {
@@ -88,19 +91,19 @@ impl ScenarioPlayer {
         }
     }
 
-    /// The file.
+    /// The file name of the scenario.
     #[must_use]
     pub fn file(&self) -> &str {
         &self.bound.file
     }
 
-    /// The last moment at which it ends.
+    /// The tick at which the scenario ends at the latest.
     #[must_use]
     pub fn limit(&self) -> u64 {
         self.bound.limit
     }
 
-    /// What is waited for or watched over now: identifiers of outputs.
+    /// Identifiers of the outputs that a wait or a guard depends on now.
     pub fn watched_outputs(&self) -> impl Iterator<Item = usize> {
         let waits = match self.current_op() {
             Some(PlayOp::Wait(checks, _)) => Some(checks),
@@ -110,13 +113,13 @@ impl ScenarioPlayer {
         waits.into_iter().chain(guards).flat_map(|checks| checks.iter().map(|check| check.output))
     }
 
-    /// Bytes of the machine are waited for.
+    /// True if the scenario waits for bytes from the machine.
     #[must_use]
     pub fn awaits_bytes(&self) -> bool {
         matches!(self.current_op(), Some(PlayOp::ExpectBytes(..)))
     }
 
-    /// Does what is due, and looks at what is expected.
+    /// Executes all ops that are due and checks the guards.
     pub fn poll(&mut self, world: &mut dyn ScenarioWorld) -> PlayerState {
         if let Some(verdict) = &self.verdict {
             return PlayerState::Done(verdict.clone());
@@ -129,13 +132,13 @@ impl ScenarioPlayer {
         PlayerState::Done(self.finish(world, outcome, step, why))
     }
 
-    /// Ends it where the machine cannot go on: at its own end or at a limit from outside.
+    /// Ends the scenario because the machine cannot continue: at its own end or at an external limit.
     pub fn abort(&mut self, world: &dyn ScenarioWorld, why: &str) -> ScenarioVerdict {
         match &self.verdict {
             Some(verdict) => verdict.clone(),
             None => {
                 let waiting = self.bound.lines.get(self.line).or(self.bound.lines.last());
-                // What waits beside the steps comes before the next of them.
+                // A single action that waits for its time comes before the next step.
                 let step = self.first_single_step().or(waiting.map(|line| line.step));
                 let what = step.and_then(|step| self.bound.steps.get(step)).map_or("", |info| info.text.as_str());
                 let why = format!("{why}, before `{what}` was done");
@@ -170,7 +173,7 @@ impl ScenarioPlayer {
         self.bound.lines.get(self.line).map(|line| &line.op)
     }
 
-    /// One look; gives the tick of the next one, nothing at the end.
+    /// Executes what is due; returns the tick of the next poll, or `None` at the end.
     fn advance(&mut self, world: &mut dyn ScenarioWorld) -> Result<Option<u64>, PlayEnd> {
         let now = world.now();
         let horizon = now.saturating_add(world.queue_ahead_ticks());
@@ -209,7 +212,7 @@ impl ScenarioPlayer {
         if let Some(PlayOp::Wait(_, Some(within)) | PlayOp::ExpectBytes(_, Some(within))) = self.current_op() {
             next = next.min(self.time.saturating_add(*within));
         }
-        // What only looks and is due later has kept nothing else waiting.
+        // A quiet task that is due later has not delayed anything, but it limits the next poll.
         next = self.tasks.iter().map(|task| task.next).filter(|due| *due > now && *due < next).fold(next, u64::min);
         for guard in &self.guards {
             let bound = if guard.from > now { guard.from } else { guard.to.unwrap_or(u64::MAX) };
@@ -233,7 +236,7 @@ impl ScenarioPlayer {
         Ok(Some(next.min(self.bound.limit).max(now + 1)))
     }
 
-    /// What is waited for at the limit.
+    /// What the scenario waits for when the limit is reached.
     fn waiting_text(&self, world: &dyn ScenarioWorld) -> String {
         match self.current_op() {
             Some(PlayOp::Wait(checks, _)) => {
@@ -247,7 +250,7 @@ impl ScenarioPlayer {
         }
     }
 
-    /// When the next op is due, and whether it can be told ahead; nothing behind the last.
+    /// When the next op is due, and whether it can be queued in advance; `None` after the last op.
     fn next_due(&self, step: usize) -> Result<Option<(u64, bool)>, PlayEnd> {
         let base = self.frames.last().map_or(0, |frame| frame.base);
         Ok(match self.current_op() {
@@ -264,7 +267,7 @@ impl ScenarioPlayer {
                 Some((due, true))
             }
             Some(PlayOp::After(ticks)) => Some((self.time.saturating_add(*ticks), true)),
-            // What changes nothing that a step knows waits for its time beside them.
+            // An action that no step depends on becomes a task that waits for its time in parallel.
             Some(PlayOp::Do(act)) if act.is_independent() => Some((self.time, self.tasks.len() < 2 * MAX_TASKS)),
             Some(PlayOp::Do(act)) => Some((self.time, act.can_be_queued(&self.bound.toggled_inputs))),
             Some(PlayOp::Every { .. } | PlayOp::Repeat(_) | PlayOp::RepeatEnd) => Some((self.time, true)),
@@ -272,7 +275,7 @@ impl ScenarioPlayer {
         })
     }
 
-    /// Does an op; false where it still waits.
+    /// Executes an op; returns false if it still waits.
     fn execute_op(&mut self, world: &mut dyn ScenarioWorld, due: u64, step: usize) -> Result<bool, PlayEnd> {
         let bound = self.bound.clone();
         let Some(line) = bound.lines.get(self.line) else { return Ok(false) };
@@ -409,7 +412,7 @@ impl ScenarioPlayer {
                         LogPiece::Value(output) => world.read_output(*output).to_string(),
                     })
                     .collect();
-                // It goes to a terminal as it is.
+                // Control characters are escaped because the line is printed on a terminal.
                 let plain = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
                 world.log(&text.chars().map(plain).collect::<String>());
             }
@@ -438,7 +441,7 @@ impl ScenarioPlayer {
         Ok(())
     }
 
-    /// What always or never holds.
+    /// Checks the guards.
     fn check_guards(&mut self, world: &dyn ScenarioWorld, now: u64) -> Result<(), PlayEnd> {
         for guard in self
             .guards
@@ -479,12 +482,12 @@ fn too_many() -> String {
     format!("more than {MAX_TASKS} things go on at once: steps are repeated without enough time between them")
 }
 
-/// `Yarc = 1, found 0`.
+/// A failed check as text: `Yarc = 1, found 0`.
 fn found_text(check: &OutputCheck, world: &dyn ScenarioWorld) -> String {
     format!("{}, found {}", condition_text(&check.name, &check.wanted), world.read_output(check.output))
 }
 
-/// The end of what was received, for messages.
+/// The last received bytes, for messages.
 fn last_bytes(bytes: &[u8]) -> &[u8] {
     bytes.get(bytes.len().saturating_sub(40)..).unwrap_or(bytes)
 }

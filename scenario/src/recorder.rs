@@ -1,50 +1,51 @@
-//! What was done to a machine, written back as a scenario that does the same again.
+//! Records what was done to a machine, and writes it as a scenario that repeats it.
 
 use crate::model::ScenarioValue;
 
-/// Something that was done.
+/// A recorded action.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum RecordedAction {
-    /// Something got a value.
+    /// A name was set to a value.
     Set(String, ScenarioValue),
-    /// Bytes began on their way to the machine, or queued behind others.
+    /// Bytes were sent to the machine, or queued after other bytes.
     Send(Vec<u8>),
-    /// The supply went off and on.
+    /// The supply was switched off and on.
     PowerCycle,
-    /// Something that no scenario does, in words: it becomes a comment.
+    /// An action that scenarios do not support; it becomes a comment.
     Other(String),
 }
 
-/// Collects what is done. Push it in any order; what is pushed for one tick keeps its order.
+/// Collects actions in any order; actions at the same tick keep their order.
 #[derive(Debug, Clone, Default)]
 pub struct Recorder {
     /// The program, for the line `program =`.
     pub program: Option<String>,
     /// The chip, for the line `mcu =`.
     pub mcu: Option<String>,
-    /// Bits per second of what is sent.
+    /// Bits per second of the bytes sent.
     pub baud: Option<u64>,
-    /// What is done within a cycle acts as it begins: so it is written.
+    /// True if an action within a machine cycle takes effect at the start of the cycle, and is recorded
+    /// there.
     pub align_to_cycles: bool,
-    /// Ticks of a machine cycle; nothing where ticks are scans.
+    /// Ticks per machine cycle; `None` if ticks are scans.
     cycle: Option<u32>,
     done: Vec<(u64, RecordedAction)>,
 }
 
 impl Recorder {
-    /// Nothing was done yet. `cycle`: clocks of a machine cycle; nothing where ticks are scans.
+    /// An empty recorder. `cycle` is the number of clocks per machine cycle, or `None` if ticks are scans.
     #[must_use]
     pub fn new(cycle: Option<u32>) -> Recorder {
         Recorder { cycle, ..Recorder::default() }
     }
 
-    /// Something was done at a tick: a clock of a chip, or the number of scans before it.
+    /// Records an action at a tick: a clock of a chip, or the number of scans before it.
     pub fn push(&mut self, tick: u64, done: RecordedAction) {
         let within = self.cycle.filter(|_| self.align_to_cycles).map_or(0, |clocks| tick % u64::from(clocks.max(1)));
         self.done.push((tick - within, done));
     }
 
-    /// The scenario. It lasts up to the tick `end`; what was queued for later has not been done.
+    /// The scenario as TOML text. It ends at tick `end`; actions queued for later are left out.
     #[must_use]
     pub fn write(&self, end: u64) -> String {
         let mut out = String::from("# Recorded by emu.\n");
@@ -54,7 +55,7 @@ impl Recorder {
         head("program", self.program.as_deref().map(quote_text));
         head("mcu", self.mcu.as_deref().map(quote_text));
         head("baud", self.baud.map(|baud| baud.to_string()));
-        // A limit of its own, for a session may have been longer than the usual one.
+        // An explicit limit, because a session may be longer than the default limit.
         head("limit", Some(quote_text(&self.time(end.saturating_add(self.cycle.unwrap_or(1).into())))));
         let mut done: Vec<&(u64, RecordedAction)> = self.done.iter().filter(|(tick, _)| *tick <= end).collect();
         done.sort_by_key(|(tick, _)| *tick);
@@ -94,13 +95,13 @@ impl Recorder {
     }
 }
 
-/// A key, in quotes where it is no bare one.
+/// A TOML key, in quotes unless it can be a bare key.
 fn quote_key(name: &str) -> String {
     let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if !name.is_empty() && name.chars().all(bare) { name.to_owned() } else { quote_text(name) }
 }
 
-/// A text of TOML.
+/// A TOML string in quotes.
 fn quote_text(text: &str) -> String {
     let mut out = String::from("\"");
     for c in text.chars() {

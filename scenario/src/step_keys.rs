@@ -1,17 +1,17 @@
-//! The keys of a scenario, a row each: the parser, the schema and the messages read these.
+//! The keys of a scenario, one row each: the parser, the schema and the messages use these tables.
 
-/// A key and what it takes.
+/// A key of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StepKey {
-    /// Its name.
+    /// The name of the key.
     pub name: &'static str,
-    /// It is a verb: a step has at most one of these.
+    /// True if the key is an action; a step has at most one action.
     pub is_action: bool,
-    /// Keys that may stand beside it, of those that do not go with every verb.
+    /// Keys that may be combined with this action, in addition to those that all actions allow.
     pub allowed_with: &'static [&'static str],
 }
 
-/// The keys of the file.
+/// The top-level keys of the file.
 pub const KEYS: &[&str] = &["program", "mcu", "limit", "baud", "step"];
 
 const fn action_key(name: &'static str, with: &'static [&'static str]) -> StepKey {
@@ -22,7 +22,7 @@ const fn modifier_key(name: &'static str) -> StepKey {
     StepKey { name, is_action: false, allowed_with: &[] }
 }
 
-/// Keys of a step that is done again and again.
+/// The keys of a repeated step.
 const REPETITION_KEYS: &[&str] = &["every", "times", "until"];
 
 /// The keys of a step.

@@ -1,21 +1,21 @@
-//! Times as people write them, and as a machine counts them.
+//! Times as written in scenarios, and their conversion to ticks of a machine.
 
 use diag::Pos;
 
 use crate::error::ScenarioError;
 
-/// Most ticks: later than any run.
+/// Maximum number of ticks; no run is that long.
 pub(crate) const MAX_TICKS: u64 = 1 << 62;
 
-/// Most digits of a number, so that the products below fit in 128 bits.
+/// Maximum number of digits of a time, so that products fit in 128 bits.
 const MAX_DIGITS: usize = 18;
 
 /// The unit of a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TimeUnit {
-    /// 10 to minus this many seconds: 0, 3, 6, 9.
+    /// A power of ten below the second: 10 to minus this number (0, 3, 6, 9) seconds.
     Second(u32),
-    /// Machine cycles; of a ladder program periods of its CRYSTAL=.
+    /// Machine cycles; for a ladder program, periods of its CRYSTAL=.
     Cycle,
     /// Clocks of the oscillator.
     Clock,
@@ -23,28 +23,28 @@ pub enum TimeUnit {
     Scan,
 }
 
-/// A length of time, exact.
+/// An exact length of time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TimeSpan {
-    /// The number without its point.
+    /// The number without its decimal point.
     pub mantissa: u64,
-    /// Digits behind the point; none with cycles, clocks and scans.
+    /// Number of decimals; 0 for cycles, clocks and scans.
     pub decimals: u32,
     /// The unit.
     pub unit: TimeUnit,
-    /// As it was written.
+    /// The time as written.
     pub text: String,
-    /// Its place.
+    /// Position in the file.
     pub pos: Pos,
-    /// A time within a tick counts as the end of the tick, whatever the machine does elsewhere.
+    /// True if a time within a tick is rounded up to the end of the tick, even if the machine rounds down.
     pub round_up: bool,
 }
 
 impl TimeSpan {
-    /// Reads `10ms`, `2.5us`, `1000 cycles`, `5 scans`.
+    /// Parses `10ms`, `2.5us`, `1000 cycles`, `5 scans`.
     ///
     /// # Errors
-    /// What is wrong with the text.
+    /// The text is not a number with a known unit, has too many digits, or has decimals in a count.
     pub fn parse(text: &str, pos: Pos) -> Result<TimeSpan, ScenarioError> {
         let trimmed = text.trim();
         let end = trimmed.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(trimmed.len());
@@ -78,30 +78,31 @@ impl TimeSpan {
     }
 }
 
-/// A word as it may stand in a message.
+/// A text shortened to 40 characters without control characters, for messages.
 pub(crate) fn message_text(text: &str) -> String {
     let clean = |c: char| if c.is_control() { '?' } else { c };
     let short: String = text.chars().take(40).map(clean).collect();
     if text.chars().count() > 40 { short + ".." } else { short }
 }
 
-/// How long a tick of a machine is: each unit in ticks, as a fraction.
+/// The length of the units of time in ticks of a machine, as fractions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TimeScale {
-    /// Ticks of a second, as numerator and denominator; both above 0, as below.
+    /// Ticks per second as (numerator, denominator); both are above 0, as in the other fractions.
     pub second: (u64, u64),
-    /// Ticks of a cycle.
+    /// Ticks per machine cycle.
     pub cycle: (u64, u64),
-    /// Ticks of a clock of the oscillator.
+    /// Ticks per clock of the oscillator.
     pub clock: (u64, u64),
-    /// Ticks of a scan, where there are scans.
+    /// Ticks per scan, if the machine has scans.
     pub scan: Option<u64>,
-    /// A time within a tick counts as the end of the tick; else as its start.
+    /// True if a time within a tick is rounded up to the end of the tick, false if it is rounded down.
     pub round_up: bool,
 }
 
 impl TimeScale {
-    /// A ladder program whose scans are this many microseconds apart, with an oscillator of so many Hz: a tick is a scan.
+    /// A ladder program with a cycle of `cycle_us` microseconds and an oscillator of `hz` Hz: a tick is a
+    /// scan.
     #[must_use]
     pub fn for_scans(cycle_us: u64, hz: u64) -> TimeScale {
         let (cycle_us, hz) = (cycle_us.max(1), hz.max(1));
@@ -109,16 +110,16 @@ impl TimeScale {
         TimeScale { second: (1_000_000, cycle_us), cycle: clock, clock, scan: Some(1), round_up: true }
     }
 
-    /// A machine with an oscillator of `hz`, `clocks` of which are a cycle: a tick is a clock.
+    /// A machine with an oscillator of `hz` Hz and `clocks` clocks per cycle: a tick is a clock.
     #[must_use]
     pub fn for_clocks(hz: u64, clocks: u32) -> TimeScale {
         TimeScale { second: (hz.max(1), 1), cycle: (clocks.into(), 1), clock: (1, 1), scan: None, round_up: false }
     }
 
-    /// The ticks of a time.
+    /// Converts a time to ticks.
     ///
     /// # Errors
-    /// There are no such ticks, or too many.
+    /// The machine has no scans, or the time is longer than 2^62 ticks.
     pub fn ticks(&self, span: &TimeSpan) -> Result<u64, ScenarioError> {
         let (num, den) = match span.unit {
             TimeUnit::Second(_) => self.second,
@@ -132,7 +133,7 @@ impl TimeScale {
         let places = span.decimals + if let TimeUnit::Second(places) = span.unit { places } else { 0 };
         let too_long = || ScenarioError::TimeTooLong { time: span.text.clone() };
         let num = u128::from(span.mantissa) * u128::from(num);
-        // What does not fit in 128 bits is more than any numerator.
+        // A denominator that does not fit in 128 bits is larger than any numerator.
         let den = 10u128.checked_pow(places).and_then(|p| p.checked_mul(den.max(1).into())).unwrap_or(u128::MAX);
         let ticks = if self.round_up || span.round_up { num.div_ceil(den) } else { num / den };
         u64::try_from(ticks).ok().filter(|ticks| *ticks <= MAX_TICKS).ok_or_else(too_long)
@@ -143,7 +144,8 @@ impl TimeScale {
 mod tests {
     use super::*;
 
-    /// `text | ticks in scans of 10 ms at 4 MHz | ticks at 4 MHz, 4 clocks a cycle`; - where it is refused.
+    /// Rows are `text | ticks in scans of 10 ms at 4 MHz | ticks at 4 MHz with 4 clocks per cycle`; `-` means
+    /// refused.
     const TIMES: &str = "
         10ms        | 1   | 40000
         10.01ms     | 2   | 40040

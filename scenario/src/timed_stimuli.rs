@@ -1,4 +1,4 @@
-//! The stimuli of a scenario at fixed times, where it has nothing else.
+//! Extracts the stimuli of a scenario that consists of stimuli at fixed times only.
 
 use std::sync::Arc;
 
@@ -11,20 +11,21 @@ use crate::play_ops::{InputWrite, PlayAction, PlayLine, PlayOp};
 use crate::player::{PlayerState, ScenarioPlayer};
 use crate::world::{OutputReading, ScenarioWorld};
 
-/// A stimulus.
+/// A stimulus at a fixed time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum TimedStimulus {
-    /// The input of this number gets its value.
+    /// Sets the input with this identifier to its value.
     SetInput(usize),
-    /// Bytes begin on their way to the machine.
+    /// Starts to send bytes to the machine.
     Send(Vec<u8>),
 }
 
 impl BoundScenario {
-    /// Everything is done from outside, so that it can be done again at the same times: `outside` says so of an input.
+    /// Checks that the scenario only does what comes from outside the machine, so that it can be repeated at
+    /// the same times. `outside` says whether an input comes from outside.
     ///
     /// # Errors
-    /// The steps that write a value inside the machine, or switch it off and on.
+    /// The steps that write a value inside the machine, take a snapshot, or switch the supply off and on.
     pub fn require_external_stimuli(&self, outside: &dyn Fn(usize) -> bool) -> Result<(), Vec<Diagnostic>> {
         let all = |puts: &[InputWrite]| puts.iter().all(|put| outside(put.input.id));
         let fits = |act: &PlayAction| match act {
@@ -48,10 +49,10 @@ impl BoundScenario {
         if faults.is_empty() { Ok(()) } else { Err(faults) }
     }
 
-    /// All stimuli, each with its tick, in the order in which they are done.
+    /// All stimuli with their ticks, in the order of execution.
     ///
     /// # Errors
-    /// The first step that has no fixed time, expects something, or goes on for ever.
+    /// The first step that has no fixed time, expects something, or repeats without end.
     pub fn into_timed_stimuli(self) -> Result<Vec<(u64, TimedStimulus)>, Vec<Diagnostic>> {
         let act = |act: &PlayAction| !matches!(act, PlayAction::Check(_) | PlayAction::Snapshot(_) | PlayAction::Power);
         let fits = |op: &PlayOp| match op {
@@ -83,7 +84,7 @@ impl BoundScenario {
     }
 }
 
-/// A world that only notes.
+/// A world that only collects stimuli.
 #[derive(Default)]
 struct StimulusCollector {
     now: u64,

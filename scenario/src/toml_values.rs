@@ -1,4 +1,4 @@
-//! Values of TOML as numbers, comparisons and words.
+//! Converts TOML values to numbers and comparisons, and names their types in messages.
 
 use toml::de::DeValue;
 
@@ -6,7 +6,7 @@ use crate::model::{Comparison, ScenarioValue};
 use crate::parse::LocatedItem;
 use crate::time::message_text;
 
-/// `5`, `> 5`, `>= 5`, `< 5`, `<= 5`, `!= 5`, `3..7`, `z`.
+/// Parses a comparison: `5`, `> 5`, `>= 5`, `< 5`, `<= 5`, `!= 5`, `3..7`, `z`.
 pub(crate) fn parse_comparison(value: &ScenarioValue) -> Option<Comparison> {
     let text = match value {
         ScenarioValue::Number(number) => return Some(Comparison::Equal(*number)),
@@ -23,7 +23,7 @@ pub(crate) fn parse_comparison(value: &ScenarioValue) -> Option<Comparison> {
         return Some(Comparison::Within(read(from)?, read(to)?))
             .filter(|c| matches!(c, Comparison::Within(a, b) if a <= b));
     }
-    // The longer signs first.
+    // Longer operators first.
     let sign = ["!=", ">=", "<=", "==", ">", "<", "="].into_iter().find(|sign| text.starts_with(sign));
     let number = read(text.get(sign.map_or(0, str::len)..)?)?;
     Some(match sign {
@@ -36,12 +36,13 @@ pub(crate) fn parse_comparison(value: &ScenarioValue) -> Option<Comparison> {
     })
 }
 
-/// A whole number of 64 bits.
+/// A 64-bit integer.
 pub(crate) fn parse_number(item: &LocatedItem<'_>) -> Option<i64> {
     let DeValue::Integer(number) = item.get_ref() else { return None };
     i64::from_str_radix(number.as_str(), number.radix()).ok()
 }
 
+/// A TOML value or its type, for messages.
 pub(crate) fn kind_name(value: &DeValue<'_>) -> String {
     match value {
         DeValue::String(text) if text.is_empty() => "an empty text".to_owned(),

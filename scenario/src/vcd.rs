@@ -1,4 +1,4 @@
-//! A waveform (VCD, IEEE 1364-2005, section 18) as a scenario of stimuli.
+//! Reads a waveform (VCD, IEEE 1364-2005, section 18) as a scenario of stimuli.
 
 use std::collections::{HashMap, HashSet};
 use std::io::{self, BufReader, Read};
@@ -10,44 +10,45 @@ use crate::codes::{AMBIGUOUS_WIRES, NOT_VCD, UNKNOWN_WIRES};
 use crate::model::{Assignment, LocatedText, Scenario, ScenarioStep, ScenarioValue, StepAction, StepTime};
 use crate::time::{TimeSpan, TimeUnit};
 
-/// Changes at most, so that a file of any size fits in memory.
+/// Maximum number of value changes, to limit the memory that a file needs.
 const MAX_CHANGES: usize = 5_000_000;
 
-/// A waveform that was read.
+/// A parsed waveform.
 #[derive(Debug, Clone, Default)]
 pub struct Waveform {
     file: String,
-    /// The wires by name, in the order of the file.
+    /// The names of the wires, in file order.
     pub wires: Vec<String>,
-    /// The line on which each is declared.
+    /// The line on which each wire is declared.
     lines: Vec<u32>,
     changes: Vec<WireChange>,
-    /// A unit of the file: a number, and 10 to minus this many seconds.
+    /// The time unit of the file: a number, and the exponent of 10 below the second.
     scale: (u64, u32),
-    /// Something of it was passed over: x, a real number or a text.
+    /// True if some changes were skipped: x, real numbers or texts.
     has_skipped_values: bool,
 }
 
-/// A wire gets a value.
+/// A value change of a wire.
 #[derive(Debug, Clone)]
 struct WireChange {
-    /// In units of the file.
+    /// Time in units of the file.
     time: u64,
-    /// By position.
+    /// Index of the wire.
     wire: usize,
     value: ScenarioValue,
     line: u32,
 }
 
-/// What changes under a code.
+/// The wires that share an identifier code.
 #[derive(Default)]
 struct WireCode {
     bits: u32,
-    /// The wires of it, by position.
+    /// Indices of the wires.
     wires: Vec<usize>,
 }
 
-/// A text with white space behind its last word, where its last line lacks its end: the parser wants some behind every word.
+/// A reader that appends a space if the last line does not end with a newline; the VCD parser requires white
+/// space after every word.
 #[derive(Debug)]
 pub struct NewlineTerminated<R> {
     input: R,
@@ -55,7 +56,7 @@ pub struct NewlineTerminated<R> {
 }
 
 impl<R: Read> NewlineTerminated<R> {
-    /// What is read of `input`.
+    /// Wraps `input`.
     pub fn new(input: R) -> NewlineTerminated<R> {
         NewlineTerminated { input, last: b'\n' }
     }
@@ -74,10 +75,10 @@ impl<R: Read> Read for NewlineTerminated<R> {
     }
 }
 
-/// Reads a waveform.
+/// Parses a waveform.
 ///
 /// # Errors
-/// The first line that cannot be read.
+/// The first line that cannot be parsed.
 pub fn read_vcd(file: &str, bytes: &[u8]) -> Result<Waveform, Diagnostic> {
     let mut wave = Waveform { file: file.to_owned(), scale: (1, 9), ..Waveform::default() };
     let mut codes: HashMap<IdCode, WireCode> = HashMap::new();
@@ -123,7 +124,7 @@ pub fn read_vcd(file: &str, bytes: &[u8]) -> Result<Waveform, Diagnostic> {
             Command::VarDef(_, bits, code, name, _) => {
                 let same = codes.entry(code).or_default();
                 same.bits = same.bits.max(bits).max(1);
-                // One signal is seen from several scopes.
+                // One signal can be declared in several scopes.
                 if known.insert((code, name.clone())) {
                     same.wires.push(wave.wires.len());
                     wave.wires.push(name);
@@ -184,10 +185,11 @@ pub fn read_vcd(file: &str, bytes: &[u8]) -> Result<Waveform, Diagnostic> {
 }
 
 impl Waveform {
-    /// The stimuli of the wires that are `wanted`, and a warning where others are passed over.
+    /// Makes a scenario from the wires for which `wanted` is true, with warnings about wires and values that
+    /// are skipped.
     ///
     /// # Errors
-    /// Two signals of one name are wanted.
+    /// Two wanted wires with different signals have the same name.
     pub fn to_scenario(
         &self,
         wanted: &mut dyn FnMut(&str) -> bool,
@@ -228,7 +230,7 @@ impl Waveform {
         Ok((Scenario { file: self.file.clone(), steps: steps.collect(), ..Scenario::default() }, warnings))
     }
 
-    /// Wires that are taken and have the name of one before them.
+    /// Diagnostics for wanted wires that have the name of an earlier one.
     fn duplicate_wires(&self, takes: &[bool]) -> Vec<Diagnostic> {
         let mut first: HashMap<&str, u32> = HashMap::new();
         let mut faults = Vec::new();
@@ -244,7 +246,7 @@ impl Waveform {
         faults
     }
 
-    /// A moment of the file: it counts from the first tick on that does not begin before it.
+    /// A time of the file, rounded up to the next tick.
     fn to_time_span(&self, time: u64) -> TimeSpan {
         let mantissa = time.saturating_mul(self.scale.0);
         let text = format!("#{time}");
@@ -279,7 +281,8 @@ fn to_level(value: vcd::Value) -> Option<ScenarioValue> {
     }
 }
 
-/// Bits, the highest first, without a sign; nothing where one of them is neither 0 nor 1, or there are too many.
+/// An unsigned integer from bits, the highest first; `None` if a bit is x or z, or if there are too many
+/// bits.
 fn to_integer(bits: &[vcd::Value]) -> Option<ScenarioValue> {
     let number = bits.iter().try_fold(0i64, |number, bit| match bit {
         vcd::Value::V0 => number.checked_mul(2),

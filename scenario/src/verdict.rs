@@ -1,41 +1,41 @@
-//! How a scenario ended.
+//! The verdict of a scenario.
 
 use diag::{Diagnostic, Pos, Severity};
 
 use crate::codes;
 
-/// How a scenario ended.
+/// The outcome of a scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ScenarioOutcome {
-    /// All steps were done and everything was as expected.
+    /// All steps were executed and all expectations were met.
     Passed,
     /// An expectation was not met.
     Failed,
-    /// Something was still waited for at the limit.
+    /// The scenario still waited for something at the limit.
     NoResult,
 }
 
-/// How a scenario ended, and where.
+/// The outcome of a scenario, with the step and the reason.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ScenarioVerdict {
-    /// How.
+    /// The outcome.
     pub outcome: ScenarioOutcome,
-    /// The step that decided, from 1 in the order of the file; nothing where it passed.
+    /// The step that decided the outcome, from 1 in file order; `None` if the scenario passed.
     pub step: Option<usize>,
-    /// That step in words.
+    /// Description of that step.
     pub text: String,
-    /// Its place.
+    /// Position of that step.
     pub pos: Pos,
-    /// What was found, without the moment; empty where it passed.
+    /// The reason, without the time; empty if the scenario passed.
     pub why: String,
-    /// When.
+    /// The tick at which the scenario ended.
     pub tick: u64,
-    /// The same in words.
+    /// That tick as text.
     pub tick_text: String,
 }
 
 impl ScenarioVerdict {
-    /// That of no scenario: it passes.
+    /// The verdict of a run without a scenario: passed.
     #[must_use]
     pub fn without_scenario() -> ScenarioVerdict {
         let (text, why, moment) = (String::new(), String::new(), String::new());
@@ -50,7 +50,7 @@ impl ScenarioVerdict {
         }
     }
 
-    /// The complaint about a scenario that did not pass, at its step.
+    /// The diagnostic of a scenario that did not pass, at the deciding step.
     #[must_use]
     pub fn to_diagnostic(&self, file: &str) -> Option<Diagnostic> {
         let (code, hint) = match self.outcome {

@@ -1,33 +1,33 @@
-//! What a machine has to do for a scenario, and to tell.
+//! The interface between a scenario and a machine: names before the run, actions and observations during it.
 
 use crate::error::ScenarioError;
 use crate::model::ScenarioValue;
 use crate::time::TimeScale;
 
-/// Something that can be given a value, with the value.
+/// An input together with a value for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ScenarioInput {
-    /// What the site calls it.
+    /// The identifier that the resolver assigned.
     pub id: usize,
-    /// It can be told before its time ([`ScenarioWorld::ahead`]).
+    /// True if the machine accepts the value before its time ([`ScenarioWorld::queue_ahead_ticks`]).
     pub can_be_queued: bool,
 }
 
-/// Something that can be looked at.
+/// An output that can be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ScenarioOutput {
-    /// What the site calls it.
+    /// The identifier that the resolver assigned.
     pub id: usize,
-    /// The least and the most that it can be.
+    /// The smallest and the largest value.
     pub range: (i64, i64),
-    /// Nothing may drive it.
+    /// True if the output is a pin that may float.
     pub can_float: bool,
 }
 
-/// What something is at.
+/// The current value of an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OutputReading {
-    /// A number; of a pin 0 or 1.
+    /// A number; 0 or 1 for a pin.
     Value(i64),
     /// A pin that nothing drives.
     Floating,
@@ -42,90 +42,90 @@ impl std::fmt::Display for OutputReading {
     }
 }
 
-/// A machine before it runs: what has which name, and how its time is counted.
+/// A machine before it runs: resolves names and defines the ticks of its time.
 pub trait NameResolver {
-    /// Its ticks.
+    /// The ticks of the machine's time.
     fn time_scale(&self) -> TimeScale;
-    /// Something and the value that it will be given.
+    /// Resolves an input and a value for it.
     ///
     /// # Errors
-    /// [`ScenarioError::UnknownName`] where it is the name that is wrong, else [`ScenarioError::ImpossibleValue`].
+    /// [`ScenarioError::UnknownName`] if the name is wrong, otherwise [`ScenarioError::ImpossibleValue`].
     fn resolve_input(&mut self, name: &str, value: &ScenarioValue) -> Result<ScenarioInput, ScenarioError>;
-    /// One name for all names of the same thing.
+    /// One canonical name for all names of the same item.
     fn canonical_name(&self, name: &str) -> String {
         name.to_owned()
     }
-    /// Something that can be looked at.
+    /// Resolves an output.
     ///
     /// # Errors
-    /// Why not.
+    /// The machine does not have the name, or it cannot be read.
     fn resolve_output(&mut self, name: &str) -> Result<ScenarioOutput, ScenarioError>;
-    /// All names that are worth proposing for one that is wrong.
+    /// All names that may be suggested for a wrong one.
     fn known_names(&self) -> Vec<String>;
-    /// Bytes can be sent to the machine.
+    /// Checks that bytes can be sent to the machine.
     ///
     /// # Errors
-    /// Why not.
+    /// The reason why they cannot.
     fn check_can_send(&mut self) -> Result<(), ScenarioError>;
-    /// Bytes can be sent at a rate that a scenario gives, in bits per second; of a ladder program that is not asked.
+    /// Checks the baud rate of a scenario, in bits per second; a ladder program accepts every rate.
     ///
     /// # Errors
-    /// Why not.
+    /// The machine cannot receive at this rate.
     fn check_baud_rate(&self, baud: u64) -> Result<(), ScenarioError> {
         let _ = baud;
         Ok(())
     }
-    /// Bytes of the machine can be received.
+    /// Checks that bytes of the machine can be received.
     ///
     /// # Errors
-    /// Why not.
+    /// The reason why they cannot.
     fn check_can_receive(&mut self) -> Result<(), ScenarioError>;
-    /// Snapshots can be written.
+    /// Checks that snapshots can be written.
     ///
     /// # Errors
-    /// Why not.
+    /// The reason why they cannot.
     fn check_can_snapshot(&mut self) -> Result<(), ScenarioError>;
-    /// The supply can go off and on.
+    /// Checks that the supply can be switched off and on.
     ///
     /// # Errors
-    /// Why not.
+    /// The reason why it cannot.
     fn check_can_power_cycle(&mut self) -> Result<(), ScenarioError>;
 }
 
-/// A machine as it runs. Identifiers are those of its [`NameResolver`].
+/// A running machine. Identifiers are those of its [`NameResolver`].
 pub trait ScenarioWorld {
-    /// Now, in ticks since power-up.
+    /// The current time in ticks since power-up.
     fn now(&self) -> u64;
-    /// How many ticks ahead stimuli are wanted, so that each takes effect at its own tick.
+    /// How many ticks in advance the machine wants stimuli, so that each takes effect at its own tick.
     fn queue_ahead_ticks(&self) -> u64 {
         0
     }
-    /// Gives something its value at a tick: now, or at most [`ScenarioWorld::ahead`] later.
+    /// Sets an input to its value at tick `at`: now, or at most [`ScenarioWorld::queue_ahead_ticks`] later.
     ///
     /// # Errors
-    /// The machine cannot take it.
+    /// The machine cannot take the value.
     fn set_input(&mut self, input: usize, at: u64) -> Result<(), ScenarioError>;
-    /// What something is at now.
+    /// The current value of an output.
     fn read_output(&self, output: usize) -> OutputReading;
-    /// Sends bytes to the machine from a tick on, behind those sent before.
+    /// Sends bytes to the machine from tick `at` on, after bytes that were sent before.
     ///
     /// # Errors
-    /// The machine cannot take it.
+    /// The machine cannot receive bytes.
     fn send(&mut self, bytes: &[u8], at: u64) -> Result<(), ScenarioError>;
-    /// All bytes of the machine so far.
+    /// All bytes that the machine has sent so far.
     fn received(&self) -> &[u8];
     /// Switches the supply off and on.
     ///
     /// # Errors
-    /// Why it cannot.
+    /// The reason why the machine cannot do it.
     fn power_cycle(&mut self) -> Result<(), ScenarioError>;
-    /// Writes the whole machine to a file.
+    /// Writes the state of the whole machine to a file.
     ///
     /// # Errors
-    /// Why it cannot.
+    /// The file cannot be written, or the machine has no snapshots.
     fn snapshot(&mut self, file: &str) -> Result<(), ScenarioError>;
-    /// Tells a line.
+    /// Logs a line.
     fn log(&mut self, line: &str);
-    /// A tick in words, for messages: `scan 12 (120 ms)`.
+    /// A tick as text for messages: `scan 12 (120 ms)`.
     fn describe_tick(&self, tick: u64) -> String;
 }

@@ -1,4 +1,4 @@
-//! The page, the schema and the examples are of the format that is read.
+//! The documentation page, the schema and the examples agree with the format that the parser accepts.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -35,7 +35,8 @@ fn the_examples_are_read() {
     assert!(read_some >= 3);
 }
 
-/// Each row of the tables of the page has an example, of which every piece in backquotes is a line of a step or of the head.
+/// Each row of the page's tables has an example; every piece in backquotes is a line of a step or of the
+/// header.
 #[test]
 fn the_page_is_read() {
     let page = text("docs/scenario.md");
@@ -79,7 +80,7 @@ fn the_schema_has_the_keys_that_are_read() {
     assert_eq!(keys(&schema["$defs"]["step"]), known);
 }
 
-/// `text | code, line and column of each fault`.
+/// Rows are `text | code, line and column of each fault`.
 #[test]
 fn faults_have_their_places() {
     let rows = [

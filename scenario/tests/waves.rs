@@ -1,11 +1,11 @@
-//! Waveforms as stimulus: what is read of one, and what is refused, with its line (IEEE 1364-2005, section 18).
+//! Waveforms as stimulus: accepted contents, and faults with their line (IEEE 1364-2005, section 18).
 
 use scenario::{ScenarioValue, StepAction, read_vcd};
 
 const HEAD: &str = "$timescale 1 us $end $scope module top $end $var wire 1 ! a $end $var reg 8 # b $end $upscope $end \
                     $enddefinitions $end\n";
 
-/// `text behind the head => changes of a and b, or the line of the fault`; a `;` ends a line.
+/// Rows are `text after the header => changes of a and b, or the line of the fault`; `;` ends a line.
 const CHANGES: &[(&str, &str)] = &[
     ("#0;0!;b101 #;#5;z!", "0us a=0; 0us b=5; 5us a=z"),
     ("#0;b1 !;bz !;b0 !", "0us a=1; 0us a=z; 0us a=0"),
@@ -57,7 +57,8 @@ fn heads_are_looked_at() {
     assert_eq!(found("$var wire 1 ! a $end\n"), "line 2");
 }
 
-/// Wires of one code are told apart by a look-up each: with a comparison of each two of them this file would take minutes.
+/// Wires with one identifier code are found by a hash lookup; a comparison of all pairs would take minutes
+/// for this file.
 #[test]
 fn many_wires_of_one_code() {
     let wires: String = (0..150_000).map(|n| format!("$var wire 1 ! w{n} $end\n$var wire 1 ! w{n} $end\n")).collect();

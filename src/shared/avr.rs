@@ -205,9 +205,12 @@ pub fn erased_memory_hint(chip: &Chip, image: &Image, wiring: &AvrWiring) -> Str
     let fuses = wiring.options.fuses.unwrap_or(part.fuses.default_bytes);
     let begins = FuseLayout::is_programmed(fuses, part.fuses.bootrst);
     let loader = first.filter(|addr| *addr > 0 && !begins).and_then(|at| Some((at, part.boot_fuse(fuses, at)?)));
-    let loader = loader.map_or(String::new(), |(at, (byte, value))| {
-        let name = ["low", "high", "extended"].get(usize::from(byte)).copied().unwrap_or_default();
-        format!("; --fuse {name}=0x{value:02X} begins with the boot loader at 0x{at:X}, with --no-start-up at once")
+    let loader = loader.map_or(String::new(), |(at, fuse)| {
+        let name = ["low", "high", "extended"].get(usize::from(fuse.index)).copied().unwrap_or_default();
+        format!(
+            "; --fuse {name}=0x{:02X} begins with the boot loader at 0x{at:X}, with --no-start-up at once",
+            fuse.value
+        )
     });
     format!("{loader}; --reading erased=nop runs on through it, as the chip does")
 }

@@ -100,7 +100,7 @@ pub const CODES: &[DiagnosticCode] = &[
     DiagnosticCode { code: NO_LINES, title: "there are no source lines",
         explain: "A warning: --source was asked for, and neither the image nor a file of symbols tells which line an instruction \
                   was made of. A HEX file never does, an ELF file only when it was compiled with debugging information and \
-                  not stripped. Mend: compile with -gdwarf-4 (or -g where that writes DWARF) and give the ELF file; for the \
+                  not stripped. Mend: compile with -g or -gdwarf-4 and give the ELF file; for the \
                   8051 and PIC16 families give the files of symbols with --symbols." },
     DiagnosticCode { code: NOT_IN_HEX, title: "bytes that are not in the HEX file",
         explain: "The source gives bytes for a memory that programmers take from a file of its own: EEPROM, fuses or lock bits of an \

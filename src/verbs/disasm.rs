@@ -53,7 +53,7 @@ pub struct DisasmArgs {
     #[arg(long, value_name = "ADDRESS")]
     to: Option<String>,
     /// Show the source lines that the instructions were made of: file and line, and its text where the file is found (where it
-    /// was compiled, beside the image, or here). From the debugging information (DWARF) of an ELF file, or from --symbols.
+    /// was compiled, beside the image, or here). From the debugging information (DWARF, stabs) of an ELF file, or from --symbols.
     #[arg(long)]
     source: bool,
     /// One JSON document: addresses in bytes (on PIC16 words), words as numbers, text, labels, names of operands, and with

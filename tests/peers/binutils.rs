@@ -25,7 +25,7 @@ fn values(row: &InstructionRow, raw: u32, pc: u32) -> Vec<i32> {
     let mut rest = raw;
     let mut bits = row.pattern.value;
     for slot in row.operands.iter().filter(|s| row.pattern.has_letter(s.letter)) {
-        let width = row.pattern.extract_field(slot.letter, 0).1;
+        let width = row.pattern.extract_field(slot.letter, 0).width;
         bits |= row.pattern.insert_field(slot.letter, rest & ((1 << width) - 1));
         rest >>= width;
     }
@@ -46,7 +46,7 @@ fn gas(row: &InstructionRow, values: &[i32], pc: u32) -> String {
             text.push(c as char);
             continue;
         };
-        let width = row.pattern.extract_field(slot.letter, 0).1;
+        let width = row.pattern.extract_field(slot.letter, 0).width;
         let _ = match slot.kind.name {
             name if name.starts_with("register") => write!(text, "r{value}"),
             "target" if width < 16 => write!(text, ".{:+}", (value - pc as i32 - 1) * 2),
@@ -59,7 +59,7 @@ fn gas(row: &InstructionRow, values: &[i32], pc: u32) -> String {
 
 /// Raw operand fields to try: all, or the edges and random ones.
 fn fields(row: &InstructionRow, rng: &mut Rng) -> Vec<u32> {
-    let width: u32 = row.operands.iter().map(|s| row.pattern.extract_field(s.letter, 0).1).sum();
+    let width: u32 = row.operands.iter().map(|s| row.pattern.extract_field(s.letter, 0).width).sum();
     if 1 << width <= MOST {
         return (0..1 << width).collect();
     }

@@ -1,4 +1,4 @@
-//! Registers, bits and pins, in groups from which the rows of the chips are put together.
+//! Registers, bits and pins in groups, from which the rows of the chips are assembled.
 
 use emu_core::chip::{NamedAddress, PinDef};
 
@@ -22,16 +22,16 @@ pub(super) const REGS_BUS: &[NamedAddress] = rows! { 0x80 "P0" 0xA0 "P2" };
 pub(super) const REGS_TIMER2: &[NamedAddress] =
     rows! { 0xC8 "T2CON" 0xCA "RCAP2L" 0xCB "RCAP2H" 0xCC "TL2" 0xCD "TH2" };
 
-/// Timer 2 that counts down and gives a clock out (AT89C52, "Timer 2 registers").
+/// The register of a timer 2 that can count down and output a clock (AT89C52, "Timer 2 registers").
 pub(super) const REGS_T2MOD: &[NamedAddress] = rows! { 0xC9 "T2MOD" };
 
-/// What the AT89S parts add; DP0 is the data pointer of old by its new name (AT89S52, table 5-1).
+/// Registers that the AT89S parts add. DP0 is the new name of the original data pointer (AT89S52, table 5-1).
 #[rustfmt::skip]
 pub(super) const REGS_AT89S: &[NamedAddress] = rows! {
     0x82 "DP0L" 0x83 "DP0H" 0x84 "DP1L" 0x85 "DP1H" 0x8E "AUXR" 0xA2 "AUXR1" 0xA6 "WDTRST"
 };
 
-/// Bits that every chip has. A bit without a name of its own goes by its register and number.
+/// Bits that every chip has. A bit without a data-sheet name is named by its register and number.
 #[rustfmt::skip]
 pub(super) const BITS: &[NamedAddress] = rows! {
     0x88 "IT0"   0x89 "IE0"   0x8A "IT1"   0x8B "IE1"   0x8C "TR0"   0x8D "TF0"   0x8E "TR1"   0x8F "TF1"
@@ -45,41 +45,42 @@ pub(super) const BITS: &[NamedAddress] = rows! {
     0xF0 "B.0"   0xF1 "B.1"   0xF2 "B.2"   0xF3 "B.3"   0xF4 "B.4"   0xF5 "B.5"   0xF6 "B.6"   0xF7 "B.7"
 };
 
-/// Bits of the ports that only chips with 40 pins have.
+/// Port bits that only chips with 40 pins have.
 #[rustfmt::skip]
 pub(super) const BITS_BUS: &[NamedAddress] = rows! {
     0x80 "P0.0" 0x81 "P0.1" 0x82 "P0.2" 0x83 "P0.3" 0x84 "P0.4" 0x85 "P0.5" 0x86 "P0.6" 0x87 "P0.7"
     0xA0 "P2.0" 0xA1 "P2.1" 0xA2 "P2.2" 0xA3 "P2.3" 0xA4 "P2.4" 0xA5 "P2.5" 0xA6 "P2.6" 0xA7 "P2.7"
 };
 
-/// Bits of timer 2. The two whose names have a stroke, C/T2 and CP/RL2, are written with `_`, as compilers do.
+/// Bits of timer 2. The names C/T2 and CP/RL2 are written with `_` in place of the slash, as compilers do.
 #[rustfmt::skip]
 pub(super) const BITS_TIMER2: &[NamedAddress] = rows! {
     0xAD "ET2" 0xBD "PT2"
     0xC8 "CP_RL2" 0xC9 "C_T2" 0xCA "TR2" 0xCB "EXEN2" 0xCC "TCLK" 0xCD "RCLK" 0xCE "EXF2" 0xCF "TF2"
 };
 
-/// What stands in IE and IP where timer 2 would have its bits.
+/// Names of the bits of IE and IP that timer 2 would use.
 pub(super) const BITS_NO_TIMER2: &[NamedAddress] = rows! { 0xAD "IE.5" 0xBD "IP.5" };
 
-/// What the pins of port 3 do besides, as names of their bits (manual, "Port structures and operation").
+/// Alternative functions of the pins of port 3, as names of their bits (manual, "Port structures and
+/// operation").
 #[rustfmt::skip]
 pub(super) const PORT_3: &[(&str, i32)] =
     &[("RXD", 0xB0), ("TXD", 0xB1), ("INT0", 0xB2), ("INT1", 0xB3), ("T0", 0xB4), ("T1", 0xB5)];
 
-/// The same with an external bus.
+/// Alternative functions of port 3 on chips with an external bus.
 pub(super) const PORT_3_BUS: &[(&str, i32)] = &[("WR", 0xB6), ("RD", 0xB7)];
 
-/// Pins of timer 2, and its bits with a stroke as sdas8051 writes them.
+/// Pins of timer 2, and its bits with a slash in the spelling of sdas8051.
 pub(super) const PORT_1_TIMER2: &[(&str, i32)] = &[("T2", 0x90), ("T2EX", 0x91), ("CPRL2", 0xC8), ("CT2", 0xC9)];
 
-/// Some groups as one list in the order of their addresses; at the same address the first group comes first.
+/// Merges groups into one list sorted by address; at equal addresses, earlier groups come first.
 macro_rules! regs {
     ($($group:expr),+) => { &$crate::chips::data::merge::<{ 0 $(+ $group.len())+ }>(&[$($group),+]) };
 }
 pub(super) use regs;
 
-/// See [`regs`]; `N` is the length of all groups together.
+/// See [`regs`]; `N` is the total length of all groups.
 pub(super) const fn merge<const N: usize>(groups: &[&[NamedAddress]]) -> [NamedAddress; N] {
     let mut all = [NamedAddress { name: "", addr: 0 }; N];
     let (mut len, mut g) = (0, 0);
@@ -108,7 +109,8 @@ macro_rules! pins {
 }
 pub(super) use pins;
 
-/// Pins of the chips with 40 pins (manual, "Pin descriptions"): they differ in what port 1 does besides.
+/// Pins of the chips with 40 pins (manual, "Pin descriptions"). The chips differ in the alternative functions
+/// of port 1.
 macro_rules! dip40 {
     ($a:literal $b:literal $c:literal $d:literal $e:literal $f:literal $g:literal $h:literal) => {
         $crate::chips::data::pins! {

@@ -1,4 +1,5 @@
-//! Where the registers of the chip lie (user's manual, "Special function registers"; AT89S52 data sheet, table 1).
+//! Addresses of registers, pins and interrupts (user's manual, "Special function registers"; AT89S52 data
+//! sheet, table 1).
 
 /// Direct addresses.
 #[rustfmt::skip]
@@ -52,14 +53,14 @@ pub mod pin {
     pub const T0:   PinId = 28;
     pub const T1:   PinId = 29;
     pub const WR:   PinId = 30;
-    /// Output of the comparator, where there is one.
+    /// Output of the comparator, on chips that have one.
     pub const OUT:  PinId = 30;
     pub const RD:   PinId = 31;
     pub const RST:  PinId = 32;
 }
 
-/// Interrupt sources by their number: the order in which they are polled ("Priority within level"), and the bit of IE and IP
-/// plus 1.
+/// Interrupt sources by number. The number gives the polling order ("Priority within level"), and is the bit
+/// in IE and IP plus 1.
 #[rustfmt::skip]
 #[allow(missing_docs)]
 pub mod irq {

@@ -1,8 +1,8 @@
-//! The ports (user's manual, "Port structures and operation"): latches, and pins that both sides drive.
+//! The ports (user's manual, "Port structures and operation"): latches, and pins that both sides can drive.
 //!
-//! A latch of 0 pulls its pin low. A latch of 1 lets go: ports 1 to 3 have weak pull-ups then, port 0 (and P1.0, P1.1 of the
-//! AT89C2051 and AT89C4051) has none. Whoever pulls low wins on a wire; a chip that pulls low what the outside drives high
-//! is reported.
+//! A latch of 0 pulls its pin low. A latch of 1 releases it: ports 1 to 3 then have weak pull-ups; port 0
+//! (and P1.0, P1.1 of the AT89C2051 and AT89C4051) has none. A driver that pulls low wins. If the chip pulls
+//! a pin low that the outside drives high, a contention is reported.
 
 use emu_core::pins::{PinId, PinLevel, PinState};
 use emu_core::state;
@@ -10,23 +10,23 @@ use emu_core::state;
 use crate::chips::Mcs51Part;
 use crate::periph::map::pin;
 
-/// Pins of all ports and RST.
+/// Number of pins: all ports and RST.
 pub const PINS: usize = 33;
 
-/// Latches, pins, and what other parts of the chip put on them.
+/// Latches, pins, and how other peripherals drive the pins.
 #[derive(Debug, Clone)]
 pub struct Mcs51Ports {
     latch: [u8; 4],
     pins: [PinState; PINS],
-    /// TXD is pulled low by the serial port.
+    /// Whether the serial port pulls TXD low.
     pub txd_low: bool,
-    /// RXD is pulled low by mode 0 of the serial port.
+    /// Whether mode 0 of the serial port pulls RXD low.
     pub rxd_low: bool,
-    /// T2 is pulled low by the clock output of timer 2.
+    /// Whether the clock output of timer 2 pulls T2 low.
     pub t2_low: bool,
-    /// RST is driven high by the watchdog.
+    /// Whether the watchdog drives RST high.
     pub rst_high: bool,
-    /// P0 and P2 carry the addresses and data of program memory outside.
+    /// Whether P0 and P2 carry addresses and data of external program memory.
     has_bus: bool,
     has_comparator: bool,
 }
@@ -34,12 +34,12 @@ pub struct Mcs51Ports {
 state! { Mcs51Ports { latch, pins, txd_low, rxd_low, t2_low, rst_high } stays { has_bus, has_comparator } }
 
 impl Mcs51Ports {
-    /// The ports after reset; `bus`: P0 and P2 belong to program memory outside.
+    /// The ports after reset. `bus` means that P0 and P2 are used by external program memory.
     #[must_use]
     pub fn new(part: &Mcs51Part, bus: bool) -> Mcs51Ports {
         let mut ports = Mcs51Ports {
             latch: [0xFF; 4],
-            // What nothing drives reads high until something has pulled it low.
+            // A pin that nothing drives reads high until something has pulled it low.
             pins: [PinState::new_charged(); PINS],
             txd_low: false,
             rxd_low: false,
@@ -53,7 +53,8 @@ impl Mcs51Ports {
         ports
     }
 
-    /// Latches of ones, nothing on the alternate functions; what drives from outside stays. The pins are to be settled.
+    /// Sets the latches to ones and releases the alternate functions; drives from outside stay. The caller
+    /// must update the pins.
     pub fn reset(&mut self) {
         self.latch = [0xFF; 4];
         (self.txd_low, self.rxd_low, self.t2_low) = (false, false, false);
@@ -65,7 +66,7 @@ impl Mcs51Ports {
         self.latch[port & 3]
     }
 
-    /// Writes a latch; returns the bits that changed, whose pins are to be settled.
+    /// Writes a latch. Returns the bits that changed; the caller must update their pins.
     pub const fn set_latch(&mut self, port: usize, value: u8) -> u8 {
         let changed = self.latch[port & 3] ^ value;
         self.latch[port & 3] = value;
@@ -84,7 +85,7 @@ impl Mcs51Ports {
         }
     }
 
-    /// A pin; one that nothing drives where there is none.
+    /// The state of a pin; an undriven one if the pin does not exist.
     #[must_use]
     pub fn pin(&self, pin: PinId) -> PinState {
         self.pins.get(usize::from(pin)).copied().unwrap_or_default()
@@ -96,12 +97,13 @@ impl Mcs51Ports {
         &self.pins
     }
 
-    /// The outside drives a pin from the cycle `at` on; its new level if that changed.
+    /// Drives a pin from outside from the cycle `at` on. Returns its new level if that changed.
     pub fn drive(&mut self, pin: PinId, level: PinLevel, at: u64) -> Option<PinLevel> {
         self.update_pin(pin, at, |wire| wire.external = level)
     }
 
-    /// Settles a pin at the cycle `at` after something that drives it changed; its new level if that changed.
+    /// Updates a pin at the cycle `at` after a driver of it has changed. Returns its new level if that
+    /// changed.
     pub fn update_level(&mut self, pin: PinId, at: u64) -> Option<PinLevel> {
         self.update_pin(pin, at, |_| ())
     }
@@ -118,30 +120,31 @@ impl Mcs51Ports {
         (before != after).then_some(after)
     }
 
-    /// True when chip and outside fight over a pin, or the outside drives one that belongs to the bus.
+    /// Whether chip and outside drive a pin to opposite levels, or the outside drives a pin of the bus.
     #[must_use]
     pub fn has_contention(&self, pin: PinId) -> bool {
         let wire = self.pin(pin);
         wire.has_contention() || self.is_bus(pin) && matches!(wire.external, PinLevel::Low | PinLevel::High)
     }
 
-    /// Output of the analog comparator: P1.0 above P1.1 (AT89C2051 data sheet, "Analog comparator").
+    /// Output of the analog comparator: whether P1.0 is above P1.1 (AT89C2051 data sheet, "Analog
+    /// comparator").
     #[must_use]
     pub fn comparator_out(&self) -> bool {
         self.pin(8).reads_high && !self.pin(9).reads_high
     }
 
-    /// The pin belongs to program memory outside.
+    /// Whether the pin is used by external program memory.
     #[must_use]
     pub const fn is_bus(&self, pin: PinId) -> bool {
         self.has_bus && matches!(pin / 8, 0 | 2)
     }
 
-    /// What the chip does to a pin: the level that it drives, and whether it pulls up.
+    /// How the chip drives a pin: the level, and whether a pull-up is on.
     fn driven_level(&self, pin: PinId) -> (PinLevel, bool) {
         let port = usize::from(pin / 8);
         let low = match pin {
-            // It is pulled down inside ("Reset").
+            // RST has an internal pull-down ("Reset").
             pin::RST if self.rst_high => return (PinLevel::High, false),
             pin::RST if self.pin(pin).external == PinLevel::Float => return (PinLevel::Low, false),
             pin::RST => return (PinLevel::Float, false),

@@ -1,15 +1,17 @@
-//! Timers 0 and 1 (user's manual, "Timer/Counters": modes 0 to 3, GATE, C/T; TMOD and TCON), in closed form.
+//! Timers 0 and 1 in closed form (user's manual, "Timer/Counters": modes 0 to 3, GATE, C/T; TMOD and TCON).
 //!
-//! Both stand in one value because mode 3 of timer 0 borrows TR1 and TF1. What the manual leaves open is settled so:
+//! Both are in one value because mode 3 of timer 0 uses TR1 and TF1. Where the manual is silent, the model
+//! decides:
 //!
-//! - Mode 0: TL counts as eight bits of which the lower five matter for the carry into TH. The manual calls the upper
-//!   three indeterminate.
-//! - A gated timer counts in the cycle in which its INT pin is sampled high, and not in the one in which it is low.
-//! - The edge detectors of T0 and T1 run always: an edge counts if the counter runs as a counter in the cycle after the
-//!   low sample, whatever it did at the samples themselves.
-//! - While timer 0 is in mode 3, TH0 takes over TR1 and TF1 and nothing else: GATE of timer 1 still holds timer 1 by its
-//!   INT pin, and has no effect on TH0.
-//! - A flag that is set already is not set again: its moment stays that of its first overflow.
+//! - Mode 0: TL counts as eight bits, of which the lower five cause the carry into TH. The manual calls the
+//!   upper three indeterminate.
+//! - A gated timer counts in a cycle in which its INT pin is sampled high, and not in one in which it is
+//!   sampled low.
+//! - The edge detectors of T0 and T1 always run. An edge counts if the timer runs as a counter in the cycle
+//!   after the low sample, regardless of its mode at the samples.
+//! - While timer 0 is in mode 3, TH0 uses TR1 and TF1 and nothing else: GATE of timer 1 still stops timer 1
+//!   by its INT pin, and has no effect on TH0.
+//! - A flag that is already set is not set again: its time stays that of the first overflow.
 
 use emu_core::NEVER;
 use emu_core::state;
@@ -21,12 +23,12 @@ const MODE: u8 = 3;
 /// A pin that is sampled at S5P2 of every cycle, with a detector of falling edges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct InputPin {
-    /// The level at `at` and later.
+    /// The level at the cycle `at` and later.
     pub(super) level: bool,
-    /// The level at the cycle before `at`.
+    /// The level in the cycle before `at`.
     was: bool,
     at: u64,
-    /// The cycle whose sample was the low one of the last falling edge.
+    /// The cycle of the low sample of the last falling edge.
     pub(super) fell_cycle: u64,
 }
 
@@ -35,7 +37,7 @@ state! { InputPin { level, was, at, fell_cycle } }
 impl InputPin {
     pub(super) const HIGH: InputPin = InputPin { level: true, was: true, at: NEVER, fell_cycle: NEVER };
 
-    /// The level from `cycle` on. Of several changes in one cycle the last one is sampled.
+    /// Sets the level from `cycle` on. Of several changes in one cycle the last one is sampled.
     pub(super) fn drive(&mut self, level: bool, cycle: u64) {
         if cycle != self.at {
             self.was = self.level;
@@ -55,12 +57,13 @@ impl InputPin {
     }
 }
 
-/// Overflows within `counts` counts when the first comes with count number `first` and another every `period` counts.
+/// Number of overflows within `counts` counts if the first comes with count number `first` and then one every
+/// `period` counts.
 pub(super) fn overflows_in(counts: u64, first: u64, period: u64) -> u64 {
     if counts < first { 0 } else { 1 + (counts - first) / period }
 }
 
-/// What makes a counter count.
+/// What a counter counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum TimerFeed {
     Off,
@@ -70,7 +73,7 @@ enum TimerFeed {
     OneEdge(u64),
 }
 
-/// How the bytes of a timer hang together.
+/// How the bytes of a timer are combined.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum TimerShape {
     /// Mode 0.
@@ -85,7 +88,7 @@ enum TimerShape {
     High,
 }
 
-/// What counting changes.
+/// The state that counting changes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct TimerCounts {
     synced: u64,
@@ -101,7 +104,7 @@ state! {
 }
 
 impl TimerCounts {
-    /// Counts to the next overflow of timer `n`, and from one overflow to the next.
+    /// Counts until the next overflow of timer `n`, and from one overflow to the next.
     fn counts_to_overflow(&self, n: usize, shape: TimerShape) -> (u64, u64) {
         let (tl, th) = (u64::from(self.tl[n]), u64::from(self.th[n]));
         match shape {
@@ -113,7 +116,7 @@ impl TimerCounts {
         }
     }
 
-    /// The registers of timer `n` after `counts` counts.
+    /// Sets the registers of timer `n` to their values after `counts` more counts.
     fn add_counts(&mut self, n: usize, shape: TimerShape, counts: u64) {
         let (tl, th) = (self.tl[n], self.th[n]);
         let low = tl.wrapping_add(counts as u8);
@@ -142,33 +145,33 @@ const TIMER0_COUNTER: usize = 0;
 const TH0_COUNTER: usize = 1;
 /// Timer 1.
 const TIMER1_COUNTER: usize = 2;
-/// The timer whose registers each of the three counters above lives in.
+/// The timer that contains the registers of each of the three counters.
 const COUNTER_OWNER: [usize; 3] = [0, 0, 1];
 
-/// Timers 0 and 1 as of the cycle they were synced to. A write acts from the cycle after that one on. Wherever a timer is
-/// named by a number, only its lowest bit counts.
+/// Timers 0 and 1 as of the cycle to which they are advanced. A write takes effect in the cycle after that.
+/// Where a timer is given by number, only the lowest bit of the number is used.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mcs51Timers {
     tmod: u8,
     run: [bool; 2],
     t: [InputPin; 2],
     int: [bool; 2],
-    /// What follows from the fields above: feed and shape of the three counters, and whether any of them is fed.
+    /// Derived from the fields above: feed and shape of the three counters, and whether any of them counts.
     counter_setup: [(TimerFeed, TimerShape); 3],
     is_counting: bool,
     counts: TimerCounts,
-    /// The counts when a register was last written or a pin last changed: the way back when a second change falls in a
-    /// cycle that is counted already.
+    /// The counts at the last register write or pin change. They are restored when a second change falls into
+    /// a cycle that has already been counted.
     counts_before: TimerCounts,
 }
 
-// The plan follows from the rest.
+// The setup is derived from the other fields.
 state! {
     Mcs51Timers { tmod, run, t, int, counts, counts_before } stays { counter_setup, is_counting } if |timers, now| timers.counts.synced + 1 >= now, then Mcs51Timers::update_setup
 }
 
 impl Mcs51Timers {
-    /// The state after reset, synced to cycle `now`: registers 0, pins high.
+    /// The state after reset, advanced to cycle `now`: registers 0, pins high.
     #[must_use]
     pub fn new(now: u64) -> Mcs51Timers {
         let counts =
@@ -187,7 +190,7 @@ impl Mcs51Timers {
         timers
     }
 
-    /// Forgets the way back where no change can take it any more, since cycle `t` has come.
+    /// Drops the counts kept for restoring if no change can need them any more, because cycle `t` has begun.
     pub fn normalize(&mut self, t: u64) {
         self.advance_to(t.saturating_sub(1));
         if self.counts_before.synced.saturating_add(1) < t {
@@ -195,7 +198,8 @@ impl Mcs51Timers {
         }
     }
 
-    /// [`Mcs51Timers::advance_to`] at a boundary: pins may still change in cycle `now`, which is counted anew then.
+    /// As [`Mcs51Timers::advance_to`], but at a boundary: pins can still change in cycle `now`, which is then
+    /// counted again.
     pub fn advance_before(&mut self, now: u64) {
         self.advance_to(now.saturating_sub(1));
         if self.counts.synced < now {
@@ -204,7 +208,7 @@ impl Mcs51Timers {
         self.advance_to(now);
     }
 
-    /// Counts everything of the cycles up to and including `now`; nothing when that has been done already.
+    /// Counts all cycles up to and including `now` that have not been counted.
     #[inline]
     pub fn advance_to(&mut self, now: u64) {
         if now > self.counts.synced {
@@ -245,8 +249,8 @@ impl Mcs51Timers {
         self.counts.flag[n & 1]
     }
 
-    /// The cycle since whose S5P2 TFn has been set: that of the overflow, or the one after that of the write.
-    /// [`NEVER`] while it is clear.
+    /// The cycle at whose S5P2 TFn was set: that of the overflow, or the one after a write. [`NEVER`] if it
+    /// is clear.
     #[must_use]
     pub fn flag_set_since(&self, n: usize) -> u64 {
         self.counts.since[n & 1]
@@ -276,7 +280,7 @@ impl Mcs51Timers {
         self.on_register_written();
     }
 
-    /// Writes TFn: a program, or the hardware that clears it as the interrupt is taken.
+    /// Writes TFn, for a program or for the hardware that clears it when the interrupt is taken.
     pub fn set_flag(&mut self, n: usize, on: bool) {
         let next = self.counts.synced.saturating_add(1);
         let since = &mut self.counts.since[n & 1];
@@ -285,19 +289,20 @@ impl Mcs51Timers {
         self.on_register_written();
     }
 
-    /// Pin Tn has this level at S5P2 of `cycle` and later. The timers are synced to the cycle before, or to `cycle` itself
-    /// where this or another pin has been told of for that cycle before; of several the last one holds.
+    /// Sets the level of pin Tn at S5P2 of `cycle` and later. The timers must be advanced to the cycle
+    /// before, or to `cycle` itself if a pin change of that cycle was already reported. The last change of a
+    /// cycle wins.
     pub fn pin_t(&mut self, n: usize, level: bool, cycle: u64) {
         self.change_pin(cycle, |timers, cycle| timers.t[n & 1].drive(level, cycle));
     }
 
-    /// Pin INTn has this level at S5P2 of `cycle` and later; otherwise as [`Mcs51Timers::pin_t`].
+    /// Sets the level of pin INTn at S5P2 of `cycle` and later; otherwise as [`Mcs51Timers::pin_t`].
     pub fn pin_int(&mut self, n: usize, level: bool, cycle: u64) {
         self.change_pin(cycle, |timers, _| timers.int[n & 1] = level);
     }
 
-    /// The cycle of the next overflow that sets TFn if nobody does anything, also while TFn is set; [`NEVER`] where there
-    /// is none.
+    /// The cycle of the next overflow that sets TFn if no register or pin changes, even if TFn is already
+    /// set; [`NEVER`] if there is none.
     #[must_use]
     pub fn next_flag(&self, n: usize) -> u64 {
         match (n & 1, self.is_split()) {
@@ -307,15 +312,15 @@ impl Mcs51Timers {
         }
     }
 
-    /// Overflows of timer 1 since power-up. They drive the serial port, also where they set no flag because timer 0 is in
-    /// mode 3.
+    /// Number of overflows of timer 1 since power-up. They clock the serial port, even if they set no flag
+    /// because timer 0 is in mode 3.
     #[must_use]
     pub fn overflows(&self) -> u64 {
         self.counts.overflows
     }
 
-    /// The cycle of timer 1's overflow number `k`, counted as [`Mcs51Timers::overflows`] counts, if nobody does anything;
-    /// [`NEVER`] where there is none, and for those that have been.
+    /// The cycle of timer 1's overflow number `k`, counted as by [`Mcs51Timers::overflows`], if no register
+    /// or pin changes; [`NEVER`] if there is none or it is in the past.
     #[must_use]
     pub fn cycle_of_overflow(&self, k: u64) -> u64 {
         match k.checked_sub(self.counts.overflows) {
@@ -324,7 +329,7 @@ impl Mcs51Timers {
         }
     }
 
-    /// [`Mcs51Timers::overflows`] as it will be at cycle `now` if nobody does anything.
+    /// The value of [`Mcs51Timers::overflows`] at cycle `now`, if no register or pin changes.
     #[must_use]
     pub fn overflows_by(&self, now: u64) -> u64 {
         let (feed, shape) = self.counter_setup[TIMER1_COUNTER];
@@ -337,7 +342,7 @@ impl Mcs51Timers {
         self.tmod & MODE == 3
     }
 
-    /// After every write.
+    /// Must be called after every write.
     fn on_register_written(&mut self) {
         self.update_setup();
         self.counts_before = self.counts;
@@ -384,7 +389,7 @@ impl Mcs51Timers {
         self.advance_to(synced);
     }
 
-    /// Counts that a feed gives in the cycles after the sync up to `now`.
+    /// Number of counts that a feed gives in the cycles that are not counted yet, up to `now`.
     fn counts_fed(&self, feed: TimerFeed, now: u64) -> u64 {
         match feed {
             TimerFeed::Off => 0,
@@ -393,7 +398,7 @@ impl Mcs51Timers {
         }
     }
 
-    /// The cycle of the `k`th overflow of a counter after the sync; [`NEVER`] where there is none.
+    /// The cycle of the `k`th overflow of a counter that is not counted yet; [`NEVER`] if there is none.
     fn overflow_cycle(&self, counter: usize, k: u64) -> u64 {
         let (feed, shape) = self.counter_setup[counter];
         let (first, period) = self.counts.counts_to_overflow(COUNTER_OWNER[counter], shape);

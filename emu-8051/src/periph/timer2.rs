@@ -1,22 +1,27 @@
-//! Timer 2 (user's manual, "Timer 2" of the 8052; AT89S52 data sheet, "Timer 2" and "Programmable Clock Out", for T2MOD),
-//! in closed form.
+//! Timer 2 in closed form (user's manual, "Timer 2" of the 8052; AT89S52 data sheet, "Timer 2" and
+//! "Programmable Clock Out", for T2MOD).
 //!
-//! As baud generator and as clock generator it counts states (six a cycle) unless it counts the edges of T2, otherwise
-//! cycles. What the documents leave open is settled so:
+//! As a baud generator and as a clock generator it counts states (six per cycle), unless it counts edges of
+//! T2. Otherwise it counts cycles. Where the documents are silent, the model decides:
 //!
-//! - The first state counted after a write in cycle w is S1 of cycle w+1, number 6(w+1). The count of S6 falls between
-//!   what a program reads in a cycle and what it writes: a sync to cycle c ends with S5 (state 6c+4).
-//! - T2OE set and C/T2 clear make a clock generator, whatever CP/RL2 and DCEN say: reload from RCAP2 at every overflow, no
-//!   TF2, an edge of T2EX sets EXF2 and does no more.
-//! - The clock's flip-flop is high after reset. It keeps its level while TR2 is clear and while the output is off.
-//! - An edge of T2EX acts at S5P2 of the cycle of the low sample, after that cycle's count, and without regard to TR2: the
-//!   value captured is the one that a program reads in that cycle; a reloaded timer counts on from RCAP2 in the next.
-//! - Up or down (DCEN) is the sample of T2EX in the cycle of the count. Counting down, the count that finds the timer
-//!   equal to RCAP2 is the underflow: it leaves FFFFh. So a round takes the same number of counts in both directions.
-//!   EXEN2 has no effect then. DCEN matters in auto-reload mode only.
+//! - The first state that is counted after a write in cycle w is S1 of cycle w+1, number 6(w+1). The count of
+//!   S6 comes between the reads and the writes of a program in a cycle: advancing to cycle c ends with S5
+//!   (state 6c+4).
+//! - T2OE set and C/T2 clear make a clock generator, regardless of CP/RL2 and DCEN: every overflow reloads
+//!   from RCAP2 and sets no TF2, and an edge of T2EX only sets EXF2.
+//! - The flip-flop of the clock is high after reset. It keeps its level while TR2 is clear and while the
+//!   output is off.
+//! - An edge of T2EX acts at S5P2 of the cycle of the low sample, after the count of that cycle, and
+//!   regardless of TR2. The captured value is the one that a program reads in that cycle; a reloaded timer
+//!   counts on from RCAP2 in the next cycle.
+//! - The counting direction (DCEN) is the sample of T2EX in the cycle of the count. When counting down, the
+//!   count that finds the timer equal to RCAP2 is the underflow and leaves FFFFh, so the period has the same
+//!   number of counts in both directions. EXEN2 has no effect then. DCEN has an effect in auto-reload mode
+//!   only.
 //! - Edges of T2 as a baud clock are counted at S3, where the manual lets a new count appear.
-//! - A flag that is set already is not set again: its moment stays the first one. A TF2 that is written in the cycle before
-//!   an overflow is polled as the overflow's, a cycle earlier than the written one would be.
+//! - A flag that is already set is not set again: its time stays that of the first event. If TF2 is written
+//!   in the cycle before an overflow, it is polled as that of the overflow, a cycle earlier than the written
+//!   flag would be.
 
 use super::timer::{InputPin, overflows_in};
 use emu_core::NEVER;
@@ -33,12 +38,12 @@ const CAPTURE: u8 = 0x01;
 const T2OE: u8 = 2;
 const DCEN: u8 = 1;
 
-/// S3 among the states of a cycle.
+/// Index of S3 among the states of a cycle.
 const S3: u64 = 2;
-/// More cycles at once would overflow the number of states.
+/// Maximum number of cycles per step; more would overflow the number of states.
 const MAX_STRIDE: u64 = 1 << 60;
 
-/// What makes the timer count.
+/// What the timer counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Timer2Feed {
     Off,
@@ -50,18 +55,18 @@ enum Timer2Feed {
     OneEdge(u64),
 }
 
-/// What goes on as time passes.
+/// The state that counting changes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Timer2Counts {
     synced: u64,
-    /// States of the cycle synced to that are not counted yet: S6, until something is written.
+    /// Number of states of the present cycle that are not counted yet: 1 (S6) until something is written.
     states_behind: u64,
     value: u16,
     rcap: u16,
     tf2: bool,
     exf2: bool,
     tf2_since: u64,
-    /// An overflow has set TF2: it is polled in its own cycle.
+    /// An overflow has set TF2, which is then polled in the cycle of the overflow.
     tf2_early: bool,
     exf2_since: u64,
     overflows: u64,
@@ -73,7 +78,7 @@ state! {
     if |of, now| of.synced <= now && of.states_behind <= 1 && of.overflows != NEVER
 }
 
-/// What T2CON, T2MOD and the pins make of the timer.
+/// The configuration that follows from T2CON, T2MOD and the pins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Timer2Setup {
     feed: Timer2Feed,
@@ -84,11 +89,12 @@ struct Timer2Setup {
     /// Auto-reload with DCEN: EXF2 is the seventeenth bit and requests no interrupt.
     counts_up_down: bool,
     down: bool,
-    /// The cycle of an edge of T2EX that counts as an event, past or to come.
+    /// The cycle of an edge of T2EX that counts as an event, in the past or the future.
     edge: u64,
 }
 
-/// Timer 2 as of the cycle it was synced to. A write acts from the cycle after that one on. A chip without T2MOD leaves it 0.
+/// Timer 2 as of the cycle to which it is advanced. A write takes effect in the cycle after that. On a chip
+/// without T2MOD that register stays 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mcs51Timer2 {
     /// T2CON without its flags.
@@ -98,12 +104,12 @@ pub struct Mcs51Timer2 {
     t2ex: InputPin,
     setup: Timer2Setup,
     counts: Timer2Counts,
-    /// The counts when a register was last written or a pin last changed: the way back when a second change falls in a
-    /// cycle that is counted already.
+    /// The counts at the last register write or pin change. They are restored when a second change falls into
+    /// a cycle that has already been counted.
     counts_before: Timer2Counts,
 }
 
-// The plan follows from the rest.
+// The setup is derived from the other fields.
 state! {
     Mcs51Timer2 { control, mode, t2, t2ex, counts, counts_before } stays { setup } if |timer, now| timer.counts.synced + 1 >= now,
     then Mcs51Timer2::update_setup
@@ -116,7 +122,7 @@ impl Default for Mcs51Timer2 {
 }
 
 impl Mcs51Timer2 {
-    /// The state after reset, synced to cycle `now`: registers 0, pins high.
+    /// The state after reset, advanced to cycle `now`: registers 0, pins high.
     #[must_use]
     pub fn new(now: u64) -> Mcs51Timer2 {
         let counts = Timer2Counts {
@@ -136,7 +142,7 @@ impl Mcs51Timer2 {
         Mcs51Timer2 { control: 0, mode: 0, t2, t2ex, setup: setup_for(0, 0, &t2, &t2ex), counts, counts_before: counts }
     }
 
-    /// Forgets the way back where no change can take it any more, since cycle `t` has come.
+    /// Drops the counts kept for restoring if no change can need them any more, because cycle `t` has begun.
     pub fn normalize(&mut self, t: u64) {
         self.advance_to(t.saturating_sub(1));
         if self.counts_before.synced.saturating_add(1) < t {
@@ -144,7 +150,8 @@ impl Mcs51Timer2 {
         }
     }
 
-    /// [`Timer2::advance_to`] at a boundary: pins may still change in cycle `now`, which is counted anew then.
+    /// As [`Mcs51Timer2::advance_to`], but at a boundary: pins can still change in cycle `now`, which is then
+    /// counted again.
     pub fn advance_before(&mut self, now: u64) {
         self.advance_to(now.saturating_sub(1));
         if self.counts.synced < now {
@@ -153,7 +160,7 @@ impl Mcs51Timer2 {
         self.advance_to(now);
     }
 
-    /// Brings everything up to S5P2 of cycle `now`; nothing when that has been done already.
+    /// Advances the timer to S5P2 of cycle `now`, unless that is already done.
     #[inline]
     pub fn advance_to(&mut self, now: u64) {
         if now <= self.counts.synced {
@@ -207,7 +214,7 @@ impl Mcs51Timer2 {
         (self.counts.rcap >> 8) as u8
     }
 
-    /// Writes T2CON, TF2 and EXF2 included.
+    /// Writes T2CON, including TF2 and EXF2.
     pub fn set_t2con(&mut self, value: u8) {
         self.write(|timer| {
             let next = timer.counts.synced.saturating_add(1);
@@ -248,34 +255,37 @@ impl Mcs51Timer2 {
         self.write(|timer| timer.counts.rcap = timer.counts.rcap & 0xFF | u16::from(value) << 8);
     }
 
-    /// Pin T2 has this level at S5P2 of `cycle` and later. The timer is synced to the cycle before, or to `cycle` itself where
-    /// another pin change of that cycle has been told before; of several the last one holds.
+    /// Sets the level of pin T2 at S5P2 of `cycle` and later. The timer must be advanced to the cycle before,
+    /// or to `cycle` itself if a pin change of that cycle was already reported. The last change of a cycle
+    /// wins.
     pub fn pin_t2(&mut self, level: bool, cycle: u64) {
         self.drive(cycle, |timer, cycle| timer.t2.drive(level, cycle));
     }
 
-    /// Pin T2EX has this level at S5P2 of `cycle` and later; otherwise as [`Timer2::pin_t2`].
+    /// Sets the level of pin T2EX at S5P2 of `cycle` and later; otherwise as [`Mcs51Timer2::pin_t2`].
     pub fn pin_t2ex(&mut self, level: bool, cycle: u64) {
         self.drive(cycle, |timer, cycle| timer.t2ex.drive(level, cycle));
     }
 
-    /// The cycle x since which the timer has requested its interrupt, which is polled in x+1 and later: the earliest of
-    /// what is set of TF2 (x is the cycle before the overflow, for TF2 is set at S2P2 and polled in the same cycle) and
-    /// EXF2 (the cycle of the edge); for a flag written in cycle w it is w+1. [`NEVER`] while there is no request. EXF2
-    /// requests nothing while it tells the rounds of an up/down counter.
+    /// The cycle x since which the timer has requested its interrupt, which is polled from x+1 on; [`NEVER`]
+    /// if there is no request. It is the earlier one for TF2 and EXF2, if set. For TF2, x is the cycle before
+    /// the overflow, since TF2 is set at S2P2 and polled in the same cycle. For EXF2 it is the cycle of the
+    /// edge. For a flag written in cycle w it is w+1. EXF2 requests no interrupt while it toggles as the
+    /// seventeenth bit of an up/down counter.
     #[must_use]
     pub fn flags_set_since(&self) -> u64 {
         self.counts.tf2_since.min(self.counts.exf2_since)
     }
 
-    /// The first cycle at whose S5P2 the request stood: [`Timer2::flags_set_since`], but the cycle of the overflow where one set TF2.
+    /// The first cycle at whose S5P2 the request was present: as [`Mcs51Timer2::flags_set_since`], but the
+    /// cycle of the overflow if that set TF2.
     #[must_use]
     pub fn request_active_since(&self) -> u64 {
         self.counts.tf2_since.saturating_add(u64::from(self.counts.tf2_early)).min(self.counts.exf2_since)
     }
 
-    /// The next x, as in [`Timer2::flags_set_since`], at which TF2 or a requesting EXF2 is set by hardware if nobody does anything,
-    /// also while it is set; [`NEVER`] where there is none.
+    /// The next x, as in [`Mcs51Timer2::flags_set_since`], at which hardware sets TF2 or a requesting EXF2 if
+    /// no register or pin changes, even if it is already set; [`NEVER`] if there is none.
     #[must_use]
     pub fn next_flag(&self) -> u64 {
         let Timer2Counts { synced, .. } = self.counts;
@@ -289,14 +299,15 @@ impl Mcs51Timer2 {
         if self.setup.edge > synced { flag.min(self.setup.edge) } else { flag }
     }
 
-    /// Overflows as a baud or clock generator since power-up.
+    /// Number of overflows as a baud or clock generator since power-up.
     #[must_use]
     pub fn overflows(&self) -> u64 {
         self.counts.overflows
     }
 
-    /// The state (6 x cycle + 0 for S1 to 5 for S6) of overflow number `k`, counted as [`Timer2::overflows`] counts, if nobody
-    /// does anything; [`NEVER`] where there is none, and for those that have been.
+    /// The state (6 x cycle + 0 for S1 to 5 for S6) of overflow number `k`, counted as by
+    /// [`Mcs51Timer2::overflows`], if no register or pin changes; [`NEVER`] if there is none or it is in the
+    /// past.
     #[must_use]
     pub fn state_of_overflow(&self, k: u64) -> u64 {
         let Some(ahead @ 1..) = k.checked_sub(self.counts.overflows) else { return NEVER };
@@ -311,7 +322,7 @@ impl Mcs51Timer2 {
         }
     }
 
-    /// [`Timer2::overflows`] as it will be after `state` if nobody does anything.
+    /// The value of [`Mcs51Timer2::overflows`] after `state`, if no register or pin changes.
     #[must_use]
     pub fn overflows_by(&self, state: u64) -> u64 {
         let counts = match self.setup.feed {
@@ -325,7 +336,8 @@ impl Mcs51Timer2 {
         self.counts.overflows + overflows_in(counts, first, period)
     }
 
-    /// The level that the clock generator gives to pin T2; `None` while it does not: T2OE clear or C/T2 set.
+    /// The level that the clock generator drives on pin T2; `None` while it does not drive it: T2OE clear or
+    /// C/T2 set.
     #[must_use]
     pub fn clock_out(&self) -> Option<bool> {
         self.setup.clock.then_some(self.counts.clock)
@@ -342,7 +354,7 @@ impl Mcs51Timer2 {
         self.counts.synced.saturating_add(1).saturating_mul(6).saturating_sub(self.counts.states_behind)
     }
 
-    /// Counts to the next overflow, and from one overflow to the next.
+    /// Counts until the next overflow, and from one overflow to the next.
     fn counts_to_overflow(&self) -> (u64, u64) {
         let Timer2Counts { value, rcap, .. } = self.counts;
         let period = 0x1_0000 - if self.setup.reload { u64::from(rcap) } else { 0 };
@@ -350,7 +362,7 @@ impl Mcs51Timer2 {
         (first, period)
     }
 
-    /// Everything but edges of T2EX up to S5P2 of cycle `now`.
+    /// Advances everything except edges of T2EX to S5P2 of cycle `now`.
     fn advance(&mut self, now: u64) {
         while self.counts.synced < now {
             let from = self.counts.synced;
@@ -367,7 +379,7 @@ impl Mcs51Timer2 {
         }
     }
 
-    /// `counts` counts; when each takes a cycle, `from` is the cycle before the first.
+    /// Adds `counts` counts. If each takes a cycle, `from` is the cycle before the first.
     fn count(&mut self, counts: u64, from: u64) {
         let (first, period) = self.counts_to_overflow();
         let Timer2Setup { is_generator: generator, clock, reload, counts_up_down: updown, down, .. } = self.setup;
@@ -393,7 +405,7 @@ impl Mcs51Timer2 {
         }
     }
 
-    /// A falling edge of T2EX in `cycle`, which is counted.
+    /// Applies a falling edge of T2EX in `cycle`, whose count has already been applied.
     fn edge(&mut self, cycle: u64) {
         if !self.setup.is_generator {
             if self.setup.reload {
@@ -406,7 +418,7 @@ impl Mcs51Timer2 {
         self.counts.exf2_since = self.counts.exf2_since.min(cycle);
     }
 
-    /// A write at the end of the cycle synced to.
+    /// Applies a write at the end of the cycle to which the timer is advanced.
     fn write(&mut self, change: impl FnOnce(&mut Mcs51Timer2)) {
         if self.setup.feed == Timer2Feed::States {
             self.count(self.counts.states_behind, self.counts.synced);

@@ -1,5 +1,5 @@
-//! The clocks of the serial port (user's manual, "Baud rates"): timer 1, timer 2 or the oscillator, and the divider by two
-//! that SMOD switches off.
+//! The clocks of the serial port (user's manual, "Baud rates"): timer 1, timer 2 or the oscillator, and the
+//! divider by two that SMOD bypasses.
 
 use emu_core::NEVER;
 use emu_core::state;
@@ -12,27 +12,27 @@ use crate::periph::map::pin;
 const RCLK: u8 = 0x20;
 const TCLK: u8 = 0x10;
 
-/// Where ticks of a 16x baud clock come from.
+/// The source of the ticks of a 16x baud clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum BaudSource {
-    /// Mode 0 needs none.
+    /// No source: mode 0.
     None,
     /// Overflows of timer 1, or every second one.
     Timer1,
     /// Overflows of timer 2.
     Timer2,
-    /// States of the oscillator, or every second one.
+    /// States of the oscillator (six per machine cycle), or every second one.
     States,
 }
 
-/// A side of the port.
+/// A side of the port: transmitter or receiver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum SerialSide {
     Tx,
     Rx,
 }
 
-/// How far the clocks of both sides have come: what their sources have counted.
+/// The counts of the sources up to which the ticks of both sides have been applied.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BaudClock {
     tx: u64,
@@ -42,7 +42,7 @@ pub(super) struct BaudClock {
 state! { BaudClock { tx, rx } }
 
 impl BaudClock {
-    /// Nothing counted.
+    /// No counts.
     pub(super) const START: BaudClock = BaudClock { tx: 0, rx: 0 };
 }
 
@@ -57,7 +57,7 @@ impl Mcs51Soc {
         }
     }
 
-    /// What a source has counted up to S5P2 of cycle `t`.
+    /// The count of a source up to S5P2 of cycle `t`.
     fn source_ticks(&self, source: BaudSource, t: u64) -> u64 {
         match source {
             BaudSource::None => 0,
@@ -69,7 +69,7 @@ impl Mcs51Soc {
         }
     }
 
-    /// Counts of the source per tick: 1, or 2 as long as SMOD is clear.
+    /// Counts of the source per tick: 1, or 2 if SMOD is clear.
     const fn divider(&self, source: BaudSource) -> u64 {
         match source {
             BaudSource::Timer1 | BaudSource::States if self.pcon & SMOD == 0 => 2,
@@ -77,13 +77,14 @@ impl Mcs51Soc {
         }
     }
 
-    /// The sources of both sides.
+    /// The sources of transmitter and receiver.
     pub(super) fn sources(&self) -> [BaudSource; 2] {
         [self.source(SerialSide::Tx), self.source(SerialSide::Rx)]
     }
 
-    /// After a write at the end of cycle `t`: a source that was not `before` begins with its count there. One that stays goes
-    /// on, with what the write itself has let it count.
+    /// Restarts the baud clocks after a write at the end of cycle `t`. A source that differs from `before`
+    /// starts with its present count. A source that stays continues, including counts that the write itself
+    /// caused.
     pub(super) fn rebase(&mut self, before: [BaudSource; 2], t: u64) {
         let now = self.sources();
         if now[0] != before[0] {
@@ -94,7 +95,8 @@ impl Mcs51Soc {
         }
     }
 
-    /// Brings the serial port up to S5P2 of cycle `t`, the first at which it has anything to do, if it has.
+    /// Advances the serial port to S5P2 of cycle `t`, if it has something to do. `t` must be the first such
+    /// cycle.
     pub(super) fn run_serial(&mut self, t: u64) {
         let idle = self.serial.tx_ticks_to_next_step().is_none() && self.serial.rx_ticks_to_next_step().is_none();
         if !idle || self.serial.next_shift_cycle() <= t {
@@ -102,7 +104,8 @@ impl Mcs51Soc {
         }
     }
 
-    /// The same, with the ticks that an idle port lets pass: before something is done to it or its clocks.
+    /// As [`Mcs51Soc::run_serial`], but also applies the ticks of an idle port. It must be called before the
+    /// port or its clocks are changed.
     pub(super) fn pass_ticks(&mut self, t: u64) {
         while self.serial.next_shift_cycle() <= t {
             let cycle = self.serial.next_shift_cycle();
@@ -131,7 +134,7 @@ impl Mcs51Soc {
         self.serial.rx_advance(ticks);
     }
 
-    /// Ticks of a side since the last time, which are taken for passed.
+    /// Ticks of a side since the last call; they count as applied.
     fn ticks(&mut self, side: SerialSide, t: u64) -> u64 {
         let source = self.source(side);
         let (counted, divider) = (self.source_ticks(source, t), self.divider(source));
@@ -141,7 +144,7 @@ impl Mcs51Soc {
         ticks
     }
 
-    /// The cycle of the serial port's next step; NEVER when it has none, or its clock stands.
+    /// The cycle of the serial port's next step; NEVER if it has none or its clock is stopped.
     pub(super) fn next_serial(&self) -> u64 {
         let side = |side: SerialSide, wait: Option<u64>, counted: u64| {
             let Some(wait) = wait else { return NEVER };

@@ -1,13 +1,13 @@
-//! The external bus (user's manual, "Accessing external memory", figures of the data memory cycles): what MOVX does to the
-//! pins of ports 0, 2 and 3.
+//! The external bus: the effect of MOVX on the pins of ports 0, 2 and 3 (user's manual, "Accessing external
+//! memory", figures of the data memory cycles).
 //!
-//! It is over by the end of the instruction, so it changes no pin for good but port 0, whose latch is left with ones. The edges
-//! are logged for who wants to see them. Within the two cycles of MOVX, in clocks:
+//! The transfer ends with the instruction, so it changes no pin permanently except those of port 0, whose
+//! latch is set to ones. The edges are logged on request. In clocks of the two cycles of MOVX:
 //!
 //! ```text
-//! first  S5P1  P0 takes the lower, P2 the upper byte of the address      S6P1  P0 lets go, for a read
+//! first  S5P1  P0 takes the lower, P2 the upper byte of the address      S6P1  P0 floats, for a read
 //!        S6P2  P0 takes the byte, for a write
-//! second S1P1  RD or WR falls     S4P1  it rises     S4P2  P0 lets go, P2 shows its latch again
+//! second S1P1  RD or WR falls     S4P1  it rises     S4P2  P0 floats, P2 shows its latch again
 //! ```
 
 use emu_core::cpu::{Bus as _, BusEffect};
@@ -26,31 +26,31 @@ const STROBE_FALL_PHASE: u8 = 0;
 const STROBE_RISE_PHASE: u8 = 6;
 const RELEASE_PHASE: u8 = 7;
 
-/// A byte is moved over the bus.
+/// A byte that is moved over the bus.
 #[derive(Debug, Clone, Copy)]
 pub struct BusTransfer {
-    /// Address; its upper byte is that of the latch of P2 for MOVX @Ri.
+    /// Address; for MOVX @Ri its upper byte is that of the latch of P2.
     pub addr: u16,
     /// The byte.
     pub value: u8,
-    /// It goes out.
+    /// Whether the byte is written.
     pub write: bool,
 }
 
 impl Mcs51Soc {
-    /// MOVX is to be told of: it changes the latch of port 0, or its edges are wanted.
+    /// Whether MOVX must be reported to the chip: it changes the latch of port 0, or its edges are logged.
     #[inline]
     #[must_use]
     pub fn has_bus_pins(&self) -> bool {
         self.logs_bus || self.ports.latch(0) != 0xFF
     }
 
-    /// Logs the edges of MOVX from now on, or does not. A chip without a bus has none.
+    /// Enables or disables logging of the edges of MOVX. A chip without a bus has none.
     pub fn set_bus_on_pins(&mut self, on: bool) {
         self.logs_bus = on && self.part.has_bus;
     }
 
-    /// MOVX whose last cycle is `now`: leaves ones in the latch of port 0.
+    /// Applies a MOVX whose last cycle is `now`: it sets the latch of port 0 to ones.
     pub fn external_access(&mut self, transfer: BusTransfer, now: u64) -> BusEffect {
         if self.logs_bus && self.log.is_enabled() && !self.ports.is_bus(0) {
             self.log_transfer(transfer, now);
@@ -58,8 +58,8 @@ impl Mcs51Soc {
         self.write_bits(u16::from(sfr::P0), 0xFF, 0xFF, now)
     }
 
-    /// Logs edges, sent bytes and fights over pins from the machine cycle `now` on, those that are fought for already too, or
-    /// stops and forgets them.
+    /// Enables or disables the log of edges, sent bytes and contentions from the machine cycle `now` on.
+    /// Enabling it logs the present contentions; disabling it discards all events.
     pub fn set_event_log(&mut self, on: bool, now: u64) {
         self.log.set_enabled(on, now, (0..PINS as PinId).filter(|&pin| self.ports.has_contention(pin)));
     }
@@ -101,7 +101,7 @@ impl Mcs51Soc {
             edge(second, STROBE_RISE_PHASE, strobe, PinLevel::High);
         }
         for bit in 0..8 {
-            // What the latch of port 0 does to its pins it does now, before the ones are written.
+            // The pins of port 0 return to the level of the present latch, before the ones are written.
             edge(second, RELEASE_PHASE, bit, rest[0][usize::from(bit)]);
             edge(second, RELEASE_PHASE, 16 + bit, rest[2][usize::from(bit)]);
         }

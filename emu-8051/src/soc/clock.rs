@@ -1,7 +1,8 @@
-//! The clock output of timer 2 on its way to the pin (AT89S52 data sheet, "Programmable clock out").
+//! The clock output of timer 2 on its pin (AT89S52 data sheet, "Programmable clock out").
 //!
-//! It may toggle in each state of a cycle. All toggles of a cycle are put on the pin at once, that of S6 too, which the timer
-//! itself counts only behind what a program reads in the cycle.
+//! The output can toggle in each of the six states of a cycle. All toggles of a cycle are applied to the pin
+//! at once, including that of S6, which the timer itself counts only after the reads of the program in that
+//! cycle.
 
 use emu_core::NEVER;
 
@@ -9,7 +10,7 @@ use super::Mcs51Soc;
 use crate::periph::map::pin;
 
 impl Mcs51Soc {
-    /// Puts out the toggles up to the end of cycle `t`.
+    /// Applies the toggles up to the end of cycle `t` to the pin.
     pub(super) fn clock_out(&mut self, t: u64) {
         while let Some((state, high)) = self.next_toggle().filter(|(state, _)| state / 6 <= t) {
             self.toggles_shown += 1;
@@ -17,7 +18,7 @@ impl Mcs51Soc {
         }
     }
 
-    /// The clock output after a write at the end of cycle `t`.
+    /// Updates the clock output after a write at the end of cycle `t`.
     pub(super) fn on_clock_control_written(&mut self, t: u64) {
         let Some(timer2) = &self.timer2 else { return };
         self.toggles_shown = timer2.overflows();
@@ -25,7 +26,7 @@ impl Mcs51Soc {
         self.drive_clock_pin(high, t + 1, 0);
     }
 
-    /// The state of the next toggle that is not on the pin yet, and the level that follows.
+    /// The state of the next toggle that is not on the pin yet, and the level after it.
     pub(super) fn next_toggle(&self) -> Option<(u64, bool)> {
         let timer2 = self.timer2.as_ref()?;
         let high = timer2.clock_out()?;

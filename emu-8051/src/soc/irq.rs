@@ -1,8 +1,9 @@
-//! Interrupts (user's manual, "Interrupts"): requests, their two levels, and when they are seen.
+//! Interrupts (user's manual, "Interrupts"): requests, their two priority levels, and when they are
+//! recognised.
 //!
-//! A flag that stands at S5P2 of cycle n is polled in cycle n+1; when that is the last cycle of an instruction that is
-//! neither RETI nor writes IE or IP, the call takes the cycles n+2 and n+3. So at an instruction boundary before cycle t
-//! those requests count that stood at S5P2 of t-2.
+//! A flag that is set at S5P2 of cycle n is polled in cycle n+1. If that is the last cycle of an instruction
+//! that is not RETI and does not write IE or IP, the call takes the cycles n+2 and n+3. At an instruction
+//! boundary before cycle t, those requests count that were present at S5P2 of t-2.
 
 use emu_core::NEVER;
 use emu_core::state;
@@ -17,27 +18,27 @@ const EA: u8 = 0x80;
 /// An external interrupt, INT0 or INT1.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ExternalInterrupt {
-    /// ITn: falling edges count; else the level.
+    /// ITn: falling edges are detected; otherwise the level.
     pub edge: bool,
-    /// IEn, as an edge has left it.
+    /// IEn as set by an edge.
     flag: bool,
     /// The cycle at whose S5P2 it was set.
     since: u64,
     /// The first cycle whose sample counts as a level.
     level_since: u64,
-    /// Levels of the pin at the samples, latest first, and the cycles of the first of them.
+    /// The last three sampled levels of the pin, latest first, each with the cycle of its first sample.
     levels: [(u64, bool); 3],
 }
 
 state! { ExternalInterrupt { edge, flag, since, level_since, levels } }
 
 impl ExternalInterrupt {
-    /// After reset, the pin at this level.
+    /// State after reset with the pin at this level.
     pub(super) const fn new(level: bool) -> ExternalInterrupt {
         ExternalInterrupt { edge: false, flag: false, since: 0, level_since: 0, levels: [(0, level); 3] }
     }
 
-    /// The pin is sampled at this level from `cycle` on.
+    /// Samples this level of the pin from `cycle` on.
     pub(super) fn sample(&mut self, level: bool, cycle: u64) {
         if self.edge && self.levels[0].1 && !level && !self.flag {
             (self.flag, self.since) = (true, cycle);
@@ -50,7 +51,7 @@ impl ExternalInterrupt {
         if self.edge { self.flag } else { !self.levels[0].1 }
     }
 
-    /// A program writes IEn at the end of `cycle`; in level mode the next sample overwrites it.
+    /// A program writes IEn at the end of `cycle`. In level mode the next sample overwrites it.
     pub(super) const fn set_flag(&mut self, on: bool, cycle: u64) {
         if on && !self.flag {
             self.since = cycle + 1;
@@ -69,7 +70,7 @@ impl ExternalInterrupt {
         self.edge = on;
     }
 
-    /// The request stood at S5P2 of `cycle`.
+    /// Whether the request was present at S5P2 of `cycle`.
     fn was_requested_at(&self, cycle: u64) -> bool {
         if self.edge {
             return self.flag && self.since <= cycle;
@@ -78,13 +79,13 @@ impl ExternalInterrupt {
         cycle >= self.level_since && sample.is_some_and(|(_, level)| !level)
     }
 
-    /// False where [`External::stood`] is, whatever the cycle.
+    /// False if [`ExternalInterrupt::was_requested_at`] is false for all cycles.
     const fn may_have_been_requested(&self) -> bool {
         let [(_, now), (_, before), (_, first)] = self.levels;
         if self.edge { self.flag } else { !(now & before & first) }
     }
 
-    /// The cycle from which on the request that stands now has stood.
+    /// The cycle since which the present request exists.
     fn requested_since(&self) -> u64 {
         if self.edge { self.since } else { self.level_since.max(self.levels[0].0) }
     }
@@ -95,50 +96,50 @@ impl ExternalInterrupt {
     }
 }
 
-/// The interrupt system but for the flags of timers and serial port, which they keep.
+/// The interrupt system, except for the flags of timers and serial port, which these keep themselves.
 #[derive(Debug, Clone)]
 pub(super) struct InterruptSystem {
     pub ie: u8,
     pub ip: u8,
     pub external: [ExternalInterrupt; 2],
-    /// Levels in progress: bit 0 low, bit 1 high.
+    /// Priority levels in progress: bit 0 low, bit 1 high.
     in_progress: u8,
-    /// Requests that count at the boundaries before these two cycles as they were sampled, although a program took them back
-    /// after that.
+    /// Requests that count as sampled at the boundaries before these two cycles, although a program has
+    /// cleared them since.
     polled: [(u64, u8); 2],
 }
 
 state! { InterruptSystem { ie, ip, external, in_progress, polled } }
 
 impl InterruptSystem {
-    /// After reset, with INT0 and INT1 at these levels.
+    /// State after reset, with INT0 and INT1 at these levels.
     pub(super) const fn new(levels: [bool; 2]) -> InterruptSystem {
         let external = [ExternalInterrupt::new(levels[0]), ExternalInterrupt::new(levels[1])];
         InterruptSystem { ie: 0, ip: 0, external, in_progress: 0, polled: [(0, 0); 2] }
     }
 
-    /// Sources that are enabled, as bits by number minus 1.
+    /// Enabled sources as bits; the bit is the number of the source minus 1.
     pub(super) const fn enabled(&self) -> u8 {
         if self.ie & EA == 0 { 0 } else { self.ie & !EA }
     }
 
-    /// The external interrupt `n` has woken the chip, and is served at the boundary before cycle `t` although its level has
-    /// gone.
+    /// Remembers that the external interrupt `n` has woken the chip. It is served at the boundary before
+    /// cycle `t` although its level has ended.
     pub(super) const fn remember_request(&mut self, n: usize, t: u64) {
         self.polled = [(t, 1 << (2 * n)), (0, 0)];
     }
 
-    /// RETI: the interrupt of the highest level in progress has ended.
+    /// RETI: ends the interrupt with the highest level in progress.
     pub(super) const fn reti(&mut self) {
         self.in_progress &= if self.in_progress & 2 != 0 { !2 } else { !1 };
     }
 
-    /// No interrupt can be served before the one in progress ends.
+    /// Whether no interrupt can be served before the one in progress ends.
     const fn all_in_progress(&self) -> bool {
         self.in_progress & 2 != 0
     }
 
-    /// The one of `requests` that would be served now.
+    /// The source among `requests` that would be served now.
     const fn highest_priority(&self, requests: u8) -> Option<u8> {
         let enabled = requests & self.enabled();
         let high = enabled & self.ip;
@@ -157,8 +158,9 @@ const fn bit(source: u8) -> u8 {
 }
 
 impl Mcs51Soc {
-    /// Enabled sources whose request stood at S5P2 of `cycle`, as bits by number minus 1; everything is run up to `cycle` or
-    /// later. Others are not asked: a write that enables them holds interrupts up until they have been polled anew.
+    /// Enabled sources whose request was present at S5P2 of `cycle`, as bits by number minus 1. Everything
+    /// must be executed up to `cycle` or later. Disabled sources can be ignored: a write that enables them
+    /// holds interrupts until the sources have been polled again.
     fn requests_at(&self, cycle: u64) -> u8 {
         let [int0, int1] = &self.interrupts.external;
         let set = u8::from(int0.may_have_been_requested())
@@ -185,24 +187,25 @@ impl Mcs51Soc {
         requests
     }
 
-    /// Since when timer 2 asks: an overflow is polled in its own cycle, by either reading.
+    /// The cycle since which timer 2 requests an interrupt. An overflow is polled in its own cycle in both
+    /// readings.
     fn timer2_since(&self, timer2: &Mcs51Timer2) -> u64 {
         if self.readings.samples_interrupt_at_once { timer2.request_active_since() } else { timer2.flags_set_since() }
     }
 
-    /// How far back the requests stood that count at a boundary before cycle `t`.
+    /// The cycle whose requests count at a boundary before cycle `t`.
     fn sample_cycle(&self, t: u64) -> u64 {
         t.saturating_sub(if self.readings.samples_interrupt_at_once { 1 } else { 2 })
     }
 
-    /// Requests that count at the boundary before cycle `t`, up to which everything is run.
+    /// Requests that count at the boundary before cycle `t`; everything must be executed up to `t`.
     pub(super) fn requests(&self, t: u64) -> u8 {
         let polled = self.interrupts.polled.iter().filter(|polled| polled.0 == t);
         polled.fold(self.requests_at(self.sample_cycle(t)), |requests, polled| requests | polled.1)
     }
 
-    /// Before a program writes flags at the end of cycle `t`: what was sampled in the cycle before is polled in `t`, what was
-    /// sampled in `t` is polled in `t + 1`.
+    /// Must be called before a program writes flags at the end of cycle `t`. Requests that were sampled in
+    /// the cycle before are polled in `t`, those sampled in `t` are polled in `t + 1`.
     pub(super) fn poll(&mut self, t: u64) {
         if !self.readings.samples_interrupt_at_once && self.interrupts.enabled() != 0 {
             self.interrupts.polled = [(t + 1, self.requests(t + 1)), (t + 2, self.requests_at(t))];
@@ -214,8 +217,9 @@ impl Mcs51Soc {
         self.interrupts.highest_priority(self.requests(t))
     }
 
-    /// The first boundary from the one before cycle `t` on at which an interrupt can be served, everything being synced to
-    /// `t`; NEVER where none comes by itself or before another ends.
+    /// The first boundary, from the one before cycle `t` on, at which an interrupt can be served; everything
+    /// must be executed up to `t`. NEVER if no request comes without external input, or none before the
+    /// interrupt in progress ends.
     pub(super) fn next_interrupt(&self, t: u64) -> u64 {
         let enabled = self.interrupts.enabled();
         if enabled == 0 || self.interrupts.all_in_progress() {
@@ -236,7 +240,7 @@ impl Mcs51Soc {
                 if external.flag() {
                     next = next.min(later(external.requested_since()));
                 }
-                // A level that has gone already may have been sampled for the next boundary.
+                // A level that has already ended can have been sampled for the next boundary.
                 if !external.edge && external.was_requested_at(self.sample_cycle(t + 1)) {
                     next = next.min(t + 1);
                 }
@@ -250,13 +254,14 @@ impl Mcs51Soc {
             next = next.min(later(self.serial.flags_set_since()));
         }
         if let Some(timer2) = self.timer2.as_ref().filter(|_| is(irq::TIMER2)) {
-            // An overflow right after a program has set TF2 is polled a cycle before what the program wrote.
+            // An overflow directly after a program has set TF2 is polled a cycle earlier than the value that
+            // the program wrote.
             next = next.min(later(self.timer2_since(timer2))).min(later(timer2.next_flag()));
         }
         next
     }
 
-    /// The service routine of `source` is called: its flag is cleared where hardware does so.
+    /// The service routine of `source` is called: its flag is cleared if hardware does that.
     pub(super) fn enter(&mut self, source: u8) {
         match source {
             irq::INT0 => self.interrupts.external[0].acknowledge(),

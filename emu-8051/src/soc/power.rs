@@ -1,5 +1,5 @@
-//! Power saving, reset and the watchdog (user's manual, "Power-saving modes of operation", "Reset"; AT89S52 data sheet,
-//! "Watchdog timer", "WDT during power-down and idle").
+//! Power saving, reset and the watchdog (user's manual, "Power-saving modes of operation", "Reset"; AT89S52
+//! data sheet, "Watchdog timer", "WDT during power-down and idle").
 
 use emu_core::cpu::{NEVER, ResetCause};
 use emu_core::pins::PinLevel;
@@ -22,16 +22,16 @@ pub(super) const IDL: u8 = 0x01;
 
 /// AUXR: the watchdog does not drive the reset pin.
 pub(super) const DISRTO: u8 = 0x08;
-/// AUXR: ALE only at MOVX; stored, and without effect here.
+/// AUXR: ALE is active only during MOVX; stored, without effect here.
 pub(super) const DISALE: u8 = 0x01;
-/// AUXR: the watchdog rests in idle.
+/// AUXR: the watchdog pauses in idle.
 pub(super) const WDIDLE: u8 = 0x10;
 
-/// Machine cycles that RST must be high for a reset ("Reset").
+/// Machine cycles for which RST must be high to cause a reset ("Reset").
 const RESET_CYCLES: u64 = 2;
 /// Machine cycles from the release of reset to the first fetch (1 to 2 in the manual).
 const RELEASE_CYCLES: u64 = 2;
-/// Clocks that the watchdog drives the reset pin high.
+/// Clocks for which the watchdog drives the reset pin high.
 const PULSE_CLOCKS: u64 = 98;
 /// Machine cycles from a clear of the watchdog to its overflow: a 14-bit counter that reaches 3FFFh.
 const WATCHDOG_CYCLES: u64 = 0x3FFF;
@@ -39,15 +39,16 @@ const WATCHDOG_CYCLES: u64 = 0x3FFF;
 /// What stops the core, in machine cycles.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PowerState {
-    /// Power-down since this cycle, with the external interrupt that has begun to end it.
+    /// The cycle since which the chip is in power-down, and the external interrupt that has started to end
+    /// it.
     power_down_since: Option<(u64, Option<usize>)>,
-    /// The reset pin will have been high long enough at this cycle.
+    /// The cycle at which the reset pin will have been high long enough.
     reset_at: u64,
-    /// A reset is to be carried out.
+    /// A reset that must be carried out.
     requested: Option<ResetCause>,
-    /// The core is held in reset until this cycle; NEVER while the reset pin is high.
+    /// The cycle until which the core is held in reset; NEVER while the reset pin is high.
     held_until: Option<u64>,
-    /// The watchdog's pulse on the reset pin ends at this cycle.
+    /// The cycle at which the watchdog's pulse on the reset pin ends.
     pulse_end: u64,
 }
 
@@ -56,16 +57,16 @@ state! {
 }
 
 impl PowerState {
-    /// Running.
+    /// The chip runs.
     pub(super) const START: PowerState =
         PowerState { power_down_since: None, reset_at: NEVER, requested: None, held_until: None, pulse_end: NEVER };
 
-    /// The oscillator stands.
+    /// Whether the oscillator is stopped.
     pub(super) const fn is_powered_down(&self) -> bool {
         self.power_down_since.is_some()
     }
 
-    /// The machine cycle at which the oscillator stopped, or `now` while it runs.
+    /// The machine cycle at which the oscillator stopped, or `now` if it runs.
     pub(super) const fn stopped_at(&self, now: u64) -> u64 {
         match self.power_down_since {
             Some((since, _)) => since,
@@ -73,26 +74,26 @@ impl PowerState {
         }
     }
 
-    /// Nothing is executed and no interrupt is served, idle aside.
+    /// Whether nothing is executed and no interrupt is served, for a reason other than idle.
     pub(super) const fn is_core_stopped(&self) -> bool {
         self.power_down_since.is_some() || self.held_until.is_some()
     }
 
-    /// The next machine cycle at which something happens here.
+    /// The next machine cycle at which something is due here.
     pub(super) fn next(&self) -> u64 {
         self.reset_at.min(self.held_until.unwrap_or(NEVER)).min(self.pulse_end)
     }
 
-    /// The reset pin was high long enough.
+    /// Requests the reset: the reset pin was high long enough.
     const fn request_reset(&mut self) {
         self.requested = Some(ResetCause::External);
         self.held_until = Some(NEVER);
     }
 
-    /// The reset pin has this level from the machine cycle `now` on.
+    /// Sets the level of the reset pin from the machine cycle `now` on.
     pub(super) fn set_reset_pin(&mut self, high: bool, now: u64) {
         if high {
-            // Who powers up with the pin high executes nothing.
+            // A chip that powers up with the pin high executes nothing.
             self.reset_at = if now == 0 { 0 } else { now + RESET_CYCLES };
         } else {
             if self.reset_at <= now {
@@ -109,18 +110,18 @@ impl PowerState {
 /// The watchdog of the AT89S parts, in oscillator time.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Mcs51Watchdog {
-    /// 1Eh was written last.
+    /// Whether the last write was 1Eh.
     unlock_written: bool,
-    /// The cycle at the end of which it was cleared, if it runs.
+    /// The cycle at the end of which the watchdog was cleared, if it runs.
     cleared_cycle: Option<u64>,
-    /// It rests since this cycle.
+    /// The cycle since which it is paused.
     paused_since: Option<u64>,
 }
 
 state! { Mcs51Watchdog { unlock_written, cleared_cycle, paused_since } if |of, _now| ![of.cleared_cycle, of.paused_since].contains(&Some(NEVER)) }
 
 impl Mcs51Watchdog {
-    /// As after reset.
+    /// State after reset.
     pub(super) const OFF: Mcs51Watchdog =
         Mcs51Watchdog { unlock_written: false, cleared_cycle: None, paused_since: None };
 
@@ -132,7 +133,7 @@ impl Mcs51Watchdog {
         }
     }
 
-    /// A program writes WDTRST at the end of cycle `t`: 1Eh and then E1h start or clear it.
+    /// A program writes WDTRST at the end of cycle `t`: 1Eh and then E1h start or clear the watchdog.
     pub(super) fn write(&mut self, value: u8, t: u64) {
         if value == 0xE1 && self.unlock_written {
             self.cleared_cycle = Some(t);
@@ -140,12 +141,12 @@ impl Mcs51Watchdog {
         self.unlock_written = value == 0x1E;
     }
 
-    /// Rests from the end of cycle `t` on.
+    /// Pauses the watchdog from the end of cycle `t` on.
     pub(super) fn pause(&mut self, t: u64) {
         self.paused_since = self.paused_since.or(self.cleared_cycle.map(|_| t));
     }
 
-    /// Counts on from cycle `t` on.
+    /// Resumes counting from cycle `t` on.
     pub(super) fn resume(&mut self, t: u64) {
         if let (Some(cleared), Some(paused)) = (self.cleared_cycle, self.paused_since.take()) {
             self.cleared_cycle = Some(cleared + t.saturating_sub(1).saturating_sub(paused));
@@ -154,21 +155,21 @@ impl Mcs51Watchdog {
 }
 
 impl Mcs51Soc {
-    /// True while the core does not execute: idle, power-down, held in reset.
+    /// Whether the core does not execute: idle, power-down, or held in reset.
     #[must_use]
     pub fn is_asleep(&self) -> bool {
         self.power.is_core_stopped() || self.pcon & IDL != 0
     }
 
-    /// What resets the chip, once.
+    /// Takes the pending reset of the chip.
     pub fn requested_reset(&mut self) -> Option<ResetCause> {
         self.power.requested.take()
     }
 
-    /// A program has written PCON at the end of cycle `t`.
+    /// Enters a power-saving mode after a program has written PCON at the end of cycle `t`.
     pub(super) fn enter_power_modes(&mut self, t: u64) {
         if self.pcon & PD != 0 && !self.power.is_powered_down() {
-            // A level that is there already begins to wake it at once.
+            // A level that is already present starts the wake-up immediately.
             let waking =
                 (0..2usize).find(|&n| self.is_woken_by(n) && !self.ports.pin([pin::INT0, pin::INT1][n]).reads_high);
             self.power.power_down_since = Some((t + 1 + self.stopped_cycles, waking));
@@ -177,7 +178,7 @@ impl Mcs51Soc {
         }
     }
 
-    /// The oscillator runs again from the machine cycle `now` on.
+    /// Restarts the oscillator at the machine cycle `now`.
     pub(super) fn wake_oscillator(&mut self, now: u64) {
         if let Some((since, _)) = self.power.power_down_since.take() {
             self.stopped_cycles += now.saturating_sub(since);
@@ -185,13 +186,15 @@ impl Mcs51Soc {
         }
     }
 
-    /// Pins that change at the machine cycle `due` while the oscillator stands: RST, and on the AT89S parts INT0 and INT1 as
-    /// levels. A level begins to wake the chip and the interrupt is served once it has gone.
+    /// Applies pin changes at the machine cycle `due` while the oscillator is stopped: RST, and on the AT89S
+    /// parts the levels of INT0 and INT1. A low level starts the wake-up, and the interrupt is served when
+    /// the level has ended.
     pub(super) fn run_stopped(&mut self, due: u64) {
         let t = self.to_oscillator_time(due);
         while let Some((pin, level)) = self.drives.pop_due(due) {
             let changed = self.ports.drive(pin, level, t);
-            // The event bears the machine's cycle, the oscillator's stands: since the end of this cycle where PCON was written by hand.
+            // The event has the time of the machine cycle; the oscillator is stopped, since the end of this
+            // cycle if a user wrote PCON.
             let ahead = due.saturating_sub(t + self.stopped_cycles);
             self.stopped_cycles += ahead;
             self.on_pin_edge(pin, changed, t, 0);
@@ -218,12 +221,13 @@ impl Mcs51Soc {
         }
     }
 
-    /// The external interrupt `n` can end power-down: enabled, by level, and on a chip that does so.
+    /// Whether the external interrupt `n` can end power-down: it is enabled, level-triggered, and the chip
+    /// supports it.
     fn is_woken_by(&self, n: usize) -> bool {
         self.part.is_at89s && self.interrupts.enabled() & [1, 4][n & 1] != 0 && !self.interrupts.external[n & 1].edge
     }
 
-    /// Resets and their ends at the machine cycle `now`.
+    /// Executes resets and ends of resets at the machine cycle `now`.
     pub(super) fn run_power(&mut self, now: u64) {
         if self.power.reset_at <= now {
             self.power.reset_at = NEVER;
@@ -240,7 +244,7 @@ impl Mcs51Soc {
         }
     }
 
-    /// The watchdog overflows if it is due at cycle `t`: a reset, and a pulse on the reset pin.
+    /// Executes a watchdog overflow that is due at cycle `t`: a reset, and a pulse on the reset pin.
     pub(super) fn run_watchdog(&mut self, t: u64) {
         if self.watchdog.next() > t {
             return;
@@ -256,8 +260,8 @@ impl Mcs51Soc {
         }
     }
 
-    /// True when something that is enabled can reset the chip or end its sleep without any pin being driven. Interrupts as
-    /// [`Bus::fire`](emu_core::Bus::fire) has found them last.
+    /// Whether something that is enabled can reset the chip or end its sleep without a change of a pin. For
+    /// interrupts it uses the result of the last [`Bus::fire`](emu_core::Bus::fire).
     pub(super) fn can_wake_up(&self) -> bool {
         if self.power.next() != NEVER || self.power.requested.is_some() {
             return true;

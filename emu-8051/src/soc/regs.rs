@@ -1,4 +1,4 @@
-//! The registers of the chip by address: reading, writing, and how long a value lasts.
+//! The registers of the chip by address: reading, writing, and how long a value stays the same.
 
 use emu_core::NEVER;
 use emu_core::cpu::Bus;
@@ -9,7 +9,7 @@ use crate::chips;
 use crate::periph::map::sfr;
 
 impl Mcs51Soc {
-    /// Brings timers and serial port up to S5P2 of cycle `t`.
+    /// Advances timers and serial port to S5P2 of cycle `t`.
     pub(super) fn sync_timers(&mut self, t: u64) {
         self.run_serial(t);
         self.timers.advance_to(t);
@@ -19,7 +19,7 @@ impl Mcs51Soc {
         self.timers_synced_to = t;
     }
 
-    /// The same at the boundary before cycle `t`, whose pins may still change.
+    /// As [`Mcs51Soc::sync_timers`], but at the boundary before cycle `t`, in which pins can still change.
     pub(super) fn sync_boundary(&mut self, t: u64) {
         self.timers.advance_before(t);
         if let Some(timer2) = &mut self.timer2 {
@@ -28,14 +28,14 @@ impl Mcs51Soc {
         self.sync_timers(t);
     }
 
-    /// Writes the bits of `mask` of a register by hand at the boundary before the machine cycle `now`.
+    /// Writes the bits in `mask` of a register for a user at the boundary before the machine cycle `now`.
     pub fn poke(&mut self, reg: u16, mask: u8, value: u8, now: u64) {
         self.run(now);
         self.sync_boundary(self.to_oscillator_time(now));
         self.write_bits(reg, mask, value, now);
     }
 
-    /// What a register reads, everything being synced.
+    /// The value that a register reads; everything must be advanced.
     pub(super) fn read_sfr(&self, addr: u8) -> u8 {
         let timers = &self.timers;
         match addr {
@@ -70,7 +70,7 @@ impl Mcs51Soc {
         }
     }
 
-    /// TF1 TR1 TF0 TR0 IE1 IT1 IE0 IT0.
+    /// TCON: TF1 TR1 TF0 TR0 IE1 IT1 IE0 IT0.
     fn tcon(&self) -> u8 {
         let external = |n: usize| {
             let external = &self.interrupts.external[n];
@@ -80,10 +80,10 @@ impl Mcs51Soc {
         timer(1) << 6 | timer(0) << 4 | external(1) << 2 | external(0)
     }
 
-    /// Writes the bits of `mask` at the end of cycle `t`, everything being synced to it.
+    /// Writes the bits in `mask` at the end of cycle `t`; everything must be advanced to `t`.
     pub(super) fn write_sfr(&mut self, addr: u8, mask: u8, value: u8, t: u64) {
         let kept = |old: u8| old & !mask | value & mask;
-        // What the baud clocks hang on.
+        // Whether the baud clocks can depend on this register.
         let clocks = !matches!(addr, sfr::TL0 | sfr::TH0 | sfr::IE | sfr::IP);
         let sources = self.sources();
         if clocks {
@@ -166,8 +166,8 @@ impl Mcs51Soc {
         }
     }
 
-    /// Writes the bits of `mask` of a port's latch at the end of cycle `t`; pins follow in the next. True when nothing but
-    /// those pins can have changed.
+    /// Writes the bits in `mask` of a port's latch at the end of cycle `t`; the pins follow in the next
+    /// cycle. Returns true if nothing but those pins can have changed.
     pub(super) fn write_port(&mut self, port: usize, mask: u8, value: u8, t: u64) -> bool {
         if self.is_port_missing(port) {
             return true;
@@ -186,12 +186,13 @@ impl Mcs51Soc {
         !listens && self.log.len() == logged
     }
 
-    /// True for ports 0 and 2 of the chips without them.
+    /// Whether a port is missing: ports 0 and 2 on chips without a bus.
     pub(super) const fn is_port_missing(&self, port: usize) -> bool {
         port & 1 == 0 && !self.part.has_bus
     }
 
-    /// How long a register keeps its value from the machine cycle `now` on, nothing being due at it.
+    /// The cycle up to which a register keeps its value from the machine cycle `now` on; nothing may be due
+    /// at `now`.
     pub(super) fn sfr_steady_until(&self, addr: u8, now: u64) -> u64 {
         let later = |t: u64| t.saturating_add(self.stopped_cycles);
         match addr {
@@ -200,7 +201,7 @@ impl Mcs51Soc {
             sfr::T2CON => later(self.timer2.as_ref().map_or(NEVER, |t| t.next_flag())).min(self.next_due()),
             sfr::TL0 | sfr::TL1 | sfr::TH0 | sfr::TH1 | sfr::TL2 | sfr::TH2 => now,
             sfr::RCAP2L | sfr::RCAP2H => now,
-            // The read itself does something.
+            // The read itself has an effect.
             sfr::IE | sfr::IP if self.readings.read_holds_interrupts => now,
             _ => NEVER,
         }

@@ -1,4 +1,4 @@
-//! The chip around the core as a state ([`emu_core::state`]).
+//! Saves and restores the chip around the core ([`emu_core::state`]).
 
 use emu_core::NEVER;
 use emu_core::external_io::EventLog;
@@ -10,7 +10,7 @@ use crate::chips;
 impl SnapshotState for Mcs51Soc {
     fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         let machine = tape.now();
-        // What is due follows from the rest; what the core was told last it is told again.
+        // Deadlines follow from the other fields; the core asks for its deadline again.
         #[rustfmt::skip]
         let Mcs51Soc {
             part, readings: _, clocks_per_cycle: _, logs_bus: _, log: _, deadline: _, core_deadline: _, ports, timers, timer2, toggles_shown: toggled, serial,
@@ -18,8 +18,7 @@ impl SnapshotState for Mcs51Soc {
         } = self;
         frozen.pass_state(tape)?;
         power.pass_state(tape)?;
-        // A hand that sets PD between two instructions stops the oscillator at the end of the cycle that is
-        // to come.
+        // A user who sets PD between two instructions stops the oscillator at the end of the next cycle.
         tape.require(*frozen <= machine && power.stopped_at(machine) <= machine + 1)?;
         tape.set_now(power.stopped_at(machine).saturating_sub(*frozen));
         ports.pass_state(tape)?;
@@ -50,7 +49,8 @@ impl SnapshotState for Mcs51Soc {
 }
 
 impl Mcs51Soc {
-    /// Does everything up to the machine cycle `now`, also what nobody waits for, so that machines that are equal look so.
+    /// Executes everything up to the machine cycle `now`, including what is not visible yet, so that equal
+    /// machines have equal states.
     pub(crate) fn normalize(&mut self, now: u64) {
         self.log = EventLog::OFF;
         self.run(now);

@@ -1,15 +1,15 @@
-//! Every operation on bits over every bit of RAM, ACC, B and PSW, every value of its byte and both of CY, against lists of
-//! bits; and the parity of A.
+//! Every bit operation on every bit of RAM, ACC, B and PSW, with every value of its byte and of CY, compared
+//! with an implementation on lists of bits; and the parity of A.
 
 use emu_core::Cpu;
 
 use super::rig::{ACC, B, PSW, Rig, parity};
 
-/// The bits of a byte, of which one is operated on, and CY.
+/// The bits of the byte that contains the operand, and CY.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct State {
     bits: [bool; 8],
-    /// Position of the bit.
+    /// Position of the operand bit.
     n: usize,
     cy: bool,
     jumps: bool,
@@ -25,7 +25,7 @@ fn carry(s: State, cy: bool) -> State {
     State { cy, ..s }
 }
 
-/// Template (b is the bit, t a target 20h behind the instruction), cycles, reference.
+/// Template (b is the bit, t a target 20h after the instruction), cycles, reference.
 type Operation = (&'static str, u64, fn(State) -> State);
 
 #[rustfmt::skip]
@@ -57,7 +57,7 @@ fn byte(bits: [bool; 8]) -> u8 {
     (0..8).map(|n| u8::from(bits[n]) << n).sum()
 }
 
-/// The byte that bit `addr` is in.
+/// The byte that contains bit `addr`.
 fn home(addr: u32) -> (&'static str, u32) {
     if addr < 0x80 { ("idata", 0x20 + addr / 8) } else { ("sfr", addr / 8 * 8) }
 }
@@ -65,26 +65,26 @@ fn home(addr: u32) -> (&'static str, u32) {
 fn check(operation: &Operation, addr: u32) {
     let (template, cycles, reference) = operation;
     let target = format!("0x{:04X}", Rig::PC + 0x20);
-    // Of a mnemonic nothing but its own operands may be replaced.
+    // Only operands are replaced, never letters of the mnemonic.
     let (name, operands) = template.split_once(' ').expect("an operand");
     let line = format!("{name} {}", operands.replace('b', &addr.to_string()).replace('t', &target));
     let mut rig = Rig::new(&line);
     let (space, at) = home(addr);
     for (value, cy) in (0..=255u8).flat_map(|value| [false, true].map(|cy| (value, cy))) {
         let user = value.wrapping_mul(5) & 0x7E;
-        // A is neither the byte of a bit of RAM nor that of one of B.
+        // The value of A must differ from the byte of a bit in RAM or in B.
         let acc = if at == ACC { value } else { value.wrapping_mul(77).wrapping_add(u8::from(cy)) };
         rig.put("sfr", ACC, acc);
         rig.put("sfr", PSW, u8::from(cy) << 7 | user);
         rig.put(space, at, value);
-        // In PSW, CY is bit 7 and P is what A makes it; elsewhere PSW is what was put into it.
+        // In PSW, CY is bit 7 and P follows A; elsewhere PSW keeps its value.
         let psw = if at == PSW { value & 0xFE | parity(acc.into()) as u8 } else { u8::from(cy) << 7 | user };
         let held = if at == PSW { psw } else { value };
         let before = State { bits: bits(held), n: (addr % 8) as usize, cy: psw & 0x80 != 0, jumps: false };
         let spent = rig.go();
         let mut after = reference(before);
         if at == PSW {
-            // CY is one of the bits: whichever of the two was written holds.
+            // CY is one of the bits: whichever of the two was written has the new value.
             let cy = if after.cy == before.cy { after.bits[7] } else { after.cy };
             after = State { cy, ..after };
             after.bits[7] = cy;
@@ -120,7 +120,7 @@ fn every_bit_of_a_b_and_psw() {
     }
 }
 
-/// P is the parity of A, whatever is written to PSW and however A came by its value.
+/// P is the parity of A, for any value written to PSW and any way in which A got its value.
 #[test]
 fn p_is_the_parity_of_a() {
     let writes = ["mov 0xD0,#0x5A", "mov 0xD0,0x45", "pop 0xD0", "orl 0xD0,#1", "xrl 0xD0,#1", "anl 0xD0,#0xFE"];

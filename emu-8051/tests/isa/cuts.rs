@@ -1,4 +1,4 @@
-//! Random writes to all registers of every chip: a machine that is saved and restored is the machine that was
+//! Random writes to all registers of every chip: a machine that is saved and restored must equal one that is
 //! not.
 
 use emu_8051::chips::{MCS51_PARTS, Mcs51Part};
@@ -10,14 +10,14 @@ use emu_core::pins::PinId;
 use emu_core::rng::Rng;
 use emu_core::slices::{SlicePlan, pick_random};
 
-/// Programs for each chip; `EMU_STATE_PROGRAMS` asks for another number.
+/// Number of programs per chip, unless `EMU_STATE_PROGRAMS` sets it.
 const PROGRAMS: u64 = if cfg!(debug_assertions) { 10 } else { 60 };
 const SPAN: u64 = 4_000;
 
-/// SP, DPL, DPH, PSW, ACC and B are the core's own.
+/// Addresses of the registers of the core: SP, DPL, DPH, PSW, ACC and B.
 const CORE: [u16; 6] = [0x81, 0x82, 0x83, 0xD0, 0xE0, 0xF0];
 
-/// An address of a register of the chip.
+/// A random address of a register of the chip.
 fn register(part: &'static Mcs51Part, rng: &mut Rng) -> u8 {
     loop {
         let addr = pick_random(rng, part.chip.regs).addr;
@@ -27,8 +27,8 @@ fn register(part: &'static Mcs51Part, rng: &mut Rng) -> u8 {
     }
 }
 
-/// MOV of a constant, ORL, ANL, a single bit, a read, a wait, a mode of saving power, the watchdog, external
-/// memory.
+/// Appends a random step: MOV of a constant, ORL, ANL, a single bit, a read, a delay loop, a power-saving
+/// mode, the watchdog, or external memory.
 fn step(part: &'static Mcs51Part, code: &mut Vec<u8>, rng: &mut Rng) {
     match rng.below(16) {
         // MOV R7,#n; DJNZ R7,$.
@@ -37,13 +37,13 @@ fn step(part: &'static Mcs51Part, code: &mut Vec<u8>, rng: &mut Rng) {
         1 => code.extend([0x43, 0x87, pick_random(rng, &[1, 1, 2, 0x80])]),
         // WDTRST.
         2 => code.extend([0x75, 0xA6, 0x1E, 0x75, 0xA6, 0xE1]),
-        // A register that bits can be written in, in one of the ways.
+        // Sets, clears or complements a bit of a bit-addressable register.
         3..=5 => {
             let bit = register(part, rng) & 0xF8 | rng.below(8) as u8;
             code.extend([pick_random(rng, &[0xD2, 0xC2, 0xB2]), bit]);
         }
         6 => code.extend([0xE5, register(part, rng)]),
-        // ORL or ANL of a register with a constant.
+        // ORL, ANL or XRL of a register with a constant.
         7 => code.extend([pick_random(rng, &[0x43, 0x53, 0x63]), register(part, rng), boundary_byte(rng)]),
         // MOV DPTR,#n; MOVX @DPTR,A.
         8 => code.extend([0x90, rng.below(256) as u8, boundary_byte(rng), 0xF0]),
@@ -53,7 +53,7 @@ fn step(part: &'static Mcs51Part, code: &mut Vec<u8>, rng: &mut Rng) {
     }
 }
 
-/// Service routines, writes, and a loop over some of them or a jump to itself.
+/// A program of service routines, random steps, and a loop over some of the steps or a jump to itself.
 fn program(part: &'static Mcs51Part, rng: &mut Rng) -> Vec<u8> {
     let mut code = vec![0; 3];
     for source in 0..6 {
@@ -85,7 +85,7 @@ fn plan(part: &'static Mcs51Part, rng: &mut Rng) -> SlicePlan<Mcs51> {
     let listing: Vec<String> = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
     let image = Image { segments: vec![Segment { space: "code", addr: 0, bytes }], ..Image::default() };
     let start = Mcs51::with(&part.chip, &image, RamInit::Random(rng.next_u64()), options);
-    // The reset pin now and then.
+    // The reset pin is included in one of three plans.
     let pins: Vec<PinId> = (0..32 + PinId::from(rng.one_in(3))).collect();
     let plan = random_slice_plan(start, &pins, SPAN, rng);
     let what = format!("{}, {options:?}\n{}\n{}", part.chip.name, listing.join(" "), plan.description);

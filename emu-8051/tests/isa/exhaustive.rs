@@ -1,13 +1,15 @@
-//! Arithmetic, logic and moves over all their operands, in every way of addressing them, against plain integers.
+//! Arithmetic, logic and moves with all operands and addressing modes, compared with plain integer
+//! arithmetic.
 //!
-//! The reference computes in `i32`: CY is what does not fit into eight bits, AC what does not fit into four, OV a signed
-//! result outside -128..=127; DA goes digit by digit. The boolean formulas of the bodies appear nowhere here.
+//! The reference computes in `i32`: CY is a carry out of eight bits, AC a carry out of four, OV a signed
+//! result outside -128..=127; DA works digit by digit. It does not use the boolean formulas of the
+//! instruction bodies.
 
 use emu_core::Cpu;
 
 use super::rig::{ACC, B, PSW, Rig, parity};
 
-/// What an instruction works on: its first and its second operand, and the flags.
+/// The inputs of an instruction: its first and its second operand, and the flags.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct State {
     p: i32,
@@ -15,7 +17,7 @@ struct State {
     cy: bool,
     ac: bool,
     ov: bool,
-    /// The jump is taken.
+    /// Whether the jump is taken.
     jumps: bool,
 }
 
@@ -49,13 +51,14 @@ fn subtracted(s: State) -> State {
     }
 }
 
-/// Bit by bit: what `f` makes of two bits.
+/// Applies `f` to each pair of bits.
 fn bitwise(s: State, f: fn(bool, bool) -> bool) -> State {
     let bits = (0..8).map(|n| 1 << n).filter(|mask| f(s.p & mask != 0, s.x & mask != 0));
     State { p: bits.sum(), ..s }
 }
 
-/// Digit by digit: 6 is added to a digit that is above 9 or has carried; the carry out of the upper one joins CY.
+/// Adjusts digit by digit: 6 is added to a digit above 9 or with a carry; a carry out of the upper digit sets
+/// CY.
 fn decimal(s: State) -> State {
     let (mut high, mut low) = (s.p / 16, s.p % 16);
     let mut carried = s.cy;
@@ -84,7 +87,8 @@ fn compared(s: State) -> State {
     State { cy: s.p < s.x, jumps: s.p != s.x, ..s }
 }
 
-/// Where operands lie: A; r R3; d RAM at 45h; f register B by its address; i RAM at C5h by R1; k a constant; - none.
+/// The assembly text of an operand: A is the accumulator, r is R3, d RAM at 45h, f register B by its address,
+/// i RAM at C5h by R1, k a constant, - none.
 fn text(form: char, value: i32) -> String {
     match form {
         'A' => "A".into(),
@@ -97,7 +101,7 @@ fn text(form: char, value: i32) -> String {
     }
 }
 
-/// The bank of registers is the third.
+/// The third register bank is selected.
 const BANK: u8 = 0x10;
 const R1: u32 = 0x11;
 
@@ -112,8 +116,8 @@ fn place(form: char) -> Option<(&'static str, u32)> {
     }
 }
 
-/// Template, in which p and x stand for the operands and t for a target 20h behind the instruction; forms of p, forms of x,
-/// cycles, reference.
+/// Template, in which p and x are the operands and t is a target 20h after the instruction; forms of p, forms
+/// of x, cycles, reference.
 type Group = (&'static str, &'static str, &'static str, u64, Reference);
 
 #[rustfmt::skip]
@@ -174,13 +178,13 @@ fn line(template: &str, p: char, x: char, value: i32) -> String {
     format!("{name} {}", operands.split(',').map(word).collect::<Vec<_>>().join(","))
 }
 
-/// PSW: the flags, the third bank, F0 and PSW.1 as given.
+/// PSW: the flags, the third bank, and F0 and PSW.1 from `user`.
 fn psw(s: State, user: i32, acc: i32) -> i32 {
     let flag = |on: bool, bit: i32| i32::from(on) << bit;
     flag(s.cy, 7) | flag(s.ac, 6) | flag(s.ov, 2) | user & 0x22 | i32::from(BANK) | parity(acc)
 }
 
-/// Tries one instruction in one state. What it does not name must stay.
+/// Tests one instruction in one state. Everything that it does not name must stay.
 fn check(rig: &mut Rig, name: &str, forms: (char, char), cycles: u64, reference: Reference, s: State) {
     let (p, x) = (place(forms.0), place(forms.1));
     let mix = s.p.wrapping_mul(167) ^ s.x.wrapping_mul(89);
@@ -202,13 +206,14 @@ fn check(rig: &mut Rig, name: &str, forms: (char, char), cycles: u64, reference:
     }
 }
 
-/// All operands of all forms, the flags in as `flags` chooses of the eight ways that they can stand.
+/// Tests all operands of all forms, with the flag combinations that `flags` selects from the eight possible
+/// ones.
 fn all(groups: &[Group], flags: fn(i32, i32) -> &'static [i32]) {
     for &(template, ps, xs, cycles, reference) in groups {
         for forms in ps.chars().flat_map(|p| xs.chars().map(move |x| (p, x))) {
             let mut rig = Rig::new(&line(template, forms.0, forms.1, 0));
             rig.put("idata", R1, 0xC5);
-            // Where there is no second operand some values stand for the background.
+            // Without a second operand, two values select different backgrounds.
             let seconds: &[i32] = if forms.1 == '-' { &[0, 0x5A] } else { &ALL };
             for &x in seconds {
                 let name = line(template, forms.0, forms.1, x);
@@ -216,7 +221,8 @@ fn all(groups: &[Group], flags: fn(i32, i32) -> &'static [i32]) {
                     rig.put_line(&name);
                 }
                 for (p, &pick) in (0..256).flat_map(|p| flags(p, x).iter().map(move |pick| (p, pick))) {
-                    // The quotient by zero has no value in the manual; OV and CY have (below).
+                    // The manual defines OV and CY of a division by zero (tested below), but not the
+                    // quotient.
                     if template == "div AB" && x == 0 {
                         continue;
                     }
@@ -246,7 +252,8 @@ fn arithmetic() {
 
 #[test]
 fn logic_and_moves() {
-    // They take no flags in and must leave them alone: two opposite ways do, and which two changes with the operands.
+    // They do not use flags and must not change them. Two opposite combinations per operand pair are enough;
+    // which two depends on the operands.
     const PAIRS: [[i32; 2]; 4] = [[0, 7], [1, 6], [2, 5], [3, 4]];
     all(LOGIC_AND_MOVES, |p, x| &PAIRS[((p ^ x >> 2) % 4) as usize]);
 }
@@ -263,7 +270,7 @@ fn division_by_zero_sets_ov_and_clears_cy() {
     }
 }
 
-/// Sums of two numbers of two decimal digits, with a carry in, are decimal after DA.
+/// The sum of two 2-digit decimal numbers, with a carry in, is decimal after DA.
 #[test]
 fn decimal_sums() {
     let bcd = |n: i32| (n / 10 * 16 + n % 10) as u8;

@@ -1,11 +1,11 @@
-//! Small programs that once ran otherwise than they should, each with what it showed.
+//! Small programs that once ran incorrectly, each with what was observed.
 
 use emu_8051::chips::chip;
 use emu_8051::{Mcs51, Mcs51Readings, Options};
 use emu_core::pins::ChipEvent;
 use emu_core::{Cpu, Probe, RamInit, StopReason};
 
-/// Lines from address 0.
+/// A machine with a program of these lines from address 0.
 fn machine(name: &str, lines: &[&str], options: Options) -> Mcs51 {
     let chip = chip(name).expect("a chip of this crate");
     let image = emu_asm::assemble_text(chip, &lines.join("\n")).unwrap_or_else(|e| panic!("{lines:?}: {e}"));
@@ -23,7 +23,7 @@ impl Probe for Events {
     }
 }
 
-/// Timer 2 toggles its clock output every five states: the toggles in S6 stood as due for ever.
+/// Timer 2 toggles its clock output every five states. Toggles in S6 used to stay due forever.
 #[test]
 fn a_clock_out_toggles_in_any_state() {
     let lines =
@@ -31,23 +31,25 @@ fn a_clock_out_toggles_in_any_state() {
     let mut cpu = machine("at89s52", &[&lines[..], &["nop", "sjmp 18"]].concat(), Options::default());
     let mut events = Events::default();
     assert_eq!(cpu.run(100, &mut events), StopReason::Limit);
-    // TR2 is written in cycle 11; the first state counted is number 72, the fifth 76, and then every fifth.
+    // TR2 is written in cycle 11. The first state counted is number 72, the fifth is 76, then every fifth one
+    // toggles.
     let states: Vec<u64> = events.0.iter().map(|e| e.time().cycle * 6 + u64::from(e.time().phase) / 2).collect();
     let wanted: Vec<u64> = (0..).map(|n| 76 + 5 * n).take_while(|&state| state < 6 * 100).collect();
     assert_eq!(states[..wanted.len()], wanted);
 }
 
-/// CJNE jumps into its own operands, where INC R3 stands: to jump over turns of that loop lost its counts.
+/// CJNE jumps into its own operands, which are INC R3. Skipping iterations of that loop lost its counts.
 #[test]
 fn a_loop_that_jumps_into_an_instruction_is_not_one_that_only_looks() {
     let lines = ["mov A,#0x20", "mov R0,#0x20", "db 0xB4, 0x0B, 0xFE", "mov A,R0", "jnc 0x0004"];
     let mut cpu = machine("8051", &lines, Options::default());
     cpu.run(2 + 7 * 1000, &mut ());
-    // CJNE, INC R3, MOV R6,A, MOV A,R0 and JNC are seven cycles.
+    // CJNE, INC R3, MOV R6,A, MOV A,R0 and JNC take seven cycles.
     assert_eq!((cpu.pc(), cpu.reg("r3"), cpu.instructions()), (4, Some(1000 % 256), 2 + 5 * 1000));
 }
 
-/// Where every access to IE holds interrupts, a loop over IE holds them for ever, jumped over or not.
+/// If every access to IE holds interrupts, a loop that reads IE holds them forever, whether its iterations
+/// are skipped or not.
 #[test]
 fn a_loop_over_ie_holds_interrupts_where_reads_do() {
     for spare in 0..4 {
@@ -59,7 +61,7 @@ fn a_loop_over_ie_holds_interrupts_where_reads_do() {
     }
 }
 
-/// A port that is written by hand in power-down: its edges bore the cycle at which the oscillator stopped.
+/// A user writes a port in power-down. Its edges used to have the cycle at which the oscillator stopped.
 #[test]
 fn a_hand_in_power_down_acts_now() {
     let mut cpu = machine("at89s52", &["mov IE,#0x81", "orl PCON,#2", "sjmp $"], Options::default());
@@ -72,7 +74,8 @@ fn a_hand_in_power_down_acts_now() {
     assert_eq!(at, [501], "the write ends with cycle 500");
 }
 
-/// PCON written by hand at the cycle in which a pin is driven: the oscillator stops at the end of that cycle, after the edge.
+/// A user writes PCON in the cycle in which a pin is driven. The oscillator stops at the end of that cycle,
+/// after the edge.
 #[test]
 fn a_hand_puts_to_sleep_in_the_cycle_of_an_edge() {
     for name in ["P1.0", "P3.2", "P3.4"] {

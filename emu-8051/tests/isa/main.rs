@@ -1,5 +1,5 @@
-//! What every instruction does: cases written by hand, all operands against plain integers, and that any way of running a
-//! program gives the same machine.
+//! What every instruction does: hand-written cases, all operands compared with plain integer arithmetic, and
+//! a check that any way of running a program gives the same machine.
 
 mod bits;
 mod cuts;

@@ -1,4 +1,4 @@
-//! Bytes and machine cycles of every opcode, against a table of their own.
+//! Compares length in bytes and machine cycles of every opcode with an independent table.
 
 use emu_8051::isa::find_row;
 use emu_core::rng::Rng;
@@ -6,11 +6,12 @@ use emu_core::{Cpu, StopReason};
 
 use super::rig::Rig;
 
-/// Bytes and cycles by opcode, sixteen columns by the low half, typed from the manual's "Instruction opcodes in hexadecimal
-/// order". Columns 8 to F are alike, and so are 6 and 7: they are given once.
+/// Bytes and cycles by opcode, in sixteen columns by the low digit, typed from the manual's "Instruction
+/// opcodes in hexadecimal order". Columns 8 to F are equal, and so are 6 and 7; they are given once.
 ///
-/// Peers that count otherwise: jarikomppa/emu8051 (94 opcodes: what takes two cycles is counted as one, MUL and DIV as
-/// three), martinribelotta/mcs51_emulator (65: bytes instead of cycles), emu8051-stc (12: ALU with a direct byte as two).
+/// Peers that count differently: jarikomppa/emu8051 (94 opcodes: two cycles are counted as one, MUL and DIV
+/// as three), martinribelotta/mcs51_emulator (65: bytes instead of cycles), emu8051-stc (12: ALU with a
+/// direct byte as two).
 #[rustfmt::skip]
 const TABLE: &str = "
     0_  1/1 2/2 3/2 1/1 1/1 2/1 1/1 1/1
@@ -31,7 +32,7 @@ const TABLE: &str = "
     F_  1/2 2/2 1/2 1/2 1/1 2/1 1/1 1/1
 ";
 
-/// Opcode, bytes, cycles of the 255 instructions.
+/// Opcode, bytes and cycles of the 255 instructions.
 fn table() -> Vec<(u8, u32, u64)> {
     let mut all = Vec::new();
     for line in TABLE.lines().filter(|line| !line.trim().is_empty()) {
@@ -60,13 +61,14 @@ fn every_opcode_has_its_bytes_and_cycles() {
     let mut rng = Rng::new(0x5EED_0003);
     let mut rig = Rig::new("nop");
     for (opcode, bytes, cycles) in opcodes {
-        let row = find_row([opcode, 0, 0]).unwrap_or_else(|| panic!("{opcode:02x} has no row")).0;
+        let row = find_row([opcode, 0, 0]).unwrap_or_else(|| panic!("{opcode:02x} has no row")).row;
         assert_eq!(row.len(), bytes, "{opcode:02x} {}", row.name);
         for n in 0..64 {
-            // A relative target of distance 0 is the next instruction whether the jump is taken or not.
+            // With distance 0 a relative target is the next instruction, whether the jump is taken or not.
             let relative = row.operands.last().is_some_and(|slot| slot.letter == b't' && !slot.kind.wide);
             let mut code = [opcode, rng.next_u64() as u8, rng.next_u64() as u8];
-            // RAM, then B: neither stops the core nor gets in the way of later rounds.
+            // Direct addresses are in RAM or B, so that they neither stop the core nor disturb later
+            // iterations.
             if bytes > 1 {
                 code[1] = if n % 2 == 0 { 0x40 | code[1] & 0x3F } else { 0xF0 };
             }

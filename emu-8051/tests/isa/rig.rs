@@ -1,4 +1,4 @@
-//! A machine on which one instruction at a time is tried.
+//! A machine for testing one instruction at a time.
 
 use emu_8051::Mcs51;
 use emu_8051::chips::chip;
@@ -41,7 +41,7 @@ impl Rig {
         self.cpu.peek(space, addr).unwrap_or_else(|| panic!("{space}:{addr:02x}"))
     }
 
-    /// Executes the instruction; the cycles that it took.
+    /// Executes the instruction and returns the cycles that it took.
     pub fn go(&mut self) -> u64 {
         self.cpu.set_pc(Self::PC);
         let before = self.cpu.cycle();
@@ -49,7 +49,7 @@ impl Rig {
         self.cpu.cycle() - before
     }
 
-    /// The program counter behind the instruction.
+    /// Address of the next instruction.
     pub fn next(&self) -> u32 {
         Self::PC + self.len
     }

@@ -38,6 +38,6 @@ fn random_programs() {
     };
     let mut rng = Rng::new(SEED);
     let far: u64 = (0..PROGRAMS).map(|_| subject.assert_slicing_invariant(&plan(rng.next_u64(), SPAN), &mut rng)).sum();
-    // Were they all to stop at once, nothing would have been compared.
+    // If all programs stopped early, the comparison would be worthless.
     assert!(far > PROGRAMS * SPAN / 2, "only {far} cycles in all");
 }

@@ -1,5 +1,5 @@
-//! Random programs, and what happens to them from outside: chips, wirings, drives of pins, and a hand that stirs the machine
-//! between runs.
+//! Random programs with random inputs from outside: chips, wirings, drives of pins, and changes of the
+//! machine between runs.
 
 use emu_8051::chips::{MCS51_PARTS, chip};
 use emu_8051::isa::find_row;
@@ -8,13 +8,14 @@ use emu_core::image::{Image, Segment};
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
 use emu_core::slices::{RandomInput, SlicePlan, pick_random};
+use emu_core::table::MatchedRow;
 use emu_core::{Cpu, RamInit};
 
 fn byte(rng: &mut Rng) -> u8 {
     if rng.one_in(3) { pick_random(rng, &[0, 1, 2, 0x0F, 0x7F, 0x80, 0xFE, 0xFF]) } else { rng.next_u64() as u8 }
 }
 
-/// Registers that random code reaches: all that there are, the quiet ones of PCON and the watchdog less often.
+/// Registers that random code uses: all of them, but PCON and the watchdog less often.
 const SFRS: &[u8] = &[
     0x80, 0x81, 0x82, 0x83, 0x84, 0x85, 0x88, 0x89, 0x8A, 0x8B, 0x8C, 0x8D, 0x8E, 0x90, 0x98, 0x99, 0xA0, 0xA2, 0xA8,
     0xB0, 0xB8, 0xC8, 0xC9, 0xCA, 0xCB, 0xCC, 0xCD, 0xD0, 0xE0, 0xF0, 0x88, 0x90, 0xB0, 0xC8, 0x98, 0xD0, 0xE0, 0x91,
@@ -32,12 +33,13 @@ fn bit(rng: &mut Rng) -> u8 {
     if rng.one_in(2) { pick_random(rng, SFRS) & 0xF8 | rng.next_u64() as u8 & 7 } else { rng.next_u64() as u8 & 0x7F }
 }
 
-/// Random instructions of all opcodes; nowhere a byte A5h, so that no jump into an operand ends the run.
+/// Random instructions of all opcodes, without any byte A5h, so that a jump into an operand does not end the
+/// run.
 pub fn wild(len: usize, rng: &mut Rng) -> Vec<u8> {
     let mut code = Vec::with_capacity(len + 3);
     while code.len() < len {
         let opcode = rng.next_u64() as u8;
-        let Some((row, ..)) = find_row([opcode, 0, 0]) else { continue };
+        let Some(MatchedRow { row, .. }) = find_row([opcode, 0, 0]) else { continue };
         let end = code.len() + row.len() as usize;
         code.push(opcode);
         for slot in row.operands.iter().filter(|slot| !slot.kind.wide) {
@@ -58,8 +60,9 @@ pub fn wild(len: usize, rng: &mut Rng) -> Vec<u8> {
     code
 }
 
-/// Waits and work of the kinds that compilers and people write. Labels are line numbers (`L0` is the first line); %k is a random
-/// byte, %b a random bit, %r a random register, %n the address of a NOP and %i that of a constant of the program.
+/// Waits and work as written by compilers and people. Labels are line numbers (`L0` is the first line). %k is
+/// a random byte, %b a random bit, %r a random register, %n the address of a NOP, and %i the address of a
+/// constant of the program.
 const SNIPPETS: &[&str] = &[
     "jnb TF0,L0; clr TF0",
     "jbc TF0,L2; sjmp L0; nop",
@@ -125,7 +128,7 @@ const SNIPPETS: &[&str] = &[
     "jnb 0x20.%b,L2; clr 0x20.%b; jnb 0x21.%b,L0; clr 0x21.%b",
 ];
 
-/// What service routines do besides saving A and PSW.
+/// What service routines do in addition to saving A and PSW.
 const SERVICE: &[&str] = &[
     "setb 0x20.%b",
     "setb 0x21.%b",
@@ -145,7 +148,7 @@ const SERVICE: &[&str] = &[
     "mov R3,#%k; djnz R3,L1",
 ];
 
-/// A program that grows line by line.
+/// A program that is built line by line.
 struct Text {
     bytes: Vec<u8>,
     nops: Vec<u32>,
@@ -162,7 +165,7 @@ impl Text {
         self.bytes.resize(addr as usize, 0);
     }
 
-    /// The lines of `text`, split by semicolons.
+    /// Appends the lines of `text`, which are separated by semicolons.
     fn add(&mut self, text: &str, rng: &mut Rng) {
         let (bit, register) = (rng.below(8), 2 + rng.below(6));
         let some = |places: &[u32], rng: &mut Rng| if places.is_empty() { 0x4000 } else { pick_random(rng, places) };
@@ -173,7 +176,8 @@ impl Text {
             filled = filled.replacen("%k", &byte(rng).to_string(), 1);
         }
         let lines: Vec<&str> = filled.split(';').map(str::trim).collect();
-        // Lengths do not hang on where targets are; a first round finds the addresses.
+        // The length of a line does not depend on the addresses of targets; a first pass computes the
+        // addresses.
         let mut labels = [self.here(); 10];
         for round in 0..2 {
             let begin = self.bytes.len();
@@ -203,7 +207,8 @@ impl Text {
     }
 }
 
-/// Vectors, service routines, a start that turns timers, serial port and interrupts on, and snippets for ever.
+/// Vectors, service routines, a start that enables timers, serial port and interrupts, and an endless
+/// sequence of snippets.
 fn orderly(rng: &mut Rng) -> Text {
     let mut text = Text { bytes: Vec::new(), nops: Vec::new(), constants: Vec::new(), heads: Vec::new() };
     for source in 0..6 {
@@ -245,7 +250,7 @@ fn orderly(rng: &mut Rng) -> Text {
     text
 }
 
-/// A pin that something listens to, more often than another.
+/// A random pin; the pins that peripherals use are more frequent.
 fn pin(rng: &mut Rng) -> PinId {
     if rng.one_in(2) { pick_random(rng, &[8, 9, 24, 26, 27, 28, 29]) } else { rng.below(32) as PinId }
 }
@@ -271,7 +276,7 @@ fn act(text: &Text, rng: &mut Rng) -> RandomInput {
     }
 }
 
-/// One random program with all around it, for about `span` cycles.
+/// Makes a random program with its inputs, for about `span` cycles.
 pub fn plan(seed: u64, span: u64) -> SlicePlan<Mcs51> {
     let rng = &mut Rng::new(seed);
     let part = pick_random(rng, &[0, 1, 3, 4, 6, 7, 8, 8, 9, 10, 10, 11, 12]);
@@ -279,7 +284,7 @@ pub fn plan(seed: u64, span: u64) -> SlicePlan<Mcs51> {
     let readings = Mcs51Readings { samples_interrupt_at_once: rng.one_in(4), read_holds_interrupts: rng.one_in(4) };
     let options = Options { von_neumann: rng.one_in(4), ea: !rng.one_in(8), x2: rng.one_in(2), readings };
     let mut text = if rng.one_in(4) {
-        // The same 4 KB all over memory: returns to anywhere find a program.
+        // The same 4 KB fill all of memory, so that a return to any address finds a program.
         let block = wild(0x1000, rng);
         Text { bytes: block.repeat(16), nops: Vec::new(), constants: Vec::new(), heads: Vec::new() }
     } else {
@@ -289,7 +294,7 @@ pub fn plan(seed: u64, span: u64) -> SlicePlan<Mcs51> {
     let image = Image { segments: vec![Segment { space: "code", addr: 0, bytes }], ..Image::default() };
     let mut start = Mcs51::with(chip, &image, RamInit::Random(rng.next_u64()), options);
     start.set_bus_on_pins(rng.one_in(4));
-    // Drives come in swarms and singly, some of them at the same cycle.
+    // Drives are single or in groups, some of them in the same cycle.
     let mut at = 0;
     while at < span {
         at += if rng.one_in(3) { rng.below(4) } else { rng.below(span / 10) };

@@ -1,4 +1,4 @@
-//! Runs the cases of `8051.txt`, whose head explains them.
+//! Runs the cases of `8051.txt`; the head of that file explains their format.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,13 +8,15 @@ use emu_8051::isa::{SHAPES, find_row};
 use emu_core::image::Image;
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
+use emu_core::table::MatchedRow;
 use emu_core::{Cpu, RamInit, StopReason};
 
 use super::rig::parity;
 
 const CASES: &str = include_str!("8051.txt");
 
-/// Random backgrounds under each case; whatever a case does not name must stay as it was on all of them.
+/// Number of random backgrounds per case. Everything that a case does not name must stay unchanged on all of
+/// them.
 const BACKGROUNDS: u64 = 4;
 
 /// Bits of PSW with names: position and width.
@@ -23,7 +25,8 @@ const BITS: &[(&str, u32, u32)] = &[("C", 7, 1), ("AC", 6, 1), ("F0", 5, 1), ("R
 const REGISTERS: &[(&str, usize)] =
     &[("A", 0xE0), ("B", 0xF0), ("PSW", 0xD0), ("SP", 0x81), ("P0", 0x80), ("P1", 0x90), ("P2", 0xA0), ("P3", 0xB0)];
 
-/// What a case can name, as plain data. Special function registers stand at their addresses, ports as their latches.
+/// The state that a case can name, as plain data. Special function registers are at their addresses, ports as
+/// their latches.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct State {
     ram: Vec<u8>,
@@ -41,7 +44,7 @@ struct Case<'a> {
     outcome: &'a str,
 }
 
-/// `name=hex` items; the chip is taken out.
+/// Parses items `name=hex`; the item `on=` sets `chip` instead.
 fn items<'a>(text: &'a str, line: usize, chip: &mut &'a str) -> Vec<(&'a str, u32)> {
     let item = |word: &'a str| {
         let (name, value) = word.split_once('=').unwrap_or_else(|| panic!("line {line}: `{word}`"));
@@ -72,13 +75,13 @@ fn cases() -> Vec<Case<'static>> {
         .collect()
 }
 
-/// The address in `x[1234]` for the head `x`.
+/// The address in `x[1234]`, where `x` is `head`.
 fn bracketed(name: &str, head: &str) -> Option<u32> {
     let digits = name.strip_prefix(head)?.strip_prefix('[')?.strip_suffix(']')?;
     Some(u32::from_str_radix(digits, 16).unwrap_or_else(|e| panic!("{name}: {e}")))
 }
 
-/// The bytes of the instruction: assembled, or as they are given.
+/// The bytes of the instruction, assembled or given as bytes.
 fn code(case: &Case, pc: u32) -> Vec<u8> {
     match case.asm.strip_prefix("db ") {
         Some(bytes) => bytes.split_whitespace().map(|b| u8::from_str_radix(b, 16).expect("a byte")).collect(),
@@ -103,7 +106,7 @@ impl State {
         State { ram, sfr, pc: 0x1234 }
     }
 
-    /// Sets one named thing that is part of the state; false for what is not.
+    /// Sets one named item of the state. Returns false if it is not part of the state.
     fn set(&mut self, name: &str, value: u32) -> bool {
         if let Some(addr) = bracketed(name, "") {
             self.ram[addr as usize] = value as u8;
@@ -126,13 +129,13 @@ impl State {
         true
     }
 
-    /// P is what A makes it.
+    /// Sets P as it follows from A.
     fn with_parity(mut self) -> State {
         self.sfr[0xD0] = self.sfr[0xD0] & 0xFE | parity(self.sfr[0xE0].into()) as u8;
         self
     }
 
-    /// Registers that a case does not name are left as reset made them.
+    /// Puts the state into a machine. Registers that a case does not name keep their reset values.
     fn put_into(&self, cpu: &mut Mcs51, named: &BTreeSet<usize>) {
         for (addr, &byte) in self.ram.iter().enumerate() {
             assert!(cpu.poke("idata", addr as u32, byte) || addr >= 0x80);
@@ -143,7 +146,7 @@ impl State {
         cpu.set_pc(self.pc);
     }
 
-    /// The machine as it is; latches of ports show where the outside pulls all pins high.
+    /// The state of a machine. With all pins pulled high from outside, ports read as their latches.
     fn of(cpu: &Mcs51) -> State {
         let mut cpu = cpu.clone();
         (0..32).for_each(|pin| cpu.drive(CycleTime::at(cpu.cycle()), pin, PinLevel::High));
@@ -152,7 +155,7 @@ impl State {
         State { ram, sfr, pc: cpu.pc() }
     }
 
-    /// The differences in words, wanted against found.
+    /// Describes the differences between this (expected) state and `found`.
     fn against(&self, found: &State) -> String {
         let mut out = String::new();
         let mut note = |name: String, wanted: u32, found: u32| {
@@ -175,7 +178,7 @@ fn external(cpu: &Mcs51) -> Vec<Option<u8>> {
     (0..0x1_0000).map(|addr| cpu.peek("xdata", addr)).collect()
 }
 
-/// Runs one case on one background; the text of what differs, or none.
+/// Runs one case on one background. The error describes the differences.
 fn run(case: &Case, seed: u64) -> Result<(), String> {
     let row = chip(case.chip).ok_or(format!("  no chip {}\n", case.chip))?;
     let mut cpu = Mcs51::new(row, &Image::default(), RamInit::Random(seed));
@@ -185,7 +188,7 @@ fn run(case: &Case, seed: u64) -> Result<(), String> {
     for &(name, value) in &case.before {
         let before = wanted.clone();
         if wanted.set(name, value) {
-            // A name that changes nothing is named all the same.
+            // An item counts as named even if it changes nothing.
             let changed = (0x80..0x100).filter(|&addr| wanted.sfr[addr] != before.sfr[addr]);
             named.extend(changed.chain(bracketed(name, "s").map(|addr| addr as usize)));
         } else if let Some(addr) = bracketed(name, "x") {
@@ -208,7 +211,7 @@ fn run(case: &Case, seed: u64) -> Result<(), String> {
     for pin in pulled {
         cpu.drive(CycleTime::at(cpu.cycle()), pin, PinLevel::Low);
     }
-    // Registers that are not named are those of reset, and RAM that is not there reads as nothing.
+    // Registers that are not named have their reset values, and missing RAM reads as nothing.
     let found = State::of(&cpu);
     for addr in (0x80..0x100).filter(|addr| !named.contains(addr)) {
         wanted.sfr[addr] = found.sfr[addr];
@@ -222,7 +225,7 @@ fn run(case: &Case, seed: u64) -> Result<(), String> {
     let (spent, done) = (cpu.cycle() - cycle, cpu.instructions() - counted);
     if let Ok(cycles) = case.outcome.parse::<u64>() {
         wanted.pc = (pc + bytes.len() as u32) & 0xFFFF;
-        // A jump to itself with nothing to wake the chip is also the end of a program.
+        // A jump to itself with nothing that can wake the chip also ends a program.
         let ends = stop == StopReason::Halted && cpu.pc() == pc;
         if stop != StopReason::Limit && !ends || spent != cycles || done != 1 {
             return Err(format!("  {stop:?} after {spent} cycles and {done} instructions, {cycles} wanted\n"));
@@ -262,7 +265,8 @@ fn every_case_does_what_it_says_and_nothing_else() {
     assert!(failures.is_empty(), "\n{failures}");
 }
 
-/// An instruction with an address has cases on both sides of 80h: they are two kinds to the interpreter.
+/// An instruction with an address needs cases on both sides of 80h, because the interpreter has two kinds for
+/// them.
 #[test]
 fn every_row_has_a_case() {
     let mut seen: BTreeMap<usize, BTreeSet<bool>> = BTreeMap::new();
@@ -270,7 +274,7 @@ fn every_row_has_a_case() {
         let pc = case.before.iter().find(|item| item.0 == "PC").map_or(0x1234, |item| item.1);
         let bytes = code(&case, pc);
         let at = |i: usize| bytes.get(i).copied().unwrap_or(0);
-        if let Some((row, kind, _)) = find_row([at(0), at(1), at(2)]) {
+        if let Some(MatchedRow { row, kind, .. }) = find_row([at(0), at(1), at(2)]) {
             let above = at(1) >= 0x80 || row.name == "MovDirDir" && at(2) >= 0x80;
             seen.entry(kind as usize).or_default().insert(above);
         }

@@ -1,5 +1,5 @@
-//! Programs with what is to be found, judged by those who use it: the rest of a case is a list, `wanted; wanted`. A line
-//! `until N` in a program says where the run ends (2000 if not said).
+//! Reads programs with expectations, which the caller checks: the rest of a case is a list, `wanted; wanted`.
+//! A line `until N` in a program sets the cycle at which the run ends (default 2000).
 
 use std::collections::BTreeMap;
 
@@ -16,12 +16,12 @@ pub struct Case {
 }
 
 impl Case {
-    /// What it is called.
+    /// Name of the case.
     pub fn name(&self) -> &str {
         &self.program.name
     }
 
-    /// The chip after power-up, its drives queued.
+    /// The chip after power-up, with its drives queued.
     pub fn machine(&self) -> Mcs51 {
         self.program.machine()
     }

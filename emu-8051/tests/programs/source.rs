@@ -1,14 +1,15 @@
-//! Programs as text, with what drives their pins: read here, put on chips by those who use it.
+//! Reads programs as text, with the levels that drive their pins.
 //!
-//! A program begins with `== name`. Then come, one a line, directives and instructions:
+//! A program begins with `== name`. Then follow directives and instructions, one per line:
 //!
-//! - `chip NAME [x2] [ea-low] [von-neumann] [now] [access]`: the chip (8052 if not said), its wiring, and the second readings
-//!   of the manual (flags polled now, interrupts held after any access of IE or IP);
-//! - `drive PIN 20L 30H 40F`: levels from outside from cycles on;
-//! - `0x30:` goes on at an address, `name:` is a label, `text*3` stands three times; `;` begins a comment.
+//! - `chip NAME [x2] [ea-low] [von-neumann] [now] [access]`: the chip (default 8052), its wiring, and the
+//!   alternative readings of the manual (flags polled now, interrupts held after any access of IE or IP);
+//! - `drive PIN 20L 30H 40F`: levels from outside, each from a cycle on;
+//! - `0x30:` continues at an address, `name:` is a label, `text*3` repeats a line three times; `;` begins a
+//!   comment.
 //!
-//! Every `-- {a|b} rest` is a case: `$1`, `$2` in the program and in the rest stand for a, b. Lines behind it that begin with
-//! three blanks go on with it. `#` begins a line of comment.
+//! Every `-- {a|b} rest` is a case: `$1`, `$2` in the program and in the rest are replaced by a, b. Lines
+//! after it that begin with three blanks continue it. `#` begins a comment line.
 
 use emu_8051::{Mcs51, Mcs51Readings, Options, chips};
 use emu_core::image::{Image, Segment};
@@ -26,7 +27,7 @@ pub struct Program {
 }
 
 impl Program {
-    /// The chip after power-up, its drives queued.
+    /// The chip after power-up, with its drives queued.
     pub fn machine(&self) -> Mcs51 {
         let chip = chips::chip(&self.chip).unwrap_or_else(|| panic!("{}: no chip {}", self.name, self.chip));
         let mut mcs51 = Mcs51::with(chip, &self.image, RamInit::Zero, self.options);
@@ -37,7 +38,7 @@ impl Program {
     }
 }
 
-/// A pin by its name, as `P3.2` or `RST`.
+/// A pin by its name, such as `P3.2` or `RST`.
 pub fn pin(text: &str) -> Option<PinId> {
     if text == "RST" {
         return Some(32);
@@ -52,14 +53,14 @@ pub fn level(letter: &str) -> Option<PinLevel> {
     [("L", PinLevel::Low), ("H", PinLevel::High), ("F", PinLevel::Float)].iter().find(|l| l.0 == letter).map(|l| l.1)
 }
 
-/// `20L`, `20.4H`: cycle, clock, level.
+/// Parses an edge `20L` or `20.4H`: cycle, clock, level.
 pub fn edge(text: &str) -> Option<(CycleTime, PinLevel)> {
     let (at, letter) = text.split_at_checked(text.len().checked_sub(1)?)?;
     let (cycle, phase) = at.split_once('.').unwrap_or((at, "0"));
     Some((CycleTime { cycle: cycle.parse().ok()?, phase: phase.parse().ok()? }, level(letter)?))
 }
 
-/// All cases of a text: name, program and the rest.
+/// All cases of a text: name, program and rest.
 pub fn texts(text: &str) -> Vec<(String, String, String)> {
     let mut all = Vec::new();
     for part in format!("\n{text}").split("\n== ").skip(1) {
@@ -89,13 +90,13 @@ pub fn texts(text: &str) -> Vec<(String, String, String)> {
     all
 }
 
-/// A number, decimal or with 0x.
+/// Parses a number, decimal or with 0x.
 pub fn number(name: &str, text: &str) -> u64 {
     let hex = text.strip_prefix("0x").map(|h| u64::from_str_radix(h, 16));
     hex.unwrap_or_else(|| text.parse()).unwrap_or_else(|_| panic!("{name}: {text} is no number"))
 }
 
-/// Reads a program; gives it and its labels.
+/// Reads a program and returns it with its labels.
 pub fn program(name: &str, source: &str) -> (Program, BTreeMap<String, u32>) {
     let mut program = Program {
         name: name.to_owned(),
@@ -139,7 +140,7 @@ pub fn program(name: &str, source: &str) -> (Program, BTreeMap<String, u32>) {
     (program, labels)
 }
 
-/// The program's bytes from address 0 on, with zeros where it has gaps, and its labels.
+/// Assembles a program. Returns its bytes from address 0 on, with zeros in gaps, and adds its labels.
 fn assemble(name: &str, chip: &'static Chip, lines: &[String], labels: &mut BTreeMap<String, u32>) -> Vec<u8> {
     let mut text = String::new();
     for line in lines {

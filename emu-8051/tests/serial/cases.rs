@@ -1,15 +1,16 @@
-//! Cases computed by hand, one a line, on clocks of one tick a machine cycle: the transmitter rolls over in the cycles 16,
-//! 32, 48 and so on until a case says otherwise.
+//! Cases computed by hand, one per line, with clocks of one tick per machine cycle: the transmitter rolls
+//! over in the cycles 16, 32, 48 and so on unless a case says otherwise.
 
 use std::collections::BTreeMap;
 
 use emu_8051::periph::serial::{RI, SerialLine, SerialPort, SerialStep, TI};
 use emu_core::NEVER;
 
-/// `what | script | what happens`. In a script `N` is the cycle of what follows it: `scon=XX`, `sbuf=XX` are writes at its
-/// end, `r0`, `r1` levels of RXD from its begin, `/bits` sixteen cycles each of RXD, `.bits` one cycle each, `?` shows
-/// SCON, SBUF and since at its end. The case ends after the last number. What happens: `N T0`, `N.4 R1` edges (clock 0
-/// is left out), `N TI`, `N RI sbuf rb8`, `N sent byte`; `N ^` is a pulse of the shift clock, low from clock 4 to 10.
+/// Each line is `name | script | result`. In a script, `N` is the cycle of the words after it: `scon=XX`,
+/// `sbuf=XX` are writes at its end, `r0`, `r1` levels of RXD from its start, `/bits` sixteen cycles per bit
+/// on RXD, `.bits` one cycle per bit, and `?` prints SCON, SBUF and the time of the flags at its end. The
+/// case ends after the last number. In a result, `N T0`, `N.4 R1` are edges (clock 0 is left out), `N TI`,
+/// `N RI sbuf rb8`, `N sent byte`; `N ^` is a pulse of the shift clock, low from clock 4 to 10.
 const CASES: &str = "
 # Modes 1 to 3: sending
 mode 1, 10 bits, TI as the stop bit begins | 0 scon=40 sbuf=A5 200 | 17 T0, 33 T1, 49 T0, 65 T1, 81 T0, 113 T1, 129 T0, 145 T1, 160 TI, 176 sent A5
@@ -76,7 +77,7 @@ another write to SCON does not restart it | 10 scon=10 14 scon=18 25 | 12 ^, 13 
 both at once: the pin shows what is sent | 10 scon=10 sbuf=F5 25 | 12 ^, 13 R0, 13 ^, 14 R1, 14 ^, 15 R0, 15 ^, 16 R1, 16 ^, 17 ^, 18 ^, 19 ^, 20 TI, 20 RI F5 0, 20 sent F5
 ";
 
-/// Says what a step in `cycle` did, with its place in the order of the cycle.
+/// Notes the effects of a step in `cycle`, in the order within the cycle.
 fn note(said: &mut Vec<(u64, u8, String)>, cycle: u64, step: SerialStep, port: &SerialPort) {
     for edge in step.edges() {
         let (cycle, phase) = (edge.at.cycle, edge.at.phase);
@@ -125,7 +126,7 @@ fn run(script: &str) -> String {
             let step = port.step_shifter(cycle, level);
             note(&mut said, cycle, step, &port);
         }
-        // The first tick is that of cycle 1.
+        // The first tick is in cycle 1.
         if cycle > 0 {
             if port.tx_ticks_to_next_step() == Some(1) {
                 let step = port.step_transmitter(cycle);
@@ -181,7 +182,7 @@ fn cases_of_the_manual() {
     assert!(wrong.is_empty() && count > 50, "of {count} cases:\n{wrong}");
 }
 
-/// A port that does nothing takes any number of ticks at once.
+/// An idle port accepts any number of ticks at once.
 #[test]
 fn far_distances_cost_nothing() {
     const FAR: u64 = 1 << 50;
@@ -205,7 +206,7 @@ fn far_distances_cost_nothing() {
     assert_eq!(port.rx_ticks_to_next_step(), Some(144));
     port.rx_advance(143);
     assert_eq!(port.step_receiver(FAR + 153, false).flags, 1);
-    // The frame is over, and the line stays low.
+    // The frame is complete, and the line stays low.
     port.rx_advance(FAR);
     assert_eq!(
         (port.rx_ticks_to_next_step(), port.flags_set_since(), port.next_shift_cycle()),

@@ -1,4 +1,5 @@
-//! The serial port against the user's manual: hand-computed cases as text, and a slow model that ticks.
+//! Compares the serial port with the user's manual: hand-computed cases as text, and a slow model that is
+//! ticked.
 
 mod cases;
 mod model;

@@ -1,4 +1,5 @@
-//! The port as the user's manual draws it: shift registers with their marker bits, counters that count. One method a tick.
+//! A model of the port as the user's manual draws it: shift registers with marker bits, and counters. It has
+//! one method per tick.
 
 use emu_core::NEVER;
 
@@ -8,9 +9,9 @@ pub struct Model {
     pub sbuf: u8,
     pub ti_at: Option<u64>,
     pub ri_at: Option<u64>,
-    /// Bytes sent, with the cycle in which their stop bit was over.
+    /// Bytes sent, each with the cycle in which its stop bit ended.
     pub sent: Vec<(u64, u8)>,
-    /// Of those, how many in each mode; bytes received in mode 0; frames that were lost.
+    /// Statistics: bytes sent in each mode, bytes received in mode 0, frames lost.
     pub sent_in: [u32; 4],
     pub received_in_0: u32,
     pub lost: u32,
@@ -24,7 +25,7 @@ pub struct Model {
     tx_request: bool,
     tx_send: bool,
     tx_data: bool,
-    /// Set after the first shift pulse, which brings the stop bit in when there are nine bits.
+    /// Set after the first shift pulse, which shifts in the stop bit if there are nine data bits.
     tx_shifted: bool,
     tx_register: u32,
     tx_byte: u8,
@@ -38,14 +39,14 @@ pub struct Model {
     rx_register: u32,
     rx_last: bool,
 
-    /// Cycles since the write to SBUF in mode 0 and since the start of a reception.
+    /// Cycles since the write to SBUF in mode 0, and since the start of a reception.
     send_cycles: Option<u32>,
     receive_cycles: Option<u32>,
     out_register: u32,
     in_register: u32,
 }
 
-/// The bits of a byte in the other order: what comes in first stands leftmost.
+/// The bits of a byte in reverse order: the first bit received is leftmost.
 fn mirror(v: u32) -> u8 {
     (v as u8).reverse_bits()
 }
@@ -77,7 +78,7 @@ impl Model {
         self.ri_at.get_or_insert(cycle);
     }
 
-    /// S1P1 to S5P2 of a machine cycle for the pins and for mode 0; `rxd` is driven from outside.
+    /// Executes S1P1 to S5P2 of a machine cycle for the pins and for mode 0; `rxd` is driven from outside.
     pub fn cycle(&mut self, cycle: u64, rxd: bool) {
         for count in [&mut self.send_cycles, &mut self.receive_cycles].into_iter().flatten() {
             *count += 1;
@@ -106,7 +107,7 @@ impl Model {
         if self.receive_cycles == Some(2) {
             self.in_register = 0b1111_1110;
         }
-        // The shifts of S6P2 show on the pins from the next cycle on.
+        // The shifts of S6P2 are visible on the pins from the next cycle on.
         if send {
             self.out_register >>= 1;
         }
@@ -132,7 +133,8 @@ impl Model {
         } else if self.tx_send && !self.tx_data {
             self.tx_data = true;
         } else if self.tx_send {
-            // The marker is just left of the bit at the output, and nothing but zeros is left of the marker.
+            // The last shift is reached when the marker is directly left of the output bit and all bits left
+            // of the marker are zero.
             let nine = self.mode() != 1;
             let last = self.tx_register >> 2 == 0 && (self.tx_shifted || !nine);
             self.tx_register >>= 1;
@@ -177,7 +179,7 @@ impl Model {
             return;
         }
         self.rx_start = false;
-        // The start bit has come to the leftmost place: one last shift.
+        // The start bit has reached the leftmost position: one last shift.
         let last = self.rx_register & 0x100 == 0;
         self.rx_register = (self.rx_register << 1 | u32::from(bit)) & 0x1FF;
         if last {
@@ -228,7 +230,7 @@ impl Model {
         }
     }
 
-    /// Something is written and not sent.
+    /// Whether something is written and not yet sent.
     pub fn busy(&self) -> bool {
         self.tx_request || self.tx_send || self.tx_stop.is_some() || self.send_cycles.is_some()
     }
@@ -237,12 +239,12 @@ impl Model {
         self.rx_busy || self.receive_cycles.is_some()
     }
 
-    /// A stop bit is on the line.
+    /// Whether a stop bit is on the line.
     pub fn stopping(&self) -> bool {
         self.tx_stop.is_some()
     }
 
-    /// Mode 0 is at work.
+    /// Whether mode 0 is transferring.
     pub fn shifting(&self) -> bool {
         self.send_cycles.is_some() || self.receive_cycles.is_some()
     }

@@ -1,4 +1,5 @@
-//! Random traffic: a port that is stepped only when something is due, one that is stepped at every tick, and the model.
+//! Random traffic on three ports: one that is stepped only when something is due, one that is stepped at
+//! every tick, and the model.
 
 use std::collections::VecDeque;
 
@@ -8,7 +9,7 @@ use emu_core::rng::Rng;
 
 use crate::model::Model;
 
-/// Levels of RXD still to come, each with the number of receive ticks that it lasts.
+/// Future levels of RXD, each with the number of receive ticks for which it lasts.
 #[derive(Default)]
 struct Wire(VecDeque<(u64, bool)>);
 
@@ -24,7 +25,7 @@ impl Wire {
         run.1
     }
 
-    /// A frame at about the right rate, rests, noise, a glitch or a break.
+    /// Adds a frame at about the correct rate, idle time, noise, a glitch or a break.
     fn refill(&mut self, rng: &mut Rng) {
         self.0.push_back((rng.below(4) * rng.below(40), true));
         match rng.below(12) {
@@ -32,7 +33,7 @@ impl Wire {
             1 => self.0.extend([(1 + rng.below(12), false), (rng.below(40), true)]),
             2 => self.0.push_back((100 + rng.below(300), false)),
             kind => {
-                // Ends of bits in hundredths of a tick: 3 % off at most, or a rate that is plainly wrong.
+                // Ends of bits in hundredths of a tick: at most 3 % off, or at a rate that is clearly wrong.
                 let rate = if kind == 3 { 1_100 + rng.below(1_000) } else { 1_552 + rng.below(97) };
                 let bits = rng.next_u64() & 0x1FF | u64::from(rng.below(16) != 0) << 9;
                 let mut at = 0;
@@ -52,7 +53,7 @@ impl Wire {
     }
 }
 
-/// A port that only hears of ticks when it must.
+/// A port to which ticks are reported only when necessary.
 #[derive(Clone)]
 struct Lazy {
     port: SerialPort,
@@ -91,7 +92,7 @@ impl Lazy {
     }
 }
 
-/// Ticks of a clock per machine cycle: several, or one in several cycles.
+/// Ticks of a clock per machine cycle: several per cycle, or one in several cycles.
 struct Rate(u64, u64);
 
 impl Rate {
@@ -104,7 +105,7 @@ impl Rate {
     }
 }
 
-/// What a seed came across, so that a script that tests nothing is noticed.
+/// What the runs covered, so that a script that tests nothing is detected.
 #[derive(Debug, Default)]
 struct Seen {
     sent: [u32; 4],

@@ -1,4 +1,5 @@
-//! Random programs, pins and timers: every call of a service routine, by cycle and source, beside the model.
+//! Random programs, pins and timers: every call of a service routine is compared with the model, by cycle and
+//! source.
 
 use emu_8051::Mcs51;
 use emu_core::rng::Rng;
@@ -42,10 +43,11 @@ fn setup(rng: &mut Rng) -> Setup {
             routine.push(op(rng, source == 0));
         }
         if source == 0 {
-            // Sooner or later everything is on again.
+            // Each iteration of the main program enables interrupts again.
             routine.extend([Do::Enable(0x80 | rng.next_u64() as u8 & 0x3F), Do::Again]);
         } else {
-            // The LJMP from the vector; the flags of these two are the program's to clear, most times.
+            // The LJMP from the vector. The program must clear the flags of these two sources, and mostly
+            // does.
             routine.insert(0, Do::IncDptr);
             let flags: &[usize] =
                 [&[4, 5][..], &[6, 7]].get(source.max(5) - 5).filter(|_| source > 4).copied().unwrap_or(&[]);
@@ -138,7 +140,7 @@ fn every_call_is_that_of_the_ticked_model() {
         let wanted = model::run(&setup, CYCLES);
         let mut mcs51 = machine(&setup);
         let mut found = Calls::default();
-        // At one go, or in slices, which must make no difference.
+        // In one run or in slices, which must make no difference.
         let slice = [CYCLES, 1, 7, 100][(seed % 4) as usize];
         let mut until = 0;
         let mut stop = StopReason::Limit;

@@ -1,4 +1,4 @@
-//! The whole machine beside models, and machines beside each other.
+//! Compares the whole machine with models, and machines with each other.
 
 mod irq;
 mod model;

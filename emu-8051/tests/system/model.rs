@@ -1,8 +1,8 @@
-//! The interrupt system as the manual tells it, one machine cycle after the other, with a core that knows a dozen
-//! instructions (user's manual, "Interrupts", "How interrupts are handled", "Timer/counters", "Timer 2"). It shares nothing with
-//! the crate.
+//! A model of the interrupt system as the manual describes it, one machine cycle at a time, with a core that
+//! has a dozen instructions (user's manual, "Interrupts", "How interrupts are handled", "Timer/counters",
+//! "Timer 2"). It shares no code with the crate.
 
-/// What the core of the model can do.
+/// The instructions of the model's core.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Do {
     Nop,
@@ -17,7 +17,7 @@ pub enum Do {
     Flag(usize, bool),
     Idle,
     Reti,
-    /// To the begin of the routine.
+    /// Jump to the start of the routine.
     Again,
 }
 
@@ -52,16 +52,16 @@ impl Do {
         }
     }
 
-    /// After these another instruction is executed first.
+    /// Whether another instruction is executed before an interrupt.
     fn holds(self) -> bool {
         matches!(self, Do::Reti | Do::EnableBit(..) | Do::PriorityBit(..) | Do::Enable(_) | Do::Priority(_))
     }
 }
 
-/// Pins that the model looks at: INT0, INT1, T0, T2EX.
+/// Pins that the model samples: INT0, INT1, T0, T2EX.
 pub const PINS: [&str; 4] = ["P3.2", "P3.3", "P3.4", "P1.1"];
 
-/// What is set before cycle 1, and everything that comes from outside.
+/// The state before cycle 1, and all inputs from outside.
 #[derive(Debug, Clone)]
 pub struct Setup {
     /// The main program and the six routines.
@@ -71,21 +71,22 @@ pub struct Setup {
     /// GATE of timers 0 and 1; timer 0 counts T0.
     pub gate: [bool; 2],
     pub counter: bool,
-    /// Both in mode 1 or both in mode 2.
+    /// Whether both timers are in mode 2 instead of mode 1.
     pub reload: bool,
-    /// TL and TH of both.
+    /// TL and TH of both timers.
     pub start: [[u8; 2]; 2],
     pub timer2: u16,
     pub rcap: u16,
     pub ie: u8,
     pub ip: u8,
-    /// The other reading: what is sampled in a cycle and not cleared at its end is polled in it.
+    /// The alternative reading: what is sampled in a cycle and not cleared at its end is polled in that
+    /// cycle.
     pub sample_now: bool,
     /// Cycle, pin, level, in order of time.
     pub drives: Vec<(u64, usize, bool)>,
 }
 
-/// What the core is about.
+/// What the core is doing.
 #[derive(Clone, Copy, PartialEq)]
 enum Now {
     Op(Do, u32),
@@ -93,7 +94,7 @@ enum Now {
     Asleep,
 }
 
-/// The calls of routines: first cycle and number of the source, 1 to 6.
+/// Runs the model. Returns the calls of routines: first cycle, and number of the source, 1 to 6.
 pub fn run(setup: &Setup, cycles: u64) -> Vec<(u64, u8)> {
     let mut calls = Vec::new();
     let (mut ie, mut ip) = (setup.ie, setup.ip);
@@ -120,7 +121,7 @@ pub fn run(setup: &Setup, cycles: u64) -> Vec<(u64, u8)> {
             pins[pin] = level;
             drives.next();
         }
-        // S2P2 and S3P1; what was set up acts from cycle 1 on.
+        // S2P2 and S3P1; the setup takes effect from cycle 1 on.
         let mut overflow2 = false;
         if c > 0 {
             timer2 = timer2.wrapping_add(1);
@@ -136,7 +137,7 @@ pub fn run(setup: &Setup, cycles: u64) -> Vec<(u64, u8)> {
                 }
             }
         }
-        // S5P2: what is polled in this cycle was sampled in the one before, but for TF2.
+        // S5P2: except for TF2, what is polled in this cycle was sampled in the one before.
         let mut polled = sampled;
         polled[6] |= overflow2;
         for n in 0..2 {
@@ -191,7 +192,7 @@ pub fn run(setup: &Setup, cycles: u64) -> Vec<(u64, u8)> {
         }
         if setup.sample_now {
             polled = sampled;
-            // A level is what the pin is: a program cannot take it back.
+            // A level follows the pin: a program cannot clear it.
             let levels =
                 [(0, setup.edges[0]), (2, setup.edges[1])].into_iter().filter(|level| !level.1).map(|level| level.0);
             let kept = levels.fold(flags, |mut flags, n| {
@@ -200,7 +201,7 @@ pub fn run(setup: &Setup, cycles: u64) -> Vec<(u64, u8)> {
             });
             polled.iter_mut().zip(kept).for_each(|(polled, flag)| *polled &= flag);
         }
-        // RETI and writes of IE and IP hold interrupts, so that it does not matter that they are done.
+        // RETI and writes of IE and IP hold interrupts, so it does not matter that they are already executed.
         let chosen = choose(polled, ie, ip, in_progress);
         let sleeps = now == Now::Asleep || matches!(now, Now::Op(Do::Idle, _));
         now = match chosen.filter(|_| !held) {
@@ -218,7 +219,7 @@ pub fn run(setup: &Setup, cycles: u64) -> Vec<(u64, u8)> {
     calls
 }
 
-/// One count; true at an overflow.
+/// Counts once. Returns true at an overflow.
 fn count(timer: &mut [u8; 2], reload: bool) -> bool {
     timer[0] = timer[0].wrapping_add(1);
     if timer[0] != 0 {
@@ -232,7 +233,7 @@ fn count(timer: &mut [u8; 2], reload: bool) -> bool {
     timer[1] == 0
 }
 
-/// The source that is served: the first one in the order of polling of the highest level that is not in progress.
+/// The source that is served: the first one in polling order of the highest level that is not in progress.
 fn choose(flags: [bool; 8], ie: u8, ip: u8, in_progress: [bool; 2]) -> Option<usize> {
     let requests = [flags[0], flags[1], flags[2], flags[3], flags[4] || flags[5], flags[6] || flags[7]];
     if ie & 0x80 == 0 || in_progress[1] {

@@ -1,4 +1,4 @@
-//! Two machines on one wire in each direction, each with its own clock.
+//! Two machines connected by a wire in each direction, each with its own clock.
 
 use emu_8051::Mcs51;
 use emu_core::pins::{ChipEvent, CycleTime, PinLevel};
@@ -6,8 +6,8 @@ use emu_core::{Cpu, Probe};
 
 use crate::source::{self, Program, pin};
 
-/// 9600 baud at 11.0592 MHz, 96 cycles a bit, from timer 1 on one side and timer 2 on the other. Both send what they have
-/// at 30h and on and keep what comes from 50h on; the flags are looked at in turn.
+/// 9600 baud at 11.0592 MHz, 96 cycles per bit, from timer 1 on one side and timer 2 on the other. Both send
+/// the bytes from 30h on and store received bytes from 50h on; they poll the flags in turn.
 const TEXT: &str = "\
 == timer 1
 chip 8051
@@ -79,8 +79,9 @@ impl Probe for Edges {
     }
 }
 
-/// Runs both for `cycles` of the first one; the second one's clock ticks `rate` millionths of the first one's. An edge takes
-/// 40 cycles over the wire, so that it is known before it is seen.
+/// Runs both for `cycles` of the first machine. The clock of the second one has `rate` ticks per million
+/// ticks of the first one. An edge takes 40 cycles over the wire, so that it is known before the other
+/// machine samples it.
 fn talk(a: &mut Mcs51, b: &mut Mcs51, cycles: u64, rate: u64) {
     const DELAY: u64 = 40;
     const SLICE: u64 = 20;
@@ -120,8 +121,8 @@ fn received(mcs51: &Mcs51) -> Vec<u8> {
 fn two_machines_talk_both_ways() {
     let cases = programs(TEXT);
     let [timer1, nine1, double, timer2, nine2] = &cases[..] else { panic!("five programs") };
-    // Programs, the second one's clock in millionths, and whether all bytes come over. Half a bit in the tenth (or
-    // eleventh) is five percent; a sixteenth of a bit is lost to the sampling.
+    // Programs, the second one's clock in millionths, and whether all bytes arrive. Half a bit in the tenth
+    // (or eleventh) is five percent; the sampling takes a sixteenth of a bit of that.
     let table = [
         (timer1, timer1, 1_000_000, true),
         (timer1, timer2, 1_000_000, true),
@@ -148,8 +149,8 @@ fn two_machines_talk_both_ways() {
     }
 }
 
-/// One master and two others in mode 3: only the one that is called clears SM2 and takes the bytes behind its address
-/// (user's manual, "Multiprocessor communications").
+/// One master and two slaves in mode 3: only the slave that is addressed clears SM2 and receives the bytes
+/// after its address (user's manual, "Multiprocessor communications").
 #[test]
 fn a_master_calls_one_of_two() {
     let text = "\

@@ -1,4 +1,4 @@
-//! Timers 0 and 1 by hand (user's manual, "Timer/Counters").
+//! Cases for timers 0 and 1, computed by hand (user's manual, "Timer/Counters").
 
 use crate::table::{Device, check};
 use emu_8051::periph::timer::Mcs51Timers;

@@ -1,4 +1,4 @@
-//! Timer 2 by hand (user's manual, "Timer 2"; AT89S52 data sheet for T2MOD).
+//! Cases for timer 2, computed by hand (user's manual, "Timer 2"; AT89S52 data sheet for T2MOD).
 
 use crate::table::{Device, check};
 use emu_8051::periph::timer2::Mcs51Timer2;

@@ -1,4 +1,4 @@
-//! Timers 0, 1 and 2: hand-computed cases as text, and ticked models under random scripts.
+//! Timers 0, 1 and 2: hand-computed cases as text, and ticked models with random scripts.
 
 mod cases;
 mod cases2;

@@ -1,8 +1,8 @@
-//! Timers 0 and 1, a cycle at a time.
+//! A model of timers 0 and 1 that is ticked one cycle at a time.
 
 use emu_core::NEVER;
 
-/// Everything that the closed form answers, found by walking.
+/// Everything that the closed form computes, found by ticking.
 #[derive(Clone)]
 pub struct Model {
     pub cycle: u64,
@@ -13,13 +13,13 @@ pub struct Model {
     pub flag: [bool; 2],
     pub since: [u64; 2],
     pub overflows: u64,
-    /// Levels in the coming cycle.
+    /// Levels in the next cycle.
     pub t: [bool; 2],
     pub int: [bool; 2],
-    /// The last sample of T0 and T1, and whether it was a high one followed by a low one.
+    /// The last sample of T0 and T1, and whether the last two samples were high and then low.
     sample: [bool; 2],
     edge: [bool; 2],
-    /// Cycles in which TFn would have been set, and cycles of timer 1's overflows, since the logs were cleared.
+    /// Cycles in which hardware set TFn, and cycles of timer 1's overflows, since the logs were cleared.
     pub flags_log: [Vec<u64>; 2],
     pub overflow_log: Vec<u64>,
 }
@@ -53,7 +53,7 @@ impl Model {
         self.flag[n] = on;
     }
 
-    /// One machine cycle.
+    /// Executes one machine cycle.
     pub fn tick(&mut self) {
         self.cycle += 1;
         let split = self.tmod & 3 == 3;
@@ -61,7 +61,7 @@ impl Model {
             let mode = self.tmod >> (4 * n) & 3;
             let gate = self.tmod >> (4 * n) & 8 != 0;
             let counter = self.tmod >> (4 * n) & 4 != 0;
-            // TR1 belongs to TH0 in mode 3, and timer 1 runs without.
+            // In mode 3, TH0 uses TR1, and timer 1 runs without it.
             let run = self.run[n] || n == 1 && split;
             if run && (!gate || self.int[n]) && (!counter || self.edge[n]) {
                 let over = self.step(n, mode);
@@ -94,7 +94,7 @@ impl Model {
         }
     }
 
-    /// One count; whether it overflows.
+    /// Counts once; returns whether it overflows.
     fn step(&mut self, n: usize, mode: u8) -> bool {
         if mode == 3 && n == 1 {
             return false;

@@ -1,8 +1,8 @@
-//! Timer 2, a state at a time.
+//! A model of timer 2 that is ticked one state at a time.
 
 use emu_core::NEVER;
 
-/// Everything that the closed form answers, found by walking.
+/// Everything that the closed form computes, found by ticking.
 #[derive(Clone)]
 pub struct Model {
     pub cycle: u64,
@@ -17,12 +17,12 @@ pub struct Model {
     exf2_since: u64,
     pub overflows: u64,
     pub clock: bool,
-    /// Levels in the coming cycle: T2, T2EX.
+    /// Levels in the next cycle: T2, T2EX.
     pub pins: [bool; 2],
     sample: [bool; 2],
     t2_edge: bool,
     s6_done: bool,
-    /// Since the logs were cleared: moments of flags, states of overflows and of toggles.
+    /// Since the logs were cleared: times of flags, states of overflows and of toggles.
     pub flag_log: Vec<u64>,
     pub overflow_log: Vec<u64>,
     pub toggle_log: Vec<u64>,
@@ -78,7 +78,7 @@ impl Model {
         tf2.min(exf2)
     }
 
-    /// What a write in this cycle comes after.
+    /// Executes S6 of the present cycle, which comes before a write.
     pub fn finish(&mut self) {
         if !self.s6_done {
             self.state(5);
@@ -105,7 +105,7 @@ impl Model {
         }
     }
 
-    /// From S6 of the cycle before to S5 of the next.
+    /// Executes from S6 of the cycle before to S5 of the next.
     pub fn tick(&mut self) {
         self.finish();
         self.cycle += 1;

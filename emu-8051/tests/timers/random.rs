@@ -1,11 +1,11 @@
-//! Timers 0 and 1 against the ticked model, under random writes, pins and distances.
+//! Timers 0 and 1 compared with the ticked model, with random writes, pins and distances.
 
 use crate::model::Model;
 use emu_8051::periph::timer::Mcs51Timers;
 use emu_core::NEVER;
 use emu_core::rng::Rng;
 
-/// A byte that is likely to stand at an edge.
+/// A random byte; boundary values are more frequent.
 pub fn byte(rng: &mut Rng) -> u8 {
     match rng.below(8) {
         0..=2 => 0xFF,
@@ -15,7 +15,7 @@ pub fn byte(rng: &mut Rng) -> u8 {
     }
 }
 
-/// Cycles to the next look: short ones mostly.
+/// Random cycles to the next comparison; mostly few.
 pub fn distance(rng: &mut Rng, longest: u64) -> u64 {
     match rng.below(4000) {
         0 => 1 + rng.below(longest),
@@ -74,7 +74,7 @@ fn same(timers: &Mcs51Timers, model: &Model, seed: u64, step: u64) {
     assert_eq!(found, (model.tmod, model.overflows), "seed {seed} step {step}: tmod, overflows");
 }
 
-/// Both go on by `cycles`, and what was foretold comes true.
+/// Advances both by `cycles`, and checks the predictions made before.
 fn advance(rng: &mut Rng, timers: &mut Mcs51Timers, model: &mut Model, cycles: u64, at: &str) {
     let from = model.cycle;
     let upto = from + cycles;
@@ -119,7 +119,7 @@ fn timers_0_and_1_as_ticked() {
                 let mut earlier = model.clone();
                 advance(&mut rng, &mut timers, &mut model, 1, &at);
                 if rng.one_in(3) {
-                    // Second thoughts within the cycle: the last level is the one that was sampled.
+                    // Several changes in one cycle: the last level is the one that is sampled.
                     pins(&mut rng, &mut timers, &mut earlier, cycle);
                     pins(&mut rng, &mut timers, &mut earlier, cycle);
                     earlier.tick();

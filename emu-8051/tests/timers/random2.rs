@@ -1,4 +1,4 @@
-//! Timer 2 against the ticked model, under random writes, pins and distances.
+//! Timer 2 compared with the ticked model, with random writes, pins and distances.
 
 use crate::model2::Model;
 use crate::random::{byte, distance};
@@ -11,7 +11,7 @@ fn write(rng: &mut Rng, timer: &mut Mcs51Timer2, model: &mut Model) {
     let (low, high) = (u16::from(value), u16::from(value) << 8);
     match rng.below(6) {
         0 => {
-            // Baud generators, counters and stopped timers are less likely than their opposites.
+            // Baud generators, counters and stopped timers are less frequent than their opposites.
             let mut value = rng.next_u64() as u8 & (rng.next_u64() as u8 | 0xC9);
             value |= if rng.one_in(5) { 0 } else { 4 };
             timer.set_t2con(value);
@@ -62,7 +62,7 @@ fn same(timer: &Mcs51Timer2, model: &Model, at: &str) {
     assert_eq!(found, wanted, "{at} now {}: since overflows clock_out", model.cycle);
 }
 
-/// Both go on by `cycles`, and what was foretold comes true.
+/// Advances both by `cycles`, and checks the predictions made before.
 fn advance(rng: &mut Rng, timer: &mut Mcs51Timer2, model: &mut Model, cycles: u64, at: &str) {
     let from = model.cycle;
     let upto = from + cycles;
@@ -83,7 +83,7 @@ fn advance(rng: &mut Rng, timer: &mut Mcs51Timer2, model: &mut Model, cycles: u6
         Some(&came) => assert_eq!(told, came, "{at}: {what}"),
         None => assert!(told > last, "{at}: {what} told for {told}, nothing came until {last}"),
     };
-    // An overflow in the cycle after the last is at this one's moment, and has not come yet.
+    // The flag of an overflow in the cycle after the last has the time of the last cycle, and is not set yet.
     foretold(flag, model.flag_log.first(), upto - 1, "flag");
     foretold(overflow, model.overflow_log.get(ahead as usize - 1), last, "overflow");
     foretold(toggle, model.toggle_log.first(), last, "toggle");
@@ -109,7 +109,7 @@ fn timer_2_as_ticked() {
                 let mut earlier = model.clone();
                 advance(&mut rng, &mut timer, &mut model, 1, &at);
                 if rng.one_in(3) {
-                    // Second thoughts within the cycle: the last level is the one that was sampled.
+                    // Several changes in one cycle: the last level is the one that is sampled.
                     pins(&mut rng, &mut timer, &mut earlier, cycle);
                     pins(&mut rng, &mut timer, &mut earlier, cycle);
                     earlier.tick();

@@ -1,28 +1,28 @@
-//! One case a line: `title | words`. A word is done after the other:
+//! Runs cases of one line each: `title | words`. The words are executed in order:
 //!
-//! - `name=hex` writes a register or bit at the end of the cycle synced to;
-//! - `PIN=0` or `PIN=1` (upper case) gives the pin that level from the next cycle on; `PIN!0` the same within the cycle synced
-//!   to, as a second change;
-//! - `@n` syncs to cycle n (decimal; `2^50` is allowed);
-//! - `name:value` wants a register (hex) or a moment (decimal, `never`).
+//! - `name=hex` writes a register or bit at the end of the present cycle;
+//! - `PIN=0` or `PIN=1` (upper case) sets the pin's level from the next cycle on; `PIN!0` sets it within the
+//!   present cycle, as a second change;
+//! - `@n` advances to cycle n (decimal; `2^50` is allowed);
+//! - `name:value` expects a register (hex) or a time (decimal, `never`).
 
 use emu_core::NEVER;
 
-/// What a table drives.
+/// A device that a table drives.
 pub trait Device {
-    /// Synced to `cycle`.
+    /// Advances to `cycle`.
     fn sync(&mut self, cycle: u64);
-    /// A register, bit or moment by name.
+    /// A register, bit or time by name.
     fn get(&self, name: &str) -> u64;
     /// Writes a register or bit.
     fn set(&mut self, name: &str, value: u8);
-    /// A pin's level at `cycle` and later.
+    /// Sets a pin's level at `cycle` and later.
     fn pin(&mut self, name: &str, level: bool, cycle: u64);
-    /// Whether a name is a moment or a number of overflows, written in decimal.
+    /// Whether a name is a time or a number of overflows, which are written in decimal.
     fn decimal(&self, name: &str) -> bool;
 }
 
-/// Runs every line on a fresh device synced to cycle 0.
+/// Runs every line on a new device at cycle 0.
 pub fn check<D: Device>(make: impl Fn() -> D, text: &str) {
     let mut wrong = Vec::new();
     let mut cases = 0;

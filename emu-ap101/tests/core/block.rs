@@ -1,4 +1,4 @@
-//! The block of the configuration: what is read, what is refused and where, and images as Intel HEX.
+//! The configuration block: what is read, what is rejected and where, and images as Intel HEX.
 
 use emu_ap101::chips::AP101;
 use emu_ap101::{Ap101, Ap101Config, InputSampling};
@@ -6,7 +6,7 @@ use emu_core::image::{load_hex, write_hex};
 
 use crate::rig::{Block, image, words};
 
-/// Offset in the block, byte, the byte that is named, part of the message.
+/// Offset in the block, byte, offset that the fault reports, part of the message.
 const DAMAGES: &[(usize, u8, usize, &str)] = &[
     (0x000, b'X', 0x000, "does not begin with AP: 58 for 41"),
     (0x001, 0, 0x001, "does not begin with AP: 00 for 50"),
@@ -82,7 +82,7 @@ fn a_configuration_writes_its_block() {
     let mut full = Block { live: true, reconfigurable: true, hz: 32_768, period: 70_000, ..Block::EMPTY };
     (full.programs[0], full.programs[2], full.programs[7]) = ([0, 9, 3, 3], [4, 2047, 0, 1], [0, 0, 0, 2]);
     (full.modules[1], full.modules[127]) = ((1, 2, 500), (6, 0, 0xFFFF));
-    // A clock that is not said is written as what it is.
+    // The default clock is written as a number.
     let plain = Block { hz: 1_000_000, ..Block::EMPTY };
     for block in [plain, full] {
         let config = Ap101Config::read_config(&image(&words("nop"), Some(&block))).expect("sound");

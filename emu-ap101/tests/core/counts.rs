@@ -1,4 +1,4 @@
-//! Counts set from outside: what `value` shows, and what Q and the next program cycle make of it.
+//! Counts set from outside: the resulting `value`, and Q and the count after the next program cycle.
 
 use emu_ap101::Ap101;
 use emu_core::Cpu;
@@ -10,8 +10,8 @@ type Record = (u8, u8, u16);
 /// Count and Q.
 type Found = (i16, u8);
 
-/// A module; what is written to the module in each program cycle; the count that is set between the first two program
-/// cycles, Q behind that, and count and Q behind the second program cycle.
+/// A module; what is written to the module in each program cycle; the count that is set between the first two
+/// program cycles; Q after that; count and Q after the second program cycle.
 #[rustfmt::skip]
 const CASES: &[(Record, [bool; 2], i16, u8, Found)] = &[
     // TON

@@ -1,10 +1,10 @@
-//! Random programs: a machine that is saved and restored is the machine that was not.
+//! Random programs: a machine that is saved and restored must equal one that is not.
 
 use emu_core::cut_tests::search_restore_faults;
 
 use crate::slices::plan;
 
-/// Programs for each chip; `EMU_STATE_PROGRAMS` asks for another number.
+/// Number of programs, unless `EMU_STATE_PROGRAMS` sets it.
 const PROGRAMS: u64 = if cfg!(debug_assertions) { 10 } else { 60 };
 
 #[test]

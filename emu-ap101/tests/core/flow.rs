@@ -1,4 +1,4 @@
-//! What ends a run: traps, faults, and a machine that will do nothing more.
+//! What ends a run: breakpoints, faults, and a machine that halts.
 
 use emu_ap101::Ap101;
 use emu_core::cpu::{Cpu, ProgramFault, ResetCause, StopReason};
@@ -22,7 +22,7 @@ fn a_jump_out_of_the_program_is_not_carried_out() {
         assert_eq!((machine.cycle(), machine.pc(), machine.instructions()), (5, 1, 1));
         assert_eq!(machine.reg("RIC"), Some(words("ldc M0")[0].into()));
     }
-    // It goes on where it is led.
+    // It continues when A is changed from outside.
     machine.set_reg("A", 0);
     assert_eq!(machine.run(100, &mut ()), fault, "in the next program cycle");
     assert!(machine.cycle() > 5);
@@ -41,7 +41,7 @@ fn a_program_cycle_without_an_end_is_ended() {
 
 #[test]
 fn the_longest_program_cycle_ends() {
-    // 65,536 cycles are one too many only for the instruction behind them.
+    // After 65,536 cycles only another instruction would be too late.
     let mut machine = machine("jmpc 2; jmp 3; jmp 0; nop; jmp 4", &Block { outputs: 0, ..Block::EMPTY });
     machine.run(65_535, &mut ());
     machine.poke("code", 2 * 4, words("jmp 0")[0] as u8);
@@ -125,7 +125,7 @@ fn na_wraps_behind_the_end_of_memory() {
     assert_eq!((machine.pc(), machine.reg("PROG")), (0, Some(0)));
     machine.run(3, &mut ());
     assert_eq!((machine.pc(), machine.reg("PROG")), (1, Some(1)));
-    // Led astray, it comes back to its program.
+    // After NA was set outside of the program, it returns to the program.
     machine.set_pc(2047);
     machine.run(6, &mut ());
     assert_eq!((machine.reg("PROG"), machine.instructions()), (Some(1), 6));

@@ -1,4 +1,4 @@
-//! What is told of instructions that are seldom meant.
+//! The lints of suspicious instructions.
 
 use emu_ap101::Ap101;
 use emu_core::cpu::{Cpu, Probe};
@@ -17,7 +17,7 @@ impl Probe for Told {
     }
 }
 
-/// Inputs are live; program; what is told of one program cycle.
+/// Whether inputs are live; program; lints of one program cycle.
 const CASES: &[(bool, &str, &[&str])] = &[
     (false, "ld I1; sto E1; ld M300; ld R1; sto R129; not; clr; nop; .word 0xF005", &[]),
     (
@@ -75,7 +75,7 @@ fn what_is_told() {
         let mut machine = Ap101::new(&image(&program, Some(&block)));
         machine.run(4 + program.len() as u64, &mut told);
         assert_eq!(told.0, wanted, "{program:04x?}");
-        // Nobody looks, and it does the same.
+        // A run without the probe does the same.
         let mut blind = Ap101::new(&image(&program, Some(&block)));
         blind.run(machine.cycle(), &mut ());
         for space in ["i", "e", "m", "r", "preset"] {

@@ -1,4 +1,5 @@
-//! The crate by itself: its table, its block of the configuration, its diagnostics, and that any way of running gives the same machine.
+//! Tests of the crate alone: its table, its configuration block, its lints, and that any way of running gives
+//! the same machine.
 
 mod block;
 mod counts;

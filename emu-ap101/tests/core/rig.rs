@@ -1,10 +1,10 @@
-//! Images for the tests: programs as text, the block as what differs from an empty one.
+//! Images for the tests: programs as text, and configuration blocks given as differences from an empty one.
 
 use emu_ap101::chips::AP101;
 use emu_ap101::config::{CONFIG_BYTES, MODULES, PROGRAMS};
 use emu_core::image::{Image, Segment};
 
-/// What a block says, by its fields.
+/// The fields of a configuration block.
 #[derive(Debug, Clone)]
 pub struct Block {
     pub live: bool,
@@ -20,7 +20,7 @@ pub struct Block {
 }
 
 impl Block {
-    /// Some channels, nothing else.
+    /// A few channels, and nothing else.
     pub const EMPTY: Block = Block {
         live: false,
         reconfigurable: false,
@@ -53,7 +53,7 @@ impl Block {
     }
 }
 
-/// An image of words from address 0 on, with a block if there is one.
+/// An image of words from address 0 on, with a block if one is given.
 pub fn image(words: &[u16], block: Option<&Block>) -> Image {
     let code: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
     let mut image = Image::default();
@@ -66,7 +66,7 @@ pub fn image(words: &[u16], block: Option<&Block>) -> Image {
     image
 }
 
-/// The words of a program, an instruction between semicolons.
+/// The words of a program; instructions are separated by semicolons.
 pub fn words(text: &str) -> Vec<u16> {
     let lines = text.split(';').map(str::trim).filter(|line| !line.is_empty());
     lines

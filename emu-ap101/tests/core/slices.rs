@@ -10,12 +10,13 @@ use emu_core::slices::{RandomInput, SlicePlan, SliceSubject, pick_random};
 use crate::rig::{Block, image};
 
 const SEED: u64 = 0x5EED_0101;
-/// A build without optimisation runs the first ones only: each is run in eleven ways.
+/// A build without optimisation runs fewer programs, because each is run in eleven ways.
 const PROGRAMS: u64 = if cfg!(debug_assertions) { 30 } else { 600 };
-/// How many times a program is touched, and within how many cycles: it may come to rest in between, or not.
+/// Number of inputs to a program, and the cycles within which they come; between two inputs the machine can
+/// settle or not.
 const LIVES: [(usize, u64); 2] = [(40, 2000), (5, 20_000)];
 
-/// An instruction, most of them on the few bits that there are.
+/// A random instruction, mostly on one of a few bits.
 fn word(rng: &mut Rng, first: u16, len: u16) -> u16 {
     let word = rng.next_u64() as u16;
     let offset = pick_random(rng, &[0u16, 1, 2, 3, 4, 7, 127, 128, 129, 130, 248, 255, 256, 257, 258, 511]);
@@ -88,7 +89,7 @@ fn act(rng: &mut Rng, words: u64) -> RandomInput {
     }
 }
 
-/// All memories but the code, and the registers.
+/// All memories except code, and the registers.
 fn seen(cpu: &Ap101) -> Vec<Option<u8>> {
     let memories = [("i", 512), ("e", 256), ("m", 512), ("r", 384), ("preset", 256), ("value", 256)];
     let bits = memories.iter().flat_map(|&(space, size)| (0..size).map(move |addr| cpu.peek(space, addr)));
@@ -113,6 +114,6 @@ fn random_programs() {
     };
     let mut rng = Rng::new(SEED);
     let far: u64 = (0..PROGRAMS).map(|_| subject.assert_slicing_invariant(&plan(rng.next_u64()), &mut rng)).sum();
-    // Were they all to stop at once, nothing would have been compared.
+    // If all programs stopped early, the comparison would be worthless.
     assert!(far > PROGRAMS * LIVES[0].1 / 8, "only {far} cycles in all");
 }

@@ -1,4 +1,4 @@
-//! Machines that have settled: which halt, and that jumping over their rounds is the same as running them.
+//! Machines that have settled: which of them halt, and that skipping their repetitions equals running them.
 
 use emu_ap101::Ap101;
 use emu_core::cpu::{Cpu, StopReason};
@@ -6,38 +6,41 @@ use emu_core::pins::{CycleTime, PinLevel};
 
 use crate::rig::{Block, image, words};
 
-/// Far off: no machine gets there one cycle after the other while a test waits.
+/// Far away: no machine reaches this cycle in a test without skipping.
 const FAR: u64 = 1 << 50;
 
 fn machine(text: &str, block: &Block) -> Ap101 {
     Ap101::new(&image(&words(text), Some(block)))
 }
 
-/// Program, period, first module, and in which cycle a run of three million halts, if it does.
+/// Program, period, first module, and the cycle in which a run of three million cycles halts, if it does.
 type Ends = (&'static str, u32, (u8, u8, u16), Option<u64>);
 
 const ENDS: &[Ends] = &[
-    // Rounds of 7 cycles from 4 on: the first look is at 1026, and the next round is like that one.
+    // Program cycles of 7 cycles from 4 on: the first check is at 1026, and the next program cycle is equal
+    // to that one.
     ("ldc M0; nop; sto E1", 0, (0, 0, 0), Some(1033)),
-    // A reload of 4 and 5 cycles between: one begins every 100.
+    // A reload of 4, and program cycles that begin every 100 cycles.
     ("ldc M0; nop; sto E1", 100, (0, 0, 0), Some(1204)),
-    // A bit of M that goes to and fro and is nowhere seen: two program cycles are a round.
+    // A bit of M that toggles without effect: two program cycles are a period.
     ("ldc M0; sto M0; nop", 0, (0, 0, 0), Some(1040)),
-    // The same at an output blinks, also where it is back in time.
+    // A toggling output never settles, even if it toggles back within the program cycle.
     ("ldc M0; sto M0; sto E1", 0, (0, 0, 0), None),
     ("clr; stoc E1; sto E1", 0, (0, 0, 0), None),
-    // A counter of what goes to and fro, and of what does not.
+    // A counter of a toggling bit, and of a constant bit.
     ("ldc M0; sto M0; sto R0", 0, (5, 0, 9), None),
     ("clr; stoc M0; sto R0", 0, (5, 0, 9), Some(1033)),
-    // 3 times 100 ms are 150,000 cycles, and the look behind that comes a while later. A time that is never over, or begins anew in each program cycle, or is over at once.
+    // 3 times 100 ms are 150,000 cycles; the check after that comes a while later. Then a time that does not
+    // elapse, one that restarts in each program cycle, and one that elapses immediately.
     ("clr; not; sto R0; nop", 0, (1, 3, 3), Some(197_644)),
     ("clr; not; sto R0; nop", 0, (1, 3, 65_535), None),
     ("clr; sto R0; not; sto R0", 0, (1, 3, 3), Some(1036)),
     ("clr; not; sto R0; nop", 0, (1, 3, 0), Some(1036)),
-    // A preset to and fro.
+    // A preset that alternates, and one that does not.
     ("sto R256; .word 0xF003; sto R256; .word 0xF004", 0, (1, 3, 0), None),
     ("sto R256; .word 0xF003; sto R256; .word 0xF003", 0, (1, 3, 0), Some(1036)),
-    // Each program cycle is too long by two cycles, which OVR counts up to 65,535: 4 + 7 * 65,535 is the one behind the last.
+    // Each program cycle is too long by two cycles, which OVR counts up to 65,535: 4 + 7 * 65,535 is the
+    // program cycle after the last count.
     ("ldc M0; nop; sto M1", 5, (0, 0, 0), Some(4 + 7 * 65_535)),
 ];
 
@@ -63,11 +66,11 @@ fn what_has_settled_halts() {
 #[test]
 fn a_drive_to_come_keeps_it_running_up_to_there() {
     let mut machine = machine("ld I1; nop; sto E1", &Block::EMPTY);
-    // The same level again, and then another.
+    // The present level again, and then another one.
     machine.drive(CycleTime::at(FAR), 1, PinLevel::Low);
     machine.drive(CycleTime::at(2 * FAR), 1, PinLevel::High);
     assert_eq!(machine.run(FAR, &mut ()), StopReason::Limit);
-    // Program cycles of 7 from 4 on, 3 instructions each.
+    // Program cycles of 7 cycles from 4 on, with 3 instructions each.
     let rounds = (FAR - 4) / 7;
     let rest = (FAR - 4) % 7;
     assert!(rest <= 3, "not in a reload");
@@ -75,7 +78,7 @@ fn a_drive_to_come_keeps_it_running_up_to_there() {
     assert_eq!(machine.run(4 * FAR, &mut ()), StopReason::Halted);
     assert_eq!(machine.peek("e", 1), Some(1));
     assert!((2 * FAR..2 * FAR + 2000).contains(&machine.cycle()), "{}", machine.cycle());
-    // Something comes after all.
+    // A later drive still has its effect.
     machine.drive(CycleTime::at(0), 1, PinLevel::Low);
     assert_eq!(machine.run(4 * FAR, &mut ()), StopReason::Halted);
     assert_eq!(machine.peek("e", 1), Some(0));

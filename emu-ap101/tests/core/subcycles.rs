@@ -1,4 +1,4 @@
-//! Fetch and execution, one after the other.
+//! Fetch and execution as separate subcycles.
 
 use emu_ap101::Ap101;
 use emu_core::cpu::{Cpu, Probe, StopReason, Subcycle};
@@ -6,7 +6,7 @@ use emu_core::pins::{CycleTime, PinLevel};
 
 use crate::rig::{Block, image, words};
 
-/// Notes subcycles; stops behind the fetch of one word.
+/// Notes subcycles, and stops after the fetch of one word.
 #[derive(Default)]
 struct Notes {
     seen: Vec<(u64, u8, Subcycle, u32, u16)>,
@@ -48,7 +48,7 @@ fn a_stop_between_them_shows_ric_and_goes_on_from_there() {
     assert_eq!(parted.reg("RIC"), Some(words("sto M2")[0].into()));
     assert!(parted.has_fetched());
     assert_eq!(parted.peek("m", 2), Some(0), "it is not executed");
-    // A snapshot between two subcycles goes on like its original.
+    // A snapshot between two subcycles continues like its original.
     let mut copy = parted.clone();
     for machine in [&mut parted, &mut copy, &mut whole] {
         assert_eq!(machine.run(50, &mut ()), StopReason::Limit);
@@ -73,7 +73,7 @@ fn subcycle_by_subcycle_is_the_same_as_in_one_go() {
         parted.step_subcycle(&mut ());
         steps += 1;
     }
-    // Two for an instruction, one for each cycle of a reload.
+    // Two steps for an instruction, one for each cycle of a reload.
     assert_eq!(steps, 2 * whole.instructions() + (40 - whole.instructions()));
     assert_eq!((parted.instructions(), parted.reg("NA")), (whole.instructions(), whole.reg("NA")));
     assert_eq!(parted.peek("m", 2), whole.peek("m", 2));
@@ -96,7 +96,7 @@ fn a_step_is_one_instruction_or_one_wait() {
 fn what_is_in_ric_is_what_is_executed() {
     let mut machine = machine();
     assert_eq!(machine.run(100, &mut Notes { stop: Some(1), ..Notes::default() }), StopReason::Probe);
-    // The word has left program memory already.
+    // The word has already left program memory.
     machine.poke("code", 2, words("sto M3")[0] as u8);
     machine.step(&mut ());
     assert_eq!((machine.peek("m", 2), machine.peek("m", 3)), (Some(1), Some(0)));

@@ -1,9 +1,9 @@
-//! The table: text to word and back, and the words that are only words.
+//! The table: text to word and back, and words that have no text of their own.
 
 use emu_ap101::chips::AP101;
 use emu_ap101::isa::{self, KINDS, ROWS};
 
-/// Word, and its text as it is printed.
+/// A word, and its text as it is printed.
 const TEXTS: &str = "
 0000 LD    I0
 0001 LD    I1
@@ -35,7 +35,7 @@ FFFF NOP
 2501 STO   R257
 ";
 
-/// Words that print as such: their text would be another word.
+/// Words that print as raw words, because their text would give another word.
 const RAW: &str = "
 B001 .word 0xb001  ; NOT
 BFFF .word 0xbfff  ; NOT
@@ -59,7 +59,8 @@ fn words_and_their_texts() {
 fn every_word_comes_back_from_its_text() {
     for word in 0..=u16::MAX {
         let text = isa::disassemble(&[word], 0).text;
-        // STC and RTC of an input, and addresses that no machine has, are words, but nothing that a source may say.
+        // STC and RTC of an input, and addresses that no machine has, are valid words, but a source must not
+        // contain them.
         let zone = |letter| text.get(6..).and_then(|operand| operand.strip_prefix(letter));
         let number = |text: &str| text.trim_end_matches(",X").parse().unwrap_or(0);
         let nowhere = zone('E').is_some_and(|n| number(n) > 255) || zone('R').is_some_and(|n| number(n) > 383);
@@ -76,7 +77,7 @@ fn every_row_is_in_the_table_of_texts() {
         .zip(KINDS)
         .filter(|(row, kind)| row.name != "NopData" && !shown.iter().any(|&word| isa::find_row(word).1 == **kind))
         .map(|(row, _)| row.name)
-        // One of both addressing modes will do.
+        // One of the two addressing modes is enough.
         .filter(|name| !["LdcX", "StoX", "RtcX", "AndX", "AndcX", "OrX", "XorX", "Orc", "Stoc"].contains(name))
         .collect();
     assert!(missing.is_empty(), "{missing:?}");

@@ -1,20 +1,20 @@
-//! The smallest assembler that the programs of these tests need: labels in front of a colon, the sixteen instructions, `.word`, `TIM`, and
-//! the directives that fill the configuration block.
+//! The smallest assembler for the programs of these tests: labels before a colon, the sixteen instructions,
+//! `.word`, `TIM`, and the directives that fill the configuration block.
 
 use std::collections::BTreeMap;
 
 use super::config::{BLOCK, Config, Entry, Record};
 use super::decode::OPS;
 
-/// Kinds and units of modules by their numbers in the block.
+/// Kinds and units of modules, indexed by their numbers in the block.
 pub const KINDS: [&str; 8] = ["NONE", "TON", "TOF", "RTO", "TP", "CTU", "CTD", "CTC"];
 pub const UNITS: [&str; 4] = ["cycle", "1ms", "10ms", "100ms"];
 
-/// A program as the bytes of an image.
+/// Assembles a program into the bytes of an image.
 pub fn assemble(text: &str) -> Vec<Option<u8>> {
     let mut labels = BTreeMap::new();
     let mut words = Vec::new();
-    // The second reading knows all labels.
+    // The second pass knows all labels.
     for _ in 0..2 {
         words = read(text, &mut labels);
     }
@@ -76,7 +76,7 @@ fn read(text: &str, labels: &mut BTreeMap<String, u16>) -> Vec<(usize, u16)> {
     words
 }
 
-/// The eleven bits of an address with the bit for its mode.
+/// The eleven bits of an address, with the bit for its mode.
 fn address(text: &str, labels: &BTreeMap<String, u16>) -> u16 {
     let (text, index) = match text.split_once(',') {
         Some((text, _)) => (text, 2048),
@@ -93,7 +93,7 @@ fn number(text: &str, labels: &BTreeMap<String, u16>) -> u16 {
 
 const DIRECTIVES: [&str; 8] = ["clock", "inputs", "mode", "period", "channels", "program", "module", "org"];
 
-/// What the directives say; none where there are none.
+/// The configuration given by the directives; `None` if there are none.
 fn block(text: &str, labels: &BTreeMap<String, u16>) -> Option<Config> {
     let mut config = Config::none();
     let (mut any, mut programs) = (false, 0);

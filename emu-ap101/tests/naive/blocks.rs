@@ -1,4 +1,5 @@
-//! Configuration blocks on the naive model and the crate: both take the same ones, and read the same from them.
+//! Configuration blocks on the naive model and the crate: both accept the same blocks, and read the same from
+//! them.
 
 use emu_core::rng::Rng;
 
@@ -6,7 +7,7 @@ use super::config::{BLOCK, Config, LENGTH};
 use super::core::image;
 use super::random::draw;
 
-/// A block of a random plan.
+/// The bytes of a random plan that has a block.
 fn block(rng: &mut Rng) -> Vec<Option<u8>> {
     loop {
         let plan = draw(rng);

@@ -1,4 +1,4 @@
-//! The configuration block, read from bytes (rule 17).
+//! Reads the configuration block from bytes (rule 17).
 
 /// An entry of the program table.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,7 +18,7 @@ pub struct Record {
     pub preset: u16,
 }
 
-/// What the block says.
+/// The contents of the block.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     pub live: bool,
@@ -32,12 +32,12 @@ pub struct Config {
     pub modules: Vec<Record>,
 }
 
-/// First byte of the block, and its length.
+/// Address of the first byte of the block, and its length.
 pub const BLOCK: usize = 0x1000;
 pub const LENGTH: usize = 0x300;
 
 impl Config {
-    /// A chip that was given no block.
+    /// The configuration of a chip without a block.
     pub fn none() -> Config {
         let nothing = Entry { start: 0, last: 0, rx: 0, present: false, enabled: false };
         Config {
@@ -52,7 +52,7 @@ impl Config {
         }
     }
 
-    /// Reads the bytes of a block; the offset of the first byte that is wrong where one is.
+    /// Reads the bytes of a block. The error is the offset of the first wrong byte.
     pub fn read(block: &[u8]) -> Result<Config, usize> {
         let two = |at: usize| u16::from(block[at]) + 256 * u16::from(block[at + 1]);
         let four = |at: usize| u64::from(two(at)) + 65536 * u64::from(two(at + 2));
@@ -76,7 +76,7 @@ impl Config {
             must(two(at + 2) < 2048 && two(at) <= two(at + 2), at + 2)?;
             must(two(at + 4) < 2048, at + 4)?;
             must(flags < 4, at + 6)?;
-            // Of an absent program only the flags say something.
+            // Of an absent program only the flags have a meaning.
             for field in [at, at + 2, at + 4] {
                 must(flags % 2 == 1 || two(field) == 0, field)?;
             }
@@ -99,7 +99,7 @@ impl Config {
         Ok(Config { live, reconfigurable, outputs, inputs, hz, period: four(0x10), programs, modules })
     }
 
-    /// Writes a block that says the same.
+    /// Writes a block with this configuration.
     pub fn write(&self) -> Vec<u8> {
         let mut block = vec![0; LENGTH];
         let mut put = |at: usize, bytes: &[u8]| block[at..at + bytes.len()].copy_from_slice(bytes);

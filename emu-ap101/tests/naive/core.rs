@@ -1,4 +1,4 @@
-//! The crate as these tests see it: its public face alone.
+//! The crate as a subject of these tests, through its public interface only.
 
 use emu_ap101::{Ap101, Ap101Config};
 use emu_core::cpu::{Cpu, Probe, ProgramFault, ResetCause, StopReason};
@@ -9,12 +9,12 @@ use super::config::{BLOCK, LENGTH};
 use super::machine::{End, Line, When};
 use super::script::Subject;
 
-/// Pins come in this order: inputs, outputs, supply, CLEAR.
+/// The order of pins is inputs, outputs, supply, CLEAR.
 const OUTPUTS: PinId = 512;
 const POWER: PinId = 768;
 const CLEAR: PinId = 769;
 
-/// The machine with what its outputs did.
+/// The machine with the edges of its outputs.
 pub struct Core {
     pub machine: Ap101,
     edges: Vec<(When, usize, bool)>,
@@ -35,7 +35,7 @@ impl Probe for Log<'_> {
     }
 }
 
-/// The bytes as an image: words that are not given are no part of it.
+/// Makes an image from bytes; bytes that are not given are not part of it.
 pub fn image(bytes: &[Option<u8>]) -> Image {
     let mut image = Image::default();
     for (space, start, end) in [("code", 0, BLOCK), ("config", BLOCK, BLOCK + LENGTH)] {

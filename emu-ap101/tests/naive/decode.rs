@@ -1,5 +1,5 @@
-//! The word of AP101, read without the crate's table. "S41" is sentence 41 of `../sentences.txt`, "rule 1" a rule of
-//! `docs/chips/ap101.md`.
+//! Decodes a word of AP101 without the crate's table. "S41" is sentence 41 of `../sentences.txt`, "rule 1" a
+//! rule of `docs/chips/ap101.md`.
 
 /// The sixteen instructions, numbered from 1 by the reference and from 0 in the word (rule 2).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,7 +55,7 @@ pub fn decode(word: u16) -> Word {
     Word { op, indexed: word / 2048 % 2 == 1, field: word % 2048 }
 }
 
-/// What an address means (rule 6).
+/// The location of an address (rule 6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
     Input(usize),
@@ -68,7 +68,7 @@ pub enum Place {
     Nowhere,
 }
 
-/// Zone and place of the field; an index moves it within its kind only (rule 5).
+/// The location of the field; an index moves it within its kind only (rule 5).
 pub fn place(word: Word, rx: u16) -> Place {
     let (zone, offset) = (word.field / 512, usize::from(word.field % 512));
     // First address and number of addresses of each kind.

@@ -1,5 +1,6 @@
-//! AP101 one machine cycle after the other, subcycle by subcycle, told from the reference's text and the rules alone. It shares nothing
-//! with the crate and is in no hurry: what the crate reckons, this one does.
+//! A model of AP101, one subcycle of one machine cycle at a time, written from the reference's text and the
+//! rules alone. It shares no code with the crate and is not fast: what the crate computes in closed form,
+//! this model steps through.
 
 mod execute;
 
@@ -8,10 +9,10 @@ use super::decode::{Op, decode};
 use super::modules::Module;
 use super::tally::Tally;
 
-/// A moment: machine cycle and clock of it, 0 or 1.
+/// A time: machine cycle, and clock in it, 0 or 1.
 pub type When = (u64, u8);
 
-/// What is driven from outside.
+/// A line that is driven from outside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Line {
     Input(usize),
@@ -20,12 +21,12 @@ pub enum Line {
     Clear,
 }
 
-/// What ended a run.
+/// Why a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     Limit,
     Halted,
-    /// A jump out of the program, and where to.
+    /// A jump out of the program, and its target.
     Jump {
         pc: u16,
         target: u16,
@@ -35,30 +36,30 @@ pub enum End {
     },
 }
 
-/// What the machine is at.
+/// The phase of the machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Doing {
     /// It has no supply.
     Nothing,
-    /// Output channels are brought up to date; this one is next.
+    /// Output channels are reloaded; this one is next.
     Refresh(usize),
     /// The next program cycle does not begin before this machine cycle.
     Pause(u64),
-    /// The program cycle that began then.
+    /// A program cycle runs that began at this machine cycle.
     Program(u64),
 }
 
-/// Machine cycles that a program cycle may take (rule 16).
+/// Maximum number of machine cycles of a program cycle (rule 16).
 const WATCHDOG: u64 = 65_536;
 
-/// The machine.
+/// The state of the model.
 #[derive(Debug, Clone)]
 pub struct Naive {
     pub config: Config,
     program: Vec<u16>,
-    /// The program table: empty where there is nothing to run.
+    /// The program table; empty if there is nothing to run.
     entries: Vec<Entry>,
-    /// None of it can be switched off.
+    /// Whether no program can be disabled.
     always: bool,
     pub cycle: u64,
     pub instructions: u64,
@@ -71,16 +72,16 @@ pub struct Naive {
     pub overruns: u16,
     pub latches: Vec<bool>,
     pub bistables: Vec<bool>,
-    /// M, and behind it the images of the outputs.
+    /// M, followed by the images of the outputs.
     pub ram: Vec<bool>,
     pub modules: Vec<Module>,
-    /// Numbers of the modules that there are.
+    /// Numbers of the modules that exist.
     fitted: Vec<usize>,
     written: Vec<bool>,
     doing: Doing,
     /// When the last program cycle began.
     began: u64,
-    /// A program cycle has begun since the machine started.
+    /// Whether a program cycle has begun since the machine started.
     started: bool,
     pins: Vec<bool>,
     supply: bool,
@@ -91,12 +92,13 @@ pub struct Naive {
     drives: Vec<(When, Line, bool)>,
     /// Every change of an output.
     pub edges: Vec<(When, usize, bool)>,
-    /// What has been done how often.
+    /// Counts of what has been done.
     pub tally: Tally,
 }
 
 impl Naive {
-    /// A machine that is switched on with these bytes in its memories; the offset of what is wrong in its block.
+    /// A machine that is switched on with these bytes in its memories. The error is the offset of a fault in
+    /// its block.
     pub fn new(bytes: &[Option<u8>]) -> Result<Naive, usize> {
         let byte = |at: usize| bytes.get(at).copied().flatten();
         let block: Vec<u8> = (BLOCK..BLOCK + LENGTH).map(|at| byte(at).unwrap_or(0)).collect();
@@ -154,28 +156,28 @@ impl Naive {
         Ok(machine)
     }
 
-    /// Changes a line from outside; drives are given in order of time.
+    /// Queues a change of a line from outside. Drives must be given in order of time.
     pub fn drive(&mut self, when: When, line: Line, level: bool) {
         self.drives.push((when, line, level));
     }
 
-    /// The supply is off and on again at once; `cold`: with CLEAR.
+    /// Switches the supply off and immediately on again, with CLEAR if `cold`.
     pub fn reset(&mut self, cold: bool) {
         self.fail();
         self.start(cold);
     }
 
-    /// The supply is there, and was since the last boundary.
+    /// Whether the supply is present, and has been since the last boundary.
     pub fn supplied(&self) -> bool {
         self.supply && !self.failed
     }
 
-    /// Nothing more will come from outside.
+    /// Whether no more drives are queued.
     pub fn is_left_alone(&self) -> bool {
         self.drives.is_empty()
     }
 
-    /// Word of program memory.
+    /// A word of program memory.
     pub fn word(&self, at: u16) -> u16 {
         self.program[usize::from(at)]
     }
@@ -190,7 +192,7 @@ impl Naive {
             self.turn();
             if let Some(end) = self.stops() {
                 if let End::Jump { .. } = end {
-                    // It is found out in the execute subcycle.
+                    // It is detected in the execute subcycle.
                     self.stir(1);
                 }
                 return end;
@@ -226,13 +228,13 @@ impl Naive {
         op == Op::Jmp || op == Op::Jmpc && self.a
     }
 
-    /// Where the jump at `at` goes (S79, rule 5).
+    /// The target of the jump at `at` (S79, rule 5).
     fn target(&self, at: u16) -> u16 {
         let word = decode(self.word(at));
         if word.indexed { (word.field + self.rx) % 2048 } else { word.field }
     }
 
-    /// Between two machine cycles: what comes from outside.
+    /// Handles inputs from outside between two machine cycles.
     fn boundary(&mut self) {
         self.stir(0);
         // Power fails and comes back (rule 10).
@@ -258,7 +260,7 @@ impl Naive {
         }
     }
 
-    /// What a machine cycle begins with: a program cycle when its time has come.
+    /// Starts a program cycle at the start of a machine cycle, if its time has come.
     fn turn(&mut self) {
         if let Doing::Pause(due) = self.doing
             && self.cycle >= due
@@ -270,7 +272,7 @@ impl Naive {
         }
     }
 
-    /// Drives whose time has come.
+    /// Applies drives that are due.
     fn stir(&mut self, clock: u8) {
         while let Some(&(when, line, level)) = self.drives.first() {
             if when > (self.cycle, clock) {
@@ -279,7 +281,7 @@ impl Naive {
             self.drives.remove(0);
             match line {
                 Line::Input(n) => self.pins[n] = level,
-                // A glitch flips the bistable and nothing else (rule 9).
+                // A glitch changes the bistable and nothing else (rule 9).
                 Line::Output(n) => {
                     if n < self.config.outputs && self.doing != Doing::Nothing {
                         self.set_bistable(n, level, (self.cycle, clock));
@@ -305,7 +307,7 @@ impl Naive {
         }
     }
 
-    /// The supply goes: only M keeps what it holds (S44, rule 10).
+    /// The supply is lost: only M keeps its contents (S44, rule 10).
     fn fail(&mut self) {
         for n in 0..256 {
             self.set_bistable(n, false, (self.cycle, 0));
@@ -317,7 +319,7 @@ impl Naive {
         self.doing = Doing::Nothing;
     }
 
-    /// The supply is there: all outputs are reloaded before the first fetch (rule 10).
+    /// The supply comes: all outputs are reloaded before the first fetch (rule 10).
     fn start(&mut self, cold: bool) {
         if cold {
             self.ram = vec![false; 512];
@@ -337,7 +339,7 @@ impl Naive {
         self.doing = Doing::Refresh(0);
     }
 
-    /// When the next program cycle may begin, now that the outputs are up to date (rule 19).
+    /// When the next program cycle can begin, after the outputs have been reloaded (rule 19).
     fn pause(&mut self) -> u64 {
         let period = self.config.period;
         if !self.started || period == 0 {
@@ -351,7 +353,8 @@ impl Naive {
         due.max(self.cycle)
     }
 
-    /// Whose turn it is (S16, rule 14): all that are present one after the other, or those that their bits of M enable.
+    /// The program that runs next (S16, rule 14): all that are present in turn, or those that their bits of M
+    /// enable.
     fn next_program(&self) -> Option<usize> {
         let count = self.entries.len();
         let after = if self.started { self.prog + 1 } else { 0 };
@@ -360,7 +363,7 @@ impl Naive {
         turns.find(|&k| self.entries[k].present && enabled(k))
     }
 
-    /// A program cycle begins: inputs are sampled (rule 7), nothing is written yet (rule 9).
+    /// Starts a program cycle: inputs are sampled (rule 7), and nothing is written yet (rule 9).
     fn begin(&mut self, number: usize) {
         let entry = self.entries[number];
         self.tally.event("program cycle");
@@ -382,11 +385,11 @@ impl Naive {
         self.doing = Doing::Program(self.cycle);
     }
 
-    /// One machine cycle: two clocks, a subcycle each (S18, S19, rule 4).
+    /// Executes one machine cycle: two clocks, a subcycle each (S18, S19, rule 4).
     fn machine_cycle(&mut self) {
         let mut effects = None;
         if let Doing::Program(_) = self.doing {
-            // Fetch (S20, S21): NA gives the address, the word goes to RIC, NA counts on.
+            // Fetch (S20, S21): NA gives the address, the word goes to RIC, NA is incremented.
             self.ric = self.word(self.na);
             let at = self.na;
             self.na = (self.na + 1) % 2048;
@@ -401,7 +404,7 @@ impl Naive {
         }
         self.cycle += 1;
         if let Doing::Refresh(n) = self.doing {
-            // S43: what was not written comes from the image.
+            // S43: an output that was not written is set to its image.
             if n < self.config.outputs && !self.written[n] {
                 if self.bistables[n] != self.ram[256 + n] {
                     self.tally.event("refresh changed an output");
@@ -415,7 +418,7 @@ impl Naive {
         }
     }
 
-    /// A bit or byte of a memory by its name, as `--peek` has it.
+    /// A bit or byte of a memory, with the names of `--peek`.
     pub fn peek(&self, space: &str, at: usize) -> Option<u8> {
         let bit = |bits: &Vec<bool>| bits.get(at).map(|bit| u8::from(*bit));
         let byte = |words: &mut dyn Iterator<Item = u16>| words.nth(at / 2).map(|word| word.to_le_bytes()[at % 2]);

@@ -1,5 +1,6 @@
-//! AP101 told a second time: a naive model of the machine from the reference's text and the rules of `docs/chips/ap101.md`, programs as
-//! text on it and on the crate (`../programs/`), and random programs on both.
+//! A second implementation of AP101: a naive model written from the reference's text and the rules of
+//! `docs/chips/ap101.md`. Programs as text (`../programs/`) and random programs run on both the model and the
+//! crate.
 
 mod asm;
 mod assembler;

@@ -1,4 +1,4 @@
-//! An R module, taken from one machine cycle to the next (rule 11).
+//! An R module, stepped from one machine cycle to the next (rule 11).
 
 use super::config::Record;
 
@@ -11,19 +11,20 @@ const CTU: u8 = 5;
 const CTD: u8 = 6;
 const CTC: u8 = 7;
 
-/// A module with all that it keeps, told plainly.
+/// The state of a module.
 #[derive(Debug, Clone)]
 pub struct Module {
     record: Record,
     hz: u64,
     pub preset: u16,
-    /// What was written last.
+    /// The last value written.
     enable: bool,
-    /// Machine cycles that have been timed.
+    /// Number of machine cycles that have been timed.
     elapsed: u64,
-    /// TOF: has fallen and not risen since; TP: a pulse was begun.
+    /// TOF: the input has fallen and not risen since; TP: a pulse has started.
     begun: bool,
-    /// Cycle unit and counters: the integer, Q, and whether the module has been written at all, or in this program cycle.
+    /// Cycle unit and counters: the count, Q, and whether the module has been written at all, or in this
+    /// program cycle.
     count: i16,
     out: bool,
     ran: bool,
@@ -61,7 +62,7 @@ impl Module {
         ms * u128::from(self.hz)
     }
 
-    /// What was timed, in clocks times 1000; a machine cycle has two clocks (rule 4).
+    /// The measured time in clocks times 1000; a machine cycle has two clocks (rule 4).
     fn clocks(&self) -> u128 {
         u128::from(self.elapsed) * 2 * 1000
     }
@@ -99,12 +100,12 @@ impl Module {
         }
     }
 
-    /// Whole units, or the count.
+    /// The measured time in whole units, or the count.
     pub fn value(&self) -> u16 {
         if self.timed() { (self.clocks() / self.unit()).min(65535) as u16 } else { self.count as u16 }
     }
 
-    /// A machine cycle passes.
+    /// One machine cycle passes.
     pub fn pass(&mut self) {
         let timing = match self.record.kind {
             TON | RTO => self.enable,
@@ -116,7 +117,7 @@ impl Module {
         }
     }
 
-    /// A program cycle begins: modules in its unit may advance again.
+    /// A program cycle begins: modules in its unit can advance again.
     pub fn program_cycle(&mut self) {
         self.advanced = false;
     }
@@ -159,7 +160,8 @@ impl Module {
         self.out = if self.record.kind == CTC { level } else { self.count >= limit };
     }
 
-    /// The ladder's timers, a program cycle for a scan (docs/semantics.md, 2.3). TP is no element of it.
+    /// The ladder's timers, with a program cycle in place of a scan (docs/semantics.md, 2.3). TP is not one
+    /// of its elements.
     fn turn(&mut self, level: bool, rising: bool) {
         let limit = self.limit();
         if self.record.kind == TOF && !self.ran {

@@ -1,4 +1,4 @@
-//! The programs of `docs/chips/ap101.md` do what the page says is found.
+//! The programs in `docs/chips/ap101.md` have the results that the page gives.
 
 use super::core::Core;
 use super::machine::Naive;

@@ -1,6 +1,8 @@
-//! Random programs on the naive model and on a machine beside it: memories, registers, counts, ends and edges of outputs are the same.
+//! Random programs on the naive model and on another machine: memories, registers, counts, ends and edges of
+//! outputs must be equal.
 //!
-//! `EMU_AP101_PROGRAMS` says how many programs, `EMU_AP101_SEED` which is the first. A seed makes the same program for ever.
+//! `EMU_AP101_PROGRAMS` sets the number of programs, `EMU_AP101_SEED` the seed of the first one. A seed
+//! always gives the same program.
 
 use emu_core::rng::Rng;
 
@@ -12,13 +14,13 @@ use super::machine::{End, Line, Naive, When};
 use super::script::Subject;
 use super::tally::Tally;
 
-/// Program cycles that each program runs, unless it ends before.
+/// Number of program cycles that each program runs, unless it ends before.
 const CYCLES: u64 = 100;
 
-/// Machine cycles after which a program has run long enough all the same.
+/// Number of machine cycles after which a program has run long enough in any case.
 const LONG: u64 = 200_000;
 
-/// A program and what happens to it.
+/// A program and its inputs.
 pub struct Plan {
     pub config: Option<Config>,
     pub bytes: Vec<Option<u8>>,
@@ -29,7 +31,7 @@ fn pick<T: Copy>(rng: &mut Rng, from: &[T]) -> T {
     from[rng.below(from.len() as u64) as usize]
 }
 
-/// Draws a plan.
+/// Draws a random plan.
 pub fn draw(rng: &mut Rng) -> Plan {
     let block = !rng.one_in(8);
     let mut config = Config::none();
@@ -56,7 +58,7 @@ pub fn draw(rng: &mut Rng) -> Plan {
     let longest = present.iter().map(|entry| u64::from(entry.last - entry.start)).max().unwrap_or(0);
     let turn = (longest + config.outputs as u64).max(4);
     if block && rng.one_in(2) {
-        // Periods around what a program cycle takes, and long ones.
+        // Periods around the length of a program cycle, and long ones.
         config.period = pick(rng, &[1, turn / 2, turn - 1, turn, turn + 1, turn + 2, turn + 30, 3 * turn]);
     }
     if block {
@@ -85,7 +87,7 @@ fn tables(rng: &mut Rng, config: &mut Config) {
             let last = start + pick(rng, &[0, 1, 3, 7, 10, 15, 20, 25]);
             let rx = pick(rng, &[0, 1, 2, 3, 127, 128, 255, 256, 511, 2047, 1030]);
             entry = Entry { start, last, rx, present: true, enabled: !rng.one_in(3) };
-            // Mostly one behind the other, sometimes over another.
+            // Programs mostly follow each other; sometimes they overlap.
             start = if rng.one_in(6) { start } else { last + 1 };
         }
         config.programs[number] = entry;
@@ -100,12 +102,13 @@ fn tables(rng: &mut Rng, config: &mut Config) {
     }
 }
 
-/// Words of one program.
+/// Fills the words of one program.
 fn fill(rng: &mut Rng, config: &Config, entry: &Entry, words: &mut [Option<u16>]) {
     let mut at = entry.start;
     while at <= entry.last {
         if at + 4 <= entry.last && rng.one_in(8) {
-            // A bit that changes from program cycle to program cycle, or an input, goes to a module, and its Q to an output.
+            // A bit that toggles in each program cycle, or an input, is written to a module, and the module's
+            // Q to an output.
             let (toggle, module, output) = (rng.below(4) as u16, rng.below(4) as u16, rng.below(4) as u16);
             let head = if rng.one_in(2) { [0x1600 + toggle, 0x2600 + toggle] } else { [toggle, 0xFFFF] };
             let tail = [0x2400 + module, 0x0400 + module + pick(rng, &[0, 0, 128]), 0x2200 + output];
@@ -124,7 +127,7 @@ fn fill(rng: &mut Rng, config: &Config, entry: &Entry, words: &mut [Option<u16>]
             at += 1;
         }
     }
-    // Where there is a hole the memory is blank.
+    // A hole in the program is blank memory.
     if entry.last > entry.start + 3 && rng.one_in(12) {
         words[usize::from(entry.start + 2)] = None;
     }
@@ -155,7 +158,7 @@ fn instruction(rng: &mut Rng, config: &Config, entry: &Entry, at: u16) -> u16 {
                 3..10 => entry.start,
                 _ => at + 1 + rng.below(ahead.max(1)) as u16,
             };
-            // A jump forward from the last word would lead out.
+            // A jump forward from the last word would leave the program.
             let target = if target > entry.last && !rng.one_in(40) { entry.start } else { target % 2048 };
             op + mode + if indexed { (target + 2048 - entry.rx) % 2048 } else { target }
         }
@@ -163,10 +166,10 @@ fn instruction(rng: &mut Rng, config: &Config, entry: &Entry, at: u16) -> u16 {
     }
 }
 
-/// An address that mostly means something, with the index `rx` taken off.
+/// An address that mostly refers to something that exists; the index `rx` is subtracted.
 fn operand(rng: &mut Rng, config: &Config, rx: u16) -> u16 {
     let few = |rng: &mut Rng, size: usize| rng.below(size as u64 + 2).min(if rng.one_in(4) { 511 } else { 7 }) as u16;
-    // First address of the kind, its size, and a place in it.
+    // First address of the kind, its size, and an offset in it.
     let (base, size, place) = match rng.below(22) {
         0..4 => (0, 512, few(rng, config.inputs)),
         4..9 => (512, 256, few(rng, config.outputs) % 256),
@@ -181,7 +184,7 @@ fn operand(rng: &mut Rng, config: &Config, rx: u16) -> u16 {
     base + (place + size - rx % size) % size
 }
 
-/// Inputs mostly, then glitches, losses of the supply and starts from cold.
+/// Mostly inputs, then glitches, losses of the supply and cold starts.
 fn drives(rng: &mut Rng, config: &Config, until: u64) -> Vec<(When, Line, bool)> {
     let mut drives = Vec::new();
     let moment = |rng: &mut Rng| (rng.below(until + 2), rng.below(2) as u8);
@@ -206,7 +209,7 @@ fn drives(rng: &mut Rng, config: &Config, until: u64) -> Vec<(When, Line, bool)>
     drives
 }
 
-/// Edges that last: of several in one moment the sum.
+/// Edges that last: two edges of an output at the same time cancel each other.
 fn lasting(edges: &[(When, usize, bool)]) -> Vec<(When, usize, bool)> {
     let mut all: Vec<(When, usize, bool)> = Vec::new();
     let mut sorted = edges.to_vec();
@@ -221,7 +224,7 @@ fn lasting(edges: &[(When, usize, bool)]) -> Vec<(When, usize, bool)> {
     all
 }
 
-/// The first of all that can be seen of a machine in which two differ.
+/// The first visible difference between two machines.
 fn difference<A: Subject, B: Subject>(wanted: &A, got: &B, config: &Config) -> Result<(), String> {
     let same = |what: &dyn Fn() -> String, wanted: Option<u64>, got: Option<u64>| {
         if wanted == got { Ok(()) } else { Err(format!("{}: wanted {wanted:?}, got {got:?}", what())) }
@@ -244,13 +247,13 @@ fn difference<A: Subject, B: Subject>(wanted: &A, got: &B, config: &Config) -> R
     Ok(())
 }
 
-/// A program with the drives of a seed.
+/// A plan with random drives for a given program.
 pub fn driven(rng: &mut Rng, bytes: Vec<Option<u8>>, config: Option<Config>, until: u64) -> Plan {
     let drives = drives(rng, config.as_ref().unwrap_or(&Config::none()), until);
     Plan { config, bytes, drives }
 }
 
-/// What may happen to a machine that has been left alone.
+/// A change from outside for a machine without pending drives.
 fn disturbance(rng: &mut Rng, config: &Config) -> Line {
     match rng.below(8) {
         0 => Line::Power,
@@ -260,8 +263,8 @@ fn disturbance(rng: &mut Rng, config: &Config) -> Line {
     }
 }
 
-/// The machine has halted since nothing changes any more, and the model has gone on: nothing has changed there, and the machine, kept
-/// from halting, goes the same way.
+/// The machine has halted because nothing changes any more, and the model has continued. Asserts that nothing
+/// has changed in the model either, and runs the machine on without halting.
 fn goes_on_alike<S: Subject>(naive: &Naive, other: &mut S, until: u64) -> Result<End, String> {
     let at = other.cycle();
     if !naive.is_left_alone() {
@@ -273,7 +276,7 @@ fn goes_on_alike<S: Subject>(naive: &Naive, other: &mut S, until: u64) -> Result
     Ok(other.run_on(until))
 }
 
-/// Runs a plan on both machines; what differs first.
+/// Runs a plan on both machines and returns the first difference as an error.
 pub fn compare<S: Subject>(rng: &mut Rng, plan: &Plan, tally: &mut Tally, ends: &mut Vec<End>) -> Result<(), String> {
     let config = plan.config.clone().unwrap_or_else(Config::none);
     let mut naive = Naive::new(&plan.bytes).map_err(|at| format!("the model refuses at {at:x}"))?;
@@ -296,7 +299,7 @@ pub fn compare<S: Subject>(rng: &mut Rng, plan: &Plan, tally: &mut Tally, ends: 
             return Err(format!("up to {until} wanted {end:?} at {}, got {got:?} at {}", naive.cycle, other.cycle()));
         }
         difference(&naive, &other, &config).map_err(|fault| format!("cycle {}, {end:?}: {fault}", naive.cycle))?;
-        // What a reset does while there is no supply is nobody's business.
+        // A reset without supply is not defined.
         if end == End::Limit && rng.one_in(40) && naive.supplied() {
             let cold = rng.one_in(2);
             naive.reset(cold);
@@ -304,14 +307,14 @@ pub fn compare<S: Subject>(rng: &mut Rng, plan: &Plan, tally: &mut Tally, ends: 
             continue;
         }
         if end == End::Halted && rng.one_in(2) && config.reconfigurable {
-            // Only from outside can an idle machine be woken.
+            // An idle machine can only be woken from outside.
             let at = 248 + rng.below(8) as usize;
             naive.poke_ram(at, true);
             other.poke_ram(at, true);
             continue;
         }
         if end == End::Limit && calm > 0 && naive.is_left_alone() {
-            // Peace, and then something happens to a machine that may have come to rest.
+            // A quiet time, and then a change for a machine that may have settled.
             calm -= 1;
             let later = naive.cycle + pick(rng, &[1500, 5000, 30_000]);
             let (when, line) = ((later + rng.below(300), rng.below(2) as u8), disturbance(rng, &config));
@@ -371,7 +374,7 @@ fn show(seed: u64) -> String {
     format!("{text}\n{}", drives.join(", "))
 }
 
-/// How many times each thing must at least occur in 1000 programs.
+/// Minimum number of occurrences of each event in 1000 programs.
 const FLOOR: u64 = 15;
 
 fn many<S: Subject>() {
@@ -401,7 +404,7 @@ fn many<S: Subject>() {
     if let Some((seed, _)) = faults.first() {
         panic!("{} of {programs} differ:\n{}\n{}", faults.len(), list.join("\n"), show(*seed));
     }
-    // A few programs need not do everything.
+    // A small number of programs need not cover everything.
     let floor = if programs < 1000 { 0 } else { programs * FLOOR / 1000 };
     let rare: Vec<_> = rows.iter().filter(|(_, count)| *count < floor).collect();
     assert!(rare.is_empty(), "occurred less than {floor} times: {rare:?}");

@@ -1,20 +1,24 @@
-//! Programs as text with what is to be found: read here, and run on every machine that there is.
+//! Reads programs as text with expectations, and checks them on any machine.
 //!
-//! A program begins with `== name`; then its lines (see `asm`). Every `-- {a|b} item ; item` is a case of it: `$1`, `$2` in the program
-//! and the items stand for a, b. Lines behind it that begin with three blanks go on with it; `#` begins a comment. Items:
+//! A program begins with `== name`; then its lines follow (see `asm`). Every `-- {a|b} item ; item` is a case
+//! of it: `$1`, `$2` in the program and the items are replaced by a, b. Lines after it that begin with three
+//! blanks continue it; `#` begins a comment. Items:
 //!
-//! - `drive PIN 5H 9.1L`: levels from machine cycles (and clocks) on; pins are `I1`, `E1` (a glitch), `POWER`, `CLEAR`;
-//! - `@30 E1=1 A=0 M5=1 R1=0 value:1=7 preset:1=9 I1=1 NA=3`: what stands there when cycle 30 is reached (numbers in decimal);
+//! - `drive PIN 5H 9.1L`: levels from machine cycles (and clocks) on; pins are `I1`, `E1` (a glitch),
+//!   `POWER`, `CLEAR`;
+//! - `@30 E1=1 A=0 M5=1 R1=0 value:1=7 preset:1=9 I1=1 NA=3`: values when cycle 30 is reached (decimal
+//!   numbers);
 //! - `edges E1 8H 12L`: all changes of the output up to the last cycle named, or to the end;
-//! - `truth I1 I2 -> E1 0001`: the output after two program cycles for all values of the inputs, the last one counting fastest;
-//! - `halted 30`, `watchdog NA 30`, `jump NA TARGET 30`: how and in which cycle the run ends. Without one it reaches the last
-//!   cycle that is looked at.
+//! - `truth I1 I2 -> E1 0001`: the output after two program cycles for all values of the inputs, the last
+//!   input changing fastest;
+//! - `halted 30`, `watchdog NA 30`, `jump NA TARGET 30`: how and in which cycle the run ends. Without one of
+//!   these it reaches the last cycle that is checked.
 
 use super::machine::{End, Line, When};
 
-/// A machine as these tests see it.
+/// A machine as a subject of these tests.
 pub trait Subject: Sized {
-    /// Made from the bytes of an image; the offset in the block of what it refuses.
+    /// Makes a machine from the bytes of an image. The error is the offset of a fault in the block.
     fn make(bytes: &[Option<u8>]) -> Result<Self, usize>;
     fn drive(&mut self, when: When, line: Line, level: bool);
     fn run(&mut self, until: u64) -> End;
@@ -24,14 +28,14 @@ pub trait Subject: Sized {
     fn peek(&self, space: &str, at: usize) -> Option<u8>;
     /// Level of an output's pin.
     fn output(&self, n: usize) -> bool;
-    /// A loss of the supply and its return at once; `cold`: with CLEAR.
+    /// Loses the supply and gets it back immediately, with CLEAR if `cold`.
     fn reset(&mut self, cold: bool);
     /// Writes a bit of M from outside.
     fn poke_ram(&mut self, at: usize, bit: bool);
     fn edges(&self) -> Vec<(When, usize, bool)>;
 
-    /// Runs on to a machine cycle, also where the machine halts because nothing changes any more: a drive that changes nothing keeps
-    /// it from that.
+    /// Runs to a machine cycle even if the machine halts because nothing changes any more: a drive without
+    /// effect keeps it running.
     fn run_on(&mut self, until: u64) -> End {
         match self.run(until) {
             End::Halted => {
@@ -42,7 +46,7 @@ pub trait Subject: Sized {
             end => end,
         }
     }
-    /// CLEAR is high.
+    /// Whether CLEAR is high.
     fn clear(&self) -> bool;
 }
 
@@ -88,7 +92,7 @@ fn filled(name: &str, source: &str, case: &str) -> Case {
     Case { name: name.to_string(), source: fill(source), items }
 }
 
-/// `20`, `20.1`.
+/// Parses a time, `20` or `20.1`.
 fn moment(text: &str) -> When {
     let (cycle, clock) = text.split_once('.').unwrap_or((text, "0"));
     (cycle.parse().expect("a cycle"), clock.parse().expect("a clock"))
@@ -107,7 +111,7 @@ fn line(name: &str) -> Line {
     }
 }
 
-/// What an item calls by name.
+/// The value that an item names.
 fn value<S: Subject>(machine: &S, name: &str) -> u32 {
     let byte = |space: &str, at: usize| u32::from(machine.peek(space, at).expect("an address"));
     if let Some(value) = machine.reg(name) {
@@ -125,7 +129,7 @@ fn value<S: Subject>(machine: &S, name: &str) -> u32 {
 }
 
 impl Case {
-    /// Runs the case; what is not as it should be.
+    /// Runs the case. The error describes a difference from the expectations.
     pub fn check<S: Subject>(&self) -> Result<(), String> {
         let bytes = super::asm::assemble(&self.source);
         let fresh = || S::make(&bytes).map_err(|at| format!("the block is refused at {at:#x}"));

@@ -1,4 +1,4 @@
-//! What a probe and a person at the debugger see of the two subcycles.
+//! The two subcycles as seen by a probe and by a debugger.
 
 use emu_ap101::Ap101;
 use emu_core::cpu::{Cpu, Probe, Subcycle};
@@ -7,7 +7,7 @@ use emu_core::pins::CycleTime;
 use super::asm::assemble;
 use super::core::image;
 
-/// All subcycles, as (cycle, clock, phase, place, word).
+/// All subcycles, as (cycle, clock, phase, address, word).
 #[derive(Default)]
 struct Seen(Vec<(u64, u8, Subcycle, u32, u16)>);
 
@@ -53,7 +53,8 @@ fn a_probe_sees_both_subcycles_of_each_instruction() {
         (4, Subcycle::Fetch, 0, 0x0001),
         (4, Subcycle::Execute, 0, 0x0001),
     ];
-    // A subcycle is told when it is over: the second one as the next machine cycle begins, or in its own last clock.
+    // A subcycle is reported at its end: the second one at the start of the next machine cycle, or in its own
+    // last clock.
     let named: Vec<_> =
         order.iter().enumerate().map(|(n, &(_, phase, pc, word))| (wanted[n].0, phase, pc, word)).collect();
     assert_eq!(named, wanted);

@@ -1,4 +1,4 @@
-//! How often everything has occurred, so that random programs can be held to doing all of it.
+//! Counts how often everything has occurred, to check that random programs cover all of it.
 
 use super::asm::{KINDS, UNITS};
 use super::decode::{OPS, Place, Word};
@@ -19,7 +19,7 @@ const EVENTS: [&str; 12] = [
     "settled",
 ];
 
-/// Counts, by the numbers of what is counted.
+/// The counts, indexed by the numbers of what is counted.
 #[derive(Debug, Clone, Default)]
 pub struct Tally {
     ops: [[u64; 2]; 16],
@@ -30,7 +30,7 @@ pub struct Tally {
     events: [u64; EVENTS.len()],
 }
 
-/// The number of a place in `PLACES`.
+/// The index of a place in `PLACES`.
 fn number(place: Place) -> usize {
     match place {
         Place::Input(_) => 0,
@@ -54,7 +54,7 @@ impl Tally {
     pub fn written(&mut self, place: Place) {
         self.written[number(place)] += 1;
     }
-    /// A module of a kind and unit was written, or read with Q = 1.
+    /// Counts a write of a module of a kind and unit, or a read with Q = 1.
     pub fn module(&mut self, (kind, unit): (u8, u8), q: bool) {
         let counts = if q { &mut self.reached } else { &mut self.modules };
         counts[usize::from(kind)][usize::from(unit)] += 1;
@@ -67,7 +67,7 @@ impl Tally {
         self.events[1]
     }
 
-    /// All of it by name.
+    /// All counts by name.
     pub fn rows(&self) -> Vec<(String, u64)> {
         let mut rows = Vec::new();
         for ((name, _), counts) in OPS.iter().zip(self.ops) {

@@ -1,4 +1,4 @@
-//! Words as the crate prints them, beside the fields of the reference.
+//! Compares words as the crate prints them with the fields of the reference.
 
 use emu_ap101::chips::AP101;
 
@@ -17,7 +17,7 @@ fn a_word_has_one_name_and_a_name_one_code() {
         let name = text.split_whitespace().next().unwrap_or("");
         let data = matches!(fields.op, Op::Not | Op::Clr | Op::Nop);
         let wanted = OPS[usize::from(word >> 12)].0;
-        // Words whose fields have no meaning are told as numbers.
+        // Words with fields that have no meaning are printed as numbers.
         if name == ".word" {
             assert!(data || matches!(fields.op, Op::Stc | Op::Rtc), "{word:04x}: {text}");
             continue;

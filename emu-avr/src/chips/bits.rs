@@ -1,6 +1,6 @@
-//! Names of the bits of registers, in groups from which the rows of the chips are put together: see [`super::names`].
+//! Names of register bits, in groups from which each chip row takes its own: see [`super::names`].
 
-/// Bits that stand alike wherever their register is.
+/// Bits that have the same position on all chips, whatever the address of their register.
 pub(super) const ANY: &str = "
     ACSR    ACD ACBG ACO ACI ACIE ACIC ACIS1 ACIS0
     CLKPR   CLKPCE - - - CLKPS3 CLKPS2 CLKPS1 CLKPS0
@@ -45,7 +45,7 @@ pub(super) const ANY: &str = "
     PINB    PIN7 PIN6 PIN5 PIN4 PIN3 PIN2 PIN1 PIN0
 ";
 
-/// ATmega48, 88, 168 and 328.
+/// Bits of ATmega48, 88, 168 and 328.
 pub(super) const X8: &str = "
     ADCSRB  - ACME - - - ADTS2 ADTS1 ADTS0
     ASSR    - EXCLK AS2 TCN2UB OCR2AUB OCR2BUB TCR2AUB TCR2BUB
@@ -114,7 +114,7 @@ pub(super) const X8: &str = "
     UDR0    UDR0_7 UDR0_6 UDR0_5 UDR0_4 UDR0_3 UDR0_2 UDR0_1 UDR0_0
 ";
 
-/// What all older chips have besides.
+/// Bits of all older chips, in addition to [`ANY`].
 pub(super) const OLD: &str = "
     EECR    - - - - EERIE EEMWE EEWE EERE
     SPMCR   SPMIE RWWSB - RWWSRE BLBSET PGWRT PGERS SPMEN
@@ -124,49 +124,49 @@ pub(super) const OLD: &str = "
     UCSRC   URSEL UMSEL UPM1 UPM0 USBS UCSZ1 UCSZ0 UCPOL
 ";
 
-/// A converter with four bits to choose an input by.
+/// ADMUX of a converter with four bits of input selection.
 pub(super) const MUX4: &str = "
     ADMUX   REFS1 REFS0 ADLAR - MUX3 MUX2 MUX1 MUX0
 ";
 
-/// A converter with five.
+/// ADMUX of a converter with five bits of input selection.
 pub(super) const MUX5: &str = "
     ADMUX   REFS1 REFS0 ADLAR MUX4 MUX3 MUX2 MUX1 MUX0
 ";
 
-/// A converter that other parts can trigger.
+/// ADCSRA of a converter that other peripherals can trigger (auto trigger).
 pub(super) const TRIGGERED: &str = "
     ADCSRA  ADEN ADSC ADATE ADIF ADIE ADPS2 ADPS1 ADPS0
 ";
 
-/// A converter that can only run on by itself.
+/// ADCSRA of a converter whose only automatic mode is free running.
 pub(super) const FREE_RUNNING: &str = "
     ADCSRA  ADEN ADSC ADFR ADIF ADIE ADPS2 ADPS1 ADPS0
 ";
 
-/// Timer 0 of the older chips, where it compares.
+/// TCCR0 of the older chips on which timer 0 has a compare channel.
 pub(super) const COMPARE_0: &str = "
     TCCR0   FOC0 WGM00 COM01 COM00 WGM01 CS02 CS01 CS00
 ";
 
-/// Timers of ATmega16, 32, 64 and 128.
+/// Flags and masks of the timers of ATmega16, 32, 64 and 128.
 pub(super) const TIMERS: &str = "
     TIFR    OCF2 TOV2 ICF1 OCF1A OCF1B TOV1 OCF0 TOV0
     TIMSK   OCIE2 TOIE2 TICIE1 OCIE1A OCIE1B TOIE1 OCIE0 TOIE0
 ";
 
-/// Timers 1 and 2 of ATmega8, 16, 32 and 162.
+/// Registers of timers 1 and 2 that ATmega8, 16, 32 and 162 share.
 pub(super) const TIMERS_1_2: &str = "
     ASSR    - - - - AS2 TCN2UB OCR2UB TCR2UB
     TCCR1A  COM1A1 COM1A0 COM1B1 COM1B0 FOC1A FOC1B WGM11 WGM10
 ";
 
-/// A watchdog whose change is enabled by WDCE.
+/// WDTCR of a watchdog whose change is enabled by WDCE.
 pub(super) const WDCE: &str = "
     WDTCR   - - - WDCE WDE WDP2 WDP1 WDP0
 ";
 
-/// ATmega8.
+/// Bits of the ATmega8.
 pub(super) const M8: &str = "
     GICR    INT1 INT0 - - - - IVSEL IVCE
     GIFR    INTF1 INTF0 - - - - - -
@@ -178,7 +178,7 @@ pub(super) const M8: &str = "
     TIMSK   OCIE2 TOIE2 TICIE1 OCIE1A OCIE1B TOIE1 - TOIE0
 ";
 
-/// ATmega16 and 32.
+/// Bits of ATmega16 and 32.
 pub(super) const M16: &str = "
     GICR    INT1 INT0 INT2 - - - IVSEL IVCE
     GIFR    INTF1 INTF0 INTF2 - - - - -
@@ -187,17 +187,17 @@ pub(super) const M16: &str = "
     WDTCR   - - - WDTOE WDE WDP2 WDP1 WDP0
 ";
 
-/// ATmega16.
+/// MCUCR of the ATmega16.
 pub(super) const SM_16: &str = "
     MCUCR   SM2 SE SM1 SM0 ISC11 ISC10 ISC01 ISC00
 ";
 
-/// ATmega32.
+/// MCUCR of the ATmega32.
 pub(super) const SM_32: &str = "
     MCUCR   SE SM2 SM1 SM0 ISC11 ISC10 ISC01 ISC00
 ";
 
-/// ATmega64 and 128. Some names without a number stand for the bits of both timers and both USARTs.
+/// Bits of ATmega64 and 128. Some names without a number mean the bits of both timers or both USARTs.
 pub(super) const M128: &str = "
     ADCSRB  - - - - - ADTS2 ADTS1 ADTS0
     ASSR    - - - - AS0 TCN0UB OCR0UB TCR0UB
@@ -228,7 +228,7 @@ pub(super) const M128: &str = "
     XMCRB   XMBK - - - - XMM2 XMM1 XMM0
 ";
 
-/// ATmega162.
+/// Bits of the ATmega162.
 pub(super) const M162: &str = "
     ASSR    - - - - - TCON2UB - -
     EEARH   - - - - - - - EEAR8

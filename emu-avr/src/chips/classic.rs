@@ -1,10 +1,13 @@
-//! What the older chips share: registers whose bits belong to several of today's, and fuses. Bits are listed as they stand in the
-//! register, with the register and the bit where they belong.
+//! Register layouts and fuses that the older AVR chips share.
+//!
+//! One register of an older chip often holds bits that newer chips have in several registers. Each entry
+//! gives the bit in the old register, then the register and bit of the newer layout.
 
 use super::FuseLayout;
 use super::fuses::start_up_old;
 
-/// TCCRn of an 8-bit timer of one channel: FOC, WGM0, COM1, COM0, WGM1, CS2 to CS0. The strobe comes after what it acts by.
+/// TCCRn of an 8-bit timer with one channel: FOC, WGM0, COM1, COM0, WGM1, CS2 to CS0. FOC is written last,
+/// because its effect depends on the other bits.
 macro_rules! tccr {
     ($n:literal) => {
         Split(&[
@@ -21,7 +24,7 @@ macro_rules! tccr {
 }
 pub(super) use tccr;
 
-/// TCCRnA of a 16-bit timer of two channels, with FOCnA and FOCnB as bits 3 and 2.
+/// TCCRnA of a 16-bit timer with two channels, with FOCnA and FOCnB as bits 3 and 2.
 macro_rules! tccra {
     ($n:literal) => {
         Split(&[
@@ -71,7 +74,7 @@ macro_rules! general {
 }
 pub(super) use general;
 
-/// MCUCSR: what caused the last resets, and the bits that some chips have besides.
+/// MCUCSR: the reset flags, and the further bits that some chips have in it.
 macro_rules! mcucsr {
     ($($more:expr),*) => {
         Split(&[(3, Own(MCUSR), 3), (2, Own(MCUSR), 2), (1, Own(MCUSR), 1), (0, Own(MCUSR), 0) $(, $more)*])
@@ -79,7 +82,7 @@ macro_rules! mcucsr {
 }
 pub(super) use mcucsr;
 
-/// Fuses of ATmega8, 16 and 32: BODEN and BODLEVEL are bits 6 and 7 of the low byte.
+/// Fuses of ATmega8, 16 and 32: BODEN is bit 6 and BODLEVEL bit 7 of the low byte.
 pub(super) const FUSES: FuseLayout = FuseLayout {
     default_bytes: [0xE0, 0xD9, 0xFF],
     ckdiv8: None,
@@ -96,9 +99,9 @@ pub(super) const FUSES: FuseLayout = FuseLayout {
     bod_mv: &[4_000, 0, 2_700, 0],
 };
 
-/// The low byte of fuses by name.
+/// Names of the fuses in the low byte, from bit 7 to bit 0.
 pub(super) const LOW_FUSES: &str =
     "FUSE_BODLEVEL FUSE_BODEN FUSE_SUT1 FUSE_SUT0 FUSE_CKSEL3 FUSE_CKSEL2 FUSE_CKSEL1 FUSE_CKSEL0";
-/// The high byte of ATmega16, 32, 64 and 128.
+/// Names of the fuses in the high byte of ATmega16, 32, 64 and 128, from bit 7 to bit 0.
 pub(super) const HIGH_FUSES: &str =
     "FUSE_OCDEN FUSE_JTAGEN FUSE_SPIEN FUSE_CKOPT FUSE_EESAVE FUSE_BOOTSZ1 FUSE_BOOTSZ0 FUSE_BOOTRST";

@@ -22,7 +22,7 @@ use crate::periph::usart::UsartRegister::*;
 use crate::periph::watchdog::WatchdogRegister::*;
 use crate::periph::{adc, eeprom, external, spm, watchdog};
 
-/// ATmega64.
+/// Chip data of the ATmega64.
 const ATMEGA64: Chip = named_chip!(
     "atmega64",
     "ATmega64: 64 KB flash, 4 KB RAM, 2 KB EEPROM, 64 pins",
@@ -36,7 +36,7 @@ const ATMEGA64: Chip = named_chip!(
     }
 );
 
-/// ATmega128.
+/// Chip data of the ATmega128.
 const ATMEGA128: Chip = named_chip!(
     "atmega128",
     "ATmega128: 128 KB flash, 4 KB RAM, 4 KB EEPROM, 64 pins",
@@ -50,10 +50,10 @@ const ATMEGA128: Chip = named_chip!(
     }
 );
 
-/// The row of the ATmega128.
+/// Row of the ATmega128.
 pub(super) const PART_128: AvrPart = AvrPart {
     chip: &ATMEGA128,
-    // The reset pin stands in the place of PG5.
+    // The reset pin takes the bit of PG5, which does not exist.
     ports: &[0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x1F],
     register_slots: &sites_and(RAMPZ_AT, Own(RAMPZ)),
     peripheral_pins: LINES,
@@ -91,7 +91,7 @@ pub(super) const PART_128: AvrPart = AvrPart {
     },
 };
 
-/// The row of the ATmega64.
+/// Row of the ATmega64.
 pub(super) const PART_64: AvrPart = AvrPart {
     chip: &ATMEGA64,
     register_slots: &sites_and(ADCSRB_AT, Split(&[(2, Adc(ADCSRB), 2), (1, Adc(ADCSRB), 1), (0, Adc(ADCSRB), 0)])),
@@ -106,18 +106,19 @@ pub(super) const PART_64: AvrPart = AvrPart {
     ..PART_128
 };
 
-/// Where the one register stands that only one of the two has.
+/// Address of RAMPZ, which only the ATmega128 has.
 const RAMPZ_AT: u16 = 0x5B;
+/// Address of ADCSRB, which only the ATmega64 has.
 const ADCSRB_AT: u16 = 0x8E;
 
-/// The table of addresses with that register.
+/// Returns the table of register slots with `site` at the address `at`.
 const fn sites_and(at: u16, site: RegisterSlot) -> [RegisterSlot; 0x100] {
     let mut all = sites(SITES, 0x100);
     all[at as usize] = site;
     all
 }
 
-/// The list of registers with that one.
+/// Returns the list of registers with the register `name` at `addr` in addition.
 const fn regs_and(name: &'static str, addr: u16) -> [NamedAddress; REGS.len() + 1] {
     let mut all = [NamedAddress { name, addr }; REGS.len() + 1];
     let mut i = 0;
@@ -130,7 +131,7 @@ const fn regs_and(name: &'static str, addr: u16) -> [NamedAddress; REGS.len() + 
 const REGS_64: &[NamedAddress] = &regs_and("ADCSRB", ADCSRB_AT);
 const REGS_128: &[NamedAddress] = &regs_and("RAMPZ", RAMPZ_AT);
 
-/// UCSRnC, which has one bit of UMSEL.
+/// UCSRnC, which has one bit of UMSEL (the ATmega328P has two).
 macro_rules! ucsrc {
     ($n:literal) => {
         Split(&[
@@ -159,7 +160,7 @@ macro_rules! more_timers {
     };
 }
 
-/// SRE and SRW10 are only kept.
+/// MCUCR. The chip only stores SRE and SRW10.
 const MCUCR_BITS: RegisterSlot = Split(&[
     (7, Kept(0), 7),
     (6, Kept(0), 6),
@@ -213,8 +214,8 @@ registers! {
     0x9B "UCSR1A" Usart(1, UCSRA);   0x9C "UDR1" Usart(1, UDR);       0x9D "UCSR1C" ucsrc!(1);
 }
 
-/// Pins, 8 to a port: pin identity is port (A to G) times 8 plus bit. Numbers are those of the flat package of 64 pins (pin
-/// configurations).
+/// Pins, eight per port: the pin identity is 8 times the port (A to G) plus the bit. Numbers are those of the
+/// 64-pin flat package (pin configurations).
 #[rustfmt::skip]
 const PINS: &[PinDef] = pins! {
     "PA0" 51 ""  "PA1" 50 ""  "PA2" 49 ""  "PA3" 48 ""  "PA4" 47 ""  "PA5" 46 ""  "PA6" 45 ""  "PA7" 44 ""
@@ -226,10 +227,10 @@ const PINS: &[PinDef] = pins! {
     "PG0" 33 ""  "PG1" 34 ""  "PG2" 43 ""  "PG3" 18 ""  "PG4" 19 ""  "RESET" 20 "RESET"
 };
 
-/// Package (pin configurations).
+/// Packages (pin configurations).
 const PACKAGES: &[ChipPackage] = &[ChipPackage { name: "TQFP64", pins: &dip::<{ PINS.len() }>(PINS) }];
 
-/// Alternate functions (alternate port functions).
+/// Pin of each line of a unit (alternate port functions).
 #[rustfmt::skip]
 const LINES: &[(usize, AvrLine, PinId)] = &[
     (unit_index::TIMER,     AvrLine::OcA, 12), (unit_index::TIMER + 1, AvrLine::T,   30), (unit_index::TIMER + 1, AvrLine::Icp, 28),
@@ -245,7 +246,7 @@ const LINES: &[(usize, AvrLine, PinId)] = &[
     (unit_index::EXTERNAL,  AvrLine::Int(5), 37), (unit_index::EXTERNAL, AvrLine::Int(6), 38), (unit_index::EXTERNAL, AvrLine::Int(7), 39),
 ];
 
-/// Interrupt vectors, number = position, RESET is 0.
+/// Interrupt vectors; the position is the vector number, RESET is 0.
 #[rustfmt::skip]
 const VECTORS: &[&str] = &[
     "RESET", "INT0", "INT1", "INT2", "INT3", "INT4", "INT5", "INT6", "INT7", "TIMER2_COMP", "TIMER2_OVF", "TIMER1_CAPT",
@@ -254,7 +255,7 @@ const VECTORS: &[&str] = &[
     "USART1_RX", "USART1_UDRE", "USART1_TX", "TWI", "SPM_READY",
 ];
 
-/// What asks for them.
+/// Sources of the interrupts: unit and interrupt number in it, from vector 1 on.
 #[rustfmt::skip]
 const SOURCES: &[(usize, u8)] = &[
     (unit_index::EXTERNAL, 0), (unit_index::EXTERNAL, 1), (unit_index::EXTERNAL, 2), (unit_index::EXTERNAL, 3),
@@ -266,7 +267,7 @@ const SOURCES: &[(usize, u8)] = &[
     (unit_index::USART + 1, 0), (unit_index::USART + 1, 1), (unit_index::USART + 1, 2), (unit_index::TWI, 0), (unit_index::SPM, 0),
 ];
 
-/// Trigger sources of the converter of the ATmega64, from ADTS 1 on.
+/// Trigger sources of the converter of the ATmega64, from ADTS 1 on: unit and interrupt number in it.
 #[rustfmt::skip]
 const TRIGGERS: &[(usize, u8)] = &[
     (unit_index::COMPARATOR, 0), (unit_index::EXTERNAL, 0), (unit_index::TIMER, 0), (unit_index::TIMER, 2), (unit_index::TIMER + 1, 2), (unit_index::TIMER + 1, 4),

@@ -22,7 +22,7 @@ use crate::periph::usart::UsartRegister::*;
 use crate::periph::watchdog::WatchdogRegister::*;
 use crate::periph::{adc, eeprom, external, spm, watchdog};
 
-/// ATmega16.
+/// Chip data of the ATmega16.
 const ATMEGA16: Chip = named_chip!(
     "atmega16",
     "ATmega16: 16 KB flash, 1 KB RAM, 512 bytes EEPROM, 40 pins",
@@ -36,7 +36,7 @@ const ATMEGA16: Chip = named_chip!(
     }
 );
 
-/// ATmega32.
+/// Chip data of the ATmega32.
 const ATMEGA32: Chip = named_chip!(
     "atmega32",
     "ATmega32: 32 KB flash, 2 KB RAM, 1 KB EEPROM, 40 pins",
@@ -50,10 +50,10 @@ const ATMEGA32: Chip = named_chip!(
     }
 );
 
-/// The row of the ATmega16.
+/// Row of the ATmega16.
 pub(super) const PART_16: AvrPart = AvrPart {
     chip: &ATMEGA16,
-    // The reset pin stands behind the ports.
+    // The reset pin follows the ports.
     ports: &[0xFF, 0xFF, 0xFF, 0xFF, 0],
     register_slots: &sites_with(SE_16),
     peripheral_pins: LINES,
@@ -86,7 +86,7 @@ pub(super) const PART_16: AvrPart = AvrPart {
     },
 };
 
-/// The row of the ATmega32.
+/// Row of the ATmega32.
 pub(super) const PART_32: AvrPart = AvrPart {
     chip: &ATMEGA32,
     register_slots: &sites_with(SE_32),
@@ -100,7 +100,7 @@ pub(super) const PART_32: AvrPart = AvrPart {
     ..PART_16
 };
 
-/// MCUCR: the bits of SMCR stand in another order on each of the two.
+/// MCUCR. The bits of SMCR are in a different order on each of the two chips.
 macro_rules! mcucr {
     ($se:literal $sm2:literal) => {
         Split(&[
@@ -118,7 +118,7 @@ macro_rules! mcucr {
 const SE_16: RegisterSlot = mcucr!(6 7);
 const SE_32: RegisterSlot = mcucr!(7 6);
 
-/// The table of addresses with this MCUCR.
+/// Returns the table of register slots with this MCUCR.
 const fn sites_with(mcucr: RegisterSlot) -> [RegisterSlot; 0x100] {
     let mut all = sites(SITES, 0x60);
     all[0x55] = mcucr;
@@ -164,7 +164,7 @@ registers! {
     0x5F "SREG" Core;
 }
 
-/// Pins (pin configurations), 8 to a port: pin identity is port (A to D) times 8 plus bit.
+/// Pins (pin configurations), eight per port: the pin identity is 8 times the port (A to D) plus the bit.
 #[rustfmt::skip]
 const PINS: &[PinDef] = pins! {
     "PA0" 40 ""  "PA1" 39 ""  "PA2" 38 ""  "PA3" 37 ""  "PA4" 36 ""  "PA5" 35 ""  "PA6" 34 ""  "PA7" 33 ""
@@ -174,10 +174,10 @@ const PINS: &[PinDef] = pins! {
     "RESET" 9 "RESET"
 };
 
-/// Package (pin configurations).
+/// Packages (pin configurations).
 const PACKAGES: &[ChipPackage] = &[ChipPackage { name: "DIP40", pins: &dip::<{ PINS.len() }>(PINS) }];
 
-/// Alternate functions (alternate port functions).
+/// Pin of each line of a unit (alternate port functions).
 #[rustfmt::skip]
 const LINES: &[(usize, AvrLine, PinId)] = &[
     (unit_index::TIMER,     AvrLine::T,    8), (unit_index::TIMER,     AvrLine::OcA, 11), (unit_index::TIMER + 1, AvrLine::T,    9),
@@ -189,7 +189,7 @@ const LINES: &[(usize, AvrLine, PinId)] = &[
     (unit_index::EXTERNAL,  AvrLine::Int(2), 10),
 ];
 
-/// Interrupt vectors of the ATmega16, number = position, RESET is 0.
+/// Interrupt vectors of the ATmega16; the position is the vector number, RESET is 0.
 #[rustfmt::skip]
 const VECTORS_16: &[&str] = &[
     "RESET", "INT0", "INT1", "TIMER2_COMP", "TIMER2_OVF", "TIMER1_CAPT", "TIMER1_COMPA", "TIMER1_COMPB", "TIMER1_OVF",
@@ -197,7 +197,7 @@ const VECTORS_16: &[&str] = &[
     "SPM_RDY",
 ];
 
-/// What asks for them.
+/// Sources of the interrupts of the ATmega16: unit and interrupt number in it, from vector 1 on.
 #[rustfmt::skip]
 const SOURCES_16: &[(usize, u8)] = &[
     (unit_index::EXTERNAL, 0), (unit_index::EXTERNAL, 1), (unit_index::TIMER + 2, 0), (unit_index::TIMER + 2, 2),
@@ -206,14 +206,14 @@ const SOURCES_16: &[(usize, u8)] = &[
     (unit_index::EXTERNAL, 2), (unit_index::TIMER, 0), (unit_index::SPM, 0),
 ];
 
-/// Interrupt vectors of the ATmega32.
+/// Interrupt vectors of the ATmega32; the position is the vector number, RESET is 0.
 #[rustfmt::skip]
 const VECTORS_32: &[&str] = &[
     "RESET", "INT0", "INT1", "INT2", "TIMER2_COMP", "TIMER2_OVF", "TIMER1_CAPT", "TIMER1_COMPA", "TIMER1_COMPB", "TIMER1_OVF",
     "TIMER0_COMP", "TIMER0_OVF", "SPI_STC", "USART_RXC", "USART_UDRE", "USART_TXC", "ADC", "EE_RDY", "ANA_COMP", "TWI", "SPM_RDY",
 ];
 
-/// What asks for them.
+/// Sources of the interrupts of the ATmega32: unit and interrupt number in it, from vector 1 on.
 #[rustfmt::skip]
 const SOURCES_32: &[(usize, u8)] = &[
     (unit_index::EXTERNAL, 0), (unit_index::EXTERNAL, 1), (unit_index::EXTERNAL, 2), (unit_index::TIMER + 2, 0), (unit_index::TIMER + 2, 2),
@@ -222,7 +222,7 @@ const SOURCES_32: &[(usize, u8)] = &[
     (unit_index::TWI, 0), (unit_index::SPM, 0),
 ];
 
-/// Trigger sources of the converter, from ADTS 1 on.
+/// Trigger sources of the converter, from ADTS 1 on: unit and interrupt number in it.
 #[rustfmt::skip]
 const TRIGGERS: &[(usize, u8)] = &[
     (unit_index::COMPARATOR, 0), (unit_index::EXTERNAL, 0), (unit_index::TIMER, 0), (unit_index::TIMER, 2), (unit_index::TIMER + 1, 2), (unit_index::TIMER + 1, 3),

@@ -21,7 +21,7 @@ use crate::periph::usart::UsartRegister::*;
 use crate::periph::watchdog::WatchdogRegister::*;
 use crate::periph::{adc, eeprom, external, spm, watchdog};
 
-/// ATmega162.
+/// Chip data of the ATmega162.
 const ATMEGA162: Chip = named_chip!(
     "atmega162",
     "ATmega162: 16 KB flash, 1 KB RAM, 512 bytes EEPROM, 40 pins",
@@ -35,7 +35,7 @@ const ATMEGA162: Chip = named_chip!(
     }
 );
 
-/// Timer 3 has no pin T; clock select 6 and 7 divide by 16 and 32.
+/// Timer 3, which has no pin T: clock select 6 and 7 divide by 16 and 32.
 const TIMER_3: TimerShape = TimerShape {
     taps: [
         ClockTap::Off,
@@ -50,10 +50,10 @@ const TIMER_3: TimerShape = TimerShape {
     ..TimerShape::wide(2)
 };
 
-/// The row of the ATmega162.
+/// Row of the ATmega162.
 pub(super) const PART_162: AvrPart = AvrPart {
     chip: &ATMEGA162,
-    // The reset pin stands in the place of PE3.
+    // The reset pin takes the bit of PE3, which does not exist.
     ports: &[0xFF, 0xFF, 0xFF, 0xFF, 0x07],
     register_slots: &sites(SITES, 0x100),
     peripheral_pins: LINES,
@@ -64,7 +64,7 @@ pub(super) const PART_162: AvrPart = AvrPart {
     mcucr: 0x13,
     interrupt_sources: SOURCES,
     timers: &[TimerShape::narrow(1), TimerShape::wide(2), TimerShape::crystal(1), TIMER_3],
-    // There is none; its reference is the comparator's.
+    // The chip has no converter; only the reference voltage is used, by the comparator.
     adc_kind: adc::AvrAdcKind { bandgap_mv: 1_100, ..adc::AvrAdcKind::MEGA8 },
     analog_pins: &[],
     comparator_pins: [10, 11],
@@ -93,7 +93,7 @@ pub(super) const PART_162: AvrPart = AvrPart {
             "- - - FUSE_M161C FUSE_BODLEVEL2 FUSE_BODLEVEL1 FUSE_BODLEVEL0 -",
         ],
         factory_fuses: [0x62, 0x99, 0xFF],
-        // The bits that choose a mode stand in three registers, so no byte means a mode.
+        // The bits that select a sleep mode are in three registers, so no single byte selects a mode.
         sleep_modes: 0,
         eeprom_page: 4,
         last_outside: 0xFFFF,
@@ -123,7 +123,7 @@ macro_rules! more_timers {
     };
 }
 
-/// SRE and SRW10 are only kept, as all bits for external memory are.
+/// MCUCR. The chip only stores SRE and SRW10, like all bits of the external memory.
 const MCUCR_BITS: RegisterSlot = Split(&[
     (7, Kept(0), 7),
     (6, Kept(0), 6),
@@ -192,7 +192,7 @@ registers! {
     0x8A "TCCR3B" Timer(3, TCCRB);   0x8B "TCCR3A" tccra!(3);
 }
 
-/// Pins (pin configurations), 8 to a port: pin identity is port (A to E) times 8 plus bit.
+/// Pins (pin configurations), eight per port: the pin identity is 8 times the port (A to E) plus the bit.
 #[rustfmt::skip]
 const PINS: &[PinDef] = pins! {
     "PA0" 39 ""  "PA1" 38 ""  "PA2" 37 ""  "PA3" 36 ""  "PA4" 35 ""  "PA5" 34 ""  "PA6" 33 ""  "PA7" 32 ""
@@ -202,10 +202,10 @@ const PINS: &[PinDef] = pins! {
     "PE0" 31 ""  "PE1" 30 ""  "PE2" 29 ""  "RESET" 9 "RESET"
 };
 
-/// Package (pin configurations).
+/// Packages (pin configurations).
 const PACKAGES: &[ChipPackage] = &[ChipPackage { name: "DIP40", pins: &dip::<{ PINS.len() }>(PINS) }];
 
-/// Alternate functions (alternate port functions).
+/// Pin of each line of a unit (alternate port functions).
 #[rustfmt::skip]
 const LINES: &[(usize, AvrLine, PinId)] = &[
     (unit_index::TIMER,     AvrLine::T,    8), (unit_index::TIMER,     AvrLine::OcA,  8), (unit_index::TIMER + 1, AvrLine::T,    9),
@@ -218,14 +218,14 @@ const LINES: &[(usize, AvrLine, PinId)] = &[
     (unit_index::EXTERNAL,  AvrLine::Int(1), 27), (unit_index::EXTERNAL, AvrLine::Int(2), 32),
 ];
 
-/// Pin change inputs: PCINT0 to 7 on port A, 8 to 15 on port C.
+/// Pin and number of each pin change input: PCINT0 to 7 on port A, 8 to 15 on port C.
 #[rustfmt::skip]
 const PIN_CHANGES: &[(PinId, u8)] = &[
     (0, 0), (1, 1), (2, 2), (3, 3), (4, 4), (5, 5), (6, 6), (7, 7),
     (16, 8), (17, 9), (18, 10), (19, 11), (20, 12), (21, 13), (22, 14), (23, 15),
 ];
 
-/// Interrupt vectors, number = position, RESET is 0.
+/// Interrupt vectors; the position is the vector number, RESET is 0.
 #[rustfmt::skip]
 const VECTORS: &[&str] = &[
     "RESET", "INT0", "INT1", "INT2", "PCINT0", "PCINT1", "TIMER3_CAPT", "TIMER3_COMPA", "TIMER3_COMPB", "TIMER3_OVF",
@@ -234,7 +234,7 @@ const VECTORS: &[&str] = &[
     "SPM_RDY",
 ];
 
-/// What asks for them.
+/// Sources of the interrupts: unit and interrupt number in it, from vector 1 on.
 #[rustfmt::skip]
 const SOURCES: &[(usize, u8)] = &[
     (unit_index::EXTERNAL, 0), (unit_index::EXTERNAL, 1), (unit_index::EXTERNAL, 2), (unit_index::EXTERNAL, 3), (unit_index::EXTERNAL, 4),

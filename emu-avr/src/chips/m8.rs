@@ -24,7 +24,7 @@ use crate::periph::usart::UsartRegister::*;
 use crate::periph::watchdog::WatchdogRegister::*;
 use crate::periph::{adc, eeprom, external, spm, watchdog};
 
-/// ATmega8.
+/// Chip data of the ATmega8.
 const ATMEGA8: Chip = named_chip!(
     "atmega8",
     "ATmega8: 8 KB flash, 1 KB RAM, 512 bytes EEPROM, 28 or 32 pins",
@@ -38,7 +38,7 @@ const ATMEGA8: Chip = named_chip!(
     }
 );
 
-/// The row of the ATmega8.
+/// Row of the ATmega8.
 pub(super) const PART_8: AvrPart = AvrPart {
     chip: &ATMEGA8,
     ports: &[0xFF, 0x7F, 0xFF, ANALOG],
@@ -130,8 +130,8 @@ registers! {
     0x5D "SPL" Core;                 0x5E "SPH" Core;                 0x5F "SREG" Core;
 }
 
-/// Pins (pin configurations), 8 to a port: pin identity is port (B, C, D) times 8 plus bit. Behind the ports stand
-/// the analog inputs that are nothing else.
+/// Pins (pin configurations), eight per port: the pin identity is 8 times the port (B, C, D) plus the bit.
+/// The inputs that are only analog follow the ports.
 #[rustfmt::skip]
 const PINS: &[PinDef] = pins! {
     "PB0" 14 ""  "PB1" 15 ""  "PB2" 16 ""  "PB3" 17 ""  "PB4" 18 ""  "PB5" 19 ""  "PB6" 9 "XTAL1"  "PB7" 10 "XTAL2"
@@ -147,7 +147,7 @@ const PACKAGES: &[ChipPackage] = &[
     ChipPackage { name: "MLF32", pins: &TQFP32 },
 ];
 
-/// Alternate functions (alternate port functions).
+/// Pin of each line of a unit (alternate port functions).
 #[rustfmt::skip]
 const LINES: &[(usize, AvrLine, PinId)] = &[
     (unit_index::TIMER,     AvrLine::T,   20), (unit_index::TIMER + 1, AvrLine::T,   21), (unit_index::TIMER + 1, AvrLine::Icp,  0),
@@ -158,14 +158,14 @@ const LINES: &[(usize, AvrLine, PinId)] = &[
     (unit_index::EXTERNAL,  AvrLine::Int(0), 18), (unit_index::EXTERNAL, AvrLine::Int(1), 19),
 ];
 
-/// Interrupt vectors, number = position, RESET is 0.
+/// Interrupt vectors; the position is the vector number, RESET is 0.
 #[rustfmt::skip]
 const VECTORS: &[&str] = &[
     "RESET", "INT0", "INT1", "TIMER2_COMP", "TIMER2_OVF", "TIMER1_CAPT", "TIMER1_COMPA", "TIMER1_COMPB", "TIMER1_OVF",
     "TIMER0_OVF", "SPI_STC", "USART_RXC", "USART_UDRE", "USART_TXC", "ADC", "EE_RDY", "ANA_COMP", "TWI", "SPM_RDY",
 ];
 
-/// What asks for them.
+/// Sources of the interrupts: unit and interrupt number in it, from vector 1 on.
 #[rustfmt::skip]
 const SOURCES: &[(usize, u8)] = &[
     (unit_index::EXTERNAL, 0), (unit_index::EXTERNAL, 1), (unit_index::TIMER + 2, 0), (unit_index::TIMER + 2, 2),

@@ -1,7 +1,7 @@
-//! The chips of the family, one row each.
+//! Chip data of the AVR family: one row per chip.
 //!
-//! Source: the data sheet that [`Chip::data_sheet`] names: register summary, interrupt vectors, memories, pin configuration,
-//! alternate port functions, fuses, boot loader parameters.
+//! Source: the data sheet that [`Chip::data_sheet`] names: register summary, interrupt vectors, memories, pin
+//! configuration, alternate port functions, fuses, boot loader parameters.
 
 mod bits;
 mod classic;
@@ -21,11 +21,11 @@ use emu_core::pins::PinId;
 use crate::periph::timers::TimerShape;
 use crate::periph::{AvrLine, adc, comparator, eeprom, external, spi, spm, timers, twi, usart, watchdog};
 
-pub use fuses::{FuseField, FuseLayout, StartUpTimes};
+pub use fuses::{FuseByte, FuseField, FuseLayout, StartUpTime, StartUpTimes};
 pub use names::HeaderNames;
 pub use x8::{ATMEGA328, ATMEGA328P, PART_328P};
 
-/// All parts of this crate.
+/// Rows of all chips of this crate.
 pub const AVR_PARTS: &[&AvrPart] = &[
     &x8::PART_328P,
     &x8::PART_328,
@@ -60,72 +60,73 @@ pub const AVR_CHIPS: &[&Chip] = &{
     chips
 };
 
-/// The chip `name` (case aside).
+/// Returns the chip `name`; upper and lower case are equal.
 #[must_use]
 pub fn chip(name: &str) -> Option<&'static Chip> {
     part(name).map(|part| part.chip)
 }
 
-/// The part `name` (case aside).
+/// Returns the row of the chip `name`; upper and lower case are equal.
 #[must_use]
 pub fn part(name: &str) -> Option<&'static AvrPart> {
     AVR_PARTS.iter().copied().find(|part| part.chip.name.eq_ignore_ascii_case(name))
 }
 
-/// A chip, with what only this family has.
+/// Row of a chip: the data common to all families, and the data that only AVR chips have.
 #[derive(Debug)]
 pub struct AvrPart {
-    /// What all families have. Pins stand eight to a port, by bits, absent ones included.
+    /// Data common to all families. Its pins are listed eight per port, by bit, including absent ones.
     pub chip: &'static Chip,
-    /// The bits of each port that there are; behind the ports, pins that belong to none.
+    /// Mask of the existing bits of each port; after the ports, masks of pins that belong to no port.
     pub ports: &'static [u8],
-    /// What stands at each data address below 100h.
+    /// Register slot at each data address below 100h.
     pub register_slots: &'static [RegisterSlot; 0x100],
-    /// Which pin a line of a unit goes to.
+    /// Pin of each line of a unit: unit, line, pin.
     pub peripheral_pins: &'static [(usize, AvrLine, PinId)],
-    /// The pin of each pin change input.
+    /// Pin and number of each pin change input.
     pub pin_changes: &'static [(PinId, u8)],
-    /// After a reset SP is the last address of RAM; 0 otherwise.
+    /// True if a reset sets SP to the last address of RAM; otherwise it sets SP to 0.
     pub stack_starts_at_ram_end: bool,
-    /// Writing ones to PINx toggles PORTx.
+    /// True if writing ones to PINx toggles PORTx.
     pub pin_writes_toggle: bool,
-    /// SBI and CBI read a register and write all of it, flags that read as one included; else they touch the one bit.
+    /// True if SBI and CBI read a register and write all of it, including flags that read as one; otherwise
+    /// they change only the one bit.
     pub bit_writes_whole_register: bool,
-    /// The bits of MCUCR that there are, by the layout of the ATmega328P: BODS, BODSE, PUD, IVSEL, IVCE.
+    /// Existing bits of MCUCR, in the layout of the ATmega328P: BODS, BODSE, PUD, IVSEL, IVCE.
     pub mcucr: u8,
-    /// What asks for each interrupt: unit, and its number there; from vector 1 on.
+    /// Source of each interrupt from vector 1 on: unit, and interrupt number in it.
     pub interrupt_sources: &'static [(usize, u8)],
-    /// Timer/counters.
+    /// Shape of each timer/counter.
     pub timers: &'static [TimerShape],
-    /// The converter.
+    /// Variant of the converter.
     pub adc_kind: adc::AvrAdcKind,
-    /// The pins of ADC0, ADC1, ..
+    /// Pins of ADC0, ADC1 and so on.
     pub analog_pins: &'static [PinId],
-    /// AIN0 and AIN1.
+    /// Pins of AIN0 and AIN1.
     pub comparator_pins: [PinId; 2],
-    /// The sources of ADTS 1 to 7: unit, and its interrupt.
+    /// Trigger sources of the converter for ADTS 1 to 7: unit, and interrupt number in it.
     pub adc_triggers: &'static [(usize, u8)],
-    /// The EEPROM.
+    /// Variant of the EEPROM.
     pub eeprom_kind: eeprom::AvrEepromKind,
-    /// Self-programming.
+    /// Variant of self-programming.
     pub spm_kind: spm::SpmKind,
-    /// External interrupts.
+    /// Variant of the external interrupts.
     pub external_kind: external::ExternalKind,
-    /// The watchdog.
+    /// Variant of the watchdog.
     pub watchdog_kind: watchdog::WatchdogKind,
-    /// Bits of PRR that stop units.
+    /// Bits of PRR, each with the unit whose clock it stops.
     pub power_reduction_bits: &'static [(u8, usize)],
     /// Signature bytes (28.3).
     pub signature: [u8; 3],
-    /// Where the fuses stand.
+    /// Positions and meanings of the fuses.
     pub fuses: FuseLayout,
-    /// The reset pin.
+    /// Identity of the reset pin.
     pub reset_pin: PinId,
     /// Names of bits and fuses.
     pub names: HeaderNames,
 }
 
-/// The units of a chip, by number.
+/// Numbers of the units of a chip. A chip has up to four timers and two USARTs, numbered consecutively.
 #[rustfmt::skip]
 #[allow(missing_docs)]
 pub mod unit_index {
@@ -143,14 +144,15 @@ pub mod unit_index {
 }
 
 impl AvrPart {
-    /// What the trigger source `source` (1 to 7) of the converter is.
+    /// Returns the trigger source `source` (1 to 7) of the converter: unit, and interrupt number in it.
     #[must_use]
     pub fn adc_trigger(&self, source: u8) -> Option<(usize, u8)> {
         self.adc_triggers.get(usize::from(source).checked_sub(1)?).copied()
     }
 
-    /// The first byte of the boot section, by BOOTSZ in these fuses: the largest one is four times the next but one. The end of flash on
-    /// a chip without one.
+    /// Returns the first byte address of the boot section that BOOTSZ in `fuses` selects, or the end of flash
+    /// on a chip without a boot section. The largest boot section is the NRWW section; each higher value of
+    /// BOOTSZ halves the size.
     #[must_use]
     pub fn boot_start(&self, fuses: [u8; 3]) -> u32 {
         let flash = self.spm_kind.flash;
@@ -158,22 +160,22 @@ impl AvrPart {
         flash - size
     }
 
-    /// The fuse byte (0 low, 1 high, 2 extended) that makes a reset begin at the byte address `at`, and its value, where `fuses` has the
-    /// others; none where no boot section begins there.
+    /// The fuse byte that makes a reset begin at the byte address `at`, where `fuses` has the others; none where no boot section
+    /// begins there.
     #[must_use]
-    pub fn boot_fuse(&self, fuses: [u8; 3], at: u32) -> Option<(u8, u8)> {
+    pub fn boot_fuse(&self, fuses: [u8; 3], at: u32) -> Option<FuseByte> {
         let ((byte, low, bits), (_, reset, _)) = (self.fuses.bootsz?, self.fuses.bootrst?);
         (0..1 << bits).find_map(|size: u8| {
             let mut with = fuses;
             let place = with.get_mut(usize::from(byte))?;
             *place = *place & !(((1 << bits) - 1) << low) & !(1 << reset) | size << low;
             let value = *place;
-            (self.boot_start(with) == at).then_some((byte, value))
+            (self.boot_start(with) == at).then_some(FuseByte { index: byte, value })
         })
     }
 
-    /// True for registers that may read otherwise in every cycle, or do something when they are read: a loop over one of them
-    /// can never be jumped over.
+    /// Reports whether a register can change in every cycle, or has a side effect when it is read. A loop
+    /// that reads such a register is never skipped.
     #[must_use]
     pub fn volatile_register(&self, reg: u16) -> bool {
         use timers::TimerRegister::{ICRL, TCNTL};
@@ -188,30 +190,30 @@ impl AvrPart {
     }
 }
 
-/// What stands at a data address.
+/// What is at a data address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RegisterSlot {
     /// Nothing: reads 0.
     Reserved,
     /// A register of the core.
     Core,
-    /// RAM, by its data address.
+    /// RAM below 100h, by its data address.
     Low(u8),
-    /// PINx, DDRx and PORTx of a port, 0 to 2.
+    /// Register of a port: port number, then 0 for PINx, 1 for DDRx, 2 for PORTx.
     Port(u8, u8),
     /// A register of a timer.
     Timer(u8, timers::TimerRegister),
     /// A register of a USART.
     Usart(u8, usart::UsartRegister),
-    /// UBRRH and UCSRC of a USART, told apart by bit 7, URSEL.
+    /// UBRRH and UCSRC of a USART, which share an address; bit 7, URSEL, selects one.
     Ursel(u8),
-    /// A register of the serial peripheral interface.
+    /// A register of the SPI.
     Spi(spi::SpiRegister),
     /// A register of the two-wire interface.
     Twi(twi::TwiRegister),
-    /// A register of the converter.
+    /// A register of the ADC.
     Adc(adc::AdcRegister),
-    /// A register of the comparator.
+    /// A register of the analog comparator.
     Comparator(comparator::ComparatorRegister),
     /// A register of the EEPROM.
     Eeprom(eeprom::EepromRegister),
@@ -221,11 +223,11 @@ pub enum RegisterSlot {
     Watchdog(watchdog::WatchdogRegister),
     /// A register of the external interrupts.
     External(external::ExternalRegister),
-    /// A register of the chip itself.
+    /// A register of the chip that belongs to no unit.
     Own(SocRegister),
-    /// A byte that is only kept, by its number.
+    /// A byte without function, which only stores what is written, by its number.
     Kept(u8),
-    /// Bits of several registers: the bit here, and where it stands.
+    /// Bits of several registers: the bit in this register, the other register, and the bit there.
     Split(&'static [(u8, RegisterSlot, u8)]),
 }
 
@@ -243,20 +245,21 @@ pub enum SocRegister {
     RAMPZ,
 }
 
-/// Registers of the core, as they are shown.
+/// Names of the core's registers, in the order in which they are displayed.
 const CPU_REGS: &[&str] = &[
     "r0", "r1", "r2", "r3", "r4", "r5", "r6", "r7", "r8", "r9", "r10", "r11", "r12", "r13", "r14", "r15", "r16", "r17",
     "r18", "r19", "r20", "r21", "r22", "r23", "r24", "r25", "r26", "r27", "r28", "r29", "r30", "r31", "SREG", "SP",
     "PC",
 ];
 
-/// A chip's memories: bytes of flash, first address of RAM and the one behind it, bytes of EEPROM, fuse bytes.
+/// Memories of a chip: flash in bytes, first RAM address, RAM end address (exclusive), EEPROM in bytes,
+/// number of fuse bytes.
 struct ChipMemories<const FLASH: u32, const RAM: u16, const END: u16, const EEPROM: u16, const FUSES: u32>;
 
 impl<const FLASH: u32, const RAM: u16, const END: u16, const EEPROM: u16, const FUSES: u32>
     ChipMemories<FLASH, RAM, END, EEPROM, FUSES>
 {
-    /// What follows from them; the rest is for the row to say.
+    /// Chip data that follows from the memories; the chip's row sets the other fields.
     const CHIP: Chip = Chip {
         name: "",
         family: ChipFamily::Avr,
@@ -307,7 +310,7 @@ impl<const FLASH: u32, const RAM: u16, const END: u16, const EEPROM: u16, const 
     };
 }
 
-/// A chip after another, by its own name and title.
+/// Chip data of `$chip` under another name and title.
 macro_rules! named_chip {
     ($name:literal, $title:literal, $chip:expr) => {
         emu_core::chip::Chip {
@@ -320,18 +323,18 @@ macro_rules! named_chip {
 }
 use named_chip;
 
-/// A list of registers: address, name, older names, and what stands there.
+/// List of registers: data address, name, older names, register slot.
 macro_rules! registers {
     ($($addr:literal $name:literal $(/ $old:literal)* $site:expr;)*) => {
         /// Register summary, data addresses.
         const REGS: &[NamedAddress] = &[ $( NamedAddress { name: $name, addr: $addr }, $( NamedAddress { name: $old, addr: $addr }, )* )* ];
-        /// What stands there.
+        /// Register slot of each register.
         const SITES: &[(u16, RegisterSlot)] = &[ $( ($addr, $site) ),* ];
     };
 }
 use registers;
 
-/// A list of pins: name, pin of the package, note.
+/// List of pins: name, number in the package, note.
 macro_rules! pins {
     ($($name:literal $dip:literal $note:literal)*) => {
         &[ $( emu_core::chip::PinDef { name: $name, dip: $dip, note: $note } ),* ]
@@ -339,16 +342,17 @@ macro_rules! pins {
 }
 use pins;
 
-/// ADC6 and ADC7 where they belong to no port: as bits of a port that has no registers.
+/// Mask for ADC6 and ADC7 where they belong to no port: two bits of a port without registers.
 const ANALOG: u8 = 0x03;
 
-/// The flat package of ATmega8 and ATmega48 to 328 (pin configurations), whose pins stand as ports B, C, D, ADC6, ADC7.
+/// Pin numbers of the 32-pin flat package of ATmega8 and ATmega48 to 328 (pin configurations), in the order
+/// ports B, C, D, ADC6, ADC7.
 #[rustfmt::skip]
 const TQFP32: [u8; 26] = [
     12, 13, 14, 15, 16, 17, 7, 8,  23, 24, 25, 26, 27, 28, 29, 0,  30, 31, 32, 1, 2, 9, 10, 11,  19, 22,
 ];
 
-/// The numbers of the package in [`PinDef::dip`].
+/// Returns the pin numbers of [`PinDef::dip`].
 const fn dip<const N: usize>(pins: &[PinDef]) -> [u8; N] {
     let mut numbers = [0; N];
     let mut i = 0;
@@ -359,7 +363,7 @@ const fn dip<const N: usize>(pins: &[PinDef]) -> [u8; N] {
     numbers
 }
 
-/// The table of addresses from rows; below 100h RAM begins at `ram`.
+/// Returns the table of register slots from `rows`. Addresses from `ram` to FFh are RAM.
 const fn sites(rows: &[(u16, RegisterSlot)], ram: u16) -> [RegisterSlot; 0x100] {
     let mut all = [RegisterSlot::Reserved; 0x100];
     let mut i = ram as usize;

@@ -1,26 +1,28 @@
-//! Named numbers of the chips, as the headers of avr-libc spell them ([`Chip::constants`](emu_core::chip::Chip::constants)): bits
-//! of registers, addresses of register pairs, fuses and lock bits, sizes.
+//! Named constants of each chip in the spelling of the headers of avr-libc
+//! ([`Chip::constants`](emu_core::chip::Chip::constants)): register bits, addresses of register pairs, fuses
+//! and lock bits, sizes.
 //!
-//! Sources: register summaries, "Memory programming" and "Boot loader support" of the data sheets; spellings that no sheet has come
-//! from the headers, against which `tests/headers.rs` reads all of it.
+//! Sources: register summaries, "Memory programming" and "Boot loader support" of the data sheets. Spellings
+//! that no data sheet has are from the headers; `tests/headers.rs` compares all constants with them.
 
 use super::{AvrPart, RegisterSlot, part};
 
-/// What a chip's names are made of, besides its registers and sizes.
+/// Data from which a chip's constants are made, in addition to its registers and sizes.
 #[derive(Debug, Clone, Copy)]
 pub struct HeaderNames {
-    /// Tables of bits. A line is a register and the names of its bits from 7 to 0: `-` is none, `/` stands between several names
-    /// of one bit. Registers that the chip does not have are passed over, and so are bits of ports that have no pin.
+    /// Tables of bits. A line is a register and the names of its bits from 7 to 0: `-` means no name, `/`
+    /// separates several names of one bit. Registers that the chip does not have are skipped, and so are port
+    /// bits without a pin.
     pub(super) bit_names: &'static [&'static str],
-    /// Fuses from bit 7 to 0, in the same manner: low byte, high, extended.
+    /// Names of the fuses from bit 7 to 0, in the same format: low, high, extended byte.
     pub(super) fuse_names: [&'static str; 3],
-    /// The fuse bytes of a chip as it is delivered.
+    /// Factory values of the fuse bytes.
     pub(super) factory_fuses: [u8; 3],
-    /// How many of [`SLEEP_MODES`] there are.
+    /// Number of entries of [`SLEEP_MODES`] that the chip has.
     pub(super) sleep_modes: usize,
-    /// Bytes in a page of EEPROM.
+    /// Size of an EEPROM page in bytes.
     pub(super) eeprom_page: i32,
-    /// Last data address, with memory outside where it can be had; 0 is the end of RAM.
+    /// Last data address with external memory, on chips that can have it; 0 means the end of RAM.
     pub(super) last_outside: i32,
 }
 
@@ -34,7 +36,7 @@ const SLEEP_MODES: &[(&str, u8)] = &[
     ("SLEEP_MODE_EXT_STANDBY", 7),
 ];
 
-/// Lock bytes for everybody, and for chips with a boot section.
+/// Lock bytes of all chips.
 const LOCK_BITS: &[(&str, i32)] =
     &[("LB_MODE_1", 0xFF), ("LB_MODE_2", 0xFE), ("LB_MODE_3", 0xFC), ("LOCKBITS_DEFAULT", 0xFF)];
 #[rustfmt::skip]
@@ -43,7 +45,7 @@ const BOOT_LOCK_BITS: &[(&str, i32)] = &[
     ("BLB1_MODE_1", 0xFF), ("BLB1_MODE_2", 0xEF), ("BLB1_MODE_3", 0xCF), ("BLB1_MODE_4", 0xDF),
 ];
 
-/// Named numbers of the chip `name`; none for a chip that is not of this crate.
+/// Returns the named constants of the chip `name`; empty for a chip of another crate.
 pub(super) fn names_of_chip(name: &str) -> Vec<(&'static str, i32)> {
     let Some(part) = part(name) else { return Vec::new() };
     let mut all = bits(part);
@@ -54,13 +56,13 @@ pub(super) fn names_of_chip(name: &str) -> Vec<(&'static str, i32)> {
     all
 }
 
-/// The words of a line behind its first, as bits from 7 to 0, with all names of each.
+/// Assigns `words` to the bits from 7 to 0; yields each bit number with each of its names.
 fn bit_cells(words: impl Iterator<Item = &'static str>) -> impl Iterator<Item = (i32, &'static str)> {
     let bits = (0..8).rev().zip(words);
     bits.flat_map(|(bit, names)| names.split('/').map(move |name| (bit, name))).filter(|(_, name)| *name != "-")
 }
 
-/// Bits by number.
+/// Bit names with their bit numbers.
 fn bits(part: &AvrPart) -> Vec<(&'static str, i32)> {
     let mut all = Vec::new();
     for line in part.names.bit_names.iter().flat_map(|table| table.lines()) {
@@ -75,8 +77,8 @@ fn bits(part: &AvrPart) -> Vec<(&'static str, i32)> {
     all
 }
 
-/// Pairs of registers by the address of the lower one: OCR1A stands for OCR1AL and OCR1AH. That of the converter goes by ADCW,
-/// since ADC is an instruction.
+/// Register pairs by the address of the lower register: OCR1A for OCR1AL and OCR1AH. The pair of the
+/// converter is named ADCW, because ADC is an instruction.
 fn pairs(part: &'static AvrPart) -> impl Iterator<Item = (&'static str, i32)> {
     part.chip.regs.iter().filter_map(|low| {
         let name = low.name.strip_suffix('L')?;
@@ -86,7 +88,7 @@ fn pairs(part: &'static AvrPart) -> impl Iterator<Item = (&'static str, i32)> {
     })
 }
 
-/// Sleep modes as they stand in their register.
+/// Sleep modes as values of the register that selects them.
 fn sleep(part: &AvrPart, bits: &[(&'static str, i32)]) -> Vec<(&'static str, i32)> {
     let modes = SLEEP_MODES.iter().take(part.names.sleep_modes);
     let place = |name: &str| bits.iter().find(|bit| bit.0 == name).map_or(0, |bit| bit.1);
@@ -96,7 +98,7 @@ fn sleep(part: &AvrPart, bits: &[(&'static str, i32)]) -> Vec<(&'static str, i32
         .collect()
 }
 
-/// Fuses as bytes in which only they are programmed, bytes as delivered, and lock bytes.
+/// Fuses as bytes in which only that fuse is programmed, the factory fuse bytes, and lock bytes.
 fn fuses(part: &'static AvrPart) -> impl Iterator<Item = (&'static str, i32)> {
     let fuses = part.names.fuse_names.iter().flat_map(|byte| bit_cells(byte.split_whitespace()));
     let fuses = fuses.map(|(bit, name)| (name, 0xFF & !(1 << bit)));
@@ -106,6 +108,7 @@ fn fuses(part: &'static AvrPart) -> impl Iterator<Item = (&'static str, i32)> {
     fuses.chain(bytes.take(fuse_bytes(part))).chain(LOCK_BITS.iter().chain(boot).copied())
 }
 
+/// Number of fuse bytes of the chip.
 fn fuse_bytes(part: &AvrPart) -> usize {
     part.chip.spaces.iter().find(|space| space.0 == "fuse").map_or(0, |space| space.1 as usize)
 }

@@ -1,22 +1,22 @@
-//! Which bits of the chips' registers there are (register summary).
+//! Existing and reserved bits of each chip's registers (register summary).
 
 use super::{AvrPart, RegisterSlot, SocRegister};
 use crate::periph::{adc, comparator, eeprom, external, spi, spm, timers, twi, usart, watchdog};
 
-/// JTRF in MCUCSR.
+/// Bit mask of JTRF in MCUCSR.
 const JTRF: u8 = 1 << 4;
 
-/// URSEL in UCSRC and UBRRH.
+/// Bit mask of URSEL in UCSRC and UBRRH.
 const URSEL: u8 = 1 << 7;
 
 impl AvrPart {
-    /// What stands at a data address below 100h.
+    /// Returns the register slot at a data address below 100h; any other address is reserved.
     #[must_use]
     pub fn register_slot(&self, addr: u16) -> RegisterSlot {
         self.register_slots.get(usize::from(addr)).copied().unwrap_or(RegisterSlot::Reserved)
     }
 
-    /// The port whose pins are read at a data address.
+    /// Returns the port whose PINx register is at a data address.
     #[must_use]
     pub fn input_port(&self, addr: u16) -> Option<usize> {
         match self.register_slot(addr) {
@@ -25,23 +25,26 @@ impl AvrPart {
         }
     }
 
-    /// The bits of the register at a data address that may be written as ones: all but the reserved ones, which are to be written
-    /// as zeros. Nothing for an address that is not to be written at all.
+    /// Returns the bits of the register at a data address that a program may write as ones: all except the
+    /// reserved bits, which must be written as zeros. Returns None for an address that a program must not
+    /// write.
     ///
-    /// Absent pins of a port, and absent flags of registers whose ones clear them, count as there: programs write such registers
-    /// whole. `value` tells UCSRC from UBRRH where they share an address.
+    /// Absent pins of a port, and absent flags in registers where a one clears a flag, count as existing:
+    /// programs write such registers as a whole. `value` is the byte written; it distinguishes UCSRC from
+    /// UBRRH where they share an address.
     #[must_use]
     pub fn existing_bits(&self, addr: u16, value: u8) -> Option<u8> {
         use adc::AdcRegister::{ADCSRB, ADMUX, DIDR0};
         use external::ExternalRegister::{EICRA, EIMSK, PCICR, PCMSK0, PCMSK1, PCMSK2};
         use timers::TimerRegister::{ASSR, TCCRA, TCCRB, TCCRC, TIMSK};
-        // ATmega48 to 328; the others are older.
+        // True for ATmega48 to 328; the other chips are older.
         let today = self.pin_writes_toggle;
         Some(match self.register_slot(addr) {
             RegisterSlot::Reserved if self.chip.regs.iter().any(|reg| reg.addr == addr) => 0xFF,
             RegisterSlot::Reserved => return None,
             RegisterSlot::Split(bits) => {
-                // JTRF, which chips with a JTAG interface have beside JTD, is a flag that nothing here can set.
+                // JTRF, which chips with a JTAG interface have in addition to JTD, is a flag that nothing in
+                // the model sets.
                 let jtag = bits.contains(&(3, RegisterSlot::Own(SocRegister::MCUSR), 3))
                     && bits.iter().any(|bit| matches!(bit.1, RegisterSlot::Kept(_)));
                 bits.iter().fold(if jtag { JTRF } else { 0 }, |all, &(bit, ..)| all | 1 << bit)
@@ -93,7 +96,7 @@ impl AvrPart {
                 self.external_kind.group_mask(reg as usize - PCMSK0 as usize)
             }
             RegisterSlot::Own(SocRegister::MCUCR) => self.mcucr,
-            // Chips of today have JTRF beside JTD, bit 7 of MCUCR.
+            // Newer chips have JTRF if they have JTD, bit 7 of MCUCR.
             RegisterSlot::Own(SocRegister::MCUSR) => 0x0F | self.mcucr >> 3 & JTRF,
             RegisterSlot::Own(SocRegister::SMCR) => 0x0F,
             RegisterSlot::Own(SocRegister::CLKPR) => 0x8F,

@@ -22,7 +22,7 @@ use crate::periph::usart::UsartRegister::*;
 use crate::periph::watchdog::WatchdogRegister::*;
 use crate::periph::{adc, eeprom, external, spm, watchdog};
 
-/// What the rows have in common, for these memories.
+/// Chip data that all chips of this file share, for the given memories.
 macro_rules! chip {
     ($name:literal, $title:literal, $flash:literal, $end:literal, $eeprom:literal) => {
         Chip {
@@ -37,22 +37,24 @@ macro_rules! chip {
     };
 }
 
-/// ATmega328P.
+/// Chip data of the ATmega328P.
 pub const ATMEGA328P: Chip =
     chip!("atmega328p", "ATmega328P: 32 KB flash, 2 KB RAM, 1 KB EEPROM, 28 or 32 pins", 0x8000, 0x900, 0x400);
 
-/// ATmega328: the 328P without the low-power process.
+/// Chip data of the ATmega328: the 328P without the low-power process.
 pub const ATMEGA328: Chip = named_chip!("atmega328", "ATmega328: as ATmega328P, other process", ATMEGA328P);
 
-/// ATmega168, 88 and 48.
+/// Chip data of the ATmega168.
 const ATMEGA168: Chip =
     chip!("atmega168", "ATmega168: 16 KB flash, 1 KB RAM, 512 bytes EEPROM, 28 or 32 pins", 0x4000, 0x500, 0x200);
+/// Chip data of the ATmega88.
 const ATMEGA88: Chip =
     chip!("atmega88", "ATmega88: 8 KB flash, 1 KB RAM, 512 bytes EEPROM, 28 or 32 pins", 0x2000, 0x500, 0x200);
+/// Chip data of the ATmega48.
 const ATMEGA48: Chip =
     chip!("atmega48", "ATmega48: 4 KB flash, 512 bytes RAM, 256 bytes EEPROM, 28 or 32 pins", 0x1000, 0x300, 0x100);
 
-/// The row of the ATmega328P.
+/// Row of the ATmega328P.
 pub const PART_328P: AvrPart = AvrPart {
     chip: &ATMEGA328P,
     ports: &[0xFF, 0x7F, 0xFF, ANALOG],
@@ -113,26 +115,26 @@ pub const PART_328P: AvrPart = AvrPart {
     },
 };
 
-/// The low byte of fuses; some headers number CKSEL and SUT together.
+/// Names of the fuses in the low byte. Some headers number CKSEL and SUT together.
 const LOW_FUSES: &str = "
     FUSE_CKDIV8 FUSE_CKOUT FUSE_SUT1/FUSE_SUT_CKSEL5 FUSE_SUT0/FUSE_SUT_CKSEL4 FUSE_CKSEL3/FUSE_SUT_CKSEL3
     FUSE_CKSEL2/FUSE_SUT_CKSEL2 FUSE_CKSEL1/FUSE_SUT_CKSEL1 FUSE_CKSEL0/FUSE_SUT_CKSEL0";
-/// The high byte where BODLEVEL stands in it.
+/// Names of the fuses in the high byte, on chips with BODLEVEL in that byte.
 const HIGH_FUSES: &str =
     "FUSE_RSTDISBL FUSE_DWEN FUSE_SPIEN FUSE_WDTON FUSE_EESAVE FUSE_BODLEVEL2 FUSE_BODLEVEL1 FUSE_BODLEVEL0";
 
-/// MCUCR without BODS and BODSE, which only the P and PA variants have (10.11.2).
+/// Mask of MCUCR without BODS and BODSE, which only the P and PA variants have (10.11.2).
 const NO_BODS: u8 = 0x13;
 
-/// The converter of the first ATmega48, 88 and 168 has no temperature sensor (Atmel 2545, ADC).
+/// Converter of the first ATmega48, 88 and 168, without a temperature sensor (Atmel 2545, ADC).
 const COLD: adc::AvrAdcKind = adc::AvrAdcKind { temperature: None, ..adc::AvrAdcKind::MEGA48 };
 
-/// The row of the ATmega328.
+/// Row of the ATmega328.
 pub(super) const PART_328: AvrPart =
     AvrPart { chip: &ATMEGA328, mcucr: NO_BODS, signature: [0x1E, 0x95, 0x14], ..PART_328P };
 
-/// The row of the ATmega168PA. The fuses for the boot section stand in the extended byte of ATmega88 and 168, BODLEVEL in the
-/// high one (tables 28-5 to 28-8).
+/// Row of the ATmega168PA. On ATmega88 and 168 the fuses of the boot section are in the extended byte, and
+/// BODLEVEL is in the high byte (tables 28-5 to 28-8).
 pub(super) const PART_168PA: AvrPart = AvrPart {
     chip: &named_chip!("atmega168pa", "ATmega168PA: as ATmega168P, newer process", ATMEGA168),
     spm_kind: spm::SpmKind::MEGA168,
@@ -152,13 +154,13 @@ pub(super) const PART_168PA: AvrPart = AvrPart {
     ..PART_328P
 };
 
-/// The row of the ATmega168P.
+/// Row of the ATmega168P.
 pub(super) const PART_168P: AvrPart = AvrPart {
     chip: &named_chip!("atmega168p", "ATmega168P: as ATmega168, brown-out detector off in sleep", ATMEGA168),
     ..PART_168PA
 };
 
-/// The row of the ATmega168A.
+/// Row of the ATmega168A.
 pub(super) const PART_168A: AvrPart = AvrPart {
     chip: &named_chip!("atmega168a", "ATmega168A: as ATmega168, newer process", ATMEGA168),
     mcucr: NO_BODS,
@@ -166,11 +168,11 @@ pub(super) const PART_168A: AvrPart = AvrPart {
     ..PART_168PA
 };
 
-/// The row of the ATmega168.
+/// Row of the ATmega168.
 pub(super) const PART_168: AvrPart =
     AvrPart { chip: &ATMEGA168, adc_kind: COLD, external_kind: external::ExternalKind::MEGA48, ..PART_168A };
 
-/// The row of the ATmega88PA.
+/// Row of the ATmega88PA.
 pub(super) const PART_88PA: AvrPart = AvrPart {
     chip: &named_chip!("atmega88pa", "ATmega88PA: as ATmega88P, newer process", ATMEGA88),
     spm_kind: spm::SpmKind::MEGA88,
@@ -178,13 +180,13 @@ pub(super) const PART_88PA: AvrPart = AvrPart {
     ..PART_168PA
 };
 
-/// The row of the ATmega88P.
+/// Row of the ATmega88P.
 pub(super) const PART_88P: AvrPart = AvrPart {
     chip: &named_chip!("atmega88p", "ATmega88P: as ATmega88, brown-out detector off in sleep", ATMEGA88),
     ..PART_88PA
 };
 
-/// The row of the ATmega88A.
+/// Row of the ATmega88A.
 pub(super) const PART_88A: AvrPart = AvrPart {
     chip: &named_chip!("atmega88a", "ATmega88A: as ATmega88, newer process", ATMEGA88),
     mcucr: NO_BODS,
@@ -192,11 +194,11 @@ pub(super) const PART_88A: AvrPart = AvrPart {
     ..PART_88PA
 };
 
-/// The row of the ATmega88.
+/// Row of the ATmega88.
 pub(super) const PART_88: AvrPart =
     AvrPart { chip: &ATMEGA88, adc_kind: COLD, external_kind: external::ExternalKind::MEGA48, ..PART_88A };
 
-/// The row of the ATmega48PA, which has no boot section, so no IVSEL either (12.5).
+/// Row of the ATmega48PA, which has no boot section and therefore no IVSEL (12.5).
 pub(super) const PART_48PA: AvrPart = AvrPart {
     chip: &named_chip!("atmega48pa", "ATmega48PA: as ATmega48P, newer process", ATMEGA48),
     mcucr: 0x70,
@@ -211,13 +213,13 @@ pub(super) const PART_48PA: AvrPart = AvrPart {
     ..PART_168PA
 };
 
-/// The row of the ATmega48P.
+/// Row of the ATmega48P.
 pub(super) const PART_48P: AvrPart = AvrPart {
     chip: &named_chip!("atmega48p", "ATmega48P: as ATmega48, brown-out detector off in sleep", ATMEGA48),
     ..PART_48PA
 };
 
-/// The row of the ATmega48A.
+/// Row of the ATmega48A.
 pub(super) const PART_48A: AvrPart = AvrPart {
     chip: &named_chip!("atmega48a", "ATmega48A: as ATmega48, newer process", ATMEGA48),
     mcucr: 0x10,
@@ -225,7 +227,7 @@ pub(super) const PART_48A: AvrPart = AvrPart {
     ..PART_48PA
 };
 
-/// The row of the ATmega48.
+/// Row of the ATmega48.
 pub(super) const PART_48: AvrPart =
     AvrPart { chip: &ATMEGA48, adc_kind: COLD, external_kind: external::ExternalKind::MEGA48, ..PART_48A };
 
@@ -262,8 +264,8 @@ registers! {
     0xC4 "UBRR0L" Usart(0, UBRRL);   0xC5 "UBRR0H" Usart(0, UBRRH);   0xC6 "UDR0" Usart(0, UDR);
 }
 
-/// Pins (section 1), 8 to a port: pin identity is port (B, C, D) times 8 plus bit. Behind the ports stand the analog inputs that
-/// are nothing else.
+/// Pins (section 1), eight per port: the pin identity is 8 times the port (B, C, D) plus the bit. The inputs
+/// that are only analog follow the ports.
 #[rustfmt::skip]
 const PINS: &[PinDef] = pins! {
     "PB0" 14 ""  "PB1" 15 ""  "PB2" 16 ""  "PB3" 17 ""  "PB4" 18 ""  "PB5" 19 ""  "PB6" 9 "XTAL1"  "PB7" 10 "XTAL2"
@@ -272,8 +274,8 @@ const PINS: &[PinDef] = pins! {
     "ADC6" 0 "analog input"  "ADC7" 0 "analog input"
 };
 
-/// Packages (section 1). The MLF of 32 pins, which is called QFN too, has the numbers of the TQFP; that of 28 pins turns the
-/// DIP28 round by four.
+/// Packages (section 1). The 32-pin MLF, also called QFN, has the pin numbers of the TQFP; the numbers of the
+/// 28-pin MLF are those of the DIP28 rotated by four.
 #[rustfmt::skip]
 const PACKAGES: &[ChipPackage] = &[
     ChipPackage { name: "DIP28", pins: &dip::<{ PINS.len() }>(PINS) },
@@ -284,7 +286,7 @@ const PACKAGES: &[ChipPackage] = &[
     ] },
 ];
 
-/// Alternate functions (section 14.3), pin change inputs apart.
+/// Pin of each line of a unit (section 14.3), without the pin change inputs.
 #[rustfmt::skip]
 const LINES: &[(usize, AvrLine, PinId)] = &[
     (unit_index::TIMER,     AvrLine::T,   20), (unit_index::TIMER,     AvrLine::OcA, 22), (unit_index::TIMER,     AvrLine::OcB, 21),
@@ -296,14 +298,14 @@ const LINES: &[(usize, AvrLine, PinId)] = &[
     (unit_index::EXTERNAL,  AvrLine::Int(0), 18), (unit_index::EXTERNAL, AvrLine::Int(1), 19),
 ];
 
-/// Pin change inputs: PCINT0 to 7 on port B, 8 to 14 on port C, 16 to 23 on port D.
+/// Pin and number of each pin change input: PCINT0 to 7 on port B, 8 to 14 on port C, 16 to 23 on port D.
 #[rustfmt::skip]
 const PIN_CHANGES: &[(PinId, u8)] = &[
     (0, 0), (1, 1), (2, 2), (3, 3), (4, 4), (5, 5), (6, 6), (7, 7), (8, 8), (9, 9), (10, 10), (11, 11), (12, 12), (13, 13),
     (14, 14), (16, 16), (17, 17), (18, 18), (19, 19), (20, 20), (21, 21), (22, 22), (23, 23),
 ];
 
-/// Interrupt vectors (table 12-6), number = position, RESET is 0.
+/// Interrupt vectors (table 12-6); the position is the vector number, RESET is 0.
 #[rustfmt::skip]
 const VECTORS: &[&str] = &[
     "RESET", "INT0", "INT1", "PCINT0", "PCINT1", "PCINT2", "WDT", "TIMER2_COMPA", "TIMER2_COMPB", "TIMER2_OVF",
@@ -311,7 +313,7 @@ const VECTORS: &[&str] = &[
     "USART_RX", "USART_UDRE", "USART_TX", "ADC", "EE_READY", "ANALOG_COMP", "TWI", "SPM_READY",
 ];
 
-/// What asks for them.
+/// Sources of the interrupts: unit and interrupt number in it, from vector 1 on.
 #[rustfmt::skip]
 const SOURCES: &[(usize, u8)] = &[
     (unit_index::EXTERNAL, 0), (unit_index::EXTERNAL, 1), (unit_index::EXTERNAL, 2), (unit_index::EXTERNAL, 3), (unit_index::EXTERNAL, 4), (unit_index::WATCHDOG, 0),
@@ -322,7 +324,7 @@ const SOURCES: &[(usize, u8)] = &[
     (unit_index::SPM, 0),
 ];
 
-/// Trigger sources of the converter (table 24-6), from ADTS 1 on.
+/// Trigger sources of the converter (table 24-6), from ADTS 1 on: unit and interrupt number in it.
 #[rustfmt::skip]
 const TRIGGERS: &[(usize, u8)] = &[
     (unit_index::COMPARATOR, 0), (unit_index::EXTERNAL, 0), (unit_index::TIMER, 0), (unit_index::TIMER, 2), (unit_index::TIMER + 1, 2), (unit_index::TIMER + 1, 3),

@@ -1,4 +1,4 @@
-//! The machine on which bodies run before they run on the real one: it keeps only what is known and what is not.
+//! The shadow machine: runs instruction bodies on unknown bits before they run on the real machine.
 
 use emu_core::dispatch;
 use emu_core::lint::Lint;
@@ -16,20 +16,21 @@ use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
 use crate::periph::{adc, timers, usart};
 use crate::soc::AvrSoc;
 
-/// One instruction on the machine of what is known.
+/// The shadow machine for one instruction.
 pub(super) struct ShadowMachine<'a> {
     hot: &'a CoreRegisters,
     data: &'a DataMemory,
     soc: &'a AvrSoc,
     live: &'a mut LintTracker,
     sp: u16,
-    /// The next instruction.
+    /// Word address of the next instruction.
     next: u16,
-    /// What it stores is pushed.
+    /// True if the bytes that the instruction stores are pushed on the stack.
     pushes: bool,
 }
 
 impl<'a> ShadowMachine<'a> {
+    /// Returns a shadow machine for the instruction at the tracker's `pc`.
     pub(super) fn new(
         hot: &'a CoreRegisters,
         data: &'a DataMemory,
@@ -39,13 +40,13 @@ impl<'a> ShadowMachine<'a> {
         ShadowMachine { hot, data, soc, sp: hot.sp, next: live.pc.wrapping_add(1) as u16, live, pushes: false }
     }
 
-    /// Runs the body of `op`.
+    /// Runs the body of `op` and updates the unknown bits.
     pub(super) fn execute_op(&mut self, op: AvrOp) {
         self.pushes = matches!(op.kind, Kind::Push | Kind::Call | Kind::Rcall | Kind::Icall);
         let [d, r, _] = op.args.map(|arg| usize::from(arg % 32));
         let (before, carry) = (self.live.regs[d], self.live.flags[SregFlag::C as usize]);
         let same = d == r;
-        // What comes of a register with itself does not depend on what it holds.
+        // The result of combining a register with itself does not depend on its value.
         let alike = same && matches!(op.kind, Kind::Eor | Kind::Sub | Kind::Sbc | Kind::Cp | Kind::Cpc | Kind::Cpse);
         if alike {
             self.live.regs[d] = UnknownBits::NONE;
@@ -53,11 +54,11 @@ impl<'a> ShadowMachine<'a> {
         self.run_body(op);
         match op.kind {
             Kind::Cp | Kind::Cpc | Kind::Cpse if alike => self.live.regs[d] = before,
-            // A call of the next instruction makes room for two bytes: what it pushes is nobody's address.
+            // A call of the next instruction reserves two bytes of stack; the pushed address is never used.
             Kind::Rcall if op.args[..2] == self.next.to_le_bytes() => {
                 self.live.forget(self.sp.wrapping_add(1), self.hot.sp)
             }
-            // LSL and ROL are sums of a register with itself, which are more exact as what they are.
+            // LSL and ROL are ADD and ADC of a register with itself; as shifts, their unknown bits are exact.
             Kind::Add | Kind::Adc if same => {
                 let low = if op.kind == Kind::Adc && carry.bits != 0 { carry.with_bits(1) } else { UnknownBits::NONE };
                 let after = self.live.regs[d];
@@ -72,18 +73,18 @@ impl<'a> ShadowMachine<'a> {
         avr_table!(dispatch { (m, op, op.kind, {}) });
     }
 
-    /// The return address of an interrupt is pushed.
+    /// Pushes the return address of an interrupt.
     pub(super) fn interrupt(&mut self) {
         self.pushes = true;
         push_pc(self);
     }
 
-    /// The byte of RAM at a data address.
+    /// Returns the byte of RAM at a data address.
     fn byte(&self, addr: u16) -> u8 {
         if addr < RAM_START as u16 { self.soc.low_at(addr) } else { self.data.bytes[ram(addr - RAM_START as u16)] }
     }
 
-    /// What stands where avr-libc keeps the end of its heap.
+    /// Returns the value of avr-libc's variable for the end of the heap, or 0 if the program has none.
     fn heap(&self) -> u16 {
         self.live
             .ground
@@ -96,7 +97,7 @@ impl<'a> ShadowMachine<'a> {
         self.live.check_push(addr, heap);
     }
 
-    /// A frame that was made by moving the stack pointer is used for the first time: nobody has written it.
+    /// Checks a frame, made by moving SP, when it is first used: its bytes become unknown.
     fn check_frame(&mut self) {
         let Some(from) = self.live.stack.moved_from.take() else { return };
         if self.sp < from {
@@ -105,7 +106,7 @@ impl<'a> ShadowMachine<'a> {
         }
     }
 
-    /// What is not known of what is read at a data address.
+    /// Returns the unknown bits of a read at a data address.
     fn doubt_at(&mut self, addr: u16) -> UnknownBits {
         if let Some(doubt) = self.live.ram_doubt(addr) {
             return *doubt;
@@ -119,7 +120,7 @@ impl<'a> ShadowMachine<'a> {
         UnknownBits::at(addr, floats)
     }
 
-    /// The bits of `mask` are written at a data address that is not RAM.
+    /// Handles a write of the bits in `mask` to a data address outside RAM.
     fn write(&mut self, addr: u16, value: TrackedByte, mask: u8) {
         match addr {
             SREG => {
@@ -137,10 +138,10 @@ impl<'a> ShadowMachine<'a> {
         }
     }
 
-    /// A register of the chip, or what is none.
+    /// Handles a write to a register of the chip, or to a reserved address.
     fn write_register(&mut self, addr: u16, value: TrackedByte, mask: u8) {
         self.live.report_use(value.doubt.with_bits(value.doubt.bits & mask));
-        // What a stack overwrites that was told of says nothing new.
+        // After a reported stack overflow, overwritten registers give no new information.
         let over = self.live.stack.overflow_reported;
         let Some(present) = self.live.part.existing_bits(addr, value.byte) else {
             if !over {
@@ -266,7 +267,7 @@ impl AvrMachine for ShadowMachine<'_> {
         let (addr, first) = (addr.number(), self.live.part.chip.ram_start);
         match self.live.ram_doubt(addr) {
             Some(cell) => *cell = value.doubt,
-            // A stack that is anywhere else is told of as what it is.
+            // A stack below RAM is reported as a stack overflow, not as a write to registers.
             None if self.pushes && addr < first => {}
             None => self.write(addr, value, 0xFF),
         }
@@ -299,7 +300,7 @@ impl AvrMachine for ShadowMachine<'_> {
         TrackedPair::known(self.sp)
     }
     fn set_sp(&mut self, sp: TrackedPair) {
-        // Downwards: something was pushed where the stack pointer was.
+        // The stack grows down: the byte was pushed at the old SP.
         if self.pushes {
             self.check_push(self.sp);
         }

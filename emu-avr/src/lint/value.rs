@@ -1,73 +1,73 @@
-//! Values of which it is known which bits are known: what the bodies of instructions compute with while a probe asks for
-//! diagnostics.
+//! Values with unknown bits, on which instruction bodies compute while a probe asks for diagnostics.
 //!
-//! A bit is unknown where it could be 0 or 1 for all that the program has done. The rules are exact for logic and shifts; a sum
-//! or difference is worked out for the least and the greatest that its unknown bits can make of it, and bits in which those two
-//! differ are unknown with them.
+//! A bit is unknown if, after what the program has done, it can be 0 or 1. The rules are exact for logic and
+//! shifts. A sum or difference is computed for the lowest and the highest operands that the unknown bits
+//! allow; bits that differ between the two results are unknown too.
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Not, Shl, Shr, Sub};
 
 use emu_core::machine::{BitOps, WideOps, WordOps};
 
-/// What is not known of a byte, and where that comes from.
+/// The unknown bits of a byte, and their origin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct UnknownBits {
-    /// The bits.
+    /// Mask of the unknown bits.
     pub bits: u8,
-    /// The bits of the byte from which they come: the same, until they are moved.
+    /// Mask of the bits of the source byte from which they come. Equal to `bits` until the bits are moved.
     pub source: u8,
-    /// They were moved.
+    /// True if the bits have been moved to other positions.
     were_moved: bool,
-    /// The data address of the register, the cell or the port that nobody has written or driven. Means nothing without bits.
+    /// Data address of the register, RAM cell or port that nobody has written or driven. Meaningless if
+    /// `bits` is 0.
     pub from: u16,
 }
 
 impl UnknownBits {
-    /// Everything is known.
+    /// No unknown bits.
     pub(super) const NONE: UnknownBits = UnknownBits { bits: 0, source: 0, were_moved: false, from: 0 };
 
-    /// These bits of the byte at a data address are not known.
+    /// The bits `bits` of the byte at the data address `addr` are unknown.
     pub(super) const fn at(addr: u16, bits: u8) -> UnknownBits {
         UnknownBits { bits, source: bits, were_moved: false, from: addr }
     }
 
-    /// The same doubt of other bits.
+    /// Returns the same origin with other unknown bits.
     pub(super) const fn with_bits(self, bits: u8) -> UnknownBits {
         UnknownBits { bits, source: if self.were_moved { self.source } else { bits }, ..self }
     }
 
-    /// The same doubt of bits that need not stand where they stood.
+    /// Returns the same origin with unknown bits that may be at other positions than in the source.
     const fn moved_to(self, bits: u8) -> UnknownBits {
         UnknownBits { bits, were_moved: true, ..self }
     }
 
-    /// This one, or where there is none the other.
+    /// Returns `self` if it has unknown bits, otherwise `other`.
     pub(super) const fn or_else(self, other: UnknownBits) -> UnknownBits {
         if self.bits != 0 { self } else { other }
     }
 }
 
-/// A bit and what is not known of it: any bits of doubt make it unknown.
+/// A bit that may be unknown: it is unknown if `doubt` has any bits.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TrackedBit {
     /// The bit.
     pub on: bool,
-    /// The bits of the byte from which it was made that are unknown, if it is.
+    /// Unknown bits of the byte from which the bit was computed.
     pub doubt: UnknownBits,
 }
 
-/// A byte and what is not known of it.
+/// A byte with its unknown bits.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TrackedByte {
     /// The byte.
     pub byte: u8,
-    /// What is not known.
+    /// The unknown bits.
     pub doubt: UnknownBits,
-    /// It was worked out from the stack pointer.
+    /// True if the byte was computed from the stack pointer.
     pub from_stack_pointer: bool,
 }
 
-/// Two bytes.
+/// A 16-bit number with its unknown bits.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TrackedPair {
     /// The upper byte.
@@ -77,17 +77,17 @@ pub(super) struct TrackedPair {
 }
 
 impl TrackedByte {
-    /// A byte that is known.
+    /// Returns a byte without unknown bits.
     pub(super) const fn known(byte: u8) -> TrackedByte {
         TrackedByte { byte, doubt: UnknownBits::NONE, from_stack_pointer: false }
     }
 
-    /// The least and the greatest that it can be.
+    /// Returns the lowest and the highest possible value.
     const fn bounds(self) -> (u8, u8) {
         (self.byte & !self.doubt.bits, self.byte | self.doubt.bits)
     }
 
-    /// The outcome of an operation on this and another byte, of which these bits are unknown.
+    /// Returns the result `byte` of a bitwise operation with `other`; `bits` are unknown.
     const fn with(self, other: TrackedByte, byte: u8, bits: u8) -> TrackedByte {
         TrackedByte {
             byte,
@@ -96,7 +96,7 @@ impl TrackedByte {
         }
     }
 
-    /// The outcome of a sum or difference with another byte, of which these bits are unknown.
+    /// Returns the result `byte` of a sum or difference with `other`; `bits` are unknown.
     const fn summed(self, other: TrackedByte, byte: u8, bits: u8) -> TrackedByte {
         let doubt = self.doubt.or_else(other.doubt).moved_to(bits);
         TrackedByte { byte, doubt, from_stack_pointer: self.from_stack_pointer || other.from_stack_pointer }
@@ -104,13 +104,13 @@ impl TrackedByte {
 }
 
 impl TrackedPair {
-    /// A number that is known.
+    /// Returns a number without unknown bits.
     pub(super) const fn known(number: u16) -> TrackedPair {
         let [hi, lo] = number.to_be_bytes();
         TrackedPair { hi: TrackedByte::known(hi), lo: TrackedByte::known(lo) }
     }
 
-    /// The number.
+    /// Returns the number.
     pub(super) const fn number(self) -> u16 {
         u16::from_be_bytes([self.hi.byte, self.lo.byte])
     }
@@ -119,7 +119,7 @@ impl TrackedPair {
         u16::from_be_bytes([self.hi.doubt.bits, self.lo.doubt.bits])
     }
 
-    /// What is not known of it, the lower byte first.
+    /// Returns the unknown bits of the lower byte, or of the upper byte if the lower has none.
     pub(super) const fn doubt(self) -> UnknownBits {
         self.lo.doubt.or_else(self.hi.doubt)
     }
@@ -128,7 +128,7 @@ impl TrackedPair {
         (self.number() & !self.doubts(), self.number() | self.doubts())
     }
 
-    /// The outcome of an operation on this and another number, of which these bits are unknown.
+    /// Returns the result `number` of an operation with `other`; `bits` are unknown.
     const fn with(self, other: TrackedPair, number: u16, bits: u16) -> TrackedPair {
         let doubt = self.lo.doubt.or_else(self.hi.doubt).or_else(other.lo.doubt).or_else(other.hi.doubt);
         let stack = self.lo.from_stack_pointer
@@ -236,7 +236,7 @@ impl WordOps for TrackedByte {
         let doubt = rest.or_else(bit.doubt).with_bits(rest.bits | mask);
         TrackedByte { byte, doubt: if moved { doubt.moved_to(doubt.bits) } else { doubt }, ..self }
     }
-    /// A bit that is known to be 1 settles it, whatever the others are.
+    /// A bit that is known to be 1 decides the result.
     fn is_zero(self) -> TrackedBit {
         let settled = self.bounds().0 != 0;
         TrackedBit { on: self.byte == 0, doubt: if settled { UnknownBits::NONE } else { self.doubt } }
@@ -323,7 +323,7 @@ impl WideOps for TrackedPair {
     fn hi(self) -> TrackedByte {
         self.hi
     }
-    /// Nothing of a product is known where a factor is not, unless the other is 0.
+    /// All bits of a product are unknown if a factor has unknown bits, unless the other factor is 0.
     fn mul(a: TrackedByte, b: TrackedByte) -> TrackedPair {
         let nothing = a.bounds().1 == 0 || b.bounds().1 == 0;
         let bits = if nothing || a.doubt.bits | b.doubt.bits == 0 { 0 } else { u16::MAX };
@@ -337,7 +337,7 @@ impl WideOps for TrackedPair {
 mod tests {
     use super::*;
 
-    /// The bits that differ between any two outcomes, whatever the unknown bits are.
+    /// Bits that differ between any two results, over all values of the unknown bits.
     fn unknown_result_bits(a: TrackedByte, b: TrackedByte, does: impl Fn(u8, u8) -> u8) -> u8 {
         let (mut ones, mut zeros) = (0, 0);
         for x in 0..=255u8 {
@@ -355,7 +355,7 @@ mod tests {
         TrackedByte { byte, doubt: UnknownBits::at(5, bits), from_stack_pointer: false }
     }
 
-    /// Bytes and unknown bits of all sorts.
+    /// Bytes with various unknown bits.
     const SAMPLES: [(u8, u8); 12] = [
         (0x00, 0x00),
         (0x00, 0x01),
@@ -371,7 +371,7 @@ mod tests {
         (0x10, 0x0C),
     ];
 
-    /// Logic is exact; of sums and differences nothing that varies is taken for known.
+    /// Logic is exact; for sums and differences, every bit that can vary is unknown.
     #[test]
     fn nothing_that_varies_is_known() {
         for (x, p) in SAMPLES {
@@ -415,7 +415,7 @@ mod tests {
         }
     }
 
-    /// Where nothing is in doubt nothing comes into doubt.
+    /// Operands without unknown bits give results without unknown bits.
     #[test]
     fn what_is_known_stays_known() {
         for (x, _) in SAMPLES {

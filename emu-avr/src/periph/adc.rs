@@ -1,8 +1,9 @@
 //! Analog-to-digital converter (section 24).
 //!
-//! The converter's clock is a tap of a counter that runs while ADEN is set; its first rising edge comes half a period after
-//! the counter was at zero. A conversion begins at a rising edge and is counted in half clocks from there: the sample and
-//! the end are edges that are known as long as ADPS stays. While the clock of the part stands still, its time does.
+//! The clock of the converter is a tap of a counter that runs while ADEN is set. Its first rising edge comes
+//! half a period after the counter was zero. A conversion starts at a rising edge. Its sample and its end are
+//! a fixed number of half clocks later, so both edges are known as long as ADPS does not change. While the
+//! clock of the peripheral is stopped, its local time is stopped too.
 
 mod kind;
 
@@ -23,38 +24,39 @@ const ADLAR: u8 = 1 << 5;
 const ACME: u8 = 1 << 6;
 const ADTS: u8 = 7;
 
-/// Cycles from the edge of a trigger to the reset of the prescaler (24.4: three cycles of synchronisation).
+/// Cycles from the edge of a trigger to the reset of the prescaler (24.4: three cycles of synchronization).
 const SYNC_CYCLES: u64 = 3;
-/// Half clocks of a conversion to the sample and to the end (table 24-1); the first one after ADEN comes second.
+/// Half clocks from the start of a conversion to its sample and to its end (table 24-1). Index 1 is for the
+/// first conversion after ADEN.
 const HALF_CLOCKS: [(u64, u64); 2] = [(3, 26), (27, 50)];
 
-/// A conversion on its way, or one that waits for its first edge.
+/// A conversion in progress, or one that waits for its first clock edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct AdcConversion {
-    /// The edge up to which half clocks have been counted.
+    /// Cycle up to which half clocks have been counted.
     from: u64,
     /// Half clocks from the start to `from`; `None` before the start.
     halves: Option<u64>,
-    /// It is the first one after ADEN.
+    /// True for the first conversion after ADEN.
     first: bool,
-    /// ADMUX, locked at the start (24.5).
+    /// ADMUX, latched at the start (24.5).
     admux: u8,
-    /// What was sampled, once it was.
+    /// Result, once the input was sampled.
     code: Option<u16>,
 }
 
 state! { AdcConversion { from, halves, first, admux, code } if |of, _now| of.from != NEVER && of.halves != Some(NEVER) }
 
-/// Cycles of half a period of the converter's clock by ADPS (table 24-5).
+/// Half a period of the converter's clock in cycles, by ADPS (table 24-5).
 const fn half_period(adcsra: u8) -> u64 {
     1 << (adcsra & ADPS).saturating_sub(1)
 }
 
-/// The converter. Voltages are in millivolts above GND.
+/// The analog-to-digital converter. Voltages are in millivolts above GND.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct AvrAdc {
     kind: AvrAdcKind,
-    /// ADC0 to ADC7 and the temperature sensor.
+    /// Voltages on ADC0 to ADC7 and of the temperature sensor, in millivolts.
     levels: [u32; 9],
     aref: u32,
     avcc: u32,
@@ -64,18 +66,18 @@ pub struct AvrAdc {
     adcsrb: u8,
     didr0: u8,
     data: u16,
-    /// ADCL has been read and ADCH has not: results are lost (24.9.3).
+    /// True after a read of ADCL until ADCH is read: results are lost meanwhile (24.9.3).
     locked: bool,
-    /// The next conversion is the first one after ADEN.
+    /// True if the next conversion is the first one after ADEN.
     fresh: bool,
-    /// The edge at which the prescaler was zero.
+    /// Local time at which the prescaler was zero.
     origin: u64,
     conversion: Option<AdcConversion>,
-    /// The edge at which ADIF was set last.
+    /// Cycle at which ADIF was last set.
     flagged: u64,
-    /// The flags of the trigger sources as told, bit `n` for ADTS = `n`.
+    /// Flags of the trigger sources as reported by [`AvrAdc::trigger`]; bit `n` is for ADTS = `n`.
     sources: u8,
-    /// When the clock of the part was stopped.
+    /// Cycle at which the clock of the peripheral was stopped; None while it runs.
     stopped: Option<u64>,
 }
 
@@ -86,7 +88,8 @@ state! {
 }
 
 impl AvrAdc {
-    /// The converter after power-on: AVCC and AREF at 5 V, all pins at 0 V, the temperature sensor at 25 °C (314 mV, table 24-2).
+    /// Returns the converter after power-on: AVCC and AREF at 5 V, all pins at 0 V, the temperature sensor at
+    /// 25 °C (314 mV, table 24-2).
     #[must_use]
     pub fn new(kind: AvrAdcKind) -> AvrAdc {
         AvrAdc {
@@ -109,7 +112,8 @@ impl AvrAdc {
         }
     }
 
-    /// The level on ADC`channel` (0 to 7), or of the temperature sensor (8), from the edge `t` on; others do not exist.
+    /// Sets the voltage on ADC`channel` (0 to 7) or of the temperature sensor (8), from the edge `t` on.
+    /// Other channels are ignored.
     pub fn set_millivolts(&mut self, channel: u8, millivolts: u32, t: u64) {
         self.advance(t);
         if let Some(level) = self.levels.get_mut(usize::from(channel)) {
@@ -117,26 +121,28 @@ impl AvrAdc {
         }
     }
 
-    /// The level on AREF from the edge `t` on, for REFS = 0.
+    /// Sets the voltage on AREF from the edge `t` on, used if REFS = 0.
     pub fn set_aref(&mut self, millivolts: u32, t: u64) {
         self.advance(t);
         self.aref = millivolts;
     }
 
-    /// The level on AVCC from the edge `t` on, for REFS = 1.
+    /// Sets the voltage on AVCC from the edge `t` on, used if REFS = 1.
     pub fn set_avcc(&mut self, millivolts: u32, t: u64) {
         self.advance(t);
         self.avcc = millivolts;
     }
 
-    /// The trigger source whose flag the converter follows: ADTS, while ADEN and ADATE are set and ADTS is not 0 (table 24-6).
+    /// Returns the trigger source whose flag starts conversions: ADTS, if ADEN and ADATE are set and ADTS is
+    /// not 0 (table 24-6).
     #[must_use]
     pub fn listened_trigger(&self) -> Option<u8> {
         (self.adcsra & (ADEN | ADATE) == ADEN | ADATE && self.source() != 0).then_some(self.source())
     }
 
-    /// The flag of the trigger source `source` (1 to 7) is `set` from the edge `t` on. To be told whenever the flag of the
-    /// source that [`Adc::listened_trigger`] names changes, and of all sources before a write of ADCSRA or ADCSRB.
+    /// Sets the flag of the trigger source `source` (1 to 7) from the edge `t` on. The chip calls this when
+    /// the flag of the source in [`AvrAdc::listened_trigger`] changes, and for all sources before a write of
+    /// ADCSRA or ADCSRB.
     pub fn trigger(&mut self, source: u8, set: bool, t: u64) {
         self.advance(t);
         let bit = 1u8.checked_shl(source.into()).unwrap_or(0);
@@ -147,36 +153,38 @@ impl AvrAdc {
         }
     }
 
-    /// Idle or ADC noise reduction sleep is entered at the edge `t`: a conversion starts if the converter is on and none is
-    /// under way (10.3, 10.4).
+    /// Starts a conversion because idle or ADC noise reduction sleep is entered at the edge `t`, if the
+    /// converter is on and idle (10.3, 10.4).
     pub fn on_core_halted(&mut self, t: u64) {
         self.advance(t);
         self.start_conversion(self.to_adc_time(t));
     }
 
-    /// The channel that the comparator has in place of AIN1: ACME set, ADEN clear (table 23-1).
+    /// Returns the channel that the comparator uses instead of AIN1: it does if ACME is set and ADEN clear
+    /// (table 23-1).
     #[must_use]
     pub fn comparator_channel(&self) -> Option<u8> {
         (self.adcsrb & ACME != 0 && !self.enabled()).then_some(self.admux & 7)
     }
 
-    /// ADEN is set, which keeps the bandgap reference on too (11.7.1).
+    /// Reports whether ADEN is set. It also keeps the bandgap reference on (11.7.1).
     #[must_use]
     pub fn enabled(&self) -> bool {
         self.adcsra & ADEN != 0
     }
 
-    /// DIDR0: the port pins of the channels whose digital input is off, and which read 0.
+    /// Returns DIDR0: a mask of the channels whose digital input is off; their pins read 0.
     #[must_use]
     pub fn digital_off(&self) -> u8 {
         self.didr0
     }
 
-    /// The time of the part at the edge `t`: it stands still with the clock.
+    /// Returns the local time at the edge `t`: it does not advance while the clock is stopped.
     fn to_adc_time(&self, t: u64) -> u64 {
         self.stopped.unwrap_or(t)
     }
 
+    /// The trigger source that ADTS selects; 0 on chips without trigger sources.
     fn source(&self) -> u8 {
         if self.kind.triggers { self.adcsrb & ADTS } else { 0 }
     }
@@ -185,7 +193,7 @@ impl AvrAdc {
         self.adcsra & ADATE != 0 && self.source() == 0
     }
 
-    /// The signal that ADTS selects.
+    /// Returns the level of the signal that ADTS selects.
     fn source_level(&self) -> bool {
         match self.source() {
             0 => self.adcsra & ADIF != 0,
@@ -197,12 +205,13 @@ impl AvrAdc {
         half_period(self.adcsra)
     }
 
-    /// Edges of the converter's clock, of both directions, from the origin up to `t`; odd ones rise.
+    /// Number of edges of the converter's clock, rising and falling, from the origin up to `t`. Odd edges
+    /// rise.
     fn edges(&self, t: u64) -> u64 {
         t.saturating_sub(self.origin) / self.half_period()
     }
 
-    /// When the clock will have made `n` more edges after `from`.
+    /// Returns the time `n` edges of the clock after `from`.
     fn after(&self, from: u64, n: u64) -> u64 {
         if n == 0 {
             return from;
@@ -211,12 +220,12 @@ impl AvrAdc {
         self.origin.saturating_add(edges.saturating_mul(self.half_period()))
     }
 
-    /// The first rising edge after `from`.
+    /// Returns the time of the first rising edge after `from`.
     fn next_rising_edge(&self, from: u64) -> u64 {
         self.after(from, 1 + self.edges(from) % 2)
     }
 
-    /// When the next step of the conversion comes: its start, its sample or its end.
+    /// Returns the time of the conversion's next step: its start, its sample or its end.
     fn step_at(&self, conversion: &AdcConversion) -> u64 {
         let (sample, end) = HALF_CLOCKS[usize::from(conversion.first)];
         match conversion.halves {
@@ -228,7 +237,7 @@ impl AvrAdc {
         }
     }
 
-    /// When ADIF is set next, unless something is written.
+    /// Returns the time at which ADIF is set next, if nothing is written.
     fn end_at(&self) -> u64 {
         match (&self.conversion, self.stopped) {
             (Some(conversion), None) => {
@@ -242,7 +251,7 @@ impl AvrAdc {
         }
     }
 
-    /// Does everything due at or before `t`.
+    /// Executes everything that is due at or before `t`.
     fn advance(&mut self, t: u64) {
         let now = self.to_adc_time(t);
         while let Some(mut conversion) = self.conversion {
@@ -256,7 +265,7 @@ impl AvrAdc {
                 conversion.code = Some(self.code(conversion.admux));
             } else {
                 self.finish(conversion.code.unwrap_or(0), at, now);
-                // Where the clock stands still, only a write can bring the end, and does so at its own edge.
+                // While the clock is stopped, only a write can cause the end, at the edge of that write.
                 self.flagged = at.saturating_add(t.saturating_sub(now));
                 continue;
             }
@@ -264,8 +273,8 @@ impl AvrAdc {
         }
     }
 
-    /// A conversion ends at `at` with `code`. In free running mode the next one starts at the same edge; whole ones that end
-    /// by `now` are all alike but for the last.
+    /// Finishes a conversion at `at` with the result `code`. In free running mode the next conversion starts
+    /// at the same edge. Conversions that end by `now` have equal results, so all but the last are skipped.
     fn finish(&mut self, code: u16, at: u64, now: u64) {
         if !self.locked {
             self.data = code;
@@ -284,8 +293,8 @@ impl AvrAdc {
         });
     }
 
-    /// The result of the channel and reference of `admux` (24.7). A reserved reference is as AREF; an input that does not
-    /// exist is at 0 V.
+    /// Returns the result for the channel and reference in `admux` (24.7). A reserved reference acts as AREF;
+    /// an input that does not exist is at 0 V.
     fn code(&self, admux: u8) -> u16 {
         let reference = match admux >> 6 {
             1 => self.avcc,
@@ -309,7 +318,7 @@ impl AvrAdc {
         }
     }
 
-    /// Asks for a conversion at the local time `t`, if the converter is on and idle.
+    /// Requests a conversion at the local time `t`, if the converter is on and idle.
     fn start_conversion(&mut self, t: u64) {
         if self.enabled() && self.conversion.is_none() {
             let first = std::mem::take(&mut self.fresh);
@@ -317,7 +326,7 @@ impl AvrAdc {
         }
     }
 
-    /// The trigger signal has risen at the edge `t`.
+    /// Starts a conversion because the trigger signal rose at the edge `t`.
     fn start_triggered(&mut self, t: u64) {
         if self.enabled() && self.conversion.is_none() {
             self.origin = self.to_adc_time(t).saturating_add(SYNC_CYCLES);
@@ -325,7 +334,8 @@ impl AvrAdc {
         }
     }
 
-    /// Counts what the clock has done until `t`, changes ADPS and counts the edge that this makes if the taps differ.
+    /// Counts the clock edges until `t`, then changes ADPS. If the clock level differs between the old and
+    /// the new tap, the change itself is an edge and is counted.
     fn switch_clock(&mut self, adcsra: u8, t: u64) {
         let local = self.to_adc_time(t);
         let (edges, level) = (self.edges(local), self.edges(local) % 2);
@@ -383,7 +393,7 @@ impl AvrAdc {
         }
     }
 
-    /// As it is at `t`, after everything due.
+    /// Returns the state at `t`, after everything that is due.
     fn advanced_to(&self, t: u64) -> AvrAdc {
         let mut adc = self.clone();
         adc.advance(t);
@@ -442,7 +452,7 @@ impl AvrDevice for AvrAdc {
             AdcRegister::ADCSRB => {
                 let before = self.source_level();
                 self.adcsrb = merge(self.adcsrb, if self.kind.triggers { ACME | ADTS } else { ACME });
-                // The signal rises by the switch from one source to another (24.9.4).
+                // The switch from one source to another can itself be a rising edge (24.9.4).
                 if !before && self.source_level() && self.listened_trigger().is_some() {
                     self.start_triggered(t);
                 }
@@ -475,7 +485,7 @@ impl AvrDevice for AvrAdc {
     fn steady_until(&self, reg: AdcRegister, t: u64) -> u64 {
         let now = self.advanced_to(t);
         match reg {
-            // A read that turns the lock is one with a side effect.
+            // A read that changes the lock has a side effect.
             AdcRegister::ADCL => {
                 if now.locked {
                     NEVER

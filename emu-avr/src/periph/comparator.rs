@@ -1,8 +1,8 @@
 //! Analog comparator (section 23).
 //!
-//! The comparator itself is faster than any clock. Its output goes through two flip-flops to ACO (the 1 to 2 cycles of
-//! 23.3.2: what changes at an edge is seen two edges later), where ACIS picks the changes that set ACI. Timer 1 takes the output
-//! before them, as it has a synchroniser of its own.
+//! The comparator itself is faster than any clock. Its output passes two flip-flops to ACO (the 1 to 2 cycles
+//! of 23.3.2): a change at an edge is visible two edges later. There ACIS selects the changes that set ACI.
+//! Timer 1 takes the output before these flip-flops, because it has its own synchronizer.
 
 use emu_core::NEVER;
 use emu_core::state;
@@ -10,7 +10,7 @@ use emu_core::state;
 use super::real_time_delay::RealTimeDelay;
 use super::{AvrDevice, AvrDrive, AvrLine, AvrOutbox, AvrSignal};
 
-/// The registers.
+/// The registers of the comparator.
 #[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ComparatorRegister {
@@ -25,7 +25,7 @@ pub enum ComparatorInput {
     Ain0,
     /// The negative input.
     Ain1,
-    /// A channel of the converter, 0 to 7, which takes the place of AIN1 (23.2).
+    /// A channel of the converter, 0 to 7, which replaces AIN1 (23.2).
     Adc(u8),
 }
 
@@ -36,48 +36,49 @@ const ACI: u8 = 1 << 4;
 const ACIE: u8 = 1 << 3;
 const ACIC: u8 = 1 << 2;
 const ACIS: u8 = 3;
-/// AIN1D and AIN0D.
+/// Mask of AIN1D and AIN0D.
 const DIDR1: u8 = 3;
 
-/// Cycles from a change of the output to that of ACO.
+/// Cycles from a change of the output to the change of ACO.
 const SYNC_CYCLES: u64 = 2;
 /// Typical start-up time of the bandgap reference (29, system and reset characteristics), in microseconds.
 const BANDGAP_US: u32 = 40;
 
-/// A change of the output on its way to ACO.
+/// A change of the output that has not reached ACO yet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct OutputChange {
-    /// The edge at which ACO takes it, in the time of the part.
+    /// Local time of the peripheral at which ACO changes.
     at: u64,
     high: bool,
 }
 
 state! { OutputChange { at, high } }
 
-/// The comparator. Voltages are in millivolts above GND.
+/// The analog comparator. Voltages are in millivolts above GND.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct AvrComparator {
-    /// AIN0, AIN1, ADC0 to ADC7.
+    /// Voltages on AIN0, AIN1 and ADC0 to ADC7, in millivolts.
     levels: [u32; 10],
-    /// The channel in place of AIN1.
+    /// Channel of the converter that replaces AIN1.
     channel: Option<u8>,
     bandgap_mv: u32,
     hz: u64,
-    /// The reference is kept on by others (brown-out detector, converter).
+    /// True if other peripherals (brown-out detector, converter) keep the reference on.
     kept: bool,
-    /// The start of the reference, while it is on.
+    /// Start-up delay of the reference; None while it is off.
     start_up: Option<RealTimeDelay>,
     /// ACSR without ACO.
     acsr: u8,
     didr1: u8,
-    /// The output as it was found last.
+    /// Output at the last comparison.
     output: bool,
     aco: bool,
-    /// Changes that ACO has not taken, the older one first; there cannot be more, as each cycle has one.
+    /// Changes that have not reached ACO, the oldest first. There are at most two, because each cycle has at
+    /// most one.
     changes: [Option<OutputChange>; 2],
-    /// The edge at which ACI was set last.
+    /// Cycle at which ACI was last set.
     flagged: u64,
-    /// When the clock of the part was stopped.
+    /// Cycle at which the clock of the peripheral was stopped; None while it runs.
     stopped: Option<u64>,
 }
 
@@ -88,8 +89,8 @@ state! {
 }
 
 impl AvrComparator {
-    /// The comparator after power-on at cycle 0: all inputs at 0 V, a bandgap reference of `bandgap_mv` millivolts (1,100 on
-    /// ATmega48 to 328), `hz` cycles to a second.
+    /// Returns the comparator after power-on at cycle 0: all inputs at 0 V, a bandgap reference of
+    /// `bandgap_mv` millivolts (1,100 on ATmega48 to 328), a clock of `hz` Hz.
     #[must_use]
     pub fn new(bandgap_mv: u32, hz: u64) -> AvrComparator {
         AvrComparator {
@@ -109,7 +110,7 @@ impl AvrComparator {
         }
     }
 
-    /// The level of an input from the edge `t` on; channels that do not exist are ignored.
+    /// Sets the voltage on an input from the edge `t` on. Channels that do not exist are ignored.
     pub fn set_millivolts(&mut self, input: ComparatorInput, millivolts: u32, t: u64, out: &mut AvrOutbox) {
         self.run_due(t, out);
         if let Some(level) = self.levels.get_mut(input_index(input)) {
@@ -118,16 +119,16 @@ impl AvrComparator {
         self.compare(t, out);
     }
 
-    /// The channel of the converter that is compared in place of AIN1 from the edge `t` on, as
-    /// [`Adc::comparator_channel`](super::adc_kind::Adc::comparator_channel) says.
+    /// Selects the channel of the converter that replaces AIN1 from the edge `t` on, as given by
+    /// [`AvrAdc::comparator_channel`](super::adc::AvrAdc::comparator_channel).
     pub fn select(&mut self, channel: Option<u8>, t: u64, out: &mut AvrOutbox) {
         self.run_due(t, out);
         self.channel = channel;
         self.compare(t, out);
     }
 
-    /// Whether others than ACBG (the brown-out detector, the converter while ADEN is set) keep the bandgap reference on, from the
-    /// edge `t` on (11.7.1).
+    /// Sets whether others than ACBG (the brown-out detector, the converter while ADEN is set) keep the
+    /// bandgap reference on, from the edge `t` on (11.7.1).
     pub fn hold_reference_on(&mut self, on: bool, t: u64, out: &mut AvrOutbox) {
         self.run_due(t, out);
         self.kept = on;
@@ -135,23 +136,24 @@ impl AvrComparator {
         self.compare(t, out);
     }
 
-    /// ACI, the trigger source 1 of the converter, after everything that was run.
+    /// Returns ACI, which is trigger source 1 of the converter. Call `run_due` first.
     #[must_use]
     pub fn flag(&self) -> bool {
         self.acsr & ACI != 0
     }
 
-    /// DIDR1: AIN0 (bit 0) and AIN1 (bit 1) whose digital input is off, and which read 0.
+    /// Returns DIDR1: AIN0 (bit 0) and AIN1 (bit 1) with the digital input off; these pins read 0.
     #[must_use]
     pub fn digital_off(&self) -> u8 {
         self.didr1
     }
 
+    /// Returns the local time at the edge `t`, which does not advance while the I/O clock is stopped.
     fn to_io_time(&self, t: u64) -> u64 {
         self.stopped.unwrap_or(t)
     }
 
-    /// Switches the reference on, which takes its time, or off.
+    /// Switches the reference on, which starts its start-up delay, or off.
     fn power_reference(&mut self, t: u64) {
         if !self.kept && self.acsr & ACBG == 0 {
             self.start_up = None;
@@ -160,13 +162,13 @@ impl AvrComparator {
         }
     }
 
-    /// The edge from which the reference gives its voltage; `NEVER` while it is off.
+    /// Returns the edge from which the reference has its voltage; `NEVER` while it is off.
     fn reference_ready_cycle(&self) -> u64 {
         self.start_up.map_or(NEVER, |span| span.end())
     }
 
-    /// The output of the comparator at the edge `t`: high where the positive input is above the negative one. It is low while
-    /// the comparator is off.
+    /// Returns the output of the comparator at the edge `t`: high if the positive input is above the negative
+    /// one, low while the comparator is off.
     fn output_at(&self, t: u64) -> bool {
         let positive = match self.acsr & ACBG != 0 {
             true if self.reference_ready_cycle() <= t => self.bandgap_mv,
@@ -178,7 +180,8 @@ impl AvrComparator {
         self.acsr & ACD == 0 && positive > negative
     }
 
-    /// Finds the output at the edge `t`, after something has changed: the change goes on to ACO, and to timer 1 with ACIC.
+    /// Compares the inputs at the edge `t`. A change of the output is sent on to ACO and, with ACIC, to timer
+    /// 1.
     fn compare(&mut self, t: u64, out: &mut AvrOutbox) {
         let high = self.output_at(t);
         if high == self.output {
@@ -187,7 +190,7 @@ impl AvrComparator {
         self.output = high;
         let change = Some(OutputChange { at: self.to_io_time(t).saturating_add(SYNC_CYCLES), high });
         match &mut self.changes {
-            // The last one of a cycle counts.
+            // If the output changes more than once in a cycle, the last change counts.
             [_, second @ Some(_)] => *second = change,
             [Some(first), second] if Some(first.at) != change.map(|c| c.at) => *second = change,
             [first, _] => *first = change,
@@ -201,7 +204,7 @@ impl AvrComparator {
         }
     }
 
-    /// ACO takes the changes that are due at `t`, a time of the part.
+    /// Applies to ACO all changes that are due at the local time `t`.
     fn synchronise(&mut self, t: u64, out: &mut AvrOutbox) {
         while let [Some(change), next] = self.changes {
             if change.at > t {
@@ -219,7 +222,8 @@ impl AvrComparator {
         }
     }
 
-    /// A change of ACO to `high` is one that ACIS asks for (table 23-2); the reserved mode asks for none.
+    /// Reports whether a change of ACO to `high` sets ACI, by ACIS (table 23-2). The reserved mode selects no
+    /// change.
     fn sets_flag(&self, high: bool) -> bool {
         high != self.aco
             && match self.acsr & ACIS {
@@ -230,7 +234,7 @@ impl AvrComparator {
             }
     }
 
-    /// When ACO next changes.
+    /// Returns the time of the next change of ACO.
     fn aco_changes(&self) -> u64 {
         match (self.changes, self.stopped) {
             ([Some(change), _], None) => change.at,
@@ -238,7 +242,7 @@ impl AvrComparator {
         }
     }
 
-    /// When the reference comes up, if that is to come and matters.
+    /// Returns the time at which the reference reaches its voltage, if that changes the output.
     fn reference_ready_event(&self) -> u64 {
         let ready = self.reference_ready_cycle();
         if self.acsr & (ACBG | ACD) == ACBG && self.output != self.output_at(ready) { ready } else { NEVER }
@@ -252,7 +256,7 @@ impl AvrComparator {
     }
 }
 
-/// The place of an input among the levels; outside of them for channels that do not exist.
+/// Returns the index of an input in the levels; out of range for channels that do not exist.
 fn input_index(input: ComparatorInput) -> usize {
     match input {
         ComparatorInput::Ain0 => 0,
@@ -308,7 +312,7 @@ impl AvrDevice for AvrComparator {
         let bits = mask & (ACD | ACBG | ACIE | ACIC | ACIS);
         let before = self.acsr;
         self.acsr = before & !bits | value & bits;
-        // What is set at the very edge of the write stays set.
+        // A flag set at the very edge of the write stays set.
         if value & mask & ACI != 0 && self.flagged != t {
             self.acsr &= !ACI;
         }
@@ -321,7 +325,7 @@ impl AvrDevice for AvrComparator {
         }
     }
 
-    /// The control bits and ACI are cleared; the way from the inputs to ACO goes on.
+    /// Clears the control bits and ACI; changes on their way to ACO continue.
     fn reset(&mut self, t: u64, out: &mut AvrOutbox) {
         self.restart_clock(t, out);
         self.run_due(t, out);
@@ -357,7 +361,7 @@ impl AvrDevice for AvrComparator {
     fn steady_until(&self, reg: ComparatorRegister, t: u64) -> u64 {
         let change = match reg {
             ComparatorRegister::DIDR1 => NEVER,
-            // A change of the output is seen two cycles later at the soonest.
+            // A change of the output is visible in ACO two cycles later at the earliest.
             ComparatorRegister::ACSR => self.next_cycle(),
         };
         change.max(t)

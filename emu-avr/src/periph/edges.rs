@@ -1,65 +1,67 @@
-//! A pin whose edges are looked for: synchroniser and edge detector.
+//! An input pin with synchronizer and edge detection.
 
 use emu_core::NEVER;
 use emu_core::state;
 
-/// Cycles from the change of a pin to the edge of the clock at which what listens to it acts: one flip-flop that samples, one
-/// behind it to compare with (section 20.3.2 gives two clocks for XCK; that it is the same for the other pins is a decision).
+/// Cycles from the change of a pin to the clock edge at which its peripheral reacts: one flip-flop samples
+/// the pin, a second one holds the previous level. Section 20.3.2 gives two clocks for XCK; using the same
+/// delay for the other pins is a decision of the model.
 const SYNC_DELAY: u64 = 2;
 
-/// A pin behind two flip-flops in a row. They take the pin as it was in the cycle before the edge.
+/// A pin after two flip-flops in series. They sample the level that the pin had in the cycle before the edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct SynchronizedPin {
-    /// The pin.
+    /// Level of the pin.
     high: bool,
-    /// The second flip-flop.
+    /// Level of the second flip-flop.
     seen: bool,
-    /// When changes that are under way come out, the earlier one first.
+    /// Times at which pending changes reach the second flip-flop, the earlier one first.
     due: [u64; 2],
 }
 
 state! { SynchronizedPin { high, seen, due } if |edges, _now| edges.due[0] <= edges.due[1] }
 
 impl SynchronizedPin {
-    /// A pin that has been so for long.
+    /// Returns a pin whose level has been constant for a long time.
     pub(super) const fn new(high: bool) -> SynchronizedPin {
         SynchronizedPin { high, seen: high, due: [NEVER; 2] }
     }
 
-    /// The pin itself.
+    /// Returns the level of the pin.
     pub(super) const fn pin_level(&self) -> bool {
         self.high
     }
 
-    /// The pin as the last flip-flop has it.
+    /// Returns the level of the second flip-flop.
     pub(super) const fn synchronized_level(&self) -> bool {
         self.seen
     }
 
-    /// When the next change comes out.
+    /// Returns the time at which the next change reaches the second flip-flop.
     pub(super) const fn next(&self) -> u64 {
         self.due[0]
     }
 
-    /// The pin changes at `t`; what was due then has come out.
+    /// Changes the pin at `t`. Call [`Self::pop`] first for changes due at `t`.
     pub(super) fn change(&mut self, high: bool, t: u64) {
         if std::mem::replace(&mut self.high, high) == high {
             return;
         }
         let due = t.saturating_add(SYNC_DELAY);
-        // Of two changes in one cycle nothing is seen.
+        // Two changes in one cycle cancel out.
         match self.due.iter().position(|&at| at == due || at == NEVER) {
             Some(place) => self.due[place] = if self.due[place] == due { NEVER } else { due },
             None => self.due[1] = due,
         }
     }
 
-    /// The pin changes while the clock stands.
+    /// Changes the pin while the clock is stopped.
     pub(super) fn set_level_while_stopped(&mut self, high: bool) {
         self.high = high;
     }
 
-    /// The level that comes out at `t`, if it is another than before.
+    /// Applies the change that is due at `t`; returns the new level of the second flip-flop, or None if
+    /// nothing is due.
     pub(super) fn pop(&mut self, t: u64) -> Option<bool> {
         if self.due[0] > t {
             return None;
@@ -69,17 +71,17 @@ impl SynchronizedPin {
         Some(self.seen)
     }
 
-    /// The level that has come out by `t`.
+    /// Returns the level of the second flip-flop at `t`, after all changes due by then.
     pub(super) fn level(&mut self, t: u64) -> bool {
         while self.pop(t).is_some() {}
         self.seen
     }
 
-    /// The clock stood from `from` to `to`.
+    /// Restarts the clock at `to` after a stop at `from`.
     pub(super) fn wake(&mut self, from: u64, to: u64) {
         let mut sampled = self.seen;
         for due in &mut self.due {
-            // A change at `from` or later has not been sampled before the clock stood.
+            // A change at `from` or later was not sampled before the clock stopped.
             if *due < from.saturating_add(SYNC_DELAY) {
                 *due = due.saturating_add(to.saturating_sub(from));
                 sampled = !sampled;

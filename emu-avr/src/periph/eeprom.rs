@@ -1,7 +1,7 @@
 //! The EEPROM (sections 8.4 and 8.6).
 //!
-//! A write is let through by EEMPE in the four cycles before it. It is timed by the calibrated oscillator and goes on in sleep
-//! and through a reset; the cell changes when it is over.
+//! A write starts only within four cycles after EEMPE was set. The calibrated oscillator times it; it
+//! continues in sleep and through a reset. The cell changes at the end.
 
 use emu_core::state;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use emu_core::NEVER;
 use super::real_time_delay::RealTimeDelay;
 use super::{AvrDevice, AvrOutbox, AvrSignal};
 
-/// The registers.
+/// The registers of the EEPROM.
 #[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EepromRegister {
@@ -21,7 +21,7 @@ pub enum EepromRegister {
     EECR,
 }
 
-/// EEPM1 and EEPM0.
+/// Mask of EEPM1 and EEPM0.
 const EEPM: u8 = 3 << 4;
 const EERIE: u8 = 1 << 3;
 const EEMPE: u8 = 1 << 2;
@@ -30,43 +30,44 @@ const EERE: u8 = 1;
 
 /// Cycles for which EEMPE stays set.
 const UNLOCK_CYCLES: u64 = 4;
-/// Cycles for which the core stands still after EEPE.
+/// Cycles for which the core halts after EEPE is set.
 const WRITE_HALT_CYCLES: u64 = 2;
-/// Cycles for which it does after EERE.
+/// Cycles for which the core halts after EERE is set.
 const READ_HALT_CYCLES: u64 = 4;
 
-/// What differs between the EEPROMs of the family.
+/// Variant of the EEPROM of a chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AvrEepromKind {
-    /// There are EEPM1 and EEPM0.
+    /// True if EEPM1 and EEPM0 exist.
     pub modes: bool,
-    /// Microseconds that erasing and writing a byte takes.
+    /// Time to erase and write a byte, in microseconds.
     pub both_us: u32,
-    /// Microseconds that only one of them takes.
+    /// Time to erase or write only, in microseconds.
     pub half_us: u32,
 }
 
 impl AvrEepromKind {
-    /// ATmega48, 88, 168, 328 and their relatives (table 8-1).
+    /// ATmega48, 88, 168, 328 and related chips (table 8-1).
     pub const MEGA48: AvrEepromKind = AvrEepromKind { modes: true, both_us: 3_400, half_us: 1_800 };
-    /// ATmega8, 16, 32, 64, 128 and 162: 8,448 periods of the 1 MHz oscillator (Atmel 2486, EEPROM programming time).
+    /// ATmega8, 16, 32, 64, 128 and 162: 8,448 periods of the 1 MHz oscillator (Atmel 2486, EEPROM
+    /// programming time).
     pub const MEGA8: AvrEepromKind = AvrEepromKind { modes: false, both_us: 8_448, half_us: 0 };
 }
 
-/// A write that goes on.
+/// A write in progress.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct WriteOperation {
     span: RealTimeDelay,
     addr: u16,
-    /// The bits of the old content that stay.
+    /// Mask of the bits of the old content that are kept.
     keep: u8,
-    /// The bits of the new content that come from EEDR.
+    /// Bits that are set from EEDR.
     data: u8,
 }
 
 state! { WriteOperation { span, addr, keep, data } }
 
-/// The EEPROM. Its content is shared by clones until it changes.
+/// The EEPROM. Clones share its content until it changes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct AvrEeprom {
     kind: AvrEepromKind,
@@ -76,29 +77,29 @@ pub struct AvrEeprom {
     data: u8,
     /// EEPM and EERIE.
     control: u8,
-    /// The edge at which EEMPE is cleared; it is set before that. 0 where it is not.
+    /// Edge at which EEMPE is cleared; before it, EEMPE is set. 0 if EEMPE is not set.
     window: u64,
     job: Option<WriteOperation>,
-    /// The edge up to which program memory is being written.
+    /// Edge up to which program memory is being written; 0 if it is not.
     blocked: u64,
 }
 
 state! { AvrEeprom { cells, hz, addr, data, control, window, job, blocked } stays { kind } if |eeprom, _now| eeprom.hz != NEVER }
 
 impl AvrEeprom {
-    /// The EEPROM after power-on with this content, of up to 64 KB; `hz` cycles to a second.
+    /// Returns the EEPROM after power-on with the content `cells`, up to 64 KB, and a clock of `hz` Hz.
     #[must_use]
     pub fn new(kind: AvrEepromKind, cells: Arc<Vec<u8>>, hz: u64) -> AvrEeprom {
         AvrEeprom { kind, cells, hz, addr: 0, data: 0, control: 0, window: 0, job: None, blocked: 0 }
     }
 
-    /// What the cells hold, after everything that was run.
+    /// Returns the content of the cells. Call `run_due` first.
     #[must_use]
     pub fn cells(&self) -> &Arc<Vec<u8>> {
         &self.cells
     }
 
-    /// Sets a cell from outside of the chip; false where there is none.
+    /// Sets a cell from outside the chip; returns false if the cell does not exist.
     pub fn set_cell(&mut self, addr: usize, value: u8) -> bool {
         if addr >= self.cells.len() {
             return false;
@@ -109,27 +110,28 @@ impl AvrEeprom {
         true
     }
 
-    /// The edge at which the write that goes on is over; 0 where there is none. Program memory is to be told of it after each
-    /// write of EECR and each change of the clock.
+    /// Returns the edge at which the current write ends; 0 if there is none. The chip passes it to program
+    /// memory after each write of EECR and each change of the clock.
     #[must_use]
     pub fn busy_until(&self) -> u64 {
         self.job.map_or(0, |job| job.span.end())
     }
 
-    /// The edge at which a cell gets another content, for those who look at it from outside; `NEVER` where none will.
+    /// Returns the edge at which a cell changes, for observers outside the chip; `NEVER` if there is no
+    /// write.
     #[must_use]
     pub fn changes_at(&self) -> u64 {
         self.job.map_or(NEVER, |job| job.span.end())
     }
 
-    /// Program memory is being written, or SPM enabled, up to the edge `until`, as known at `t`: no write begins, and the
-    /// interrupt waits (8.6.3, 27.8.5).
+    /// Blocks writes up to the edge `until`, while program memory is written or SPM is enabled, as known at
+    /// `t`. No write starts, and the interrupt waits (8.6.3, 27.8.5).
     pub fn block_until(&mut self, until: u64, t: u64) {
         self.finish(t);
         self.blocked = until;
     }
 
-    /// The bits of EEAR that the memory needs.
+    /// Mask of the bits of EEAR that the memory uses.
     fn addr_bits(&self) -> u16 {
         match u16::try_from(self.cells.len().saturating_sub(1)) {
             Ok(0) => 0,
@@ -138,12 +140,12 @@ impl AvrEeprom {
         }
     }
 
-    /// The content of a cell; FFh where there is none.
+    /// Returns the content of a cell; FFh if it does not exist.
     fn cell(&self, addr: u16) -> u8 {
         self.cells.get(usize::from(addr)).copied().unwrap_or(0xFF)
     }
 
-    /// Ends the write that is over at `t`.
+    /// Completes the write, if it is over at `t`.
     fn finish(&mut self, t: u64) {
         if let Some(job) = self.job.take_if(|job| job.span.end() <= t) {
             self.set_cell(job.addr.into(), self.cell(job.addr) & job.keep | job.data);
@@ -153,7 +155,7 @@ impl AvrEeprom {
         }
     }
 
-    /// Starts the write that EEPM says (table 8-1). The mode that is reserved neither erases nor writes.
+    /// Starts the write that EEPM selects (table 8-1). The reserved mode neither erases nor writes.
     fn start(&mut self, t: u64) {
         let (keep, data, us) = match self.control & EEPM {
             0 => (0, self.data, self.kind.both_us),
@@ -167,7 +169,7 @@ impl AvrEeprom {
     fn write_eecr(&mut self, value: u8, mask: u8, t: u64, out: &mut AvrOutbox) {
         let ones = value & mask;
         let open = self.window != 0 && t <= self.window;
-        // EEPM is taken before EEPE acts, and not at all during a write.
+        // EEPM is updated before EEPE takes effect, but not during a write.
         let bits = mask & EERIE | if self.kind.modes && self.job.is_none() { mask & EEPM } else { 0 };
         self.control = self.control & !bits | value & bits;
         if mask & EEMPE != 0 {
@@ -193,7 +195,8 @@ impl AvrDevice for AvrEeprom {
         self.finish(t);
     }
 
-    /// The end of a write is noticed outside by its interrupt alone; the content is worked out when it is asked for.
+    /// Only the interrupt makes the end of a write visible outside; otherwise the content is computed when it
+    /// is read.
     fn next_cycle(&self) -> u64 {
         match self.busy_until().max(self.blocked) {
             0 => NEVER,
@@ -202,7 +205,7 @@ impl AvrDevice for AvrEeprom {
         }
     }
 
-    /// Interrupt 0: EEPROM ready, for as long as nothing is written.
+    /// Interrupt 0: EEPROM ready, while no write is in progress.
     fn interrupt_requests(&self) -> u8 {
         u8::from(self.control & EERIE != 0 && self.job.is_none() && self.blocked == 0)
     }
@@ -240,14 +243,14 @@ impl AvrDevice for AvrEeprom {
         }
     }
 
-    /// EEAR stays, and a write goes on with its mode (initial values of 8.6, 8.4.2).
+    /// EEAR keeps its value, and a write in progress continues with its mode (initial values of 8.6, 8.4.2).
     fn reset(&mut self, t: u64, _out: &mut AvrOutbox) {
         self.finish(t);
         self.control &= if self.job.is_some() { EEPM } else { 0 };
         (self.data, self.window) = (0, 0);
     }
 
-    /// Writes have a clock of their own.
+    /// Writes have their own clock, so they continue.
     fn stop_clock(&mut self, t: u64, _out: &mut AvrOutbox) {
         self.finish(t);
     }

@@ -1,13 +1,16 @@
 //! External interrupts INTn and pin change interrupts PCINTn (section 13).
 //!
-//! A pin goes through three flip-flops in a row, the first of them the synchroniser that PINx has too. Of an INT pin the second
-//! and the third are compared, of the pins of a group the first with what comes in (figure 13-1); either way what changes at the
-//! edge `t` sets its flag at `t + 3`. Levels, and the edges that the data sheet calls asynchronous, do without a clock.
+//! A pin passes three flip-flops in series; the first is the synchronizer that PINx has too. For an INT pin
+//! the second and third are compared; for the pins of a group, the first is compared with its input (figure
+//! 13-1). In both cases a change at the edge `t` sets its flag at `t + 3`. Levels, and the edges that the
+//! data sheet calls asynchronous, need no clock.
 //!
-//! While the I/O clock stands, [`requests`](super::AvrDevice::requests) says what asks to wake: levels, edges without a clock or by
-//! [`Kind::edges_wake`], and changes of pins that count. It is to be asked again at the end of the start-up time, after [`wake`](super::AvrDevice::wake):
-//! a level that is gone by then, or a pin that is back, leaves no interrupt (13.1). The flag of a pin that is not back comes
-//! within the four cycles for which the core is halted then (10.2).
+//! While the I/O clock is stopped, [`interrupt_requests`](super::AvrDevice::interrupt_requests) returns what
+//! requests a wake-up: levels, edges without a clock or by [`ExternalKind::edges_wake`], and changes of
+//! enabled pins. The chip asks again at the end of the start-up time, after
+//! [`restart_clock`](super::AvrDevice::restart_clock): a level that has gone by then, or a pin that is back
+//! at its old level, causes no interrupt (13.1). The flag of a pin that is not back is set within the four
+//! cycles for which the core is then halted (10.2).
 
 mod device;
 mod kind;
@@ -18,39 +21,39 @@ use emu_core::state;
 
 use super::{AvrOutbox, AvrSignal};
 
-/// Cycles from a change of a pin to its flag.
+/// Cycles from a change of a pin to the change of its flag.
 const DETECT_CYCLES: u64 = 3;
 
-/// Groups of pins, as bits, for which `test` holds.
+/// Mask of the pin groups for which `test` holds.
 fn groups_matching(test: impl Fn(usize) -> bool) -> u8 {
     (0..4).fold(0, |bits, group| bits | u8::from(test(group)) << group)
 }
 
-/// Bits 0 to 3 at the even places.
+/// Moves bits 0 to 3 to the even positions.
 fn spread_bits(bits: u8) -> u8 {
     (0..4).fold(0, |spread, n| spread | (bits >> n & 1) << (2 * n))
 }
 
-/// The bits at even places as bits 0 to 3.
+/// Moves the bits at even positions to bits 0 to 3.
 fn gather_bits(bits: u8) -> u8 {
     (0..4).fold(0, |gathered, n| gathered | (bits >> (2 * n) & 1) << n)
 }
 
-/// All pins.
+/// Levels of all pins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct ExternalPins {
-    /// INT0 to INT7.
+    /// Levels of INT0 to INT7.
     int: u8,
-    /// PCINT0 to PCINT31.
+    /// Levels of PCINT0 to PCINT31.
     pc: [u8; 4],
 }
 
 state! { ExternalPins { int, pc } }
 
-/// What has changed in one cycle, on its way to the flags.
+/// The pin changes of one cycle that have not reached the flags yet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct ExternalChange {
-    /// When it comes to the flags.
+    /// Cycle at which they reach the flags.
     at: u64,
     rose: u8,
     fell: u8,
@@ -59,14 +62,15 @@ struct ExternalChange {
 
 state! { ExternalChange { at, rose, fell, groups } }
 
-/// The external interrupts. [`AvrLine::Int`](super::AvrLine::Int) and [`AvrLine::Pc`](super::AvrLine::Pc) are their lines; what a chip does
-/// not have is ignored. All pins are low at first.
+/// The external interrupts. Their lines are [`AvrLine::Int`](super::AvrLine::Int) and
+/// [`AvrLine::Pc`](super::AvrLine::Pc); lines that the chip does not have are ignored. All pins are low
+/// initially.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ExternalInterrupts {
     kind: ExternalKind,
-    /// ISCn1, a bit for each input.
+    /// ISCn1, one bit for each input.
     isc1: u8,
-    /// ISCn0.
+    /// ISCn0, one bit for each input.
     isc0: u8,
     eimsk: u8,
     eifr: u8,
@@ -74,16 +78,16 @@ pub struct ExternalInterrupts {
     pcifr: u8,
     pcmsk: [u8; 4],
     pins: ExternalPins,
-    /// The first flip-flops.
+    /// Levels in the first flip-flops.
     sampled_pins: ExternalPins,
-    /// The edge at which `pins` last became another; the first flip-flops take that at the next edge.
+    /// Edge at which `pins` last changed; the first flip-flops sample that at the next edge.
     changed: u64,
-    /// Changes behind the first flip-flops, the oldest first.
+    /// Changes that have passed the first flip-flops, the oldest first.
     pending_changes: [Option<ExternalChange>; 3],
-    /// The edge at which flags were set last, and which: INTF, PCIF.
+    /// Edge at which flags were last set, and which: INTF, PCIF.
     last_flagged: (u64, u8, u8),
     has_flag_listener: bool,
-    /// When the I/O clock was stopped.
+    /// Cycle at which the I/O clock was stopped; None while it runs.
     stopped: Option<u64>,
 }
 
@@ -94,7 +98,7 @@ state! {
 }
 
 impl ExternalInterrupts {
-    /// The external interrupts after power-on.
+    /// Returns the external interrupts after power-on.
     #[must_use]
     pub fn new(kind: ExternalKind) -> ExternalInterrupts {
         ExternalInterrupts {
@@ -116,65 +120,69 @@ impl ExternalInterrupts {
         }
     }
 
-    /// Whether INTF0 gives [`AvrSignal::Flag`] when it is set, enabled or not (the converter's trigger source 2).
+    /// Sets whether INTF0 sends [`AvrSignal::Flag`] when it is set, even if disabled. It is trigger source 2
+    /// of the converter.
     pub fn set_flag_listener(&mut self, on: bool, t: u64, out: &mut AvrOutbox) {
         self.advance(t, out);
         self.has_flag_listener = on;
     }
 
-    /// A change of the pin of PCINT `n` gives an interrupt: PCIE of its group and its bit of PCMSK are set.
+    /// Reports whether a change of the pin PCINT`n` causes an interrupt: PCIE of its group and its bit of
+    /// PCMSK are set.
     #[must_use]
     pub fn pin_change_on(&self, n: u8) -> bool {
         let group = usize::from(n / 8) % 4;
         self.pcicr >> group & 1 == 1 && self.pcmsk[group] >> (n % 8) & 1 == 1
     }
 
-    /// Of the interrupt `irq`, edges wake that the data sheet ties to a clock ([`Kind::edges_wake`]).
+    /// Reports whether edges of the interrupt `irq` wake the core although the data sheet requires a clock
+    /// for them ([`ExternalKind::edges_wake`]).
     #[must_use]
     pub fn wakes_by_edge(&self, irq: u8) -> bool {
         let clocked = self.kind.int_mask() & !self.low() & !self.kind.asynchronous;
         self.kind.edges_wake && clocked.checked_shr(irq.into()).unwrap_or(0) & 1 == 1
     }
 
-    /// INTF0, after everything that was run.
+    /// Returns INTF0. Call `run_due` first.
     #[must_use]
     pub const fn flag(&self) -> bool {
         self.eifr & 1 != 0
     }
 
-    /// Inputs that ask as long as they are low (ISCn = 0).
+    /// Mask of the inputs that request an interrupt while they are low (ISCn = 0).
     const fn low(&self) -> u8 {
         self.kind.int_mask() & !(self.isc1 | self.isc0 | self.kind.edge_only)
     }
 
-    /// Inputs that look for one sort of edge, which ISCn0 says.
+    /// Mask of the inputs that detect one edge, which ISCn0 selects.
     const fn one_edge(&self) -> u8 {
         self.isc1 | self.kind.edge_only
     }
 
-    /// Inputs that look for any change. ISCn = 1 is reserved where edges need no clock, and does nothing there.
+    /// Mask of the inputs that detect any change. On inputs with asynchronous edges ISCn = 1 is reserved and
+    /// has no effect.
     const fn any_edge(&self) -> u8 {
         !self.isc1 & self.isc0 & !self.kind.asynchronous
     }
 
-    /// Inputs that are as they are after the edge that ISCn0 says.
+    /// Mask of the inputs whose level is the one after the edge that ISCn0 selects.
     const fn active(&self) -> u8 {
         !(self.pins.int ^ self.isc0)
     }
 
-    /// Inputs, of those whose edges need a clock, for which a change sets the flag.
+    /// Mask of the inputs with clocked edges whose flag `change` sets.
     const fn found(&self, change: &ExternalChange) -> u8 {
         let rising = self.any_edge() | self.one_edge() & self.isc0;
         let falling = self.any_edge() | self.one_edge() & !self.isc0;
         (change.rose & rising | change.fell & falling) & !self.kind.asynchronous
     }
 
-    /// Groups with a pin that counts and is not as the first flip-flop has it.
+    /// Mask of the groups with an enabled pin that differs from its first flip-flop.
     fn groups_changed(&self) -> u8 {
         groups_matching(|group| (self.pins.pc[group] ^ self.sampled_pins.pc[group]) & self.pcmsk[group] != 0)
     }
 
-    /// What the first flip-flops take at their next edge, if there is something that they do not have.
+    /// Returns the changes that the first flip-flops sample at their next edge, if any.
     fn new_change(&self) -> Option<ExternalChange> {
         (self.pins != self.sampled_pins).then(|| ExternalChange {
             at: self.changed.saturating_add(DETECT_CYCLES),
@@ -184,20 +192,20 @@ impl ExternalInterrupts {
         })
     }
 
-    /// Everything on its way, the oldest first. Nothing moves while the clock stands.
+    /// Yields all pending changes, the oldest first; none while the clock is stopped.
     fn pending_changes(&self) -> impl Iterator<Item = ExternalChange> {
         let clocked = self.stopped.is_none();
         self.pending_changes.into_iter().flatten().chain(self.new_change()).filter(move |_| clocked)
     }
 
-    /// Does everything that is due at or before `t`.
+    /// Executes everything that is due at or before `t`.
     fn advance(&mut self, t: u64, out: &mut AvrOutbox) {
         if self.stopped.is_some() {
             return;
         }
         if let Some(change) = self.new_change().filter(|_| self.changed < t) {
             self.sampled_pins = self.pins;
-            // Of a cycle there is one change at most, and the one three cycles ago has come out.
+            // Each cycle has at most one change, and a change from three cycles ago has reached the flags.
             let place = self.pending_changes.iter().position(Option::is_none).unwrap_or(2);
             self.pending_changes[place] = Some(change);
         }
@@ -224,7 +232,8 @@ impl ExternalInterrupts {
         self.last_flagged.2 |= groups;
     }
 
-    /// Does something to pins or ISC at `t`, and sets the flags of inputs without a clock whose edge that makes.
+    /// Applies a change to pins or ISC at `t`, and sets the flags of inputs with asynchronous edges that the
+    /// change triggers.
     fn change_and_detect(&mut self, t: u64, out: &mut AvrOutbox, change: impl FnOnce(&mut ExternalInterrupts)) {
         let before = self.active();
         change(self);
@@ -236,7 +245,8 @@ impl ExternalInterrupts {
         self.eifr &= !self.low();
     }
 
-    /// Edges of INT that are on their way set their flags at once: the clock stands, and they wake nevertheless.
+    /// Sets the flags of pending INT edges at once: the clock is stopped, and the edges wake the core
+    /// nevertheless.
     fn catch_edges(&mut self, t: u64, out: &mut AvrOutbox) {
         let fresh = self.new_change();
         let found =
@@ -248,7 +258,7 @@ impl ExternalInterrupts {
         self.set(found, 0, t, out);
     }
 
-    /// Writes ISC of the inputs `mask`, whose bits 0 to 3 begin at the input `first`.
+    /// Writes ISC of the inputs in `mask`; bits 0 and 1 belong to the input `first`.
     fn write_isc(&mut self, value: u8, mask: u8, first: u8, t: u64, out: &mut AvrOutbox) {
         let inputs = self.kind.int_mask();
         let merge = |old: u8, shift: u8, there: u8| {

@@ -1,22 +1,24 @@
-//! The parts of the chip around the core, one file each, and what they share.
+//! The peripherals around the core, one file each, and the interface that they share.
 //!
-//! Time is counted in cycles of the core's clock since power-on, `t`; cycle `t` lies between the edges `t` and `t + 1`. It goes
-//! on while clocks stand in sleep, at the rate they had. The I/O clock is the core's, so a part on it counts cycles; a part that
-//! hangs on another oscillator (watchdog, EEPROM, timer 2 on its crystal) is told by [`AvrDevice::set_clock_hz`] how many cycles there are
-//! to a second. Nothing ticks: a part answers what it is in a cycle, and when it next does something by itself.
+//! Time is counted in cycles of the core's clock since power-on, `t`. Cycle `t` is between the edges `t` and
+//! `t + 1`. Time continues while clocks are stopped in sleep, at the rate that they had. The I/O clock is the
+//! core's clock, so peripherals on it count cycles. A peripheral on another oscillator (watchdog, EEPROM,
+//! timer 2 on its crystal) gets the clock in Hz by [`AvrDevice::set_clock_hz`]. Nothing is called in every
+//! cycle: a peripheral computes its state at a given cycle, and the cycle of its next event.
 //!
 //! Within a cycle:
 //!
-//! - an instruction reads in cycle `t` what has happened up to the edge `t`: [`AvrDevice::read`] comes with `t`, and everything that
-//!   is due at `t` or before has been done;
-//! - what it writes in cycle `t` takes effect at the edge that ends the cycle: [`AvrDevice::write`] comes with `t + 1`. What
-//!   happens at that very edge by the settings before the write still happens, and the flags that it sets stay set; then the
-//!   write counts (a counter that is written takes the value in place of the step);
-//! - pins change at edges; [`AvrDevice::on_line_changed`] comes with the edge. Synchronisers are the part's own: what samples a line at the
-//!   edge `t` sees it as it was in cycle `t - 1`.
+//! - An instruction that reads in cycle `t` sees everything up to the edge `t`: [`AvrDevice::read`] gets `t`,
+//!   and everything due at `t` or before has been done.
+//! - A write in cycle `t` takes effect at the edge that ends the cycle: [`AvrDevice::write`] gets `t + 1`.
+//!   What happens at that very edge by the settings before the write still happens, and flags that it sets
+//!   stay set. Then the write takes effect (a counter that is written takes the value instead of counting).
+//! - Pins change at edges; [`AvrDevice::on_line_changed`] gets the edge. Synchronizers belong to the
+//!   peripheral: a flip-flop that samples a line at the edge `t` sees its level in cycle `t - 1`.
 //!
-//! Flags of interrupts stand in the registers of the part. It works out flags that nobody waits for only when they are
-//! looked at: [`AvrDevice::next_cycle`] tells of those alone that are enabled, or that another part listens to.
+//! Interrupt flags are in the registers of the peripheral. It computes a flag that nobody waits for only when
+//! the flag is read: [`AvrDevice::next_cycle`] considers only flags that are enabled or that another
+//! peripheral listens to.
 
 use emu_core::state;
 
@@ -34,19 +36,19 @@ pub mod twi;
 pub mod usart;
 pub mod watchdog;
 
-/// A line between a part of the chip and a pin. Which pin it is is a matter of the chip and of which part of a kind it is; a line
-/// that a chip does not have stays low.
+/// A line between a peripheral and a pin. The chip's row and the number of the peripheral select the pin. A
+/// line that the chip does not have stays low.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum AvrLine {
     /// Clock input of a timer, T0 to T3.
     T,
-    /// Input capture of a timer, ICP1 and ICP3, or the comparator in its place.
+    /// Input capture of a timer, ICP1 or ICP3, or the comparator instead of the pin.
     Icp,
     /// Compare output A of a timer.
     OcA,
-    /// Compare output B.
+    /// Compare output B of a timer.
     OcB,
-    /// Compare output C.
+    /// Compare output C of a timer.
     OcC,
     /// USART: transmit.
     Txd,
@@ -72,124 +74,129 @@ pub enum AvrLine {
     Pc(u8),
 }
 
-/// What a part does to a pin in place of its port (the overriding signals of section 14.3).
+/// How a peripheral overrides the port of a pin (the overriding signals of section 14.3).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum AvrDrive {
-    /// Leaves it to the port.
+    /// No override: the port controls the pin.
     #[default]
     Port,
-    /// Gives the level of an output; DDR still says whether it is one (PVOE).
+    /// Overrides the level of an output; DDR still selects whether the pin is one (PVOE).
     Value(bool),
-    /// Makes it an output of this level, whatever DDR says (DDOE, DDOV = 1, PVOE).
+    /// Makes the pin an output of this level, regardless of DDR (DDOE, DDOV = 1, PVOE).
     Output(bool),
-    /// Makes it an input, whatever DDR says; the pull-up is PORT's to give (DDOE, DDOV = 0).
+    /// Makes the pin an input, regardless of DDR; PORT still controls the pull-up (DDOE, DDOV = 0).
     Input,
 }
 
 state! { enum AvrDrive { 0 = Port, 1 = Value(high), 2 = Output(high), 3 = Input } }
 
-/// What a part does to the rest of the chip.
+/// An effect of a peripheral outside itself.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum AvrSignal {
-    /// Does something to a line from the edge `t` on.
+    /// Overrides a pin from the edge `t` on.
     Drive {
-        /// Cycle.
+        /// Edge at which it takes effect, in cycles.
         t: u64,
-        /// Which.
+        /// Line of the peripheral.
         line: AvrLine,
-        /// What.
+        /// New override.
         drive: AvrDrive,
     },
-    /// A USART has sent a character: its last stop bit ends at the edge `t`.
+    /// A USART has sent a character; its last stop bit ends at the edge `t`.
     Sent {
-        /// Cycle.
+        /// Edge, in cycles.
         t: u64,
-        /// Its lower eight bits.
+        /// Lower eight bits of the character.
         byte: u8,
     },
-    /// A flag that others listen to is set: the number of its interrupt within the part.
+    /// A flag was set that other peripherals listen to.
     Flag {
-        /// Cycle.
+        /// Edge, in cycles.
         t: u64,
-        /// Which.
+        /// Interrupt number of the flag in the peripheral.
         irq: u8,
     },
-    /// The chip is to be reset (watchdog).
+    /// The chip must be reset (watchdog).
     Reset {
-        /// Cycle.
+        /// Edge, in cycles.
         t: u64,
     },
-    /// The core stands still and begins its next instruction at the edge `until`.
+    /// The core halts and starts its next instruction at the edge `until`.
     Stall {
-        /// Cycle.
+        /// Edge, in cycles.
         until: u64,
     },
     /// A page of program memory is erased.
     ErasePage {
-        /// Byte address of its first byte.
+        /// Byte address of the first byte of the page.
         addr: u32,
     },
-    /// Words are programmed into program memory: bits that are 0 become 0, the others stay.
+    /// Words are programmed into program memory: bits that are 0 become 0, the others do not change.
     WritePage {
-        /// Byte address of the first.
+        /// Byte address of the first word.
         addr: u32,
         /// The words.
         words: Vec<u16>,
     },
 }
 
-/// Where parts put their signals, in order of time as far as one part is concerned.
+/// List in which peripherals leave their signals. Signals of one peripheral are in order of time.
 pub type AvrOutbox = Vec<AvrSignal>;
 
-/// A part of the chip around the core. The calls to it come in order of time; `t` never goes back.
+/// A peripheral of the chip. Calls are in order of time; `t` never decreases.
 pub trait AvrDevice {
-    /// Its registers by their names without the number of the part (UCSRA for UCSR0A and UCSR1A).
+    /// Registers by their names without the number of the peripheral (UCSRA for UCSR0A and UCSR1A).
     type Reg: Copy;
 
-    /// Does everything that is due at or before `t`. Nothing that has been done is done again.
+    /// Executes everything that is due at or before `t`. Repeated calls have no further effect.
     fn run_due(&mut self, t: u64, out: &mut AvrOutbox);
-    /// The cycle at which [`AvrDevice::run_due`] will next do something that can be noticed outside of the part (an enabled
-    /// interrupt, a line, a signal), if no register is written and no line changes before; `NEVER` where there is none.
+    /// Returns the cycle at which [`AvrDevice::run_due`] next has an effect outside the peripheral (an
+    /// enabled interrupt, a line, a signal), if no register is written and no line changes before; `NEVER` if
+    /// there is none.
     fn next_cycle(&self) -> u64;
-    /// Interrupts that are asked for, flag and enable both set, after everything that was run: bit `n` is the interrupt `n` of
-    /// the part, in the order of the vectors.
+    /// Returns the requested interrupts, with flag and enable both set; call `run_due` first. Bit `n` is
+    /// interrupt `n` of the peripheral, in the order of the vectors.
     fn interrupt_requests(&self) -> u8 {
         0
     }
-    /// The interrupt `irq` of the part is entered at the edge `t`: hardware clears the flag where it does.
+    /// Handles the entry of the interrupt `irq` at the edge `t`: clears the flag, if the hardware does so.
     fn on_interrupt_taken(&mut self, irq: u8, t: u64, out: &mut AvrOutbox) {
         let _ = (irq, t, out);
     }
-    /// Reads a register as an instruction does in cycle `t`, with side effects. Everything due at `t` has been done.
+    /// Reads a register as an instruction does in cycle `t`, with side effects. Everything due at `t` has
+    /// been done.
     fn read(&mut self, reg: Self::Reg, t: u64, out: &mut AvrOutbox) -> u8 {
         let _ = out;
         self.peek(reg, t)
     }
-    /// What a read in cycle `t` would give, nothing being due before.
+    /// Returns the value that a read in cycle `t` would give, without side effects.
     fn peek(&self, reg: Self::Reg, t: u64) -> u8;
-    /// Writes the bits of `mask` (all of them but for SBI and CBI, which touch one) at the edge `t` that ends the cycle of the
-    /// write. Everything due before `t` has been done; what is due at `t` is the part's to do first.
+    /// Writes the bits in `mask` at the edge `t`, which ends the cycle of the write. `mask` is FFh except for
+    /// SBI and CBI, which write one bit. Everything due before `t` has been done; the peripheral does what is
+    /// due at `t` first.
     fn write(&mut self, reg: Self::Reg, value: u8, mask: u8, t: u64, out: &mut AvrOutbox);
-    /// The level of a line has changed at the edge `t`, by whomever. Everything due at `t` has been done.
+    /// Handles a change of a line's level at the edge `t`, from inside or outside the chip. Everything due at
+    /// `t` has been done.
     fn on_line_changed(&mut self, line: AvrLine, high: bool, t: u64, out: &mut AvrOutbox) {
         let _ = (line, high, t, out);
     }
-    /// The bit in DDR of a line's pin has changed at the edge `t`; at first all are inputs. For DDR_XCK, which chooses who gives
-    /// the clock, and for an SS that is an output and so none that selects.
+    /// Handles a change of the DDR bit of a line's pin at the edge `t`; initially all pins are inputs. It
+    /// matters for DDR_XCK, which selects the clock source, and for SS, which as an output does not select
+    /// the SPI.
     fn on_direction_changed(&mut self, line: AvrLine, output: bool, t: u64, out: &mut AvrOutbox) {
         let _ = (line, output, t, out);
     }
-    /// Takes its registers to their initial values at `t`.
+    /// Sets the registers to their initial values at `t`.
     fn reset(&mut self, t: u64, out: &mut AvrOutbox);
-    /// The clock on which the part hangs stops at `t` (sleep, PRR). Everything due at `t` has been done.
+    /// Stops the clock of the peripheral at `t` (sleep, PRR). Everything due at `t` has been done.
     fn stop_clock(&mut self, t: u64, out: &mut AvrOutbox);
-    /// It runs again from `t` on: what hangs on it goes on where it stood.
+    /// Restarts the clock at `t`; the peripheral continues from its stopped state.
     fn restart_clock(&mut self, t: u64, out: &mut AvrOutbox);
-    /// From `t` on there are `hz` cycles to a second (at first, and where CLKPR changes it).
+    /// Sets the clock to `hz` Hz from `t` on (initially, and when CLKPR changes it).
     fn set_clock_hz(&mut self, hz: u64, t: u64) {
         let _ = (hz, t);
     }
-    /// Up to when a read of `reg` keeps giving what it gives at `t`, without side effects, if nothing is written and no line
-    /// changes: `t` itself where nothing is promised.
+    /// Returns the cycle up to which a read of `reg` gives the same value as at `t`, without side effects, if
+    /// nothing is written and no line changes; `t` itself if nothing is guaranteed.
     fn steady_until(&self, reg: Self::Reg, t: u64) -> u64;
 }

@@ -1,31 +1,31 @@
-//! The ports (section 14): direction, output and pull-up of every pin, and what takes a pin over.
+//! The ports (section 14): direction, output and pull-up of every pin, and the overrides by peripherals.
 
 use emu_core::pins::{PinId, PinLevel, PinState};
 use emu_core::state;
 
 use super::AvrDrive;
 
-/// Most ports of a chip, of eight pins each.
+/// Largest number of ports on a chip, of eight pins each.
 pub(crate) const PORT_COUNT: usize = 7;
 
-/// Most pins.
+/// Largest number of pins on a chip.
 pub(crate) const PIN_COUNT: usize = PORT_COUNT * 8;
 
-/// All ports.
+/// All ports of the chip.
 #[derive(Debug, Clone)]
 pub(crate) struct AvrPorts {
     pins: [PinState; PIN_COUNT],
-    /// What units do to the pins.
+    /// Overrides of the pins by peripherals.
     over: [AvrDrive; PIN_COUNT],
     ddr: [u8; PORT_COUNT],
     port: [u8; PORT_COUNT],
-    /// The bits that there are.
+    /// Mask of the existing bits of each port.
     existing_bits: &'static [u8],
-    /// The reset pin, which has a pull-up of its own, where it is one.
+    /// Reset pin, which has its own pull-up; None if the pin is a port pin.
     reset: Option<PinId>,
     /// PUD: pull-ups disabled.
     pub pull_ups_off: bool,
-    /// A reset is going on: all pins are inputs without pull-ups.
+    /// True during a reset: all pins are inputs without pull-ups.
     pub held_in_reset: bool,
 }
 
@@ -34,8 +34,8 @@ state! {
 }
 
 impl AvrPorts {
-    /// All inputs, no pull-ups, nothing attached; `exist` are the bits of each port that there are, `reset` the
-    /// reset pin, where it is one.
+    /// Returns ports with all pins as inputs without pull-ups and nothing attached. `exist` has the existing
+    /// bits of each port; `reset` is the reset pin, unless it is a port pin.
     pub(crate) fn new(exist: &'static [u8], reset: Option<PinId>) -> AvrPorts {
         AvrPorts {
             pins: [PinState::default(); PIN_COUNT],
@@ -49,7 +49,7 @@ impl AvrPorts {
         }
     }
 
-    /// Registers as after reset; wires and outside drives stay until the pins are settled.
+    /// Resets the registers. The levels of the pins do not change until they are updated.
     pub(crate) fn reset(&mut self) {
         *self = AvrPorts {
             pins: self.pins,
@@ -58,27 +58,27 @@ impl AvrPorts {
         };
     }
 
-    /// The pins that the chip's list has.
+    /// Returns the pins in the chip's list.
     pub(crate) fn pins(&self) -> &[PinState] {
         &self.pins[..(self.existing_bits.len() * 8).min(PIN_COUNT)]
     }
 
-    /// The pin `pin`; one that does not exist floats.
+    /// Returns the state of `pin`; a pin that does not exist floats.
     pub(crate) fn pin(&self, pin: PinId) -> PinState {
         self.pins.get(usize::from(pin)).copied().unwrap_or_default()
     }
 
-    /// DDRx.
+    /// Returns DDRx.
     pub(crate) fn ddr(&self, port: usize) -> u8 {
         self.ddr[port % PORT_COUNT]
     }
 
-    /// PORTx.
+    /// Returns PORTx.
     pub(crate) fn port(&self, port: usize) -> u8 {
         self.port[port % PORT_COUNT]
     }
 
-    /// DDR makes a pin an output.
+    /// Reports whether DDR makes a pin an output.
     pub(crate) fn is_output(&self, pin: PinId) -> bool {
         self.ddr(usize::from(pin / 8)) >> (pin % 8) & 1 == 1
     }
@@ -95,15 +95,15 @@ impl AvrPorts {
         std::mem::replace(&mut self.port[port % PORT_COUNT], value) ^ value
     }
 
-    /// What a unit does to a pin from now on, until it is settled.
+    /// Sets the override of a pin. It takes effect at the next [`Self::update_level`].
     pub(crate) fn set_driver(&mut self, pin: PinId, drive: AvrDrive) {
         if let Some(over) = self.over.get_mut(usize::from(pin)) {
             *over = drive;
         }
     }
 
-    /// PINx as read in the cycle `now`: the wires as they were one cycle before, behind the synchroniser (14.2.4). The reset pin
-    /// reads 0.
+    /// Returns PINx as read in the cycle `now`: the levels one cycle before, because of the synchronizer
+    /// (14.2.4). The reset pin reads 0.
     pub(crate) fn input(&self, port: usize, now: u64) -> u8 {
         let wires = self.port_pins(port);
         let bits =
@@ -112,7 +112,7 @@ impl AvrPorts {
         bits & self.existing_bits.get(port).copied().unwrap_or(0) & !reset
     }
 
-    /// True when PINx will read the same in every cycle from `now` on as long as no wire changes.
+    /// Reports whether PINx reads the same in every cycle from `now` on, if no pin changes.
     pub(crate) fn is_stable(&self, port: usize, now: u64) -> bool {
         self.port_pins(port).iter().all(|pin| synchronized_level(pin, now) == pin.reads_high)
     }
@@ -122,12 +122,12 @@ impl AvrPorts {
         &self.pins[first..first + 8]
     }
 
-    /// Drives a pin from outside from the cycle `at` on. Returns the new level where it changed.
+    /// Drives a pin from outside from the cycle `at` on. Returns the new level if it changed.
     pub(crate) fn drive(&mut self, pin: PinId, outside: PinLevel, at: u64) -> Option<PinChange> {
         self.update_pin(pin, at, |pin| pin.external = outside)
     }
 
-    /// Works out what the chip does to `pin` from the cycle `at` on. Returns the new level where it changed.
+    /// Computes how the chip drives `pin` from the cycle `at` on. Returns the new level if it changed.
     pub(crate) fn update_level(&mut self, pin: PinId, at: u64) -> Option<PinChange> {
         let drivers = self.driven_level(pin);
         self.update_pin(pin, at, |pin| (pin.driven, pin.pull_up) = drivers)
@@ -141,7 +141,7 @@ impl AvrPorts {
         (toggled || pin.level() != before).then(|| PinChange { level: pin.level(), toggled })
     }
 
-    /// What the chip does to a pin: the level it drives, and its pull-up (table 14-1, figure 14-5).
+    /// Computes how the chip drives a pin: the level, or floating, and the pull-up (table 14-1, figure 14-5).
     fn driven_level(&self, pin: PinId) -> (PinLevel, bool) {
         if self.reset == Some(pin) {
             return (PinLevel::Float, true);
@@ -164,12 +164,12 @@ impl AvrPorts {
     }
 }
 
-/// What has become of a pin.
+/// Result of a change of a pin.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PinChange {
-    /// Its level, [`Level::Float`] where nothing holds it.
+    /// New level; [`PinLevel::Float`] if nothing drives the pin.
     pub level: PinLevel,
-    /// The wire has another level than before.
+    /// True if the logic level on the wire changed.
     pub toggled: bool,
 }
 

@@ -1,12 +1,13 @@
-//! A stretch of time that a clock other than the core's measures, in cycles of the core's.
+//! A time measured by a clock other than the core's, converted to cycles of the core.
 
 use emu_core::NEVER;
 use emu_core::state;
 
-/// Picoseconds in a second.
+/// Picoseconds per second.
 const SECOND_PS: u128 = 1_000_000_000_000;
 
-/// A time that ends by itself. It is kept in picoseconds, so that it lasts as long as it should when the core's clock changes.
+/// A delay that keeps its real duration when the core's clock changes. The remaining time is kept in
+/// picoseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct RealTimeDelay {
     from: u64,
@@ -18,7 +19,7 @@ pub struct RealTimeDelay {
 state! { RealTimeDelay { from, left, hz, end } if |span, _now| ![span.from, span.left, span.hz].contains(&NEVER) }
 
 impl RealTimeDelay {
-    /// `us` microseconds from the edge `t` on, with `hz` cycles to a second.
+    /// Returns a delay of `us` microseconds from the edge `t` on, at a core clock of `hz` Hz.
     #[must_use]
     pub fn new(us: u32, hz: u64, t: u64) -> RealTimeDelay {
         RealTimeDelay::from_remaining(u64::from(us) * 1_000_000, hz, t)
@@ -30,13 +31,13 @@ impl RealTimeDelay {
         RealTimeDelay { from, left, hz, end }
     }
 
-    /// The first edge at which it is over.
+    /// Returns the first edge at which the delay is over.
     #[must_use]
     pub const fn end(&self) -> u64 {
         self.end
     }
 
-    /// From `t` on there are `hz` cycles to a second.
+    /// Changes the core clock to `hz` Hz from `t` on.
     pub fn set_clock_hz(&mut self, hz: u64, t: u64) {
         if t < self.end {
             let gone = u128::from(t.saturating_sub(self.from)) * SECOND_PS / u128::from(self.hz.max(1));
@@ -56,7 +57,7 @@ mod tests {
     #[test]
     fn spans_by_hand() {
         assert_eq!(RealTimeDelay::new(3_400, 16_000_000, 100).end(), 100 + 54_400);
-        // 40 us of 32,768 Hz are 1.31 cycles.
+        // 40 us at 32,768 Hz are 1.31 cycles.
         assert_eq!(RealTimeDelay::new(40, 32_768, 7).end(), 9);
         assert_eq!(RealTimeDelay::new(5, 0, 7).end(), 7);
         let mut span = RealTimeDelay::new(1_000, 1_000_000, 0);

@@ -1,7 +1,8 @@
 //! Self-programming (section 27; section 26 for the ATmega48): SPMCSR, the page buffer, the lock bits.
 //!
-//! A command is written to SPMCSR and acts with the SPM or LPM that follows at once. The pages change when a command begins:
-//! until it is over, the program cannot read them.
+//! A command is written to SPMCSR, and the SPM or LPM that follows within a few cycles executes it. The page
+//! in the model changes at the start of an erase or write; the program cannot read it until the operation is
+//! over.
 
 mod kind;
 
@@ -12,7 +13,7 @@ pub use self::kind::{ConfigBytes, SpmKind};
 use super::real_time_delay::RealTimeDelay;
 use super::{AvrDevice, AvrOutbox, AvrSignal};
 
-/// The register.
+/// The register of self-programming.
 #[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SpmRegister {
@@ -28,57 +29,60 @@ const PGWRT: u8 = 1 << 2;
 const PGERS: u8 = 1 << 1;
 const SPMEN: u8 = 1;
 
-/// The bits with which SPMEN is more than a page load. Any two of them together have no effect (27.9.1).
+/// Mask of the bits that select a command other than a page load. Any two of them together have no effect
+/// (27.9.1).
 const COMMAND_BITS: u8 = SIGRD | RWWSRE | BLBSET | PGWRT | PGERS;
 
-/// Cycles for which SPM is enabled.
+/// Cycles after the write of SPMCSR in which SPM is enabled.
 const COMMAND_WINDOW: u64 = 4;
-/// By how many of them LPM must begin earlier: within three cycles (27.8.8).
+/// Number of cycles by which LPM must start earlier: within three cycles (27.8.8).
 const LPM_LEAD_CYCLES: u64 = 1;
-/// Time of a page erase, a page write or a write of lock bits in microseconds: the middle of 3.7 to 4.5 ms (table 27-6).
+/// Time of a page erase, a page write or a write of lock bits in microseconds: the middle of 3.7 to 4.5 ms
+/// (table 27-6).
 const WRITE_US: u32 = 4_100;
-/// What is read where reading is not allowed.
+/// Value of a read that is not allowed.
 const UNREADABLE: u8 = 0xFF;
 
-/// Boot lock bits (tables 27-2 and 27-3): SPM may not write to the application, LPM in the boot section may not read it, and
-/// the same for the boot section.
+/// Boot lock bits (tables 27-2 and 27-3). BLB01: SPM must not write to the application section. BLB02: LPM in
+/// the boot section must not read it. BLB11 and BLB12: the same for the boot section.
 const BLB01: u8 = 1 << 2;
 const BLB02: u8 = 1 << 3;
 const BLB11: u8 = 1 << 4;
 const BLB12: u8 = 1 << 5;
 
-/// A command that goes on.
+/// A command in progress.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct PageOperation {
     span: RealTimeDelay,
-    /// The lock bits when it is over.
+    /// Lock bits after the command.
     lock: u8,
 }
 
 state! { PageOperation { span, lock } }
 
-/// The way to program memory. Addresses are in bytes, those of instructions too.
+/// Self-programming of the program memory. All addresses are byte addresses, including those of instructions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SelfProgramming {
     kind: SpmKind,
     bytes: ConfigBytes,
-    /// First byte of the boot section, by BOOTSZ.
+    /// First byte address of the boot section, by BOOTSZ.
     boot: u32,
     hz: u64,
     spmie: bool,
     rwwsb: bool,
-    /// SPMEN and what stands with it, while that is enabled or goes on.
+    /// SPMEN and the command bits written with it, while they are enabled or in progress.
     command: u8,
-    /// The edge at which SPMEN is cleared if no SPM comes, and the last one that an SPM may end at; 0 where it is not set.
+    /// Edge at which SPMEN is cleared if no SPM executes, and the last edge at which an SPM may end; 0 if
+    /// SPMEN is clear.
     window: u64,
     job: Option<PageOperation>,
-    /// The page buffer; empty while it is erased.
+    /// Page buffer; empty while it is erased.
     buffer: Vec<u16>,
-    /// Which of its words have been loaded, each once at most.
+    /// Mask of the buffer words that have been loaded; each word can be loaded once.
     loaded: u128,
-    /// The edge up to which the EEPROM is being written.
+    /// Edge up to which the EEPROM is being written.
     blocked: u64,
-    /// Everything has been done up to here.
+    /// Edge up to which everything has been executed.
     now: u64,
 }
 
@@ -88,7 +92,8 @@ state! {
 }
 
 impl SelfProgramming {
-    /// As after power-on. `boot`: first byte of the boot section by BOOTSZ; `hz` cycles to a second.
+    /// Returns self-programming after power-on. `boot` is the first byte address of the boot section, by
+    /// BOOTSZ; the clock is `hz` Hz.
     #[must_use]
     pub fn new(kind: SpmKind, bytes: ConfigBytes, boot: u32, hz: u64) -> SelfProgramming {
         SelfProgramming {
@@ -108,21 +113,21 @@ impl SelfProgramming {
         }
     }
 
-    /// The lock bits and the bytes beside program memory, after everything that was run.
+    /// Returns the lock bits, fuses, signature and calibration. Call `run_due` first.
     #[must_use]
     pub fn config_bytes(&self) -> &ConfigBytes {
         &self.bytes
     }
 
-    /// The edge at which SPMEN is cleared by itself; 0 where it is clear. The EEPROM is to be told of it after each write of
-    /// SPMCSR, each SPM and LPM, and each change of the clock.
+    /// Returns the edge at which SPMEN clears itself; 0 if it is clear. The chip passes it to the EEPROM
+    /// after each write of SPMCSR, each SPM and LPM, and each change of the clock.
     #[must_use]
     pub fn busy_until(&self) -> u64 {
         self.job.map_or(self.window, |job| job.span.end())
     }
 
-    /// The EEPROM is being written up to the edge `until`, as known at `t`: SPMCSR cannot be written (27.8.5), and what has been
-    /// loaded into the page buffer is lost (27.8.1).
+    /// Blocks commands up to the edge `until`, while the EEPROM is written, as known at `t`. SPMCSR cannot be
+    /// written (27.8.5), and the content of the page buffer is lost (27.8.1).
     pub fn block_until(&mut self, until: u64, t: u64) {
         self.finish(t);
         self.blocked = until;
@@ -131,21 +136,23 @@ impl SelfProgramming {
         }
     }
 
-    /// The byte `addr` of program memory cannot be read nor executed, as its section has been written and RWWSB is set (27.5).
+    /// Reports whether the byte `addr` of program memory cannot be read or executed, because its section was
+    /// written and RWWSB is set (27.5).
     #[must_use]
     pub fn is_unreadable(&self, addr: u32) -> bool {
         self.rwwsb && self.wrap_flash_address(addr) < self.kind.nrww
     }
 
-    /// Boot lock bits bar interrupts while the instruction at `pc` runs, as their vectors lie in the other section (tables
-    /// 27-2 and 27-3). `ivsel`: they lie in the boot section.
+    /// Reports whether boot lock bits block interrupts during the instruction at `pc`, because the vectors
+    /// are in the other section (tables 27-2 and 27-3). `ivsel` is true if the vectors are in the boot
+    /// section.
     #[must_use]
     pub fn bars_interrupts(&self, pc: u32, ivsel: bool) -> bool {
         let barred = if ivsel { BLB02 } else { BLB12 };
         self.kind.boot && self.is_in_boot_section(pc) != ivsel && self.bytes.lock & barred == 0
     }
 
-    /// The SPM at `pc` with Z (and RAMPZ) `z` and R1:R0 `data` ends at the edge `t`.
+    /// Executes an SPM at `pc` that ends at the edge `t`. `z` is Z (with RAMPZ), `data` is R1:R0.
     pub fn spm(&mut self, z: u32, data: u16, pc: u32, t: u64, out: &mut AvrOutbox) {
         self.finish(t);
         if self.job.is_some() || self.window == 0 || t > self.window {
@@ -167,7 +174,8 @@ impl SelfProgramming {
         }
     }
 
-    /// What the LPM or ELPM at `pc` reads at `z` in place of program memory, if it does. It begins in cycle `t`.
+    /// Returns the byte that the LPM or ELPM at `pc`, which starts in cycle `t`, reads at `z` instead of
+    /// program memory; None if it reads program memory.
     pub fn lpm(&mut self, z: u32, pc: u32, t: u64) -> Option<u8> {
         self.finish(t);
         let enabled = self.job.is_none() && t >= self.blocked && t.saturating_add(LPM_LEAD_CYCLES) < self.window;
@@ -181,7 +189,7 @@ impl SelfProgramming {
         (locked || self.is_unreadable(z)).then_some(UNREADABLE)
     }
 
-    /// The byte at `z` beside program memory that the command selects; addresses that are reserved give FFh.
+    /// Returns the byte at `z` outside program memory that the command selects. Reserved addresses give FFh.
     fn special_byte(&self, z: u32) -> u8 {
         let ConfigBytes { lock, fuses: [low, high, extended], signature, calibration } = self.bytes;
         match (self.command & SIGRD != 0, z & 0xFFFF) {
@@ -223,7 +231,7 @@ impl SelfProgramming {
         }
     }
 
-    /// Erases or writes the page of `z`, unless the boot lock bits are against it.
+    /// Erases or writes the page that contains `z`, unless the boot lock bits forbid it.
     fn start_command(&mut self, command: u8, z: u32, t: u64, out: &mut AvrOutbox) {
         let addr = self.wrap_flash_address(z) & !self.kind.page.wrapping_sub(1);
         let barred = if self.is_in_boot_section(addr) { BLB11 } else { BLB01 };
@@ -247,7 +255,7 @@ impl SelfProgramming {
         self.job = Some(job);
     }
 
-    /// Ends the command that is over at `t`.
+    /// Completes the command, if it is over at `t`.
     fn finish(&mut self, t: u64) {
         self.now = self.now.max(t);
         if let Some(job) = self.job.take_if(|job| job.span.end() <= t) {
@@ -263,7 +271,7 @@ impl AvrDevice for SelfProgramming {
         self.finish(t);
     }
 
-    /// The end of a command is noticed outside by its interrupt, and by the lock bits that it changes.
+    /// The end of a command is visible outside by its interrupt, and by the lock bits that it changes.
     fn next_cycle(&self) -> u64 {
         let ready = self.busy_until().max(self.blocked);
         let ready = if self.spmie && ready > self.now { ready } else { NEVER };
@@ -271,7 +279,7 @@ impl AvrDevice for SelfProgramming {
         ready.min(locks.map_or(NEVER, |job| job.span.end()))
     }
 
-    /// Interrupt 0: SPM ready, for as long as SPMEN is clear and the EEPROM is not written.
+    /// Interrupt 0: SPM ready, while SPMEN is clear and the EEPROM is not being written.
     fn interrupt_requests(&self) -> u8 {
         u8::from(self.spmie && self.busy_until().max(self.blocked) <= self.now)
     }
@@ -289,7 +297,7 @@ impl AvrDevice for SelfProgramming {
         let new = self.peek(reg, t) & !mask | value & mask;
         self.spmie = new & SPMIE != 0;
         let command = new & (COMMAND_BITS | SPMEN) & if self.kind.signature_row { 0xFF } else { !SIGRD };
-        // Other combinations have no effect, and nothing has while a command goes on.
+        // Other combinations of bits have no effect, and neither has any write during a command.
         if self.job.is_some() || command & SPMEN == 0 || (command & COMMAND_BITS).count_ones() > 1 {
             return;
         }
@@ -299,7 +307,7 @@ impl AvrDevice for SelfProgramming {
         }
     }
 
-    /// A command that goes on is taken to its end.
+    /// A command in progress is completed.
     fn reset(&mut self, t: u64, _out: &mut AvrOutbox) {
         self.finish(t);
         if let Some(job) = self.job.take() {
@@ -309,7 +317,7 @@ impl AvrDevice for SelfProgramming {
         self.erase_buffer();
     }
 
-    /// Commands are timed by a clock of their own.
+    /// Commands have their own clock, so they continue.
     fn stop_clock(&mut self, t: u64, _out: &mut AvrOutbox) {
         self.finish(t);
     }

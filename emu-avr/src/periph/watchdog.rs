@@ -1,14 +1,14 @@
-//! The watchdog (sections 11.8 and 11.9): a divider behind an oscillator of its own, whose taps time out.
+//! The watchdog (sections 11.8 and 11.9): a divider after its own oscillator, with one tap for each time-out.
 //!
-//! The divider is worked out from the time since it was at zero, in picoseconds, so that it keeps its place when the core's
-//! clock changes. No sleep stops it.
+//! The divider is computed from the time since it was zero, in picoseconds, so it keeps its value when the
+//! core's clock changes. No sleep mode stops it.
 
 use emu_core::NEVER;
 use emu_core::state;
 
 use super::{AvrDevice, AvrOutbox, AvrSignal};
 
-/// The register.
+/// The register of the watchdog.
 #[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WatchdogRegister {
@@ -23,32 +23,32 @@ const WDE: u8 = 1 << 3;
 
 /// Cycles for which WDCE stays set.
 const UNLOCK_CYCLES: u64 = 4;
-/// Picoseconds in a second.
+/// Picoseconds per second.
 const SECOND_PS: u128 = 1_000_000_000_000;
 
-/// What differs between the watchdogs of the family: one of the constants.
+/// Variant of the watchdog of a chip: one of the constants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WatchdogKind {
-    /// Picoseconds of a clock of the oscillator.
+    /// Period of the watchdog oscillator in picoseconds.
     clock_ps: u64,
-    /// Clocks of the shortest time-out, WDP = 0; every further one is twice as long.
+    /// Clocks of the shortest time-out, WDP = 0; each further value of WDP doubles it.
     shortest: u64,
-    /// The highest WDP; reserved ones count as this.
+    /// Highest value of WDP; reserved values act like it.
     longest: u8,
-    /// The bits of WDP in the register.
+    /// Mask of the bits of WDP in the register.
     wdp: u8,
-    /// There is an interrupt, and WDRF forces WDE.
+    /// True if there is an interrupt, and WDRF forces WDE.
     interrupt: bool,
-    /// WDP can be written at any time.
+    /// True if WDP can be written at any time.
     free_wdp: bool,
 }
 
 impl WatchdogKind {
-    /// ATmega48, 88, 168, 328 and their relatives: 128 kHz, 2K to 1024K clocks (table 11-2).
+    /// ATmega48, 88, 168, 328 and related chips: 128 kHz, 2K to 1024K clocks (table 11-2).
     pub const MEGA48: WatchdogKind =
         WatchdogKind { clock_ps: 7_812_500, shortest: 2_048, longest: 9, wdp: 0x27, interrupt: true, free_wdp: false };
-    /// ATmega8, 64, 128 and 162 (Atmel 2486, 2490, 2467, 2513, watchdog timer): 1 MHz, 16K to 2048K clocks, no interrupt.
-    /// These are safety levels 1 and, with the fuse WDTON, 2.
+    /// ATmega8, 64, 128 and 162 (Atmel 2486, 2490, 2467, 2513, watchdog timer): 1 MHz, 16K to 2048K clocks,
+    /// no interrupt. This is safety level 1 or, with the fuse WDTON, 2.
     pub const MEGA8: WatchdogKind = WatchdogKind {
         clock_ps: 1_000_000,
         shortest: 16_384,
@@ -57,11 +57,11 @@ impl WatchdogKind {
         interrupt: false,
         free_wdp: false,
     };
-    /// ATmega16 and 32 (Atmel 2466 and 2503, watchdog timer), which have no fuse WDTON: WDP needs no sequence. So it is on
-    /// ATmega64, 128 and 162 in safety level 0, with the fuse M103C or M161C.
+    /// ATmega16 and 32 (Atmel 2466 and 2503, watchdog timer), which have no fuse WDTON: WDP needs no timed
+    /// sequence. The same holds for ATmega64, 128 and 162 in safety level 0, with the fuse M103C or M161C.
     pub const MEGA16: WatchdogKind = WatchdogKind { free_wdp: true, ..WatchdogKind::MEGA8 };
 
-    /// Picoseconds of the time-out `wdp`.
+    /// Returns the time-out for `wdp` in picoseconds.
     fn period(self, wdp: u8) -> u128 {
         (u128::from(self.clock_ps) * u128::from(self.shortest)) << wdp
     }
@@ -71,23 +71,23 @@ impl WatchdogKind {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AvrWatchdog {
     kind: WatchdogKind,
-    /// The fuse WDTON is programmed.
+    /// True if the fuse WDTON is programmed.
     always_on: bool,
-    /// WDRF is set.
+    /// True if WDRF is set.
     forced: bool,
-    /// The chip is in reset: the count stays at zero.
+    /// True while the chip is in reset: the counter stays at zero.
     held: bool,
     /// The register without WDCE.
     wdtcsr: u8,
-    /// The edge at which WDCE is cleared; it is set before that. 0 where it is not.
+    /// Edge at which WDCE is cleared; before it, WDCE is set. 0 if WDCE is not set.
     window: u64,
     hz: u64,
-    /// At the edge `from` the divider had counted for `counted` picoseconds.
+    /// Reference edge, and the picoseconds that the divider had counted at that edge.
     from: u64,
     counted: u64,
-    /// Time-outs up to this edge are done with.
+    /// Edge up to which time-outs have been handled.
     served: u64,
-    /// The edge at which WDIF was set last.
+    /// Edge at which WDIF was last set.
     flagged: u64,
 }
 
@@ -97,8 +97,8 @@ state! {
 }
 
 impl AvrWatchdog {
-    /// The watchdog after power-on at the edge 0, with `hz` cycles to a second (0 counts as 1). `always_on` is the fuse WDTON
-    /// programmed: WDE is always 1 and WDIE 0.
+    /// Returns the watchdog after power-on at the edge 0, with a core clock of `hz` Hz (0 counts as 1).
+    /// `always_on` means that the fuse WDTON is programmed: WDE is always 1 and WDIE 0.
     #[must_use]
     pub fn new(kind: WatchdogKind, always_on: bool, hz: u64) -> AvrWatchdog {
         AvrWatchdog {
@@ -116,26 +116,28 @@ impl AvrWatchdog {
         }
     }
 
-    /// WDRF is `on` from the edge `t` on: while it is set, so is WDE (11.9.2), which stays set when it goes. Chips without the
-    /// interrupt do not do this. To be told before [`AvrDevice::reset`] where a reset changes WDRF.
+    /// Sets whether WDRF is set, from the edge `t` on. While WDRF is set, WDE is set too (11.9.2), and WDE
+    /// stays set afterwards. Has no effect on chips without the interrupt. Call it before
+    /// [`AvrDevice::reset`] if a reset changes WDRF.
     pub fn set_forced_on(&mut self, on: bool, t: u64, out: &mut AvrOutbox) {
         self.change_setup(t, out, |watchdog| watchdog.forced = on && watchdog.kind.interrupt);
     }
 
-    /// WDR: the divider is cleared at the edge `t` that ends the cycle of the instruction.
+    /// Executes a WDR: clears the divider at the edge `t`, which ends the cycle of the instruction.
     pub fn restart(&mut self, t: u64, out: &mut AvrOutbox) {
         self.run_due(t, out);
         self.clear_counter(t);
     }
 
-    /// The chip is in reset, start-up time included (`on`), or leaves it at the edge `t`: it counts from there (11.2, 11.8).
+    /// Holds the watchdog while the chip is in reset, including the start-up time (`on`), or releases it at
+    /// the edge `t`; then it counts from zero (11.2, 11.8).
     pub fn hold(&mut self, on: bool, t: u64, out: &mut AvrOutbox) {
         self.run_due(t, out);
         self.held = on;
         self.clear_counter(t);
     }
 
-    /// It counts: WDE or WDIE is set.
+    /// Reports whether the watchdog counts: WDE or WDIE is set.
     #[must_use]
     pub const fn is_running(&self) -> bool {
         self.wdtcsr & (WDE | WDIE) != 0
@@ -145,7 +147,7 @@ impl AvrWatchdog {
         (self.from, self.counted, self.served) = (t, 0, t);
     }
 
-    /// Changes the register or what overrides it, at `t`. The divider stands at zero while the watchdog is off.
+    /// Changes the register, or what overrides it, at `t`. The divider is zero while the watchdog is off.
     fn change_setup(&mut self, t: u64, out: &mut AvrOutbox, change: impl FnOnce(&mut AvrWatchdog)) {
         self.run_due(t, out);
         let was_running = self.is_running();
@@ -163,18 +165,18 @@ impl AvrWatchdog {
         }
     }
 
-    /// Picoseconds of the time-out that WDP says.
+    /// Returns the time-out that WDP selects, in picoseconds.
     fn period(&self) -> u128 {
         let wdp = self.wdtcsr & self.kind.wdp;
         self.kind.period((wdp & 7 | wdp >> 5 << 3).min(self.kind.longest))
     }
 
-    /// Picoseconds that the divider has counted at the edge `t`.
+    /// Returns the picoseconds that the divider has counted at the edge `t`.
     fn elapsed(&self, t: u64) -> u128 {
         u128::from(self.counted) + u128::from(t.saturating_sub(self.from)) * SECOND_PS / u128::from(self.hz)
     }
 
-    /// The first edge after `served` by which the divider has gone over a multiple of the period.
+    /// Returns the first edge after `served` at which the divider has passed a multiple of the period.
     fn timeout_cycle(&self) -> u64 {
         if !self.is_running() || self.held {
             return NEVER;
@@ -183,14 +185,14 @@ impl AvrWatchdog {
         self.cycle_of((self.elapsed(self.served) / period + 1) * period)
     }
 
-    /// The first edge by which the divider has counted for so many picoseconds.
+    /// Returns the first edge at which the divider has counted `elapsed` picoseconds.
     fn cycle_of(&self, elapsed: u128) -> u64 {
         let left = elapsed.saturating_sub(u128::from(self.counted));
         let cycles = left.saturating_mul(u128::from(self.hz)).div_ceil(SECOND_PS);
         u64::try_from(cycles).map_or(NEVER, |cycles| self.from.saturating_add(cycles))
     }
 
-    /// Time-outs up to `t` do no more than set WDIF once more.
+    /// Handles time-outs up to `t` that only set WDIF again.
     fn repeat(&mut self, t: u64) {
         let period = self.period();
         let last = self.cycle_of(self.elapsed(t) / period * period);
@@ -200,13 +202,13 @@ impl AvrWatchdog {
         self.served = t;
     }
 
-    /// The next time-out leaves WDIF set, and not a reset behind it: there is an interrupt, and it was taken where a reset is
-    /// to follow (table 11-1).
+    /// Reports whether the next time-out sets WDIF and does not reset the chip: the interrupt is enabled and,
+    /// if a reset follows it, the previous interrupt was taken (table 11-1).
     const fn is_interrupt_mode(&self) -> bool {
         self.wdtcsr & WDIE != 0 && self.wdtcsr & (WDE | WDIF) != WDE | WDIF
     }
 
-    /// WDIF is set, and no time-out will do more than that.
+    /// Reports whether WDIF is set and further time-outs only set it again.
     const fn is_change_pending(&self) -> bool {
         self.is_interrupt_mode() && self.wdtcsr & WDIF != 0
     }
@@ -226,7 +228,7 @@ impl AvrDevice for AvrWatchdog {
                 self.wdtcsr |= WDIF;
                 self.flagged = at;
             } else {
-                // One reset is enough, whenever it is done.
+                // One reset is enough, even if several time-outs have passed.
                 out.push(AvrSignal::Reset { t: at });
                 self.served = t;
             }
@@ -245,7 +247,7 @@ impl AvrDevice for AvrWatchdog {
         u8::from(self.wdtcsr & (WDIF | WDIE) == WDIF | WDIE)
     }
 
-    /// WDIF is cleared, and WDIE too where a reset is to follow (11.9.2).
+    /// Clears WDIF, and WDIE too if a reset follows the interrupt (11.9.2).
     fn on_interrupt_taken(&mut self, irq: u8, t: u64, out: &mut AvrOutbox) {
         self.change_setup(t, out, |watchdog| {
             if irq == 0 {
@@ -260,8 +262,8 @@ impl AvrDevice for AvrWatchdog {
         watchdog.wdtcsr | if t < self.window { WDCE } else { 0 }
     }
 
-    /// The sequence of 11.8: WDCE and WDE together open a window of four cycles, in which a write without WDCE sets WDE and WDP.
-    /// WDE can be set at any time.
+    /// Timed sequence of 11.8: WDCE and WDE together open a window of four cycles, in which a write without
+    /// WDCE changes WDE and WDP. WDE can be set at any time.
     fn write(&mut self, _reg: WatchdogRegister, value: u8, mask: u8, t: u64, out: &mut AvrOutbox) {
         self.change_setup(t, out, |watchdog| {
             let old = watchdog.wdtcsr;
@@ -279,7 +281,7 @@ impl AvrDevice for AvrWatchdog {
                 free |= watchdog.kind.wdp;
             }
             watchdog.wdtcsr = old & !free | value & (free | WDE);
-            // What is set at the very edge of the write stays set.
+            // A flag set at the very edge of the write stays set.
             if value & WDIF != 0 && watchdog.flagged != t {
                 watchdog.wdtcsr &= !WDIF;
             }
@@ -300,10 +302,10 @@ impl AvrDevice for AvrWatchdog {
         self.run_due(t, out);
     }
 
-    /// Time-outs up to `t` that are noticed must have been run. 0 counts as 1.
+    /// Call `run_due` first, so that no time-out is lost. 0 Hz counts as 1.
     fn set_clock_hz(&mut self, hz: u64, t: u64) {
         self.run_due(t, &mut AvrOutbox::new());
-        // The divider counts modulo its longest time-out, of which all others are parts.
+        // The divider counts modulo its longest time-out, which is a multiple of all others.
         self.counted = u64::try_from(self.elapsed(t) % self.kind.period(self.kind.longest)).unwrap_or(0);
         (self.from, self.served, self.hz) = (t, t, hz.max(1));
     }

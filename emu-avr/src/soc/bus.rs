@@ -1,8 +1,9 @@
-//! The chip as its core sees it: reads and writes of registers, interrupts, and what keeps it awake.
+//! The chip as its core accesses it: registers, interrupts, and what keeps the chip awake.
 
 use emu_core::cpu::{Bus, BusEffect, NEVER};
 
 use super::AvrSoc;
+use super::memory::MaskedWrite;
 use crate::chips::{RegisterSlot, unit_index};
 use crate::periph::usart::AvrUsart;
 use crate::periph::{AvrDevice, timers, watchdog};
@@ -10,7 +11,7 @@ use crate::periph::{AvrDevice, timers, watchdog};
 impl Bus for AvrSoc {
     #[inline]
     fn read(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
-        // What programs wait for goes the short way.
+        // Fast path for the flag registers that programs poll.
         if now < self.due
             && let RegisterSlot::Timer(n, timers::TimerRegister::TIFR) = self.register_slot(reg)
             && self.prr == 0
@@ -40,14 +41,14 @@ impl Bus for AvrSoc {
 
     fn write_bits(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> BusEffect {
         let due = self.due <= now;
-        let (mask, value) = self.merge_whole_register(reg, mask, value, now);
+        let MaskedWrite { mask, value } = self.merge_whole_register(reg, mask, value, now);
         self.run(now);
         let (logged, asks) = (self.log.len(), self.unit_requests);
         self.write_register(self.register_slot(reg), mask, value, now + 1);
         if self.touched_units != 0 {
             self.update_deadlines();
         }
-        // The instruction behind a write of IVSEL runs before any interrupt (12.5.1).
+        // The instruction after a write of IVSEL runs before any interrupt (12.5.1).
         if std::mem::take(&mut self.power.moved_vectors) {
             return BusEffect::HOLD_INTERRUPTS;
         }
@@ -97,7 +98,7 @@ impl Bus for AvrSoc {
     }
 
     fn is_busy(&self) -> bool {
-        // What moves pins by itself: units that have something to do and no interrupt enabled for it.
+        // Units that change pins without an enabled interrupt.
         let moves =
             |n: usize| self.unit_deadlines[n] != NEVER && self.timers[n].peek(timers::TimerRegister::TIMSK, 0) == 0;
         let units = [unit_index::SPI, unit_index::TWI, unit_index::ADC, unit_index::EEPROM];
@@ -108,5 +109,5 @@ impl Bus for AvrSoc {
     }
 }
 
-/// WDE in WDTCSR.
+/// Mask of WDE in WDTCSR.
 const WDE: u8 = 1 << 3;

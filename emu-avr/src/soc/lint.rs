@@ -1,4 +1,4 @@
-//! What diagnostics ask of the chip. Nothing of it changes anything.
+//! Queries of the diagnostics to the chip. None of them changes anything.
 
 use super::AvrSoc;
 use crate::chips::{AvrPart, unit_index};
@@ -6,37 +6,45 @@ use crate::periph::{AvrDevice, adc, comparator, eeprom, external, spi, spm, time
 
 use emu_core::pins::{PinId, PinLevel};
 
+/// The speed of a serial port.
+pub(crate) struct BaudClock {
+    /// The clock in Hz.
+    pub hz: u64,
+    /// Its clocks to a bit.
+    pub clocks_per_bit: u64,
+}
+
 impl AvrSoc {
-    /// The chip's row.
+    /// Returns the chip's row.
     pub(crate) const fn part(&self) -> &'static AvrPart {
         self.part
     }
 
-    /// A byte of RAM below 100h.
+    /// Returns a byte of the RAM below 100h.
     pub(crate) fn low_at(&self, addr: u16) -> u8 {
         u8::try_from(addr).map_or(0, |addr| self.low_byte(addr))
     }
 
-    /// The pins of a port on which nothing stands and whose level an instruction would read.
+    /// Returns the pins of a port that float and whose level an instruction would read.
     pub(crate) fn floating(&self, port: usize) -> u8 {
         let exist = self.part.ports.get(port).copied().unwrap_or(0) & !self.analog_only(port);
         let floats = |bit: &PinId| self.ports.pin(port as PinId * 8 + bit).level() == PinLevel::Float;
         (0..8).filter(|bit| exist >> bit & 1 == 1).filter(floats).fold(0, |bits, bit| bits | 1 << bit)
     }
 
-    /// ICR of a timer is TOP in its mode.
+    /// Reports whether ICR is TOP in the mode of the timer `n`.
     pub(crate) fn icr_is_top(&self, n: u8) -> bool {
         self.timers[usize::from(n) % 4].icr_is_top()
     }
 
-    /// The channel that ADMUX chooses, if it has a pin, but not in the package.
+    /// Returns the channel that ADMUX selects, if it has a pin that is missing in the package.
     pub(crate) fn absent_channel(&self, admux: u8) -> Option<u8> {
         let channel = admux & self.part.adc_kind.mux;
         let pin = self.part.analog_pins.get(usize::from(channel))?;
         (!self.has_pin(*pin)).then_some(channel)
     }
 
-    /// The input INT whose edge is what wakes the chip, where the data sheet says that only a level does.
+    /// Returns the INT input whose edge wakes the chip although the data sheet says that only a level does.
     pub(crate) fn edge_that_wakes(&self) -> Option<u8> {
         let source =
             self.first_vector.and_then(|vector| self.part.interrupt_sources.get(usize::from(vector).checked_sub(1)?));
@@ -44,18 +52,18 @@ impl AvrSoc {
         (self.power.stopped_units >> unit_index::EXTERNAL & 1 == 1 && self.external.wakes_by_edge(int)).then_some(int)
     }
 
-    /// The receiver of a serial port is on.
+    /// Reports whether the receiver of the serial port `n` is on.
     pub(crate) fn listens_at(&self, n: usize, t: u64) -> bool {
         self.usarts[n % 2].peek(usart::UsartRegister::UCSRB, t) & usart::RXEN != 0
     }
 
-    /// The transmitter of a serial port is on.
+    /// Reports whether the transmitter of the serial port `n` is on.
     pub(crate) fn sends_at(&self, n: usize, t: u64) -> bool {
         self.usarts[n % 2].peek(usart::UsartRegister::UCSRB, t) & usart::TXEN != 0
     }
 
-    /// The clock in Hz and the clocks to a bit of an asynchronous serial port (20.3.1).
-    pub(crate) fn baud(&self, n: usize, t: u64) -> Option<(u64, u64)> {
+    /// The speed of an asynchronous serial port (20.3.1).
+    pub(crate) fn baud(&self, n: usize, t: u64) -> Option<BaudClock> {
         let usart = &self.usarts[n % 2];
         let [a, c, low, high] = [
             usart::UsartRegister::UCSRA,
@@ -64,13 +72,14 @@ impl AvrSoc {
             usart::UsartRegister::UBRRH,
         ]
         .map(|reg| usart.peek(reg, t));
-        // UMSEL is one bit where there is no master SPI mode, which does not change what 0 means.
+        // On chips without master SPI mode UMSEL has one bit; 0 means asynchronous there too.
         let asynchronous = c >> 6 == 0;
         let per_bit = if a & usart::U2X != 0 { 8 } else { 16 };
-        asynchronous.then(|| (self.power.hz(), per_bit * (u64::from(u16::from_be_bytes([high, low])) + 1)))
+        let clocks_per_bit = per_bit * (u64::from(u16::from_be_bytes([high, low])) + 1);
+        asynchronous.then(|| BaudClock { hz: self.power.hz(), clocks_per_bit })
     }
 
-    /// Interrupts whose enable is set, by their vectors.
+    /// Returns the interrupts that are enabled, as a mask of their vectors.
     pub(crate) fn enabled(&self, t: u64) -> u64 {
         let units: [u8; unit_index::COUNT] = std::array::from_fn(|number| self.enables(number, t));
         let vectors = self.part.interrupt_sources.iter().zip(1u32..64);
@@ -79,7 +88,7 @@ impl AvrSoc {
         })
     }
 
-    /// Interrupts of a unit whose enable is set.
+    /// Returns the interrupts of a unit that are enabled.
     fn enables(&self, number: usize, t: u64) -> u8 {
         let bit = |value: u8, bit: u8| value >> bit & 1;
         match number {

@@ -1,4 +1,4 @@
-//! Pins: what comes from outside, what units do to them, and who is told of them.
+//! Pins: inputs from outside, overrides by units, and notification of the units that listen.
 
 use emu_core::chip::ChipPackage;
 use emu_core::cpu::ResetCause;
@@ -12,14 +12,14 @@ use crate::periph::comparator::ComparatorInput;
 use crate::periph::ports::{PIN_COUNT, PinChange};
 use crate::periph::{AvrDevice, AvrDrive, AvrLine, timers};
 
-/// What comes from outside.
+/// An input from outside the chip.
 #[derive(Debug, Clone, Copy)]
 pub enum OutsideInput {
-    /// A level, or nothing.
+    /// A level on a pin, or no drive.
     Level(PinId, PinLevel),
-    /// A voltage, in millivolts.
+    /// A voltage on a pin, in millivolts.
     Volts(PinId, u32),
-    /// The supply, in millivolts.
+    /// The supply voltage, in millivolts.
     Supply(u32),
 }
 
@@ -31,12 +31,12 @@ impl Default for OutsideInput {
 
 state! { enum OutsideInput { 0 = Level(pin, level), 1 = Volts(pin, millivolts), 2 = Supply(millivolts) } }
 
-/// Who listens on each pin, and the package that has the pins, where one is chosen.
+/// The unit lines on each pin, and the package, if one is selected.
 #[derive(Debug)]
 pub(super) struct PinLines(Vec<Vec<(usize, AvrLine)>>, Option<&'static ChipPackage>);
 
 impl PinLines {
-    /// The wiring of a part in the package of that name.
+    /// Returns the lines of a part in the package of that name.
     pub(super) fn new(part: &AvrPart, package: Option<&str>) -> PinLines {
         let mut pins = vec![Vec::new(); PIN_COUNT];
         for &(number, line, pin) in part.peripheral_pins {
@@ -54,18 +54,19 @@ impl PinLines {
 }
 
 impl AvrSoc {
-    /// The chip has this pin, in the package that is chosen, or else in one of its packages.
+    /// Reports whether the chip has this pin: in the selected package, or else in any of its packages.
     #[must_use]
     pub fn has_pin(&self, pin: PinId) -> bool {
         self.wiring.1.map_or_else(|| self.part.chip.has_pin(pin), |package| package.pin_number(pin).is_some())
     }
 
-    /// Drives a pin from outside at the cycle `at`, at once when that has passed. Drives of one cycle act in call order.
+    /// Drives a pin from outside at the cycle `at`, or at once if that has passed. Drives in the same cycle
+    /// take effect in call order.
     pub fn drive(&mut self, at: u64, now: u64, pin: PinId, level: PinLevel) {
         self.queue_input(at, now, OutsideInput::Level(pin, level));
     }
 
-    /// Puts something on the chip from outside at the cycle `at`, at once when that has passed.
+    /// Queues an input from outside for the cycle `at`, or applies it at once if that has passed.
     pub fn queue_input(&mut self, at: u64, now: u64, put: OutsideInput) {
         self.run(now);
         let at = at.max(now);
@@ -74,7 +75,7 @@ impl AvrSoc {
         self.run(now);
     }
 
-    /// Carries out what comes from outside at or before the edge `t`.
+    /// Applies the queued inputs that are due at or before the edge `t`.
     pub(super) fn apply_inputs(&mut self, t: u64) {
         while let Some(put) = self.drives.pop_due(t) {
             match put {
@@ -88,7 +89,8 @@ impl AvrSoc {
                     if let Some(volts) = self.power.volts.get_mut(usize::from(pin)) {
                         *volts = Some(millivolts);
                     }
-                    // Where the input switches between the levels that the data sheet promises is taken for the middle.
+                    // The switching threshold between the levels guaranteed by the data sheet is assumed to
+                    // be half the supply.
                     self.drive_pin(pin, PinLevel::from_bit(2 * u64::from(millivolts) >= self.power.supply.into()), t);
                     self.notify_voltage(pin, t);
                 }
@@ -102,7 +104,7 @@ impl AvrSoc {
         self.on_pin_edge(pin, changed, t);
     }
 
-    /// A unit takes a pin or gives it back.
+    /// Sets or removes the override of a pin by a unit.
     pub(super) fn set_line_driver(&mut self, number: usize, line: AvrLine, drive: AvrDrive, t: u64) {
         if number == unit_index::COMPARATOR {
             return self.capture_input(drive, t);
@@ -115,7 +117,7 @@ impl AvrSoc {
         }
     }
 
-    /// The comparator is the source of timer 1's captures, or gives the input back to its pin (23.2).
+    /// Connects the capture input of timer 1 to the comparator, or back to its pin (23.2).
     fn capture_input(&mut self, drive: AvrDrive, t: u64) {
         self.power.capture_driver = drive;
         let number = unit_index::TIMER + 1;
@@ -128,20 +130,20 @@ impl AvrSoc {
         self.notify_line(number, AvrLine::Icp, high, t);
     }
 
-    /// Settles a pin at the edge `t` after the chip changed what it does to it.
+    /// Updates a pin at the edge `t` after the chip has changed how it drives it.
     pub(super) fn update_pin(&mut self, pin: PinId, t: u64) {
         let changed = self.ports.update_level(pin, t);
         self.on_pin_edge(pin, changed, t);
     }
 
-    /// Settles all pins.
+    /// Updates all pins.
     pub(super) fn update_all_pins(&mut self, t: u64) {
         for pin in 0..self.ports.pins().len() as PinId {
             self.update_pin(pin, t);
         }
     }
 
-    /// Logs the edge of a pin, if there was one, and a fight over it, and tells who listens.
+    /// Logs the edge of a pin, if there was one, and contention on it, and notifies the listening units.
     fn on_pin_edge(&mut self, pin: PinId, changed: Option<PinChange>, t: u64) {
         if self.log.is_enabled() {
             let level = changed.map(|change| change.level);
@@ -165,7 +167,7 @@ impl AvrSoc {
         }
     }
 
-    /// A line of a unit has changed.
+    /// Notifies a unit of a change of one of its lines.
     fn notify_line(&mut self, number: usize, line: AvrLine, high: bool, t: u64) {
         with_unit!(self, number, unit => {
             unit.run_due(t, &mut self.out);
@@ -176,7 +178,7 @@ impl AvrSoc {
         self.notify_trigger(number, t);
     }
 
-    /// The levels of all lines, as units find them when they begin.
+    /// Notifies all units of the levels of their lines, after a reset.
     pub(super) fn notify_all_lines(&mut self, t: u64) {
         let wiring = self.wiring.clone();
         for (pin, lines) in wiring.0.iter().enumerate() {
@@ -189,7 +191,7 @@ impl AvrSoc {
         }
     }
 
-    /// The voltage on a pin, as the analog units see it.
+    /// Passes the voltage on a pin to the analog units.
     pub(super) fn notify_voltage(&mut self, pin: PinId, t: u64) {
         let wire = self.ports.pin(pin);
         let outside = self.power.volts.get(usize::from(pin)).copied().flatten();
@@ -211,10 +213,12 @@ impl AvrSoc {
         self.apply_signals(unit_index::COMPARATOR);
     }
 
+    /// Writes the bits in `mask` of a port register at the edge `t`; `kind` is 0 for PINx, 1 for DDRx, 2 for
+    /// PORTx.
     pub(super) fn write_port(&mut self, port: usize, kind: u8, mask: u8, value: u8, t: u64) {
         let (ddr, out) = (self.ports.ddr(port), self.ports.port(port));
         let changed = match kind {
-            // Writing one to PINx toggles PORTx (14.2.2), on chips that do.
+            // On chips that support it, writing one to PINx toggles PORTx (14.2.2).
             0 if self.part.pin_writes_toggle => self.ports.set_port(port, out ^ value & mask),
             0 => 0,
             1 => self.ports.set_ddr(port, ddr & !mask | value & mask),
@@ -229,7 +233,7 @@ impl AvrSoc {
         }
     }
 
-    /// Units for which DDR chooses what they are.
+    /// Notifies the units whose role depends on DDR.
     fn notify_direction(&mut self, pin: PinId, t: u64) {
         let wiring = self.wiring.clone();
         let output = self.ports.is_output(pin);
@@ -245,7 +249,7 @@ impl AvrSoc {
         }
     }
 
-    /// Pins whose digital input is switched off read 0 (24.9.5, 23.3.3).
+    /// Returns the pins of a port whose digital input is off; they read 0 (24.9.5, 23.3.3).
     #[inline]
     pub(super) fn analog_only(&self, port: usize) -> u8 {
         if self.adc.digital_off() | self.comparator.digital_off() == 0 {
@@ -258,13 +262,13 @@ impl AvrSoc {
         };
         let off = off(self.adc.digital_off(), self.part.analog_pins)
             | off(self.comparator.digital_off(), &self.part.comparator_pins);
-        // An enabled pin change keeps the input on (14.3, DIEOE).
+        // An enabled pin change interrupt keeps the input on (14.3, DIEOE).
         let changes = self.part.pin_changes.iter().filter(|row| usize::from(row.0 / 8) == port);
         let on = changes.filter(|row| self.external.pin_change_on(row.1));
         off & !on.fold(0, |bits, row| bits | 1 << (row.0 % 8))
     }
 
-    /// The reset pin, unless it is a port pin, has another level.
+    /// Handles a level change of the reset pin, unless it is a port pin.
     fn reset_pin(&mut self, high: bool, t: u64) {
         if self.power.has_reset_pin {
             if !high {
@@ -275,7 +279,7 @@ impl AvrSoc {
         }
     }
 
-    /// The flag of the source that the converter listens to, when it is one of the unit `number`.
+    /// Passes the flag of the converter's trigger source to it, if the source belongs to the unit `number`.
     pub(super) fn notify_trigger(&mut self, number: usize, t: u64) {
         if let Some(source) = self.adc.listened_trigger()
             && self.part.adc_trigger(source).is_some_and(|(of, _)| of == number)
@@ -285,7 +289,8 @@ impl AvrSoc {
         }
     }
 
-    /// The flags of all sources, some of whose units have had no reason yet to do what was due by `t`.
+    /// Passes the flags of all trigger sources to the converter, after executing what is due by `t` in their
+    /// units.
     pub(super) fn notify_triggers(&mut self, t: u64) {
         self.run_unit(unit_index::EXTERNAL, t);
         self.run_unit(unit_index::COMPARATOR, t);
@@ -294,7 +299,8 @@ impl AvrSoc {
         }
     }
 
-    /// Units tell of the flags that the converter listens to, and the comparator takes what the converter leaves it.
+    /// Selects the unit that signals the converter's trigger, and updates the comparator's channel and
+    /// reference.
     pub(super) fn update_trigger_listeners(&mut self, t: u64) {
         let wanted = self.adc.listened_trigger().and_then(|source| self.part.adc_trigger(source));
         for n in 0..self.timers.len() {
@@ -316,7 +322,7 @@ impl AvrSoc {
         self.apply_signals(unit_index::COMPARATOR);
     }
 
-    /// The flag of a trigger source as it stands at `t`.
+    /// Returns the flag of a trigger source at `t`.
     fn trigger_flag(&self, source: u8, t: u64) -> bool {
         let Some((number, irq)) = self.part.adc_trigger(source) else { return false };
         match number {

@@ -7,22 +7,22 @@ use emu_core::state;
 
 use super::AvrSoc;
 use super::sleep::SleepMode;
-use crate::chips::{AvrPart, FuseLayout, unit_index};
+use crate::chips::{AvrPart, FuseLayout, StartUpTime, unit_index};
 use crate::cpu::Options;
 use crate::periph::ports::PIN_COUNT;
 use crate::periph::spm::ConfigBytes;
 use crate::periph::{AvrDevice, AvrDrive};
 
-/// WDRF in MCUSR.
+/// Mask of WDRF in MCUSR.
 pub(super) const WDRF: u8 = 1 << 3;
 
-/// CLKPCE in CLKPR.
+/// Mask of CLKPCE in CLKPR.
 const CLKPCE: u8 = 1 << 7;
 
-/// Cycles for which a timed sequence is open.
+/// Cycles for which a timed sequence stays open.
 const UNLOCK_CYCLES: u64 = 4;
 
-/// What the chip is supplied with and clocked by, and what is under way of that.
+/// State of supply, clock, reset and sleep.
 #[derive(Debug, Clone)]
 pub(super) struct PowerState {
     /// Main clock in Hz, before CLKPR.
@@ -31,43 +31,45 @@ pub(super) struct PowerState {
     pub(super) clkps: u8,
     /// CLKPS after a reset, by CKDIV8.
     reset_clkps: u8,
-    /// The edges at which CLKPCE, IVCE, BODSE and BODS are cleared.
+    /// Edges at which CLKPCE, IVCE, BODSE and BODS are cleared.
     unlock_ends: [u64; 4],
-    /// What asks for a reset.
+    /// Requested reset, if any.
     reset_request: Option<ResetCause>,
-    /// The reset pin is low.
+    /// True while the reset pin is low.
     pub reset_pin_low: bool,
-    /// The reset pin is one.
+    /// True if the reset pin is not a port pin.
     pub has_reset_pin: bool,
-    /// Level of the brown-out detector in millivolts, 0 is off; the supply is below it.
+    /// Threshold of the brown-out detector in millivolts, 0 if it is off; then whether the supply is below
+    /// it.
     pub bod_mv: u32,
     is_browned_out: bool,
-    /// Supply in millivolts.
+    /// Supply voltage in millivolts.
     pub supply: u32,
-    /// The core starts at this cycle, after a reset; 0 when it runs.
+    /// Cycle at which the core starts after a reset; 0 while it runs.
     start_cycle: u64,
-    /// IVSEL has just been written.
+    /// True if IVSEL has just been written.
     pub moved_vectors: bool,
-    /// Its clock runs again from this cycle on, out of sleep; 0 when it is not about to.
+    /// Cycle from which the core's clock runs again after sleep; 0 if it is not waking.
     pub(super) wake_cycle: u64,
-    /// Cycles of the main clock, and microseconds, from a reset to the start; none where start-up is not waited for.
-    start_up: Option<(u64, u64)>,
+    /// From a reset to the start; none where start-up is not waited for.
+    start_up: Option<StartUpTime>,
     /// Cycles of the main clock that waking takes where the oscillator has stood.
     pub(super) wake_up: u64,
-    /// The core sleeps since the edge.
+    /// Sleep mode, and the edge at which the core went to sleep.
     pub(super) asleep: Option<(SleepMode, u64)>,
-    /// Units whose clock stands, and since when that of the I/O clock does.
+    /// Mask of the units whose clock is stopped.
     pub(super) stopped_units: u16,
-    /// The main clock goes on in this sleep, for timer 2.
+    /// True if the main clock continues in this sleep, for timer 2.
     pub(super) keeps_timer2: bool,
-    /// The oscillator of the asynchronous timer runs.
+    /// True while the oscillator of the asynchronous timer runs; then, in `io_stopped`, the edge at which the
+    /// I/O clock stopped.
     pub(super) crystal: bool,
     pub(super) io_stopped: u64,
-    /// Voltages on pins, in millivolts, where a level does not say it all.
+    /// Voltages on pins in millivolts, for pins driven by a voltage instead of a level.
     pub volts: [Option<u32>; PIN_COUNT],
-    /// What units do to each pin.
+    /// Overrides of pins by units.
     drivers: Vec<(PinId, usize, AvrDrive)>,
-    /// What the comparator does to the capture input of timer 1.
+    /// Override of timer 1's capture input by the comparator.
     pub capture_driver: AvrDrive,
 }
 
@@ -81,12 +83,12 @@ state! {
 }
 
 impl PowerState {
-    /// As the fuses say.
+    /// Returns the state that the fuses select.
     pub(super) fn new(part: &AvrPart, options: Options, bytes: &ConfigBytes) -> PowerState {
         let rows = &part.fuses;
         let value = |fuse| FuseLayout::value(bytes.fuses, fuse);
         let (cksel, sut) = (value(rows.cksel), value(rows.sut));
-        let (clocks, us) = (rows.start_up)(cksel, sut);
+        let start_up = (rows.start_up)(cksel, sut);
         PowerState {
             source_hz: options.hz.max(1),
             clkps: 0,
@@ -101,8 +103,10 @@ impl PowerState {
             start_cycle: 0,
             wake_cycle: 0,
             moved_vectors: false,
-            start_up: options.start_up.then_some((clocks + rows.reset_clocks, us)),
-            wake_up: clocks,
+            start_up: options
+                .start_up
+                .then_some(StartUpTime { clocks: start_up.clocks + rows.reset_clocks, ..start_up }),
+            wake_up: start_up.clocks,
             asleep: None,
             stopped_units: 0,
             keeps_timer2: false,
@@ -114,75 +118,76 @@ impl PowerState {
         }
     }
 
-    /// Asks for a reset.
+    /// Requests a reset.
     pub(super) fn request(&mut self, why: ResetCause) {
-        // The weightier cause stays.
+        // A power-on reset has priority over other causes.
         if self.reset_request != Some(ResetCause::PowerOn) {
             self.reset_request = Some(why);
         }
     }
 
-    /// A reset is asked for.
+    /// Reports whether a reset is requested.
     pub(super) const fn has_reset_request(&self) -> bool {
         self.reset_request.is_some()
     }
 
-    /// The chip is held in reset from outside.
+    /// Reports whether the reset pin or the supply holds the chip in reset.
     pub(super) const fn is_held_in_reset(&self) -> bool {
         self.reset_pin_low || self.is_browned_out
     }
 
-    /// The cycle at which something comes of this by itself.
+    /// Returns the cycle of the next event: start after a reset, or wake-up.
     pub(super) fn next(&self) -> u64 {
         let starts = if self.start_cycle != 0 && !self.is_held_in_reset() { self.start_cycle } else { NEVER };
         if self.wake_cycle != 0 { starts.min(self.wake_cycle) } else { starts }
     }
 
-    /// Cycles in a second.
+    /// Returns the clock of the core in Hz.
     pub(super) fn hz(&self) -> u64 {
         (self.source_hz >> self.clkps).max(1)
     }
 
-    /// Cycles from the end of a reset to the first instruction.
+    /// Returns the cycles from the end of a reset to the first instruction.
     fn start_wait(&self) -> u64 {
-        let Some((clocks, us)) = self.start_up else { return 0 };
-        (clocks >> self.clkps) + (u128::from(us) * u128::from(self.hz())).div_ceil(1_000_000) as u64
+        let Some(StartUpTime { clocks, delay_us }) = self.start_up else { return 0 };
+        (clocks >> self.clkps) + (u128::from(delay_us) * u128::from(self.hz())).div_ceil(1_000_000) as u64
     }
 
-    /// CLKPR.
+    /// Returns CLKPR.
     pub(super) const fn clkpr(&self, t: u64) -> u8 {
         self.clkps | if t < self.unlock_ends[0] { CLKPCE } else { 0 }
     }
 
-    /// IVCE reads as one.
+    /// Reports whether IVCE reads as one.
     pub(super) const fn ivce_open(&self, t: u64) -> bool {
         t < self.unlock_ends[1]
     }
 
-    /// IVCE is set at the edge `t`.
+    /// Sets IVCE at the edge `t`.
     pub(super) fn open_ivce(&mut self, t: u64) {
         self.unlock_ends[1] = t + UNLOCK_CYCLES;
     }
 
-    /// IVSEL is written.
+    /// Clears IVCE after a write of IVSEL.
     pub(super) fn close_ivce(&mut self) {
         self.unlock_ends[1] = 0;
         self.moved_vectors = true;
     }
 
-    /// BODSE and BODS are set at the edge `t`.
+    /// Handles a write of BODSE and BODS at the edge `t`.
     pub(super) fn open_bods(&mut self, t: u64) {
         self.unlock_ends[2] = t + UNLOCK_CYCLES;
     }
 
-    /// BODS alone is set: the detector is off in a sleep that begins within three cycles (10.11.2).
+    /// Handles a write of BODS alone: the detector is off in a sleep that starts within three cycles
+    /// (10.11.2).
     pub(super) fn set_bods(&mut self, t: u64) {
         if t <= self.unlock_ends[2] {
             self.unlock_ends[3] = t + 3;
         }
     }
 
-    /// A unit does something to a pin.
+    /// Sets or removes the override of a pin by a unit.
     pub(super) fn drives_pin(&mut self, pin: PinId, number: usize, drive: AvrDrive) {
         self.drivers.retain(|row| (row.0, row.1) != (pin, number));
         if drive != AvrDrive::Port {
@@ -190,8 +195,8 @@ impl PowerState {
         }
     }
 
-    /// What becomes of a pin that several units want: who overrides its direction comes before who gives a value, and values are
-    /// ORed (14.3: MOSI and OC2A on PB3).
+    /// Returns the resulting override of a pin for which several units have one. An override of the direction
+    /// has priority over a value, and values are ORed (14.3: MOSI and OC2A on PB3).
     pub(super) fn driver(&self, pin: PinId) -> AvrDrive {
         let of = self.drivers.iter().filter(|row| row.0 == pin).map(|row| row.2);
         let all = of.clone().find(|drive| !matches!(drive, AvrDrive::Value(_)));
@@ -199,7 +204,7 @@ impl PowerState {
         all.or_else(|| of.reduce(any)).unwrap_or_default()
     }
 
-    /// Nothing is under way, at a reset.
+    /// Clears all pending operations at a reset.
     fn reset(&mut self) {
         self.clkps = self.reset_clkps;
         self.unlock_ends = [0; 4];
@@ -215,7 +220,8 @@ impl PowerState {
 }
 
 impl AvrSoc {
-    /// Resets all units to their initial values at the cycle `now`, MCUSR by cause (11.9.1). Outside drives stay.
+    /// Resets all units to their initial values at the cycle `now`, and MCUSR by cause (11.9.1). Outside
+    /// drives do not change.
     pub fn reset(&mut self, why: ResetCause, now: u64) {
         self.run(now);
         self.lints.reset();
@@ -237,7 +243,7 @@ impl AvrSoc {
             with_unit!(self, number, unit => unit.reset(now, &mut self.out));
         }
         self.power.reset();
-        // What units said to the pins is over with them.
+        // Overrides that units requested before the reset are discarded.
         self.out.clear();
         self.touched_units = u16::MAX;
         self.prescalers = [Prescaler::new(now); 2];
@@ -257,26 +263,27 @@ impl AvrSoc {
         self.update_deadlines();
     }
 
-    /// Takes the reset that is asked for, up to `now`.
+    /// Executes everything up to `now`, and takes the requested reset, if any.
     #[inline]
     pub fn requested_reset(&mut self, now: u64) -> Option<ResetCause> {
         self.run(now);
         self.power.reset_request.take()
     }
 
-    /// IVCE is set at the cycle `now`: no interrupt is taken (12.5.1).
+    /// Reports whether IVCE is set at the cycle `now`: no interrupt is taken then (12.5.1).
     #[must_use]
     pub const fn ivce(&self, now: u64) -> bool {
         self.power.ivce_open(now)
     }
 
-    /// The core stands: in reset, from outside or while the clock starts up, at waking, or while a memory halts it.
+    /// Reports whether the core is stopped: in reset, during start-up, while waking, or halted by a memory
+    /// access.
     #[must_use]
     pub fn is_core_stopped(&self) -> bool {
         self.power.is_held_in_reset() || self.power.start_cycle != 0 || self.power.wake_cycle != 0 || self.stall != 0
     }
 
-    /// The chip is held in reset or let go.
+    /// Updates the pins and the start-up after the chip entered or left the held reset.
     pub(super) fn hold_in_reset(&mut self, t: u64) {
         let held = self.power.is_held_in_reset();
         let released = self.ports.held_in_reset && !held;
@@ -285,14 +292,14 @@ impl AvrSoc {
             self.update_all_pins(t);
         }
         if released && self.power.start_cycle != 0 {
-            // Start-up begins when the reset ends (11.2).
+            // Start-up begins at the end of the reset (11.2).
             self.power.start_cycle = (t + self.power.start_wait()).max(1);
         } else if held && self.power.start_cycle == 0 {
             self.power.start_cycle = t.max(1);
         }
     }
 
-    /// What is due of this at or before the edge `t`.
+    /// Executes what is due in power and clocks at or before the edge `t`.
     pub(super) fn run_power(&mut self, t: u64) {
         if self.power.start_cycle != 0 && self.power.start_cycle <= t && !self.power.is_held_in_reset() {
             self.power.start_cycle = 0;
@@ -314,7 +321,7 @@ impl AvrSoc {
         self.update_deadlines();
     }
 
-    /// Tells all units how many cycles there are to a second.
+    /// Passes the clock in Hz to all units.
     fn update_clock(&mut self, t: u64) {
         let hz = self.power.hz();
         for number in 0..unit_index::COUNT {
@@ -325,10 +332,10 @@ impl AvrSoc {
         self.touched_units = u16::MAX;
     }
 
-    /// CLKPR: CLKPCE alone opens the window, in which CLKPS can be written (9.12.2).
+    /// Writes CLKPR: CLKPCE alone opens the window in which CLKPS can be written (9.12.2).
     pub(super) fn write_clkpr(&mut self, value: u8, t: u64) {
         if value == CLKPCE {
-            // Writing it again does not prolong the time.
+            // Writing it again does not extend the window.
             if t > self.power.unlock_ends[0] {
                 self.power.unlock_ends[0] = t + UNLOCK_CYCLES;
             }
@@ -340,7 +347,7 @@ impl AvrSoc {
         }
     }
 
-    /// The supply has changed.
+    /// Handles a change of the supply voltage.
     pub(super) fn set_supply(&mut self, millivolts: u32, t: u64) {
         let before = std::mem::replace(&mut self.power.supply, millivolts);
         self.run_unit(unit_index::ADC, t);
@@ -349,7 +356,7 @@ impl AvrSoc {
         for &pin in self.part.analog_pins.iter().chain(&self.part.comparator_pins) {
             self.notify_voltage(pin, t);
         }
-        // Below the level of power-on the chip is dead (table 29-5: 1.4 V rising).
+        // Below the power-on threshold the chip is in reset (table 29-5: 1.4 V rising).
         const POWER_ON_MV: u32 = 1_400;
         if millivolts < POWER_ON_MV {
             self.power.request(ResetCause::PowerOn);

@@ -1,4 +1,4 @@
-//! The registers of the chip by address (section 36): reading, showing, writing, and how long a value lasts.
+//! The registers of the chip by address (section 36): reads, writes, and how long a value stays the same.
 
 use emu_core::cpu::{BusEffect, NEVER};
 
@@ -7,25 +7,25 @@ use crate::chips::{RegisterSlot, SocRegister, unit_index};
 use crate::periph::usart::UsartRegister::{UBRRH, UCSRC};
 use crate::periph::{AvrDevice, adc, timers, usart};
 
-/// GTCCR bits.
+/// Bits of GTCCR.
 const TSM: u8 = 1 << 7;
 const PSRASY: u8 = 1 << 1;
 const PSRSYNC: u8 = 1 << 0;
 
-/// MCUCR bits.
+/// Bits of MCUCR.
 const BODS: u8 = 1 << 6;
 const BODSE: u8 = 1 << 5;
 const PUD: u8 = 1 << 4;
 pub(super) const IVSEL: u8 = 1 << 1;
 const IVCE: u8 = 1 << 0;
 
-/// RAMPZ0, the one bit of RAMPZ.
+/// Mask of RAMPZ0, the only bit of RAMPZ.
 pub(super) const RAMPZ: u8 = 1;
 
-/// URSEL in UCSRC and UBRRH.
+/// Mask of URSEL in UCSRC and UBRRH.
 const URSEL: u8 = 1 << 7;
 
-/// A read of one register of a unit; what it does besides is carried out.
+/// Reads a register of a unit and processes the unit's signals.
 macro_rules! read {
     ($soc:ident, $number:expr, $unit:expr, $reg:expr, $t:ident) => {{
         let value = $unit.read($reg, $t, &mut $soc.out);
@@ -34,7 +34,7 @@ macro_rules! read {
     }};
 }
 
-/// A write.
+/// Writes a register of a unit and processes the unit's signals.
 macro_rules! write {
     ($soc:ident, $number:expr, $unit:expr, $reg:expr, $value:ident, $mask:ident, $t:ident) => {{
         $unit.write($reg, $value, $mask, $t, &mut $soc.out);
@@ -44,12 +44,12 @@ macro_rules! write {
 }
 
 impl AvrSoc {
-    /// What stands at a data address.
+    /// Returns the register slot at a data address.
     pub(super) fn register_slot(&self, reg: u16) -> RegisterSlot {
         self.part.register_slot(reg)
     }
 
-    /// The unit of a register, where it has one.
+    /// Returns the unit of a register, if it belongs to one.
     const fn unit_index_of(site: RegisterSlot) -> Option<usize> {
         Some(match site {
             RegisterSlot::Timer(n, _) => unit_index::TIMER + n as usize % 4,
@@ -66,12 +66,12 @@ impl AvrSoc {
         })
     }
 
-    /// A unit that PRR has switched off: its registers cannot be reached (10.10).
+    /// Reports whether PRR has switched off the register's unit: then the register is not accessible (10.10).
     fn is_register_shut_off(&self, site: RegisterSlot) -> bool {
         self.prr != 0 && AvrSoc::unit_index_of(site).is_some_and(|number| self.is_shut_off(number))
     }
 
-    /// Reads a register, whatever it is and is due.
+    /// Reads any register, after everything that is due.
     #[inline(never)]
     pub(super) fn read_any(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
         let due = self.due <= now;
@@ -84,7 +84,8 @@ impl AvrSoc {
         (value, if due || acts { BusEffect::RECHECK } else { BusEffect::NONE })
     }
 
-    /// Reads a register as the program does in cycle `t`. Whether that may have moved a deadline or an interrupt.
+    /// Reads a register as the program does in cycle `t`. The second value is true if the read may have moved
+    /// a deadline or an interrupt.
     pub(super) fn read_register(&mut self, site: RegisterSlot, t: u64) -> (u8, bool) {
         if self.is_register_shut_off(site) {
             return (0, false);
@@ -126,14 +127,14 @@ impl AvrSoc {
         acts
     }
 
-    /// PINx.
+    /// Returns PINx.
     #[inline(always)]
     pub(super) fn peek_pins(&self, port: u8, t: u64) -> u8 {
         let port = usize::from(port);
         self.ports.input(port, t) & !self.analog_only(port)
     }
 
-    /// What a register reads in cycle `t`, without side effects.
+    /// Returns the value of a register in cycle `t`, without side effects.
     pub(super) fn peek_register(&self, site: RegisterSlot, t: u64) -> u8 {
         if self.is_register_shut_off(site) {
             return 0;
@@ -151,7 +152,7 @@ impl AvrSoc {
             }
             RegisterSlot::Timer(n, reg) => self.timers[usize::from(n) % 4].peek(reg, t),
             RegisterSlot::Usart(n, reg) => self.usarts[usize::from(n) % 2].peek(reg, t),
-            // The first read gives UBRRH, one in the cycle that follows UCSRC.
+            // The first read gives UBRRH; a read in the next cycle gives UCSRC.
             RegisterSlot::Ursel(n) => {
                 let n = usize::from(n) % 2;
                 if self.ursel_read[n].checked_add(1) == Some(t) {
@@ -185,7 +186,7 @@ impl AvrSoc {
         }
     }
 
-    /// Writes the bits of `mask` at the edge `t` that ends the cycle of the write.
+    /// Writes the bits in `mask` at the edge `t`, which ends the cycle of the write.
     pub(super) fn write_register(&mut self, site: RegisterSlot, mask: u8, value: u8, t: u64) {
         if self.is_register_shut_off(site) {
             return;
@@ -199,7 +200,7 @@ impl AvrSoc {
                 write!(self, unit_index::TIMER + n, self.timers[n], reg, value, mask, t);
                 match reg {
                     timers::TimerRegister::TIFR => self.notify_trigger(unit_index::TIMER + n, t),
-                    // PRTIM2 counts for the synchronous timer alone.
+                    // PRTIM2 stops only the synchronous timer.
                     timers::TimerRegister::ASSR if self.prr != 0 => self.update_clocks(t),
                     _ => {}
                 }
@@ -247,7 +248,7 @@ impl AvrSoc {
         }
     }
 
-    /// Bits that belong to several registers: each register is written once.
+    /// Writes bits that belong to several registers; each register is written once.
     fn write_split(&mut self, bits: &[(u8, RegisterSlot, u8)], mask: u8, value: u8, t: u64) {
         let mut done = 0u8;
         for (i, &(_, site, _)) in bits.iter().enumerate() {
@@ -272,7 +273,7 @@ impl AvrSoc {
         let kept = |old: u8, bits: u8| old & !(mask & bits) | value & mask & bits;
         match own {
             SocRegister::MCUCR => self.write_mcucr(value, mask & self.part.mcucr, t),
-            // Flags are cleared by a zero (11.9.1).
+            // Writing a zero clears a flag (11.9.1).
             SocRegister::MCUSR => {
                 self.mcusr &= kept(self.mcusr, 0xFF);
                 self.watchdog.set_forced_on(self.mcusr & super::power::WDRF != 0, t, &mut self.out);
@@ -291,7 +292,7 @@ impl AvrSoc {
         }
     }
 
-    /// MCUCR: PUD, the timed sequences of IVSEL (12.5.1) and of BODS (10.11.2).
+    /// Writes MCUCR: PUD, and the timed sequences of IVSEL (12.5.1) and of BODS (10.11.2).
     fn write_mcucr(&mut self, value: u8, mask: u8, t: u64) {
         let value = self.mcucr & !mask | value & mask;
         let mut new = self.mcucr & !PUD | value & PUD;
@@ -313,7 +314,7 @@ impl AvrSoc {
         }
     }
 
-    /// Clears prescalers, or holds them while TSM is set (17.4.1).
+    /// Clears the prescalers, or holds them while TSM is set (17.4.1).
     fn write_gtccr(&mut self, value: u8, mask: u8, t: u64) {
         let value = self.gtccr & !mask | value & mask;
         let hold = value & TSM != 0;
@@ -327,7 +328,8 @@ impl AvrSoc {
         self.gtccr = if hold { value & (TSM | PSRASY | PSRSYNC) } else { 0 };
     }
 
-    /// The timers behind a prescaler, 0 that of timers with a pin T or 1 that of the asynchronous one, are told of it.
+    /// Passes a changed prescaler to its timers: group 0 has the timers with a pin T, group 1 the
+    /// asynchronous timer.
     pub(super) fn notify_prescaler(&mut self, group: usize, t: u64) {
         for n in 0..self.part.timers.len().min(4) {
             if usize::from(self.part.timers[n].asynchronous) == group {
@@ -338,7 +340,7 @@ impl AvrSoc {
         }
     }
 
-    /// How long a register keeps its value from `t` on, nothing being due at `t`.
+    /// Returns the cycle up to which a register keeps its value from `t` on; nothing may be due at `t`.
     pub(super) fn register_steady_until(&self, site: RegisterSlot, t: u64) -> u64 {
         if self.is_register_shut_off(site) {
             return NEVER;

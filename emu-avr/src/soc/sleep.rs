@@ -1,4 +1,4 @@
-//! Sleep: its modes, what stands in them, waking; PRR, which stops units one by one (section 10).
+//! Sleep: its modes, the clocks that stop, waking; and PRR, which stops units one by one (section 10).
 
 use emu_core::state;
 
@@ -14,7 +14,7 @@ const WAKE_CYCLES: u64 = 4;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum SleepMode {
     #[default]
-    /// Only the core stops.
+    /// Idle: only the core stops.
     Idle,
     /// ADC noise reduction.
     AdcNoiseReduction,
@@ -33,7 +33,7 @@ state! {
 }
 
 impl SleepMode {
-    /// The mode of the bits SM in SMCR; a reserved setting acts as idle.
+    /// Returns the mode of the bits SM in SMCR; a reserved value acts as idle.
     pub(super) fn from_smcr(smcr: u8) -> SleepMode {
         match smcr >> 1 & 7 {
             1 => SleepMode::AdcNoiseReduction,
@@ -45,7 +45,7 @@ impl SleepMode {
         }
     }
 
-    /// The units whose clock stands, bit `n` for the unit `n`.
+    /// Returns a mask of the units whose clock stops; bit `n` is the unit `n`.
     pub(super) const fn stopped_units(self) -> u16 {
         const ALL: u16 = (1 << unit_index::COUNT) - 1;
         const RUN: u16 = 1 << unit_index::EEPROM | 1 << unit_index::SPM | 1 << unit_index::WATCHDOG;
@@ -56,12 +56,12 @@ impl SleepMode {
         }
     }
 
-    /// The oscillator of the asynchronous timer runs.
+    /// Reports whether the oscillator of the asynchronous timer runs.
     pub(super) fn keeps_crystal(self) -> bool {
         !matches!(self, SleepMode::PowerDown | SleepMode::Standby)
     }
 
-    /// Units that cannot wake the core out of it, though they go on (table 10-1).
+    /// Returns a mask of the units that cannot wake the core, although they continue to run (table 10-1).
     pub(super) const fn units_unable_to_wake(self) -> u16 {
         match self {
             SleepMode::Idle | SleepMode::AdcNoiseReduction => 0,
@@ -71,19 +71,20 @@ impl SleepMode {
 }
 
 impl AvrSoc {
-    /// Unit numbers that PRR has switched off.
+    /// Reports whether PRR has switched off the unit `number`.
     pub(super) fn is_shut_off(&self, number: usize) -> bool {
         self.part.power_reduction_bits.iter().any(|&(bit, of)| of == number && self.is_shut_off_by(bit, of))
     }
 
-    /// PRR's bit shuts the unit off: timer 2 only while it is synchronous (10.11.3).
+    /// Reports whether the PRR bit `bit` switches off its unit: timer 2 only while it is synchronous
+    /// (10.11.3).
     fn is_shut_off_by(&self, bit: u8, number: usize) -> bool {
         let asynchronous =
             || self.timers.get(number.wrapping_sub(unit_index::TIMER)).is_some_and(|timer| timer.is_asynchronous());
         self.prr >> bit & 1 == 1 && !asynchronous()
     }
 
-    /// SLEEP in the cycle `now`: whether the core sleeps.
+    /// Executes SLEEP in the cycle `now`; returns whether the core sleeps.
     pub fn sleep(&mut self, now: u64) -> bool {
         self.run(now);
         if self.smcr & 1 == 0 {
@@ -91,7 +92,8 @@ impl AvrSoc {
         }
         let mode = SleepMode::from_smcr(self.smcr);
         self.power.asleep = Some((mode, now + 1));
-        // A synchronous timer 2 keeps the main clock running for itself alone (10.6); the sheets of older chips do not say so.
+        // A synchronous timer 2 keeps the main clock running, only for itself (10.6). The data sheets of
+        // older chips do not say so.
         let keeps =
             matches!(mode, SleepMode::PowerSave | SleepMode::ExtendedStandby) && !self.part.bit_writes_whole_register;
         self.power.keeps_timer2 = keeps && self.timers.iter().any(AvrTimer::runs_from_crystal);
@@ -105,8 +107,8 @@ impl AvrSoc {
         true
     }
 
-    /// The interrupt that is pending in cycle `now` wakes the core, which stands until its clock has started and 4 cycles more
-    /// (7.7.1).
+    /// Wakes the core because of the interrupt pending in cycle `now`. The core stays stopped until its clock
+    /// has started, and 4 more cycles (7.7.1).
     pub fn wake_up(&mut self, now: u64) {
         self.edge_that_wakes().into_iter().for_each(|int| self.lints.edge_woke(int));
         let wait = match self.power.asleep {
@@ -119,21 +121,21 @@ impl AvrSoc {
         };
         self.power.wake_cycle = (now + wait).max(1);
         self.due = self.due.min(self.power.wake_cycle);
-        // The brown-out detector is on again, and sees what has come meanwhile (10.11.2).
+        // The brown-out detector is on again, and detects a low supply that began during sleep (10.11.2).
         if self.power.supply < self.power.bod_mv {
             self.set_supply(self.power.supply, now);
         }
         self.run(now);
     }
 
-    /// The core's clock runs again from the edge `t` on.
+    /// Restarts the core's clock at the edge `t`.
     pub(super) fn finish_wake(&mut self, t: u64) {
         (self.power.wake_cycle, self.power.asleep, self.power.keeps_timer2) = (0, None, false);
         self.update_clocks(t);
         self.stall = self.stall.max(t + WAKE_CYCLES);
     }
 
-    /// Stops and starts the clocks of units at the edge `t`, as sleep and PRR say.
+    /// Stops and restarts the clocks of units at the edge `t`, by sleep mode and PRR.
     pub(super) fn update_clocks(&mut self, t: u64) {
         let mode = self.power.asleep.map(|asleep| asleep.0);
         let io_stood = self.power.stopped_units >> unit_index::EXTERNAL & 1 == 1;
@@ -167,7 +169,7 @@ impl AvrSoc {
         match (io_stood, io_stands) {
             (false, true) => self.power.io_stopped = t,
             (true, false) => {
-                // The dividers have stood with the I/O clock, but for one that was kept for its timer.
+                // The prescalers stopped with the I/O clock, except one that was kept running for its timer.
                 for group in 0..self.prescalers.len() {
                     let of = |n: &usize| usize::from(self.part.timers[*n].asynchronous) == group;
                     if (0..self.part.timers.len()).filter(of).any(|n| stopped >> (unit_index::TIMER + n) & 1 == 1) {

@@ -1,4 +1,4 @@
-//! The chip around the core as a state ([`emu_core::state`]).
+//! The chip around the core as snapshot state ([`emu_core::state`]).
 
 use emu_core::cpu::NEVER;
 use emu_core::external_io::EventLog;
@@ -16,7 +16,7 @@ impl Default for CoreRequest {
 }
 
 impl CoreRequest {
-    /// It stays within program memory of so many bytes.
+    /// Checks that the request is within program memory of `flash` bytes.
     fn is_within_flash(&self, flash: u32) -> bool {
         let (addr, len) = match self {
             CoreRequest::Erase { addr, len } => (*addr, u64::from(*len)),
@@ -26,7 +26,7 @@ impl CoreRequest {
     }
 }
 
-// When what is due, and what asks, follows from the rest.
+// Deadlines and pending interrupts are derived from the other fields.
 state! {
     AvrSoc {
         ports, timers, usarts, spi, twi, adc, comparator, eeprom, spm, watchdog, external, prescalers, gtccr, mcusr, mcucr, smcr, prr,
@@ -36,7 +36,8 @@ state! {
 }
 
 impl AvrSoc {
-    /// Does everything up to `now`, also what nobody waits for, so that machines that are equal look so.
+    /// Executes everything up to `now`, including what is normally computed only when it is read. Equal
+    /// machines then have equal fields.
     pub(crate) fn normalize(&mut self, now: u64) {
         self.log = EventLog::OFF;
         self.run(now);
@@ -46,7 +47,7 @@ impl AvrSoc {
         self.update_deadlines();
     }
 
-    /// Works out what follows from what was read.
+    /// Recomputes the derived fields after a restore.
     fn restore_derived(&mut self) {
         self.log = EventLog::OFF;
         self.out.clear();
@@ -56,7 +57,7 @@ impl AvrSoc {
         self.update_deadlines();
     }
 
-    /// Everything up to `now` has been done.
+    /// Reports whether everything up to `now` has been executed.
     pub(crate) fn is_settled(&self, now: u64) -> bool {
         self.due > now
     }

@@ -1,5 +1,6 @@
-//! Cases from DS40002061, one a line: section, what it is about, steps. A step is `edge:NAME=value` (a write or a level),
-//! `cycle:NAME?value` (a read as an instruction does it), `edge:what`; registers are hexadecimal, levels in millivolts.
+//! Cases from DS40002061, one per line: section, topic, steps. A step is `edge:NAME=value` (a write or a
+//! level), `cycle:NAME?value` (a read by an instruction) or `edge:what`. Registers are hexadecimal, levels in
+//! millivolts.
 
 use emu_avr::periph::adc::{AdcRegister, AvrAdc, AvrAdcKind};
 use emu_avr::periph::{AvrDevice, AvrOutbox};
@@ -75,8 +76,8 @@ fn run(line: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// At ADPS = 2 a clock is 4 cycles, and it rises 2, 6, 10, .. cycles after ADEN: the first conversion of `10:ADCSRA=C2` ends
-/// at 112.
+/// At ADPS = 2 a clock of the converter is 4 cycles; it rises 2, 6, 10, .. cycles after ADEN. The first
+/// conversion of `10:ADCSRA=C2` ends at 112.
 const CASES: &str = "
     24.4   first conversion: 25 clocks after the first rise   | 10:ADCSRA=C2 11:ADCSRA?C2 111:ADCSRA?C2 112:ADCSRA?92
     24.4   ADEN first, ADSC later: the next rise, 25 clocks   | 10:ADCSRA=82 15:ADCSRA=C2 115:ADCSRA?C2 116:ADCSRA?92

@@ -1,5 +1,5 @@
-//! The converter stepped clock by clock: a counter of seven bits, the converter's clock as a bit of it, and a conversion as
-//! the number of edges that the clock has made.
+//! A model of the converter that steps cycle by cycle: a 7-bit counter, the converter's clock as one of its
+//! bits, and a conversion as the number of clock edges since its start.
 
 use emu_avr::periph::adc::{AdcRegister, AvrAdcKind};
 
@@ -21,16 +21,17 @@ pub struct Model {
     pub clock_on: bool,
     pub flags: [bool; 8],
     counter: u8,
-    /// Ticks until the prescaler is reset for a trigger.
+    /// Cycles until the prescaler is reset for a trigger.
     reset_in: u8,
     converting: bool,
     first: bool,
-    /// Whether this conversion is a first one, the edges since its start (None: it waits), and what it has locked.
+    /// True for a first conversion; then the edges since its start (None while it waits), and the latched
+    /// settings.
     this_first: bool,
     edges: Option<u32>,
     locked: u8,
     sampled: u16,
-    /// ADIF was set at this very edge.
+    /// True if ADIF was set at the current edge.
     flag_now: bool,
 }
 
@@ -70,7 +71,7 @@ impl Model {
         self.reset_in == 0 && self.counter >> bit & 1 == 1
     }
 
-    /// One cycle of the core's clock.
+    /// Executes one cycle of the core's clock.
     pub fn tick(&mut self) {
         self.flag_now = false;
         if !self.clock_on || !self.enabled {
@@ -87,7 +88,7 @@ impl Model {
         self.edge(before);
     }
 
-    /// The converter's clock was `before`.
+    /// Handles an edge of the converter's clock, if its level is no longer `before`.
     fn edge(&mut self, before: bool) {
         let now = self.clock();
         if now == before || !self.converting {
@@ -105,7 +106,7 @@ impl Model {
             Some(edges) => {
                 *edges += 1;
                 let edges = *edges;
-                // 1.5 and 13 clocks, or 13.5 and 25, two edges each.
+                // 1.5 and 13 clocks, or 13.5 and 25 for the first conversion, two edges each.
                 let (sample, end) = if self.this_first { (27, 50) } else { (3, 26) };
                 if edges == sample {
                     self.sampled = self.measure();

@@ -1,4 +1,5 @@
-//! Random programs, levels, triggers, sleeps and resets: the converter agrees with the ticked model in every cycle.
+//! Random programs, levels, triggers, sleeps and resets: the converter must agree with the stepped model in
+//! every cycle.
 
 use emu_avr::periph::adc::{AdcRegister, AvrAdc, AvrAdcKind};
 use emu_avr::periph::{AvrDevice, AvrOutbox};
@@ -19,7 +20,8 @@ const KINDS: [AvrAdcKind; 5] =
     [AvrAdcKind::MEGA48, AvrAdcKind::MEGA48, AvrAdcKind::MEGA8, AvrAdcKind::MEGA16, AvrAdcKind::MEGA128];
 const LEVELS: [u32; 10] = [0, 1, 5, 999, 1_100, 1_101, 2_500, 3_333, 5_000, 6_000];
 
-/// What happened in a life: results, those of them between the ends, results lost by the lock, triggered starts.
+/// Counts of events in all executions: results, results between the ends, results lost by the lock, triggered
+/// starts.
 #[derive(Default)]
 struct Seen {
     ends: u64,
@@ -30,7 +32,7 @@ struct Seen {
 
 fn write(rng: &mut Rng, dut: &mut AvrAdc, model: &mut Model, t: u64, out: &mut AvrOutbox) {
     let byte = rng.next_u64() as u8;
-    // ADPS of most writes is that which stands, and is small.
+    // Most writes keep the current ADPS, which is small.
     let adps = if rng.one_in(8) { [byte & 7, byte & 3][usize::from(!rng.one_in(8))] } else { model.adps };
     let (reg, value) = match rng.below(12) {
         0 => (AdcRegister::ADMUX, byte),
@@ -41,7 +43,7 @@ fn write(rng: &mut Rng, dut: &mut AvrAdc, model: &mut Model, t: u64, out: &mut A
         5 => ([AdcRegister::ADCL, AdcRegister::ADCH][usize::from(byte & 1)], byte),
         6 if rng.one_in(4) => (AdcRegister::ADCSRA, byte),
         7 if rng.one_in(8) => (AdcRegister::ADCSRA, byte & 0x7F),
-        // Where a source is selected, most conversions are left to it.
+        // If a trigger source is selected, most conversions are left to it.
         _ if model.listens().is_some() && !rng.one_in(4) => (AdcRegister::ADCSRA, 0xA0 | byte & 0x18 | adps),
         _ => (AdcRegister::ADCSRA, 0x80 | byte & 0x78 | adps),
     };
@@ -50,7 +52,7 @@ fn write(rng: &mut Rng, dut: &mut AvrAdc, model: &mut Model, t: u64, out: &mut A
     model.write(reg, value, mask);
 }
 
-/// One life of `cycles` cycles.
+/// One random execution of `cycles` cycles.
 fn live(seed: u64, seen: &mut Seen) {
     let mut rng = Rng::new(seed);
     let kind = KINDS[rng.below(5) as usize];
@@ -58,7 +60,7 @@ fn live(seed: u64, seen: &mut Seen) {
     let mut out = AvrOutbox::new();
     let cycles = if rng.one_in(50) { 4_000 } else { 150 + rng.below(250) };
     let busy = [3, 10, 40][rng.below(3) as usize];
-    // Up to when the reads of each register are promised, and to be what.
+    // Per register: the cycle up to which its value is guaranteed, and the value.
     let mut promised = [(0, 0); 6];
     for n in 0..9 {
         model.pins[n] = rng.below(6_000) as u32;
@@ -137,7 +139,7 @@ fn live(seed: u64, seen: &mut Seen) {
                 _ => write(&mut rng, &mut dut, &mut model, t, &mut out),
             }
         }
-        // A lock is mostly a short one.
+        // The lock is usually short.
         let reg = if model.blocked && !rng.one_in(8) { AdcRegister::ADCH } else { REGS[rng.below(6) as usize] };
         if rng.one_in(12) {
             promised = [(0, 0); 6];
@@ -179,7 +181,7 @@ fn random_programs_agree_with_the_ticked_model() {
     assert!(ends > lives && between > lives / 10 && lost > lives / 50 && triggered > lives / 10, "too little happens");
 }
 
-/// Nobody looks for a long time, and the result is that of the last conversion.
+/// After a long time without reads, the result is that of the last conversion.
 #[test]
 fn a_long_time_of_free_running_is_one_step() {
     let (mut dut, mut model) = (AvrAdc::new(AvrAdcKind::MEGA48), Model::new(AvrAdcKind::MEGA48));

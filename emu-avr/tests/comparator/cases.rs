@@ -1,5 +1,6 @@
-//! Cases from DS40002061, one a line: section, what it is about, steps. A step is `edge:NAME=value` (a write or a level),
-//! `cycle:NAME?value` or `edge:what`; registers are hexadecimal, levels in millivolts. A second has 1,000,000 cycles.
+//! Cases from DS40002061, one per line: section, topic, steps. A step is `edge:NAME=value` (a write or a
+//! level), `cycle:NAME?value` or `edge:what`. Registers are hexadecimal, levels in millivolts. The clock is
+//! 1,000,000 Hz.
 
 use emu_avr::periph::comparator::{AvrComparator, ComparatorInput, ComparatorRegister};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrOutbox, AvrSignal};
@@ -8,7 +9,7 @@ struct Rig {
     dut: AvrComparator,
     out: AvrOutbox,
     flags: Vec<u64>,
-    /// Each change of what timer 1 gets.
+    /// All changes of the signal to timer 1.
     icp: Vec<String>,
 }
 

@@ -1,12 +1,12 @@
-//! The comparator stepped clock by clock: two flip-flops behind the inputs, and random programs on which both must agree in
-//! every cycle, in what is read, in the interrupt and in the edges that timer 1 gets.
+//! A model of the comparator that steps cycle by cycle, with two flip-flops after the inputs, and random
+//! programs: both must agree in every cycle in register reads, the interrupt, and the edges to timer 1.
 
 use emu_avr::periph::comparator::{AvrComparator, ComparatorInput, ComparatorRegister};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrOutbox, AvrSignal};
 use emu_core::rng::Rng;
 
 const SECOND_PS: u64 = 1_000_000_000_000;
-/// Clocks with a whole number of picoseconds to a cycle.
+/// Clocks in Hz with a whole number of picoseconds per cycle.
 const RATES: [u64; 6] = [50_000, 125_000, 500_000, 1_000_000, 2_000_000, 16_000_000];
 
 struct Model {
@@ -15,7 +15,7 @@ struct Model {
     channel: Option<u8>,
     hz: u64,
     kept: bool,
-    /// Picoseconds until the reference is up; `None` while it is off.
+    /// Picoseconds until the reference is stable; None while it is off.
     reference: Option<u64>,
     acsr: u8,
     didr: u8,
@@ -36,7 +36,7 @@ impl Model {
         self.acsr & 0x80 == 0 && positive > negative
     }
 
-    /// The edge that ends a cycle: the flip-flops take what was there in the cycle.
+    /// Executes the edge that ends a cycle: the flip-flops sample the level of the cycle.
     fn tick(&mut self) {
         self.flag_now = false;
         if self.clock_on {
@@ -58,7 +58,7 @@ impl Model {
         self.follow();
     }
 
-    /// What timer 1 gets.
+    /// Updates the signal to timer 1.
     fn follow(&mut self) {
         self.icp = if self.acsr & 4 != 0 { AvrDrive::Value(self.output()) } else { AvrDrive::Port };
     }
@@ -158,7 +158,7 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
                     dut.write(ComparatorRegister::DIDR1, byte, mask, t, &mut out);
                 }
                 _ => {
-                    // The comparator is off in few of the writes.
+                    // Only a few writes switch the comparator off.
                     let byte = if rng.one_in(5) { byte } else { byte & 0x7F };
                     let clears = byte & mask & 0x10 != 0 && !model.flag_now;
                     let flag = model.acsr & if clears { 0 } else { 0x10 };

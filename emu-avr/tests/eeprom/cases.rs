@@ -1,6 +1,6 @@
-//! Cases from DS40002061, one a line: section, what it is about, steps. A step is `edge:NAME=value` (a write), `edge:NAME|mask`
-//! and `edge:NAME&mask` (SBI, CBI), `cycle:NAME?value` or `edge:what`; values are hexadecimal, times decimal. A second has
-//! 1,000,000 cycles, and the cell n of 1024 holds n + 40h.
+//! Cases from DS40002061, one per line: section, topic, steps. A step is `edge:NAME=value` (a write),
+//! `edge:NAME|mask` and `edge:NAME&mask` (SBI, CBI), `cycle:NAME?value` or `edge:what`. Values are
+//! hexadecimal, times decimal. The clock is 1,000,000 Hz, and the cell n of 1024 holds n + 40h.
 
 use std::sync::Arc;
 
@@ -130,7 +130,7 @@ fn cells_are_set_from_outside() {
     let before = Arc::clone(dut.cells());
     assert!(dut.set_cell(1, 9) && !dut.set_cell(3, 9));
     assert_eq!((dut.cells()[..].to_vec(), before[..].to_vec()), (vec![1, 9, 3], vec![1, 2, 3]));
-    // Three cells need two bits of address, and the fourth does not exist.
+    // Three cells need two address bits, and the fourth cell does not exist.
     let mut out = AvrOutbox::new();
     dut.write(EepromRegister::EEARL, 0xFF, 0xFF, 1, &mut out);
     dut.write(EepromRegister::EECR, 1, 1, 2, &mut out);

@@ -1,4 +1,4 @@
-//! The EEPROM stepped cycle by cycle, and random programs on which both must agree in every cycle.
+//! A model of the EEPROM that steps cycle by cycle, and random programs: both must agree in every cycle.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
 use emu_core::rng::Rng;
 
 const SECOND_PS: u64 = 1_000_000_000_000;
-/// Clocks with a whole number of picoseconds to a cycle.
+/// Clocks in Hz with a whole number of picoseconds per cycle.
 const RATES: [u64; 5] = [125_000, 500_000, 1_000_000, 2_000_000, 4_000_000];
 const REGS: [EepromRegister; 4] =
     [EepromRegister::EEARL, EepromRegister::EEARH, EepromRegister::EEDR, EepromRegister::EECR];
@@ -20,13 +20,13 @@ struct Model {
     eedr: u8,
     eepm: u8,
     eerie: bool,
-    /// Cycles that EEMPE stays, and whether it was set in the cycle that has just ended.
+    /// Remaining cycles of EEMPE, and whether it was set in the cycle that has just ended.
     eempe: u8,
     was_set: bool,
-    /// Picoseconds left of a write, and what it does.
+    /// Remaining picoseconds of a write, and its effect.
     busy: Option<u64>,
     target: (usize, u8, u8),
-    /// Cycles for which program memory is being written.
+    /// Remaining cycles of a write of program memory.
     blocked: u64,
     halt: u64,
 }
@@ -104,7 +104,7 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
     let mut cells = vec![0; len];
     rng.fill(&mut cells);
     let hz = RATES[rng.below(5) as usize];
-    // Times are cut short, so that a life has many writes.
+    // Short write times, so that an execution has many writes.
     let kind =
         AvrEepromKind { modes: rng.one_in(2), both_us: 1 + rng.below(60) as u32, half_us: 1 + rng.below(30) as u32 };
     let mut dut = AvrEeprom::new(kind, Arc::new(cells.clone()), hz);
@@ -124,7 +124,7 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
         halt: 0,
     };
     let (mut halted_until, mut promised) = (0, [(0, 0); 4]);
-    // Writes of a sequence that starts a write, by cycle.
+    // Planned writes of a sequence that starts a write, by cycle.
     let mut plan: Vec<(u64, u8, u8)> = Vec::new();
     for t in 1..100 + rng.below(300) {
         let at = || format!("seed {seed}, cycle {t}");
@@ -152,7 +152,7 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
             }
             (_, 3) => write(&mut dut, &mut model, EepromRegister::EECR, byte, mask),
             (_, 4 | 5) => write(&mut dut, &mut model, EepromRegister::EECR, 1, 1),
-            // Few cells, so that they are met again.
+            // Few cells, so that the same cell is used again.
             (_, 6) => write(&mut dut, &mut model, EepromRegister::EEARL, byte & 3, mask),
             (_, 7) => write(&mut dut, &mut model, REGS[usize::from(byte & 1)], byte.rotate_left(3), mask),
             (_, 8 | 9) => write(&mut dut, &mut model, EepromRegister::EEDR, byte, mask),

@@ -1,5 +1,6 @@
-//! Cases, one a line: section (of DS40002061, or the chip), what it is about, steps. A step is `edge:NAME=value` (a write, or
-//! the level of a pin: INTn, PCn), `cycle:NAME?value` or `edge:what`; registers are hexadecimal. `NAME.n=v` writes one bit.
+//! Cases, one per line: section (of DS40002061, or the chip), topic, steps. A step is `edge:NAME=value` (a
+//! write, or the level of a pin: INTn, PCn), `cycle:NAME?value` or `edge:what`. Registers are hexadecimal.
+//! `NAME.n=v` writes one bit.
 
 use emu_avr::periph::external::{ExternalInterrupts, ExternalKind, ExternalRegister};
 use emu_avr::periph::{AvrDevice, AvrLine, AvrOutbox, AvrSignal};

@@ -1,5 +1,5 @@
-//! External and pin change interrupts: cases worked by hand from DS40002061 and its older relatives as text, and a model that
-//! ticks and that random programs must agree with.
+//! External and pin change interrupts: hand-made cases from DS40002061 and the data sheets of older chips as
+//! text, and random programs compared with a model that steps cycle by cycle.
 
 mod cases;
 mod model;

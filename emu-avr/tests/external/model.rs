@@ -1,12 +1,13 @@
-//! The external interrupts stepped clock by clock: every pin with its flip-flops, as section 13 and figure 13-1 draw them.
+//! A model of the external interrupts that steps cycle by cycle: every pin with its flip-flops, as in section
+//! 13 and figure 13-1.
 
-/// Which pins there are, in plain words: inputs INT, those registered without a clock, those with ISCn0 alone, and whether edges
+/// The pins of a chip: INT inputs, inputs with asynchronous edges, inputs with ISCn0 only, whether edges
 /// wake, pins by group.
 pub struct Chip {
     pub ints: usize,
     pub unclocked: &'static [usize],
     pub edge_only: &'static [usize],
-    /// Edges of the others are caught too while the clock stands.
+    /// True if clocked edges are also detected while the clock is stopped.
     pub edges_wake: bool,
     pub masks: [u8; 4],
 }
@@ -22,7 +23,7 @@ enum Sense {
 
 pub struct Model {
     chip: &'static Chip,
-    /// EICRA, EICRB.
+    /// EICRA and EICRB.
     eicr: [u8; 2],
     eimsk: u8,
     intf: [bool; 8],
@@ -31,15 +32,15 @@ pub struct Model {
     pcmsk: [u8; 4],
     clock_on: bool,
     int: [bool; 8],
-    /// Three flip-flops behind each input.
+    /// Three flip-flops after each input.
     flops: [[bool; 3]; 8],
     pc: [bool; 32],
     pin_sync: [bool; 32],
     pcint_syn: [bool; 4],
     pcint_setflag: [bool; 4],
-    /// Flags that were set at the present edge.
+    /// Flags set at the current edge.
     pub set_now: ([bool; 8], [bool; 4]),
-    /// INTF0 was set at the present edge, and was clear before.
+    /// True if INTF0 was set at the current edge and was clear before.
     pub told: bool,
 }
 
@@ -86,7 +87,7 @@ impl Model {
         self.set_now.0[n] = true;
     }
 
-    /// The edge that ends a cycle.
+    /// Executes the edge that ends a cycle.
     pub fn tick(&mut self) {
         self.set_now = Default::default();
         self.told = false;
@@ -140,7 +141,7 @@ impl Model {
         }
     }
 
-    /// An edge that is anywhere in the chain of flip-flops sets the flag, without a clock.
+    /// Sets the flag for an edge anywhere in the chain of flip-flops, without a clock.
     fn catch(&mut self, n: usize) {
         let [first, second, third] = self.flops[n];
         let steps = [(third, second), (second, first), (first, self.int[n])];
@@ -163,7 +164,7 @@ impl Model {
         }
     }
 
-    /// The register by its place in the list of the random programs.
+    /// Writes a register, by its index in the list of the random programs.
     pub fn write(&mut self, reg: usize, value: u8, mask: u8) {
         let mix = |old: u8, there: u8| (old & !mask | value & mask) & there;
         match reg {
@@ -202,7 +203,7 @@ impl Model {
             let wants_high = self.eicr[which] & isc0 != 0;
             match self.sense(n) {
                 Sense::Low => self.intf[n] = false,
-                // The edge that the pin is compared with turns over: to what the pin is already.
+                // The selected edge is reversed, to the level that the pin already has.
                 Sense::Falling | Sense::Rising
                     if self.chip.unclocked.contains(&n) && wants_high != wanted_high && wants_high == self.int[n] =>
                 {
@@ -235,7 +236,7 @@ impl Model {
         self.clock_on
     }
 
-    /// Registers and what is behind the first flip-flops.
+    /// Resets registers and the flip-flops after the first one.
     pub fn reset(&mut self) {
         let first: Vec<bool> = self.flops.iter().map(|flops| flops[0]).collect();
         let new = Model::new(self.chip);

@@ -1,5 +1,5 @@
-//! Random writes, pins, sleeps and resets, on which the part and the ticked model must agree in every cycle: in what is read, in
-//! the interrupts, and in the flag as it is told to the converter.
+//! Random writes, pins, sleeps and resets: peripheral and stepped model must agree in every cycle in register
+//! reads, interrupts, and the flag signalled to the converter.
 
 use emu_avr::periph::external::{ExternalInterrupts, ExternalKind, ExternalRegister};
 use emu_avr::periph::{AvrDevice, AvrLine, AvrOutbox, AvrSignal};
@@ -51,7 +51,7 @@ fn live(seed: u64, seen: &mut [u64; 5]) {
             assert_eq!(model.get(n), value, "{:?} promised, {}", REGS[n], at());
         }
         let clocked = model.clock_is_on();
-        // What is told for a listener is told in the cycle of the tick, or by an act of this cycle.
+        // A flag is signalled in the cycle of the tick, or by an action of this cycle.
         let mut told = listened && model.told;
         for _ in 0..if rng.one_in(busy) { 1 + rng.below(4) } else { 0 } {
             promised = [(0, 0); 10];
@@ -95,7 +95,7 @@ fn live(seed: u64, seen: &mut [u64; 5]) {
                     dut.set_flag_listener(listened, t, &mut out);
                 }
                 _ => {
-                    // Enables and masks are mostly set, and ISC is not changed so often that nothing comes through.
+                    // Enables and masks are mostly set, and ISC changes rarely enough that edges pass.
                     let reg = [0, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7, 8, 9][rng.below(15) as usize];
                     let byte = if matches!(reg, 2 | 4 | 6..=9) { byte | rng.next_u64() as u8 } else { byte };
                     model.write(reg, byte, mask);

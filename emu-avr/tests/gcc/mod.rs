@@ -1,9 +1,9 @@
-//! The compiler, for tests that read the headers of avr-libc.
+//! Runs avr-gcc, for tests that read the headers of avr-libc.
 
 use std::io::Write;
 use std::process::{Command, Stdio};
 
-/// What the compiler says to this.
+/// Returns the compiler's output for this source.
 pub fn gcc(mcu: &str, args: &[&str], source: &str) -> String {
     let mut command = Command::new("avr-gcc");
     command.arg(format!("-mmcu={mcu}")).args(args);

@@ -1,4 +1,5 @@
-//! Arithmetic and logic over all their operands, with carry and Z both ways, against the plain integers of `reference.rs`.
+//! Arithmetic and logic with all operands, and with carry and Z set and clear, compared with the plain
+//! integers of `reference.rs`.
 
 use std::collections::BTreeSet;
 
@@ -6,11 +7,12 @@ use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
 use emu_avr::isa::{ROWS, find_row};
 use emu_core::image::{Image, Segment};
+use emu_core::table::MatchedRow;
 use emu_core::{Cpu, RamInit, StopReason};
 
 use super::reference::{C, CONSTANT, I, ONE, PRODUCTS, Product, Reference, T, TWO, Z, pair, with};
 
-/// A machine with these lines from address 0.
+/// Returns a machine with these lines from address 0.
 fn machine(lines: &[String]) -> Avr {
     let word = |(pc, line): (usize, &String)| {
         emu_asm::assemble_line(&ATMEGA328P, line, pc as u32).unwrap_or_else(|e| panic!("{line}: {e}"))[0]
@@ -28,12 +30,14 @@ fn get(avr: &Avr, addr: u32) -> i32 {
     avr.peek("data", addr).map_or(-1, i32::from)
 }
 
-/// SREG with carry and Z as `pick` (0 to 3) says; the others are a mix of the operands, so that they take both values.
+/// Returns an SREG with carry and Z from `pick` (0 to 3); the other flags mix the operands, so that they take
+/// both values.
 fn sreg(pick: u8, d: i32, r: i32) -> u8 {
     (d.wrapping_mul(167) ^ r.wrapping_mul(89)) as u8 & !(C | Z) | pick
 }
 
-/// Runs the instruction at the word address `pc` with registers and SREG given; they after it. It is no jump.
+/// Executes the instruction at the word address `pc`, which is not a jump, with the given registers and SREG;
+/// returns the registers and SREG after it.
 fn run<const N: usize>(avr: &mut Avr, pc: u32, regs: [(u32, i32); N], before: u8) -> ([i32; N], u8) {
     for (r, value) in regs {
         put(avr, r, value);
@@ -49,10 +53,10 @@ fn pairs() -> impl Iterator<Item = (i32, i32)> {
     (0..256).flat_map(|d| (0..256).map(move |r| (d, r)))
 }
 
-/// Bytes at the edges.
+/// Bytes at the edges of the range.
 const EDGES: [i32; 12] = [0, 1, 2, 0x0F, 0x10, 0x55, 0x7F, 0x80, 0x81, 0xF0, 0xFE, 0xFF];
 
-/// What comes in: pairs and the SREGs for each. All pairs with carry and Z both ways, and edges with any SREG.
+/// Inputs: all pairs with all four values of carry and Z, and edge values with any SREG.
 fn inputs() -> impl Iterator<Item = (i32, i32, u8)> {
     let all = pairs().flat_map(|(d, r)| (0..4).map(move |pick| (d, r, sreg(pick, d, r))));
     let edges = EDGES.iter().flat_map(|&d| EDGES.iter().map(move |&r| (d, r)));
@@ -78,7 +82,7 @@ fn two_registers() {
     }
 }
 
-/// The same register twice.
+/// Two operands in the same register.
 #[test]
 fn a_register_and_itself() {
     let mut avr = machine(&lines(TWO.iter().map(|row| row.0), "r7, r7"));
@@ -119,7 +123,7 @@ fn check_product(avr: &mut Avr, (pc, rd, rr): (u32, u32, u32), name: &str, refer
     let (d, r, before) = case;
     let (_, found) = run(avr, pc, [(rd, d), (rr, r)], before);
     let (result, after) = reference(d, r, before);
-    // Factors stay, unless they lie where the product goes.
+    // The factors do not change, unless they are in r0 or r1, which get the product.
     let [want_d, want_r] = [(rd, d), (rr, r)].map(|(reg, old)| match reg {
         0 => result % 256,
         1 => result / 256,
@@ -141,7 +145,7 @@ fn products() {
             check_product(&mut twice, (pc, 20, 20), name, *reference, (d, d, sreg(d as u8 % 4, d, d)));
         }
     }
-    // Factors where the product goes.
+    // Factors in the registers of the product.
     let places = [(0, 1), (1, 0), (0, 21), (20, 1), (0, 0), (1, 1)];
     let mut avr = machine(&places.map(|(d, r)| format!("mul r{d}, r{r}")));
     for (pc, (rd, rr)) in (0..).zip(places) {
@@ -151,8 +155,8 @@ fn products() {
     }
 }
 
-/// ADIW and SBIW: every pair with every constant. Without optimisation that takes long; then every constant meets one pair in 61 and
-/// those around the edges.
+/// ADIW and SBIW with every pair and every constant. Without optimization that takes too long; then each
+/// constant is tested with one pair in 61 and with those around the edges.
 #[test]
 fn pairs_and_constants() {
     for (name, sign) in [("adiw", 1), ("sbiw", -1)] {
@@ -182,7 +186,7 @@ fn pairs_in_all_places_and_with_any_sreg() {
     }
 }
 
-/// The eight flags by the letters of their SEx and CLx, in the order of SREG.
+/// The eight flags by the letters of SEx and CLx, in the order of SREG.
 const LETTERS: &str = "cznvshti";
 
 #[test]
@@ -216,7 +220,7 @@ fn a_bit_and_t() {
     }
 }
 
-/// Every row that writes a flag is in one of these tests, and so is every other that computes.
+/// Every row that writes a flag, and every other row that computes, is in one of these tests.
 #[test]
 fn no_row_is_left_out() {
     let mut tested: BTreeSet<&str> = ["adiw", "sbiw", "bst", "bld"].into();
@@ -226,7 +230,7 @@ fn no_row_is_left_out() {
     for letter in LETTERS.chars() {
         for line in [format!("se{letter}"), format!("cl{letter}")] {
             let word = emu_asm::assemble_line(&ATMEGA328P, &line, 0).unwrap_or_else(|e| panic!("{line}: {e}"))[0];
-            let (row, ..) = find_row(word, 0).unwrap_or_else(|| panic!("{line}"));
+            let MatchedRow { row, .. } = find_row(word, 0).unwrap_or_else(|| panic!("{line}"));
             assert_eq!(row.flags, letter.to_ascii_uppercase().to_string());
             tested.insert(row.mnemonic);
         }

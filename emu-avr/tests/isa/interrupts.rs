@@ -1,4 +1,5 @@
-//! The same run however cut, with timers and serial port interrupting, sleep, and interrupts going on and off.
+//! Any slicing gives the same run, with interrupts of timers and serial port, sleep, and interrupts being
+//! enabled and disabled.
 
 use emu_avr::chips::ATMEGA328P;
 use emu_core::Cpu;
@@ -8,7 +9,7 @@ use super::slices::{machine, same_however_cut};
 
 const SEED: u64 = 0x5EED_0003;
 
-/// What the main loop is made of. r16 holds anything, r17 80h and r18 00h.
+/// Pieces of the main loop. r16 holds any value, r17 80h and r18 00h.
 const PIECES: &[&[&str]] = &[
     &["nop"],
     &["mul r2, r3"],
@@ -31,7 +32,7 @@ const PIECES: &[&[&str]] = &[
     &["sbis 0x16, 1", "rjmp .-4"],
 ];
 
-/// `register value` pairs that start the timers and the serial port.
+/// Returns pairs of register and value that start the timers and the serial port.
 fn set_up(rng: &mut Rng) -> Vec<(u16, u8)> {
     let mut any = |mask: u8| rng.next_u64() as u8 & mask;
     vec![
@@ -44,7 +45,7 @@ fn set_up(rng: &mut Rng) -> Vec<(u16, u8)> {
         (0x88, any(255) | 16),
         (0x8A, any(255)),
         (0x6F, any(7)),
-        // CTC, so that polls of OCF1A end.
+        // CTC mode, so that polls of OCF1A end.
         (0x81, 8 | any(1) | 1),
         (0xB0, any(2)),
         (0xB3, any(255) | 4),
@@ -65,7 +66,7 @@ fn program(rng: &mut Rng) -> Vec<u16> {
         words.len()
     };
     line("jmp 0x0068");
-    // Every vector counts in a register of its own; r25 is the last one of 25.
+    // Every vector counts in its own register; r25 is the last of 25.
     for vector in 1..26 {
         line(&format!("inc r{vector}"));
         line("reti");

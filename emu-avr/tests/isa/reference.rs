@@ -1,8 +1,8 @@
-//! What the arithmetic should give, in plain integers.
+//! Expected results of the arithmetic, in plain integers.
 //!
-//! The carry is what does not fit into eight bits, the half carry what does not fit into four, V a signed result outside
-//! -128..=127 and S the sign of the signed result as it would be without a limit. The boolean formulas of the manual, from which
-//! the bodies are written, appear nowhere here.
+//! The carry is what does not fit into eight bits, the half carry what does not fit into four. V is a signed
+//! result outside -128..=127, and S is the sign of the unlimited signed result. The Boolean formulas of the
+//! manual, from which the bodies are written, are not used here.
 
 pub const C: u8 = 1;
 pub const Z: u8 = 2;
@@ -13,7 +13,7 @@ pub const H: u8 = 32;
 pub const T: u8 = 64;
 pub const I: u8 = 128;
 
-/// Result (none for a comparison) and SREG of an instruction on `d`, `r` and SREG.
+/// Computes result (None for a comparison) and SREG of an instruction from `d`, `r` and SREG.
 pub type Reference = fn(i32, i32, u8) -> (Option<i32>, u8);
 
 pub fn with(sreg: u8, flags: &[(u8, bool)]) -> u8 {
@@ -42,7 +42,7 @@ fn added(d: i32, r: i32, carry: i32, sreg: u8) -> (Option<i32>, u8) {
     (Some(full % 256), with(sreg, &flags))
 }
 
-/// `sticky`: Z can only be cleared, so that it speaks for a number of several bytes.
+/// `sticky`: Z can only be cleared, so that it is valid for a number of several bytes.
 fn subtracted(d: i32, r: i32, borrow: i32, sticky: bool, sreg: u8) -> (Option<i32>, u8) {
     let (full, true_difference) = (d - r - borrow, signed(d) - signed(r) - borrow);
     let half = d % 16 - r % 16 - borrow;
@@ -63,7 +63,7 @@ fn logic(result: i32, sreg: u8) -> (Option<i32>, u8) {
     (Some(result), with(sreg, &[(V, false), (N, result > 127), (S, result > 127), (Z, result == 0)]))
 }
 
-/// A right shift: V says that sign and carry differ, which makes S the carry.
+/// A right shift. V is sign xor carry, so S equals the carry.
 fn shifted(result: i32, out: bool, sreg: u8) -> (Option<i32>, u8) {
     let negative = result > 127;
     (Some(result), with(sreg, &[(C, out), (N, negative), (V, negative != out), (S, out), (Z, result == 0)]))
@@ -122,7 +122,7 @@ pub const ONE: &[(&str, Reference)] = &[
     ("ser",  |_, _, s| (Some(255), s)),
 ];
 
-/// r1:r0 as result and the two flags of a product; `shift` doubles it.
+/// Returns r1:r0 and the two flags of a product; `shift` doubles it.
 fn product(d: i32, r: i32, shift: bool, sreg: u8) -> (i32, u8) {
     let full = (d * r).rem_euclid(0x1_0000);
     let result = if shift { full * 2 % 0x1_0000 } else { full };
@@ -141,7 +141,7 @@ pub const PRODUCTS: &[(&str, Product)] = &[
     ("fmulsu", |d, r, s| product(signed(d), r, true, s)),
 ];
 
-/// ADIW (`sign` 1) and SBIW (-1): the pair and SREG.
+/// Returns pair and SREG of ADIW (`sign` 1) and SBIW (`sign` -1).
 pub fn pair(d: i32, k: i32, sign: i32, sreg: u8) -> (i32, u8) {
     let full = d + sign * k;
     let wide = i32::from(d as u16 as i16) + sign * k;

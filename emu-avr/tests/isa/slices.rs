@@ -1,4 +1,5 @@
-//! A run cut anywhere is the same run: long, in slices, step by step, from a clone, with or without jumping over polls.
+//! Any slicing gives the same run: in one go, in slices, step by step, from a clone, with and without skipped
+//! polling loops.
 
 use emu_avr::chips::ATMEGA328P;
 use emu_avr::isa::{KINDS, Kind, ROWS};
@@ -11,7 +12,7 @@ use super::states::{draw, split};
 
 const SEED: u64 = 0x5EED_0002;
 
-/// All that a program can see, what tools count, and what is saved.
+/// Returns everything that a program can see, the counters that tools use, and the snapshot.
 fn look(avr: &Avr) -> (Vec<Option<u8>>, [u32; 3], u64, u64, Vec<u8>) {
     let reg = |name| avr.reg(name).unwrap_or(u32::MAX);
     let data = (0..0x900).map(|a| avr.peek("data", a)).collect();
@@ -24,13 +25,14 @@ pub fn machine(words: &[u16], seed: u64) -> Avr {
     Avr::new(&ATMEGA328P, &image, RamInit::Random(seed))
 }
 
-/// A flash full of random instructions, jumps and all. Calls and indirect jumps end up anywhere, so that all of it runs.
+/// Fills flash with random instructions, including jumps. Calls and indirect jumps go anywhere, so that all
+/// of it is executed.
 fn program(rng: &mut Rng) -> Vec<u16> {
     let mut words = Vec::with_capacity(0x4000);
     while words.len() < 0x4000 {
         let n = rng.below(ROWS.len() as u64) as usize;
         let (row, kind) = (&ROWS[n], KINDS[n]);
-        // A stop in every 150 words would leave nothing to compare.
+        // If one word in 150 stopped the run, little would be compared.
         if matches!(kind, Kind::Spm | Kind::Sleep) {
             continue;
         }
@@ -41,7 +43,7 @@ fn program(rng: &mut Rng) -> Vec<u16> {
     words
 }
 
-/// Runs to `until` in pieces given by `piece`; the last stop.
+/// Runs to `until` in slices given by `piece`; returns the last stop reason.
 fn pieces(avr: &mut Avr, until: u64, mut piece: impl FnMut() -> u64) -> StopReason {
     loop {
         let before = (avr.cycle(), avr.instructions());
@@ -76,7 +78,7 @@ pub fn same_however_cut(what: &str, start: &Avr, until: u64, rng: &mut Rng) {
             break stop;
         }
     };
-    // A step out of sleep may end behind `until`.
+    // A step out of sleep may end after `until`.
     let mut whole = start.clone();
     let wanted_there = (whole.run(stepped.cycle().max(until), &mut ()), look(&whole));
     assert!((stop, look(&stepped)) == wanted_there, "{what}: step by step");
@@ -86,7 +88,7 @@ pub fn same_however_cut(what: &str, start: &Avr, until: u64, rng: &mut Rng) {
     assert!((stop, look(&cycles)) == wanted, "{what}: in slices of one cycle");
 
     let mut half = start.clone();
-    // A run that has ended by itself is over.
+    // A run that has stopped for another reason is over.
     if half.run(until / 2, &mut ()) == StopReason::Limit {
         let mut copy = half.clone();
         let stop = half.run(until, &mut ());
@@ -114,11 +116,12 @@ fn random_programs() {
         run.run(until, &mut ());
         far += run.cycle();
     }
-    // Were they all to stop at once, nothing would have been compared.
+    // If all runs stopped at once, nothing would be compared.
     assert!(far > 10_000, "only {far} cycles in all");
 }
 
-/// Waits of the kinds that compilers and people write; the timer they wait for is set up in front.
+/// Polling loops as compilers and people write them; the code before them sets up the timer that they wait
+/// for.
 const POLLS: &[&[&str]] = &[
     &["in r16, 0x15", "sbrs r16, 0", "rjmp .-6", "sbi 0x15, 0", "inc r20", "rjmp .-12"],
     &["sbis 0x15, 0", "rjmp .-4", "out 0x15, r17", "inc r20", "rjmp .-10"],
@@ -131,7 +134,7 @@ const POLLS: &[&[&str]] = &[
     &["wdr", "sbis 0x15, 0", "rjmp .-6", "out 0x15, r17", "inc r20", "rjmp .-12"],
     &["in r16, 0x15", "wdr", "sbrs r16, 0", "rjmp .-8", "sbi 0x15, 0", "inc r20", "rjmp .-14"],
     &["wdr", "rjmp .-4"],
-    // Through a pointer of constants, as compilers without optimisation do.
+    // Through a pointer with a constant value, as compilers generate without optimization.
     &["ldi r30, 0x35", "ldi r31, 0", "ld r16, Z", "sbrs r16, 0", "rjmp .-10", "st Z, r17", "inc r20", "rjmp .-16"],
     &[
         "ldi r24, 0x30",
@@ -144,13 +147,13 @@ const POLLS: &[&[&str]] = &[
         "std Y+5, r17",
         "rjmp .-18",
     ],
-    // Delays.
+    // Delay loops.
     &["ldi r24, 200", "dec r24", "brne .-4", "in r20, 0x26", "rjmp .-10"],
     &["ldi r24, 200", "ldi r25, 3", "sbiw r24, 1", "brne .-4", "in r20, 0x15", "rjmp .-12"],
     &["ldi r18, 99", "ldi r19, 7", "wdr", "subi r18, 1", "sbci r19, 0", "nop", "brne .-10", "inc r20", "rjmp .-18"],
     &["ldi r18, 99", "subi r18, 1", "sbci r18, 0", "brne .-6", "rjmp .-10"],
     &["subi r18, 1", "brne .-4", "sbci r19, 0", "sbiw r26, 1", "dec r21", "brne .-8", "rjmp .-14"],
-    // A pointer that is skipped over, now and then, is none.
+    // A pointer whose load is sometimes skipped has no known value.
     &[
         "ldi r30, 0x35",
         "ldi r31, 0",
@@ -164,7 +167,8 @@ const POLLS: &[&[&str]] = &[
     ],
 ];
 
-/// What stands in front of them, by the watchdog: off; 16 ms until it resets the chip; its interrupt, which leaves its flag.
+/// Code before the loops that sets up the watchdog: off; 16 ms until it resets the chip; its interrupt, which
+/// leaves its flag set.
 const WATCHDOGS: [&[&str]; 3] = [
     &[],
     &["ldi r18, 0x18", "sts 0x60, r18", "ldi r18, 0x08", "sts 0x60, r18"],
@@ -181,7 +185,7 @@ fn polling_loops() {
             let head = head.iter().map(String::as_str).chain(watchdog.iter().copied());
             let text = head.chain(lines.iter().copied()).collect::<Vec<_>>().join("\n");
             let image = emu_asm::assemble_text(&ATMEGA328P, &text).unwrap_or_else(|e| panic!("{e}\n{text}"));
-            // At this clock the watchdog's 16 ms are some 2,000 cycles.
+            // At this clock the watchdog's 16 ms are about 2,000 cycles.
             let options = Options::at_hz(128_000);
             let avr = Avr::with(&ATMEGA328P, &image, RamInit::Random(n as u64), options);
             let until = 500 + rng.below(20_000);

@@ -1,8 +1,8 @@
-//! Random states for one instruction of a given row, biased to the edges.
+//! Random states for one instruction of a given row, biased to edge values.
 //!
-//! Addresses stay where nothing but the core answers: registers, SP, SREG, RAM, the three GPIOR and a few registers that do
-//! nothing but keep what is written. Program counters stay far enough from the ends of flash that no relative target wraps,
-//! but for [`at_the_ends`].
+//! Addresses are limited to those where only the core answers: registers, SP, SREG, RAM, the three GPIOR, and
+//! a few registers that only store what is written. Program counters are far enough from the ends of flash
+//! that no relative target wraps, except in [`at_the_ends`].
 
 use emu_avr::Avr;
 use emu_avr::chips::{ATMEGA328P, chip};
@@ -12,7 +12,7 @@ use emu_core::rng::Rng;
 use emu_core::table::InstructionRow;
 use emu_core::{Cpu, RamInit};
 
-/// A state before one instruction. RAM and flash that it does not name hold [`background`].
+/// A state before one instruction. RAM and flash not listed here hold [`background`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Draw {
     /// The instruction, then the next one.
@@ -22,11 +22,11 @@ pub struct Draw {
     pub sp: u16,
     pub sreg: u8,
     pub regs: [u8; 32],
-    /// Data memory from 0x20 up: address and value; an address of 0xFFFF is none.
+    /// Data memory from 0x20 up: address and value; the address 0xFFFF means no entry.
     pub cells: [(u16, u8); 4],
 }
 
-/// What memory holds where nothing else is said; the low 8 bits of a mix of the address.
+/// Returns the default content of a memory cell: the low 8 bits of a mix of the address.
 pub const fn background(addr: u32) -> u8 {
     (addr * 167 + (addr >> 8) * 31 + 13) as u8
 }
@@ -34,7 +34,7 @@ pub const fn background(addr: u32) -> u8 {
 const NO_CELL: (u16, u8) = (0xFFFF, 0);
 /// GPIOR0 to 2.
 const GPIOR: [u16; 3] = [0x3E, 0x4A, 0x4B];
-/// The same and EEDR, TWBR, TWAR, of which all bits are kept.
+/// GPIOR0 to 2, EEDR, TWBR and TWAR, which store all bits.
 const PLAIN: [u16; 6] = [0x3E, 0x4A, 0x4B, 0x40, 0xB8, 0xBA];
 /// Words of flash.
 const WORDS: u16 = 0x4000;
@@ -43,7 +43,7 @@ fn pick<T: Copy>(rng: &mut Rng, from: &[T]) -> T {
     from[rng.below(from.len() as u64) as usize]
 }
 
-/// A byte: one of the edges as often as any.
+/// Returns a byte: an edge value in half of the cases, otherwise any value.
 pub fn byte(rng: &mut Rng) -> u8 {
     if rng.one_in(2) {
         pick(rng, &[0, 1, 2, 0x0F, 0x10, 0x7E, 0x7F, 0x80, 0x81, 0xF0, 0xFE, 0xFF])
@@ -52,7 +52,7 @@ pub fn byte(rng: &mut Rng) -> u8 {
     }
 }
 
-/// A data address at which the core alone answers.
+/// Returns a data address at which only the core answers.
 fn address(rng: &mut Rng) -> u16 {
     match rng.below(8) {
         0 => rng.below(32) as u16,
@@ -67,10 +67,11 @@ fn set_pair(regs: &mut [u8; 32], low: usize, value: u16) {
     [regs[low], regs[low + 1]] = value.to_le_bytes();
 }
 
-/// The operand bits that keep an instruction away from peripherals and within flash; the rest is free.
+/// Limits the operand bits to keep an instruction away from peripherals and within flash; the other bits are
+/// free.
 fn operands(kind: Kind, bits: u32, rng: &mut Rng) -> u32 {
     match kind {
-        // aa at bits 10..9, aaaa at 3..0.
+        // aa at bits 10..9, aaaa at bits 3..0.
         Kind::In | Kind::Out => {
             let a = pick(rng, &[0x1Eu32, 0x2A, 0x2B, 0x3D, 0x3E, 0x3F]);
             bits & !0x060F | a & 15 | (a >> 4) << 9
@@ -82,23 +83,23 @@ fn operands(kind: Kind, bits: u32, rng: &mut Rng) -> u32 {
     }
 }
 
-/// Displacement of LDD and STD: q at bits 13, 11..10 and 2..0.
+/// Returns the displacement of LDD and STD: q at bits 13, 11..10 and 2..0.
 const fn displacement(word: u32) -> u16 {
     ((word & 0x2000) >> 8 | (word & 0x0C00) >> 7 | (word & 7)) as u16
 }
 
-/// A state for `row`.
+/// Returns a random state for `row`.
 pub fn draw(row: &InstructionRow, kind: Kind, rng: &mut Rng) -> Draw {
     let words = instruction(row, kind, rng);
     state(row, kind, words, rng)
 }
 
-/// An instruction of `row`, and the next one.
+/// Returns an instruction of `row`, and the next one.
 fn instruction(row: &InstructionRow, kind: Kind, rng: &mut Rng) -> [u16; 4] {
     let bits = loop {
         let bits = operands(kind, row.pattern.value | rng.next_u64() as u32 & !row.pattern.mask & width(row), rng);
         let (first, second) = split(row, bits);
-        if find_row(first, second).is_some_and(|(found, ..)| found.name == row.name) {
+        if find_row(first, second).is_some_and(|found| found.row.name == row.name) {
             break bits;
         }
     };
@@ -118,7 +119,7 @@ fn instruction(row: &InstructionRow, kind: Kind, rng: &mut Rng) -> [u16; 4] {
     if row.len() == 2 { [first, second, next[0], next[1]] } else { [first, next[0], next[1], 0] }
 }
 
-/// A state before the instruction `words`.
+/// Returns a state before the instruction `words`.
 fn state(row: &InstructionRow, kind: Kind, words: [u16; 4], rng: &mut Rng) -> Draw {
     let bits = if row.len() == 2 { u32::from(words[0]) << 16 | u32::from(words[1]) } else { u32::from(words[0]) };
     let mut regs = [0; 32];
@@ -137,7 +138,7 @@ fn state(row: &InstructionRow, kind: Kind, words: [u16; 4], rng: &mut Rng) -> Dr
                 *cell = (addr, byte(rng));
             }
         }
-        // A return address within flash: the high byte lies at the lower address.
+        // A return address within flash: the high byte is at the lower address.
         Kind::Ret | Kind::Reti => (cells[0], cells[1]) = ((sp + 1, byte(rng) & 0x3F), (sp + 2, byte(rng))),
         Kind::Pop => cells[0] = (sp + 1, byte(rng)),
         _ => {}
@@ -145,7 +146,7 @@ fn state(row: &InstructionRow, kind: Kind, words: [u16; 4], rng: &mut Rng) -> Dr
     Draw { words, pc: 0, sp, sreg: rng.next_u64() as u8, regs, cells }
 }
 
-/// Points the pointer register that `kind` uses at a safe place; that place, where it is data memory.
+/// Points the pointer register that `kind` uses to a safe address; returns it if it is in data memory.
 fn pointer(kind: Kind, bits: u32, regs: &mut [u8; 32], rng: &mut Rng) -> Option<u16> {
     let (low, before) = match kind {
         Kind::LdX | Kind::LdXi | Kind::StX | Kind::StXi => (26, 0),
@@ -184,12 +185,12 @@ const fn width(row: &InstructionRow) -> u32 {
     if row.len() == 2 { u32::MAX } else { 0xFFFF }
 }
 
-/// The words of an instruction's bits.
+/// Splits the bits of an instruction into words.
 pub fn split(row: &InstructionRow, bits: u32) -> (u16, u16) {
     if row.len() == 2 { ((bits >> 16) as u16, bits as u16) } else { (bits as u16, 0) }
 }
 
-/// `count` states for `row`, and the flash that holds all their instructions side by side.
+/// Returns `count` states for `row`, and a flash image that contains all their instructions.
 pub fn batch(row: &InstructionRow, kind: Kind, count: usize, rng: &mut Rng) -> (Vec<u8>, Vec<Draw>) {
     let mut flash: Vec<u8> = (0..0x8000).map(background).collect();
     let first = 0x0820 + rng.below(0x3000 - 4 * count as u64) as u16;
@@ -204,8 +205,8 @@ pub fn batch(row: &InstructionRow, kind: Kind, count: usize, rng: &mut Rng) -> (
     (flash, draws)
 }
 
-/// The same with one instruction, so that it, the next one, or what a skip leads to lies across the end of flash, or that it is
-/// the very first one; `count` states of it.
+/// Returns `count` states for one instruction placed at the ends of flash: the instruction, the next one, or
+/// the target of a skip crosses the end of flash, or the instruction is the first one.
 pub fn at_the_ends(row: &InstructionRow, kind: Kind, count: usize, rng: &mut Rng) -> (Vec<u8>, Vec<Draw>) {
     let mut flash: Vec<u8> = (0..0x8000).map(background).collect();
     let words = instruction(row, kind, rng);
@@ -217,7 +218,7 @@ pub fn at_the_ends(row: &InstructionRow, kind: Kind, count: usize, rng: &mut Rng
     (flash, (0..count).map(|_| Draw { pc, ..state(row, kind, words, rng) }).collect())
 }
 
-/// A chip with the instruction, with this flash and the background in RAM.
+/// Returns a chip that has the instruction, with this flash and the background in RAM.
 pub fn machine(kind: Kind, flash: Vec<u8>) -> Avr {
     let larger = chip("atmega128").expect("a chip");
     let chip = if is_missing(ATMEGA328P.flash_bytes, kind) { larger } else { &ATMEGA328P };
@@ -229,7 +230,7 @@ pub fn machine(kind: Kind, flash: Vec<u8>) -> Avr {
     avr
 }
 
-/// A copy of `base` in the state `d`; `base` holds its instruction already.
+/// Returns a copy of `base`, which holds the instruction already, in the state `d`.
 pub fn put(base: &Avr, d: &Draw) -> Avr {
     let mut avr = base.clone();
     for (r, &value) in d.regs.iter().enumerate() {

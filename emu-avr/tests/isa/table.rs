@@ -1,4 +1,4 @@
-//! Runs the cases of `avr.txt`, whose head explains them.
+//! Runs the cases of `avr.txt`, whose header explains the format.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,16 +7,18 @@ use emu_avr::chips::{ATMEGA328P, chip};
 use emu_avr::isa::{ROWS, find_row};
 use emu_core::image::Image;
 use emu_core::rng::Rng;
+use emu_core::table::MatchedRow;
 use emu_core::{Cpu, RamInit, StopReason};
 
 const CASES: &str = include_str!("avr.txt");
 
-/// Random backgrounds under each case; whatever a case does not name must stay as it was on all of them.
+/// Number of random backgrounds for each case. Everything that a case does not name must stay unchanged on
+/// all of them.
 const BACKGROUNDS: u64 = 4;
 
 const FLAGS: &str = "CZNVSHTI";
 
-/// What a case can name, as plain data: registers and RAM side by side.
+/// Everything that a case can name, as plain data: registers and RAM in one array.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct State {
     data: Vec<u8>,
@@ -35,7 +37,7 @@ struct Case<'a> {
     outcome: &'a str,
 }
 
-/// `name=hex` items: name, value, number of digits.
+/// Parses `name=hex` items: name, value, number of digits.
 fn items(text: &str, line: usize) -> Vec<(&str, u32, usize)> {
     let item = |word| {
         let (name, value): (&str, &str) = str::split_once(word, '=').unwrap_or_else(|| panic!("line {line}: `{word}`"));
@@ -70,7 +72,7 @@ impl State {
         State { data, sreg: rng.next_u64() as u8, sp: 0x200 + rng.below(0x600) as u16, pc: 0x200 }
     }
 
-    /// Sets one named thing; program memory is not part of the state.
+    /// Sets one named item; program memory is not part of the state.
     fn set(&mut self, name: &str, value: u32, case: &Case) {
         let at = case.number;
         if let Some(bit) = FLAGS.find(name).filter(|_| name.len() == 1) {
@@ -96,7 +98,7 @@ impl State {
 
     fn put_into(&self, avr: &mut Avr) {
         for (addr, &byte) in self.data.iter().enumerate() {
-            // Registers of the chip are left as reset made them, but for those that a case names.
+            // Registers of the chip keep their reset values, except those that a case names.
             if !(0x20..0x100).contains(&addr) || byte != 0 {
                 assert!(avr.poke("data", addr as u32, byte));
             }
@@ -114,7 +116,7 @@ impl State {
         State { data, sreg: reg("SREG") as u8, sp: reg("SP") as u16, pc: avr.pc() * 2 }
     }
 
-    /// The differences in words, wanted against found.
+    /// Describes the differences between the expected and the actual state.
     fn against(&self, found: &State) -> String {
         let mut out = String::new();
         let mut note = |name: String, wanted: u32, found: u32| {
@@ -134,7 +136,7 @@ impl State {
     }
 }
 
-/// Runs one case on one background; the text of what differs, or none.
+/// Runs one case on one background; returns a description of the differences as the error.
 fn run(case: &Case, base: &Avr, seed: u64) -> Result<(), String> {
     let mut avr = base.clone();
     let mut wanted = State::random(&mut Rng::new(seed));
@@ -142,7 +144,7 @@ fn run(case: &Case, base: &Avr, seed: u64) -> Result<(), String> {
         wanted.set(name, value, case);
     }
     wanted.put_into(&mut avr);
-    // What the chip makes of a write to its registers is not the matter here.
+    // The effect of writes to the chip's registers is not tested here.
     wanted.data[0x20..0x100].copy_from_slice(&State::of(&avr).data[0x20..0x100]);
     let words = line(case.asm, wanted.pc / 2).map_err(|e| format!("  {e}\n"))?;
     let end = avr.chip().flash_bytes - 1;
@@ -167,7 +169,7 @@ fn run(case: &Case, base: &Avr, seed: u64) -> Result<(), String> {
     let spent = avr.cycle() - cycle;
     if let Ok(cycles) = case.outcome.parse::<u64>() {
         wanted.pc = (wanted.pc + 2 * words.len() as u32) & 0x7FFF;
-        // A jump to itself with nothing to wake the chip is also the end of a program.
+        // A jump to itself with nothing that can wake the chip also ends a program.
         let ends = stop == StopReason::Halted && avr.pc() == at;
         if stop != StopReason::Limit && !ends || spent != cycles {
             return Err(format!("  {stop:?} after {spent} cycles, {cycles} wanted\n"));
@@ -188,7 +190,7 @@ fn run(case: &Case, base: &Avr, seed: u64) -> Result<(), String> {
     if differences.is_empty() { Ok(()) } else { Err(differences) }
 }
 
-/// The words of an instruction; of one that only larger chips have, those of such a chip.
+/// Assembles an instruction; one that only larger chips have is assembled for such a chip.
 fn line(text: &str, pc: u32) -> Result<Vec<u16>, emu_core::table::AsmError> {
     let large = chip("atmega128").expect("a chip");
     emu_asm::assemble_line(&ATMEGA328P, text, pc)
@@ -217,7 +219,7 @@ fn every_row_and_every_outcome_has_a_case() {
     for case in cases() {
         let words = line(case.asm, 0x100).or_else(|_| line(case.asm, 0)).unwrap_or_default();
         let second = words.get(1).copied().unwrap_or(0);
-        if let Some((row, ..)) = words.first().and_then(|&first| find_row(first, second)) {
+        if let Some(MatchedRow { row, .. }) = words.first().and_then(|&first| find_row(first, second)) {
             seen.entry(row.name).or_default().extend(case.outcome.parse::<u8>());
         }
     }

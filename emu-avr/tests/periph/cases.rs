@@ -1,4 +1,4 @@
-//! Cases from DS40002061, one a line; the section comes first.
+//! Cases from DS40002061, one per line; the section comes first.
 
 use crate::script::check;
 
@@ -106,7 +106,7 @@ fn usart() {
 
 #[test]
 fn watchdog() {
-    // At 16 MHz a clock of the watchdog is 125 cycles; 2048 of them are 256,000 cycles.
+    // At 16 MHz a clock of the watchdog is 125 cycles, and 2048 of them are 256,000 cycles.
     check(
         HZ,
         "
@@ -125,7 +125,7 @@ fn watchdog() {
         11.9.1 power-on sets PORF alone; 0 clears          | 1:MCUSR?01 2:MCUSR=FE 3:MCUSR?00 4:MCUSR=FF 5:MCUSR?00
         ",
     );
-    // 8 MHz: 62.5 cycles a clock. 3 MHz: 23.4375 cycles, so 48,000 for 2048.
+    // 8 MHz: 62.5 cycles per clock. 3 MHz: 23.4375 cycles, so 48,000 for 2048.
     check(8_000_000, "11.8 half the clock | 9:WDTCSR=40 10:deadline?128010");
     check(
         1_000_001,

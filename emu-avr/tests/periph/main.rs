@@ -1,4 +1,5 @@
-//! The peripherals: cases from the data sheet as text, and slow ticked models that random programs must agree with.
+//! The peripherals: cases from the data sheet as text, and random programs compared with slow models that
+//! step cycle by cycle.
 
 mod cases;
 mod model_timers;

@@ -1,4 +1,5 @@
-//! Timers stepped cycle by cycle, and random programs on which the chip must agree with them at every cycle.
+//! A model of the timers that steps cycle by cycle, and random programs: the chip must agree with it in every
+//! cycle.
 
 use crate::script::chip;
 use emu_avr::chips::ATMEGA328P as CHIP;
@@ -61,7 +62,7 @@ impl Timer {
 struct Model {
     timers: [Timer; 3],
     temp: u8,
-    /// Prescalers of timers 0 and 1, and of timer 2.
+    /// Prescaler of timers 0 and 1, then that of timer 2.
     counts: [u16; 2],
     held: [bool; 2],
     gtccr: u8,
@@ -85,9 +86,9 @@ impl Model {
         table[usize::from(self.timers[n].tccrb & 7)]
     }
 
-    /// One clock edge, with the register that was written in the cycle before it.
+    /// Executes one clock edge, with the register written in the cycle before it.
     fn edge(&mut self, write: Option<(&str, u8)>) {
-        // Flags are cleared first: one that is set at this edge stays.
+        // Flags are cleared first, so a flag that is set at this edge stays set.
         if let Some((name, value)) = write {
             for n in 0..3 {
                 if name == ["TIFR0", "TIFR1", "TIFR2"][n] {
@@ -173,7 +174,7 @@ impl Model {
     }
 }
 
-/// A random write that keeps to the modes that are modelled.
+/// Returns a random write that uses only the modelled modes.
 fn random_write(rng: &mut Rng) -> (&'static str, u8) {
     const NAMES: [&str; 30] = [
         "TCCR0A", "TCCR0B", "TCCR1A", "TCCR1B", "TCCR2A", "TCCR2B", "TCNT0", "TCNT2", "TCNT1L", "TCNT1H", "OCR1AH",

@@ -1,4 +1,4 @@
-//! The serial port stepped cycle by cycle, sample by sample, against the chip.
+//! A model of the serial port that steps cycle by cycle and sample by sample, compared with the chip.
 
 use std::collections::VecDeque;
 
@@ -18,19 +18,19 @@ const UDR0: u16 = 0xC6;
 struct Model {
     ubrr: u8,
     per_bit: u32,
-    /// Down-counter of the baud rate generator, and the transmitter's divider behind it.
+    /// Down-counter of the baud rate generator, then the transmitter's divider after it.
     down: u8,
     divider: u32,
     tx_on: bool,
     buffer: Option<u8>,
-    /// Bits still to go out, with the number of them; the first one waits for an edge.
+    /// Bits to send, and their number; the first one waits for an edge.
     shift: Option<(u16, u32)>,
     byte: u8,
     txc: bool,
     txd: bool,
     sent: Vec<u8>,
     rx_on: bool,
-    /// Samples since the start edge, 1 being the first low one; 0 between frames.
+    /// Number of samples since the start edge; 1 is the first low one, 0 is between frames.
     sample: u32,
     last: bool,
     votes: u32,
@@ -49,7 +49,7 @@ enum Write {
 }
 
 impl Model {
-    /// One clock edge; `line` is RXD as it was one cycle before.
+    /// Executes one clock edge; `line` is RXD one cycle before.
     fn edge(&mut self, line: bool, write: Option<Write>) {
         if let Some(Write::ClearTxc) = write {
             self.txc = false;
@@ -204,7 +204,7 @@ fn random_traffic_agrees_with_a_stepped_port_at_every_cycle() {
             }
             assert_eq!(sent, model.sent, "sent, {}", place());
             if now > line_free && rng.one_in(100) {
-                // A frame whose bits are up to 3 % off, now and then with a glitch in it.
+                // A frame whose bits are up to 3 % off, sometimes with a glitch.
                 let bit = u64::from(model.per_bit) * (u64::from(ubrr) + 1);
                 let num = bit * (97 + rng.below(7));
                 let mut edges: Vec<_> = frame_edges(rng.next_u64() as u8, now + 3, num, 100).collect();

@@ -1,4 +1,4 @@
-//! Ports and watchdog stepped cycle by cycle, and the same program under any slicing.
+//! Models of ports and watchdog that step cycle by cycle, and tests that any slicing gives the same chip.
 
 use crate::script::chip;
 use emu_avr::soc::AvrSoc;
@@ -10,7 +10,7 @@ const LEVELS: [PinLevel; 3] = [PinLevel::Low, PinLevel::High, PinLevel::Float];
 #[derive(Clone, Copy, Default)]
 struct Wire {
     outside: PinLevel,
-    /// What an input reads, now and one cycle ago.
+    /// Level that an input reads, now and one cycle ago.
     charge: [bool; 2],
 }
 
@@ -55,7 +55,7 @@ fn ports_agree(fresh: &AvrSoc, seed: u64, cycles: u64) {
             let driven = if own == PinLevel::Float { wire.outside } else { own };
             let level = if driven == PinLevel::Float && pull { PinLevel::High } else { driven };
             let high = level == PinLevel::High || level == PinLevel::Float && wire.charge[0];
-            // What stands at power-on has stood before.
+            // The level at power-on counts as constant before it.
             wire.charge = [high, if now == 0 { high } else { wire.charge[0] }];
             let fight = own != PinLevel::Float && wire.outside != PinLevel::Float && own != wire.outside;
             if fight && !fought[i] {
@@ -79,7 +79,7 @@ fn ports_agree(fresh: &AvrSoc, seed: u64, cycles: u64) {
         for (pin, want) in shown.iter().enumerate() {
             assert_eq!(soc.level(pin as u16), *want, "pin {pin}, seed {seed}, cycle {now}");
         }
-        // Two drives of one pin in one cycle log two edges; the last one of each pin counts.
+        // Two drives of one pin in one cycle log two edges; only the last one per pin is compared.
         let mut logged = [None; 24];
         while let Some(event) = soc.next_event() {
             assert_eq!(event.time().cycle, now, "{event:?}, seed {seed}");
@@ -112,7 +112,7 @@ fn ports_agree(fresh: &AvrSoc, seed: u64, cycles: u64) {
     }
 }
 
-/// Everything that can be seen of a chip.
+/// Returns everything visible of a chip.
 fn view(soc: &AvrSoc, now: u64) -> Vec<u8> {
     (0x20..=0xFF).map(|reg| soc.peek(reg, now)).chain((0..24).map(|pin| soc.level(pin) as u8)).collect()
 }

@@ -1,10 +1,16 @@
 //! Runs one line of text against a chip.
 //!
-//! A line is `section title | steps`. Steps, each with its cycle: `5:DDRB=20` writes, `5:PINB|20` is SBI and `5:PORTB&20`
-//! CBI on these bits, `5:PINB?20` shows a register, `5:UDR0!41` reads it as a program does, `5:PB5=H` drives a pin (H, L,
-//! Z), `5:PB5?L` looks at one, `5:irq?WDT` is the interrupt pending (`-` for none), `5:take=WDT` enters it, `5:wdr`,
-//! `5:reset?y` asks for a watchdog reset and does it, `5:deadline?9` (`-` for never), `5:wakes?y` with interrupts on,
-//! `5:busy?n`, `5:steady.PINB?9`. Register values are hexadecimal, cycles decimal.
+//! A line is `section title | steps`. Each step starts with its cycle:
+//!
+//! - `5:DDRB=20` writes; `5:PINB|20` is SBI and `5:PORTB&20` CBI on these bits.
+//! - `5:PINB?20` peeks a register; `5:UDR0!41` reads it as a program does.
+//! - `5:PB5=H` drives a pin (H, L, Z); `5:PB5?L` checks its level.
+//! - `5:irq?WDT` is the pending interrupt (`-` for none); `5:take=WDT` enters it.
+//! - `5:wdr` executes WDR; `5:reset?y` checks for a requested watchdog reset and executes it.
+//! - `5:deadline?9` is the next deadline (`-` for never); `5:wakes?y` is with interrupts enabled; also
+//!   `5:busy?n` and `5:steady.PINB?9`.
+//!
+//! Register values are hexadecimal, cycles decimal.
 
 use emu_avr::chips::ATMEGA328P as CHIP;
 use emu_avr::soc::AvrSoc;
@@ -12,7 +18,7 @@ use emu_avr::{Avr, Options};
 use emu_core::image::Image;
 use emu_core::{Bus, NEVER, PinLevel, RamInit, ResetCause};
 
-/// Runs every line of `text` on a fresh chip with a clock of `hz`; panics with all that failed.
+/// Runs every line of `text` on a fresh chip with a clock of `hz` Hz; panics with a list of all failures.
 pub fn check(hz: u64, text: &str) {
     let mut failures = String::new();
     let mut lines = 0;
@@ -114,7 +120,7 @@ impl Ignore for emu_core::BusEffect {
     }
 }
 
-/// The chip around the core after power-on, its reset pin being a port pin (RSTDISBL).
+/// Returns the chip around the core after power-on, with the reset pin as a port pin (RSTDISBL).
 pub fn chip() -> AvrSoc {
     let fuses = Some([0xFF, 0x59, 0xFF]);
     let options = Options { fuses, ..Options::at_hz(CHIP.default_hz) };

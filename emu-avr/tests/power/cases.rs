@@ -1,4 +1,4 @@
-//! Cases worked by hand; writes in cycle `t` act at the edge that ends it.
+//! Hand-made cases; a write in cycle `t` takes effect at the edge that ends it.
 
 use emu_avr::chips::ATMEGA328P;
 use emu_avr::soc::{AvrSoc, OutsideInput};
@@ -15,7 +15,7 @@ fn chip(fuses: [u8; 3], start_up: bool) -> AvrSoc {
     Avr::with(&ATMEGA328P, &Image::default(), RamInit::Zero, options).soc().clone()
 }
 
-/// Rewriting CLKPCE neither prolongs its four cycles nor ends them (9.12.2).
+/// Writing CLKPCE again neither extends nor ends its four cycles (9.12.2).
 #[test]
 fn clkpce_once_more() {
     for (at, clkpr) in [(13, 2), (14, 2), (15, 0), (16, 0)] {
@@ -31,7 +31,7 @@ fn clkpce_once_more() {
     assert_eq!([11, 13, 14, 15, 16].map(|t| soc.peek(CLKPR, t)), [0x80, 0x80, 0x80, 0, 0]);
 }
 
-/// The detector (2.7 V) is off in a sleep by BODS, and on again at waking (10.11.2).
+/// BODS switches the detector (2.7 V) off during a sleep; it is on again after waking (10.11.2).
 #[test]
 fn a_brown_out_in_sleep_is_seen_at_waking() {
     for (bods, in_sleep) in [(true, None), (false, Some(ResetCause::BrownOut))] {
@@ -52,7 +52,8 @@ fn a_brown_out_in_sleep_is_seen_at_waking() {
     }
 }
 
-/// Start-up of 6 + 14 clocks is counted from the end of a reset (11.2), not from what the supply does later.
+/// The start-up of 6 + 14 clocks is counted from the end of a reset (11.2); later changes of the supply do
+/// not matter.
 #[test]
 fn a_supply_that_moves_does_not_prolong_start_up() {
     let mut soc = chip([0xC0, 0xD9, 0xFD], true);
@@ -61,7 +62,7 @@ fn a_supply_that_moves_does_not_prolong_start_up() {
     assert!(soc.is_core_stopped());
     soc.fire(20);
     assert!(!soc.is_core_stopped());
-    // PC6 low from 30 to 40.
+    // PC6 is low from 30 to 40.
     soc.drive(30, 25, 14, PinLevel::Low);
     soc.fire(30);
     assert_eq!(soc.requested_reset(30), Some(ResetCause::External));
@@ -75,8 +76,8 @@ fn a_supply_that_moves_does_not_prolong_start_up() {
     assert_eq!(soc.peek(0x54, 60), 0x03, "PORF and EXTRF");
 }
 
-/// The watchdog, on by WDTON, counts from the end of the start-up time (11.2, 11.8), which is longer than its 16 ms: 16K clocks of
-/// the crystal and 65 ms. So it is after each of its own resets.
+/// The watchdog, switched on by WDTON, counts from the end of the start-up time (11.2, 11.8), which is longer
+/// than its 16 ms: 16K clocks of the crystal and 65 ms. The same holds after each of its own resets.
 #[test]
 fn the_watchdog_counts_from_the_end_of_start_up() {
     let mut soc = chip([0xFF, 0xC9, 0xFF], true);
@@ -95,7 +96,7 @@ fn the_watchdog_counts_from_the_end_of_start_up() {
                 break why;
             }
         };
-        // 2048 clocks of 128 kHz are 16 ms.
+        // 2048 clocks at 128 kHz are 16 ms.
         assert_eq!((why, now - started), (ResetCause::Watchdog, 128_000));
         soc.reset(why, now);
     }

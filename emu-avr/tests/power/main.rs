@@ -1,5 +1,5 @@
-//! Resets and their causes, start-up, CLKPR, PRR, sleep and the brown-out detector beside a model that takes one cycle after the
-//! other.
+//! Resets and their causes, start-up, CLKPR, PRR, sleep and the brown-out detector, compared with a model
+//! that steps cycle by cycle.
 
 mod cases;
 mod model;

@@ -1,21 +1,22 @@
-//! The chip around the core as sections 9 to 12 of DS40002061 tell it, a cycle at a time. Timer 0 at the clock of the core is the
-//! witness of the I/O clock.
+//! A model of the chip around the core by sections 9 to 12 of DS40002061 that steps cycle by cycle. Timer 0
+//! with the core clock shows whether the I/O clock runs.
 
 pub const CLKPCE: u8 = 0x80;
 pub const TSM: u8 = 0x80;
-/// MCUCR.
+/// Bits of MCUCR.
 pub const BODS: u8 = 0x40;
 pub const BODSE: u8 = 0x20;
 pub const PUD: u8 = 0x10;
 pub const IVSEL: u8 = 0x02;
 pub const IVCE: u8 = 0x01;
-/// PRR.
+/// Bits of PRR.
 pub const PRTIM0: u8 = 0x20;
-/// TCCR0B: the clock of the core.
+/// TCCR0B: clock of the core.
 const CS00: u8 = 0x01;
 
-/// What fuses make of a chip: bytes, CLKPS after reset, clocks of a wake-up from power-down and of a reset, microseconds of a
-/// reset, millivolts of the brown-out detector (0 is off). Tables 9-4, 9-11, 9-13, 28-5, 28-7.
+/// Settings that follow from fuse bytes: CLKPS after reset, clocks of a wake-up from power-down and of a
+/// reset, microseconds of a reset, threshold of the brown-out detector in millivolts (0 is off). Tables 9-4,
+/// 9-11, 9-13, 28-5, 28-7.
 pub struct Fuses {
     pub bytes: [u8; 3],
     pub clkps: u8,
@@ -34,10 +35,10 @@ pub const FUSES: [Fuses; 6] = [
     Fuses { bytes: [0x7E, 0xD9, 0xFD], clkps: 3, wake: 1_024,  start: (1_038, 4_100),   bod: 2_700 },
 ];
 
-/// Below this the chip is without power.
+/// Supply in millivolts below which the chip is without power.
 const POWER_ON: u32 = 1_400;
 
-/// What the core does in a cycle.
+/// Action of the core in a cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Act {
     Nothing,
@@ -47,9 +48,9 @@ pub enum Act {
 
 pub struct Model {
     fuses: &'static Fuses,
-    /// Start-up is waited for.
+    /// True if start-up takes time.
     waits: bool,
-    /// Of the oscillator.
+    /// Frequency of the oscillator in Hz.
     hz: u64,
     pub clkps: u8,
     pub mcusr: u8,
@@ -59,19 +60,19 @@ pub struct Model {
     pub gtccr: u8,
     pub osccal: u8,
     pub gpior: u8,
-    /// Cycles for which CLKPCE, IVCE, BODS with BODSE, and BODS are still set.
+    /// Remaining cycles of CLKPCE, IVCE, BODS with BODSE, and BODS.
     clkpce: u8,
     ivce: u8,
     bodse: u8,
     bods: u8,
     tccr0b: u8,
     tcnt0: u8,
-    /// Cycles until the core runs; counted down while nothing holds it.
+    /// Cycles until the core runs; counts down while nothing holds the chip in reset.
     pub standing: u64,
     low: bool,
     supply: u32,
     brown: bool,
-    /// Asleep in this mode (bits SM), the detector off.
+    /// Sleep mode (bits SM), and whether the detector is off; None while awake.
     pub asleep: Option<(u8, bool)>,
     /// Cycles until the clock runs after a wake-up.
     pub waking: u64,
@@ -108,7 +109,7 @@ impl Model {
         model
     }
 
-    /// All registers but MCUSR, in which the cause is set (11.9.1); PORF clears the others.
+    /// Resets all registers except MCUSR, in which the cause is set (11.9.1); PORF clears the other causes.
     fn reset(&mut self, cause: u8) {
         self.mcusr = if cause == 1 { 1 } else { self.mcusr | cause };
         (self.clkps, self.mcucr, self.smcr, self.prr, self.gtccr) = (self.fuses.clkps, 0, 0, 0, 0);
@@ -118,7 +119,8 @@ impl Model {
         self.starts_anew();
     }
 
-    /// Start-up is counted from the end of a reset (11.2): clocks of the oscillator, then a time, in cycles rounded up.
+    /// Start-up is counted from the end of a reset (11.2): clocks of the oscillator, then a time, in cycles
+    /// rounded up.
     fn starts_anew(&mut self) {
         let (clocks, us) = if self.waits { self.fuses.start } else { (0, 0) };
         let hz = self.hz >> self.clkps;
@@ -129,7 +131,7 @@ impl Model {
         self.low || self.brown
     }
 
-    /// The reset pin.
+    /// Sets the level of the reset pin.
     pub fn pin(&mut self, low: bool) {
         let before = self.held();
         if low && !self.low {
@@ -141,7 +143,8 @@ impl Model {
         }
     }
 
-    /// The supply in millivolts; a reset by brown-out, or power-on below what the chip lives on.
+    /// Sets the supply in millivolts; requests a brown-out reset, or a power-on reset below the minimum
+    /// supply.
     pub fn power(&mut self, millivolts: u32) {
         self.supply = millivolts;
         let was_held = self.held();
@@ -161,13 +164,13 @@ impl Model {
         }
     }
 
-    /// The I/O clock runs to timer 0.
+    /// Reports whether the I/O clock of timer 0 runs.
     fn counts(&self) -> bool {
         let sleeps = self.waking > 0 || self.asleep.is_some_and(|(mode, _)| matches!(mode, 1 | 2 | 3 | 6 | 7));
         !sleeps && self.prr & PRTIM0 == 0
     }
 
-    /// What a register reads in this cycle.
+    /// Returns the read value of a register in this cycle.
     pub fn read(&self, reg: u16) -> u8 {
         let shut = self.prr & PRTIM0 != 0;
         match reg {
@@ -185,11 +188,11 @@ impl Model {
         }
     }
 
-    /// A write in this cycle, at the edge that ends it.
+    /// Writes a register in this cycle, at the edge that ends it.
     fn write(&mut self, reg: u16, value: u8) {
         let shut = self.prr & PRTIM0 != 0;
         match reg {
-            // Writing CLKPCE again neither prolongs the time nor clears it (9.12.2).
+            // Writing CLKPCE again neither extends the time nor clears it (9.12.2).
             0x61 if value == CLKPCE => self.clkpce = if self.clkpce > 0 { self.clkpce } else { 5 },
             0x61 if self.clkpce > 0 && value & CLKPCE == 0 => {
                 (self.clkps, self.clkpce) = ((value & 15).min(8), 0);
@@ -210,7 +213,7 @@ impl Model {
             0x54 => self.mcusr &= value,
             0x53 => self.smcr = value & 15,
             0x64 => self.prr = value & 0xEF,
-            // PSRASY and PSRSYNC stay only while TSM holds them (17.4.1).
+            // PSRASY and PSRSYNC stay set only while TSM holds them (17.4.1).
             0x43 => self.gtccr = if value & TSM != 0 { value & 0x83 } else { 0 },
             0x66 => self.osccal = value,
             0x3E => self.gpior = value,
@@ -220,8 +223,8 @@ impl Model {
         }
     }
 
-    /// Something wakes the core in this cycle: the cycles until its clock runs are `waking`. The detector is on again; whether it
-    /// holds the chip.
+    /// Wakes the core in this cycle; its clock runs after `waking` cycles. The detector is on again; returns
+    /// whether it holds the chip in reset.
     pub fn look_and_wake(&mut self) -> bool {
         let Some((mode, _)) = self.asleep.take() else { return false };
         self.waking = match mode {
@@ -232,12 +235,12 @@ impl Model {
         self.supply >= POWER_ON && self.supply < self.fuses.bod
     }
 
-    /// The detector sees what has come meanwhile.
+    /// The detector detects a low supply that began during sleep.
     pub fn power_again(&mut self) {
         self.power(self.supply);
     }
 
-    /// The edge that ends this cycle.
+    /// Executes the edge that ends this cycle.
     pub fn edge(&mut self, act: Act) {
         if self.standing > 0 && !self.held() {
             self.standing -= 1;

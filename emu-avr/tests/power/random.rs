@@ -1,4 +1,4 @@
-//! Random programs, resets and supplies.
+//! Random programs, resets and supply voltages compared with the model.
 
 use emu_avr::chips::ATMEGA328P;
 use emu_avr::soc::{AvrSoc, OutsideInput};
@@ -10,7 +10,7 @@ use emu_core::{Bus, PinLevel, RamInit};
 use crate::model::{Act, BODS, BODSE, CLKPCE, FUSES, Fuses, IVCE, Model};
 
 const REGS: [u16; 10] = [0x61, 0x55, 0x54, 0x53, 0x64, 0x43, 0x66, 0x3E, 0x45, 0x46];
-/// PC6.
+/// Pin PC6.
 const RESET_PIN: u16 = 14;
 
 fn chip(fuses: &Fuses, start_up: bool, hz: u64) -> AvrSoc {
@@ -18,7 +18,7 @@ fn chip(fuses: &Fuses, start_up: bool, hz: u64) -> AvrSoc {
     Avr::with(&ATMEGA328P, &Image::default(), RamInit::Zero, options).soc().clone()
 }
 
-/// All the chips that are tried, as made of fuses, with start-up and without, at each clock.
+/// All tested chips: by fuses, with and without start-up time, at each clock.
 struct Chips(Vec<(usize, bool, u64, AvrSoc)>);
 
 impl Chips {
@@ -29,10 +29,11 @@ impl Chips {
     }
 }
 
-/// Clocks in Hz: the time of a start-up takes few cycles of the slow ones.
+/// Clocks in Hz: at a slow clock the start-up time takes few cycles.
 const CLOCKS: [u64; 3] = [1_000, 4_000, 1_000_000];
 
-/// A write that comes near to what matters; what began with the last act goes on half of the time.
+/// Returns a write that is likely to matter; in half of the cases it continues the sequence of the last
+/// action.
 fn write(last: Act, rng: &mut Rng) -> Act {
     match last {
         Act::Write(0x55, value) if value == BODS | BODSE && rng.one_in(2) => return Act::Write(0x55, BODS),
@@ -55,7 +56,8 @@ fn write(last: Act, rng: &mut Rng) -> Act {
     }
 }
 
-/// Starts, resets by the pin, by the supply, sleeps with the I/O clock and without it, wake-ups that take time, brown-outs at waking.
+/// Counts of events: starts, resets by the pin, resets by the supply, sleeps with and without the I/O clock,
+/// wake-ups that take time, brown-outs at waking.
 #[derive(Debug, Default)]
 struct Seen([u64; 6]);
 
@@ -64,9 +66,9 @@ fn live(seed: u64, chips: &Chips, seen: &mut Seen) {
     let (n, waits, hz, soc) = &chips.0[rng.below(chips.0.len() as u64) as usize];
     let (mut soc, mut model) = (soc.clone(), Model::new(&FUSES[*n], *waits, *hz));
     let cycles = if rng.one_in(60) { 2_000 } else { 150 };
-    // Cycles until the core does something again.
+    // Cycles until the core acts again.
     let (mut rest, mut last) = (0, Act::Nothing);
-    // Out of sleep the core stands 4 cycles more than its clock takes to start (7.7.1).
+    // After sleep the core stays stopped for 4 cycles more than its clock takes to start (7.7.1).
     let mut up = 0;
     for now in 0..cycles {
         if rng.one_in(90) {

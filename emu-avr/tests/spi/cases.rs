@@ -1,14 +1,24 @@
-//! Cases worked by hand, one a line, in cycles.
+//! Hand-made cases, one per line, in cycles.
 
 use emu_avr::periph::spi::{AvrSpi, SpiRegister};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrOutbox, AvrSignal};
 
-/// `what | script | what happens`. In a script `N` is the edge of what follows it: `c=XX`, `s=XX`, `w=XX` write SPCR, SPSR, SPDR;
-/// `k0`, `k1`, `i0`, `i1`, `o0`, `o1`, `n0`, `n1` are levels of SCK, MISO, MOSI and SS; `out` makes SS an output; `/bits:N` levels
-/// of MISO of N cycles each; `^bits:N` bits of a master in mode 0, SCK low for N cycles and high for N, MOSI changing as SCK falls,
-/// which it does once more at the end; `status` reads SPSR, `read` reads SPDR; `?` shows SPCR and SPSR; `q` the interrupt asked
-/// for; `take` enters it; `sleep`, `wake`, `reset`; `!k` says no more of SCK. SS is high at first. What happens: `K`, `I`, `O`,
-/// `N` for the lines with `0`, `1`, `Z` (made an input) or `-` (left to the port), and what was asked for.
+/// Format: `topic | script | events`.
+///
+/// In a script, `N` is the edge of what follows it:
+///
+/// - `c=XX`, `s=XX`, `w=XX` write SPCR, SPSR, SPDR.
+/// - `k0`, `k1`, `i0`, `i1`, `o0`, `o1`, `n0`, `n1` are levels of SCK, MISO, MOSI and SS; SS is high
+///   initially. `out` makes SS an output.
+/// - `/bits:N` are levels of MISO of N cycles each.
+/// - `^bits:N` are bits of a master in mode 0: SCK low for N cycles and high for N, MOSI changing as SCK
+///   falls, which it does once more at the end.
+/// - `status` reads SPSR, `read` reads SPDR; `?` shows SPCR and SPSR; `q` shows the requested interrupt;
+///   `take` enters it.
+/// - `sleep`, `wake`, `reset`; `!k` hides later events of SCK.
+///
+/// Events are `K`, `I`, `O`, `N` for the lines with `0`, `1`, `Z` (made an input) or `-` (left to the port),
+/// and the results of the queries.
 const CASES: &str = "
 # 19.3, 19.4, table 19-5: eight bits as master, from the write to the last edge of SCK
 mode 0, clk/2: done 16 cycles after the write | 0 c=50 s=01 2 w=A5 17 ? 18 ? | 0 K0, 0 IZ, 0 O0, 2 O1, 3 K1, 4 K0, 4 O0, 5 K1, 6 K0, 6 O1, 7 K1, 8 K0, 8 O0, 9 K1, 10 K0, 11 K1, 12 K0, 12 O1, 13 K1, 14 K0, 14 O0, 15 K1, 16 K0, 16 O1, 17 K1, 17 c=50 s=01, 18 K0, 18 O0, 18 c=50 s=81
@@ -155,7 +165,7 @@ impl Bench {
     }
 }
 
-/// In order of time; of one clock what is asked for stands behind what happens, as it came.
+/// Sorts events by time; in one cycle, query results come after line events, in their original order.
 fn normal(mut said: Vec<(u64, String)>) -> Vec<(u64, String)> {
     said.sort_by_key(|(t, what)| (*t, if what.len() == 2 { what.clone() } else { "Z".to_owned() }));
     said

@@ -1,10 +1,10 @@
-//! Two parts, wired to each other: a master and a slave.
+//! A master and a slave that are connected to each other.
 
 use emu_avr::periph::spi::{AvrSpi, CPHA, CPOL, DORD, MSTR, SPE, SPIF, SpiRegister};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
 use emu_core::rng::Rng;
 
-/// Hands on what `from` does to its lines at `t`.
+/// Passes the line changes of `from` at `t` to the other side.
 fn carry(from: &mut Vec<AvrSignal>, to: &mut AvrSpi, t: u64, out: &mut Vec<AvrSignal>) {
     for signal in from.drain(..) {
         if let AvrSignal::Drive { t: at, line, drive: AvrDrive::Value(level) } = signal {
@@ -14,7 +14,7 @@ fn carry(from: &mut Vec<AvrSignal>, to: &mut AvrSpi, t: u64, out: &mut Vec<AvrSi
     }
 }
 
-/// Bytes go both ways; those sent by the two of them, and those that the two get.
+/// Exchanges bytes in both directions; returns the bytes that each side sent, then those that each received.
 fn exchange(modes: [u8; 2], rate: u8, double: u8) -> [Vec<u8>; 4] {
     let rng = &mut Rng::new(5);
     let (mut a, mut b, mut of_a, mut of_b) = (AvrSpi::new(), AvrSpi::new(), Vec::new(), Vec::new());
@@ -37,7 +37,7 @@ fn exchange(modes: [u8; 2], rate: u8, double: u8) -> [Vec<u8>; 4] {
         sent.push(bytes[0]);
         answers.push(bytes[1]);
         carry(&mut of_a, &mut b, t, &mut of_b);
-        // A byte of the slowest clock takes 1024 cycles.
+        // A byte at the slowest clock takes 1024 cycles.
         let end = t + 1100;
         while t < end && (a.peek(SpiRegister::SPSR, t) & b.peek(SpiRegister::SPSR, t)) & SPIF == 0 {
             t = a.next_cycle().min(b.next_cycle()).min(end);

@@ -1,4 +1,4 @@
-//! SPI, section 19 of DS40002061.
+//! Tests of the SPI, section 19 of DS40002061.
 
 mod cases;
 mod link;

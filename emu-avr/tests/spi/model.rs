@@ -1,4 +1,5 @@
-//! The part clock by clock, with a divider that counts and a list of bits instead of a shift register.
+//! A model of the SPI that steps cycle by cycle, with a counting divider and a list of bits instead of a
+//! shift register.
 
 use emu_avr::periph::spi::SpiRegister;
 use emu_avr::periph::{AvrDrive, AvrLine, AvrSignal};
@@ -6,7 +7,7 @@ use emu_avr::periph::{AvrDrive, AvrLine, AvrSignal};
 #[derive(Default)]
 pub struct Model {
     pub out: Vec<AvrSignal>,
-    // Pins: SCK with the flip-flops behind it.
+    // Pins: SCK with its flip-flops.
     pub sck: bool,
     pub mosi: bool,
     pub miso: bool,
@@ -23,15 +24,15 @@ pub struct Model {
     spif_read: bool,
     wcol_read: bool,
     received: u8,
-    /// What goes out, the first bit first; and what has come in.
+    /// Bits to send, the first one at the front; then the bits received.
     bits: Vec<bool>,
     incoming: Vec<bool>,
-    /// The output while a byte moves.
+    /// Output level during a transfer.
     level: bool,
-    /// A byte moves; it ended at this very edge.
+    /// True during a transfer; then true if a transfer ended at the current edge.
     busy: bool,
     just_ended: bool,
-    /// The clock of the master: cycles left of this half, and whether it is active.
+    /// Clock of the master: remaining cycles of this half, then true at the active level.
     left: u32,
     active: bool,
     drives: Option<[AvrDrive; 4]>,
@@ -62,7 +63,7 @@ impl Model {
         [4, 16, 64, 128][usize::from(self.spcr & 3)] / if self.double { 4 } else { 2 }
     }
 
-    /// One edge of the clock; pins are as they were in the cycle that ends.
+    /// Executes one clock edge; pins are as they were in the cycle that ends.
     pub fn tick(&mut self, t: u64) {
         self.just_ended = false;
         let edge = (self.first != self.second).then_some(self.first);
@@ -93,7 +94,7 @@ impl Model {
     }
 
     fn stop(&mut self) {
-        // What has come in has pushed out as much.
+        // The received bits have shifted out as many bits.
         let n = self.incoming.len();
         let rest: Vec<bool> = self.bits[n.min(8)..].to_vec();
         self.bits = rest.into_iter().chain(self.incoming.drain(..)).collect();
@@ -101,7 +102,7 @@ impl Model {
         (self.busy, self.active) = (false, false);
     }
 
-    /// Behind the last bit comes the first one that came in.
+    /// After the last bit to send, the first received bit follows.
     fn next_bit(&self) -> bool {
         let n = self.incoming.len();
         if n < 8 { self.bits[n] } else { self.incoming[n - 8] }

@@ -1,4 +1,5 @@
-//! Random programs and random lines: the part, which is run only when it says that something is due, and the model.
+//! Random programs and line changes: compares the model with the peripheral, which runs only when it reports
+//! something due.
 
 use emu_avr::periph::spi::{AvrSpi, CPHA, CPOL, DORD, MSTR, SPE, SPI2X, SPIE, SpiRegister};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
@@ -8,7 +9,7 @@ use crate::model::Model;
 
 const REGS: [SpiRegister; 3] = [SpiRegister::SPCR, SpiRegister::SPSR, SpiRegister::SPDR];
 
-/// A write of a kind that lets something happen.
+/// Returns a write that is likely to have an effect.
 fn write(model: &Model, rng: &mut Rng) -> (SpiRegister, u8, u8) {
     let c = model.peek(SpiRegister::SPCR);
     let any = rng.next_u64() as u8;
@@ -23,7 +24,7 @@ fn write(model: &Model, rng: &mut Rng) -> (SpiRegister, u8, u8) {
     }
 }
 
-/// How often it came to what.
+/// Counts of each kind of event.
 #[derive(Default, Debug)]
 struct Seen {
     master: u64,
@@ -32,7 +33,7 @@ struct Seen {
     robbed: u64,
 }
 
-/// What is left of the signals of one clock.
+/// Returns the last signal per line of one cycle.
 fn last(signals: &[AvrSignal]) -> Vec<String> {
     let line = |signal: &AvrSignal| if let AvrSignal::Drive { line, .. } = signal { Some(*line) } else { None };
     let stays = |n: usize| !signals[n + 1..].iter().any(|later| line(later) == line(&signals[n]));
@@ -119,7 +120,7 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
         sck -= 1;
         let master = model.peek(SpiRegister::SPCR) & (SPE | MSTR) == SPE | MSTR;
         if sck == 0 {
-            // Now and then faster than the part can follow.
+            // Sometimes faster than the peripheral can follow.
             sck = 1 + if rng.one_in(30) { rng.below(2) } else { 2 + rng.below(4) };
             if !master {
                 lines.push((AvrLine::Sck, !model.sck));

@@ -1,7 +1,7 @@
-//! Cases from DS40002061, one a line: section, what it is about, steps. A step is `edge:CSR=value`, `cycle:CSR?value`,
-//! `edge:spm.Z=R1R0@PC` (it ends at the edge), `cycle:lpm.Z@PC?value` (it begins in the cycle; `-` is program memory) or
-//! `edge:what`. Addresses are in bytes; they and values are hexadecimal, times decimal. A second has 1,000,000 cycles; the boot
-//! section begins at 7800, NRWW at 7000.
+//! Cases from DS40002061, one per line: section, topic, steps. A step is `edge:CSR=value`, `cycle:CSR?value`,
+//! `edge:spm.Z=R1R0@PC` (ends at the edge), `cycle:lpm.Z@PC?value` (starts in the cycle; `-` means program
+//! memory) or `edge:what`. Addresses are byte addresses; addresses and values are hexadecimal, times decimal.
+//! The clock is 1,000,000 Hz; the boot section starts at 7800, NRWW at 7000.
 
 use emu_avr::periph::spm::{ConfigBytes, SelfProgramming, SpmKind, SpmRegister};
 use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
@@ -13,7 +13,7 @@ fn hex(text: &str) -> Result<u32, String> {
     u32::from_str_radix(text, 16).map_err(|e| format!("{text}: {e}"))
 }
 
-/// A signal; of the words only those that are not FFFF, with their places.
+/// Formats a signal; of the words only those other than FFFF, with their positions.
 fn text(signal: &AvrSignal) -> String {
     match signal {
         AvrSignal::ErasePage { addr } => format!("E{addr:X}"),
@@ -78,7 +78,7 @@ fn run(line: &str) -> Result<(), String> {
         Some("mega128") => (SpmKind::MEGA128, 0x1_FC00),
         _ => (SpmKind::MEGA328, 0x7800),
     };
-    // The lock bits of a case stand in front of it.
+    // The head of a case contains its lock bits.
     let lock =
         head.split_once("lock=").map_or(Ok(0xFF), |(_, lock)| hex(lock.split_whitespace().next().unwrap_or("")))?;
     let bytes =
@@ -164,7 +164,7 @@ fn boot_lock_bits_bar_interrupts() {
     let bars = |lock, pc, ivsel| {
         SelfProgramming::new(SpmKind::MEGA328, ConfigBytes { lock, ..bytes }, 0x7800, 1).bars_interrupts(pc, ivsel)
     };
-    // BLB02: vectors in the boot section, the application runs. BLB12: the other way round.
+    // BLB02: vectors in the boot section while the application runs. BLB12: the opposite.
     for (lock, pc, ivsel, barred) in [
         (0xF7, 0x0000, true, true),
         (0xF7, 0x0000, false, false),

@@ -1,5 +1,5 @@
-//! Self-programming: cases worked by hand from DS40002061 as text, and a model that ticks and that random programs must agree
-//! with.
+//! Self-programming: hand-made cases from DS40002061 as text, and random programs compared with a model that
+//! steps cycle by cycle.
 
 mod cases;
 mod model;

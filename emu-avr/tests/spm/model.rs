@@ -1,9 +1,9 @@
-//! Self-programming stepped cycle by cycle, with a program memory of its own.
+//! A model of self-programming that steps cycle by cycle, with its own program memory.
 
 use emu_avr::periph::spm::{ConfigBytes, SpmKind};
 
 const SECOND_PS: u64 = 1_000_000_000_000;
-/// The time of a command.
+/// Duration of a command in picoseconds.
 const WRITE_PS: u64 = 4_100 * 1_000_000;
 
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -24,15 +24,15 @@ pub struct Model {
     pub flash: Vec<u16>,
     pub spmie: bool,
     pub rwwsb: bool,
-    /// What has been written to SPMCSR, and for how many cycles it stands.
+    /// Command written to SPMCSR, and the remaining cycles in which it is enabled.
     pub armed: Option<(Command, u8)>,
-    /// It stood in the cycle that has just ended.
+    /// Command that was enabled in the cycle that has just ended.
     standing: Option<Command>,
-    /// What goes on, with picoseconds left, and the lock bits after it.
+    /// Command in progress, with the remaining picoseconds and the lock bits after it.
     pub busy: Option<(Command, u64, u8)>,
     pub halted: bool,
     pub buffer: Vec<Option<u16>>,
-    /// Cycles that the EEPROM is being written.
+    /// Remaining cycles of an EEPROM write.
     pub eeprom: u64,
 }
 
@@ -55,7 +55,7 @@ impl Model {
         }
     }
 
-    /// A cycle ends.
+    /// Executes the end of a cycle.
     pub fn tick(&mut self) {
         self.standing = self.armed.map(|(command, _)| command);
         self.armed = self.armed.and_then(|(command, left)| (left > 1).then(|| (command, left - 1)));
@@ -116,9 +116,9 @@ impl Model {
         self.kind.boot && addr % self.kind.flash >= self.boot
     }
 
-    /// SPM ends at this edge.
+    /// Executes an SPM that ends at this edge.
     pub fn spm(&mut self, z: u32, data: u16, pc: u32) {
-        // What has been written at this very edge came after it.
+        // A command written at this very edge came after the SPM.
         let Some(command) = self.standing.filter(|_| self.busy.is_none()) else { return };
         (self.armed, self.standing) = (None, None);
         if self.eeprom > 0 || self.kind.boot && !self.boots(pc) {
@@ -142,7 +142,7 @@ impl Model {
                 self.busy = Some((command, WRITE_PS, lock));
             }
             Command::Erase | Command::Write => {
-                // Mode 2 and 3 of the section: SPM may not write to it.
+                // Modes 2 and 3 of the section: SPM must not write to it.
                 if !self.lock_bit(if self.boots(page) { 4 } else { 2 }) {
                     return;
                 }
@@ -161,7 +161,7 @@ impl Model {
         }
     }
 
-    /// LPM begins in this cycle.
+    /// Executes an LPM that starts in this cycle.
     pub fn lpm(&mut self, z: u32, pc: u32) -> Option<u8> {
         if let Some((command @ (Command::Lock | Command::Row), 2..=4)) = self.armed
             && self.eeprom == 0

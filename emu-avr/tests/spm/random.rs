@@ -1,4 +1,5 @@
-//! Random commands, in order and out of it, reads, resets and EEPROM writes: both agree in every cycle.
+//! Random commands in valid and invalid order, reads, resets and EEPROM writes: peripheral and model must
+//! agree in every cycle.
 
 use emu_avr::periph::spm::{ConfigBytes, SelfProgramming, SpmKind, SpmRegister};
 use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
@@ -10,14 +11,14 @@ const RATES: [u64; 3] = [2_000, 5_000, 10_000];
 const KINDS: [SpmKind; 5] = [SpmKind::MEGA328, SpmKind::MEGA88, SpmKind::MEGA48, SpmKind::MEGA8, SpmKind::MEGA128];
 const COMMANDS: [u8; 6] = [0x01, 0x03, 0x05, 0x09, 0x11, 0x21];
 
-/// An address in one of a few pages, those at the borders of the sections among them.
+/// Returns an address in one of a few pages, including those at the borders of the sections.
 fn address(rng: &mut Rng, kind: SpmKind, boot: u32) -> u32 {
     let base =
         [0, boot, boot.wrapping_sub(1), kind.nrww, kind.nrww.wrapping_sub(1), kind.flash - 1][rng.below(6) as usize];
     base.wrapping_add(rng.below(6) as u32) & 0x1_FFFF
 }
 
-/// Does to a program memory what the signals say; the edge up to which the core stands still.
+/// Applies the signals to a program memory, and updates the edge up to which the core is halted.
 fn carry_out(flash: &mut [u16], out: &mut AvrOutbox, kind: SpmKind, halted_until: &mut u64) {
     for signal in out.drain(..) {
         match signal {
@@ -42,7 +43,7 @@ fn live(seed: u64, seen: &mut [u64; 5]) {
     let (mut dut, mut model) = (SelfProgramming::new(kind, bytes, boot, hz), Model::new(kind, bytes, boot, hz));
     let mut flash = model.flash.clone();
     let (mut halted_until, mut promised) = (0, (0, 0));
-    // The edge at which an SPM or LPM follows, and which.
+    // Edge at which an SPM or LPM follows, and which of them.
     let mut plan = (0, false);
     let (end, mut changed) = (60 + rng.below(200), false);
     for t in 1..end {

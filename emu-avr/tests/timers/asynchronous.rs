@@ -1,4 +1,5 @@
-//! Timer 2 on its crystal (18.9): cases, one a line. At 100 kHz with a crystal of 10 kHz TOSC1 rises at 10, 20, 30, ..
+//! Timer 2 on its crystal (18.9): cases, one per line. At 100 kHz with a crystal of 10 kHz, TOSC1 rises at
+//! 10, 20, 30, ..
 
 use emu_avr::periph::timers::TimerShape;
 

@@ -1,4 +1,4 @@
-//! Cases from DS40002061 but for the pins of PWM and the asynchronous timer, one a line; the section comes first.
+//! Cases from DS40002061, one per line, without PWM pins and the asynchronous timer; the section comes first.
 
 use emu_avr::periph::timers::TimerShape;
 

@@ -1,21 +1,22 @@
-//! The clocks of the model: the prescaler, the pin samplers, TOSC.
+//! Clock sources of the model: the prescaler, the pin samplers, TOSC.
 
-/// A level sampled once a cycle: the last of `seen` is that of the cycle before the edge.
+/// A line sampled once per cycle; the last entry of `seen` is the level in the cycle before the edge.
 #[derive(Debug, Clone, Default)]
 pub struct Sampler {
     pub line: bool,
     seen: [bool; 8],
-    /// Output of the noise canceller.
+    /// Output of the noise canceler.
     quiet: bool,
 }
 
 impl Sampler {
-    /// One edge: the edges that come out of the direct way and of the noise canceller, true for rising ones.
+    /// Executes one edge; returns the edges on the direct path and from the noise canceler, true for rising
+    /// ones.
     pub fn tick(&mut self) -> [Option<bool>; 2] {
         self.seen.rotate_left(1);
         self.seen[7] = self.line;
-        // The sample of the cycle t - 1 is seen[7], so that of the cycle t - n is seen[8 - n]. A change in the cycle c acts at
-        // the edge c + 3; by way of four equal samples four cycles later.
+        // The sample of cycle t - n is seen[8 - n]. A change in the cycle c takes effect at the edge c + 3;
+        // with the noise canceler, which needs four equal samples, four cycles later.
         let direct = (self.seen[5] != self.seen[4]).then_some(self.seen[5]);
         let four = &self.seen[1..5];
         let before = self.quiet;
@@ -26,7 +27,7 @@ impl Sampler {
     }
 }
 
-/// The ten bits before a timer.
+/// The 10-bit divider before a timer.
 #[derive(Debug, Clone, Default)]
 pub struct Divider {
     pub count: u64,
@@ -34,7 +35,7 @@ pub struct Divider {
 }
 
 impl Divider {
-    /// One edge of its clock; true where the tap `div` has one.
+    /// Executes one clock edge; returns true if the tap `div` has an edge.
     pub fn tick(&mut self, div: u16) -> bool {
         if self.held {
             self.count = 0;
@@ -59,7 +60,7 @@ impl Crystal {
         Crystal { hz: 32_768, rate, stopped: false, phase: 0 }
     }
 
-    /// One cycle: its rising edges.
+    /// Executes one cycle; returns the number of rising edges.
     pub fn tick(&mut self) -> u64 {
         if self.stopped {
             return 0;

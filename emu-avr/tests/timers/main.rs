@@ -1,4 +1,5 @@
-//! The timer/counters: cases worked by hand from the data sheet, and random programs against a model that ticks.
+//! The timer/counters: hand-made cases from the data sheet, and random programs compared with a model that
+//! steps cycle by cycle.
 
 mod asynchronous;
 mod cases;

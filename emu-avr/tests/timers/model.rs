@@ -4,7 +4,7 @@ use emu_avr::periph::timers::{ClockTap, TimerRegister, TimerShape};
 
 use crate::cells::{Crystal, Divider, Sampler};
 
-/// TOP and the rest of a row of tables 15-8 and 16-4.
+/// Slope of a mode, from a row of tables 15-8 and 16-4.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
     Up,
@@ -49,7 +49,7 @@ pub struct Model {
     pub strobe: u8,
     late: Vec<(u8, u64)>,
     pub stale: Option<u16>,
-    /// Flags that went from 0 to 1 at the last edge.
+    /// Flags that changed from 0 to 1 at the last edge.
     pub rose: u8,
 }
 
@@ -138,7 +138,7 @@ impl Model {
         a & 3 | if self.shape.wide { b >> 1 & 12 } else { b >> 1 & 4 }
     }
 
-    /// The modes of 8, 9 and 10 bits have no more bits of OCR than that (16.9.3, 16.9.4).
+    /// Returns the writable bits of OCRH: modes of 8, 9 and 10 bits have only these bits (16.9.3, 16.9.4).
     pub fn high_byte_of_ocr(&self) -> u8 {
         match self.wgm() {
             1 | 5 => 0x00,
@@ -157,7 +157,7 @@ impl Model {
             && if self.shape.wide { [4, 9, 11, 15].contains(&self.wgm()) } else { [2, 5, 7].contains(&self.wgm()) }
     }
 
-    /// COM bits of a channel as they count: 0 where the pin is the port's.
+    /// Returns the effective COM bits of a channel: 0 if the port controls the pin.
     pub fn com(&self, unit: usize) -> u8 {
         if unit >= usize::from(self.shape.channels) {
             return 0;
@@ -169,7 +169,7 @@ impl Model {
         if pwm && com == 1 && !allowed { 0 } else { com }
     }
 
-    /// What the pin of a channel is given, if it is.
+    /// Returns the level that drives the pin of a channel, if it does.
     pub fn drive(&self, unit: usize) -> Option<bool> {
         (self.com(unit) != 0).then_some(self.units[unit].pin)
     }
@@ -191,7 +191,7 @@ impl Model {
         self.tifr |= bit;
     }
 
-    /// One edge of the timer clock.
+    /// Executes one edge of the timer clock.
     fn step(&mut self, t: u64) {
         let (kind, top) = self.mode();
         let max = if self.shape.wide { 0xFFFF } else { 0xFF };
@@ -268,7 +268,7 @@ impl Model {
                     if hit {
                         *pin = on;
                     }
-                    // The step from TOP to BOTTOM; one from MAX to 0 is none.
+                    // The step from TOP to BOTTOM, but not the one from MAX to 0.
                     if turn {
                         *pin = !on;
                     }
@@ -288,7 +288,7 @@ impl Model {
         }
     }
 
-    /// A rising edge of TOSC1.
+    /// Handles a rising edge of TOSC1.
     fn tosc(&mut self, t: u64) {
         if !self.asleep {
             self.stale = None;
@@ -316,7 +316,8 @@ impl Model {
         }
     }
 
-    /// The clock edge `t`, with the register that is written at it. `divider` says whether the prescaler has its clock.
+    /// Executes the clock edge `t`, with the register written at it. `divider` is true if the prescaler is
+    /// clocked.
     pub fn tick(&mut self, t: u64, divider: bool, write: Option<(TimerRegister, u8, u8)>) {
         self.rose = 0;
         let was = self.tifr;
@@ -364,14 +365,14 @@ impl Model {
                 self.tosc(t);
             }
         }
-        // A flag that was cleared and set at one edge has never been 0.
+        // A flag that was cleared and set at one edge was never 0.
         self.rose &= !was;
         if let Some((reg, value, mask)) = write {
             self.write(reg, value, mask);
         }
     }
 
-    /// A rising edge of an outside clock at TOSC1.
+    /// Handles a rising edge of an external clock at TOSC1.
     pub fn pulse(&mut self, t: u64) {
         if self.assr & 0x40 != 0 && !self.crystal.stopped {
             self.tosc(t);
@@ -393,7 +394,7 @@ impl Model {
         }
     }
 
-    /// GTCCR.
+    /// Handles a write of GTCCR.
     pub fn clear_divider(&mut self, held: bool) {
         self.divider = Divider { count: 0, held };
         self.toscs.count = 0;

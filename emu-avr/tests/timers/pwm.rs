@@ -1,4 +1,4 @@
-//! Output compare pins: cases from DS40002061, one a line; the section comes first.
+//! Output compare pins: cases from DS40002061, one per line; the section comes first.
 
 use emu_avr::periph::timers::TimerShape;
 

@@ -1,4 +1,4 @@
-//! Random writes, edges, sleeps and resets: the timer and the model agree at every cycle.
+//! Random writes, edges, sleeps and resets: timer and model must agree in every cycle.
 
 use emu_avr::periph::timers::{AvrTimer, TimerRegister, TimerShape};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
@@ -7,7 +7,7 @@ use emu_core::rng::Rng;
 
 use crate::model::Model;
 
-/// Timers of the ATmega328P and of its relatives: without a channel, with one, two and three.
+/// Timers of the ATmega328P and of related chips: with zero, one, two and three channels.
 const SHAPES: [TimerShape; 8] = [
     TimerShape::narrow(2),
     TimerShape::wide(2),
@@ -38,10 +38,10 @@ const REGS: [TimerRegister; 16] = [
 ];
 const RATE: u64 = 1_000_000;
 const CRYSTALS: [u64; 6] = [250_000, 249_999, 200_000, 137_001, 90_001, 32_768];
-/// Registers that change by themselves.
+/// Registers that change on their own.
 const LIVE: [TimerRegister; 4] = [TimerRegister::TIFR, TimerRegister::TCNTL, TimerRegister::ICRL, TimerRegister::ASSR];
 
-/// What the model has done of each kind: drives, told flags by bit, captures, sleeps, latches.
+/// Counts of the model's events: drives, signalled flags by bit, captures, sleeps, latches.
 #[derive(Debug, Default)]
 struct Heard {
     drives: u64,
@@ -57,14 +57,14 @@ struct Rig {
     timer: AvrTimer,
     model: Model,
     prescaler: Prescaler,
-    /// Since when the chip is asleep, and whether the prescaler stands with it.
+    /// Cycle since which the chip sleeps, and whether the prescaler is stopped too.
     asleep: Option<(u64, bool)>,
     listened: u8,
     out: Vec<AvrSignal>,
 }
 
 impl Rig {
-    /// A value that makes something happen soon.
+    /// Returns a value that soon has an effect.
     fn value(&mut self, reg: TimerRegister) -> u8 {
         let rng = &mut self.rng;
         let (top, model_assr) = (self.model.units[0].temporary as u8, self.model.assr);
@@ -110,7 +110,7 @@ impl Rig {
         (reg, value, if single { 1 << self.rng.below(8) } else { 0xFF })
     }
 
-    /// Something that is not a write, after the edge `t`.
+    /// Does something other than a write, after the edge `t`.
     fn other(&mut self, t: u64) {
         let Rig { rng, timer, model, prescaler, out, .. } = self;
         match (self.asleep, rng.below(14)) {
@@ -130,7 +130,7 @@ impl Rig {
                 model.sleep();
             }
             (asleep, 3) => {
-                // Reset clears the prescaler.
+                // A reset clears the prescaler.
                 model.reset();
                 timer.reset(t, out);
                 if asleep.is_some() || rng.one_in(2) {
@@ -244,7 +244,7 @@ fn run(seed: u64, shape: TimerShape, cycles: u64, heard: &mut Heard) {
         rig.timer.set_listened_interrupts(rig.listened, 0, &mut rig.out);
     }
     let eager = rng.one_in(4);
-    // In a long life little happens but counting.
+    // In a long execution, little happens except counting.
     let rare = if cycles > 10_000 { 250 } else { 1 };
     let busy = rare * [4, 10, 40, 200][rng.below(4) as usize];
     let edges = rare * [2, 3, 6, 40][rng.below(4) as usize];
@@ -335,9 +335,9 @@ fn run(seed: u64, shape: TimerShape, cycles: u64, heard: &mut Heard) {
     }
 }
 
-/// Fewer of them where everything is slow.
+/// Number of random executions; lower in slow builds.
 const LIVES: u64 = if cfg!(debug_assertions) { 400 } else { 15_000 };
-/// Lives of each shape where there is time.
+/// Number of executions of each shape in the thorough tests.
 const MANY: u64 = 40_000;
 
 fn check(from: u64, shapes: &[usize], lives: u64) -> Heard {

@@ -1,9 +1,12 @@
-//! Cases as text. A line is `title | t:what ...`; an instruction in cycle `t` writes at the edge `t + 1` and reads what is at `t`.
+//! Cases as text. A line is `title | t:what ...`; an instruction in cycle `t` writes at the edge `t + 1` and
+//! reads the state at `t`.
 //!
-//! `REG=hh` writes, `REG?hh` looks, `REG!hh` reads with side effects, `REG&hh=hh` looks at some bits; `T=1`, `ICP=0` change a
-//! line at the edge `t`; `OCA?1` is the level that OCnA is given, `OCA?-` none; `gtccr=hh` writes GTCCR (any of the lower bits
-//! clears the prescaler); `irq?hh` are the interrupts asked for, `take=n`, `next?n` (`-` for never), `steady.REG?n`,
-//! `listen=hh`, `flag?n` (irq `n` was told to be set at `t`), `sleep`, `wake`, `reset`, `osc=0`, `rate=n`, `xtal=n`.
+//! - `REG=hh` writes, `REG?hh` peeks, `REG!hh` reads with side effects, `REG&hh=hh` checks some bits.
+//! - `T=1`, `ICP=0` change a line at the edge `t`; `OCA?1` is the level that drives OCnA, `OCA?-` is none.
+//! - `gtccr=hh` writes GTCCR (any of the lower bits clears the prescaler).
+//! - `irq?hh` are the requested interrupts, `take=n` enters one, `next?n` is the next event (`-` for never).
+//! - `steady.REG?n`, `listen=hh`, `flag?n` (a signal of the flag of irq `n` at `t`).
+//! - `sleep`, `wake`, `reset`, `osc=0`, `rate=n`, `xtal=n`.
 
 use emu_avr::periph::timers::{AvrTimer, TimerRegister, TimerShape};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
@@ -69,7 +72,7 @@ impl Rig {
         }
     }
 
-    /// What is done at an edge.
+    /// Executes an action at an edge.
     fn act(&mut self, t: u64, name: &str, value: &str) {
         let Rig { timer, prescaler, out } = self;
         match name {
@@ -116,7 +119,7 @@ fn shown(byte: u8) -> String {
     format!("{byte:02X}")
 }
 
-/// Runs the cases of `text`, each with a timer of its own after power-on.
+/// Runs the cases of `text`, each with a new timer after power-on.
 pub fn check(shape: TimerShape, text: &str) {
     let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
     for line in lines {

@@ -1,4 +1,4 @@
-//! The model's registers: what a write does, and when.
+//! Registers of the model: what a write does, and when it takes effect.
 
 use emu_avr::periph::timers::TimerRegister;
 
@@ -67,7 +67,7 @@ impl Model {
     }
 
     pub fn write(&mut self, reg: TimerRegister, value: u8, mask: u8) {
-        // Bits that are not touched stay; the random writes touch single bits of control registers only.
+        // Other bits do not change; the random writes touch single bits only of control registers.
         let mix = |old: u8| old & !mask | value & mask;
         let wide = self.shape.wide;
         let word = if wide { u16::from(self.temp) << 8 } else { 0 } | u16::from(value);

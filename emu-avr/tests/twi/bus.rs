@@ -1,11 +1,11 @@
-//! Two parts on one bus, each with its model beside it, and somebody who disturbs them.
+//! Two interfaces on one bus, each with its model, and a source of disturbances.
 
 use emu_avr::periph::twi::{AvrTwi, TwiRegister};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
 
 use crate::model::Model;
 
-/// What a list of signals leaves a line driven with.
+/// Applies a list of signals to the overrides of the lines.
 fn apply(out: &[AvrSignal], t: u64, drives: &mut [AvrDrive; 2]) {
     for signal in out {
         let AvrSignal::Drive { t: at, line, drive } = *signal else { panic!("{signal:?}") };
@@ -14,13 +14,14 @@ fn apply(out: &[AvrSignal], t: u64, drives: &mut [AvrDrive; 2]) {
     }
 }
 
+/// An interface with its model.
 pub struct Node {
     pub part: AvrTwi,
     pub model: Model,
     out: Vec<AvrSignal>,
     drives: [AvrDrive; 2],
     ought: [AvrDrive; 2],
-    /// What was promised of the registers: the value, and up to when.
+    /// Guaranteed register values: the value, and the cycle up to which it is guaranteed.
     steady: [(u8, u64); 6],
     pub asleep: bool,
 }
@@ -77,7 +78,7 @@ impl Node {
         self.steady = [(0, 0); 6];
     }
 
-    /// Compares the two; gives what they do to the wires.
+    /// Compares interface and model; returns how they drive the lines.
     pub fn compare(&mut self, t: u64, ctx: &str) {
         apply(&self.out, t, &mut self.drives);
         apply(&self.model.out, t, &mut self.ought);
@@ -105,16 +106,16 @@ impl Node {
     }
 }
 
-/// The wires.
+/// The two lines of the bus.
 #[derive(Default)]
 pub struct Wires {
     levels: [Option<bool>; 2],
-    /// Pulled low from outside.
+    /// True for a line that is pulled low from outside.
     pub pulled: [bool; 2],
 }
 
 impl Wires {
-    /// Compares all nodes and tells them what the wires are.
+    /// Compares all nodes and passes the line levels to them.
     pub fn settle(&mut self, nodes: &mut [Node], t: u64, ctx: &str) {
         for node in nodes.iter_mut() {
             node.compare(t, ctx);

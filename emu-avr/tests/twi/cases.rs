@@ -1,14 +1,22 @@
-//! Cases worked by hand, one a line, in cycles.
+//! Hand-made cases, one per line, in cycles.
 
 use emu_avr::periph::twi::{AvrTwi, TwiRegister};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrOutbox, AvrSignal};
 
-/// `what | script | what happens`. In a script `N` is the edge of what follows it: `b=XX`, `s=XX`, `a=XX`, `d=XX`, `c=XX`, `m=XX`
-/// write TWBR, TWSR, TWAR, TWDR, TWCR, TWAMR; `k0`, `k1`, `d0`, `d1`: somebody else pulls SCL or SDA, or lets it go; `^bits:N` are
-/// bits of another master, SCL low for N cycles and high for N, SDA changing as SCL falls; `?` shows TWCR and TWSR, `data` TWDR,
-/// `q` the interrupt asked for; `sleep`, `wake`, `reset`; `!k` says no more of SCL. Both lines are high at first. What happens: `K`
-/// and `D` for the lines with `0` (pulled), `1` (let go) or `-` (left to the port), and what was asked for.
-/// With TWBR = 0 a half of a period is 8 cycles (22.5.2); a wire is seen two cycles after it has changed.
+/// Format: `topic | script | events`.
+///
+/// In a script, `N` is the edge of what follows it:
+///
+/// - `b=XX`, `s=XX`, `a=XX`, `d=XX`, `c=XX`, `m=XX` write TWBR, TWSR, TWAR, TWDR, TWCR, TWAMR.
+/// - `k0`, `k1`, `d0`, `d1`: another device pulls SCL or SDA low, or releases it. Both lines are high
+///   initially.
+/// - `^bits:N` are bits of another master: SCL low for N cycles and high for N, SDA changing as SCL falls.
+/// - `?` shows TWCR and TWSR, `data` TWDR, `q` the requested interrupt.
+/// - `sleep`, `wake`, `reset`; `!k` hides later events of SCL.
+///
+/// Events are `K` and `D` for the lines with `0` (pulled low), `1` (released) or `-` (left to the port), and
+/// the results of the queries. With TWBR = 0 half a period is 8 cycles (22.5.2); a change of a line is
+/// detected two cycles later.
 const CASES: &str = "
 # 22.7.1: master
 START, when the bus has been free for half a period | 10 c=A4 27 ? 28 ? | 10 K1, 10 D1, 18 D0, 26 K0, 27 c=24 s=F8, 28 c=A4 s=08
@@ -56,7 +64,8 @@ struct Bench {
     t: u64,
     quiet: bool,
     out: AvrOutbox,
-    /// Who pulls SCL and SDA: somebody else, the part. And what the part was told.
+    /// Whether another device pulls SCL and SDA low, then whether the interface does; then the levels of the
+    /// lines as passed to the interface.
     others: [bool; 2],
     own: [bool; 2],
     wires: [bool; 2],
@@ -68,7 +77,7 @@ impl Bench {
         self.said.push((self.t, what));
     }
 
-    /// Lets the wires follow who pulls them.
+    /// Updates the lines after a change of who pulls them.
     fn settle(&mut self) {
         for signal in std::mem::take(&mut self.out) {
             let AvrSignal::Drive { t, line, drive } = signal else { panic!("{signal:?}") };
@@ -156,7 +165,7 @@ impl Bench {
     }
 }
 
-/// In order of time; of one clock what is asked for stands behind what happens, as it came.
+/// Sorts events by time; in one cycle, query results come after line events, in their original order.
 fn normal(mut said: Vec<(u64, String)>) -> Vec<(u64, String)> {
     said.sort_by_key(|(t, what)| (*t, if what.len() == 2 { what.clone() } else { "Z".to_owned() }));
     said

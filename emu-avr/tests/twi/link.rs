@@ -1,17 +1,18 @@
-//! Whole programs: parts that are wired together and served as section 22.7 says.
+//! Complete programs: interfaces on one bus with the software of section 22.7.
 
 use emu_avr::periph::twi::{AvrTwi, TWEA, TWEN, TWIE, TWINT, TWSTA, TWSTO, TwiRegister};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
 
-/// A part with its program.
+/// An interface with its program.
 struct Node {
     part: AvrTwi,
     out: Vec<AvrSignal>,
     pulls: [bool; 2],
-    /// What it sends as a master, address first, and how many bytes it asks for where the address says read.
+    /// Bytes that it sends as a master, address first; then the number of bytes that it reads if the address
+    /// is for reading.
     message: Vec<u8>,
     asks: usize,
-    /// What it answers as a slave.
+    /// Byte that it sends as a slave.
     answer: u8,
     done: bool,
     got: Vec<u8>,
@@ -48,7 +49,7 @@ impl Node {
         self
     }
 
-    /// The interrupt's program.
+    /// The program of the interrupt.
     fn serve(&mut self, t: u64) {
         let status = self.part.peek(TwiRegister::TWSR, t);
         self.seen.push(status);
@@ -80,7 +81,7 @@ impl Node {
             self.write(TwiRegister::TWDR, self.answer, t);
             self.answer = self.answer.wrapping_add(1);
         }
-        // A START that waits for the bus stays asked for.
+        // A START that waits for the bus stays requested.
         if !self.done && !self.message.is_empty() && status >= 0x60 {
             go |= TWSTA;
         }
@@ -111,7 +112,8 @@ fn settle(nodes: &mut [Node], wires: &mut [bool; 2], t: u64) {
     }
 }
 
-/// Runs until all masters are done and the bus is quiet; each program needs `delay` cycles and a few more to answer.
+/// Runs until all masters are done and the bus is idle. Each program responds after `delay` cycles and a few
+/// more.
 fn run(mut nodes: Vec<Node>, delay: u64) -> Vec<Node> {
     let mut wires = [false; 2];
     settle(&mut nodes, &mut wires, 10);
@@ -165,7 +167,7 @@ fn nobody_answers() {
 
 #[test]
 fn two_masters_start_at_once_and_both_get_through() {
-    // The lower address wins; the other one starts again after the STOP.
+    // The lower address wins; the other master starts again after the STOP.
     let masters = || vec![Node::new(1, 3).sends(&[0x40, 5], 0), Node::new(2, 3).sends(&[0x44, 6], 0)];
     let mut nodes = masters();
     nodes.extend([Node::new(0x20, 0), Node::new(0x22, 0)]);

@@ -1,4 +1,4 @@
-//! Two-wire interface, section 22 of DS40002061.
+//! Tests of the two-wire interface, section 22 of DS40002061.
 
 mod bus;
 mod cases;

@@ -1,32 +1,32 @@
-//! The part clock by clock: two flip-flops a wire, one counter for the halves of SCL, and the protocol as a list of what has been
-//! on the bus since the last START.
+//! A model of the interface that steps cycle by cycle: two flip-flops per line, one counter for the halves of
+//! SCL, and the protocol as a list of what has been on the bus since the last START.
 
 use emu_avr::periph::twi::TwiRegister;
 use emu_avr::periph::{AvrDrive, AvrLine, AvrSignal};
 
-/// What this part is doing.
+/// State of the interface.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Role {
     Nobody,
-    /// START, repeated or not, is on the bus; SCL is to be pulled.
+    /// START, repeated if true, is on the bus; SCL will be pulled low next.
     Started(bool),
     Restarting,
     Stopping,
-    /// Sends SLA, sends, receives as master.
+    /// Sends SLA, sends data, receives, as a master.
     Sla,
     Mt,
     Mr,
-    /// The same, waiting for software.
+    /// The same states, waiting for software.
     ReadySla,
     ReadyMt,
     ReadyMr,
-    /// Slave receiver (general call), slave transmitter.
+    /// Slave receiver (true for the general call), slave transmitter.
     Sr(bool),
     St,
 }
 use Role::*;
 
-/// What happens when the counter is over.
+/// Action at the end of the counter.
 #[derive(Clone, Copy, PartialEq)]
 enum Then {
     ScLow,
@@ -50,7 +50,7 @@ pub struct Model {
     twint: bool,
     just: bool,
     twwc: bool,
-    /// TWEA, TWSTA, TWSTO, TWEN, TWIE.
+    /// TWEA, TWSTA, TWSTO, TWEN and TWIE.
     bits: u8,
     role: Role,
     busy: bool,
@@ -58,7 +58,7 @@ pub struct Model {
     lost: bool,
     /// Levels of SDA at the rising edges of SCL in this byte.
     byte: Vec<bool>,
-    /// What is to be sent.
+    /// Byte to send.
     send: u8,
     counter: Option<(u64, Then)>,
     low_scl: bool,
@@ -143,7 +143,7 @@ impl Model {
         self.pins(t);
     }
 
-    /// The wires behind the flip-flops; they may stop the counter at its last moment.
+    /// Processes the lines after the flip-flops; this may stop the counter at its last cycle.
     fn look(&mut self, was: (bool, bool)) {
         let (scl, sda) = (self.ff_scl[1], self.ff_sda[1]);
         if !self.on() {
@@ -313,7 +313,7 @@ impl Model {
         self.flag(0);
     }
 
-    // What the chip does.
+    // Inputs from the chip.
 
     pub fn line(&mut self, line: AvrLine, high: bool, t: u64) {
         match line {
@@ -410,7 +410,8 @@ impl Model {
         }
     }
 
-    /// The clock stops: what the flip-flops have not told yet comes out, and from now on SCL and SDA are seen at once.
+    /// Stops the clock: the pending changes in the flip-flops are processed, and from now on SCL and SDA take
+    /// effect at once.
     pub fn sleep(&mut self, t: u64) {
         self.asleep = true;
         self.seen_at_once(t);

@@ -1,14 +1,14 @@
-//! Random programs on two parts that share a bus, each compared with its model at every clock.
+//! Random programs on two interfaces that share a bus, each compared with its model in every cycle.
 
 use emu_avr::periph::twi::TwiRegister;
 use emu_core::rng::Rng;
 
 use crate::bus::{Node, Wires};
 
-/// How often which status was seen, by TWSR<7:3>.
+/// Counts of each status, by TWSR<7:3>.
 type Seen = [u64; 32];
 
-/// Software: mostly it answers TWINT, now and then it does something else.
+/// The software: usually responds to TWINT, sometimes does something else.
 fn act(node: &mut Node, t: u64, rng: &mut Rng, seen: &mut Seen) {
     let any = rng.next_u64() as u8;
     if node.asleep {
@@ -25,7 +25,8 @@ fn act(node: &mut Node, t: u64, rng: &mut Rng, seen: &mut Seen) {
         let status = node.model.peek(TwiRegister::TWSR);
         seen[usize::from(status >> 3)] += 1;
         if rng.below(3) != 0 {
-            // The address of the other one, of this one, the general call, or anything; the same in both, often.
+            // The address of the other interface, of this one, the general call, or any; often the same in
+            // both.
             let sla = [0x20, 0x21, 0x20, 0x21, 0x00, 0x01, any][rng.below(7) as usize];
             node.write(TwiRegister::TWDR, if matches!(status >> 3, 1 | 2) { sla } else { any }, t);
         }

@@ -1,14 +1,22 @@
-//! Cases worked by hand, one a line, in cycles.
+//! Hand-made cases, one per line, in cycles.
 
 use emu_avr::periph::usart::{AvrUsart, UsartRegister};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrOutbox, AvrSignal};
 
-/// `what | script | what happens`. In a script `N` is the edge of what follows it: `a=XX`, `b=XX`, `c=XX`, `l=XX`, `h=XX`, `w=XX`
-/// write UCSRA, UCSRB, UCSRC, UBRRL, UBRRH, UDR; `r0`, `r1`, `x0`, `x1` are levels of RXD and XCK, `out` makes XCK an output;
-/// `/bits:N` levels of RXD of N cycles each; `^bits:N` a rise and a fall of XCK for each bit, N cycles each, RXD changing with the
-/// rise; `read` reads UDR; `?` shows UCSRA, and a 9 if RXB8 is set; `i` the interrupts asked for; `take` enters TX; `sleep`,
-/// `wake`, `reset`. RXD is high at first. What happens: `N T0`, `N T1`, `N T-`: TXD driven or left to the port, `R` and `X` the
-/// same of RXD and XCK (`Z`: made an input); `sent`; and what was asked for.
+/// Format: `topic | script | events`.
+///
+/// In a script, `N` is the edge of what follows it:
+///
+/// - `a=XX`, `b=XX`, `c=XX`, `l=XX`, `h=XX`, `w=XX` write UCSRA, UCSRB, UCSRC, UBRRL, UBRRH, UDR.
+/// - `r0`, `r1`, `x0`, `x1` are levels of RXD and XCK; RXD is high initially. `out` makes XCK an output.
+/// - `/bits:N` are levels of RXD of N cycles each.
+/// - `^bits:N` is a rise and a fall of XCK for each bit, N cycles each, RXD changing at the rise.
+/// - `read` reads UDR; `?` shows UCSRA, and a 9 if RXB8 is set; `i` shows the requested interrupts; `take`
+///   enters TX.
+/// - `sleep`, `wake`, `reset`.
+///
+/// Events are `N T0`, `N T1`, `N T-` for TXD driven or left to the port, `R` and `X` likewise for RXD and XCK
+/// (`Z`: made an input), `sent`, and the results of the queries.
 const CASES: &str = "
 # 20.6: a first bit begins with the next edge of the bit clock
 U2X, UBRR = 0: 8 cycles a bit | 0 a=02 b=08 w=A5 100 ? | 0 T1, 8 T0, 16 T1, 24 T0, 32 T1, 40 T0, 56 T1, 64 T0, 72 T1, 88 sent A5, 100 a=62
@@ -175,7 +183,7 @@ impl Bench {
     }
 }
 
-/// In order of time; of one clock what is asked for stands behind what happens, as it came.
+/// Sorts events by time; in one cycle, query results come after line events, in their original order.
 fn normal(mut said: Vec<(u64, String)>) -> Vec<(u64, String)> {
     said.sort_by_key(|(t, what)| (*t, if what.len() == 2 { what.clone() } else { "Z".to_owned() }));
     said

@@ -1,14 +1,14 @@
-//! Two ports, wired to each other.
+//! Two ports that are connected to each other.
 
 use emu_avr::periph::spi::{self, AvrSpi};
 use emu_avr::periph::usart::{AvrUsart, RXC, RXEN, TXB8, TXEN, U2X, UCSZ2, UDRE, UsartRegister};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
 use emu_core::rng::Rng;
 
-/// Words that are sent.
+/// Number of words sent.
 const WORDS: usize = 40;
 
-/// How a port is set up: UCSRA, UCSRB, UCSRC, UBRR.
+/// Configuration of a port: UCSRA, UCSRB, UCSRC, UBRR.
 type Setup = (u8, u8, u8, u16);
 
 fn set_up(port: &mut AvrUsart, (a, b, c, ubrr): Setup, out: &mut Vec<AvrSignal>) {
@@ -25,7 +25,7 @@ fn set_up(port: &mut AvrUsart, (a, b, c, ubrr): Setup, out: &mut Vec<AvrSignal>)
     }
 }
 
-/// Hands on what `from` does to its lines at `t`.
+/// Passes the line changes of `from` at `t` to the other side.
 fn carry(from: &mut Vec<AvrSignal>, to: &mut AvrUsart, t: u64, out: &mut Vec<AvrSignal>) {
     for signal in from.drain(..) {
         if let AvrSignal::Drive { t: at, line, drive: AvrDrive::Output(level) | AvrDrive::Value(level) } = signal {
@@ -35,8 +35,8 @@ fn carry(from: &mut Vec<AvrSignal>, to: &mut AvrUsart, t: u64, out: &mut Vec<Avr
     }
 }
 
-/// Words sent from one port to the other: those sent, and those that come out with their errors. `gives` tells which of them has
-/// XCK as an output.
+/// Sends words from one port to the other; returns the words sent, and the words received with their errors.
+/// `gives` is the index of the port that has XCK as an output.
 fn talk(setups: [Setup; 2], gives: usize, seed: u64) -> (Vec<u16>, Vec<(u16, u8)>) {
     let rng = &mut Rng::new(seed);
     let (mut a, mut b, mut of_a, mut of_b) = (AvrUsart::new(0), AvrUsart::new(0), Vec::new(), Vec::new());
@@ -95,7 +95,7 @@ fn asynchronous() {
             }
         }
     }
-    // A double-speed bit of eight periods is one of sixteen of half the length.
+    // A double-speed bit of eight periods equals a bit of sixteen periods of half the length.
     all_arrive([(U2X, TXEN, 6, 9), (0, RXEN, 6, 4)], 0);
 }
 
@@ -113,7 +113,7 @@ fn parity_of_the_wrong_kind_is_told() {
 
 #[test]
 fn synchronous() {
-    // A slave needs more than four cycles a bit.
+    // A slave needs more than four cycles per bit.
     for ubrr in [2, 3, 11] {
         for c in [0x46, 0x47, 0x6F] {
             for gives in [0, 1] {
@@ -126,7 +126,7 @@ fn synchronous() {
 
 #[test]
 fn a_slave_of_spi_follows_the_master_spi_mode() {
-    // Mode by UCPHA and UCPOL; the slave's SPCR with CPHA and CPOL; both orders of bits.
+    // UCSRC with UCPHA and UCPOL, and the SPCR of the slave with CPHA and CPOL, in both bit orders.
     for (c, spcr) in [(0xC0, 0x40), (0xC2, 0x44), (0xC1, 0x48), (0xC3, 0x4C), (0xC4, 0x60), (0xC7, 0x6C)] {
         let (mut master, mut slave) = (AvrUsart::new(0), AvrSpi::new());
         let (mut of_master, mut of_slave) = (Vec::new(), Vec::new());

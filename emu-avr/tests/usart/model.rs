@@ -1,4 +1,5 @@
-//! The port clock by clock, written as counters, shift registers and flip-flops that all look at every clock edge.
+//! A model of the port that steps cycle by cycle: counters, shift registers and flip-flops that all react to
+//! every clock edge.
 
 use std::collections::VecDeque;
 
@@ -14,7 +15,7 @@ struct Word {
     upe: bool,
 }
 
-/// A frame that comes in: what it is made of and the bits so far, the start bit first.
+/// A frame being received: its format and the bits so far, the start bit first.
 struct Frame {
     size: usize,
     parity: u8,
@@ -23,7 +24,7 @@ struct Frame {
 
 pub struct Model {
     pub out: Vec<AvrSignal>,
-    // Pins, and the flip-flops behind XCK.
+    // Pins, and the flip-flops of XCK.
     pub rxd: bool,
     pub xck: bool,
     pub ddr_xck: bool,
@@ -116,7 +117,7 @@ impl Model {
         }
     }
 
-    /// One edge of the clock. Pins are as they were in the cycle that ends.
+    /// Executes one clock edge. Pins are as they were in the cycle that ends.
     pub fn tick(&mut self, t: u64) {
         self.txc_now = false;
         let edge = (self.first != self.second).then_some(self.first);
@@ -138,7 +139,7 @@ impl Model {
                 }
             }
         } else if self.ddr_xck {
-            // The generator gives halves of bits, in SPI mode only while there is something to send.
+            // The generator clocks half bits; in SPI mode only while there is something to send.
             if ticked && (umsel == 1 || self.shifting.is_some()) {
                 if self.divider.is_multiple_of(2) { self.next_bit(t) } else { self.sample_clocked() }
             }
@@ -214,7 +215,7 @@ impl Model {
         if self.frame.is_none() {
             if self.last_sample && !high {
                 self.begin();
-                // After sample 1 come 2 to 7 (or 2, 3), then those that vote.
+                // After sample 1 come samples 2 to 7 (or 2 and 3), then those that vote.
                 self.skip = if self.u2x { 2 } else { 6 };
                 self.votes.clear();
             }
@@ -268,7 +269,7 @@ impl Model {
         }
     }
 
-    /// A bit of a frame.
+    /// Processes a bit of a frame.
     fn bit(&mut self, high: bool) {
         let Some(frame) = &mut self.frame else { return };
         frame.bits.push(high);
@@ -315,7 +316,7 @@ impl Model {
         self.spi_bits = vec![false; 8];
     }
 
-    // What the chip does.
+    // Inputs from the chip.
 
     pub fn line(&mut self, line: AvrLine, high: bool) {
         match line {

@@ -1,4 +1,5 @@
-//! Random programs and random lines: the port, which is run only when it says that something is due, and the model.
+//! Random programs and line changes: compares the model with the port, which runs only when it reports
+//! something due.
 
 use std::collections::VecDeque;
 
@@ -17,7 +18,7 @@ const REGS: [UsartRegister; 6] = [
     UsartRegister::UBRRH,
 ];
 
-/// Levels of RXD still to come, each with the clocks that it lasts.
+/// Future levels of RXD, each with its duration in cycles.
 #[derive(Default)]
 struct Wire(VecDeque<(u64, bool)>);
 
@@ -33,8 +34,8 @@ impl Wire {
         run.1
     }
 
-    /// A rest and then a frame of so many bits behind the start bit, within 3 % of the rate; or one that is plainly off, noise, a
-    /// glitch or a break.
+    /// Adds an idle time and a frame of `data` bits after the start bit, within 3 % of the rate; or a frame
+    /// that is clearly off, noise, a glitch or a break.
     fn refill(&mut self, bit: u64, data: u64, rng: &mut Rng) {
         self.0.push_back((rng.below(2) * rng.below(2 * bit), true));
         match rng.below(14) {
@@ -61,7 +62,7 @@ impl Wire {
     }
 }
 
-/// A write of a kind that lets something happen.
+/// Returns a write that is likely to have an effect.
 fn write(model: &Model, rng: &mut Rng) -> (UsartRegister, u8, u8) {
     let (b, c) = (model.peek(UsartRegister::UCSRB), model.peek(UsartRegister::UCSRC));
     let any = rng.next_u64() as u8;
@@ -83,12 +84,12 @@ fn write(model: &Model, rng: &mut Rng) -> (UsartRegister, u8, u8) {
     }
 }
 
-/// How often it came to what: a run in which nothing happens proves nothing.
+/// Counts of each kind of event: a run in which nothing happens proves nothing.
 #[derive(Default, Debug)]
 struct Seen {
     sent: u64,
     received: u64,
-    /// UPE, DOR, FE of words that are read.
+    /// UPE, DOR and FE of the words read.
     errors: [u64; 3],
     spi: u64,
     sync: u64,
@@ -205,7 +206,7 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
         }
         xck -= 1;
         if xck == 0 {
-            // Now and then faster than the part can follow.
+            // Sometimes faster than the port can follow.
             xck = 1 + if rng.one_in(30) { 0 } else { 1 + rng.below(4) };
             if !model.ddr_xck {
                 port.on_line_changed(AvrLine::Xck, !model.xck, t, out);
@@ -238,7 +239,7 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
         assert_eq!(port.is_receiver_enabled(), model.peek(UsartRegister::UCSRB) & 0x90 == 0x90);
         seen.sent += out.iter().filter(|signal| matches!(signal, AvrSignal::Sent { .. })).count() as u64;
         if *out != model.out {
-            // Both may say what happens at one clock in an order of their own, and say and take back.
+            // Within one cycle each may send its signals in another order, and may send and undo a change.
             assert_eq!(last(out), last(&model.out), "seed {seed}, clock {t}: port, model");
         }
         out.clear();
@@ -246,7 +247,7 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
     }
 }
 
-/// What is left of the signals of one clock.
+/// Returns the last signal of each line in one cycle.
 fn last(signals: &[AvrSignal]) -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
     for (n, signal) in signals.iter().enumerate() {

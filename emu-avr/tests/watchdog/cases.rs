@@ -1,6 +1,6 @@
-//! Cases, one a line: section (of DS40002061, or the chip), what it is about, steps. A step is `edge:W=value` (a write of WDTCSR
-//! or WDTCR), `cycle:NAME?value` or `edge:what`; registers are hexadecimal. A second has 128,000 cycles at first, so that a
-//! clock of the newer oscillator is one cycle and 2K of them are 2,048.
+//! Cases, one per line: section (of DS40002061, or the chip), topic, steps. A step is `edge:W=value` (a write
+//! of WDTCSR or WDTCR), `cycle:NAME?value` or `edge:what`. Registers are hexadecimal. The clock is 128,000 Hz
+//! initially, so that a clock of the newer watchdog oscillator is one cycle and 2K of them are 2,048.
 
 use emu_avr::periph::watchdog::{AvrWatchdog, WatchdogKind, WatchdogRegister};
 use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
@@ -145,7 +145,7 @@ fn a_wrong_case_is_found() {
     assert!(run("x | 10:W=08 2060:resets?").is_err());
 }
 
-/// Table 11-2 at 16 MHz: a clock of the oscillator is 125 cycles.
+/// Table 11-2 at 16 MHz: a clock of the watchdog oscillator is 125 cycles.
 #[test]
 fn the_times_of_the_table() {
     for (wdp, clocks) in (0..10).zip([2u64, 4, 8, 16, 32, 64, 128, 256, 512, 1024]) {
@@ -157,7 +157,7 @@ fn the_times_of_the_table() {
     }
 }
 
-/// Far away in time, and at clocks that nobody has, nothing overflows.
+/// At extreme times and clocks nothing overflows.
 #[test]
 fn the_ends_of_time() {
     for hz in [0, 1, u64::MAX] {

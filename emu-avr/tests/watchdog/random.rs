@@ -1,18 +1,19 @@
-//! The watchdog stepped cycle by cycle, and random programs on which both must agree in every cycle: in what is read, in the
-//! interrupt and in the resets.
+//! A model of the watchdog that steps cycle by cycle, and random programs: both must agree in every cycle in
+//! register reads, the interrupt and the resets.
 
 use emu_avr::periph::watchdog::{AvrWatchdog, WatchdogKind, WatchdogRegister};
 use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
 use emu_core::rng::Rng;
 
 const SECOND_PS: u64 = 1_000_000_000_000;
-/// Clocks with a whole number of picoseconds to a cycle, all so slow that the shortest time-out has 8 to 128 cycles.
+/// Clocks in Hz with a whole number of picoseconds per cycle, so slow that the shortest time-out is 8 to 128
+/// cycles.
 const RATES: [u64; 5] = [500, 1_000, 2_000, 4_000, 8_000];
 
 struct Model {
-    /// As ATmega328, not as the older ones.
+    /// True for the watchdog of the ATmega328, false for the older one.
     new: bool,
-    /// WDP can be written at any time.
+    /// True if WDP can be written at any time.
     free: bool,
     wdton: bool,
     wdrf: bool,
@@ -21,13 +22,13 @@ struct Model {
     wdie: bool,
     wde: bool,
     wdp: u8,
-    /// Cycles for which WDCE is still set, and whether it was in the cycle before.
+    /// Remaining cycles of WDCE, and whether it was set in the cycle before.
     wdce: u8,
     wdce_was: bool,
-    /// The counter, and the part of a clock behind it.
+    /// The counter in clocks, and the rest in picoseconds.
     clocks: u64,
     rest_ps: u64,
-    /// What happened at the present edge.
+    /// Events at the current edge.
     flag_now: bool,
     reset_now: bool,
 }
@@ -42,7 +43,7 @@ impl Model {
         (0..self.wdp.min(longest)).fold(shortest, |clocks, _| clocks * 2)
     }
 
-    /// The edge that ends a cycle.
+    /// Executes the edge that ends a cycle.
     fn tick(&mut self) {
         (self.flag_now, self.reset_now) = (false, false);
         self.wdce_was = self.wdce > 0;
@@ -55,7 +56,7 @@ impl Model {
         let before = self.clocks;
         self.clocks += self.rest_ps / clock_ps;
         self.rest_ps %= clock_ps;
-        // The shortest time-out is longer than a cycle, so there is one at most.
+        // The shortest time-out is longer than a cycle, so there is at most one.
         let tap = self.period();
         if self.clocks / tap == before / tap {
             return;
@@ -71,7 +72,7 @@ impl Model {
         (self.clocks, self.rest_ps) = (0, 0);
     }
 
-    /// What holds WDE and WDIE, and a counter that is off.
+    /// Applies what forces WDE and WDIE, and clears the counter while it is off.
     fn settle(&mut self) {
         self.wde |= self.wdton || self.wdrf && self.new;
         self.wdie &= !self.wdton && self.new;
@@ -151,7 +152,7 @@ fn live(seed: u64, seen: &mut [u64; 4]) {
     };
     let busy = [4, 20, 60][rng.below(3) as usize];
     let mut promised = (0, 0);
-    // The second write of a sequence: when, and what.
+    // Second write of a sequence: cycle and value.
     let mut plan = (0, 0);
     for t in 1..200 + rng.below(400) {
         let at = || format!("seed {seed}, cycle {t}");
@@ -162,7 +163,7 @@ fn live(seed: u64, seen: &mut [u64; 4]) {
         }
         assert!(promised.0 <= t || model.shown() == promised.1, "promised until {}, {}", promised.0, at());
         let byte = rng.next_u64() as u8;
-        // The core writes once in a cycle.
+        // The core writes once per cycle.
         let mut written = plan.0 == t;
         if written {
             promised = (0, 0);
@@ -174,7 +175,7 @@ fn live(seed: u64, seen: &mut [u64; 4]) {
             match rng.below(16) {
                 0..=4 if !written => {
                     written = true;
-                    // Short times, so that there are many.
+                    // Short time-outs, so that there are many.
                     let value = byte & [0xEF, 0x49, 0x4B, 0x43][rng.below(4) as usize];
                     plan = (t + 1 + rng.below(5), value);
                     model.write(0x18 | byte & 0x40, 0xFF);

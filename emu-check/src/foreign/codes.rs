@@ -1,4 +1,4 @@
-//! The codes of checks of images that other compilers made.
+//! Diagnostic codes of checks of foreign images.
 
 use diag::DiagnosticCode;
 

@@ -1,4 +1,4 @@
-//! The chip of a foreign image on its board: pins by the program alone, and what of the program can be compared there.
+//! The board of a foreign image: its pins, derived from the program alone, and what can be compared there.
 
 use diag::{Diagnostic, Pos, Severity};
 use emu_core::chip::Chip;
@@ -14,7 +14,7 @@ use crate::{CheckOptions, serial_line::BitTime};
 
 use super::codes;
 
-/// A variable in the EEPROM: its symbol, first cell, and number of cells.
+/// A variable stored in the EEPROM: its symbol, first cell, and number of cells.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct EepromVariable {
     pub symbol: usize,
@@ -22,33 +22,40 @@ pub(crate) struct EepromVariable {
     pub bytes: u32,
 }
 
-/// Pins and what is compared at them.
+/// The pins of a foreign image, and what is compared at them.
 #[derive(Debug, Clone)]
 pub(crate) struct ForeignBoard {
+    /// The chip.
     pub chip: &'static Chip,
+    /// Timing of a scan.
     pub pace: ScanPace,
+    /// Pins of the inputs, in the evaluator's order.
     pub inputs: Vec<PinId>,
-    /// Symbol and pin.
+    /// Outputs: symbol index and pin.
     pub outputs: Vec<(usize, PinId)>,
+    /// The serial line, the analog inputs and the EEPROM; the PWM output is in `pwm`.
     pub peripherals: CheckedPeripherals,
-    /// Pin and frequency.
+    /// The PWM output: pin and frequency in Hz.
     pub pwm: Option<(PinId, u64)>,
+    /// The EEPROM variables that are compared.
     pub eeprom_variables: Vec<EepromVariable>,
-    /// Symbols that depend on the moment at which a byte is sent.
+    /// Per symbol: whether its value depends on the moment at which a byte is sent.
     pub timing_dependent: Vec<bool>,
-    /// What is not compared, in words.
+    /// What is not compared, as text for the report.
     pub left_out: Vec<String>,
-    /// The values of bytes are compared.
+    /// True if the values of sent bytes are compared.
     pub compares_bytes: bool,
-    /// Scans that a byte lasts.
+    /// Number of scans that a byte takes.
     pub scans_per_byte: u64,
-    /// Where symbols are, if a map tells.
+    /// The locations of the symbols, if a map is given.
     pub places: Option<ProgramPlaces>,
 }
 
 impl ForeignBoard {
+    /// Finds the pins of the program.
+    ///
     /// # Errors
-    /// Pins that are not known, and a map that does not fit.
+    /// A pin that is not known, or a map that does not fit.
     pub(super) fn new(
         program: &LadderProgram,
         options: &CheckOptions,
@@ -166,17 +173,19 @@ impl ForeignBoard {
         })
     }
 
-    /// The chip's name of a pin.
+    /// The chip's name of a pin, such as `PD2`.
     pub(super) fn pin_name(&self, pin: PinId) -> &'static str {
         self.chip.pins.get(usize::from(pin)).map_or("?", |p| p.name)
     }
 }
 
-/// Names that what comes behind a sending element may write, and all that may depend on them: the chip's transmitter is free by a
-/// flag of its own, the language's by a count of scans. Behind a string that is so only where a byte lasts longer than a scan.
+/// The names of symbols whose value depends on the moment at which a byte is sent: those that elements after
+/// a sending element write, and all that depend on them. The chip's transmitter becomes free by a flag of its
+/// own, the transmitter of the language after a number of scans. After a FORMATTED_STRING this matters only
+/// if a byte takes longer than a scan.
 fn timing_dependent_symbols(program: &LadderProgram, lasts: u64) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
-    // A loose master relay makes everything behind it loose, in every scan.
+    // A timing-dependent master relay makes everything after it timing-dependent, in every scan.
     let mut all = false;
     loop {
         let before = (names.len(), all);

@@ -1,4 +1,4 @@
-//! What a check of a foreign image found, as text and as JSON.
+//! The report of a check of a foreign image, as text and as JSON.
 
 use std::fmt::Write;
 
@@ -12,109 +12,110 @@ use crate::report::{DifferenceKind, count_text};
 use super::codes;
 use super::foreign_run::ScanStarts;
 
-/// The result of a check of a foreign image. `docs/foreign.md` describes its JSON.
+/// The result of a check of a foreign image. `docs/foreign.md` describes its JSON form.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ForeignReport {
-    /// Version of this shape, [`crate::SCHEMA`].
+    /// Version of the JSON report, [`crate::SCHEMA`].
     pub schema: u32,
     /// Name of the program's file.
     pub program: String,
     /// Name of the image's file.
     pub image: String,
-    /// The chip.
+    /// The name of the chip.
     pub mcu: String,
-    /// Seed of everything random.
+    /// Seed of all random choices.
     pub seed: u64,
-    /// Scans done; with a difference the last one is the scan that differs.
+    /// Number of scans done; if there is a difference, it is in the last one.
     pub scans: u64,
-    /// Runs from reset that these scans were done in.
+    /// Number of runs from reset that the scans belong to.
     pub runs: u64,
-    /// Values compared.
+    /// Number of values compared.
     pub compared: u64,
-    /// Nothing differed and nothing was found.
+    /// True if nothing differed and there are no findings.
     pub agreed: bool,
     /// The first difference.
     pub difference: Option<ForeignDifference>,
-    /// What is not as it should be apart from that.
+    /// Defects that do not change the result of a scan.
     pub findings: Vec<ForeignFinding>,
-    /// The time from scan to scan; none where fewer than two have started.
+    /// The measured period; `None` if fewer than two scans have started.
     pub period: Option<MeasuredPeriod>,
-    /// Machine cycles from a scan's start until the chip waits again, the most that were seen.
+    /// Machine cycles from the start of a scan until the chip waits again: the maximum observed.
     pub scan_cycles_max: u64,
-    /// Byte address of the first instruction of a scan, as it was found.
+    /// Byte address of the first instruction of a scan, as found in the image.
     pub scan_start: u32,
-    /// What of the program is not compared, and why.
+    /// What is not compared, and why.
     pub left_out: Vec<String>,
-    /// What of the program was exercised.
+    /// Coverage of the program.
     pub coverage: LadderCoverage,
-    /// What the check has to say besides; never errors.
+    /// Notes of the check; none of them is an error.
     pub notes: Vec<Diagnostic>,
 }
 
-/// The first difference of a check.
+/// The first difference of a check of a foreign image.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct ForeignDifference {
-    /// Stable code of the kind, for `emu explain`.
+    /// Diagnostic code of the kind, for `emu explain`.
     pub code: &'static str,
-    /// Scan of the check, from 1.
+    /// Number of the scan in the check, from 1.
     pub scan: u64,
-    /// Run from reset that it belongs to, from 1.
+    /// Number of the run from reset, from 1.
     pub run: u64,
-    /// Scan of that run, from 1.
+    /// Number of the scan in that run, from 1.
     pub scan_of_run: u64,
     /// Machine cycle of that run.
     pub cycle: u64,
-    /// What kind of thing differs.
+    /// The kind of the difference.
     pub what: DifferenceKind,
-    /// The symbol, where it is one.
+    /// The symbol that differs, if it is a symbol.
     pub symbol: Option<String>,
-    /// What should be.
+    /// The expected value or level, or a description.
     pub expected: String,
-    /// What is.
+    /// The value or level found, or a description.
     pub found: String,
-    /// The command that replays the check up to this scan.
+    /// The command line that replays the check up to this scan.
     pub replay: String,
 }
 
-/// Something that is not as it should be though no scan's result differs by it.
+/// A defect of an image that does not change the result of a scan.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct ForeignFinding {
-    /// Stable code of the kind, for `emu explain`.
+    /// Diagnostic code of the kind, for `emu explain`.
     pub code: &'static str,
-    /// What it is.
+    /// Description of the finding.
     pub says: String,
 }
 
-/// The time from the start of one scan to the next, over the longest run.
+/// The time from the start of one scan to the next, measured over the longest run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MeasuredPeriod {
-    /// Periods that were measured.
+    /// Number of periods measured.
     pub periods: u64,
-    /// Clocks of the oscillator in all of them.
+    /// Oscillator clocks of all periods together.
     pub clocks: u64,
-    /// Clocks of one on average.
+    /// Mean oscillator clocks per period.
     pub mean_clocks: f64,
-    /// Clocks of one by CYCLE and the clock.
+    /// Oscillator clocks per period as required by CYCLE and the clock.
     pub wanted_clocks: f64,
 }
 
 impl MeasuredPeriod {
-    /// The scans come in less than nine tenths of CYCLE on average.
+    /// True if the mean period is less than nine tenths of CYCLE.
     pub(crate) fn is_much_too_short(&self) -> bool {
         self.periods > 1 && self.mean_clocks < self.wanted_clocks * 0.9
     }
 
+    /// The period from the scan starts of a run; `None` if fewer than two scans have started.
     pub(crate) fn new(pace: &ScanPace, starts: ScanStarts) -> Option<MeasuredPeriod> {
         let periods = starts.scans.checked_sub(1).filter(|&periods| periods > 0)?;
         let clocks = (starts.last - starts.first) * pace.clocks_per_cycle;
-        // Hundredths are what a run can tell.
+        // A run is long enough for two decimal places.
         let mean_clocks = (clocks as f64 / periods as f64 * 100.0).round() / 100.0;
         let wanted_clocks = pace.num as f64 / pace.den as f64 * pace.clocks_per_cycle as f64;
         Some(MeasuredPeriod { periods, clocks, mean_clocks, wanted_clocks })
     }
 
-    /// A finding where tick and loop do not explain the difference.
-    /// `gap`: most machine cycles from one poll of the flag to the next.
+    /// The finding that the period is wrong, if the timer tick and the waiting loop do not explain the
+    /// difference. `gap` is the maximum number of machine cycles between two polls of the flag.
     pub(crate) fn to_finding(&self, pace: &ScanPace, gap: u64) -> Option<ForeignFinding> {
         let wanted = u128::from(self.periods) * pace.num * u128::from(pace.clocks_per_cycle) / pace.den;
         let slack =
@@ -138,11 +139,12 @@ impl MeasuredPeriod {
     }
 }
 
-/// Machine cycles by which two starts may be off besides tick and look at the timer: loops of others are longer.
+/// Additional tolerance of the distance of two scan starts, in machine cycles: other compilers have longer
+/// waiting loops.
 const START_TOLERANCE_CYCLES: u64 = 6;
 
 impl ForeignReport {
-    /// The report for people, several lines.
+    /// The report as text of several lines.
     #[must_use]
     pub fn text(&self) -> String {
         let mut text = String::new();

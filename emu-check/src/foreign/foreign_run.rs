@@ -1,4 +1,4 @@
-//! A foreign image and the evaluator side by side, from one wait for the timer to the next.
+//! Runs a foreign image and the evaluator in lockstep, from one wait for the timer to the next.
 
 use std::collections::VecDeque;
 
@@ -19,22 +19,24 @@ use super::line_listener::LineListener;
 use super::scan_loop::ScanLoop;
 use super::{ForeignFinding, ForeignMismatch};
 
-/// Cycles allowed from reset to the first scan, on top of some periods.
+/// Machine cycles allowed from reset to the first scan, in addition to [`MAX_PERIODS`] periods.
 const MAX_RESET_CYCLES: u64 = 200_000;
 
-/// Periods allowed from one moment to the next.
+/// Periods allowed from one point of a scan to the next.
 const MAX_PERIODS: u64 = 3;
 
-/// The starts of a run's scans, in machine cycles.
+/// The scan starts of a run, in machine cycles.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct ScanStarts {
+    /// Start of the first scan.
     pub first: u64,
+    /// Start of the last scan.
     pub last: u64,
-    /// Scans that have started.
+    /// Number of scans that have started.
     pub scans: u64,
 }
 
-/// Chip and evaluator in a run from reset.
+/// Chip and evaluator in one run from reset.
 pub(crate) struct ForeignRun<'a, C> {
     cpu: C,
     pub eval: Evaluator,
@@ -42,20 +44,24 @@ pub(crate) struct ForeignRun<'a, C> {
     hints: &'a ValueHints,
     scan_loop: ScanLoop,
     listener: LineListener,
+    /// The scan starts of this run.
     pub starts: ScanStarts,
-    /// Bytes that the evaluator has sent and the line has not, with the scan; and the other way round.
+    /// Bytes that the evaluator has sent and the line has not shown yet, each with its scan.
     awaited: VecDeque<(u64, u8)>,
+    /// Bytes that the line has shown and the evaluator has not sent yet, each with its scan.
     received_frames: VecDeque<(u64, SerialFrame)>,
     sent: bool,
     incoming: Option<(u64, u8)>,
-    /// Most machine cycles of a scan so far.
+    /// Maximum machine cycles of a scan so far.
     pub longest_scan: u64,
+    /// Number of values compared since the caller has last taken it.
     pub compared: u64,
+    /// Findings since the caller has last taken them.
     pub findings: Vec<ForeignFinding>,
 }
 
 impl<'a, C: CheckedChip> ForeignRun<'a, C> {
-    /// Both sides at power-up. Cells that the image does not fill are erased.
+    /// Starts both sides at power-up. EEPROM cells that the image does not fill are erased.
     pub(super) fn start(
         mut cpu: C,
         eval: &Evaluator,
@@ -92,7 +98,8 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         self.cpu.cycle()
     }
 
-    /// While the chip waits: the outside of the next scan. Then that scan on both sides, until the chip waits again.
+    /// Applies the external inputs of the next scan while the chip waits, then runs that scan on both sides
+    /// until the chip waits again, and compares them.
     pub(super) fn scan(&mut self, step: &ScanStimulus) -> Result<EvaluatedScan, ForeignMismatch> {
         self.apply_external(step);
         let extra = if self.starts.scans == 0 { MAX_RESET_CYCLES } else { 0 };
@@ -126,7 +133,7 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         Ok(seen)
     }
 
-    /// Drives inputs, and begins a byte to the receiver.
+    /// Drives the inputs, and starts a byte to the receiver.
     fn apply_external(&mut self, step: &ScanStimulus) {
         let of = &self.board.peripherals;
         let now = CycleTime::at(self.cpu.cycle());
@@ -146,11 +153,11 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         let (last, period, gap) = (self.starts.last, self.scan_loop.period, self.scan_loop.max_read_gap);
         let starts = |scan: u64| {
             let ahead = scan.saturating_sub(scans).saturating_mul(period);
-            // Each of them may be up to a gap between polls earlier or later.
+            // Each start may be earlier or later by up to the gap between two polls.
             let at = last.saturating_sub(scans.saturating_sub(scan).saturating_mul(period)).saturating_add(ahead);
             at.saturating_sub(gap) * of.clocks_per_cycle
         };
-        // A scan may take longer than those that were seen.
+        // A scan may take longer than those observed so far.
         let busy = (self.longest_scan + self.longest_scan / 2 + 20 + 2 * gap) * of.clocks_per_cycle;
         let clock = of.to_clock(CycleTime::at(self.cpu.cycle() + 1));
         if let Some(ByteArrival { start, scan }) = plan_arrival(of.bit_time, clock, scans + 1, busy, starts) {
@@ -159,7 +166,8 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         }
     }
 
-    /// At the first scan's start: what the chip did while it set itself up, and its pull-ups.
+    /// At the start of the first scan: reports outputs that went high during set-up, and missing pull-ups of
+    /// inputs.
     fn check_power_up(&mut self) {
         self.listener.is_before_first_scan = false;
         for &(pin, rose) in &self.listener.outputs {
@@ -193,7 +201,7 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         let found = loop {
             match self.cpu.run(until, &mut self.listener) {
                 StopReason::Breakpoint { pc } if pc == to => return Ok(()),
-                // A scan that lasts longer than a period leaves no time to wait.
+                // A scan that takes longer than a period leaves no time to wait.
                 StopReason::Breakpoint { pc } if pc == self.scan_loop.start && to == self.scan_loop.wait => {
                     break "the next scan begins at once, nothing waits for the timer".to_owned();
                 }
@@ -230,7 +238,7 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         Ok(())
     }
 
-    /// Symbols inside, where a map tells their places.
+    /// Compares the symbols in memory, if a map gives their locations.
     fn compare_symbols(&mut self) -> Result<(), ForeignMismatch> {
         let Some(places) = &self.board.places else { return Ok(()) };
         for (symbol, loose) in self.board.timing_dependent.iter().enumerate() {
@@ -252,7 +260,7 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         Ok(())
     }
 
-    /// The serial line, the PWM output, and the cells of the EEPROM.
+    /// Compares the serial line, the PWM output and the EEPROM.
     fn compare_lines(&mut self) -> Result<(), ForeignMismatch> {
         let (scan, clock) = (self.starts.scans, self.board.peripherals.to_clock(CycleTime::at(self.cpu.cycle())));
         if let Some((_, listener)) = &mut self.listener.serial {
@@ -274,7 +282,7 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
             self.awaited.pop_front();
             self.received_frames.pop_front();
         }
-        // Both sides may wait for the transmitter in their own way.
+        // Both sides may wait for the transmitter for a different number of scans.
         let late = |since: u64| scan > since + 2 * self.board.scans_per_byte + 2;
         if let Some((since, frame)) = self.received_frames.front() {
             if !self.sent {
@@ -313,7 +321,8 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         self.compare_eeprom()
     }
 
-    /// Cells of variables that the language has written whole, once that has had its time.
+    /// Compares the EEPROM cells of variables that the evaluator has written completely, once the write time
+    /// is over.
     fn compare_eeprom(&mut self) -> Result<(), ForeignMismatch> {
         if self.eval.eeprom_busy_scans() > 0 {
             return Ok(());
@@ -339,7 +348,7 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
     }
 }
 
-/// The board around a chip that has just got its power.
+/// Sets the external levels of a chip at power-up.
 pub(crate) fn wire_board<C: CheckedChip>(cpu: &mut C, board: &ForeignBoard) {
     let now = CycleTime::at(0);
     for &pin in &board.inputs {

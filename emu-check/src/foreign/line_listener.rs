@@ -1,4 +1,5 @@
-//! What listens at the pins of a foreign image: the serial line, the PWM output, and outputs before the first scan.
+//! A probe at the pins of a foreign image: the serial line, the PWM output, and all outputs before the first
+//! scan.
 
 use emu_core::cpu::Probe;
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
@@ -7,14 +8,17 @@ use crate::serial_line::SerialListener;
 
 use super::foreign_board::ForeignBoard;
 
-/// A probe at the pins.
+/// The probe at the pins of a foreign image.
 #[derive(Debug, Clone)]
 pub(crate) struct LineListener {
     clocks: u64,
+    /// The transmitter's pin with its receiver.
     pub serial: Option<(PinId, SerialListener)>,
+    /// The pin of the PWM output with its meter.
     pub pwm: Option<(PinId, ForeignPwmMeter)>,
-    /// Outputs, looked at until the first scan has begun; with the clock of their first rise.
+    /// Outputs with the clock of their first rising edge; they are observed until the first scan has started.
     pub outputs: Vec<(PinId, Option<u64>)>,
+    /// True until the first scan has started.
     pub is_before_first_scan: bool,
 }
 
@@ -49,7 +53,7 @@ impl Probe for LineListener {
         {
             pulses.note_edge(clock, high);
         }
-        // What reset itself does to a pin is the chip's.
+        // An edge in the first two cycles is caused by the reset of the chip.
         if self.is_before_first_scan && high && cycle > 1 {
             self.outputs.iter_mut().filter(|output| output.0 == pin).for_each(|output| {
                 output.1.get_or_insert(clock);
@@ -59,11 +63,12 @@ impl Probe for LineListener {
     }
 }
 
-/// Percent by which period and duty may be off: the timer of another compiler is not known.
+/// Tolerance of the period in percent; the timer setup of the other compiler is not known.
 const PERIOD_PERCENT: u64 = 5;
+/// Tolerance of the duty cycle in percentage points.
 const DUTY_PERCENT: u64 = 2;
 
-/// Periods that a new duty may take to show.
+/// Number of periods until a new duty cycle must be visible.
 const SETTLING_PERIODS: u64 = 3;
 
 /// Measures the PWM output, in clocks.
@@ -81,13 +86,14 @@ pub(crate) struct ForeignPwmMeter {
 }
 
 impl ForeignPwmMeter {
+    /// A meter for an output of `hertz` Hz; `grain` is the tolerance of an edge in clocks.
     pub(super) fn new(clock_hz: u64, hertz: u64, grain: u64) -> ForeignPwmMeter {
         let period = clock_hz / hertz.max(1);
         let (duty, rose, fell, fault) = (None, None, None, None);
         ForeignPwmMeter { period, tolerance_clocks: grain, duty, from: 0, high: false, rose, fell, edges: 0, fault }
     }
 
-    /// The duty that a scan has set which is over by `now`.
+    /// Sets the duty cycle of a scan that is over at clock `now`.
     pub(super) fn set_duty(&mut self, now: u64, duty: Option<u8>) {
         if duty != self.duty {
             self.duty = duty;
@@ -96,6 +102,7 @@ impl ForeignPwmMeter {
         }
     }
 
+    /// Records that the pin changed to `high` at clock `at`.
     pub(super) fn note_edge(&mut self, at: u64, high: bool) {
         if high == self.high {
             return;
@@ -124,7 +131,7 @@ impl ForeignPwmMeter {
         (self.rose, self.fell) = (Some(at), None);
     }
 
-    /// What is wrong by `now`: expected and found.
+    /// The error of the output at clock `now` as (expected, found), if there is one.
     pub(super) fn judge(&self, now: u64) -> Option<(String, String)> {
         if self.fault.is_some() || now < self.from {
             return self.fault.clone();

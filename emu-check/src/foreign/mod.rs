@@ -1,10 +1,10 @@
-//! Checks an image that another compiler has made: the program, the chip and the image are all that is known of it.
+//! Checks a foreign image, which another compiler made, with nothing but the program, the chip and the image.
 //!
 //! ```text
-//!   image -> pace (where scans begin) -> course: chip at its pins | evaluator -> report with findings
+//!   image -> scan_loop (where scans begin) -> foreign_run: chip at its pins | evaluator -> report
 //! ```
 //!
-//! What is compared how stands in `docs/foreign.md`.
+//! `docs/foreign.md` describes what is compared, and how.
 
 mod codes;
 mod foreign_board;
@@ -37,20 +37,21 @@ pub use codes::FOREIGN_CODES;
 pub use foreign_report::{ForeignDifference, ForeignFinding, ForeignReport, MeasuredPeriod};
 pub use scan_budget::MAX_SCANS;
 
-/// An image that another compiler has made.
+/// An image that another compiler made, with what is known about it.
 #[derive(Debug, Clone, Copy)]
 pub struct ForeignImage<'a> {
-    /// Name of its file.
+    /// Name of the image file.
     pub file: &'a str,
-    /// What the file holds, for the chip of the options.
+    /// The contents of the file, for the chip of the options.
     pub image: &'a Image,
-    /// Where its symbols are, if that is known, with the name of the file that tells it.
+    /// The name and contents of a map with the locations of the symbols, if there is one.
     pub map: Option<(&'a str, &'a ImageMap)>,
-    /// Scans to compare, at least 1; else as many as `docs/foreign.md` says, at most [`MAX_SCANS`].
+    /// Number of scans to compare, at least 1; by default as described in `docs/foreign.md`, at most
+    /// [`MAX_SCANS`].
     pub scans: Option<u64>,
 }
 
-/// A difference, without its place in the check.
+/// A difference, without its scan, run and cycle.
 #[derive(Debug, Clone)]
 pub(crate) struct ForeignMismatch {
     kind: DifferenceKind,
@@ -69,14 +70,15 @@ impl ForeignMismatch {
     }
 }
 
-/// Runs of the stimulus of which each begins with a reset: the first two, and then one in so many.
+/// After the first three runs of the stimulus, one of this many runs, and every long run, begins with a
+/// reset; the others continue.
 const RUNS_WITH_RESET: u64 = 4;
 
-/// Checks the image against the program. Of `options` all but the scans counts.
+/// Checks a foreign image against its program. All of `options` applies except the number of scans.
 ///
 /// # Errors
-/// Why there is nothing to check: the evaluator refuses the program, pins are not known, no pacing is found in the image, or
-/// no scans were asked for.
+/// The evaluator refuses the program, a pin is not known, no pacing is found in the image, or the number of
+/// scans is 0.
 pub fn check_foreign(
     program: &LadderProgram,
     foreign: &ForeignImage<'_>,
@@ -108,10 +110,10 @@ pub fn check_foreign(
     })
 }
 
-/// The map in a file of that name.
+/// Parses a map file; `file` is its name for diagnostics.
 ///
 /// # Errors
-/// It is none.
+/// The file is not a map.
 pub fn read_map(file: &str, bytes: &[u8]) -> Result<ImageMap, Diagnostic> {
     serde_json::from_slice(bytes).map_err(|error| {
         let hint = "give a map that `emu compile --map` wrote";
@@ -120,7 +122,7 @@ pub fn read_map(file: &str, bytes: &[u8]) -> Result<ImageMap, Diagnostic> {
     })
 }
 
-/// The command that repeats a check up to scan `scans`.
+/// The command line that repeats a check up to scan `scans`.
 fn replay_command(program: &LadderProgram, foreign: &ForeignImage<'_>, options: &CheckOptions, scans: u64) -> String {
     let mut command = check_run::replay_command(program, options, scans)
         + &format!(" --image {}", check_run::shell_quote(foreign.file));
@@ -128,7 +130,7 @@ fn replay_command(program: &LadderProgram, foreign: &ForeignImage<'_>, options: 
     command
 }
 
-/// A check that is ready to run.
+/// A check of a foreign image that is ready to run, as a visitor of the machine type.
 struct ForeignCheckVisitor<'a> {
     program: &'a LadderProgram,
     foreign: &'a ForeignImage<'a>,
@@ -159,7 +161,7 @@ impl MachineVisitor for ForeignCheckVisitor<'_> {
         wire_board(&mut probe, &board);
         let found = scan_loop::find_scan_loop(probe, period)?;
         let mut hints = ValueHints::new(program, &eval);
-        // Nothing of the image's memory is known.
+        // The locations of the symbols in memory are not known, so nothing can be written.
         hints.writable.fill(false);
         let mut goals = CoverageGoals::new(program, &eval);
         let mut stimulus = StimulusGenerator::with_long_runs(
@@ -209,7 +211,7 @@ impl MachineVisitor for ForeignCheckVisitor<'_> {
         progress(scans, budget.scans);
         let period = MeasuredPeriod::new(&board.pace, timed);
         if let Some(period) = period.as_ref().filter(|period| period.is_much_too_short()) {
-            // The flag is cleared once in CYCLE, so these are no scans, and what was compared says nothing.
+            // The flag is cleared once per CYCLE, so these are not scans, and the comparison means nothing.
             return Err(CheckError::OtherScanRate {
                 period: found.period,
                 mean_clocks: period.mean_clocks,

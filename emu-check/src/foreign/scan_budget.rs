@@ -1,14 +1,16 @@
-//! How long to look at an image in whose memory nothing can be written: what it does is reached by time alone.
+//! How many scans to run an image in whose memory nothing can be written, so that states are reached by time
+//! alone.
 
 use ladder::{Element, LadderOperand, LadderProgram};
 
-/// Most scans of a check that is not told how many.
+/// Maximum number of scans of a check without an explicit number of scans.
 pub const MAX_SCANS: u64 = 200_000;
 
-/// Scans besides the long run.
+/// Number of scans in addition to the long run.
 const SHORT_SCANS: u64 = 4_000;
 
-/// Scans of a long run: four times as long as the longest counter takes if all timers together make its steps, within limits.
+/// Number of scans of a long run: four times the time that the longest counter needs if all timers in
+/// sequence make one of its steps, clamped to 16,000 to 100,000.
 pub(crate) fn long_run_scans(program: &LadderProgram) -> usize {
     let (mut times, mut count) = (1u64, 1u64);
     for (_, element, _) in program.elements() {
@@ -20,27 +22,29 @@ pub(crate) fn long_run_scans(program: &LadderProgram) -> usize {
             Element::Counter { max: LadderOperand::Const { value, .. }, .. } => {
                 count = count.max(value.unsigned_abs().saturating_add(1));
             }
-            // Nothing else takes more than one scan to come to its end.
+            // All other elements reach their end within one scan.
             _ => {}
         }
     }
     times.saturating_mul(count).saturating_mul(4).clamp(16_000, 100_000) as usize
 }
 
-/// How many scans there are to be.
+/// The number of scans of a check, which grows while the check reaches new states.
 pub(crate) struct ScanBudget {
+    /// Number of scans to run, as known so far.
     pub scans: u64,
-    /// Scans without anything new that end a check that is not told how many.
+    /// Without an explicit number of scans, the check ends after this many scans without a new state.
     max_scans_without_news: Option<u64>,
 }
 
 impl ScanBudget {
+    /// A budget for a requested number of scans, or by default for a long run of `patience` scans.
     pub(super) fn new(requested: Option<u64>, patience: u64) -> ScanBudget {
         let least = patience + SHORT_SCANS;
         ScanBudget { scans: requested.unwrap_or(least), max_scans_without_news: requested.is_none().then_some(least) }
     }
 
-    /// A scan is done; `new` says that it reached something for the first time.
+    /// Records that scan `scan` is done; `new` is true if it reached a coverage goal for the first time.
     pub(super) fn note_scan(&mut self, scan: u64, new: bool) {
         if let Some(quiet) = self.max_scans_without_news.filter(|_| new) {
             self.scans = self.scans.max(scan + quiet).min(MAX_SCANS);

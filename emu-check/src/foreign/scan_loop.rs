@@ -1,15 +1,17 @@
-//! Where scans begin in an image of which nothing is known: where the program sees the timer's flag that it waits for.
+//! Finds where scans begin in an unknown image: where the program sees the timer flag that it waits for.
 //!
-//! 1. The flag: registers of timer flags are watched. Of all instructions that write there one is taken that does
-//!    it once in about CYCLE and clears a bit.
-//! 2. The poll: the instruction that is the first to read that bit as set. The wait lasts from the first time that
-//!    it runs after a scan to that moment; all that is executed in between belongs to it: delays, calls.
-//! 3. The scan starts at the first instruction behind the poll that the wait has not executed. It is over when the
-//!    poll runs again.
-//! 4. Scans found in this way are counted from reset on. Unless they come as often as the flag is cleared, nothing
-//!    is found.
+//! 1. The flag: writes to the registers of timer flags are observed. The search selects an instruction that
+//!    writes there once per CYCLE (within 10 %) and clears a bit.
+//! 2. The poll: the first instruction that reads this bit as set. The wait lasts from the first execution of
+//!    the poll after a scan to that moment; everything executed in between, such as delays and calls, belongs
+//!    to the wait.
+//! 3. The scan starts at the first instruction after the poll that the wait has not executed. It ends when
+//!    the poll is executed again.
+//! 4. The starts found in this way are counted from reset on. If they do not occur as often as the flag is
+//!    cleared, the search fails.
 //!
-//! Iterations of loops that only wait are jumped over, but for some cycles around the moment the flag is set.
+//! The emulator skips iterations of loops that only wait, except for some cycles around the moment at which
+//! the flag is set.
 
 use std::collections::{HashMap, HashSet};
 
@@ -18,48 +20,52 @@ use emu_core::cpu::{Cpu, Probe, StopReason};
 
 use crate::CheckError;
 
-/// Where a scan begins and ends, as program words.
+/// Where a scan begins and ends; addresses are program words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct ScanLoop {
-    /// First instruction behind the wait.
+    /// The first instruction after the wait.
     pub start: u32,
-    /// The instruction that reads the flag, again and again until it is set.
+    /// The instruction that polls the flag until it is set.
     pub wait: u32,
-    /// Machine cycles from one start to the next, about.
+    /// Approximate machine cycles from one start to the next.
     pub period: u64,
-    /// Most machine cycles from one read of the flag to the next: by so many a scan may start late.
+    /// Maximum machine cycles between two polls of the flag, which is how late a scan may start.
     pub max_read_gap: u64,
 }
 
-/// Periods that are watched.
+/// Number of periods that are observed.
 const WATCHED_PERIODS: u64 = 12;
 
-/// Machine cycles allowed for a program to set itself up, at most so many periods besides.
+/// Machine cycles allowed for the set-up of a program, in addition to [`WATCHED_PERIODS`] periods.
 const MAX_RESET_CYCLES: u64 = 200_000;
 
-/// Registers that hold flags of timers, and single bits that are.
+/// AVR registers with timer flags.
 const AVR: [&str; 6] = ["TIFR", "TIFR0", "TIFR1", "TIFR2", "TIFR3", "ETIFR"];
+/// PIC16 registers with timer flags.
 const PIC16: [&str; 3] = ["PIR1", "PIR2", "INTCON"];
+/// 8051 registers with timer flags.
 const MCS51: [&str; 2] = ["TCON", "T2CON"];
+/// 8051 timer flags as bit addresses.
 const MCS51_BITS: [&str; 3] = ["TF0", "TF1", "TF2"];
 
-/// Waits that are looked at for each instruction that clears a flag, until one of them shows where scans begin.
+/// Number of waits analysed for each instruction that clears a flag, until one of them shows where scans
+/// begin.
 const MAX_WAITS: usize = 3;
 
-/// Reads of the flag in a wait whose distances are measured.
+/// Number of polls in a wait whose distances are measured.
 const MEASURED_READS: usize = 16;
 
-/// Machine cycles after the flag is cleared that may pass before the first instruction of the scan.
+/// Maximum machine cycles from clearing the flag to the first instruction of the scan.
 const MAX_CYCLES_AFTER_CLEAR: u64 = 2_000;
 
-/// Watches writes to flag registers, with the instruction that makes them.
+/// A probe that records writes to flag registers, with the instruction that makes each.
 struct FlagWriteProbe {
     space: Option<u8>,
     regs: Vec<u16>,
     bit_space: Option<u8>,
     bits: Vec<u16>,
     pc: u32,
-    /// Machine cycle, instruction, and register of each write.
+    /// Machine cycle, instruction address, and register of each write.
     writes: Vec<(u64, u32, u16)>,
 }
 
@@ -97,7 +103,7 @@ impl Probe for FlagWriteProbe {
         let flag = Some(space) == self.space && self.regs.contains(&addr)
             || Some(space) == self.bit_space && self.bits.contains(&addr);
         if write && flag {
-            // On an 8051 the register of a bit is at the bit's address without its number.
+            // On an 8051, the address of a bit without its lowest three bits is the address of its register.
             let reg = if Some(space) == self.space { addr } else { addr & 0xF8 };
             self.writes.push((at, self.pc, reg));
         }
@@ -105,7 +111,7 @@ impl Probe for FlagWriteProbe {
     }
 }
 
-/// Bits of a register.
+/// Some bits of a register.
 #[derive(Debug, Clone, Copy)]
 struct RegisterBits {
     reg: u16,
@@ -113,7 +119,8 @@ struct RegisterBits {
 }
 
 impl RegisterBits {
-    /// The bits that an access to `addr` of the memory `space` carries with a one; on an 8051 also of single bits.
+    /// The bits that are 1 in an access to `addr` of memory `space`; on an 8051 this includes accesses to
+    /// single bits.
     fn bits_in_access(chip: &Chip, (space, addr, value): (u8, u16, u8)) -> Option<RegisterBits> {
         if Some(space) == chip.space_index(chip.reg_space) {
             return Some(RegisterBits { reg: addr, mask: value });
@@ -131,7 +138,7 @@ impl RegisterBits {
     }
 }
 
-/// Stops behind the first instruction that reads one of the bits as set.
+/// A probe that stops after the first instruction that reads one of the bits as set.
 struct FlagReadProbe {
     chip: &'static Chip,
     flag: RegisterBits,
@@ -154,7 +161,7 @@ impl Probe for FlagReadProbe {
     }
 }
 
-/// Records cycle and address of instructions, without the iterations that are jumped over.
+/// A probe that records cycle and address of instructions, except for iterations that the emulator skips.
 #[derive(Default)]
 struct InstructionTrace(Vec<(u64, u32)>);
 
@@ -168,10 +175,11 @@ impl Probe for InstructionTrace {
     }
 }
 
-/// Finds the pacing of the program in `cpu`, which is fresh from reset; `period` is CYCLE in machine cycles.
+/// Finds the pacing of the program in `cpu`, which is in its power-up state; `period` is CYCLE in machine
+/// cycles.
 ///
 /// # Errors
-/// What was seen instead.
+/// The observation that contradicts a pacing by a timer flag.
 pub(crate) fn find_scan_loop<C: Cpu>(cpu: C, period: u64) -> Result<ScanLoop, CheckError> {
     let mut flags = FlagWriteProbe::new(cpu.chip());
     let until = MAX_RESET_CYCLES.saturating_add(period.saturating_mul(WATCHED_PERIODS));
@@ -182,7 +190,7 @@ pub(crate) fn find_scan_loop<C: Cpu>(cpu: C, period: u64) -> Result<ScanLoop, Ch
     let mut takes: Vec<(u64, u32, u16)> = Vec::new();
     let mut others: Vec<u64> = Vec::new();
     for (&(pc, reg), at) in &writes {
-        // The first may belong to the set-up.
+        // The first write may belong to the set-up of the program.
         let [_, from, .., to] = at.as_slice() else { continue };
         let mean = (to - from) / (at.len() as u64 - 2).max(1);
         if mean.abs_diff(period) <= period / 10 { takes.push((mean, pc, reg)) } else { others.push(mean) }
@@ -205,7 +213,7 @@ pub(crate) fn find_scan_loop<C: Cpu>(cpu: C, period: u64) -> Result<ScanLoop, Ch
                     break;
                 }
             };
-            // Others may be cleared with the flag that is waited for.
+            // The instruction may clear other flags together with the one that is polled.
             for mask in (0..8).map(|bit| 1 << bit & span.cleared).filter(|&mask| mask != 0) {
                 let wait = span.find_wait(RegisterBits { reg, mask });
                 let found = wait.map(|(start, wait, gap)| ScanLoop { start, wait, period: mean, max_read_gap: gap });
@@ -219,7 +227,8 @@ pub(crate) fn find_scan_loop<C: Cpu>(cpu: C, period: u64) -> Result<ScanLoop, Ch
     Err(why)
 }
 
-/// Runs behind the next instruction at `take` (a trap) that clears bits of `reg`: them, and the cycle in which it starts.
+/// Runs until an instruction at `take`, which has a breakpoint, clears bits of `reg`, and executes it.
+/// Returns the cleared bits and the cycle in which the instruction starts.
 fn run_to_clear<C: Cpu>(cpu: &mut C, (take, reg): (u32, u16), limit: u64) -> Result<(u8, u64), CheckError> {
     let until = cpu.cycle().saturating_add(limit);
     loop {
@@ -238,18 +247,20 @@ fn run_to_clear<C: Cpu>(cpu: &mut C, (take, reg): (u32, u16), limit: u64) -> Res
     }
 }
 
-/// From one take to the next: a scan and its wait, whatever the order of the instructions.
+/// The time from one clearing of the flag to the next: a scan and its wait, in any order.
 struct ScanSpan<C> {
-    /// Behind the first take.
+    /// The machine after the first clearing.
     from: C,
-    /// Cycles in which the second starts and is over, and the bits that it clears.
+    /// Cycle in which the second clearing instruction starts.
     taken: u64,
+    /// Cycle in which the second clearing instruction ends.
     to: u64,
+    /// The bits that it clears.
     cleared: u8,
 }
 
 impl<C: Cpu> ScanSpan<C> {
-    /// From the next take on; `cpu` goes behind the other.
+    /// The span from the next clearing on; `cpu` continues until after the second one.
     fn next_span(cpu: &mut C, take: (u32, u16), limit: u64) -> Result<Self, CheckError> {
         run_to_clear(cpu, take, limit)?;
         let mut from = cpu.clone();
@@ -258,7 +269,8 @@ impl<C: Cpu> ScanSpan<C> {
         Ok(ScanSpan { from, taken, to: cpu.cycle(), cleared })
     }
 
-    /// The wait for `flag` in it: the first instruction behind it, the poll, and the most cycles from poll to poll.
+    /// Finds the wait for `flag` in the span. Returns the first instruction after it, the poll, and the
+    /// maximum cycles from poll to poll.
     fn find_wait(&self, flag: RegisterBits) -> Result<(u32, u32, u64), CheckError> {
         let mut near = last_clear_moment(&self.from, flag, self.taken);
         let mut sight = FlagReadProbe { chip: near.chip(), flag, at: 0, pc: 0 };
@@ -296,7 +308,7 @@ impl<C: Cpu> ScanSpan<C> {
     }
 }
 
-/// The last moment before `taken` in which no bit of the flag is set, between instructions.
+/// The last state between two instructions before cycle `taken` in which no bit of the flag is set.
 fn last_clear_moment<C: Cpu>(from: &C, flag: RegisterBits, taken: u64) -> C {
     let (mut near, mut until) = (from.clone(), taken);
     while until > near.cycle() + 1 {
@@ -308,7 +320,7 @@ fn last_clear_moment<C: Cpu>(from: &C, flag: RegisterBits, taken: u64) -> C {
     near
 }
 
-/// What was found, if scans come by it from reset on as often as the flag is cleared.
+/// Confirms the result: from reset on, scans must start as often as the flag is cleared.
 fn confirm<C: Cpu>(mut cpu: C, found: ScanLoop) -> Result<ScanLoop, CheckError> {
     let until = MAX_RESET_CYCLES.saturating_add(found.period.saturating_mul(WATCHED_PERIODS));
     let mut starts = Vec::new();
@@ -319,7 +331,8 @@ fn confirm<C: Cpu>(mut cpu: C, found: ScanLoop) -> Result<ScanLoop, CheckError> 
                 starts.push(cpu.cycle());
                 cpu.set_breakpoint(found.wait, true);
             }
-            // One end for each start: with the trap off, the wait is jumped over.
+            // Only one stop at the poll per start: without the breakpoint, the emulator skips the iterations
+            // of the wait.
             StopReason::Breakpoint { pc } => cpu.set_breakpoint(pc, false),
             _ => break,
         }

@@ -1,5 +1,5 @@
-//! A campaign: which programs, on which chips, how far it is, and what was found. It can be spread over shards, whose records
-//! are added again.
+//! A fuzzing campaign: its plan (programs and chips), its progress and its findings. A campaign can be split
+//! into shards whose records are merged again.
 
 use std::time::Duration;
 
@@ -13,41 +13,41 @@ use super::tally::ChipTally;
 use super::watchdog::{Cancellation, WorkFailure, run_with_limit};
 use crate::{CheckError, CheckOptions, CheckReport, check};
 
-/// Version of the record.
+/// Version of the JSON record.
 pub const FUZZ_SCHEMA: u32 = 1;
 
-/// A chip of each family, for a campaign on all of them.
+/// One chip of each family, for a campaign on all families.
 pub const FAMILIES: [&str; 4] = ["at89s52", "pic16f873", "atmega328p", "ap101"];
 
-/// Code of a refusal in which the compiler contradicts itself.
+/// The code of a compiler error that means that the compiler contradicts itself.
 const INTERNAL_ERROR_CODE: &str = "LC099";
 
-/// What is to be done. The same plan gives the same programs and checks for ever, in whatever pieces.
+/// The plan of a campaign. A plan always gives the same programs and checks, however it is split.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CampaignPlan {
-    /// Seed of the programs and of everything random in their checks.
+    /// Seed of the programs and of all random choices in their checks.
     pub seed: u64,
-    /// How many programs, numbered from 0.
+    /// Number of programs; they are numbered from 0.
     pub programs: u64,
-    /// Scans of each check.
+    /// Number of scans per check.
     pub scans: u64,
-    /// The chips.
+    /// The names of the chips.
     pub mcus: Vec<String>,
 }
 
-/// Every `of`-th program, beginning with number `index` - 1.
+/// A part of a campaign: every `of`-th program, starting with number `index` - 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct CampaignShard {
-    /// Which, from 1.
+    /// Index of the shard, from 1.
     pub index: u64,
-    /// How many there are, at least 1.
+    /// Number of shards, at least 1.
     pub of: u64,
-    /// Programs of it that are done, in order.
+    /// Number of its programs that are done, in order.
     pub done: u64,
 }
 
 impl CampaignShard {
-    /// How many of `programs` are its own.
+    /// How many of `programs` belong to this shard.
     #[must_use]
     pub fn program_count(&self, programs: u64) -> u64 {
         match programs.checked_sub(self.index) {
@@ -56,57 +56,57 @@ impl CampaignShard {
         }
     }
 
-    /// The number of its `k`-th program, from 0.
+    /// The number of the shard's `k`-th program; both count from 0.
     #[must_use]
     pub fn program_number(&self, k: u64) -> u64 {
         k * self.of + self.index.saturating_sub(1)
     }
 
-    /// The first of `programs` that belongs to another shard too, which may be of another split.
+    /// The first of `programs` that belongs to both shards, which may be of different splits.
     fn first_shared_program(&self, other: &CampaignShard, programs: u64) -> Option<u64> {
         let (dense, sparse) = if self.of <= other.of { (self, other) } else { (other, self) };
-        // After as many numbers as the other split has shards, the places in it repeat.
+        // After as many programs as the other split has shards, the pattern repeats.
         let mut numbers = (0..sparse.program_count(programs).min(dense.of)).map(|k| sparse.program_number(k));
         let of = dense.of.max(1);
         numbers.find(|number| number % of == dense.index.saturating_sub(1))
     }
 }
 
-/// Something that must not be.
+/// A fault that a campaign found: a difference, a contradiction of the compiler, a panic or a timeout.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CampaignFinding {
-    /// Number of the program.
+    /// Number of the program, from 0.
     pub number: u64,
-    /// The chip.
+    /// The name of the chip.
     pub mcu: String,
-    /// What it is, in a line or in the text of a report.
+    /// Description of the fault: one line, or the text of a report.
     pub what: String,
-    /// Name of a file for the program.
+    /// A file name for the program.
     pub file: String,
-    /// The smallest program found that shows it, as `.ld` text with the command that replays it in a comment.
+    /// The smallest program found that shows the fault, as `.ld` text with the replay command in a comment.
     pub program: String,
-    /// The command that shows it again, once the program lies in `file`.
+    /// The command that shows the fault again, once the program is saved as `file`.
     pub replay: String,
 }
 
-/// How far a campaign is and what it found. `docs/fuzz.md` describes its JSON.
+/// Progress and findings of a campaign. `docs/fuzz.md` describes its JSON form.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CampaignRecord {
-    /// Version of this shape, [`FUZZ_SCHEMA`].
+    /// Version of the JSON record, [`FUZZ_SCHEMA`].
     pub schema: u32,
-    /// What is to be done.
+    /// The plan of the campaign.
     pub plan: CampaignPlan,
-    /// The parts that this record holds.
+    /// The shards that this record covers.
     pub shards: Vec<CampaignShard>,
-    /// Every program of the plan is done.
+    /// True if every program of the plan is done.
     pub complete: bool,
-    /// Figures by chip, in the order of the plan.
+    /// Statistics per chip, in the order of the plan.
     pub tallies: Vec<ChipTally>,
-    /// What was found, by number and chip.
+    /// The findings, sorted by program and chip.
     pub findings: Vec<CampaignFinding>,
 }
 
-/// What came of one program.
+/// The results of one program on all chips of the plan.
 #[derive(Debug, Clone)]
 pub struct ProgramTrial {
     tallies: Vec<ChipTally>,
@@ -115,22 +115,22 @@ pub struct ProgramTrial {
 }
 
 impl ProgramTrial {
-    /// On how many chips its compile and check took longer than the limit.
+    /// On how many chips compiling and checking took longer than the limit.
     #[must_use]
     pub fn timed_out_chips(&self) -> usize {
         self.timed_out
     }
 
-    /// What was found with this program.
+    /// The findings of this program.
     #[must_use]
     pub fn findings(&self) -> &[CampaignFinding] {
         &self.findings
     }
 }
 
-/// Draws program `number`, compiles it for each chip and checks it, each within `limit` of wall-clock time: what takes
-/// longer is a finding and is left alone. Its thread ends with the next scans of its check, or, where the compiler does not
-/// end, with the process.
+/// Generates program `number`, and compiles and checks it on each chip within `limit` of wall-clock time. A
+/// program that takes longer is a finding and is not shrunk. Its thread ends at the next progress call of its
+/// check or, if the compiler does not return, with the process.
 #[must_use]
 pub fn run_trial(plan: &CampaignPlan, number: u64, limit: Duration) -> ProgramTrial {
     let (drawn, profile) = generate_program(plan.seed, number);
@@ -165,17 +165,17 @@ pub fn run_trial(plan: &CampaignPlan, number: u64, limit: Duration) -> ProgramTr
     trial
 }
 
-/// What a check of a drawn program came to.
+/// The outcome of checking a generated program.
 pub(super) enum TrialOutcome {
-    /// It was compared.
+    /// The program was compiled and compared.
     Checked(Box<LadderProgram>, Box<CheckReport>),
-    /// It was refused: code and message of the first reason.
+    /// The program was refused: code and message of the first diagnostic.
     Refused(String, String),
-    /// Compiler or checker broke down or did not end.
+    /// The compiler or the checker panicked or exceeded the time limit.
     Failed(WorkFailure),
 }
 
-/// Sorts of findings.
+/// The kinds of findings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum TrialFault {
     Differs,
@@ -184,6 +184,7 @@ pub(super) enum TrialFault {
 }
 
 impl TrialOutcome {
+    /// The fault that this outcome shows; `None` for an agreement or an ordinary refusal.
     pub(super) fn to_fault(&self) -> Option<TrialFault> {
         match self {
             TrialOutcome::Checked(_, report) => (!report.agreed).then_some(TrialFault::Differs),
@@ -193,7 +194,7 @@ impl TrialOutcome {
     }
 }
 
-/// Checks the program as its text is read again, so that what is saved is what was checked.
+/// Checks the program as parsed again from its text, so that exactly the saved program is checked.
 pub(super) fn try_program(drawn: &LadderProgram, options: &CheckOptions, limit: Duration) -> TrialOutcome {
     let (file, text, options) = (drawn.file.clone(), ladder::write(drawn), options.clone());
     let work = move |cancellation: &Cancellation| check_text(&file, &text, &options, cancellation);
@@ -218,8 +219,8 @@ fn check_text(file: &str, text: &str, options: &CheckOptions, cancellation: &Can
     }
 }
 
-/// Shrinks what was found and writes it down. What took too long stays as it is: every smaller program could leave another
-/// thread behind.
+/// Shrinks a program that shows a fault, and describes it. A program that timed out is not shrunk, because
+/// every try could leave another thread running.
 fn make_finding(
     plan: &CampaignPlan,
     number: u64,
@@ -260,7 +261,7 @@ fn make_finding(
 }
 
 impl CampaignRecord {
-    /// One with nothing done.
+    /// A record of a shard with no program done.
     #[must_use]
     pub fn new(plan: CampaignPlan, shard: CampaignShard) -> CampaignRecord {
         let tallies = plan.mcus.iter().map(|mcu| ChipTally::new(mcu)).collect();
@@ -276,7 +277,7 @@ impl CampaignRecord {
         record
     }
 
-    /// Adds the next program of the only shard.
+    /// Adds the results of the next program; the record must have exactly one shard.
     pub fn add_trial(&mut self, trial: &ProgramTrial) {
         self.tallies.iter_mut().zip(&trial.tallies).for_each(|(mine, other)| mine.add(other));
         self.findings.extend(trial.findings.iter().cloned());
@@ -293,10 +294,11 @@ impl CampaignRecord {
             self.shards.len() as u64 == of && self.shards.iter().all(|s| s.done == s.program_count(programs));
     }
 
-    /// Adds the records of shards of one plan.
+    /// Merges the records of several shards of one plan.
     ///
     /// # Errors
-    /// Why they do not belong together.
+    /// There are no records, the plans differ, a shard is impossible, or two shards overlap or have different
+    /// splits.
     pub fn merge_shards(records: Vec<CampaignRecord>) -> Result<CampaignRecord, CheckError> {
         let mut records = records.into_iter();
         let mut sum = records.next().ok_or(CheckError::NoRecords)?;
@@ -321,10 +323,10 @@ impl CampaignRecord {
         Ok(sum)
     }
 
-    /// Every shard is one that the plan can have.
+    /// Checks that the plan can have all shards of the record.
     ///
     /// # Errors
-    /// The shard that is none.
+    /// The first shard that is impossible.
     pub fn check_shards(&self) -> Result<(), CheckError> {
         let programs = self.plan.programs;
         let wrong = |shard: &&CampaignShard| {
@@ -336,7 +338,7 @@ impl CampaignRecord {
         }
     }
 
-    /// The record for people.
+    /// The record as text.
     #[must_use]
     pub fn text(&self) -> String {
         let CampaignPlan { seed, programs, scans, mcus } = &self.plan;
@@ -360,7 +362,7 @@ impl CampaignRecord {
     }
 }
 
-/// Two shards can be added: they are of one split, and not the same.
+/// Checks that two shards can be merged: they belong to the same split and are different.
 fn check_mergeable(a: &CampaignShard, b: &CampaignShard, programs: u64) -> Result<(), CheckError> {
     let (a, b) = (*a, *b);
     if a.of == b.of {

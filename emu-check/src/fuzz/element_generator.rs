@@ -1,4 +1,5 @@
-//! Random elements: constants at boundaries, few names so that they are shared, destinations that are their own operands.
+//! Generates random elements: constants near boundaries, few names so that they are shared, and destinations
+//! that are also operands.
 
 use ladder::format::{StringPiece, split_format_string};
 use ladder::{CompareOp, CounterKind, Element, LadderOperand, MathOp, ShiftOp, TimerKind, UnaryOp};
@@ -6,21 +7,21 @@ use ladder::{CompareOp, CounterKind, Element, LadderOperand, MathOp, ShiftOp, Ti
 use super::generator::ProgramGenerator;
 use super::program_style::ElementSort;
 
-/// Values at which something happens: signs, bytes, words, digits.
+/// Boundary values: of signs, bytes, words and decimal digits.
 #[rustfmt::skip]
 const BOUNDARIES: &[i64] = &[
     0, 1, -1, 2, -2, 3, 5, 9, 10, 99, 100, 101, 127, 128, -127, -128, -129, 255, 256, -255, -256, -257, 1023, 1024, 9_999, 10_000,
     32_766, 32_767, -32_767, -32_768,
 ];
 
-/// The same for integers of more than two bytes.
+/// Boundary values of integers of more than two bytes.
 #[rustfmt::skip]
 const WIDE_BOUNDARIES: &[i64] = &[
     32_768, -32_769, 65_535, 65_536, -65_536, 99_999, 8_388_607, 8_388_608, -8_388_608, -8_388_609, 16_777_216,
     2_147_483_646, 2_147_483_647, -2_147_483_647, -2_147_483_648,
 ];
 
-/// Texts of FORMATTED_STRING, as typed.
+/// Texts of FORMATTED_STRING as they are written in a program.
 const TEXTS: &[&str] = &[
     "a",
     "ab\\r\\n",
@@ -39,7 +40,7 @@ const TEXTS: &[&str] = &[
     "",
 ];
 
-/// An element of the given sort, or of another where a name is lacking.
+/// A random element of the given sort, or of another sort if no name is left.
 pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> Element {
     match sort {
         ElementSort::Contact => random_contact(draw),
@@ -49,7 +50,7 @@ pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> 
             let (op1, op2) = (random_operand(draw), random_operand(draw));
             Element::Compare { op, op1, op2 }
         }
-        ElementSort::OneShot => draw.pick(&[Element::Osr, Element::Osf]),
+        ElementSort::OneShot => random_one_shot(draw),
         ElementSort::Timer => random_timer(draw),
         ElementSort::Counter => random_counter(draw),
         ElementSort::Wire => {
@@ -140,10 +141,17 @@ fn random_coil(draw: &mut ProgramGenerator) -> Element {
     let latch = draw.rng.one_in(draw.style.latch);
     let set = latch && draw.rng.one_in(2);
     let negated = !latch && draw.rng.one_in(4);
-    Element::Coil { name: draw.pick(&from), negated, set, reset: latch && !set, ttrigger: None }
+    let ttrigger = (draw.is_ldmicro5() && draw.rng.one_in(8)).then_some(1);
+    Element::Coil { name: draw.pick(&from), negated, set, reset: latch && !set, ttrigger }
 }
 
-/// A timer or counter: any name, or on a machine with modules the next that has no element yet.
+fn random_one_shot(draw: &mut ProgramGenerator) -> Element {
+    let all = [Element::Osr, Element::Osf, Element::Odr, Element::Odf, Element::Osl, Element::Osc];
+    // LDmicro 2.3 has the first two only.
+    draw.pick(if draw.is_ldmicro5() { &all } else { &all[..2] })
+}
+
+/// The name of a timer or counter: any name, or on a machine with modules the next one without an element.
 fn module_name(draw: &mut ProgramGenerator, names: &[String]) -> Option<String> {
     if !draw.is_module_machine() {
         return Some(draw.pick(names));
@@ -154,15 +162,22 @@ fn module_name(draw: &mut ProgramGenerator, names: &[String]) -> Option<String> 
 }
 
 fn random_timer(draw: &mut ProgramGenerator) -> Element {
-    let kind = draw.pick(&[TimerKind::Ton, TimerKind::Tof, TimerKind::Rto]);
+    use TimerKind::{Rtl, Rto, Tcy, Thi, Tlo, Tof, Ton};
+    let newer = draw.is_ldmicro5() && !draw.is_module_machine();
+    let all = [Ton, Tof, Rto, Rtl, Tcy, Thi, Tlo];
+    let kind = draw.pick(if newer { &all } else { &all[..3] });
     let Some(name) = module_name(draw, &draw.style.timers.clone()) else { return random_contact(draw) };
-    // P from 1 scan to a few within reach of a check; now and then the most.
+    // The preset is mostly 1 to 30 scans, which a check reaches; sometimes it is near 256 or the maximum.
     let scans = match draw.rng.below(12) {
         0 => 32_767,
         1 => 256 + draw.rng.below(3) as i64,
         2..5 => 1,
         _ => 1 + draw.rng.below(30) as i64,
     };
+    if newer && draw.rng.one_in(6) {
+        // A delay in a variable counts scans.
+        return Element::Timer { kind, name, delay: LadderOperand::Var(random_integer(draw)), adjust: None };
+    }
     let cycle = draw.style.cycle_us as i64;
     let part = if draw.rng.one_in(4) { draw.rng.below(cycle as u64) as i64 } else { 0 };
     let written = draw.is_ldmicro5() && draw.rng.one_in(3);
@@ -172,7 +187,13 @@ fn random_timer(draw: &mut ProgramGenerator) -> Element {
 }
 
 fn random_counter(draw: &mut ProgramGenerator) -> Element {
-    let kind = draw.pick(&[CounterKind::Ctu, CounterKind::Ctd, CounterKind::Ctc]);
+    // AP101 has no circular counter with a carry.
+    let kinds = match (draw.is_ldmicro5(), draw.is_module_machine()) {
+        (true, true) => &[CounterKind::Ctu, CounterKind::Ctd][..],
+        (true, false) => &[CounterKind::Ctu, CounterKind::Ctd, CounterKind::Ctc, CounterKind::Ctr],
+        (false, _) => &[CounterKind::Ctu, CounterKind::Ctd, CounterKind::Ctc],
+    };
+    let kind = draw.pick(kinds);
     let Some(name) = module_name(draw, &draw.style.counters.clone()) else { return random_contact(draw) };
     let five = draw.is_ldmicro5();
     let small = draw.rng.below(8) as i64;
@@ -185,11 +206,16 @@ fn random_counter(draw: &mut ProgramGenerator) -> Element {
     Element::Counter { kind, name, max: constant_operand(max), init: input.map(|_| constant_operand(0)), input }
 }
 
-/// A counter as only LDmicro 5 has them: with a start value, and with a limit that may be an integer.
+/// A counter with features of LDmicro 5: a start value, and a limit that may be an integer symbol.
 fn random_ldmicro5_counter(draw: &mut ProgramGenerator, kind: CounterKind, name: String) -> Element {
-    let (max, init) = (random_operand(draw), random_constant(draw));
+    let max = random_operand(draw);
+    let init = if draw.rng.one_in(5) {
+        LadderOperand::Var(random_integer(draw))
+    } else {
+        constant_operand(random_constant(draw))
+    };
     let input = Some(draw.pick(&['/', '\\', '-', 'o']));
-    Element::Counter { kind, name, max, init: Some(constant_operand(init)), input }
+    Element::Counter { kind, name, max, init: Some(init), input }
 }
 
 fn random_reset(draw: &mut ProgramGenerator) -> Element {
@@ -216,7 +242,7 @@ fn random_table(draw: &mut ProgramGenerator) -> Element {
     Element::LookUpTable { dest, index, as_string: false, values }
 }
 
-/// Points with slopes that 16 bits can compute.
+/// A PIECEWISE_LINEAR whose slopes can be computed in 16 bits.
 fn random_curve(draw: &mut ProgramGenerator) -> Element {
     let (dest, index) = (random_integer(draw), random_operand(draw));
     let mut at = (draw.pick(&[-100, 0, 10, -32_768, 32_700, 1_000]), draw.pick(&[0, 100, -5, 32_000, -32_768]));
@@ -237,12 +263,12 @@ fn random_curve(draw: &mut ProgramGenerator) -> Element {
     Element::PiecewiseLinear { dest, index, points }
 }
 
-/// Something that can be computed with and written.
+/// The name of an integer that can be read and written.
 fn random_integer(draw: &mut ProgramGenerator) -> String {
     draw.pick(&draw.style.integers.clone())
 }
 
-/// An integer or a constant.
+/// A random integer symbol or constant.
 fn random_operand(draw: &mut ProgramGenerator) -> LadderOperand {
     if draw.rng.one_in(draw.style.constant) {
         constant_operand(random_constant(draw))
@@ -266,7 +292,7 @@ fn random_constant(draw: &mut ProgramGenerator) -> i64 {
     value
 }
 
-/// A constant as operand.
+/// A constant as an operand.
 fn constant_operand(value: i64) -> LadderOperand {
     LadderOperand::Const { value, text: value.to_string() }
 }

@@ -1,4 +1,4 @@
-//! Random valid ladder programs.
+//! Generates random valid ladder programs.
 
 use diag::Pos;
 use emu_core::rng::Rng;
@@ -7,7 +7,8 @@ use ladder::{Element, LadderDialect, LadderProgram, LdFormat, ProgramSettings, R
 use super::element_generator::random_element;
 use super::program_style::{ElementSort, ProgramProfile, ProgramStyle};
 
-/// Program number `number` (from 0) of the campaign with seed `seed`: the same whatever else is drawn.
+/// Generates program `number` (from 0) of the campaign with seed `seed`. The result depends only on these two
+/// numbers.
 #[must_use]
 pub fn generate_program(seed: u64, number: u64) -> (LadderProgram, ProgramProfile) {
     let mut rng = Rng::new(program_seed(seed, number));
@@ -24,23 +25,24 @@ pub fn generate_program(seed: u64, number: u64) -> (LadderProgram, ProgramProfil
 /// The seed of one program and of its checks.
 #[must_use]
 pub fn program_seed(seed: u64, number: u64) -> u64 {
-    // Printed in commands, so not all of its 64 bits are used.
+    // The seed is printed in commands, so it has 40 bits only.
     Rng::new(seed ^ Rng::new(number).next_u64()).next_u64() >> 24
 }
 
-/// A program being drawn.
+/// The state while one program is generated.
 pub(super) struct ProgramGenerator {
     pub rng: Rng,
     pub style: ProgramStyle,
-    /// Timers and counters that have their element already: on a machine with modules each has one only.
+    /// Timers and counters that have an element already; on a machine with modules each has exactly one.
     pub modules: Vec<String>,
-    /// Constants drawn so far: their neighbours are worth a try.
+    /// Constants generated so far; their neighbours are worth trying.
     pub constants: Vec<i64>,
-    /// Elements until no more groups are begun, so that nesting does not grow without bounds.
+    /// Number of elements until no more groups are started, which limits the size of the program.
     remaining_elements: u64,
 }
 
 impl ProgramGenerator {
+    /// A random element of `from`, which must not be empty.
     pub(super) fn pick<T: Clone>(&mut self, from: &[T]) -> T {
         from[self.rng.below(from.len() as u64) as usize].clone()
     }
@@ -50,7 +52,7 @@ impl ProgramGenerator {
         self.style.dialect == LadderDialect::Ldmicro5
     }
 
-    /// True where a timer or counter is a module of the machine.
+    /// True if each timer or counter is a module of the machine.
     pub(super) fn is_module_machine(&self) -> bool {
         self.style.profile == ProgramProfile::Bits
     }
@@ -59,7 +61,8 @@ impl ProgramGenerator {
         Rung { series: self.series(0, true), pos: Pos::default() }
     }
 
-    /// A series; `rail` where its right end is the right rail, so that it may end in an element with an effect.
+    /// A random series; with `rail`, its right end is the right rail, so it may end in an element with an
+    /// effect.
     fn series(&mut self, depth: u32, rail: bool) -> Vec<RungNode> {
         let mut out = Vec::new();
         for _ in 0..self.rng.below(self.style.longest + 1) {
@@ -81,7 +84,7 @@ impl ProgramGenerator {
         let mut branches: Vec<Vec<RungNode>> =
             (0..2 + self.rng.below(2)).map(|_| self.series(depth + 1, rail)).collect();
         for branch in &mut branches {
-            // A group right within a group cannot be written.
+            // The `.ld` format cannot express a group directly within a group.
             if let [RungNode::Parallel(..)] = branch.as_slice() {
                 branch.insert(0, self.leaf(false));
             }
@@ -91,11 +94,14 @@ impl ProgramGenerator {
 
     fn leaf(&mut self, last: bool) -> RungNode {
         self.remaining_elements = self.remaining_elements.saturating_sub(1);
+        // LDmicro 5 allows the elements of the right rail anywhere.
+        let last = last || self.is_ldmicro5() && self.rng.one_in(12);
         let sort = self.style.random_sort(&mut self.rng, last);
         RungNode::Leaf(random_element(self, sort), Pos::default())
     }
 
-    /// Rungs that a program of modules lacks: a RES needs its timer or counter somewhere.
+    /// Adds the timers and counters that a program for modules lacks, because a RES needs its timer or
+    /// counter.
     fn add_missing_modules(&mut self, rungs: &mut Vec<Rung>) {
         if !self.is_module_machine() {
             return;
@@ -105,7 +111,7 @@ impl ProgramGenerator {
             for _ in all.clone() {
                 let [input, module, coil] =
                     [ElementSort::Contact, sort, ElementSort::Coil].map(|sort| random_element(self, sort));
-                // Once all names are given, something else was drawn.
+                // When no name is left, an element of another sort was generated.
                 if matches!(module, Element::Timer { .. } | Element::Counter { .. }) {
                     let series = [input, module, coil].map(|element| RungNode::Leaf(element, Pos::default()));
                     rungs.push(Rung { series: series.into(), pos: Pos::default() });
@@ -115,7 +121,7 @@ impl ProgramGenerator {
     }
 }
 
-/// The program around its rungs.
+/// Builds the program from its rungs.
 fn complete_program(draw: &mut ProgramGenerator, rungs: Vec<Rung>) -> LadderProgram {
     let (format, mut vars) = match draw.style.dialect {
         LadderDialect::Ldmicro23 => (LdFormat::V01, None),

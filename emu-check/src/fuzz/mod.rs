@@ -1,12 +1,14 @@
-//! Random valid ladder programs, each compiled for a chip of every family that can express it and checked there.
+//! Fuzzing with random valid ladder programs: each is compiled for a chip of every family that supports it,
+//! and checked there.
 //!
 //! ```text
-//!   seed, number -> style -> draw (elements) -> program --check on each chip--> tally, findings -> record of a shard
-//!                                                                  |                                     |
-//!                                                                  +--> smaller                          +--> merge
+//!   seed, number -> program_style -> generator -> program --check on each chip--> tally, findings -> record
+//!                                                                                     |            |
+//!                                                                      shrink_program <--+      merge <--+
 //! ```
 //!
-//! Program n of a seed is the same whatever shard or job draws it, and whatever chips it is for. See `docs/fuzz.md`.
+//! Program n of a seed does not depend on the shard or job that generates it, nor on the chips. See
+//! `docs/fuzz.md`.
 
 mod campaign;
 mod element_generator;

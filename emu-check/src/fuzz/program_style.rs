@@ -1,26 +1,29 @@
-//! What a random program is biased towards, and the names that it may use: drawn once for each program.
+//! The style of a random program: the probabilities of its parts and the names that it may use, chosen once
+//! per program.
 
 use emu_core::rng::Rng;
 use ladder::LadderDialect;
 use ladder_compile::target::CompileTarget;
 use serde::{Deserialize, Serialize};
 
-/// What a program may have, from what every family can express to what needs all parts of a chip.
+/// What elements a program may have, from those that every family supports to those that need all
+/// peripherals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ProgramProfile {
-    /// Contacts, coils, edges, master relay, and timers and counters each with a name of its own.
+    /// Contacts, coils, edges, master relays, and timers and counters with one element per name.
     Bits,
-    /// Besides, integers: moves, arithmetic, comparisons, shift registers, tables, shared timers and counters.
+    /// In addition, integers: moves, arithmetic, comparisons, shift registers, tables, shared timers and
+    /// counters.
     Words,
-    /// Besides, bytes and strings on the serial line.
+    /// In addition, bytes and strings on the serial line.
     Serial,
-    /// Besides, converter, PWM output and EEPROM.
+    /// In addition, the A/D converter, the PWM output and the EEPROM.
     Whole,
 }
 
 impl ProgramProfile {
-    /// True when a chip can express programs of this profile.
+    /// True if a chip supports programs of this profile.
     #[must_use]
     pub fn is_supported_by(self, target: &CompileTarget) -> bool {
         let words = !target.has_modules();
@@ -34,7 +37,7 @@ impl ProgramProfile {
     }
 }
 
-/// Sorts of elements that are drawn.
+/// The sorts of elements that are generated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ElementSort {
     Contact,
@@ -61,7 +64,8 @@ pub(super) enum ElementSort {
     Master,
 }
 
-/// The sorts, the least profile that has them, their weight, and whether they end a path to the right rail.
+/// The sorts of elements: the smallest profile that has the sort, its weight, and whether it ends a path to
+/// the right rail.
 #[rustfmt::skip]
 const SORTS: &[(ElementSort, ProgramProfile, u64, bool)] = &[
     (ElementSort::Contact, ProgramProfile::Bits,   24, false),
@@ -88,8 +92,7 @@ const SORTS: &[(ElementSort, ProgramProfile, u64, bool)] = &[
     (ElementSort::Persist, ProgramProfile::Whole,   3, true),
 ];
 
-/// Clocks in Hz and cycles in microseconds that all families can pace, and rates in bits per second that all can make at
-/// that clock.
+/// (Clock in Hz, cycle in microseconds, baud rate): combinations that all families support.
 #[rustfmt::skip]
 const CLOCKS_AND_CYCLES: &[(u64, u64, u64)] = &[
     (11_059_200, 10_000, 9_600),
@@ -100,35 +103,40 @@ const CLOCKS_AND_CYCLES: &[(u64, u64, u64)] = &[
     (11_059_200,  3_125, 19_200),
 ];
 
-/// Those of programs without a serial line, which need no clock that a rate divides.
+/// (Clock in Hz, cycle in microseconds) of programs without a serial line, whose clock need not fit a baud
+/// rate.
 const PLAIN_CLOCKS_AND_CYCLES: &[(u64, u64)] =
     &[(12_000_000, 7_001), (4_000_000, 10_000), (8_000_000, 3_333), (10_000_000, 2_500)];
 
-/// Frequencies in Hz of the PWM output that the timers of PIC16 and AVR make at each of the clocks above.
+/// Per clock in Hz, the PWM frequencies in Hz that the timers of both PIC16 and AVR can generate.
 const HERTZ: &[(u64, &[u64])] =
     &[(11_059_200, &[675, 5_420, 1_350]), (7_372_800, &[450, 3_600, 900]), (3_686_400, &[450, 1_800, 225])];
 
-/// The bias of a program, and its names.
+/// The probabilities of the parts of a program, and its names.
 #[derive(Debug, Clone)]
 pub(super) struct ProgramStyle {
     pub profile: ProgramProfile,
+    /// Dialect of the program.
     pub dialect: LadderDialect,
     pub clock_hz: u64,
     pub cycle_us: u64,
+    /// Bits per second of the serial line; `None` in programs without one.
     pub baud: Option<u64>,
+    /// Frequency of the PWM output in Hz.
     pub hertz: u64,
+    /// Number of rungs.
     pub rungs: u64,
-    /// Elements after which no more groups are begun.
+    /// Number of elements after which no more groups are started.
     pub elements: u64,
-    /// Most elements and groups of a series.
+    /// Maximum number of elements and groups in a series.
     pub longest: u64,
-    /// Deepest nesting of groups.
+    /// Maximum nesting depth of groups.
     pub depth: u32,
-    /// One node in so many is a group.
+    /// One node in `group` is a group.
     pub group: u64,
-    /// One operand in so many is a constant.
+    /// One operand in `constant` is a constant.
     pub constant: u64,
-    /// Coils that latch instead of following their rung: one in so many.
+    /// One coil in `latch` is a set or reset coil.
     pub latch: u64,
     middle_weights: Vec<(ElementSort, u64)>,
     end_weights: Vec<(ElementSort, u64)>,
@@ -138,13 +146,14 @@ pub(super) struct ProgramStyle {
     pub timers: Vec<String>,
     pub counters: Vec<String>,
     pub analog: Vec<String>,
-    /// Integers that are none of the above.
+    /// Integers that are not timers, counters or analog inputs.
     pub plain_integers: Vec<String>,
-    /// Everything that may be computed with.
+    /// All integers that may be operands.
     pub integers: Vec<String>,
 }
 
 impl ProgramStyle {
+    /// Chooses a random style.
     pub(super) fn draw(rng: &mut Rng) -> ProgramStyle {
         let profile = match rng.below(12) {
             0..4 => ProgramProfile::Bits,
@@ -158,7 +167,7 @@ impl ProgramStyle {
         if baud.is_none() && rng.one_in(2) {
             (clock_hz, cycle_us) = PLAIN_CLOCKS_AND_CYCLES[rng.below(PLAIN_CLOCKS_AND_CYCLES.len() as u64) as usize];
         }
-        // Few programs are as large as a page of code memory; they get the time that they need.
+        // A few programs are larger than a page of code memory; they get a longer cycle.
         let large = profile != ProgramProfile::Bits && rng.one_in(40);
         if large {
             (clock_hz, cycle_us) = (11_059_200, 50_000);
@@ -197,7 +206,7 @@ impl ProgramStyle {
             style.integers.extend(from.iter().filter(|_| rng.one_in(often)).cloned());
         }
         if rng.one_in(3) {
-            // Stages of the shift register.
+            // Stages of the shift register `s`.
             style.integers.extend(["s0", "s1", "s2"].map(str::to_owned));
         }
         if profile == ProgramProfile::Whole {
@@ -206,17 +215,17 @@ impl ProgramStyle {
         style
     }
 
-    /// Deep nesting in few rungs.
+    /// Sets deep nesting with few rungs.
     fn make_deep(&mut self) {
         (self.depth, self.group, self.rungs) = (7, 2, self.rungs.min(3));
     }
 
-    /// The weights of the sorts: those of the table, some of them raised.
+    /// Sets the weights of the sorts: those of [`SORTS`], some of them raised.
     fn set_weights(&mut self, rng: &mut Rng) {
         let five = self.dialect == LadderDialect::Ldmicro5;
         let has_meaning = |sort| five || !matches!(sort, ElementSort::BitTest | ElementSort::Bits);
         for &(sort, least, weight, last) in SORTS.iter().filter(|row| row.1 <= self.profile && has_meaning(row.0)) {
-            // What a profile has beyond the next smaller one is what its programs are there for.
+            // The sorts that a profile adds to the next smaller one get a higher weight.
             let own = if least == self.profile && least > ProgramProfile::Words { 3 } else { 1 };
             let raised = weight * own * if rng.one_in(4) { 5 } else { 1 };
             if last {
@@ -227,7 +236,7 @@ impl ProgramStyle {
         }
     }
 
-    /// A sort by its weight; `last` where the element ends a path to the right rail.
+    /// A random sort by weight; `last` if the element ends a path to the right rail.
     pub(super) fn random_sort(&self, rng: &mut Rng, last: bool) -> ElementSort {
         let from = if last { &self.end_weights } else { &self.middle_weights };
         let mut left = rng.below(from.iter().map(|(_, weight)| weight).sum());
@@ -241,13 +250,13 @@ impl ProgramStyle {
     }
 }
 
-/// A frequency for the PWM output that all its chips can make.
+/// A random PWM frequency in Hz that all chips of the profile can generate.
 fn random_hertz(clock: u64, rng: &mut Rng) -> u64 {
     let known = HERTZ.iter().find(|(hz, _)| *hz == clock).map_or(&[1_000][..], |(_, all)| all);
     known[rng.below(known.len() as u64) as usize]
 }
 
-/// Names with one first letter: `Xa`, `Xb`, ..
+/// Names with a common first letter: `Xa`, `Xb`, ..
 fn numbered_names(letter: &str, count: u64) -> Vec<String> {
     ('a'..='z').take(count as usize).map(|c| format!("{letter}{c}")).collect()
 }

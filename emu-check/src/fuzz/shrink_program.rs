@@ -1,26 +1,27 @@
-//! The smallest program that still shows what was found: rungs, branches, elements and operands are taken away one by one, as
-//! long as the same sort of fault stays. The stimulus is shrunk by the check itself.
+//! Shrinks a program that shows a fault: removes or simplifies rungs, branches, elements and operands one by
+//! one, as long as a fault of the same kind remains. The check itself shrinks the stimulus.
 
 use diag::Pos;
 use ladder::{Element, LadderOperand, LadderProgram, Rung, RungNode};
 
-/// Most checks for one program.
+/// Maximum number of checks for shrinking one program.
 const MAX_TRIES: u32 = 2_000;
 
-/// The smallest program found, and how many scans show the fault. `shows` tells in which scan a program shows it, if it does; the
-/// program given does after `scans`.
+/// The smallest program found, and the number of scans after which it shows the fault. `shows_fault` returns
+/// the scan in which a program shows the fault, if it does; `program` shows it after `scans` scans.
 pub(super) fn smallest_program(
     program: &LadderProgram,
     scans: u64,
     shows_fault: &mut dyn FnMut(&LadderProgram) -> Option<u64>,
 ) -> (LadderProgram, u64) {
-    // Its comments are there from the beginning, so that they cannot change anything at the end.
+    // The comments are added before shrinking, so that adding them later cannot change the result.
     let mut best = with_notes(program, &["", ""]);
     let mut scans = shows_fault(&best).unwrap_or(scans);
     let (mut n, mut tries, mut better) = (0, 0, false);
     while tries < MAX_TRIES {
         let Some(candidate) = nth_candidate(&best, n) else {
-            // One change makes way for another: once more from the beginning, until nothing helps.
+            // One change can make another one possible, so repeat from the first candidate until no change
+            // helps.
             if !std::mem::take(&mut better) {
                 break;
             }
@@ -29,7 +30,7 @@ pub(super) fn smallest_program(
         };
         tries += 1;
         match candidate.and_then(|candidate| shows_fault(&candidate).map(|at| (candidate, at))) {
-            // What has this number now is another change.
+            // Candidate n of the new program is a different change.
             Some((candidate, at)) => (best, scans, better) = (candidate, at, true),
             None => n += 1,
         }
@@ -37,7 +38,7 @@ pub(super) fn smallest_program(
     (best, scans)
 }
 
-/// The program with its two rungs of comments, which are added or replaced.
+/// The program with two rungs of comments at its start, which are added or replaced.
 pub(super) fn with_notes(program: &LadderProgram, lines: &[&str; 2]) -> LadderProgram {
     let mut program = program.clone();
     let noted = program.rungs.iter().take_while(|rung| is_note(rung)).count().min(lines.len());
@@ -49,18 +50,19 @@ pub(super) fn with_notes(program: &LadderProgram, lines: &[&str; 2]) -> LadderPr
     program
 }
 
-/// How a comment of a finding begins.
+/// The prefix of such a comment.
 const NOTE_PREFIX: &str = "fuzz: ";
 
 fn is_note(rung: &Rung) -> bool {
     matches!(rung.series.as_slice(), [RungNode::Leaf(Element::Comment(text), _)] if text.starts_with(NOTE_PREFIX))
 }
 
-/// The `n`-th way to make `program` smaller: `None` after the last; `Some(None)` where it would be no program.
+/// The `n`-th way to make `program` smaller: `None` after the last; `Some(None)` if the result is not a valid
+/// program.
 fn nth_candidate(program: &LadderProgram, n: usize) -> Option<Option<LadderProgram>> {
     let mut left = n;
     let mut smaller = program.clone();
-    // Rungs first, the last one first: what comes after the fault has no part in it.
+    // Rungs first, starting with the last one, because rungs after the fault are not needed.
     let rungs = program.rungs.iter().filter(|rung| !is_note(rung)).count();
     if left < rungs {
         let at = program.rungs.len() - 1 - left;
@@ -83,7 +85,7 @@ fn nth_candidate(program: &LadderProgram, n: usize) -> Option<Option<LadderProgr
     }
 }
 
-/// Makes the `n`-th change of a series, or tells how many there are.
+/// Makes the `n`-th change of a series, or returns the number of possible changes as an error.
 fn change_series(series: &mut Vec<RungNode>, n: usize) -> Result<(), usize> {
     let mut left = n;
     for at in 0..series.len() {
@@ -105,14 +107,14 @@ fn change_series(series: &mut Vec<RungNode>, n: usize) -> Result<(), usize> {
                 }
             }
             RungNode::Parallel(branches, _) => {
-                // One branch in place of the group.
+                // Replaces the group by one of its branches.
                 if left < branches.len() {
                     let branch = branches.swap_remove(left);
                     series.splice(at..=at, branch);
                     return Ok(());
                 }
                 left -= branches.len();
-                // Without one branch.
+                // Removes one branch.
                 if branches.len() > 1 && left < branches.len() {
                     branches.remove(left);
                     return Ok(());
@@ -134,7 +136,7 @@ fn count_changes(element: &Element) -> usize {
     simpler_elements(element).len()
 }
 
-/// Simpler elements of the same sort: other operands, fewer values.
+/// Simpler elements of the same sort, with simpler operands or fewer values.
 fn simpler_elements(element: &Element) -> Vec<Element> {
     let mut out = Vec::new();
     match element {
@@ -187,7 +189,7 @@ fn simpler_elements(element: &Element) -> Vec<Element> {
         Element::ShiftRegister { name, stages: 2.. } => {
             out.push(Element::ShiftRegister { name: name.clone(), stages: 1 });
         }
-        // What has no simpler form stays; the finding is only longer then.
+        // Other elements have no simpler form; the finding is only a little longer.
         _ => {}
     }
     out
@@ -208,7 +210,7 @@ mod tests {
     use super::super::generator::generate_program;
     use super::*;
 
-    /// What must stay, and the text of the rungs that is left of a program that has it.
+    /// Shrinking leaves only the element that the fault needs, with operands 0.
     #[test]
     fn only_what_shows_the_fault_is_left() {
         let adds = |program: &LadderProgram| {
@@ -221,7 +223,7 @@ mod tests {
                 continue;
             }
             tried += 1;
-            // A program that cannot be read again shows nothing.
+            // A program that cannot be parsed again does not show the fault.
             let mut shows =
                 |p: &LadderProgram| (ladder::parse("x.ld", &ladder::write(p)).is_ok() && adds(p)).then_some(7);
             let (small, scans) = smallest_program(&drawn, 250, &mut shows);

@@ -1,67 +1,69 @@
-//! What a campaign has done, in figures that add up.
+//! The statistics of a campaign per chip; tallies of shards can be added.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt::Write;
 
-use ladder::{CounterKind, Element, LadderOperand, LadderProgram, RungNode, TimerKind};
+use ladder::{Element, LadderOperand, LadderProgram, RungNode};
 use serde::{Deserialize, Serialize};
 
 use crate::CheckReport;
 
-/// Words of a page of code memory of a PIC16; a call or jump to another page needs more than one instruction.
+/// Bytes of a page of PIC16 code memory (2K words); a call or jump to another page needs more than one
+/// instruction.
 const PAGE_BYTES: u64 = 4_096;
 
-/// A reason for refusals.
+/// Programs refused with one diagnostic code.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RefusalReason {
-    /// How many programs.
+    /// Number of programs.
     pub programs: u64,
-    /// The message of the first of them.
+    /// The message of the first program.
     pub first: String,
 }
 
-/// Things of one class that were seen doing all that counts, of those that could.
+/// Coverage of one class of items, summed over programs.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ClassTotals {
-    /// How many did everything that counts.
+    /// How many items had all outcomes.
     pub covered: u64,
-    /// How many there are that can.
+    /// How many items can have all outcomes.
     pub total: u64,
 }
 
-/// What came of the programs on one chip.
+/// The statistics of the programs on one chip.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ChipTally {
-    /// The chip.
+    /// The name of the chip.
     pub mcu: String,
-    /// Programs that were compared.
+    /// Number of programs that were compared.
     pub checked: u64,
-    /// Programs with elements that this chip does not have; they are drawn for others.
+    /// Number of programs with elements that this chip does not support; they are generated for other chips.
     pub outside: u64,
-    /// Programs that the compiler refused, by the code of the first message.
+    /// Programs that the compiler refused, by diagnostic code.
     pub refused: BTreeMap<String, RefusalReason>,
-    /// Programs whose chip and reference differed.
+    /// Number of programs whose chip and reference differed.
     pub differing: u64,
-    /// Scans compared.
+    /// Number of scans compared.
     pub scans: u64,
-    /// Values compared.
+    /// Number of values compared.
     pub compared: u64,
-    /// Bytes of code of all programs.
+    /// Bytes of code of all programs together.
     pub code_bytes: u64,
     /// Bytes of code of the largest program.
     pub code_bytes_max: u64,
-    /// Elements by keyword.
+    /// Number of elements by keyword.
     pub elements: BTreeMap<String, u64>,
-    /// Elements by the number of groups around them.
+    /// Number of elements by nesting depth.
     pub depths: BTreeMap<u32, u64>,
-    /// Programs by what is delicate about them: aliased operands, shared timers and counters, coils of one name, large code.
+    /// Number of programs by a risky feature: aliased operands, shared timers and counters, several coils of
+    /// one name, large code.
     pub delicate: BTreeMap<String, u64>,
-    /// Outcomes by class, as in the coverage of a check.
+    /// Coverage by class, as in the report of a check.
     pub outcomes: BTreeMap<String, ClassTotals>,
 }
 
 impl ChipTally {
-    /// An empty one.
+    /// An empty tally of a chip.
     #[must_use]
     pub fn new(mcu: &str) -> ChipTally {
         ChipTally { mcu: mcu.to_owned(), ..ChipTally::default() }
@@ -135,7 +137,7 @@ impl ChipTally {
         }
     }
 
-    /// Its figures for people, several lines.
+    /// The statistics as text of several lines.
     #[must_use]
     pub fn text(&self) -> String {
         let refused: u64 = self.refused.values().map(|reason| reason.programs).sum();
@@ -167,7 +169,7 @@ fn add_counts<K: Ord + Clone>(mine: &mut BTreeMap<K, u64>, other: &BTreeMap<K, u
     }
 }
 
-/// The keyword of an element; coils by what they do.
+/// The keyword of an element; a coil is named by its kind.
 fn keyword(element: &Element) -> String {
     if let Element::Coil { negated, set, reset, .. } = element {
         let how = match (negated, set, reset) {
@@ -181,7 +183,7 @@ fn keyword(element: &Element) -> String {
     element.facts().keyword.to_owned()
 }
 
-/// What of a program compilers get wrong easily.
+/// The features of a program that compilers often translate incorrectly.
 fn delicate_features(program: &LadderProgram) -> Vec<&'static str> {
     let (mut coils, mut modules): (HashMap<&str, u32>, HashMap<&str, u32>) = Default::default();
     let mut found = HashSet::new();
@@ -199,8 +201,7 @@ fn delicate_features(program: &LadderProgram) -> Vec<&'static str> {
         let is = |operand: &LadderOperand, name: &str| matches!(operand, LadderOperand::Var(var) if var == name);
         match element {
             Element::Coil { name, set: false, reset: false, .. } => *coils.entry(name).or_default() += 1,
-            Element::Timer { name, kind: TimerKind::Ton | TimerKind::Tof | TimerKind::Rto, .. }
-            | Element::Counter { name, kind: CounterKind::Ctu | CounterKind::Ctd | CounterKind::Ctc, .. } => {
+            Element::Timer { name, .. } | Element::Counter { name, .. } => {
                 *modules.entry(name).or_default() += 1;
             }
             Element::Math { dest, op1, op2, .. } if is(op1, dest) || is(op2, dest) => {
@@ -217,7 +218,7 @@ fn delicate_features(program: &LadderProgram) -> Vec<&'static str> {
             {
                 found.insert("aliased tables");
             }
-            // Only what is listed here is counted.
+            // Other elements are not counted.
             _ => {}
         }
     }

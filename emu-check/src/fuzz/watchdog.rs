@@ -1,4 +1,4 @@
-//! A time limit for work that may never end.
+//! Runs work on a thread with a time limit.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -8,12 +8,12 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::Duration;
 
-/// Whether work is still wanted.
+/// A flag that tells the work that its result is no longer wanted.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Cancellation(Arc<AtomicBool>);
 
 impl Cancellation {
-    /// Ends the work, by unwinding to [`run_with_limit`], where nobody waits for it any more.
+    /// Ends the work, by unwinding to [`run_with_limit`], if the time limit has expired.
     pub(super) fn unwind_if_cancelled(&self) {
         if self.0.load(Ordering::Relaxed) {
             resume_unwind(Box::new(()));
@@ -21,19 +21,20 @@ impl Cancellation {
     }
 }
 
-/// How work ended that did not return.
+/// Why work did not return a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum WorkFailure {
-    /// It panicked.
+    /// The work panicked.
     Panicked,
-    /// The time was over. Its thread ends when it next asks, or with the process.
+    /// The time limit expired. The thread ends at its next call of [`Cancellation::unwind_if_cancelled`] or
+    /// with the process.
     TimedOut,
 }
 
-/// Does `work` on a thread of its own and waits at most `limit`, of wall-clock time, for its value.
+/// Runs `work` on a new thread and waits at most `limit` of wall-clock time for its result.
 ///
 /// # Errors
-/// Why there is none.
+/// The work panicked or exceeded the limit. A thread that cannot be started counts as a timeout.
 pub(super) fn run_with_limit<T: Send + 'static>(
     limit: Duration,
     work: impl FnOnce(&Cancellation) -> T + Send + 'static,
@@ -43,7 +44,7 @@ pub(super) fn run_with_limit<T: Send + 'static>(
     let watched = cancellation.clone();
     let body = move || {
         let result: Result<T, Box<dyn Any + Send>> = catch_unwind(AssertUnwindSafe(|| work(&watched)));
-        // Nobody listens once the time is over.
+        // After the time limit the receiver is gone.
         let _ = send.send(result.map_err(drop));
     };
     if thread::Builder::new().spawn(body).is_err() {
@@ -70,7 +71,7 @@ mod tests {
     fn a_value_a_panic_or_the_end_of_the_time() {
         assert_eq!(run_with_limit(LATE, |_| 7), Ok(7));
         assert_eq!(run_with_limit(LATE, |_| resume_unwind(Box::new("broke"))), Err::<(), _>(WorkFailure::Panicked));
-        // Nothing is ever sent: only the time ends this.
+        // Nothing is ever sent, so only the time limit ends this.
         let (keep, never) = channel::<()>();
         assert_eq!(run_with_limit(SOON, move |_| never.recv()), Err(WorkFailure::TimedOut));
         drop(keep);
@@ -87,7 +88,7 @@ mod tests {
             }
         };
         assert_eq!(run_with_limit::<()>(SOON, work), Err(WorkFailure::TimedOut));
-        // The thread is over when it has dropped its end.
+        // The channel closes when the thread has ended.
         assert!(ended.recv().is_err());
     }
 }

@@ -1,5 +1,5 @@
-//! Sketches on the emulated ATmega328P of a board: compiled with the core of the Arduino, inputs at the pins, outputs read from
-//! the pins, all else looked up by the names of the objects.
+//! Runs emitted Arduino sketches on the emulated ATmega328P: inputs are driven at the pins, outputs are read
+//! from the pins, and all other state is found by the names of the sketch's objects.
 
 use diag::Diagnostic;
 use emu_avr::Avr;
@@ -17,23 +17,24 @@ use super::script::ScanRecord;
 use super::serve::load_elf;
 use crate::CheckError;
 
-/// How the core and a sketch are compiled.
+/// The script that compiles the Arduino core and a sketch.
 const SCRIPT: &str = include_str!("../../../tests/peers/arduino.sh");
-/// Where Debian puts the core.
+/// The folder of the Arduino core in Debian.
 const ARDUINO_CORE_FOLDER: &str = "/usr/share/arduino/hardware/arduino/avr";
 
 /// Clock of the board in Hz.
 const CLOCK_HZ: u64 = 16_000_000;
-/// Machine cycles by which a scan may begin away from its time: a turn of the wait, a step of `micros()`, interrupts.
+/// Tolerance of a scan start in machine cycles: one iteration of the wait, one step of `micros()`, and
+/// interrupts.
 const MAX_JITTER_CYCLES: u64 = 600;
 
-/// Compiles sketches; the core is compiled with the first.
+/// Compiles sketches with the Arduino core.
 pub(super) struct ArduinoBoard {
     scratch: ScratchFolder,
 }
 
 impl ArduinoBoard {
-    /// None is there yet.
+    /// Fails if the Arduino core is not installed.
     pub(super) fn new() -> Result<ArduinoBoard, Diagnostic> {
         let core = std::env::var("ARDUINO_AVR").unwrap_or_else(|_| ARDUINO_CORE_FOLDER.to_owned());
         if !std::path::Path::new(&core).join("cores/arduino/Arduino.h").exists() {
@@ -44,7 +45,7 @@ impl ArduinoBoard {
         Ok(ArduinoBoard { scratch: ScratchFolder::new()? })
     }
 
-    /// The image of a sketch.
+    /// Compiles a sketch.
     pub(super) fn build(&self, source: &EmittedSource) -> Result<Image, Diagnostic> {
         self.scratch.write("arduino.sh", SCRIPT)?;
         self.scratch.write("sketch.ino", &source.text)?;
@@ -54,7 +55,7 @@ impl ArduinoBoard {
     }
 }
 
-/// Stops at the last byte written to `due`, and keeps what was sent.
+/// A probe that stops at the write of the last byte of `due`, and records the bytes sent.
 struct DueProbe {
     due: u16,
     sent: Vec<u8>,
@@ -74,7 +75,7 @@ impl Probe for DueProbe {
     }
 }
 
-/// Adds up for how long a pin is high.
+/// A probe that adds up the cycles during which a pin is high.
 struct HighTimeProbe {
     pin: PinId,
     since: Option<u64>,
@@ -105,17 +106,18 @@ struct RunningSketch<'a> {
     period: u64,
     hertz: Option<u32>,
     sketch: &'a ArduinoSketch,
-    /// Where each cell lies.
+    /// Address of each cell in data memory.
     places: Vec<u32>,
 }
 
-/// Whether a byte on the line arrives between two scans.
+/// True if a byte on the serial line takes less than half a cycle of the program, so that it arrives between
+/// two scans.
 pub(super) fn receives_between_scans(program: &ladder::LadderProgram) -> bool {
     let bits = program.settings.baud.filter(|baud| *baud > 0).map(|baud| 10_000_000 / baud);
     bits.is_some_and(|us| us * 2 < program.settings.cycle_us)
 }
 
-/// Runs a course on the board; what was wrong, or how many values were compared.
+/// Runs a recorded stimulus on the board. Returns the number of values compared, or the first mismatch.
 pub(super) fn run_sketch(
     program: &ladder::LadderProgram,
     sketch: &ArduinoSketch,
@@ -151,7 +153,7 @@ pub(super) fn run_sketch(
             Ok(more) => compared += more,
             Err(found) => return Ok(Err(SourceMismatch { scan: first + found.scan, ..found })),
         }
-        // What was sent last is still on its way.
+        // The last bytes may still be in transmission.
         let sent: Vec<u8> = run.iter().filter_map(|turn| turn.sent).collect();
         let late = board.cpu.cycle() + 3 * board.period + CLOCK_HZ * 30 / program.settings.baud.unwrap_or(9600).max(1);
         while board.cpu.cycle() < late && board.cpu.run(late, &mut board.watch) == StopReason::Probe {}
@@ -164,13 +166,13 @@ pub(super) fn run_sketch(
     Ok(Ok(compared))
 }
 
-/// The turns, cut where runs begin.
+/// Splits the scans at the starts of runs.
 fn split_runs(turns: &[RecordedScan]) -> impl Iterator<Item = &[RecordedScan]> {
     turns.chunk_by(|_, next| next.run_seed.is_none())
 }
 
 impl<'a> RunningSketch<'a> {
-    /// A board after `setup`, where it waits for its first scan.
+    /// Starts a board and runs `setup`, until it waits for its first scan.
     fn start(
         program: &ladder::LadderProgram,
         sketch: &'a ArduinoSketch,
@@ -202,7 +204,8 @@ impl<'a> RunningSketch<'a> {
             places,
         };
         running.idle_receiver(true);
-        // `due` is cleared with all of RAM, then set from the time that `setup` asks for last; then the first wait begins.
+        // `due` is written twice: cleared together with all of RAM, and set from the time that `setup` reads
+        // last. Then the first wait begins.
         let reached = running.run_to_due().and_then(|_| running.run_to_wait());
         let reached = reached.and_then(|()| running.run_to_due()).and_then(|_| running.run_to_wait());
         reached.map_err(|stop| {
@@ -211,7 +214,7 @@ impl<'a> RunningSketch<'a> {
         Ok(running)
     }
 
-    /// The line of the receiver rests.
+    /// Drives the receiver's line to its idle level, unless the sketch uses the pin.
     fn idle_receiver(&mut self, level: bool) {
         let now = CycleTime::at(self.cpu.cycle());
         if let Some(pin) = self.cpu.chip().pin("PD0")
@@ -229,7 +232,7 @@ impl<'a> RunningSketch<'a> {
         CheckError::SketchStopped { stop, address: 2 * self.cpu.pc() }
     }
 
-    /// Runs until `due` has been written: the start of a scan.
+    /// Runs until `due` has been written, which is the start of a scan.
     fn run_to_due(&mut self) -> Result<u64, CheckError> {
         match self.cpu.run(self.cycle_limit(), &mut self.watch) {
             StopReason::Probe => Ok(self.cpu.cycle()),
@@ -237,7 +240,7 @@ impl<'a> RunningSketch<'a> {
         }
     }
 
-    /// Runs until the sketch asks for the time, which it does between scans only.
+    /// Runs until the sketch reads the time, which it does only between scans.
     fn run_to_wait(&mut self) -> Result<(), CheckError> {
         self.cpu.set_breakpoint(self.micros, true);
         let stop = self.cpu.run(self.cycle_limit(), &mut self.watch);
@@ -250,19 +253,20 @@ impl<'a> RunningSketch<'a> {
         self.cpu.chip().pin(pin.pin)
     }
 
-    /// One scan; the cycle in which it began.
+    /// Runs one scan and returns the cycle in which it began.
     fn scan(&mut self, program: &ladder::LadderProgram, turn: &RecordedScan) -> Result<u64, CheckError> {
         let now = CycleTime::at(self.cpu.cycle());
         for (name, on) in &turn.inputs {
             self.pin(name).into_iter().for_each(|pin| self.cpu.drive(now, pin, PinLevel::from_bit(*on)));
         }
         for (name, value) in &turn.analog {
-            // The middle of the step, with 5 V as reference.
+            // The middle of the conversion step, with a reference of 5 V.
             let millivolts = (u32::from(*value) * 2 + 1) * 5000 / 2048;
             self.pin(name).into_iter().for_each(|pin| _ = self.cpu.drive_volts(now, pin, millivolts));
         }
         if let (Some(byte), Some(pin), Some(baud)) = (turn.byte, self.cpu.chip().pin("PD0"), program.settings.baud) {
-            // The line rests for a bit first: a receiver that has just been switched on must see it high.
+            // The line is idle for one bit first: a receiver that has just been enabled must see a high
+            // level.
             let frame = u16::from(byte) << 2 | 0x401;
             for bit in 0..11 {
                 let at = self.cpu.cycle() + 16 + CLOCK_HZ * bit / baud.max(1);
@@ -284,8 +288,8 @@ impl<'a> RunningSketch<'a> {
         Ok(at)
     }
 
-    /// The duty at the pin in percent, over the period behind the one that is under way: a copy of the board runs on so far. None
-    /// without PWM, and where two periods do not fit between two scans.
+    /// The duty cycle at the pin in percent, measured on a copy of the board over the next full period.
+    /// `None` without a PWM output, and if two periods do not fit between two scans.
     fn measured_duty(&self) -> Option<u8> {
         let period = CLOCK_HZ / u64::from(self.hertz?).max(1);
         let pin = self.cpu.chip().pin(arduino::ARDUINO_BOARD.pwm?)?;
@@ -324,7 +328,7 @@ impl<'a> RunningSketch<'a> {
     }
 }
 
-/// Bytes that a number takes in memory.
+/// Bytes that a number of `bytes` bytes takes in memory.
 fn stored_bytes(bytes: u8) -> usize {
     match bytes {
         1 => 1,

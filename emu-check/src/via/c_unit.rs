@@ -1,18 +1,18 @@
-//! A ladder program in C with everything around it that lets a checker run it scan by scan.
+//! Generates C units around an emitted program, so that a checker can run it scan by scan.
 
 use std::fmt::Write;
 
 use ladder_compile::emit::EmittedSource;
 
-/// The interpreter of byte code.
+/// The source of the byte code interpreter.
 pub(super) const PLC_C: &str = include_str!("../../../examples/bytecode/plc.c");
-/// Its header.
+/// The header of the byte code interpreter.
 pub(super) const PLC_H: &str = include_str!("../../../examples/bytecode/plc.h");
 
 const SERVE: &str = include_str!("serve.c");
 const PORTS: &str = include_str!("ports.c");
 
-/// The functions that a unit shares with a program, which a unit among many calls by names of its own.
+/// Functions whose names a unit and its program share; a unit among several gets names of its own for them.
 const SHARED: [&str; 10] = [
     "PlcInit",
     "PlcCycle",
@@ -38,7 +38,7 @@ fn push_counts(text: &mut String, source: &EmittedSource) {
     }
 }
 
-/// One program alone, served from `main`.
+/// A unit with one program, served from `main`.
 pub(super) fn standalone_unit(source: &EmittedSource) -> String {
     let mut text = format!("{}{PORTS}", source.text);
     push_counts(&mut text, source);
@@ -48,7 +48,7 @@ pub(super) fn standalone_unit(source: &EmittedSource) -> String {
     text
 }
 
-/// Program `number` among others: a file of its own with the function `ServeN`.
+/// A unit with program `number` of several, served from its function `ServeN`.
 pub(super) fn member_unit(source: &EmittedSource, number: usize) -> String {
     let mut text = String::new();
     for name in SHARED {
@@ -63,7 +63,8 @@ pub(super) fn member_unit(source: &EmittedSource, number: usize) -> String {
     text
 }
 
-/// The file that calls one of `count` members: `L lo hi` begins one, everything then goes to it until `U`.
+/// A unit whose `main` calls one of `count` members: `L lo hi` starts one, which gets all following commands
+/// until `U`.
 pub(super) fn switchboard(count: usize) -> String {
     let mut text = PORTS.to_owned();
     (0..count).for_each(|n| text += &format!("void Serve{n}(void);\n"));
@@ -75,7 +76,7 @@ pub(super) fn switchboard(count: usize) -> String {
     text
 }
 
-/// The interpreter with one image in it, served from `main`; the file `plc.c` is compiled beside it.
+/// A unit with the interpreter and one image, served from `main`; the file `plc.c` is compiled with it.
 pub(super) fn interpreted_unit(source: &EmittedSource) -> String {
     let mut text =
         "#include \"plc.h\"\n#if defined(__AVR__)\n#include <avr/pgmspace.h>\n#else\n#define PROGMEM\n#endif\n\
@@ -91,8 +92,8 @@ pub(super) fn interpreted_unit(source: &EmittedSource) -> String {
     text
 }
 
-/// The interpreter for one image after the other: `L`, four bytes of length, the image, then everything goes to it until
-/// `U`.
+/// A unit with the interpreter, for one image after another: `L`, four bytes of length, the image, and then
+/// commands until `U`.
 pub(super) fn interpreter_unit() -> String {
     let mut text = format!("#include \"plc.h\"\n{PORTS}");
     text += "#define OUTPUTS PlcOutputs\n#define CELLS PlcCells\n#define MOST_INPUTS 256\n#define MOST_OUTPUTS 256\n";
@@ -106,7 +107,7 @@ pub(super) fn interpreter_unit() -> String {
     text
 }
 
-/// The interpreter's slots: its bits, then its integers.
+/// The interpreter's slots: its bits, followed by its integers.
 const INTERPRETER_SLOTS: &str = "
 #define SLOTS (PlcBits + PlcWords)
 static long look(unsigned n) { return n < PlcBits ? PlcGetBit(n) : PlcGetWord(n - PlcBits); }
@@ -119,8 +120,8 @@ static void poke(unsigned n, long v)
 }
 ";
 
-/// A program's slots: its cells in the order of the source. What is poked wraps as the conversions of the compilers that
-/// are used here do.
+/// Writes the functions for a program's slots, which are its cells in the order of the source. Written values
+/// wrap like the conversions of the compilers used here.
 fn push_slots(text: &mut String, source: &EmittedSource) {
     let _ = writeln!(text, "#define SLOTS {}", source.cells.len());
     *text += "static long look(unsigned n)\n{\n    switch (n) {\n";

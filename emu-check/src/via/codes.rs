@@ -1,4 +1,5 @@
-//! The codes of checks by way of a source. One row is name, code, title and the text of `emu explain`.
+//! Diagnostic codes of checks of emitted sources. Each row has a name, a code, a title and the text of `emu
+//! explain`.
 
 use diag::DiagnosticCode;
 

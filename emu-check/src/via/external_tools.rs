@@ -1,4 +1,4 @@
-//! Compilers of others: where they are, a folder to work in, and what they say.
+//! Runs external compilers and the programs that they make, in a temporary folder.
 
 use std::fs;
 use std::io;
@@ -11,25 +11,25 @@ use diag::{Diagnostic, Pos, Severity};
 
 use super::codes;
 
-/// Longest time that a program of others may take.
+/// Time limit of an external program.
 const MAX_TOOL_TIME: Duration = Duration::from_secs(300);
 
-/// Characters of what a compiler said that a message shows.
+/// Maximum number of characters of a compiler's output in a message.
 const MAX_MESSAGE_CHARS: usize = 400;
 
-/// A complaint about no place in a program.
+/// A diagnostic without a position in a program.
 pub(super) fn tool_error(code: &'static str, cause: String, hint: &str) -> Diagnostic {
     Diagnostic::new(Severity::Error, code, "", Pos::default(), cause, hint)
 }
 
-/// A folder below the system's folder for temporary files, removed when dropped.
+/// A temporary folder, removed when dropped.
 #[derive(Debug)]
 pub(super) struct ScratchFolder {
     path: PathBuf,
 }
 
 impl ScratchFolder {
-    /// An empty folder that nobody else has.
+    /// Creates an empty folder with a unique name.
     pub(super) fn new() -> Result<ScratchFolder, Diagnostic> {
         static NEXT: AtomicU64 = AtomicU64::new(0);
         let mut tried = 0;
@@ -45,19 +45,19 @@ impl ScratchFolder {
         }
     }
 
-    /// A path in it.
+    /// The path of a file in the folder.
     pub(super) fn at(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
 
-    /// Writes a file in it.
+    /// Writes a file in the folder.
     pub(super) fn write(&self, name: &str, content: impl AsRef<[u8]>) -> Result<PathBuf, Diagnostic> {
         let path = self.at(name);
         fs::write(&path, content).map_err(|e| file_error(&path, &e))?;
         Ok(path)
     }
 
-    /// Reads a file in it.
+    /// Reads a file in the folder.
     pub(super) fn read(&self, name: &str) -> Result<Vec<u8>, Diagnostic> {
         let path = self.at(name);
         fs::read(&path).map_err(|e| file_error(&path, &e))
@@ -66,7 +66,7 @@ impl ScratchFolder {
 
 impl Drop for ScratchFolder {
     fn drop(&mut self) {
-        // A folder that stays behind is no reason to fail.
+        // Failing to remove the folder is not an error of the check.
         let _ = fs::remove_dir_all(&self.path);
     }
 }
@@ -79,7 +79,7 @@ fn file_error(path: &Path, why: &io::Error) -> Diagnostic {
     )
 }
 
-/// Runs a compiler in `scratch`, which must end well.
+/// Runs a compiler in `scratch`; an exit code other than 0 is an error.
 pub(super) fn run_compiler(
     tool: &str,
     package: &str,
@@ -105,7 +105,8 @@ pub(super) fn run_compiler(
     }
 }
 
-/// Runs a program made here on the bytes `told` and gives what it told; what it said until it failed counts as well.
+/// Runs a compiled program with `input` on its standard input and returns its output. Output before a crash
+/// is returned, too.
 pub(super) fn run_with_input(program: &Path, input: &[u8], scratch: &ScratchFolder) -> Result<Vec<u8>, Diagnostic> {
     let (input, output) = (scratch.write("told", input)?, scratch.at("answer"));
     let open = fs::File::open(&input).map_err(|e| file_error(&input, &e))?;
@@ -117,7 +118,7 @@ pub(super) fn run_with_input(program: &Path, input: &[u8], scratch: &ScratchFold
     scratch.read("answer")
 }
 
-/// Runs a command to its end; true when that was a good one.
+/// Runs a command to its end; returns whether its exit code is 0.
 fn run_to_end(command: &mut Command) -> io::Result<bool> {
     let mut child = command.spawn()?;
     let begun = Instant::now();

@@ -1,5 +1,5 @@
-//! Checks by way of an emitted source: C, byte code or a sketch is made of the program, compiled by a compiler from outside,
-//! run on this computer or on an emulated chip, and compared with the evaluator scan by scan.
+//! Checks an emitted source (C, byte code or a sketch): an external compiler compiles it, it runs on this
+//! computer or on an emulated chip, and each scan is compared with the evaluator.
 
 mod arduino_board;
 mod c_unit;
@@ -24,68 +24,68 @@ use crate::{CheckOptions, LadderCoverage};
 
 pub use codes::CODES;
 
-/// The ways.
+/// The kind of an emitted source, and where it runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SourceRoute {
-    /// C, compiled by gcc, on this computer.
+    /// C, compiled by gcc, runs on this computer.
     Native,
-    /// C, compiled by avr-gcc or SDCC, on the emulated chip.
+    /// C, compiled by avr-gcc or SDCC, runs on the emulated chip.
     C,
-    /// A sketch, compiled with the core of the Arduino, on the emulated ATmega328P.
+    /// A sketch, compiled with the Arduino core, runs on the emulated ATmega328P.
     Arduino,
-    /// Byte code and its interpreter in C, compiled by avr-gcc, on the emulated chip.
+    /// Byte code with its interpreter in C, compiled by avr-gcc, runs on the emulated chip.
     Bytecode,
 }
 
-/// What a check by way of a source found.
+/// The result of a check of an emitted source.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SourceCheckReport {
-    /// Version of this document: 1.
+    /// Version of this JSON document: 1.
     pub schema: u32,
     /// Name of the program's file.
     pub program: String,
-    /// The way.
+    /// The kind of source.
     pub via: SourceRoute,
-    /// The chip; `native` where there is none.
+    /// The name of the chip; `native` for this computer.
     pub mcu: String,
-    /// Seed of everything random.
+    /// Seed of all random choices.
     pub seed: u64,
-    /// Scans compared.
+    /// Number of scans compared.
     pub scans: u64,
-    /// Runs from power-up.
+    /// Number of runs from power-up.
     pub runs: u64,
-    /// Values compared.
+    /// Number of values compared.
     pub compared: u64,
-    /// Nothing differed.
+    /// True if nothing differed.
     pub agreed: bool,
     /// The first difference.
     pub difference: Option<SourceDifference>,
-    /// What the stimulus reached.
+    /// Coverage of the program by the stimulus.
     pub coverage: LadderCoverage,
 }
 
-/// The first difference.
+/// The first difference of a check of an emitted source.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct SourceDifference {
-    /// Scan of the check, from 1.
+    /// Number of the scan in the check, from 1.
     pub scan: u64,
-    /// Run, from 1.
+    /// Number of the run, from 1.
     pub run: u64,
-    /// Scan of the run, from 1.
+    /// Number of the scan in the run, from 1.
     pub scan_of_run: u64,
-    /// What differs: a symbol, an output, sent bytes, the duty, the EEPROM, the start of a scan.
+    /// What differs: a symbol, an output, sent bytes, the duty cycle, the EEPROM, or the start of a scan.
     pub what: String,
     /// The evaluator's value.
     pub expected: String,
     /// The value of the program made from the source.
     pub found: String,
-    /// What was done before the scan, in words.
+    /// The stimulus of the scan, as text.
     pub step: String,
 }
 
 impl SourceCheckReport {
-    /// The report in words.
+    /// The report as text.
     #[must_use]
     pub fn text(&self) -> String {
         let route = format!("{:?}", self.via).to_lowercase();
@@ -103,13 +103,14 @@ impl SourceCheckReport {
     }
 }
 
-/// Emits `program`, compiles and runs it by way of a source, and compares every symbol, output, sent byte, duty and cell of
-/// EEPROM with the evaluator after every scan; a sketch's scans must begin in time as well. Of `options` the chip, seed,
-/// scans and pins count.
+/// Checks the emitted source of `program`. The source is compiled and run; after every scan all symbols,
+/// outputs, sent bytes, the duty cycle and the EEPROM are compared with the evaluator. For a sketch, the
+/// start time of each scan is checked too. Of `options`, the chip, the seed, the number of scans and the pins
+/// apply.
 ///
 /// # Errors
-/// Why there is nothing to check: the program is refused, no scans were asked for, a compiler is missing or refuses the
-/// source, there is no such way to the chip, or the program made of the source ended early.
+/// The program is refused, `options.scans` is 0, a compiler is missing or refuses the source, the chip is not
+/// supported in this way, or the compiled program ended early.
 pub fn check(
     program: &LadderProgram,
     via: SourceRoute,
@@ -168,11 +169,11 @@ pub fn check(
     Ok(make_report(program, via, options, &course, compared))
 }
 
-/// Checks many programs on this computer at once, in one executable: as C, or as byte code. Of `options` seed and scans
-/// count. A program that is refused has its reasons in its place.
+/// Checks many programs on this computer in one executable, as C or as byte code. Of `options`, the seed and
+/// the number of scans apply. The entry of a refused program holds its diagnostics.
 ///
 /// # Errors
-/// A compiler is missing or refuses a source, or a program made of one ended early.
+/// A compiler is missing or refuses a source, or a compiled program ended early.
 pub fn check_many(
     programs: &[LadderProgram],
     form: ServedForm,
@@ -247,7 +248,7 @@ fn make_report(
     }
 }
 
-/// What is done before a scan.
+/// The stimulus of a scan as text.
 fn stimulus_text(turn: &RecordedScan) -> String {
     let mut words: Vec<String> = turn.inputs.iter().map(|(name, on)| format!("{name}={}", u8::from(*on))).collect();
     words.extend(turn.analog.iter().map(|(name, value)| format!("{name} converts to {value}")));

@@ -1,4 +1,5 @@
-//! What is done to a program scan by scan, and what the evaluator then has: the stimulus of any check, worked out in advance.
+//! A stimulus recorded in advance on the evaluator: what each scan gets, and the state of the evaluator after
+//! it.
 
 use emu_core::rng::Rng;
 use ladder::LadderProgram;
@@ -12,39 +13,44 @@ use crate::coverage_goals::{CoverageGoals, EvaluatedScan};
 use crate::stimulus::StimulusGenerator;
 use crate::value_hints::ValueHints;
 
-/// One scan.
+/// One recorded scan.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct RecordedScan {
-    /// A run from power-up begins here; the seed of what is random in it.
+    /// The seed of a run, if a run from power-up begins with this scan.
     pub run_seed: Option<u64>,
-    /// Cells of EEPROM that a run begins with.
+    /// Contents of the EEPROM at the start of a run.
     pub eeprom: Vec<u8>,
-    /// Inputs by name and level.
+    /// Level of each input, by name.
     pub inputs: Vec<(String, bool)>,
-    /// Analog inputs by name and conversion.
+    /// Conversion result of each analog input, by name.
     pub analog: Vec<(String, u16)>,
-    /// A byte that has been received before this scan.
+    /// A byte that is received before this scan.
     pub byte: Option<u8>,
-    /// Symbols by name, and the values written to them.
+    /// Values that are written before this scan, by symbol name.
     pub writes: Vec<(String, i32)>,
-    /// Every symbol after the scan, in the order of the evaluator.
+    /// Value of every symbol after the scan, in the evaluator's order.
     pub values: Vec<i32>,
-    /// The byte sent, the duty, the cells of EEPROM, and whether no write is under way.
+    /// The byte sent in this scan.
     pub sent: Option<u8>,
+    /// Duty cycle of the PWM output in percent.
     pub duty: Option<u8>,
+    /// Contents of the EEPROM after the scan.
     pub cells: Vec<u8>,
+    /// True if no write to the EEPROM is in progress.
     pub eeprom_idle: bool,
 }
 
-/// A whole stimulus.
+/// A recorded stimulus of many scans.
 pub(super) struct RecordedStimulus {
+    /// The scans, in order.
     pub scans: Vec<RecordedScan>,
+    /// Coverage of the program by the stimulus.
     pub coverage: LadderCoverage,
-    /// Names of the symbols, in the order of the evaluator.
+    /// Names of the symbols, in the evaluator's order.
     pub names: Vec<String>,
 }
 
-/// `scans` turns of a program; without `bytes` nothing is received.
+/// Records `scans` scans of a program; without `bytes`, no byte is received.
 pub(super) fn record_stimulus(
     program: &LadderProgram,
     fresh: &Evaluator,
@@ -85,7 +91,7 @@ pub(super) fn record_stimulus(
 }
 
 impl RecordedStimulus {
-    /// The course as a script for a served program.
+    /// The stimulus as a script for a served program.
     pub(super) fn to_script(&self, source: &EmittedSource, slots: SlotNumbering) -> ServeScript {
         let shape = slots.record_shape(source);
         let slot = |name: &str| {
@@ -114,8 +120,9 @@ impl RecordedStimulus {
         script
     }
 
-    /// The first thing in which `records` are not as they should be: scan from 0, what, expected, found. Gives the number of
-    /// values compared besides. `lines`: what is sent is compared elsewhere, a duty is compared where it was measured, and one that was never set counts as 0.
+    /// Compares `records` with the evaluator. Returns the number of values compared, or the first mismatch.
+    /// With `lines`, sent bytes are compared elsewhere, a duty cycle is compared only where it was measured,
+    /// and one that was never set counts as 0.
     pub(super) fn compare(
         &self,
         source: &EmittedSource,
@@ -159,11 +166,12 @@ impl RecordedStimulus {
     }
 }
 
-/// What is not as it should be.
+/// The first difference between a record and the evaluator.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct SourceMismatch {
-    /// Scan, from 0.
+    /// Number of the scan, from 0.
     pub scan: usize,
+    /// What differs: a symbol, an output, sent bytes, the duty cycle, or the EEPROM.
     pub what: String,
     pub expected: String,
     pub found: String,

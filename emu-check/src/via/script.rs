@@ -1,17 +1,18 @@
-//! What a served program is told, and what it tells, as bytes: see `serve.c`.
+//! The protocol between the checker and a served program, as bytes; the other side is `serve.c`.
 
 use ladder_compile::emit::{EmittedSource, SourceCell};
 
-/// How a program's cells are numbered where it is served.
+/// How the cells of a served program are numbered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SlotNumbering {
-    /// In the order of [`EmittedSource::eeprom`].
+    /// In the order of [`EmittedSource::cells`].
     InOrder,
-    /// Bits by their numbers, then integers by theirs: the interpreter's.
+    /// In the order of the interpreter: bits by number, then integers by number.
     Interpreter,
 }
 
-/// What a served program is told. It begins with nothing; [`ServeScript::reset`] comes before anything else.
+/// The commands for a served program. A script is empty at first; [`ServeScript::reset`] must be its first
+/// command.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ServeScript {
     bytes: Vec<u8>,
@@ -25,43 +26,43 @@ impl Default for ServeScript {
 }
 
 impl ServeScript {
-    /// Nothing yet.
+    /// An empty script.
     #[must_use]
     pub fn new() -> ServeScript {
         ServeScript { bytes: Vec::new(), scans: 0 }
     }
 
-    /// Everything is filled with `garbage`, then set as after power-up.
+    /// Fills all memory with `garbage`, then initialises the program as after power-up.
     pub fn reset(&mut self, garbage: u8) {
         self.bytes.extend([b'R', garbage]);
     }
 
-    /// The level of an input, by its place in [`EmittedSource::inputs`].
+    /// Sets the level of an input, by its index in [`EmittedSource::inputs`].
     pub fn input(&mut self, input: u16, on: bool) {
         self.command(b'I', input, &[u8::from(on)]);
     }
 
-    /// What an analog input converts to, 0 to 1023, by its place in [`EmittedSource::analog`].
+    /// Sets the conversion result of an analog input, 0 to 1023, by its index in [`EmittedSource::analog`].
     pub fn analog(&mut self, input: u16, value: u16) {
         self.command(b'A', input, &value.to_le_bytes());
     }
 
-    /// A byte has been received.
+    /// Makes the program receive a byte.
     pub fn receive(&mut self, byte: u8) {
         self.bytes.extend([b'B', byte]);
     }
 
-    /// The content of a cell of EEPROM.
+    /// Sets the contents of an EEPROM cell.
     pub fn cell(&mut self, cell: u16, byte: u8) {
         self.command(b'E', cell, &[byte]);
     }
 
-    /// The value of a bit or an integer, by its slot.
+    /// Sets the value of a bit or an integer, by its slot.
     pub fn write(&mut self, slot: u16, value: i32) {
         self.command(b'W', slot, &value.to_le_bytes());
     }
 
-    /// One scan.
+    /// Runs one scan.
     pub fn scan(&mut self) {
         self.bytes.push(b'S');
         self.scans += 1;
@@ -73,36 +74,36 @@ impl ServeScript {
         self.bytes.extend(rest);
     }
 
-    /// The scans so far.
+    /// Number of scans in the script.
     #[must_use]
     pub fn scans(&self) -> u64 {
         self.scans
     }
 
-    /// The bytes so far.
+    /// The script as bytes.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 }
 
-/// What a scan has left behind.
+/// The state of a served program after a scan.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ScanRecord {
-    /// Cells, in the order of [`EmittedSource::eeprom`].
+    /// Values of the cells, in the order of [`EmittedSource::cells`].
     pub cells: Vec<i32>,
-    /// Outputs as they were written, in the order of [`EmittedSource::outputs`].
+    /// Outputs as the program wrote them, in the order of [`EmittedSource::outputs`].
     pub outputs: Vec<bool>,
-    /// How many bytes were sent, and the last of them.
+    /// Number of bytes sent, and the last one.
     pub sent: (u8, u8),
-    /// The duty of the PWM output in percent, once it was set.
+    /// Duty cycle of the PWM output in percent; `None` before it is set.
     pub duty: Option<u8>,
-    /// The cells of EEPROM.
+    /// Contents of the EEPROM.
     pub eeprom: Vec<u8>,
 }
 
 impl SlotNumbering {
-    /// What a record of `source` is made of.
+    /// The layout of a record of `source`.
     #[must_use]
     pub fn record_shape(self, source: &EmittedSource) -> RecordShape {
         let slot = |(cell, n): (&SourceCell, u32)| match (self, cell.bytes) {
@@ -122,33 +123,33 @@ impl SlotNumbering {
     }
 }
 
-/// How long a record is and where its parts stand.
+/// The layout of a record: its length and the positions of its parts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RecordShape {
-    /// All slots that are told.
+    /// Number of slots in a record.
     pub slots: usize,
     /// The slot of each cell.
     pub cells: Vec<u16>,
-    /// Outputs.
+    /// Number of outputs.
     pub outputs: usize,
-    /// Cells of EEPROM.
+    /// Number of EEPROM cells.
     pub eeprom: usize,
 }
 
 impl RecordShape {
-    /// Bytes of a record.
+    /// Length of a record in bytes.
     #[must_use]
     pub fn len(&self) -> usize {
         4 * self.slots + self.outputs + 3 + self.eeprom
     }
 
-    /// A record is never empty.
+    /// Always false: a record has at least 3 bytes.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Reads one record; `None` where there are not as many bytes.
+    /// Parses one record; `None` if there are not enough bytes.
     #[must_use]
     pub fn read_record(&self, bytes: &[u8]) -> Option<ScanRecord> {
         let (slots, rest) = bytes.split_at_checked(4 * self.slots)?;

@@ -1,4 +1,4 @@
-//! Served programs: on this computer, on an emulated AVR, on an emulated 8051.
+//! Runs served programs: on this computer, on an emulated AVR, or on an emulated 8051.
 
 use diag::Diagnostic;
 use emu_core::chip::Chip;
@@ -11,7 +11,8 @@ use super::codes;
 use super::external_tools::{ScratchFolder, run_compiler, run_with_input, tool_error};
 use super::script::{ScanRecord, ServeScript, SlotNumbering};
 
-/// Machine cycles that a scan may take where it is served, its telling with it.
+/// Maximum machine cycles for one byte of the script on a chip; a scan with its record is the longest
+/// command.
 const SCAN_CYCLES: u64 = 4_000_000;
 
 const STRICT_FLAGS: [&str; 5] = ["-std=c89", "-pedantic", "-Wall", "-Wextra", "-Werror"];
@@ -20,11 +21,12 @@ fn to_strings(words: &[&str]) -> Vec<String> {
     words.iter().map(|word| (*word).to_owned()).collect()
 }
 
-/// Runs C programs on this computer, each by its script: one program is made of all, which takes much less time than one
-/// of each. `portable` leaves out what compilers are known to do beyond the standard.
+/// Runs C programs on this computer, each with its script. All programs are compiled into one executable,
+/// which takes much less time than one executable each. `portable` disables what compilers guarantee beyond
+/// the C standard.
 ///
 /// # Errors
-/// A compiler that is missing or refuses a source, a file that cannot be written, a program that tells too little.
+/// A compiler is missing or refuses a source, a file cannot be written, or a program ends early.
 pub fn run_native(
     programs: &[(EmittedSource, ServeScript)],
     portable: bool,
@@ -45,10 +47,10 @@ pub fn run_native(
     exchange(programs, SlotNumbering::InOrder, &scratch, begin)
 }
 
-/// Runs programs as byte code on this computer, each by its script.
+/// Runs programs as byte code on this computer, each with its script.
 ///
 /// # Errors
-/// As [`run_native`].
+/// The errors of [`run_native`].
 pub fn run_interpreted(programs: &[(EmittedSource, ServeScript)]) -> Result<Vec<Vec<ScanRecord>>, Diagnostic> {
     let scratch = ScratchFolder::new()?;
     scratch.write("plc.c", PLC_C)?;
@@ -74,7 +76,7 @@ pub fn run_interpreted(programs: &[(EmittedSource, ServeScript)]) -> Result<Vec<
     exchange(programs, SlotNumbering::Interpreter, &scratch, begin)
 }
 
-/// Tells `served` all scripts in turn and reads what it answers.
+/// Sends all scripts to the executable `served` and parses its records.
 fn exchange(
     programs: &[(EmittedSource, ServeScript)],
     slots: SlotNumbering,
@@ -117,19 +119,19 @@ fn stopped_diagnostic(cause: String) -> Diagnostic {
     tool_error(codes::STOPPED, cause, "please report this with the program")
 }
 
-/// How a source is served on a chip.
+/// The form of a source that is served on a chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ServedForm {
-    /// As C.
+    /// C.
     C,
-    /// As byte code with its interpreter.
+    /// Byte code with its interpreter.
     Bytecode,
 }
 
-/// Runs one program on the emulated chip `mcu`, by its script: an ATmega48 to 328 or one of the 8051 family.
+/// Runs one program on the emulated chip `mcu` with its script: an ATmega48 to 328, or an 8051 family chip.
 ///
 /// # Errors
-/// As [`run_native`]; there is no such way to the chip.
+/// The errors of [`run_native`], and a chip on which this form is not supported.
 pub fn run_on_chip(
     source: &EmittedSource,
     script: &ServeScript,
@@ -160,17 +162,18 @@ pub fn run_on_chip(
         args.extend(files);
         run_compiler("avr-gcc", "gcc-avr avr-libc", &args, &scratch)?;
         let loaded = load_elf(&scratch, "served.elf", chip, ElfMachine::AVR)?;
-        // DS40002061, 8.6: GPIOR1 and GPIOR0 in data memory.
+        // Data memory addresses of GPIOR1 and GPIOR0: DS40002061, 8.6.
         let ports = ServePorts { space: "data", from_checker: 0x4A, to_checker: 0x3E };
         serve_script(emu_avr::Avr::new(chip, &loaded, RamInit::Random(1)), ports, script)?
     } else if let (Some(chip), ServedForm::C) = (emu_8051::chips::chip(&mcu), form) {
         let mut args = to_strings(&["-mmcs51", "--model-large", "--std-c89", "--Werror", "--xram-size", "0x7F00"]);
-        // Unreachable code behind endless loops, and comparisons that the optimiser decides: both are meant.
+        // The disabled warnings are unreachable code after endless loops, and comparisons with a constant
+        // result.
         args.extend(to_strings(&["--disable-warning", "126", "--disable-warning", "110", "-o", "served.ihx"]));
         args.extend(files);
         run_compiler("sdcc", "sdcc", &args, &scratch)?;
         let loaded = load_elf(&scratch, "served.ihx", chip, ElfMachine::MCS51)?;
-        // Programs are longer than what the chip has inside, so all of it lies outside.
+        // The programs are larger than the internal program memory, so all of it is external.
         let options = emu_8051::Options { ea: false, ..emu_8051::Options::default() };
         let ports = ServePorts { space: "xdata", from_checker: 0x7FFE, to_checker: 0x7FFF };
         serve_script(emu_8051::Mcs51::with(chip, &loaded, RamInit::Random(1), options), ports, script)?
@@ -186,12 +189,12 @@ pub fn run_on_chip(
     Err(stopped_diagnostic(format!("the chip told {} of {} scans", records.len(), script.scans())))
 }
 
-/// The chips whose general purpose registers stand at the same addresses.
+/// True for the chips with GPIOR0 and GPIOR1 at the usual addresses.
 fn has_standard_gpior(name: &str) -> bool {
     ["atmega48", "atmega88", "atmega168", "atmega328"].iter().any(|family| name.starts_with(family))
 }
 
-/// Reads what a compiler has made.
+/// Loads the output of a compiler.
 pub(super) fn load_elf(
     scratch: &ScratchFolder,
     name: &str,
@@ -209,7 +212,7 @@ pub(super) fn load_elf(
     })
 }
 
-/// The two cells by which a chip is served.
+/// The two memory cells through which a chip exchanges bytes with the checker.
 #[derive(Clone, Copy)]
 struct ServePorts {
     space: &'static str,
@@ -217,7 +220,7 @@ struct ServePorts {
     to_checker: u16,
 }
 
-/// Keeps what is told, and stops the chip when it has taken a byte.
+/// A probe that records the bytes that the chip sends, and stops after the chip has read a byte.
 struct ServeProbe {
     space: u8,
     ports: ServePorts,
@@ -234,7 +237,7 @@ impl Probe for ServeProbe {
     }
 }
 
-/// Gives a chip its script byte by byte: the next byte lies ready before the chip takes it.
+/// Runs a chip with its script byte by byte: each byte is in the cell before the chip reads it.
 fn serve_script<C: Cpu>(mut cpu: C, ports: ServePorts, script: &ServeScript) -> Result<Vec<u8>, Diagnostic> {
     let space = cpu.chip().spaces.iter().position(|(name, ..)| *name == ports.space).unwrap_or(0) as u8;
     let mut watch = ServeProbe { space, ports, output: Vec::new() };

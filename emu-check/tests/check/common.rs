@@ -1,4 +1,4 @@
-//! What these tests share: programs from files and from a few rungs, and reports.
+//! Shared helpers of these tests: programs from files and from a few rungs, and reports.
 
 use emu_check::{CheckOptions, CheckReport, check};
 use ladder::LadderProgram;
@@ -8,12 +8,12 @@ mod files;
 
 pub use files::{beside, folder, parse, read};
 
-/// Rungs under a standard head: dialect 2.3, a cycle of 1 ms at 1 MHz.
+/// A program with these rungs under a standard header: dialect 2.3, a cycle of 1 ms at 1 MHz.
 pub fn rungs(file: &str, text: &str) -> LadderProgram {
     parse(file, &format!("LDmicro0.1\nCYCLE=1000\nCRYSTAL=1000000\nIO LIST\nEND\nPROGRAM\n{text}\n"))
 }
 
-/// A check with these options that must get as far as a report.
+/// Runs a check that must produce a report.
 pub fn report(program: &LadderProgram, options: &CheckOptions) -> CheckReport {
     check(program, options, &mut |_, _| {})
         .unwrap_or_else(|faults| panic!("{}", faults.iter().map(|d| format!("{d}\n")).collect::<String>()))

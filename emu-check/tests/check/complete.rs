@@ -1,12 +1,13 @@
-//! A compile is complete or refused: on a chip of every family, optimised and not, every element, rung and symbol of the examples and
-//! of random programs is in the map, in order and without gaps. EMU_MAPS_SEED chooses other programs.
+//! A program is compiled completely or refused: on a chip of every family, optimised or not, the map contains
+//! every element, rung and symbol of the examples and of random programs, in order and without gaps.
+//! EMU_MAPS_SEED selects other random programs.
 
 use crate::common;
 use emu_check::fuzz::{FAMILIES, generate_program};
 use ladder::LadderProgram;
 use ladder_compile::{CompileOptions, CompiledProgram, ImageMap, compile};
 
-/// Random programs.
+/// Number of random programs.
 const PROGRAMS: u64 = 300;
 
 #[test]
@@ -30,13 +31,13 @@ fn every_element_of_random_programs_is_in_the_map() {
         complete.iter_mut().zip(compiled).for_each(|(all, one)| *all += u64::from(one));
     }
     println!("{FAMILIES:?}: {complete:?} of {PROGRAMS} complete, the others refused");
-    // The AP101 has no numbers, so it refuses more than half of them.
+    // The AP101 has no integers, so it refuses more than half of the programs.
     for (mcu, (complete, least)) in FAMILIES.iter().zip(complete.into_iter().zip([150, 150, 150, 50])) {
         assert!(complete >= least, "seed {seed}, {mcu}: only {complete} are complete");
     }
 }
 
-/// Whether each family compiles the program, in both ways.
+/// Whether each family compiles the program, both with and without optimisation.
 fn on_every_family(name: &str, program: &LadderProgram) -> [bool; FAMILIES.len()] {
     FAMILIES.map(|mcu| {
         [true, false].into_iter().all(|optimise| {

@@ -1,4 +1,5 @@
-//! Compilers that are wrong about time or pins and say so in their map: what counts is the program.
+//! Compilers with an error in time or pins that their map repeats: the check must follow the program, not the
+//! map.
 
 use crate::common;
 use emu_check::{CheckOptions, CheckReport, DifferenceKind, check_compiled};
@@ -9,7 +10,7 @@ const RUNGS: &str = "
     RUNG\n CONTACTS Xa 0\n TON Ta 50000\n COIL Ya 0 0 0\n END
     RUNG\n CONTACTS Xb 0\n COIL Yb 0 0 0\n END";
 
-/// 10 ms at 1 MHz, with pins PB0, PD2 and PC0 in the list; Yb has none.
+/// A program with a clock of 1 MHz and pins PB0, PD2 and PC0 in its IO LIST; Yb has no pin.
 fn program(cycle_us: u64) -> LadderProgram {
     let io = "Xa at 14\n Xb at 4\n Ya at 23\n Yb at 0";
     let head = format!("LDmicro0.1\nMICRO=Atmel AVR ATmega328 28-PDIP\nCYCLE={cycle_us}\nCRYSTAL=1000000");
@@ -28,7 +29,7 @@ fn checked(image: &CompiledProgram, options: &CheckOptions) -> CheckReport {
 
 type FalsifyMap = fn(&mut CompiledProgram);
 
-/// What is wrong with the map of a good image, and what the report says: expected, found.
+/// A change to the map of a correct image, with the report's (expected, found).
 const MAPS: &[(FalsifyMap, &str, &str)] = &[
     (|c| c.map.mcu = "atmega8".to_owned(), "the chip atmega328p", "atmega8"),
     (|c| c.map.clock_hz = 2_000_000, "a clock of 1000000 Hz", "2000000 Hz"),
@@ -70,7 +71,7 @@ fn a_map_that_says_otherwise_is_a_difference() {
 
 #[test]
 fn whole_compilers_that_are_wrong_are_found() {
-    // Twice the cycle, another clock, other pins: image and map are of one mind each.
+    // Twice the cycle, another clock, other pins: in each case image and map agree with each other.
     let slow = compiled(&program(20_000), &[], None);
     let fast_clock = compiled(&program(10_000), &[], Some(16_000_000));
     let moved = compiled(&program(10_000), &[("Xa", "PB3")], None);
@@ -78,12 +79,12 @@ fn whole_compilers_that_are_wrong_are_found() {
         let report = checked(image, &CheckOptions::default());
         assert_eq!(report.difference.map(|d| d.what), Some(DifferenceKind::Map));
     }
-    // Where the map is right the chip is judged.
+    // If the map is correct, the check finds the error on the chip.
     let mut lies = slow.clone();
     lies.map.cycle = compiled(&program(10_000), &[], None).map.cycle;
     let report = checked(&lies, &CheckOptions::default());
     assert_eq!(report.difference.map(|d| (d.what, d.scan)), Some((DifferenceKind::Period, 1)));
-    // What the command line asks for wins over the program.
+    // Options of the command line override the program.
     let pins = vec![("Xa".to_owned(), "pb3".to_owned())];
     assert!(checked(&moved, &CheckOptions { pins: pins.clone(), ..CheckOptions::default() }).agreed);
     assert!(!checked(&compiled(&program(10_000), &[], None), &CheckOptions { pins, ..CheckOptions::default() }).agreed);

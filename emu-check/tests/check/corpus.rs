@@ -1,5 +1,5 @@
-//! Real programs, where the corpus is present: folder `EMU_CORPUS`, else `../shared/ld` beside the workspace. Checks agree,
-//! and the chip alone gives the columns of the traces by LDmicro 2.3.
+//! Real programs, if the corpus is present: folder `EMU_CORPUS`, or else `../shared/ld` next to the
+//! workspace. Checks agree, and the chip alone reproduces the traces of LDmicro 2.3.
 
 use crate::common;
 use std::fs;
@@ -12,7 +12,7 @@ use emu_core::image::load_hex;
 use emu_core::pins::{CycleTime, PinLevel};
 use ladder_compile::{CellLocation, CompiledProgram, compile};
 
-/// The programs that a check must agree on.
+/// The programs on which a check must agree.
 const AGREE: &[&str] = &[
     "reg-contacts",
     "reg-timers-counters",
@@ -25,7 +25,7 @@ const AGREE: &[&str] = &[
     "sample-MasterRelay-Test",
 ];
 
-/// The programs that the corpus has traces of.
+/// The programs for which the corpus has traces.
 const TRACED: &[&str] = &[
     "reg-contacts",
     "reg-integers",
@@ -36,7 +36,7 @@ const TRACED: &[&str] = &[
     "sample-traffic",
 ];
 
-/// Scans of each trace.
+/// Number of scans of each trace.
 const SCANS: u64 = 800;
 
 fn corpus() -> Option<PathBuf> {

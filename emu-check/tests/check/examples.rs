@@ -1,5 +1,5 @@
-//! The examples of the project and the programs of this folder agree with their images on the chip, with everything
-//! covered that can be. The corpus has a test of its own.
+//! The examples of the project and the programs of this folder agree with their images on the chip, with full
+//! coverage of all possible outcomes. The corpus has a separate test.
 
 use crate::common;
 use emu_check::CheckOptions;

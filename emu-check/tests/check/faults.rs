@@ -1,4 +1,5 @@
-//! Broken images must be found, told for what they are, and replayed by the command that the report prints.
+//! Faulty images must be found, reported as the right kind of difference, and replayed by the command in the
+//! report.
 
 use crate::common;
 use emu_check::{CheckOptions, CheckReport, check_compiled};
@@ -6,7 +7,7 @@ use emu_core::image::write_hex;
 use ladder::LadderProgram;
 use ladder_compile::{CompiledProgram, compile};
 
-/// What `faults.txt` breaks. The second rung is a dozen words, which leaves room for mischief.
+/// The program that `faults.txt` breaks. The second rung has a dozen words, which gives room for patches.
 const RUNGS: &str = "
     RUNG\n CONTACTS Xa 0\n CONTACTS Ra 1\n COIL Ya 0 0 0\n END
     RUNG\n MUL a b c\n END
@@ -21,7 +22,7 @@ fn checked(program: &LadderProgram, compiled: &CompiledProgram, options: &CheckO
     check_compiled(program, compiled, options, &mut |_, _| {}).expect("a report")
 }
 
-/// Overwrites code from byte address `at` on.
+/// Overwrites the code from byte address `at` on with hexadecimal words.
 fn patch(compiled: &mut CompiledProgram, at: usize, words: &str) {
     for (n, word) in words.split_whitespace().enumerate() {
         let word = u16::from_str_radix(word, 16).expect("a word");
@@ -30,7 +31,7 @@ fn patch(compiled: &mut CompiledProgram, at: usize, words: &str) {
     compiled.hex = write_hex(&[(0, &compiled.code)]);
 }
 
-/// The byte address that a row of the table means.
+/// The byte address for a location in the table: `find WORD` or `rung.element`.
 fn place(compiled: &CompiledProgram, place: &str) -> usize {
     if let Some(word) = place.strip_prefix("find ") {
         let word = u16::from_str_radix(word, 16).expect("a word").to_le_bytes();
@@ -62,7 +63,7 @@ fn faults_are_told_for_what_they_are() {
         let found = [of("what"), of("symbol"), blamed];
         assert_eq!(found.each_ref().map(String::as_str), [what, symbol, element], "{name}:\n{}", report.text());
         assert_eq!(report.agreed, what == "-", "{name}");
-        // Each of these needs one scan, a stack that has moved a second one, drift a few.
+        // Most faults need one scan, a moved stack needs two, a drift needs a few.
         let smallest = report.difference.as_ref().map_or(0, |d| d.smallest.len());
         let most = match what {
             "-" => 0,
@@ -75,7 +76,7 @@ fn faults_are_told_for_what_they_are() {
     }
 }
 
-/// The scans that the replay command gives end with the same difference, and a shorter check agrees.
+/// The replay command reproduces the same difference, and a check with one scan less agrees.
 fn replays(name: &str, program: &LadderProgram, image: &CompiledProgram, report: &CheckReport) {
     let Some(difference) = &report.difference else { return };
     let scans = difference.scan;
@@ -104,7 +105,7 @@ fn replay_repeats_the_options() {
     );
 }
 
-/// The cycle times, in microseconds at 1 MHz, of images that are checked as one of 1,000 us, and what is found.
+/// Images with these cycle times in microseconds at 1 MHz are checked against a program with 1,000 us.
 #[test]
 fn periods_may_not_drift() {
     let program = common::rungs("faults.ld", RUNGS);
@@ -113,7 +114,8 @@ fn periods_may_not_drift() {
         let mut other = program.clone();
         other.settings.cycle_us = cycle;
         let mut image = image.clone();
-        // Everything but the timer's length is laid out alike; the timer's preset would differ too and is kept.
+        // Apart from the timer's period, the code is the same; the preset of the timer would differ too and
+        // is kept.
         let period = ((cycle - 1) as u16)
             .to_le_bytes()
             .map(|byte| format!("{:04X}", 0xE080 | u16::from(byte & 0xF0) << 4 | u16::from(byte & 0x0F)));
@@ -123,12 +125,12 @@ fn periods_may_not_drift() {
         let report = checked(&program, &image, &CheckOptions::default());
         let found = report.difference.as_ref().map(|d| d.what);
         assert_eq!(found, differs.then_some(emu_check::DifferenceKind::Period), "{cycle} us:\n{}", report.text());
-        // One cycle a scan leaves the window of a few cycles within as many scans.
+        // A drift of one cycle per scan exceeds the window of a few cycles within 12 scans.
         assert!(report.difference.is_none_or(|d| d.scan < 12), "{cycle} us");
     }
 }
 
-/// Every word of the scan with its two bytes swapped.
+/// Swapping the two bytes of any word of the scan is found.
 #[test]
 fn swapped_bytes_are_found() {
     let program = common::rungs("faults.ld", RUNGS);

@@ -1,12 +1,12 @@
-//! Images of which nothing is known but the program and the chip: our own with the map thrown away must agree, hand-written ones
-//! with the habits of other compilers must be judged rightly.
+//! Foreign images: our own images without their map must agree, and hand-written ones in the style of other
+//! compilers must be judged correctly.
 
 use crate::common;
 use emu_check::{CheckOptions, ForeignImage, ForeignReport, check_foreign};
 use emu_core::image::{Image, load_hex};
 use ladder::LadderProgram;
 
-/// Pins of the map as those of the command line.
+/// Checks an image of our own compiler as a foreign image; its pins are given like on the command line.
 fn check_own_image(program: &LadderProgram, mcu: &str, with_map: bool, scans: u64) -> Option<ForeignReport> {
     let compiled = ladder_compile::compile(
         program,
@@ -60,7 +60,8 @@ fn peripherals_of_own_images_agree() {
     }
 }
 
-/// An AVR program in the manner of others: contacts read the pin, coils write the port at once, `top` is OCR1A.
+/// An AVR program in the style of other compilers: contacts read the pin, coils write the port directly;
+/// `top` is OCR1A.
 fn avr_in_foreign_style(top: u32, setup: &str, scan: &str) -> String {
     format!(
         "ldi r16, 0x04\nout 0x3e, r16\nldi r16, 0x5f\nout 0x3d, r16\n{setup}\nldi r16, {hi}\nsts 0x89, r16\nldi r16, {lo}\n\
@@ -80,7 +81,7 @@ fn assembled(mcu: &str, source: &str) -> Image {
         .unwrap_or_else(|why| panic!("{why}"))
 }
 
-/// The same for a PIC16 of 4 MHz: `top` is CCPR1, timer 1 begins anew at each match.
+/// A PIC16 program at 4 MHz in the same style: `top` is CCPR1, and timer 1 restarts at each match.
 fn pic16_in_foreign_style(top: u32, setup: &str, scan: &str) -> String {
     format!(
         "bsf 0x03, 5\nmovlw 0x06\nmovwf 0x1f\nbcf 0x03, 5\n{setup}\nmovlw 0x{hi:x}\nmovwf 0x16\nmovlw 0x{lo:x}\nmovwf 0x15\n\
@@ -91,7 +92,7 @@ fn pic16_in_foreign_style(top: u32, setup: &str, scan: &str) -> String {
     )
 }
 
-/// The same for an 8052 of 12 MHz: timer 2 counts `count` machine cycles and loads itself anew.
+/// An 8052 program at 12 MHz in the same style: timer 2 counts `count` machine cycles and reloads itself.
 fn mcs51_in_foreign_style(count: u32, setup: &str, scan: &str) -> String {
     let from = 0x1_0000 - count;
     format!(
@@ -102,18 +103,18 @@ fn mcs51_in_foreign_style(count: u32, setup: &str, scan: &str) -> String {
     )
 }
 
-/// Pull-ups of port B on, RB5 an output.
+/// Enables the pull-ups of port B, and makes RB5 an output.
 const PIC_SETUP: &str = "bcf 0x06, 5\nbsf 0x03, 5\nbcf 0x06, 5\nbcf 0x01, 7\nbcf 0x03, 5";
 const PIC_SCAN: &str = "btfsc 0x06, 2\nbsf 0x06, 5\nbtfss 0x06, 2\nbcf 0x06, 5";
 const MCS51_SCAN: &str = "mov c, 0x92\nmov 0x95, c";
 
-/// Rungs under a head with a cycle of 1 ms at `hz`.
+/// A program with these rungs and a cycle of 1 ms at `hz`.
 fn with_head(file: &str, hz: u32, rungs: &str) -> LadderProgram {
     let head = format!("LDmicro0.1\nCYCLE=1000\nCRYSTAL={hz}\nBAUD=2400\nIO LIST\nEND\nPROGRAM");
     common::parse(file, &format!("{head}\n{rungs}\n"))
 }
 
-/// What the image of `source` comes to: codes of findings and of the difference.
+/// The codes of findings and difference for the image of `source`, with the report.
 fn codes(
     program: &LadderProgram,
     mcu: &str,
@@ -131,7 +132,7 @@ fn codes(
     (codes, report)
 }
 
-/// `image | codes`. The period is 1 ms: 1,000 machine cycles on each chip at its clock here.
+/// Rows are `image | codes`. The period is 1 ms: 1,000 machine cycles on each chip at its clock here.
 #[test]
 fn images_of_others_are_judged() {
     let avr_late = "in r11, 0x09\nsbrc r10, 2\nsbi 0x05, 5\nsbrs r10, 2\ncbi 0x05, 5\nmov r10, r11";
@@ -180,13 +181,13 @@ fn images_of_others_are_judged() {
     }
 }
 
-/// Habits of LDmicro 2.3 that the language does not have (facts/ladder.md, L1 and L3): a look-up that goes on with the value it has just written, and a string
-/// at power-up.
+/// Known faults of LDmicro 2.3 (facts/ladder.md, L1 and L3): a look-up that uses the value it has just
+/// written as an index, and a string at power-up.
 #[test]
 fn known_faults_of_others_are_found() {
     let table = "RUNG\n MOVE n 3\nEND\nRUNG\n CONTACTS Xa 0\n MOVE n 0\nEND\n\
         RUNG\n LOOK_UP_TABLE n n 4 0 1 2 3 9\nEND\nRUNG\n EQU n 1\n COIL Ya 0 0 0\nEND";
-    // r16 is n; each line asks for one index, so a value that was written may be taken for the index of a later one.
+    // r16 is n; each line tests for one index, so a written value may be taken as the index of a later line.
     let chained = |skip: &str| {
         let line =
             |index: u32, value: u32| format!("cpi r16, {index}\nbrne l{index}\nldi r16, {value}\n{skip}l{index}:\n");
@@ -196,11 +197,12 @@ fn known_faults_of_others_are_found() {
         )
     };
     let sends = "RUNG\n MOVE c 65\nEND\nRUNG\n CONTACTS Xa 0\n OSR\n UART_SEND c\nEND\nRUNG\n CONTACTS Xa 0\n COIL Ya 0 0 0\nEND";
-    // 1 MHz / 8 / (51 + 1) bits per second with U2X0: 2,404.
+    // The baud rate is 1 MHz / 8 / (51 + 1) = 2,404 bits per second with U2X0.
     let uart = "ldi r16, 51\nsts 0xc4, r16\nldi r16, 2\nsts 0xc0, r16\nldi r16, 8\nsts 0xc1, r16";
     let edge = |early: &str| {
         let setup = format!("{GOOD_SETUP}\n{uart}\nclr r12\nldi r17, 65\n{early}");
-        // r11 is Xa now, r10 what it was in the scan before; r12 tells that a byte was sent, TXC0 that it is out.
+        // r11 is the current Xa, r10 its value in the previous scan; r12 is set once a byte was sent, TXC0
+        // once it is complete.
         let scan = "in r11, 0x09\nsbrs r11, 2\nrjmp no\nsbrc r10, 2\nrjmp no\nlds r18, 0xc0\nsbrs r12, 0\nrjmp send\n\
             sbrs r18, 6\nrjmp no\nsend:\nldi r18, 0x42\nsts 0xc0, r18\nsts 0xc6, r17\nmov r12, r17\nno:\nmov r10, r11";
         avr_in_foreign_style(999, &setup, &format!("{GOOD_SCAN}\n{scan}"))
@@ -218,7 +220,7 @@ fn known_faults_of_others_are_found() {
     }
 }
 
-/// `image, chip, pins known | code of the refusal`.
+/// Rows are `image, chip, pins known | code of the refusal`.
 #[test]
 fn unusable_images_are_refused() {
     let program = common::rungs("lift.ld", LIFT);
@@ -239,7 +241,8 @@ fn unusable_images_are_refused() {
     }
 }
 
-/// `fault | what replaces what`: each shows after a thousand scans or more, and a check that is not told how long finds it.
+/// Rows are `fault | replacement`: each fault shows after a thousand scans or more, and a check with the
+/// default number of scans finds it.
 #[test]
 fn slow_faults_are_found_by_default() {
     let text = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nIO LIST\nEND\nPROGRAM\n\

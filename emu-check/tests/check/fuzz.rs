@@ -1,5 +1,6 @@
-//! Campaigns of random programs: a small one of fixed seed finds nothing, has everything in it often enough, and is the same in
-//! shards. EMU_FUZZ_PROGRAMS and EMU_FUZZ_SEED make another one, without the floors.
+//! Campaigns of random programs: a small one with a fixed seed finds nothing, uses every element often
+//! enough, and gives the same result in shards. EMU_FUZZ_PROGRAMS and EMU_FUZZ_SEED select another campaign,
+//! without the lower bounds.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -9,10 +10,10 @@ use emu_check::fuzz::{
 };
 use ladder_compile::find_target;
 
-/// Longest time for a program, far beyond what one takes on a busy machine.
+/// Time limit per program, far above the normal time on a busy machine.
 const LIMIT: Duration = Duration::from_secs(600);
 
-/// A number from the environment.
+/// A number from an environment variable.
 fn number(name: &str) -> Option<u64> {
     std::env::var(name).ok()?.parse().ok()
 }
@@ -32,7 +33,7 @@ fn run(plan: &CampaignPlan, index: u64, of: u64) -> CampaignRecord {
     record
 }
 
-/// `chips (t: those that compute) | what | least`: floors of the campaign above.
+/// Rows are `chips (t: those with integers) | feature | minimum`: lower bounds for the campaign above.
 #[rustfmt::skip]
 const FLOORS: &str = "
 all | CONTACTS          | 150
@@ -120,12 +121,12 @@ fn a_small_campaign_finds_nothing_and_has_everything() {
             let least: u64 = least.parse().expect("a number");
             assert!(!counts || found >= least, "{}: {found} of {what}, least {least}", tally.mcu);
         }
-        // Forty scans of a program are few; of all that can be seen a sixth is seen even so.
+        // Forty scans per program are few, so at least a sixth of all outcomes must be seen.
         let (covered, total) =
             tally.outcomes.values().fold((0, 0), |(c, t), outcome| (c + outcome.covered, t + outcome.total));
         assert!(covered * 6 >= total, "{}: {covered} of {total} outcomes", tally.mcu);
     }
-    // In one piece it is the same.
+    // One piece gives the same result as the shards.
     let small = CampaignPlan { programs: 8, scans: 10, ..plan };
     let pieces = (1..=5).map(|index| run(&small, index, 5)).collect();
     let mut whole = CampaignRecord::merge_shards(pieces).expect("five shards");
@@ -171,7 +172,7 @@ fn records_that_do_not_belong_together() {
     }
 }
 
-/// A program is valid, and reading its text gives the same program.
+/// A generated program is valid, and parsing its text gives the same program.
 #[test]
 fn programs_are_valid_and_written_as_they_are() {
     let mut profiles = BTreeMap::new();
@@ -184,7 +185,7 @@ fn programs_are_valid_and_written_as_they_are() {
         assert!(wrong.is_empty(), "{number}: {wrong:?}\n{text}");
         *profiles.entry(profile).or_insert(0) += 1;
     }
-    // A part is for all families.
+    // At least a part of the programs suits all families.
     assert!(profiles[&ProgramProfile::Bits] >= 60 && profiles.len() == 4, "{profiles:?}");
     assert!(FAMILIES.iter().all(|mcu| ProgramProfile::Bits.is_supported_by(find_target(mcu).expect("a chip"))));
 }

@@ -1,4 +1,4 @@
-//! What a check finds and says, in one program; the tests with faulty compilers stand apart.
+//! Tests of the results and messages of checks, in one executable; tests with faulty compilers are separate.
 
 mod common;
 mod complete;

@@ -1,29 +1,29 @@
-//! Waits that are more than a poll: loops in the wait, the poll in a function, a delay behind the scan. Scans are
-//! found in them, right images agree, and faults planted in them are found.
+//! Waits that are more than a poll: a loop in the wait, the poll in a function, a delay after the scan. Scans
+//! are found in all of them, correct images agree, and planted faults are found.
 
 use crate::common;
 use emu_check::{CheckOptions, ForeignImage, check_foreign};
 
-/// How a program waits: its main loop around a scan.
+/// How the main loop of a program waits.
 #[derive(Debug, Clone, Copy)]
 enum WaitStyle {
     /// A short loop between two polls.
     LoopInside,
-    /// A delay between two polls that lasts a quarter of the period.
+    /// A delay of a quarter of the period between two polls.
     DelayInside,
-    /// The poll in a function that tells whether it saw the flag.
+    /// The poll is in a function that returns whether it saw the flag.
     Function,
-    /// A bare poll, and a delay of most of the period behind the scan.
+    /// A bare poll, and a delay of most of the period after the scan.
     DelayBehind,
 }
 
-/// Scans of 1 ms until a timer of 5 ms is over.
+/// Scans of 1 ms until a timer of 5 ms expires.
 const LIMIT: u32 = 5;
 
 const WAYS: [WaitStyle; 4] =
     [WaitStyle::LoopInside, WaitStyle::DelayInside, WaitStyle::Function, WaitStyle::DelayBehind];
 
-/// A chip, its clock, and the pins of input and output.
+/// A chip, its clock in Hz, and the pins of input and output.
 type ChipPins = (&'static str, u32, [(&'static str, &'static str); 2]);
 
 const PLACES: [ChipPins; 3] = [
@@ -32,7 +32,7 @@ const PLACES: [ChipPins; 3] = [
     ("pic16f873", 4_000_000, [("Xa", "RB2"), ("Ya", "RB5")]),
 ];
 
-/// A program for an ATmega328P of 1 MHz; timer 1 matches every `count` cycles.
+/// A program for an ATmega328P at 1 MHz; timer 1 matches every `count` cycles.
 fn avr_source(way: WaitStyle, count: u32, scan: &str) -> String {
     let top = count - 1;
     let main = match way {
@@ -59,7 +59,7 @@ fn avr_source(way: WaitStyle, count: u32, scan: &str) -> String {
     )
 }
 
-/// A program for an AT89S52 of 12 MHz; timer 2 overflows every `count` machine cycles.
+/// A program for an AT89S52 at 12 MHz; timer 2 overflows every `count` machine cycles.
 fn mcs51_source(way: WaitStyle, count: u32, scan: &str) -> String {
     let from = 0x1_0000 - count;
     let main = match way {
@@ -80,7 +80,7 @@ fn mcs51_source(way: WaitStyle, count: u32, scan: &str) -> String {
     )
 }
 
-/// A program for a PIC16F873 of 4 MHz; timer 1 begins anew every `count` machine cycles.
+/// A program for a PIC16F873 at 4 MHz; timer 1 restarts every `count` machine cycles.
 fn pic16_source(way: WaitStyle, count: u32, scan: &str) -> String {
     let top = count - 1;
     let main = match way {
@@ -108,8 +108,8 @@ fn pic16_source(way: WaitStyle, count: u32, scan: &str) -> String {
     )
 }
 
-/// A scan of `TON 5 ms` from Xa to Ya: it counts true scans to `limit`, and its output is on from there, or off if
-/// `inverted`.
+/// A scan of `TON 5 ms` from Xa to Ya: it counts true scans up to `limit`; from there its output is on, or
+/// off if `inverted`.
 fn scan_source(mcu: &str, limit: u32, inverted: bool) -> String {
     let text = match mcu {
         "at89s52" => {
@@ -156,7 +156,8 @@ fn scans_are_found_whatever_else_a_wait_does() {
             ];
             for (what, count, limit, inverted, wanted) in faults {
                 let scan = scan_source(mcu, limit, inverted);
-                // A period that is a tick short adds up to more than the time between two polls.
+                // The error of a period that is one tick short accumulates to more than the time between two
+                // polls.
                 let scans = if count == 1000 { 400 } else { 1_500 };
                 let source = match mcu {
                     "at89s52" => mcs51_source(way, count, &scan),
@@ -176,7 +177,7 @@ fn scans_are_found_whatever_else_a_wait_does() {
     }
 }
 
-/// A flag that is cleared in time and never read paces nothing: there is no verdict.
+/// A flag that is cleared at the right rate but never read does not pace scans, so the check is refused.
 #[test]
 fn images_whose_scans_are_not_found_are_refused() {
     let text =

@@ -1,9 +1,9 @@
-//! JUnit and HTML: well-formed, complete, and true to the outcomes.
+//! The JUnit and HTML reports are well-formed, complete, and consistent with the outcomes.
 
 use crate::common;
 use emu_check::{CheckOptions, CheckOutcome, RefusedCheck, ReportEntry, check, check_compiled, html_report, junit};
 
-/// Names of the elements in order of their starts; panics where a tag is not closed or a text is not escaped.
+/// The tag names in order; panics if a tag is not closed or a text is not escaped.
 fn tags(text: &str) -> Vec<String> {
     let (mut open, mut all, mut rest) = (Vec::new(), Vec::new(), text);
     while let Some(at) = rest.find('<') {
@@ -32,7 +32,8 @@ fn tags(text: &str) -> Vec<String> {
     all
 }
 
-/// A program that agrees, one whose image is of another, and one that is refused; names hold what has a meaning in XML.
+/// A program that agrees, one with the image of another program, and one that is refused; names contain XML
+/// special characters.
 #[test]
 fn documents_are_well_formed_and_complete() {
     let text = |negated: &str| {
@@ -64,24 +65,25 @@ fn documents_are_well_formed_and_complete() {
     let page = html_report(&outcomes.iter().zip([None, Some(&broken), None]).map(entry).collect::<Vec<_>>());
     let found = tags(&page);
     let count = |name: &str| found.iter().filter(|tag| *tag == name).count();
-    // Names and lines of each of the two that were checked; a heading each.
+    // Two drawings (names and waveforms) for each of the two programs that were checked, and one heading
+    // each.
     assert_eq!((count("svg"), count("h2")), (4, 3), "{page}");
-    // It needs nothing else: no script, no style or picture from elsewhere.
+    // The page is self-contained: no script, and no style or picture from elsewhere.
     for tag in ["script", "link", "img", "iframe", "object", "use"] {
         assert_eq!(count(tag), 0, "{tag}");
     }
     assert_eq!(page.matches("://").count(), page.matches("http://www.w3.org/2000/svg").count(), "{page}");
     assert!(!page.contains("url(") && !page.contains("@import"), "{page}");
     for (wanted, times) in [
-        // The table of all, and the section of its own.
+        // In the overview table and in the section of the program.
         (">DIFFERS<", 2),
         (">agrees<", 2),
         (">refused<", 2),
         ("--seed 1 --scans", 2),
-        // One drawing of the program for all.
+        // The program is drawn once for all chips.
         ("<h3 id=\"program-1\">", 1),
         ("href=\"#program-1\"", 1),
-        // The output differs, in the last scan of the run; the coil is to blame.
+        // The output differs in the last scan of the run, and the coil is to blame.
         ("class=\"bad\"", 1),
         ("class=\"first\"", 1),
         ("0 expected, 1 found", 1),
@@ -97,7 +99,7 @@ fn documents_are_well_formed_and_complete() {
     assert_eq!((count("h1"), count("h2"), count("svg")), (1, 0, 2), "{of_one}");
 }
 
-/// The numbers of a drawing, such as the ends of its lines, lie within it, and where a run differs in its first scan, too.
+/// All numbers of a drawing, such as line ends, are within it, also if a run differs in its first scan.
 #[test]
 fn drawings_show_all_that_is_in_them() {
     let long = format!("X{}", "n".repeat(40));

@@ -1,9 +1,10 @@
-//! Periods that no timer counts in one turn: image and evaluator agree, and every scan starts with its match.
+//! Periods longer than the range of the timers: image and evaluator agree, and every scan starts with its
+//! timer match.
 
 use crate::common;
 use emu_check::{CheckOptions, check};
 
-/// Chip, clock in Hz, cycle in microseconds.
+/// Rows are (chip, clock in Hz, cycle in microseconds).
 #[rustfmt::skip]
 const AGREE: &[(&str, u64, u64)] = &[
     ("8051",       12_000_000,     65_537),
@@ -24,7 +25,7 @@ const AGREE: &[(&str, u64, u64)] = &[
     ("atmega328p",  4_000_000, 10_000_000),
 ];
 
-/// The same where the longest period possible is told.
+/// Rows are (chip, clock in Hz, cycle in microseconds, part of the message with the longest possible period).
 #[rustfmt::skip]
 const REFUSED: &[(&str, u64, u64, &str)] = &[
     ("atmega328p", 16_000_000,    10_000_000, "at most 4194304 us"),

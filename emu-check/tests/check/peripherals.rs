@@ -1,20 +1,22 @@
-//! The serial line, the converter, PWM and EEPROM on every chip that has them, and images that are wrong about them.
+//! The serial line, A/D converter, PWM output and EEPROM on every chip that has them, and images with faults
+//! in them.
 
 use crate::common;
 use emu_check::{CheckOptions, CheckReport, DifferenceKind, check_compiled};
 use ladder::LadderProgram;
 use ladder_compile::{CHIPS, compile};
 
-/// Scans of a check on one chip: enough to send a string and to write a cell.
+/// Number of scans of a check: enough to send a string and to write an EEPROM cell.
 const SCANS: u64 = 120;
 
-/// A program with a clock that suits serial rates and that all chips run at.
+/// A program with a clock that fits common baud rates and that all chips support.
 fn program(rungs: &str) -> LadderProgram {
     let head = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=3686400\nBAUD=2400\nIO LIST\nEND\nPROGRAM";
     common::parse("peripherals.ld", &format!("{head}\n{rungs}\n"))
 }
 
-/// Name and rungs. Each is checked on every chip; the codes of the refusal of a chip without the part are LC alone.
+/// Name and rungs. Each program is checked on every chip; a chip without the peripheral refuses it with LC
+/// codes only.
 const PROGRAMS: &[(&str, &str)] = &[
     (
         "echo",
@@ -77,17 +79,17 @@ fn every_chip_that_has_the_part_agrees() {
         }
     }
     println!("{agreed:?}");
-    // The pulse of chips with one CCP module is one of CCP1.
+    // On chips with one CCP module, CCP1 generates the PWM output.
     for mcu in ["pic16f628", "pic16f628a", "pic16f88", "pic16f819"] {
         assert!(agreed.contains(&("pwm", mcu)), "pwm on {mcu} is refused");
     }
-    // A refusal by all would be no check.
+    // A program that all chips refuse would not be tested.
     for (name, _) in PROGRAMS {
         assert!(agreed.iter().any(|(other, _)| other == name), "{name} runs on no chip");
     }
 }
 
-/// The same rungs but for one thing: what is checked, what the image does, where, and what is told.
+/// Rungs that are checked, rungs of the faulty image, and the kind of difference that must be found.
 const FAULTS: &[(&str, &str, &str, DifferenceKind)] = &[
     (
         "another byte",
@@ -112,7 +114,7 @@ const FAULTS: &[(&str, &str, &str, DifferenceKind)] = &[
     ),
 ];
 
-/// The first chip that takes both programs.
+/// The first chip that supports both programs.
 fn first_chip(good: &LadderProgram, bad: &LadderProgram) -> Option<(&'static str, ladder_compile::CompiledProgram)> {
     CHIPS.iter().find_map(|chip| {
         let target = ladder_compile::CompileOptions { mcu: chip.name.to_owned(), ..Default::default() };
@@ -126,7 +128,7 @@ fn wrong_images_are_found() {
     for (name, good, bad, what) in FAULTS {
         let (good, bad) = (program(good), program(bad));
         let (mcu, mut image) = first_chip(&good, &bad).unwrap_or_else(|| panic!("{name}: no chip"));
-        // Symbols of the good program that the bad one lacks lie anywhere.
+        // Symbols of the good program that the bad one lacks get any location of the same kind.
         for symbol in good.symbols() {
             if !image.map.symbols.iter().any(|s| s.name == symbol.name)
                 && let Some(mut other) = image.map.symbols.iter().find(|s| s.kind == symbol.kind).cloned()
@@ -151,7 +153,7 @@ fn a_rate_that_is_off_is_found() {
     let mut fast = good.clone();
     fast.settings.baud = Some(4_800);
     let (mcu, mut image) = first_chip(&good, &fast).expect("a chip with a serial line");
-    // The map lies; the line does not.
+    // The map claims 2,400 bits per second; the serial line runs at another rate.
     for special in &mut image.map.specials {
         if let ladder_compile::SpecialPin::Transmit { baud, .. } | ladder_compile::SpecialPin::Receive { baud, .. } =
             special

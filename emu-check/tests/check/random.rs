@@ -1,11 +1,11 @@
-//! Random programs over all elements: image and evaluator agree on each. EMU_RANDOM_PROGRAMS sets how many (100 if
-//! unset), EMU_RANDOM_SEED where they start; a failure prints seed and text.
+//! Random programs of all elements: image and evaluator agree on each. EMU_RANDOM_PROGRAMS sets their number
+//! (default 100), EMU_RANDOM_SEED the first seed; a failure prints seed and text.
 
 use crate::common;
 use emu_check::CheckOptions;
 use emu_core::rng::Rng;
 
-/// A number from the environment.
+/// A number from an environment variable.
 fn number(name: &str, default: u64) -> u64 {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
 }
@@ -24,7 +24,7 @@ fn random_programs_agree() {
                 compared += report.compared;
                 checked += 1;
             }
-            // Too much for the period is the only thing that a program of this generator may be refused for.
+            // The only valid reason for a refusal is a scan that is too long for the period.
             Err(faults) => {
                 assert!(faults.iter().all(|f| f.cause.contains("takes up to")), "{seed}: {faults:?}\n{text}")
             }
@@ -54,7 +54,7 @@ impl RandomLadder {
         text
     }
 
-    /// A series that may end in an element with an effect, where it stands at the right rail.
+    /// A series; at the right rail it may end in an element with an effect.
     fn series(&mut self, text: &mut String, depth: u32, rail: bool, cycle: u64) {
         for _ in 0..self.0.below(4) {
             if depth < 3 && self.0.one_in(5) {
@@ -80,7 +80,7 @@ impl RandomLadder {
         *text += "END\n";
     }
 
-    /// An element that may stand anywhere.
+    /// An element that is allowed everywhere.
     fn middle(&mut self, text: &mut String, cycle: u64) {
         let line = match self.0.below(16) {
             0..7 => {
@@ -109,7 +109,7 @@ impl RandomLadder {
         text.push('\n');
     }
 
-    /// An element that ends a rung.
+    /// An element that is only allowed at the end of a rung.
     fn end(&mut self, text: &mut String) {
         let line = match self.0.below(10) {
             0..5 => {

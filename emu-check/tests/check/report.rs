@@ -1,4 +1,4 @@
-//! What a check says: its text, its JSON, and what it refuses.
+//! The report of a check as text and JSON, and the reasons for refusals.
 
 use crate::common;
 use emu_check::{CODES, CheckOptions, check};
@@ -32,17 +32,18 @@ fn json_has_its_fields() {
         "code_bytes ram_bytes period_cycles clocks_per_cycle scan_cycles_max scan_cycles_mean scan_cycles_bound slack_cycles rungs"
     );
     assert_eq!((&json["schema"], &json["agreed"], &json["scans"]), (&2.into(), &true.into(), &3.into()));
-    // Three scans with the input off leave nearly everything open, and a note says so.
+    // Three scans with the input off leave most goals open, and a note reports that.
     assert_eq!(json["coverage"]["full"], false);
     assert!(report.notes.iter().any(|note| note.code == "EC006"), "{:?}", report.notes);
-    // Scan start to written output: at least a latch and a write, and no more than the period.
+    // From the start of the scan to the written output: at least the latching and a write, at most the
+    // period.
     assert!((2..1000).contains(&report.figures.scan_cycles_max));
-    // Per scan: moment, stack, one pin twice, two symbols, and how each of 22 pins is wired (RESET is none); before
-    // the first scan of a run also the output, and the wiring.
+    // Per scan: start time, stack depth, one pin twice, two symbols, and the behaviour of 22 pins (RESET is
+    // left out). Before the first scan of a run in addition: the output, and the behaviour of the pins.
     assert_eq!(report.compared, 3 * (6 + 22) + 1 + 22);
 }
 
-/// Options, and the codes of the refusal.
+/// Rows are (program, options, code of the refusal).
 #[test]
 fn refusals() {
     let good = common::rungs("toggle.ld", TOGGLE);
@@ -96,7 +97,7 @@ fn codes_are_in_order_and_explained() {
     assert!(CODES.iter().all(|row| row.code.starts_with("EC") && row.explain.len() > 60));
 }
 
-/// Without a stop at every rung nothing is known of their times, so nothing is told.
+/// Without a stop at every rung, the report has no rung times.
 #[test]
 fn rungs_that_were_not_timed_have_no_time() {
     let text = "RUNG\n CONTACTS Xa 0\n COIL Yb 0 0 0\nEND\nRUNG\n CONTACTS Xb 0\n OSR\n ADD n n 1\nEND";

@@ -1,11 +1,12 @@
-//! Waiting loops of the kinds that compilers make, and delays, are jumped over: of a million cycles only a few instructions are seen.
+//! Waiting loops in the style of compilers, and delays, are skipped: few instructions of a million cycles are
+//! executed one by one.
 
 use emu_8051::Mcs51;
 use emu_avr::Avr;
 use emu_core::cpu::{Cpu, Probe, RamInit};
 use emu_pic16::Pic16;
 
-/// Counts the instructions that are carried out one by one.
+/// A probe that counts the instructions that are executed one by one.
 struct InstructionCounter(u64);
 
 impl Probe for InstructionCounter {
@@ -21,10 +22,10 @@ impl Probe for InstructionCounter {
 /// Machine cycles of a run.
 const SPAN: u64 = 1_000_000;
 
-/// Instructions that may be seen in it.
+/// Maximum number of instructions executed one by one in a run.
 const MOST: u64 = 20_000;
 
-/// `chip | what | program`. Timers run with the longest period that they have, so that they are due seldom.
+/// Rows are `chip | what | program`. Timers run with their longest period, so that few events are due.
 const PROGRAMS: &[(&str, &str, &str)] = &[
     ("atmega328p", "polls a flag", "w:\nsbis 0x16, 1\nrjmp w\nrjmp w"),
     ("atmega328p", "and clears the watchdog", "w:\nwdr\nsbis 0x16, 1\nrjmp w\nrjmp w"),

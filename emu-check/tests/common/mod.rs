@@ -1,4 +1,4 @@
-//! Programs from files.
+//! Loads programs from files, for the integration tests.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,12 +15,12 @@ pub fn read(path: &Path) -> LadderProgram {
     parse(&path.display().to_string(), &text)
 }
 
-/// A folder beside this crate.
+/// A path relative to the folder of this crate.
 pub fn beside(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-/// The programs in a folder beside this crate, sorted; none where there is no such folder.
+/// The programs in a folder relative to this crate, sorted; empty if there is no such folder.
 pub fn folder(path: &str) -> Vec<PathBuf> {
     let Ok(entries) = fs::read_dir(beside(path)) else { return Vec::new() };
     let mut paths: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).collect();

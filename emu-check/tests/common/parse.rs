@@ -1,8 +1,8 @@
-//! Programs from text.
+//! Parses programs from text, for the integration tests.
 
 use ladder::LadderProgram;
 
-/// A whole `.ld` text; its faults fail the test.
+/// Parses a complete `.ld` text; diagnostics fail the test.
 pub fn parse(file: &str, text: &str) -> LadderProgram {
     match ladder::parse(file, text) {
         Ok(parsed) => parsed.program,

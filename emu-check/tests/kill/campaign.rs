@@ -1,4 +1,4 @@
-//! Which faults are taken, and what a check says to each.
+//! Selects the faults to check, and runs a check for each.
 
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Mutex;
@@ -13,7 +13,7 @@ use ladder_compile::{Mutant, MutantKind, compile, compile_mutant, find_target, m
 use crate::common;
 use crate::proof::same_meaning;
 
-/// All sorts, in the order of the table.
+/// All sorts of faults, in the order of the table.
 pub const KINDS: [MutantKind; 9] = [
     MutantKind::Operation,
     MutantKind::Surrounding,
@@ -26,31 +26,32 @@ pub const KINDS: [MutantKind; 9] = [
     MutantKind::OmittedInstruction,
 ];
 
-/// Seed of the random programs, and of which faults are taken.
+/// Seed of the random programs and of the selection of faults.
 const SEED: u64 = 1;
 
-/// How many faults are taken.
+/// How many faults are selected.
 #[derive(Clone, Copy)]
 pub struct SampleSize {
-    /// Of each sort from each program of a folder.
+    /// Faults per sort from each program of a folder.
     pub per_kind: usize,
-    /// Random programs for a chip.
+    /// Number of random programs per chip.
     pub random_programs: usize,
-    /// Sorts of which one fault is taken from a random program; which ones changes from program to program.
+    /// Number of sorts of which a random program contributes one fault; the sorts change from program to
+    /// program.
     pub kinds_per_random_program: usize,
-    /// What survives is checked again, with other seeds and more scans.
+    /// Whether survivors are checked again, with other seeds and more scans.
     pub recheck_survivors: bool,
 }
 
-/// Seeds and scans of these checks.
+/// Seeds and number of scans of the repeated checks.
 const RECHECK_SEEDS_AND_SCANS: ([u64; 3], u64) = ([2, 3, 4], 6_000);
 
-/// What a check says to a fault.
+/// The verdict of a check about a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FaultVerdict {
-    /// It differs, in this scan and so.
+    /// The check differs, in this scan with this kind of difference.
     Found(u64, DifferenceKind),
-    /// It agrees.
+    /// The check agrees.
     Survives,
 }
 
@@ -62,31 +63,31 @@ pub struct FaultCase {
     /// `chip | program | element: fault`.
     pub name: String,
     pub verdict: FaultVerdict,
-    /// It survives, but not checks with other seeds and more scans, where these were asked for.
+    /// Whether the fault survives, but a repeated check with other seeds and more scans finds it.
     pub found_by_recheck: bool,
 }
 
-/// What came of one program on one chip.
+/// The results for one program on one chip.
 #[derive(Debug, Default)]
 pub struct ProgramSample {
     pub mcu: &'static str,
     pub cases: Vec<FaultCase>,
-    /// Faults drawn that are none: the image is that of the sound compiler, or that of another fault.
+    /// Selected faults without effect: the image equals that of the correct compiler or of another fault.
     pub identical_images: BTreeMap<MutantKind, usize>,
-    /// Faults drawn whose intermediate code is proved to mean the same.
+    /// Selected faults whose intermediate code is proved to have the same meaning.
     pub proved_equivalent: BTreeMap<MutantKind, usize>,
-    /// Faults drawn for which the compiler itself finds that there is no image.
+    /// Selected faults for which the compiler itself refuses the program.
     pub refused: BTreeMap<MutantKind, usize>,
 }
 
-/// One program for one chip, and how much is taken of it.
+/// One program on one chip, and how many of its faults are selected.
 struct SampleJob {
     mcu: &'static str,
     program: LadderProgram,
-    /// Of its check.
+    /// Seed of the check.
     seed: u64,
     wanted: Vec<(MutantKind, usize)>,
-    /// Of all sorts together.
+    /// Maximum number of faults of all sorts together.
     max_faults: usize,
 }
 
@@ -94,7 +95,7 @@ fn target_options(mcu: &str) -> ladder_compile::CompileOptions {
     ladder_compile::CompileOptions { mcu: mcu.to_owned(), ..Default::default() }
 }
 
-/// The programs of the folders that a chip takes, then random ones.
+/// The programs of the folders that a chip supports, followed by random ones.
 fn jobs(mcu: &'static str, size: SampleSize) -> Vec<SampleJob> {
     let mut jobs = Vec::new();
     for path in common::folder("../examples").into_iter().chain(common::folder("tests/programs")) {
@@ -110,7 +111,7 @@ fn jobs(mcu: &'static str, size: SampleSize) -> Vec<SampleJob> {
         .map(|(number, (drawn, _))| (number, common::parse(&format!("random {number}"), &ladder::write(&drawn))));
     for (number, program) in texts.filter(|(_, p)| compile(p, &target_options(mcu)).is_ok()).take(size.random_programs)
     {
-        // A sort that a program has none of is made up for by the next.
+        // If a program has no fault of a sort, the next sort takes its place.
         let first = number as usize % KINDS.len();
         let wanted = (0..KINDS.len()).map(|n| (KINDS[(first + n * 4) % KINDS.len()], 1)).collect();
         jobs.push(SampleJob {
@@ -125,7 +126,8 @@ fn jobs(mcu: &'static str, size: SampleSize) -> Vec<SampleJob> {
     jobs
 }
 
-/// Takes the faults of `size` on these chips and checks them, on all processors. The result does not depend on their number.
+/// Selects and checks the faults of `size` on these chips, on all processors. The result does not depend on
+/// their number.
 pub fn run_campaign(mcus: &[&'static str], size: SampleSize) -> Vec<ProgramSample> {
     let jobs: Vec<SampleJob> = mcus.iter().flat_map(|mcu| jobs(mcu, size)).collect();
     let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
@@ -147,7 +149,7 @@ pub fn run_campaign(mcus: &[&'static str], size: SampleSize) -> Vec<ProgramSampl
     done.into_iter().map(|(_, sample)| sample).collect()
 }
 
-/// Draws faults of one program, sort by sort, until there are enough different images, and checks each.
+/// Selects faults of one program, sort by sort, until there are enough different images, and checks each.
 fn sample_program(job: &SampleJob, again: bool) -> ProgramSample {
     let mut sample = ProgramSample { mcu: job.mcu, ..ProgramSample::default() };
     let target = target_options(job.mcu);
@@ -180,12 +182,12 @@ fn sample_program(job: &SampleJob, again: bool) -> ProgramSample {
             };
             let verdict = match check_compiled(&job.program, &faulty, &options, &mut |_, _| {}) {
                 Ok(report) => report.difference.map_or(FaultVerdict::Survives, |d| FaultVerdict::Found(d.scan, d.what)),
-                // An image that does not load.
+                // The image does not load.
                 Err(_) => FaultVerdict::Found(0, DifferenceKind::Map),
             };
             let irs = mutant_ir(&job.program, &target, mutant.id);
             if irs.is_some_and(|(sound, faulty)| same_meaning(&sound, &faulty)) {
-                // A proof of what a check refutes would be a wrong one.
+                // If a check finds a difference, the proof is wrong.
                 assert_eq!(verdict, FaultVerdict::Survives, "{name}: proved to mean the same, but it differs");
                 *sample.proved_equivalent.entry(kind).or_default() += 1;
                 continue;

@@ -1,4 +1,4 @@
-//! The figures of docs/kill.md, and the file of survivors.
+//! Writes the figures of docs/kill.md and the file of survivors.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -9,22 +9,22 @@ use emu_check::fuzz::FAMILIES;
 use crate::campaign::{FaultCase, FaultVerdict, KINDS, ProgramSample};
 use crate::common;
 
-/// Begin and end of the part of the page that is written.
+/// Markers of the generated part of the page.
 const FIGURES: [&str; 2] = ["<!-- figures -->\n", "<!-- end of the figures -->\n"];
 
-/// Stands for a reason that nobody has given yet.
+/// The placeholder for a missing reason.
 const NONE: &str = "?";
 
-/// Begins the reason of a fault that is none: the image does the same.
+/// The prefix of the reason of a fault whose image does the same as the correct one.
 const EQUIVALENT: &str = "equivalent: ";
 
-/// Of one that other checks find.
+/// The reason of a fault that checks with other seeds find.
 const LATER_REASON: &str = "gap: checks with other seeds and 6,000 scans find it";
 
-/// Faults that were not found, with the reasons: the lines of kill.txt.
+/// The survivors with their reasons: the lines of kill.txt.
 pub struct SurvivorList {
     head: String,
-    /// `chip | program | fault`, and the reason.
+    /// The reasons by `chip | program | fault`.
     rows: BTreeMap<String, String>,
 }
 
@@ -43,17 +43,17 @@ impl SurvivorList {
         survivors
     }
 
-    /// Why a fault is not found, where that is known.
+    /// Why a fault is not found, if the reason is known.
     pub fn reason(&self, name: &str) -> Option<&str> {
         self.rows.get(name).map(|reason| &**reason).filter(|reason| *reason != NONE)
     }
 
-    /// It is known to mean the same.
+    /// True if the fault is known to be equivalent to the correct compiler.
     fn is_equivalent(&self, name: &str) -> bool {
         self.reason(name).is_some_and(|reason| reason.starts_with(EQUIVALENT))
     }
 
-    /// Lists those that survive now; the reasons that are known stay.
+    /// Lists the current survivors; known reasons are kept.
     pub fn update<'a>(&mut self, cases: impl Iterator<Item = &'a FaultCase>) {
         let survive = cases.filter(|case| case.verdict == FaultVerdict::Survives);
         self.rows = survive
@@ -74,10 +74,10 @@ impl SurvivorList {
     }
 }
 
-/// What came of the faults of one sort.
+/// The results for the faults of one sort.
 #[derive(Default)]
 struct KindTotals {
-    /// The scans of the first differences.
+    /// The scan of the first difference of each fault found.
     found: Vec<u64>,
     survive: usize,
     equivalent: usize,
@@ -91,13 +91,13 @@ impl KindTotals {
         self.found.len() + self.survive + self.equivalent
     }
 
-    /// Of those that are not known to mean the same, in percent.
+    /// The share of found faults, in percent, without those that are known to be equivalent.
     fn share(&self) -> f64 {
         100.0 * self.found.len() as f64 / (self.found.len() + self.survive).max(1) as f64
     }
 }
 
-/// The sums of each chip: of each sort, and of all.
+/// The totals of a chip: one row per sort, and one for all.
 fn sums(samples: &[ProgramSample], survivors: &SurvivorList, mcu: &str) -> Vec<(String, KindTotals)> {
     let mut sums: Vec<(String, KindTotals)> =
         KINDS.iter().map(|kind| (format!("{kind:?}"), KindTotals::default())).collect();
@@ -125,13 +125,13 @@ fn sums(samples: &[ProgramSample], survivors: &SurvivorList, mcu: &str) -> Vec<(
     sums
 }
 
-/// Faults and share found, in percent, chip by chip.
+/// Per chip: number of faults, and the share found in percent.
 pub fn shares(samples: &[ProgramSample], survivors: &SurvivorList) -> Vec<(&'static str, (usize, f64))> {
     let all = |mcu| sums(samples, survivors, mcu).pop().map(|(_, sum)| (mcu, (sum.faults(), sum.share())));
     FAMILIES.into_iter().filter_map(all).collect()
 }
 
-/// The table, for people.
+/// The table of the page.
 pub fn table(samples: &[ProgramSample], survivors: &SurvivorList) -> String {
     let mut out = "| chip | sort | faults | found | equivalent | gaps | % | scan: half | 9 of 10 | last | same image | same meaning | refused |\n".to_owned();
     out += "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
@@ -160,13 +160,13 @@ pub fn table(samples: &[ProgramSample], survivors: &SurvivorList) -> String {
     out
 }
 
-/// The share that the page tells of a chip, in percent.
+/// The share that the page states for a chip, in percent.
 pub fn stated_share(page: &str, mcu: &str) -> Option<f64> {
     let row = page.lines().find_map(|line| line.strip_prefix(&format!("| {mcu} | all | ")))?;
     row.split(" | ").nth(4)?.parse().ok()
 }
 
-/// The page with these figures in place of its own.
+/// The page with these figures in place of its current ones.
 pub fn with_figures(page: &str, table: &str, survivors: &SurvivorList) -> String {
     let [begin, end] = FIGURES;
     let (head, rest) = page.split_once(begin).expect("where the figures begin");

@@ -1,8 +1,9 @@
-//! Proofs that a faulty compiler's intermediate code means the same: one scan of both is followed with everything unknown at its
-//! start, bits as decision diagrams and integers as terms, and ends with the same bits and terms everywhere that outlasts a scan.
+//! Proves that the intermediate code of a faulty compiler has the same meaning. One scan of both codes is
+//! executed symbolically with an unknown state at its start, bits as decision diagrams and integers as terms.
+//! Both must end with the same bits and terms in everything that outlasts the scan.
 //!
-//! What is not proved here may mean the same all the same: terms know no arithmetic but that of constants, and of the states
-//! that cannot be only this is known: which memories of elements are always 0, or always alike.
+//! Codes without a proof may still have the same meaning: terms know only arithmetic of constants, and the
+//! only invariants known are which memories of elements are always 0 or always equal.
 
 use std::collections::{HashMap, HashSet};
 
@@ -11,38 +12,38 @@ use ladder_compile::ir::{
     WordRole,
 };
 
-/// Nodes after which a proof is given up.
+/// Number of nodes after which a proof is given up.
 const MAX_NODES: usize = 400_000;
 
-/// What a node of a decision diagram asks.
+/// The condition that a node of a decision diagram tests.
 #[derive(Clone, PartialEq, Eq, Hash)]
 enum DiagramQuestion {
-    /// A bit at the scan's start; the owner is [`BOTH`] unless it is of no meaning then.
+    /// A bit at the start of the scan, and its owner: [`BOTH`], unless its value has no meaning at that time.
     Bit(u32, usize),
     Acc(usize),
     Equal(usize, usize),
     Less(usize, usize),
-    /// Something that is not 0.
+    /// The term is not 0.
     True(usize),
 }
 
 #[derive(Clone, PartialEq, Eq, Hash)]
 enum IntegerTerm {
-    /// A cell at the scan's start, with its bytes, and whose it is.
+    /// An integer at the start of the scan: its number, its width in bytes, and its owner.
     Cell(u32, u8, usize),
     Const(i32),
-    /// By a diagram.
+    /// A choice between two terms by a diagram.
     If(usize, usize, usize),
-    /// Of other terms, in a way that only equals itself.
+    /// An uninterpreted function of other terms; it equals only itself.
     Of(String, Vec<usize>),
 }
 
-/// Owner of what both codes find alike, and of the sound code.
+/// The owner of values that both codes see, and of the correct code.
 const BOTH: usize = 2;
 
-/// All diagrams and terms, each only once, so that the same number is the same meaning.
+/// All diagrams and terms, each stored once, so that equal numbers mean equal values.
 struct ProofSpace {
-    /// Question, diagram for no, diagram for yes. 0 is false and 1 is true.
+    /// (Question, diagram for no, diagram for yes). Node 0 is false and node 1 is true.
     nodes: Vec<(usize, usize, usize)>,
     known: HashMap<(usize, usize, usize), usize>,
     chosen: HashMap<(usize, usize, usize), usize>,
@@ -51,24 +52,24 @@ struct ProofSpace {
     numbers: HashMap<IntegerTerm, usize>,
     related: HashMap<(usize, usize, bool), usize>,
     fitted: HashMap<(usize, u8), usize>,
-    /// Timers and counters are modules, which notice that their integer is written.
+    /// True if timers and counters are modules, which notice a write to their integer.
     modules: bool,
     gave_up: bool,
 }
 
-/// Everything in the course of a scan.
+/// The symbolic state during a scan.
 #[derive(Clone, PartialEq, Eq)]
 struct SymbolicState {
     acc: usize,
     bits: Vec<usize>,
     words: Vec<usize>,
-    /// Of the modules, by their integer.
+    /// State of the modules, by their integer.
     modules: Vec<usize>,
-    /// What has happened to the chip's parts.
+    /// The history of everything that happened to the peripherals.
     parts: usize,
 }
 
-/// True when the two codes of one program are proved to mean the same.
+/// True if the two codes of one program are proved to have the same meaning.
 pub fn same_meaning(sound: &Ir, faulty: &Ir) -> bool {
     let modules = sound.rungs.iter().flat_map(|rung| &rung.steps).any(|step| matches!(step.op, IrOp::Module { .. }));
     let mut space = ProofSpace {
@@ -84,7 +85,8 @@ pub fn same_meaning(sound: &Ir, faulty: &Ir) -> bool {
         gave_up: false,
     };
     let known = space.known_of(sound);
-    // Memories that the faulty code keeps otherwise are of no meaning, as long as nothing else hangs on what they hold.
+    // A memory that the faulty code uses differently has no meaning, as long as nothing else depends on its
+    // value.
     let mut loose = HashSet::new();
     loop {
         let (one, other) = (space.scan(sound, BOTH, &known, &loose), space.scan(faulty, 1, &known, &loose));
@@ -117,7 +119,7 @@ enum LastingCell {
 }
 
 impl LastingCell {
-    /// Nobody sees it but the code itself.
+    /// True if only the code itself reads the cell.
     fn is_memory(self, ir: &Ir) -> bool {
         match self {
             LastingCell::Bit(n) => ir.bits[n].role == BitRole::Memory,
@@ -127,7 +129,7 @@ impl LastingCell {
     }
 }
 
-/// What outlasts the scan.
+/// The values of everything that outlasts the scan.
 fn lasting_values(ir: &Ir, state: &SymbolicState) -> HashMap<LastingCell, usize> {
     let bits = ir.bits.iter().zip(&state.bits).enumerate().filter(|(_, (cell, _))| cell.role != BitRole::Temporary);
     let words = ir.words.iter().zip(&state.words).enumerate().filter(|(_, (cell, _))| cell.role != WordRole::Temporary);
@@ -140,13 +142,14 @@ fn lasting_values(ir: &Ir, state: &SymbolicState) -> HashMap<LastingCell, usize>
 }
 
 impl ProofSpace {
-    /// What is known of the memories at the start of every scan: those that are 0 (nothing), and those that are equal to another one.
+    /// The invariants of the memories at the start of every scan: those that are 0 (`None`), and those that
+    /// equal another one.
     fn known_of(&mut self, ir: &Ir) -> HashMap<usize, Option<usize>> {
         let memory = |n: &usize| ir.bits[*n].role == BitRole::Memory;
         let mut known: HashMap<usize, Option<usize>> = (0..ir.bits.len()).filter(memory).map(|n| (n, None)).collect();
         loop {
             let after = self.scan(ir, BOTH, &known, &HashSet::new());
-            // Those that were alike stay alike when they end alike; the first of them stands for all.
+            // Memories that were equal stay equal if they end equal; the first of them represents all.
             let mut first: HashMap<(Option<usize>, usize), usize> = HashMap::new();
             let mut next = HashMap::new();
             for n in (0..ir.bits.len()).filter(memory) {
@@ -161,7 +164,8 @@ impl ProofSpace {
         }
     }
 
-    /// One scan of `ir`. What is of no meaning at its start is `own`: temporaries, and the cells of `loose`.
+    /// Executes one scan of `ir`. Cells without a meaning at its start, which are temporaries and the cells
+    /// of `loose`, are owned by `own`.
     fn scan(
         &mut self,
         ir: &Ir,
@@ -263,7 +267,7 @@ impl ProofSpace {
                     self.opaque_term(&format!("{} {:?}", table.bytes, table.values), &[s.words[index.0 as usize]]);
                 self.set(ir, s, *dst, value);
             }
-            // A voltage stays the same for a scan.
+            // A voltage is constant during a scan.
             IrOp::ReadAdc { dst, input } => {
                 let value = self.opaque_term(&format!("adc {input}"), &[]);
                 self.set(ir, s, *dst, value);
@@ -317,7 +321,7 @@ impl ProofSpace {
         }
     }
 
-    /// Something goes out by a part of the chip.
+    /// Records a value that goes out through a peripheral.
     fn record_output(&mut self, what: &str, value: WordOperand, s: &mut SymbolicState) {
         let value = self.value(s, value);
         s.parts = self.opaque_term(what, &[s.parts, value]);
@@ -339,7 +343,7 @@ impl ProofSpace {
         s.words[word.0 as usize] = self.truncate_term(value, ir.words[word.0 as usize].bytes);
     }
 
-    /// A term in so many bytes.
+    /// A term truncated to `bytes` bytes.
     fn truncate_term(&mut self, term: usize, bytes: u8) -> usize {
         if let Some(known) = self.fitted.get(&(term, bytes)) {
             return *known;
@@ -388,7 +392,7 @@ impl ProofSpace {
         }
     }
 
-    /// a = b, or a < b.
+    /// The diagram of a = b if `equal`, or else of a < b.
     fn related(&mut self, a: usize, b: usize, equal: bool) -> usize {
         if self.gave_up {
             return 0;
@@ -454,7 +458,7 @@ impl ProofSpace {
         })
     }
 
-    /// Where `by` holds `yes`, else `no`.
+    /// The diagram `yes` if `by` is true, or else `no`.
     fn choose_diagram(&mut self, by: usize, yes: usize, no: usize) -> usize {
         match (by, yes, no) {
             (0, ..) => return no,
@@ -488,7 +492,7 @@ impl ProofSpace {
     }
 }
 
-/// `value` in so many bytes, with sign.
+/// `value` truncated to `bytes` bytes, with sign extension.
 fn wrapped(value: i64, bytes: u8) -> i32 {
     let unused = 64 - 8 * u32::from(bytes.clamp(1, 4));
     (value << unused >> unused) as i32

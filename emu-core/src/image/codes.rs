@@ -1,8 +1,8 @@
-//! The codes of the image loaders, one row each: code, title, explanation.
+//! The diagnostic codes of the image loaders, one row each: code, title, explanation.
 
 use diag::DiagnosticCode;
 
-/// All codes that [`super::load`], [`super::load_hex`] and [`super::load_elf`] give, for `emu explain`.
+/// All codes that [`super::load`], [`super::load_hex`] and [`super::load_elf`] report, for `emu explain`.
 #[rustfmt::skip]
 pub const IMAGE_CODES: &[DiagnosticCode] = &[
     row("HEX001", "a line does not begin with a colon",
@@ -140,7 +140,7 @@ pub const IMAGE_CODES: &[DiagnosticCode] = &[
          -R removes the section."),
 ];
 
-/// All codes of the warnings of [`super::SourceLines`], for `emu explain`.
+/// All codes of the warnings in [`super::SourceLines`], for `emu explain`.
 #[rustfmt::skip]
 pub const LINE_CODES: &[DiagnosticCode] = &[
     row("ELF012", "damaged debugging information",
@@ -150,12 +150,13 @@ pub const LINE_CODES: &[DiagnosticCode] = &[
     row("ELF013", "compressed debugging information",
         "A warning: source lines were asked for, and the sections that hold them are compressed, which is not read. Mend: link \
          without -gz, or unpack them: avr-objcopy --decompress-debug-sections app.elf."),
-    row("ELF014", "debugging information that is not DWARF",
-        "A warning: source lines were asked for, and the file has them as stabs, an old format, which is not read. Older compilers \
-         for AVR (GCC 5.4 is one) write it for a mere -g. Mend: compile with -gdwarf-4."),
+    row("ELF014", "damaged stabs",
+        "A warning: source lines were asked for, and what the file says of them in stabs (.stab and .stabstr, the format that avr-gcc up to \
+         12 writes for a mere -g) is cut off or goes beyond its end. What can be read is used, so lines may be missing. The program itself is \
+         not touched by that. Mend: build anew."),
 ];
 
-/// All codes that [`super::load_symbols`] gives, for `emu explain`.
+/// All codes that [`super::load_symbols`] reports, for `emu explain`.
 #[rustfmt::skip]
 pub const SYMBOL_CODES: &[DiagnosticCode] = &[
     row("SYM001", "not a file of symbols",
@@ -219,6 +220,7 @@ pub const SYMBOL_CODES: &[DiagnosticCode] = &[
          file. Compilers and linkers stay far below. Fix: build anew; the file is damaged, or no tool wrote it."),
 ];
 
+/// Makes a row of a table of codes.
 pub(super) const fn row(code: &'static str, title: &'static str, explain: &'static str) -> DiagnosticCode {
     DiagnosticCode { code, title, explain }
 }

@@ -1,8 +1,9 @@
-//! Names as programmers write them, for those that compilers of C++ and Rust give to linkers.
+//! Demangles the linker names of C++ and Rust compilers.
 //!
-//! C++ by the Itanium ABI (`_Z...`), parsed by `cpp_demangle`; Rust in both schemes (`_R...`, and `_ZN...17h<hash>E`), parsed by
-//! `rustc-demangle`. Names come from files, so both lengths, of what is read and of what is made, have a limit: a name of a few
-//! bytes may refer to parts of itself and become longer than any memory.
+//! C++ names follow the Itanium ABI (`_Z...`) and are parsed by `cpp_demangle`. Rust names in both schemes
+//! (`_R...` and `_ZN...17h<hash>E`) are parsed by `rustc-demangle`. The names come from files, so the lengths
+//! of both input and output are limited: a name of a few bytes can refer to parts of itself and expand
+//! without bound.
 
 use std::borrow::Cow;
 use std::fmt::{self, Write};
@@ -11,10 +12,10 @@ use std::ops::Range;
 
 use cpp_demangle::{BorrowedSymbol, DemangleOptions};
 
-/// Longest name that is taken apart, and longest that is made, in bytes.
+/// Maximum length of a mangled and of a demangled name, in bytes.
 const MAX_NAME: usize = 4096;
 
-/// A name in the language of the program, and parts of it.
+/// A name in the language of the program, together with its linker name.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct DemangledName {
     /// The name as the linker wrote it: `_ZN3app7computeER5Shapei`.
@@ -23,29 +24,45 @@ pub struct DemangledName {
     pub path: String,
 }
 
-/// What a name of the linker is in the language of the program, whole as gdb prints it, and its [`DemangledName::path`]; nothing for
-/// names that no compiler has mangled.
+/// What a name of the linker is in the language of the program.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct SourceName {
+    /// The whole name, as gdb prints it.
+    pub whole: String,
+    /// As [`DemangledName::path`].
+    pub path: String,
+}
+
+impl SourceName {
+    /// A name without parameters.
+    fn plain(name: String) -> SourceName {
+        SourceName { whole: name.clone(), path: name }
+    }
+}
+
+/// What a name of the linker is in the language of the program; nothing for names that no compiler has mangled.
 #[must_use]
-pub(super) fn demangle(name: &str) -> Option<(String, String)> {
+pub(super) fn demangle(name: &str) -> Option<SourceName> {
     if name.len() > MAX_NAME || !name.starts_with("_Z") && !name.starts_with("_R") {
         return None;
     }
     if let Ok(rust) = rustc_demangle::try_demangle(name) {
-        // Without the hash, which no source names.
+        // Without the hash, which no source contains.
         let whole = write_limited(|out| write!(out, "{rust:#}"))?;
-        return Some((whole.clone(), whole));
+        return Some(SourceName::plain(whole));
     }
     let symbol = BorrowedSymbol::new(name.as_bytes()).ok()?;
     let options = DemangleOptions::new().no_return_type();
     let whole = write_limited(|out| symbol.structured_demangle(out, &options).map_err(|_| fmt::Error))?;
     if let Some(special) = describe_special_symbol(name, &whole) {
-        return Some((special.clone(), special));
+        return Some(SourceName::plain(special));
     }
     let path = write_limited(|out| symbol.structured_demangle(out, &options.no_params()).map_err(|_| fmt::Error))?;
-    Some((whole, path))
+    Some(SourceName { whole, path })
 }
 
-/// What compilers make of a class, as c++filt prints it: `vtable for Shape` where `cpp_demangle` has `{vtable(Shape)}`.
+/// Describes a symbol that a compiler makes for a class, as c++filt prints it: `vtable for Shape` where
+/// `cpp_demangle` prints `{vtable(Shape)}`.
 fn describe_special_symbol(name: &str, whole: &str) -> Option<String> {
     let (what, of) = whole.strip_prefix('{')?.strip_suffix(")}")?.split_once('(')?;
     Some(match what {
@@ -78,8 +95,9 @@ pub(super) fn without_arguments(path: &str) -> &str {
     path
 }
 
-/// A path without the parameters of the functions in which its last name lies, nor the type that the first of them returns:
-/// `app::twice<int>::last` for `int app::twice<int>(int)::last`, as a static in a function has it.
+/// Removes the parameters of the functions that contain the last name of a path, and the result type of the
+/// first of them. For example, a static variable in a function, `int app::twice<int>(int)::last`, becomes
+/// `app::twice<int>::last`.
 pub(super) fn without_outer_parameters(path: &str) -> Cow<'_, str> {
     let groups = groups_before_names(path, ['(', ')']);
     let name = groups.first().and_then(|group| path.get(..group.start)).filter(|name| !name.contains("operator"));
@@ -102,13 +120,14 @@ pub(super) fn without_outer_parameters(path: &str) -> Cow<'_, str> {
     }
 }
 
-/// A path without the arguments of the templates in which its last name lies: `StackTracker::push` for `Stack<int>::push`.
+/// Removes the arguments of the templates that contain the last name of a path: `Stack::push` for
+/// `Stack<int>::push`.
 pub(super) fn without_outer_arguments(path: &str) -> Cow<'_, str> {
     without_ranges(path, &groups_before_names(path, ['<', '>']))
 }
 
-/// The groups in brackets that belong to a name and have another name behind them, with what qualifies a method: `(int) const` in
-/// `f(int) const::count`. From left to right; none lies in another one.
+/// Finds bracketed groups that belong to a name and are followed by another name, including the qualifiers of
+/// a method: `(int) const` in `f(int) const::count`. They are in order from left to right and not nested.
 fn groups_before_names(path: &str, [open, close]: [char; 2]) -> Vec<Range<usize>> {
     const QUALIFIERS: [&str; 4] = [" const", " volatile", "&", " "];
     let mut found: Vec<Range<usize>> = Vec::new();
@@ -128,7 +147,7 @@ fn groups_before_names(path: &str, [open, close]: [char; 2]) -> Vec<Range<usize>
             depth = if *c == close { depth + 1 } else { depth.saturating_sub(u32::from(*c == open)) };
             depth == 0
         });
-        // What has no name in front is one itself: `(anonymous namespace)`.
+        // A group with no name before it is a name itself: `(anonymous namespace)`.
         let named = |start: &usize| path.get(..*start).is_some_and(|name| !name.is_empty() && !name.ends_with("::"));
         found.extend(start.map(|(start, _)| start).filter(named).map(|start| start..end));
     }
@@ -136,7 +155,7 @@ fn groups_before_names(path: &str, [open, close]: [char; 2]) -> Vec<Range<usize>
     found
 }
 
-/// What is left of a text without these parts, which ascend.
+/// The text without these parts, which must be in ascending order.
 fn without_ranges<'p>(text: &'p str, parts: &[Range<usize>]) -> Cow<'p, str> {
     if parts.is_empty() {
         return Cow::Borrowed(text);
@@ -146,14 +165,14 @@ fn without_ranges<'p>(text: &'p str, parts: &[Range<usize>]) -> Cow<'p, str> {
     Cow::Owned(starts.zip(ends).filter_map(|(start, end)| text.get(start..end)).collect())
 }
 
-/// What is written, if it is short enough.
+/// What `write` writes, or `None` if it is empty, too long or fails.
 fn write_limited(write: impl FnOnce(&mut LimitedString) -> fmt::Result) -> Option<String> {
     let mut out = LimitedString(String::new());
     write(&mut out).ok()?;
     (!out.0.is_empty()).then_some(out.0)
 }
 
-/// A text that refuses to become longer than [`MAX_NAME`].
+/// A string that rejects writes beyond a length of [`MAX_NAME`] bytes.
 struct LimitedString(String);
 
 impl Write for LimitedString {
@@ -168,7 +187,7 @@ impl Write for LimitedString {
 
 #[cfg(test)]
 mod tests {
-    use super::{demangle, without_outer_arguments, without_outer_parameters};
+    use super::{SourceName, demangle, without_outer_arguments, without_outer_parameters};
 
     #[test]
     fn outer_functions_lose_their_parameters() {
@@ -194,7 +213,7 @@ mod tests {
     }
 
     fn demangled_pair(name: &str) -> String {
-        demangle(name).map_or("-".to_owned(), |(whole, path)| format!("{whole} | {path}"))
+        demangle(name).map_or("-".to_owned(), |found| format!("{} | {}", found.whole, found.path))
     }
 
     #[test]
@@ -238,18 +257,18 @@ mod tests {
 
     #[test]
     fn a_name_without_end_has_a_limit() {
-        // Each pair is made of the one before, twice.
+        // Each pair contains the previous one twice.
         let mut name = "_Z1fSt4pairIiiE".to_owned();
         for depth in 0..40 {
             let earlier = if depth == 0 { "S_".to_owned() } else { format!("S{}_", depth - 1) };
             name.push_str(&format!("St4pairI{earlier}{earlier}E"));
         }
-        assert!(demangle(&name).is_none_or(|(whole, _)| whole.len() <= super::MAX_NAME));
+        assert!(demangle(&name).is_none_or(|found| found.whole.len() <= super::MAX_NAME));
         assert_eq!(demangle(&format!("_Z{}", "N".repeat(5000))), None);
         assert_eq!(demangle(&format!("_Z1f{}i", "P".repeat(4000))), None);
     }
 
-    /// Names come from files: whatever they are, there is an answer.
+    /// Names come from files: any input must give an answer.
     #[test]
     fn damaged_names_are_answered() {
         let names: [&[u8]; 6] = [
@@ -276,7 +295,7 @@ mod tests {
                 name.truncate(600);
             }
             let name = String::from_utf8_lossy(&name).into_owned();
-            if let Some((whole, path)) = demangle(&name) {
+            if let Some(SourceName { whole, path }) = demangle(&name) {
                 assert!(whole.len() <= super::MAX_NAME && path.len() <= super::MAX_NAME, "{name}");
             }
         }

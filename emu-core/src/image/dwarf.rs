@@ -1,16 +1,17 @@
-//! Source lines out of the debugging information of ELF files: DWARF 2 to 5, parsed by `gimli`.
+//! Source lines out of the debugging information of ELF files: DWARF 2 to 5, parsed by `gimli`, and stabs (`stabs.rs`).
 //!
 //! ```text
 //!   .debug_info   units: where each has code, the folder of its compilation, its line program
 //!   .debug_line   line programs: rows of address, file, line
 //! ```
 //!
-//! A linker that drops a section leaves its rows behind, at address 0. Rows outside of the ranges of their unit are left out;
-//! what the ranges do not tell is judged in `dropped.rs`. Several units may name one line program (AVR-LibC describes
-//! the chip in a unit without code, which names whatever comes first), so it is read once, with the ranges of all of them.
+//! A linker that drops a section leaves its rows in the file, at address 0. Rows outside of the ranges of
+//! their unit are left out; `dropped.rs` judges rows that the ranges do not decide. Several units can refer
+//! to one line program: AVR-LibC describes the chip in a unit without code, which refers to the first line
+//! program of the file. A line program is therefore read once, with the ranges of all its units.
 //!
-//! Whatever the bytes are, reading ends: every table is read once, and what could be named again and again (line programs,
-//! ranges) has a budget of the order of the file's size.
+//! Reading ends for any input: every table is read once, and whatever can be referred to repeatedly (line
+//! programs, ranges) has a budget in the order of the file size.
 
 mod dropped;
 
@@ -18,7 +19,6 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
 
-use diag::text::printable;
 use diag::{Diagnostic, Pos, Severity};
 use gimli::{
     AttributeValue, DebugAbbrev, DebugAbbrevOffset, DebugLineOffset, Dwarf, EndianSlice, Error, IncompleteLineProgram,
@@ -26,21 +26,22 @@ use gimli::{
 };
 
 use super::elf::{self, DebugSection};
-use super::source_lines::{LineTable, SourceKind, SourceLine};
+use super::source_lines::{LineTable, SourceFileNames, SourceLine, join_path, source_kind};
+use super::stabs;
 use dropped::{DroppedScan, LowSequence};
 
 type DwarfSlice<'b> = EndianSlice<'b, Le>;
 
-/// Code of the warning about what is damaged.
+/// Code of the warning about damaged debugging information.
 const DAMAGED: &str = "ELF012";
-/// Code of the warning about what is compressed.
+/// Code of the warning about compressed debugging information.
 const COMPRESSED: &str = "ELF013";
-/// Code of the warning about another format.
-const OTHER_FORMAT: &str = "ELF014";
+/// Code of the warning about stabs that are damaged.
+const DAMAGED_STABS: &str = "ELF014";
 /// Longest name of a source file; longer ones are of a damaged file.
 const MAX_NAME: usize = 4096;
 
-/// The lines of an ELF file; none and no warning where it has none.
+/// Reads the source lines of an ELF file. A file without debugging information gives no lines and no warning.
 pub(super) fn read_line_table(file: &str, bytes: &[u8]) -> LineTable {
     let warn = |code, cause, hint| Diagnostic::new(Severity::Warning, code, file, Pos::default(), cause, hint);
     let bytes = elf::aligned(bytes);
@@ -66,31 +67,32 @@ pub(super) fn read_line_table(file: &str, bytes: &[u8]) -> LineTable {
         let cause = format!("the debugging information is damaged, so source lines may be missing: {fault}");
         warn(DAMAGED, cause, "build the program anew")
     });
-    // Start-up code and libraries may bring DWARF without lines into a program that was compiled with stabs.
-    let stabs = sections.iter().any(|(name, section)| *name == ".stab" && !section.bytes().is_empty());
-    let other = (stabs && reader.lines.is_empty()).then(|| {
-        let cause = "the debugging information is stabs, so source lines are not known".to_owned();
-        warn(OTHER_FORMAT, cause, "compile with -gdwarf-4 in place of -g")
+    let (lines, fault) = stabs::read_stab_lines(&sections, &bytes, &mut reader.names, &mut reader.doubled);
+    reader.lines.extend(lines);
+    let stabs = fault.map(|fault| {
+        let cause = format!("the debugging information (stabs) is damaged, so source lines may be missing: {fault}");
+        warn(DAMAGED_STABS, cause, "build the program anew")
     });
-    let mut found = LineTable::from_lines(reader.lines, reader.folders, damaged.into_iter().chain(other).collect());
+    let warnings = damaged.into_iter().chain(stabs).collect();
+    let mut found = LineTable::from_lines(reader.lines, reader.names.folders, warnings);
     (found.doubled, found.parts) = (reader.doubled, reader.parts);
     found
 }
 
-/// No lines, and why.
+/// A table without lines and with one warning.
 fn with_only_warning(warning: Diagnostic) -> LineTable {
     LineTable::from_lines(Vec::new(), Vec::new(), vec![warning])
 }
 
-/// A line program that units name.
+/// A line program that units refer to.
 struct LineProgram<'b> {
     program: IncompleteLineProgram<DwarfSlice<'b>>,
     folder: String,
-    /// Where the units have code; empty where they do not tell.
+    /// Ranges of code of the units; empty if the units do not give any.
     ranges: Vec<Range<u64>>,
-    /// True when a unit tells where it has code, be it nowhere.
+    /// Whether a unit gives ranges of code, even if they are empty.
     told: bool,
-    /// The units.
+    /// The units that refer to it.
     units: Vec<Unit<DwarfSlice<'b>>>,
 }
 
@@ -106,14 +108,12 @@ struct InstructionRow {
 #[derive(Default)]
 struct DwarfLineReader {
     lines: Vec<SourceLine>,
-    /// Byte addresses at which two lines begin: no code belongs to the first.
+    /// Byte addresses at which two rows begin: no code belongs to the first.
     doubled: BTreeSet<u32>,
-    /// Byte addresses of rows that begin no statement.
+    /// Byte addresses of rows that do not start a statement.
     parts: BTreeSet<u32>,
     /// Names of files that occurred.
-    names: HashMap<String, Arc<str>>,
-    /// The folders of their compilations.
-    folders: Vec<(Arc<str>, String)>,
+    names: SourceFileNames,
     /// The first thing that was wrong.
     fault: Option<String>,
 }
@@ -144,16 +144,17 @@ impl DwarfLineReader {
                 self.warn_damaged(error);
             }
             if !low.is_empty() {
-                let (kept, unsure) = scan.split_dropped(low, &units);
-                self.lines.extend(kept);
-                doubtful.extend(unsure);
+                let split = scan.split_dropped(low, &units);
+                self.lines.extend(split.kept);
+                doubtful.extend(split.unsure);
             }
         }
         dropped::add_where_free(&mut self.lines, doubtful);
     }
 
-    /// Adds the rows of a line program; those of sequences that begin where dropped code is put go to `low`. A row takes a byte of the
-    /// program at least, so that `most` rows of all programs suffice.
+    /// Adds the rows of a line program. Rows of sequences that start where dropped code is placed go to
+    /// `low`. A row takes at least one byte of the program, so the number of rows `most` for all programs
+    /// cannot be exceeded by undamaged files.
     fn read_line_program(
         &mut self,
         dwarf: &Dwarf<DwarfSlice<'_>>,
@@ -176,12 +177,12 @@ impl DwarfLineReader {
             let (addr, index) = (row.address(), row.file_index());
             let line = row.line().map_or(0, |line| u32::try_from(line.get()).unwrap_or(0));
             let is_same = last.is_some_and(|last| (last.file, last.line) == (index, line));
-            // Parts of one line are one row where the compiler has numbered them, as gdb has it.
+            // Parts of one line are one row if the compiler has numbered them with discriminators, as in gdb.
             parts = row.discriminator() != 0 || is_same && parts;
             if is_same && parts && !row.end_sequence() {
                 continue;
             }
-            if last.is_some_and(|last| last.addr == addr) && !is_same && !row.end_sequence() {
+            if last.is_some_and(|last| last.addr == addr) && !row.end_sequence() {
                 self.doubled.extend(u32::try_from(addr));
             }
             let current = sequence.get_or_insert_with(|| LowSequence::new(addr));
@@ -200,7 +201,7 @@ impl DwarfLineReader {
                     self.parts.extend((!is_statement).then_some(at));
                 }
             }
-            // Of several rows at one address the last is that of the code.
+            // Of several rows at one address the last one applies to the code.
             let is_statement = row.is_stmt();
             last = (!row.end_sequence()).then_some(InstructionRow { addr, file: index, line, is_statement });
             if row.end_sequence() {
@@ -210,7 +211,7 @@ impl DwarfLineReader {
         Ok(())
     }
 
-    /// The name of a file of a line program, below the folder of the compilation or absolute.
+    /// The name of a file of a line program, relative to the folder of the compilation or absolute.
     fn file_name(
         &mut self,
         dwarf: &Dwarf<DwarfSlice<'_>>,
@@ -221,28 +222,16 @@ impl DwarfLineReader {
         let text = |value| dwarf.attr_line_string(value).ok().map(lossy_text);
         let file = header.file(index)?;
         let name = text(file.path_name())?;
-        // Folder 0 is that of the compilation; before DWARF 5 it does not stand in the table.
+        // Folder 0 is the folder of the compilation; before DWARF 5 it is not in the table.
         let inner = match (file.directory_index(), header.version()) {
             (0, _) => String::new(),
             _ => file.directory(header).and_then(text)?,
         };
-        let path = join_path(&inner, &name);
-        let below = path.strip_prefix(folder).filter(|_| !folder.is_empty()).and_then(|path| path.strip_prefix('/'));
-        let path = below.unwrap_or(&path);
-        let path = path.strip_prefix("./").unwrap_or(path);
-        if let Some(known) = self.names.get(path) {
-            return Some(Arc::clone(known));
-        }
-        let file: Arc<str> = printable(path).into();
-        self.names.insert(path.to_owned(), Arc::clone(&file));
-        if !folder.is_empty() {
-            self.folders.push((Arc::clone(&file), folder.to_owned()));
-        }
-        Some(file)
+        Some(self.names.intern(&join_path(&inner, &name), folder))
     }
 }
 
-/// Hands out the units one by one, and what is wrong with those that are damaged, until `each` answers with false.
+/// Calls `each` for every unit, or for the error of a damaged one, until `each` returns false.
 pub(super) fn each_unit<'b>(
     dwarf: &Dwarf<DwarfSlice<'b>>,
     each: &mut dyn FnMut(Result<Unit<DwarfSlice<'b>>, Error>) -> bool,
@@ -259,7 +248,7 @@ pub(super) fn each_unit<'b>(
     if damaged.is_some_and(|error| !each(Err(error))) {
         return;
     }
-    // The abbreviations of a unit end where those of another begin, at the latest.
+    // The abbreviations of a unit end at the latest where those of another one start.
     let starts: BTreeSet<usize> = headers.iter().map(|header| header.debug_abbrev_offset().0).collect();
     let mut abbreviations = HashMap::new();
     let all = dwarf.debug_abbrev.reader().slice();
@@ -280,11 +269,11 @@ pub(super) fn each_unit<'b>(
     }
 }
 
-/// What units together may still name.
+/// Limits for what all units together may refer to.
 struct ReadBudget {
-    /// Bytes of heads of line programs, which are read once a unit.
+    /// Bytes of line program headers, which are read once per unit.
     heads: usize,
-    /// Ranges of code.
+    /// Number of code ranges.
     ranges: usize,
 }
 
@@ -294,7 +283,7 @@ impl ReadBudget {
     }
 }
 
-/// Adds what a unit says to its line program.
+/// Adds a unit to its line program.
 fn add_unit<'b>(
     dwarf: &Dwarf<DwarfSlice<'b>>,
     unit: Unit<DwarfSlice<'b>>,
@@ -322,7 +311,7 @@ fn add_unit<'b>(
     Ok(())
 }
 
-/// Where a unit has code; nothing where it does not tell.
+/// The code ranges of a unit, or `None` if it does not give any.
 fn ranges(
     dwarf: &Dwarf<DwarfSlice<'_>>,
     unit: &Unit<DwarfSlice<'_>>,
@@ -355,14 +344,4 @@ fn ranges(
 fn lossy_text(text: DwarfSlice<'_>) -> String {
     let bytes = text.slice();
     String::from_utf8_lossy(bytes.get(..bytes.len().min(MAX_NAME)).unwrap_or_default()).into_owned()
-}
-
-fn join_path(folder: &str, name: &str) -> String {
-    if folder.is_empty() || name.starts_with('/') { name.to_owned() } else { format!("{folder}/{name}") }
-}
-
-/// By the extension: compilers leave assembler alone, and assemblers take no C.
-fn source_kind(file: &str) -> SourceKind {
-    let asm = [".S", ".s", ".sx", ".asm", ".inc"].iter().any(|ending| file.ends_with(ending));
-    if asm { SourceKind::Asm } else { SourceKind::C }
 }

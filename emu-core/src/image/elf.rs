@@ -1,4 +1,5 @@
-//! ELF32, little-endian: sections to load addresses, and symbols. System V ABI, chapters 4 and 5; parsed by `object`.
+//! Loads ELF32 little-endian files: sections to load addresses, and symbols. System V ABI, chapters 4 and 5;
+//! parsed by `object`.
 
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
@@ -13,7 +14,7 @@ use object::elf::{
 use object::read::Error;
 use object::read::elf::{FileHeader, ProgramHeader, SectionHeader, SectionTable, Sym};
 
-use super::demangle::demangle;
+use super::demangle::{SourceName, demangle};
 use super::faults::FaultList;
 use super::placement::{PlacedBytes, PlacementError, STAYS_ERASED, SourceSpan, address_range, describe_spaces};
 use super::{AVR_AREAS, DemangledName, ElfMachine, Image, ImageSpace, LoadedImage, SourceLines, SymbolAt, simavr};
@@ -21,19 +22,20 @@ use super::{AVR_AREAS, DemangledName, ElfMachine, Image, ImageSpace, LoadedImage
 /// The first bytes of every ELF file.
 pub(super) const MAGIC: &[u8] = &elf::ELFMAG;
 
-/// More program headers than this are taken as a broken file; a program for a small chip has about five.
+/// Maximum number of program headers; a file with more is broken. A program for a small chip has about five.
 const MAX_SEGMENTS: usize = 1024;
-/// All symbol names together may have this many times the bytes of the file: linkers share the tails of names, but a
-/// broken table that names one long string a million times must not fill the memory.
+/// All symbol names together may have this many times the bytes of the file. Linkers share the tails of
+/// names, but a broken table that refers to one long string a million times must not exhaust memory.
 const NAME_SHARING: usize = 4;
 
-/// Loads an ELF32 executable. `file` is the name for messages, `spaces` are the memories of the chip as windows of the
-/// file's address space, `e_machine` is the processor wanted. Bytes go to load (physical) addresses: initialised data
-/// lands in flash, behind the code, where the start-up code copies it from.
+/// Loads an ELF32 executable. `file` is the name for messages, `spaces` are the memories of the chip as
+/// windows of the file's address space, and `e_machine` is the required processor. Bytes go to their load
+/// (physical) addresses: initialised data is placed in flash after the code, from where the start-up code
+/// copies it.
 ///
 /// # Errors
-/// All faults of the file (codes ELF001 to ELF015); at most [`super::MAX_REPORTED`] and a closing note with the number of
-/// others.
+/// All faults of the file (codes ELF001 to ELF015): at most [`super::MAX_REPORTED`], and a closing note with
+/// the number of further ones.
 pub fn load_elf(
     file: &str,
     bytes: &[u8],
@@ -52,21 +54,23 @@ pub fn load_elf(
     faults.finish(image)
 }
 
-/// The tables are read in place and need an aligned start; a slice out of something larger may not have it.
+/// Returns the bytes at an aligned address, because the tables are read in place. A slice of a larger buffer
+/// may be unaligned and is copied.
 pub(super) fn aligned(bytes: &[u8]) -> Cow<'_, [u8]> {
     if bytes.as_ptr().align_offset(8) == 0 { Cow::Borrowed(bytes) } else { Cow::Owned(bytes.to_vec()) }
 }
 
 /// A section with debugging information.
 pub(super) enum DebugSection<'b> {
-    /// Its bytes.
+    /// The section's bytes.
     Plain(&'b [u8]),
-    /// It is compressed (System V ABI, "Compressed sections", or as GNU tools did it before: `.zdebug_info`).
+    /// The section is compressed (System V ABI, "Compressed sections", or the older form of GNU tools:
+    /// `.zdebug_info`).
     Compressed,
 }
 
 impl<'b> DebugSection<'b> {
-    /// Its bytes; none where it is compressed.
+    /// The bytes of the section; empty if it is compressed.
     pub(super) fn bytes(&self) -> &'b [u8] {
         match self {
             DebugSection::Plain(bytes) => bytes,
@@ -75,8 +79,8 @@ impl<'b> DebugSection<'b> {
     }
 }
 
-/// The sections with debugging information by name; nothing where the table of sections, or one of them, lies outside of the
-/// file.
+/// The sections with debugging information, by name. Returns `None` if the section table, or one of these
+/// sections, is outside of the file.
 pub(super) fn debug_sections(bytes: &[u8]) -> Option<Vec<(&str, DebugSection<'_>)>> {
     let header = FileHeader32::<Le>::parse(bytes).ok()?;
     let sections = header.sections(Le, bytes).ok()?;
@@ -87,14 +91,14 @@ pub(super) fn debug_sections(bytes: &[u8]) -> Option<Vec<(&str, DebugSection<'_>
         };
         if name.starts_with(".zdebug_") || name.starts_with(".debug_") && section.sh_flags(Le) & SHF_COMPRESSED != 0 {
             found.push((name, DebugSection::Compressed));
-        } else if name.starts_with(".debug_") || name == ".stab" {
+        } else if name.starts_with(".debug_") || matches!(name, ".stab" | ".stabstr") {
             found.push((name, DebugSection::Plain(section.data(Le, bytes).ok()?)));
         }
     }
     Some(found)
 }
 
-/// Names of the symbols at an address that lie in sections with code; none where the file has no such table.
+/// Names of the symbols at an address, in sections with code; empty if the file has no symbol table.
 pub(super) fn code_names_at(bytes: &[u8], addr: u32) -> Vec<&[u8]> {
     let named = || {
         let header = FileHeader32::<Le>::parse(bytes).ok()?;
@@ -108,6 +112,36 @@ pub(super) fn code_names_at(bytes: &[u8], addr: u32) -> Vec<&[u8]> {
         Some(code.filter_map(|symbol| symbol.name(Le, table.strings()).ok()).filter(|name| !name.is_empty()).collect())
     };
     named().unwrap_or_default()
+}
+
+/// What a table of symbols says.
+#[derive(Default)]
+pub(super) struct SymbolTable<'b> {
+    /// Addresses of what other modules see, by name.
+    pub addresses: HashMap<&'b [u8], u32>,
+    /// Bytes of what has an address.
+    pub sizes: HashMap<u32, u32>,
+}
+
+/// The symbols of a file; none where it has no table of them.
+pub(super) fn symbol_table(bytes: &[u8]) -> SymbolTable<'_> {
+    let read = || {
+        let header = FileHeader32::<Le>::parse(bytes).ok()?;
+        let table = header.sections(Le, bytes).ok()?.symbols(Le, bytes, SHT_SYMTAB).ok()?;
+        let (mut found, mut left) = (SymbolTable::default(), bytes.len() * NAME_SHARING);
+        for symbol in table.iter().filter(|symbol| !symbol.is_undefined(Le)) {
+            let (addr, size) = (symbol.st_value(Le), symbol.st_size(Le));
+            if size > 0 {
+                found.sizes.insert(addr, size);
+            }
+            if let Some(name) = symbol.name(Le, table.strings()).ok().filter(|_| symbol.st_bind() != STB_LOCAL) {
+                left = left.checked_sub(name.len())?;
+                found.addresses.insert(name, addr);
+            }
+        }
+        Some(found)
+    };
+    read().unwrap_or_default()
 }
 
 /// Checks what can be read without knowing the layout of the rest.
@@ -160,7 +194,7 @@ fn corrupt(faults: &mut FaultList, what: &str) {
     faults.error("ELF006", Pos::default(), || format!("the file cannot be read: {what}"), hint);
 }
 
-/// Bytes to load.
+/// Bytes to load, from a section or a segment.
 struct LoadPiece<'b> {
     name: String,
     addr: u64,
@@ -218,11 +252,12 @@ fn report_trouble(
 ) {
     let name = &piece.name;
     match trouble {
-        // It speaks to a simulator. Where a linker script does not know it, it lies in flash like any other constants.
+        // The section is for a simulator. If the linker script does not know it, it is placed in flash like
+        // constants.
         PlacementError::Outside { .. } if name == simavr::SECTION => {}
         PlacementError::Outside { start, end } => {
             let span = format!("{name}: 0x{start:04X} to 0x{:04X} ({} bytes) lies", end - 1, end - start);
-            // No program of an AVR is loaded there, whatever the chip: the section is for other tools.
+            // No AVR program is loaded there, on any chip: the section is for other tools.
             if start >= AVR_AREAS.end.into() && !piece.code {
                 let hint = "programmers do not write it either; avr-objcopy -R removes it";
                 let cause = || format!("{span} where no AVR has a memory: left out");
@@ -241,7 +276,8 @@ fn report_trouble(
     }
 }
 
-/// The sections that a loader loads, at load addresses: that of the program header around the section, else its own.
+/// The sections that a loader loads, with their load addresses: that of the program header around the
+/// section, or else their own.
 fn pieces_from_sections<'b>(
     sections: &SectionTable<'b, FileHeader32<Le>>,
     segments: &[ProgramHeader32<Le>],
@@ -273,7 +309,7 @@ fn pieces_from_sections<'b>(
     pieces
 }
 
-/// For a file without section headers.
+/// The pieces of a file without section headers.
 fn pieces_from_segments<'b>(
     segments: &[ProgramHeader32<Le>],
     bytes: &'b [u8],
@@ -293,7 +329,7 @@ fn pieces_from_segments<'b>(
     pieces
 }
 
-/// Functions, objects and labels that lie in a memory. Left out: names of files and sections, absolute values,
+/// Functions, objects and labels in a memory. Left out are names of files and sections, absolute values,
 /// undefined symbols, the assembler's own labels (`.L...`) and mapping symbols (`$d`, `$t`).
 fn symbols(
     sections: &SectionTable<FileHeader32<Le>>,
@@ -304,7 +340,8 @@ fn symbols(
     let table = sections.symbols(Le, bytes, SHT_SYMTAB)?;
     let mut found = Vec::new();
     let mut budget = bytes.len().saturating_mul(NAME_SHARING);
-    // The symbols of a module that are its own stand behind the name of its file (System V ABI, "Symbol Table").
+    // The local symbols of a module follow the symbol with the name of its file (System V ABI, "Symbol
+    // Table").
     let mut module: &[u8] = &[];
     for symbol in table.iter() {
         let kind = symbol.st_type();
@@ -342,15 +379,15 @@ fn symbols(
     Ok(found.into_iter().map(|named| named.symbol).collect())
 }
 
-/// Longest name of a module that goes into names of symbols.
+/// Maximum length in bytes of a module name that becomes part of symbol names.
 const MAX_MODULE_NAME: usize = 60;
 
-/// A symbol and what its names are ordered by.
+/// A symbol with the values by which symbols are sorted.
 struct NamedSymbol<'b> {
-    /// Position of its memory.
+    /// Index of its memory.
     at: usize,
     weak: bool,
-    /// File of the module that it belongs to alone; empty where it is global.
+    /// File of the module of a local symbol; empty for a global symbol.
     module: &'b [u8],
     symbol: SymbolAt,
 }
@@ -360,15 +397,16 @@ impl NamedSymbol<'_> {
         (self.at, self.symbol.addr, !self.weak, &self.symbol.name, self.symbol.size)
     }
 
-    /// The name in the language of the program; with that of the module, as `main.count`, where another symbol has the same.
+    /// Demangles the name. If `shared`, another symbol has the same name, so the name of the module is added:
+    /// `main.count`.
     fn give_name(&mut self, shared: bool) {
         let file = String::from_utf8_lossy(self.module);
         let stem = file.rsplit('/').next().unwrap_or_default().split('.').next().unwrap_or_default();
-        // What is demangled may have characters that the linker's name has not.
+        // A demangled name can contain characters that the linker name does not have.
         let full = |name: String| into_printable(if shared { format!("{stem}.{name}") } else { name });
         let linkage = std::mem::take(&mut self.symbol.name);
         match demangle(&linkage) {
-            Some((name, path)) => {
+            Some(SourceName { whole: name, path }) => {
                 let mangled = DemangledName { linkage: full(linkage), path: full(path) };
                 (self.symbol.name, self.symbol.mangled) = (full(name), Some(Box::new(mangled)));
             }
@@ -377,7 +415,8 @@ impl NamedSymbol<'_> {
     }
 }
 
-/// The statics of several modules that have one name; a global keeps the name.
+/// Whether each symbol is a local one whose name occurs at several addresses, so that it needs the name of
+/// its module. A global symbol keeps its name.
 fn needs_module_name(found: &[NamedSymbol<'_>]) -> Vec<bool> {
     let mut places: HashMap<(usize, &str), HashSet<u32>> = HashMap::new();
     for named in found {
@@ -388,7 +427,7 @@ fn needs_module_name(found: &[NamedSymbol<'_>]) -> Vec<bool> {
     found.iter().map(|named| !named.module.is_empty() && several(named)).collect()
 }
 
-/// A section's name for messages, of bearable length.
+/// The name of a section for messages, cut to 60 bytes.
 fn lossy_text(name: &[u8]) -> String {
     String::from_utf8_lossy(name.get(..name.len().min(60)).unwrap_or_default()).into_owned()
 }

@@ -1,16 +1,17 @@
-//! The list of faults that a loader fills, with a limit so that 100 MB of garbage do not become gigabytes of messages.
+//! The list of faults that a loader fills. It is limited, so that 100 MB of garbage do not become gigabytes
+//! of messages.
 
 use diag::{Diagnostic, Pos, Severity};
 
 use super::{Image, LoadedImage};
 
-/// Largest number of errors, and of warnings, that are kept for one file; the others are only counted.
+/// Maximum number of errors, and of warnings, that are kept for one file; further ones are only counted.
 pub const MAX_REPORTED: usize = 100;
 
-/// Errors after which a file is not read on: it is another kind of file, or damaged all over.
+/// After this many errors, reading a file stops: it is another kind of file, or damaged everywhere.
 const MAX_COUNTED: u64 = 1000;
 
-/// Faults of one file.
+/// The faults of one file.
 pub(super) struct FaultList<'f> {
     file: &'f str,
     more_code: &'static str,
@@ -26,7 +27,7 @@ struct LimitedDiagnostics {
 }
 
 impl<'f> FaultList<'f> {
-    /// No faults yet. `more_code` is the code of the closing note.
+    /// An empty list. `more_code` is the code of the closing note.
     pub(super) fn new(file: &'f str, more_code: &'static str) -> Self {
         FaultList {
             file,
@@ -37,38 +38,38 @@ impl<'f> FaultList<'f> {
         }
     }
 
-    /// Adds an error. The text is made only when it is kept.
+    /// Adds an error. The text is made only if the error is kept.
     pub(super) fn error(&mut self, code: &'static str, pos: Pos, cause: impl FnOnce() -> String, hint: &str) {
         self.errors.add(|| Diagnostic::new(Severity::Error, code, self.file, pos, cause(), hint));
     }
 
-    /// Adds a warning. The text is made only when it is kept.
+    /// Adds a warning. The text is made only if the warning is kept.
     pub(super) fn warning(&mut self, code: &'static str, pos: Pos, cause: impl FnOnce() -> String, hint: &str) {
         self.warnings.add(|| Diagnostic::new(Severity::Warning, code, self.file, pos, cause(), hint));
     }
 
-    /// Adds a note. The text is made only when it is kept.
+    /// Adds a note. The text is made only if the note is kept.
     pub(super) fn note(&mut self, code: &'static str, pos: Pos, cause: impl FnOnce() -> String, hint: &str) {
         self.warnings.add(|| Diagnostic::new(Severity::Note, code, self.file, pos, cause(), hint));
     }
 
-    /// True when nothing has refused the file so far.
+    /// Whether there are no errors so far.
     pub(super) fn is_empty(&self) -> bool {
         self.errors.list.is_empty()
     }
 
-    /// True when errors were counted that are not kept: looking further would only count more.
+    /// Whether errors were counted that are not kept, so that further checks would only count more.
     pub(super) fn is_full(&self) -> bool {
         self.errors.omitted > 0
     }
 
-    /// True when there are so many errors that reading on is of no use, which the closing note then says.
+    /// Whether there are so many errors that reading should stop. The closing note then says so.
     pub(super) fn give_up_if_hopeless(&mut self) -> bool {
         self.stopped_reading |= self.errors.list.len() as u64 + self.errors.omitted >= MAX_COUNTED;
         self.stopped_reading
     }
 
-    /// The image when there were no errors, else all that was found, in the order of the places.
+    /// Returns the image if there were no errors, else all faults in the order of their positions.
     pub(super) fn finish(self, image: Image) -> Result<LoadedImage, Vec<Diagnostic>> {
         let refused = !self.is_empty();
         let more = self.errors.omitted + self.warnings.omitted;

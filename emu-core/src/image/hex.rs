@@ -1,4 +1,5 @@
-//! Intel HEX: lines to records to addresses. "Hexadecimal Object File Format Specification", Intel, revision A, 1988.
+//! Loads Intel HEX: lines to records to addresses. "Hexadecimal Object File Format Specification", Intel,
+//! revision A, 1988.
 
 use diag::{Diagnostic, Pos, text};
 use ihex::Record;
@@ -8,17 +9,17 @@ use super::hex_record::{self, HexRecord};
 use super::placement::{PlacedBytes, PlacementError, STAYS_ERASED, SourceSpan, describe_spaces};
 use super::{AVR_AREAS, Image, ImageSpace, LoadedImage, SourceLines, WordBits, is_avr_elf_area};
 
-/// Offsets within a segment end here: an offset has 16 bits.
+/// Size of a segment in bytes: an offset has 16 bits.
 const SEGMENT_BYTES: usize = 0x1_0000;
 
-/// What a line of a comment begins with: CCS C names the chip and the date behind the records.
+/// First character of a comment line. CCS C writes the chip and the date after the records as comments.
 const COMMENT_MARK: u8 = b';';
 
-/// Loads Intel HEX. `file` is the name for messages, `spaces` are the memories of the chip.
+/// Loads an Intel HEX file. `file` is the name for messages, `spaces` are the memories of the chip.
 ///
 /// # Errors
-/// All faults of the file in the order of their places (codes HEX001 to HEX028, `docs/formats/hex.md`); at most
-/// [`super::MAX_REPORTED`] and a closing note with the number of others.
+/// All faults of the file in the order of their positions (codes HEX001 to HEX028, `docs/formats/hex.md`): at
+/// most [`super::MAX_REPORTED`], and a closing note with the number of further ones.
 pub fn load_hex(file: &str, bytes: &[u8], spaces: &[ImageSpace]) -> Result<LoadedImage, Vec<Diagnostic>> {
     let mut reader = HexReader {
         faults: FaultList::new(file, "HEX020"),
@@ -62,11 +63,12 @@ pub fn load_hex(file: &str, bytes: &[u8], spaces: &[ImageSpace]) -> Result<Loade
     faults.finish(image)
 }
 
-/// What stands in front of the ^Z that ends a text in CP/M: the rest of the last sector may have anything.
+/// Returns the bytes before the ^Z that ends a text in CP/M. The rest of the last sector can contain
+/// anything.
 fn text_of_cpm<'b>(bytes: &'b [u8], faults: &mut FaultList) -> &'b [u8] {
     let Some(end) = bytes.iter().position(|&byte| byte == 0x1A) else { return bytes };
     let (text, rest) = bytes.split_at(end);
-    // A binary file has zeros, of which it is told.
+    // A binary file contains zeros and is reported as such later.
     if text.contains(&0) || text.trim_ascii().is_empty() {
         return bytes;
     }
@@ -79,7 +81,7 @@ fn text_of_cpm<'b>(bytes: &'b [u8], faults: &mut FaultList) -> &'b [u8] {
     text
 }
 
-/// The file is a text, with something on its lines; `plain` is what of it is read.
+/// Whether the file is a text that is not empty. `plain` is the decoded text without decorations.
 fn is_text(bytes: &[u8], plain: &[u8], faults: &mut FaultList) -> bool {
     if let Some(name) = text::wide_encoding(bytes) {
         let cause = || format!("the file is written in {name}");
@@ -108,7 +110,7 @@ struct HexReader<'f> {
     faults: FaultList<'f>,
     placed: PlacedBytes<'f>,
     spaces: &'f [ImageSpace],
-    /// What the offsets are added to; not known after a type 02 or 04 record that cannot be read.
+    /// The base address of the offsets; `None` after a type 02 or 04 record that cannot be read.
     base: Option<u32>,
     /// Line of the last end record.
     end: Option<u32>,
@@ -118,7 +120,8 @@ struct HexReader<'f> {
     outside: Option<OutsideRange>,
 }
 
-/// Bytes outside all memories, over as many lines as they go on: an image for a larger chip is one fault.
+/// Bytes outside of all memories, over consecutive lines without a gap. An image for a larger chip is
+/// therefore one fault.
 struct OutsideRange {
     addr: std::ops::Range<u64>,
     first: Pos,
@@ -241,7 +244,7 @@ impl HexReader<'_> {
         let Some(OutsideRange { addr, first, last_line }) = self.outside.take() else { return };
         let bytes = range_text(addr.start, addr.end, " lies", " lie");
         let lines = if last_line > first.line { format!(" (to line {last_line})") } else { String::new() };
-        // The chip has no such memory, whatever its size: what a linker keeps there is for other tools.
+        // No AVR has such a memory, whatever its size: a linker keeps data for other tools there.
         if self.spaces.iter().any(|space| is_avr_elf_area(space.start)) && addr.start >= AVR_AREAS.end.into() {
             let cause = || format!("{bytes} where no AVR has a memory{lines}: left out");
             let hint = "from here on an ELF file for an AVR has what other tools read; objcopy -R leaves it out";
@@ -256,7 +259,7 @@ impl HexReader<'_> {
         );
     }
 
-    /// What can be said only at the end of the file; `last` is its last line with text.
+    /// Reports what is known only at the end of the file; `last` is its last line with text.
     fn finish(&mut self, last: u32) {
         self.report_outside();
         if self.end.is_none() {
@@ -324,7 +327,7 @@ fn too_wide(bits: u32) -> String {
     format!("is the program for this chip? Its words go to 0x{most:04X}: mask what fills or pads them (& 0x{most:04X})")
 }
 
-/// `byte 0x0010 was` or `bytes 0x0010 to 0x001F (16) were`.
+/// Formats a range: `byte 0x0010 was` or `bytes 0x0010 to 0x001F (16) were`.
 fn range_text(start: u64, end: u64, one: &str, many: &str) -> String {
     match end - start {
         1 => format!("byte 0x{start:04X}{one}"),

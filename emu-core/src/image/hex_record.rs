@@ -1,8 +1,9 @@
-//! One line of a HEX file. `ihex` parses it; where that refuses, this page says why, all of it and at which column.
+//! Reads one line of a HEX file. `ihex` parses it; for a line that `ihex` rejects, this module reports every
+//! fault with its column.
 //!
 //! ```text
-//!   :10010000214601360121470136007EFE09D2190140      count 10, address 0100, type 00, 16 data bytes, checksum 40
-//!    ^^      ^^                              ^^      the bytes of the line add up to 0 modulo 256
+//!   :10010000214601360121470136007EFE09D2190140    count 10, address 0100, type 00, 16 data bytes,
+//!    ^^      ^^                              ^^    checksum 40; all bytes add up to 0 modulo 256
 //!    count   type                            checksum
 //! ```
 
@@ -18,17 +19,19 @@ const MIN_DIGITS: usize = 2 * (1 + 2 + 1 + 1);
 /// Bytes before the data bytes: count, address, type.
 const HEADER: usize = 4;
 
-/// What one line says.
+/// The contents of one line.
 pub(super) struct HexRecord {
-    /// The record, also where only the checksum is wrong, because then its fields are most likely right.
+    /// The record. It is also present if only the checksum is wrong, because the other fields are then most
+    /// likely right.
     pub record: Option<Record>,
-    /// The type field, also where the record is broken but the field can be read.
+    /// The type field. It is also present if the record is broken but this field can be read.
     pub kind: Option<u8>,
     /// Column of the first data byte.
     pub column: u32,
 }
 
-/// Reads line `number`, which is `text` without line end and trailing spaces, and adds its faults. Spaces in front are passed over.
+/// Reads line `number` and reports its faults. `text` is the line without line end and trailing spaces;
+/// leading spaces are skipped.
 pub(super) fn parse_line(text: &[u8], number: u32, faults: &mut FaultList) -> HexRecord {
     let indent = text.len() - text.trim_ascii_start().len();
     let Some((column, digits)) = digits(text.trim_ascii_start(), indent as u32, number, faults) else {
@@ -45,7 +48,8 @@ pub(super) fn parse_line(text: &[u8], number: u32, faults: &mut FaultList) -> He
     HexRecord { record, kind: digits.byte(3), column: digits.column_of(HEADER) }
 }
 
-/// Looks at a comment, without its semicolon: one that is a record was most likely to be loaded once.
+/// Checks a comment, given without its semicolon, and warns if it is a valid record: it was probably meant to
+/// be loaded.
 pub(super) fn check_comment(text: &[u8], number: u32, faults: &mut FaultList) {
     let record = str::from_utf8(text).ok().and_then(|text| Record::from_record_string(&format!(":{text}")).ok());
     if record.is_some() {
@@ -55,8 +59,8 @@ pub(super) fn check_comment(text: &[u8], number: u32, faults: &mut FaultList) {
     }
 }
 
-/// Finds the digits of a line and the column where they begin. Junk before the colon does not hide what comes after
-/// it, and a line of nothing but digits is taken as one whose colon is lost.
+/// Finds the digits of a line and the column where they start. Characters before the colon are reported and
+/// skipped. A line that consists only of digits is read as a line without its colon.
 fn digits<'t>(text: &'t [u8], indent: u32, line: u32, faults: &mut FaultList) -> Option<(u32, &'t [u8])> {
     let colon = text.iter().take(MAX_DIGITS).position(|&byte| byte == b':');
     let (column, digits) = match colon {
@@ -104,7 +108,7 @@ fn starts_with(text: &str) -> String {
     format!("the line begins with {:?}, wanted ':'", text.chars().next().unwrap_or(' '))
 }
 
-/// The digits of one line and where they stand; a character that is no digit is `None`.
+/// The digits of one line and their position. A character that is not a digit is `None`.
 struct RecordDigits {
     line: u32,
     column: u32,
@@ -136,13 +140,13 @@ impl RecordDigits {
         (0..self.len() / 2).map(|at| self.byte(at)).collect()
     }
 
-    /// The record as `ihex` reads it, faultless or not at all.
+    /// The record as `ihex` reads it, or `None` if it has any fault.
     fn parse(&self) -> Option<Record> {
         let digits: Option<String> = self.nibbles.iter().map(|n| char::from_digit(u32::from((*n)?), 16)).collect();
         Record::from_record_string(&format!(":{}", digits?)).ok()
     }
 
-    /// Says all that is wrong with a line that `ihex` refused. Gives the record if only the checksum was wrong.
+    /// Reports every fault of a line that `ihex` rejected. Returns the record if only the checksum was wrong.
     fn explain(&self, chars: &[char], faults: &mut FaultList) -> Option<Record> {
         self.bad_digits(chars, faults);
         if self.len() < MIN_DIGITS {
@@ -162,7 +166,7 @@ impl RecordDigits {
         if !counted {
             return None;
         }
-        // Which digits are the checksum is known only where count and digits agree, hence it is checked only here.
+        // The position of the checksum is known only if count and digits agree, so it is checked last.
         let mut bytes = self.bytes()?;
         let found = bytes.pop()?;
         let wanted = checksum(&bytes);
@@ -195,7 +199,8 @@ impl RecordDigits {
         }
     }
 
-    /// True when the count can be read and agrees with an even number of digits.
+    /// Checks the byte count. Returns true if it can be read and agrees with the number of digits, which must
+    /// be even.
     fn wrong_count(&self, faults: &mut FaultList) -> bool {
         let Some(count) = self.byte(0) else { return false };
         let found = (self.len() - MIN_DIGITS) / 2;
@@ -210,7 +215,8 @@ impl RecordDigits {
         found == usize::from(count)
     }
 
-    /// The line is whole, but its count is one of words of two bytes, as in INHX16 (MPASM user's guide, "Hex file formats").
+    /// Whether the line is complete but counts words of two bytes, as in INHX16 (MPASM user's guide, "Hex
+    /// file formats").
     fn counts_words(&self) -> bool {
         let Some(bytes) = self.bytes() else { return false };
         let found = (self.len() - MIN_DIGITS) / 2;
@@ -237,7 +243,8 @@ impl RecordDigits {
         }
     }
 
-    /// Types 02 to 05 have no address, their field is 0000. An end record may hold a start address in old files.
+    /// Warns if a record of types 02 to 05 has a nonzero address field. An end record can have a start
+    /// address in old files.
     fn warn_of_address(&self, faults: &mut FaultList) {
         let (Some(high), Some(low), Some(2..=5)) = (self.byte(1), self.byte(2), self.byte(3)) else { return };
         if (high, low) != (0, 0) {

@@ -1,8 +1,9 @@
-//! Images: what a HEX or ELF file puts into the memories of a chip.
+//! Images: the contents that a HEX, ELF or OMF-51 file gives to the memories of a chip.
 //!
-//! [`load`] looks at the first bytes and hands on to [`load_elf`], [`load_omf51`] or [`load_hex`]. A file is either taken or refused
-//! with all its faults, each with a place, a stable code (see [`IMAGE_CODES`]) and a hint; what of it is left out is noted. What is
-//! accepted is in `docs/formats/hex.md`, `elf.md` and `omf51.md`. [`write_hex`] is the way back.
+//! [`load`] looks at the first bytes and calls [`load_elf`], [`load_omf51`] or [`load_hex`]. A file is either
+//! accepted or rejected with all its faults, each with a position, a stable code (see [`IMAGE_CODES`]) and a
+//! hint. Parts that are left out are reported as notes. `docs/formats/hex.md`, `elf.md` and `omf51.md`
+//! describe what is accepted. [`write_hex`] writes a HEX file.
 //!
 //! ```text
 //!   hex.rs   lines to records to addresses          elf.rs   sections to load addresses, symbols
@@ -11,6 +12,7 @@
 //!   write.rs segments to HEX                        faults.rs the list of faults and its limit
 //!   codes.rs the table of codes                     symbols/ the files beside an image that SDCC and gputils write
 //!   lines.rs source lines by address, and back      dwarf.rs those in ELF files
+//!   stabs.rs those that older compilers write for AVR
 //!   debug_info/ functions, variables and types of C in ELF files
 //!   note.rs  for which AVR an ELF file was linked    simavr.rs what it says to simavr
 //! ```
@@ -28,6 +30,7 @@ mod omf51;
 mod placement;
 mod simavr;
 mod source_lines;
+mod stabs;
 mod symbols;
 mod write;
 
@@ -50,76 +53,79 @@ pub use source_lines::{SourceKind, SourceLine, SourceLines};
 pub use symbols::{SimulatorMessage, SymbolFile, SymbolSpaces, Symbols, load_messages, load_symbols};
 pub use write::{write_hex, write_hex_aligned};
 
-/// One memory that an image may fill: a window in the address space of the image file.
+/// A memory that an image can fill: a window in the address space of the image file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ImageSpace {
     /// Name of the memory, such as `flash`.
     pub name: &'static str,
-    /// Where the window begins, a byte address of the image file (in an ELF file for AVR the EEPROM is at 0x810000).
+    /// Start of the window, a byte address of the image file (in an ELF file for AVR the EEPROM is at
+    /// 0x810000).
     pub start: u32,
     /// Size in bytes.
     pub len: u32,
-    /// Bytes in a word: 1 or 2. Where it is 2 an image must define both bytes of a word or none.
+    /// Bytes per word: 1 or 2. If it is 2, an image must define both bytes of a word or neither.
     pub word: u32,
-    /// Bits of a word that the memory has; looked at in HEX files where `word` is 2.
+    /// Number of bits of a word that the memory implements. It is checked in HEX files if `word` is 2.
     pub word_bits: WordBits,
 }
 
-/// Bits of a word that a memory has, from bit 0 on, and what becomes of a word with more.
+/// The bits of a word that a memory implements, from bit 0 on, and the reaction to a word with more bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WordBits {
-    /// All.
+    /// All bits.
     All,
-    /// So many, and a file with a word that has more is refused: it is no program for the chip.
+    /// This many bits. A file with a word that has more is rejected, because it is not a program for the
+    /// chip.
     Only(u32),
-    /// So many, and of a word that has more only these are kept, with a warning.
+    /// This many bits. The upper bits of a word that has more are dropped with a warning.
     Low(u32),
 }
 
-/// Bytes that lie side by side in one memory.
+/// Consecutive bytes in one memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Segment {
     /// Name of the memory.
     pub space: &'static str,
-    /// Byte address of the first byte within the memory.
+    /// Address of the first byte within the memory, in bytes.
     pub addr: u32,
-    /// The bytes, never none.
+    /// The bytes; never empty.
     pub bytes: Vec<u8>,
 }
 
-/// What stands in place of a memory where a name is that of a number (`equ`), which may be an address or not.
+/// The memory name of a symbol that is a number (`equ`), which may or may not be an address.
 pub const CONSTANT_SPACE: &str = "constant";
 
-/// A name for an address.
+/// A name of an address.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SymbolAt {
-    /// The name in the language of the program: as the linker wrote it, demangled ([`SymbolAt::mangled`]), or one of the names
-    /// that [`load_symbols`] derives from it.
+    /// The name in the language of the program: the linker name, demangled if necessary
+    /// ([`SymbolAt::mangled`]), or one of the names that [`load_symbols`] derives from it.
     pub name: String,
-    /// Name of the memory; [`CONSTANT_SPACE`] for a mere number.
+    /// Name of the memory, or [`CONSTANT_SPACE`] for a number.
     pub space: &'static str,
-    /// Byte address within the memory; the value of a constant.
+    /// Byte address within the memory, or the value of a constant.
     pub addr: u32,
-    /// Size in bytes; 0 for a mere label.
+    /// Size in bytes; 0 for a label.
     pub size: u32,
-    /// What the linker calls it, where a compiler of C++ or Rust has mangled the name.
+    /// The linker name, if a compiler of C++ or Rust has mangled the name.
     pub mangled: Option<Box<DemangledName>>,
 }
 
 impl SymbolAt {
-    /// A symbol whose name is the linker's, its control characters escaped ([`diag::text::printable`]).
+    /// Makes a symbol from a linker name. Control characters in the name are escaped
+    /// ([`diag::text::printable`]).
     #[must_use]
     pub fn new(name: impl Into<String>, space: &'static str, addr: u32, size: u32) -> SymbolAt {
         SymbolAt { name: into_printable(name.into()), space, addr, size, mangled: None }
     }
 
-    /// What the linker calls it.
+    /// The linker name.
     #[must_use]
     pub fn linkage_name(&self) -> &str {
         self.mangled.as_ref().map_or(&self.name, |mangled| &mangled.linkage)
     }
 
-    /// True for the whole name, with or without spaces where a compiler has mangled it, and for that of the linker.
+    /// Whether `text` is the whole name or the linker name. Spaces are ignored in names that were mangled.
     #[must_use]
     pub fn is_named(&self, text: &str) -> bool {
         let is_whole =
@@ -127,9 +133,10 @@ impl SymbolAt {
         self.name == text || self.mangled.as_ref().is_some_and(|mangled| is_whole(mangled))
     }
 
-    /// How well a text that is not the whole name stands for a symbol of C++ or Rust, 0 best, as gdb lets one leave out
-    /// parts: the name without parameters (`app::compute`, and `f::count` for a static in `f(int)`, 0), without those of templates
-    /// too (1), and without outer namespaces (`compute`, `compute(int)`, 2). Nothing where it does not.
+    /// Whether `text` is a shortened name of a C++ or Rust symbol, and how good the match is, 0 best. As in
+    /// gdb, some parts can be left out. 0: without parameters (`app::compute`, and `f::count` for a static in
+    /// `f(int)`). 1: also without template arguments. 2: also without outer namespaces (`compute`,
+    /// `compute(int)`). `None` if it does not match.
     #[must_use]
     pub fn is_shortened_to(&self, text: &str) -> Option<u8> {
         let path = &*self.mangled.as_ref()?.path;
@@ -145,7 +152,8 @@ impl SymbolAt {
             () if path == text || bare == text => Some(0),
             () if plain == text || generic == text => Some(1),
             () if [path, &*bare, plain, generic].into_iter().any(is_tail) => Some(2),
-            // With parameters; those of the name come without its namespaces, which may have some themselves.
+            // With parameters. Namespaces before the name can be left out; namespaces in the parameters
+            // cannot.
             () if text.contains('(') => {
                 let mut outer = path.match_indices("::").filter_map(|(at, _)| self.name.get(at + 2..));
                 outer.any(|tail| without_spaces(tail).eq(without_spaces(text))).then_some(2)
@@ -160,25 +168,26 @@ fn without_spaces(name: &str) -> impl Iterator<Item = u8> {
     name.bytes().filter(|byte| *byte != b' ')
 }
 
-/// What a file puts into the memories of a chip.
+/// The contents that a file gives to the memories of a chip.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Image {
-    /// The bytes: in the order of the memories given to the loader, then by address; neighbours are merged and none
-    /// overlap.
+    /// The contents, in the order of the memories given to the loader, then by address. Adjacent segments are
+    /// merged and none overlap.
     pub segments: Vec<Segment>,
-    /// The symbols in the order of the memories, then by address, weak ones first, then by name. Empty for a HEX file.
+    /// The symbols in the order of the memories, then by address, weak ones first, then by name. Empty for a
+    /// HEX file.
     pub symbols: Vec<SymbolAt>,
-    /// Source lines of the program; none unless a file of symbols was read, or an ELF file was given to [`Lines::from_elf`],
-    /// which [`load`] leaves to those who want lines.
+    /// Source lines of the program. Empty unless a file of symbols was read or the caller has used
+    /// [`SourceLines::from_elf`]; [`load`] does not read them from an ELF file.
     pub lines: SourceLines,
-    /// Start address that the file names, a byte address of the image file. For information: a chip starts at its
-    /// reset vector.
+    /// Start address in the file, a byte address of the image file. For information only: a chip starts at
+    /// its reset vector.
     pub entry: Option<u32>,
 }
 
 impl Image {
-    /// Copies the bytes of one memory to their places in `into`; the rest of `into` keeps its value. Bytes beyond the
-    /// end of `into` are left out.
+    /// Copies the bytes of one memory into `into`; the rest of `into` keeps its value. Bytes beyond the end
+    /// of `into` are left out.
     pub fn fill(&self, space: &str, into: &mut [u8]) {
         for (addr, byte) in self.bytes_in(space) {
             if let Some(cell) = into.get_mut(addr as usize) {
@@ -187,12 +196,12 @@ impl Image {
         }
     }
 
-    /// The bytes of one memory with their addresses in it, ascending.
+    /// The bytes of one memory with their addresses in it, in ascending order.
     pub fn bytes_in(&self, space: &str) -> impl Iterator<Item = (u32, u8)> {
         self.segments_in(space).flat_map(|s| (s.addr..).zip(s.bytes.iter().copied()))
     }
 
-    /// The highest used address of one memory plus 1; 0 when the image puts nothing there.
+    /// The highest used address of one memory plus 1; 0 if the image does not use the memory.
     #[must_use]
     pub fn end(&self, space: &str) -> u32 {
         self.segments_in(space).map(|s| s.addr + s.bytes.len() as u32).max().unwrap_or(0)
@@ -203,16 +212,16 @@ impl Image {
     }
 }
 
-/// An image and what is odd about its file, though not wrong.
+/// An image and the warnings about its file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LoadedImage {
     /// The image.
     pub image: Image,
-    /// Warnings in the order of their places, at most [`MAX_REPORTED`] and a closing note.
+    /// Warnings in the order of their positions: at most [`MAX_REPORTED`], and a closing note.
     pub warnings: Vec<Diagnostic>,
 }
 
-/// The number by which an ELF file names its processor (`e_machine`; System V ABI, chapter 4, "ELF Header").
+/// The number of a processor in an ELF file (`e_machine`; System V ABI, chapter 4, "ELF Header").
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ElfMachine(pub u16);
 
@@ -222,7 +231,7 @@ impl ElfMachine {
     /// Intel 8051 and variants (EM_8051).
     pub const MCS51: Self = ElfMachine(165);
 
-    /// Name of the processor for messages, where it is a well known one.
+    /// Name of the processor for messages, if it is a well-known one.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self.0 {
@@ -242,17 +251,18 @@ impl ElfMachine {
     }
 }
 
-/// Where an ELF file for an AVR has its memories beside program and RAM: EEPROM, fuses, lock bits and signature, each in 64 KB of
-/// addresses (binutils, ld/scripttempl/avr.sc). What lies above is no memory of a chip that is modelled, as the user signature.
+/// The addresses of AVR memories other than program and RAM in an ELF file: EEPROM, fuses, lock bits and
+/// signature, each with 64 KB of addresses (binutils, ld/scripttempl/avr.sc). Areas above, such as the user
+/// signature, are not memories of the modelled chips.
 pub const AVR_AREAS: std::ops::Range<u32> = 0x81_0000..0x85_0000;
 
-/// A window that lies there.
+/// Whether a window is in [`AVR_AREAS`].
 fn is_avr_elf_area(start: u32) -> bool {
     AVR_AREAS.contains(&start)
 }
 
-/// The memories that an Intel HEX file may fill: those of `hex`, and of `elf` those of an AVR that avr-objcopy carries over at the
-/// addresses of the ELF file, unless told otherwise.
+/// The memories that an Intel HEX file can fill: those of `hex`, and the AVR memories of `elf`, which
+/// avr-objcopy by default copies to a HEX file at their ELF addresses.
 #[must_use]
 pub fn hex_spaces(hex: &[ImageSpace], elf: &[ImageSpace]) -> Vec<ImageSpace> {
     let carried =
@@ -260,11 +270,12 @@ pub fn hex_spaces(hex: &[ImageSpace], elf: &[ImageSpace]) -> Vec<ImageSpace> {
     hex.iter().chain(carried).copied().collect()
 }
 
-/// Loads an image: ELF if the file begins with the ELF magic, OMF-51 if it is for MCS-51 and begins with a record of that format, and
-/// Intel HEX otherwise. `file` is the name for messages.
+/// Loads an image. A file that starts with the ELF magic is ELF. A file for MCS-51 that starts with a record
+/// of OMF-51 is OMF-51. All others are Intel HEX. `file` is the name for messages.
 ///
 /// # Errors
-/// All faults of the file in the order of their places; at most [`MAX_REPORTED`] and a closing note with the number of others.
+/// All faults of the file in the order of their positions: at most [`MAX_REPORTED`], and a closing note with
+/// the number of further ones.
 pub fn load(
     file: &str,
     bytes: &[u8],

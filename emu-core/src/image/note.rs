@@ -1,11 +1,12 @@
-//! For which AVR an ELF file was linked, where it says: the note of avr-gcc's start-up files (since version 5) and the signature that a
-//! program asks for. Both are read apart from loading, so that a file that was refused can be told by them too.
+//! Reads for which AVR an ELF file was linked: from the note of avr-gcc's start-up files (since version 5),
+//! and from the signature section of a program. Both are read separately from loading, so that they are also
+//! available for a file that was rejected.
 //!
 //! ```text
 //!   .note.gnu.avr.deviceinfo   words of 32 bits (binutils, elf32-avr.c)
 //!     name's size 4, description's size, type 1, "AVR\0"
 //!     flash start, size, RAM start, size, EEPROM start, size
-//!     size of the table of offsets with this word, offset of the chip's name behind the table, ..
+//!     size of the table of offsets with this word, offset of the chip's name after the table, ..
 //!     strings
 //! ```
 
@@ -17,13 +18,13 @@ use super::elf::aligned;
 
 /// Bytes before the description: three words and "AVR\0".
 const HEAD: usize = 16;
-/// Where the table of offsets begins in the description: behind six words.
+/// Offset of the table of offsets in the description, after six words.
 const TABLE: usize = 24;
-/// Longest name of a chip; what is longer is none.
+/// Maximum length of a chip name; a longer one is not a chip name.
 const MOST_NAME: usize = 32;
 
-/// Name of the chip that an ELF file was linked for, as compilers write it (`atmega328p`); nothing where the file has no note, or a
-/// damaged one. Never more than 32 letters and digits.
+/// Name of the chip for which an ELF file was linked, as compilers write it (`atmega328p`). `None` if the
+/// file has no note or a damaged one. The name has at most 32 letters and digits.
 #[must_use]
 pub fn avr_device(file: &[u8]) -> Option<String> {
     let bytes = aligned(file);
@@ -37,7 +38,7 @@ pub fn avr_device(file: &[u8]) -> Option<String> {
     let size = usize::try_from(word(note, 4)?).ok()?;
     let description = note.get(HEAD..HEAD.checked_add(size)?)?;
     let table = usize::try_from(word(description, TABLE)?).ok()?;
-    // A table of one word is nothing but its size.
+    // A table of one word contains only its size.
     let name = usize::try_from(word(description, TABLE + 4)?).ok().filter(|_| table >= 8)?;
     let strings = description.get(TABLE.checked_add(table)?..)?;
     let name = strings.get(name..)?.split(|&byte| byte == 0).next()?;
@@ -45,8 +46,8 @@ pub fn avr_device(file: &[u8]) -> Option<String> {
     fine.then(|| String::from_utf8_lossy(name).to_ascii_lowercase())
 }
 
-/// The signature bytes that a program gives in the section `.signature`, in the order of the chip's rows and of programmers:
-/// 1E 95 0F. In the file the last one comes first (AVR-LibC, avr/signature.h).
+/// The signature bytes in the section `.signature` of a program, in the order of the chip rows and of
+/// programmers: 1E 95 0F. The file has them in reverse order (AVR-LibC, avr/signature.h).
 #[must_use]
 pub fn avr_signature(file: &[u8]) -> Option<[u8; 3]> {
     let bytes = aligned(file);
@@ -56,7 +57,7 @@ pub fn avr_signature(file: &[u8]) -> Option<[u8; 3]> {
     }
 }
 
-/// The bytes of a section; nothing where there is none, or none that can be read.
+/// The bytes of a section, or `None` if there is no such section or it cannot be read.
 pub(super) fn section<'b>(bytes: &'b [u8], name: &[u8]) -> Option<&'b [u8]> {
     let header = FileHeader32::<Le>::parse(bytes).ok()?;
     let sections = header.sections(Le, bytes).ok()?;

@@ -1,63 +1,64 @@
-//! Puts bytes at addresses of the image file into memories and finds what lies outside, overlaps or halves a word.
+//! Puts bytes at addresses of the image file into memories. It finds bytes outside of all memories, overlaps,
+//! and half words.
 
 use std::collections::BTreeMap;
 
 use super::{ImageSpace, Segment, WordBits};
 
-/// Where bytes came from: for HEX a line and the column of the first byte, for ELF the number of a section.
+/// The source of bytes: for HEX a line and the column of the first byte, for ELF the number of a section.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct SourceSpan {
     pub line: u32,
     pub column: u32,
 }
 
-/// What is wrong with bytes that were to be placed at `start..end` of the image file.
+/// Why bytes could not be placed normally at `start..end` of the image file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum PlacementError {
-    /// No memory is there.
+    /// There is no memory.
     Outside { start: u64, end: u64 },
-    /// `with` had put bytes there before.
+    /// `with` has already put bytes there.
     Overlap { start: u64, end: u64, with: SourceSpan },
-    /// `with` had put erased bytes there before, which the new ones replace.
+    /// `with` has put erased bytes there; the new bytes replace them.
     Replaced { start: u64, end: u64, with: SourceSpan },
 }
 
-/// A byte whose word has no other half.
+/// A byte whose word lacks its other half.
 pub(super) struct HalfWord<'s> {
     pub space: &'s ImageSpace,
     /// Byte address within the memory.
     pub addr: u32,
     pub from: SourceSpan,
-    /// How many bytes of `from`'s run come before this one.
+    /// Number of bytes of the run of `from` before this one.
     pub offset: u32,
 }
 
-/// What becomes of the other half, for notes.
+/// What happens to the other half, for notes.
 pub(super) const STAYS_ERASED: &str = ", which stays erased (0xFF)";
 
 impl HalfWord<'_> {
-    /// The byte that is there and the one that is not, for messages.
+    /// The byte that is present and the one that is missing, for messages.
     pub(super) fn bytes(&self) -> String {
         format!("byte 0x{:04X} without 0x{:04X}", self.addr, self.addr ^ 1)
     }
 }
 
-/// Words with bits that their memory has not.
+/// Words with bits that their memory does not implement.
 pub(super) struct OverwideWords<'s> {
     pub space: &'s ImageSpace,
-    /// Byte address within the memory of the first of them.
+    /// Byte address of the first such word within the memory.
     pub addr: u32,
-    /// That word.
+    /// The first such word.
     pub word: u16,
-    /// Where its upper byte came from.
+    /// Source of its upper byte.
     pub from: SourceSpan,
-    /// How many bytes of `from`'s record come before that byte.
+    /// Number of bytes of the record of `from` before that byte.
     pub offset: u32,
-    /// How many others there are.
+    /// Number of further such words.
     pub others: u32,
 }
 
-/// The bytes placed so far. No run overlaps another.
+/// The bytes placed so far. No two runs overlap.
 pub(super) struct PlacedBytes<'s> {
     spaces: &'s [ImageSpace],
     runs: Vec<BTreeMap<u32, ByteRun>>,
@@ -66,7 +67,7 @@ pub(super) struct PlacedBytes<'s> {
 struct ByteRun {
     bytes: Vec<u8>,
     from: SourceSpan,
-    /// Bytes of the record before the first of this run.
+    /// Number of bytes of the record before the first byte of this run.
     offset: u32,
 }
 
@@ -76,7 +77,8 @@ impl ByteRun {
     }
 }
 
-/// True for a byte of an erased cell: FF, and as the upper byte of a word of a PIC also 3F, or 00 where the word holds a byte.
+/// Whether a byte is that of an erased cell: FF, or as the upper byte of a PIC word also 3F, or 00 if the
+/// word holds a byte.
 fn is_erased(space: &ImageSpace, at: u32, byte: u8) -> bool {
     let upper = space.word == 2 && space.word_bits != WordBits::All && at % 2 == 1;
     byte == 0xFF || upper && (byte == 0x3F || byte == 0 && matches!(space.word_bits, WordBits::Low(8)))
@@ -87,7 +89,8 @@ impl<'s> PlacedBytes<'s> {
         PlacedBytes { spaces, runs: spaces.iter().map(|_| BTreeMap::new()).collect() }
     }
 
-    /// Places `bytes` at the image address `addr`. What is in trouble is told and left out, the rest is kept.
+    /// Places `bytes` at the image address `addr`. Faulty parts are reported to `tell` and left out; the rest
+    /// is placed.
     pub(super) fn place_bytes(
         &mut self,
         addr: u64,
@@ -174,8 +177,8 @@ impl<'s> PlacedBytes<'s> {
         }
     }
 
-    /// The bytes that define half a word: in a memory of two-byte words every stretch of bytes, as long as it goes,
-    /// must begin and end at an even address.
+    /// The bytes that define half a word. In a memory of two-byte words, every contiguous range of bytes must
+    /// start and end at an even address.
     pub(super) fn half_words(&self) -> Vec<HalfWord<'_>> {
         let mut halves = Vec::new();
         for (space, runs) in self.spaces.iter().zip(&self.runs).filter(|(s, _)| s.word == 2) {
@@ -196,7 +199,8 @@ impl<'s> PlacedBytes<'s> {
         halves
     }
 
-    /// Puts an erased byte beside each that [`PlacedBytes::half_words`] finds in a memory of words of 16 bits.
+    /// Adds an erased byte beside each byte that [`PlacedBytes::half_words`] finds in a memory of 16-bit
+    /// words.
     pub(super) fn fill_half_words(&mut self) {
         let halves = self.half_words().into_iter().filter(|half| half.space.word_bits == WordBits::All);
         let halves: Vec<_> = halves.map(|half| (half.space.name, half.addr ^ 1, half.from)).collect();
@@ -208,7 +212,7 @@ impl<'s> PlacedBytes<'s> {
         }
     }
 
-    /// The words that have bits which their memory has not, memory by memory. Half words are none.
+    /// For each memory, the words with bits that it does not implement. Half words are ignored.
     pub(super) fn wide_words(&self) -> Vec<OverwideWords<'_>> {
         let mut found = Vec::new();
         for (space, runs) in self.spaces.iter().zip(&self.runs).filter(|(s, _)| s.word == 2) {
@@ -235,12 +239,12 @@ impl<'s> PlacedBytes<'s> {
         found
     }
 
-    /// True when nothing was placed.
+    /// Whether nothing was placed.
     pub(super) fn is_empty(&self) -> bool {
         self.runs.iter().all(BTreeMap::is_empty)
     }
 
-    /// The bytes in the order of memories and addresses, neighbours merged.
+    /// The bytes in the order of memories and addresses, with adjacent runs merged.
     pub(super) fn into_segments(self) -> Vec<Segment> {
         let mut segments: Vec<Segment> = Vec::new();
         for (space, runs) in self.spaces.iter().zip(self.runs) {
@@ -257,13 +261,13 @@ impl<'s> PlacedBytes<'s> {
     }
 }
 
-/// Where the memory `space` lies in the image file.
+/// The address range of the memory `space` in the image file.
 pub(super) fn address_range(space: &ImageSpace) -> std::ops::Range<u64> {
     let start = u64::from(space.start);
     start..start + u64::from(space.len)
 }
 
-/// The memories and their windows, for messages.
+/// The memories and their address ranges, for messages.
 pub(super) fn describe_spaces(spaces: &[ImageSpace]) -> String {
     let names = spaces.iter().filter(|s| s.len > 0).map(|s| {
         let window = address_range(s);
@@ -272,7 +276,7 @@ pub(super) fn describe_spaces(spaces: &[ImageSpace]) -> String {
     names.collect::<Vec<_>>().join("; ")
 }
 
-/// `bytes[from..to]`, empty where that does not exist.
+/// `bytes[from..to]`, empty if the range does not exist.
 fn slice(bytes: &[u8], from: u64, to: u64) -> &[u8] {
     bytes.get(from as usize..to as usize).unwrap_or_default()
 }

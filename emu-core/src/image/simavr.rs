@@ -1,51 +1,52 @@
-//! What a program says to simavr, in the section `.mmcu` of its ELF file: for which chip and clock it is, and what it wants traced.
-//! The layout is that of simavr's `avr_mcu_section.h`: entries of a tag, a length and so many bytes, with zeros between them.
+//! Reads the section `.mmcu` of an ELF file, in which a program describes for simavr its chip, its clock and
+//! the signals to trace. The layout is that of simavr's `avr_mcu_section.h`: entries with a tag, a length and
+//! that many bytes, with zeros between them.
 
 use super::elf::aligned;
 use super::note::section;
 
-/// Name of the section; it is no part of the program.
+/// Name of the section; it is not part of the program.
 pub(super) const SECTION: &str = ".mmcu";
 
-/// Longest name that is taken, and most traces: what has more is damaged.
+/// Maximum length of a name, and maximum number of traces; a section with more is damaged.
 const MAX_ENTRIES: usize = 64;
 
-/// Bytes of the name in the entry of a trace.
+/// Bytes of the name in a trace entry.
 const TRACE_NAME_BYTES: usize = 32;
 
-/// The entries that mean something here.
+/// The entries of the section that are used.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct SimavrSection {
-    /// The chip, in small letters, as `atmega328p`.
+    /// The chip in lower case, such as `atmega328p`.
     pub mcu: Option<String>,
-    /// Its clock in Hz.
+    /// The clock in Hz.
     pub hz: Option<u32>,
     /// File for the waveform.
     pub vcd: Option<String>,
-    /// What is to be in it.
+    /// Signals of the waveform.
     pub traces: Vec<SimavrTrace>,
     /// Data address of the register whose bytes simavr prints.
     pub console: Option<u16>,
-    /// Data address of the register that takes commands to simavr.
+    /// Data address of the register that takes commands for simavr.
     pub command: Option<u16>,
-    /// Tag of an entry that is longer than what is left of the section: neither it nor what follows is read.
+    /// Tag of an entry that is longer than the rest of the section. Neither it nor what follows is read.
     pub truncated_bytes: Option<u8>,
 }
 
-/// A signal that a program wants traced.
+/// A signal that a program wants to have traced.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum SimavrTrace {
-    /// The register at this data address, or its bits in the mask, where that is not 0.
+    /// The register at this data address, or only its bits in the mask if the mask is not 0.
     Register(u16, u8),
-    /// A pin: letter of its port and number.
+    /// A pin: the letter of its port, and its number.
     Pin(char, u8),
-    /// So many bytes from this data address on, 1 or 2.
+    /// A variable at this data address with this number of bytes, 1 or 2.
     Ram(u16, u8),
     /// An interrupt.
     Interrupt,
 }
 
-/// What an ELF file says to simavr; nothing where it has no such section.
+/// Reads the section of an ELF file, or returns `None` if the file has none.
 #[must_use]
 pub fn read_simavr_section(file: &[u8]) -> Option<SimavrSection> {
     if !file.starts_with(super::elf::MAGIC) {
@@ -70,8 +71,8 @@ pub fn read_simavr_section(file: &[u8]) -> Option<SimavrSection> {
 }
 
 impl SimavrSection {
-    /// An entry; tags by avr_mcu_section.h, whose others are passed over. From simavr 1.7 on 17 and 18 trace RAM in an entry as long
-    /// as the other traces; in 1.6 the tag 17 is that of a pull-up, with 4 bytes.
+    /// Applies an entry. Tags are those of avr_mcu_section.h; others are ignored. From simavr 1.7 on, tags 17
+    /// and 18 trace RAM in an entry as long as other traces. In 1.6 tag 17 is a pull-up, with 4 bytes.
     fn apply_entry(&mut self, tag: u8, entry: &[u8]) {
         match (tag, entry) {
             (1, _) => self.mcu = entry_text(entry).map(|name| name.to_ascii_lowercase()),
@@ -93,7 +94,7 @@ impl SimavrSection {
     }
 }
 
-/// The text up to the first zero, if it can be shown.
+/// The text up to the first zero, if it is printable and not too long.
 fn entry_text(entry: &[u8]) -> Option<String> {
     let text = entry.split(|byte| *byte == 0).next().filter(|text| !text.is_empty() && text.len() <= MAX_ENTRIES)?;
     let fine = text.iter().all(|byte| byte.is_ascii_graphic() || *byte == b' ');

@@ -1,41 +1,44 @@
-//! Source lines of a program: which line the code at an address was made of, and where the code of a line begins.
+//! Source lines of a program: the line from which the code at an address was made, and the addresses of the
+//! code of a line.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::{Arc, OnceLock};
 
 use diag::Diagnostic;
+use diag::text::printable;
 
 use super::{DebugInfo, dwarf};
 use crate::CoreError;
 
-/// What a line belongs to.
+/// The kind of file that a line belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum SourceKind {
     /// A line of C.
     C,
     /// A line of an assembler source.
     Asm,
-    /// A line of the listing that was read, counted in that file.
+    /// A line of the listing that was read, numbered in that file.
     Listing,
 }
 
-/// The line that the code from an address on was made of.
+/// The source line of the code from an address on.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SourceLine {
     /// Byte address in program memory.
     pub addr: u32,
-    /// What the line belongs to.
+    /// The kind of its file.
     pub kind: SourceKind,
-    /// Name of the file, with the path that the tools wrote: none for SDCC's; below the folder of the compilation for those
-    /// of an ELF file.
+    /// Name of the file with the path that the tools wrote. SDCC's have none; those of an ELF file are
+    /// relative to the folder of the compilation, if possible.
     pub file: Arc<str>,
     /// Line, from 1.
     pub line: u32,
-    /// Bytes of its code; 0 where the file of symbols does not tell, then it goes on to the next line.
+    /// Size of its code in bytes. 0 if the file of symbols does not give it; the code then extends to the
+    /// next line.
     pub len: u32,
 }
 
-/// The source lines of a program. Those of an ELF file are read when they are first asked for.
+/// The source lines of a program. Those of an ELF file are read on first use.
 #[derive(Debug, Clone, Default)]
 pub struct SourceLines {
     elf_source: Option<ElfSource>,
@@ -50,25 +53,25 @@ struct ElfSource {
     bytes: Arc<Vec<u8>>,
 }
 
-/// What was read.
+/// The lines after reading.
 #[derive(Debug, Clone, Default)]
 pub(super) struct LineTable {
-    /// By address, kind, file and number; none twice.
+    /// Sorted by address, kind, file and number, without duplicates.
     lines: Vec<SourceLine>,
-    /// The kinds that occur, the one that is preferred first.
+    /// The kinds that occur, in order of preference.
     kinds: Vec<SourceKind>,
-    /// The folder of the compilation by file, each file once.
+    /// The folder of the compilation of each file; each file once.
     folders: Vec<(Arc<str>, String)>,
-    /// What could not be read.
+    /// Warnings about what could not be read.
     warnings: Vec<Diagnostic>,
-    /// Byte addresses at which two lines begin: no code belongs to the first.
+    /// Byte addresses at which two rows begin, be it of one line: no code belongs to the first.
     pub(super) doubled: BTreeSet<u32>,
-    /// Byte addresses of rows that begin no statement.
+    /// Byte addresses of rows that do not start a statement.
     pub(super) parts: BTreeSet<u32>,
 }
 
 impl LineTable {
-    /// Puts the lines in order.
+    /// Sorts the lines.
     pub(super) fn from_lines(
         mut lines: Vec<SourceLine>,
         folders: Vec<(Arc<str>, String)>,
@@ -83,7 +86,7 @@ impl LineTable {
 }
 
 impl PartialEq for SourceLines {
-    /// Whether they were read already makes no difference.
+    /// Compares the contents; whether they have been read already makes no difference.
     fn eq(&self, other: &Self) -> bool {
         self.elf_source == other.elf_source && (self.elf_source.is_some() || self.all_lines() == other.all_lines())
     }
@@ -102,8 +105,9 @@ impl SourceLines {
         }
     }
 
-    /// Those of the debugging information (DWARF 2 to 5) of an ELF file, or none where it has none. Nothing is read yet, and
-    /// nothing ever fails: what is damaged is left out and told by [`Lines::warnings`]. `name` is the file's for messages.
+    /// The lines in the debugging information (DWARF 2 to 5) of an ELF file, or none if it has none. Nothing
+    /// is read yet and nothing fails: damaged parts are left out and reported by [`SourceLines::warnings`].
+    /// `name` is the file name for messages.
     #[must_use]
     pub fn from_elf(name: &str, bytes: impl Into<Vec<u8>>) -> SourceLines {
         SourceLines {
@@ -113,8 +117,8 @@ impl SourceLines {
         }
     }
 
-    /// Functions, variables and types that the ELF file tells of; none where it does not, or where there is no ELF file. They are read
-    /// when they are first asked for.
+    /// Functions, variables and types in the ELF file, read on first use. Empty if the file has none or there
+    /// is no ELF file.
     #[must_use]
     pub fn debug_info(&self) -> &Arc<DebugInfo> {
         self.info.get_or_init(|| {
@@ -128,32 +132,33 @@ impl SourceLines {
         })
     }
 
-    /// All lines by address, kind, file and number; none twice.
+    /// All lines by address, kind, file and number, without duplicates.
     #[must_use]
     pub fn all_lines(&self) -> &[SourceLine] {
         &self.line_table().lines
     }
 
-    /// Two lines begin at a byte address: a function that begins there has a prologue without code.
+    /// Two rows begin at a byte address: a function that begins there has a prologue without code.
     #[must_use]
     pub fn is_doubled(&self, byte: u32) -> bool {
         self.line_table().doubled.contains(&byte)
     }
 
-    /// The line that begins at a byte address begins a statement there, as far as the compiler says so: a step may end there.
+    /// Whether the line that starts at a byte address starts a statement there, according to the compiler. A
+    /// step can end there.
     #[must_use]
     pub fn begins_statement(&self, byte: u32) -> bool {
         !self.line_table().parts.contains(&byte)
     }
 
-    /// What was found damaged in the debugging information; empty while nobody has asked for a line.
+    /// Damage found in the debugging information; empty until a line has been requested.
     #[must_use]
     pub fn warnings(&self) -> &[Diagnostic] {
         self.line_table.get().map_or(&[], |found| &found.warnings)
     }
 
-    /// The line that the code at a byte address belongs to; C goes before assembler, and that before a listing. A line of
-    /// which it is not known how far it goes counts only where it begins at `from`, where the function begins, or behind it.
+    /// The line of the code at a byte address. C is preferred to assembler, and assembler to a listing. A
+    /// line of unknown length counts only if it starts at or after `from`, the start of the function.
     #[must_use]
     pub fn line_at(&self, byte: u32, from: u32) -> Option<&SourceLine> {
         let end = self.all_lines().partition_point(|line| line.addr <= byte);
@@ -165,12 +170,13 @@ impl SourceLines {
         })
     }
 
-    /// Byte addresses at which the code of a line begins, ascending; a line that the compiler has taken apart has several.
-    /// `file` is the name of a file, the end of its path, or a whole path as editors and debuggers give it, where what it ends
-    /// with is enough: a program may have been compiled elsewhere.
+    /// Byte addresses at which the code of a line starts, in ascending order; a line whose code is split has
+    /// several. `file` is the name of a file or the end of its path. It can also be a whole path, as given by
+    /// editors and debuggers; then it is enough that the path ends with the name of a file, because a program
+    /// may have been compiled elsewhere.
     ///
     /// # Errors
-    /// Why there is none: no lines at all, no such file, several, or no code of that line.
+    /// Why there is no address: no lines at all, no such file, several such files, or no code of that line.
     pub fn addresses_of_line(&self, file: &str, line: u32) -> Result<Vec<u32>, CoreError> {
         let mut files: Vec<&str> = self.all_lines().iter().map(|line| &*line.file).collect();
         files.sort_unstable();
@@ -199,8 +205,9 @@ impl SourceLines {
         Err(CoreError::LineWithoutCode { file: name.to_owned(), line, next })
     }
 
-    /// The source files that a path may stand for, which is none of their names: those that lie there, else those whose path ends
-    /// with it, else, for an absolute path, those with which it ends most.
+    /// The source files that a path can mean if it is not the name of a file. These are the files at that
+    /// path; if there are none, files whose path ends with it; and if there are none, for an absolute path,
+    /// the files whose names are its longest endings.
     fn matching_files<'a>(&self, files: &[&'a str], path: &str) -> Vec<&'a str> {
         let path = &*normalize_path(path);
         let whole = |known: &str| match self.folder(known) {
@@ -223,14 +230,14 @@ impl SourceLines {
         found
     }
 
-    /// The folder in which the compiler was called for a source file, where that is known.
+    /// The folder in which the compiler was called for a source file, if known.
     #[must_use]
     pub fn folder(&self, file: &str) -> Option<&str> {
         self.line_table().folders.iter().find(|(known, _)| &**known == file).map(|(_, folder)| folder.as_str())
     }
 }
 
-/// A path without `.`, and without `..` behind a folder.
+/// A path without `.`, and without `..` after a folder.
 fn normalize_path(path: &str) -> String {
     let mut parts: Vec<&str> = Vec::new();
     for part in path.split('/').filter(|part| !matches!(*part, "" | ".")) {
@@ -242,12 +249,48 @@ fn normalize_path(path: &str) -> String {
     format!("{}{}", if path.starts_with('/') { "/" } else { "" }, parts.join("/"))
 }
 
-/// The last folders and the name of a path are `end`.
+/// Whether a path ends with the folders and the name `end`.
 fn ends_with_path(path: &str, end: &str) -> bool {
     !end.is_empty() && path.strip_suffix(end).is_some_and(|before| before.ends_with('/'))
 }
 
-/// Some names, for messages.
+/// The names as `String`s, for messages.
 fn owned(names: &[&str]) -> Vec<String> {
     names.iter().map(|&name| name.to_owned()).collect()
+}
+
+/// Names of source files, each once, below the folder of their compilation or absolute.
+#[derive(Debug, Default)]
+pub(super) struct SourceFileNames {
+    names: HashMap<String, Arc<str>>,
+    /// The folders of the compilations.
+    pub folders: Vec<(Arc<str>, String)>,
+}
+
+impl SourceFileNames {
+    /// The name of a file that was compiled in a folder.
+    pub fn intern(&mut self, path: &str, folder: &str) -> Arc<str> {
+        let below = path.strip_prefix(folder).filter(|_| !folder.is_empty()).and_then(|path| path.strip_prefix('/'));
+        let path = below.unwrap_or(path);
+        let path = path.strip_prefix("./").unwrap_or(path);
+        if let Some(known) = self.names.get(path) {
+            return Arc::clone(known);
+        }
+        let file: Arc<str> = printable(path).into();
+        self.names.insert(path.to_owned(), Arc::clone(&file));
+        if !folder.is_empty() {
+            self.folders.push((Arc::clone(&file), folder.to_owned()));
+        }
+        file
+    }
+}
+
+pub(super) fn join_path(folder: &str, name: &str) -> String {
+    if folder.is_empty() || name.starts_with('/') { name.to_owned() } else { format!("{folder}/{name}") }
+}
+
+/// By the extension: compilers leave assembler alone, and assemblers take no C.
+pub(super) fn source_kind(file: &str) -> SourceKind {
+    let asm = [".S", ".s", ".sx", ".asm", ".inc"].iter().any(|ending| file.ends_with(ending));
+    if asm { SourceKind::Asm } else { SourceKind::C }
 }

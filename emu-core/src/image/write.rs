@@ -1,20 +1,20 @@
-//! Segments to Intel HEX.
+//! Writes segments as Intel HEX.
 
 use ihex::checksum;
 
 const DATA_BYTES: u32 = 16;
 
-/// Writes Intel HEX: `segments` are byte addresses of the image file with their bytes, in any order, and must not
-/// overlap or run over 4 GB. Addresses ascend, a line has up to 16 data bytes and never crosses a multiple of 64 KB, a
-/// type 04 record comes before data of another 64 KB, digits are in upper case and every line ends with `\n`. What it
-/// writes is what [`super::load_hex`] accepts.
+/// Writes Intel HEX. `segments` are byte addresses of the image file with their bytes, in any order; they
+/// must not overlap or extend beyond 4 GB. Addresses ascend. A line has up to 16 data bytes and never crosses
+/// a multiple of 64 KB; a type 04 record precedes data of another 64 KB. Digits are in upper case, and every
+/// line ends with `\n`. [`super::load_hex`] accepts the result.
 #[must_use]
 pub fn write_hex(segments: &[(u32, &[u8])]) -> String {
     hex_text(segments, false)
 }
 
-/// Writes Intel HEX as the tools of gputils do: as [`write_hex`], but no line crosses a multiple of 16 bytes, and with `extended`
-/// (their INHX32, otherwise INHX8M) a type 04 record comes before the first 64 KB too.
+/// Writes Intel HEX as the tools of gputils do. It is like [`write_hex`], but no line crosses a multiple of
+/// 16 bytes. With `extended` (their INHX32, otherwise INHX8M) a type 04 record also precedes the first 64 KB.
 #[must_use]
 pub fn write_hex_aligned(segments: &[(u32, &[u8])], extended: bool) -> String {
     let mut text = String::new();
@@ -24,7 +24,7 @@ pub fn write_hex_aligned(segments: &[(u32, &[u8])], extended: bool) -> String {
     text + &hex_text(segments, true)
 }
 
-/// The text; with `aligned` no line crosses a multiple of its longest length.
+/// Returns the text. With `aligned`, no line crosses a multiple of 16 bytes.
 fn hex_text(segments: &[(u32, &[u8])], aligned: bool) -> String {
     let mut sorted = segments.to_vec();
     sorted.sort_by_key(|&(addr, _)| addr);

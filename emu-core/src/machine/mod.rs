@@ -1,8 +1,9 @@
-//! The vocabulary of instruction bodies.
+//! The traits in which the bodies of instructions are written.
 //!
-//! A body is a small function, generic over a [`BodyMachine`], in which arithmetic reads as arithmetic. Values are `Copy`; a
-//! condition on an emulated value never becomes a Rust `if`. So one text of an instruction has several meanings: the
-//! interpreter computes with [`ByteValue`] and [`WideValue`], a recorder computes with nothing and notes what was touched.
+//! A body is a small function, generic over a [`BodyMachine`], in which arithmetic is written with the usual
+//! operators. Values are `Copy`. A condition on an emulated value never becomes a Rust `if`. One body
+//! therefore has several uses: the interpreter computes with [`ByteValue`] and [`WideValue`], and a recorder
+//! computes nothing and notes which registers and memory cells the body accesses.
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Not, Shl, Shr, Sub};
 
@@ -27,27 +28,27 @@ pub trait WordOps:
     + Shr<u32, Output = Self>
     + From<u8>
 {
-    /// One bit of a word.
+    /// A single bit of the byte.
     type Bit: BitOps;
     /// Bit `n`, 0 to 7.
     fn bit(self, n: u8) -> Self::Bit;
-    /// This word with bit `n` replaced.
+    /// This byte with bit `n` replaced.
     fn with_bit(self, n: u8, bit: Self::Bit) -> Self;
-    /// True when all bits are 0.
+    /// Whether all bits are 0.
     fn is_zero(self) -> Self::Bit;
-    /// This word where `bit` is set, 0 where it is clear.
+    /// This byte if `bit` is set, else 0.
     fn when(self, bit: Self::Bit) -> Self;
-    /// Unsigned: this word is less than the other.
+    /// Whether this byte is less than `other`, unsigned.
     fn lt(self, other: Self) -> Self::Bit;
-    /// Unsigned quotient and remainder; by 0, this word and the other as they are.
+    /// Unsigned quotient and remainder. Division by 0 returns `self` and `other` unchanged.
     fn div_rem(self, other: Self) -> (Self, Self);
 }
 
 /// Two emulated bytes. `+` and `-` wrap.
 pub trait WideOps: Copy + Add<Output = Self> + Sub<Output = Self> + From<u16> {
-    /// One byte of it.
+    /// A single byte of the pair.
     type Word: WordOps;
-    /// `hi` and `lo` side by side.
+    /// Makes a pair from its upper byte `hi` and its lower byte `lo`.
     fn join(hi: Self::Word, lo: Self::Word) -> Self;
     /// The lower byte.
     fn lo(self) -> Self::Word;
@@ -57,7 +58,7 @@ pub trait WideOps: Copy + Add<Output = Self> + Sub<Output = Self> + From<u16> {
     fn mul(a: Self::Word, b: Self::Word) -> Self;
 }
 
-/// What all emulated machines share. Each family adds its registers, flags and memories.
+/// What all emulated machines have in common. Each family adds its registers, flags and memories.
 pub trait BodyMachine {
     /// A bit.
     type Bit: BitOps;
@@ -66,7 +67,8 @@ pub trait BodyMachine {
     /// A pair of bytes.
     type Wide: WideOps<Word = Self::Word>;
 
-    /// Begins an instruction of `words` program words that takes `cycles` machine cycles, 0 where its body charges them.
+    /// Begins an instruction of `words` program words that takes `cycles` machine cycles. `cycles` is 0 if
+    /// the body itself charges them.
     #[inline(always)]
     fn begin(&mut self, words: u32, cycles: u32) {
         self.advance(words);
@@ -74,17 +76,18 @@ pub trait BodyMachine {
             self.charge(cycles);
         }
     }
-    /// Moves the program counter on by `words` program words.
+    /// Advances the program counter by `words` program words.
     fn advance(&mut self, words: u32);
-    /// Spends `cycles` machine cycles.
+    /// Adds `cycles` machine cycles.
     fn charge(&mut self, cycles: u32);
     /// Jumps to the program word `target`.
     fn jump(&mut self, target: u32);
-    /// Jumps to the computed program word `target`.
+    /// Jumps to the program word `target`, which the program has computed.
     fn goto(&mut self, target: Self::Wide);
-    /// Jumps to `target` when `condition` holds, at the cost that the family has for it.
+    /// Jumps to `target` if `condition` is true, and charges the cycles of the family's branches.
     fn branch_if(&mut self, condition: Self::Bit, target: u32);
-    /// Skips the next instruction, of `words` program words, when `condition` holds, at the cost that the family has for it.
+    /// Skips the next instruction, of `words` program words, if `condition` is true, and charges the cycles
+    /// of the family's skips.
     fn skip_if(&mut self, condition: Self::Bit, words: u32);
 }
 

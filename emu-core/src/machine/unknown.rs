@@ -1,14 +1,14 @@
-//! Values of which nothing is known: what a recorder of instruction bodies computes with.
+//! Unknown values: the recorder runs instruction bodies on them.
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Not, Shl, Shr, Sub};
 
 use super::{BitOps, WideOps, WordOps};
 
-/// A bit or a byte of which nothing is known.
+/// An unknown bit or byte.
 #[derive(Debug, Clone, Copy)]
 pub struct UnknownValue;
 
-/// A pair of bytes: known only when it is a constant of the instruction.
+/// A pair of bytes. Its value is known only if it is a constant of the instruction.
 #[derive(Debug, Clone, Copy)]
 pub struct UnknownWide(pub Option<u16>);
 

@@ -1,24 +1,25 @@
-//! An up-counter in closed form: it counts to its top, returns to 0, and wraps at its full width when it is above its top.
+//! An up-counter in closed form. It counts up to its top and then returns to 0; from a value above the top it
+//! counts up to its maximum first.
 
-/// An up-counter.
+/// An up-counter with a programmable top, as in timers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TimerCounter {
-    /// The count.
+    /// The present count.
     pub value: u16,
-    /// The last value before it returns to 0.
+    /// The last value before the counter returns to 0.
     pub top: u16,
-    /// The highest value of its width; it always returns to 0 after it.
+    /// The largest value of its width; after it the counter always returns to 0.
     pub max: u16,
 }
 
 impl TimerCounter {
-    /// The value after one step without regard to the top.
+    /// The value after one step if the top is ignored.
     #[must_use]
     pub const fn next_ignoring_top(self) -> u16 {
         self.value.wrapping_add(1) & self.max
     }
 
-    /// Steps until the counter goes on from the value `x`, at least 1; `None` when it never gets there.
+    /// Number of steps until the counter leaves the value `x`, at least 1; `None` if it never reaches `x`.
     #[must_use]
     pub fn steps_to_leave(self, x: u16) -> Option<u64> {
         let [value, x, end] = [self.value, x, self.round_end()].map(u64::from);
@@ -39,7 +40,7 @@ impl TimerCounter {
         if steps <= ahead { (value + steps) as u16 } else { ((steps - ahead - 1) % (u64::from(self.top) + 1)) as u16 }
     }
 
-    /// The last value of the round that the counter is in.
+    /// The last value before the counter next returns to 0.
     const fn round_end(self) -> u16 {
         if self.value <= self.top { self.top } else { self.max }
     }

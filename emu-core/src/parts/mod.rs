@@ -1,5 +1,5 @@
-//! The pieces that silicon repeats, as plain values that are asked instead of ticked: "what are you at cycle t?" and
-//! "when is your next event?".
+//! Building blocks that peripherals of several chips share, as plain values. They are not ticked: each
+//! computes its state at a given cycle and the time of its next event.
 
 pub mod counter;
 pub mod prescaler;

@@ -1,29 +1,29 @@
-//! Regular clock edges, and the free-running divider that gives them.
+//! Periodic clock edges, and the free-running clock divider that makes them.
 
 use crate::cpu::NEVER;
 
-/// Clock edges at the cycles `origin + k * every` for k = 1, 2, ..; none when `every` is 0.
+/// Clock edges at the cycles `origin + k * period` for k = 1, 2, ..; none if `period` is 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TickSeries {
-    /// The cycle from which the edges are counted; no edge itself.
+    /// The cycle from which the edges are counted; it is not an edge itself.
     pub origin: u64,
-    /// Cycles between edges; 0 stops them.
+    /// Cycles between edges; 0 for no edges.
     pub period: u64,
 }
 
 crate::state! { TickSeries { origin, period } if |ticks, _now| ticks.origin != NEVER && ticks.period != NEVER }
 
 impl TickSeries {
-    /// No edges at all.
+    /// No edges.
     pub const NONE: TickSeries = TickSeries { origin: 0, period: 0 };
 
-    /// Edges in the cycles after `from`, up to and including `to`.
+    /// Number of edges in the cycles after `from`, up to and including `to`.
     #[must_use]
     pub fn ticks_between(self, from: u64, to: u64) -> u64 {
         if to <= from { 0 } else { self.edges_until(to) - self.edges_until(from) }
     }
 
-    /// The cycle of the `n`th edge (1 is the first) after `from`; [`NEVER`] where there is none.
+    /// The cycle of the `n`th edge after `from`, counted from 1, or [`NEVER`].
     #[must_use]
     pub fn nth_after(self, from: u64, n: u64) -> u64 {
         if self.period == 0 {
@@ -37,14 +37,14 @@ impl TickSeries {
         let since = at.saturating_sub(self.origin);
         match self.period {
             0 => 0,
-            // Most dividers are powers of two, and a shift is far cheaper than a division.
+            // Most dividers are powers of two, and a shift is much cheaper than a division.
             every if every.is_power_of_two() => since >> every.trailing_zeros(),
             every => since / every,
         }
     }
 }
 
-/// A divider that runs freely until it is cleared or held at zero.
+/// A clock divider that runs freely until it is cleared or held at zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Prescaler {
     origin: u64,
@@ -60,24 +60,24 @@ impl Prescaler {
         Prescaler { origin: at, held: false }
     }
 
-    /// Clears the divider at the cycle `at`; `held` keeps it at zero from then on.
+    /// Clears the divider at the cycle `at`. With `held` it stays at zero from then on.
     pub fn restart(&mut self, at: u64, held: bool) {
         *self = Prescaler { origin: at, held };
     }
 
-    /// The clock of the divider has stood for so many cycles.
+    /// Delays all edges by `cycles`, during which the clock of the divider was stopped.
     pub fn postpone(&mut self, cycles: u64) {
         self.origin = self.origin.saturating_add(cycles);
     }
 
-    /// True while the divider is kept at zero.
+    /// Whether the divider is held at zero.
     #[must_use]
     pub const fn is_held(&self) -> bool {
         self.held
     }
 
-    /// The edges of the tap that divides by `div`. A `div` of 0 is no clock; 1 is the undivided clock, which goes past
-    /// the divider and so is not held with it.
+    /// The edges of the tap that divides by `div`. 0 means no clock. 1 means the undivided clock, which
+    /// bypasses the divider and is therefore not held.
     #[must_use]
     pub const fn tap(&self, div: u16) -> TickSeries {
         if self.held && div > 1 { TickSeries::NONE } else { TickSeries { origin: self.origin, period: div as u64 } }

@@ -1,52 +1,53 @@
-//! Frames of one start bit, eight data bits (lowest first) and one stop bit: the shifter that sends them and the sampler
-//! that finds them on a line.
+//! Serial frames of one start bit, eight data bits (lowest first) and one stop bit: the shift register of the
+//! transmitter and the sampler of the receiver.
 
 use crate::cpu::NEVER;
 use crate::parts::prescaler::TickSeries;
 use crate::pins::PinLevel;
 
-/// Bits of a frame, start and stop bit included.
+/// Bits of a frame, including start and stop bit.
 const FRAME_BITS: u8 = 10;
 
-/// The shifter of a transmitter. It takes its steps at the edges of a clock of one edge a bit.
+/// The shift register of a transmitter. It takes a step at each edge of a clock with one edge per bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct UartSender {
     byte: u8,
-    /// Bits already put on the line.
+    /// Number of bits that are already on the line.
     bits_sent: u8,
     next: u64,
 }
 
-/// What a step of a [`UartSender`] did.
+/// The effect of one step of a [`UartSender`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SenderStep {
     /// The line has this level from now on.
     LineLevel(bool),
-    /// The stop bit of this byte is over; the shifter is idle.
+    /// The stop bit of this byte has ended and the shift register is idle.
     FrameSent(u8),
 }
 
 impl UartSender {
-    /// An idle shifter.
+    /// An idle shift register.
     pub const IDLE: UartSender = UartSender { byte: 0, bits_sent: 0, next: NEVER };
 
-    /// The cycle of the next step; [`NEVER`] when idle.
+    /// The cycle of the next step, or [`NEVER`] if idle.
     #[must_use]
     pub const fn next_step(&self) -> u64 {
         self.next
     }
 
-    /// Loads a byte at the cycle `at`; its start bit begins at the first edge after it.
+    /// Loads a byte at the cycle `at`. Its start bit begins at the next clock edge.
     pub fn load(&mut self, byte: u8, at: u64, bits: TickSeries) {
         *self = UartSender { byte, bits_sent: 0, next: bits.nth_after(at, 1) };
     }
 
-    /// Loads a byte at the end of another; its start bit begins at once, at the cycle `at`. The line goes low.
+    /// Loads a byte at the end of another byte. Its start bit begins immediately, at the cycle `at`; the
+    /// caller sets the line low.
     pub fn load_back_to_back(&mut self, byte: u8, at: u64, bits: TickSeries) {
         *self = UartSender { byte, bits_sent: 1, next: bits.nth_after(at, 1) };
     }
 
-    /// Takes the step that is due at [`UartSender::next`].
+    /// Takes the step that is due at [`UartSender::next_step`].
     pub fn step(&mut self, bits: TickSeries) -> SenderStep {
         if self.bits_sent == FRAME_BITS {
             self.next = NEVER;
@@ -58,7 +59,7 @@ impl UartSender {
         SenderStep::LineLevel(bit)
     }
 
-    /// The clock has other edges from the cycle `at` on.
+    /// Sets new clock edges from the cycle `at` on.
     pub fn set_clock(&mut self, at: u64, bits: TickSeries) {
         if self.next != NEVER {
             self.next = bits.nth_after(at, 1);
@@ -66,40 +67,41 @@ impl UartSender {
     }
 }
 
-/// The sampler of a receiver: 16 or 8 samples a bit, the majority of three in the middle decides.
+/// The sampler of a receiver. It takes 16 or 8 samples per bit; the majority of three samples in the middle
+/// decides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct UartReceiver {
     on: bool,
-    /// The last sample was high, so that a low one begins a frame.
+    /// The last sample was high, so a low sample starts a frame.
     last_sample_high: bool,
-    /// Bit being sampled: 0 is the start bit, 9 the stop bit. `None` between frames.
+    /// The bit that is being sampled: 0 is the start bit, 9 the stop bit. `None` between frames.
     bit: Option<u8>,
-    /// Votes taken in this bit, and how many of them were high.
+    /// Number of samples of this bit that count, and how many of them were high.
     votes: u8,
     highs: u8,
     data: u8,
-    /// Edges of the sampling clock from `since` to the next sample that matters.
+    /// Edges of the sampling clock from `wait_start` to the next relevant sample.
     edges_to_next: u64,
     wait_start: u64,
     next: u64,
 }
 
-/// What a [`UartReceiver`] found.
+/// An event that a [`UartReceiver`] detected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ReceiverEvent {
     /// A start bit was confirmed.
     StartBit,
     /// A frame is complete.
     Frame {
-        /// Its data.
+        /// The data byte.
         byte: u8,
-        /// The stop bit was high, as it should be.
+        /// Whether the stop bit was high, which is the valid level.
         stop_bit: bool,
     },
 }
 
 impl UartReceiver {
-    /// A receiver that is off.
+    /// A disabled receiver.
     pub const OFF: UartReceiver = UartReceiver {
         on: false,
         last_sample_high: false,
@@ -112,26 +114,26 @@ impl UartReceiver {
         next: NEVER,
     };
 
-    /// The cycle of the next sample that matters; [`NEVER`] while the line rests.
+    /// The cycle of the next relevant sample, or [`NEVER`] while the line is idle.
     #[must_use]
     pub const fn next_sample(&self) -> u64 {
         self.next
     }
 
-    /// Switches on at the cycle `at`; the first sample is taken at the first edge after it.
+    /// Enables the receiver at the cycle `at`. It takes the first sample at the next clock edge.
     pub fn enable(&mut self, at: u64, samples: TickSeries) {
         *self = UartReceiver { on: true, ..UartReceiver::OFF };
         self.schedule_in(1, at, samples);
     }
 
-    /// The line changed at the cycle `at`; a sampler sees it from the next cycle on.
+    /// Reports a change of the line at the cycle `at`. The sampler sees it from the next cycle on.
     pub fn line_changed(&mut self, at: u64, samples: TickSeries) {
         if self.on && self.bit.is_none() && self.next == NEVER {
             self.schedule_in(1, at, samples);
         }
     }
 
-    /// The sampling clock has other edges from the cycle `at` on.
+    /// Changes the sampling clock from `old` to `new` at the cycle `at`.
     pub fn set_clock(&mut self, at: u64, old: TickSeries, new: TickSeries) {
         if self.next != NEVER {
             let left = self.edges_to_next.saturating_sub(old.ticks_between(self.wait_start, at)).max(1);
@@ -139,15 +141,15 @@ impl UartReceiver {
         }
     }
 
-    /// Takes the sample that is due at [`UartReceiver::next`]: `sample` is the line as sampled, `line` the line as it stands,
-    /// `per_bit` the samples in a bit (16 or 8).
+    /// Takes the sample that is due at [`UartReceiver::next_sample`]. `sample` is the sampled level, `line`
+    /// is the present level of the line, and `per_bit` is the number of samples per bit (16 or 8).
     pub fn step(&mut self, sample: bool, line: bool, per_bit: u8, samples: TickSeries) -> Option<ReceiverEvent> {
         let at = self.next;
         let Some(bit) = self.bit else {
             let start = self.last_sample_high && !sample;
             self.last_sample_high = sample;
             if start {
-                // This is sample 1; the votes are samples 8, 9, 10 of 16 or 4, 5, 6 of 8.
+                // This is sample 1. The samples that count are 8, 9, 10 of 16 or 4, 5, 6 of 8.
                 (self.bit, self.votes, self.highs) = (Some(0), 0, 0);
                 self.schedule_in(u64::from(per_bit) / 2 - 1, at, samples);
             } else {
@@ -177,7 +179,7 @@ impl UartReceiver {
         (bit == 0).then_some(ReceiverEvent::StartBit)
     }
 
-    /// Between frames only a level that differs from the last sample is worth a look.
+    /// Between frames a sample is needed only if the line differs from the last sample.
     fn schedule_idle(&mut self, line: bool, at: u64, samples: TickSeries) {
         if line == self.last_sample_high {
             self.next = NEVER;
@@ -191,9 +193,9 @@ impl UartReceiver {
     }
 }
 
-/// The level changes of one frame on a line that rests high, to drive a receiver with: the start bit begins at cycle
-/// `start`, and bit `k` at `start + k * num / den`, rounded down. The next frame may start at `k` = 10. A `den` of 0
-/// counts as 1.
+/// Returns the level changes of one frame on an idle (high) line, for driving a receiver. The start bit
+/// begins at cycle `start`, and bit `k` at `start + k * num / den`, rounded down. The next frame can start at
+/// `k` = 10. A `den` of 0 counts as 1.
 pub fn frame_edges(byte: u8, start: u64, num: u64, den: u64) -> impl Iterator<Item = (u64, PinLevel)> {
     (0..FRAME_BITS).filter_map(move |k| {
         let before = k == 0 || frame_bit(byte, k - 1);
@@ -219,7 +221,8 @@ mod tests {
 
     #[test]
     fn edges_of_a_frame() {
-        // Byte, cycles per bit as a fraction, changes: first the start bit, then wherever neighbours differ.
+        // Byte, cycles per bit as a fraction, changes: first the start bit, then each bit that differs from
+        // the one before.
         let cases = [
             (0x00, 10, 1, "100 Low, 190 High"),
             (0xFF, 10, 1, "100 Low, 110 High"),

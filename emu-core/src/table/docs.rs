@@ -1,10 +1,10 @@
-//! The instruction list of a family as a page, read off the table.
+//! Writes the instruction list of a family as a page of the documentation.
 
 use std::fmt::Write;
 
 use super::InstructionRow;
 
-/// A Markdown table of all rows: syntax, bits, cycles, flags and what the instruction does.
+/// Returns a Markdown table of all rows: syntax, bits, cycles, flags and description.
 #[must_use]
 pub fn instruction_list_markdown(rows: &[InstructionRow]) -> String {
     let mut out = String::from("| instruction | bits | cycles | flags | what it does |\n|---|---|---|---|---|\n");

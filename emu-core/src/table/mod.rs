@@ -1,9 +1,10 @@
-//! The instruction table: one row per instruction, and what can be read off it.
+//! The instruction table: one row per instruction, and what is derived from the rows.
 //!
-//! A chip family writes its table once, as a macro in callback form: `family_table! { callback }` hands every row to
-//! `callback!`. [`define_isa!`](crate::define_isa) turns the rows into data ([`InstructionRow`], an `PredecodedOp` kind per row);
-//! [`dispatch!`](crate::dispatch) turns them into the arms of the interpreter's `match`. Decoding, disassembly, assembly, encoding and
-//! the lists in the documentation all read the same rows.
+//! A chip family writes its table once, as a callback macro: `family_table! { callback }` passes every row to
+//! `callback!`. [`define_isa!`](crate::define_isa) makes the rows into data ([`InstructionRow`], and one
+//! `PredecodedOp` kind per row). [`dispatch!`](crate::dispatch) makes them into the arms of the interpreter's
+//! `match`. Decoder, disassembler, assembler, encoder and the lists in the documentation all use the same
+//! rows.
 //!
 //! ```text
 //! /// Compare, skip if equal.
@@ -12,35 +13,35 @@
 //!              syntax: lower-case letters are operands, the rest is literal text
 //! ```
 //!
-//! A row may name a second kind behind its body, for operands whose place predecode finds to be plain RAM: same text, same
-//! body, other operand types ([`RamOperand`]).
+//! A row can name a second op kind after its body, for operands that predecode finds to be plain RAM. It has
+//! the same text and body, but other operand types ([`RamOperand`]).
 //!
-//! Operands that do not stand in the pattern (such as `Skip`, the length of the next instruction) are computed at
-//! predecode. Rows may overlap only in order: the first row that matches wins, and a test of each family lists the
-//! overlaps it wants.
+//! Operands that are not in the pattern (such as `Skip`, the length of the next instruction) are computed at
+//! predecode. If two rows match, the first one wins; a test of each family lists the overlaps that are
+//! intended.
 
 mod docs;
 mod pattern;
 mod text;
 
 pub use docs::instruction_list_markdown;
-pub use pattern::{BitPattern, CycleCounts};
+pub use pattern::{BitPattern, CycleCounts, OperandField};
 pub use text::{AsmError, DisassembledInstruction, SyntaxAlias, disassemble};
 
 use crate::CoreError;
 
-/// A predecoded instruction: four bytes. `kind` names the row; the other bytes hold the operands in row order, a wide
-/// operand taking two (little endian).
+/// A predecoded instruction of four bytes. `kind` names the row. The other bytes hold the operands in row
+/// order; a wide operand takes two bytes (little endian).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C, align(4))]
 pub struct PredecodedOp<K> {
-    /// The row, or one of the extra kinds behind the rows (illegal, trap, ..).
+    /// The row, or one of the extra kinds after the rows (illegal, breakpoint, ..).
     pub kind: K,
     /// Operand bytes.
     pub args: [u8; 3],
 }
 
-/// Where an instruction stands: what an operand may need beyond its own bits.
+/// The place of an instruction: the values beyond its own bits that an operand can depend on.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct InstructionLocation {
     /// Address of the instruction in program words.
@@ -49,17 +50,18 @@ pub struct InstructionLocation {
     pub len: u32,
     /// Length of the instruction that follows it, in program words.
     pub next_len: u32,
-    /// Program words minus one, where the size is a power of two: targets wrap within it.
+    /// Number of program words minus one, where the size is a power of two; targets wrap within it.
     pub pc_mask: u32,
 }
 
-/// An operand kind: how a field of the pattern becomes a value and back, and how the value is written.
+/// An operand kind: how a field of the pattern is converted to a value and back, and how the value is written
+/// as text.
 pub trait Operand: Copy + Sized {
-    /// The kind's description, a row of data for the tools.
+    /// The description of the kind, as data for the tools.
     const KIND: OperandKind;
-    /// From the value that predecode put into the op.
+    /// Makes an operand from the value that predecode put into the op.
     fn from_value(value: u16) -> Self;
-    /// Takes this operand from an op whose next free operand byte is `at`, and moves `at` on.
+    /// Takes this operand from an op whose next unread operand byte is `at`, and advances `at`.
     #[inline(always)]
     fn decode_next<K>(op: &PredecodedOp<K>, at: &mut usize) -> Self {
         if Self::KIND.wide {
@@ -74,56 +76,57 @@ pub trait Operand: Copy + Sized {
     }
 }
 
-/// An operand kind that predecode may have found to lie in RAM: what it becomes in a row's second shape.
+/// An operand kind that predecode can find to be in RAM, and its type in the second shape of a row.
 pub trait RamOperand: Operand {
-    /// The operand as it is there; itself where nothing changes.
+    /// The operand type in RAM; `Self` if nothing changes.
     type Ram;
-    /// Takes it from an op whose next free operand byte is `at`, and moves `at` on.
+    /// Takes the RAM operand from an op whose next unread operand byte is `at`, and advances `at`.
     fn decode_next_in_ram<K>(op: &PredecodedOp<K>, at: &mut usize) -> Self::Ram;
 }
 
-/// An operand kind as data.
+/// An operand kind as data for the tools.
 #[derive(Debug, Clone, Copy)]
 pub struct OperandKind {
     /// Name for documentation and messages: `register`, `bit`, ..
     pub name: &'static str,
-    /// Takes two bytes of the op.
+    /// The operand takes two bytes of the op.
     pub wide: bool,
-    /// Field of the pattern (`raw`, `bits` wide) -> value. Kinds that are not in a pattern ignore `raw`.
+    /// Converts a field of the pattern (`raw`, `bits` wide) to a value. Kinds that are not in a pattern
+    /// ignore `raw`.
     pub decode: fn(raw: u32, bits: u32, site: &InstructionLocation) -> i32,
-    /// Value -> field; the error says what is allowed.
+    /// Converts a value to a field of the pattern. The error says which values are allowed.
     pub encode: fn(value: i32, bits: u32, site: &InstructionLocation) -> Result<u32, CoreError>,
     /// Writes the value as assembly text.
     pub write_text: fn(value: i32, out: &mut String),
-    /// Value of a name that only this kind knows, such as `r16`.
+    /// Returns the value of a name that only this kind knows, such as `r16`.
     pub parse_name: fn(text: &str) -> Option<i32>,
-    /// What a number in the text means here: itself for most, words where the text counts bytes. The error says what is
-    /// wanted instead.
+    /// Converts a number in the text to a value. Most kinds return it unchanged; some convert a byte address
+    /// to words. The error says what is expected.
     pub check_number: fn(value: i32, site: &InstructionLocation) -> Result<i32, CoreError>,
-    /// What a register of the chip means here that stands in the text by its name, given its address in
-    /// [`Chip::reg_space`](crate::chip::Chip::reg_space): that address for most.
+    /// Converts a register of the chip that is named in the text, given its address in
+    /// [`Chip::reg_space`](crate::chip::Chip::reg_space). Most kinds return that address.
     pub check_register: fn(addr: i32) -> Result<i32, CoreError>,
 }
 
 impl OperandKind {
-    /// No name is known: [`OperandKind::parse_name`] of most kinds.
+    /// Accepts no names: the [`OperandKind::parse_name`] of most kinds.
     #[must_use]
     pub fn never_a_name(_: &str) -> Option<i32> {
         None
     }
 
-    /// A number means itself: [`OperandKind::check_number`] of most kinds.
+    /// Returns the number unchanged: the [`OperandKind::check_number`] of most kinds.
     ///
     /// # Errors
-    /// None.
+    /// Never fails.
     pub fn same_number(value: i32, _: &InstructionLocation) -> Result<i32, CoreError> {
         Ok(value)
     }
 
-    /// A register stands for its address: [`OperandKind::check_register`] of most kinds.
+    /// Returns the address unchanged: the [`OperandKind::check_register`] of most kinds.
     ///
     /// # Errors
-    /// None.
+    /// Never fails.
     pub fn same_address(addr: i32) -> Result<i32, CoreError> {
         Ok(addr)
     }
@@ -132,24 +135,24 @@ impl OperandKind {
 /// One operand of a row.
 #[derive(Debug, Clone, Copy)]
 pub struct OperandSlot {
-    /// Its letter in pattern and syntax.
+    /// Letter of the operand in pattern and syntax.
     pub letter: u8,
-    /// Its kind.
+    /// Kind of the operand.
     pub kind: &'static OperandKind,
 }
 
-/// What an instruction may do to the order in which a program runs.
+/// How an instruction can change the order of execution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FlowKind {
-    /// It goes on to the next instruction, or always elsewhere.
+    /// It continues at the next instruction, or always at another place.
     Straight,
-    /// It has a condition: it goes on to the next instruction, or elsewhere.
+    /// It has a condition: it continues at the next instruction or at another place.
     Conditional,
     /// It ends the service of an interrupt.
     EndsInterrupt,
 }
 
-/// One instruction.
+/// One instruction: a row of the table.
 #[derive(Debug, Clone, Copy)]
 pub struct InstructionRow {
     /// Name of the op kind, such as `Add`.
@@ -158,13 +161,13 @@ pub struct InstructionRow {
     pub mnemonic: &'static str,
     /// Operand syntax: lower-case letters are operands, everything else literal text.
     pub syntax: &'static str,
-    /// Bits.
+    /// The bit pattern of the instruction.
     pub pattern: BitPattern,
     /// Operands in op order.
     pub operands: &'static [OperandSlot],
-    /// Cycles of every outcome.
+    /// The number of cycles of every outcome.
     pub cycles: CycleCounts,
-    /// Flags that the instruction may write, by letter.
+    /// Letters of the flags that the instruction can write.
     pub flags: &'static str,
     /// The doc comment of the row.
     pub doc: &'static str,
@@ -178,21 +181,21 @@ impl InstructionRow {
         self.pattern.words()
     }
 
-    /// True when the cycles depend on a condition.
+    /// Whether the number of cycles depends on a condition.
     #[must_use]
     pub fn has_variable_cycles(&self) -> bool {
         self.cycles.possible_counts().len() > 1
     }
 
-    /// Values of the operands of the instruction `bits` at `site`, in row order.
+    /// Returns the values of the operands of the instruction `bits` at `site`, in row order.
     pub fn operand_values<'a>(&'a self, bits: u32, site: &'a InstructionLocation) -> impl Iterator<Item = i32> + 'a {
         self.operands.iter().map(move |slot| {
-            let (raw, width) = self.pattern.extract_field(slot.letter, bits);
-            (slot.kind.decode)(raw, width, site)
+            let field = self.pattern.extract_field(slot.letter, bits);
+            (slot.kind.decode)(field.raw, field.width, site)
         })
     }
 
-    /// The op of the instruction `bits` at `site`; `kind` is the row's kind.
+    /// Makes the op of the instruction `bits` at `site`; `kind` is the row's kind.
     #[must_use]
     pub fn predecode<K>(&self, kind: K, bits: u32, site: &InstructionLocation) -> PredecodedOp<K> {
         let mut op = PredecodedOp { kind, args: [0; 3] };
@@ -208,10 +211,10 @@ impl InstructionRow {
         op
     }
 
-    /// The bits of this instruction with the given operand values (those that stand in the pattern, in row order).
+    /// Encodes this instruction. `values` are the operands that are in the pattern, in row order.
     ///
     /// # Errors
-    /// Says which operand does not fit and what is allowed, or how many operands are wanted.
+    /// The number of operands is wrong, or an operand does not fit; the error says what is allowed.
     pub fn encode(&self, values: &[i32], site: &InstructionLocation) -> Result<u32, EncodeError> {
         let wanted = self.operands.iter().filter(|s| self.pattern.has_letter(s.letter)).count();
         if values.len() != wanted {
@@ -223,7 +226,7 @@ impl InstructionRow {
         let mut bits = self.pattern.canonical;
         let in_pattern = self.operands.iter().filter(|s| self.pattern.has_letter(s.letter));
         for (slot, &value) in in_pattern.zip(values) {
-            let width = self.pattern.extract_field(slot.letter, 0).1;
+            let width = self.pattern.extract_field(slot.letter, 0).width;
             let raw = (slot.kind.encode)(value, width, site)
                 .map_err(|cause| EncodeError { mnemonic: self.mnemonic, cause })?;
             bits |= self.pattern.insert_field(slot.letter, raw);
@@ -232,19 +235,19 @@ impl InstructionRow {
     }
 }
 
-/// An operand that an instruction cannot hold.
+/// Error: an operand does not fit into an instruction.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{mnemonic}: {cause}")]
 pub struct EncodeError {
-    /// The instruction.
+    /// Mnemonic of the instruction.
     pub mnemonic: &'static str,
     /// What is wrong with which operand.
     #[source]
     pub cause: CoreError,
 }
 
-/// Position of the first row that matches the instruction at the front of `words`, of `word_bits` bits each, and the
-/// instruction's bits. Words behind the end read 0.
+/// Finds the first row that matches the instruction at the start of `words`, which have `word_bits` bits
+/// each. Returns the position of the row and the bits of the instruction. Words after the end read as 0.
 #[must_use]
 pub fn find_row(rows: &[InstructionRow], word_bits: u32, words: &[u16]) -> Option<(usize, u32)> {
     rows.iter().enumerate().find_map(|(i, row)| {
@@ -253,27 +256,39 @@ pub fn find_row(rows: &[InstructionRow], word_bits: u32, words: &[u16]) -> Optio
     })
 }
 
+/// The row of an instruction, its kind among those of its table, and its bits.
+#[derive(Debug, Clone, Copy)]
+pub struct MatchedRow<K> {
+    /// The row.
+    pub row: &'static InstructionRow,
+    /// The row as a kind of op.
+    pub kind: K,
+    /// The bits of the instruction.
+    pub bits: u32,
+}
+
 /// The bits of an instruction of `row`'s length at the front of `words`.
 #[must_use]
 pub fn instruction_bits(row: &InstructionRow, word_bits: u32, words: &[u16]) -> u32 {
     (0..row.len() as usize).fold(0, |bits, i| bits << word_bits | words.get(i).copied().map_or(0, u32::from))
 }
 
-/// The program words of an instruction of `row`, first word first.
+/// Returns the program words of an instruction of `row`, first word first.
 #[must_use]
 pub fn instruction_words(row: &InstructionRow, word_bits: u32, bits: u32) -> Vec<u16> {
     (0..row.len()).rev().map(|i| (bits >> (i * word_bits) & ((1 << word_bits) - 1)) as u16).collect()
 }
 
-/// Defines `Kind` (one variant per row, then the extra kinds), `ROWS` and the names, from a table in callback form.
+/// Defines `Kind` (one variant per row, then the extra kinds), `ROWS` and the names, from a table in callback
+/// form.
 ///
-/// The table calls it with rows of the shape shown in [`crate::table`]; the word size in bits comes first.
+/// The table calls it with the word size in bits, then rows of the form shown in [`crate::table`].
 #[macro_export]
 macro_rules! define_isa {
     ($word_bits:literal; extra { $($(#[doc = $xdoc:literal])* $extra:ident),* $(,)? }
      $( $(#[doc = $doc:literal])+ $name:ident $mnemonic:literal $syntax:literal $pattern:literal
         ($($letter:ident : $kind:ident),*) $cycles:literal $flags:literal => $body:ident ( $($arg:expr),* ) $(, $shape:ident)? ; )*) => {
-        /// The instructions, one per row of the table; behind them kinds that only predecode makes.
+        /// The instructions, one per row of the table, followed by kinds that only predecode makes.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[repr(u8)]
         pub enum Kind {
@@ -297,7 +312,7 @@ macro_rules! define_isa {
             doc: concat!($($doc),+),
         }, )* ];
 
-        /// The kind that a row has where its operands lie in RAM; none for most families and rows.
+        /// The kind of each row for operands in RAM; `None` for most families and rows.
         pub const SHAPES: &[Option<Kind>] = &[ $( { let shape: Option<Kind> = None; $( let _ = shape; let shape = Some(Kind::$shape); )? shape } ),* ];
 
         /// The kind of every row, in table order.
@@ -307,9 +322,10 @@ macro_rules! define_isa {
 
 /// Expands to the `match` that runs the body of `$op` on `$m`: `dispatch!{ (m, op, Kind, else_arm) rows.. }`.
 ///
-/// Every arm first lets the machine [`begin`](crate::machines::BodyMachine::begin) the instruction with its length and its
-/// cycles where they are constant, so a body that touches the bus does so in the last cycle charged so far. The arm of a
-/// second shape takes the operands as their [`Operand`](crate::table::Operand)'s [`RamOperand`](crate::table::RamOperand).
+/// Each arm first calls [`begin`](crate::machine::BodyMachine::begin) of the machine with the length of the
+/// instruction, and its cycles if they are constant. An access of the body to the bus is therefore in the
+/// last cycle charged so far. The arm of a second shape takes the operands as
+/// [`RamOperand`](crate::table::RamOperand)s.
 #[macro_export]
 macro_rules! dispatch {
     (($m:ident, $op:ident, $kind:expr, $other:expr) $word_bits:literal; extra { $($(#[doc = $xdoc:literal])* $extra:ident),* $(,)? }

@@ -1,26 +1,38 @@
-//! Bit patterns and cycle columns, parsed and checked while the table compiles.
+//! Bit patterns and cycle columns, parsed and checked at compile time.
 
-/// A bit pattern such as `0001 00rd dddd rrrr`: 0 and 1 are fixed, a letter is a bit of that operand (most significant
-/// first). Spaces are for the eye. A pattern is one program word or two; the first word stands in the upper bits.
+/// A bit pattern such as `0001 00rd dddd rrrr`. 0 and 1 are fixed bits, and a letter is a bit of that
+/// operand, most significant bit first. Spaces are ignored. A pattern covers one to three program words; the
+/// first word is in the upper bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BitPattern {
-    /// Bits that are fixed.
+    /// Mask of the fixed bits.
     pub mask: u32,
-    /// Their values.
+    /// Values of the fixed bits.
     pub value: u32,
-    /// The instruction with all operands 0 as assemblers write it: the fixed bits, and 1 where the pattern has `+`.
+    /// The instruction with all operands 0 as assemblers write it: the fixed bits, and 1 where the pattern
+    /// has `+`.
     pub canonical: u32,
     letters: [u8; 32],
     bits: u8,
     words: u8,
 }
 
+/// The field of an operand in an instruction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OperandField {
+    /// Its bits as a number.
+    pub raw: u32,
+    /// How many bits it has.
+    pub width: u32,
+}
+
 impl BitPattern {
     /// Parses a pattern for program words of `word_bits` bits (8, 14 or 16).
     ///
     /// # Panics
-    /// At compile time, when a character is none of `0`, `1`, `-` and `+` (don't care, written as 0 and as 1), a lower-case
-    /// letter or a space, or when the length is not one or two words (one to three for words of 8 bits).
+    /// At compile time, if a character is not `0`, `1`, `-` or `+` (don't care, written as 0 and as 1), a
+    /// lower-case letter or a space, or if the length is not a whole number of one to three words or is more
+    /// than 32 bits.
     #[must_use]
     pub const fn parse(text: &str, word_bits: u32) -> BitPattern {
         let text = text.as_bytes();
@@ -61,21 +73,21 @@ impl BitPattern {
         self.words as u32
     }
 
-    /// True when the fixed bits of `bits` are those of the pattern.
+    /// Whether the fixed bits of `bits` are those of the pattern.
     #[must_use]
     pub const fn matches(&self, bits: u32) -> bool {
         bits & self.mask == self.value
     }
 
-    /// True when the operand `letter` stands in the pattern.
+    /// Whether the operand `letter` occurs in the pattern.
     #[must_use]
     pub fn has_letter(&self, letter: u8) -> bool {
         self.letters[..self.bits as usize].contains(&letter)
     }
 
-    /// The bits of operand `letter` gathered from `bits`, and how many they are.
+    /// The bits of operand `letter` gathered from `bits`; the width is 0 where it is not in the pattern.
     #[must_use]
-    pub fn extract_field(&self, letter: u8, bits: u32) -> (u32, u32) {
+    pub fn extract_field(&self, letter: u8, bits: u32) -> OperandField {
         let (mut raw, mut width) = (0, 0);
         for (i, &c) in self.letters[..self.bits as usize].iter().enumerate() {
             if c == letter {
@@ -83,13 +95,13 @@ impl BitPattern {
                 width += 1;
             }
         }
-        (raw, width)
+        OperandField { raw, width }
     }
 
-    /// The bits of an instruction that hold `raw` in operand `letter`, all else 0.
+    /// Returns the bits of an instruction that hold `raw` in operand `letter`; all other bits are 0.
     #[must_use]
     pub fn insert_field(&self, letter: u8, raw: u32) -> u32 {
-        let mut left = self.extract_field(letter, 0).1;
+        let mut left = self.extract_field(letter, 0).width;
         let mut bits = 0;
         for (i, &c) in self.letters[..self.bits as usize].iter().enumerate() {
             if c == letter {
@@ -101,7 +113,7 @@ impl BitPattern {
     }
 }
 
-/// The pattern as it is written in a table, in groups of four bits.
+/// Formats the pattern as in a table, in groups of four bits.
 impl std::fmt::Display for BitPattern {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         for (i, &c) in self.letters[..self.bits as usize].iter().enumerate() {
@@ -114,7 +126,8 @@ impl std::fmt::Display for BitPattern {
     }
 }
 
-/// The cycle column of a row: `1`, or one figure per outcome, `1/2/3` in the order not taken, taken, taken over two words.
+/// The cycle column of a row: `1`, or one number per outcome. `1/2/3` is the order not taken, taken, taken
+/// over two words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CycleCounts {
     list: [u8; 4],
@@ -125,7 +138,7 @@ impl CycleCounts {
     /// Parses the column.
     ///
     /// # Panics
-    /// At compile time, when it is not one to four single digits above 0 with `/` between them.
+    /// At compile time, if it is not one to four digits from 1 to 9 separated by `/`.
     #[must_use]
     pub const fn parse(text: &str) -> CycleCounts {
         let text = text.as_bytes();
@@ -144,19 +157,19 @@ impl CycleCounts {
         CycleCounts { list, len: text.len().div_ceil(2) as u8 }
     }
 
-    /// The count where all outcomes take the same, else 0 (the body charges).
+    /// The number of cycles if all outcomes take the same, else 0 (the body charges them).
     #[must_use]
     pub const fn constant(&self) -> u32 {
         if self.len == 1 { self.list[0] as u32 } else { 0 }
     }
 
-    /// One count per outcome.
+    /// One number of cycles per outcome.
     #[must_use]
     pub fn possible_counts(&self) -> &[u8] {
         &self.list[..self.len as usize]
     }
 
-    /// The largest count.
+    /// The largest number of cycles.
     #[must_use]
     pub fn max_count(&self) -> u32 {
         self.possible_counts().iter().copied().max().map_or(0, u32::from)

@@ -1,27 +1,29 @@
-//! Assembly text off the table: disassembly, and what an assembler of sources is told of a row.
+//! Assembly text from the table: the disassembler, and types for the assembler.
 
 use super::{InstructionLocation, InstructionRow, find_row};
 
 /// One disassembled instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DisassembledInstruction {
-    /// Mnemonic and operands, or `.word 0x....` (`.db 0x..` where words are bytes) with the meaning in a comment.
+    /// Mnemonic and operands, or `.word 0x....` (`.db 0x..` where words are bytes) with the meaning in a
+    /// comment.
     pub text: String,
     /// Length in program words.
     pub len: usize,
-    /// Position of the row; `None` when no row matches.
+    /// Position of the row, or `None` if no row matches.
     pub row: Option<usize>,
-    /// Operands in the order of the row: the name of the kind and the value. None where no row matches.
+    /// Operands in the order of the row: name of the kind, and value. Empty if no row matches.
     pub operands: Vec<(&'static str, i32)>,
 }
 
-/// Directives for a program word as it is.
+/// Directives for a program word that is not an instruction.
 const WORD: &str = ".word";
 const BYTE: &str = ".db";
 
-/// Disassembles the instruction at the front of `words`, which stands at `site.pc`.
+/// Disassembles the instruction at the start of `words`, which is at the address `site.pc`.
 ///
-/// A word that no row matches, or an instruction cut off by the end of `words`, prints as `.word 0x....`. Program words have `word_bits` bits; targets print as byte addresses where `bytes_per_word` is 2.
+/// A word that no row matches, or an instruction cut off by the end of `words`, prints as `.word 0x....`.
+/// Program words have `word_bits` bits.
 #[must_use]
 pub fn disassemble(
     rows: &[InstructionRow],
@@ -59,7 +61,7 @@ pub fn disassemble(
             None => text.push(c as char),
         }
     }
-    // Bits that the pattern leaves open must come back as they were, or the word is not this instruction in text.
+    // If encoding the text does not give back all bits, the word is not this instruction in text form.
     let shown: Vec<i32> =
         row.operands.iter().zip(&values).filter(|(s, _)| row.pattern.has_letter(s.letter)).map(|(_, &v)| v).collect();
     match row.encode(&shown, &site) {
@@ -71,17 +73,18 @@ pub fn disassemble(
     }
 }
 
-/// What is wrong with a line of assembly.
+/// An error in a line of assembly.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{code}: {cause} ({hint})")]
 pub struct AsmError {
     /// Stable code (`ASM001` to `ASM004`).
     pub code: &'static str,
-    /// The cause, one sentence.
+    /// The cause: one sentence.
     pub cause: String,
-    /// The hint, one sentence.
+    /// The hint: one sentence.
     pub hint: String,
 }
 
-/// Another spelling of a row: mnemonic, syntax, the row's mnemonic, and its operands written with the alias's letters.
+/// An alternative spelling of a row: mnemonic, syntax, the row's mnemonic, and the row's operands written
+/// with the letters of the alias.
 pub type SyntaxAlias = (&'static str, &'static str, &'static str, &'static str);

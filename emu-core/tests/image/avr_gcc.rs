@@ -1,4 +1,5 @@
-//! A program built by avr-gcc: its ELF file and the HEX that avr-objcopy makes of it give the same flash.
+//! The ELF file of a program built by avr-gcc, and the HEX file that avr-objcopy makes from it, give the same
+//! flash.
 
 use std::path::Path;
 use std::process::Command;
@@ -45,9 +46,9 @@ fn elf_and_objcopy_agree() {
     };
     let elf = get("a.elf", &[]);
     let flash = get("flash.hex", &MEMORIES[..1]);
-    // In its HEX file the EEPROM begins at 0x810000, as in the ELF file.
+    // In its HEX file the EEPROM starts at 0x810000, as in the ELF file.
     let eeprom = get("eeprom.hex", &MEMORIES[2..]);
-    // All of it in one file, as it comes without flags: each memory at its place.
+    // All memories in one file, as avr-objcopy writes it without flags: each memory is at its ELF address.
     let all = get("all.hex", &MEMORIES[..1]);
     assert_eq!(all.segments, elf.segments);
     assert!(elf.end("flash") > 100);

@@ -1,4 +1,4 @@
-//! ELF files built by hand, good and bad, against `elf.txt`.
+//! Hand-made ELF files, valid and invalid, compared with `elf.txt`.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use emu_core::image::{
 
 use crate::{AVR, table};
 
-/// The windows that avr-gcc gives to the memories of an AVR, with the sizes of an ATmega328P.
+/// The address windows that avr-gcc gives to the memories of an AVR, with the sizes of an ATmega328P.
 pub const MEMORIES: &[ImageSpace] = &[
     ImageSpace { name: "flash", start: 0, len: 0x8000, word: 2, word_bits: WordBits::All },
     ImageSpace { name: "data", start: 0x80_0000, len: 0x900, word: 1, word_bits: WordBits::All },
@@ -25,7 +25,7 @@ const FUNC: u8 = 2;
 const OBJECT: u8 = 1;
 const ABS: u16 = 0xFFF1;
 
-/// A section that gets a program header of its own when it is loaded.
+/// A section. If it is loaded it gets its own program header.
 #[derive(Clone)]
 struct Section {
     name: &'static str,
@@ -52,7 +52,7 @@ fn section(name: &'static str, flags: u32, addr: u32, load: u32, bytes: &[u8]) -
     Section { name, kind: PROGBITS, flags: flags | ALLOC, addr, load, bytes: bytes.to_vec() }
 }
 
-/// Code, initialised data that is loaded behind it, cleared data, EEPROM, a comment.
+/// A valid program: code, initialised data that is loaded after it, zeroed data, EEPROM, a comment.
 pub fn program() -> Elf {
     let mut bss = section(".bss", 0, 0x80_0102, 0x80_0102, &[0; 0x1000]);
     bss.kind = NOBITS;
@@ -87,7 +87,8 @@ pub fn program() -> Elf {
 }
 
 impl Elf {
-    /// The file: header, program headers, bytes, symbols, names, section headers. Every part begins at a multiple of 4.
+    /// Builds the file: header, program headers, bytes, symbols, names, section headers. Every part starts at
+    /// a multiple of 4.
     pub fn build(&self) -> Vec<u8> {
         let loaded: Vec<bool> = self.sections.iter().map(|s| s.flags & ALLOC != 0).collect();
         let segments = loaded.iter().filter(|&&yes| yes).count();
@@ -159,7 +160,7 @@ fn name(names: &mut Vec<u8>, text: &str) -> u32 {
     at
 }
 
-/// The file of one case of `elf.txt`.
+/// Builds the file of one case of `elf.txt`.
 fn case(case: &str) -> Vec<u8> {
     let mut elf = program();
     match case {
@@ -208,7 +209,8 @@ fn case(case: &str) -> Vec<u8> {
     elf.build()
 }
 
-/// The program with a first section, or without section headers a first segment, that is larger than the file.
+/// The program with a first section that is larger than the file; without section headers, with such a first
+/// segment.
 fn grown(elf: &Elf) -> Vec<u8> {
     let mut file = elf.build();
     let at = if elf.headers { section_headers(&file) + 40 + 5 * 4 } else { 52 + 4 * 4 };
@@ -220,7 +222,7 @@ fn section_headers(file: &[u8]) -> usize {
     u32::from_le_bytes(file[32..36].try_into().unwrap()) as usize
 }
 
-/// Gives all symbols the name of the first.
+/// Gives all symbols the name of the first one.
 fn same_name(mut file: Vec<u8>) -> Vec<u8> {
     let headers = section_headers(&file);
     let count = usize::from(u16::from_le_bytes(file[48..50].try_into().unwrap()));
@@ -245,7 +247,8 @@ fn faults_are_all_reported() {
     }
 }
 
-/// Sections of an odd length, and sections for other tools: what is left out is noted, and the rest is the program.
+/// A section with an odd length and sections for other tools are accepted: what is left out is noted, and the
+/// rest is loaded.
 #[test]
 fn sections_that_others_make_are_accepted() {
     let mut elf = program();
@@ -273,7 +276,8 @@ fn sections_that_others_make_are_accepted() {
     assert_eq!(told, wanted);
 }
 
-/// Entries as simavr's avr_mcu_section.h lays them out, zeros between them; a section that is cut short keeps what comes before.
+/// Entries with the layout of simavr's avr_mcu_section.h, with zeros between them. A section that is cut off
+/// keeps the entries before the cut.
 #[test]
 fn what_a_program_says_to_simavr() {
     let string = |tag: u8, text: &str| [vec![tag, 64], text.as_bytes().to_vec(), vec![0; 64 - text.len()]].concat();
@@ -344,19 +348,20 @@ fn a_program_goes_to_its_load_addresses() {
     assert_eq!(loaded.image.symbols, symbols);
     assert_eq!((loaded.image.entry, loaded.warnings.len()), (Some(2), 0));
 
-    // Without section headers the program headers say the same, and there are no symbols.
+    // Without section headers the program headers give the same bytes, and there are no symbols.
     let stripped = Elf { headers: false, ..program() };
     let loaded = load("a.elf", &stripped.build(), &[], MEMORIES, AVR).unwrap();
     assert_eq!((loaded.image.segments.as_slice(), loaded.image.symbols.len()), (&segments[..], 0));
 
-    // A section that lies elsewhere than the program header around its bytes says has no load address but its own.
+    // If the address of a section differs from that of the program header around its bytes, its own address
+    // is its load address.
     let mut file = program().build();
     let at = section_headers(&file) + 2 * 40 + 3 * 4;
     file[at..at + 4].copy_from_slice(&0x81_0200u32.to_le_bytes());
     let moved = load_elf("a.elf", &file, MEMORIES, 83).unwrap().image.segments;
     assert_eq!(moved.last(), Some(&seg("eeprom", 0x200, &[0xAB, 0xCD])));
 
-    // A file inside something larger may begin at any address.
+    // A file inside a larger buffer can start at any address.
     for shift in 1..8 {
         let file = [vec![0; shift], program().build()].concat();
         assert_eq!(load_elf("a.elf", &file[shift..], MEMORIES, 83).unwrap().image.segments, segments);
@@ -373,8 +378,8 @@ fn the_list_of_faults_has_an_end() {
     assert_eq!(found.last().map(|d| (d.code, d.cause.as_str())), Some(("ELF011", "1 more faults are not shown")));
 }
 
-/// Statics of two modules with one name are told apart by it; a global keeps the name, and others have theirs alone. Of several
-/// names of one place the weak ones come first.
+/// Local symbols of two modules with the same name get the names of their modules. A global symbol keeps its
+/// name, and other symbols have only their own. Of several names of one address the weak ones come first.
 #[test]
 fn names_of_modules() {
     const FILE: u8 = 4;

@@ -1,4 +1,4 @@
-//! HEX files beside this page, against the tables `refused.txt` and `accepted.txt`.
+//! The HEX files in this folder, compared with the tables `refused.txt` and `accepted.txt`.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -15,13 +15,13 @@ const MEMORIES: &[ImageSpace] = &[
     ImageSpace { name: "user", start: 0x30_0000, len: 8, word: 1, word_bits: WordBits::All },
 ];
 
-/// Words of 14 bits, and cells of a byte in two bytes of the file, as PIC16 chips have them.
+/// Memories of 14-bit words, and of byte cells that take two bytes in the file, as on PIC16.
 const NARROW: &[ImageSpace] = &[
     ImageSpace { name: "flash", start: 0, len: 0x800, word: 2, word_bits: WordBits::Only(14) },
     ImageSpace { name: "eeprom", start: 0x4200, len: 0x80, word: 2, word_bits: WordBits::Low(8) },
 ];
 
-/// As an AVR's row has them, in the windows of an ELF file.
+/// The memories of an AVR chip row, in the address windows of an ELF file.
 const ATMEGA328P: &[ImageSpace] = &[
     ImageSpace { name: "flash", start: 0, len: 0x8000, word: 2, word_bits: WordBits::All },
     ImageSpace { name: "data", start: 0x80_0000, len: 0x900, word: 1, word_bits: WordBits::All },
@@ -31,7 +31,7 @@ const ATMEGA328P: &[ImageSpace] = &[
     ImageSpace { name: "signature", start: 0x84_0000, len: 3, word: 1, word_bits: WordBits::All },
 ];
 
-/// Codes of notes; the others are warnings where a file is accepted.
+/// Codes that are notes; all other codes are warnings if the file is accepted.
 const NOTES: &[&str] = &["HEX014", "HEX018", "HEX026", "HEX028"];
 
 fn file(name: &str) -> Vec<u8> {
@@ -47,7 +47,7 @@ fn load_file(name: &str) -> Result<LoadedImage, Vec<Diagnostic>> {
     load(&format!("{name}.hex"), &file(name), memories, others, AVR)
 }
 
-/// `line:column+width code cause` of each.
+/// Formats each diagnostic as `line:column+width code cause`.
 fn lines(all: &[Diagnostic], separator: &str) -> Vec<String> {
     let one = |d: &Diagnostic| {
         let place = format!("{}:{}+{}", d.pos.line, d.pos.column, d.pos.width);
@@ -108,13 +108,13 @@ fn the_list_of_faults_has_an_end() {
 
     let garbage = [b"ZZZZ\n:GG\n".repeat(200_000), vec![b'Q'; 1_000_000]].concat();
     let found = load_hex("garbage", &garbage, MEMORIES).expect_err("garbage");
-    // Of each pair the first line has one fault (HEX001) and the second two (HEX002, HEX004): the first line of pair 334 has the
-    // thousandth, and nothing is read behind it.
+    // The first line of each pair has one fault (HEX001) and the second has two (HEX002, HEX004). The first
+    // line of pair 334 has the thousandth fault, and nothing after it is read.
     assert_eq!(found.len(), MAX_REPORTED + 1);
     assert_eq!(found[MAX_REPORTED].cause, "900 more faults are not shown, and the rest is not read");
 }
 
-/// Every row of `CODES` is tried in a file of its own, and has words for `emu explain` and a place in the docs.
+/// Every row of `IMAGE_CODES` has a test file of its own, a text for `emu explain` and an entry in the docs.
 #[test]
 fn every_code_has_a_case() {
     let mut tried: BTreeSet<String> = table("refused.txt", 4).into_iter().map(|row| row[2].clone()).collect();
@@ -179,7 +179,8 @@ fn aligned_text() {
     assert_eq!(write_hex_aligned(segments, true), format!(":020000040000FA\n{wanted}"));
 }
 
-/// A record may begin before a memory, cross a gap and end behind a memory; only what lies in none is at fault.
+/// A record can start before a memory, cross a gap and end after a memory; only bytes outside of all memories
+/// are faults.
 #[test]
 fn a_record_across_memories() {
     let memory = |name, start, len| ImageSpace { name, start, len, word: 1, word_bits: WordBits::All };
@@ -192,7 +193,7 @@ fn a_record_across_memories() {
     assert_eq!(lines(&found, " "), wanted);
 }
 
-/// The examples of the page on the format have the fault that they stand for.
+/// The examples in `docs/formats/hex.md` have the faults that they illustrate.
 #[test]
 fn examples_in_the_docs() {
     const FLASH: &[ImageSpace] =
@@ -226,6 +227,6 @@ fn what_follows_the_end_of_a_text_of_cpm_is_left_out() {
     let note = "3 HEX009 9 bytes behind the ^Z (0x1A) that ends the text are left out";
     assert_eq!(load("\u{1A}:01000000"), note);
     assert_eq!(load("\u{1A}\u{1A}\0\r\n\0"), "");
-    // A record that the ^Z cuts off is a fault as ever.
+    // A record that the ^Z cuts off is still a fault.
     assert!(load_hex("a.hex", b":0100000022DD\n:0000\x1A0001FF\n", &spaces).is_err());
 }

@@ -1,4 +1,5 @@
-//! Random and damaged files: no panic, no silent acceptance. A failing case prints its input, made as small as it goes.
+//! Random and damaged files cause no panic and are not accepted silently. A failing case prints its input in
+//! shrunk form.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +15,8 @@ const HEX_MEMORIES: &[ImageSpace] = &[
     ImageSpace { name: "high", start: 0xFFFF_FF00, len: 0x100, word: 1, word_bits: WordBits::All },
 ];
 
-/// Cells of the memories above as addresses of the file with their bytes; biased to neighbours and to the ends.
+/// Random cells of the memories above, as addresses of the file with their bytes, with many adjacent cells
+/// and cells at the ends.
 fn cells() -> impl Strategy<Value = BTreeMap<u32, u8>> {
     let stretch = (prop_oneof![0u32..0xFC0, 0xFF00u32..0x1_00C0, Just(0xFFF8), 0xFFFF_FF00u32..0xFFFF_FFC0], 1u32..64);
     prop::collection::vec((stretch, any::<u8>()), 0..12).prop_map(|stretches| {
@@ -24,7 +26,7 @@ fn cells() -> impl Strategy<Value = BTreeMap<u32, u8>> {
     })
 }
 
-/// Cells as one-byte segments or as stretches, so that the writer sees both.
+/// Groups adjacent cells, so that the writer gets segments of one byte and of many bytes.
 fn stretches(cells: &BTreeMap<u32, u8>) -> Vec<(u32, Vec<u8>)> {
     let mut all: Vec<(u32, Vec<u8>)> = Vec::new();
     for (&addr, &byte) in cells {
@@ -49,7 +51,8 @@ fn read(loaded: &LoadedImage) -> BTreeMap<u32, u8> {
     HEX_MEMORIES.iter().flat_map(in_space).collect()
 }
 
-/// A file that is taken has a record on every line, as `ihex` by itself sees it, and the bytes that those records give.
+/// An accepted file has a record on every line, as `ihex` alone reads it, and contains exactly the bytes of
+/// those records.
 fn accepted_is_sound(text: &[u8], loaded: &LoadedImage) -> Result<(), TestCaseError> {
     let mut base = 0u32;
     let mut bytes = BTreeMap::new();
@@ -103,7 +106,8 @@ proptest! {
         }
     }
 
-    /// One changed digit is always found: it changes the sum of its line, and only a digit can stand there.
+    /// A changed digit is always detected, because it changes the sum of its line, and nothing but a digit is
+    /// valid there.
     #[test]
     fn one_changed_character(cells in cells(), at: prop::sample::Index, to: u8) {
         let mut text = write(&cells).into_bytes();
@@ -111,10 +115,10 @@ proptest! {
         let from = text[at];
         text[at] = to;
         let same = from.eq_ignore_ascii_case(&to);
-        // A line end may become CR, and in the last line, where nothing is joined, a space or ^Z.
+        // A line end can become CR; in the last line, where nothing is joined, also a space or ^Z.
         let last = at + 1 == text.len() && (to.is_ascii_whitespace() || to == 0x1A);
         let blank = from == b'\n' && (to == b'\r' || last);
-        // A record behind a semicolon is told.
+        // A record that becomes a comment is reported.
         let loaded = load_hex("a", &text, HEX_MEMORIES).ok().filter(|loaded| loaded.warnings.iter().all(|d| d.code != "HEX027"));
         prop_assert_eq!(loaded.is_some(), same || blank);
     }

@@ -1,4 +1,4 @@
-//! Programs built by avr-gcc: our lines are those of avr-addr2line at every instruction.
+//! Programs built by avr-gcc: the line of every instruction agrees with avr-addr2line.
 
 use std::path::Path;
 use std::process::Command;
@@ -7,7 +7,7 @@ use emu_core::image::{ElfMachine, ImageSpace, SourceLines, load};
 
 use crate::{DIR, told};
 
-/// Several files, functions that are dropped by the linker, inline functions of headers, AVR-LibC.
+/// Several files, functions that the linker drops, inline functions of headers, AVR-LibC.
 const SOURCE: &str = r#"
 #include <avr/io.h>
 #include <avr/interrupt.h>
@@ -71,7 +71,7 @@ fn instructions(folder: &Path, elf: &str) -> Vec<String> {
     addresses.collect()
 }
 
-/// Our line of every instruction beside that of avr-addr2line; gives how many have one.
+/// Compares the line of every instruction with avr-addr2line; returns how many instructions have a line.
 fn compare(folder: &Path, elf: &str, dropped: &[&str]) -> usize {
     let addresses = instructions(folder, elf);
     assert!(!addresses.is_empty());
@@ -88,10 +88,11 @@ fn compare(folder: &Path, elf: &str, dropped: &[&str]) -> usize {
             true => format!("{}:{}", line.file, line.line),
             false => format!("{home}/{}:{}", line.file, line.line),
         });
-        // Binutils add the discriminator, and where no line is known the name of a file, if it stands among the symbols.
+        // Binutils append the discriminator. If no line is known, they print the name of a file that is in
+        // the symbol table.
         let theirs = theirs.split(" (").next().unwrap_or_default().replace("/./", "/");
         let theirs = if theirs.ends_with(":?") || theirs.ends_with(":0") { "??:0".to_owned() } else { theirs };
-        // Lines of functions that the linker has dropped have no code; binutils 2.26 give them that of others all the same.
+        // Lines of dropped functions have no code, but binutils 2.26 give them the code of other functions.
         if dropped.iter().any(|line| theirs.ends_with(line)) && !ours.ends_with(":0") {
             assert!(!dropped.iter().any(|line| ours.ends_with(line)), "{elf} {addr}: {ours}");
             continue;
@@ -128,8 +129,8 @@ fn lines_are_those_of_addr2line() {
     assert!(known > 2_000, "{known}");
 }
 
-/// The file in `tests/cli/in` is what its sources say, whatever the version of the compiler: at each line that it has code for
-/// the same names of files, and the same symbols.
+/// The file in `tests/cli/in` agrees with its sources for any compiler version: it has the same symbols, and
+/// code for the same lines.
 #[test]
 #[ignore = "needs avr-gcc"]
 fn the_program_of_the_tests_is_what_its_sources_say() {
@@ -162,7 +163,7 @@ fn the_program_of_the_tests_is_what_its_sources_say() {
     };
     let (ours, built) = (read(&format!("{DIR}/lines.elf")), read(&folder.join("lines.elf").to_string_lossy()));
     assert_eq!((&ours.0, &ours.1), (&built.0, &built.1));
-    // Which lines get code of their own is the compiler's choice; these do with any.
+    // The compiler chooses which lines get code of their own; these lines do with any compiler.
     for line in ["lines.c:14", "lines.c:20", "lines.c:27", "twice.S:4", "twice.S:5"] {
         for (who, places) in [("ours", &ours.2), ("built", &built.2)] {
             assert!(places.iter().any(|place| place == line), "{who}: {line} {places:?}");

@@ -1,7 +1,8 @@
-//! Functions that the linker dropped, which lie at address 0 for DWARF 5, and functions that are really there.
+//! Functions that the linker dropped, which DWARF 5 places at address 0, and functions that are really there.
 //!
-//! The units have the shape that GNU ld leaves of an object with a section for each function: a sequence of rows and a range of real
-//! length for each, from 0 for those without a section. So do clang and rustc for AVR (rustc itself is not among the peers).
+//! The units have the form that GNU ld leaves for an object with a section per function: for each function a
+//! sequence of rows and a range with its real length, from 0 for functions without a section. clang and rustc
+//! for AVR give the same form (rustc itself is not one of the peers).
 
 use std::path::Path;
 use std::process::Command;
@@ -18,12 +19,13 @@ use crate::told;
 /// Flags of a section with code.
 const CODE: u32 = 6;
 
-/// A function of the unit: its name, the name that the linker knows, address, size, line.
+/// A function of the unit: name, linker name, address, size, line.
 type Function = (&'static str, Option<&'static str>, u64, u64, u64);
 
-/// A unit main.rs with some functions; symbols are those of the file. `entries` puts functions among the entries of the unit.
+/// Makes a unit main.rs with some functions; `symbols` are the symbols of the file. With `entries` the
+/// functions also have entries in the unit.
 fn file(version: u16, functions: &[Function], symbols: &[(&str, u32)], entries: bool) -> SourceLines {
-    // clang gives the address its real size.
+    // clang writes the real size of addresses.
     let encoding = Encoding { format: Format::Dwarf32, version, address_size: if version == 5 { 2 } else { 4 } };
     let mut dwarf = DwarfUnit::new(encoding);
     let text = |dwarf: &mut DwarfUnit, text: &str| LineString::new(text, encoding, &mut dwarf.line_strings);
@@ -39,7 +41,7 @@ fn file(version: u16, functions: &[Function], symbols: &[(&str, u32)], entries: 
             program.generate_row();
         }
         program.end_sequence(size);
-        // No range goes beyond the last address.
+        // No range extends beyond the last address.
         let length = size.min((1 << (8 * encoding.address_size)) - 1 - start);
         ranges.extend((length > 0).then_some(Range::StartLength { begin: Address::Constant(start), length }));
     }
@@ -49,7 +51,7 @@ fn file(version: u16, functions: &[Function], symbols: &[(&str, u32)], entries: 
     dwarf.unit.get_mut(root).set(gimli::DW_AT_ranges, AttributeValue::RangeListRef(ranges));
     dwarf.unit.get_mut(root).set(gimli::DW_AT_low_pc, AttributeValue::Address(Address::Constant(0)));
     for &(name, linked, start, size, _) in functions.iter().filter(|_| entries) {
-        // What the linker calls it stands in the declaration, to which the definition refers.
+        // The linker name is in the declaration, to which the definition refers.
         let declaration = dwarf.unit.add(root, gimli::DW_TAG_subprogram);
         let string = |text: &str| AttributeValue::String(text.as_bytes().to_vec());
         dwarf.unit.get_mut(declaration).set(gimli::DW_AT_name, string(name));
@@ -74,7 +76,7 @@ fn file(version: u16, functions: &[Function], symbols: &[(&str, u32)], entries: 
     SourceLines::from_elf("a.elf", build_with(&used, symbols))
 }
 
-/// The lines at some addresses, and nothing to complain about.
+/// The lines at some addresses; asserts that there are no warnings.
 fn at(lines: &SourceLines, addresses: &[u32]) -> String {
     let found: Vec<String> = addresses.iter().map(|addr| told(lines, *addr).replace("main.rs:", "")).collect();
     assert_eq!(lines.warnings(), []);
@@ -97,7 +99,7 @@ fn dropped_functions_have_no_code() {
 
 #[test]
 fn a_function_at_0_is_told_from_dropped_ones() {
-    // A program without a vector table: its own function begins at 0, as those that are not there seem to.
+    // A program without a vector table: its own function starts at 0, where dropped functions seem to be too.
     let here: Function = ("start", None, 0, 0x20, 1);
     for functions in [[DROPPED[0], here, LIVE], [here, DROPPED[0], LIVE], [LIVE, DROPPED[0], here]] {
         let lines = file(5, &functions, &[("start", 0), ("_RNvC3app4main", 0x68)], true);
@@ -110,7 +112,7 @@ fn a_function_at_0_is_told_from_dropped_ones() {
 
 #[test]
 fn what_has_no_names_gives_way() {
-    // Vectors in assembler have rows and no entries; a file may have been stripped of its symbols.
+    // Vectors in assembler have rows and no entries; the symbols of a file can have been stripped.
     for (symbols, entries) in [(&[("__vectors", 0)][..], false), (&[], true), (&[], false)] {
         let lines = file(5, &[("vectors", None, 0, 0x80, 1), LIVE], symbols, entries);
         assert_eq!(at(&lines, &[0, 0x3F, 0x40, 0x67, 0x68, 0x70, 0x78]), "1 1 2 2 10 11 -");
@@ -129,7 +131,7 @@ fn the_highest_addresses_stand_for_none() {
     }
 }
 
-/// Functions that are used, dropped, and dropped and inlined; clang and gcc both.
+/// Functions that are used, dropped, and dropped and inlined, with clang and gcc.
 const SOURCE: &str = "
 typedef unsigned char byte;
 volatile byte a, b;

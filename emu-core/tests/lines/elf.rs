@@ -1,4 +1,4 @@
-//! ELF files of nothing but sections, for debugging information made by hand.
+//! Makes ELF files that contain only sections, for hand-made debugging information.
 
 /// A section: name, flags, bytes.
 pub type Section<'a> = (&'a str, u32, &'a [u8]);
@@ -8,12 +8,13 @@ const PROGBITS: u32 = 1;
 const SYMTAB: u32 = 2;
 const STRTAB: u32 = 3;
 
-/// An AVR executable that has these sections and no program headers.
+/// Builds an AVR executable with these sections and no program headers.
 pub fn build(sections: &[Section<'_>]) -> Vec<u8> {
     build_with(sections, &[])
 }
 
-/// The same with functions: name and address. The first section holds them.
+/// Builds an AVR executable with these sections and with symbols of functions: name and address. The
+/// functions are in the first section.
 pub fn build_with(sections: &[Section<'_>], functions: &[(&str, u32)]) -> Vec<u8> {
     let mut names = vec![0];
     let mut bytes = vec![0; HEADER];

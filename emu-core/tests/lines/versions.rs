@@ -1,4 +1,4 @@
-//! The same lines in every version of DWARF, written by `gimli`; and what is no DWARF that is read.
+//! Every version of DWARF, written by `gimli`, gives the same lines; other formats are not read.
 
 use emu_core::image::{LINE_CODES, SourceLines};
 use gimli::write::{
@@ -9,8 +9,9 @@ use gimli::{Encoding, Format, LineEncoding, LittleEndian};
 use crate::elf::build;
 use crate::told;
 
-/// Compiled in /src: main.c, a file in a folder below, one of the system, one whose absolute path lies below /src; code from
-/// 0x10 to 0x18 and from 0x40 to 0x44. A function of 6 bytes was dropped by the linker, which leaves its lines at 0.
+/// A program compiled in /src, from main.c, a file in a folder below, a system header, and a file whose
+/// absolute path is below /src. Its code is from 0x10 to 0x18 and from 0x40 to 0x44. The linker has dropped a
+/// function of 6 bytes and left its lines at 0.
 fn file(version: u16, format: Format) -> Vec<u8> {
     let encoding = Encoding { format, version, address_size: 4 };
     let mut dwarf = DwarfUnit::new(encoding);
@@ -95,13 +96,13 @@ fn every_version_is_read() {
         }
         assert_eq!(lines.warnings(), [], "DWARF {version}");
         assert_eq!(lines.folder("main.c"), Some("/src"));
-        // The line of sub.c made no code: the next row begins at the same address.
+        // The line of sub.c made no code: the next row starts at the same address.
         assert_eq!(
             lines.addresses_of_line("sub.c", 7).unwrap_err().to_string(),
             format!("the program has no source file `sub.c`; it has {ALL}")
         );
         assert_eq!(lines.addresses_of_line("far.c", 9), Ok(vec![0x40]));
-        // Paths as editors and debuggers give them, and those of a program that was compiled elsewhere.
+        // Paths as editors and debuggers give them, and paths of a program that was compiled elsewhere.
         let paths =
             "main.c ./main.c /src/main.c /src/lib/../main.c //src/./main.c /home/me/main.c src/main.c".split(' ');
         for path in paths {
@@ -132,9 +133,12 @@ fn what_is_no_dwarf_is_told() {
     const COMPRESSED: u32 = 1 << 11;
     assert_eq!(codes(&build(&[(".debug_line", COMPRESSED, &[1, 0, 0, 0])])), ["ELF013"]);
     assert_eq!(codes(&build(&[(".zdebug_line", 0, b"ZLIB")])), ["ELF013"]);
-    assert_eq!(codes(&build(&[(".stab", 0, &[0; 12]), (".stabstr", 0, &[0])])), ["ELF014"]);
+    // Stabs: the head of a unit, and what is cut off or outside.
+    assert_eq!(codes(&build(&[(".stab", 0, &[0; 12]), (".stabstr", 0, &[0])])), [""; 0]);
+    assert_eq!(codes(&build(&[(".stab", 0, &[0; 13]), (".stabstr", 0, &[0])])), ["ELF014"]);
+    assert_eq!(codes(&build(&[(".stab", 0, &[9; 12]), (".stabstr", 0, &[0])])), ["ELF014"]);
     // As GCC 5.4 links it: a head of lines without rows, and no unit that names it.
-    let stabs = [(".stab", 0, &[0; 12][..]), (".debug_info", 0, &[]), (".debug_line", 0, &[0; 4])];
+    let stabs = [(".stab", 0, &[0; 11][..]), (".debug_info", 0, &[]), (".debug_line", 0, &[0; 4])];
     assert_eq!(codes(&build(&stabs)), ["ELF014"]);
     assert_eq!(codes(&build(&[(".stab", 0, &[]), (".text", 0, &[0; 4])])), [""; 0]);
     assert_eq!(codes(&build(&[(".text", 0, &[0; 4])])), [""; 0]);

@@ -32,7 +32,7 @@ void main(void)
 }
 ";
 
-/// A folder with a program by SDCC, and what a program says.
+/// Builds a program with SDCC. Returns its folder, and a function that runs a tool in it.
 fn build(name: &str) -> (std::path::PathBuf, impl Fn(&str, &[&str])) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::create_dir_all(&folder).unwrap();
@@ -62,7 +62,8 @@ fn files_of_sdcc_say_what_its_others_say() {
         let [theirs] = theirs.as_slice() else { panic!("{name}: {theirs:?}") };
         assert_eq!(place(&image, name), format!("{}:{:04x}", theirs.space, theirs.addr), "{name}");
     }
-    // The object file has a line for each function at least, all of them where the records of the compiler have them.
+    // The object file has at least one line per function, and each of its lines is also in the compiler's
+    // records.
     let theirs: Vec<_> = symbols.lines.iter().map(|l| (l.addr, &*l.file, l.line)).collect();
     let ours: Vec<_> = image.lines.all_lines().iter().map(|l| (l.addr, &*l.file, l.line)).collect();
     assert!(ours.len() >= 3, "{ours:?}");
@@ -75,7 +76,7 @@ fn files_of_srecord_have_the_bytes() {
     let (folder, run) = build("omf51-srecord");
     run("srec_cat", &["app.ihx", "-intel", "-o", "app.aomf", "-aomf"]);
     let bytes = std::fs::read(folder.join("app.aomf")).unwrap();
-    // Version 1.64 leaves out the module end record, by which one would know that nothing is missing.
+    // Version 1.64 leaves out the module end record, which shows that nothing is missing.
     let whole = match read(&bytes) {
         Err(why) => {
             assert_eq!(why, "OMF001 the file ends without a module end record (type 0x04)");

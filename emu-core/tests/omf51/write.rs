@@ -1,6 +1,6 @@
-//! A writer of absolute object files, from Intel's specification (V5.0, appendix 3) alone.
+//! A writer of absolute object files, made from Intel's specification (V5.0, appendix 3) alone.
 
-/// A record: type, length of the rest, contents, check sum.
+/// Makes a record: type, length of the rest, contents, check sum.
 #[must_use]
 pub fn record(kind: u8, contents: &[u8]) -> Vec<u8> {
     let mut bytes = vec![kind];
@@ -10,7 +10,7 @@ pub fn record(kind: u8, contents: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Makes the check sums of all records right, as far as there are records.
+/// Corrects the check sums of all records, as far as the bytes can be split into records.
 #[must_use]
 pub fn right(bytes: &[u8]) -> Vec<u8> {
     let (mut out, mut rest) = (Vec::new(), bytes);
@@ -26,7 +26,7 @@ pub fn right(bytes: &[u8]) -> Vec<u8> {
     out
 }
 
-/// A name with its place.
+/// A name with its address.
 pub struct Item {
     info: u8,
     offset: u16,
@@ -34,13 +34,13 @@ pub struct Item {
 }
 
 impl Item {
-    /// A name whose info byte and offset are these.
+    /// Makes an item from its info byte, offset and name.
     #[must_use]
     pub fn new(info: u8, offset: u16, name: &'static str) -> Item {
         Item { info, offset, name }
     }
 
-    /// With some bytes between the offset and the name.
+    /// The bytes of the item, with `between` bytes between offset and name.
     fn bytes(&self, between: usize) -> Vec<u8> {
         let [low, high] = self.offset.to_le_bytes();
         let mut bytes = vec![0, self.info, low, high];
@@ -63,54 +63,54 @@ pub struct Module {
 }
 
 impl Module {
-    /// A file that begins with the module of this name, made by RL51.
+    /// Starts a file with the header of the module `name`, as made by RL51.
     #[must_use]
     pub fn new(name: &'static str) -> Module {
         Module { name, bytes: record(0x02, &[counted(name), vec![0xFF, 0]].concat()) }
     }
 
-    /// Bytes written up to now.
+    /// Number of bytes written so far.
     #[must_use]
     pub fn written(&self) -> usize {
         self.bytes.len()
     }
 
-    /// Any record.
+    /// Writes a record of any type.
     pub fn push(&mut self, kind: u8, contents: &[u8]) {
         self.bytes.extend(record(kind, contents));
     }
 
-    /// A scope definition: 0 module, 1 do, 2 procedure; 3 to 5 their ends.
+    /// Writes a scope definition: 0 module, 1 do, 2 procedure; 3 to 5 their ends.
     pub fn scope(&mut self, kind: u8, name: &str) {
         self.push(0x10, &[vec![kind], counted(name)].concat());
     }
 
-    /// Debug items: 0 local symbols, 1 public ones, 2 segments.
+    /// Writes debug items: 0 local symbols, 1 public ones, 2 segments.
     pub fn items(&mut self, kind: u8, items: &[Item]) {
         let each: Vec<u8> = items.iter().flat_map(|item| item.bytes(1)).collect();
         self.push(0x12, &[vec![kind], each].concat());
     }
 
-    /// Keil's, with more bytes in front of names.
+    /// Writes Keil's debug items, with `more` additional bytes before names.
     pub fn keil(&mut self, kind: u8, more: usize, items: &[Item]) {
         let each: Vec<u8> = items.iter().flat_map(|item| item.bytes(1 + more)).collect();
         self.push(0x22, &[vec![kind], each].concat());
     }
 
-    /// Line numbers: address and line.
+    /// Writes line numbers: address and line.
     pub fn lines(&mut self, lines: &[(u16, u16)]) {
         let each =
             lines.iter().flat_map(|(addr, line)| [0].into_iter().chain(addr.to_le_bytes()).chain(line.to_le_bytes()));
         self.push(0x12, &[3].into_iter().chain(each).collect::<Vec<u8>>());
     }
 
-    /// Bytes at an address.
+    /// Writes bytes at an address.
     pub fn content(&mut self, addr: u16, bytes: &[u8]) {
         let [low, high] = addr.to_le_bytes();
         self.push(0x06, &[&[0, low, high], bytes].concat());
     }
 
-    /// The file: the module end names the module and the banks of registers that it uses.
+    /// Returns the file. The module end record names the module and the register banks that it uses.
     #[must_use]
     pub fn finish(mut self) -> Vec<u8> {
         self.push(0x04, &[counted(self.name), vec![0, 0, 1, 0]].concat());

@@ -1,4 +1,4 @@
-//! Files that are refused, against `faults.txt`, and files damaged at random.
+//! Files that are rejected, compared with `faults.txt`, and files with random damage.
 
 use diag::Severity;
 use emu_core::image::{MAX_REPORTED, SYMBOL_CODES};
@@ -6,8 +6,8 @@ use emu_core::rng::Rng;
 
 use crate::{bytes, load, table};
 
-/// A text of the table as it stands in a file: `⏎` is a line break, `→` a tab, `↡` a form feed, `␀` the byte 0, `·` a
-/// space that must not be trimmed; `@` begins the name of a file of the folder.
+/// Makes the content of a file from a cell of the table. `⏎` is a line break, `→` a tab, `↡` a form feed, `␀`
+/// the byte 0, and `·` a space that must not be trimmed. `@` starts the name of a file in the folder.
 fn content(cell: &str) -> Vec<u8> {
     match cell.strip_prefix('@') {
         Some(name) => bytes(name),
@@ -22,7 +22,7 @@ fn content(cell: &str) -> Vec<u8> {
 fn faults_have_a_place_and_a_cause() {
     let mut wrong = Vec::new();
     for row in table("faults.txt", 3) {
-        // More than one file is given with `+`, and `==` stands between the diagnostics wanted.
+        // Several files are separated by `+`, several expected diagnostics by `==`.
         let names = row[0].split(" + ").map(str::trim);
         let files: Vec<(String, Vec<u8>)> =
             names.zip(row[1].split(" + ")).map(|(name, cell)| (name.to_owned(), content(cell.trim()))).collect();
@@ -57,7 +57,7 @@ fn the_list_of_faults_has_an_end() {
 const FILES: &[&str] =
     &["small/main.map", "small/main.cdb", "small/main.rst", "small/nudge.rst", "small/nudge.lst", "absolute.lst"];
 
-/// Whatever the bytes, the answer is symbols within their memories or faults with known codes and places in the file.
+/// Any input must give symbols within their memories, or faults with known codes and positions in the file.
 #[test]
 fn damaged_files_are_answered() {
     let seed = 0x5DCC_0001;

@@ -1,4 +1,4 @@
-//! The sources of the folder, built afresh: the symbols name the bytes that the image has there.
+//! Builds the sources of the folder again: the symbols name the bytes that the image has at their addresses.
 
 use std::path::Path;
 use std::process::Command;
@@ -50,7 +50,7 @@ fn check(model: &str, debug: bool) {
     agrees(&format!("{model} {debug}"), &files, &read("main.ihx").1);
 }
 
-/// The files kept in the folder are of one build.
+/// The files kept in the folder come from one build.
 #[test]
 fn kept_symbols_name_the_bytes_of_the_kept_image() {
     let names = ["small/main.map", "small/main.cdb", "small/main.rst", "small/sensor.rst", "small/nudge.rst"];
@@ -84,7 +84,7 @@ fn agrees(what: &str, files: &[(String, Vec<u8>)], hex: &[u8]) {
         let call = call(at("code", name));
         assert!(body.windows(3).any(|w| w == call), "{what}: main does not call {name}");
     }
-    // mov AUXR, #1 is all that line 47 does.
+    // Line 47 is only `mov AUXR, #1`.
     assert!(body.windows(3).any(|w| w == [0x75, at("sfr", "AUXR") as u8, 1]));
     let line = symbols.lines.iter().find(|l| &*l.file == "main.c" && l.line == 47).expect("line 47");
     assert_eq!(code[line.addr as usize..][..3], [0x75, at("sfr", "AUXR") as u8, 1]);

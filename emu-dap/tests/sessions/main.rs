@@ -1,13 +1,14 @@
-//! Whole sessions, as transcripts: `tests/*.txt`.
+//! Replays whole debug sessions from transcripts: `tests/*.txt`.
 //!
 //! ```text
 //! # a comment
-//! > {..}    a request, whose seq and type are added; the machine runs until it stands, if the request lets it run
-//! & {..}    a request; the machine goes on running behind it
-//! < {..}    a message that comes back; `...` stands for any text
+//! > {..}    a request, to which seq and type are added; a run that it starts continues until a stop
+//! & {..}    a request; the machine keeps running after it
+//! < {..}    a message from the adapter; `...` matches any text
 //! ```
-//! Paths of this machine are written as `...`. With EMU_BLESS=1 in the environment the transcripts are written anew, to be
-//! read and committed. `frames.txt` holds what comes in byte by byte: `$` the input with escapes, `!` the error it ends with.
+//! Paths of this machine are written as `...`. `EMU_BLESS=1` rewrites the transcripts, to be reviewed and
+//! committed. `frames.txt` tests the input byte by byte: `$` is the input with escapes, `!` the error that
+//! ends it.
 
 mod open;
 
@@ -20,7 +21,7 @@ use emu_debug::text_escapes::unescape;
 use open::{open, root};
 use serde_json::{Value, json};
 
-/// Slices after which a machine should stand.
+/// Number of slices after which a machine must have stopped.
 const PATIENCE: usize = 1500;
 
 fn tables() -> Vec<PathBuf> {
@@ -28,19 +29,19 @@ fn tables() -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).expect("the folder of the tests");
     let mut files: Vec<PathBuf> = entries.map(|entry| entry.expect("an entry").path()).collect();
     files.retain(|file| file.extension().is_some_and(|ending| ending == "txt"));
-    // One alone, while it is written.
+    // The variable SESSION selects transcripts by name.
     let only = std::env::var("SESSION").unwrap_or_default();
     files.retain(|file| file.to_string_lossy().contains(&only));
     files.sort();
     files
 }
 
-/// A message as a transcript has it.
+/// A message in the format of a transcript.
 fn told(message: &Value) -> String {
     format!("< {}", message.to_string().replace(&root().display().to_string(), "..."))
 }
 
-/// `...` stands for any text.
+/// Compares a line with an expected one, in which `...` matches any text.
 fn fits(wanted: &str, found: &str) -> bool {
     let mut pieces = wanted.split("...");
     let Some(mut rest) = pieces.next().and_then(|first| found.strip_prefix(first)) else { return false };
@@ -53,7 +54,7 @@ fn fits(wanted: &str, found: &str) -> bool {
     rest.is_empty() || wanted.ends_with("...") || !last.is_empty() && found.ends_with(last)
 }
 
-/// One request, or one stretch of input, with what is to come of it.
+/// One request, or one piece of input, with the expected answers.
 #[derive(Default)]
 struct Block {
     line: usize,
@@ -61,7 +62,7 @@ struct Block {
     wanted: Vec<String>,
 }
 
-/// Replays a table; `answer` gives the lines that come of a line that asks.
+/// Replays a transcript; `answer` returns the lines that answer a request.
 fn replay(file: &Path, answer: &mut dyn FnMut(&str) -> Vec<String>) -> Vec<String> {
     let text = fs::read_to_string(file).expect("a table");
     let (mut out, mut differs) = (String::new(), Vec::new());
@@ -69,7 +70,7 @@ fn replay(file: &Path, answer: &mut dyn FnMut(&str) -> Vec<String>) -> Vec<Strin
         let Some(block) = block else { return };
         let found = answer(&block.asked);
         let same = block.wanted.len() == found.len() && block.wanted.iter().zip(&found).all(|(w, f)| fits(w, f));
-        // What fits stays, with its dots.
+        // A matching line keeps its `...`.
         for line in if same { &block.wanted } else { &found } {
             *out += &format!("{line}\n");
         }
@@ -128,7 +129,7 @@ fn session(file: &Path) -> Vec<String> {
     })
 }
 
-/// What an input comes to: messages, and the error.
+/// The messages that answer an input, and the error.
 fn served(line: &str) -> Vec<String> {
     let text = line.trim_start_matches(['$', ' ']);
     let input = if text.is_empty() { Vec::new() } else { unescape(text).expect("escapes") };
@@ -147,7 +148,7 @@ fn served(line: &str) -> Vec<String> {
 
 #[test]
 fn sessions() {
-    // Paths in the tables begin there.
+    // Paths in the transcripts are relative to the workspace.
     std::env::set_current_dir(root()).expect("the workspace");
     let mut wrong = Vec::new();
     let files = tables();

@@ -1,4 +1,4 @@
-//! Machines for the sessions: what `emu dap` opens with all its flags, here with none.
+//! Makes the machines of the sessions: like `emu dap`, without its options.
 
 use std::path::{Path, PathBuf};
 
@@ -45,7 +45,7 @@ fn machine(chip: &'static Chip, image: &Image, hz: u64) -> (Box<dyn DynMachine>,
     }
 }
 
-/// Reads an image, or makes one of a source.
+/// Loads an image, or assembles a source.
 fn image(path: &Path, chip: &'static Chip) -> Result<Image, String> {
     let bytes = std::fs::read(path).map_err(|_| format!("{} cannot be read", path.display()))?;
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("");
@@ -74,7 +74,7 @@ fn ladder(path: &Path, chip: &'static Chip) -> Result<(Image, LadderView, u64), 
     Ok((image, view, hz))
 }
 
-/// The opener of the tests.
+/// The function that makes the machines of the tests.
 pub fn open(arguments: &LaunchArguments) -> Result<OpenedMachine, LaunchError> {
     let chip = chip(arguments.mcu.as_deref().unwrap_or("atmega328p"))?;
     let path = root().join(&arguments.program);

@@ -83,11 +83,11 @@ fn of_type(info: &DebugInfo, id: Option<TypeId>, inner: &str, (style, depth): (S
             }
         }
         CType::Array { of, counts } => below(*of, &format!("{inner}{}", dimensions(counts))),
-        CType::Function { result, parameters } => {
+        CType::Function { result, parameters, prototyped } => {
             // Parameters keep their names.
             let own = |of: &Option<TypeId>| of_type(info, *of, "", (Style::AddressNames, depth - 1));
             let list: Vec<String> = parameters.iter().map(own).collect();
-            let list = if list.is_empty() { "void".to_owned() } else { list.join(", ") };
+            let list = if list.is_empty() && *prototyped { "void".to_owned() } else { list.join(", ") };
             below(*result, &format!("{inner}({list})"))
         }
     }

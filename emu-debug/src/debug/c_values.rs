@@ -8,6 +8,7 @@ use super::c_types;
 use super::dyn_machine::DynMachine;
 use super::error::DebugError;
 use super::scope::NameScope;
+use crate::number_formats::{format_character, format_number};
 
 /// Most elements of arrays and characters that are shown.
 const MAX_ELEMENTS: usize = 200;
@@ -243,7 +244,7 @@ impl CValueFormatter<'_> {
             return match letter {
                 'a' if self.points_to_code(kind) => self.code_word(value),
                 'a' => self.code(value).unwrap_or_else(|| format!("0x{value:x}")),
-                _ => crate::number_formats::format_number(value, letter, size).unwrap_or_else(|| value.to_string()),
+                _ => format_number(value, letter, size, false).unwrap_or_else(|| value.to_string()),
             };
         }
         match shape {
@@ -378,24 +379,6 @@ pub(super) fn format_significant(value: f64, digits: usize) -> String {
         return format!("{}e{sign}{:02}", trimmed(mantissa), exponent.abs());
     }
     trimmed(&format!("{value:.*}", usize::try_from(digits as i32 - 1 - exponent).unwrap_or(0)))
-}
-
-/// A byte as a character of C.
-fn format_character(byte: u8, quote: char) -> String {
-    match byte {
-        b'\n' => "\\n".to_owned(),
-        b'\r' => "\\r".to_owned(),
-        b'\t' => "\\t".to_owned(),
-        7 => "\\a".to_owned(),
-        8 => "\\b".to_owned(),
-        11 => "\\v".to_owned(),
-        12 => "\\f".to_owned(),
-        27 => "\\033".to_owned(),
-        b'\\' => "\\\\".to_owned(),
-        b' '..=b'~' if char::from(byte) == quote => format!("\\{quote}"),
-        b' '..=b'~' => char::from(byte).to_string(),
-        _ => format!("\\{byte:03o}"),
-    }
 }
 
 /// Bytes as a text of C; many equal ones in a row by their count.

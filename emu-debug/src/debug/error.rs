@@ -175,7 +175,7 @@ pub enum DebugError {
         /// Its address.
         addr: u32,
         /// Why they are not.
-        source: InputError,
+        source: Box<InputError>,
     },
     /// A struct, union or array gets a single value.
     #[error("{what} gets no single value; set its {parts}")]

@@ -328,7 +328,7 @@ impl NameScope {
                     name: text.to_owned(),
                     space: range.space,
                     addr: range.start,
-                    source,
+                    source: Box::new(source),
                 },
                 false => source.into(),
             }

@@ -1,4 +1,4 @@
-//! A session with any chip, and a server for it in a thread of its own.
+//! A session with any chip, and a server for it in a separate thread.
 
 use std::net::{SocketAddr, TcpListener};
 use std::thread::JoinHandle;
@@ -9,7 +9,7 @@ use emu_core::image::Image;
 use emu_debug::debug::{DebugSession, DynMachine, MachineWithDevices, NameScope, SessionOptions};
 use emu_debug::{AttachedDevices, CycleClock};
 
-/// The chip of that name.
+/// The chip with this name.
 pub fn chip(name: &str) -> &'static Chip {
     let avr = emu_avr::chips::AVR_CHIPS.iter().copied();
     let mut all = avr.chain(emu_8051::chips::chips()).chain(emu_pic16::chips::chips()).chain(emu_ap101::chips::chips());
@@ -37,8 +37,8 @@ pub fn session(chip: &'static Chip, image: &Image) -> DebugSession {
     DebugSession::new(target, scope, SessionOptions { clock, history_bytes: 64 << 20, follower: None })
 }
 
-/// A server for one client, or for one after the other where it is to `persist`: where it listens, and what it says at its end. `log` is
-/// told what happens.
+/// Starts a server for one client, or with `persist` for one client after another. Returns its address, and a
+/// handle for its last message. `log` gets the server's events.
 pub fn serving(
     chip: &'static Chip,
     image: Image,

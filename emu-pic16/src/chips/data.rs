@@ -1,16 +1,16 @@
-//! How rows are put together from groups.
+//! Macros and functions that build chip rows from groups.
 
 use emu_core::chip::NamedAddress;
 
 use crate::periph::map::Sfr;
 
-/// Some groups as one list.
+/// Joins several groups into one list.
 macro_rules! join {
     ($($group:expr),+ $(,)?) => { &$crate::chips::data::join_groups::<_, { 0 $(+ $group.len())+ }>(&[$($group),+]) };
 }
 pub(super) use join;
 
-/// See [`join`]; `N` is the length of all groups together.
+/// Joins groups for [`join`]; `N` is the length of all groups together.
 pub(super) const fn join_groups<T: Copy, const N: usize>(groups: &[&[T]]) -> [T; N] {
     let mut all = [groups[0][0]; N];
     let (mut len, mut g) = (0, 0);
@@ -26,8 +26,8 @@ pub(super) const fn join_groups<T: Copy, const N: usize>(groups: &[&[T]]) -> [T;
     all
 }
 
-/// Registers of a chip for the tools: each once, at its lowest address, in the order of addresses. `Sfr => "name"` gives the
-/// name that this chip's data sheet has for it.
+/// Registers of a chip for the tools: each once, at its lowest address, in order of addresses. `Sfr =>
+/// "name"` gives the name in this chip's data sheet.
 macro_rules! regs {
     ($sfr:expr $(, $from:ident => $to:literal)* $(,)?) => {
         &$crate::chips::data::named_registers::<{ $crate::chips::data::distinct_count($sfr) }>(
@@ -36,7 +36,7 @@ macro_rules! regs {
 }
 pub(super) use regs;
 
-/// The place of the lowest address of the register that stands at place `i`.
+/// Returns the index of the entry with the lowest address of the register in entry `i`.
 const fn is_lowest_address(sfr: &[(u16, Sfr)], i: usize) -> usize {
     let (mut low, mut k) = (i, 0);
     while k < sfr.len() {
@@ -48,7 +48,7 @@ const fn is_lowest_address(sfr: &[(u16, Sfr)], i: usize) -> usize {
     low
 }
 
-/// How many different registers there are.
+/// Returns the number of different registers.
 pub(super) const fn distinct_count(sfr: &[(u16, Sfr)]) -> usize {
     let (mut n, mut i) = (0, 0);
     while i < sfr.len() {
@@ -60,7 +60,7 @@ pub(super) const fn distinct_count(sfr: &[(u16, Sfr)]) -> usize {
     n
 }
 
-/// See [`regs`]; `N` is [`distinct_count`].
+/// Builds the list for [`regs`]; `N` is [`distinct_count`].
 pub(super) const fn named_registers<const N: usize>(
     sfr: &[(u16, Sfr)],
     names: &[(Sfr, &'static str)],
@@ -94,9 +94,10 @@ pub(super) const fn named_registers<const N: usize>(
     all
 }
 
-/// What the row of every chip with flash and EEPROM says from its name, data sheet, size of memories (program words in K,
-/// bytes of RAM, bytes of EEPROM) and package; the rest comes from another chip. In a HEX file a word takes two bytes, and a
-/// byte of EEPROM a word (programming specifications, "Program memory map": 2000h user memory, 2100h EEPROM).
+/// Chip data of a chip with flash and EEPROM: name, title, data sheet, program words in K, bytes of RAM,
+/// bytes of EEPROM, number of pins, and the chip from which all else is copied. In a HEX file a word takes
+/// two bytes, and a byte of EEPROM a word (programming specifications, "Program memory map": 2000h user
+/// memory, 2100h EEPROM).
 macro_rules! chip {
     ($name:literal, $title:literal, $source:literal, $words:literal K, $ram:literal, $eeprom:literal, $pins:literal, $base:expr) => {
         emu_core::chip::Chip {

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::periph::map::Sfr;
 
-/// Figure 4-2.
+/// RAM of 16F628 and 628A (figure 4-2).
 const RAM_224: &[RamRange] = &[
     RamRange { first: 0x020, last: 0x07F, canonical: 0x020 },
     RamRange { first: 0x0A0, last: 0x0EF, canonical: 0x0A0 },
@@ -22,7 +22,7 @@ const RAM_224: &[RamRange] = &[
     RamRange { first: 0x170, last: 0x17F, canonical: 0x070 },
     RamRange { first: 0x1F0, last: 0x1FF, canonical: 0x070 },
 ];
-/// 648A, figure 4-3.
+/// RAM of the 648A (figure 4-3).
 const RAM_256: &[RamRange] = &[
     RamRange { first: 0x020, last: 0x07F, canonical: 0x020 },
     RamRange { first: 0x0A0, last: 0x0EF, canonical: 0x0A0 },
@@ -38,7 +38,7 @@ const B_628: &[SfrBit] = join!(
     join!(b::USART, b::USART_62X, b::CMCON, b::F62X, b::EEPROM),
 );
 
-/// DS40300, register 14-1: bit 9 reads 0.
+/// Configuration of the 16F628 (DS40300, register 14-1): bit 9 reads 0.
 const CONFIG_628: ConfigLayout = ConfigLayout {
     erased: &[0x3DFF],
     fosc: (
@@ -62,10 +62,10 @@ const CONFIG_628: ConfigLayout = ConfigLayout {
     wrt: (0, &[]),
     ..PIC16F873.config
 };
-/// DS40044, register 14-1: bits 12 to 9 read 0.
+/// Configuration of 628A and 648A (DS40044, register 14-1): bits 12 to 9 read 0.
 const CONFIG_628A: ConfigLayout = ConfigLayout { erased: &[0x21FF], cp: 0x2000, ..CONFIG_628 };
 
-/// PIC16F628.
+/// Row of the PIC16F628.
 pub(super) const PIC16F628: Pic16Part = Pic16Part {
     chip: Chip {
         ram_ranges: RAM_224,
@@ -94,7 +94,7 @@ pub(super) const PIC16F628: Pic16Part = Pic16Part {
     ..PIC16F873
 };
 
-/// PIC16F628A.
+/// Row of the PIC16F628A.
 pub(super) const PIC16F628A: Pic16Part = Pic16Part {
     chip: chip!("pic16f628a", "PIC16F628A", "DS40044", 2 K, 224, 128, 18, PIC16F628.chip),
     internal: InternalOscillator::F62x(48_000),
@@ -103,7 +103,7 @@ pub(super) const PIC16F628A: Pic16Part = Pic16Part {
     ..PIC16F628
 };
 
-/// PIC16F648A.
+/// Row of the PIC16F648A.
 pub(super) const PIC16F648A: Pic16Part = Pic16Part {
     chip: Chip {
         ram_ranges: RAM_256,

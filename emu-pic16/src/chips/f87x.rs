@@ -14,14 +14,14 @@ use super::{
 use crate::isa::ISA;
 use crate::periph::map::Sfr;
 
-/// 87X, figure 2-4: no byte can be reached in all banks.
+/// RAM of the 87X (figure 2-4): no byte is accessible in all banks.
 const RAM_192: &[RamRange] = &[
     RamRange { first: 0x020, last: 0x07F, canonical: 0x20 },
     RamRange { first: 0x0A0, last: 0x0FF, canonical: 0xA0 },
     RamRange { first: 0x120, last: 0x17F, canonical: 0x20 },
     RamRange { first: 0x1A0, last: 0x1FF, canonical: 0xA0 },
 ];
-/// 87X, figure 2-3; 87 and 88 too.
+/// RAM of the 87X (figure 2-3), and of 87 and 88.
 pub(super) const RAM_368: &[RamRange] = &[
     RamRange { first: 0x020, last: 0x07F, canonical: 0x020 },
     RamRange { first: 0x0A0, last: 0x0EF, canonical: 0x0A0 },
@@ -31,7 +31,7 @@ pub(super) const RAM_368: &[RamRange] = &[
     RamRange { first: 0x190, last: 0x1EF, canonical: 0x190 },
     RamRange { first: 0x1F0, last: 0x1FF, canonical: 0x070 },
 ];
-/// 870 and 871, figure 2-2; 872, figure 2-2.
+/// RAM of 870 and 871 (figure 2-2) and of 872 (figure 2-2).
 const RAM_128: &[RamRange] = &[
     RamRange { first: 0x020, last: 0x07F, canonical: 0x20 },
     RamRange { first: 0x0A0, last: 0x0BF, canonical: 0xA0 },
@@ -41,7 +41,7 @@ const RAM_128: &[RamRange] = &[
     RamRange { first: 0x1F0, last: 0x1FF, canonical: 0x70 },
 ];
 
-/// INDF, PCL, STATUS, FSR, PCLATH in each bank.
+/// Addresses of INDF, PCL, STATUS, FSR and PCLATH in each bank.
 #[rustfmt::skip]
 const SILENT: [(&str, u32); 20] = [
     ("data", 0x00), ("data", 0x02), ("data", 0x03), ("data", 0x04), ("data", 0x0A),
@@ -50,7 +50,7 @@ const SILENT: [(&str, u32); 20] = [
     ("data", 0x180), ("data", 0x182), ("data", 0x183), ("data", 0x184), ("data", 0x18A),
 ];
 
-/// What all have.
+/// Registers that all chips of this file have.
 const S_ANY: &[(u16, Sfr)] = join!(r::CORE, r::CORE_HIGH, r::PORT_C, r::TIMERS, r::ADC, r::FLASH);
 const S_870: &[(u16, Sfr)] = join!(S_ANY, r::USART);
 const S_871: &[(u16, Sfr)] = join!(S_870, r::PORT_DE);
@@ -60,7 +60,7 @@ const S_873A: &[(u16, Sfr)] = join!(S_873, r::COMPARATORS);
 const S_874: &[(u16, Sfr)] = join!(S_873, r::PORT_DE);
 const S_874A: &[(u16, Sfr)] = join!(S_873A, r::PORT_DE);
 
-/// What all have but INTCON's names of timer 0.
+/// Bits that all chips of this file have, without INTCON's names of timer 0.
 #[rustfmt::skip]
 const B_ANY: &[SfrBit] = join!(
     b::CORE, b::RA5, b::INT, b::TIMERS, b::T1INSYNC, b::T1SYNC, b::PORT_C, b::ADC_ANY, b::ADC, b::PCFG, b::EEPROM, b::FLASH,
@@ -90,7 +90,8 @@ const C_870: [&str; 8] = ["T1OSO, T1CKI", "T1OSI", "CCP1", "", "", "", "TX, CK",
 const C_872: [&str; 8] = ["T1OSO, T1CKI", "T1OSI", "CCP1", "SCK, SCL", "SDI, SDA", "SDO", "", ""];
 const C_873: [&str; 8] = ["T1OSO, T1CKI", "T1OSI, CCP2", "CCP1", "SCK, SCL", "SDI, SDA", "SDO", "TX, CK", "RX, DT"];
 
-/// 87X, register 12-1 and table 4-1: what is code protected cannot be written by the program either.
+/// Configuration of the 87X (register 12-1 and table 4-1). The program cannot write code-protected words
+/// either.
 const CONFIG: ConfigLayout = ConfigLayout {
     words: &[0x2007],
     erased: &[0x3FFF],
@@ -111,14 +112,15 @@ const CONFIG: ConfigLayout = ConfigLayout {
     wrt: (1 << 9, &[0xFFFF, 0]),
 };
 const CONFIG_8K: ConfigLayout = ConfigLayout { cp_first: (0x30, &[0, 0x1000, 0x1F00, 0xFFFF]), ..CONFIG };
-/// 870 and 871, register 11-1; 872, register 11-1: only all or nothing is protected; the values between count as all.
+/// Configuration of 870 and 871 (register 11-1) and of 872 (register 11-1). Only all words or none are
+/// protected; the values between act as all.
 const CONFIG_2K: ConfigLayout = ConfigLayout { cp_first: (0x30, &[0, 0, 0, 0xFFFF]), ..CONFIG };
-/// 87XA, register 14-1: writing is a matter of WRT alone.
+/// Configuration of the 87XA (register 14-1). Only WRT restricts writing.
 const CONFIG_A: ConfigLayout =
     ConfigLayout { cp: 0x2000, cp_first: (0, &[]), wrt: (3 << 9, &[0x800, 0x400, 0x100, 0]), ..CONFIG };
 const CONFIG_A_8K: ConfigLayout = ConfigLayout { wrt: (3 << 9, &[0x1000, 0x800, 0x100, 0]), ..CONFIG_A };
 
-/// PIC16F873.
+/// Row of the PIC16F873.
 pub const PIC16F873: Pic16Part = Pic16Part {
     chip: chip!(
         "pic16f873",
@@ -190,7 +192,7 @@ pub const PIC16F873: Pic16Part = Pic16Part {
     },
 };
 
-/// PIC16F874.
+/// Row of the PIC16F874.
 pub(super) const PIC16F874: Pic16Part = Pic16Part {
     chip: Chip {
         regs: regs!(S_874),
@@ -209,7 +211,7 @@ pub(super) const PIC16F874: Pic16Part = Pic16Part {
     ..PIC16F873
 };
 
-/// PIC16F876.
+/// Row of the PIC16F876.
 pub(super) const PIC16F876: Pic16Part = Pic16Part {
     chip: Chip { ram_ranges: RAM_368, ..chip!("pic16f876", "PIC16F876", "DS30292", 8 K, 368, 256, 28, PIC16F873.chip) },
     config: CONFIG_8K,
@@ -217,7 +219,7 @@ pub(super) const PIC16F876: Pic16Part = Pic16Part {
     ..PIC16F873
 };
 
-/// PIC16F877.
+/// Row of the PIC16F877.
 pub(super) const PIC16F877: Pic16Part = Pic16Part {
     chip: Chip { ram_ranges: RAM_368, ..chip!("pic16f877", "PIC16F877", "DS30292", 8 K, 368, 256, 40, PIC16F874.chip) },
     config: CONFIG_8K,
@@ -225,7 +227,7 @@ pub(super) const PIC16F877: Pic16Part = Pic16Part {
     ..PIC16F874
 };
 
-/// PIC16F873A.
+/// Row of the PIC16F873A.
 pub(super) const PIC16F873A: Pic16Part = Pic16Part {
     chip: Chip {
         regs: regs!(S_873A),
@@ -245,7 +247,7 @@ pub(super) const PIC16F873A: Pic16Part = Pic16Part {
     ..PIC16F873
 };
 
-/// PIC16F874A.
+/// Row of the PIC16F874A.
 pub(super) const PIC16F874A: Pic16Part = Pic16Part {
     chip: Chip {
         regs: regs!(S_874A),
@@ -265,7 +267,7 @@ pub(super) const PIC16F874A: Pic16Part = Pic16Part {
     ..PIC16F874
 };
 
-/// PIC16F876A.
+/// Row of the PIC16F876A.
 pub(super) const PIC16F876A: Pic16Part = Pic16Part {
     chip: Chip {
         ram_ranges: RAM_368,
@@ -276,7 +278,7 @@ pub(super) const PIC16F876A: Pic16Part = Pic16Part {
     ..PIC16F873A
 };
 
-/// PIC16F877A.
+/// Row of the PIC16F877A.
 pub(super) const PIC16F877A: Pic16Part = Pic16Part {
     chip: Chip {
         ram_ranges: RAM_368,
@@ -287,7 +289,7 @@ pub(super) const PIC16F877A: Pic16Part = Pic16Part {
     ..PIC16F874A
 };
 
-/// PIC16F870.
+/// Row of the PIC16F870.
 pub(super) const PIC16F870: Pic16Part = Pic16Part {
     chip: Chip {
         ram_ranges: RAM_128,
@@ -306,7 +308,7 @@ pub(super) const PIC16F870: Pic16Part = Pic16Part {
     ..PIC16F873
 };
 
-/// PIC16F871.
+/// Row of the PIC16F871.
 pub(super) const PIC16F871: Pic16Part = Pic16Part {
     chip: Chip {
         regs: regs!(S_871),
@@ -325,7 +327,7 @@ pub(super) const PIC16F871: Pic16Part = Pic16Part {
     ..PIC16F870
 };
 
-/// PIC16F872.
+/// Row of the PIC16F872.
 pub(super) const PIC16F872: Pic16Part = Pic16Part {
     chip: Chip {
         ram_ranges: RAM_128,

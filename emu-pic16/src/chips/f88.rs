@@ -14,7 +14,7 @@ use super::{
 };
 use crate::periph::map::Sfr;
 
-/// 818, figure 2-3.
+/// RAM of the 818 (figure 2-3).
 const RAM_128: &[RamRange] = &[
     RamRange { first: 0x020, last: 0x07F, canonical: 0x20 },
     RamRange { first: 0x0A0, last: 0x0BF, canonical: 0xA0 },
@@ -22,7 +22,7 @@ const RAM_128: &[RamRange] = &[
     RamRange { first: 0x120, last: 0x17F, canonical: 0x20 },
     RamRange { first: 0x1A0, last: 0x1FF, canonical: 0x20 },
 ];
-/// 819, figure 2-4.
+/// RAM of the 819 (figure 2-4).
 const RAM_256: &[RamRange] = &[
     RamRange { first: 0x020, last: 0x07F, canonical: 0x020 },
     RamRange { first: 0x0A0, last: 0x0EF, canonical: 0x0A0 },
@@ -32,13 +32,13 @@ const RAM_256: &[RamRange] = &[
     RamRange { first: 0x1A0, last: 0x1FF, canonical: 0x020 },
 ];
 
-/// What all have.
+/// Registers that all chips of this file have.
 const S_ANY: &[(u16, Sfr)] = join!(r::CORE, r::CORE_HIGH, r::TIMERS, r::SSP, r::FLASH, r::OSCILLATOR);
 const S_819: &[(u16, Sfr)] = join!(S_ANY, r::ADC);
 const S_87: &[(u16, Sfr)] = join!(S_ANY, r::USART, r::COMPARATORS, r::WATCHDOG);
 const S_88: &[(u16, Sfr)] = join!(S_87, r::ADC, r::ANSEL);
 
-/// What all have.
+/// Bits that all chips of this file have.
 const B_ANY: &[SfrBit] = join!(
     join!(b::CORE, b::RA5_7, b::TMR0, b::TIMERS, b::T1INSYNC, b::SSP),
     join!(b::EEPROM, b::FLASH, b::FREE, b::OSCILLATOR),
@@ -47,7 +47,7 @@ const B_819: &[SfrBit] = join!(B_ANY, b::INT, b::ADC_ANY, b::ADC, b::PCFG, b::AD
 const B_87: &[SfrBit] = join!(B_ANY, b::INT0, b::INT, b::T1RUN, b::USART, b::USART_87X, b::CMCON, b::CVRCON, b::CLOCKS);
 const B_88: &[SfrBit] = join!(B_87, b::ADC_ANY, b::ADC, b::ADCS2, b::ANSEL);
 
-/// 818 and 819, register 12-1.
+/// Configuration of 818 and 819 (register 12-1).
 const CONFIG_819: ConfigLayout = ConfigLayout {
     erased: &[0x3FFF],
     pgm: shared18::RB3,
@@ -56,9 +56,10 @@ const CONFIG_819: ConfigLayout = ConfigLayout {
     wrt: (3 << 9, &[0x600, 0x400, 0x200, 0]),
     ..PIC16F628.config
 };
-/// 818: the sheet has no meaning for 00; all of 01 is protected, and so is this.
+/// Configuration of the 818. The data sheet does not define the WRT value 00; 01 protects all words, so 00
+/// does too.
 const CONFIG_818: ConfigLayout = ConfigLayout { wrt: (3 << 9, &[0xFFFF, 0xFFFF, 0x200, 0]), ..CONFIG_819 };
-/// 87 and 88, registers 15-1 and 15-2.
+/// Configuration of 87 and 88 (registers 15-1 and 15-2).
 const CONFIG_88: ConfigLayout = ConfigLayout {
     words: &[0x2007, 0x2008],
     erased: &[0x3FFF, 0x3FFF],
@@ -69,7 +70,8 @@ const CONFIG_88: ConfigLayout = ConfigLayout {
     ..CONFIG_819
 };
 
-/// PIC16F819: the watchdog hangs on the oscillator on the chip (table 15-3), program memory takes 2 ms (D133).
+/// Row of the PIC16F819. Its watchdog runs on the internal oscillator (table 15-3); a write of program memory
+/// takes 2 ms (D133).
 pub(super) const PIC16F819: Pic16Part = Pic16Part {
     chip: Chip {
         ram_ranges: RAM_256,
@@ -104,7 +106,7 @@ pub(super) const PIC16F819: Pic16Part = Pic16Part {
     ..PIC16F873
 };
 
-/// PIC16F818.
+/// Row of the PIC16F818.
 pub(super) const PIC16F818: Pic16Part = Pic16Part {
     chip: Chip { ram_ranges: RAM_128, ..chip!("pic16f818", "PIC16F818", "DS39598", 1 K, 128, 128, 18, PIC16F819.chip) },
     config: CONFIG_818,
@@ -112,7 +114,7 @@ pub(super) const PIC16F818: Pic16Part = Pic16Part {
     ..PIC16F819
 };
 
-/// PIC16F87.
+/// Row of the PIC16F87.
 pub(super) const PIC16F87: Pic16Part = Pic16Part {
     chip: Chip {
         ram_ranges: RAM_368,
@@ -145,7 +147,7 @@ pub(super) const PIC16F87: Pic16Part = Pic16Part {
     ..PIC16F819
 };
 
-/// PIC16F88: the 87 with a converter.
+/// Row of the PIC16F88: the 87 with a converter.
 pub(super) const PIC16F88: Pic16Part = Pic16Part {
     chip: Chip {
         regs: regs!(S_88),

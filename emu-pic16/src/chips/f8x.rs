@@ -11,14 +11,15 @@ use super::regs as r;
 use super::{ConfigLayout, NO_PIN, NonvolatileKind, Pic16AdcKind, Pic16Part, SfrBit, SspKind, TimingRanges};
 use crate::periph::map::Sfr;
 
-/// 16F84, figure 4-2: bank 1 shows bank 0; RP1 and IRP are not used (section 4.2.2.1), so banks 2 and 3 are banks 0 and 1.
+/// RAM of the 16F84 (figure 4-2): bank 1 mirrors bank 0. RP1 and IRP are not used (section 4.2.2.1), so banks
+/// 2 and 3 mirror banks 0 and 1.
 const RAM_68: &[RamRange] = &[
     RamRange { first: 0x00C, last: 0x04F, canonical: 0x0C },
     RamRange { first: 0x08C, last: 0x0CF, canonical: 0x0C },
     RamRange { first: 0x10C, last: 0x14F, canonical: 0x0C },
     RamRange { first: 0x18C, last: 0x1CF, canonical: 0x0C },
 ];
-/// 16C84, figure 4-2; 16C71, figure 4-5.
+/// RAM of 16C84 (figure 4-2) and 16C71 (figure 4-5).
 const RAM_36: &[RamRange] = &[
     RamRange { first: 0x00C, last: 0x02F, canonical: 0x0C },
     RamRange { first: 0x08C, last: 0x0AF, canonical: 0x0C },
@@ -36,7 +37,7 @@ const B_C84: &[SfrBit] = join!(B_ANY, b::EEPROM, b::EEPROM_84);
 const B_84: &[SfrBit] = join!(B_C84, b::TMR0);
 const B_71: &[SfrBit] = join!(B_ANY, b::ADC_ANY, b::ADC_71);
 
-/// 16F84, register 8-1.
+/// Configuration of the 16F84 (register 8-1).
 const CONFIG_84: ConfigLayout = ConfigLayout {
     boren: 0,
     lvp: 0,
@@ -47,10 +48,10 @@ const CONFIG_84: ConfigLayout = ConfigLayout {
     wrt: (0, &[]),
     ..PIC16F873.config
 };
-/// 16C84, figure 8-1; 16C71, figure 8-1: PWRTE is 1 when the timer is on.
+/// Configuration of 16C84 (figure 8-1) and 16C71 (figure 8-1): PWRTE is 1 if the timer is on.
 const CONFIG_C84: ConfigLayout = ConfigLayout { pwrte: (1 << 3, true), cp: 0x10, ..CONFIG_84 };
 
-/// PIC16F84: a byte of EEPROM takes 10 ms, 20 ms at most (parameter D122).
+/// Row of the PIC16F84. A write of an EEPROM byte takes 10 ms, at most 20 ms (parameter D122).
 pub(super) const PIC16F84: Pic16Part = Pic16Part {
     chip: Chip {
         ram_ranges: RAM_68,
@@ -79,7 +80,7 @@ pub(super) const PIC16F84: Pic16Part = Pic16Part {
     ..PIC16F873
 };
 
-/// PIC16F84A.
+/// Row of the PIC16F84A.
 pub(super) const PIC16F84A: Pic16Part = Pic16Part {
     chip: Chip { max_hz: 20_000_000, ..chip!("pic16f84a", "PIC16F84A", "DS35007", 1 K, 68, 64, 18, PIC16F84.chip) },
     device_id: Some(0x0560),
@@ -87,7 +88,7 @@ pub(super) const PIC16F84A: Pic16Part = Pic16Part {
     ..PIC16F84
 };
 
-/// PIC16C84.
+/// Row of the PIC16C84.
 pub(super) const PIC16C84: Pic16Part = Pic16Part {
     chip: Chip { ram_ranges: RAM_36, ..chip!("pic16c84", "PIC16C84", "DS30445", 1 K, 36, 64, 18, PIC16F84.chip) },
     bits: B_C84,
@@ -95,7 +96,7 @@ pub(super) const PIC16C84: Pic16Part = Pic16Part {
     ..PIC16F84
 };
 
-/// PIC16C71.
+/// Row of the PIC16C71.
 pub(super) const PIC16C71: Pic16Part = Pic16Part {
     chip: Chip {
         ram_ranges: RAM_36,

@@ -1,9 +1,11 @@
-//! Named numbers of the chips, as the headers of gputils spell them ([`Chip::constants`](emu_core::chip::Chip::constants)): bits of
-//! registers, register pairs, destinations, and values for the configuration words.
+//! Named constants of each chip in the spelling of the headers of gputils
+//! ([`Chip::constants`](emu_core::chip::Chip::constants)): register bits, register pairs, destinations, and
+//! values for the configuration words.
 //!
-//! A value has all bits of its word set but those that it stands for, so that values can be joined with `&`. It is worked out from
-//! the masks of the row ([`ConfigLayout`]); a chip knows every spelling that a header of the family has for what it has itself, and
-//! `tests/headers.rs` reads them all.
+//! A configuration value has all bits of its word set, except the bits that it clears, so that values can be
+//! combined with `&`. It is computed from the masks of the row ([`ConfigLayout`]). A chip accepts every
+//! spelling that any header of the family has for a feature of the chip; `tests/headers.rs` reads all
+//! headers.
 
 use emu_core::pins::PinId;
 
@@ -12,13 +14,13 @@ use super::{ALIASES, ConfigLayout, NO_PIN, OscillatorMode, Pic16Part, part};
 /// All bits of a program word.
 const ERASED_WORD: u16 = 0x3FFF;
 
-/// The debugger's bit, which every chip has that can write its own program memory.
+/// Mask of DEBUG, which every chip has that can write its own program memory.
 const DEBUG_BIT: u16 = 1 << 11;
 
-/// What a spelling stands for; the words between blanks are its spellings.
+/// A configuration value: its spellings, separated by blanks, and the function that computes it.
 type ConfigName = (&'static str, fn(&Pic16Part) -> Option<u16>);
 
-/// Values that depend on one feature each.
+/// Configuration values that each depend on one feature.
 #[rustfmt::skip]
 const CONFIG_NAMES: &[ConfigName] = &[
     ("_FOSC_LP _LP_OSC",           |part| oscillator(part, OscillatorMode::Lp, 0)),
@@ -55,7 +57,7 @@ const CONFIG_NAMES: &[ConfigName] = &[
     ("_CP_ON _CP_ALL _CP_All",     |part| with_bits_clear(part.config.cp)),
     ("_CP_HALF",                   |part| protected(part, words(part) / 2)),
     ("_CP_UPPER_256",              |part| protected(part, words(part).checked_sub(256)?)),
-    // The 16F628 alone has a field for two of its quarters, written twice (DS40300, register 14-1).
+    // Only the 16F628 has a field that protects quarters, written twice (DS40300, register 14-1).
     ("_CP_75",                     |part| (part.config.cp == 0x3C00).then_some(0x17FF)),
     ("_CP_50",                     |part| (part.config.cp == 0x3C00).then_some(0x2BFF)),
     ("_WRT_OFF _WRT_ENABLE_OFF",   |part| writable_from(part, words(part), 0)),
@@ -79,7 +81,7 @@ const CONFIG_NAMES: &[ConfigName] = &[
     ("_IDLOC3",                    |_| Some(0x2003)),
 ];
 
-/// Named numbers of the chip `name`; none for a chip that is not of this crate.
+/// Returns the named constants of the chip `name`; empty for a chip of another crate.
 pub(super) fn names_of_chip(name: &str) -> Vec<(&'static str, i32)> {
     let Some(part) = part(name) else { return Vec::new() };
     let mut all = vec![("W", 0), ("F", 1)];
@@ -90,12 +92,12 @@ pub(super) fn names_of_chip(name: &str) -> Vec<(&'static str, i32)> {
     all
 }
 
-/// The value in which the bits under `mask` are clear; nothing where the chip has no such bits.
+/// Returns the value with the bits under `mask` clear; None if the chip has no such bits.
 fn with_bits_clear(mask: u16) -> Option<u16> {
     (mask != 0).then_some(ERASED_WORD & !mask)
 }
 
-/// The value in which they are set.
+/// Returns the value with the bits under `mask` set; None if the chip has no such bits.
 fn with_bits_set(mask: u16) -> Option<u16> {
     (mask != 0).then_some(ERASED_WORD)
 }
@@ -104,14 +106,14 @@ fn words(part: &Pic16Part) -> u16 {
     (part.chip.on_chip_flash_bytes / 2) as u16
 }
 
-/// The last place in the list that fits, as the value of the bits under `mask`: where several values mean the same, the last is
-/// the one that the sheets name.
+/// Returns the value of the bits under `mask` for the last matching index in the list. If several values have
+/// the same meaning, the data sheets name the last one.
 fn option_word<T>(mask: u16, list: &[T], fits: impl Fn(usize, &T) -> bool) -> Option<u16> {
     let place = (0..list.len()).zip(list).rfind(|&(i, value)| fits(i, value))?.0;
     Some(ERASED_WORD & !mask | ConfigLayout::deposit_bits(place, mask))
 }
 
-/// The oscillator may give its pins to port A.
+/// Reports whether the oscillator can leave its pins to port A.
 fn shares_pins(part: &Pic16Part) -> bool {
     !part.config.osc_ports.is_empty()
 }
@@ -123,7 +125,8 @@ fn oscillator(part: &Pic16Part, wanted: OscillatorMode, ports: u8) -> Option<u16
         .filter(|_| ports == 0 || shares_pins(part))
 }
 
-/// Resistor and capacitor with the clock on a pin, which headers call so only where the pin could be a port.
+/// RC oscillator with the clock on a pin. The headers use this name only on chips where the pin could be a
+/// port.
 fn clock_out(part: &Pic16Part, shared: bool) -> Option<u16> {
     oscillator(part, OscillatorMode::Rc, 0).filter(|_| shares_pins(part) == shared)
 }
@@ -143,26 +146,27 @@ fn ccp1(part: &Pic16Part, pin: &str) -> Option<u16> {
     if is(one) { with_bits_set(mask) } else { with_bits_clear(mask).filter(|_| is(zero)) }
 }
 
-/// CP protects all words from this one on; it stands twice in the word.
+/// CP protects all words from `from` on; the field is twice in the word.
 fn protected(part: &Pic16Part, from: u16) -> Option<u16> {
     let (mask, list) = part.config.cp_first;
     let first = option_word(mask, list, |_, &first| first == from)?;
     Some(first & !(mask << 8) | (first & mask) << 8)
 }
 
-/// WRT is a number, and not a single bit that permits.
+/// Reports whether WRT is a field of several bits, not a single bit that permits writing.
 fn has_several_words(part: &Pic16Part) -> bool {
     part.config.wrt.0.count_ones() > 1
 }
 
-/// The program may write from this word on: `one` by a single bit, `number` by a number.
+/// Returns the value that lets the program write from a word on: `one` if WRT is a single bit, `number` if it
+/// is a field.
 fn writable_from(part: &Pic16Part, one: u16, number: u16) -> Option<u16> {
     let (mask, list) = part.config.wrt;
     let wanted = if has_several_words(part) { number } else { one };
     option_word(mask, list, |_, &first| first.min(words(part)) == wanted)
 }
 
-/// WRT as a number protects so many words.
+/// Returns the value of a WRT field that protects `count` words.
 fn protects(part: &Pic16Part, count: u16) -> Option<u16> {
     writable_from(part, 0, count).filter(|_| has_several_words(part))
 }

@@ -1,4 +1,4 @@
-//! The machine as the loop around the hot loop sees it: what happens between two instructions.
+//! [`CpuEngine`] for [`Pic16`]: what the shared run loop asks between two instructions.
 
 use std::sync::Arc;
 
@@ -46,7 +46,7 @@ impl CpuEngine for Pic16 {
         let Some(order) = self.soc.next_request(now) else { return false };
         match order {
             CoreRequest::EndStandby { by_watchdog } => {
-                // DS30292, table 12-3: the watchdog clears TO as it wakes; SLEEP has cleared PD.
+                // DS30292, table 12-3: the watchdog clears TO when it wakes the core; SLEEP has cleared PD.
                 if by_watchdog {
                     self.core.timeout_bits = 0;
                 }
@@ -81,8 +81,9 @@ impl CpuEngine for Pic16 {
 
     fn enter_interrupt<P: Probe>(&mut self, now: u64, probe: &mut P) -> bool {
         let Some(since) = self.soc.interrupt_since(now) else { return false };
-        // Two cycles without an instruction; the second cycle of the instruction before counts when the interrupt was there by
-        // then, so that the latency is the same after instructions of one and two cycles (DS30292, 12.10.1).
+        // Two cycles without an instruction. If the interrupt was pending before the second cycle of the
+        // previous instruction, that cycle counts, so the latency is the same after one-cycle and two-cycle
+        // instructions (DS30292, 12.10.1).
         let cycles = if since < now { 1 } else { 2 };
         self.soc.acknowledge_interrupt(1, now);
         probe.on_interrupt(now, 1);

@@ -1,9 +1,10 @@
 //! Analog-to-digital converter (DS33023 section 23, DS30292 section 11, DS39582 section 11; 8 bits: DS31021).
 //!
-//! A conversion is two moments, both known when it begins: the holding capacitor leaves its input at the end of the first
-//! segment of figure 11-3, and the result is loaded when the last bit is decided. The converter's clock begins with GO; the
-//! first segment is a TAD and no shorter than an instruction cycle, and with the converter's own oscillator an instruction
-//! cycle passes first (parameter 134, note 1), so that a SLEEP gets in.
+//! A conversion has two events, both known when it starts: the holding capacitor is disconnected from its
+//! input at the end of the first segment of figure 11-3, and the result is loaded when the last bit is
+//! decided. The converter's clock starts with GO. The first segment is one TAD, but not shorter than an
+//! instruction cycle. With the converter's own oscillator one instruction cycle passes first (parameter 134,
+//! note 1), so that a SLEEP can execute.
 
 mod control;
 mod hold;
@@ -16,30 +17,30 @@ use super::{Pic16Device, Pic16Outbox, Pic16Signal};
 use crate::chips;
 
 const ADON: u8 = 1;
-/// ADIF of the 16C71, which has it in ADCON0.
+/// Mask of ADIF in ADCON0 of the 16C71.
 const ADIF: u8 = 1 << 1;
 const GO: u8 = 1 << 2;
 const ADFM: u8 = 1 << 7;
 const ADCS2: u8 = 1 << 6;
 
-/// A conversion on its way.
+/// A conversion in progress.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct AdcConversion {
-    /// Clock at which the capacitor leaves the input.
+    /// Clock at which the capacitor is disconnected from the input.
     sample: u64,
     /// Clock at which the result is loaded.
     done: u64,
     /// Clocks after the end before the capacitor is connected again.
     wait: u64,
-    /// It runs on the converter's own oscillator.
+    /// True if the conversion uses the converter's own oscillator.
     own_clock: bool,
-    /// What was sampled, once it was.
+    /// Result, once the input was sampled.
     code: Option<u16>,
 }
 
 emu_core::state! { AdcConversion { sample, done, wait, own_clock, code } }
 
-/// The converter. Voltages are in millivolts above VSS.
+/// The analog-to-digital converter. Voltages are in millivolts above VSS.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pic16Adc {
     kind: chips::Pic16AdcKind,
@@ -54,7 +55,7 @@ pub struct Pic16Adc {
     adresl: u8,
     conversion: Option<AdcConversion>,
     hold: HoldCapacitor,
-    /// The capacitor is charged at once.
+    /// True if the capacitor charges at once.
     ideal: bool,
     asleep: bool,
 }
@@ -64,9 +65,9 @@ emu_core::state! {
 }
 
 impl Pic16Adc {
-    /// The converter of a chip after power-up: `channels` inputs (1 to 8), TAD of its own oscillator as numerator and
-    /// denominator of clocks, and the frequency of the oscillator for the times of acquisition. Sources have 10 kilohms, the
-    /// supply is 5 V, all inputs are at 0 V.
+    /// Returns the converter after power-up with `channels` inputs (1 to 8). `rc_clocks` is TAD of its own
+    /// oscillator as a fraction of clocks, `hz` the frequency of the oscillator, for the acquisition time.
+    /// Sources have 10 kilohms, the supply is 5 V, all inputs are at 0 V.
     #[must_use]
     pub fn new(kind: chips::Pic16AdcKind, channels: u8, rc_clocks: (u64, u64), hz: u64) -> Pic16Adc {
         // DS30292 equation 11-1 (120 pF), and the acquisition requirements of DS31021 for 8 bits (51.2 pF).
@@ -93,14 +94,15 @@ impl Pic16Adc {
         }
     }
 
-    /// The same with a capacitor that is charged at once, where `ideal` is set.
+    /// Returns the converter with a capacitor that charges at once, if `ideal` is true.
     #[must_use]
     pub fn with_ideal_acquisition(mut self, ideal: bool) -> Pic16Adc {
         self.ideal = ideal;
         self
     }
 
-    /// Any reset at `t`: the module is off, all pins are analog; ADRES stays (DS30292 table 12-6).
+    /// Resets the module at `t` for any cause: it is off, all pins are analog; ADRES keeps its value (DS30292
+    /// table 12-6).
     pub fn reset(&mut self, t: u64) {
         self.sample_by(t);
         self.hold.open(t, self.source());
@@ -108,7 +110,7 @@ impl Pic16Adc {
         (self.conversion, self.asleep) = (None, false);
     }
 
-    /// The voltage on AN`channel` from `t` on; a channel that the chip does not have is ignored.
+    /// Sets the voltage on AN`channel` from `t` on; channels that the chip does not have are ignored.
     pub fn set_input(&mut self, channel: u8, millivolts: u32, t: u64) {
         if channel < self.channels && self.inputs[usize::from(channel & 7)] != millivolts {
             self.sample_by(t);
@@ -117,34 +119,35 @@ impl Pic16Adc {
         }
     }
 
-    /// VDD from `t` on.
+    /// Sets VDD from `t` on.
     pub fn set_supply(&mut self, millivolts: u32, t: u64) {
         self.sample_by(t);
         self.supply = millivolts;
     }
 
-    /// The impedance of the sources in ohms, from `t` on.
+    /// Sets the impedance of the sources in ohms, from `t` on.
     pub fn set_source_ohms(&mut self, ohms: u32, t: u64) {
         self.sample_by(t);
         self.hold.set_ohms(ohms, t, self.source());
     }
 
-    /// The channels that are digital inputs, AN0 in bit 0; the pins of the others read 0 (DS30292 section 11.3). Channels
-    /// that the chip does not have are digital.
+    /// Returns a mask of the digital channels, AN0 in bit 0; the pins of the others read 0 (DS30292 section
+    /// 11.3). Channels that the chip does not have count as digital.
     #[must_use]
     pub fn digital_pins(&self) -> u8 {
         let digital = control::digital(self.kind, self.adcon1, self.ansel);
         digital | !(((1u16 << self.channels) - 1) as u8)
     }
 
-    /// The selected channel has been connected for the time of equation 11-1 at `t`, so that a conversion may begin.
+    /// Reports whether, at `t`, the selected channel has been connected for the time of equation 11-1, so
+    /// that a conversion can start.
     #[must_use]
     pub fn is_acquired(&self, t: u64) -> bool {
         (self.ideal || self.hold.is_acquired(t)) && self.conversion.is_none()
     }
 
-    /// The channel on which the write of `value` to ADCON0 at `t` begins a conversion, if it is not acquired
-    /// by then.
+    /// Returns the channel on which a write of `value` to ADCON0 at `t` would start a conversion before the
+    /// acquisition is complete, if any.
     #[must_use]
     pub fn acquisition_error_channel(&self, value: u8, t: u64) -> Option<u8> {
         let mut adc = self.clone();
@@ -155,8 +158,8 @@ impl Pic16Adc {
         (begins && !self.ideal && !adc.hold.is_acquired(t)).then(|| control::chs(adc.kind, adc.adcon0) as u8)
     }
 
-    /// The special event of a CCP module starts a conversion at `t`, if the module is on and none is under way
-    /// (DS30292 section 8.2.4).
+    /// Starts a conversion at `t` by the special event of a CCP module, if the module is on and idle (DS30292
+    /// section 8.2.4).
     pub fn start(&mut self, t: u64, out: &mut Pic16Outbox) {
         self.run_due(t, out);
         if self.powered() && self.conversion.is_none() {
@@ -165,12 +168,12 @@ impl Pic16Adc {
         }
     }
 
-    /// ADCS selects the converter's own oscillator.
+    /// Reports whether ADCS selects the converter's own oscillator.
     fn uses_rc_clock(&self) -> bool {
         self.adcon0 >> 6 == 3
     }
 
-    /// TAD by ADCS, in clocks.
+    /// Returns TAD by ADCS in clocks, as numerator and denominator.
     fn tad(&self) -> (u64, u64) {
         let fast = if self.adcon1 & ADCS2 != 0 { 2 } else { 1 };
         match self.adcon0 >> 6 {
@@ -185,16 +188,16 @@ impl Pic16Adc {
         self.adcon0 & ADON != 0 && (!self.asleep || self.uses_rc_clock())
     }
 
-    /// The input of the selected channel in microvolts.
+    /// Returns the voltage of the selected channel in microvolts.
     fn source(&self) -> u64 {
-        // A channel that the chip does not have is at 0 V for ever, and CHS has three bits at most.
+        // A channel that the chip does not have is always at 0 V, and CHS has at most three bits.
         u64::from(self.inputs[control::chs(self.kind, self.adcon0)]) * 1_000
     }
 
     fn begin(&mut self, t: u64) {
         let (num, den) = self.tad();
         let halves = |n: u64| (u128::from(num) * u128::from(n)).div_ceil(2 * u128::from(den)) as u64;
-        // Half periods of TAD: until the sample, and in all (parameter 131).
+        // Half periods of TAD: until the sample, and in total (parameter 131).
         let (first, all) = if self.kind == chips::Pic16AdcKind::Bits8 { (3, 19) } else { (2, 24) };
         let lead = if self.uses_rc_clock() { 4 } else { 4u64.saturating_sub(halves(first)) };
         self.conversion = Some(AdcConversion {
@@ -206,7 +209,8 @@ impl Pic16Adc {
         });
     }
 
-    /// Ends the conversion without a result; the capacitor waits as after a whole one (DS30292 section 11.4).
+    /// Aborts the conversion without a result. The capacitor waits as after a complete conversion (DS30292
+    /// section 11.4).
     fn abort(&mut self, t: u64) {
         if let Some(conversion) = self.conversion.take() {
             self.adcon0 &= !GO;
@@ -215,7 +219,7 @@ impl Pic16Adc {
         }
     }
 
-    /// Takes the sample if its clock has come by `t`.
+    /// Samples the input if the sample is due by `t`.
     fn sample_by(&mut self, t: u64) {
         if let Some(AdcConversion { sample, code: None, .. }) = self.conversion
             && sample <= t
@@ -227,7 +231,8 @@ impl Pic16Adc {
         }
     }
 
-    /// The ideal transfer function: the first step is reached at one step's voltage (DS33023 section 23, transfer function).
+    /// Returns the result by the ideal transfer function: the first step is reached at the voltage of one
+    /// step (DS33023 section 23, transfer function).
     fn code(&self, microvolts: u64) -> u16 {
         let (plus, minus) = control::references(self.kind, self.adcon1);
         let high = u64::from(if plus { self.inputs[3] } else { self.supply }) * 1_000;
@@ -253,9 +258,9 @@ impl Pic16Adc {
     fn write_adcon0(&mut self, value: u8, t: u64) {
         let value = value & control::adcon0_mask(self.kind);
         let (old, on) = (self.adcon0, value & ADON != 0);
-        // The source is asked for before the channel changes.
+        // The source must be read before the channel changes.
         let source = self.source();
-        // GO set together with ADON starts nothing and is not kept (note under DS30292 figure 11-3).
+        // GO set together with ADON starts no conversion and is not stored (note under DS30292 figure 11-3).
         let go = value & GO != 0 && on && old & ADON != 0;
         if !go {
             self.abort(t);
@@ -325,7 +330,7 @@ impl Pic16Device for Pic16Adc {
     fn stop_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
         self.run_due(t, out);
         self.asleep = true;
-        // Without its own clock the module aborts and is off until the chip wakes (DS30292 section 11.5).
+        // Without its own clock the module aborts, and is off until the chip wakes (DS30292 section 11.5).
         let goes_on = self.conversion.map_or(self.powered(), |conversion| conversion.own_clock);
         if !goes_on {
             self.abort(t);

@@ -1,8 +1,8 @@
-//! Comparators and their voltage reference (DS39582 sections 12 and 13; DS40044 sections 9 and 10; DS30487 sections 13
-//! and 14).
+//! Comparators and their voltage reference (DS39582 sections 12 and 13; DS40044 sections 9 and 10; DS30487
+//! sections 13 and 14).
 //!
-//! An output follows its inputs at once: the response time of the sheets (150 ns typical, 400 ns at most) is about a clock.
-//! There is no hysteresis and no offset; equal inputs give 0.
+//! An output follows its inputs without delay: the response time of the data sheets (150 ns typical, 400 ns
+//! maximum) is about one clock. There is no hysteresis and no offset; equal inputs give 0.
 
 use emu_core::NEVER;
 
@@ -19,19 +19,19 @@ const CVRR: u8 = 1 << 5;
 const CMCON_MASK: u8 = 0x3F;
 const CVRCON_MASK: u8 = 0xEF;
 
-/// The reference as an input beside RA0 to RA3.
+/// Input number of the reference; 0 to 3 are RA0 to RA3.
 const CVREF: u8 = 4;
 
-/// The inputs of one comparator: the pin at VIN- when CIS is 0 and when it is 1, and the pin at VIN+.
+/// Inputs of one comparator: the pin at VIN- if CIS is 0, the pin at VIN- if CIS is 1, and the pin at VIN+.
 type ComparatorInputs = Option<[u8; 3]>;
 
-/// One of the eight modes.
+/// One of the eight modes of the comparators.
 #[derive(Debug)]
 struct ComparatorMode {
     inputs: [ComparatorInputs; 2],
-    /// Comparators whose output goes to a pin.
+    /// Whether the output of each comparator drives a pin.
     outputs: [bool; 2],
-    /// Pins RA0 to RA3 that stay digital.
+    /// Mask of the pins RA0 to RA3 that stay digital.
     digital: u8,
 }
 
@@ -39,7 +39,7 @@ const fn mode(c1: ComparatorInputs, c2: ComparatorInputs, outputs: [bool; 2], di
     ComparatorMode { inputs: [c1, c2], outputs, digital }
 }
 
-/// DS40044 figure 10-1; the 16F87 and 16F88 are wired alike (DS30487 figure 13-1).
+/// Modes of the 16F62x (DS40044 figure 10-1); the 16F87 and 16F88 have the same (DS30487 figure 13-1).
 #[rustfmt::skip]
 const F62X: [ComparatorMode; 8] = [
     mode(None,                None,                [false, false], 0b0000),
@@ -52,7 +52,7 @@ const F62X: [ComparatorMode; 8] = [
     mode(None,                None,                [false, false], 0b1111),
 ];
 
-/// DS39582 figure 12-1.
+/// Modes of the 16F87xA (DS39582 figure 12-1).
 #[rustfmt::skip]
 const F87XA: [ComparatorMode; 8] = [
     mode(None,                None,                [false, false], 0b0000),
@@ -77,7 +77,7 @@ pub struct Pic16Comparators {
     cvrcon: u8,
     inputs: [u32; 4],
     supply: u32,
-    /// C2OUT and C1OUT as they are, and as they were when CMCON was last read or written.
+    /// Current C2OUT and C1OUT, then their values when CMCON was last read or written.
     outputs: u8,
     seen: u8,
     driven: [Pic16Drive; 2],
@@ -86,7 +86,7 @@ pub struct Pic16Comparators {
 emu_core::state! { Pic16Comparators { cmcon, cvrcon, inputs, supply, outputs, seen, driven } stays { kind } }
 
 impl Pic16Comparators {
-    /// The comparators of a chip after power-up, with 5 V of supply and all inputs at 0 V.
+    /// Returns the comparators after power-up, with a supply of 5 V and all inputs at 0 V.
     #[must_use]
     pub fn new(kind: chips::ComparatorKind) -> Pic16Comparators {
         Pic16Comparators {
@@ -101,15 +101,15 @@ impl Pic16Comparators {
         }
     }
 
-    /// Any reset at `t` (DS39582 section 12.8, DS40044 section 10.8).
+    /// Resets the module at `t` for any cause (DS39582 section 12.8, DS40044 section 10.8).
     pub fn reset(&mut self, t: u64, out: &mut Pic16Outbox) {
         (self.cmcon, self.cvrcon) = (reset_cmcon(self.kind), 0);
         (self.outputs, self.seen) = (0, 0);
         self.update_outputs(t, out);
     }
 
-    /// The voltage on RA`pin`, 0 to 3, from `t` on; other pins are ignored. Where the reference is put out on RA2
-    /// ([`Comparators::reference_out`]) the owner decides what stands there.
+    /// Sets the voltage on RA`pin`, 0 to 3, from `t` on; other pins are ignored. If RA2 carries the reference
+    /// ([`Pic16Comparators::reference_out`]), the caller must pass its voltage.
     pub fn set_input(&mut self, pin: u8, millivolts: u32, t: u64, out: &mut Pic16Outbox) {
         if let Some(input) = self.inputs.get_mut(usize::from(pin)) {
             *input = millivolts;
@@ -117,32 +117,32 @@ impl Pic16Comparators {
         }
     }
 
-    /// VDD from `t` on.
+    /// Sets VDD from `t` on.
     pub fn set_supply(&mut self, millivolts: u32, t: u64, out: &mut Pic16Outbox) {
         self.supply = millivolts;
         self.update_outputs(t, out);
     }
 
-    /// The pins RA0 to RA3 that stay digital, RA0 in bit 0; the others read 0.
+    /// Returns a mask of the pins RA0 to RA3 that stay digital, RA0 in bit 0; the others read 0.
     #[must_use]
     pub fn digital_pins(&self) -> u8 {
         self.mode().digital
     }
 
-    /// An output differs from what it was when CMCON was last read or written. As long as it does CMIF cannot be cleared:
-    /// it is set again at once (DS39582 section 12.6).
+    /// Reports whether an output differs from its value when CMCON was last read or written. While it does,
+    /// CMIF cannot be cleared: it is set again at once (DS39582 section 12.6).
     #[must_use]
     pub const fn has_mismatch(&self) -> bool {
         self.outputs != self.seen
     }
 
-    /// CVREF (VREF), rounded down; 0 while the reference is off.
+    /// Returns CVREF (VREF) in millivolts, rounded down; 0 while the reference is off.
     #[must_use]
     pub fn reference(&self) -> u32 {
         (self.reference_96ths() / 96).try_into().unwrap_or(u32::MAX)
     }
 
-    /// What the reference puts on RA2; `None` where CVROE or CVREN is clear.
+    /// Returns the voltage that the reference drives onto RA2 in millivolts; None if CVROE or CVREN is clear.
     #[must_use]
     pub fn reference_out(&self) -> Option<u32> {
         (self.cvrcon & (CVREN | CVROE) == CVREN | CVROE).then(|| self.reference())
@@ -157,7 +157,8 @@ impl Pic16Comparators {
         }
     }
 
-    /// CVREF in 96ths of a millivolt, in which both ranges are exact: VDD CVR / 24, and VDD / 4 + VDD CVR / 32.
+    /// Returns CVREF in 96ths of a millivolt, in which both ranges are exact: VDD CVR / 24, and VDD / 4 + VDD
+    /// CVR / 32.
     fn reference_96ths(&self) -> u64 {
         let (vdd, cvr) = (u64::from(self.supply), u64::from(self.cvrcon & 15));
         match (self.cvrcon & CVREN != 0, self.cvrcon & CVRR != 0) {
@@ -171,7 +172,7 @@ impl Pic16Comparators {
         self.inputs.get(usize::from(input)).map_or_else(|| self.reference_96ths(), |&mv| u64::from(mv) * 96)
     }
 
-    /// Works out the outputs anew and says what has changed.
+    /// Recomputes the outputs and sends signals for what has changed.
     fn update_outputs(&mut self, t: u64, out: &mut Pic16Outbox) {
         let mode = self.mode();
         let mut outputs = 0;
@@ -233,8 +234,8 @@ impl Pic16Device for Pic16Comparators {
         match reg {
             _ if self.kind == chips::ComparatorKind::None => {}
             Sfr::CMCON => {
-                // The write ends an old mismatch; what it changes itself is a new one (DS39582 section 12.6 and the note on
-                // changes of mode in section 12.1).
+                // The write ends an old mismatch; a change that the write itself causes is a new one (DS39582
+                // section 12.6 and the note on changes of mode in section 12.1).
                 self.seen = self.outputs;
                 self.cmcon = value & CMCON_MASK;
                 self.update_outputs(t, out);
@@ -247,7 +248,7 @@ impl Pic16Device for Pic16Comparators {
         }
     }
 
-    // Neither needs the oscillator: they go on in sleep (DS39582 section 12.7).
+    // Neither comparators nor reference need the oscillator: they continue in sleep (DS39582 section 12.7).
     fn stop_clock(&mut self, _t: u64, _out: &mut Pic16Outbox) {}
 
     fn restart_clock(&mut self, _t: u64, _out: &mut Pic16Outbox) {}

@@ -1,10 +1,11 @@
-//! The EEPROM, and program memory as the program itself reads and writes it (DS30292 section 4, DS39582 section 3, DS35007
+//! The EEPROM, and access of the program to program memory (DS30292 section 4, DS39582 section 3, DS35007
 //! section 3, DS40044 section 13, DS39598 and DS30487 section 3).
 //!
-//! A write is let through by 55h to EECON2, AAh to EECON2 two instruction cycles later and WR set in the cycle after that, as
-//! the five instructions of the data sheets do; WREN must have been set before. It takes its time by a clock of its own, which
-//! sleep does not stop. The data sheets have two NOPs follow the start of every access to program memory: these instructions
-//! run as NOP ([`Pic16Signal::Ignore`]), on the chips with FREE only the second. Then the core stands ([`Pic16Signal::Stall`]).
+//! A write starts only after 55h to EECON2, AAh to EECON2 two instruction cycles later, and WR set in the
+//! cycle after that, as in the five instructions of the data sheets; WREN must have been set before. A
+//! separate clock times the write, which continues in sleep. In the data sheets two NOPs follow the start of
+//! every access to program memory: these instructions execute as NOP ([`Pic16Signal::Ignore`]), on chips with
+//! FREE only the second one. Then the core halts ([`Pic16Signal::Stall`]).
 
 use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
 use std::ops::Range;
@@ -15,62 +16,62 @@ use super::map::{InterruptFlag, Sfr};
 use super::{Pic16Device, Pic16Outbox, Pic16Signal};
 use crate::chips::NonvolatileKind;
 
-/// The access is to program memory.
+/// Mask of EEPGD in EECON1: the access is to program memory.
 const EEPGD: u8 = 1 << 7;
-/// The write erases a row of program memory.
+/// Mask of FREE in EECON1: the write erases a row of program memory.
 const FREE: u8 = 1 << 4;
-/// A write is over, where it stands in EECON1.
+/// Mask of EEIF in EECON1, on chips that have it there: a write is complete.
 const EEIF: u8 = 1 << 4;
-/// A reset has broken a write off.
+/// Mask of WRERR in EECON1: a reset has aborted a write.
 const WRERR: u8 = 1 << 3;
-/// Writes are let through.
+/// Mask of WREN in EECON1: writes are enabled.
 const WREN: u8 = 1 << 2;
-/// Starts a write; set while it goes on.
+/// Mask of WR in EECON1: starts a write; set during the write.
 const WR: u8 = 1 << 1;
-/// Starts a read; set while it goes on.
+/// Mask of RD in EECON1: starts a read; set during the read.
 const RD: u8 = 1;
 
-/// Clocks of an instruction cycle.
+/// Clocks per instruction cycle.
 const CLOCKS_PER_CYCLE: u64 = 4;
-/// Words that are written at a time on chips that write blocks.
+/// Number of words written at a time, on chips that write blocks.
 const BLOCK_WORDS: usize = 4;
-/// Words that FREE erases.
+/// Number of words that FREE erases.
 const ERASE_ROW_WORDS: u16 = 32;
-/// An erased word.
+/// Value of an erased word.
 const ERASED_WORD: u16 = 0x3FFF;
 
-/// Program memory as the program can write it.
+/// Properties of program memory as the program can access it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct FlashAccess {
-    /// Program words of the chip.
+    /// Number of program words of the chip.
     pub words: u16,
-    /// Those that the program may write, by WRT (and on the 16F87x by CP) of the configuration word.
+    /// Words that the program may write, by WRT (and on the 16F87x by CP) of the configuration word.
     pub writable: Range<u16>,
-    /// Clocks of the oscillator that a write or an erase takes.
+    /// Duration of a write or an erase in clocks of the oscillator.
     pub clocks: u64,
 }
 
-/// A write that goes on.
+/// A write in progress.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 struct WriteOperation {
-    /// When the core begins to stand still; [`NEVER`] where it does not, or no more.
+    /// Clock at which the core halts; [`NEVER`] if it does not halt, or has halted already.
     stall: u64,
-    /// When it is over.
+    /// Clock at which the write is complete.
     until: u64,
     effect: WriteEffect,
 }
 
 emu_core::state! { WriteOperation { stall, until, effect } }
 
-/// What a write has done when it is over.
+/// Effect of a write when it is complete.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 enum WriteEffect {
     #[default]
-    /// Nothing: a buffer word has been filled, or the address is protected.
+    /// None: a buffer word was filled, or the address is protected.
     Nothing,
-    /// A byte of the EEPROM.
+    /// Writes a byte of the EEPROM: address, value.
     Byte(u8, u8),
-    /// Words of program memory.
+    /// Writes words of program memory.
     Words(Pic16Signal),
 }
 
@@ -97,7 +98,7 @@ impl SnapshotState for WriteEffect {
     }
 }
 
-/// The EEPROM and the way to program memory.
+/// The EEPROM and the access to program memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pic16Eeprom {
     kind: NonvolatileKind,
@@ -110,9 +111,9 @@ pub struct Pic16Eeprom {
     eeadrh: u8,
     /// EECON1 without WR and RD.
     eecon1: u8,
-    /// The last of 55h and AAh that has been written in order, and when.
+    /// The last of 55h and AAh that was written in the right order, and its clock.
     unlock: Option<(u8, u64)>,
-    /// A read of program memory: when it is over, and the word.
+    /// A read of program memory in progress: clock of its end, and the word.
     read: Option<(u64, u16)>,
     job: Option<WriteOperation>,
     buffers: [u16; BLOCK_WORDS],
@@ -136,8 +137,8 @@ impl SnapshotState for Pic16Eeprom {
 }
 
 impl Pic16Eeprom {
-    /// As after power-up. `bytes`: what the EEPROM holds, all of it; `write_clocks`: clocks of the oscillator that the write of
-    /// a byte takes.
+    /// Returns the module after power-up. `bytes` is the complete content of the EEPROM; `write_clocks` is
+    /// the duration of a byte write in clocks of the oscillator.
     #[must_use]
     pub fn new(kind: NonvolatileKind, bytes: &[u8], write_clocks: u64, flash: FlashAccess) -> Pic16Eeprom {
         Pic16Eeprom {
@@ -157,27 +158,28 @@ impl Pic16Eeprom {
         }
     }
 
-    /// What the EEPROM holds.
+    /// Returns the content of the EEPROM.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// Sets a byte of the EEPROM from outside of the chip; none outside of it.
+    /// Sets a byte of the EEPROM from outside the chip; addresses out of range are ignored.
     pub fn set_byte(&mut self, addr: usize, value: u8) {
         if let Some(byte) = self.bytes.get_mut(addr) {
             *byte = value;
         }
     }
 
-    /// The word that [`Pic16Signal::FlashRead`] has asked for; to be given before the next call.
+    /// Supplies the word that [`Pic16Signal::FlashRead`] requested; must be called before any other function.
     pub fn flash_data(&mut self, word: u16) {
         if let Some((_, data)) = &mut self.read {
             *data = word;
         }
     }
 
-    /// A reset at `t`; everything due at `t` has been done. It breaks a write off, which sets WRERR unless the power was gone.
+    /// Resets the module at `t`; everything due at `t` is executed first. A write in progress is aborted,
+    /// which sets WRERR unless the power was off.
     pub fn reset(&mut self, power_on: bool, t: u64) {
         self.run_due(t, &mut Pic16Outbox::new());
         let broken = self.job.take().is_some_and(|job| job.effect != WriteEffect::Nothing);
@@ -189,7 +191,7 @@ impl Pic16Eeprom {
         self.unlock = None;
     }
 
-    /// The chip has the way to program memory.
+    /// Reports whether the program can access program memory.
     const fn has_flash(&self) -> bool {
         matches!(
             self.kind,
@@ -197,7 +199,7 @@ impl Pic16Eeprom {
         )
     }
 
-    /// The bits of EECON1 that can be written, but WR and RD.
+    /// Returns the writable bits of EECON1, without WR and RD.
     const fn writable_bits(&self) -> u8 {
         match self.kind {
             NonvolatileKind::None => 0,
@@ -208,7 +210,8 @@ impl Pic16Eeprom {
         }
     }
 
-    /// The bits of EEADRH that there are: five, but only those of the chip's memory on the 818, 819, 87 and 88.
+    /// Returns the existing bits of EEADRH: five, but on the 818, 819, 87 and 88 only those that the memory
+    /// size needs.
     const fn eeadrh_bits(&self) -> u8 {
         match self.kind {
             NonvolatileKind::Row32 => (self.flash.words.saturating_sub(1) >> 8) as u8 & 0x1F,
@@ -221,22 +224,23 @@ impl Pic16Eeprom {
         (self.eeadrh as u16) << 8 | self.eeadr as u16
     }
 
-    /// A write is going on at `t`.
+    /// Reports whether a write is in progress at `t`.
     fn is_writing(&self, t: u64) -> bool {
         self.job.as_ref().is_some_and(|job| job.until > t)
     }
 
-    /// A read is going on at `t`.
+    /// Reports whether a read is in progress at `t`.
     fn is_reading(&self, t: u64) -> bool {
         self.read.is_some_and(|(until, _)| until > t)
     }
 
-    /// The word that a read of program memory has put into EEDATH and EEDATA by `t`, if it is not there yet.
+    /// Returns the word that a read of program memory loads into EEDATH and EEDATA by `t`, if it is not
+    /// loaded yet.
     fn read_result(&self, t: u64) -> Option<u16> {
         self.read.filter(|&(until, _)| until <= t).map(|(_, word)| word)
     }
 
-    /// The instructions after the start of an access at `t` that run as NOP.
+    /// Makes the instructions after the start of an access at `t` execute as NOP.
     fn ignore_instructions(&self, t: u64, out: &mut Pic16Outbox) {
         let from = if self.kind == NonvolatileKind::Row32 { t + CLOCKS_PER_CYCLE } else { t };
         out.push(Pic16Signal::Ignore { from, until: t + 2 * CLOCKS_PER_CYCLE });
@@ -366,7 +370,7 @@ impl Pic16Device for Pic16Eeprom {
         match (reg, self.unlock) {
             (Sfr::EECON1, _) => {
                 self.write_eecon1(value, t, out);
-                // A write that is over at this very clock sets the flag all the same.
+                // A write that is complete at this very clock sets the flag nevertheless.
                 let set = out.iter().skip(before).any(|s| matches!(s, Pic16Signal::Flag { .. }));
                 if self.kind == NonvolatileKind::F84 && set {
                     self.eecon1 |= EEIF;
@@ -389,7 +393,7 @@ impl Pic16Device for Pic16Eeprom {
         }
     }
 
-    /// Writes have a clock of their own.
+    /// Writes have their own clock, so they continue.
     fn stop_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
         self.run_due(t, out);
     }

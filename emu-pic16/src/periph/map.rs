@@ -1,19 +1,19 @@
-//! Names that the parts of the chip share: registers, interrupt flags, lines.
+//! Names that all peripherals share: registers, interrupt flags, lines.
 
 macro_rules! registers {
     ($($name:ident)*) => {
-        /// A special function register of the family, by its data-sheet name. Where one thing bears two names on two chips it
-        /// goes by that of the PIC16F87XA (VRCON of the 628 is CVRCON, ADRES of the 71 is ADRESH).
+        /// A special function register, by its name in the data sheets. A register with different names on
+        /// two chips has that of the PIC16F87XA here (VRCON of the 628 is CVRCON, ADRES of the 71 is ADRESH).
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[repr(u8)]
         #[allow(missing_docs)]
         pub enum Sfr { $($name),* }
 
         impl Sfr {
-            /// All of them, in order.
+            /// All registers, in order.
             pub const ALL: &[Sfr] = &[ $(Sfr::$name),* ];
 
-            /// The name.
+            /// Returns the name of the register.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self { $(Sfr::$name => stringify!($name)),* }
@@ -35,7 +35,7 @@ registers! {
     EEDATA EEADR EEDATH EEADRH EECON1 EECON2
 }
 
-/// An interrupt flag. Where it stands (PIR1, PIR2, INTCON, EECON1, ADCON0) is a matter of the chip.
+/// An interrupt flag. The chip's row gives its register (PIR1, PIR2, INTCON, EECON1, ADCON0).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[allow(missing_docs)]
 #[rustfmt::skip]
@@ -43,8 +43,8 @@ pub enum InterruptFlag {
     T0IF, INTF, RBIF, TMR1IF, TMR2IF, CCP1IF, CCP2IF, SSPIF, BCLIF, RCIF, TXIF, ADIF, EEIF, CMIF, PSPIF, OSFIF,
 }
 
-/// A line between a part of the chip and a pin. Which pin it is is a matter of the chip; a line that a chip does not have stays
-/// low.
+/// A line between a peripheral and a pin. The chip's row gives the pin; a line that the chip does not have
+/// stays low.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Pic16Line {
     /// Clock input of timer 0.

@@ -1,18 +1,20 @@
-//! The parts of the chip around the core, and what they share.
+//! The peripherals around the core, and the interface that they share.
 //!
-//! Time is counted in clocks of the oscillator since power-up, four to an instruction cycle: Q1 of cycle `c` is the clock
-//! `4 c`. It goes on while the oscillator stands in sleep; a part that hangs on the oscillator is told by [`Pic16Device::stop_clock`] and
-//! [`Pic16Device::restart_clock`]. Nothing ticks: a part answers what it is at a clock, and when it next does something by itself.
+//! Time is counted in clocks of the oscillator since power-up, four per instruction cycle: Q1 of cycle `c` is
+//! the clock `4 c`. Time continues while the oscillator is stopped in sleep; a peripheral that depends on the
+//! oscillator is notified by [`Pic16Device::stop_clock`] and [`Pic16Device::restart_clock`]. Nothing is
+//! called in every clock: a peripheral computes its state at a given clock, and the clock of its next event.
 //!
 //! Within an instruction cycle:
 //!
-//! - an instruction reads in Q2 what has happened up to the end of Q1's first edge: [`Pic16Device::read`] of cycle `c` comes with
-//!   `t = 4 c`;
-//! - it writes at the end of Q4: [`Pic16Device::write`] of cycle `c` comes with `t = 4 c + 4`. What happens at that very clock by
-//!   the settings before the write still happens (a timer that is stopped counts a last time, one that is started counts first
-//!   at `t + 4`); a counter that is itself written takes the value instead of the count;
-//! - counters of instruction cycles count at the end of a cycle, at clocks that four divides;
-//! - pins change at any clock.
+//! - An instruction that reads in Q2 sees everything up to the first edge of Q1: [`Pic16Device::read`] in
+//!   cycle `c` gets `t = 4 c`.
+//! - It writes at the end of Q4: [`Pic16Device::write`] in cycle `c` gets `t = 4 c + 4`. What happens at that
+//!   very clock by the settings before the write still happens (a timer that is stopped counts a last time,
+//!   one that is started counts first at `t + 4`); a counter that is itself written takes the value instead
+//!   of counting.
+//! - Counters of instruction cycles count at the end of a cycle, at clocks that are multiples of four.
+//! - Pins change at any clock.
 
 pub mod adc;
 pub mod comparator;
@@ -28,136 +30,137 @@ pub mod watchdog;
 
 use map::{InterruptFlag, Pic16Line, Sfr};
 
-/// What a part does to a line that it shares with a port.
+/// How a peripheral overrides the port of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Pic16Drive {
-    /// Leaves it to the port.
+    /// No override: the port controls the pin.
     #[default]
     Port,
-    /// Drives 0 in place of the port's latch.
+    /// Drives 0 instead of the port's latch.
     Low,
-    /// Drives 1 in place of the port's latch.
+    /// Drives 1 instead of the port's latch.
     High,
-    /// Lets go.
+    /// Does not drive the pin.
     Float,
-    /// Never drives the latch: lets go where TRIS makes the pin an input, and drives 0 where it makes it an output (I2C).
+    /// Overrides the latch with 0 for I2C: TRIS = 1 releases the pin, TRIS = 0 drives it low.
     Open,
 }
 
 emu_core::state! { enum Pic16Drive { 0 = Port, 1 = Low, 2 = High, 3 = Float, 4 = Open } }
 
 impl Pic16Drive {
-    /// High for true.
+    /// Returns High for true, Low for false.
     #[must_use]
     pub const fn from_bit(high: bool) -> Pic16Drive {
         if high { Pic16Drive::High } else { Pic16Drive::Low }
     }
 }
 
-/// What a part does to the rest of the chip.
+/// An effect of a peripheral outside itself.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Pic16Signal {
-    /// Sets an interrupt flag.
+    /// An interrupt flag is set.
     Flag {
-        /// Clock.
+        /// Clock at which it takes effect.
         t: u64,
-        /// Which.
+        /// The flag.
         flag: InterruptFlag,
     },
-    /// Does something to a line from now on.
+    /// The override of a line changes.
     Drive {
-        /// Clock.
+        /// Clock at which it takes effect.
         t: u64,
-        /// Which.
+        /// The line.
         line: Pic16Line,
-        /// What.
+        /// The new override.
         drive: Pic16Drive,
     },
-    /// The USART has sent a byte: its stop bit has passed.
+    /// The USART has sent a byte; its stop bit is over.
     Sent {
-        /// Clock.
+        /// Clock of the end.
         t: u64,
         /// The byte.
         byte: u8,
     },
     /// The special event of a CCP module starts a conversion.
     Convert {
-        /// Clock.
+        /// Clock of the event.
         t: u64,
     },
-    /// The watchdog has run out.
+    /// The watchdog has timed out.
     Watchdog {
-        /// Clock.
+        /// Clock of the time-out.
         t: u64,
     },
-    /// Program memory is to be read for EEDATA and EEDATH.
+    /// A word of program memory must be read for EEDATA and EEDATH.
     FlashRead {
         /// Program word address.
         addr: u16,
     },
-    /// Program words are to be written.
+    /// Program words must be written.
     FlashWrite {
-        /// Address of the first.
+        /// Word address of the first word.
         addr: u16,
         /// The words.
         words: Vec<u16>,
     },
-    /// Program words are to be programmed without an erase before: bits that are 0 here become 0, the others stay.
+    /// Program words must be programmed without an erase: bits that are 0 become 0, the others do not change.
     FlashProgram {
-        /// Address of the first.
+        /// Word address of the first word.
         addr: u16,
         /// The words.
         words: Vec<u16>,
     },
-    /// Instructions whose first cycle begins at `from` or later and before `until` run as NOP.
+    /// Instructions whose first cycle starts at `from` or later and before `until` execute as NOP.
     Ignore {
-        /// Clock.
+        /// First clock.
         from: u64,
-        /// Clock.
+        /// End clock (exclusive).
         until: u64,
     },
-    /// Timer 2 has reached its period, for who listens.
+    /// Timer 2 has reached its period, for peripherals that use it as a clock.
     Timer2 {
-        /// Clock.
+        /// Clock of the event.
         t: u64,
     },
-    /// The core stands still up to this clock.
+    /// The core halts up to a clock.
     Stall {
-        /// Clock.
+        /// Clock at which the core continues.
         until: u64,
     },
 }
 
-/// Where parts put their signals, in order of time as far as one part is concerned.
+/// List in which peripherals leave their signals. Signals of one peripheral are in order of time.
 pub type Pic16Outbox = Vec<Pic16Signal>;
 
-/// A part of the chip around the core. The calls to it come in order of time; `t` never goes back.
+/// A peripheral of the chip. Calls are in order of time; `t` never decreases.
 pub trait Pic16Device {
-    /// Does everything that is due at or before `t`. Nothing that has been done is done again.
+    /// Executes everything that is due at or before `t`. Repeated calls have no further effect.
     fn run_due(&mut self, t: u64, out: &mut Pic16Outbox);
-    /// The clock at which [`Pic16Device::run_due`] will next do something that can be noticed outside of the part (a flag, a line, a
-    /// signal), if no register is written and no line changes before; `NEVER` where there is none. While the oscillator stands
-    /// only what goes on without it counts.
+    /// Returns the clock at which [`Pic16Device::run_due`] next has an effect outside the peripheral (a flag,
+    /// a line, a signal), if no register is written and no line changes before; `NEVER` if there is none.
+    /// While the oscillator is stopped, only events that do not need it count.
     fn next_clock(&self) -> u64;
     /// Reads a register as an instruction does, with side effects. Everything due at `t` has been done.
     fn read(&mut self, reg: Sfr, t: u64, out: &mut Pic16Outbox) -> u8 {
         let _ = out;
         self.peek(reg, t)
     }
-    /// What a read would give at `t`, nothing being due before.
+    /// Returns the value that a read at `t` would give, without side effects.
     fn peek(&self, reg: Sfr, t: u64) -> u8;
-    /// Writes a register at the end of an instruction cycle. Everything due before `t` has been done; what is due at `t` is
-    /// the part's to do.
+    /// Writes a register at the end of an instruction cycle. Everything due before `t` has been done; the
+    /// peripheral does what is due at `t`.
     fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Pic16Outbox);
-    /// The level of a line has changed at `t`, by whomever. Everything due at `t` has been done.
+    /// Handles a change of a line's level at `t`, from inside or outside the chip. Everything due at `t` has
+    /// been done.
     fn on_line_changed(&mut self, line: Pic16Line, high: bool, t: u64, out: &mut Pic16Outbox) {
         let _ = (line, high, t, out);
     }
-    /// The oscillator stops at `t`. Everything due at `t` has been done.
+    /// Stops the oscillator at `t`. Everything due at `t` has been done.
     fn stop_clock(&mut self, t: u64, out: &mut Pic16Outbox);
-    /// The oscillator runs again from `t` on: what hangs on it goes on where it stood.
+    /// Restarts the oscillator at `t`; the peripheral continues from its stopped state.
     fn restart_clock(&mut self, t: u64, out: &mut Pic16Outbox);
-    /// Up to when a read of `reg` keeps giving what it gives at `t`, without side effects, if nothing is written and no line
-    /// changes: `t` itself where nothing is promised.
+    /// Returns the clock up to which a read of `reg` gives the same value as at `t`, without side effects, if
+    /// nothing is written and no line changes; `t` itself if nothing is guaranteed.
     fn steady_until(&self, reg: Sfr, t: u64) -> u64;
 }

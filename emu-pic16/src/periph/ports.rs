@@ -1,32 +1,33 @@
-//! The ports (DS30292, chapter 3): latches, TRIS, and pins that both sides drive.
+//! The ports (DS30292, chapter 3): latches, TRIS, and pins that the chip and the outside can drive.
 //!
-//! A pin is driven by its latch where TRIS has a 0, or by a part that has taken it. A pin with an open drain is only ever pulled
-//! low. An analog input reads 0 whatever its level. What nothing drives keeps its charge.
+//! The latch drives a pin if its TRIS bit is 0, or a peripheral that overrides it does. An open drain pin is
+//! only pulled low. An analog input reads 0 regardless of its level. A pin that nothing drives keeps its
+//! charge.
 
 use emu_core::pins::{PinId, PinLevel, PinState};
 
 use super::Pic16Drive;
 use crate::chips::{NO_PIN, Pic16Part, PortPins};
 
-/// Pins that a chip can have.
+/// Largest number of pins on a chip.
 pub const PIN_COUNT: usize = 48;
 
-/// What reaches a pin besides its port.
+/// Override of a pin by a peripheral.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct PinDriver {
     drive: Pic16Drive,
-    /// TRIS does not hold it back.
+    /// True if the override is independent of TRIS.
     over_tris: bool,
 }
 
 emu_core::state! { PinDriver { drive, over_tris } }
 
-/// What a pin has become.
+/// Result of a change of a pin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PinChange {
-    /// Its level now.
+    /// New level of the pin.
     pub level: PinLevel,
-    /// It reads otherwise than before: to float is no such change.
+    /// True if the pin reads differently than before; a pin that starts to float does not.
     pub toggled: bool,
 }
 
@@ -37,24 +38,24 @@ pub struct Pic16Ports {
     latch: [u8; 5],
     tris: [u8; 5],
     taken: [PinDriver; PIN_COUNT],
-    /// Pins that read 0, as a set by number.
+    /// Mask of the pins that are analog inputs and read 0.
     analog: u64,
-    /// Pins that the configuration keeps from the ports, as a set by number: they read 0.
+    /// Mask of the pins that the configuration assigns to other functions: they read 0.
     withheld: u64,
-    /// Pins that a part takes whole, likewise.
+    /// Mask of the pins that a peripheral uses completely.
     taken_whole: u64,
-    /// The pull-ups of port B are on.
+    /// True if the pull-ups of port B are on.
     pull_ups: bool,
     pins: [PinState; PIN_COUNT],
-    /// The pins of every port that are high, and those that a program can see.
+    /// Mask of the high pins of each port, then mask of the pins that a program can read.
     high: [u8; 5],
     seen: [u8; 5],
-    /// Port and bit of every pin; port 7 where it belongs to none.
+    /// Port and bit of every pin; port 7 if it belongs to none.
     at: [(u8, u8); PIN_COUNT],
-    /// Pins that concern others than the port, as a set by number.
+    /// Mask of the pins on which others than the port depend.
     concerned: u64,
-    /// The bits of every port whose pins are outputs that follow the latch and concern nobody else; ports for which that is to be
-    /// found out anew.
+    /// Mask of each port's plain pins: outputs that follow the latch and on which nothing else depends. Then
+    /// a mask of the ports for which it must be computed again.
     plain: [u8; 5],
     stale: u8,
 }
@@ -64,13 +65,14 @@ emu_core::state! {
     stays { ports, withheld, at, concerned, plain, stale }, then |ports: &mut Pic16Ports| ports.stale = 0xFF
 }
 
-/// Port B in the list of ports.
+/// Index of port B in the list of ports.
 pub const PORTB: usize = 1;
-/// Port D in it.
+/// Index of port D in the list of ports.
 pub const PORTD: usize = 3;
 
 impl Pic16Ports {
-    /// The ports after reset; all latches 0. `withheld`: pins that the configuration keeps from the ports.
+    /// Returns the ports after reset, with all latches 0. `withheld` is a mask of the pins that the
+    /// configuration assigns to other functions.
     #[must_use]
     pub fn new(part: &Pic16Part, withheld: u64) -> Pic16Ports {
         let mut at = [(7, 0); PIN_COUNT];
@@ -99,14 +101,15 @@ impl Pic16Ports {
             stale: 0xFF,
         };
         ports.update_plain_pins();
-        // Nothing holds the reset pin down unless the outside does.
+        // Nothing pulls the reset pin low unless it is driven from outside.
         if let Some(pin) = ports.pins.get_mut(usize::from(part.mclr)) {
             *pin = PinState::new_charged();
         }
         ports
     }
 
-    /// All pins inputs, no part on any, no pull-ups; latches and what drives from outside stay. The pins are to be settled.
+    /// Makes all pins inputs without overrides and pull-ups; latches and outside drives do not change. The
+    /// caller must update the pins.
     pub fn reset(&mut self) {
         self.stale = 0xFF;
         self.tris = [0xFF; 5];
@@ -114,44 +117,44 @@ impl Pic16Ports {
         self.pull_ups = false;
     }
 
-    /// The number of the port whose register this is, if it is one.
+    /// Returns the index of the first port for which `is` holds.
     #[must_use]
     pub fn port(&self, is: impl Fn(&PortPins) -> bool) -> Option<usize> {
         self.ports.iter().position(is)
     }
 
-    /// The pins of a port that it has, one bit each.
+    /// Returns the mask of the existing pins of a port.
     #[must_use]
     pub fn mask(&self, port: usize) -> u8 {
         self.bits(port, |pin| pin != NO_PIN)
     }
 
-    /// The pins of a port, as a set of bits.
+    /// Returns the mask of the bits of a port whose pins satisfy `is`.
     fn bits(&self, port: usize, is: impl Fn(PinId) -> bool) -> u8 {
         let pins = self.ports.get(port).map_or([NO_PIN; 8], |port| port.pins);
         pins.iter().enumerate().fold(0, |byte, (bit, &pin)| byte | u8::from(is(pin)) << bit)
     }
 
-    /// A pin of a port.
+    /// Returns the pin of a bit of a port.
     #[must_use]
     pub fn pin_of(&self, port: usize, bit: usize) -> PinId {
         self.ports.get(port).and_then(|port| port.pins.get(bit)).copied().unwrap_or(NO_PIN)
     }
 
-    /// The latch of a port.
+    /// Returns the latch of a port.
     #[must_use]
     pub fn latch(&self, port: usize) -> u8 {
         self.latch.get(port).copied().unwrap_or(0)
     }
 
-    /// The directions of a port: ones are inputs. Bits without a pin read 0.
+    /// Returns the directions of a port: ones are inputs. Bits without a pin read 0.
     #[must_use]
     pub fn tris(&self, port: usize) -> u8 {
         let inputs = self.ports.get(port).map_or(0, |port| port.inputs);
         (self.tris.get(port).copied().unwrap_or(0) | inputs) & self.mask(port)
     }
 
-    /// Pins that concern others than the port, as a set by number.
+    /// Sets the mask of the pins on which others than the port depend.
     pub fn set_peripheral_pins(&mut self, pins: u64) {
         if self.concerned != pins {
             self.concerned = pins;
@@ -159,8 +162,8 @@ impl Pic16Ports {
         }
     }
 
-    /// Writes a latch at the clock `t`, and settles the pins that follow it and concern nobody. The bits of the others that have
-    /// changed, whose pins are to be settled.
+    /// Writes a latch at the clock `t`, and updates its plain pins. Returns the changed bits of the other
+    /// pins, which the caller must update.
     pub fn write_latch(&mut self, port: usize, value: u8, t: u64) -> u8 {
         let (Some(latch), Some(row)) = (self.latch.get_mut(port), self.ports.get(port)) else { return 0 };
         let changed = std::mem::replace(latch, value) ^ value;
@@ -181,7 +184,7 @@ impl Pic16Ports {
         changed & !self.plain[port]
     }
 
-    /// The pin is an output that follows its latch alone.
+    /// Reports whether a pin is an output that only follows its latch.
     fn is_plain(&self, pin: PinId) -> bool {
         let driven = self.driven_level(pin).0 != PinLevel::Float && self.pin(pin).external == PinLevel::Float;
         let taken = self.taken.get(usize::from(pin)).is_none_or(|taken| taken.drive != Pic16Drive::Port);
@@ -192,7 +195,7 @@ impl Pic16Ports {
         driven && !taken && !open && self.concerned.checked_shr(pin.into()).unwrap_or(0) & 1 == 0
     }
 
-    /// Writes the directions; the pins are to be settled.
+    /// Writes the directions; the caller must update the pins.
     pub fn set_tris(&mut self, port: usize, value: u8) {
         if let Some(tris) = self.tris.get_mut(port) {
             *tris = value;
@@ -200,7 +203,7 @@ impl Pic16Ports {
         }
     }
 
-    /// A part takes a pin, or gives it back; it is to be settled.
+    /// Sets or removes the override of a pin; the caller must update the pin.
     pub fn set_driver(&mut self, pin: PinId, drive: Pic16Drive, over_tris: bool) {
         if let Some(taken) = self.taken.get_mut(usize::from(pin)) {
             *taken = PinDriver { drive, over_tris };
@@ -208,18 +211,18 @@ impl Pic16Ports {
         }
     }
 
-    /// The pull-ups of port B; its pins are to be settled.
+    /// Switches the pull-ups of port B; the caller must update its pins.
     pub fn set_pull_ups(&mut self, on: bool) {
         self.pull_ups = on;
     }
 
-    /// Which pins are analog inputs.
+    /// Sets the mask of the pins that are analog inputs.
     pub fn set_analog(&mut self, pins: u64) {
         self.analog = pins;
         self.update_plain_pins();
     }
 
-    /// Which pins a program can see.
+    /// Recomputes which pins a program can read.
     fn update_plain_pins(&mut self) {
         for port in 0..self.seen.len() {
             let seen = self.bits(port, |pin| pin != NO_PIN && !self.is_analog(pin) && !self.is_withheld(pin));
@@ -227,19 +230,20 @@ impl Pic16Ports {
         }
     }
 
-    /// The pins that are analog inputs, a bit each.
+    /// Returns the mask of the pins that are analog inputs.
     #[must_use]
     pub fn analog(&self) -> u64 {
         self.analog
     }
 
-    /// True when a pin is an analog input.
+    /// Reports whether a pin is an analog input.
     #[must_use]
     pub fn is_analog(&self, pin: PinId) -> bool {
         self.analog.checked_shr(pin.into()).unwrap_or(0) & 1 == 1
     }
 
-    /// Pins that a part takes whole, as a set by number: they read 0 and are not driven. They are to be settled.
+    /// Sets the mask of the pins that a peripheral uses completely: they read 0 and are not driven. The
+    /// caller must update them.
     pub fn reserve_pins(&mut self, pins: u64) {
         self.taken_whole = pins;
         self.stale = 0xFF;
@@ -250,33 +254,33 @@ impl Pic16Ports {
         (self.withheld | self.taken_whole).checked_shr(pin.into()).unwrap_or(0) & 1 == 1
     }
 
-    /// What a port reads: the levels of its pins, 0 for analog inputs, for pins that are taken by the
-    /// configuration, and for bits without a pin.
+    /// Returns the read value of a port: the levels of its pins; 0 for analog inputs, for pins with other
+    /// functions by configuration, and for bits without a pin.
     #[must_use]
     #[inline]
     pub fn input(&self, port: usize) -> u8 {
         self.high.get(port).zip(self.seen.get(port)).map_or(0, |(high, seen)| high & seen)
     }
 
-    /// The bits of a port that are analog inputs.
+    /// Returns the bits of a port that are analog inputs.
     #[must_use]
     pub fn analog_bits(&self, port: usize) -> u8 {
         self.bits(port, |pin| pin != NO_PIN && self.is_analog(pin))
     }
 
-    /// All pins.
+    /// Returns the states of all pins.
     #[must_use]
     pub fn pins(&self) -> &[PinState] {
         &self.pins
     }
 
-    /// A pin; one that nothing drives where there is none.
+    /// Returns the state of a pin; a pin that does not exist floats.
     #[must_use]
     pub fn pin(&self, pin: PinId) -> PinState {
         self.pins.get(usize::from(pin)).copied().unwrap_or_default()
     }
 
-    /// The outside drives a pin from the clock `t` on; what changed.
+    /// Drives a pin from outside from the clock `t` on; returns what changed.
     pub fn drive(&mut self, pin: PinId, level: PinLevel, t: u64) -> Option<PinChange> {
         let before = self.pin(pin);
         self.pins.get_mut(usize::from(pin))?.external = level;
@@ -284,7 +288,7 @@ impl Pic16Ports {
         self.settle_from(pin, before, t)
     }
 
-    /// Settles a pin at the clock `t` after something that drives it changed; what changed.
+    /// Updates a pin at the clock `t` after a change of what drives it; returns what changed.
     pub fn update_level(&mut self, pin: PinId, t: u64) -> Option<PinChange> {
         self.settle_from(pin, self.pin(pin), t)
     }
@@ -303,7 +307,7 @@ impl Pic16Ports {
         (before.level() != after || toggled).then_some(PinChange { level: after, toggled })
     }
 
-    /// What the chip does to a pin: the level that it drives, and whether it pulls up.
+    /// Computes how the chip drives a pin: the level, and whether the pull-up is on.
     fn driven_level(&self, pin: PinId) -> (PinLevel, bool) {
         let (port, bit) = self.at.get(usize::from(pin)).map_or((7, 0), |&(port, bit)| (usize::from(port), bit));
         let Some(row) = self.ports.get(port).filter(|_| !self.is_withheld(pin)) else {

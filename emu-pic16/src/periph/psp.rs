@@ -1,7 +1,8 @@
 //! Parallel slave port on ports D and E of the 40-pin chips (DS33023 section 9.10, DS30292 section 3.6).
 //!
-//! The strobes work without a clock: while CS and WR are low the input latch follows the bus, while CS and RD are low the
-//! port drives it. Only the flags pass the clock: they are set in Q4 after the first Q2 that finds the strobe gone.
+//! The strobes work without a clock: while CS and WR are low, the input latch follows the bus; while CS and
+//! RD are low, the port drives it. Only the flags are clocked: they are set in Q4 after the first Q2 that
+//! detects the end of a strobe.
 
 use emu_core::NEVER;
 
@@ -13,8 +14,8 @@ const OBF: u8 = 1 << 6;
 const IBOV: u8 = 1 << 5;
 const PSPMODE: u8 = 1 << 4;
 
-/// The ends of strobes on their way to a flag. There are two at most: one that Q2 has found and one that waits for Q2;
-/// strobes that end before the same Q2 are one to it.
+/// Ends of strobes that have not reached a flag yet. There are at most two: one that Q2 has detected, and one
+/// that waits for Q2. Strobes that end before the same Q2 count as one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct TransferEnds([u64; 2]);
 
@@ -30,7 +31,8 @@ impl emu_core::state::SnapshotState for TransferEnds {
 impl TransferEnds {
     const NONE: TransferEnds = TransferEnds([NEVER; 2]);
 
-    /// A strobe ends at `t`: Q2 is a clock after the beginning of a cycle, and Q4 two clocks after Q2.
+    /// Records the end of a strobe at `t`. Q2 is one clock after the start of a cycle, and Q4 two clocks
+    /// after Q2.
     fn push(&mut self, t: u64) {
         let due = (t.saturating_add(2) / 4).saturating_mul(4).saturating_add(3);
         if self.0[0] == NEVER {
@@ -40,7 +42,7 @@ impl TransferEnds {
         }
     }
 
-    /// The first one, if it is due at `t`.
+    /// Removes the first end if it is due at `t`; returns whether it was.
     fn take(&mut self, t: u64) -> bool {
         let due = self.0[0] <= t;
         if due {
@@ -50,16 +52,16 @@ impl TransferEnds {
     }
 }
 
-/// The port. Of TRISE it has bits 7 to 4; the others are the owner's.
+/// The parallel slave port. It holds bits 7 to 4 of TRISE; the chip holds the others.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ParallelSlavePort {
     trise: u8,
-    /// Levels of RD, WR, CS.
+    /// Levels of RD, WR and CS.
     strobes: [bool; 3],
     bus: u8,
     input: u8,
     output: u8,
-    /// CS and WR are low; CS and RD are low.
+    /// True while CS and WR are low; then true while CS and RD are low.
     writing: bool,
     reading: bool,
     written: TransferEnds,
@@ -76,7 +78,7 @@ impl Default for ParallelSlavePort {
 }
 
 impl ParallelSlavePort {
-    /// The port after power-up, with its strobes high.
+    /// Returns the port after power-up, with its strobes high.
     #[must_use]
     pub const fn new() -> ParallelSlavePort {
         ParallelSlavePort {
@@ -93,19 +95,19 @@ impl ParallelSlavePort {
         }
     }
 
-    /// Any reset: PSPMODE and the flags of TRISE are cleared.
+    /// Resets the port for any cause: PSPMODE and the flags of TRISE are cleared.
     pub fn reset(&mut self) {
         self.asleep = false;
         self.set_trise(0);
     }
 
-    /// PSPMODE: ports D and E are this one's, TRISD is without effect.
+    /// Reports whether PSPMODE is set: then the slave port uses ports D and E, and TRISD has no effect.
     #[must_use]
     pub const fn is_enabled(&self) -> bool {
         self.trise & PSPMODE != 0
     }
 
-    /// The levels at port D from `t` on.
+    /// Sets the levels at port D from `t` on.
     pub fn set_bus_levels(&mut self, levels: u8, t: u64) {
         let _ = t;
         self.bus = levels;
@@ -114,13 +116,13 @@ impl ParallelSlavePort {
         }
     }
 
-    /// What the port drives onto the pins of port D, while CS and RD are low.
+    /// Returns the byte that the port drives onto port D while CS and RD are low.
     #[must_use]
     pub fn driven_byte(&self) -> Option<u8> {
         self.reading.then_some(self.output)
     }
 
-    /// The program writes PORTD at `t`: in this mode that fills the output buffer.
+    /// Handles a write of PORTD by the program at `t`; in this mode it fills the output buffer.
     pub fn write_port(&mut self, value: u8, t: u64) {
         let _ = t;
         self.output = value;
@@ -129,21 +131,22 @@ impl ParallelSlavePort {
         }
     }
 
-    /// The program reads PORTD at `t` in this mode: the input latch, which is then empty.
+    /// Handles a read of PORTD by the program at `t` in this mode: returns the input latch, which is then
+    /// empty.
     pub fn read_port(&mut self, t: u64) -> u8 {
         let _ = t;
         self.trise &= !IBF;
         self.input
     }
 
-    /// What [`ParallelSlavePort::read_port`] would give.
+    /// Returns the value that [`ParallelSlavePort::read_port`] would give.
     #[must_use]
     pub const fn peek_port(&self) -> u8 {
         self.input
     }
 
     fn set_trise(&mut self, value: u8) {
-        // IBF and OBF are for reading only, and held clear outside of this mode.
+        // IBF and OBF are read-only, and held clear outside this mode.
         self.trise = value & (IBOV | PSPMODE);
         if !self.is_enabled() {
             (self.writing, self.reading) = (false, false);
@@ -151,7 +154,7 @@ impl ParallelSlavePort {
         }
     }
 
-    /// A byte has come, or has been fetched: what the program sees of it at `t`.
+    /// Sets the flags at `t` after a byte was written (`written`) or read by the bus.
     fn on_transfer_end(&mut self, written: bool, t: u64, out: &mut Pic16Outbox) {
         if written {
             self.trise |= if self.trise & IBF != 0 { IBF | IBOV } else { IBF };
@@ -159,7 +162,7 @@ impl ParallelSlavePort {
         out.push(Pic16Signal::Flag { t, flag: InterruptFlag::PSPIF });
     }
 
-    /// Follows the strobes after a change at `t`.
+    /// Processes the strobes after a change at `t`.
     fn update_bus(&mut self, t: u64, out: &mut Pic16Outbox) {
         if !self.is_enabled() {
             return;
@@ -175,7 +178,8 @@ impl ParallelSlavePort {
         }
         (self.writing, self.reading) = (writing, reading);
         if self.asleep {
-            // Without Q clocks the flag is set by the edge, so that it can wake the chip (DS30292 section 12.13.1).
+            // Without Q clocks the edge itself sets the flag, so that it can wake the chip (DS30292 section
+            // 12.13.1).
             if written || was_read {
                 self.on_transfer_end(written, t, out);
             }
@@ -237,7 +241,7 @@ impl Pic16Device for ParallelSlavePort {
     fn stop_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
         self.run_due(t, out);
         self.asleep = true;
-        // What waits for a clock is set now, as in sleep: two at most of either kind.
+        // Ends that wait for a clock set their flags now, as in sleep; there are at most two of each kind.
         for _ in 0..2 {
             let pending = [self.written.0[0] != NEVER, self.was_read.0[0] != NEVER];
             if pending != [false; 2] {

@@ -1,16 +1,19 @@
-//! Timer 0 and the prescaler that it shares with the watchdog (DS33023, sections 11 and 26.6; DS30292 and DS39582, section 5).
+//! Timer 0 and the prescaler that it shares with the watchdog (DS33023, sections 11 and 26.6; DS30292 and
+//! DS39582, section 5).
 //!
-//! The chain is that of the block diagram, as levels: T0CS picks the instruction clock or T0CKI (inverted by T0SE); PSA sends
-//! that past the prescaler or through it; the outcome is sampled at the start of Q2 and of Q4, and a rise seen there counts at
-//! the end of the cycle in whose Q2 it is seen, or of the one after that in whose Q4 it is seen: 3 to 7 clocks after the edge
-//! (figure "Timer0 timing with external clock"). The instruction clock rises with Q1 and falls with Q3. The output of the
-//! prescaler is the inverse of the bit that PS picks, so that it rises when the count goes round. A write of OPTION comes just
-//! before the rise of Q1.
+//! The signal path is that of the block diagram, in levels. T0CS selects the instruction clock or T0CKI
+//! (inverted by T0SE). PSA routes that past the prescaler or through it. The result is sampled at the start
+//! of Q2 and Q4. A rise detected in Q2 counts at the end of that cycle, a rise detected in Q4 at the end of
+//! the next one: 3 to 7 clocks after the edge (figure "Timer0 timing with external clock"). The instruction
+//! clock rises with Q1 and falls with Q3. The output of the prescaler is the inverse of the bit that PS
+//! selects, so it rises when the count wraps. A write of OPTION takes effect just before the rise of Q1.
 //!
-//! A write of TMR0 clears the prescaler where it is timer 0's, and loses all edges of the following cycle and of the Q1 after it:
-//! no count comes in two cycles, and the reads after the write are those of the figures.
+//! A write of TMR0 clears the prescaler if it is assigned to timer 0, and suppresses all edges of the
+//! following cycle and of the Q1 after it: nothing is counted for two cycles, and reads after the write match
+//! the figures.
 //!
-//! The watchdog's time-out is its own pulse, or the bit of the prescaler that PS picks: half the ratio of timer 0's.
+//! The time-out of the watchdog is its own pulse, or the prescaler bit that PS selects: half the ratio of
+//! timer 0.
 
 use emu_core::NEVER;
 
@@ -18,15 +21,15 @@ use super::map::{InterruptFlag, Pic16Line, Sfr};
 use super::watchdog::Pic16Watchdog;
 use super::{Pic16Device, Pic16Outbox, Pic16Signal};
 
-/// Timer 0 counts T0CKI.
+/// Mask of T0CS in OPTION: timer 0 counts T0CKI.
 const T0CS: u8 = 1 << 5;
-/// Timer 0 counts falling edges of T0CKI.
+/// Mask of T0SE in OPTION: timer 0 counts falling edges of T0CKI.
 const T0SE: u8 = 1 << 4;
-/// The prescaler is the watchdog's.
+/// Mask of PSA in OPTION: the prescaler is assigned to the watchdog.
 const PSA: u8 = 1 << 3;
-/// PS2:PS0.
+/// Mask of PS2:PS0 in OPTION.
 const PS: u8 = 7;
-/// Clocks from a write of TMR0 on whose edges are lost.
+/// Clocks after a write of TMR0 in which edges are not counted.
 const WRITE_INHIBIT_CLOCKS: u64 = 6;
 
 /// Timer 0, the prescaler and the watchdog.
@@ -36,19 +39,21 @@ pub struct Timer0 {
     option: u8,
     prescaler: u8,
     watchdog: Pic16Watchdog,
-    /// Up to here everything is done: edges and samples before this clock, counts and watchdog pulses at it too.
+    /// Clock up to which everything has been executed: edges and samples before this clock, and counts and
+    /// watchdog pulses also at it.
     now: u64,
     /// Level of T0CKI.
     t0cki: bool,
     /// Level of the instruction clock.
     q12: bool,
-    /// What the last sample saw.
+    /// Level at the last sample.
     sampled: bool,
-    /// A rise that was seen counts at the end of this cycle; of the next one.
+    /// Whether a detected rise counts at the end of this cycle, and at the end of the next cycle.
     seen: [bool; 2],
-    /// The first clock whose edges are not lost. While the oscillator stands, clocks from its start.
+    /// First clock at which edges count again. While the oscillator is stopped, it is relative to the
+    /// restart.
     free: u64,
-    /// The oscillator stands.
+    /// True while the oscillator is stopped.
     asleep: bool,
 }
 
@@ -58,9 +63,9 @@ emu_core::state! {
 }
 
 impl Timer0 {
-    /// The timer as after power-up at clock 0. `wdte`: the configuration word lets the watchdog run; `wdt_clocks`: its period
-    /// without prescaler in clocks of the oscillator; `wdtcon`: the chip has WDTCON (16F87, 16F88), and the period is that with
-    /// WDTPS = 0100.
+    /// Returns the timer after power-up at clock 0. `wdte` is the watchdog enable of the configuration word.
+    /// `wdt_clocks` is the watchdog period without prescaler in clocks of the oscillator. `wdtcon` is true if
+    /// the chip has WDTCON (16F87, 16F88); then the period is that with WDTPS = 0100.
     #[must_use]
     pub const fn new(wdte: bool, wdt_clocks: u64, wdtcon: bool) -> Timer0 {
         Timer0 {
@@ -78,9 +83,9 @@ impl Timer0 {
         }
     }
 
-    /// A reset at `t`: OPTION is FFh, the prescaler and the watchdog start from zero, TMR0 stays.
+    /// Resets the timer at `t`: OPTION is FFh, prescaler and watchdog start from zero, TMR0 keeps its value.
     pub fn reset(&mut self, t: u64) {
-        // What was due up to here is lost with the reset.
+        // Events due up to this clock are lost with the reset.
         self.settle(t, &mut Pic16Outbox::new());
         self.option = 0xFF;
         self.prescaler = 0;
@@ -92,7 +97,7 @@ impl Timer0 {
         self.sampled = self.output();
     }
 
-    /// CLRWDT, SLEEP: clears the watchdog at `t`, and the prescaler where it is the watchdog's.
+    /// Clears the watchdog at `t` (CLRWDT, SLEEP), and also the prescaler if it is assigned to the watchdog.
     pub fn clear_watchdog(&mut self, t: u64, out: &mut Pic16Outbox) {
         self.settle(t, out);
         self.watchdog.clear(t);
@@ -101,7 +106,7 @@ impl Timer0 {
         }
     }
 
-    /// The watchdog is on.
+    /// Reports whether the watchdog is on.
     #[must_use]
     pub const fn has_running_watchdog(&self) -> bool {
         self.watchdog.is_running()
@@ -111,32 +116,33 @@ impl Timer0 {
         self.option & bit != 0
     }
 
-    /// The bit of the prescaler that PS picks.
+    /// Returns the prescaler bit that PS selects.
     const fn tap(&self) -> bool {
         self.prescaler >> (self.option & PS) & 1 != 0
     }
 
-    /// What timer 0 counts, before the prescaler.
+    /// Returns the level that timer 0 counts, before the prescaler.
     const fn input(&self) -> bool {
         if self.has(T0CS) { self.t0cki != self.has(T0SE) } else { self.q12 }
     }
 
-    /// What the samples see.
+    /// Returns the level that is sampled.
     const fn output(&self) -> bool {
         if self.has(PSA) { self.input() } else { !self.tap() }
     }
 
-    /// What the prescaler sees of timer 0's input. The watchdog's pulses are too short to be met here.
+    /// Returns the level of timer 0's input at the prescaler. The watchdog's pulses are too short to matter
+    /// here.
     const fn ripple(&self) -> bool {
         !self.has(PSA) && self.input()
     }
 
-    /// The watchdog's time-out as a level.
+    /// Returns the time-out of the watchdog as a level.
     const fn is_timeout_pending(&self) -> bool {
         self.watchdog.is_running() && self.has(PSA) && self.tap()
     }
 
-    /// Instruction cycles to a count, from a moment at which the chain is [`Timer0::is_regular`]; `counts` at least 1.
+    /// Returns the instruction cycles until `counts` counts (at least 1), while [`Timer0::is_regular`] holds.
     fn cycles(&self, counts: u64) -> u64 {
         if self.has(PSA) {
             return counts;
@@ -145,17 +151,18 @@ impl Timer0 {
         (counts << shift) - (u64::from(self.prescaler) & ((1 << shift) - 1))
     }
 
-    /// Cycles until TMR0 goes from FFh to 00h.
+    /// Returns the cycles until TMR0 goes from FFh to 00h.
     fn cycles_to_overflow(&self) -> u64 {
         self.cycles(256 - u64::from(self.tmr0))
     }
 
-    /// An edge at `t` is not lost.
+    /// Reports whether an edge at `t` is counted.
     const fn counts_at(&self, t: u64) -> bool {
         if self.asleep { self.free == 0 } else { t >= self.free }
     }
 
-    /// Changes a level at `t`. The prescaler counts asynchronously, whether the oscillator runs or not.
+    /// Applies a change of levels at `t`. The prescaler counts asynchronously, even while the oscillator is
+    /// stopped.
     fn change_setup(&mut self, t: u64, change: impl FnOnce(&mut Timer0)) {
         let before = self.ripple();
         change(self);
@@ -164,7 +171,7 @@ impl Timer0 {
         }
     }
 
-    /// One clock.
+    /// Executes one clock.
     fn step(&mut self, out: &mut Pic16Outbox) {
         let t = self.now;
         match t % 4 {
@@ -188,7 +195,7 @@ impl Timer0 {
         }
     }
 
-    /// Counts up to the next return to 0 at most, and is at the last count now.
+    /// Adds counts, at most up to the next return to 0; `now` is the clock of the last count.
     fn count(&mut self, counts: u64, out: &mut Pic16Outbox) {
         let to = u64::from(self.tmr0) + counts;
         self.tmr0 = to as u8;
@@ -197,17 +204,17 @@ impl Timer0 {
         }
     }
 
-    /// Nothing is in flight.
+    /// Reports whether no detected rise waits to be counted.
     const fn is_idle(&self) -> bool {
         !self.seen[0] && !self.seen[1]
     }
 
-    /// Nothing will count before a line changes.
+    /// Reports whether nothing will be counted before a line changes.
     const fn is_still(&self) -> bool {
         self.asleep || (self.has(T0CS) && self.is_idle() && self.sampled == self.output())
     }
 
-    /// Each cycle from now on does the same: nothing is in flight and nothing is inhibited.
+    /// Reports whether each cycle from now on is equal: no rise waits, and no edges are suppressed.
     const fn is_regular(&self) -> bool {
         !self.has(T0CS)
             && self.now.is_multiple_of(4)
@@ -216,7 +223,7 @@ impl Timer0 {
             && self.sampled == self.output()
     }
 
-    /// Whole cycles up to `t`, or up to the next return to 0.
+    /// Executes whole cycles up to `t`, or up to the next return to 0.
     fn skip_regular(&mut self, t: u64, out: &mut Pic16Outbox) {
         let cycles = self.cycles_to_overflow().min((t - self.now) / 4);
         self.now += 4 * cycles;
@@ -231,7 +238,7 @@ impl Timer0 {
         }
     }
 
-    /// Everything up to `t` but time-outs.
+    /// Executes everything up to `t`, except time-outs.
     fn advance(&mut self, t: u64, out: &mut Pic16Outbox) {
         let pulses = if self.has(PSA) { self.watchdog.timeouts().ticks_between(self.now, t) } else { 0 };
         while self.now < t {
@@ -249,7 +256,7 @@ impl Timer0 {
         self.prescaler = self.prescaler.wrapping_add(pulses as u8);
     }
 
-    /// Everything up to `t`.
+    /// Executes everything up to `t`.
     fn settle(&mut self, t: u64, out: &mut Pic16Outbox) {
         loop {
             let at = self.timeout();
@@ -262,7 +269,7 @@ impl Timer0 {
         self.advance(t, out);
     }
 
-    /// The watchdog runs out now, and begins anew.
+    /// Handles a time-out of the watchdog now, which then starts again.
     fn time_out(&mut self, out: &mut Pic16Outbox) {
         out.push(Pic16Signal::Watchdog { t: self.now });
         if self.has(PSA) {
@@ -270,7 +277,8 @@ impl Timer0 {
         }
     }
 
-    /// When the watchdog will run out. The bit that PS picks is clear: where it is set the time-out has been.
+    /// Returns the clock of the next watchdog time-out. The prescaler bit that PS selects is clear: if it
+    /// were set, the time-out would have occurred.
     fn timeout(&self) -> u64 {
         let pulses = if self.has(PSA) {
             let ratio = 1u64 << (self.option & PS);
@@ -281,7 +289,7 @@ impl Timer0 {
         self.watchdog.timeouts().nth_after(self.now, pulses)
     }
 
-    /// When TMR0 will go from FFh to 00h.
+    /// Returns the clock at which TMR0 goes from FFh to 00h.
     fn overflow(&self) -> u64 {
         let mut ahead = *self;
         let mut out = Pic16Outbox::new();
@@ -297,7 +305,7 @@ impl Timer0 {
         ahead.now
     }
 
-    /// The timer as it will be at `t`.
+    /// Returns a copy of the timer as it will be at `t`.
     fn advanced_to(&self, t: u64) -> Timer0 {
         let mut ahead = *self;
         ahead.advance(t, &mut Pic16Outbox::new());
@@ -325,7 +333,7 @@ impl Pic16Device for Timer0 {
 
     fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Pic16Outbox) {
         if reg == Sfr::TMR0 {
-            // The value takes the place of a count that falls on the write.
+            // The written value replaces a count at the same clock.
             self.settle(t.saturating_sub(1), out);
             self.seen = [false; 2];
         }
@@ -337,12 +345,12 @@ impl Pic16Device for Timer0 {
                     self.prescaler = 0;
                 }
                 self.seen = [false; 2];
-                // A hand can write while the oscillator stands.
+                // A write from outside can occur while the oscillator is stopped.
                 self.free = if self.asleep { WRITE_INHIBIT_CLOCKS } else { t.saturating_add(WRITE_INHIBIT_CLOCKS) };
             }
             Sfr::OPTION => {
                 self.change_setup(t, |s| s.option = value);
-                // Bits that timer 0 left in the prescaler can be a time-out (DS33023, 11.6.1).
+                // Bits that timer 0 left in the prescaler can cause a time-out (DS33023, 11.6.1).
                 if self.is_timeout_pending() {
                     self.time_out(out);
                 }
@@ -367,7 +375,7 @@ impl Pic16Device for Timer0 {
         }
     }
 
-    /// The wake-up clears the watchdog, whatever its cause.
+    /// Every wake-up clears the watchdog.
     fn restart_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
         self.clear_watchdog(t, out);
         if self.asleep {

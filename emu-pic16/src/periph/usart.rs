@@ -1,10 +1,10 @@
-//! The USART: universal synchronous asynchronous receiver and transmitter (DS30292 and DS39582, chapter 10; DS33023,
-//! section 18).
+//! The USART: universal synchronous asynchronous receiver and transmitter (DS30292 and DS39582, chapter 10;
+//! DS33023, section 18).
 //!
-//! The baud rate generator divides the oscillator by 4 (SPBRG + 1). A period of it is a bit in synchronous mode, and a
-//! quarter (BRGH = 1) or a sixteenth (BRGH = 0) of a bit in asynchronous mode. It stands while the oscillator does, so what
-//! hangs on it is kept in *clocks of the oscillator that have run*: the clock less the clocks slept. A slave is clocked by
-//! CK alone and works in sleep.
+//! The baud rate generator divides the oscillator by 4 (SPBRG + 1). Its period is one bit in synchronous
+//! mode, and a quarter (BRGH = 1) or a sixteenth (BRGH = 0) of a bit in asynchronous mode. It stops with the
+//! oscillator, so everything that depends on it is kept in *running clocks*: the clock minus the clocks spent
+//! in sleep. A synchronous slave is clocked by CK alone and works in sleep.
 
 mod device;
 mod fifo;
@@ -45,41 +45,42 @@ pub const TXEN: u8 = 1 << 5;
 pub const SYNC: u8 = 1 << 4;
 /// TXSTA: high baud rate.
 pub const BRGH: u8 = 1 << 2;
-/// TXSTA: the transmit shift register is empty.
+/// TXSTA: transmit shift register is empty.
 pub const TRMT: u8 = 1 << 1;
 /// TXSTA: ninth bit to transmit.
 pub const TX9D: u8 = 1 << 0;
 
-/// The bits of TXSTA that a program writes (DS30292, register 10-1).
+/// Bits of TXSTA that a program can write (DS30292, register 10-1).
 const TXSTA_WRITTEN: u8 = CSRC | TX9 | TXEN | SYNC | BRGH | TX9D;
-/// The bits of RCSTA that a program writes (DS30292, register 10-2).
+/// Bits of RCSTA that a program can write (DS30292, register 10-2).
 const RCSTA_WRITTEN: u8 = SPEN | RX9 | SREN | CREN | ADDEN;
-/// Clocks of an instruction cycle: what the way from TXREG to TSR takes (DS30292, 10.2.1).
+/// Clocks per instruction cycle, the time from TXREG to TSR (DS30292, 10.2.1).
 const TCY: u64 = 4;
 
-/// The serial port.
+/// The USART.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pic16Usart {
-    /// The bits that a program writes.
+    /// Bits of TXSTA that a program writes.
     txsta: u8,
-    /// The bits that a program writes.
+    /// Bits of RCSTA that a program writes.
     rcsta: u8,
     txreg: u8,
     baud: BaudClock,
-    /// Clocks for which the oscillator has stood so far, and since when it stands now.
+    /// Clocks for which the oscillator has been stopped so far, and the clock at which it was stopped, while
+    /// it is.
     slept: u64,
     asleep: Option<u64>,
 
-    /// TXREG holds a byte that TSR has not taken.
+    /// True if TXREG holds a byte that TSR has not taken.
     full: bool,
-    /// TXREG is empty as TXIF has it, one cycle late, and the clock at which it changes its mind.
+    /// True if TXREG is empty as TXIF shows it, one cycle late; then the clock at which that changes.
     empty_seen: bool,
     empty_change: u64,
-    /// The clock at which TSR, being idle, takes what is in TXREG.
+    /// Clock at which the idle TSR takes the byte in TXREG.
     load: u64,
-    /// TSR.
+    /// Word in the shift register TSR.
     word: Option<OutgoingWord>,
-    /// The bit on the way out: TX, or DT of synchronous mode.
+    /// Bit on the output: TX, or DT in synchronous mode.
     out_bit: bool,
 
     receiver: UsartReceiver,
@@ -87,14 +88,14 @@ pub struct Pic16Usart {
     fifo: ReceiveFifo,
     oerr: bool,
 
-    /// Levels of the lines.
+    /// Levels of the lines TX and RX.
     tx_line: bool,
     rx_line: bool,
-    /// What has been said to the rest of the chip.
+    /// Clocks since which TXIF and RCIF are set, and the last overrides sent.
     txif: Option<u64>,
     rcif: Option<u64>,
     drives: [Pic16Drive; 2],
-    /// TRMT is set as the stop bit begins.
+    /// True if TRMT is set at the start of the stop bit.
     early_trmt: bool,
 }
 
@@ -105,29 +106,30 @@ emu_core::state! {
     } stays { early_trmt } if |usart, now| usart.slept <= now && usart.asleep.is_none_or(|since| since <= now + 4)
 }
 
-/// The baud rate generator, in clocks of the oscillator that have run.
+/// The baud rate generator, in running clocks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct BaudClock {
     spbrg: u8,
-    /// It was cleared then: its periods end a whole number of them later.
+    /// Running clock at which it was cleared; its periods end whole periods later.
     origin: u64,
 }
 
 emu_core::state! { BaudClock { spbrg, origin } if |baud, now| baud.origin <= now + 4 }
 
 impl BaudClock {
-    /// Clocks of a period.
+    /// Returns the clocks of a period.
     fn period(self) -> u64 {
         4 * (u64::from(self.spbrg) + 1)
     }
 
-    /// The first multiple of `step` clocks from the origin on, and `lag` more, that is not before `at`.
+    /// Returns the first running clock at or after `at` that is a multiple of `step` after the origin, plus
+    /// `lag`.
     fn edge(self, step: u64, lag: u64, at: u64) -> u64 {
         let first = self.origin.saturating_add(lag);
         first.saturating_add(at.saturating_sub(first).div_ceil(step).saturating_mul(step))
     }
 
-    /// When the period began that is under way at `now`.
+    /// Returns the start of the period in progress at `now`.
     fn began(self, now: u64) -> u64 {
         self.origin.saturating_add(now.saturating_sub(self.origin) / self.period() * self.period())
     }
@@ -140,7 +142,7 @@ impl Default for Pic16Usart {
 }
 
 impl Pic16Usart {
-    /// The port as after a power-on reset at clock 0, both lines low. (DS30292, table 12-6.)
+    /// Returns the port after a power-on reset at clock 0, with both lines low (DS30292, table 12-6).
     #[must_use]
     pub const fn new() -> Pic16Usart {
         Pic16Usart {
@@ -169,15 +171,16 @@ impl Pic16Usart {
         }
     }
 
-    /// TRMT is set as the stop bit begins, not in its middle ([`Pic16Readings::trmt_as_stop_begins`](crate::Pic16Readings)).
+    /// Sets whether TRMT is set at the start of the stop bit instead of its middle
+    /// ([`Pic16Readings::trmt_as_stop_begins`](crate::Pic16Readings)).
     #[must_use]
     pub fn with_early_trmt(mut self, early: bool) -> Pic16Usart {
         self.early_trmt = early;
         self
     }
 
-    /// A reset at clock `t`: every kind has the same effect here. (DS30292, table 12-6.) It says nothing about the
-    /// oscillator: a reset out of sleep takes a [`Pic16Device::wake`] as well.
+    /// Resets the port at clock `t`; every kind of reset has the same effect (DS30292, table 12-6). It does
+    /// not restart the oscillator: a reset out of sleep also needs [`Pic16Device::restart_clock`].
     pub fn reset(&mut self, power_on: bool, t: u64, out: &mut Pic16Outbox) {
         let _ = power_on;
         self.run_due(t, out);
@@ -196,45 +199,46 @@ impl Pic16Usart {
         self.settle(t, out);
     }
 
-    /// RCIF: there is a byte in RCREG. Everything due has been done.
+    /// Returns RCIF: there is a byte in RCREG. Call `run_due` first.
     #[must_use]
     pub fn rcif(&self) -> bool {
         self.rcif.is_some()
     }
 
-    /// The clock since which RCIF is set.
+    /// Returns the clock since which RCIF is set.
     #[must_use]
     pub fn rcif_since(&self) -> Option<u64> {
         self.rcif
     }
 
-    /// TXIF at clock `t`, nothing but its own change being due before: TXREG was empty a cycle ago, and TXEN is set.
-    /// (DS30292, 10.2.1; it becomes valid in the second instruction after the load of TXREG.)
+    /// Returns TXIF at clock `t`, with at most its own change due before: TXREG was empty one cycle ago, and
+    /// TXEN is set (DS30292, 10.2.1: it is valid in the second instruction after the load of TXREG).
     #[must_use]
     pub fn txif(&self, t: u64) -> bool {
         self.txsta & TXEN != 0 && self.empty_seen != (self.empty_change <= t)
     }
 
-    /// The clock since which TXIF is set. Everything due has been done.
+    /// Returns the clock since which TXIF is set. Call `run_due` first.
     #[must_use]
     pub fn txif_since(&self) -> Option<u64> {
         self.txif
     }
 
-    /// The byte whose stop bit is on the line: all that a receiver needs of it has been sent, and its [`Pic16Signal::Sent`] is
-    /// still to come.
+    /// Returns the byte whose stop bit is on the line: a receiver needs no more of it, and its
+    /// [`Pic16Signal::Sent`] is still to come.
     #[must_use]
     pub fn byte_in_stop_bit(&self) -> Option<u8> {
         self.word.filter(|word| !self.sync() && word.left == 0).map(|word| word.byte)
     }
 
-    /// TRMT at clock `t`: TSR is empty. In asynchronous mode it is so from the middle of the stop bit on
-    /// (DS30292, figure 10-2) or from its begin on, as it is read, unless a byte waits that follows without a gap.
+    /// Returns TRMT at clock `t`: TSR is empty. In asynchronous mode it is set from the middle of the stop
+    /// bit (DS30292, figure 10-2) or from its start, by the selected reading, unless another byte follows
+    /// without a gap.
     fn trmt(&self, t: u64) -> bool {
         self.word.is_none() || !self.full && self.osc(t) >= self.trmt_due()
     }
 
-    /// When TRMT will be set before the word has ended, in clocks run.
+    /// Returns the running clock at which TRMT is set before the word ends.
     fn trmt_due(&self) -> u64 {
         let stop = self.word.filter(|word| !self.sync() && word.left == 0);
         let before = if self.early_trmt { self.bit_time() } else { self.bit_time() / 2 };
@@ -253,48 +257,49 @@ impl Pic16Usart {
         self.rcsta & SPEN != 0 && self.txsta & TXEN != 0
     }
 
-    /// The receiver is on. SREN counts in the synchronous master alone (DS30292, register 10-2).
+    /// Reports whether the receiver is on. SREN counts only in the synchronous master (DS30292, register
+    /// 10-2).
     const fn is_receiving_enabled(&self) -> bool {
         let enables = if self.txsta & (SYNC | CSRC) == SYNC | CSRC { SREN | CREN } else { CREN };
         self.rcsta & SPEN != 0 && self.rcsta & enables != 0
     }
 
-    /// The baud rate generator of the synchronous master is kept in reset (DS30292, 10.3.1).
+    /// Reports whether the baud rate generator of the synchronous master is held in reset (DS30292, 10.3.1).
     const fn is_blocked_by_overrun(&self) -> bool {
         self.sync() && !self.slave() && !self.is_sending_enabled() && !self.is_receiving_enabled()
     }
 
-    /// Clocks that the oscillator has run up to `t`.
+    /// Returns the running clocks up to `t`.
     fn osc(&self, t: u64) -> u64 {
         self.asleep.map_or(t, |since| since.min(t)).saturating_sub(self.slept)
     }
 
-    /// When the oscillator will have run `osc` clocks.
+    /// Returns the clock at which the oscillator will have run for `osc` clocks.
     fn clock(&self, osc: u64) -> u64 {
         if self.asleep.is_some() || osc == NEVER { NEVER } else { osc.saturating_add(self.slept) }
     }
 
-    /// Clocks of a bit on the line.
+    /// Returns the clocks of a bit on the line.
     fn bit_time(&self) -> u64 {
         self.baud.period() * if self.sync() { 1 } else { self.ticks() }
     }
 
-    /// Periods of the generator in a bit of asynchronous mode.
+    /// Returns the periods of the generator per bit in asynchronous mode.
     const fn ticks(&self) -> u64 {
         if self.txsta & BRGH != 0 { 4 } else { 16 }
     }
 
-    /// The first edge of the shift clock that is not before `at`, in clocks run: for a slave there is none.
+    /// Returns the first edge of the shift clock at or after `at`, in running clocks; a slave has none.
     fn shift(&self, at: u64) -> u64 {
         if self.slave() { NEVER } else { self.baud.edge(self.bit_time(), 0, at) }
     }
 
-    /// The first falling edge of the master's CK that is not before `at`.
+    /// Returns the first falling edge of the master's CK at or after `at`.
     fn fall(&self, at: u64) -> u64 {
         self.baud.edge(self.bit_time(), self.bit_time() / 2, at)
     }
 
-    /// Says what has changed for the rest of the chip at `t`.
+    /// Sends signals for the flags and overrides that have changed at `t`.
     fn settle(&mut self, t: u64, out: &mut Pic16Outbox) {
         for (held, since, flag) in [
             (self.txsta & TXEN != 0 && self.empty_seen, &mut self.txif, InterruptFlag::TXIF),
@@ -318,8 +323,8 @@ impl Pic16Usart {
         self.drives = drives;
     }
 
-    /// What the port does to TX and RX. What it does not drive it leaves to the port latch and TRIS, which the data sheet
-    /// wants to be set (DS30292, chapter 10).
+    /// Returns the overrides of TX and RX. What the USART does not drive is left to the port latch and TRIS,
+    /// whose bits must be set by the data sheet (DS30292, chapter 10).
     fn driven_lines(&self) -> [Pic16Drive; 2] {
         let bit = if self.is_sending_enabled() { Pic16Drive::from_bit(self.out_bit) } else { Pic16Drive::Port };
         if !self.sync() {

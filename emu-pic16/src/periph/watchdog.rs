@@ -1,48 +1,48 @@
-//! The counter of the watchdog (DS33023, section 26.6): an RC oscillator of its own, and WDTCON where the chip has it (DS30487,
-//! section 15.12). The prescaler behind it is timer 0's, and so is what becomes of its pulses.
+//! The counter of the watchdog (DS33023, section 26.6): its own RC oscillator, and WDTCON on chips that have
+//! it (DS30487, section 15.12). Timer 0 contains the prescaler after it and handles its pulses.
 
 use emu_core::parts::prescaler::TickSeries;
 
-/// Watchdog enable by the program.
+/// Mask of SWDTEN in WDTCON: software enable.
 const SWDTEN: u8 = 1;
-/// WDTPS3:WDTPS0, position.
+/// Position of WDTPS3:WDTPS0 in WDTCON.
 const WDTPS: u8 = 1;
 /// WDTCON after a reset: WDTPS = 0100, SWDTEN clear.
 const WDTCON_RESET: u8 = 0x08;
-/// The longest setting of WDTPS; those above are reserved, and count as this one.
+/// Highest value of WDTPS; higher values are reserved, and act like it.
 const WDTPS_MAX: u8 = 0b1011;
 
 /// The watchdog without its postscaler.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pic16Watchdog {
-    /// WDTE of the configuration word.
+    /// True if WDTE of the configuration word is set.
     wdte: bool,
-    /// WDTCON; `None` where the chip has none.
+    /// WDTCON; None if the chip has none.
     wdtcon: Option<u8>,
-    /// Oscillator clocks from pulse to pulse, with WDTPS as after a reset.
+    /// Oscillator clocks between pulses, with WDTPS as after a reset.
     clocks: u64,
-    /// The clock at which the counter was zero.
+    /// Clock at which the counter was zero.
     origin: u64,
 }
 
 emu_core::state! { Pic16Watchdog { wdtcon, origin } stays { wdte, clocks } if |of, now| of.origin <= now + 4 }
 
 impl Pic16Watchdog {
-    /// A watchdog that starts from zero at clock 0. `clocks` is its period without prescaler in clocks of the oscillator (with
-    /// WDTPS = 0100 where there is WDTCON); 0 counts as 1.
+    /// Returns a watchdog that starts from zero at clock 0. `clocks` is its period without prescaler in
+    /// clocks of the oscillator (with WDTPS = 0100 on chips with WDTCON); 0 counts as 1.
     #[must_use]
     pub const fn new(wdte: bool, clocks: u64, wdtcon: bool) -> Pic16Watchdog {
         let wdtcon = if wdtcon { Some(WDTCON_RESET) } else { None };
         Pic16Watchdog { wdte, wdtcon, clocks: if clocks == 0 { 1 } else { clocks }, origin: 0 }
     }
 
-    /// It counts: WDTE or SWDTEN is set.
+    /// Reports whether it counts: WDTE or SWDTEN is set.
     #[must_use]
     pub const fn is_running(&self) -> bool {
         self.wdte || self.wdtcon() & SWDTEN != 0
     }
 
-    /// WDTCON; 0 where there is none.
+    /// Returns WDTCON; 0 if the chip has none.
     #[must_use]
     pub const fn wdtcon(&self) -> u8 {
         match self.wdtcon {
@@ -51,7 +51,8 @@ impl Pic16Watchdog {
         }
     }
 
-    /// Writes WDTCON at `t`; true where that starts the watchdog. WDTPS picks a tap of a divider that goes on counting.
+    /// Writes WDTCON at `t`; returns true if that starts the watchdog. WDTPS selects a tap of a divider that
+    /// continues to count.
     pub fn set_wdtcon(&mut self, value: u8, t: u64) -> bool {
         let was = self.is_running();
         if let Some(wdtcon) = &mut self.wdtcon {
@@ -64,18 +65,18 @@ impl Pic16Watchdog {
         starts
     }
 
-    /// Starts from zero at `t`.
+    /// Restarts the counter from zero at `t`.
     pub fn clear(&mut self, t: u64) {
         self.origin = t;
     }
 
-    /// A reset at `t`: WDTCON takes its reset value, and the counter starts from zero.
+    /// Resets WDTCON and the counter at `t`.
     pub fn reset(&mut self, t: u64) {
         self.wdtcon = self.wdtcon.map(|_| WDTCON_RESET);
         self.clear(t);
     }
 
-    /// Its pulses; none while it stands.
+    /// Returns its pulses; none while it is off.
     #[must_use]
     pub fn timeouts(&self) -> TickSeries {
         let every = match self.wdtcon {

@@ -1,11 +1,12 @@
 //! Interrupts (DS30292, 12.10): flags, enables, and the boundary at which an interrupt is taken.
 //!
-//! Flags and enables are sampled at Q1 of every cycle, and the interrupt is taken at the boundary behind that cycle. So a pin
-//! change is sampled at the next Q1, sets its flag there, and is taken a cycle later, 3 to 4 cycles before the first
-//! instruction of the service routine. A flag that a part sets in step with the clock was there for the sample before: figure
-//! "TMR0 interrupt timing" has the service routine read TMR0 as 2. What an instruction writes is sampled in the cycle after it: an
-//! interrupt that was sampled while GIE was being cleared is taken (12.10, "GIE"), and an instruction is executed between
-//! setting GIE and the interrupt.
+//! Flags and enables are sampled at Q1 of every cycle, and the interrupt is taken at the boundary after that
+//! cycle. So a pin change is sampled at the next Q1, sets its flag there, and is taken one cycle later, 3 to
+//! 4 cycles before the first instruction of the service routine. A flag that a peripheral sets synchronously
+//! with the clock is visible at the sample before: in the figure "TMR0 interrupt timing" the service routine
+//! reads TMR0 as 2. A write by an instruction is sampled in the cycle after it: an interrupt that was sampled
+//! while GIE was being cleared is taken (12.10, "GIE"), and one instruction executes between setting GIE and
+//! the interrupt.
 
 use emu_core::cpu::NEVER;
 
@@ -14,51 +15,51 @@ use crate::chips::{FlagLocation, Pic16Part};
 use crate::periph::map::{InterruptFlag, Sfr};
 use crate::periph::ports::PORTB;
 
-/// Enables as they are sampled.
+/// Interrupt enables as they are sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct InterruptEnables {
-    /// INTCON: GIE, PEIE, enables of TMR0, INT and port B.
+    /// INTCON: GIE, PEIE, and the enables of TMR0, INT and port B.
     pub intcon: u8,
-    /// PIE1, PIE2.
+    /// PIE1 and PIE2.
     pub pie: [u8; 2],
 }
 
 emu_core::state! { InterruptEnables { intcon, pie } }
 
-/// GIE in INTCON.
+/// Mask of GIE in INTCON.
 pub(super) const GIE: u8 = 0x80;
-/// RBIF in INTCON.
+/// Mask of RBIF in INTCON.
 pub(super) const RBIF: u8 = 0x01;
-/// PEIE in INTCON.
+/// Mask of PEIE in INTCON.
 const PEIE: u8 = 0x40;
 
-/// Flags that stand in PIR1, PIR2 and INTCON, and when they interrupt.
+/// Flags in PIR1, PIR2 and INTCON, their enables, and the boundary of the next interrupt.
 #[derive(Debug, Clone)]
 pub struct Pic16Interrupts {
-    /// Enables; INTCON holds the flags of TMR0, INT and port B too.
+    /// Enables; INTCON also holds the flags of TMR0, INT and port B.
     pub enables: InterruptEnables,
-    /// PIR1, PIR2, without the flags that are levels of other parts.
+    /// PIR1 and PIR2, without the flags that are levels of other peripherals.
     pub pir: [u8; 2],
-    /// Enables before the last instruction that wrote them,
+    /// Enables before the last instruction that wrote them; they still apply at the boundary `changed`.
     before: InterruptEnables,
-    /// which count for what happens at this boundary still.
+    /// Boundary at which `before` applies.
     changed: u64,
-    /// The boundary from which on an interrupt is taken.
+    /// First boundary at which an interrupt is taken.
     pub at: u64,
-    /// The clocks at which INTF and RBIF will be set, since their pins have changed.
+    /// Clocks at which INTF and RBIF will be set after changes of their pins.
     pub sampled: [u64; 2],
-    /// Port B as the program has seen it last.
+    /// Port B as the program last read it.
     pub seen_port_b: u8,
-    /// The flag that stands in a register of its part, on chips that have one.
+    /// The flag in a register of its peripheral, on chips that have one.
     flag_outside_pir: Option<&'static FlagLocation>,
-    /// RCIF and TXIF, which are levels, in PIR1.
+    /// Masks of RCIF and TXIF in PIR1, which are levels.
     pub levels: [u8; 2],
 }
 
 emu_core::state! { Pic16Interrupts { enables, pir, before, changed, at, sampled, seen_port_b } stays { flag_outside_pir, levels } }
 
 impl Pic16Interrupts {
-    /// None enabled, none there.
+    /// Returns the state with no flags and no enables.
     pub fn new(part: &'static Pic16Part) -> Pic16Interrupts {
         let bit = |flag| part.flags.iter().find(|row| row.flag == flag).map_or(0, |row| 1 << row.at.1);
         Pic16Interrupts {
@@ -74,30 +75,30 @@ impl Pic16Interrupts {
         }
     }
 
-    /// The enables are about to be written by the instruction of the cycle before the boundary `boundary`.
+    /// Saves the enables before the instruction in the cycle before `boundary` writes them.
     pub fn remember(&mut self, boundary: u64) {
         self.before = self.enables;
         self.changed = boundary;
     }
 
-    /// The clock at which a pin change is sampled next.
+    /// Returns the clock of the next sample of a pin change.
     pub fn next_sample_clock(&self) -> u64 {
         self.sampled[0].min(self.sampled[1])
     }
 }
 
 impl Pic16Soc {
-    /// Sets a flag that a part of the chip raises at the clock `t`.
+    /// Sets a flag that a peripheral raises at the clock `t`.
     pub(super) fn raise(&mut self, flag: InterruptFlag, t: u64) {
         let Some(row) = self.part.flags.iter().find(|row| row.flag == flag) else { return };
         let (register, bit) = row.at;
         match register {
-            // They are levels of the USART.
+            // These flags are levels of the USART.
             _ if matches!(flag, InterruptFlag::RCIF | InterruptFlag::TXIF) => {}
             Sfr::INTCON => self.irq.enables.intcon |= 1 << bit,
             Sfr::PIR1 => self.irq.pir[0] |= 1 << bit,
             Sfr::PIR2 => self.irq.pir[1] |= 1 << bit,
-            // It stands in a register of the part itself.
+            // The flag is in a register of the peripheral itself.
             _ => {}
         }
         let taken = t.div_ceil(4) + u64::from(matches!(flag, InterruptFlag::INTF | InterruptFlag::RBIF));
@@ -113,6 +114,8 @@ impl Pic16Soc {
         }
     }
 
+    /// Reports whether the enable bit at register and bit `at` is set, and PEIE too if the flag is
+    /// `peripheral`.
     pub(super) fn is_enabled(&self, enables: InterruptEnables, at: (Sfr, u8), peripheral: bool) -> bool {
         let byte = match at.0 {
             Sfr::INTCON => enables.intcon,
@@ -123,10 +126,10 @@ impl Pic16Soc {
         byte >> at.1 & 1 == 1 && (!peripheral || enables.intcon & PEIE != 0)
     }
 
-    /// A flag is set and enabled, whatever GIE says: it ends standby.
+    /// Reports whether a flag is set and enabled, regardless of GIE: then it ends standby.
     pub(super) fn has_request(&self, t: u64) -> bool {
-        // Flags and enables of one number stand in the same places, which a test asks of every row; what remains are the flags
-        // that small chips keep in the registers of their parts.
+        // Flags and enables have the same bit positions, so masks test all rows at once. The rest are flags
+        // that small chips have in registers of their peripherals.
         let InterruptEnables { intcon, pie } = self.irq.enables;
         let (own, peripheral) = (intcon & intcon >> 3 & 7, intcon & PEIE != 0);
         let set = || (self.irq.pir[0] | self.levels(Sfr::PIR1, pie[0], t)) & pie[0] | self.irq.pir[1] & pie[1];
@@ -138,16 +141,18 @@ impl Pic16Soc {
             })
     }
 
-    /// Flags or enables may have changed by the instruction whose cycle ends at the boundary `boundary`.
+    /// Updates the interrupt after flags or enables may have changed in the instruction whose cycle ends at
+    /// `boundary`.
     pub(super) fn update_request(&mut self, boundary: u64) {
         let on = self.irq.enables.intcon & GIE != 0 && self.has_request(4 * boundary);
-        // What has been sampled by then is taken.
+        // An interrupt sampled by then is taken.
         if self.irq.at > boundary {
             self.irq.at = if on { self.irq.at.min(boundary + 1) } else { NEVER };
         }
     }
 
-    /// The flags that are set and enabled at the boundary before the cycle `now`, by their names on this chip, whatever GIE says.
+    /// Returns the flags that are set and enabled at the boundary before the cycle `now`, by their names on
+    /// this chip, regardless of GIE.
     #[must_use]
     pub fn requesting_flags(&self, now: u64) -> Vec<&'static str> {
         let set = self.part.flags.iter().filter(|row| {
@@ -161,13 +166,13 @@ impl Pic16Soc {
         set.filter_map(name).collect()
     }
 
-    /// GIE.
+    /// Returns GIE.
     #[must_use]
     pub const fn interrupts_enabled(&self) -> bool {
         self.irq.enables.intcon & GIE != 0
     }
 
-    /// RETFIE, whose first cycle is `cycle`: sets GIE.
+    /// Sets GIE for a RETFIE whose first cycle is `cycle`.
     pub fn interrupt_ended(&mut self, cycle: u64) {
         self.run(4 * cycle + 3);
         self.irq.remember(cycle + 1);
@@ -175,7 +180,7 @@ impl Pic16Soc {
         self.update_request(cycle + 1);
     }
 
-    /// The boundary from which on the interrupt is there that would be taken at `now`.
+    /// Returns the boundary since which the interrupt that would be taken at `now` is pending.
     #[must_use]
     pub fn interrupt_since(&self, now: u64) -> Option<u64> {
         (self.irq.at <= now && self.power.is_running()).then_some(self.irq.at)
@@ -188,7 +193,7 @@ impl Pic16Soc {
         self.on_port_b_mismatch(t);
     }
 
-    /// Compares port B with what the program has seen of it; RBIF will be set where they differ (DS30292, 3.2).
+    /// Compares port B with its last read value; RBIF will be set if they differ (DS30292, 3.2).
     pub(super) fn on_port_b_mismatch(&mut self, t: u64) {
         if self.power.in_reset(t) {
             return self.sample_port_b();
@@ -203,12 +208,12 @@ impl Pic16Soc {
         }
     }
 
-    /// The bits of port B that differ from what the program has seen.
+    /// Returns the bits of port B that differ from the last read value.
     fn changes_b(&self) -> u8 {
         (self.ports.input(PORTB) ^ self.irq.seen_port_b) & self.ports.tris(PORTB) & 0xF0
     }
 
-    /// The program sees port B.
+    /// Records that the program reads port B.
     pub(super) fn sample_port_b(&mut self) {
         self.irq.seen_port_b = self.ports.input(PORTB);
         self.irq.sampled[1] = NEVER;

@@ -1,4 +1,5 @@
-//! Pins: drives from outside, what parts and ports do to them, and who is told when a level changes.
+//! Pins: inputs from outside, overrides by peripherals and ports, and notification of the listening
+//! peripherals.
 
 use emu_core::cpu::NEVER;
 use emu_core::external_io::DriveQueue;
@@ -10,14 +11,14 @@ use crate::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use crate::periph::ports::{PIN_COUNT, PORTB, PORTD, PinChange};
 use crate::periph::{Pic16Device, Pic16Drive};
 
-/// What stands on a pin or on the supply from outside.
+/// An input from outside the chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum OutsideInput {
-    /// A level, or nothing.
+    /// A level on a pin, or no drive.
     Level(PinId, PinLevel),
-    /// A voltage, in millivolts.
+    /// A voltage on a pin, in millivolts.
     Volts(PinId, u32),
-    /// The supply, in millivolts.
+    /// The supply voltage, in millivolts.
     Supply(u32),
 }
 
@@ -29,29 +30,30 @@ impl Default for OutsideInput {
 
 emu_core::state! { enum OutsideInput { 0 = Level(pin, level), 1 = Volts(pin, millivolts), 2 = Supply(millivolts) } }
 
-/// What comes from outside, and which lines are on which pins.
+/// Inputs from outside, and the lines on each pin.
 #[derive(Debug, Clone)]
 pub(super) struct PinInputs {
-    /// To come, by clocks.
+    /// Queued inputs, by clock.
     pub drives: DriveQueue<OutsideInput>,
     lines: [PeripheralPin; LINE_COUNT],
-    /// Pins, a bit each, that have a line; that are analog inputs or the master clear; RB4 to RB7. All others concern nobody.
+    /// Masks of pins: those with a line; analog inputs and the master clear; RB4 to RB7. Nothing but the port
+    /// depends on other pins.
     heard: u64,
     special: u64,
     upper_b: u64,
-    /// Voltages on pins, in millivolts, where a level does not say it all.
+    /// Voltages on pins in millivolts, for pins driven by a voltage instead of a level.
     volts: [Option<u32>; PIN_COUNT],
-    /// Supply, in millivolts.
+    /// Supply voltage in millivolts.
     pub supply: u32,
 }
 
 emu_core::state! { PinInputs { drives, volts, supply } stays { lines, heard, special, upper_b } }
 
-/// Lines there can be.
+/// Largest number of lines on a chip.
 const LINE_COUNT: usize = 16;
 
 impl PinInputs {
-    /// Nothing from outside; 5 V. `ccp1`: the pin of CCP1 where the configuration chooses it.
+    /// Returns the state without inputs, at 5 V. `ccp1` is the pin of CCP1 if the configuration selects it.
     pub(super) fn new(part: &Pic16Part, ccp1: Option<PinId>) -> PinInputs {
         let mut lines = [PeripheralPin { line: Pic16Line::T0cki, pin: NO_PIN, over_tris: false }; LINE_COUNT];
         for (place, line) in lines.iter_mut().zip(part.lines) {
@@ -71,19 +73,19 @@ impl PinInputs {
         }
     }
 
-    /// Pins that concern others than their port, a bit each.
+    /// Returns the mask of the pins on which others than their port depend.
     pub(super) fn peripheral_pins(&self) -> u64 {
         self.heard | self.special
     }
 
-    /// The pin of a line.
+    /// Returns the pin of a line.
     fn pin(&self, line: Pic16Line) -> Option<PeripheralPin> {
         self.lines.into_iter().find(|at| at.line == line && at.pin != NO_PIN)
     }
 }
 
 impl Pic16Soc {
-    /// Carries out what comes from outside at or before the clock `t`.
+    /// Applies the queued inputs that are due at or before the clock `t`.
     pub(super) fn apply_inputs(&mut self, t: u64) {
         while let Some(put) = self.pin_inputs.drives.pop_due(t) {
             match put {
@@ -97,7 +99,8 @@ impl Pic16Soc {
                     if let Some(volts) = self.pin_inputs.volts.get_mut(usize::from(pin)) {
                         *volts = Some(millivolts);
                     }
-                    // Where the input switches between the levels that the data sheet promises is taken for the middle.
+                    // The switching threshold between the levels guaranteed by the data sheet is assumed to
+                    // be half the supply.
                     self.drive_pin(pin, PinLevel::from_bit(2 * millivolts >= self.pin_inputs.supply), t);
                     self.notify_voltage(pin, t);
                 }
@@ -112,7 +115,7 @@ impl Pic16Soc {
         self.on_pin_edge(pin, changed, t);
     }
 
-    /// INTF and RBIF, whose pins were sampled.
+    /// Sets INTF and RBIF after their pins were sampled.
     pub(super) fn run_samples(&mut self, t: u64) {
         for (place, flag) in [InterruptFlag::INTF, InterruptFlag::RBIF].into_iter().enumerate() {
             if self.irq.sampled[place] <= t {
@@ -123,22 +126,22 @@ impl Pic16Soc {
         }
     }
 
-    /// A part takes a line or gives it back.
+    /// Sets or removes the override of a line.
     pub(super) fn set_line_driver(&mut self, line: Pic16Line, drive: Pic16Drive, t: u64) {
         let Some(at) = self.pin_inputs.pin(line) else { return };
-        // I2C pulls low whatever TRIS says; its pins are to be inputs (DS30292, 9.2).
+        // I2C pulls low regardless of TRIS; the data sheet requires its pins to be inputs (DS30292, 9.2).
         let over = at.over_tris || matches!(line, Pic16Line::Sck | Pic16Line::Sdi) && self.ssp.is_i2c();
         self.ports.set_driver(at.pin, drive, over);
         self.update_pin(at.pin, t);
     }
 
-    /// Settles a pin at the clock `t` after the chip changed what it does to it.
+    /// Updates a pin at the clock `t` after the chip has changed how it drives it.
     pub(super) fn update_pin(&mut self, pin: PinId, t: u64) {
         let changed = self.ports.update_level(pin, t);
         self.on_pin_edge(pin, changed, t);
     }
 
-    /// Settles some pins of a port.
+    /// Updates several pins of a port.
     fn update_pins(&mut self, port: usize, mut bits: u8, t: u64) {
         while bits != 0 {
             let pin = self.ports.pin_of(port, bits.trailing_zeros() as usize);
@@ -149,7 +152,8 @@ impl Pic16Soc {
         }
     }
 
-    /// Logs the edge of a pin, if there was one, and a fight over it, and tells who listens.
+    /// Logs the edge of a pin, if there was one, and contention on it, and notifies the listening
+    /// peripherals.
     fn on_pin_edge(&mut self, pin: PinId, changed: Option<PinChange>, t: u64) {
         if self.log.is_enabled() {
             self.log.record_pin(
@@ -181,10 +185,10 @@ impl Pic16Soc {
         self.apply_signals();
     }
 
-    /// A line has changed.
+    /// Notifies a peripheral of a change of one of its lines.
     fn notify_line(&mut self, line: Pic16Line, high: bool, t: u64) {
         self.touched_units |= match line {
-            // A module that captures says so; to all others the level is nothing.
+            // A capture sends a flag; otherwise the level has no effect on the deadlines.
             Pic16Line::Ccp1 | Pic16Line::Ccp2 => 0,
             Pic16Line::T0cki => 1 << unit_index::TIMER0,
             Pic16Line::T1cki => 1 << unit_index::TIMERS,
@@ -217,7 +221,7 @@ impl Pic16Soc {
         }
     }
 
-    /// The levels of all lines, as parts find them when they begin.
+    /// Notifies all peripherals of the levels of their lines, after a reset.
     pub(super) fn notify_all_lines(&mut self, t: u64) {
         for at in self.pin_inputs.lines {
             if at.pin != NO_PIN && at.line != Pic16Line::Int {
@@ -229,7 +233,7 @@ impl Pic16Soc {
         }
     }
 
-    /// The voltage of an analog input, as its parts see it.
+    /// Passes the voltage of an analog input to its peripherals.
     fn notify_voltage(&mut self, pin: PinId, t: u64) {
         let Some(channel) = self.part.analog.iter().position(|&analog| analog == pin) else { return };
         let wire = self.ports.pin(pin);
@@ -244,7 +248,7 @@ impl Pic16Soc {
         self.comparators.set_input(channel as u8, millivolts, t, &mut self.out);
     }
 
-    /// Writes a latch at the clock `t`, the end of an instruction cycle: its pins change in Q4.
+    /// Writes a latch at the clock `t`, the end of an instruction cycle; its pins change in Q4.
     pub(super) fn write_port(&mut self, port: usize, reg: Sfr, value: u8, t: u64) {
         if reg == Sfr::PORTD && self.psp.is_enabled() {
             self.touched_units |= 1 << unit_index::PSP;
@@ -268,7 +272,7 @@ impl Pic16Soc {
         self.on_port_b_mismatch(t);
     }
 
-    /// What the slave port does to port D.
+    /// Updates port D after a change of the slave port.
     fn psp_bus(&mut self, t: u64) {
         let enabled = self.psp.is_enabled();
         let byte = self.psp.driven_byte();
@@ -284,7 +288,7 @@ impl Pic16Soc {
         }
     }
 
-    /// What follows from a write to a register besides what its part does.
+    /// Handles the effects of a register write outside the register's own peripheral.
     pub(super) fn on_register_written(&mut self, reg: Sfr, value: u8, t: u64) {
         match reg {
             Sfr::OPTION => {
@@ -301,7 +305,8 @@ impl Pic16Soc {
                     self.apply_signals();
                 }
             }
-            // As long as an output of a comparator differs from what the program has seen, its flag is set again.
+            // While an output of a comparator differs from the value that the program has read, its flag is
+            // set again.
             Sfr::PIR1 | Sfr::PIR2 if self.comparators.has_mismatch() && self.keeps_flag(reg, InterruptFlag::CMIF) => {
                 self.raise(InterruptFlag::CMIF, t)
             }
@@ -309,19 +314,20 @@ impl Pic16Soc {
         }
     }
 
-    /// Timer 2 tells the SSP of its periods where they are its clock.
+    /// Makes timer 2 signal its periods to the SSP if they are its clock.
     pub(super) fn clock_ssp(&mut self, t: u64) {
         self.touched_units |= 1 << unit_index::TIMERS;
         self.timers.set_timer2_listener(self.ssp.wants_timer2(), t, &mut self.out);
         self.apply_signals();
     }
 
-    /// The flag stands in this register.
+    /// Reports whether the flag is in this register.
     fn keeps_flag(&self, reg: Sfr, flag: InterruptFlag) -> bool {
         self.part.flags.iter().any(|row| row.flag == flag && row.at.0 == reg)
     }
 
-    /// The pins of timer 1's oscillator are inputs that read 0 while it is on (DS30292, 6.5); T1OSI is the pin next to T1OSO.
+    /// Reserves the pins of timer 1's oscillator, which are inputs that read 0 while it is on (DS30292, 6.5).
+    /// T1OSI is the pin after T1OSO.
     fn timer1_crystal(&mut self, on: bool) {
         let Some(at) = self.pin_inputs.pin(Pic16Line::T1cki) else { return };
         let pins = [at.pin, at.pin.saturating_add(1)];
@@ -329,14 +335,15 @@ impl Pic16Soc {
         pins.into_iter().for_each(|pin| self.update_pin(pin, self.run_to_clock));
     }
 
-    /// Which pins are analog inputs, by the converter and the comparators.
+    /// Selects the analog input pins, by converter and comparators.
     pub(super) fn set_analog(&mut self) {
         let digital = u16::from(self.adc.digital_pins()) & (0xFFF0 | u16::from(self.comparators.digital_pins()));
         let analog = self.part.analog.iter().enumerate().filter(|(channel, _)| digital >> channel & 1 == 0);
         self.ports.set_analog(analog.fold(0, |pins, (_, &pin)| pins | bit(pin)));
     }
 
-    /// The same at the clock `t`: what looks at one of these pins finds another level, if it is high.
+    /// Updates the analog input pins at the clock `t`, and notifies the peripherals on pins whose read level
+    /// changes.
     fn change_analog(&mut self, t: u64) {
         let before = self.ports.analog();
         self.set_analog();
@@ -354,13 +361,13 @@ impl Pic16Soc {
     }
 }
 
-/// The analog input on whose pin the reference of the comparators can be put: RA2.
+/// Analog input on whose pin the reference of the comparators can be output: RA2.
 const REFERENCE_INPUT: usize = 2;
 
-/// A pin in a set of pins.
+/// Returns the mask of a pin.
 fn bit(pin: PinId) -> u64 {
     1u64.checked_shl(pin.into()).unwrap_or(0)
 }
 
-/// T1OSCEN in T1CON.
+/// Mask of T1OSCEN in T1CON.
 const T1OSCEN: u8 = 8;

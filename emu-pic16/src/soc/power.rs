@@ -12,37 +12,38 @@ use crate::periph::{Pic16Device, Pic16Outbox};
 
 /// Clocks of the start-up timer of a crystal (12.6).
 const OSCILLATOR_START_CLOCKS: u64 = 1024;
-/// Supply below which a brown-out begins, in millivolts (DS30292, D005: 3.7 to 4.35 V), by corner.
+/// Supply in millivolts below which a brown-out begins (DS30292, D005: 3.7 to 4.35 V), by corner.
 const BROWN_OUT: [u32; 3] = [3_700, 4_000, 4_350];
-/// OSCF in PCON of the 16F62x: the fast oscillator, after power-on (DS40300, register PCON).
+/// Mask of OSCF in PCON of the 16F62x: the fast oscillator, set after power-on (DS40300, register PCON).
 const OSCF: u8 = 0x08;
-/// How long it has to last, in microseconds (parameter 35).
+/// Minimum duration of a brown-out in microseconds (parameter 35).
 const BROWN_OUT_US: u64 = 100;
-/// Supply below which RAM and everything else is lost and the next rise is a power-on, in millivolts (D003: near ground).
+/// Supply in millivolts below which RAM and all state is lost, so that the next rise is a power-on (D003:
+/// near ground).
 const POWER_OFF_MV: u32 = 700;
-/// Times in clocks of the oscillator.
+/// Durations in clocks of the oscillator.
 #[derive(Debug, Clone, Copy)]
 pub struct TimingClocks {
-    /// Watchdog without prescaler.
+    /// Watchdog period without prescaler.
     pub watchdog: u64,
-    /// Power-up timer.
+    /// Duration of the power-up timer.
     pub power_up: u64,
-    /// Writing a byte of EEPROM.
+    /// Time to write a byte of EEPROM.
     pub eeprom: u64,
-    /// Writing program memory.
+    /// Time to write program memory.
     pub flash: u64,
     /// TAD of the converter's own oscillator: this many clocks, divided by the second number.
     pub adc_rc: (u64, u64),
-    /// A brown-out.
+    /// Minimum duration of a brown-out.
     brown_out: u64,
-    /// Its threshold, in millivolts.
+    /// Threshold of a brown-out in millivolts.
     brown_out_mv: u32,
-    /// The start-up timers run after power-on.
+    /// True if the start-up timers run after power-on.
     start_up: bool,
 }
 
 impl TimingClocks {
-    /// The times of a chip at the frequency and the corner of `options`.
+    /// Computes the durations of a chip from the frequency and the corner in `options`.
     pub fn new(part: &Pic16Part, options: &Options) -> TimingClocks {
         let corner = match options.corner {
             TimingCorner::Min => 0,
@@ -64,12 +65,12 @@ impl TimingClocks {
     }
 }
 
-/// The words from 2000h on: those of the image, what it leaves out as erased; `first` stands in for the first
+/// Returns the words from 2000h on: those of the image, with missing ones erased; `first` overrides the first
 /// configuration word.
 pub(super) fn config_words(part: &Pic16Part, first: Option<u16>, image: &[u16]) -> [u16; 16] {
     let mut words = [0x3FFF; 16];
     for (word, &given) in words.iter_mut().zip(image) {
-        // The cells of an image that nothing fills are FFFFh.
+        // Cells that the image does not fill are FFFFh.
         *word = given & 0x3FFF;
     }
     const FIRST: usize = 7;
@@ -83,24 +84,24 @@ pub(super) fn config_words(part: &Pic16Part, first: Option<u16>, image: &[u16]) 
     words
 }
 
-/// What the configuration words say.
+/// Settings of the configuration words.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ConfigSettings {
-    /// The watchdog is on.
+    /// True if the watchdog is on.
     pub watchdog: bool,
-    /// The power-up timer is on.
+    /// True if the power-up timer is on.
     pub power_up: bool,
-    /// Brown-outs reset.
+    /// True if a brown-out resets the chip.
     pub brown_out: bool,
-    /// The reset pin resets.
+    /// True if the reset pin resets the chip.
     pub master_clear: bool,
-    /// The oscillator has a start-up timer.
+    /// True if the oscillator has a start-up timer.
     pub crystal: bool,
-    /// The pin of CCP1, where there is a choice.
+    /// Pin of CCP1, if the configuration selects it.
     pub ccp1: Option<PinId>,
-    /// Pins that are no port pins, as a set by number.
+    /// Mask of the pins that are not port pins.
     pub reserved_pins: u64,
-    /// Program words that the program may write, first and after the last.
+    /// Program words that the program may write: first, and end (exclusive).
     pub writable: (u16, u16),
 }
 
@@ -110,7 +111,7 @@ impl ConfigSettings {
         let set = |mask: u16| word & mask != 0;
         let crystals = [OscillatorMode::Lp, OscillatorMode::Xt, OscillatorMode::Hs];
         let mclr = layout.mclre == 0 || set(layout.mclre);
-        // The oscillator's pins, the reset pin, and the pin that low-voltage programming takes.
+        // The pins of the oscillator, the reset pin, and the pin for low-voltage programming.
         let oscillator = OSCILLATOR_BITS & !layout.ports_of_oscillator(word);
         let shared = (0..8).filter(|bit| !layout.osc_ports.is_empty() && oscillator >> bit & 1 == 1);
         let pins = shared.filter_map(|bit| part.ports.first()?.pins.get(bit as usize).copied());
@@ -129,7 +130,8 @@ impl ConfigSettings {
     }
 }
 
-/// The program words that the program may write, first and after the last; the rows of the chips have no more than one range.
+/// Returns the program words that the program may write, first and end (exclusive). No chip row has more than
+/// one range.
 fn writable(part: &Pic16Part, word: u16) -> (u16, u16) {
     let words = (part.chip.flash_bytes / 2) as u16;
     let may = |addr: &u16| part.config.may_write(word, *addr);
@@ -137,46 +139,47 @@ fn writable(part: &Pic16Part, word: u16) -> (u16, u16) {
     (first, (first..words).find(|addr| !may(addr)).unwrap_or(words))
 }
 
-/// The bits of port A that share pins with the oscillator, on chips where they do.
+/// Mask of the port A bits that share pins with the oscillator, on chips where they do.
 const OSCILLATOR_BITS: u8 = 0xC0;
 
-/// What the core does.
+/// State of the core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum PowerPhase {
     /// Executes instructions.
     Runs,
-    /// Standby: until something wakes it.
+    /// Standby, until a wake-up.
     Standby,
-    /// Waits for the start-up timers up to a clock.
+    /// Waits for the start-up timers up to the clock `until`. `woken` is None after a reset; after standby it
+    /// is true if the watchdog ended it.
     Starts { until: u64, woken: Option<bool> },
     /// Held in reset by the reset pin or by the supply.
     Held,
 }
 emu_core::state! { enum PowerPhase { 0 = Runs, 1 = Standby, 2 = Starts { until, woken }, 3 = Held } }
 
-/// What the core does, and why.
+/// State of core, resets and supply.
 #[derive(Debug, Clone)]
 pub(super) struct PowerState {
-    /// The configuration.
+    /// Settings of the configuration words.
     pub config: ConfigSettings,
     clocks: TimingClocks,
     state: PowerPhase,
     request: Option<ResetCause>,
-    /// The clock at which a low supply becomes a brown-out.
+    /// Clock at which a low supply becomes a brown-out.
     brown_out_at: u64,
-    /// The supply is too low to run.
+    /// True if the supply is too low to run.
     low: bool,
-    /// It was lost.
+    /// True if the supply was off.
     off: bool,
-    /// The reset pin is low.
+    /// True while the reset pin is low.
     cleared: bool,
-    /// The clock at which the start-up timers are over: the reset pin does not begin them anew.
+    /// Clock at which the start-up timers end; the reset pin does not restart them.
     ready: u64,
 }
 emu_core::state! { PowerState { state, request, brown_out_at, low, off, cleared, ready } stays { config, clocks } }
 
 impl PowerState {
-    /// Before power-on.
+    /// Returns the state before power-on.
     pub(super) fn new(part: &Pic16Part, clocks: TimingClocks, config: &[u16; 16]) -> PowerState {
         PowerState {
             config: ConfigSettings::new(part, config[7]),
@@ -191,13 +194,13 @@ impl PowerState {
         }
     }
 
-    /// The core executes instructions.
+    /// Reports whether the core executes instructions.
     #[inline]
     pub(super) const fn is_running(&self) -> bool {
         matches!(self.state, PowerPhase::Runs)
     }
 
-    /// When something is due.
+    /// Returns the clock of the next event.
     pub(super) const fn next(&self) -> u64 {
         let start = match self.state {
             PowerPhase::Starts { until, .. } => until,
@@ -206,19 +209,21 @@ impl PowerState {
         if start < self.brown_out_at { start } else { self.brown_out_at }
     }
 
-    /// The chip is held in reset at the clock `t`, or was not on before it: what pins do then is no change to a program.
+    /// Reports whether the chip is in reset at the clock `t`, or was off before it: then pin changes are not
+    /// visible to a program.
     pub(super) const fn in_reset(&self, t: u64) -> bool {
         t == 0 || matches!(self.state, PowerPhase::Held | PowerPhase::Starts { woken: None, .. })
     }
 
-    /// A reset is asked for.
+    /// Reports whether a reset is requested.
     pub(super) const fn has_reset_request(&self) -> bool {
         self.request.is_some()
     }
 }
 
 impl Pic16Soc {
-    /// Resets all registers at the machine cycle `now`. Outside drives stay, and so does what a reset does not reach.
+    /// Resets all registers at the machine cycle `now`. Outside drives do not change, and neither do
+    /// registers that this reset does not affect.
     pub fn reset(&mut self, why: ResetCause, now: u64) {
         let t = 4 * now;
         self.run(t);
@@ -232,10 +237,10 @@ impl Pic16Soc {
         self.power.state = PowerPhase::Runs;
         self.reset_parts(power_on, t);
         self.ports.reset();
-        // What parts let go of as they were reset is let go of already.
+        // Overrides released during the reset have already been removed.
         self.out = Pic16Outbox::new();
         self.requests.clear();
-        // DS30292, table 12-6: RBIF is left as it was but by power-on and brown-out.
+        // DS30292, table 12-6: RBIF does not change except at power-on and brown-out.
         let kept = if power_on { 0 } else { self.irq.enables.intcon & super::irq::RBIF };
         self.irq = super::Pic16Interrupts::new(self.part);
         self.irq.enables.intcon = kept;
@@ -244,10 +249,10 @@ impl Pic16Soc {
         self.notify_all_lines(t);
         self.on_register_written(Sfr::T1CON, self.timers.peek(Sfr::T1CON, t), t);
         self.irq.seen_port_b = self.ports.input(crate::periph::ports::PORTB);
-        // What the reset itself did to pins is no change of theirs.
+        // Pin changes caused by the reset itself do not count.
         self.irq.sampled = [NEVER; 2];
         self.apply_signals();
-        // DS30292, tables 12-3 and 12-5: POR and BOR.
+        // POR and BOR by DS30292, tables 12-3 and 12-5.
         self.pcon = match why {
             ResetCause::PowerOn if matches!(self.part.internal, InternalOscillator::F62x(_)) => OSCF,
             ResetCause::PowerOn => 0,
@@ -288,7 +293,7 @@ impl Pic16Soc {
         self.psp.reset();
     }
 
-    /// The core stops, and the oscillator with it.
+    /// Stops the core and the oscillator.
     fn enter_phase(&mut self, state: PowerPhase, t: u64) {
         if self.power.is_running() {
             for_each_unit!(self, part => part.stop_clock(t, &mut self.out));
@@ -298,19 +303,20 @@ impl Pic16Soc {
         self.power.state = state;
     }
 
-    /// The core does not execute instructions.
+    /// Reports whether the core does not execute instructions.
     #[must_use]
     pub fn is_asleep(&self) -> bool {
         !self.power.is_running()
     }
 
-    /// SLEEP has been executed, and nothing has ended it.
+    /// Reports whether the core is in standby after SLEEP.
     #[must_use]
     pub fn in_standby(&self) -> bool {
         matches!(self.power.state, PowerPhase::Standby | PowerPhase::Starts { woken: Some(_), .. })
     }
 
-    /// SLEEP in the machine cycle `now`; false where an enabled flag is set, which makes it a NOP (12.13.1).
+    /// Executes SLEEP in the machine cycle `now`; returns false if an enabled flag is set, which makes it a
+    /// NOP (12.13.1).
     pub fn sleep(&mut self, now: u64) -> bool {
         self.run(4 * now + 3);
         let t = 4 * now + 4;
@@ -320,24 +326,24 @@ impl Pic16Soc {
         self.restart_watchdog(t);
         self.run(t);
         self.enter_phase(PowerPhase::Standby, t);
-        // What is sampled while the oscillator stands needs no edge of it.
+        // Sampling needs no clock edge while the oscillator is stopped.
         for sampled in &mut self.irq.sampled {
             *sampled = if *sampled == NEVER { NEVER } else { t };
         }
         self.irq.at = NEVER;
-        // What has come with the end of the instruction wakes at once.
+        // A flag set at the end of the instruction wakes the core at once.
         self.flag_raised(t);
         self.update_deadlines();
         true
     }
 
-    /// CLRWDT in the machine cycle `now`.
+    /// Executes CLRWDT in the machine cycle `now`.
     pub fn clear_watchdog(&mut self, now: u64) {
         self.run(4 * now + 3);
         self.restart_watchdog(4 * now + 4);
     }
 
-    /// Clears the watchdog at the clock `t`, at which TMR0 may come round too.
+    /// Clears the watchdog at the clock `t`, at which TMR0 may also overflow.
     fn restart_watchdog(&mut self, t: u64) {
         self.touched_units |= 1 << unit_index::TIMER0;
         self.timer0.clear_watchdog(t, &mut self.out);
@@ -345,14 +351,14 @@ impl Pic16Soc {
         self.update_deadlines();
     }
 
-    /// A flag was set at the clock `t`: it may end standby.
+    /// Ends standby if an enabled flag was set at the clock `t`.
     pub(super) fn flag_raised(&mut self, t: u64) {
         if self.power.state == PowerPhase::Standby && self.has_request(t) {
             self.begin_wake(t, false);
         }
     }
 
-    /// The watchdog has run out at the clock `t`: it resets, or ends standby.
+    /// Handles a watchdog time-out at the clock `t`: it resets the chip, or ends standby.
     pub(super) fn watchdog_ran_out(&mut self, t: u64) {
         match self.power.state {
             PowerPhase::Runs => self.power.request = Some(ResetCause::Watchdog),
@@ -366,7 +372,7 @@ impl Pic16Soc {
         self.power.state = PowerPhase::Starts { until: (t + wait).next_multiple_of(4), woken: Some(by_watchdog) };
     }
 
-    /// The reset pin has changed.
+    /// Handles a level change of the reset pin.
     pub(super) fn master_clear(&mut self, high: bool, t: u64) {
         if !self.power.config.master_clear {
             return;
@@ -379,7 +385,7 @@ impl Pic16Soc {
         }
     }
 
-    /// Nothing holds the chip in reset any more, perhaps.
+    /// Releases the chip from reset, if neither the reset pin nor the supply holds it.
     fn release_reset(&mut self, t: u64) {
         if self.power.state != PowerPhase::Held || self.power.cleared || self.power.low {
             return;
@@ -390,7 +396,7 @@ impl Pic16Soc {
         }
     }
 
-    /// The supply is this from the clock `t` on.
+    /// Sets the supply voltage from the clock `t` on.
     pub(super) fn set_supply(&mut self, millivolts: u32, t: u64) {
         self.pin_inputs.supply = millivolts;
         self.touched_units |= 1 << unit_index::ADC | 1 << unit_index::COMPARATORS;
@@ -414,7 +420,7 @@ impl Pic16Soc {
         }
     }
 
-    /// What is due in the state of the core at the clock `t`.
+    /// Executes what is due in the power state at the clock `t`.
     pub(super) fn run_power(&mut self, t: u64) {
         if self.power.brown_out_at <= t {
             self.power.brown_out_at = NEVER;
@@ -431,7 +437,7 @@ impl Pic16Soc {
             match woken {
                 Some(by_watchdog) => {
                     self.requests.push_back(CoreRequest::EndStandby { by_watchdog });
-                    // The instruction behind SLEEP is executed before the interrupt (12.13.2).
+                    // The instruction after SLEEP executes before the interrupt (12.13.2).
                     self.irq.at = NEVER;
                     self.update_request(t / 4);
                 }
@@ -440,22 +446,22 @@ impl Pic16Soc {
         }
     }
 
-    /// Takes the reset that the chip asks for.
+    /// Removes and returns the requested reset.
     pub fn requested_reset(&mut self) -> Option<ResetCause> {
         self.power.request.take()
     }
 
-    /// Puts a voltage on a pin from the machine cycle and clock `at` on, at once when that has passed.
+    /// Puts a voltage on a pin at `at` (machine cycle and clock), or at once if that has passed.
     pub fn queue_volts(&mut self, at: CycleTime, now: u64, pin: PinId, millivolts: u32) {
         self.queue_input(at, now, OutsideInput::Volts(pin, millivolts));
     }
 
-    /// Sets the supply, in millivolts, from the machine cycle and clock `at` on, at once when that has passed.
+    /// Sets the supply in millivolts at `at` (machine cycle and clock), or at once if that has passed.
     pub fn queue_supply(&mut self, at: CycleTime, now: u64, millivolts: u32) {
         self.queue_input(at, now, OutsideInput::Supply(millivolts));
     }
 
-    /// Something comes from outside at the machine cycle and clock `at`.
+    /// Queues an input from outside for `at` (machine cycle and clock).
     pub(super) fn queue_input(&mut self, at: CycleTime, now: u64, put: OutsideInput) {
         self.run(4 * now);
         let t = at.cycle.saturating_mul(4).saturating_add(u64::from(at.phase.min(3)));
@@ -464,8 +470,8 @@ impl Pic16Soc {
         self.run(4 * now);
     }
 
-    /// Something enabled could still interrupt, wake or reset the chip by itself: the watchdog, or a source that can interrupt
-    /// while something is due.
+    /// Reports whether an enabled source can still interrupt, wake or reset the chip without outside input:
+    /// the watchdog, or an interrupt source while an event is due.
     pub(super) fn can_wake_up(&self) -> bool {
         let starts = matches!(self.power.state, PowerPhase::Starts { .. });
         let watched = self.timer0.has_running_watchdog();
@@ -476,15 +482,15 @@ impl Pic16Soc {
             && (starts || watched || self.irq.at != NEVER || heard && self.due != NEVER && enabled())
     }
 
-    /// Logs edges, sent bytes and fights over pins from the machine cycle `now` on, those that are fought for already too, or
-    /// stops and forgets them.
+    /// Starts to log edges, sent bytes and contention on pins from the machine cycle `now` on, including
+    /// contention that already exists; or stops logging and clears the log.
     pub fn set_event_log(&mut self, on: bool, now: u64) {
         let pins = 0..crate::periph::ports::PIN_COUNT as PinId;
         self.log.set_enabled(on, now, pins.filter(|&pin| self.ports.pin(pin).has_contention()));
         self.ports.set_peripheral_pins(if on { u64::MAX } else { self.pin_inputs.peripheral_pins() });
     }
 
-    /// Writes a register by hand between two instructions.
+    /// Writes a register from outside between two instructions.
     pub fn poke(&mut self, reg: u16, value: u8, now: u64) {
         self.run(4 * now);
         if let Some(&sfr) = Sfr::ALL.get(usize::from(reg)) {
@@ -492,7 +498,7 @@ impl Pic16Soc {
         }
     }
 
-    /// True when nothing from outside holds the pin of a level.
+    /// Reports whether nothing drives the pin.
     #[must_use]
     pub fn is_floating(&self, pin: PinId) -> bool {
         self.level(pin) == PinLevel::Float

@@ -1,4 +1,4 @@
-//! The registers of the chip: who keeps which, reading, writing, and how long a value lasts.
+//! The registers of the chip: the unit that holds each, reads, writes, and how long a value stays the same.
 
 use emu_core::cpu::NEVER;
 
@@ -7,23 +7,23 @@ use crate::chips::InternalOscillator;
 use crate::periph::Pic16Device;
 use crate::periph::map::Sfr;
 
-/// Bits of PCON that a program can write: OSCF where there is one, POR and BOR.
+/// Bits of PCON that a program can write: OSCF if the chip has it, POR and BOR.
 const PCON: u8 = 0x0B;
 
-/// Bits of OSCTUNE: TUN5 to TUN0 (DS30487, register 4-1).
+/// Mask of TUN5 to TUN0 in OSCTUNE (DS30487, register 4-1).
 const OSCTUNE: u8 = 0x3F;
 
-/// Bits of OSCCON that a program can write: IRCF2 to IRCF0, and where the part can change its clock SCS1 and SCS0 (DS39598,
-/// register 4-2; DS30487, register 4-2).
+/// Bits of OSCCON that a program can write: IRCF2 to IRCF0, and on chips that can switch their clock SCS1 and
+/// SCS0 (DS39598, register 4-2; DS30487, register 4-2).
 const IRCF: u8 = 0x70;
 const SCS: u8 = 3;
-/// The internal oscillator is stable.
+/// Mask of IOFS: the internal oscillator is stable.
 const IOFS: u8 = 1 << 2;
-/// The chip runs from its primary clock; only where there is SCS.
+/// Mask of OSTS: the chip runs from its primary clock; only on chips with SCS.
 const OSTS: u8 = 1 << 3;
 
-/// The part that keeps a register; none for those of ports, interrupts, power and oscillators. Inlined, so that it and the match of
-/// [`with_unit`] become one.
+/// Returns the unit that holds a register; None for those of ports, interrupts, power and oscillators. It is
+/// inlined, so that its match and that of [`with_unit`] become one.
 #[inline(always)]
 #[rustfmt::skip]
 const fn unit_of(reg: Sfr) -> Option<usize> {
@@ -40,7 +40,8 @@ const fn unit_of(reg: Sfr) -> Option<usize> {
     })
 }
 
-/// Does something with the part of this number, borrowed as `soc` is (`[&self]`, `[&mut self]`); `$none` where there is no number.
+/// Evaluates `$what` with `$part` as the unit with this number, borrowed like `soc` (`[&self]`, `[&mut
+/// self]`); `$none` if there is no number.
 macro_rules! with_unit {
     ($number:expr, [$($soc:tt)+], $part:ident => $what:expr, $none:expr) => {
         match $number {
@@ -57,7 +58,8 @@ macro_rules! with_unit {
 }
 
 impl Pic16Soc {
-    /// What a register reads at the clock `t`, everything due having been run.
+    /// Returns the value of a register at the clock `t`, without side effects; everything due has been
+    /// executed.
     pub(super) fn peek_register(&self, reg: Sfr, t: u64) -> u8 {
         with_unit!(unit_of(reg), [&self], part => part.peek(reg, t), self.peek_own(reg, t))
     }
@@ -76,12 +78,13 @@ impl Pic16Soc {
         }
     }
 
-    /// SCS1 and SCS0 on the parts that can change their clock, which are those with a WDTCON.
+    /// Returns the mask of SCS1 and SCS0 on chips that can switch their clock, which are those with WDTCON.
     fn scs(&self) -> u8 {
         if self.part.has(Sfr::WDTCON) { SCS } else { 0 }
     }
 
-    /// The oscillators take no time to become stable here: IOFS is always set, and OSTS follows the choice at once.
+    /// Returns OSCCON. In the model, oscillators are stable at once: IOFS is always set, and OSTS follows the
+    /// selection without delay.
     fn show_osccon(&self) -> u8 {
         let kept = self.osc[0];
         let primary = self.scs() != 0 && kept & SCS == 0;
@@ -101,14 +104,14 @@ impl Pic16Soc {
         0
     }
 
-    /// The flags of PIR1 under `mask` that are levels of the USART.
+    /// Returns the flags of PIR1 under `mask` that are levels of the USART.
     pub(super) fn levels(&self, reg: Sfr, mask: u8, t: u64) -> u8 {
         let [rcif, txif] = self.irq.levels.map(|bit| if reg == Sfr::PIR1 { bit & mask } else { 0 });
         let on = |bit: u8, level: &dyn Fn() -> bool| if bit != 0 && level() { bit } else { 0 };
         on(rcif, &|| self.usart.rcif()) | on(txif, &|| self.usart.txif(t))
     }
 
-    /// The part that keeps a register, which is about to be read or written.
+    /// Marks the unit of a register as touched, before a read or write, and returns it.
     #[inline(always)]
     fn touch(&mut self, reg: Sfr) -> Option<usize> {
         let part = unit_of(reg);
@@ -144,18 +147,18 @@ impl Pic16Soc {
         with_unit!(part, [&mut self], part => part.write(reg, value, t, &mut self.out), self.write_own(reg, value, t));
         self.apply_signals();
         self.on_register_written(reg, value, t);
-        // Ports interrupt by their pins only.
+        // Ports cause interrupts only by their pins.
         if !(Sfr::TRISA..=Sfr::TRISE).contains(&reg) {
             self.update_request(t / 4);
         }
         self.update_deadlines();
     }
 
-    /// Writes the latch of a port, as most writes do.
+    /// Writes the latch of a port, the most frequent kind of write.
     fn write_latch(&mut self, port: usize, reg: Sfr, value: u8, t: u64) {
         self.write_port(port, reg, value, t);
         match self.touched_units {
-            // Nobody is concerned but by samples of pins.
+            // No unit is affected; only samples of pins can be due.
             0 => self.due = self.due.min(self.irq.next_sample_clock()),
             _ => self.update_deadlines(),
         }
@@ -184,7 +187,8 @@ impl Pic16Soc {
         }
     }
 
-    /// The bits of PIR1, PIR2, PIE1 and PIE2 that the chip has; levels of the USART can not be written.
+    /// Returns the existing bits of PIR1, PIR2, PIE1 or PIE2; flags that are levels of the USART cannot be
+    /// written.
     fn writable(&self, reg: Sfr) -> u8 {
         use crate::periph::map::InterruptFlag;
         self.part.flags.iter().fold(0, |byte, row| {
@@ -193,33 +197,33 @@ impl Pic16Soc {
         })
     }
 
-    /// The bits of a register, by its number, that are pins in use as analog inputs.
+    /// Returns the bits of a register, given by its number, that are pins used as analog inputs.
     #[must_use]
     pub fn analog_bits(&self, reg: u16) -> u8 {
         let port = Sfr::ALL.get(usize::from(reg)).and_then(|&sfr| self.ports.port(|row| row.port == sfr));
         port.map_or(0, |port| self.ports.analog_bits(port))
     }
 
-    /// The latch of the port whose register, by its number, this is.
+    /// Returns the latch of the port whose register has this number.
     #[must_use]
     pub fn latch(&self, reg: u16) -> Option<u8> {
         let port = Sfr::ALL.get(usize::from(reg)).and_then(|&sfr| self.ports.port(|row| row.port == sfr))?;
         Some(self.ports.latch(port) & self.ports.mask(port))
     }
 
-    /// The analog input on which a write of a register, by its number, in the machine cycle `now` begins a
-    /// conversion before the acquisition time has passed.
+    /// Returns the analog input on which a write of a register, given by its number, in the machine cycle
+    /// `now` would start a conversion before the acquisition time has passed.
     #[must_use]
     pub fn converts_early(&self, reg: u16, value: u8, now: u64) -> Option<u8> {
         let converter = Sfr::ALL.get(usize::from(reg)) == Some(&Sfr::ADCON0);
         converter.then(|| self.adc.acquisition_error_channel(value, 4 * now + 4)).flatten()
     }
 
-    /// How long a register keeps its value from the clock `t` on, nothing being due at it.
+    /// Returns the clock up to which a register keeps its value from `t` on; nothing may be due at `t`.
     pub(super) fn register_steady_until(&self, reg: Sfr, t: u64) -> u64 {
         with_unit!(unit_of(reg), [&self], part => part.steady_until(reg, t), match reg {
             Sfr::PORTD if self.psp.is_enabled() => t,
-            // Reading it ends a mismatch.
+            // A read of PORTB ends a mismatch.
             Sfr::PORTB if self.irq.sampled[1] != NEVER => t,
             Sfr::PIR1 | Sfr::PIR2 => self.usart.steady_until(reg, t),
             _ => NEVER,

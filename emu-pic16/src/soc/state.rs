@@ -1,4 +1,4 @@
-//! The chip around the core as a state ([`emu_core::state`]).
+//! The chip around the core as snapshot state ([`emu_core::state`]).
 
 use emu_core::cpu::NEVER;
 use emu_core::external_io::EventLog;
@@ -19,14 +19,14 @@ impl Default for CoreRequest {
     }
 }
 
-/// Cycles for which instructions run as NOPs at most, with a margin.
+/// Upper bound of the cycles in which instructions execute as NOP, with a margin.
 const MOST_IGNORED: u64 = 16;
 
 impl SnapshotState for Pic16Soc {
     fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         let cycle = tape.now();
         tape.set_now(4 * cycle);
-        // When what is due follows from the rest; what the core was told last it is told again.
+        // Deadlines are derived from the other fields, and the core gets its deadline again.
         #[rustfmt::skip]
         let Pic16Soc {
             part: _, config: _, log: _, unit_deadlines: _, touched_units: _, due: _, run_to_clock: _, core_deadline: _, out: _, ports, timer0, timers, usart, ssp, eeprom,
@@ -68,7 +68,8 @@ impl SnapshotState for Pic16Soc {
 }
 
 impl Pic16Soc {
-    /// Does everything up to the cycle `now`, also what nobody waits for, so that machines that are equal look so.
+    /// Executes everything up to the cycle `now`, including what is normally computed only when it is read.
+    /// Equal machines then have equal fields.
     pub(crate) fn normalize(&mut self, now: u64) {
         self.log = EventLog::OFF;
         let t = 4 * now;

@@ -1,5 +1,6 @@
-//! The converter stepped clock by clock: TADs are counted, the capacitor moves a little with every clock (in floating
-//! point, which only a test may use). Sampled voltages may differ by the rounding of the part's microvolts.
+//! A model of the converter that steps clock by clock: it counts TADs and charges the capacitor a little in
+//! every clock, in floating point, which only a test may use. Sampled voltages may differ by the rounding to
+//! microvolts.
 
 use emu_core::rng::Rng;
 use emu_pic16::chips;
@@ -14,16 +15,16 @@ const PCFG: [&str; 16] = [
     "AAAAAAAA", "AAAARAAA", "DDDAAAAA", "DDDARAAA", "DDDDADAA", "DDDDRDAA", "DDDDDDDD", "DDDDDDDD", //
     "AAAARrAA", "DDAAAAAA", "DDAARAAA", "DDAARrAA", "DDDARrAA", "DDDDRrAA", "DDDDDDDA", "DDDDRrDA",
 ];
-/// The same of the 16C71 (DS30272).
+/// PCFG1:PCFG0 and the pins AN3 to AN0 of the 16C71 (DS30272).
 const PCFG8: [&str; 4] = ["AAAA", "RAAA", "DDAA", "DDDD"];
 
-/// A conversion: clocks since it began, the voltage once it is sampled.
+/// A conversion: clocks since its start, and the voltages once it is sampled.
 struct Running {
     clocks: u64,
     /// TAD is `tad.0 / tad.1` clocks.
     tad: (u64, u64),
     own: bool,
-    /// Volts of the sample, of VREF+ and of VREF- at that moment.
+    /// Volts of the sample, of VREF+ and of VREF- at the sample.
     sampled: Option<[f64; 3]>,
 }
 
@@ -39,12 +40,12 @@ struct Model {
     adcon1: u8,
     ansel: u8,
     adres: [u8; 2],
-    /// The most that ADRES may be, where rounding decides.
+    /// Highest allowed value of ADRES, where rounding decides.
     or: [u8; 2],
     running: Option<Running>,
     asleep: bool,
     cap: f64,
-    /// Clocks until the capacitor is connected; `None` while it is open.
+    /// Clocks until the capacitor is connected; None while it is disconnected.
     open_for: Option<u64>,
     /// Clocks since it was connected, and since the last disturbance after the settling time.
     connected: u64,
@@ -81,7 +82,7 @@ impl Model {
         }
     }
 
-    /// Amplifier and temperature, and RC times the natural logarithm, in clocks.
+    /// Returns the settling time of amplifier and temperature, and RC times the natural logarithm, in clocks.
     fn times(&self) -> (u64, u64) {
         let (c, settle, steps) = if self.eight() { (51.2e-12, 6.25e-6, 511f64) } else { (120e-12, 3.25e-6, 2047f64) };
         let charge = (1_000.0 + 7_000.0 + self.ohms) * c * steps.ln();
@@ -98,7 +99,7 @@ impl Model {
         (2 * tad.0).div_ceil(tad.1)
     }
 
-    /// One clock of the capacitor passes.
+    /// Executes one clock of the capacitor.
     fn charge(&mut self) {
         let Some(wait) = self.open_for else { return };
         if wait > 0 {
@@ -150,7 +151,8 @@ impl Model {
         let (plus, minus) = self.references();
         let Some(running) = &mut self.running else { return };
         running.clocks += 1;
-        // The first segment lasts for TAD (1.5 TAD with 8 bits) and at least TCY; the own oscillator starts after TCY.
+        // The first segment lasts TAD (1.5 TAD with 8 bits), at least TCY; the own oscillator starts after
+        // TCY.
         let first = if eight { 3 } else { 2 };
         let (num, den) = running.tad;
         let late = if running.own { 4 } else { 4u64.saturating_sub((first * num).div_ceil(2 * den)) };
@@ -309,7 +311,7 @@ fn the_converter_agrees_with_one_stepped_clock_by_clock() {
             assert!(flagged || out.is_empty(), "{out:?}, {at}");
             assert_eq!(flagged, model.flagged, "ADIF, {at}");
             let adres = [dut.peek(Sfr::ADRESH, t), dut.peek(Sfr::ADRESL, t)];
-            // Both justifications order the bytes as they order the codes.
+            // Both justifications order the bytes as they order the results.
             let [low, high, got] = [model.adres, model.or, adres].map(u16::from_be_bytes);
             assert!(low <= got && got <= high, "ADRES {got:04X}, not {low:04X} to {high:04X}, {at}");
             (model.adres, model.or) = (adres, adres);
@@ -352,7 +354,7 @@ fn write(rng: &mut Rng, dut: &mut Pic16Adc, model: &mut Model, t: u64, out: &mut
             model.write_adcon0(value);
             dut.write(Sfr::ADCON0, value, t, out);
         }
-        // Mostly what programs do: on, with the same clock and channel, and GO.
+        // Mostly what programs do: on, same clock and channel, and GO.
         _ => {
             let value = model.adcon0 & 0xFB | 1 | if rng.one_in(5) { value & 0x38 } else { 4 };
             model.write_adcon0(value);

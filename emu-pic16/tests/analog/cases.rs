@@ -1,4 +1,4 @@
-//! Cases worked by hand from the data sheets. Clocks at 4 MHz: 1 us is 4 clocks; TACQ of equation 11-1 is 19.72 us, 79
+//! Hand-made cases from the data sheets. At 4 MHz 1 us is 4 clocks. TACQ of equation 11-1 is 19.72 us, 79
 //! clocks, of which the first 3.25 us, 13 clocks, are settling time.
 
 use crate::script::check;

@@ -1,4 +1,5 @@
-//! The figures of the modes as text, and comparators worked out from that text at every step.
+//! The figures of the comparator modes as text, and a model that computes the outputs from that text at every
+//! step.
 
 use emu_core::rng::Rng;
 use emu_pic16::periph::comparator::Pic16Comparators;
@@ -7,8 +8,8 @@ use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Signal};
 
 use crate::script::comparator_kind;
 
-/// Chip, CM2:CM0, VIN- and VIN+ of C1, of C2 (two pins at VIN-: CIS 0 and 1), outputs with a pin, RA3 to RA0 analog or
-/// digital: DS40044 figure 10-1, DS39582 figure 12-1.
+/// Chip, CM2:CM0, VIN- and VIN+ of C1, of C2 (two pins at VIN-: CIS 0 and 1), outputs with a pin, RA3 to RA0
+/// analog or digital: DS40044 figure 10-1, DS39582 figure 12-1.
 const MODES: &str = "
     62X  0  -    -   -    -   -     AAAA
     62X  1  03   2   1    2   -     AAAA
@@ -43,7 +44,7 @@ impl Model {
         rows.filter(|row| row.len() == 8).find(|row| row[0] == chip && row[1] == cm).expect("a row")
     }
 
-    /// Voltage of an input as a fraction.
+    /// Returns the voltage of an input as a fraction.
     fn volts(&self, input: char) -> (u64, u64) {
         let cvr = u64::from(self.cvrcon & 0x0F);
         match input {

@@ -1,5 +1,5 @@
-//! Converter, comparators, parallel slave port: cases from the data sheets as text, and slow ticked models that random
-//! writes, levels and sleeps must agree with.
+//! Converter, comparators and parallel slave port: cases from the data sheets as text, and random writes,
+//! levels and sleeps compared with slow models that step clock by clock.
 
 mod adc_model;
 mod cases;

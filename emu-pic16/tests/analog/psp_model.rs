@@ -1,11 +1,11 @@
-//! The parallel slave port stepped clock by clock: flip-flops that Q2 and Q4 clock.
+//! A model of the parallel slave port that steps clock by clock, with flip-flops clocked by Q2 and Q4.
 
 use emu_core::rng::Rng;
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use emu_pic16::periph::psp::ParallelSlavePort;
 use emu_pic16::periph::{Pic16Device, Pic16Outbox, Pic16Signal};
 
-/// The end of a strobe on its way: found by no Q2 yet, found by one.
+/// A pending end of a strobe: not detected by a Q2 yet, or detected.
 #[derive(Default, Clone, Copy)]
 struct Path {
     waiting: bool,
@@ -54,7 +54,7 @@ impl Model {
         }
     }
 
-    /// Changes something and follows what that does to the strobes.
+    /// Applies a change and its effect on the strobes.
     fn change(&mut self, what: impl FnOnce(&mut Model)) {
         let before = [self.both(0), self.both(1)];
         what(self);

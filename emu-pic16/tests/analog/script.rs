@@ -1,5 +1,5 @@
-//! Cases one a line: name | converter | comparators | steps. A step is `clock:NAME=value`, `clock:NAME?value` or
-//! `clock:NAME`; registers and PORTD are hexadecimal, voltages in millivolts.
+//! Cases, one per line: name | converter | comparators | steps. A step is `clock:NAME=value`,
+//! `clock:NAME?value` or `clock:NAME`. Registers and PORTD are hexadecimal, voltages in millivolts.
 
 use emu_core::NEVER;
 use emu_pic16::chips;
@@ -103,7 +103,7 @@ impl Rig {
             return if got == want { Ok(()) } else { Err(format!("it is {got}")) };
         }
         if let Some((name, value)) = what.split_once('=') {
-            // A write does itself what is due at its clock.
+            // A write itself executes what is due at its clock.
             self.run(if name.parse_sfr().is_some() { t - 1 } else { t });
             self.set(name, value, t)?;
         } else {
@@ -222,7 +222,7 @@ trait ParseSfr {
 }
 
 impl ParseSfr for str {
-    /// A register by its name; PORTD is not one here, as the port is asked by calls of its own.
+    /// Parses a register name, except PORTD, for which the port has separate functions.
     fn parse_sfr(&self) -> Option<Sfr> {
         Sfr::ALL.iter().copied().find(|reg| reg.name() == self && *reg != Sfr::PORTD)
     }

@@ -1,4 +1,5 @@
-//! The EEPROM and program memory written by the program: cases worked by hand from the data sheets, and a model that ticks.
+//! The EEPROM, and program memory written by the program: hand-made cases from the data sheets, and random
+//! programs compared with a model that steps cycle by cycle.
 
 mod model;
 mod random;
@@ -8,7 +9,7 @@ use emu_pic16::periph::eeprom::{FlashAccess, Pic16Eeprom};
 use emu_pic16::periph::map::{InterruptFlag, Sfr};
 use emu_pic16::periph::{Pic16Device, Pic16Outbox, Pic16Signal};
 
-/// What program memory holds.
+/// Returns the content of program memory.
 fn word_at(addr: u16) -> u16 {
     addr ^ 0x1555
 }
@@ -41,7 +42,7 @@ fn kind(name: &str) -> Option<NonvolatileKind> {
     [None, F84, F62x, Word, Block4, Read, Row32].into_iter().find(|k| format!("{k:?}") == name)
 }
 
-/// Runs one case; what is wrong with it, if anything is.
+/// Runs one case; returns what is wrong with it as the error.
 fn check(line: &str) -> Result<(), String> {
     let parts: Vec<&str> = line.split('|').map(str::trim).collect();
     let [name, done, seen] = parts[..] else { return Err("not three columns".into()) };

@@ -1,4 +1,4 @@
-//! The EEPROM and the way to program memory, ticked cycle by cycle.
+//! A model of the EEPROM and the access to program memory that steps clock by clock.
 
 use std::collections::BTreeMap;
 
@@ -6,17 +6,17 @@ use emu_pic16::chips::NonvolatileKind;
 use emu_pic16::periph::map::{InterruptFlag, Sfr};
 use emu_pic16::periph::{Pic16Outbox, Pic16Signal};
 
-/// What the controller is at.
+/// Operation in progress.
 #[derive(Clone, PartialEq)]
 enum Busy {
     Idle,
-    /// Clocks left.
+    /// A byte write: remaining clocks.
     Byte(u64),
-    /// Clocks left of the two cycles in which program memory is read.
+    /// A read of program memory: remaining clocks of its two cycles.
     Read(u64),
-    /// A write to program memory that comes to nothing: clocks left.
+    /// A write to program memory without effect: remaining clocks.
     Short(u64),
-    /// Two cycles of set-up, then the write: clocks left of both.
+    /// Two cycles of set-up, then the write: remaining clocks of both.
     Flash(u64, u64),
 }
 
@@ -36,8 +36,8 @@ pub struct Model {
     write_clocks: u64,
     flash_clocks: u64,
     first_writable: u16,
-    /// The values written to EECON2 in the last cycles, the last one first; `None` where nothing was; and whether any other
-    /// register of the EEPROM was written in between.
+    /// Values written to EECON2 in the last cycles, the last one first, None for cycles without a write; then
+    /// whether any other register of the EEPROM was written in between.
     history: [Option<u8>; 3],
 }
 
@@ -82,7 +82,7 @@ impl Model {
         self.busy = Busy::Idle;
     }
 
-    /// One clock goes by, up to `t`.
+    /// Executes one clock, up to `t`.
     pub fn tick(&mut self, t: u64, out: &mut Pic16Outbox) {
         match &mut self.busy {
             Busy::Idle => {}
@@ -137,7 +137,7 @@ impl Model {
             .fold(0, |value, (n, bit)| value | u8::from(bit) << n)
     }
 
-    /// A cycle ends at `t`, and this is what its instruction writes.
+    /// Executes the end of a cycle at `t`, with the write of its instruction.
     pub fn cycle(&mut self, write: Option<(Sfr, u8)>, t: u64, out: &mut Pic16Outbox) {
         let before = self.history;
         self.history = [None, before[0], before[1]];
@@ -146,7 +146,7 @@ impl Model {
             Sfr::EECON1 => {
                 let unlocked = before[0] == Some(0xAA) && before[2] == Some(0x55) && before[1].is_none();
                 self.eecon1_written(value, unlocked, t, out);
-                // The key is used up.
+                // The unlock sequence is consumed.
                 self.history = [None; 3];
             }
             Sfr::EECON2 => self.history[0] = Some(value),

@@ -1,4 +1,5 @@
-//! Random writes, keys right and wrong, sleeps and resets: the EEPROM agrees with the ticked model in every cycle.
+//! Random writes, correct and wrong unlock sequences, sleeps and resets: the EEPROM must agree with the
+//! stepped model in every cycle.
 
 use emu_core::rng::Rng;
 use emu_pic16::chips::NonvolatileKind;
@@ -18,7 +19,8 @@ const KINDS: [NonvolatileKind; 7] = [
     NonvolatileKind::None,
 ];
 
-/// Five instructions that start a write, or something near that: what is written in each cycle from the first on.
+/// Returns five instructions that start a write, or something similar: the write of each cycle from the first
+/// on.
 fn key(rng: &mut Rng, eecon1: u8) -> Vec<Option<(Sfr, u8)>> {
     let wren = if rng.one_in(12) { 0 } else { 4 };
     let mut list = vec![
@@ -114,7 +116,7 @@ fn live(seed: u64, cycles: u64) -> [usize; 3] {
             let now = seen.iter().find(|s| s.0 == reg).map(|s| s.1);
             assert!(t >= until || now == Some(value), "seed {seed:#x}: {} not steady up to {until}", reg.name());
         }
-        // All cells, now and then: a byte that is wrong stays wrong for a while.
+        // Compares all cells, but only sometimes: a wrong byte stays wrong for a while.
         let cells = if t.is_multiple_of(16) { eeprom.bytes() } else { &[] };
         for (n, byte) in cells.iter().enumerate() {
             assert_eq!(model.cells[&(n as u8)], *byte, "seed {seed:#x}: cell {n} at {t}");

@@ -1,10 +1,11 @@
-//! Bit instructions over all bits and bytes, in RAM, in a register of the core, in one of the chip and through INDF.
+//! Bit instructions with all bits and bytes: in RAM, in a core register, in a chip register, and through
+//! INDF.
 
 use emu_core::Cpu;
 
 use super::rig::Rig;
 
-/// Text of the operand, address of the byte, FSR for it; the banks are 0, and 1 for TRISB.
+/// Text of the operand, address of the byte, FSR for it; the bank is 0, or 1 for TRISB.
 const PLACES: &[(&str, u16, Option<u8>, u8)] =
     &[("0x25", 0x25, None, 0), ("0x04", 0x04, None, 0), ("0x06", 0x86, None, 0x20), ("0x00", 0x33, Some(0x33), 0)];
 

@@ -1,5 +1,5 @@
-//! Random writes to all registers of every chip: a machine that is saved and restored is the machine that was
-//! not.
+//! Random writes to all registers of every chip: a machine that is saved and restored must stay equal to one
+//! that is not.
 
 use emu_core::RamInit;
 use emu_core::cut_tests::{boundary_byte, random_slice_plan, search_restore_faults};
@@ -11,7 +11,7 @@ use emu_pic16::chips::{FileSlot, PIC16_PARTS, Pic16Part};
 use emu_pic16::periph::map::Sfr;
 use emu_pic16::{Options, Pic16, Pic16Readings, TimingCorner};
 
-/// Programs for each chip; `EMU_STATE_PROGRAMS` asks for another number.
+/// Number of programs per chip; `EMU_STATE_PROGRAMS` overrides it.
 const PROGRAMS: u64 = if cfg!(debug_assertions) { 10 } else { 60 };
 const SPAN: u64 = 4_000;
 
@@ -20,10 +20,10 @@ const SLEEP: u16 = 0x0063;
 const RETFIE: u16 = 0x0009;
 const RETURN: u16 = 0x0008;
 
-/// A byte of RAM in bank 0 of every chip.
+/// Address of a byte of RAM that every chip has in bank 0.
 const COUNTER: u16 = 0x20;
 
-/// A program that grows.
+/// A program under construction.
 struct Text<'a> {
     words: Vec<u16>,
     part: &'static Pic16Part,
@@ -31,7 +31,7 @@ struct Text<'a> {
 }
 
 impl Text<'_> {
-    /// BCF or BSF.
+    /// Adds a BCF or BSF.
     fn bit(&mut self, addr: u16, bit: u64, set: bool) {
         self.bank(addr);
         self.words.push(if set { 0x1400 } else { 0x1000 } | (bit as u16) << 7 | addr & 0x7F);
@@ -55,14 +55,14 @@ impl Text<'_> {
         }
     }
 
-    /// An address of a register. Those that end the program's way, or select banks, are left to others.
+    /// Returns the address of a register, except those that end the program or select banks.
     fn register(&mut self) -> u16 {
         let registers = self.part.sfr.iter().filter(|(_, sfr)| !matches!(sfr, Sfr::PCL | Sfr::PCLATH | Sfr::STATUS));
         let registers: Vec<u16> = registers.map(|row| row.0).collect();
         pick_random(self.rng, &registers)
     }
 
-    /// A loop of some cycles that only counts.
+    /// Adds a loop of some cycles that only counts.
     fn delay(&mut self) {
         let turns = self.rng.below(40) as u8 + 1;
         self.write(COUNTER, turns);
@@ -70,7 +70,7 @@ impl Text<'_> {
         self.words.extend([0x0B80 | COUNTER, 0x2800 | here]);
     }
 
-    /// Unlocks EECON1 and begins a read or a write.
+    /// Unlocks EECON1 and starts a read or a write.
     fn memory(&mut self) {
         let value = pick_random(self.rng, &[0x04, 0x84, 0x94, 0x14, 0x80, 0x00]);
         self.write_sfr(Sfr::EECON1, value);
@@ -112,7 +112,7 @@ impl Text<'_> {
     }
 }
 
-/// An interrupt routine, writes, and a loop over some of them, a sleep or a jump to itself.
+/// Generates a service routine and writes, followed by a loop over some of them, a sleep or a jump to itself.
 fn program(part: &'static Pic16Part, rng: &mut Rng) -> Vec<u16> {
     let mut text = Text { words: vec![0; 5], part, rng };
     (0..text.rng.below(3)).for_each(|_| text.step());
@@ -138,7 +138,7 @@ fn program(part: &'static Pic16Part, rng: &mut Rng) -> Vec<u16> {
 fn plan(part: &'static Pic16Part, rng: &mut Rng) -> SlicePlan<Pic16> {
     let words = program(part, rng);
     let options = Options {
-        // The slower the clock, the sooner the watchdog and the ends of writes come.
+        // The slower the clock, the sooner the watchdog times out and writes end.
         hz: pick_random(rng, &[4_000_000, 20_000_000, 200_000, 32_768]),
         corner: pick_random(rng, &[TimingCorner::Min, TimingCorner::Typ, TimingCorner::Max]),
         config: Some(if rng.one_in(2) { 0x3F38 | rng.below(8) as u16 } else { rng.next_u64() as u16 & 0x3FFF }),

@@ -1,10 +1,11 @@
-//! All 16,384 program words: text and back, and which of them are no instruction.
+//! All 16,384 program words: to text and back, and which of them are not instructions.
 
 use emu_pic16::chips::PIC16F873;
 use emu_pic16::isa::{ROWS, disassemble, encode, find_row};
 
-/// First and last words without a row (DS33023, table 29-2): of those with 0s above bit 6 only NOP, RETURN, RETFIE, OPTION,
-/// SLEEP, CLRWDT and TRIS of ports A to C are instructions; 11 1011 is none at all.
+/// First and last words without a row (DS33023, table 29-2). Of the words with 0s above bit 6 only NOP,
+/// RETURN, RETFIE, OPTION, SLEEP, CLRWDT and TRIS of ports A to C are instructions; 11 1011 is not an
+/// instruction.
 const RESERVED: &[(u16, u16)] = &[
     (0x0001, 0x0007),
     (0x000A, 0x001F),
@@ -15,7 +16,7 @@ const RESERVED: &[(u16, u16)] = &[
     (0x3B00, 0x3BFF),
 ];
 
-/// Mnemonics by the upper bits: pattern with a point for every bit that does not matter, typed from table 29-2.
+/// Mnemonics by the upper bits: pattern with a dot for every bit that does not matter, typed from table 29-2.
 const MNEMONICS: &[(&str, &str)] = &[
     ("000111........", "addwf"),
     ("000101........", "andwf"),
@@ -81,8 +82,8 @@ fn every_word_is_what_the_manual_says() {
     assert!(patterns.iter().all(|&words| words > 0), "{patterns:?}");
 }
 
-/// A word that prints as an instruction assembles to itself; one with bits that do not count, or without a row, prints as
-/// what it is.
+/// A word that disassembles to an instruction assembles to itself. A word with nonzero open bits, or without
+/// a row, disassembles to a data word.
 #[test]
 fn text_assembles_to_the_word_it_came_from() {
     let mut instructions = 0;
@@ -101,12 +102,12 @@ fn text_assembles_to_the_word_it_came_from() {
         );
         assert_eq!(line.row.is_none(), text.starts_with(".word"), "{word:04x}: {text}");
     }
-    // 14 rows of 256, CLRF and MOVWF of 128, four of bits of 1,024, CALL and GOTO of 2,048, seven constants of 256, nine
-    // without operands (CLRW, NOP, CLRWDT, RETFIE, RETURN, SLEEP, OPTION) or with a port of three.
+    // 14 rows of 256, CLRF and MOVWF of 128, four of bits of 1,024, CALL and GOTO of 2,048, seven constants
+    // of 256; without operands (CLRW, NOP, CLRWDT, RETFIE, RETURN, SLEEP, OPTION) seven, with a port three.
     assert_eq!(instructions, 14 * 256 + 2 * 128 + 4 * 1024 + 2 * 2048 + 7 * 256 + 7 + 3);
 }
 
-/// Operands in row order give the word that assembly gives.
+/// Operands in row order encode to the word that the assembler gives.
 #[test]
 fn encoding_and_assembly_agree() {
     let table: &[(&str, &[i32], u16)] = &[
@@ -135,7 +136,8 @@ fn encoding_and_assembly_agree() {
         let (_, kind) = find_row(word).unwrap_or_else(|| panic!("{line}"));
         assert_eq!(encode(kind, operands).map_err(|e| e.to_string()), Ok(word), "{line}");
     }
-    // Beyond their field: gpasm 1.4.0 keeps the lower bits and warns (202, 219, or not at all); so does the assembler.
+    // Operands beyond their field: gpasm 1.4.0 keeps the low bits and warns (202, 219, or not at all); the
+    // assembler does the same.
     let cut: &[(&str, u16)] = &[
         ("movlw 0x100", 0x3000),
         ("movlw -0x81", 0x307F),
@@ -151,7 +153,7 @@ fn encoding_and_assembly_agree() {
             "{line}"
         );
     }
-    // The chip has no port above C: TRIS takes 5 to 7.
+    // The chip has no port above C: TRIS accepts 5 to 7.
     assert!(emu_asm::assemble_line(&PIC16F873.chip, "tris 8", 0).is_err());
     assert_eq!(ROWS.len(), 14 * 2 + 4 + 4 + 17);
 }

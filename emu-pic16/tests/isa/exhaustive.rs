@@ -1,15 +1,15 @@
-//! Arithmetic, logic and moves over all bytes of W and of the operand, in every way of reaching it, against adders that go bit
-//! by bit.
+//! Arithmetic, logic and moves with all bytes of W and of the operand, in every addressing mode, compared
+//! with adders that work bit by bit.
 
 use emu_core::Cpu;
 use emu_core::rng::Rng;
 
 use super::rig::{Rig, put_word, word};
 
-/// C, DC, Z.
+/// C, DC and Z.
 pub type Flags = [bool; 3];
 
-/// What an instruction makes of its operand, W and the flags.
+/// Result of an instruction: operand, W and flags.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Result {
     pub value: u8,
@@ -17,7 +17,7 @@ pub struct Result {
     pub skips: bool,
 }
 
-/// Result of an instruction: operand, W, flags before.
+/// Computes the result from operand, W and flags.
 pub type Reference = fn(u8, u8, Flags) -> Result;
 
 fn bit(byte: u8, n: usize) -> bool {
@@ -28,7 +28,7 @@ fn byte(bits: [bool; 8]) -> u8 {
     bits.iter().enumerate().map(|(n, &bit)| u8::from(bit) << n).sum()
 }
 
-/// Adds bit by bit; the carries out of all bits.
+/// Adds bit by bit; returns the sum and the carries out of all bits.
 fn add(a: u8, b: u8, mut carry: bool) -> (u8, [bool; 8]) {
     let (mut sum, mut carries) = ([false; 8], [false; 8]);
     for n in 0..8 {
@@ -70,7 +70,8 @@ pub enum Writes {
     All,
 }
 
-/// Instructions with a file register and a destination (DS33023, section 29): the flags that they write, and what they do.
+/// Instructions with a file register and a destination (DS33023, section 29): the flags that they write, and
+/// their result.
 #[rustfmt::skip]
 pub const BYTES: &[(&str, Writes, Reference)] = &[
     ("addwf",  Writes::All,  |f, w, _| arithmetic(f, w, false)),
@@ -88,7 +89,7 @@ pub const BYTES: &[(&str, Writes, Reference)] = &[
     ("rrf",    Writes::C,    |f, _, s| Result {
         value: byte(std::array::from_fn(|n| if n == 7 { s[0] } else { bit(f, n + 1) })),
         flags: [bit(f, 0), s[1], s[2]], skips: false }),
-    // The complement of W is added: a carry is a borrow that did not happen.
+    // The complement of W is added: a carry means no borrow.
     ("subwf",  Writes::All,  |f, w, _| arithmetic(f, !w, true)),
     ("swapf",  Writes::None, |f, _, s| moved(byte(std::array::from_fn(|n| bit(f, (n + 4) % 8))), s)),
     ("xorwf",  Writes::Z,    |f, w, s| bitwise(f, w, s, |a, b| a != b)),
@@ -105,10 +106,10 @@ const CONSTANTS: &[(&str, Reference)] = &[
     ("xorlw", |k, w, s| bitwise(k, w, s, |a, b| a != b)),
 ];
 
-/// IRP in its place in STATUS, and FSR.
+/// IRP at its position in STATUS, and FSR.
 type Pointer = (u8, u8);
 
-/// Ways of reaching the operand: text in the instruction, address of the byte, and the pointer to it.
+/// Ways to access the operand: text in the instruction, address of the byte, and the pointer to it.
 const PLACES: &[(&str, u16, Option<Pointer>)] =
     &[("0x25", 0x25, None), ("0x04", 0x04, None), ("0x00", 0x1A5, Some((0x80, 0xA5))), ("0x00", 0xA5, Some((0, 0xA5)))];
 
@@ -120,7 +121,7 @@ pub fn flags_of(status: u8) -> Flags {
     [bit(status, 0), bit(status, 1), bit(status, 2)]
 }
 
-/// W of all bytes where it counts, else some of them.
+/// Returns the values of W to test: all bytes where W matters, otherwise some.
 fn ws(name: &str) -> Vec<u8> {
     match name {
         "addwf" | "andwf" | "iorwf" | "subwf" | "xorwf" => (0..=255).collect(),
@@ -128,7 +129,7 @@ fn ws(name: &str) -> Vec<u8> {
     }
 }
 
-/// Flags before: all of them where C is read, else two complementary ones by chance.
+/// Returns the flags before: all combinations where C is read, otherwise two random complementary ones.
 fn befores(name: &str, rng: &mut Rng) -> Vec<u8> {
     let some = rng.next_u64() as u8 & 7;
     if name == "rlf" || name == "rrf" { (0..8).collect() } else { vec![some] }
@@ -189,7 +190,7 @@ fn instructions_with_a_constant() {
     }
 }
 
-/// MOVWF, CLRF and CLRW, over all bytes of W and of the file register.
+/// MOVWF, CLRF and CLRW, with all bytes of W and of the file register.
 #[test]
 fn moves_and_clears() {
     let mut rng = Rng::new(0x5EED_1602);

@@ -1,4 +1,5 @@
-//! The program counter: pages, the end of memory, computed jumps, and the stack (DS33023, sections 6.2.2 to 6.2.5).
+//! The program counter: pages, the end of memory, computed jumps, and the stack (DS33023, sections 6.2.2 to
+//! 6.2.5).
 
 use emu_core::rng::Rng;
 use emu_core::{Cpu, Probe, StopReason};
@@ -29,15 +30,16 @@ fn calls_and_jumps_to_all_pages() {
     }
 }
 
-/// Chips by the words that they have: 16C71 and 16F84 1K, 628 2K, 873 4K, 877 8K.
+/// Chips by their number of words: 16C71 and 16F84 1K, 628 2K, 873 4K, 877 8K.
 const SIZES: &[(&str, u32)] =
     &[("pic16c71", 0x400), ("pic16f84", 0x400), ("pic16f628", 0x800), ("pic16f873", 0x1000), ("pic16f877", 0x2000)];
 
-/// The counter has 13 bits on every chip; memory is found again above its end (6.2), and the counter goes from 1FFFh to 0.
+/// The counter has 13 bits on every chip; memory repeats above its end (6.2), and the counter goes from 1FFFh
+/// to 0.
 #[test]
 fn memory_repeats_above_its_end() {
     for &(name, words) in SIZES {
-        // MOVLW of a mixture of the address bits, so that no two neighbours or mirrors are alike by chance.
+        // MOVLW of a mix of the address bits, so that no two neighbours or mirrors are equal by chance.
         let program: Vec<u16> = (0..words).map(|at| 0x3000 | (at ^ at >> 5) as u16 & 0xFF).collect();
         let mut cpu = machine_with(name, 1, &program);
         for pc in 0..0x2000u32 {
@@ -51,7 +53,7 @@ fn memory_repeats_above_its_end() {
     }
 }
 
-/// A run over all 8,192 places and on, at once, in one piece: the counter wraps in the hot loop too.
+/// A run over all 8,192 words and on, in one piece: the counter also wraps in the hot loop.
 #[test]
 fn a_run_goes_round() {
     for &(name, words) in SIZES {
@@ -65,7 +67,7 @@ fn a_run_goes_round() {
     }
 }
 
-/// CALL from the last place, and a skip over the end.
+/// CALL from the last word, and a skip over the end.
 #[test]
 fn what_stands_at_the_end() {
     for &(name, words) in SIZES {
@@ -85,7 +87,8 @@ fn what_stands_at_the_end() {
     }
 }
 
-/// A computed jump takes all of PCLATH, and a table that crosses 256 words goes astray without it.
+/// A computed jump uses all of PCLATH; a table that crosses a 256-word boundary jumps to the wrong place
+/// without it.
 #[test]
 fn computed_jumps_cross_pages() {
     let mut rng = Rng::new(0x5EED_1603);
@@ -104,14 +107,14 @@ fn computed_jumps_cross_pages() {
     }
 }
 
-/// Calls and returns at random against a list in which the oldest of nine is lost.
+/// Random calls and returns compared with a list in which the oldest of nine entries is lost.
 #[test]
 fn the_stack_goes_round() {
     let seed = 0x5EED_1604;
     let mut rng = Rng::new(seed);
     let mut rig = Rig::new("nop");
     let lines = ["call 0x000", "return", "retlw 0x12", "retfie"].map(word);
-    // What the eight places hold, and how far the pointer has gone; calls and returns of any balance.
+    // Content of the eight entries, and the position of the pointer; calls and returns need not balance.
     let (mut places, mut depth) = ([0u32; 8], 0i64);
     for n in 0..20_000 {
         let pc = rng.below(0x2000) as u32;
@@ -130,7 +133,7 @@ fn the_stack_goes_round() {
     }
 }
 
-/// Counts the instructions that it is shown.
+/// Probe that counts the instructions it is shown.
 #[derive(Default)]
 struct Shown(u64);
 
@@ -142,7 +145,8 @@ impl Probe for Shown {
     }
 }
 
-/// The counter comes to the trap by running over 1FFFh: its instruction is shown once, when it is executed.
+/// The counter reaches the breakpoint by wrapping at 1FFFh: its instruction is shown once, when it is
+/// executed.
 #[test]
 fn a_trap_at_0_behind_the_end() {
     let mut cpu = machine_with("pic16f877", 1, &[word("nop"); 0x2000]);
@@ -155,11 +159,11 @@ fn a_trap_at_0_behind_the_end() {
     assert_eq!((cpu.cycle(), cpu.instructions(), shown.0), (10, 10, 10));
 }
 
-/// A trap stops a run at every turn of a jump to itself, whatever looks at the run.
+/// A breakpoint stops a run at every iteration of a jump to itself, with any probe.
 #[test]
 fn a_trap_at_a_jump_to_itself() {
     let mut cpu = machine_with("pic16f877", 1, &[word("goto 0x000")]);
-    // Something is to come, or the machine is halted.
+    // An event must be pending, otherwise the machine is halted.
     cpu.drive(emu_core::CycleTime::at(500), 0, emu_core::PinLevel::High);
     cpu.set_breakpoint(0, true);
     let mut shown = cpu.clone();

@@ -1,11 +1,12 @@
-//! A test and the GOTO behind it run as one op: nothing of that is to be seen.
+//! A test and the GOTO after it execute as one op, which must not be visible.
 
 use emu_core::{Cpu, StopReason};
 use emu_pic16::Pic16;
 
 use super::rig::{machine_with, put_word, word};
 
-/// The tests that are one op with a GOTO, with the byte at 20h for which they skip and one for which they do not.
+/// Tests that are one op with a GOTO; each with a byte at 20h for which it skips, and one for which it does
+/// not.
 const TESTS: [(&str, u8, u8); 6] = [
     ("btfsc 0x20, 3", 0xF7, 0x08),
     ("btfss 0x20, 3", 0x08, 0xF7),
@@ -15,7 +16,8 @@ const TESTS: [(&str, u8, u8); 6] = [
     ("btfss 0x03, 0", 0xFF, 0x00),
 ];
 
-/// The chip with `lines` at address 0, erased words behind them, and `byte` at 20h and its lowest bit in C.
+/// Returns a chip with `lines` at address 0, erased words after them, and `byte` at 20h and its lowest bit in
+/// C.
 fn machine(lines: &[&str], byte: u8) -> Pic16 {
     let words: Vec<u16> = lines.iter().map(|line| word(line)).collect();
     let mut pic = machine_with("pic16f873", 1, &words);
@@ -23,7 +25,7 @@ fn machine(lines: &[&str], byte: u8) -> Pic16 {
     pic
 }
 
-/// Program counter, cycle and count of instructions.
+/// Returns program counter, cycle and instruction count.
 fn place(pic: &Pic16) -> (u32, u64, u64) {
     (pic.pc(), pic.cycle(), pic.instructions())
 }

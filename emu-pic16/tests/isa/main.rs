@@ -1,5 +1,5 @@
-//! What every instruction does: cases written by hand, all operands against plain integers, and that any way of running a
-//! program gives the same machine.
+//! Tests of each instruction: hand-written cases, all operands compared with plain integers, and that any way
+//! of running a program gives the same machine.
 
 mod bits;
 mod cuts;

@@ -1,19 +1,21 @@
-//! Data memory: which addresses are the same byte, which are nothing, by the register file maps of the data sheets.
+//! Data memory: which addresses are the same byte, and which are unimplemented, by the register file maps of
+//! the data sheets.
 
 use emu_core::Cpu;
 
 use super::rig::{Rig, machine, put_word, word};
 
-/// RAM of a chip: ranges of addresses that begin at the first and are the same bytes wherever they stand.
+/// RAM of a chip: blocks of bytes, each with all its start addresses.
 struct Map {
     chip: &'static str,
-    /// Lists of addresses at which a block of so many bytes stands.
+    /// Blocks: the start addresses of a block, and its length in bytes.
     blocks: &'static [(&'static [u16], u16)],
-    /// Addresses where nothing is.
+    /// Unimplemented addresses.
     nothing: &'static [(u16, u16)],
 }
 
-/// DS30292 figures 2-3 and 2-4, DS39582 figures 2-3 and 2-4, DS35007 figure 2-2, DS40044 figure 4-2.
+/// Maps from DS30292 figures 2-3 and 2-4, DS39582 figures 2-3 and 2-4, DS35007 figure 2-2, DS40044 figure
+/// 4-2.
 const MAPS: &[Map] = &[
     Map {
         chip: "pic16f873",
@@ -76,7 +78,7 @@ const MAPS: &[Map] = &[
     },
 ];
 
-/// A chip, and what reads and writes one byte of it as a program does: directly, and through INDF.
+/// A chip, with functions that read and write one byte as a program does: directly, and through INDF.
 struct Reach {
     rig: Rig,
 }
@@ -86,7 +88,7 @@ impl Reach {
         Reach { rig: Rig { cpu: machine(chip, 0x33) } }
     }
 
-    /// Puts the instruction there and makes the banks, and FSR, right for it.
+    /// Places the instruction, and sets the banks and FSR for it.
     fn aim(&mut self, name: &str, rest: &str, addr: u16, indirect: bool) {
         let banks = if indirect { u32::from(addr >> 8) << 7 } else { u32::from(addr >> 7) << 5 };
         self.rig.cpu.set_reg("STATUS", 0x18 | banks);
@@ -111,7 +113,8 @@ impl Reach {
     }
 }
 
-/// Every byte is written at one address and read at all others, each way; bytes of other blocks stay.
+/// Every byte is written at one address and read at all others, in both ways; bytes of other blocks do not
+/// change.
 #[test]
 fn the_same_byte_at_all_its_addresses() {
     for map in MAPS {
@@ -128,7 +131,7 @@ fn the_same_byte_at_all_its_addresses() {
                 }
             }
         }
-        // All at once: no block has overwritten another.
+        // All blocks together: none has overwritten another.
         for (turn, &(firsts, len)) in (0u8..).zip(map.blocks) {
             for offset in 0..len {
                 let last = firsts.len() as u8 - 1;
@@ -141,7 +144,7 @@ fn the_same_byte_at_all_its_addresses() {
     }
 }
 
-/// What is not there reads 0 and cannot be written.
+/// Unimplemented addresses read 0 and cannot be written.
 #[test]
 fn nothing_reads_0() {
     for map in MAPS {
@@ -156,7 +159,8 @@ fn nothing_reads_0() {
     }
 }
 
-/// PCL, STATUS, FSR, PCLATH and INTCON stand in every bank; INDF reads 0 and swallows writes wherever FSR points to it.
+/// PCL, STATUS, FSR, PCLATH and INTCON are in every bank; INDF reads 0 and ignores writes if FSR points to
+/// it.
 #[test]
 fn the_core_in_every_bank() {
     for map in MAPS {

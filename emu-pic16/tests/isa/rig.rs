@@ -1,27 +1,27 @@
-//! A machine on which one instruction at a time is tried.
+//! A machine that executes one instruction at a time.
 
 use emu_core::image::{Image, Segment};
 use emu_core::{Cpu, RamInit, StopReason};
 use emu_pic16::chips::chip;
 use emu_pic16::{Options, Pic16};
 
-/// Configuration word 2007h: RC oscillator, and neither watchdog, brown-out reset, power-up timer nor low-voltage programming
-/// (DS30292, register 12-1; the bits that are off here stand in the same places on the other chips).
+/// Configuration word 2007h: RC oscillator; no watchdog, brown-out reset, power-up timer or low-voltage
+/// programming (DS30292, register 12-1; the bits that are off have the same positions on the other chips).
 pub const QUIET: u16 = 0x3F3B;
 
-/// Addresses of data memory, the same in all banks (DS33023, section 6.3.2.1).
+/// Addresses of data memory, equal in all banks (DS33023, section 6.3.2.1).
 pub const INDF: u16 = 0x00;
 pub const PCL: u16 = 0x02;
 pub const STATUS: u16 = 0x03;
 pub const FSR: u16 = 0x04;
 pub const PCLATH: u16 = 0x0A;
 
-/// A chip whose program begins at cycle 0, with random bytes in RAM and nothing in program memory.
+/// Returns a chip whose program starts at cycle 0, with random bytes in RAM and erased program memory.
 pub fn machine(name: &str, seed: u64) -> Pic16 {
     machine_with(name, seed, &[])
 }
 
-/// The same with words from address 0 on.
+/// Returns a chip as [`machine`] does, with words from address 0 on.
 pub fn machine_with(name: &str, seed: u64, words: &[u16]) -> Pic16 {
     let chip = chip(name).unwrap_or_else(|| panic!("no chip {name}"));
     let options = Options { config: Some(QUIET), start_up: false, ..Options::default() };
@@ -30,14 +30,14 @@ pub fn machine_with(name: &str, seed: u64, words: &[u16]) -> Pic16 {
     Pic16::with(chip, &Image { segments, ..Image::default() }, RamInit::Random(seed), options)
 }
 
-/// Puts a word into program memory.
+/// Writes a word to program memory.
 pub fn put_word(cpu: &mut Pic16, addr: u32, word: u16) {
     for (n, byte) in (0..).zip(word.to_le_bytes()) {
         assert!(cpu.poke("flash", 2 * addr + n, byte), "flash {addr:04x}");
     }
 }
 
-/// The word of a line of assembly, with decimal numbers unless they say otherwise.
+/// Assembles a line; numbers are decimal unless marked otherwise.
 pub fn word(line: &str) -> u16 {
     let chip = &emu_pic16::chips::PIC16F873.chip;
     let image = emu_asm::assemble_text(chip, &format!(" radix dec\n {line}")).unwrap_or_else(|e| panic!("{line}: {e}"));
@@ -79,12 +79,12 @@ impl Rig {
         self.cpu.reg("W").expect("a register") as u8
     }
 
-    /// Executes the instruction; the cycles that it took.
+    /// Executes the instruction; returns the cycles it took.
     pub fn go(&mut self) -> u64 {
         self.go_from(Self::PC)
     }
 
-    /// The same for an instruction elsewhere.
+    /// Executes the instruction at `pc`; returns the cycles it took.
     pub fn go_from(&mut self, pc: u32) -> u64 {
         self.cpu.set_pc(pc);
         let (before, counted) = (self.cpu.cycle(), self.cpu.instructions());

@@ -8,11 +8,12 @@ use emu_pic16::Pic16;
 use super::states::plan;
 
 const SEED: u64 = 0x5EED_1650;
-/// A build without optimisation runs the first ones only: each is run in eleven ways.
+/// Number of programs. A build without optimization runs only the first ones, because each program runs in
+/// eleven ways.
 const PROGRAMS: u64 = if cfg!(debug_assertions) { 40 } else { 300 };
 const SPAN: u64 = 50_000;
 
-/// Data memory, the stack from 200h on, its pointer, W.
+/// Returns data memory, the stack from 200h on, its pointer, and W.
 fn seen(cpu: &Pic16) -> Vec<Option<u8>> {
     let (stack, sp) = cpu.stack();
     let stack = stack.iter().flat_map(|place| place.to_le_bytes());
@@ -20,7 +21,7 @@ fn seen(cpu: &Pic16) -> Vec<Option<u8>> {
     (0..0x200).map(|addr| cpu.peek("data", addr)).chain(core.map(Some)).collect()
 }
 
-/// Program memory, then EEPROM.
+/// Returns program memory, then EEPROM.
 fn memories(cpu: &Pic16) -> Vec<Option<u8>> {
     let of = |space: &'static str| (0..0x4000).map(move |addr| cpu.peek(space, addr));
     of("flash").chain(of("eeprom")).collect()
@@ -41,6 +42,6 @@ fn random_programs() {
     };
     let mut rng = Rng::new(SEED);
     let far: u64 = (0..PROGRAMS).map(|_| subject.assert_slicing_invariant(&plan(rng.next_u64(), SPAN), &mut rng)).sum();
-    // Were they all to stop at once, nothing would have been compared.
+    // If all runs stopped at once, nothing would be compared.
     assert!(far > PROGRAMS * SPAN / 2, "only {far} cycles in all");
 }

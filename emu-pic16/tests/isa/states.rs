@@ -1,4 +1,4 @@
-//! Random programs, and what happens to them from outside: chips, configurations, drives of pins, and a hand that stirs the machine
+//! Random programs and their environment: chips, configurations, drives of pins, and changes from outside
 //! between runs.
 
 use emu_core::image::{Image, Segment};
@@ -16,7 +16,8 @@ fn byte(rng: &mut Rng) -> u8 {
     if rng.one_in(3) { pick_random(rng, &[0, 1, 2, 0x0F, 0x7F, 0x80, 0xFE, 0xFF]) } else { rng.next_u64() as u8 }
 }
 
-/// File registers that random code reaches: those of the core and of the first parts often, then any.
+/// Returns the file registers of random code: often those of the core and of the first peripherals, otherwise
+/// any.
 fn file(rng: &mut Rng) -> u16 {
     match rng.below(8) {
         0..=2 => pick_random(rng, &[0u16, 0, 1, 2, 3, 4, 5, 6, 0x0A, 0x0B, 0x0B]),
@@ -25,7 +26,7 @@ fn file(rng: &mut Rng) -> u16 {
     }
 }
 
-/// Random instructions of all rows, one in forty words without one apart, which are left out.
+/// Returns random instructions of all rows, and one word in forty without a row; some rows are left out.
 fn wild(len: usize, rng: &mut Rng) -> Vec<u16> {
     let mut words = Vec::with_capacity(len);
     while words.len() < len {
@@ -44,8 +45,8 @@ fn wild(len: usize, rng: &mut Rng) -> Vec<u16> {
     words
 }
 
-/// Waits and work of the kinds that compilers and people write. Labels are line numbers (`L0` is the first line); %k is a random
-/// byte, %b a random bit. The bank is 0 before and behind, PCLATH is 0.
+/// Waits and work as compilers and people write them. Labels are line numbers (`L0` is the first line); %k is
+/// a random byte, %b a random bit. The bank is 0 before and after, PCLATH is 0.
 const SNIPPETS: &[&str] = &[
     "btfss 0x0B, 2; goto L0; bcf 0x0B, 2",
     "btfss 0x20, %b; goto L0; bcf 0x20, %b",
@@ -86,7 +87,7 @@ const SNIPPETS: &[&str] = &[
     "btfss 0x20, %b; goto L4; clrf 0x20; nop; btfss 0x21, %b; goto L0; clrf 0x21",
 ];
 
-/// What service routines do besides saving W and STATUS.
+/// Work of service routines, in addition to saving W and STATUS.
 const SERVICE: &[&str] = &[
     "bsf 0x20, %b",
     "bsf 0x21, %b",
@@ -100,7 +101,7 @@ const SERVICE: &[&str] = &[
     "incf 0x3B, F; btfsc 0x3B, 2; bcf 0x0B, 5",
 ];
 
-/// A program that grows line by line.
+/// A program under construction, line by line.
 #[derive(Default)]
 struct Text {
     words: Vec<u16>,
@@ -108,7 +109,7 @@ struct Text {
 }
 
 impl Text {
-    /// The lines of `text`, split by semicolons.
+    /// Adds the lines of `text`, separated by semicolons.
     fn add(&mut self, text: &str, rng: &mut Rng) {
         let mut filled = text.replace("%b", &rng.below(8).to_string());
         while filled.contains("%k") {
@@ -124,7 +125,7 @@ impl Text {
     }
 }
 
-/// Routine, a start that turns timer 0 and interrupts on, and snippets for ever.
+/// Generates a service routine, a start that enables timer 0 and interrupts, and an endless loop of snippets.
 fn orderly(rng: &mut Rng) -> Text {
     let mut text = Text { words: vec![word("nop"); 4], heads: Vec::new() };
     text.add("movwf 0x7E; swapf 0x03, W; bcf 0x03, 5; bcf 0x03, 6; movwf 0x7D", rng);
@@ -171,17 +172,17 @@ fn act(pins: u64, words: u64, rng: &mut Rng) -> RandomInput {
     }
 }
 
-/// A chip with a random program, wired and driven at random, by a seed.
+/// Creates a chip with a random program, wired and driven at random, from a seed.
 pub fn plan(seed: u64, span: u64) -> SlicePlan<Pic16> {
     let mut rng = Rng::new(seed);
     let rng = &mut rng;
     let part = &PIC16_PARTS[rng.below(PIC16_PARTS.len() as u64) as usize];
     let chip = &part.chip;
     let text = if rng.one_in(3) { Text { words: wild(0x400, rng), heads: Vec::new() } } else { orderly(rng) };
-    // Oscillators of all kinds; the watchdog now and then.
+    // All kinds of oscillators; sometimes the watchdog.
     let config = 0x3F38 | rng.below(4) as u16 | if rng.one_in(4) { 4 } else { 0 };
     let options = Options {
-        // The slower the clock, the more often the watchdog comes.
+        // The slower the clock, the more often the watchdog times out.
         hz: pick_random(rng, &[4_000_000, 20_000_000, 200_000]),
         corner: pick_random(rng, &[TimingCorner::Min, TimingCorner::Typ, TimingCorner::Max]),
         config: Some(config),
@@ -194,7 +195,7 @@ pub fn plan(seed: u64, span: u64) -> SlicePlan<Pic16> {
     let mut start = Pic16::with(chip, &image, RamInit::Random(rng.next_u64()), options);
     let pins = chip.pins.len() as u64;
     let mclr = part.mclr;
-    // Drives come in swarms and singly, some of them at the same clock.
+    // Drives come in groups and singly, some of them at the same clock.
     let mut at = 0;
     while at < span {
         at += if rng.one_in(3) { rng.below(4) } else { rng.below(span / 10) };

@@ -1,15 +1,16 @@
-//! STATUS, PCL, PCLATH and FSR as destinations, over all their values (DS33023, sections 5.5, 6.2.2 and 6.3.3).
+//! STATUS, PCL, PCLATH and FSR as destinations, with all their values (DS33023, sections 5.5, 6.2.2 and
+//! 6.3.3).
 
 use emu_core::Cpu;
 
 use super::exhaustive::{BYTES, Writes, flags_of, status_of};
 use super::rig::Rig;
 
-/// TO and PD.
+/// Mask of TO and PD.
 const TO_PD: u8 = 0x18;
 
-/// STATUS after an instruction without a skip that had it as destination: an instruction that has flags leaves all three of
-/// them to the arithmetic, no matter which of them it writes.
+/// STATUS as the destination of an instruction without a skip: an instruction with flags leaves all three
+/// flags to the arithmetic, whichever of them it writes.
 #[test]
 fn status_as_destination() {
     for &(name, writes, reference) in BYTES {
@@ -61,8 +62,8 @@ fn status_written_by_moves_clears_and_bits() {
     }
 }
 
-/// A write of PCL goes to PCLATH and the result, and takes two cycles. What an instruction that also skips makes of it is no
-/// part of this: the sheet does not say.
+/// A write of PCL jumps to PCLATH and the result, and takes two cycles. Instructions that also skip are not
+/// tested: the data sheet does not define them.
 #[test]
 fn pcl_as_destination() {
     for &(name, _, reference) in BYTES {
@@ -89,7 +90,7 @@ fn pcl_as_destination() {
     }
 }
 
-/// Five bits of PCLATH can be written; a read of PCL leaves it as it is.
+/// Five bits of PCLATH can be written; a read of PCL does not change it.
 #[test]
 fn pclath_as_destination() {
     let (mut movwf, mut read) = (Rig::new("movwf 0x0A"), Rig::new("movf 0x02, W"));

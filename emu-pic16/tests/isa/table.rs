@@ -1,4 +1,4 @@
-//! Runs the cases of `pic16.txt`, whose head explains them.
+//! Runs the cases of `pic16.txt`, whose header explains the format.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,17 +11,18 @@ use super::rig::{FSR, INDF, PCL, PCLATH, QUIET, STATUS, machine, put_word, word}
 
 const CASES: &str = include_str!("pic16.txt");
 
-/// Random backgrounds under each case; whatever a case does not name must stay as it was on all of them.
+/// Number of random backgrounds for each case. Everything that a case does not name must stay unchanged on
+/// all of them.
 const BACKGROUNDS: u64 = 4;
 
-/// Bits of STATUS with names: position and width.
+/// Named bits of STATUS: position and width.
 const BITS: &[(&str, u32, u32)] =
     &[("C", 0, 1), ("DC", 1, 1), ("Z", 2, 1), ("PD", 3, 1), ("TO", 4, 1), ("RP", 5, 2), ("IRP", 7, 1)];
 
-/// The chip of cases that name none.
+/// Chip of cases that name none.
 const CHIP: &str = "pic16f877";
 
-/// What a case can name, as plain data. Bytes stand at the lowest address at which they can be reached.
+/// Everything that a case can name, as plain data. Bytes are at their lowest address.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct State {
     data: BTreeMap<u16, u8>,
@@ -41,7 +42,7 @@ struct Case {
     outcome: &'static str,
 }
 
-/// `name=hex` items; the chip is taken out.
+/// Parses `name=hex` items; an item with the chip is removed.
 fn items(text: &'static str, line: usize, chip: &mut &'static str) -> Vec<(&'static str, u32)> {
     let item = |word: &'static str| {
         let (name, value) = word.split_once('=').unwrap_or_else(|| panic!("line {line}: `{word}`"));
@@ -72,8 +73,8 @@ fn cases() -> Vec<Case> {
         .collect()
 }
 
-/// The lowest address that reaches the byte which `addr` reaches (data sheets, "Register file map": DS30292 figures 2-3 and
-/// 2-4, DS35007 figure 2-2); none where there is nothing, and for INDF.
+/// Returns the lowest address of the byte at `addr` (data sheets, "Register file map": DS30292 figures 2-3
+/// and 2-4, DS35007 figure 2-2); None for unimplemented addresses and INDF.
 fn lowest(chip: &str, addr: u16) -> Option<u16> {
     let (bank, low) = (addr / 0x80, addr % 0x80);
     if low == INDF {
@@ -102,7 +103,7 @@ fn lowest(chip: &str, addr: u16) -> Option<u16> {
     }
 }
 
-/// RAM alone of what [`lowest`] gives.
+/// Reports whether an address returned by [`lowest`] is RAM.
 fn is_ram(chip: &str, addr: u16) -> bool {
     match chip {
         "pic16f84" => (0x0C..0x80).contains(&addr),
@@ -110,13 +111,13 @@ fn is_ram(chip: &str, addr: u16) -> bool {
     }
 }
 
-/// The address in `[1A5]`.
+/// Parses an address such as `[1A5]`.
 fn bracketed(name: &str) -> Option<u16> {
     let digits = name.strip_prefix('[')?.strip_suffix(']')?;
     Some(u16::from_str_radix(digits, 16).unwrap_or_else(|e| panic!("{name}: {e}")))
 }
 
-/// The word of the instruction: assembled, or as it is given.
+/// Returns the word of the instruction: assembled, or as given.
 fn code(case: &Case) -> u16 {
     match case.asm.strip_prefix("word ") {
         Some(word) => u16::from_str_radix(word, 16).unwrap_or_else(|e| panic!("line {}: {e}", case.number)),
@@ -125,7 +126,7 @@ fn code(case: &Case) -> u16 {
 }
 
 impl State {
-    /// The machine as it is.
+    /// Reads the state of the machine.
     fn of(cpu: &Pic16, chip: &str) -> State {
         let byte = |addr: u16| cpu.peek("data", addr.into()).unwrap_or_else(|| panic!("{addr:03x}"));
         let kept = (0..0x200).filter(|&addr| lowest(chip, addr) == Some(addr) && addr != PCL);
@@ -143,7 +144,7 @@ impl State {
         *byte = *byte & !mask | value & mask;
     }
 
-    /// Sets one named thing; false for what a case cannot name.
+    /// Sets one named item; returns false if a case cannot name it.
     fn set(&mut self, chip: &str, name: &str, value: u32) -> bool {
         let byte = value as u8;
         if let Some(addr) = bracketed(name) {
@@ -169,7 +170,7 @@ impl State {
         true
     }
 
-    /// Makes the machine so, after the calls that fill its stack.
+    /// Puts the state into the machine, after the calls that fill its stack.
     fn put_into(&self, cpu: &mut Pic16, chip: &str, named: &BTreeSet<u16>) {
         for (&addr, &byte) in &self.data {
             if named.contains(&addr) || is_ram(chip, addr) || addr == STATUS || addr == FSR {
@@ -180,7 +181,7 @@ impl State {
         cpu.set_pc(self.pc);
     }
 
-    /// The differences in words, wanted against found.
+    /// Describes the differences between the expected and the actual state.
     fn against(&self, found: &State) -> String {
         let mut out = String::new();
         for ((addr, w), f) in self.data.iter().zip(found.data.values()).filter(|((_, w), f)| w != f) {
@@ -199,7 +200,7 @@ impl State {
     }
 }
 
-/// Has CALL push `top`.
+/// Pushes `top` by executing a CALL.
 fn push(cpu: &mut Pic16, top: u32) {
     let at = (top + 0x1FFF) % 0x2000;
     let kept = at % cpu_words(cpu);
@@ -213,7 +214,7 @@ fn cpu_words(cpu: &Pic16) -> u32 {
     cpu.chip().flash_bytes / 2
 }
 
-/// Runs one case on one background; the text of what differs, or none.
+/// Runs one case on one background; returns a description of the differences as the error.
 fn run(case: &Case, new: &Pic16, seed: u64) -> Result<(), String> {
     let mut cpu = new.clone();
     for &(_, top) in case.before.iter().filter(|item| item.0 == "push") {
@@ -250,7 +251,7 @@ fn run(case: &Case, new: &Pic16, seed: u64) -> Result<(), String> {
     let (spent, done) = (cpu.cycle() - cycle, cpu.instructions() - counted);
     if let Ok(cycles) = case.outcome.parse::<u64>() {
         wanted.pc = (pc + 1) % 0x2000;
-        // A jump to itself with nothing to wake the chip is also the end of a program.
+        // A jump to itself with nothing that can wake the chip also ends a program.
         let ends = stop == StopReason::Halted && cpu.pc() == pc;
         if stop != StopReason::Limit && !ends || spent != cycles || done != 1 {
             return Err(format!("  {stop:?} after {spent} cycles and {done} instructions, {cycles} wanted\n"));
@@ -283,7 +284,8 @@ fn every_case_does_what_it_says_and_nothing_else() {
     assert_eq!(QUIET & 0xC4, 0, "neither watchdog nor brown-out comes in between");
 }
 
-/// An instruction that reaches a file register has cases with RAM and with a register: they are two kinds to the interpreter.
+/// An instruction with a file register has cases with RAM and with a register, which are two kinds to the
+/// interpreter.
 #[test]
 fn every_row_has_a_case() {
     let mut seen: BTreeMap<usize, BTreeSet<bool>> = BTreeMap::new();

@@ -1,17 +1,18 @@
-//! Programs on the whole machine: what they find, the cycle of every edge and interrupt. Each is also run in random
-//! slices, from clones in the middle, with loops jumped over and without, with every hook of a probe on and with none: all of it
-//! must end in the same machine.
+//! Programs on the whole machine: results, and the cycle of every edge and interrupt. Each also runs in
+//! random slices, from clones in the middle, with and without skipped polling loops, with every hook of a
+//! probe and with none: all runs must end in the same machine.
 //!
-//! What can be wanted of a case, hexadecimal values and decimal cycles:
+//! Expectations of a case, with hexadecimal values and decimal cycles:
 //!
-//! - `halted`, `illegal 3b00`: why the run ends; where neither is said it reaches its limit;
-//! - `W=5`, `PORTB=5`, `data:20=5`: at the end; `@12 TMR0=5`: as read in cycle 12;
-//! - `@50 reset brown-out`: a hand resets the chip in that cycle (power-on, external, watchdog, brown-out);
+//! - `halted`, `illegal 3b00`: why the run ends; without either it reaches its limit;
+//! - `W=5`, `PORTB=5`, `data:20=5`: values at the end; `@12 TMR0=5`: as read in cycle 12;
+//! - `@50 reset brown-out`: the test resets the chip in that cycle (power-on, external, watchdog, brown-out);
 //! - `RB0 12H 20.3L`: all edges of a pin by cycle and clock; `fight RB0@3.3`: all contentions;
 //! - `sent 55@97`: bytes that the USART has sent, each with the end of its stop bit;
-//! - `at label 12 30`: when the label is reached; `cycle 70`, `instructions 70`, `pc label`: at the end.
+//! - `at label 12 30`: the cycles at which the label is reached; `cycle 70`, `instructions 70`, `pc label`:
+//!   at the end.
 //!
-//! A list that ends in `...` may go on; `none` is the empty one.
+//! A list that ends in `...` may continue; `none` is the empty list.
 
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
@@ -33,7 +34,7 @@ fn cases() -> Vec<Case> {
     TEXTS.iter().flat_map(|text| script::cases(text)).collect()
 }
 
-/// Everything that a probe is told, `ALL` of instructions and data too.
+/// Log of everything that a probe is notified of; with `ALL` also instructions and data.
 #[derive(Default, Clone, PartialEq, Debug)]
 struct Log<const ALL: bool> {
     irqs: Vec<(u64, u8)>,
@@ -66,7 +67,7 @@ fn show_edge(at: CycleTime, level: PinLevel) -> String {
     show_time(at) + ["L", "H", "F"][level as usize]
 }
 
-/// A place by its name: `data:20`, `PORTB`, `W`.
+/// Returns the value of a named location: `data:20`, `PORTB`, `W`.
 fn place(case: &Case, pic: &Pic16, text: &str) -> Option<u32> {
     if let Some((space, addr)) = text.split_once(':') {
         return pic.peek(space, u32::from_str_radix(addr, 16).ok()?).map(u32::from);
@@ -85,12 +86,12 @@ fn cause(name: &str) -> Option<ResetCause> {
     causes.iter().find(|cause| cause.0 == name).map(|cause| cause.1)
 }
 
-/// The cycle of `@12 ..`.
+/// Returns the cycle of `@12 ..`.
 fn cycle_of(wanted: &str) -> Option<u64> {
     wanted.strip_prefix('@')?.split_once(' ')?.0.parse().ok()
 }
 
-/// What differs from what is wanted.
+/// Returns the differences from the expectations.
 fn judge(case: &Case) -> Vec<String> {
     let mut wrong = Vec::new();
     let mut pic = case.program.machine();
@@ -202,14 +203,14 @@ fn programs_do_what_the_data_sheet_says() {
     assert_eq!(wrong, 0, "of {} cases", cases.len());
 }
 
-/// All that a program can see, and what the run counts.
+/// Returns everything that a program can see, and the counters of the run.
 fn state(pic: &Pic16) -> (Vec<Option<u8>>, [u16; 8], [u64; 4]) {
     let bytes = (0..0x200).map(|addr| pic.peek("data", addr)).collect();
     let counts = [pic.pc().into(), pic.cycle(), pic.instructions(), pic.reg("W").map_or(0, u64::from)];
     (bytes, *pic.stack().0, counts)
 }
 
-/// Runs a case to its end, with the resets by hand on the way; `go` runs a piece.
+/// Runs a case to its end, with the resets that it requests; `go` runs a slice.
 fn run(case: &Case, pic: &mut Pic16, mut go: impl FnMut(&mut Pic16, u64) -> StopReason) -> StopReason {
     let mut pauses: Vec<(u64, Option<ResetCause>)> = case
         .wanted

@@ -1,4 +1,4 @@
-//! Random programs and pins: every instruction by cycle and address, beside the model.
+//! Random programs and pins: compares every instruction, by cycle and address, with the model.
 
 use emu_core::pins::{CycleTime, PinLevel};
 use emu_core::rng::Rng;
@@ -11,7 +11,7 @@ use crate::script::{self, Program};
 const SEEDS: u64 = 2000;
 const CYCLES: u64 = 600;
 
-/// Where the routine, the subroutine and the program stand.
+/// Addresses of the service routine, the subroutine and the program.
 const ROUTINE: usize = 4;
 const SUBROUTINE: usize = 0x1C;
 const MAIN: usize = 0x20;
@@ -33,7 +33,7 @@ impl Probe for Log {
     }
 }
 
-/// Entries alone, so that loops are jumped over and the hot loop runs.
+/// Probe that sees only interrupt entries, so that loops are skipped and the hot loop runs.
 #[derive(Default)]
 struct Entries(usize);
 
@@ -46,7 +46,7 @@ impl Probe for Entries {
 fn text(op: Do) -> String {
     match op {
         Do::Count => "incf 0x20, F".into(),
-        // FSR is FFh all the time.
+        // FSR is always FFh.
         Do::Skip(taken) => format!("{} FSR, 3", if taken { "btfss" } else { "btfsc" }),
         Do::Goto(to) => format!("goto 0x{to:x}"),
         Do::Call(to) => format!("call 0x{to:x}"),
@@ -83,7 +83,7 @@ fn setup(rng: &mut Rng) -> Setup {
         code[at] = op(rng, at, false);
         at += 1;
     }
-    // Most routines end the cause of the interrupt.
+    // Most routines clear the cause of the interrupt.
     for last in [Do::Read, Do::Bit(0, false), Do::Bit(1, false)] {
         code[at] = if rng.one_in(8) { Do::Count } else { last };
         at += 1;
@@ -117,7 +117,7 @@ fn setup(rng: &mut Rng) -> Setup {
     }
 }
 
-/// The machine with the program, pins and registers of `setup`.
+/// Returns the machine with the program, pins and registers of `setup`.
 fn machine(setup: &Setup) -> Pic16 {
     let lines: Vec<String> = setup.code.iter().map(|&op| text(op)).collect();
     let config = if setup.crystal > 0 { "3F39" } else { "3F3B" };
@@ -138,7 +138,7 @@ fn end(pic: &Pic16) -> (u8, u8, u8) {
     (at(0x0B), at(0x20), at(0x03) & 0x18)
 }
 
-/// Runs in slices of `slice` cycles; why it ended.
+/// Runs in slices of `slice` cycles; returns why it ended.
 fn run<P: Probe>(pic: &mut Pic16, slice: u64, probe: &mut P) -> StopReason {
     let mut stop = StopReason::Limit;
     while pic.cycle() < CYCLES && stop == StopReason::Limit {
@@ -147,7 +147,8 @@ fn run<P: Probe>(pic: &mut Pic16, slice: u64, probe: &mut P) -> StopReason {
     stop
 }
 
-/// The instructions of one run against those of the model; the last ones may be beyond the end of the other.
+/// Compares the instructions of a run with those of the model. The last ones of either may be past the end of
+/// the other.
 fn compare(seed: u64, setup: &Setup, wanted: &Seen, found: &[(u64, u32)]) {
     let n = found.iter().zip(&wanted.begun).take_while(|(f, w)| f == w).count();
     let rest = |all: &[(u64, u32)]| all[n.min(all.len())..].to_vec();
@@ -181,7 +182,7 @@ fn every_instruction_is_that_of_the_ticked_model() {
         let stop = run(&mut pic, slice, &mut log);
         compare(seed, &setup, &wanted, &log.begun);
 
-        // At the end of the model, if the machine is at a boundary then: registers too.
+        // Also compares the registers, if the machine is at a boundary at the end of the model.
         let (mut bare, mut counted) = (start.clone(), Entries::default());
         assert_eq!(run(&mut bare, CYCLES, &mut counted), stop, "seed {seed}");
         assert_eq!(

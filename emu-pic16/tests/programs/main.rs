@@ -1,5 +1,5 @@
-//! Programs as text on the whole machine: whole ones by what they do ([`cases`]), facts of the chip's page ([`facts`]), random ones
-//! beside a model that goes clock by clock ([`irq`]).
+//! Programs as text on the whole machine: complete programs and their effects ([`cases`]), facts of the
+//! chip's page ([`facts`]), random programs compared with a model that steps clock by clock ([`irq`]).
 
 mod cases;
 mod facts;

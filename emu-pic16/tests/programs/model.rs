@@ -1,16 +1,17 @@
-//! Interrupts and standby as DS30292 12.10 to 12.13 and DS33023 chapter 8 tell them, one clock after the other, with a core that
-//! knows a dozen instructions. It shares nothing with the crate.
+//! A model of interrupts and standby by DS30292 12.10 to 12.13 and DS33023 chapter 8 that steps clock by
+//! clock, with a core that has a dozen instructions. It shares nothing with the crate.
 //!
-//! The core is a pipeline of two: while an instruction is executed the next one is fetched. What is fetched behind a jump or a taken
-//! skip is thrown away, and a cycle passes in which nothing is executed. An interrupt that is found at the Q1 of a cycle does the
-//! same to the two cycles behind it, whatever they would have executed.
+//! The core is a pipeline of two stages: while an instruction executes, the next one is fetched. The
+//! instruction fetched after a jump or a taken skip is discarded, and a cycle passes in which nothing
+//! executes. An interrupt that is detected at Q1 of a cycle does the same to the two cycles after it,
+//! whatever they would have executed.
 
-/// What the core of the model can do; a word each.
+/// Instructions of the model's core, one word each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Do {
     /// INCF of a byte of RAM.
     Count,
-    /// BTFSS of a bit that is 1, or BTFSC: a skip that is taken, and one that is not.
+    /// BTFSS of a bit that is 1, or BTFSC: a skip that is taken, or one that is not.
     Skip(bool),
     Goto(usize),
     Call(usize),
@@ -18,43 +19,43 @@ pub enum Do {
     Retfie,
     /// BSF or BCF of a bit of INTCON.
     Bit(u8, bool),
-    /// Reads PORTB.
+    /// A read of PORTB.
     Read,
     Sleep,
     Clrwdt,
 }
 
-/// GIE, INTE, RBIE, INTF, RBIF in INTCON.
+/// Bit numbers of GIE, INTE, RBIE, INTF and RBIF in INTCON.
 pub const GIE: u8 = 7;
 const INTE: u8 = 4;
 const RBIE: u8 = 3;
 const INTF: u8 = 1;
 const RBIF: u8 = 0;
 
-/// A program, and what drives pins of port B: clock, pin, level.
+/// A program, and the drives of port B pins: clock, pin, level.
 #[derive(Debug, Clone)]
 pub struct Setup {
     pub code: Vec<Do>,
     pub intcon: u8,
-    /// INTEDG.
+    /// INTEDG: true for the rising edge.
     pub rising: bool,
-    /// Clocks that the oscillator takes to start.
+    /// Start-up time of the oscillator in clocks.
     pub crystal: u64,
     pub drives: Vec<(u64, u8, bool)>,
 }
 
-/// What can be seen of a run.
+/// Visible results of a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Seen {
-    /// Instructions by the cycle in which they begin and their address.
+    /// Instructions, by the cycle in which they start and their address.
     pub begun: Vec<(u64, u32)>,
-    /// Interrupts.
+    /// Number of interrupts.
     pub entries: usize,
     pub intcon: u8,
     pub counted: u8,
-    /// TO and PD: 18h, or 10h once it has slept.
+    /// TO and PD: 18h, or 10h after a sleep.
     pub to_pd: u8,
-    /// Cycles in standby.
+    /// Number of cycles in standby.
     pub slept: u64,
 }
 
@@ -68,15 +69,15 @@ fn wanted(intcon: u8) -> bool {
 
 pub fn run(setup: &Setup, cycles: u64) -> Seen {
     let mut seen = Seen { intcon: setup.intcon, to_pd: 0x18, ..Seen::default() };
-    // Pins of port B, what was read of them last, and an edge that INT has caught since the last Q1.
+    // Pins of port B, their last read value, and an edge that INT has detected since the last Q1.
     let (mut pins, mut read, mut edge) = (0u8, 0u8, false);
     let mut drives = setup.drives.iter().peekable();
-    // Cycles to come in which nothing is executed, and the address that is executed then.
+    // Number of coming cycles in which nothing executes, and the address that executes after them.
     let (mut void, mut pc) = (0, 0);
     let (mut stack, mut sp) = ([0; 8], 0);
-    // From this clock on the oscillator stands; at that one it runs again.
+    // Clock at which the oscillator stops, and clock at which it runs again.
     let (mut sleeps, mut wakes) = (u64::MAX, u64::MAX);
-    // The clock behind the end shows what is sampled there.
+    // The clock after the end shows what is sampled there.
     for clock in 0..=4 * cycles {
         while let Some(&&(_, pin, level)) = drives.peek().filter(|drive| drive.0 <= clock) {
             edge |= pin == 0 && level != is(pins, 0) && level == setup.rising;

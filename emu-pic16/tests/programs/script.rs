@@ -1,17 +1,20 @@
-//! Programs as text, with what drives their pins and what is to be found: read here, judged by those who use it.
+//! Programs as text, with the drives of their pins and the expectations; this module reads them, its users
+//! check them.
 //!
-//! A program begins with `== name`. Then come, one a line, directives and instructions:
+//! A program starts with `== name`. Then directives and instructions follow, one per line:
 //!
-//! - `chip NAME`: the chip (pic16f873 if not said); `config HEX`: its configuration word (3F3B if not said: RC oscillator, all
-//!   else off); `hz N`: the oscillator (4,000,000); `start-up`: the start-up timers run; `corner min|typ|max`;
-//! - `drive PIN 20L 30.2H 40F`: levels from outside from cycles and clocks on; `until N`: where the run ends (2000
-//!   if not said);
-//! - `volts PIN 0=1500 90=2000`, `supply 20=3500`: voltages of a pin and of the supply, by cycle in millivolts;
-//! - `0x30:` goes on at an address, `name:` is a label, `text*3` stands three times; `;` begins a comment. Registers and bits go
-//!   by the names of the chip.
+//! - `chip NAME`: the chip (default pic16f873); `config HEX`: its configuration word (default 3F3B: RC
+//!   oscillator, all else off); `hz N`: the oscillator (4,000,000); `start-up`: the start-up timers run;
+//!   `corner min|typ|max`;
+//! - `drive PIN 20L 30.2H 40F`: levels from outside, each from a cycle and clock on; `until N`: the end of
+//!   the run (default 2000);
+//! - `volts PIN 0=1500 90=2000`, `supply 20=3500`: voltages of a pin and of the supply, by cycle in
+//!   millivolts;
+//! - `0x30:` continues at an address, `name:` is a label, `text*3` repeats a line three times; `;` starts a
+//!   comment. Registers and bits have the names of the chip.
 //!
-//! Every `-- {a|b} wanted; wanted` is a case: `$1`, `$2` in the program and in what is wanted stand for a, b. Lines behind it
-//! that begin with three blanks go on with it. `#` begins a line of comment.
+//! Every `-- {a|b} wanted; wanted` is a case: `$1`, `$2` in the program and in the expectations are replaced
+//! by a, b. Lines after it that start with three blanks continue it. `#` starts a comment line.
 
 use std::collections::BTreeMap;
 
@@ -21,7 +24,7 @@ use emu_core::{Cpu, RamInit};
 use emu_pic16::chips::{self, Pic16Part};
 use emu_pic16::{Options, Pic16, TimingCorner};
 
-/// A program, the chip that it runs on, and what comes from outside.
+/// A program, its chip, and its inputs from outside.
 pub struct Program {
     pub part: &'static Pic16Part,
     pub options: Options,
@@ -31,41 +34,41 @@ pub struct Program {
     drives: Vec<(CycleTime, PinId, PinLevel)>,
     /// Voltages of pins by cycle, in millivolts.
     volts: Vec<(u64, PinId, u32)>,
-    /// Supply by cycle, in millivolts.
+    /// Supply voltage by cycle, in millivolts.
     supply: Vec<(u64, u32)>,
 }
 
-/// One case of one program.
+/// One case of a program.
 pub struct Case {
     pub name: String,
     pub program: Program,
     pub wanted: Vec<String>,
 }
 
-/// A pin by its name.
+/// Returns a pin by its name.
 pub fn pin(part: &Pic16Part, name: &str) -> Option<PinId> {
     part.chip.pins.iter().position(|pin| pin.name == name).map(|at| at as PinId)
 }
 
-/// A register by its name: its address.
+/// Returns the address of a register by its name.
 pub fn register(part: &Pic16Part, name: &str) -> Option<u16> {
     part.chip.regs.iter().find(|reg| reg.name == name).map(|reg| reg.addr)
 }
 
-/// `20`, `20.3`: cycle and clock.
+/// Parses `20` or `20.3`: cycle and clock.
 pub fn moment(text: &str) -> Option<CycleTime> {
     let (cycle, phase) = text.split_once('.').unwrap_or((text, "0"));
     Some(CycleTime { cycle: cycle.parse().ok()?, phase: phase.parse().ok()? })
 }
 
-/// `20L`, `20.3H`: moment, level.
+/// Parses `20L` or `20.3H`: moment and level.
 fn edge(text: &str) -> Option<(CycleTime, PinLevel)> {
     let (at, letter) = text.split_at_checked(text.len().checked_sub(1)?)?;
     let level = [("L", PinLevel::Low), ("H", PinLevel::High), ("F", PinLevel::Float)].iter().find(|l| l.0 == letter)?.1;
     Some((moment(at)?, level))
 }
 
-/// All cases of a text.
+/// Returns all cases of a text.
 pub fn cases(text: &str) -> Vec<Case> {
     let mut all = Vec::new();
     for part in format!("\n{text}").split("\n== ").skip(1) {
@@ -101,7 +104,7 @@ pub fn cases(text: &str) -> Vec<Case> {
 }
 
 impl Program {
-    /// A program by its lines, directives and instructions; `name` is for messages.
+    /// Creates a program from its lines, directives and instructions; `name` is for messages.
     pub fn new(name: &str, source: &str) -> Program {
         let mut program = Program {
             part: &chips::PIC16F873,
@@ -124,7 +127,7 @@ impl Program {
         program
     }
 
-    /// Does what a line says that is no instruction; false for one that is.
+    /// Executes a directive; returns false if the line is an instruction.
     fn directive(&mut self, name: &str, line: &str) -> bool {
         let words: Vec<&str> = line.split_whitespace().collect();
         let wire = |wire: &str| pin(self.part, wire).unwrap_or_else(|| panic!("{name}: no pin {wire}"));
@@ -158,7 +161,7 @@ impl Program {
         true
     }
 
-    /// The chip after power-up, with what comes from outside queued.
+    /// Returns the chip after power-up, with the inputs from outside queued.
     pub fn machine(&self) -> Pic16 {
         let mut pic = Pic16::with(&self.part.chip, &self.image, RamInit::Zero, self.options);
         for &(at, pin, level) in &self.drives {
@@ -179,7 +182,7 @@ fn number(name: &str, text: &str) -> u64 {
     hex.unwrap_or_else(|| text.parse()).unwrap_or_else(|_| panic!("{name}: {text} is no number"))
 }
 
-/// The program's bytes from address 0 on, with zeros where it has gaps, and its labels by word address.
+/// Returns the program's bytes from address 0 on, with zeros in gaps, and its labels by word address.
 fn assemble(name: &str, part: &'static Pic16Part, lines: &[String], labels: &mut BTreeMap<String, u32>) -> Vec<u8> {
     let mut text = String::from(" radix dec\n");
     for line in lines {

@@ -1,18 +1,18 @@
-//! Two wires with pull-ups, on which everyone can only pull.
+//! Two lines with pull-ups, which every device can only pull low.
 
 use emu_pic16::periph::map::{Pic16Line, Sfr};
 use emu_pic16::periph::{Pic16Device, ssp::Pic16Ssp};
 
 use crate::rig::Rig;
 
-/// Ports on one I2C bus, and a hand from outside.
+/// Ports on one I2C bus, and an outside device.
 pub struct Bus {
     pub rigs: Vec<Rig>,
-    /// The outside pulls SCL, SDA.
+    /// Whether the outside device pulls SCL and SDA low.
     pub hand: [bool; 2],
-    /// Levels of SCL, SDA.
+    /// Levels of SCL and SDA.
     pub wires: [bool; 2],
-    /// Edges: clock, wire (0 is SCL), level.
+    /// Edges: clock, line (0 is SCL), level.
     pub edges: Vec<(u64, usize, bool)>,
     pub t: u64,
 }
@@ -26,11 +26,11 @@ impl Bus {
         bus
     }
 
-    /// Tells everyone of the wires until they are at rest.
+    /// Passes the line levels to all devices until they are stable.
     pub fn settle(&mut self) {
         for _ in 0..40 {
             let mut rest = true;
-            // SDA first: what is let go together must not look like Stop.
+            // SDA first: lines that are released together must not look like a Stop.
             for wire in [1, 0] {
                 let level = !self.hand[wire] && self.rigs.iter().all(|rig| !rig.pulls()[wire]);
                 if self.wires[wire] != level {
@@ -49,7 +49,7 @@ impl Bus {
         panic!("the bus does not come to rest");
     }
 
-    /// Up to a clock, this one included.
+    /// Runs up to and including a clock.
     pub fn to(&mut self, t: u64) {
         while self.t < t {
             self.t += 1;
@@ -76,7 +76,7 @@ impl Bus {
         self.rigs[who].port.peek(reg, self.t)
     }
 
-    /// On to the end of the cycle in which someone has set another flag, or `limit` clocks.
+    /// Runs to the end of the cycle in which a device has set another flag, or for `limit` clocks.
     pub fn until_flag(&mut self, who: usize, limit: u64) {
         let (had, end) = (self.rigs[who].flags.len(), self.t + limit);
         while self.rigs[who].flags.len() == had && self.t < end {

@@ -1,4 +1,4 @@
-//! Cases worked out by hand, one a line.
+//! Hand-made cases, one per line.
 
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use emu_pic16::periph::ssp::Pic16Ssp;
@@ -7,10 +7,17 @@ use emu_pic16::periph::{Pic16Device, Pic16Drive};
 use crate::bus::Bus;
 use crate::rig::Rig;
 
-/// `what | script | what happens`. In a script `N` is the clock of what follows: `con=XX` and so on are writes, `i`, `k`, `s`
-/// with a level are SDI, SCK, SS, `t2` is a period of timer 2, `buf` reads SSPBUF, `sleep`, `wake`, `keep` has SSPSR stay when SS
-/// rises, and `?` shows SSPCON,
-/// SSPSTAT, SSPBUF. What happens: clock and `K` (SCK), `O` (SDO) with what is done to it, `IF` for SSPIF.
+/// Format: `topic | script | events`.
+///
+/// In a script, `N` is the clock of what follows:
+///
+/// - `con=XX` and so on are writes.
+/// - `i`, `k`, `s` with a level are SDI, SCK, SS; `t2` is a period of timer 2.
+/// - `buf` reads SSPBUF; `sleep`, `wake`.
+/// - `keep` makes SSPSR keep its bits when SS rises.
+/// - `?` shows SSPCON, SSPSTAT and SSPBUF.
+///
+/// Events are the clock and `K` (SCK) or `O` (SDO) with its override, and `IF` for SSPIF.
 const SPI: &str = "
 # Master, DS39582 figure 9-3: the first bit begins 2 clocks after the write, SSPIF comes 2 clocks after the last one
 A5h at Fosc/4, SDI low | 4 con=20 8 buf=A5 45 ? | 4 K0, 4 O0, 10 K1, 10 O1, 12 K0, 14 K1, 14 O0, 16 K0, 18 K1, 18 O1, 20 K0, 22 K1, 22 O0, 24 K0, 26 K1, 28 K0, 30 K1, 30 O1, 32 K0, 34 K1, 34 O0, 36 K0, 38 K1, 38 O1, 40 K0, 44 IF, 45 con=20 stat=01 buf=00
@@ -71,7 +78,7 @@ fn rows(text: &str) -> impl Iterator<Item = [&str; 3]> {
     })
 }
 
-/// The level that a token's last character gives.
+/// Returns the level in the last character of a token.
 fn level(token: &str) -> bool {
     token.ends_with('1')
 }
@@ -136,8 +143,9 @@ fn spi_cases() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// `kind: what | script | what happens`, kind `basic` or `mssp`. A script as above, but on wires with pull-ups: `c`, `d` with a
-/// level are the outside pulling SCL, SDA or letting go. What happens: clock and `C`, `D` with the level of the wire, `IF`, `BC`.
+/// Format: `kind: topic | script | events`; kind is `basic` or `mssp`. The script is as for [`SPI`], but on
+/// lines with pull-ups: `c`, `d` with a level are an outside device that pulls SCL or SDA low or releases it.
+/// Events are the clock and `C` or `D` with the level of the line, `IF`, `BC`.
 const I2C: &str = "
 # Start, DS39582 figure 9-19: TBRG is 4 clocks with SSPADD = 1
 mssp: Start, A0h without an answer, Stop | 4 add=01 con=28 8 con2=01 20 buf=A0 93 ? 96 con2=04 110 ? | 12 D0, 16 C0, 16 IF, 20 D1, 24 C1, 28 C0, 28 D0, 32 C1, 36 C0, 36 D1, 40 C1, 44 C0, 44 D0, 48 C1, 52 C0, 56 C1, 60 C0, 64 C1, 68 C0, 72 C1, 76 C0, 80 C1, 84 C0, 84 D1, 88 C1, 92 C0, 92 IF, 93 con=28 con2=40 stat=08 buf=A0, 96 D0, 100 C1, 104 D1, 108 IF, 110 con=28 con2=00 stat=10 buf=A0

@@ -1,5 +1,5 @@
-//! The synchronous serial port against the data sheets: cases worked by hand as text, two ports on one bus, and slow models
-//! that tick.
+//! The synchronous serial port compared with the data sheets: hand-made cases as text, two ports on one bus,
+//! and random programs compared with slow models that step clock by clock.
 
 mod bus;
 mod cases;

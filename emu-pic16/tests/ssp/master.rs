@@ -1,4 +1,5 @@
-//! I2C master as a list of small orders, carried out one after the other, with a baud rate generator that really counts.
+//! A model of the I2C master: a list of small operations executed one after another, with a baud rate
+//! generator that counts.
 
 use emu_pic16::periph::map::InterruptFlag;
 
@@ -8,26 +9,26 @@ use crate::model::Chip;
 enum Order {
     Sda(bool),
     Scl(bool),
-    /// Lets both lines go, SDA first.
+    /// Releases both lines, SDA first.
     Free,
-    /// Waits for the wire.
+    /// Waits for the line.
     SclIs(bool),
     SdaIs(bool),
     /// Waits for the next end of Q2 or Q4.
     Tick,
-    /// Both must be high, or it is a collision.
+    /// Both lines must be high, otherwise it is a collision.
     BothHigh,
-    /// SDA must be high, or it is a collision.
+    /// SDA must be high, otherwise it is a collision.
     SdaHigh,
-    /// SCL high: a 1 that is sent must be one.
+    /// SCL is high: a 1 that is sent must be on the line.
     Bit {
         one: bool,
     },
     /// Counts the generator down.
     Count,
-    /// Counts while both lines should stay high.
+    /// Counts while both lines must stay high.
     CountStart,
-    /// Counts while SCL should stay high.
+    /// Counts while SCL must stay high.
     CountStop,
     /// Counts the high time of a bit; ends it when SCL falls.
     CountBit {
@@ -35,18 +36,18 @@ enum Order {
     },
     /// Shifts SDA in.
     Shift,
-    /// BF goes: the byte is out.
+    /// Clears BF: the byte has been sent.
     Out,
-    /// SDA goes to ACKSTAT.
+    /// Copies SDA to ACKSTAT.
     Ack,
-    /// A byte is in.
+    /// A byte has been received.
     In,
 }
 
 #[derive(Default)]
 pub struct Master {
     orders: Vec<Order>,
-    /// Counts left of the generator, and whether the next tick is still that of its loading.
+    /// Remaining counts of the generator, and whether the next tick is that of its loading.
     brg: Option<(u32, bool)>,
     sr: u8,
     conditions: bool,
@@ -57,7 +58,7 @@ impl Master {
         !self.orders.is_empty()
     }
 
-    /// Start or Stop is what runs.
+    /// Reports whether a Start or Stop is in progress.
     pub fn makes_condition(&self) -> bool {
         self.busy() && self.conditions
     }
@@ -72,7 +73,7 @@ impl Master {
         vec![BothHigh, CountStart, Sda(false), Count, Scl(false)]
     }
 
-    /// A bit, from SCL low to SCL low.
+    /// Returns the operations of a bit, from SCL low to SCL low.
     fn bit(level: bool, checked: bool) -> Vec<Order> {
         use Order::*;
         let one = level && checked;
@@ -130,7 +131,7 @@ impl Master {
         chip.flag(InterruptFlag::BCLIF, t);
     }
 
-    /// The end of Q2 and that of Q4.
+    /// Executes the end of Q2 or Q4.
     pub fn tick(&mut self, chip: &mut Chip, t: u64) {
         if !t.is_multiple_of(2) || !self.busy() {
             return;
@@ -146,7 +147,7 @@ impl Master {
         self.go(chip, t);
     }
 
-    /// True when the generator, which is loaded first, has run out.
+    /// Returns true when the generator, which is loaded first, has timed out.
     fn counted(&mut self, chip: &Chip, t: u64) -> bool {
         let brg = self.brg.get_or_insert((u32::from(chip.add & 0x7F) + 1, t % 2 == 1));
         let over = brg.0 == 0;
@@ -156,7 +157,7 @@ impl Master {
         over
     }
 
-    /// Does what can be done at once. What a wire does about it is told by another call.
+    /// Executes what is possible at once; the response of a line arrives by another call.
     pub fn go(&mut self, chip: &mut Chip, t: u64) {
         while let Some(&order) = self.orders.first() {
             match order {

@@ -1,4 +1,5 @@
-//! The port clock by clock: registers, modes and wires. What a mode does is in the models of SPI, slave and master.
+//! A model of the port that steps clock by clock: registers, modes and lines. The models of SPI, slave and
+//! master contain the modes.
 
 use emu_pic16::periph::Pic16Drive;
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
@@ -7,7 +8,7 @@ use crate::master::Master;
 use crate::slave::Slave;
 use crate::spi::Spi;
 
-/// Registers and wires, each bit by itself.
+/// Registers and lines, each bit separately.
 #[derive(Default)]
 pub struct Chip {
     pub mssp: bool,
@@ -60,7 +61,7 @@ impl Chip {
         self.smp_cke & 0x80 != 0
     }
 
-    /// SSPM where the port is on and the value is not reserved.
+    /// Returns SSPM if the port is on and the value is not reserved.
     pub fn mode(&self) -> Option<u8> {
         let mode = self.con & 15;
         let known = matches!(mode, 0..=7 | 11 | 14 | 15) || mode == 8 && self.mssp;
@@ -233,7 +234,7 @@ impl Model {
         }
     }
 
-    /// What is done to SCK, SDI and SDO.
+    /// Returns the overrides of SCK, SDI and SDO.
     pub fn drives(&self) -> [Pic16Drive; 3] {
         let wire = |pull| if pull { Pic16Drive::Low } else { Pic16Drive::Open };
         let chip = &self.chip;

@@ -1,4 +1,4 @@
-//! Ports that talk to each other on one bus.
+//! Ports that communicate on one bus.
 
 use emu_pic16::periph::map::{InterruptFlag, Sfr};
 use emu_pic16::periph::ssp::Pic16Ssp;
@@ -9,7 +9,7 @@ const MASTER: usize = 0;
 const SLAVE: usize = 1;
 const LIMIT: u64 = 2_000;
 
-/// A master with TBRG = 20 clocks, and a slave.
+/// Returns a master with TBRG = 20 clocks, and a slave.
 fn bus(slave_con: u8, slave_add: u8, stretch: bool) -> Bus {
     let mut bus = Bus::new(vec![Pic16Ssp::new(true), Pic16Ssp::new(true).with_stretch(stretch)]);
     bus.to(4);
@@ -20,7 +20,7 @@ fn bus(slave_con: u8, slave_add: u8, stretch: bool) -> Bus {
     bus
 }
 
-/// The master does something, and is done with it; how many clocks it took.
+/// Makes the master execute a command to its end; returns the clocks it took.
 fn master(bus: &mut Bus, reg: Sfr, value: u8) -> u64 {
     let from = bus.t;
     bus.write(MASTER, reg, value);
@@ -29,7 +29,7 @@ fn master(bus: &mut Bus, reg: Sfr, value: u8) -> u64 {
     bus.rigs[MASTER].flags.last().map_or(0, |f| f.0) - from
 }
 
-/// SEN, RSEN, PEN, RCEN, ACKEN with 0 and with 1.
+/// SEN, RSEN, PEN, RCEN, and ACKEN with 0 and with 1.
 const START: u8 = 0x01;
 const AGAIN: u8 = 0x02;
 const STOP: u8 = 0x04;
@@ -41,7 +41,7 @@ fn refused(bus: &Bus) -> bool {
     bus.peek(MASTER, Sfr::SSPCON2) & 0x40 != 0
 }
 
-/// SSPSTAT of the slave, its upper two bits aside.
+/// Returns SSPSTAT of the slave without its upper two bits.
 fn stat(bus: &Bus) -> u8 {
     bus.peek(SLAVE, Sfr::SSPSTAT) & 0x3F
 }
@@ -73,11 +73,11 @@ fn a_write_then_a_read() {
     let from = bus.t;
     bus.write(SLAVE, Sfr::SSPCON, 0x36);
     bus.until_flag(MASTER, LIMIT);
-    // The clock was let go at once; 8 high times and 7 low ones remain.
+    // The clock was released at once; 8 high times and 7 low ones remain.
     assert_eq!(bus.rigs[MASTER].flags.last(), Some(&(from + 15 * 20, InterruptFlag::SSPIF)));
     assert_eq!(bus.read(MASTER, Sfr::SSPBUF), 0x9A);
     assert_eq!(master(&mut bus, Sfr::SSPCON2, ACK), 40, "two TBRG");
-    // State 4: data was sent and is wanted again. D/A, S, R/W.
+    // State 4: data was sent and more is requested. D/A, S, R/W.
     assert_eq!((stat(&bus), bus.peek(SLAVE, Sfr::SSPCON)), (0x2C, 0x26));
     bus.write(SLAVE, Sfr::SSPBUF, 0x3C);
     bus.write(SLAVE, Sfr::SSPCON, 0x36);
@@ -208,7 +208,7 @@ fn start_and_stop_interrupt_where_asked_for() {
     }
 }
 
-/// Two masters and a slave; the second master counts `add` in TBRG.
+/// Returns two masters and a slave; the second master counts `add` in TBRG.
 fn masters(add: u8) -> Bus {
     let mut bus = Bus::new(vec![Pic16Ssp::new(true), Pic16Ssp::new(false), Pic16Ssp::new(true)]);
     bus.to(4);
@@ -227,7 +227,7 @@ fn the_lower_address_wins() {
         let mut bus = masters(add);
         bus.write(MASTER, Sfr::SSPCON2, START);
         bus.write(2, Sfr::SSPCON2, START);
-        // Both see the Start through; the faster one waits for the other with SCL low.
+        // Both complete the Start; the faster one waits for the other with SCL low.
         bus.to(bus.t + 1000);
         assert_eq!(
             (bus.rigs[MASTER].count(InterruptFlag::BCLIF), bus.rigs[2].count(InterruptFlag::BCLIF)),

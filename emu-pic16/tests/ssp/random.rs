@@ -1,4 +1,5 @@
-//! Random programs on random wires: the port, which is called only when something is due, against the model that ticks.
+//! Random programs on random lines: compares the port, which is called only when something is due, with the
+//! stepped model.
 
 use emu_core::rng::Rng;
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
@@ -7,7 +8,7 @@ use emu_pic16::periph::ssp::Pic16Ssp;
 use crate::model::Model;
 use crate::rig::{REGS, Rig};
 
-/// What a run is about.
+/// Subject of a run.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Theme {
     SpiMaster,
@@ -17,7 +18,7 @@ enum Theme {
     Any,
 }
 
-/// What happened in all runs, so that a script that tests nothing is noticed.
+/// Counts of events in all runs, so that a script that tests nothing is detected.
 #[derive(Debug, Default)]
 struct Seen {
     sspif: u32,
@@ -35,13 +36,13 @@ struct Seen {
 struct Pair {
     rig: Rig,
     model: Model,
-    /// The outside pulls (I2C) or drives (SPI) SCK and SDI low; SS.
+    /// The outside device pulls (I2C) or drives (SPI) SCK and SDI low; then SS.
     outside: [bool; 3],
     levels: [bool; 3],
 }
 
 impl Pair {
-    /// Wires, each told to both until all is at rest; both must do the same to them.
+    /// Passes the lines to both until they are stable; both must drive them equally.
     fn settle(&mut self, t: u64, place: &str) {
         for _ in 0..40 {
             assert_eq!(self.rig.drives, self.model.drives(), "{place}: drives");
@@ -65,9 +66,9 @@ impl Pair {
     }
 }
 
-/// A hand on the wires: the master or the slave that the port talks to, or noise.
+/// An outside device on the lines: the master or slave that the port communicates with, or noise.
 struct Hand {
-    /// Levels to come: SCK, SDI.
+    /// Future levels of SCK and SDI.
     script: Vec<[bool; 2]>,
     /// Clocks from one to the next.
     pace: u64,
@@ -94,7 +95,7 @@ impl Hand {
     fn talk(&mut self, rng: &mut Rng, add: u8) {
         self.start();
         if rng.one_in(3) {
-            // Both halves of an address of 10 bits, and Start again.
+            // Both halves of a 10-bit address, and a repeated Start.
             self.byte(add & !1, true);
             self.byte(add, true);
             self.start();
@@ -107,7 +108,7 @@ impl Hand {
         self.byte(first, true);
         for _ in 0..rng.below(4) {
             let data = if rng.one_in(3) { add } else { rng.next_u64() as u8 };
-            // In a read the hand must leave SDA alone but for its acknowledge.
+            // In a read the device must not drive SDA except for its acknowledge.
             self.byte(if first & 1 == 1 { 0xFF } else { data }, first & 1 == 0 || rng.one_in(3));
         }
         if rng.one_in(2) {
@@ -120,7 +121,7 @@ impl Hand {
         self.script.reverse();
     }
 
-    /// The next levels of the outside, if it is time.
+    /// Returns the next levels of the outside device, if they are due.
     fn next(&mut self, rng: &mut Rng, t: u64, theme: Theme, pair: &Pair) -> Option<[bool; 2]> {
         if t < self.due {
             return None;
@@ -138,7 +139,7 @@ impl Hand {
                 self.script.pop().or_else(|| rng.one_in(60).then(|| [rng.one_in(2), rng.one_in(2)]))
             }
             Theme::SpiSlave => Some([now[0] == rng.one_in(3), rng.one_in(2)]),
-            // A slave that answers and stretches, now and then another master.
+            // A slave that responds and stretches the clock, sometimes another master.
             Theme::Master => Some([!rng.one_in(12), rng.one_in(2) || !rng.one_in(5)]),
             Theme::SpiMaster | Theme::Any => Some([rng.one_in(2), rng.one_in(2)]),
         }
@@ -155,7 +156,7 @@ fn sspm(rng: &mut Rng, theme: Theme) -> u8 {
     }
 }
 
-/// A write of the program: mostly what a program does in this mode.
+/// Returns a write of the program, usually one that programs do in this mode.
 fn pick(rng: &mut Rng, theme: Theme, pair: &Pair, mode: u8) -> Option<(Sfr, u8)> {
     let any = rng.next_u64() as u8;
     let con = pair.model.chip.con;
@@ -175,7 +176,7 @@ fn pick(rng: &mut Rng, theme: Theme, pair: &Pair, mode: u8) -> Option<(Sfr, u8)>
         10..=11 if theme == Theme::Slave => (Sfr::SSPCON, con & 0x2F | 0x10),
         18 => (Sfr::SSPADD, if theme == Theme::Master { any & 7 } else { any }),
         19 => (Sfr::SSPCON2, any),
-        // The figures do not say what a change of phase in mid-byte does to the bits that are counted.
+        // The figures do not define the effect of a phase change during a byte on the counted bits.
         20 if !shifting => (Sfr::SSPSTAT, any),
         21 => (Sfr::SSPCON, 0x30 | mode),
         22 => (Sfr::SSPCON, con & 0x3F),
@@ -305,7 +306,7 @@ fn i2c_master_agrees_with_its_orders() {
     assert!(seen.sspif > 1000 && seen.bclif > 300 && seen.wcol > 100 && seen.slept > 100, "{seen:?}");
 }
 
-/// Values of no sense in no order.
+/// Arbitrary values in arbitrary order.
 #[test]
 fn any_values_in_any_order_agree() {
     let seen = many(Theme::Any, 60);

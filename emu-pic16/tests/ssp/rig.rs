@@ -1,22 +1,24 @@
-//! A port with its wires: what it says is collected, and every signal must bear the clock at which it is said.
+//! A port with its lines: collects its signals, and checks that every signal has the clock at which it is
+//! sent.
 
 use emu_core::NEVER;
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use emu_pic16::periph::ssp::Pic16Ssp;
 use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Outbox, Pic16Signal};
 
-/// The registers.
+/// Registers of the port.
 pub const REGS: [Sfr; 5] = [Sfr::SSPBUF, Sfr::SSPCON, Sfr::SSPCON2, Sfr::SSPADD, Sfr::SSPSTAT];
 
 /// A port that is called only when something is due.
 pub struct Rig {
     pub port: Pic16Ssp,
-    /// What it says of SCK, SDI, SDO.
+    /// Overrides of SCK, SDI and SDO.
     pub drives: [Pic16Drive; 3],
     /// Flags set, with their clocks.
     pub flags: Vec<(u64, InterruptFlag)>,
     out: Pic16Outbox,
-    /// What [`Pic16Device::steady`] has promised: a register, its value, and the clock before which it stays.
+    /// Guarantee of [`Pic16Device::steady_until`]: a register, its value, and the clock before which it does
+    /// not change.
     promised: Option<(Sfr, u8, u64)>,
 }
 
@@ -48,7 +50,7 @@ impl Rig {
         }
     }
 
-    /// Runs only when the port says that it must.
+    /// Runs only when the port reports something due.
     pub fn tick(&mut self, t: u64) {
         assert!(self.port.next_clock() >= t || t == 0, "something was due before");
         if self.port.next_clock() == t {
@@ -108,12 +110,12 @@ impl Rig {
         REGS.map(|reg| self.port.peek(reg, t))
     }
 
-    /// It pulls SCL, SDA.
+    /// Reports whether it pulls SCL and SDA low.
     pub fn pulls(&self) -> [bool; 2] {
         [self.drives[0] == Pic16Drive::Low, self.drives[1] == Pic16Drive::Low]
     }
 
-    /// How often a flag was set.
+    /// Returns how often a flag was set.
     pub fn count(&self, flag: InterruptFlag) -> usize {
         self.flags.iter().filter(|&&(_, f)| f == flag).count()
     }

@@ -1,4 +1,4 @@
-//! I2C slave, told as a history: all bits since Start, and what the bytes that are whole have meant.
+//! A model of the I2C slave as a history: all bits since Start, and the meaning of the complete bytes.
 
 use emu_pic16::periph::map::InterruptFlag;
 
@@ -14,16 +14,17 @@ enum Byte {
 
 #[derive(Default)]
 pub struct Slave {
-    /// Levels of SDA as SCL rose, since Start; `None` when there was none, or the talk is not with us.
+    /// Levels of SDA at the rising edges of SCL since Start; None if there was no Start, or another device is
+    /// addressed.
     bits: Option<Vec<bool>>,
-    /// What the byte on its way is.
+    /// Meaning of the current byte.
     kind: Option<Byte>,
-    /// This part acknowledges in the ninth clock.
+    /// True if this slave acknowledges in the ninth clock.
     acks: bool,
-    /// To be sent, most significant bit first.
+    /// Bits to send, the most significant one first.
     out: Vec<bool>,
     sending: bool,
-    /// The whole address of 10 bits was ours.
+    /// True if the complete 10-bit address has matched.
     ten: bool,
     needs_add: bool,
 }
@@ -75,7 +76,7 @@ impl Slave {
         }
     }
 
-    /// A byte is in.
+    /// Handles the end of the eighth bit.
     fn after_eighth(&mut self, chip: &mut Chip, kind: Byte, bits: &[bool]) {
         let seven = matches!(chip.con & 15, 6 | 14);
         let (byte, read) = (value(bits), bits[7]);
@@ -131,7 +132,7 @@ impl Slave {
         self.out = bits.to_vec();
     }
 
-    /// The acknowledge is over.
+    /// Handles the end of the acknowledge.
     fn after_ninth(&mut self, chip: &mut Chip, kind: Byte, t: u64) {
         chip.flag(InterruptFlag::SSPIF, t);
         chip.pull_sda = false;
@@ -155,7 +156,7 @@ impl Slave {
         self.bits.as_ref().is_some_and(|bits| bits.len() % 9 == 0)
     }
 
-    /// Data for a read: between the address match and the end of the byte before.
+    /// Loads data for a read: between the address match and the end of the byte before.
     pub fn load(&mut self, chip: &mut Chip) {
         let refused = !self.acks && self.bits.as_ref().is_some_and(|bits| bits.len() <= 9);
         if self.kind != Some(Byte::Out) || refused || !chip.rw {
@@ -179,7 +180,7 @@ impl Slave {
         }
     }
 
-    /// Section 9.4.4.5: the clock is held from when someone else has made it low.
+    /// Section 9.4.4.5: the clock is held from when another device has made it low.
     pub fn hold(&mut self, chip: &mut Chip) {
         let wanted = !chip.ckp() || self.needs_add;
         if wanted && !chip.scl {

@@ -1,4 +1,5 @@
-//! SPI clock by clock. The master is the drawing of figure 9-3: where in its bits a clock lies says what the pins are.
+//! A model of the SPI that steps clock by clock. The master follows figure 9-3: the position of a clock in
+//! its bit determines the pins.
 
 use emu_pic16::periph::Pic16Drive;
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line};
@@ -8,20 +9,20 @@ use crate::rig::Rig;
 
 #[derive(Default)]
 pub struct Spi {
-    /// The bits in SSPSR, first to leave first.
+    /// Bits in SSPSR, the first to be sent at the front.
     sr: Vec<bool>,
     /// Master: clocks since the write.
     age: Option<u64>,
-    /// Master on timer 2: halves begun.
+    /// Master on timer 2: half bits started.
     halves: Option<u64>,
-    /// The clock is active.
+    /// True while the clock is at its active level.
     active: bool,
     sdo: bool,
-    /// Slave: bits in.
+    /// Slave: number of bits received.
     bits: u32,
-    /// Slave: an edge of this byte has been.
+    /// Slave: true after an edge of this byte.
     begun: bool,
-    /// All bits are in; the end of a Q2 has seen that.
+    /// Set when all bits are received; true once the end of a Q2 has detected it.
     complete: Option<bool>,
     byte: u8,
 }
@@ -69,7 +70,7 @@ impl Spi {
         self.complete = Some(false);
     }
 
-    /// Half number `n` of the 16 begins; number 16 is the end.
+    /// Starts half bit `n` of 16; number 16 is the end.
     fn at_half(&mut self, chip: &Chip, n: u64) {
         let middle = n % 2 == 1;
         if middle && !chip.smp() || !middle && n > 0 && chip.smp() {
@@ -113,14 +114,14 @@ impl Spi {
         self.see(t);
     }
 
-    /// The end of Q2 sees what is complete by then.
+    /// Detects complete bytes at the end of Q2.
     fn see(&mut self, t: u64) {
         if self.complete.is_some() && t % 4 == 2 {
             self.complete = Some(true);
         }
     }
 
-    /// SSPSR goes to SSPBUF, if it is complete.
+    /// Moves SSPSR to SSPBUF, if it is complete.
     pub fn deliver(&mut self, chip: &mut Chip, t: u64) {
         if self.complete.take().is_none() {
             return;
@@ -134,14 +135,15 @@ impl Spi {
         chip.flag(InterruptFlag::SSPIF, t);
     }
 
-    /// The slave's clock has changed.
+    /// Handles a change of the slave's clock.
     pub fn edge(&mut self, chip: &mut Chip, t: u64, asleep: bool) {
         if chip.con & 15 == 4 && chip.ss {
             return;
         }
         self.begun = true;
         let to_active = chip.scl != chip.ckp();
-        // Figures 9-5 and 9-6: in one half of the figure SCK leads the data by half a bit, in the other it does not.
+        // Figures 9-5 and 9-6: in one half of the figure SCK leads the data by half a bit, in the other half
+        // it does not.
         match (to_active, chip.cke()) {
             (true, false) | (false, true) => self.sdo = self.first(),
             (true, true) | (false, false) => self.shift_in(chip.sda),
@@ -171,12 +173,12 @@ impl Spi {
     }
 }
 
-/// What SSPBUF holds, first to leave first.
+/// Returns the bits of SSPBUF, the first to be sent at the front.
 fn bits_of(chip: &Chip) -> Vec<bool> {
     (0..8).rev().map(|bit| chip.buf >> bit & 1 == 1).collect()
 }
 
-/// SCK and SDO of the first rig to the second one, and SDO back.
+/// Connects SCK and SDO of the first rig to the second one, and SDO back.
 pub fn wire(rigs: &mut [Rig; 2], t: u64) {
     let high = |drive| drive == Pic16Drive::High;
     let [master, slave] = rigs;

@@ -1,4 +1,5 @@
-//! Timer 0, its prescaler and the watchdog: cases worked by hand from the data sheets, and a model that ticks.
+//! Timer 0, its prescaler and the watchdog: hand-made cases from the data sheets, and random programs
+//! compared with a model that steps clock by clock.
 
 mod model;
 mod random;
@@ -11,7 +12,7 @@ fn register(name: &str) -> Option<Sfr> {
     Sfr::ALL.iter().copied().find(|r| r.name() == name)
 }
 
-/// Runs one case; what is wrong with it, if anything is.
+/// Runs one case; returns what is wrong with it as the error.
 fn check(line: &str) -> Result<(), String> {
     let parts: Vec<&str> = line.split('|').map(str::trim).collect();
     let [name, done, seen] = parts[..] else { return Err("not three columns".into()) };

@@ -1,4 +1,4 @@
-//! Timer 0 and the watchdog, ticked clock by clock.
+//! A model of timer 0 and the watchdog that steps clock by clock.
 
 use emu_pic16::periph::map::{InterruptFlag, Sfr};
 use emu_pic16::periph::{Pic16Outbox, Pic16Signal};
@@ -17,9 +17,10 @@ pub struct Model {
     pin: bool,
     clkout: bool,
     last: bool,
-    /// A rise was seen in Q4 of the last cycle, in Q2 of this one, in Q4 of this one.
+    /// Whether a rise was detected in Q4 of the last cycle, in Q2 of this one, in Q4 of this one.
     seen: [bool; 3],
-    /// Cycles at whose end nothing counts, and clocks in which the prescaler and the sampler are held in reset.
+    /// Number of cycles at whose end nothing counts, and of clocks in which prescaler and sampler are held in
+    /// reset.
     blind: u32,
     held: u32,
     pub asleep: bool,
@@ -105,7 +106,7 @@ impl Model {
         }
     }
 
-    /// What happens at the clock `t` before anything is written; `written` is a write of TMR0 in this very clock.
+    /// Executes the clock `t` before any write; `written` is true if TMR0 is written in this very clock.
     pub fn arrive(&mut self, t: u64, written: bool, out: &mut Pic16Outbox) {
         if t > 0 {
             self.wdt_age += 1;
@@ -184,7 +185,7 @@ impl Model {
         *self = Model { tmr0: self.tmr0, pin: self.pin, last: !self.pin, ..fresh };
     }
 
-    /// The clock that begins at `t`.
+    /// Executes the clock that starts at `t`.
     pub fn tick(&mut self, t: u64) {
         if self.asleep {
             return;

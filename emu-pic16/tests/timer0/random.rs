@@ -1,4 +1,4 @@
-//! Random writes, edges, sleeps and resets: timer 0 agrees with the ticked model at every clock.
+//! Random writes, edges, sleeps and resets: timer 0 must agree with the stepped model at every clock.
 
 use emu_core::rng::Rng;
 use emu_pic16::periph::map::{Pic16Line, Sfr};
@@ -7,7 +7,7 @@ use emu_pic16::periph::{Pic16Device, Pic16Outbox};
 
 use crate::model::Model;
 
-/// One random life of `clocks` clocks; counts of signals met.
+/// Runs one random execution of `clocks` clocks; returns the number of signals.
 fn live(seed: u64, clocks: u64) -> usize {
     let mut rng = Rng::new(seed);
     let (wdte, wdtcon) = (rng.one_in(2), rng.one_in(3));
@@ -16,10 +16,10 @@ fn live(seed: u64, clocks: u64) -> usize {
     let mut timer = Timer0::new(wdte, period, wdtcon);
     let mut model = Model::new(wdte, period, wdtcon);
     let (mut told, mut expected) = (Pic16Outbox::new(), Pic16Outbox::new());
-    // Some lives are busy, some quiet; in some T0CKI is fast.
+    // Some executions have many writes, some few; in some T0CKI is fast.
     let (busy, pins) = (4 + rng.below(200), 1 + rng.below(60));
     let mut pin = false;
-    // What next() and steady() promised, and since when nothing has disturbed it.
+    // Results of `next_clock` and `steady_until`, valid until the next disturbance.
     let (mut promised, mut steady) = (timer.next_clock(), (0, 0));
     for t in 0..clocks {
         let cycle = t.is_multiple_of(4);

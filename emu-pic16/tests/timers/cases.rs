@@ -1,10 +1,10 @@
-//! The cases of `cases.txt`.
+//! Runs the cases of `cases.txt`.
 
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use emu_pic16::periph::timers::Pic16Timers;
 use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Signal};
 
-/// A signal as the cases write it.
+/// Formats a signal as the cases do.
 fn text(signal: &Pic16Signal) -> String {
     match signal {
         Pic16Signal::Flag { t, flag } => format!("{flag:?}@{t}"),
@@ -15,19 +15,19 @@ fn text(signal: &Pic16Signal) -> String {
     }
 }
 
-/// Does what is due up to and with `to`, when it is due.
+/// Executes what is due up to and including `to`, each at its own clock.
 fn advance(timers: &mut Pic16Timers, to: u64, out: &mut Vec<Pic16Signal>) {
     while timers.next_clock() <= to {
         timers.run_due(timers.next_clock(), out);
     }
 }
 
-/// Registers by name.
+/// Returns a register by its name.
 fn register(name: &str) -> Option<Sfr> {
     Sfr::ALL.iter().copied().find(|sfr| sfr.name() == name)
 }
 
-/// Runs the steps of a case; what it expects in vain, or does not expect, is the error.
+/// Runs the steps of a case; the error lists missing and unexpected signals.
 fn case(steps: &str, said: &str) -> Result<(), String> {
     let (mut ccps, mut crystal) = (2, None);
     let mut todo = Vec::new();

@@ -1,4 +1,5 @@
-//! Timer 1, timer 2 and the CCP modules: against a model that ticks, and by hand-worked cases.
+//! Timer 1, timer 2 and the CCP modules, compared with a model that steps clock by clock, and with hand-made
+//! cases.
 
 mod cases;
 mod model;

@@ -1,5 +1,5 @@
-//! The same parts as a heap of flip-flops that is clocked by every clock of the oscillator. Written for plainness, from the
-//! block diagrams of DS30292 (figures 6-2, 7-1, 8-1 to 8-3).
+//! A model of the timers and CCP modules as flip-flops that every clock of the oscillator clocks. It is
+//! written for clarity, from the block diagrams of DS30292 (figures 6-2, 7-1, 8-1 to 8-3).
 
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use emu_pic16::periph::{Pic16Drive, Pic16Signal};
@@ -24,11 +24,11 @@ pub struct Model {
     pub t1con: u8,
     prescaler1: u32,
     t1cki: bool,
-    /// Counting has begun and no falling edge has come.
+    /// True if counting has started and no falling edge has come.
     wait_fall: bool,
-    /// An edge has left the prescaler, and the synchroniser has not looked.
+    /// True if an edge has left the prescaler and the synchronizer has not sampled it.
     caught: bool,
-    /// The synchroniser has looked, and will count at the end of the cycle.
+    /// True if the synchronizer has sampled an edge, which counts at the end of the cycle.
     pass: bool,
     osc: u64,
     hz: u64,
@@ -100,7 +100,7 @@ impl Model {
         self.toggles & 1 == 0
     }
 
-    /// Timer 1 gets a new value by whatever way: what compares with it looks.
+    /// Sets timer 1 to a new value for any reason; modules that compare with it check it.
     fn new_tmr1(&mut self, value: u16, ccpr: &[Option<u16>]) {
         let old = self.tmr1;
         self.tmr1 = value;
@@ -110,7 +110,7 @@ impl Model {
         }
     }
 
-    /// A module looks whether it is equal now and was not.
+    /// Checks whether a module is equal now and was not before.
     fn look(&mut self, i: usize, was: bool) {
         let now = self.compares()[i] == Some(self.tmr1);
         if now && !was {
@@ -139,7 +139,7 @@ impl Model {
         self.new_tmr1(next, &compares);
     }
 
-    /// A rising edge at the input of timer 1. True if the counter is to count right now.
+    /// Handles a rising edge at the input of timer 1; returns true if the counter counts at once.
     fn edge1(&mut self) -> bool {
         self.prescaler1 += 1;
         let out = self.prescaler1.is_multiple_of(1 << (self.t1con >> 4 & 3));
@@ -156,7 +156,7 @@ impl Model {
         false
     }
 
-    /// Clock `t` comes, with the write of an instruction that ends with it.
+    /// Executes clock `t`, with the write of an instruction that ends at it.
     pub fn tick(&mut self, t: u64, write: Option<(Sfr, u8)>) {
         self.t = t;
         let writes1 = matches!(write, Some((Sfr::TMR1L | Sfr::TMR1H, _)));
@@ -164,7 +164,7 @@ impl Model {
         if t % 4 == 2 && !self.asleep {
             self.pass |= std::mem::take(&mut self.caught);
         }
-        // Timer 1 is clocked.
+        // Clocks timer 1.
         let mut counts = false;
         if t.is_multiple_of(4) && !self.asleep {
             counts |= std::mem::take(&mut self.pass);
@@ -173,7 +173,7 @@ impl Model {
             }
         }
         if self.t1con & 8 != 0 {
-            // A half period has passed whenever twice the time holds another whole number of periods.
+            // A half period has passed whenever twice the time contains another whole number of periods.
             while self.hz > 0 && 2 * (t - self.swings) * self.hz >= (self.toggles + 1) * self.osc {
                 self.toggles += 1;
                 if !self.crystal_high() {
@@ -188,7 +188,7 @@ impl Model {
         if counts && !writes1 {
             self.count1();
         }
-        // Timer 2 is clocked.
+        // Clocks timer 2.
         if self.t2con & 4 != 0 && !self.asleep {
             let scale = [1, 4, 16, 16][usize::from(self.t2con & 3)];
             if !writes2 {
@@ -229,7 +229,7 @@ impl Model {
         }
     }
 
-    /// The comparators of the pulse width: they win over the beginning of a period.
+    /// Compares the pulse width; a match overrides the start of a period.
     fn pulses(&mut self) {
         let scale = [1, 4, 16, 16][usize::from(self.t2con & 3)];
         let base = u32::from(self.tmr2) * 4 + self.prescaler2 / scale;
@@ -328,7 +328,7 @@ impl Model {
         self.look(i, was);
     }
 
-    /// What goes into the prescaler of capture mode, and what goes into the latch enable.
+    /// Returns the input of the prescaler in capture mode, and of the latch enable.
     fn nets(&self, i: usize) -> (bool, bool) {
         let m = &self.modules[i];
         let input = if m.con & 15 == 4 { !m.pin } else { m.pin };

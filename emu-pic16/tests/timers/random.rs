@@ -1,4 +1,4 @@
-//! Random writes, edges, sleeps and resets: the part and the model agree at every clock.
+//! Random writes, edges, sleeps and resets: timers and model must agree at every clock.
 
 use emu_core::NEVER;
 use emu_core::rng::Rng;
@@ -26,7 +26,7 @@ const CRYSTALS: [Option<(u64, u64)>; 9] = [
     Some((8, 1)),
 ];
 
-/// A value that makes something happen soon: bytes near those that the counters have or wrap at.
+/// Returns a value that soon has an effect: bytes near the counters' values or near the wrap.
 fn value(rng: &mut Rng, reg: Sfr, model: &Model) -> u8 {
     let near = |byte: u8, rng: &mut Rng| byte.wrapping_add(rng.below(7) as u8).wrapping_sub(2);
     match reg {
@@ -38,7 +38,7 @@ fn value(rng: &mut Rng, reg: Sfr, model: &Model) -> u8 {
         Sfr::CCPR1L | Sfr::CCPR2L => rng.below(12) as u8,
         Sfr::CCP1CON | Sfr::CCP2CON if rng.one_in(4) => 11,
         Sfr::CCP1CON | Sfr::CCP2CON => (rng.next_u64() as u8 & 0xF0) | (4 + rng.below(12) as u8),
-        // The timers are on more often than not.
+        // The timers are on more often than off.
         Sfr::T1CON => rng.next_u64() as u8 | u8::from(!rng.one_in(5)),
         Sfr::T2CON => (rng.next_u64() as u8 & if rng.one_in(2) { 0x83 } else { 0x9F }) | u8::from(!rng.one_in(5)) << 2,
         Sfr::PR2 => rng.below(8) as u8,
@@ -47,7 +47,7 @@ fn value(rng: &mut Rng, reg: Sfr, model: &Model) -> u8 {
     }
 }
 
-/// Everything but the lines, in an order of its own.
+/// Returns all signals except those of lines, sorted.
 fn others(signals: &[Pic16Signal]) -> Vec<String> {
     let others = signals.iter().filter(|s| !matches!(s, Pic16Signal::Drive { .. }));
     let mut text: Vec<String> = others.map(|s| format!("{s:?}")).collect();
@@ -55,7 +55,7 @@ fn others(signals: &[Pic16Signal]) -> Vec<String> {
     text
 }
 
-/// What the model has said of each kind, in the order TMR1IF, TMR2IF, CCPxIF, Convert, Timer2, Drive.
+/// Counts of the model's signals, in the order TMR1IF, TMR2IF, CCPxIF, Convert, Timer2, Drive.
 type Heard = [usize; 6];
 
 fn run(seed: u64, clocks: u64, heard: &mut Heard) {
@@ -63,7 +63,7 @@ fn run(seed: u64, clocks: u64, heard: &mut Heard) {
     let ccps = [2, 2, 2, 1, 0][rng.below(5) as usize];
     let crystal = CRYSTALS[rng.below(9) as usize];
     let (mut timers, mut model) = (Pic16Timers::new(ccps, crystal), Model::new(ccps, crystal));
-    // Eager parts are run at every clock, lazy ones only when they say that something is due.
+    // Eager timers run at every clock, lazy ones only when they report something due.
     let eager = rng.one_in(4);
     let mut asleep = false;
     let busy = [3, 12, 60, 300][rng.below(4) as usize];
@@ -74,7 +74,7 @@ fn run(seed: u64, clocks: u64, heard: &mut Heard) {
     let mut out = Vec::new();
     for t in 1..clocks {
         let mut write = None;
-        // A program begins with some settings.
+        // A program starts with some settings.
         if t % 4 == 0 && !asleep && (t < 80 || rng.one_in(busy)) {
             let reg = REGS[rng.below(REGS.len() as u64) as usize];
             write = Some((reg, value(&mut rng, reg, &model)));
@@ -117,7 +117,7 @@ fn run(seed: u64, clocks: u64, heard: &mut Heard) {
                 }
             }
         }
-        // Of what a line does within one clock only the last thing is left.
+        // Only the last change of a line within one clock is kept.
         for signal in &out {
             if let Pic16Signal::Drive { t: at, line, drive } = signal {
                 assert_eq!(*at, t, "{signal:?}, seed {seed}");

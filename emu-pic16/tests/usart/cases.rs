@@ -1,16 +1,23 @@
-//! Cases worked by hand, one a line, in clocks.
+//! Hand-made cases, one per line, in clocks.
 
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use emu_pic16::periph::usart::Pic16Usart;
 use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Outbox, Pic16Signal};
 
-/// `what | script | what happens`. In a script `N` is the clock of what follows it: `rc=XX`, `tx=XX`, `br=XX`, `w=XX` are
-/// writes to RCSTA, TXSTA, SPBRG, TXREG; `r0`, `r1`, `c0`, `c1` levels of RX and TX from outside; `/bits:N` levels of RX of
-/// N clocks each; `^bits:N` pulses of CK from outside, N clocks each, high in the first half, with the bits on RX; `read`
-/// reads RCREG; `?` shows RCSTA and TXSTA, `i` TXIF and RCIF, `s` the byte in its stop bit; `sleep`, `wake`, `reset`; `early` has
-/// TRMT set as a stop bit begins. RX is high
-/// at first. What happens: `N T0`, `N T1`, `N T-`: TX driven or left to the port, `R` the same of RX; flags set; bytes sent.
-/// With SPBRG = 1 a period of the generator is 8 clocks: a bit of 32 with BRGH = 1, and a synchronous one of 8.
+/// Format: `topic | script | events`.
+///
+/// In a script, `N` is the clock of what follows it:
+///
+/// - `rc=XX`, `tx=XX`, `br=XX`, `w=XX` are writes to RCSTA, TXSTA, SPBRG, TXREG.
+/// - `r0`, `r1`, `c0`, `c1` are levels of RX and TX from outside; RX is high initially.
+/// - `/bits:N` are levels of RX of N clocks each.
+/// - `^bits:N` are pulses of CK from outside, N clocks each, high in the first half, with the bits on RX.
+/// - `read` reads RCREG; `?` shows RCSTA and TXSTA, `i` TXIF and RCIF, `s` the byte in its stop bit.
+/// - `sleep`, `wake`, `reset`; `early` makes TRMT set at the start of a stop bit.
+///
+/// Events are `N T0`, `N T1`, `N T-` for TX driven or left to the port, `R` likewise for RX, flags set, and
+/// bytes sent. With SPBRG = 1 a period of the generator is 8 clocks: a bit is 32 clocks with BRGH = 1, and 8
+/// clocks in synchronous mode.
 const CASES: &str = "
 # Asynchronous transmission (10.2.1)
 80 cycles at 8 a bit, from an edge of the shift clock | 0 br=01 tx=24 rc=80 8 w=A5 400 | 0 TXIF, 0 T1, 16 TXIF, 32 T0, 64 T1, 96 T0, 128 T1, 160 T0, 224 T1, 256 T0, 288 T1, 352 sent A5
@@ -189,8 +196,8 @@ impl Bench {
     }
 }
 
-/// In order of time; what is said of one clock stands in the order in which it came, but for lines and flags, whose order
-/// at one clock means nothing.
+/// Sorts events by time. In one clock, lines and flags are sorted, because their order has no meaning; the
+/// others keep their order.
 fn normal(mut said: Vec<(u64, String)>) -> Vec<(u64, String)> {
     said.sort_by_key(|(t, what)| {
         let order = match what.get(..1) {

@@ -1,14 +1,14 @@
-//! Two ports, wired to each other.
+//! Two ports that are connected to each other.
 
 use emu_core::rng::Rng;
 use emu_pic16::periph::map::{Pic16Line, Sfr};
 use emu_pic16::periph::usart::{ADDEN, BRGH, CREN, CSRC, Pic16Usart, RX9, SPEN, SYNC, TX9, TX9D, TXEN};
 use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Signal};
 
-/// Words that are sent.
+/// Number of words sent.
 const WORDS: usize = 40;
 
-/// Hands on what `from` does to its lines at `t`.
+/// Passes the line changes of `from` at `t` to the other side.
 fn carry(
     from: &mut Vec<Pic16Signal>,
     lines: &[(Pic16Line, Pic16Line)],
@@ -26,7 +26,8 @@ fn carry(
     }
 }
 
-/// Words sent from one port to the other. Gives the words that should come out and those that do, with FERR and RX9D.
+/// Sends words from one port to the other; returns the expected words and the received ones, with FERR and
+/// RX9D.
 fn talk(txsta: [u8; 2], rcsta: [u8; 2], spbrg: [u8; 2], seed: u64) -> (Vec<u16>, Vec<(u16, bool)>) {
     let rng = &mut Rng::new(seed);
     let (mut a, mut b, mut of_a, mut of_b) = (Pic16Usart::new(), Pic16Usart::new(), Vec::new(), Vec::new());
@@ -91,7 +92,7 @@ fn asynchronous() {
             all_arrive([TXEN | TX9 | brgh, brgh], nine, spbrg);
         }
     }
-    // Four periods of one are sixteen of a quarter of it.
+    // Four periods of one are sixteen of a quarter of its length.
     all_arrive([TXEN | BRGH, 0], on, [19, 4]);
 }
 

@@ -1,4 +1,5 @@
-//! The USART against the data sheet: hand-worked cases as text, and a slow model that ticks.
+//! The USART compared with the data sheet: hand-made cases as text, and random programs compared with a slow
+//! model that steps clock by clock.
 
 mod cases;
 mod link;

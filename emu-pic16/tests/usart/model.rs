@@ -1,5 +1,5 @@
-//! A USART that is clocked: every register, counter and shift register of the block diagrams (DS30292, figures 10-1, 10-4;
-//! DS33023, figures 18-1 to 18-3), one clock at a time. Nothing of it knows when it will do something.
+//! A model of the USART that steps clock by clock: every register, counter and shift register of the block
+//! diagrams (DS30292, figures 10-1, 10-4; DS33023, figures 18-1 to 18-3). It never computes a future event.
 
 use std::collections::VecDeque;
 
@@ -22,7 +22,7 @@ struct Tsr {
 
 #[derive(Default)]
 pub struct Model {
-    // Registers, bit by bit where it pays.
+    // Registers, some of them bit by bit.
     spen: bool,
     rx9: bool,
     sren: bool,
@@ -47,7 +47,7 @@ pub struct Model {
 
     // Transmitter.
     txreg_full: bool,
-    /// What TXIF takes TXREG for, and for how many clocks it has been otherwise.
+    /// State of TXREG as TXIF shows it, and the clocks for which it has differed.
     seen_full: bool,
     stale: u8,
     /// Clocks until TSR takes TXREG.
@@ -56,17 +56,17 @@ pub struct Model {
     out_low: bool,
     ck_tx: bool,
 
-    // Receiver: asynchronous.
+    // Receiver in asynchronous mode.
     busy: bool,
     edges: u64,
     samples: Vec<bool>,
     q2q4: VecDeque<bool>,
     rsr: Vec<bool>,
-    // Synchronous.
+    // Receiver in synchronous mode.
     wait: u8,
     clocked: bool,
     ck_rx: bool,
-    // FIFO.
+    // Receive buffer.
     fifo: VecDeque<Word>,
     shown: Word,
 
@@ -103,9 +103,9 @@ impl Model {
         self.master() && !self.tx_on() && !self.rx_on()
     }
 
-    /// One clock.
+    /// Executes one clock.
     pub fn tick(&mut self, t: u64) {
-        // TXIF changes when TXREG has been otherwise for a whole cycle.
+        // TXIF changes when TXREG has differed for a whole cycle.
         self.stale = if self.seen_full == self.txreg_full { 0 } else { self.stale + 1 };
         if self.stale == 4 {
             self.seen_full = self.txreg_full;
@@ -154,7 +154,7 @@ impl Model {
         }
     }
 
-    /// A period of the generator ends and another begins.
+    /// Handles the end of a period of the generator, and the start of the next.
     fn edge(&mut self, t: u64) {
         if self.master() {
             self.shift_out(t);
@@ -179,7 +179,7 @@ impl Model {
         }
     }
 
-    /// The middle of a period.
+    /// Handles the middle of a period.
     fn middle(&mut self) {
         if self.master() {
             self.ck_tx = false;
@@ -209,7 +209,7 @@ impl Model {
         self.stale = 0;
     }
 
-    /// TSR is empty from the middle of the stop bit on, unless the next byte waits.
+    /// Returns TRMT: TSR is empty from the middle of the stop bit on, unless the next byte waits.
     fn trmt(&self) -> bool {
         let (bit, half) = if self.brgh { (4, 2) } else { (16, 8) };
         let stopped = !self.sync && !self.txreg_full && self.periods % bit >= half;
@@ -239,7 +239,7 @@ impl Model {
 
     // Receiver.
 
-    /// A bit of a frame has been voted on.
+    /// Processes a bit of a frame after the vote.
     fn found(&mut self, high: bool) {
         self.rsr.push(high);
         let of = if self.rx9 { 11 } else { 10 };
@@ -293,7 +293,7 @@ impl Model {
         self.shown = self.fifo[0];
     }
 
-    // What the chip does.
+    // Inputs from the chip.
 
     pub fn line(&mut self, line: Pic16Line, high: bool, t: u64) {
         match line {
@@ -315,7 +315,7 @@ impl Model {
                     if self.clocked {
                         self.clock_in();
                     }
-                    // The fall that belongs to the last bit ends the word.
+                    // The falling edge of the last bit ends the word.
                     if std::mem::take(&mut self.ck_tx) && self.tsr.as_ref().is_some_and(|tsr| tsr.bits.is_empty()) {
                         self.end_of_word(t);
                     }
@@ -435,7 +435,7 @@ impl Model {
         !self.fifo.is_empty()
     }
 
-    /// Levels that have changed are said.
+    /// Sends signals for the levels that have changed.
     fn settle(&mut self, t: u64) {
         let (txif, rcif) = (self.txif(), self.rcif());
         if txif && !self.txif {

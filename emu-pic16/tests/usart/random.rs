@@ -1,4 +1,5 @@
-//! Random programs and random lines: the port, which is run only when it says that something is due, and the model.
+//! Random programs and line changes: compares the model with the port, which runs only when it reports
+//! something due.
 
 use std::collections::VecDeque;
 
@@ -11,7 +12,7 @@ use crate::model::Model;
 
 const REGS: [Sfr; 5] = [Sfr::RCSTA, Sfr::TXSTA, Sfr::TXREG, Sfr::RCREG, Sfr::SPBRG];
 
-/// Levels of RX still to come, each with the clocks that it lasts.
+/// Future levels of RX, each with its duration in clocks.
 #[derive(Default)]
 struct Wire(VecDeque<(u64, bool)>);
 
@@ -27,7 +28,8 @@ impl Wire {
         run.1
     }
 
-    /// A rest and then a frame within 3 % of the rate, one that is plainly off, noise, a glitch or a break.
+    /// Adds an idle time and a frame within 3 % of the rate, one that is clearly off, noise, a glitch or a
+    /// break.
     fn refill(&mut self, bit: u64, nine: bool, rng: &mut Rng) {
         self.0.push_back((rng.below(3) * rng.below(2 * bit), true));
         match rng.below(14) {
@@ -55,7 +57,7 @@ impl Wire {
     }
 }
 
-/// A value for one of the registers, of a kind that lets something happen.
+/// Returns a register and a value that is likely to have an effect.
 fn write(regs: (u8, u8), rng: &mut Rng) -> (Sfr, u8) {
     let (rcsta, txsta) = regs;
     let flip = |value: u8, bits: &[u8], rng: &mut Rng| value ^ bits[rng.below(bits.len() as u64) as usize];
@@ -77,7 +79,7 @@ fn write(regs: (u8, u8), rng: &mut Rng) -> (Sfr, u8) {
     }
 }
 
-/// How often it came to what: a run in which nothing happens proves nothing.
+/// Counts of each kind of event: a run in which nothing happens proves nothing.
 #[derive(Default, Debug)]
 struct Seen {
     sent: u64,
@@ -184,7 +186,7 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
             }
         }
         seen.overruns += u64::from(model.peek(Sfr::RCSTA) & 2 != 0);
-        // Both may say what happens at one clock in an order of their own.
+        // Within one clock each may send its signals in another order.
         let key = |signal: &Pic16Signal| format!("{signal:?}");
         let (mut is, mut ought) = (std::mem::take(&mut out), std::mem::take(&mut model.out));
         is.sort_by_key(key);

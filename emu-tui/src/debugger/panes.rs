@@ -1,10 +1,10 @@
-//! The source, and what the serial port has sent.
+//! The panes of the source and of the serial output.
 
 use super::SourceExcerpt;
 use crate::ScreenStyle;
 use crate::style::PaneArea;
 
-/// The source around the cursor, which is in the middle where there is enough on both sides.
+/// Draws the source with the cursor in the middle if there are enough lines on both sides.
 pub(super) fn draw_source(source: &SourceExcerpt, marked: bool, paper: &mut PaneArea<'_>, look: ScreenStyle) {
     paper.put_heading(0, &format!("Source {}", source.file), look);
     let height = usize::from(paper.area.height.saturating_sub(1));
@@ -33,7 +33,7 @@ pub(super) fn draw_source(source: &SourceExcerpt, marked: bool, paper: &mut Pane
     }
 }
 
-/// The last lines of what the serial port has sent.
+/// Draws the last lines that the serial port has sent.
 pub(super) fn draw_serial(lines: &[String], paper: &mut PaneArea<'_>, look: ScreenStyle) {
     paper.put_heading(0, "Serial port, sent", look);
     if lines.is_empty() {

@@ -1,4 +1,4 @@
-//! What keys do, and what the screen shows, of a machine that is nothing but data.
+//! Tests of keys and pictures with a machine that consists of data only.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{ScreenKey, ScreenStyle, ScreenView, ViewRequest, key, key_script};
 
-/// Counts: every command and every cycle is an instruction.
+/// A machine that counts: every command and every cycle executes one instruction.
 #[derive(Default)]
 struct Counter {
     pc: u32,
@@ -119,7 +119,7 @@ fn the_cursor_sets_breakpoints_and_deletes_them() {
     after(&mut screen, "b up b enter", AREA);
     assert_eq!(screen.machine.heard, ["break 0x0006", "delete 3", "break 0x0004", "until 0x0004"]);
     assert_eq!(screen.cursor, None);
-    // The beginning of memory is the end of the way.
+    // The cursor stops at the beginning of memory.
     after(&mut screen, "up*9", AREA);
     assert_eq!(screen.cursor, Some(0));
 }
@@ -130,12 +130,12 @@ fn it_runs_as_long_as_it_is_told() {
     after(&mut screen, "space wait:500ms", AREA);
     assert!(screen.is_moving());
     assert_eq!(screen.machine.cycle, 500);
-    // The key that stops a run is a pause; any other does its own too.
+    // A pause key only stops a run; any other key also has its own effect.
     after(&mut screen, "space wait:1s", AREA);
     assert_eq!((screen.is_moving(), screen.machine.cycle), (false, 500));
     after(&mut screen, "+ space wait:1s s", AREA);
     assert_eq!((screen.is_moving(), screen.machine.cycle, screen.machine.heard.len()), (false, 2_500, 1));
-    // A point ends it.
+    // A breakpoint ends the run.
     let picture = after(&mut screen, "c wait:10s", AREA);
     assert_eq!((screen.is_moving(), screen.machine.cycle), (false, 5_000));
     assert!(picture.contains("Breakpoint 1"), "{picture}");
@@ -185,7 +185,7 @@ s step  n next  c continue  space run  b break  u back  : command  ? help
     assert_eq!(picture, wanted, "{picture}");
 }
 
-/// Any keys at any size: a picture of that size, and no panic.
+/// Random keys on screens of any size give a picture of that size without a panic.
 #[test]
 fn any_keys_on_any_screen() {
     let mut seed = 7_u64;

@@ -1,11 +1,11 @@
-//! What keys do.
+//! Handles the keys of the debugger screen.
 
 use ratatui_core::layout::Rect;
 
 use super::{AutoRun, DebuggedMachine, DebuggerScreen, LowerPane, ScreenQuery, SourceExcerpt, view};
 use crate::{ScreenKey, ViewRequest};
 
-/// Keys that are short for a command.
+/// Keys that are shortcuts for commands.
 const COMMANDS: [(char, &str); 13] = [
     ('s', "stepi"),
     ('i', "stepi"),
@@ -22,27 +22,27 @@ const COMMANDS: [(char, &str); 13] = [
     ('R', "reset"),
 ];
 
-/// Those of which the source shows another: what they do to lines.
+/// Keys with another command while the source is shown: they work on source lines.
 const LINE_COMMANDS: [(char, &str); 3] = [('s', "step"), ('u', "reverse-step"), ('U', "reverse-next")];
 
-/// Machine cycles in a column of the waveform.
+/// Machine cycles per column of the waveform.
 pub(super) const SCALES: [u64; 8] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000];
 
-/// Longest command line.
+/// Maximum length of a command line in characters.
 const MAX_COMMAND_LENGTH: usize = 400;
 
-/// What a key makes of the screen.
+/// Handles a key.
 pub(super) fn update<M: DebuggedMachine>(screen: &mut DebuggerScreen<M>, key: ScreenKey, area: Rect) -> ViewRequest {
     if let Some(line) = screen.prompt.take() {
         return handle_prompt_key(screen, line, key);
     }
     if screen.help {
-        // Any key closes the help; of those only Ctrl-C does what it says.
+        // Any key closes the help; only Ctrl-C has its normal effect, too.
         screen.help = false;
         return if key == ScreenKey::Ctrl('c') { ViewRequest::Quit } else { ViewRequest::Continue };
     }
     if screen.run.take().is_some() {
-        // Whatever the key was, it stops a run first; a pause is nothing but that.
+        // Any key stops a run first; a pause key does nothing else.
         screen.last_message = ("paused".to_owned(), false);
         if matches!(key, ScreenKey::Char(' ' | 'p') | ScreenKey::Ctrl('c') | ScreenKey::Escape) {
             return ViewRequest::Continue;
@@ -94,13 +94,13 @@ pub(super) fn update<M: DebuggedMachine>(screen: &mut DebuggerScreen<M>, key: Sc
     ViewRequest::Continue
 }
 
-/// The keys that are short for a command, as they are now.
+/// The shortcuts for commands that are valid now.
 fn key_commands<M: DebuggedMachine>(screen: &DebuggerScreen<M>) -> impl Iterator<Item = (char, &'static str)> + use<M> {
     let lines = if source(screen, 0).is_some() { &LINE_COMMANDS[..] } else { &[] };
     lines.iter().chain(&COMMANDS).copied()
 }
 
-/// A key while the command line is open.
+/// Handles a key while the command line is open.
 fn handle_prompt_key<M: DebuggedMachine>(
     screen: &mut DebuggerScreen<M>,
     mut line: String,
@@ -108,7 +108,7 @@ fn handle_prompt_key<M: DebuggedMachine>(
 ) -> ViewRequest {
     match key {
         ScreenKey::Ctrl('c') | ScreenKey::Escape => return ViewRequest::Continue,
-        // A command that lets the machine run is a run of the screen, which shows it on its way.
+        // `continue` becomes a run of the screen, so that the screen is updated meanwhile.
         ScreenKey::Enter if matches!(line.trim(), "c" | "continue") => {
             (screen.run, screen.cycles_due) = (Some(AutoRun::Free), 0.0);
             return ViewRequest::Continue;
@@ -129,7 +129,7 @@ fn run_command<M: DebuggedMachine>(screen: &mut DebuggerScreen<M>, line: &str) -
     if answer.quit { ViewRequest::Quit } else { ViewRequest::Continue }
 }
 
-/// The code around the cursor, and nothing else.
+/// A snapshot of the code around the cursor only.
 fn code<M: DebuggedMachine>(screen: &DebuggerScreen<M>, lines: usize) -> super::DebuggerSnapshot {
     screen.machine.debugger_snapshot(&ScreenQuery {
         around: screen.cursor,
@@ -139,13 +139,13 @@ fn code<M: DebuggedMachine>(screen: &DebuggerScreen<M>, lines: usize) -> super::
     })
 }
 
-/// The source around the cursor, where it is shown.
+/// The source around the cursor, if it is shown.
 fn source<M: DebuggedMachine>(screen: &DebuggerScreen<M>, lines: usize) -> Option<SourceExcerpt> {
     let wants = ScreenQuery { line: screen.line, source: lines + 1, since: u64::MAX, ..ScreenQuery::default() };
     if screen.source { screen.machine.debugger_snapshot(&wants).source } else { None }
 }
 
-/// The place under the cursor as commands take it, and the breakpoint there.
+/// The location of the cursor in the syntax of commands, and the number of the breakpoint there.
 fn cursor_place<M: DebuggedMachine>(screen: &DebuggerScreen<M>) -> Option<(String, Option<u32>)> {
     if let Some(source) = source(screen, 0) {
         let line = source.lines.iter().find(|line| line.0 == source.around)?;
@@ -156,7 +156,7 @@ fn cursor_place<M: DebuggedMachine>(screen: &DebuggerScreen<M>) -> Option<(Strin
     sight.code.into_iter().find(|line| line.word == word).map(|line| (line.address, line.breakpoint))
 }
 
-/// Sets a breakpoint under the cursor, or deletes it.
+/// Sets or deletes a breakpoint at the cursor.
 fn toggle_breakpoint<M: DebuggedMachine>(screen: &mut DebuggerScreen<M>) -> ViewRequest {
     let (cursor, line) = (screen.cursor, screen.line);
     let Some((place, point)) = cursor_place(screen) else { return ViewRequest::Continue };
@@ -169,7 +169,7 @@ fn toggle_breakpoint<M: DebuggedMachine>(screen: &mut DebuggerScreen<M>) -> View
     wish
 }
 
-/// Puts the cursor before or behind the line, or the instruction, under it.
+/// Moves the cursor by one line or instruction, up or down.
 fn move_cursor<M: DebuggedMachine>(screen: &mut DebuggerScreen<M>, by: isize) {
     if let Some(source) = source(screen, 2) {
         let at = source.lines.iter().position(|line| line.0 == source.around);

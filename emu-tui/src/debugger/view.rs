@@ -1,11 +1,11 @@
-//! What the debugger's screen looks like.
+//! Draws the debugger screen.
 //!
 //! ```text
-//!   | what, where, when                |
-//!   | code             | registers     |     A narrow screen has registers and pins
-//!   | rung, memory ..  | pins          |     below the code.
-//!   | waveform                         |
-//!   | what the last command said       |
+//!   | title, time, run state           |
+//!   | code             | registers     |     On a narrow screen registers and pins
+//!   | rung, memory ..  | pins          |     are below the code.
+//!   | waveforms                        |
+//!   | output of the last command       |
 //!   | keys                             |
 //! ```
 
@@ -22,23 +22,23 @@ use crate::ScreenStyle;
 use crate::rung_picture::{GlyphInk, PictureGlyph};
 use crate::style::{PaneArea, truncate_text};
 
-/// Least size that shows anything of use.
+/// Minimum size (columns, lines) of a useful screen.
 const MIN_SIZE: (u16, u16) = (40, 12);
 
-/// From this width on registers stand beside the code.
+/// Minimum width at which registers are drawn next to the code.
 const WIDE_FROM: u16 = 72;
 
-/// Lines for what commands say.
+/// Maximum number of lines for the output of commands.
 const MESSAGE_LINES: u16 = 5;
 
-/// The keys, as many as fit.
+/// The keys of the footer, in order of importance.
 #[rustfmt::skip]
 const KEYS: [(&str, &str); 12] = [
     ("s", "step"), ("n", "next"), ("S", "scan"), ("e", "element"), ("c", "continue"), ("space", "run"), ("b", "break"), ("u", "back"),
     (":", "command"), ("?", "help"), ("q", "quit"), ("r", "rev-cont"),
 ];
 
-/// Those that are of use with a ladder program only.
+/// Keys that are only useful with a ladder program.
 const LADDER_KEYS: [&str; 2] = ["S", "e"];
 
 const HELP: &str = "\
@@ -59,7 +59,7 @@ v      source or instructions
 ctrl-z to the shell              q   quit
 ";
 
-/// Where things are.
+/// The areas of the panes.
 struct PaneAreas {
     code: Rect,
     lower: Rect,
@@ -93,20 +93,20 @@ fn pane_areas(area: Rect, sight: &DebuggerSnapshot) -> PaneAreas {
     let lower = Rect { y: left.y + code_height, height: left.height - code_height, ..left };
     let rows = u16::try_from(grid_rows(&sight.registers, right.width)).unwrap_or(u16::MAX).saturating_add(1);
     let pins = u16::try_from(grid_rows(&sight.pins, right.width)).unwrap_or(u16::MAX).saturating_add(1);
-    // What does not fit is cut from the pins, which are also in the waveform when they move.
+    // Pins are cut first, because a pin that changes is also in the waveforms.
     let rows = rows.min(right.height.saturating_sub(pins.min(3)));
     let registers = Rect { height: rows, ..right };
     let pins = Rect { y: right.y + rows, height: right.height - rows, ..right };
     PaneAreas { code, lower, registers, pins, wave, message: told, keys }
 }
 
-/// Bytes of memory in a row.
+/// Bytes of memory per row.
 pub(super) fn row_bytes(area: Rect) -> u32 {
     let left = if area.width >= WIDE_FROM { area.width - (area.width * 2 / 5).clamp(28, 42) - 3 } else { area.width };
     if left >= 74 { 16 } else { 8 }
 }
 
-/// The whole picture.
+/// Draws the whole screen.
 pub(super) fn view<M: DebuggedMachine>(screen: &DebuggerScreen<M>, area: Rect, look: ScreenStyle) -> Buffer {
     let mut picture = Buffer::empty(area);
     if area.width < MIN_SIZE.0 || area.height < MIN_SIZE.1 {
@@ -172,7 +172,7 @@ fn draw_title<M>(screen: &DebuggerScreen<M>, sight: &DebuggerSnapshot, paper: &m
     paper.put_right(width, 0, &right, look.bar());
 }
 
-/// The code around the cursor, which is in the middle where there is enough on both sides.
+/// Draws the code with the cursor in the middle if there are enough lines on both sides.
 fn draw_code<M>(screen: &DebuggerScreen<M>, sight: &DebuggerSnapshot, paper: &mut PaneArea<'_>, look: ScreenStyle) {
     paper.put_heading(0, "Code", look);
     let cursor = screen.cursor.unwrap_or(sight.pc);
@@ -228,7 +228,7 @@ fn draw_lower(below: LowerPane, sight: &DebuggerSnapshot, bytes: usize, paper: &
         LowerPane::Rung => {
             paper.put_heading(0, "Rung", look);
             let used = draw_rung(sight.rung.as_deref().unwrap_or(&[]), paper, look);
-            // What room is left has the symbols.
+            // The remaining space shows the symbols.
             let Rect { y, height, .. } = paper.area;
             if used + 2 < height && !sight.symbols.is_empty() {
                 paper.area = Rect { y: y + used, height: height - used, ..paper.area };
@@ -240,7 +240,8 @@ fn draw_lower(below: LowerPane, sight: &DebuggerSnapshot, bytes: usize, paper: &
     }
 }
 
-/// A rung; of one that is higher than its place the part with the marked element. Gives the rows that it takes with its head.
+/// Draws a rung, or the part around the marked element if the rung is higher than the pane. Returns the
+/// number of rows used, with the heading.
 fn draw_rung(lines: &[Vec<PictureGlyph>], paper: &mut PaneArea<'_>, look: ScreenStyle) -> u16 {
     if lines.is_empty() {
         paper.put(1, 1, "the program is in no rung here", look.faint());
@@ -249,7 +250,7 @@ fn draw_rung(lines: &[Vec<PictureGlyph>], paper: &mut PaneArea<'_>, look: Screen
     let marked = lines.iter().rposition(|line| line.iter().any(|sign| sign.marked)).unwrap_or(0);
     let first = (marked + 2).saturating_sub(height).min(lines.len().saturating_sub(height));
     for (y, line) in (1..paper.area.height).zip(lines.iter().skip(first)) {
-        // The first column is for the mark.
+        // The first column is for the marker.
         let mut x = 1;
         for sign in line {
             let style = match sign.ink {
@@ -262,7 +263,7 @@ fn draw_rung(lines: &[Vec<PictureGlyph>], paper: &mut PaneArea<'_>, look: Screen
             let style = if sign.marked && sign.glyph != ' ' { style.patch(look.bar()) } else { style };
             x = paper.put(x, y, sign.glyph.encode_utf8(&mut [0; 4]), style);
         }
-        // Colours or not, an element is also marked by a sign before its line.
+        // A sign in the first column marks the element even without colours.
         if line.iter().any(|sign| sign.marked && matches!(sign.ink, GlyphInk::Power(_))) {
             paper.put(0, y, "▶", look.change());
         }
@@ -294,17 +295,17 @@ fn draw_memory(memory: Option<&MemoryExcerpt>, row: usize, paper: &mut PaneArea<
     }
 }
 
-/// Columns of the longest value: its name, a space or a star, its text, and a space behind it.
+/// Columns of the longest value: name, space or star, text, and a space after it.
 fn widest_value(values: &[NamedValue]) -> usize {
     values.iter().map(|value| value.name.chars().count() + value.text.chars().count() + 2).max().unwrap_or(2)
 }
 
-/// Rows that values take side by side.
+/// Number of rows of the values in a grid.
 fn grid_rows(values: &[NamedValue], width: u16) -> usize {
     values.len().div_ceil((usize::from(width) / widest_value(values)).max(1))
 }
 
-/// Values side by side; one that has changed has a star.
+/// Draws values in a grid; a star marks a value that has changed.
 fn draw_values(name: &str, values: &[NamedValue], paper: &mut PaneArea<'_>, look: ScreenStyle) {
     if paper.area.height == 0 {
         return;
@@ -315,7 +316,7 @@ fn draw_values(name: &str, values: &[NamedValue], paper: &mut PaneArea<'_>, look
     let rows = values.len().div_ceil(columns).max(1);
     let hidden = rows.saturating_sub(usize::from(paper.area.height) - 1);
     for (at, value) in values.iter().enumerate() {
-        // Down first, as one reads a list.
+        // Column by column, like a list.
         let (column, row) = (at / rows, at % rows);
         let x = u16::try_from(column * each).unwrap_or(u16::MAX);
         let y = u16::try_from(row + 1).unwrap_or(u16::MAX);
@@ -329,7 +330,7 @@ fn draw_values(name: &str, values: &[NamedValue], paper: &mut PaneArea<'_>, look
     }
 }
 
-/// Pins over time, now at the right.
+/// Draws the waveforms of the pins; the current time is at the right.
 fn draw_wave(sight: &DebuggerSnapshot, scale: u64, paper: &mut PaneArea<'_>, look: ScreenStyle) {
     if paper.area.height == 0 {
         return;
@@ -352,13 +353,13 @@ fn draw_wave(sight: &DebuggerSnapshot, scale: u64, paper: &mut PaneArea<'_>, loo
     }
 }
 
-/// For each column whether the pin was low in it, and whether it was high. Columns begin at multiples of the scale, so that they
-/// do not flicker; those before power-up are left out.
+/// For each column, (whether the pin was low in it, whether it was high). Columns begin at multiples of the
+/// scale, so that the picture does not flicker; columns before power-up are left out.
 fn levels_by_column(trace: &PinTrace, now: u64, scale: u64, columns: usize) -> Vec<(bool, bool)> {
     let last = now / scale;
     let first = (last + 1).saturating_sub(columns as u64);
     let mut edges = trace.edges.iter().peekable();
-    // Before its first edge a pin was what that edge ended.
+    // Before its first edge, a pin had the opposite level.
     let mut level = trace.edges.first().map_or(trace.high, |(_, to)| !to);
     while let Some((_, to)) = edges.next_if(|(at, _)| *at < first * scale) {
         level = *to;

@@ -1,4 +1,4 @@
-//! Timers and counters, one row each: what they count to, where they are, and whether they are done.
+//! Timers and counters of a program: preset, accumulator, and done bit.
 
 use ladder::{Element, ElementId, LadderOperand, LadderProgram};
 
@@ -9,34 +9,35 @@ use crate::rung_picture::PowerFlowSource;
 #[derive(Debug, Clone)]
 pub(super) struct CountingPart {
     id: ElementId,
-    /// LDmicro's word for it.
+    /// LDmicro's keyword of the element.
     pub word: &'static str,
-    /// The accumulator's name.
+    /// Name of the accumulator.
     pub name: String,
     limit: LadderOperand,
     timer: bool,
 }
 
-/// A row of the panel.
+/// The current values of a timer or counter.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct PartRow {
-    /// What it counts to.
+    /// The preset.
     pub preset: String,
-    /// Where it is.
+    /// The accumulator.
     pub accumulator: String,
-    /// How far that is, in thousandths.
+    /// The accumulator in thousandths of the preset.
     pub thousandths: usize,
-    /// Its done bit: what it let out in the last scan; of a circular counter, that it stands at its limit.
+    /// The done bit: the output of the element in the last scan; for a circular counter, whether it is at its
+    /// limit.
     pub done: bool,
 }
 
-/// Those of a program, in text order.
+/// The timers and counters of a program, in text order.
 pub(super) fn counting_parts(program: &LadderProgram) -> Vec<CountingPart> {
     let part = |(id, element, _): (ElementId, &Element, _)| {
         let (name, limit, timer) = match element {
             Element::Timer { name, delay, .. } => (name, delay, true),
             Element::Counter { name, max, .. } => (name, max, false),
-            // Nothing else counts to a preset.
+            // Other elements have no preset.
             _ => return None,
         };
         let word = element.facts().keyword;
@@ -46,7 +47,7 @@ pub(super) fn counting_parts(program: &LadderProgram) -> Vec<CountingPart> {
 }
 
 impl CountingPart {
-    /// How it stands.
+    /// The current values.
     pub(super) fn row(&self, machine: &PanelMachine) -> PartRow {
         let value = |name: &str| machine.index(name).map_or(0, |index| i64::from(machine.get(index)));
         let count = value(&self.name);
@@ -56,7 +57,7 @@ impl CountingPart {
         };
         let out = machine.power_flow(self.id).is_some_and(|(_, went)| went);
         let (preset, accumulator, at) = if self.timer {
-            // A delay is in microseconds and its accumulator in scans.
+            // The delay of a timer is in microseconds, its accumulator in scans.
             let at = count.saturating_mul(i64::try_from(machine.cycle_us()).unwrap_or(i64::MAX));
             (format_us(limit), format_us(at.min(limit.max(0))), at)
         } else {
@@ -68,7 +69,7 @@ impl CountingPart {
     }
 }
 
-/// Microseconds as people say them.
+/// A time in microseconds as text with a suitable unit.
 pub(super) fn format_us(us: i64) -> String {
     let decimal = |unit: i64, digits: usize, name: &str| {
         let text = format!("{}.{:0digits$}", us / unit, us.abs() % unit);

@@ -3,10 +3,10 @@
 use super::{LadderPanel, SPEEDS};
 use crate::TuiError;
 
-/// Most scans that one command runs.
+/// Maximum number of scans per command.
 const MAX_SCANS: u64 = 1_000_000;
 
-/// Does what a line says; what it came to, or why it cannot be.
+/// Executes a command line; returns its message.
 pub(super) fn run_command(panel: &mut LadderPanel, line: &str) -> Result<String, TuiError> {
     let line = line.trim();
     if let Some((name, value)) = line.split_once('=') {
@@ -22,7 +22,7 @@ pub(super) fn run_command(panel: &mut LadderPanel, line: &str) -> Result<String,
         }
         "scan" => {
             let scans = rest.trim().parse().ok().filter(|scans| (1..=MAX_SCANS).contains(scans));
-            panel.machine.run(scans.ok_or_else(|| TuiError::BadScanCount { most: MAX_SCANS })?);
+            panel.machine.run(scans.ok_or(TuiError::BadScanCount { most: MAX_SCANS })?);
             Ok(String::new())
         }
         "back" => {
@@ -57,7 +57,7 @@ fn set(panel: &mut LadderPanel, name: &str, value: &str) -> Result<String, TuiEr
     Ok(format!("{name} = {number}"))
 }
 
-/// Text with `\n`, `\r`, `\t`, `\0`, `\\` and `\xNN`.
+/// The bytes of a text with the escapes `\n`, `\r`, `\t`, `\0`, `\\` and `\xNN`.
 fn unescape_bytes(text: &str) -> Result<Vec<u8>, TuiError> {
     let mut out = Vec::new();
     let mut rest = text.chars();

@@ -1,4 +1,5 @@
-//! Switches, lamps, relays, analog inputs, timers, counters, numbers and the parts of the chip, as lines of text.
+//! The parts of the panel as lines of text: switches, lamps, relays, analog inputs, timers, counters,
+//! integers, peripherals.
 
 use ladder::SymbolKind;
 use ratatui_core::style::Style;
@@ -11,16 +12,16 @@ use crate::style::truncate_text;
 
 /// A line of the panel.
 pub(super) enum PanelRow {
-    /// Begins a part.
+    /// The heading of a part.
     Head(String),
-    /// Texts side by side.
+    /// Styled texts side by side.
     Line(Vec<(String, Style)>),
 }
 
-/// Longest name that is shown whole.
+/// Maximum number of characters of a name; longer names are truncated.
 const MAX_NAME: usize = 16;
 
-/// All lines for a width.
+/// All lines of the panel for a width.
 pub(super) fn rows(panel: &LadderPanel, width: u16, look: ScreenStyle) -> Vec<PanelRow> {
     let width = usize::from(width);
     let mut rows = Vec::new();
@@ -48,7 +49,7 @@ fn length(spans: &StyledSpans) -> usize {
     spans.iter().map(|(text, _)| text.chars().count()).sum()
 }
 
-/// Items of about equal width, as many beside each other as fit; down first, as one reads a list.
+/// Arranges items in as many columns as fit, column by column like a list.
 fn grid(items: Vec<StyledSpans>, width: usize) -> Vec<PanelRow> {
     let widest = items.iter().map(length).max().unwrap_or(0) + 2;
     let columns = ((width + 2) / widest.max(1)).clamp(1, items.len().max(1));
@@ -116,7 +117,7 @@ fn analog(panel: &LadderPanel, width: usize, look: ScreenStyle) -> Vec<PanelRow>
     panel.machine.levels().enumerate().map(row).collect()
 }
 
-/// A bar that is filled to so many thousandths.
+/// A bar filled to `thousandths` thousandths of its width.
 fn bar(thousandths: usize, width: usize) -> String {
     let full = (thousandths * width + 500) / 1000;
     "█".repeat(full.min(width)) + &"░".repeat(width.saturating_sub(full))
@@ -137,7 +138,7 @@ fn timers(panel: &LadderPanel, width: usize, look: ScreenStyle) -> Vec<PanelRow>
         |length: &dyn Fn(&(&super::parts::CountingPart, Figures)) -> usize| rows.iter().map(length).max().unwrap_or(0);
     let names = most(&|(part, _)| part.name.chars().count()).min(12);
     let presets = most(&|(_, row)| row.preset.chars().count());
-    // What is counted grows; the columns are not to jump about.
+    // The column is as wide as the preset, so that it does not change while the program counts.
     let counts = most(&|(_, row)| row.accumulator.chars().count()).max(presets).max(6);
     let bar_width = width.saturating_sub(4 + names + 1 + presets + 1 + counts + 1 + 2);
     let line = |(part, row): &(&super::parts::CountingPart, Figures)| {
@@ -164,7 +165,7 @@ fn numbers(panel: &LadderPanel, look: ScreenStyle) -> Vec<StyledSpans> {
         .collect()
 }
 
-/// The last bytes that were sent, as text.
+/// The last sent bytes as text, and the state of the receiver.
 fn serial(panel: &LadderPanel, width: usize, look: ScreenStyle) -> Vec<PanelRow> {
     let machine = &panel.machine;
     let mut rows = Vec::new();

@@ -1,4 +1,4 @@
-//! The program as it runs, with what it did before: every scan is kept as a value, so that it can be gone back to.
+//! Runs the program of the panel and keeps the state after every scan, so that the user can go back.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -8,49 +8,51 @@ use ladder_eval::{Evaluator, LadderSymbol};
 
 use crate::rung_picture::PowerFlowSource;
 
-/// Memory for the past, and most scans of it.
+/// Maximum memory for the history in bytes, and maximum number of scans in it.
 const HISTORY_LIMITS: (usize, usize) = (64 << 20, 5_000);
 
-/// How long a byte is on the serial line, for ten bits and in microseconds.
+/// Microseconds of a byte on the serial line (ten bits) at 1 bit per second.
 const BYTE_US: u64 = 10_000_000;
 
-/// Bytes sent that are remembered.
+/// Maximum number of sent bytes that are kept.
 const MAX_SENT_BYTES: usize = 4_096;
 
-/// The program and what its surroundings do.
+/// The program with its inputs and its history.
 #[derive(Debug, Clone)]
 pub(super) struct PanelMachine {
     pub program: Arc<LadderProgram>,
-    /// At power-up, with an erased EEPROM.
+    /// The evaluator at power-up, with an erased EEPROM.
     at_power_up: Arc<Evaluator>,
-    /// Ordinal of each rung's first element, and at the end how many there are.
+    /// Index of each rung's first element; the last entry is the number of elements.
     first_elements: Arc<[usize]>,
     current: PanelState,
-    /// States after the scans, the last one being the last; the first is from before scan 1, or the oldest that is kept.
+    /// States after the scans, the latest at the end; the first entry is the state before scan 1 or the
+    /// oldest one kept.
     past: VecDeque<Arc<PastScan>>,
-    /// How many are kept.
+    /// Maximum number of entries in `past`.
     max_kept: usize,
 }
 
-/// What a scan starts from.
+/// The state between two scans.
 #[derive(Debug, Clone)]
 struct PanelState {
     evaluator: Evaluator,
-    /// Levels at the analog inputs, in the order of their symbols.
+    /// Levels of the analog inputs, in symbol order.
     levels: Vec<u16>,
-    /// Inputs that go back after the next scan; of a moment, after its own.
+    /// Inputs that are inverted again after the next scan; in a past state, after the scan of that state.
     pulsed: Vec<usize>,
-    /// Bytes that are still to arrive, and from which scan on the line is free for one.
+    /// Bytes that are still to arrive.
     incoming: VecDeque<u8>,
+    /// The scan from which on the line is free for the next byte.
     free_at: u64,
     /// The last bytes that the program sent.
     sent: VecDeque<u8>,
-    /// Scans since the first power-up.
+    /// Number of scans since the first power-up.
     scans: u64,
 }
 
 impl PanelState {
-    /// Lets inputs go back that were pulsed for the scan that has run.
+    /// Inverts the pulsed inputs again after their scan.
     fn release_pulsed(&mut self) {
         for symbol in self.pulsed.drain(..) {
             let value = self.evaluator.get(symbol);
@@ -59,26 +61,26 @@ impl PanelState {
     }
 }
 
-/// What a scan left, with the inputs as it found them.
+/// The state after a scan, with the inputs of that scan.
 #[derive(Debug)]
 pub(super) struct PastScan {
     state: PanelState,
-    /// Per element: bit 0 it ran, bit 1 power came in, bit 2 power went out.
+    /// Per element: bit 0 is set if it was executed, bit 1 is its power input, bit 2 its power output.
     flow: Vec<u8>,
 }
 
 impl PastScan {
-    /// The value of a symbol after the scan; inputs hold for the whole scan.
+    /// The value of a symbol after the scan; inputs are constant during a scan.
     pub(super) fn get(&self, symbol: usize) -> i32 {
         self.state.evaluator.get(symbol)
     }
 
-    /// Which scan it was since the first power-up, from 1.
+    /// Number of the scan since the first power-up, from 1.
     pub(super) fn scan(&self) -> u64 {
         self.state.scans
     }
 
-    /// False for what is before the first scan, and for what a power cycle left.
+    /// False for the state before the first scan and for the state after a power cycle.
     pub(super) fn has_run(&self) -> bool {
         !self.flow.is_empty()
     }
@@ -120,7 +122,7 @@ impl PanelMachine {
         }
     }
 
-    /// Runs scans.
+    /// Runs `scans` scans.
     pub(super) fn run(&mut self, scans: u64) {
         for _ in 0..scans {
             self.scan();
@@ -163,7 +165,7 @@ impl PanelMachine {
         self.past.push_back(Arc::new(moment));
     }
 
-    /// Goes back by scans, as far as they are kept, and tells by how many. Switches go back too.
+    /// Goes back by up to `scans` scans, including the inputs, and returns by how many.
     pub(super) fn go_back(&mut self, scans: usize) -> usize {
         let scans = scans.min(self.past.len() - 1);
         self.past.truncate(self.past.len() - scans);
@@ -176,11 +178,12 @@ impl PanelMachine {
         scans
     }
 
-    /// Takes the power away and gives it back: switches, levels and the EEPROM stay.
+    /// Switches the supply off and on; switches, analog levels and the EEPROM are kept.
     pub(super) fn power_cycle(&mut self) {
         let old = std::mem::replace(&mut self.current.evaluator, (*self.at_power_up).clone());
         for (symbol, kind) in old.symbols().iter().map(|s| s.kind).enumerate() {
-            // All but the switches is as at power-up, whatever was set before the first scan.
+            // All symbols except the inputs get their power-up values, including values set before the first
+            // scan.
             let value = if kind == SymbolKind::Input { old.get(symbol) } else { self.at_power_up.get(symbol) };
             self.current.evaluator.set(symbol, value);
         }
@@ -199,24 +202,25 @@ impl PanelMachine {
         }
     }
 
-    /// Throws a switch, or sets another symbol.
+    /// Sets an input or another symbol.
     pub(super) fn set(&mut self, symbol: usize, value: i32) {
         self.current.evaluator.set(symbol, value);
         self.current.pulsed.retain(|pulsed| *pulsed != symbol);
     }
 
-    /// The other position of a switch, for one scan.
+    /// Inverts an input for one scan.
     pub(super) fn pulse(&mut self, symbol: usize) {
         let value = i32::from(self.get(symbol) == 0);
         self.set(symbol, value);
         self.current.pulsed.push(symbol);
     }
 
-    /// True while an input is to go back after the next scan.
+    /// True while an input is inverted for one scan.
     pub(super) fn is_pulsed(&self, symbol: usize) -> bool {
         self.current.pulsed.contains(&symbol)
     }
 
+    /// Sets the level of an analog input, 0 to 1023.
     pub(super) fn set_level(&mut self, symbol: usize, level: u16) {
         let at = self.current.evaluator.adc_symbols().position(|adc| adc == symbol);
         if let Some(slot) = at.and_then(|at| self.current.levels.get_mut(at)) {
@@ -225,17 +229,17 @@ impl PanelMachine {
         }
     }
 
-    /// The analog inputs with their levels.
+    /// Symbol index and level of each analog input.
     pub(super) fn levels(&self) -> impl Iterator<Item = (usize, u16)> {
         self.current.evaluator.adc_symbols().zip(self.current.levels.iter().copied())
     }
 
-    /// Lets bytes arrive on the serial line, as fast as it is.
+    /// Queues bytes to the program; they arrive at the baud rate of the serial line.
     pub(super) fn send(&mut self, bytes: &[u8]) {
         self.current.incoming.extend(bytes);
     }
 
-    /// Bytes that are still to arrive.
+    /// Number of bytes that are still to arrive.
     pub(super) fn incoming_bytes(&self) -> usize {
         self.current.incoming.len()
     }
@@ -252,11 +256,12 @@ impl PanelMachine {
         self.current.evaluator.symbols()
     }
 
+    /// Symbol indices of the kinds for which `is` returns true.
     pub(super) fn symbols_of(&self, is: impl Fn(SymbolKind) -> bool) -> impl Iterator<Item = usize> {
         self.symbols().iter().enumerate().filter(move |(_, s)| is(s.kind)).map(|(at, _)| at)
     }
 
-    /// The evaluator, to look at.
+    /// The evaluator in its current state.
     pub(super) fn evaluator(&self) -> &Evaluator {
         &self.current.evaluator
     }
@@ -265,12 +270,12 @@ impl PanelMachine {
         &self.current.sent
     }
 
-    /// Whether the program can send.
+    /// True if the program has an element that sends.
     pub(super) fn can_send(&self) -> bool {
         self.program.uses_part(ChipPart::Transmitter)
     }
 
-    /// Whether the program can receive.
+    /// True if the program has an element that receives.
     pub(super) fn can_receive(&self) -> bool {
         self.program.uses_part(ChipPart::Receiver)
     }
@@ -284,7 +289,7 @@ impl PanelMachine {
         self.first_elements.last().copied().unwrap_or(0)
     }
 
-    /// What the scans left that are kept, the last one last. The first is from before them.
+    /// The states that are kept, the latest at the end; the first one is the state before them.
     pub(super) fn past(&self) -> impl DoubleEndedIterator<Item = &PastScan> + ExactSizeIterator {
         self.past.iter().map(|moment| &**moment)
     }

@@ -1,4 +1,4 @@
-//! What keys do, without a screen.
+//! Tests of the panel's keys, without a screen.
 
 use std::time::Duration;
 
@@ -54,7 +54,7 @@ fn a_pulse_lasts_for_one_scan() {
         assert_eq!((value(&panel, "Xa"), value(&panel, "Ya"), value(&panel, "Cparts")), (0, 1, 1));
         after(&mut panel, &format!("space {key} space"));
         assert_eq!((value(&panel, "Xa"), value(&panel, "Cparts")), (0, 2));
-        // A switch that is thrown stays.
+        // An input that is switched stays switched.
         after(&mut panel, &format!("space {key} 1 1 space"));
         assert_eq!(value(&panel, "Xa"), 1);
     }
@@ -67,7 +67,7 @@ fn back_behind_a_pulse_it_is_over() {
     assert_eq!((scans(&panel), value(&panel, "Xa"), value(&panel, "Ya")), (1, 0, 1));
     after(&mut panel, "space");
     assert_eq!((value(&panel, "Xa"), value(&panel, "Ya"), value(&panel, "Cparts")), (0, 0, 1));
-    // One that no scan has taken yet is there again.
+    // A pulse that no scan has used yet is restored.
     after(&mut panel, "! R space b");
     assert_eq!((value(&panel, "Xa"), scans(&panel)), (1, 0));
     after(&mut panel, "space");
@@ -84,7 +84,7 @@ fn back_and_forth_is_the_same() {
     after(&mut panel, "space*2 1 space*2");
     let again: Vec<i32> = (0..panel.machine.symbols().len()).map(|symbol| panel.machine.get(symbol)).collect();
     assert_eq!(before, again);
-    // Not before the first scan.
+    // Going back stops at the first scan.
     after(&mut panel, "B b*20");
     assert_eq!(scans(&panel), 0);
     assert!(panel.last_message.1, "{:?}", panel.last_message);
@@ -110,7 +110,7 @@ fn a_power_cycle_keeps_switches_levels_and_eeprom() {
     assert_eq!(panel.machine.evaluator().eeprom(), [7, 0]);
     after(&mut panel, "space*3");
     assert_eq!((value(&panel, "Aknob"), value(&panel, "kept")), (32, 7));
-    // And back over it.
+    // Going back over a power cycle restores the state before it.
     after(&mut panel, "b*4");
     assert_eq!((value(&panel, "Cparts"), scans(&panel)), (1, 11));
 }
@@ -127,7 +127,7 @@ fn the_clock_runs_the_scans_that_are_due() {
     assert_eq!(scans(&panel), 33 + 200 + 50);
     after(&mut panel, "p wait:5s");
     assert_eq!(scans(&panel), 283);
-    // Faster than it can be is late, not for ever.
+    // The speed is clamped to the maximum.
     let fast = self::panel().with_pace(PanelPace::Real, 1e9);
     assert_eq!(fast.speed, 1000.0);
 }
@@ -158,7 +158,7 @@ fn every_way_to_leave() {
     assert_eq!(typing.handle_key(ScreenKey::Ctrl('c'), AREA), ViewRequest::Quit);
 }
 
-/// Any keys at any size: a picture of that size, and no panic.
+/// Random keys on screens of any size give a picture of that size without a panic.
 #[test]
 fn any_keys_on_any_screen() {
     let mut seed = 1_u64;

@@ -1,23 +1,23 @@
-//! What keys do.
+//! Handles the keys of the panel.
 
 use ratatui_core::layout::Rect;
 
 use super::{LadderPanel, PanelPace, SPEEDS, prompt, view};
 use crate::{ScreenKey, ViewRequest};
 
-/// Keys of the inputs, in their order. Letters that do something else are left out.
+/// Keys of the inputs, in input order. Letters with another function are left out.
 pub(super) const SWITCH_KEYS: &str = "123456789acdefhijklmnostuvxy";
 
-/// What the digits are with the shift key, on an American keyboard. Alt does the same on every keyboard.
+/// The digits with the shift key on an American keyboard; Alt with a digit does the same on every keyboard.
 const SHIFTED: &str = "!@#$%^&*(";
 
-/// Zooms of the waveform.
+/// Scans per column of the waveforms, to select from.
 const ZOOMS: [usize; 6] = [1, 2, 5, 10, 20, 50];
 
-/// Longest command line.
+/// Maximum length of a command line in characters.
 const MAX_COMMAND_LENGTH: usize = 200;
 
-/// What a key makes of the panel, on a screen of this size.
+/// Handles a key on a screen of this size.
 pub(super) fn update(panel: &mut LadderPanel, key: ScreenKey, area: Rect) -> ViewRequest {
     if key == ScreenKey::Ctrl('c') {
         return ViewRequest::Quit;
@@ -27,7 +27,7 @@ pub(super) fn update(panel: &mut LadderPanel, key: ScreenKey, area: Rect) -> Vie
         return ViewRequest::Continue;
     }
     if panel.help {
-        // Any key closes the help, and does nothing else.
+        // Any key closes the help and has no other effect.
         panel.help = false;
         return ViewRequest::Continue;
     }
@@ -81,7 +81,7 @@ pub(super) fn update(panel: &mut LadderPanel, key: ScreenKey, area: Rect) -> Vie
     ViewRequest::Continue
 }
 
-/// A key while the command line is open.
+/// Handles a key while the command line is open.
 fn handle_prompt_key(panel: &mut LadderPanel, key: ScreenKey) {
     let Some(mut line) = panel.prompt.take() else { return };
     match key {
@@ -93,7 +93,7 @@ fn handle_prompt_key(panel: &mut LadderPanel, key: ScreenKey) {
             return;
         }
         ScreenKey::Escape => return,
-        // Deleting behind the beginning leaves the line.
+        // Backspace on an empty line closes the command line.
         ScreenKey::Backspace if line.pop().is_none() => return,
         ScreenKey::Char(c) if line.chars().count() < MAX_COMMAND_LENGTH => line.push(c),
         _ => {}
@@ -124,7 +124,7 @@ fn next_zoom(zoom: usize) -> usize {
     ZOOMS.into_iter().find(|next| *next > zoom).unwrap_or(1)
 }
 
-/// The input under a key.
+/// The input that belongs to a key.
 fn input_of_key(panel: &LadderPanel, keys: &str, key: char) -> Option<usize> {
     let at = keys.chars().position(|c| c == key)?;
     panel.inputs().nth(at)
@@ -165,7 +165,7 @@ fn rung_count(panel: &LadderPanel) -> usize {
     panel.machine.program.rungs.len()
 }
 
-/// A rung further; a rung that is higher than the screen passes by in pieces.
+/// Scrolls down by one rung; a rung that is higher than the pane is scrolled in several steps.
 fn scroll_down(panel: &mut LadderPanel, area: Rect) {
     let (rung, lines) = panel.first_rung;
     let (height, room) = view::height_of(panel, rung, area);

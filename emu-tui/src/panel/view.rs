@@ -1,11 +1,11 @@
-//! What the panel looks like.
+//! Draws the panel.
 //!
 //! ```text
-//!   wide: | title                     |     narrow: | title    |
-//!         | rungs          | parts    |             | parts    |
-//!         | waveform                  |             | rungs    |
-//!         | keys                      |             | waveform |
-//!                                                   | keys     |
+//!   wide: | title                     |     narrow: | title     |
+//!         | rungs          | parts    |             | parts     |
+//!         | waveforms                 |             | rungs     |
+//!         | keys                      |             | waveforms |
+//!                                                   | keys      |
 //! ```
 
 use ratatui_core::buffer::Buffer;
@@ -17,13 +17,13 @@ use crate::ScreenStyle;
 use crate::rung_picture::{self, GlyphInk, PictureGlyph};
 use crate::style::{self, PaneArea, truncate_text};
 
-/// Least size that shows anything of use.
+/// Minimum size (columns, lines) of a useful screen.
 const MIN_SIZE: (u16, u16) = (32, 10);
 
-/// From this width on the parts stand beside the rungs.
+/// Minimum width at which the parts are drawn next to the rungs.
 const WIDE_FROM: u16 = 76;
 
-/// The keys, as many as fit.
+/// The keys of the footer, in order of importance.
 const KEYS: [(&str, &str); 9] = [
     ("space", "scan"),
     ("r", "clock"),
@@ -51,7 +51,7 @@ ctrl-z to the shell              q     quit
                   scan 100   back 5   speed 0.5
 ";
 
-/// Where the parts of the screen are: rungs, parts, waveform.
+/// The areas of the screen: rungs, parts, waveforms.
 fn pane_areas(panel: &LadderPanel, area: Rect) -> [Rect; 3] {
     let inner = Rect { y: area.y + 1, height: area.height.saturating_sub(2), ..area };
     let wave_room = inner.height / 3;
@@ -71,20 +71,20 @@ fn pane_areas(panel: &LadderPanel, area: Rect) -> [Rect; 3] {
     [rungs, Rect { height: parts, ..upper }, lower]
 }
 
-/// How far the parts can be scrolled.
+/// Maximum scroll position of the parts.
 pub(super) fn max_part_scroll(panel: &LadderPanel, area: Rect) -> usize {
     let [_, place, _] = pane_areas(panel, area);
     rows::rows(panel, place.width, ScreenStyle { color: false }).len().saturating_sub(usize::from(place.height))
 }
 
-/// The first bit of the waveform after another screenful; the first of all after the last.
+/// The first waveform bit of the next page; after the last page, the first bit.
 pub(super) fn next_bit(panel: &LadderPanel, area: Rect) -> usize {
     let [.., place] = pane_areas(panel, area);
     let rows = usize::from(place.height.saturating_sub(1));
     if panel.first_bit + rows + 1 < wave::wave_height(panel) { panel.first_bit + rows } else { 0 }
 }
 
-/// Height of a rung, and of the place for rungs.
+/// Height of a rung, and height of the pane for rungs, in lines.
 pub(super) fn height_of(panel: &LadderPanel, rung: usize, area: Rect) -> (usize, usize) {
     let [place, ..] = pane_areas(panel, area);
     let lines =
@@ -92,7 +92,7 @@ pub(super) fn height_of(panel: &LadderPanel, rung: usize, area: Rect) -> (usize,
     (lines.len(), usize::from(place.height))
 }
 
-/// How far the rungs that are seen can be scrolled to the right.
+/// Maximum scroll position to the right of the visible rungs.
 pub(super) fn max_column_scroll(panel: &LadderPanel, area: Rect) -> usize {
     let [place, ..] = pane_areas(panel, area);
     let lines = rung_lines(panel, place);
@@ -100,7 +100,7 @@ pub(super) fn max_column_scroll(panel: &LadderPanel, area: Rect) -> usize {
     (widest + 1).saturating_sub(usize::from(place.width))
 }
 
-/// The whole picture.
+/// Draws the whole panel.
 pub(super) fn view(panel: &LadderPanel, area: Rect, look: ScreenStyle) -> Buffer {
     let mut picture = Buffer::empty(area);
     if area.width < MIN_SIZE.0 || area.height < MIN_SIZE.1 {
@@ -146,7 +146,7 @@ fn draw_title(panel: &LadderPanel, paper: &mut PaneArea<'_>, look: ScreenStyle) 
     paper.put_right(width, 0, &right, look.bar());
 }
 
-/// Lines of the rungs from the uppermost on, as many as fill the place.
+/// Lines of the visible rungs, as many as fill the pane.
 fn rung_lines(panel: &LadderPanel, place: Rect) -> Vec<Vec<PictureGlyph>> {
     let (top, above) = panel.first_rung;
     let mut lines = Vec::new();
@@ -176,7 +176,7 @@ fn draw_rungs(panel: &LadderPanel, paper: &mut PaneArea<'_>, look: ScreenStyle) 
             x = paper.put(x, y, sign.glyph.encode_utf8(&mut [0; 4]), style);
         }
         if line.len() > panel.first_column + usize::from(paper.area.width) {
-            // There is more to the right.
+            // A marker that the line continues to the right.
             paper.put_right(paper.area.width, y, "›", look.key());
         }
     }

@@ -1,4 +1,4 @@
-//! Bits over the last scans.
+//! Draws the waveforms of bits over the last scans.
 
 use ratatui_core::layout::Rect;
 
@@ -7,17 +7,17 @@ use super::scan_history::PastScan;
 use crate::ScreenStyle;
 use crate::style::{PaneArea, truncate_text};
 
-/// Rows that it would fill: a head and every bit that is shown.
+/// Number of rows of the complete waveforms: a heading and one row per bit.
 pub(super) fn wave_height(panel: &LadderPanel) -> usize {
     1 + shown_bits(panel).len()
 }
 
-/// Inputs, outputs and relays, in this order, as the symbols are.
+/// Symbol indices of inputs, outputs and relays, in symbol order.
 fn shown_bits(panel: &LadderPanel) -> Vec<usize> {
     panel.machine.symbols_of(|kind| kind.is_bit()).collect()
 }
 
-/// Draws it, as many rows as there is room for.
+/// Draws as many rows as fit into the pane.
 pub(super) fn draw_wave(panel: &LadderPanel, paper: &mut PaneArea<'_>, look: ScreenStyle) {
     let Rect { width, height, .. } = paper.area;
     let bits = shown_bits(panel);
@@ -25,7 +25,8 @@ pub(super) fn draw_wave(panel: &LadderPanel, paper: &mut PaneArea<'_>, look: Scr
     let name = |bit: usize| symbols.get(bit).map_or("", |s| s.name.as_str());
     let widest = bits.iter().map(|bit| name(*bit).chars().count()).max().unwrap_or(0).clamp(4, 14);
     let columns = usize::from(width).saturating_sub(widest + 2);
-    // The newest scan is in the last column; where one stands for several scans, they begin at multiples of their number.
+    // The newest scan is in the last column. If a column shows several scans, it begins at a multiple of
+    // their number.
     let zoom = panel.zoom.max(1);
     let kept = panel.machine.past();
     let old = kept.len().saturating_sub((columns + 1).saturating_mul(zoom));

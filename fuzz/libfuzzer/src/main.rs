@@ -1,4 +1,5 @@
-//! One target under libFuzzer: the one that the variable EMU_FUZZ_TARGET names. `fuzz/run.sh` builds and starts it.
+//! Executes one target under libFuzzer, selected by the variable EMU_FUZZ_TARGET. `fuzz/run.sh` builds and
+//! starts it.
 
 #![no_main]
 

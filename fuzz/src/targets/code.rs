@@ -1,4 +1,4 @@
-//! Assembly, and back.
+//! Targets of assemblers and disassemblers.
 
 use std::io;
 
@@ -7,7 +7,7 @@ use emu_core::chip::ChipFamily;
 
 use crate::machines::family_chip;
 
-/// Every include is the source itself.
+/// An include reader in which every file is the source itself.
 struct SelfInclude<'a>(&'a [u8]);
 
 impl IncludeFiles for SelfInclude<'_> {
@@ -34,27 +34,27 @@ fn asm(family: ChipFamily, data: &[u8]) {
     }
 }
 
-/// AVR.
+/// Assembles the input for AVR.
 pub(crate) fn asm_avr(data: &[u8]) {
     asm(ChipFamily::Avr, data);
 }
 
-/// 8051.
+/// Assembles the input for the 8051.
 pub(crate) fn asm_8051(data: &[u8]) {
     asm(ChipFamily::Mcs51, data);
 }
 
-/// PIC16.
+/// Assembles the input for the PIC16.
 pub(crate) fn asm_pic16(data: &[u8]) {
     asm(ChipFamily::Pic16, data);
 }
 
-/// AP101.
+/// Assembles the input for AP101.
 pub(crate) fn asm_ap101(data: &[u8]) {
     asm(ChipFamily::Ap101, data);
 }
 
-/// Words at an address, which the first two bytes give: their text assembles to the same words.
+/// Disassembles words at the address in the first two bytes; the text must assemble to the same words.
 fn disasm(family: ChipFamily, data: &[u8]) {
     let chip = family_chip(family);
     let Some((at, rest)) = data.split_first_chunk::<2>() else { return };
@@ -72,28 +72,28 @@ fn disasm(family: ChipFamily, data: &[u8]) {
     let shown = (chip.isa.disassemble)(&words, pc);
     let wanted = words.get(..shown.len).unwrap_or(&words);
     let back = assemble_line(chip, &shown.text, pc);
-    // AP101 has words that no source may say, such as one that sets an input.
+    // AP101 has words that cannot be written in a source, such as one that sets an input.
     if family != ChipFamily::Ap101 || back.is_ok() {
         assert_eq!(back.as_deref(), Ok(wanted), "{} at 0x{pc:x}: {}", chip.name, shown.text);
     }
 }
 
-/// AVR.
+/// Disassembles and assembles words of AVR.
 pub(crate) fn disasm_avr(data: &[u8]) {
     disasm(ChipFamily::Avr, data);
 }
 
-/// 8051.
+/// Disassembles and assembles words of the 8051.
 pub(crate) fn disasm_8051(data: &[u8]) {
     disasm(ChipFamily::Mcs51, data);
 }
 
-/// PIC16.
+/// Disassembles and assembles words of the PIC16.
 pub(crate) fn disasm_pic16(data: &[u8]) {
     disasm(ChipFamily::Pic16, data);
 }
 
-/// AP101.
+/// Disassembles and assembles words of AP101.
 pub(crate) fn disasm_ap101(data: &[u8]) {
     disasm(ChipFamily::Ap101, data);
 }

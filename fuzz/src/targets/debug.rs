@@ -1,4 +1,4 @@
-//! The faces of the debugger: its command line, gdb, DAP.
+//! Targets of the debugger's front ends: command line, gdb, DAP.
 
 use std::io::{BufReader, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
@@ -15,13 +15,13 @@ use serde_json::Value;
 use crate::machines::{self, assemble, family_chip, open_session};
 use crate::workspace_root;
 
-/// Slices of a run for which a client waits before it goes on.
+/// Number of slices that a run gets before the next request.
 const SLICES: usize = 4;
 
-/// Lines, requests or packets of one input.
+/// Maximum number of lines, requests or packets per input.
 const LINES: usize = 24;
 
-/// Programs under the debugger: the arguments of `emu debug`.
+/// Programs to debug, as (file, chip).
 const SUBJECTS: [(&str, &str); 6] = [
     ("examples/welder.ld", "atmega328p"),
     ("examples/traffic.ld", "at89s52"),
@@ -31,7 +31,7 @@ const SUBJECTS: [(&str, &str); 6] = [
     ("examples/timer.asm", "ap101"),
 ];
 
-/// The first byte chooses the program.
+/// Executes debugger commands; the first byte selects the program.
 pub(crate) fn debug_commands(data: &[u8]) {
     let Some((first, rest)) = data.split_first() else { return };
     let (file, chip) = SUBJECTS[usize::from(*first) % SUBJECTS.len()];
@@ -45,8 +45,8 @@ pub(crate) fn debug_commands(data: &[u8]) {
 static PROGRAMS: LazyLock<[Image; 4]> =
     LazyLock::new(|| machines::FAMILIES.map(|family| assemble(family_chip(family), machines::family_program(family))));
 
-/// The first byte chooses the chip. Lines are bodies of packets, which get their frames and check sums; one that begins with `!` goes
-/// out as it is.
+/// Talks to the gdb server; the first byte selects the chip. Each line is the body of a packet, which gets a
+/// frame and a checksum; a line that starts with `!` is sent unchanged.
 pub(crate) fn gdb(data: &[u8]) {
     let Some((first, rest)) = data.split_first() else { return };
     let number = usize::from(*first) % PROGRAMS.len();
@@ -67,7 +67,7 @@ pub(crate) fn gdb(data: &[u8]) {
     let address = listener.local_addr().expect("its address");
     let client = std::thread::spawn(move || {
         let mut stream = TcpStream::connect(address).expect("a server");
-        // A server that has let this client go takes no more.
+        // A server that has disconnected this client does not accept more bytes.
         _ = stream.write_all(&sent);
         _ = stream.shutdown(Shutdown::Write);
         _ = std::io::copy(&mut stream, &mut std::io::sink());
@@ -78,7 +78,7 @@ pub(crate) fn gdb(data: &[u8]) {
     client.join().expect("the client ends");
 }
 
-/// Programs for `launch`, by number: `0` to `3` for the families, `4` for a ladder program.
+/// Opens a program for `launch` by number: `0` to `3` for the families, `4` for a ladder program.
 fn open_launch(arguments: &LaunchArguments) -> Result<OpenedMachine, LaunchError> {
     let number: usize = arguments.program.parse().unwrap_or(4);
     match machines::FAMILIES.get(number) {
@@ -111,8 +111,9 @@ fn ladder() -> Result<OpenedMachine, LaunchError> {
     Ok(OpenedMachine { session: DebugSession::new(target, scope, options), view: Some(view) })
 }
 
-/// Requests, one a line, as in the transcripts of the tests: what begins with `<` or `#` is none. A machine that runs gets some slices
-/// of time, and then the next request.
+/// Handles requests of the Debug Adapter Protocol, one per line, in the format of the transcripts of the
+/// tests; lines that start with `<` or `#` are ignored. A running machine gets some slices before the next
+/// request.
 pub(crate) fn dap(data: &[u8]) {
     let text = String::from_utf8_lossy(data);
     let mut adapter = DebugAdapter::new(&open_launch);
@@ -140,7 +141,7 @@ pub(crate) fn dap(data: &[u8]) {
     }
 }
 
-/// What is read is written, and read again.
+/// Reads messages in frames; what is written is read back unchanged.
 pub(crate) fn dap_frames(data: &[u8]) {
     let mut input = BufReader::new(data);
     while let Ok(IncomingMessage::Message(message)) = framing::read_message(&mut input) {

@@ -1,4 +1,4 @@
-//! Files of images and of symbols.
+//! Targets of image files and symbol files.
 
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::Cpu;
@@ -11,10 +11,10 @@ use emu_debug::{AddressNames, cod};
 use crate::machines::{MachineVisitor, family_chip, family_chips, visit_machine};
 use crate::omf51::right;
 
-/// Machine cycles for which a program with commands runs.
+/// Machine cycles of a run with commands.
 const CYCLES: u64 = 5_000;
 
-/// What is read, written and read again is the same image.
+/// Reads an image; written and read again, it must be the same.
 pub(crate) fn hex(data: &[u8]) {
     for chip in family_chips() {
         let Ok(loaded) = load_hex("fuzz.hex", data, chip.hex_spaces) else { continue };
@@ -31,7 +31,7 @@ fn image_to_hex(chip: &Chip, image: &Image) -> String {
     write_hex(&pieces.collect::<Vec<_>>())
 }
 
-/// Symbols, notes and lines are read too, and lines are looked up by their addresses and their names.
+/// Reads an ELF file with symbols, notes and source lines, and looks up lines by address and by name.
 pub(crate) fn elf(data: &[u8]) {
     _ = (avr_device(data), avr_signature(data));
     for family in [ChipFamily::Avr, ChipFamily::Mcs51] {
@@ -50,17 +50,17 @@ pub(crate) fn elf(data: &[u8]) {
     _ = info.functions.iter().map(|function| function.block.blocks_around(0).len()).sum::<usize>();
 }
 
-/// The name of a listing decides where its content does not.
+/// Reads symbol files of SDCC. The file name selects the kind of a listing if its contents do not.
 pub(crate) fn symbols_sdcc(data: &[u8]) {
     read_symbols(data, &["fuzz.rst", "fuzz.lst"], SymbolSpaces::MCS51);
 }
 
-/// Files of gputils.
+/// Reads symbol files of gputils.
 pub(crate) fn symbols_gputils(data: &[u8]) {
     read_symbols(data, &["fuzz.lst", "fuzz.cod"], SymbolSpaces::PIC16);
 }
 
-/// Maps of Keil's linkers, of the older and of the newer one.
+/// Reads maps of Keil's linkers, the older and the newer one.
 pub(crate) fn symbols_keil(data: &[u8]) {
     read_symbols(data, &["fuzz.m51", "fuzz.map"], SymbolSpaces::MCS51);
 }
@@ -78,7 +78,8 @@ fn assert_printable<'n>(names: impl Iterator<Item = &'n str>) {
     names.for_each(|name| assert!(!name.contains(|c: char| c.is_control() && c != '\t'), "{name:?}"));
 }
 
-/// Object files; those with wrong check sums get no further, so they are made right too.
+/// Reads object files. A wrong checksum would stop the reader early, so a copy with correct checksums is read
+/// too.
 pub(crate) fn omf51(data: &[u8]) {
     let chip = family_chip(ChipFamily::Mcs51);
     for bytes in [data, &right(data)] {
@@ -88,7 +89,7 @@ pub(crate) fn omf51(data: &[u8]) {
     }
 }
 
-/// Messages are read from the file, and carried out over a program that does nothing.
+/// Reads the messages in a file, and executes them on an empty program.
 pub(crate) fn cod_messages(data: &[u8]) {
     let Ok(messages) = load_messages(&SymbolFile { name: "fuzz.cod", bytes: data }) else { return };
     let Ok(script) = cod::CodScript::read(&messages) else { return };

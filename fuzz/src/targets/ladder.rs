@@ -1,4 +1,4 @@
-//! Ladder programs.
+//! Targets of ladder programs.
 
 use emu_core::image::load_hex;
 use ladder::{LadderProgram, ParseOptions, check, draw, parse_bytes, write};
@@ -7,14 +7,14 @@ use ladder_eval::Evaluator;
 
 use crate::machines::family_chips;
 
-/// Scans of the evaluator.
+/// Number of scans of the evaluator.
 const SCANS: usize = 20;
 
 fn read(data: &[u8]) -> Option<LadderProgram> {
     parse_bytes("fuzz.ld", data, ParseOptions::default()).ok().map(|parsed| parsed.program)
 }
 
-/// What is read and written is read again, and written as before.
+/// Reads a program; written and read again, it must give the same text.
 pub(crate) fn ld(data: &[u8]) {
     let Some(program) = read(data) else { return };
     _ = check(&program);
@@ -24,7 +24,7 @@ pub(crate) fn ld(data: &[u8]) {
     assert_eq!(again.as_ref().map(write).as_deref(), Some(text.as_str()), "it comes back as it was written");
 }
 
-/// A program without faults is evaluated, and compiled for a chip of each family or refused.
+/// Evaluates a program without faults, and compiles it for a chip of each family.
 pub(crate) fn compile(data: &[u8]) {
     let Some(program) = read(data) else { return };
     if check(&program).iter().any(|fault| fault.is_error()) {

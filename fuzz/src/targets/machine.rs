@@ -1,4 +1,4 @@
-//! Machines: bytes as programs, and bytes as states.
+//! Targets of machines: bytes as programs, and bytes as states.
 
 use std::sync::LazyLock;
 
@@ -13,10 +13,11 @@ use crate::machines::{MachineVisitor, assemble, family_chip, family_program, ima
 /// Machine cycles of a run.
 const CYCLES: u64 = 10_000;
 
-/// Bytes at the front of an input that are edges at pins: pin, level, and when in hundreds of cycles.
+/// Number of bytes at the start of an input that are pin edges of three bytes each: pin, level, time in
+/// hundreds of cycles.
 const EDGES: usize = 24;
 
-/// A file that is read is written back as it was.
+/// Reads a snapshot file; written again, it must be the same.
 pub(crate) fn snapshot(data: &[u8]) {
     if let Ok((head, state)) = snapshot::decode_snapshot("fuzz.snp", data) {
         assert!(snapshot::encode_snapshot(&head, state) == data, "it comes back as it was written");
@@ -45,7 +46,8 @@ impl MachineVisitor for EdgeRun<'_> {
             let level = [PinLevel::Low, PinLevel::High, PinLevel::Float, PinLevel::PullUp][usize::from(level % 4)];
             cpu.drive(CycleTime::at(u64::from(*when) * 100), (usize::from(*pin) % pins) as PinId, level);
         }
-        // Any slicing of a run gives the same machine, up to where it halts: a run from there executes a jump to itself once more.
+        // Any slicing of a run must give the same machine, up to a halt: a run from there would execute a
+        // jump to itself once more.
         let mut other = cpu.clone();
         cpu.run(CYCLES, &mut ());
         let half = self.edges.first().map_or(CYCLES / 2, |byte| u64::from(*byte) * 37);
@@ -56,27 +58,27 @@ impl MachineVisitor for EdgeRun<'_> {
     }
 }
 
-/// AVR.
+/// Runs the input as a program on AVR.
 pub(crate) fn run_avr(data: &[u8]) {
     run_program(ChipFamily::Avr, data);
 }
 
-/// 8051.
+/// Runs the input as a program on the 8051.
 pub(crate) fn run_8051(data: &[u8]) {
     run_program(ChipFamily::Mcs51, data);
 }
 
-/// PIC16.
+/// Runs the input as a program on the PIC16.
 pub(crate) fn run_pic16(data: &[u8]) {
     run_program(ChipFamily::Pic16, data);
 }
 
-/// AP101.
+/// Runs the input as a program on AP101.
 pub(crate) fn run_ap101(data: &[u8]) {
     run_program(ChipFamily::Ap101, data);
 }
 
-/// The image over which states are restored.
+/// The programs of the machines whose state is restored.
 static IMAGES: LazyLock<[Image; 4]> =
     LazyLock::new(|| crate::machines::FAMILIES.map(|family| assemble(family_chip(family), family_program(family))));
 
@@ -108,22 +110,22 @@ fn assert_round_trip<C: Cpu>(cpu: &C, other: &C) {
     assert!(third.save() == state, "what it saves comes back as another");
 }
 
-/// AVR.
+/// Restores the input as a state of AVR.
 pub(crate) fn state_avr(data: &[u8]) {
     restore_state(ChipFamily::Avr, data);
 }
 
-/// 8051.
+/// Restores the input as a state of the 8051.
 pub(crate) fn state_8051(data: &[u8]) {
     restore_state(ChipFamily::Mcs51, data);
 }
 
-/// PIC16.
+/// Restores the input as a state of the PIC16.
 pub(crate) fn state_pic16(data: &[u8]) {
     restore_state(ChipFamily::Pic16, data);
 }
 
-/// AP101.
+/// Restores the input as a state of AP101.
 pub(crate) fn state_ap101(data: &[u8]) {
     restore_state(ChipFamily::Ap101, data);
 }

@@ -1,4 +1,5 @@
-//! The targets. What is no panic, no hang and no excess of memory is an answer; where a property holds for all inputs, it is asserted.
+//! The targets. Every result is accepted except a panic, a hang and too much memory; properties that hold for
+//! all inputs are asserted.
 
 pub(crate) mod code;
 pub(crate) mod debug;

@@ -1,4 +1,4 @@
-//! Texts: scenarios, waveforms, traces, expressions, arguments.
+//! Targets of texts: scenarios, waveforms, traces, expressions, arguments.
 
 use std::cell::RefCell;
 
@@ -13,7 +13,7 @@ use scenario::{RecordedAction, Recorder, Scenario, ScenarioValue, bind, parse, p
 
 use crate::machines::{family_chips, open_session};
 
-/// Its names and times are looked up on a chip of each family.
+/// Parses a scenario, and binds it to a chip of each family.
 pub(crate) fn scenario(data: &[u8]) {
     if let Ok(scenario) = parse_bytes("fuzz.toml", data) {
         family_chips().for_each(|chip| bind_scenario(&scenario, chip));
@@ -39,7 +39,7 @@ fn bind_scenario(scenario: &Scenario, chip: &'static Chip) {
     }
 }
 
-/// What is written is read again, with as many steps.
+/// Records actions; the written scenario must be parsed again with the same number of steps.
 pub(crate) fn record(data: &[u8]) {
     let (clocks, data) = data.split_first().map_or((0, data), |(first, rest)| (*first, rest));
     let mut recorder = Recorder::new((clocks % 16 > 0).then_some(u32::from(clocks % 16)));
@@ -55,7 +55,7 @@ pub(crate) fn record(data: &[u8]) {
             0 if !piece.is_empty() => RecordedAction::Send(piece.to_vec()),
             1 => RecordedAction::PowerCycle,
             2 => RecordedAction::Other(text(piece)),
-            // Nothing has an empty name or value.
+            // Names and values are never empty.
             _ if piece.is_empty() => continue,
             3 => RecordedAction::Set(text(piece), ScenarioValue::Text(text(piece))),
             _ => RecordedAction::Set(text(piece), ScenarioValue::Number(i64::from(*kind) << (*tick % 64))),
@@ -72,7 +72,7 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// As a stimulus whose every wire is wanted, and as a drawing.
+/// Reads a waveform as a stimulus with all wires, and draws it.
 pub(crate) fn vcd(data: &[u8]) {
     if let Ok(waveform) = read_vcd("fuzz.vcd", data) {
         _ = waveform.to_scenario(&mut |_| true);
@@ -80,23 +80,23 @@ pub(crate) fn vcd(data: &[u8]) {
     _ = emu::fuzzing::draw_wave(data);
 }
 
-/// A trace has lines or is refused.
+/// Reads a trace; it has lines or is refused.
 pub(crate) fn trace(data: &[u8]) {
     assert_ne!(emu::fuzzing::read_trace(data), Some(0), "an empty trace is refused");
 }
 
-/// One argument a line.
+/// Parses command line arguments, one per line.
 pub(crate) fn arguments(data: &[u8]) {
     let text = String::from_utf8_lossy(data);
     _ = emu::fuzzing::parse_arguments(&text.lines().collect::<Vec<_>>());
 }
 
 thread_local! {
-    /// Machines on which expressions have values; none of them is changed.
+    /// Machines on which expressions are evaluated; none of them is changed.
     static SESSIONS: RefCell<Vec<DebugSession>> = RefCell::new(family_chips().map(|chip| open_session(chip, Image::default())).collect());
 }
 
-/// Every line is tried as everything that a flag or a command takes.
+/// Tries every line as everything that a flag or a command accepts.
 pub(crate) fn expression(data: &[u8]) {
     let text = String::from_utf8_lossy(data);
     for line in text.lines() {

@@ -1,11 +1,12 @@
-//! The configuration as lines of an assembly source, so that a reader sees what it says.
+//! Writes the AP101 configuration as lines of an assembly source.
 
 use std::fmt::Write;
 
 use emu_ap101::config::{Ap101Config, ModuleKind, ModuleTimeUnit};
 use emu_core::image::{Image, Segment};
 
-/// The directives of `emu asm` that give a block of the configuration; nothing where the block is none.
+/// Returns the `emu asm` directives for a configuration block; `None` if the block is not a valid
+/// configuration.
 #[must_use]
 pub fn config_directives(block: &[u8]) -> Option<String> {
     let segment = Segment { space: "config", addr: 0, bytes: block.to_vec() };

@@ -1,8 +1,9 @@
-//! Where bits and modules are.
+//! Assigns addresses to bits, and timers and counters to modules.
 //!
-//! Inputs are input channels; what lasts, and temporaries, are bits of M. An output that one ordinary coil writes in every scan is its
-//! channel, and the machine keeps the image. Any other output is its image, which is also a bit of M and is brought to the channel when the
-//! last rung is over: so a pin never shows a value that a later coil of the same scan overwrites.
+//! Inputs are input channels; lasting and temporary bits are bits of M. An output that one ordinary coil
+//! writes in every scan is placed directly at its channel, and the machine keeps the image. Any other output
+//! is placed at its image, which is also a bit of M, and is copied to the channel after the last rung. So a
+//! pin never shows a value that a later coil of the same scan overwrites.
 
 use std::collections::{HashMap, HashSet};
 
@@ -14,20 +15,20 @@ use crate::ir::{BitId, BitRole, Ir, IrOp, TimedModule, WordId, WordOperand};
 use crate::map::CellLocation;
 use crate::target::{BuildRefusal, CompileJob};
 
-/// Bits of M that mean something to machines with several programs, and those that have no other meaning.
+/// End of the ordinary bits of M: bits 248 to 255 enable the programs of a machine with several of them.
 const FIRST_ORDINARY_BIT: u16 = 248;
 
-/// The first image of an output in M.
+/// First output image in M.
 const FIRST_OUTPUT_IMAGE: u16 = 256;
 
-/// First addresses of the zones.
+/// First address of the E zone (output channels).
 pub(super) const E_ZONE: u16 = zone('E');
-/// See [`E_ZONE`].
+/// First address of the R zone (modules); see [`E_ZONE`].
 pub(super) const R_ZONE: u16 = zone('R');
-/// See [`E_ZONE`].
+/// First address of the M zone (memory bits); see [`E_ZONE`].
 pub(super) const M_ZONE: u16 = zone('M');
 
-/// Behind the address of a module: its running bit, which resets it.
+/// Distance from the address of a module to its running bit, which resets the module when written.
 pub(super) const RESET_OFFSET: u16 = MODULES as u16;
 
 const fn zone(letter: char) -> u16 {
@@ -38,35 +39,35 @@ const fn zone(letter: char) -> u16 {
     n as u16 * ZONE_BITS
 }
 
-/// Where everything is. Addresses are those of instructions, eleven bits.
+/// Address of every cell, as the eleven-bit addresses of instructions.
 #[derive(Debug)]
 pub(super) struct Ap101Layout {
-    /// Of each bit cell.
+    /// Address of each bit cell.
     pub bits: Vec<u16>,
-    /// Bits that nobody looks at between scans.
+    /// Bits whose value is not needed between scans.
     pub temporary: HashSet<BitId>,
-    /// Numbers of the modules of each word cell.
+    /// Module number of each word cell.
     pub words: Vec<u16>,
-    /// Edge memories that modules need beside their own, by word.
+    /// Edge memories of modules whose own edge detection does not fit, by word.
     pub module_edge_bits: HashMap<WordId, u16>,
-    /// A bit for values that an instruction is in the way of.
+    /// A bit that saves a value while A is needed for another one.
     pub scratch: u16,
-    /// Outputs that are brought from their images at the end: image and channel.
+    /// Outputs that are copied at the end of the scan: address of the image and of the channel.
     pub late_outputs: Vec<(u16, u16)>,
-    /// Input channels up to the last one in use.
+    /// Number of input channels, up to the last one in use.
     pub inputs: u16,
-    /// Output channels likewise.
+    /// Number of output channels, up to the last one in use.
     pub outputs: u16,
-    /// How the modules are configured.
+    /// Configuration of the modules.
     pub modules: [ModuleSettings; MODULES],
-    /// Bits of M in use, those of outputs not counted.
+    /// Number of bits of M in use, not counting those of outputs.
     pub memory_bits: u32,
 }
 
-/// Places of everything in `job`.
+/// Assigns places to all cells of `job`.
 ///
 /// # Errors
-/// More bits or modules than there are, with the figures.
+/// The program needs more bits or modules than the machine has; the messages contain the numbers.
 pub(super) fn layout(job: &CompileJob<'_>) -> Result<Ap101Layout, Vec<BuildRefusal>> {
     let ir = job.ir;
     let mut refusals = Vec::new();
@@ -96,7 +97,7 @@ pub(super) fn layout(job: &CompileJob<'_>) -> Result<Ap101Layout, Vec<BuildRefus
         refusals.push(BuildRefusal::Unsupported { cause, hint: "use fewer of them".to_owned(), element: None });
     }
 
-    // Images of channels that are not in use are memory like any other.
+    // Images of unused channels are ordinary memory.
     let mut free = (0..FIRST_ORDINARY_BIT).chain(FIRST_OUTPUT_IMAGE + outputs..FIRST_OUTPUT_IMAGE + OUTPUTS);
     let available = free.clone().count();
     let mut needed = 0;
@@ -145,7 +146,8 @@ pub(super) fn layout(job: &CompileJob<'_>) -> Result<Ap101Layout, Vec<BuildRefus
     })
 }
 
-/// The place of a bit; of an output its image, which is written with the channel.
+/// Location of a bit for the map. For an output channel this is its image, which is written together with the
+/// channel.
 pub(super) fn bit_place(addr: u16) -> CellLocation {
     let (zone, offset) = (addr / ZONE_BITS * ZONE_BITS, addr % ZONE_BITS);
     let (space, offset) = match zone {
@@ -156,7 +158,7 @@ pub(super) fn bit_place(addr: u16) -> CellLocation {
     CellLocation::Bit { space: space.to_owned(), addr: offset.into(), bit: 0 }
 }
 
-/// The timers and counters, in order.
+/// Timers and counters of the program, in order.
 pub(super) fn used_modules(ir: &Ir) -> Vec<(TimedModule, WordId, WordOperand)> {
     let mut found = Vec::new();
     for_each_op(ir, &mut |op, _| {
@@ -167,7 +169,7 @@ pub(super) fn used_modules(ir: &Ir) -> Vec<(TimedModule, WordId, WordOperand)> {
     found
 }
 
-/// Calls `look` with every operation, and whether it is executed in every scan.
+/// Calls `look` with every operation, and whether the operation is executed in every scan.
 pub(super) fn for_each_op<'a>(ir: &'a Ir, look: &mut dyn FnMut(&'a IrOp, bool)) {
     let rungs = ir.rungs.iter().flat_map(|rung| &rung.steps).map(|step| &step.op);
     for op in ir.prologue.iter().chain(rungs).chain(&ir.epilogue) {
@@ -176,7 +178,7 @@ pub(super) fn for_each_op<'a>(ir: &'a Ir, look: &mut dyn FnMut(&'a IrOp, bool)) 
     }
 }
 
-/// Calls `look` with an operation and those within it.
+/// Calls `look` with an operation and with all operations nested in it.
 pub(super) fn for_each_nested_op<'a>(op: &'a IrOp, look: &mut dyn FnMut(&'a IrOp)) {
     look(op);
     if let IrOp::If { if_true: then, if_false: otherwise, .. } = op {
@@ -184,7 +186,7 @@ pub(super) fn for_each_nested_op<'a>(op: &'a IrOp, look: &mut dyn FnMut(&'a IrOp
     }
 }
 
-/// The bit that an operation writes.
+/// The bit that an operation writes, if any.
 pub(super) fn written_bit(op: &IrOp) -> Option<BitId> {
     match op {
         IrOp::Store { bit, .. }
@@ -196,12 +198,12 @@ pub(super) fn written_bit(op: &IrOp) -> Option<BitId> {
     }
 }
 
-/// Bits that one operation alone writes, in every scan.
+/// Bits that a single operation writes, in every scan.
 fn directly_written_bits(ir: &Ir) -> HashSet<BitId> {
     let mut writes: HashMap<BitId, (u32, bool)> = HashMap::new();
     for_each_op(ir, &mut |op, always| {
         if let Some(bit) = written_bit(op) {
-            // An edge writes its memory bit by bit.
+            // Edge operations write their memory with several instructions.
             let whole = always && !matches!(op, IrOp::Rising(_) | IrOp::Falling(_));
             let (count, all) = writes.entry(bit).or_insert((0, true));
             (*count, *all) = (*count + 1, *all && whole);
@@ -210,12 +212,13 @@ fn directly_written_bits(ir: &Ir) -> HashSet<BitId> {
     writes.into_iter().filter(|(_, (count, whole))| *count == 1 && *whole).map(|(bit, _)| bit).collect()
 }
 
-/// It needs an edge memory of its own, because what it counts is not what is written to its module.
+/// True if a counter needs an edge memory of its own, because its module does not receive the input
+/// unchanged.
 pub(super) fn needs_edge_memory(is: TimedModule) -> bool {
     matches!(is, TimedModule::Counter { input: '/' | '\\', .. }) && !writes_input_directly(is)
 }
 
-/// What the element gets is written to its module as it is.
+/// True if the input of the element is written to its module unchanged.
 pub(super) fn writes_input_directly(is: TimedModule) -> bool {
     match is {
         TimedModule::Timer(_) => true,
@@ -223,22 +226,32 @@ pub(super) fn writes_input_directly(is: TimedModule) -> bool {
     }
 }
 
-/// The preset of a module: a bounded CTD gives n > max, and a module n >= preset.
+/// Preset of a module; `None` if it does not fit.
+///
+/// A bounded CTD is true for n > max but a module for n >= preset, so its preset is max + 1.
 pub(super) fn module_preset(is: TimedModule, limit: WordOperand) -> Option<i16> {
     let WordOperand::Const(limit) = limit else { return None };
     let below = matches!(is, TimedModule::Counter { kind: CounterKind::Ctd, bounded: true, .. });
     i16::try_from(limit.checked_add(i32::from(below))?).ok()
 }
 
+/// The module that is a timer or counter; `None` where there is none that does the same.
+pub(super) fn module_kind(is: TimedModule) -> Option<ModuleKind> {
+    match is {
+        TimedModule::Timer(TimerKind::Ton) => Some(ModuleKind::Ton),
+        TimedModule::Timer(TimerKind::Tof) => Some(ModuleKind::Tof),
+        TimedModule::Timer(TimerKind::Rto) => Some(ModuleKind::Rto),
+        TimedModule::Timer(TimerKind::Rtl | TimerKind::Tcy | TimerKind::Thi | TimerKind::Tlo) => None,
+        TimedModule::Counter { kind: CounterKind::Ctu, .. } => Some(ModuleKind::Ctu),
+        TimedModule::Counter { kind: CounterKind::Ctd, .. } => Some(ModuleKind::Ctd),
+        // The circular module gives no carry.
+        TimedModule::Counter { kind: CounterKind::Ctc, bounded, .. } => (!bounded).then_some(ModuleKind::Ctc),
+        TimedModule::Counter { kind: CounterKind::Ctr, .. } => None,
+    }
+}
+
 fn module_settings(is: TimedModule, limit: WordOperand) -> ModuleSettings {
-    let kind = match is {
-        TimedModule::Timer(TimerKind::Ton) => ModuleKind::Ton,
-        TimedModule::Timer(TimerKind::Tof) => ModuleKind::Tof,
-        TimedModule::Timer(TimerKind::Rto) => ModuleKind::Rto,
-        TimedModule::Counter { kind: CounterKind::Ctu, .. } => ModuleKind::Ctu,
-        TimedModule::Counter { kind: CounterKind::Ctd, .. } => ModuleKind::Ctd,
-        TimedModule::Counter { kind: CounterKind::Ctc, .. } => ModuleKind::Ctc,
-    };
-    // What has no preset was refused.
+    // What has no module or no preset was refused.
+    let kind = module_kind(is).unwrap_or(ModuleKind::Ton);
     ModuleSettings { kind, unit: ModuleTimeUnit::Cycle, preset: module_preset(is, limit).unwrap_or(0) as u16 }
 }

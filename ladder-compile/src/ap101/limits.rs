@@ -1,14 +1,14 @@
-//! What the machine cannot express: all that computes with integers, and timers and counters that are not what its modules are.
+//! Finds what AP101 cannot express: integer operations, and timers and counters that differ from its modules.
 
 use std::collections::HashSet;
 
 use ladder::{CounterKind, ElementId};
 
-use super::layout::{module_preset, used_modules};
+use super::layout::{module_kind, module_preset, used_modules};
 use crate::ir::{BranchCondition, Ir, IrOp, TimedModule, WordId, WordOperand, min_bytes};
 use crate::target::{BuildRefusal, CompileJob};
 
-/// Every reason, at most one for each element, in order.
+/// Returns all reasons for refusal, in order, at most one per element.
 pub(super) fn unsupported_ops(job: &CompileJob<'_>) -> Vec<BuildRefusal> {
     let ir = job.ir;
     let mut look =
@@ -19,7 +19,8 @@ pub(super) fn unsupported_ops(job: &CompileJob<'_>) -> Vec<BuildRefusal> {
             reasons.push((Some(step.element), cause, hint));
         }
     }
-    // What belongs to no element is there because of one that does.
+    // Operations outside of rungs exist only because of an element, so they are checked only if no element
+    // was refused.
     if reasons.is_empty() {
         let ops = ir.prologue.iter().chain(&ir.epilogue);
         reasons.extend(ops.filter_map(|op| look.check_op(op)).map(|(cause, hint)| (None, cause, hint)));
@@ -39,11 +40,12 @@ const BITS: &str = "and the machine computes with single bits";
 const TIMERS: &str =
     "AP101 has contacts, coils, one shots, the master relay, timers and counters with constant limits, and RES";
 
+/// Check of the operations of a program, in order.
 struct LimitCheck<'a> {
     ir: &'a Ir,
     /// Words that are timers or counters.
     modules: HashSet<WordId>,
-    /// Those of which the element has come already.
+    /// Words whose timer or counter element was already checked.
     seen_words: Vec<WordId>,
 }
 
@@ -52,7 +54,7 @@ impl LimitCheck<'_> {
         self.ir.words.get(word.0 as usize).map_or("?", |cell| &cell.name)
     }
 
-    /// Why an operation is refused: cause and hint.
+    /// Returns cause and hint if an operation is refused.
     fn check_op(&mut self, op: &IrOp) -> Option<(String, &'static str)> {
         let text = || self.ir.op_text(op);
         match op {
@@ -79,7 +81,7 @@ impl LimitCheck<'_> {
             }
             IrOp::Module { module: is, word, limit } => self.check_module(*is, *word, *limit),
             IrOp::If { cond, if_true: then, if_false: otherwise } => {
-                // The first reason within says more than the condition.
+                // The first reason in a branch is more specific than the condition.
                 let within = then.iter().chain(otherwise).find_map(|op| self.check_op(op));
                 let compares = matches!(cond, BranchCondition::Compare(_));
                 let line = text().lines().next().unwrap_or_default().to_owned();
@@ -88,6 +90,7 @@ impl LimitCheck<'_> {
         }
     }
 
+    /// Returns cause and hint if a timer or counter differs from what a module can do.
     fn check_module(&mut self, is: TimedModule, word: WordId, limit: WordOperand) -> Option<(String, &'static str)> {
         let name = self.name(word).to_owned();
         if self.seen_words.contains(&word) {
@@ -96,6 +99,10 @@ impl LimitCheck<'_> {
         }
         self.seen_words.push(word);
         let cell = self.ir.words.get(word.0 as usize)?;
+        if module_kind(is).is_none() {
+            let cause = format!("`{name}` is a {}, and AP101 has no module that does the same", module_keyword(is));
+            return Some((cause, "express it with TON, TOF, RTO, CTU or CTD, or take another chip"));
+        }
         if let WordOperand::Cell(other) = limit {
             let cause = format!("the limit of `{name}` is the integer `{}`, {BITS}", self.name(other));
             return Some((cause, "give it a constant"));
@@ -120,5 +127,14 @@ impl LimitCheck<'_> {
             let cause = format!("`{name}` starts at {}, a module at 0", cell.initial);
             (cause, "let it start at 0")
         })
+    }
+}
+
+/// LDmicro's keyword of a module.
+fn module_keyword(is: TimedModule) -> String {
+    match is {
+        TimedModule::Timer(kind) => format!("{kind:?}").to_uppercase(),
+        TimedModule::Counter { kind: CounterKind::Ctc, .. } => "CTC with a carry".to_owned(),
+        TimedModule::Counter { kind, .. } => format!("{kind:?}").to_uppercase(),
     }
 }

@@ -1,8 +1,9 @@
-//! The AP101 back end: intermediate code to an image of program memory with its configuration.
+//! The AP101 back end: translates intermediate code to a program image with its configuration.
 //!
-//! The machine is what the intermediate code imagines: one bit accumulator, bit cells, timers and counters that are written and read
-//! like bits. It samples inputs, paces program cycles and clears its memory at a cold start by itself, so an image is the rungs and a
-//! configuration. docs/compile-ap101.md says where everything is.
+//! The machine has the same model as the intermediate code: one bit accumulator, bit cells, and timers and
+//! counters that are written and read like bits. It samples inputs, paces program cycles and clears its
+//! memory at a cold start by itself, so an image consists of the rungs and a configuration.
+//! docs/compile-ap101.md describes the layout.
 
 mod config_source;
 mod layout;
@@ -25,12 +26,12 @@ use select::Ap101Selector;
 
 pub use config_source::config_directives;
 
-/// Clocks of a machine cycle.
+/// Clocks per machine cycle.
 const CLOCKS: u64 = 2;
 
 const CHANNELS: usize = INPUTS as usize + OUTPUTS as usize;
 
-/// Names of the channels: inputs, then outputs.
+/// Names of the channels: first the inputs, then the outputs.
 const PINS: [&str; CHANNELS] = {
     let mut pins = [""; CHANNELS];
     let mut n = 0;
@@ -41,15 +42,15 @@ const PINS: [&str; CHANNELS] = {
     pins
 };
 
-/// The chips of this back end.
+/// Chips of this back end.
 pub const TARGETS: &[CompileTarget] =
     &[CompileTarget { chip: &AP101, pins: &PINS, uart: None, pwm: None, adc: &[], eeprom: 0, build }];
 
-/// Makes an image.
+/// Builds an image.
 ///
 /// # Errors
-/// What the machine cannot express, all of it at once; a period that is no whole number of machine cycles; more code, memory or modules
-/// than there are.
+/// Reports everything that the machine cannot express at once; a period that is not a whole number of machine
+/// cycles; more code, memory or modules than the machine has.
 pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     let mut refusals = limits::unsupported_ops(job);
     let period = whole_cycle_period(job).map_err(|refusal| refusals.push(refusal)).unwrap_or_default();
@@ -75,7 +76,7 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     }
     let bytes = code.words.iter().flat_map(|word| word.to_le_bytes()).collect();
     let block = configuration(job, &layout, period, code.words.len()).to_bytes();
-    // Behind the program the machine looks at every output channel, a machine cycle each.
+    // After the program, the machine loads the outputs from their images: one machine cycle per channel.
     let reload = u64::from(layout.outputs);
     Ok(BuiltImage {
         segments: vec![(0, bytes), (emu_ap101::config::CONFIG_ADDRESS, block)],
@@ -96,7 +97,7 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     })
 }
 
-/// Machine cycles of a scan, a whole number that the configuration can hold.
+/// Length of a scan in machine cycles; fails if it is not a whole number or does not fit the configuration.
 fn whole_cycle_period(job: &CompileJob<'_>) -> Result<u64, BuildRefusal> {
     let CompileJob { clock_hz, cycle_us, .. } = *job;
     let lacks = |cause: String, hint: String| Err(BuildRefusal::Unsupported { cause, hint, element: None });
@@ -130,7 +131,7 @@ fn gcd(a: u128, b: u128) -> u128 {
     if b == 0 { a } else { gcd(b, a % b) }
 }
 
-/// The configuration: one program, as many channels as are in use, a period.
+/// Configuration with one program, the channels in use and a period.
 fn configuration(job: &CompileJob<'_>, layout: &Ap101Layout, period: u64, words: usize) -> Ap101Config {
     let last = (words as u16).saturating_sub(1);
     let mut enabled = [false; PROGRAMS];
@@ -148,15 +149,17 @@ fn configuration(job: &CompileJob<'_>, layout: &Ap101Layout, period: u64, words:
     }
 }
 
-/// The value of a module, two bytes.
+/// Location of the value of a module, two bytes.
 fn module_value_place(module: u16) -> CellLocation {
     CellLocation::Word { space: "value".to_owned(), addr: 2 * u32::from(module), bytes: 2 }
 }
 
-/// The scan as instructions; `longer`: with one more, so that the first of a scan is not its last one.
+/// Generates the code of a scan.
+///
+/// With `longer` the scan begins with a NOP, so that its first instruction is not also its last.
 fn scan_code(ir: &Ir, layout: &Ap101Layout, longer: bool) -> Result<FinishedCode, BuildRefusal> {
     let mut asm = CodeWriter::new(Ap101Arch);
-    // Every operation of the scan in a row, so that what comes later can be asked.
+    // All operations of the scan in order, so that the selector can look ahead.
     let rungs = ir.rungs.iter().flat_map(|rung| &rung.steps).map(|step| &step.op);
     let all: Vec<&IrOp> = ir.prologue.iter().chain(rungs).chain(&ir.epilogue).collect();
     let mut select = Ap101Selector::new(&mut asm, layout, &all);
@@ -186,7 +189,8 @@ fn scan_code(ir: &Ir, layout: &Ap101Layout, longer: bool) -> Result<FinishedCode
     select.copy_late_outputs();
     select.asm.mark(CodeMark::Section("the end"));
     select.asm.mark(CodeMark::ScanEnd);
-    // Jumps may go to the end of the last rung, but not behind the last word.
+    // Jumps may target the end of the last rung, but not an address after the last word, so the code ends
+    // with a NOP.
     asm.op(Kind::Nop, &[]);
     asm.mark(CodeMark::AfterScan);
     asm.finish().map_err(BuildRefusal::Internal)
@@ -200,11 +204,11 @@ fn lines(code: &FinishedCode) -> Vec<ImageLine> {
     code.instructions.iter().map(line).collect()
 }
 
-/// The family as the assembler of back ends sees it: every instruction is a word and a machine cycle.
+/// AP101 as a target of the code writer: every instruction has one word and takes one machine cycle.
 #[derive(Debug)]
 struct Ap101Arch;
 
-/// A jump, or one that is made if A is 1: both reach everything.
+/// An unconditional jump, or a jump taken if A is 1; both reach every address.
 #[derive(Debug, Clone, Copy)]
 enum Ap101Jump {
     Unconditional,
@@ -228,7 +232,7 @@ impl TargetArch for Ap101Arch {
             Ap101Jump::Unconditional => Kind::Jmp,
             Ap101Jump::IfSet => Kind::Jmpc,
         };
-        // Code that is longer than the memory is refused for its length, whatever its jumps hold.
+        // Code that exceeds the memory is refused by its length, so the operand may wrap here.
         Some(vec![FormInstruction { kind, operands: vec![(to % SPAN as u32) as i32], target: Some(to) }])
     }
 

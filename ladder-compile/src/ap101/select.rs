@@ -1,7 +1,8 @@
-//! Intermediate code to instructions.
+//! Selects AP101 instructions for the intermediate code.
 //!
-//! Most operations are one instruction. Two things are followed on the way: whether A holds the accumulator or its complement, since
-//! what comes next often wants the one or the other and both cost the same; and what A holds where that is known.
+//! Most operations become one instruction. The selector tracks whether A holds the accumulator or its
+//! complement, because both cost the same and the next operation often prefers one of them. It also tracks
+//! the value of A where that is known.
 
 use std::collections::HashMap;
 
@@ -13,33 +14,38 @@ use super::{Ap101Arch, Ap101Jump};
 use crate::code::CodeWriter;
 use crate::ir::{BitId, BranchCondition, IrOp, LogicOp, TimedModule, WordId};
 
-/// What comes behind an operation: the rest of its list, then what follows the list.
+/// What follows an operation: the rest of its list, then the continuation of that list.
 #[derive(Clone, Copy)]
 struct OpContinuation<'a> {
+    /// Rest of the current list of operations.
     ops: &'a [&'a IrOp],
+    /// Continuation after that list.
     then: Option<&'a OpContinuation<'a>>,
 }
 
 /// Selects instructions for a scan.
 pub(super) struct Ap101Selector<'a, 'b> {
+    /// Writer that receives the instructions.
     pub asm: &'b mut CodeWriter<Ap101Arch>,
     layout: &'a Ap101Layout,
+    /// Remaining operations of the scan.
     all_ops: &'a [&'a IrOp],
-    /// A holds the complement of the accumulator.
+    /// True if A holds the complement of the accumulator.
     inverted: bool,
-    /// What A holds, the accumulator or not.
+    /// Value of A if it is known at compile time, whether or not A is the accumulator.
     known: Option<bool>,
-    /// A bit that A holds, or the complement of which.
+    /// Address of a bit that A currently equals, and true if A is its complement.
     held_bit: Option<(u16, bool)>,
-    /// Temporaries that are not kept, because another bit is the same for as long as they are read: that one, and whether it is the
-    /// complement.
+    /// Temporaries that are not stored, because another bit equals them for as long as they are read: its
+    /// address, and true if it is the complement.
     equal_bits: HashMap<BitId, (u16, bool)>,
-    /// A does not really hold what it is said to.
+    /// True if an elided load means that A does not really hold `held_bit`.
     holds_nothing_real: bool,
 }
 
 impl<'a, 'b> Ap101Selector<'a, 'b> {
-    /// `all`: the operations of the scan, which [`Ap101Selector::select_next`] takes one after the other.
+    /// Creates a selector; [`Ap101Selector::select_next`] takes the operations `all` of the scan one after
+    /// the other.
     pub(super) fn new(asm: &'b mut CodeWriter<Ap101Arch>, layout: &'a Ap101Layout, all: &'a [&'a IrOp]) -> Self {
         Ap101Selector {
             asm,
@@ -53,7 +59,7 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
         }
     }
 
-    /// The next operation of the scan.
+    /// Selects instructions for the next operation of the scan.
     pub(super) fn select_next(&mut self) {
         if let Some((op, ops)) = self.all_ops.split_first() {
             self.all_ops = ops;
@@ -61,7 +67,7 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
         }
     }
 
-    /// Brings outputs from their images to their channels.
+    /// Copies outputs from their images to their channels.
     pub(super) fn copy_late_outputs(&mut self) {
         for &(image, channel) in &self.layout.late_outputs {
             self.emit(Kind::Ld, image);
@@ -78,7 +84,7 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
         if !writes {
             self.known = None;
         }
-        // What is written to a module is not what is read there.
+        // Reading a module does not return the value written to it.
         match kind {
             Kind::Ld | Kind::Ldc => self.held_bit = Some((addr, kind == Kind::Ldc)),
             Kind::Sto | Kind::Stoc if !(R_ZONE..M_ZONE).contains(&addr) => {
@@ -92,12 +98,12 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
         self.layout.bits.get(bit.0 as usize).copied().unwrap_or(0)
     }
 
-    /// Where a bit can be read, and whether its complement is there.
+    /// Address where a bit can be read, and true if its complement is there.
     fn source(&self, bit: BitId) -> (u16, bool) {
         self.equal_bits.get(&bit).copied().unwrap_or((self.bit(bit), false))
     }
 
-    /// A temporary can be that address for as long as it is read; `rest` comes behind its store.
+    /// True if a temporary can be an alias of `addr` for as long as it is read; `rest` follows its store.
     fn stays_valid(&self, bit: BitId, addr: u16, rest: &OpContinuation<'_>) -> bool {
         self.layout.temporary.contains(&bit)
             && rest.then.is_none()
@@ -106,7 +112,9 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
             && self.is_unchanged_until_set(rest.ops, bit, addr)
     }
 
-    /// Stores the accumulator in a temporary by remembering which bit is the same; false where none is, or not long enough.
+    /// Stores the accumulator in a temporary by recording which bit equals it.
+    ///
+    /// Returns false if no bit equals it, or not for long enough.
     fn alias_temporary(&mut self, bit: BitId, negated: bool, rest: &OpContinuation<'_>) -> bool {
         self.equal_bits.remove(&bit);
         if let Some((addr, complement)) = self.held_bit
@@ -117,14 +125,14 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
         self.equal_bits.contains_key(&bit)
     }
 
-    /// What is loaded is only stored, and that store only remembered.
+    /// True if the value loaded from `addr` is only stored to a temporary that becomes an alias.
     fn is_load_unneeded(&self, addr: u16, rest: &OpContinuation<'_>) -> bool {
         let Some((IrOp::Store { bit, .. }, ops)) = rest.ops.split_first() else { return false };
         let behind = OpContinuation { ops, then: rest.then };
         !reads_acc(&behind) && self.stays_valid(*bit, addr, &behind)
     }
 
-    /// Until `bit` gets a new value for certain, nothing writes to it or to the address.
+    /// True if neither `bit` nor `addr` is written before `bit` certainly gets a new value.
     fn is_unchanged_until_set(&self, ops: &[&IrOp], bit: BitId, addr: u16) -> bool {
         for op in ops {
             if matches!(op, IrOp::Store { bit: other, .. } | IrOp::SetBit { bit: other, .. } | IrOp::Logic { dst: other, .. } if *other == bit)
@@ -160,7 +168,7 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
         }
     }
 
-    /// Makes A the accumulator, or its complement.
+    /// Makes A hold the accumulator, or its complement if `inverted`.
     fn set_inversion(&mut self, inverted: bool) {
         if self.inverted != inverted {
             self.not();
@@ -180,7 +188,7 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
         self.emit(if negated == self.inverted { Kind::Sto } else { Kind::Stoc }, addr);
     }
 
-    /// acc and the bit; of complements that is an or.
+    /// acc := acc and the bit; if A holds the complement, this is an OR of complements.
     fn and(&mut self, addr: u16, negated: bool) {
         let kind = match (self.inverted, negated) {
             (false, false) => Kind::And,
@@ -201,7 +209,7 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
         self.emit(kind, addr);
     }
 
-    /// Makes a bit a constant; what the accumulator is stays.
+    /// Sets a bit to a constant and preserves the accumulator.
     fn constant(&mut self, addr: u16, value: bool, rest: &OpContinuation<'_>) {
         let write = if value { Kind::Stc } else { Kind::Rtc };
         if self.known.is_none() {
@@ -224,7 +232,7 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
             IrOp::Load { bit, negated } => {
                 let (addr, complement) = self.source(*bit);
                 if self.is_load_unneeded(addr, rest) {
-                    // As if A held it, until the store is over.
+                    // Track A as if it held the bit, until the store is done.
                     (self.held_bit, self.inverted, self.holds_nothing_real) =
                         (Some((addr, false)), *negated != complement, true);
                 } else {
@@ -253,7 +261,7 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
             }
             IrOp::Rising(memory) => self.rising(self.bit(*memory)),
             IrOp::Falling(memory) => self.falling(self.bit(*memory)),
-            // A reset: nothing else that moves numbers comes here.
+            // A RES: other operations that move numbers were refused before.
             IrOp::Move { dst, .. } => self.constant(self.module(*dst) + RESET_OFFSET, true, rest),
             IrOp::Module { module: is, word, .. } => self.element(*is, *word, rest),
             IrOp::Logic { dst, function: is } => {
@@ -261,7 +269,7 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
                 self.equal_bits.remove(dst);
             }
             IrOp::If { cond, if_true: then, if_false: otherwise } => self.branch(*cond, then, otherwise, rest),
-            // Refused before.
+            // `limits` refused these operations before.
             IrOp::AndCompare(_)
             | IrOp::Math { .. }
             | IrOp::Lookup { .. }
@@ -274,7 +282,8 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
         }
     }
 
-    /// The memory first loses its 1 where in is 0; then out is what of in the memory has not, and is added to it.
+    /// Selects a rising edge in two steps: clear the memory if the input is 0; then the output is the input
+    /// AND NOT memory, and the memory is set where the output is 1.
     fn rising(&mut self, memory: u16) {
         self.set_inversion(true);
         self.emit(Kind::Rtc, memory);
@@ -283,7 +292,7 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
         self.emit(Kind::Stc, memory);
     }
 
-    /// The same with in and memory complemented.
+    /// Selects a falling edge: the rising edge with input and memory complemented.
     fn falling(&mut self, memory: u16) {
         self.set_inversion(false);
         self.emit(Kind::Stc, memory);
@@ -293,7 +302,7 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
         self.inverted = false;
     }
 
-    /// The template of an operation by itself.
+    /// Selects the fixed template of a three-address operation.
     fn logic(&mut self, dst: u16, is: LogicOp) {
         let (first, second) = match is {
             LogicOp::Copy(a) => ((Kind::Ld, Kind::Ldc, a), None),
@@ -309,13 +318,13 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
         self.inverted = false;
     }
 
-    /// A timer or counter.
+    /// Selects the code of a timer or counter.
     fn element(&mut self, is: TimedModule, word: WordId, rest: &OpContinuation<'_>) {
         let module = self.module(word);
         let circular = matches!(is, TimedModule::Counter { kind: CounterKind::Ctc, .. });
         if layout::writes_input_directly(is) {
             self.store(module, false);
-            // What a CTC gives is what it gets.
+            // The output of a CTC is its input.
             if !circular && reads_acc(rest) {
                 self.load(module, false, rest);
             }
@@ -323,7 +332,8 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
         }
         let TimedModule::Counter { kind, input, bounded } = is else { return };
         let scratch = self.layout.scratch;
-        // It counts the edges of what is written, so that a 0 comes before each 1; Q is then what the count makes of it.
+        // The module counts edges of the written value, so the code writes a 0 before each 1. Q then follows
+        // the count.
         self.store(scratch, false);
         self.clear();
         self.emit(Kind::Sto, module);
@@ -363,7 +373,7 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
                     && *set == bit
                     && !reads_acc(rest)
                 {
-                    // The master relay: on where it was off, else the accumulator.
+                    // The master relay: turn it on if it was off, else set it to the accumulator.
                     self.or(self.bit(bit), true);
                     return self.store(self.bit(bit), false);
                 }
@@ -380,12 +390,12 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
                 self.inverted = false;
                 self.select_arms(then, otherwise, kept.then_some(scratch), rest);
             }
-            // Refused before.
+            // `limits` refused these before.
             BranchCondition::Compare(_) => {}
         }
     }
 
-    /// A constant is written, or a module reset, where the accumulator is 1, or where it is 0.
+    /// Writes a constant or resets a module, if the accumulator is 1, or if it is 0 with `inverted`.
     fn write_conditionally(&mut self, op: &IrOp, inverted: bool) {
         let (kind, addr) = match op {
             IrOp::SetBit { bit, value } => (if *value { Kind::Stc } else { Kind::Rtc }, self.bit(*bit)),
@@ -396,7 +406,8 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
         self.emit(kind, addr);
     }
 
-    /// Two lists, of which A decides; `from`: where the accumulator is, if not in A.
+    /// Selects two lists; A chooses which one is executed. `from` is the bit that holds the accumulator if A
+    /// does not.
     fn select_arms(&mut self, then: &[IrOp], otherwise: &[IrOp], from: Option<u16>, rest: &OpContinuation<'_>) {
         let (first, end) = (self.asm.new_label(), self.asm.new_label());
         self.asm.jump(Ap101Jump::IfSet, first);
@@ -428,14 +439,14 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
     }
 }
 
-/// What a list of operations does with the accumulator that it gets.
+/// How a list of operations uses the accumulator that it receives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum AccumulatorUse {
     /// Reads it.
     Reads,
-    /// Gives it another value first.
+    /// Overwrites it before any read.
     Sets,
-    /// Neither.
+    /// Neither reads nor overwrites it.
     Leaves,
 }
 
@@ -455,7 +466,7 @@ fn accumulator_use<'a>(mut ops: impl Iterator<Item = &'a IrOp>) -> AccumulatorUs
     ops.find_map(|op| Some(one(op)).filter(|used| *used != AccumulatorUse::Leaves)).unwrap_or(AccumulatorUse::Leaves)
 }
 
-/// The accumulator is read before it gets another value.
+/// True if the accumulator is read before it is overwritten.
 fn reads_acc(rest: &OpContinuation<'_>) -> bool {
     match accumulator_use(rest.ops.iter().copied()) {
         AccumulatorUse::Leaves => rest.then.is_some_and(reads_acc),
@@ -463,13 +474,13 @@ fn reads_acc(rest: &OpContinuation<'_>) -> bool {
     }
 }
 
-/// What comes next is shorter where A is the complement of the accumulator.
+/// True if the following code is shorter when A holds the complement of the accumulator.
 fn prefers_inverted(rest: &OpContinuation<'_>) -> bool {
     let mut turned = false;
     for op in rest.ops {
         match op {
             IrOp::And { .. } | IrOp::Or { .. } | IrOp::Store { .. } => {}
-            // A constant is written once for each value of A.
+            // A constant is written once for each value of A, which inverts A.
             IrOp::SetBit { .. } | IrOp::Move { .. } => turned = !turned,
             IrOp::Rising(_) => return !turned,
             IrOp::Module { module: TimedModule::Counter { kind: CounterKind::Ctc, .. }, .. } => {}

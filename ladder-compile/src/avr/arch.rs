@@ -1,4 +1,4 @@
-//! The AVR as the assembler of [`crate::code`] sees it: the instruction table, and the forms of jumps.
+//! The AVR as a target of the code writer ([`crate::code`]): instruction table and forms of jumps.
 
 use emu_avr::isa::{self, Kind, ROWS, WORD_BITS};
 use emu_core::chip::Chip;
@@ -10,36 +10,39 @@ use crate::code::{ControlFlow, CycleCounts, FormInstruction, TargetArch};
 /// An AVR chip.
 #[derive(Debug, Clone, Copy)]
 pub struct AvrArch {
-    /// Its row.
+    /// Description of the chip.
     pub chip: &'static Chip,
 }
 
-/// A transfer of control.
+/// A transfer of control, before its form is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AvrJump {
     /// A conditional branch.
     If(Kind),
-    /// A jump. It is one instruction whatever its reach, so a skip may stand before it.
+    /// An unconditional jump. It is one instruction at any distance, so a skip may precede it.
     To,
     /// A call.
     Call,
 }
 
-/// Code for the AVR.
+/// Code writer for the AVR.
 pub type AvrCodeWriter = crate::code::CodeWriter<AvrArch>;
 
 impl AvrArch {
-    /// Program words less one where relative jumps wrap, as on chips without the long ones; else more than any program has.
+    /// Mask that wraps relative jumps: program words less one on chips without JMP, else larger than any
+    /// program.
     fn wrap_mask(&self) -> u32 {
         if isa::is_missing(self.chip.flash_bytes, Kind::Jmp) { self.chip.flash_bytes / 2 - 1 } else { 0x3F_FFFF }
     }
 
-    /// Code that is too large is refused by its size when it is finished, so until then addresses wrap.
+    /// Location of an instruction. Addresses wrap, because code that is too large is refused only when it is
+    /// finished.
     fn site(&self, pc: u32, len: u32) -> InstructionLocation {
         InstructionLocation { pc: pc & self.wrap_mask(), len, next_len: 1, pc_mask: self.wrap_mask() }
     }
 
-    /// RJMP and RCALL reach from `at` to `to`: 2,047 words on and 2,048 back, and all the way round on small chips.
+    /// True if RJMP and RCALL reach from `at` to `to`: 2,047 words forward, 2,048 back, and across the wrap
+    /// on small chips.
     fn is_relative_reachable(&self, at: u32, to: u32) -> bool {
         let away = i64::from(to) - i64::from(at) - 1;
         let size = i64::from(self.wrap_mask()) + 1;
@@ -69,14 +72,15 @@ impl TargetArch for AvrArch {
                 let away = i64::from(to) - i64::from(at) - 1;
                 (-64..64).contains(&away).then(|| vec![step(kind, to)])
             }
-            // Too far for the branch: the opposite branch steps over a jump.
+            // Out of reach for the branch: the opposite branch skips a jump.
             (AvrJump::If(kind), 1) => self
                 .is_relative_reachable(at + 1, to)
                 .then(|| vec![step(opposite_branch(kind), at + 2), step(Kind::Rjmp, to)]),
             (AvrJump::If(kind), _) => Some(vec![step(opposite_branch(kind), at + 3), step(Kind::Jmp, to)]),
             (AvrJump::To, 0) => self.is_relative_reachable(at, to).then(|| vec![step(Kind::Rjmp, to)]),
             (AvrJump::Call, 0) => self.is_relative_reachable(at, to).then(|| vec![step(Kind::Rcall, to)]),
-            // On a chip without them only code that is too large comes here, and it is refused by its size.
+            // On a chip without these instructions only code that is too large reaches this arm; its size is
+            // refused later.
             (AvrJump::To, _) => Some(vec![step(Kind::Jmp, to)]),
             (AvrJump::Call, _) => Some(vec![step(Kind::Call, to)]),
         }
@@ -101,7 +105,7 @@ impl TargetArch for AvrArch {
     }
 }
 
-/// The branch on the opposite condition.
+/// Returns the branch on the opposite condition.
 #[must_use]
 pub fn opposite_branch(kind: Kind) -> Kind {
     const PAIRS: [(Kind, Kind); 6] = [

@@ -1,4 +1,4 @@
-//! Comparisons of integers, with sign.
+//! Signed comparisons of integers.
 
 use emu_avr::isa::Kind;
 
@@ -10,24 +10,25 @@ use super::words::{RegisterQuad, constant_byte};
 use crate::code::CodeLabel;
 use crate::ir::{IrOp, RelationOp, WordComparison, WordId, WordOperand};
 
-/// A row of comparisons that is being selected.
+/// State of a chain of comparisons that is being selected.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ComparisonChain {
-    /// Where those that fail go, and what A holds there.
+    /// Label for comparisons that fail, and what A holds there.
     failure_target: Option<(CodeLabel, Option<(WordId, usize)>)>,
-    /// The next comparison is one without sign.
+    /// True if the next comparison is unsigned.
     unsigned: bool,
 }
 
-/// `first` says that a word is not negative, `second` that it is below a positive constant.
+/// True if `first` checks that a word is not negative, and `second` that it is below a positive constant.
 fn is_range(first: &WordComparison, second: &WordComparison) -> bool {
     let (WordOperand::Const(low), WordOperand::Const(high)) = (first.b, second.b) else { return false };
     first.a == second.a && first.rel == RelationOp::Ge && low == 0 && second.rel == RelationOp::Lt && high > 0
 }
 
 impl AvrSelector<'_> {
-    /// T := T and the comparison; `next` is the operation behind it. In a row of comparisons one that fails goes straight to
-    /// the CLT at the end of the row.
+    /// T := T and the comparison; `next` is the following operation.
+    ///
+    /// In a chain of comparisons, one that fails jumps directly to the CLT at the end of the chain.
     pub fn and_compare(&mut self, compare: &WordComparison, next: Option<&IrOp>) {
         if self.known.t == Some(false) {
             return;
@@ -37,7 +38,8 @@ impl AvrSelector<'_> {
             _ => None,
         };
         if next.is_some_and(|next| is_range(compare, next)) {
-            // What is not negative and below a number is below it without sign: the next comparison does it all.
+            // Non-negative and below a constant is the same as below it unsigned, so the next comparison
+            // checks both.
             self.comparison_chain.unsigned = true;
             return;
         }
@@ -75,12 +77,12 @@ impl AvrSelector<'_> {
         self.known.t = None;
     }
 
-    /// Compares; returns the branches that are taken when the comparison holds and when it does not.
+    /// Compares, and returns the branches that are taken if the comparison is true and if it is false.
     pub fn compare(&mut self, compare: &WordComparison) -> (Kind, Kind) {
         let WordComparison { a, rel, b } = *compare;
         match (rel, b) {
             (RelationOp::Lt | RelationOp::Ge, WordOperand::Const(0)) => {
-                // Only the sign counts.
+                // Only the sign matters.
                 let top = self.sign_byte_register(a);
                 self.asm.op(Kind::And, &[top, top]);
                 return if rel == RelationOp::Lt { (Kind::Brmi, Kind::Brpl) } else { (Kind::Brpl, Kind::Brmi) };
@@ -88,7 +90,7 @@ impl AvrSelector<'_> {
             (_, WordOperand::Const(constant)) => self.compare_constant(a, rel, constant),
             (_, WordOperand::Cell(word)) => {
                 let width = self.bytes(a).max(self.bytes(word));
-                // What A holds stays there, the other operand comes to B.
+                // If A holds the right operand it stays there, and the left operand goes to B.
                 let held = matches!(self.known.a, Some((held, to)) if held == word && to >= width);
                 let left = self.source_registers(WordOperand::Cell(a), width, if held { B } else { A });
                 let right = self.source_registers(b, width, B);
@@ -109,7 +111,8 @@ impl AvrSelector<'_> {
         }
     }
 
-    /// Compares with a constant. For less and not less, low bytes of the constant that are zero decide nothing.
+    /// Compares with a constant. For `Lt` and `Ge`, low bytes of the constant that are zero cannot change the
+    /// result.
     fn compare_constant(&mut self, a: WordId, rel: RelationOp, constant: i32) {
         let width = self.bytes(a);
         let ordered = matches!(rel, RelationOp::Lt | RelationOp::Ge);
@@ -117,7 +120,7 @@ impl AvrSelector<'_> {
         let held = matches!(self.known.a, Some((held, to)) if held == a && to >= width);
         let first = constant_byte(constant, skipped);
         let regs = match (self.layout.word(a), self.home_registers(a)) {
-            // The lowest byte that counts is compared at once from r16 on, and with zero anywhere.
+            // CPI needs r16 or above for the lowest relevant byte; zero can be compared in any register.
             (_, Some(home)) if home[0] >= 16 || first == 0 || (skipped + 1 == width && !held) => home,
             (AvrCellPlace::Ram(addr), None) if skipped + 1 == width && !held => {
                 self.layout.load(self.asm, BYTE, addr + skipped as u16);
@@ -141,7 +144,7 @@ impl AvrSelector<'_> {
         }
     }
 
-    /// A register that holds the byte with the sign.
+    /// Returns a register that holds the byte with the sign.
     fn sign_byte_register(&mut self, word: WordId) -> i32 {
         let last = self.bytes(word).saturating_sub(1);
         if let Some(&reg) = self.home_registers(word).as_ref().and_then(|home| home.get(last)) {

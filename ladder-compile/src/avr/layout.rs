@@ -1,15 +1,15 @@
-//! Where everything lives: bits and integers in registers while there are any, the rest in RAM.
+//! Assigns places to all cells: registers for bits and integers as far as they last, RAM for the rest.
 //!
 //! ```text
-//! r1:r0          zero, but while a product stands there
-//! r2 .. r15      the image of each input port and of each output port, a bit at its pin's place; then relays, edge
-//!                memories and temporaries, eight to a register; then integers
+//! r1:r0          zero, except while they hold a product
+//! r2 .. r15      the image of each input port and of each output port, a bit at its pin's place; then
+//!                relays, edge memories and temporaries, eight to a register; then integers
 //! r17:r16        an integer, and so are r21:r20, X, Y and Z where nothing else needs them
 //! r18, r19       scratch
 //! r23:r22        right operand
 //! r25:r24        left operand and result
 //! r21:r20, X     upper bytes of wide operands; Z: pointer of tables
-//! Y              start of RAM, where RAM is used: the first 64 bytes are reached in one word
+//! Y              start of RAM, where RAM is used: one word reaches the first 64 bytes
 //! RAM            integers (low byte first), bits, the fraction of the timer; the stack at the end
 //! ```
 
@@ -21,23 +21,23 @@ use crate::ir::{BitId, BitRole, WordId};
 use crate::pins::AssignedPin;
 use crate::target::CompileJob;
 
-/// Registers that any instruction on bits takes, but none with a constant.
+/// Registers for bits: instructions with a constant operand cannot use them, bit instructions can.
 const BIT_REGISTERS: std::ops::RangeInclusive<u8> = 2..=15;
 
-/// Bytes kept free for the stack: one return address.
+/// Bytes reserved for the stack: one return address.
 const STACK_BYTES: u32 = 2;
 
-/// Where a byte of bits, or the low byte of an integer, is kept.
+/// Place of a byte of bits, or of the low byte of an integer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AvrCellPlace {
-    /// In a register, which is also the data address of that number.
+    /// A register; its number is also its data address.
     Reg(u8),
-    /// In RAM, at a data address.
+    /// A byte of RAM, by its data address.
     Ram(u16),
 }
 
 impl AvrCellPlace {
-    /// Data address.
+    /// Data address of this place.
     #[must_use]
     pub fn addr(self) -> u16 {
         match self {
@@ -47,54 +47,54 @@ impl AvrCellPlace {
     }
 }
 
-/// A port of the program.
+/// Use of one port by the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AvrPortUse {
-    /// Its letter.
+    /// Letter of the port.
     pub letter: char,
-    /// Register that holds the latched inputs, where there are inputs.
+    /// Register that holds the latched inputs, if the port has inputs.
     pub input: Option<u8>,
     /// Register that is written to the port: outputs, and the pull-ups of the inputs, which stay 1.
     pub output: Option<u8>,
-    /// Bits that are inputs of the program.
+    /// Mask of bits that are inputs of the program.
     pub inputs: u8,
-    /// Bits that are outputs of the program.
+    /// Mask of bits that are outputs of the program.
     pub outputs: u8,
-    /// Bits with a pull-up: the inputs, and the receiver's pin.
+    /// Mask of bits with a pull-up: the inputs, and the receiver's pin.
     pub pull_ups: u8,
-    /// Bits that are driven: the outputs, and the pin of the PWM output.
+    /// Mask of bits that are driven: the outputs, and the pin of the PWM output.
     pub driven: u8,
 }
 
-/// Places of all cells.
+/// Places of all cells of a program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct AvrLayout {
     /// Ports in use, by letter.
     pub ports: Vec<AvrPortUse>,
-    /// Home and bit number, by [`BitId`].
+    /// Place and bit number of each bit, by [`BitId`].
     pub bits: Vec<(AvrCellPlace, u8)>,
-    /// Homes by [`WordId`].
+    /// Place of each word, by [`WordId`].
     pub words: Vec<AvrCellPlace>,
-    /// Widths in bytes, by [`WordId`].
+    /// Width of each word in bytes, by [`WordId`].
     pub sizes: Vec<u8>,
-    /// Where the timer's fraction begins.
+    /// Place of the first byte of the timer's fraction.
     pub fraction: AvrCellPlace,
     /// Registers that hold bits, integers, or the images of ports.
     pub registers: Vec<u8>,
     /// First data address of RAM.
     pub ram_start: u16,
-    /// Bytes of RAM in use.
+    /// Number of bytes of RAM in use.
     pub ram_bytes: u16,
 }
 
 impl AvrLayout {
-    /// Home of a bit.
+    /// Place and bit number of a bit.
     #[must_use]
     pub fn bit(&self, bit: BitId) -> (AvrCellPlace, u8) {
         self.bits.get(bit.0 as usize).copied().unwrap_or((AvrCellPlace::Reg(*BIT_REGISTERS.end()), 0))
     }
 
-    /// Home of a word.
+    /// Place of the low byte of a word.
     #[must_use]
     pub fn word(&self, word: WordId) -> AvrCellPlace {
         self.words.get(word.0 as usize).copied().unwrap_or(AvrCellPlace::Ram(self.ram_start))
@@ -106,7 +106,7 @@ impl AvrLayout {
         self.sizes.get(word.0 as usize).copied().unwrap_or(2)
     }
 
-    /// `reg` := the byte of RAM at a data address.
+    /// Emits `reg` := the byte of RAM at a data address.
     pub fn load(&self, asm: &mut AvrCodeWriter, reg: i32, addr: u16) {
         match addr.wrapping_sub(self.ram_start) {
             near @ 0..64 => asm.op(Kind::LddY, &[reg, near.into()]),
@@ -114,7 +114,7 @@ impl AvrLayout {
         }
     }
 
-    /// The byte of RAM at a data address := `reg`.
+    /// Emits the byte of RAM at a data address := `reg`.
     pub fn store(&self, asm: &mut AvrCodeWriter, addr: u16, reg: i32) {
         match addr.wrapping_sub(self.ram_start) {
             near @ 0..64 => asm.op(Kind::StdY, &[near.into(), reg]),
@@ -123,19 +123,19 @@ impl AvrLayout {
     }
 }
 
-/// Gives every cell a place; `fraction` is the number of bytes that the timer's fraction needs.
+/// Assigns a place to every cell; `fraction` is the number of bytes of the timer's fraction.
 ///
 /// # Errors
-/// The bytes of RAM needed, stack included, when the chip has fewer.
+/// The number of bytes of RAM needed, stack included, if the chip has fewer.
 pub fn layout(job: &CompileJob<'_>, uses: &AvrUsage, fraction: u16) -> Result<AvrLayout, u64> {
-    // Y is free where nothing is left for RAM, which only a try can tell.
+    // Y is free only if no cell needs RAM, which is known only after trying.
     match try_layout(job, uses, fraction, true) {
         Ok(layout) if layout.ram_bytes == 0 => Ok(layout),
         _ => try_layout(job, uses, fraction, false),
     }
 }
 
-/// The registers that are free.
+/// The registers that are still free, by number.
 struct FreeRegisters([bool; 32]);
 
 impl FreeRegisters {
@@ -151,13 +151,13 @@ impl FreeRegisters {
 fn try_layout(job: &CompileJob<'_>, uses: &AvrUsage, fraction: u16, use_y: bool) -> Result<AvrLayout, u64> {
     let CompileJob { ir, pins, target, .. } = *job;
     let chip = target.chip;
-    // Pairs that take constants, the ones that count by one instruction first.
+    // Upper register pairs, which take constants; those with ADIW and SBIW first.
     let upper = [
         (26, !uses.wide),
         (30, !uses.wide && !uses.tables),
         (28, use_y),
         (16, !uses.wide),
-        // The count-down of the timer works in r18 to r21.
+        // The fraction of the timer is computed in r18 to r21.
         (20, !uses.wide && !uses.divides && fraction <= 2),
     ];
     let upper: Vec<u8> = upper.into_iter().filter(|&(_, free)| free).map(|(pair, _)| pair).collect();
@@ -217,7 +217,7 @@ fn try_layout(job: &CompileJob<'_>, uses: &AvrUsage, fraction: u16, use_y: bool)
         let home = in_ram(1);
         group.iter().zip(0..).for_each(|(&n, bit)| bits[n] = (home, bit));
     }
-    // The count-down is subtracted from by constants.
+    // The fraction needs registers that can subtract constants.
     let high = || upper.iter().copied().filter(|_| fraction != 0);
     let reg = match fraction {
         1 => free.take(high().flat_map(|pair| [pair, pair + 1]), 1),
@@ -245,7 +245,9 @@ fn try_layout(job: &CompileJob<'_>, uses: &AvrUsage, fraction: u16, use_y: bool)
     })
 }
 
-/// The ports of these pins, by letter, without registers; `receive` and `pwm` are pins that the program uses so.
+/// Returns the ports of these pins, by letter, without registers.
+///
+/// `receive` and `pwm` are the pins of receiver and PWM output, if the program uses them.
 fn port_uses(pins: &[AssignedPin], receive: Option<&str>, pwm: Option<&str>) -> Vec<AvrPortUse> {
     let mut ports: Vec<AvrPortUse> = Vec::new();
     let mut add = |letter, inputs, outputs, pull_ups, driven| {
@@ -282,7 +284,7 @@ fn port_uses(pins: &[AssignedPin], receive: Option<&str>, pwm: Option<&str>) -> 
     ports
 }
 
-/// Letter of the port and mask of a pin such as `PB3`.
+/// Port letter and bit mask of a pin such as `PB3`.
 #[must_use]
 pub fn port_and_mask(pin: &str) -> (char, u8) {
     let mut chars = pin.chars().skip(1);

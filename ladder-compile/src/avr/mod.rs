@@ -1,4 +1,4 @@
-//! The AVR back end: intermediate code to an image of program memory.
+//! The AVR back end: translates intermediate code to an image of program memory.
 
 pub mod arch;
 pub mod compare;
@@ -35,7 +35,7 @@ use usage::AvrUsage;
 
 pub use targets::TARGETS;
 
-/// Everything that is decided before the first instruction.
+/// All decisions made before the first instruction is emitted.
 struct AvrBuildPlan<'a> {
     job: &'a CompileJob<'a>,
     regs: AvrRegisters,
@@ -45,10 +45,10 @@ struct AvrBuildPlan<'a> {
     signed_divisors: bool,
 }
 
-/// Makes an image.
+/// Builds an image.
 ///
 /// # Errors
-/// The image does not fit the chip, or the chip cannot do what the program asks for.
+/// The image does not fit the chip, or the chip lacks a feature that the program needs.
 pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     let chip = job.target.chip;
     let regs = AvrRegisters::new(chip);
@@ -74,7 +74,7 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     let signed_divisors = uses.signed_divisors;
     let mut plan = AvrBuildPlan { job, regs, pace, layout, devices, signed_divisors };
 
-    // The first time tells which subroutines there are, and which of them are wanted once only.
+    // The first pass collects the subroutines, and finds those that are called only once and can be inlined.
     let (_, wanted) = emit_image(&mut plan, &[], false)?;
     let single: Vec<AvrRoutine> = wanted.iter().filter(|wanted| wanted.2 == 1).map(|wanted| wanted.0).collect();
     let calls = wanted.len() > single.len();
@@ -83,7 +83,7 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     built_image(&plan, &code)
 }
 
-/// Writes the image.
+/// Emits the whole image.
 fn emit_image(
     plan: &mut AvrBuildPlan<'_>,
     single: &[AvrRoutine],
@@ -94,7 +94,7 @@ fn emit_image(
     let mut asm = AvrCodeWriter::new(AvrArch { chip });
     plan.devices.tables = job.ir.tables.iter().map(|_| asm.new_label()).collect();
     let (regs, layout, pace) = (&plan.regs, &plan.layout, &plan.pace);
-    // LPM reaches the first 64 KB.
+    // LPM reaches only the first 64 KB, so tables come first on larger chips.
     let low_tables = chip.flash_bytes > 0x1_0000 && !job.ir.tables.is_empty();
     if low_tables {
         let start = asm.new_label();
@@ -128,7 +128,7 @@ fn emit_image(
     if is_bit_addressable(flags) {
         asm.op(Kind::Sbi, &[flags - 0x20, matched]);
     } else {
-        // What was read clears what it says; nobody waits for the other flags.
+        // Writing back what was read clears the flags that are set; no code waits for the other flags.
         registers::write(&mut asm, flags, 24);
     }
     pace.set_next_period(&mut asm, regs, layout);
@@ -179,8 +179,9 @@ fn emit_image(
     Ok((asm, wanted))
 }
 
-/// The rungs, with a mark at every element of the program, also at those without code; in code that is not optimised also
-/// at every operation.
+/// Emits the rungs, with a mark at every element of the program, also at elements without code.
+///
+/// Unoptimised code also has a mark at every operation.
 fn select_rungs(ir: &Ir, select: &mut AvrSelector<'_>) {
     let steps = || ir.rungs.iter().flat_map(|rung| &rung.steps);
     let plain = steps().any(|step| matches!(step.op, IrOp::Logic { .. }));
@@ -201,7 +202,7 @@ fn select_rungs(ir: &Ir, select: &mut AvrSelector<'_>) {
     select.asm.mark(CodeMark::RungsEnd);
 }
 
-/// The constant tables.
+/// Emits the constant tables.
 fn emit_tables(asm: &mut AvrCodeWriter, ir: &Ir, labels: &[CodeLabel]) {
     for (table, &label) in ir.tables.iter().zip(labels) {
         asm.mark(CodeMark::Section("table"));
@@ -210,14 +211,14 @@ fn emit_tables(asm: &mut AvrCodeWriter, ir: &Ir, labels: &[CodeLabel]) {
     }
 }
 
-/// The bytes of a table, low byte first, two to a word.
+/// The bytes of a table, low byte first, two per word.
 fn table_words(table: &ConstantTable) -> Vec<u16> {
     let bytes: Vec<u8> =
         table.values.iter().flat_map(|value| value.to_le_bytes().into_iter().take(table.bytes.into())).collect();
     bytes.chunks(2).map(|pair| pair.iter().rev().fold(0, |word, &byte| word << 8 | u16::from(byte))).collect()
 }
 
-/// What is known of the finished image.
+/// Collects the properties of the finished image.
 fn built_image(plan: &AvrBuildPlan<'_>, code: &FinishedCode) -> Result<BuiltImage, BuildRefusal> {
     let (job, pace, layout) = (plan.job, &plan.pace, &plan.layout);
     let chip = job.target.chip;
@@ -258,8 +259,10 @@ fn built_image(plan: &AvrBuildPlan<'_>, code: &FinishedCode) -> Result<BuiltImag
     })
 }
 
-/// The longest time from a match to the first instruction of its scan: one turn that just missed the match, the look and the
-/// jump back, and the look that sees it.
+/// Maximum number of clocks from a match to the first instruction of its scan.
+///
+/// It consists of an iteration that just missed the match (the test and the jump back) and the test that sees
+/// it.
 fn longest_poll(regs: &AvrRegisters) -> u64 {
     let cycles = |kind: Kind, outcome: usize| {
         let row = isa::ROWS.get(kind as usize);
@@ -273,7 +276,7 @@ fn longest_poll(regs: &AvrRegisters) -> u64 {
     look + cycles(skip, 0) + cycles(Kind::Rjmp, 0) + look + cycles(skip, 1)
 }
 
-/// The image line by line: instructions, and the data between them.
+/// Lines of the image: instructions, and the data between them.
 fn image_lines(code: &FinishedCode) -> Vec<ImageLine> {
     let words =
         |addr: u32, len: u32| code.words.iter().skip(addr as usize).take(len as usize).copied().collect::<Vec<u16>>();
@@ -295,7 +298,7 @@ fn image_lines(code: &FinishedCode) -> Vec<ImageLine> {
     lines
 }
 
-/// Pins with another job than input and output.
+/// Pins with a special function: neither input nor output of the program.
 fn special_pins(plan: &AvrBuildPlan<'_>) -> Vec<SpecialPin> {
     let (job, target) = (plan.job, plan.job.target);
     let mut specials = Vec::new();

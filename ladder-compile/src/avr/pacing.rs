@@ -1,8 +1,9 @@
-//! One scan per match of timer 1 in CTC mode, the k-th match at floor(k P), P being the cycle time in clocks.
+//! Paces scans with timer 1 in CTC mode: one scan per compare match, the k-th match at floor(k P), where P is
+//! the cycle time in clocks.
 //!
-//! The timer counts ticks of `prescale` clocks. Where P is a whole number of ticks, the compare register is set once. Where it
-//! is not, the code carries the fraction: after each match it decides whether the next period has one tick more, as
-//! a line is drawn on a grid (Bresenham), so that the error never grows beyond one tick.
+//! The timer counts ticks of `prescale` clocks. If P is a whole number of ticks, the compare register is set
+//! once. If not, the code carries the fraction: after each match it decides whether the next period is one
+//! tick longer, as Bresenham's line algorithm does. The error never exceeds one tick.
 
 use emu_avr::isa::Kind;
 
@@ -15,10 +16,10 @@ use crate::target::CodeMark;
 /// Prescalers and their clock select bits (DS40002061, table 16-5).
 const PRESCALERS: [(u32, u8); 5] = [(1, 1), (8, 2), (64, 3), (256, 4), (1024, 5)];
 
-/// Most ticks of one period: the compare register holds one less, in 16 bits.
+/// Maximum number of ticks of a period: the compare register holds one less, in 16 bits.
 const MAX_PERIOD_TICKS: u128 = 65536;
 
-/// How the timer is set.
+/// Settings of the pacing timer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AvrPacing {
     /// P in clocks.
@@ -27,38 +28,42 @@ pub struct AvrPacing {
     pub prescale: u32,
     /// Clock select bits.
     pub select: u8,
-    /// Ticks of a period, rounded down.
+    /// Ticks per period, rounded down.
     pub ticks: u32,
-    /// What is missing, where something is.
+    /// Fraction of a tick per period, if P is not a whole number of ticks.
     pub fraction: Option<AvrPeriodFraction>,
     /// Ticks of the first period.
     pub first: u32,
 }
 
-/// A period is `rest / whole` ticks longer than [`AvrPacing::tick_cycles`].
+/// The fraction of a tick, `numerator / denominator`, by which a period is longer than [`AvrPacing::ticks`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AvrPeriodFraction {
     /// Numerator.
     pub numerator: u32,
     /// Denominator.
     pub denominator: u32,
-    /// What the count-down holds after it has decided on the first period: always below `whole`; a period is one tick longer
-    /// when taking `rest` away borrows.
+    /// Initial value of the remainder counter, after the decision for the first period; always below
+    /// `denominator`.
+    ///
+    /// After each match the code subtracts `numerator`; if this borrows, the next period is one tick longer
+    /// and `denominator` is added.
     pub start: u32,
-    /// Bytes of the count-down.
+    /// Width of the remainder counter in bytes.
     pub bytes: u16,
 }
 
-/// Clocks from the reset of the prescaler to the start of the timer: the OUT or STS that selects the clock.
+/// Clocks from the reset of the prescaler to the start of the timer, which the OUT or STS that selects the
+/// clock takes.
 #[must_use]
 pub fn prescaler_reset_clocks(regs: &AvrRegisters) -> u64 {
     if registers::is_io(regs.addr(&["TCCR1B"])) { 1 } else { 2 }
 }
 
-/// Chooses the finest tick with which a period fits; `prescaler_reset_clocks` as [`prescaler_reset_clocks`] has it.
+/// Chooses the finest tick for which a period fits; `lead` is the result of [`prescaler_reset_clocks`].
 ///
 /// # Errors
-/// Shortest and longest period in microseconds.
+/// Shortest and longest possible period in microseconds.
 pub fn plan_pacing(clock_hz: u64, cycle_us: u64, lead: u64) -> Result<AvrPacing, (u64, u64)> {
     let clock_hz = clock_hz.max(1);
     let (num, den) = reduce_fraction(u128::from(clock_hz) * u128::from(cycle_us), 1_000_000);
@@ -71,8 +76,8 @@ pub fn plan_pacing(clock_hz: u64, cycle_us: u64, lead: u64) -> Result<AvrPacing,
         let mut first = ticks;
         let mut fraction = None;
         if rest != 0 {
-            // The prescaler is `lead` clocks ahead of the timer, so every match comes that much early; the count-down starts
-            // with as much of a tick in hand.
+            // The prescaler is `lead` clocks ahead of the timer, so every match is early by that much; the
+            // remainder counter starts with the corresponding part of a tick.
             let lead = if prescale == 1 { 0 } else { u128::from(lead) * whole / u128::from(prescale) };
             let before = whole - 1 - lead;
             let start = if before < rest { before + whole - rest } else { before - rest };
@@ -114,13 +119,13 @@ impl AvrPacing {
         u64::from(self.ticks) * u64::from(self.prescale)
     }
 
-    /// Bytes of the count-down, 0 where there is none.
+    /// Width of the remainder counter in bytes; 0 without one.
     #[must_use]
     pub fn fraction_bytes(&self) -> u16 {
         self.fraction.map_or(0, |fraction| fraction.bytes)
     }
 
-    /// Starts the timer; its registers are as reset leaves them.
+    /// Emits the start of the timer; its registers have their reset values.
     pub fn start(&self, asm: &mut AvrCodeWriter, regs: &AvrRegisters, layout: &AvrLayout) {
         if let Some(fraction) = self.fraction {
             for (byte, n) in fraction.start.to_le_bytes().into_iter().take(fraction.bytes.into()).zip(0..) {
@@ -134,11 +139,11 @@ impl AvrPacing {
             }
         }
         let [low, high] = ((self.first - 1) as u16).to_le_bytes();
-        // The high byte goes first: it waits until the low one is written.
+        // Write the high byte first: the chip holds it until the low byte is written.
         registers::write_constant(asm, regs.addr(&["OCR1AH"]), high.into(), 24);
         registers::write_constant(asm, regs.addr(&["OCR1AL"]), low.into(), 24);
         let (prescaler, control) = (regs.addr(&["GTCCR", "SFIOR"]), regs.addr(&["TCCR1B"]));
-        // The prescalers have run since reset; without one they do not matter.
+        // The prescalers run since reset, so reset them; without a prescaler this is not needed.
         if self.prescale > 1 {
             let reset = regs.mask(&[&["PSRSYNC", "PSR10", "PSR321", "PSR310"]]);
             asm.op(Kind::Ldi, &[25, reset]);
@@ -151,7 +156,8 @@ impl AvrPacing {
         registers::write(asm, control, 24);
     }
 
-    /// Just after a match: the length of the period that has begun, where the periods differ.
+    /// Emits the code just after a match: sets the length of the period that has begun, if the periods
+    /// differ.
     pub fn set_next_period(&self, asm: &mut AvrCodeWriter, regs: &AvrRegisters, layout: &AvrLayout) {
         let Some(fraction) = self.fraction else { return };
         let bytes = i32::from(fraction.bytes);

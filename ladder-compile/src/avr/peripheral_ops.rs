@@ -1,4 +1,4 @@
-//! Operations on the peripherals and on tables.
+//! Selects instructions for operations on peripherals and tables.
 
 use emu_avr::isa::Kind;
 
@@ -13,26 +13,26 @@ use crate::CodegenError;
 use crate::code::CodeLabel;
 use crate::ir::{WordId, WordOperand};
 
-/// How the peripherals of a program are set.
+/// Settings of the peripherals of a program.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct AvrPeripherals {
-    /// The serial line.
+    /// Serial line, if used.
     pub serial: Option<AvrUartSetup>,
-    /// The PWM output.
+    /// PWM output, if used.
     pub pwm: Option<AvrPwmSetup>,
-    /// The converter: ADMUX of each analog input.
+    /// Value of ADMUX for each analog input.
     pub adc_selects: Vec<u8>,
-    /// Turns of the loop that waits for a conversion.
+    /// Maximum number of iterations of the loop that waits for a conversion.
     pub conversion_iterations: u32,
-    /// Tables in program memory, by their number in the intermediate code.
+    /// Labels of the tables in program memory, by their number in the intermediate code.
     pub tables: Vec<CodeLabel>,
 }
 
-/// Z.
+/// Z, the low register of the pointer pair.
 const POINTER: i32 = 30;
 
 impl AvrSelector<'_> {
-    /// dst := table[index].
+    /// dst := `table[index]`.
     pub fn look_up(&mut self, dst: WordId, index: WordId, table: u32) {
         let (ir, devices) = (self.ir, self.devices);
         let found = ir.tables.get(table as usize).zip(devices.tables.get(table as usize));
@@ -67,7 +67,8 @@ impl AvrSelector<'_> {
         if short {
             self.asm.op(Kind::Ldi, &[POINTER + 1, 0]);
         }
-        // Program memory counts bytes here: the sum is a difference with the negated address.
+        // LPM uses byte addresses. There is no add with a constant, so the code subtracts the negated
+        // address.
         self.asm
             .op_with_label_value(Kind::Subi, &[POINTER, 0], 1, label, |word| (2 * word as i32).wrapping_neg() & 0xFF);
         self.asm.op_with_label_value(Kind::Sbci, &[POINTER + 1, 0], 1, label, |word| {
@@ -93,10 +94,10 @@ impl AvrSelector<'_> {
         }
     }
 
-    /// dst := the conversion of an input.
+    /// dst := the result of converting an analog input.
     pub fn read_adc(&mut self, dst: WordId, input: u32) {
         let devices = self.devices;
-        // With one input it is selected for ever.
+        // A single input stays selected, so it is selected only at reset.
         if let (Some(&select), true) = (devices.adc_selects.get(input as usize), devices.adc_selects.len() > 1) {
             registers::write_constant(self.asm, self.regs.addr(&["ADMUX"]), select.into(), SCRATCH);
         }
@@ -106,7 +107,7 @@ impl AvrSelector<'_> {
         self.store_registers(dst, A);
     }
 
-    /// The duty of the PWM output := a value.
+    /// Sets the duty cycle of the PWM output to a value.
     pub fn set_pwm(&mut self, duty: WordOperand) {
         let Some(pwm) = self.devices.pwm else {
             self.internal_error = Some(CodegenError::NoPwmFrequency);
@@ -123,13 +124,13 @@ impl AvrSelector<'_> {
         }
     }
 
-    /// The low byte goes to the transmitter.
+    /// Writes the low byte of a value to the transmitter.
     pub fn send(&mut self, value: WordOperand) {
         let [from, ..] = self.source_registers(value, 1, A);
         registers::write(self.asm, self.regs.addr(serial::DATA), from);
     }
 
-    /// T := a byte has come; it goes to dst.
+    /// T := a byte has been received; if so, it is stored in dst.
     pub fn receive(&mut self, dst: WordId) {
         let over = self.asm.new_label();
         let (status, bit) = (self.regs.addr(serial::STATUS), self.regs.bit(serial::RECEIVED));
@@ -152,13 +153,14 @@ impl AvrSelector<'_> {
         }
         self.asm.op(Kind::Set, &[]);
         self.asm.place_label(over);
-        // A holds dst on one of the two ways, or what it held before, or neither.
+        // After the two paths join, A may hold dst, its old content, or neither.
         self.known.a = before.filter(|_| home.is_some());
         self.invalidate_cached(dst);
         self.known.t = None;
     }
 
-    /// The address of a cell of the EEPROM to the routine's register, its high byte to EEARH.
+    /// Loads the address of an EEPROM cell: the low byte to the register of the routines, the high byte to
+    /// EEARH.
     fn cell_address(&mut self, addr: u16) {
         let [low, high] = addr.to_le_bytes();
         self.asm.op(Kind::Ldi, &[BYTE, low.into()]);
@@ -167,14 +169,14 @@ impl AvrSelector<'_> {
         }
     }
 
-    /// dst := EEPROM.
+    /// dst := EEPROM from `addr` on.
     pub fn recall(&mut self, dst: WordId, addr: u16) {
         self.cell_address(addr);
         self.routine(AvrRoutine::ReadEeprom(self.layout.bytes(dst)));
         self.store_registers(dst, A);
     }
 
-    /// EEPROM := src, one byte of it.
+    /// Writes one byte of src to the EEPROM, if it differs from its cell.
     pub fn persist(&mut self, src: WordId, addr: u16, busy: WordId, scans: i32) {
         let bytes = self.layout.bytes(src);
         self.load_value(WordOperand::Cell(src), bytes.into(), A);

@@ -1,4 +1,5 @@
-//! The PWM output: timer 2 counts all of its 256 values, up or up and down, and drives its pin by OCR2.
+//! PWM output with timer 2: the timer counts through all 256 values, up or up and down, and OCR2 controls its
+//! pin.
 
 use emu_avr::isa::Kind;
 use emu_avr::periph::timers::ClockTap;
@@ -7,36 +8,37 @@ use super::arch::{AvrCodeWriter, AvrJump};
 use super::registers::{self, A, AvrRegisters, LOW_ZERO, SCRATCH, ZERO};
 use crate::target::{BuildRefusal, CompileJob};
 
-/// How timer 2 is set.
+/// Settings of timer 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AvrPwmSetup {
     /// Clock select bits.
     select: u8,
     /// Clocks per tick.
     prescale: u16,
-    /// Phase correct: the timer counts up and down. Else fast: it counts up.
+    /// True for phase-correct PWM (the timer counts up and down), false for fast PWM (it counts up).
     phase: bool,
 }
 
-/// Ticks of a period of fast and of phase correct PWM.
+/// Ticks per period of fast PWM; below, of phase-correct PWM.
 const FAST_PERIOD_TICKS: u64 = 256;
 const PHASE_CORRECT_PERIOD_TICKS: u64 = 510;
 
 impl AvrPwmSetup {
-    /// Clocks of a period.
+    /// Clocks per period.
     #[must_use]
     pub fn period(&self) -> u64 {
         u64::from(self.prescale) * if self.phase { PHASE_CORRECT_PERIOD_TICKS } else { FAST_PERIOD_TICKS }
     }
 
-    /// Steps of the duty.
+    /// Number of steps of the duty cycle.
     #[must_use]
     pub fn steps(&self) -> u32 {
         if self.phase { 255 } else { 256 }
     }
 
-    /// What OCR2 holds for a duty in percent, 0 to 100; nothing where the pin is to be low and OCR2 cannot say so: fast PWM
-    /// is high for one tick at least.
+    /// Value of OCR2 for a duty cycle of 0 to 100 percent.
+    ///
+    /// `None` if the pin must be low but OCR2 cannot express it: fast PWM is high for at least one tick.
     fn compare(&self, percent: i32) -> Option<i32> {
         match (self.phase, percent) {
             (false, 0) => None,
@@ -44,16 +46,16 @@ impl AvrPwmSetup {
         }
     }
 
-    /// Steps of one percent times 256, rounded so that 100 percent are all of them.
+    /// Steps per percent times 256, rounded so that 100 percent gives all steps.
     fn factor(&self) -> i32 {
         if self.phase { 653 } else { 656 }
     }
 }
 
-/// The setting nearest to the frequency that the program asks for.
+/// Chooses the setting nearest to the frequency that the program requests.
 ///
 /// # Errors
-/// More than 5 % off.
+/// The nearest frequency is more than 5 % off.
 pub fn plan_pwm(job: &CompileJob<'_>, taps: &[ClockTap]) -> Result<Option<AvrPwmSetup>, BuildRefusal> {
     let Some(hertz) = job.ir.pwm_hz.map(u64::from) else { return Ok(None) };
     let clock = job.clock_hz;
@@ -63,7 +65,7 @@ pub fn plan_pwm(job: &CompileJob<'_>, taps: &[ClockTap]) -> Result<Option<AvrPwm
     });
     let settings =
         settings.flat_map(|(prescale, select)| [false, true].map(|phase| AvrPwmSetup { select, prescale, phase }));
-    // |clock / period - hertz|, by a denominator that is a multiple of all periods.
+    // |clock / period - hertz|, with a denominator that is a multiple of all periods.
     let off = |pwm: &AvrPwmSetup| u128::from(clock.abs_diff(hertz.saturating_mul(pwm.period())));
     let best = settings.min_by_key(|pwm| off(pwm) * (1 << 40) / u128::from(pwm.period()));
     let Some(best) = best else { return Err(BuildRefusal::PwmOutOfRange { nearest: 0 }) };
@@ -73,14 +75,14 @@ pub fn plan_pwm(job: &CompileJob<'_>, taps: &[ClockTap]) -> Result<Option<AvrPwm
     Ok(Some(best))
 }
 
-/// TCCR2 of the older chips, TCCR2A of the others.
+/// Mode register: TCCR2 on older chips, TCCR2A on the others.
 const MODE: &[&str] = &["TCCR2A", "TCCR2"];
 const COMPARE: &[&str] = &["OCR2A", "OCR2"];
-/// Holds MODE while the duty is reckoned.
+/// Holds MODE while the duty cycle is computed.
 const MODE_WORK_REGISTER: i32 = registers::BYTE;
 
 impl AvrPwmSetup {
-    /// MODE with the pin driven by the timer, or left to its port.
+    /// Value of MODE with the pin driven by the timer, or by its port.
     fn mode(&self, regs: &AvrRegisters, driven: bool) -> i32 {
         let mut bits: Vec<&[&str]> = vec![&["WGM20"]];
         if !self.phase {
@@ -93,7 +95,7 @@ impl AvrPwmSetup {
         regs.mask(&bits) | clock
     }
 
-    /// Starts the timer with the pin low.
+    /// Emits the start of the timer with the pin low.
     pub fn start(&self, asm: &mut AvrCodeWriter, regs: &AvrRegisters) {
         registers::write_constant(asm, regs.addr(MODE), self.mode(regs, false), 24);
         if regs.has("TCCR2B") {
@@ -101,7 +103,7 @@ impl AvrPwmSetup {
         }
     }
 
-    /// The duty := a constant.
+    /// Emits the setting of a constant duty cycle in percent.
     pub fn set_constant_duty(&self, asm: &mut AvrCodeWriter, regs: &AvrRegisters, duty: i32) {
         let compare = self.compare(duty.clamp(0, 100));
         if let Some(compare) = compare {
@@ -110,7 +112,7 @@ impl AvrPwmSetup {
         registers::write_constant(asm, regs.addr(MODE), self.mode(regs, compare.is_some()), SCRATCH);
     }
 
-    /// The duty := the lowest `bytes` bytes of A, which are lost.
+    /// Emits the setting of the duty cycle to the lowest `bytes` bytes of A, which are destroyed.
     pub fn set_variable_duty(&self, asm: &mut AvrCodeWriter, regs: &AvrRegisters, bytes: usize) {
         let in_range = asm.new_label();
         let low = A[0];
@@ -130,7 +132,7 @@ impl AvrPwmSetup {
             asm.op(Kind::Ldi, &[MODE_WORK_REGISTER, self.mode(regs, false)]);
             asm.place_label(driven);
         }
-        // The factor is 512 and some more.
+        // The factor exceeds 512; MUL multiplies by the excess, and two additions add the rest.
         asm.op(Kind::Ldi, &[SCRATCH, self.factor() - 512]);
         asm.op(Kind::Mul, &[low, SCRATCH]);
         asm.op(Kind::Add, &[low, low]);

@@ -1,24 +1,24 @@
-//! Registers and bits of the chips by their data-sheet names; the instruction that reaches one follows from its address.
+//! Finds registers and bits of a chip by their data-sheet names, and emits the shortest access to an address.
 
 use emu_avr::isa::Kind;
 use emu_core::chip::Chip;
 
 use super::arch::AvrCodeWriter;
 
-/// Always zero, and so is [`LOW_ZERO`] below it, but for the moments between MUL and what uses its product.
+/// Register that is always zero, as is [`LOW_ZERO`] below it, except between MUL and the use of its product.
 pub const ZERO: i32 = 1;
 /// Low register of the pair that is always zero.
 pub const LOW_ZERO: i32 = 0;
-/// Registers of the left operand and of results, least byte first.
+/// Registers of the left operand and of results, least significant byte first.
 pub const A: [i32; 4] = [24, 25, 26, 27];
-/// Registers of the right operand, least byte first.
+/// Registers of the right operand, least significant byte first.
 pub const B: [i32; 4] = [22, 23, 20, 21];
 /// Holds a byte from RAM, or an address.
 pub const BYTE: i32 = 18;
 /// Holds a mask, a byte of a constant, or the old value of an edge memory.
 pub const SCRATCH: i32 = 19;
 
-/// Names of registers and bits of one chip.
+/// Names of the registers and bits of one chip.
 #[derive(Debug, Clone)]
 pub struct AvrRegisters {
     /// The chip.
@@ -27,67 +27,69 @@ pub struct AvrRegisters {
 }
 
 impl AvrRegisters {
-    /// The registers of `chip`.
+    /// Creates the lookup for `chip`.
     #[must_use]
     pub fn new(chip: &'static Chip) -> Self {
         AvrRegisters { chip, bits: (chip.constants)() }
     }
 
-    /// The chip has a register of that name.
+    /// True if the chip has a register of that name.
     #[must_use]
     pub fn has(&self, name: &str) -> bool {
         self.chip.reg(name).is_some()
     }
 
-    /// Data address of the first of these registers that the chip has; with none of them, one that no instruction can encode.
+    /// Data address of the first of these registers that the chip has; -1, which no instruction can encode,
+    /// if it has none.
     #[must_use]
     pub fn addr(&self, names: &[&str]) -> i32 {
         names.iter().find_map(|name| self.chip.reg(name)).map_or(-1, i32::from)
     }
 
-    /// Data address of a port's register: `PORT`, `DDR` or `PIN` and the letter.
+    /// Data address of a register of a port: `PORT`, `DDR` or `PIN` followed by the letter.
     #[must_use]
     pub fn port(&self, register: &str, letter: char) -> i32 {
         self.addr(&[&format!("{register}{letter}")])
     }
 
-    /// Number of the first of these bits that the chip has; with none of them, one that no instruction can encode.
+    /// Number of the first of these bits that the chip has; -1, which no instruction can encode, if it has
+    /// none.
     #[must_use]
     pub fn bit(&self, names: &[&str]) -> i32 {
         let find = |name: &&str| self.bits.iter().find(|(known, _)| known == name);
         names.iter().find_map(find).map_or(-1, |&(_, bit)| bit)
     }
 
-    /// The byte with these bits set, each by the first of its names that the chip has.
+    /// Mask of these bits, each by the first of its names that the chip has.
     #[must_use]
     pub fn mask(&self, bits: &[&[&str]]) -> i32 {
         bits.iter().map(|names| self.bit(names)).filter(|bit| (0..8).contains(bit)).fold(0, |all, bit| all | 1 << bit)
     }
 }
 
-/// SBI, CBI, SBIC and SBIS reach it.
+/// True if SBI, CBI, SBIC and SBIS reach the data address.
 #[must_use]
 pub fn is_bit_addressable(addr: i32) -> bool {
     (0x20..0x40).contains(&addr)
 }
 
-/// IN and OUT reach it.
+/// True if IN and OUT reach the data address.
 #[must_use]
 pub fn is_io(addr: i32) -> bool {
     (0x20..0x60).contains(&addr)
 }
 
-/// `reg` := the register at a data address.
+/// Emits `reg` := the I/O register at a data address.
 pub fn read(asm: &mut AvrCodeWriter, reg: i32, addr: i32) {
     if is_io(addr) { asm.op(Kind::In, &[reg, addr - 0x20]) } else { asm.op(Kind::Lds, &[reg, addr]) }
 }
 
-/// The register at a data address := `reg`.
+/// Emits the I/O register at a data address := `reg`.
 pub fn write(asm: &mut AvrCodeWriter, addr: i32, reg: i32) {
     if is_io(addr) { asm.op(Kind::Out, &[addr - 0x20, reg]) } else { asm.op(Kind::Sts, &[reg, addr]) }
 }
 
-/// The register at a data address := a constant, by way of `reg`.
+/// Emits the I/O register at a data address := a constant, loaded through `reg`.
 pub fn write_constant(asm: &mut AvrCodeWriter, addr: i32, value: i32, reg: i32) {
     let from = if value == 0 { ZERO } else { reg };
     if value != 0 {

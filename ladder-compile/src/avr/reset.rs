@@ -1,4 +1,5 @@
-//! From reset to the start of the pacing timer: memory, registers, ports, peripherals, whatever they held.
+//! Code from reset to the start of the pacing timer: sets up memory, registers, ports and peripherals from
+//! any state.
 
 use emu_avr::isa::Kind;
 
@@ -9,19 +10,20 @@ use super::registers::{self, AvrRegisters, LOW_ZERO, ZERO};
 use super::runtime::{wait_clear, wait_clocks};
 use crate::target::CompileJob;
 
-/// Up to so many words of instructions RAM, and the registers, are cleared one by one; above them by a loop of that size.
+/// Up to this many instruction words, RAM and registers are cleared one by one; beyond, by a loop of that
+/// size.
 const MAX_UNROLLED_WORDS: usize = 5;
 
-/// Clocks of the converter that a conversion takes, and those in which it waits for its clock.
+/// Duration of a conversion in converter clocks, including the wait for the first clock edge.
 const CONVERSION_CLOCKS: u32 = 14;
-/// The same for the first conversion.
+/// Duration of the first conversion in converter clocks.
 const FIRST_CONVERSION_CLOCKS: u32 = 26;
-/// Instructions around a conversion, in clocks, which its wait covers too.
+/// CPU clocks of the instructions around a conversion, which its wait covers too.
 const CONVERSION_OVERHEAD_CLOCKS: u32 = 8;
-/// The fastest clock of the converter at which it has its full resolution, in Hz.
+/// Maximum converter clock for full resolution, in Hz.
 const MAX_CONVERTER_HZ: u64 = 200_000;
 
-/// Pins of the debugging interface, which the program takes from it.
+/// Pins of the JTAG interface, which the program disables if it uses them.
 const JTAG_PINS: &[(&str, &[&str])] = &[
     ("atmega16", &["PC2", "PC3", "PC4", "PC5"]),
     ("atmega32", &["PC2", "PC3", "PC4", "PC5"]),
@@ -30,7 +32,7 @@ const JTAG_PINS: &[(&str, &[&str])] = &[
     ("atmega162", &["PC4", "PC5", "PC6", "PC7"]),
 ];
 
-/// Memory and registers; `calls`: the program has subroutines.
+/// Clears memory and registers, and sets the stack pointer if the program has subroutines (`calls`).
 pub fn clear_memory(
     asm: &mut AvrCodeWriter,
     regs: &AvrRegisters,
@@ -109,7 +111,7 @@ fn clear_registers(asm: &mut AvrCodeWriter, used: &[u8]) {
         }
         return;
     }
-    // Registers are data memory from address 0: Z runs down from its own place, and is zero at the end.
+    // Registers are data memory from address 0: Z counts down from its own address and is zero at the end.
     asm.op(Kind::Ldi, &[30, 30]);
     asm.op(Kind::Ldi, &[31, 0]);
     let again = asm.new_label();
@@ -119,11 +121,13 @@ fn clear_registers(asm: &mut AvrCodeWriter, used: &[u8]) {
     asm.jump_back(AvrJump::If(Kind::Brne), again, 30);
 }
 
-/// Ports: pull-ups before directions, so that no output glitches. They are as reset leaves them: inputs without pull-up.
+/// Emits the set-up of ports: pull-ups before directions, so that no output glitches.
+///
+/// The ports have their reset values: inputs without pull-up.
 pub fn set_up_ports(asm: &mut AvrCodeWriter, regs: &AvrRegisters, layout: &AvrLayout, job: &CompileJob<'_>) {
     let jtag = JTAG_PINS.iter().find(|(chip, _)| *chip == job.target.chip.name).map_or(&[][..], |&(_, pins)| pins);
     if job.pins.iter().any(|pin| jtag.contains(&pin.pin)) {
-        // The bit counts when it is written twice within four clocks.
+        // The bit takes effect only if it is written twice within four clocks.
         let control = regs.addr(&["MCUCSR"]);
         registers::read(asm, 24, control);
         asm.op(Kind::Ori, &[24, regs.mask(&[&["JTD"]])]);
@@ -144,7 +148,7 @@ pub fn set_up_ports(asm: &mut AvrCodeWriter, regs: &AvrRegisters, layout: &AvrLa
     }
 }
 
-/// Peripherals in use.
+/// Emits the set-up of the peripherals in use.
 pub fn set_up_peripherals(
     asm: &mut AvrCodeWriter,
     regs: &AvrRegisters,
@@ -158,7 +162,7 @@ pub fn set_up_peripherals(
         pwm.start(asm, regs);
     }
     if let Some(&input) = devices.adc_selects.first() {
-        // The first conversion takes longer than others, so it is done with here.
+        // The first conversion takes longer than the others, so do it here.
         let (control, start) = (regs.addr(&["ADCSRA"]), regs.bit(&["ADSC"]));
         registers::write_constant(asm, regs.addr(&["ADMUX"]), input.into(), 24);
         let bits = regs.mask(&[&["ADEN"], &["ADSC"]]) | i32::from(converter_clock(job.clock_hz));
@@ -166,7 +170,7 @@ pub fn set_up_peripherals(
         wait_clear(asm, control, start, wait_iterations(control, FIRST_CONVERSION_CLOCKS, job.clock_hz));
     }
     if job.ir.eeprom_bytes > 0 {
-        // A write that reset has interrupted goes on.
+        // An EEPROM write that reset interrupted continues; wait for its end.
         let control = regs.addr(&["EECR"]);
         wait_clear(asm, control, regs.bit(&["EEPE", "EEWE"]), u32::from(u16::MAX));
         if regs.has("EEARH") {
@@ -175,20 +179,21 @@ pub fn set_up_peripherals(
     }
 }
 
-/// The analog inputs of a program: ADMUX of each, and the turns of the loop that waits for a conversion.
+/// Settings for the analog inputs of a program: ADMUX of each, and the maximum number of iterations of the
+/// loop that waits for a conversion.
 #[must_use]
 pub fn plan_converter(regs: &AvrRegisters, job: &CompileJob<'_>) -> Option<(Vec<u8>, u32)> {
     let channel = |name: &String| {
         let pin = job.pins.iter().find(|pin| pin.analog && pin.name == *name)?;
         let (_, channel) = job.target.adc.iter().find(|(known, _)| *known == pin.pin)?;
-        // The reference is the supply.
+        // The reference voltage is the supply.
         Some(channel | regs.mask(&[&["REFS0"]]) as u8)
     };
     let inputs = job.ir.adcs.iter().map(channel).collect::<Option<Vec<u8>>>()?;
     Some((inputs, wait_iterations(regs.addr(&["ADCSRA"]), CONVERSION_CLOCKS, job.clock_hz)))
 }
 
-/// ADPS: the clock is divided by two to this power.
+/// ADPS: binary logarithm of the divider of the converter clock.
 fn converter_clock(clock_hz: u64) -> u8 {
     (1..7).find(|power| clock_hz >> power <= MAX_CONVERTER_HZ).unwrap_or(7)
 }

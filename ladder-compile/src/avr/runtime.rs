@@ -1,4 +1,5 @@
-//! Subroutines that programs use. Operands are in [`A`] and [`B`], results in A; where one is used once it stands in its place.
+//! Subroutines for programs. Operands are in [`A`] and [`B`], results in A. A routine with a single call is
+//! inlined there.
 
 use emu_avr::isa::Kind;
 
@@ -7,34 +8,35 @@ use super::layout::{AvrCellPlace, AvrLayout};
 use super::registers::{self, A, AvrRegisters, B, BYTE, LOW_ZERO, SCRATCH, ZERO};
 use crate::ir::WordId;
 
-/// A subroutine.
+/// A subroutine and its parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AvrRoutine {
-    /// A := A * B, so many bytes.
+    /// A := A * B, with this many bytes.
     Multiply(u8),
-    /// A := A / B, so many bytes; false: B is known to be above zero.
+    /// A := A / B, with this many bytes; false if B is known to be positive.
     Divide(u8, bool),
-    /// A := the conversion of the selected input; a turn of its loop is taken at most so many times.
+    /// A := the conversion of the selected input, waiting for at most this many iterations.
     Convert(u32),
-    /// A := so many bytes of EEPROM from the address in [`BYTE`] on.
+    /// A := this many bytes of EEPROM, from the address in [`BYTE`] on.
     ReadEeprom(u8),
-    /// A, so many bytes, to the EEPROM from the address in [`BYTE`] on, as [`Op::Persist`](crate::ir::Op::WriteEeprom) has it.
+    /// Writes this many bytes of A to the EEPROM from the address in [`BYTE`] on, as
+    /// [`IrOp::WriteEeprom`](crate::ir::IrOp::WriteEeprom) requires.
     WriteEeprom(u8, WordId, i32),
 }
 
-/// What bodies need to know.
+/// What the bodies of the subroutines need.
 #[derive(Debug, Clone, Copy)]
 pub struct RoutineContext<'a> {
-    /// Names of registers.
+    /// Register lookup of the chip.
     pub regs: &'a AvrRegisters,
     /// Places of the cells.
     pub layout: &'a AvrLayout,
-    /// Bytes of EEPROM in use.
+    /// Number of EEPROM bytes in use.
     pub eeprom: u16,
 }
 
 impl AvrRoutine {
-    /// For the listing.
+    /// Title for the listing.
     #[must_use]
     pub fn title(self) -> &'static str {
         match self {
@@ -46,7 +48,7 @@ impl AvrRoutine {
         }
     }
 
-    /// Its instructions, without the return.
+    /// Emits the instructions of the routine, without the return.
     pub fn body(self, asm: &mut AvrCodeWriter, around: &RoutineContext<'_>) {
         match self {
             AvrRoutine::Multiply(bytes) => multiply(asm, bytes.into()),
@@ -58,27 +60,27 @@ impl AvrRoutine {
     }
 }
 
-/// The bytes of the product, and of the remainder, as they are reckoned.
+/// Bytes of the product and of the remainder during the computation.
 const WORK_REGISTERS: [i32; 4] = [18, 19, 30, 31];
-/// Counts the bits of a division.
+/// Counter of the bits of a division.
 const COUNT_REGISTER: i32 = 16;
-/// The sign of a quotient.
+/// Sign of a quotient.
 const SIGN_REGISTER: i32 = 17;
-/// The same in divisions of at most two bytes, which leave r17:r16 alone.
+/// Counter and sign in divisions of at most two bytes, which do not use r17:r16.
 const NARROW_REGISTERS: (i32, i32) = (20, 21);
 
 fn low_registers(regs: [i32; 4], bytes: usize) -> impl Iterator<Item = i32> {
     regs.into_iter().take(bytes)
 }
 
-/// The low half of the product: byte products whose places are above it are left out.
+/// Emits a multiplication that computes only the low half of the product.
 fn multiply(asm: &mut AvrCodeWriter, bytes: usize) {
     if bytes == 1 {
         asm.op(Kind::Mul, &[A[0], B[0]]);
         asm.op(Kind::Mov, &[A[0], LOW_ZERO]);
     } else {
         let mut fresh = [true; 4];
-        // Those in even places first: they fill the places side by side, without a carry to hand on.
+        // Products at even positions first: they fill pairs of bytes without a carry to propagate.
         let mut pairs: Vec<(usize, usize)> = (0..bytes).flat_map(|i| (0..bytes - i).map(move |j| (i, j))).collect();
         pairs.sort_by_key(|&(i, j)| ((i + j) % 2 == 1, i + j));
         for (i, j) in pairs {
@@ -98,7 +100,8 @@ fn multiply(asm: &mut AvrCodeWriter, bytes: usize) {
                     asm.op(Kind::Add, &[WORK_REGISTERS[at], LOW_ZERO]);
                     asm.op(Kind::Adc, &[WORK_REGISTERS[at + 1], ZERO]);
                     if at + 2 < bytes {
-                        // The carry goes on; r1:r0 is free to be zero again, and neither EOR nor MOV touches the carry.
+                        // Propagate the carry. r1:r0 may become zero again here, because neither EOR nor MOV
+                        // changes the carry.
                         asm.op(Kind::Ldi, &[COUNT_REGISTER, 0]);
                         (at + 2..bytes).for_each(|n| asm.op(Kind::Adc, &[WORK_REGISTERS[n], COUNT_REGISTER]));
                     }
@@ -117,15 +120,17 @@ fn multiply(asm: &mut AvrCodeWriter, bytes: usize) {
     asm.op(Kind::Eor, &[LOW_ZERO, LOW_ZERO]);
 }
 
-/// regs := -regs.
+/// Emits regs := -regs.
 pub fn negate(asm: &mut AvrCodeWriter, regs: [i32; 4], bytes: usize) {
     low_registers(regs, bytes).skip(1).for_each(|reg| asm.op(Kind::Com, &[reg]));
     asm.op(Kind::Neg, &[regs[0]]);
     low_registers(regs, bytes).skip(1).for_each(|reg| asm.op(Kind::Sbci, &[reg, 0xFF]));
 }
 
-/// Signed, truncated. Magnitudes are divided bit by bit; with a divisor of 0 every bit of the quotient is 1, which with the
-/// dividend's sign is -1 or 1, as the language has it.
+/// Emits a signed division that truncates toward zero.
+///
+/// The magnitudes are divided bit by bit. A divisor of 0 gives a quotient of all ones, which with the sign of
+/// the dividend is -1 or 1, as the language requires.
 fn divide(asm: &mut AvrCodeWriter, bytes: usize, signed: bool) {
     let (count, sign) = if bytes <= 2 { NARROW_REGISTERS } else { (COUNT_REGISTER, SIGN_REGISTER) };
     let (a_high, b_high) = (A[bytes - 1], B[bytes - 1]);
@@ -173,7 +178,8 @@ fn divide(asm: &mut AvrCodeWriter, bytes: usize, signed: bool) {
     asm.place_label(positive);
 }
 
-/// Waits for one bit of a register to be 0: the body of the loop, its jump taken at most so many times.
+/// Emits a loop that waits until one bit of a register is 0, bounded to `turns` iterations for the longest
+/// path.
 pub fn wait_clear(asm: &mut AvrCodeWriter, addr: i32, bit: i32, turns: u32) {
     let again = asm.new_label();
     asm.place_label(again);
@@ -186,7 +192,7 @@ pub fn wait_clear(asm: &mut AvrCodeWriter, addr: i32, bit: i32, turns: u32) {
     asm.jump_back(AvrJump::To, again, turns);
 }
 
-/// Clocks of a turn of [`wait_clear`].
+/// Clocks per iteration of [`wait_clear`].
 #[must_use]
 pub fn wait_clocks(addr: i32) -> u32 {
     if registers::is_bit_addressable(addr) {
@@ -198,7 +204,7 @@ pub fn wait_clocks(addr: i32) -> u32 {
     }
 }
 
-/// Sets one bit of a register.
+/// Emits code that sets one bit of a register.
 pub fn set_bit(asm: &mut AvrCodeWriter, addr: i32, bit: i32) {
     if registers::is_bit_addressable(addr) {
         asm.op(Kind::Sbi, &[addr - 0x20, bit]);
@@ -213,16 +219,16 @@ fn convert(asm: &mut AvrCodeWriter, regs: &AvrRegisters, turns: u32) {
     let (control, start) = (regs.addr(&["ADCSRA"]), regs.bit(&["ADSC"]));
     set_bit(asm, control, start);
     wait_clear(asm, control, start, turns);
-    // The low byte goes first: it locks the high one.
+    // Read the low byte first: this locks the high one.
     registers::read(asm, A[0], regs.addr(&["ADCL"]));
     registers::read(asm, A[1], regs.addr(&["ADCH"]));
 }
 
-/// Clocks for which reading the EEPROM, and starting to write it, halts the chip.
+/// Clocks for which reading the EEPROM halts the CPU; below, those of starting a write.
 const EEPROM_READ_HALT_CLOCKS: u32 = 4;
 const EEPROM_WRITE_HALT_CLOCKS: u32 = 2;
 
-/// `to` := the cell of the EEPROM whose address is in [`BYTE`].
+/// Emits `to` := the EEPROM cell whose address is in [`BYTE`].
 fn read_cell(asm: &mut AvrCodeWriter, regs: &AvrRegisters, to: i32) {
     registers::write(asm, regs.addr(&["EEARL"]), BYTE);
     asm.op_with_extra_cycles(Kind::Sbi, &[regs.addr(&["EECR"]) - 0x20, regs.bit(&["EERE"])], EEPROM_READ_HALT_CLOCKS);
@@ -238,7 +244,7 @@ fn recall(asm: &mut AvrCodeWriter, around: &RoutineContext<'_>, bytes: usize) {
     }
 }
 
-/// The address counts up, with its high byte where the program uses so many cells.
+/// Increments the EEPROM address, including its high byte if the program uses more than 256 cells.
 fn increment_cell_address(asm: &mut AvrCodeWriter, around: &RoutineContext<'_>) {
     asm.op(Kind::Inc, &[BYTE]);
     if around.eeprom > 256 {

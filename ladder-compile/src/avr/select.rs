@@ -1,7 +1,8 @@
-//! Intermediate code to instructions: bits, and what chooses between lists of operations.
+//! Selects AVR instructions for bits and for branches between lists of operations.
 //!
-//! The accumulator is the T flag, so a contact is a skip over CLT and a coil is BLD: two clocks and one, whatever the
-//! values. Words are the matter of [`super::words`] and [`super::compare`], peripherals that of [`super::peripheral_ops`].
+//! The accumulator is the T flag, so a contact is a skip over CLT (two clocks) and a coil is BLD (one clock),
+//! whatever the values. [`super::words`] and [`super::compare`] handle words, [`super::peripheral_ops`]
+//! peripherals.
 
 use emu_avr::isa::Kind;
 
@@ -15,48 +16,49 @@ use crate::CodegenError;
 use crate::code::CodeLabel;
 use crate::ir::{BitId, BranchCondition, Ir, IrOp, LogicOp, WordId};
 
-/// What is known along straight code.
+/// Values known at compile time in straight-line code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct AvrKnownState {
-    /// The T flag.
+    /// Value of the T flag, if known.
     pub t: Option<bool>,
-    /// A word that A holds, and to how many bytes, extended with sign.
+    /// Word that A holds, and the number of bytes to which it is sign-extended.
     pub a: Option<(WordId, usize)>,
 }
 
 impl AvrKnownState {
-    /// What is known where two paths meet.
+    /// Keeps what is known on both of two paths that join.
     fn merge(self, other: AvrKnownState) -> AvrKnownState {
         AvrKnownState { t: self.t.filter(|_| self.t == other.t), a: self.a.filter(|_| self.a == other.a) }
     }
 }
 
-/// A subroutine, where it begins, and how often it is wanted.
+/// A subroutine, its label, and the number of its calls.
 pub type RequestedRoutine = (AvrRoutine, CodeLabel, u32);
 
-/// The code being selected.
+/// State of instruction selection.
 pub struct AvrSelector<'a> {
-    /// Takes the instructions.
+    /// Writer that receives the instructions.
     pub asm: &'a mut AvrCodeWriter,
-    /// The scan.
+    /// Intermediate code of the scan.
     pub ir: &'a Ir,
     /// Places of the cells.
     pub layout: &'a AvrLayout,
-    /// Names of registers.
+    /// Register lookup of the chip.
     pub regs: &'a AvrRegisters,
-    /// How the peripherals are set.
+    /// Settings of the peripherals.
     pub devices: &'a AvrPeripherals,
-    /// Some divisor may be zero or less.
+    /// True if some divisor may be zero or negative.
     pub signed_divisors: bool,
-    /// What is known here.
+    /// Values known at the current position.
     pub known: AvrKnownState,
-    /// The row of comparisons here.
+    /// Current chain of comparisons.
     pub comparison_chain: ComparisonChain,
-    /// Subroutines so far.
+    /// Subroutines requested so far.
     pub routines: Vec<RequestedRoutine>,
-    /// Subroutines that are wanted once in the whole program, so that they need be none.
+    /// Subroutines with a single call in the whole program, which are inlined.
     pub inlined_routines: &'a [AvrRoutine],
-    /// What this chip cannot do though it was asked to: a fault of the compiler.
+    /// An operation that the back end cannot translate although it was requested: an internal error of the
+    /// compiler.
     pub internal_error: Option<CodegenError>,
 }
 
@@ -66,7 +68,7 @@ impl AvrSelector<'_> {
         ops.iter().zip(1..).for_each(|(op, next)| self.op(op, ops.get(next)));
     }
 
-    /// Appends the code of one operation; `next` is the one that follows it whatever happens.
+    /// Appends the code of one operation; `next` is the operation that always follows it.
     pub fn op(&mut self, op: &IrOp, next: Option<&IrOp>) {
         match op {
             IrOp::SetAccumulator(value) => self.set_accumulator(*value),
@@ -126,7 +128,7 @@ impl AvrSelector<'_> {
         }
     }
 
-    /// A subroutine: called, or in its place where it is the only one of its kind. A is lost but for its result.
+    /// Emits a subroutine: a call, or the body if this is its only use. Destroys A except for the result.
     pub fn routine(&mut self, routine: AvrRoutine) {
         let known = self.routines.iter_mut().find(|(known, ..)| *known == routine);
         let label = match known {
@@ -167,7 +169,7 @@ impl AvrSelector<'_> {
         }
     }
 
-    /// T := T and bit.
+    /// Emits T := T and bit.
     fn and_bit(&mut self, bit: BitId, negated: bool) {
         let (reg, n) = self.fetch_bit(bit);
         self.asm.op(if negated { Kind::Sbrc } else { Kind::Sbrs }, &[reg, n]);
@@ -202,7 +204,8 @@ impl AvrSelector<'_> {
         self.store_fetched_bit(bit);
     }
 
-    /// A bit of its own for every operation: cleared or set, then changed by a skip for each operand.
+    /// Emits a three-address operation: clears or sets T, then changes it by a skip for each operand, then
+    /// stores it.
     fn logic(&mut self, dst: BitId, is: LogicOp) {
         let skip = |this: &mut Self, first: bool, skips: Kind, bit: BitId, sets: bool| {
             if first {
@@ -228,7 +231,8 @@ impl AvrSelector<'_> {
         self.store_bit(dst, false);
     }
 
-    /// The bit's old byte to the scratch register, T to the bit; returns the bit's number.
+    /// Copies the byte with the bit's old value to the scratch register and stores T in the bit; returns the
+    /// bit's number.
     fn load_old_bit(&mut self, bit: BitId) -> i32 {
         let (reg, n) = self.fetch_bit(bit);
         self.asm.op(Kind::Mov, &[SCRATCH, reg]);
@@ -237,7 +241,7 @@ impl AvrSelector<'_> {
         n
     }
 
-    /// Register and number of a bit, loaded if it is in RAM.
+    /// Register and number of a bit; loads its byte if it is in RAM.
     fn fetch_bit(&mut self, bit: BitId) -> (i32, i32) {
         match self.layout.bit(bit) {
             (AvrCellPlace::Reg(reg), n) => (reg.into(), n.into()),
@@ -248,7 +252,7 @@ impl AvrSelector<'_> {
         }
     }
 
-    /// Stores the byte that [`Self::fetch_bit`] loaded.
+    /// Writes back the byte that [`Self::fetch_bit`] loaded from RAM.
     fn store_fetched_bit(&mut self, bit: BitId) {
         if let (AvrCellPlace::Ram(addr), _) = self.layout.bit(bit) {
             self.layout.store(self.asm, addr, BYTE);
@@ -259,7 +263,7 @@ impl AvrSelector<'_> {
         if let (BranchCondition::Acc, Some(t)) = (cond, self.known.t) {
             return self.ops(if t { then } else { otherwise });
         }
-        // Only one arm: jump past it. Two: the first ends with a jump past the second.
+        // With one arm, jump past it; with two, the first ends with a jump past the second.
         let (first, second, holds) = if then.is_empty() { (otherwise, then, false) } else { (then, otherwise, true) };
         let (other, end) = (self.asm.new_label(), self.asm.new_label());
         match cond {
@@ -269,7 +273,7 @@ impl AvrSelector<'_> {
                 if let ([IrOp::SetAccumulator(value)], []) = (first, second)
                     && self.known.t != Some(*value)
                 {
-                    // One instruction: the skip goes past it.
+                    // A single instruction needs no jump: the skip passes over it.
                     self.asm.op(if holds { Kind::Sbrc } else { Kind::Sbrs }, &[reg, n]);
                     self.asm.op(if *value { Kind::Set } else { Kind::Clt }, &[]);
                     self.known.t = None;

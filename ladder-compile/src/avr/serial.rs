@@ -1,28 +1,29 @@
-//! The serial line: its speed, and its start.
+//! Set-up of the serial line and choice of its baud rate.
 
 use super::arch::AvrCodeWriter;
 use super::registers::{self, AvrRegisters};
 use crate::map::Ratio;
 use crate::target::{BuildRefusal, CompileJob};
 
-/// How the serial line is set: eight bits, no parity, one stop bit, as reset leaves it.
+/// Settings of the serial line; the format keeps its reset value of eight bits, no parity, one stop bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AvrUartSetup {
-    /// UBRR.
+    /// Value of UBRR.
     pub rate: u16,
-    /// U2X: eight clocks a step instead of sixteen.
+    /// U2X: eight clocks per step instead of sixteen.
     pub double: bool,
-    /// Clocks of a bit.
+    /// Clocks per bit.
     pub bit: u64,
 }
 
-/// Error of the speed that is refused, in parts of a hundred.
+/// Maximum error of the baud rate in percent; a larger error is refused.
 const MAX_BAUD_ERROR_PERCENT: u64 = 2;
 
-/// The setting nearest to the speed asked for; sixteen samples a bit where both are as near.
+/// Chooses the setting nearest to the requested baud rate, with sixteen samples per bit if both are equally
+/// near.
 ///
 /// # Errors
-/// More than 2 % off.
+/// The nearest rate is more than 2 % off.
 pub fn plan_uart(job: &CompileJob<'_>) -> Result<Option<AvrUartSetup>, BuildRefusal> {
     if !job.ir.uart.send && !job.ir.uart.receive {
         return Ok(None);
@@ -33,7 +34,7 @@ pub fn plan_uart(job: &CompileJob<'_>) -> Result<Option<AvrUartSetup>, BuildRefu
         let steps = ((2 * clock / (step * baud)).div_ceil(2)).clamp(1, 4096);
         AvrUartSetup { rate: (steps - 1) as u16, double, bit: step * steps }
     });
-    // |clock / bit - baud|, by the common denominator.
+    // |clock / bit - baud|, with the common denominator.
     let off = |serial: &AvrUartSetup| clock.abs_diff(baud.saturating_mul(serial.bit));
     let near = |serial: &AvrUartSetup| u128::from(off(serial)) * 1_000_000_000 / u128::from(serial.bit);
     let [slow, fast] = settings;
@@ -44,11 +45,11 @@ pub fn plan_uart(job: &CompileJob<'_>) -> Result<Option<AvrUartSetup>, BuildRefu
     Ok(Some(best))
 }
 
-/// The registers of the line: the second one where there are two.
+/// Data register; the register of the second serial line on chips that have two.
 pub const DATA: &[&str] = &["UDR1", "UDR0", "UDR"];
-/// Status.
+/// Status register.
 pub const STATUS: &[&str] = &["UCSR1A", "UCSR0A", "UCSRA"];
-/// A byte has been received.
+/// Status bit: a byte has been received.
 pub const RECEIVED: &[&str] = &["RXC1", "RXC0", "RXC"];
 const CONTROL: &[&str] = &["UCSR1B", "UCSR0B", "UCSRB"];
 const RATE_HIGH: &[&str] = &["UBRR1H", "UBRR0H", "UBRRH"];
@@ -58,7 +59,7 @@ const RECEIVE: &[&str] = &["RXEN1", "RXEN0", "RXEN"];
 const DOUBLE: &[&str] = &["U2X1", "U2X0", "U2X"];
 
 impl AvrUartSetup {
-    /// Starts the line; its registers are as reset leaves them.
+    /// Emits the start of the serial line; its registers have their reset values.
     pub fn start(&self, asm: &mut AvrCodeWriter, regs: &AvrRegisters, job: &CompileJob<'_>) {
         let [low, high] = self.rate.to_le_bytes();
         if high != 0 {
@@ -73,7 +74,7 @@ impl AvrUartSetup {
         registers::write_constant(asm, regs.addr(CONTROL), regs.mask(&parts), 24);
     }
 
-    /// Clocks of a bit as a fraction.
+    /// Clocks per bit, as a fraction.
     #[must_use]
     pub fn bit(&self) -> Ratio {
         Ratio { num: self.bit, den: 1 }

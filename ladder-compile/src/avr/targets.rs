@@ -1,4 +1,4 @@
-//! The chips: their pins in the order in which they are given out, and what an image needs of their fuses.
+//! Target chips: their pins in order of assignment, and the fuses that an image needs.
 
 use emu_avr::chips::AVR_CHIPS;
 use emu_core::chip::Chip;
@@ -6,7 +6,7 @@ use emu_core::chip::Chip;
 use super::build;
 use crate::target::CompileTarget;
 
-/// The chips of the family that there is a compiler for.
+/// Chips of the family that the compiler supports.
 pub const TARGETS: &[CompileTarget] = &[
     target_x8("atmega328p"),
     target_x8("atmega328"),
@@ -21,7 +21,8 @@ pub const TARGETS: &[CompileTarget] = &[
     CompileTarget { pins: PINS_162, uart: Some(("PB3", "PB2")), pwm: Some("PB1"), adc: &[], ..target_x8("atmega162") },
 ];
 
-/// PC6 is reset, PB6 and PB7 carry the crystal; PD0 and PD1 come last because boards put the serial line there.
+/// PC6 is reset, PB6 and PB7 connect the crystal. PD0 and PD1 come last, because boards use them for the
+/// serial line.
 const fn target_x8(name: &str) -> CompileTarget {
     CompileTarget {
         pins: &[
@@ -37,7 +38,7 @@ const fn target_x8(name: &str) -> CompileTarget {
     }
 }
 
-/// PC2 to PC5 are the debugging interface's.
+/// PC2 to PC5 belong to JTAG, so they are assigned late.
 const fn target_mega16(name: &str) -> CompileTarget {
     CompileTarget {
         pins: &[
@@ -51,7 +52,7 @@ const fn target_mega16(name: &str) -> CompileTarget {
     }
 }
 
-/// PF4 to PF7 are the debugging interface's, PE0 and PE1 the programmer's.
+/// PF4 to PF7 belong to JTAG, PE0 and PE1 to the programmer, so they are assigned late.
 const fn target_mega128(name: &str) -> CompileTarget {
     CompileTarget {
         pins: &[
@@ -67,14 +68,14 @@ const fn target_mega128(name: &str) -> CompileTarget {
     }
 }
 
-/// PC4 to PC7 are the debugging interface's, PB2 and PB3 the second serial line's.
+/// PC4 to PC7 belong to JTAG, PB2 and PB3 to the second serial line, so they are assigned last.
 const PINS_162: &[&str] = &[
     "PA0", "PA1", "PA2", "PA3", "PA4", "PA5", "PA6", "PA7", "PB0", "PB4", "PB5", "PB6", "PB7", "PD0", "PD1", "PD2",
     "PD3", "PD4", "PD5", "PD6", "PD7", "PC0", "PC1", "PC2", "PC3", "PE0", "PE1", "PE2", "PB1", "PC4", "PC5", "PC6",
     "PC7", "PB2", "PB3",
 ];
 
-/// The chip of that name.
+/// The chip with this name.
 const fn chip(name: &str) -> &'static Chip {
     let mut n = 0;
     while n < AVR_CHIPS.len() {
@@ -94,7 +95,8 @@ const fn equal_bytes(a: &[u8], b: &[u8]) -> bool {
     n == a.len() && n == b.len()
 }
 
-/// What an image needs of the fuses for a crystal of that clock ("Clock sources" and "Fuse bits" of the chip's data sheet).
+/// Fuse settings that an image needs for a crystal of this frequency in Hz ("Clock sources" and "Fuse bits"
+/// of the chip's data sheet).
 #[must_use]
 pub fn fuse_requirements(chip: &Chip, clock_hz: u64) -> Vec<String> {
     let has = |name: &str| (chip.constants)().iter().any(|(known, _)| *known == name);

@@ -1,26 +1,26 @@
-//! What a program uses: how often each cell occurs, and which registers its operations need for themselves.
+//! Counts how often a program uses each cell, and finds the registers that its operations need.
 
 use crate::ir::{ArithmeticOp, BitId, BranchCondition, Ir, IrOp, LogicOp, WordComparison, WordId, WordOperand};
 
-/// Occurrences and needs of a program.
+/// Usage counts and register needs of a program.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct AvrUsage {
-    /// Occurrences by [`BitId`].
+    /// Number of occurrences of each bit, by [`BitId`].
     pub bits: Vec<u32>,
-    /// Occurrences by [`WordId`].
+    /// Number of occurrences of each word, by [`WordId`].
     pub words: Vec<u32>,
-    /// Something is divided.
+    /// True if the program divides.
     pub divides: bool,
-    /// Something is divided by what may be zero or less.
+    /// True if some divisor may be zero or negative.
     pub signed_divisors: bool,
-    /// A table is read, by the pointer Z.
+    /// True if the program reads a table, through pointer Z.
     pub tables: bool,
-    /// There are integers of more than two bytes.
+    /// True if some value has more than two bytes.
     pub wide: bool,
 }
 
 impl AvrUsage {
-    /// Counts a program.
+    /// Counts the cells of a program.
     #[must_use]
     pub fn of(ir: &Ir) -> AvrUsage {
         let mut uses = AvrUsage {
@@ -85,7 +85,7 @@ impl AvrUsage {
                     }
                 }
             }
-            // The back end has no modules.
+            // AVR chips have no timer and counter modules.
             IrOp::Module { .. } => {}
             IrOp::Lookup { dst, index, .. } => {
                 self.tables = true;

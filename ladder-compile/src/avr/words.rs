@@ -1,7 +1,7 @@
-//! Integers of one to four bytes: moved, added, multiplied, divided.
+//! Selects AVR instructions for integers of one to four bytes: moves and arithmetic.
 //!
-//! One that lives in registers is worked on there where the instructions reach it; others pass through A, and what A
-//! holds is remembered.
+//! A word in registers is processed in place if the instructions can reach it. Other words pass through A,
+//! and the selector tracks what A holds.
 
 use emu_avr::isa::Kind;
 
@@ -11,10 +11,10 @@ use super::runtime::{AvrRoutine, negate};
 use super::select::AvrSelector;
 use crate::ir::{ArithmeticOp, WordId, WordOperand, shift_count};
 
-/// Registers of a value, least byte first.
+/// Registers of a value, least significant byte first.
 pub type RegisterQuad = [i32; 4];
 
-/// Registers from one on.
+/// The four registers from `reg` on.
 #[must_use]
 pub fn consecutive_registers(reg: i32) -> RegisterQuad {
     [reg, reg + 1, reg + 2, reg + 3]
@@ -26,13 +26,13 @@ pub fn constant_byte(constant: i32, n: usize) -> i32 {
     constant >> (8 * n.min(3)) & 0xFF
 }
 
-/// ADIW and SBIW take these pairs.
+/// True for the register pairs that ADIW and SBIW accept.
 fn is_word_add_pair(reg: i32) -> bool {
     matches!(reg, 24 | 26 | 28 | 30)
 }
 
 impl AvrSelector<'_> {
-    /// Registers where a word lives.
+    /// Registers that permanently hold a word; `None` if it is in RAM.
     #[must_use]
     pub fn home_registers(&self, word: WordId) -> Option<RegisterQuad> {
         match self.layout.word(word) {
@@ -47,12 +47,12 @@ impl AvrSelector<'_> {
         self.layout.bytes(word).into()
     }
 
-    /// A holds `value`, extended to `width` bytes at least.
+    /// True if A holds `value`, sign-extended to at least `width` bytes.
     fn is_cached(&self, value: WordOperand, width: usize) -> bool {
         matches!((value, self.known.a), (WordOperand::Cell(word), Some((held, to))) if word == held && to >= width)
     }
 
-    /// Registers that hold `value`, to be read only: its home, A, or `to`, whichever costs least.
+    /// Registers that hold `value`, for reading only: its own registers, A, or `to`, whichever is cheapest.
     pub fn source_registers(&mut self, value: WordOperand, width: usize, to: RegisterQuad) -> RegisterQuad {
         match value {
             WordOperand::Cell(word) => {
@@ -81,7 +81,7 @@ impl AvrSelector<'_> {
         }
     }
 
-    /// `to` := `value`, extended with sign to `width` bytes. Constants need registers from r16 on.
+    /// Emits `to` := `value`, sign-extended to `width` bytes. Constants need registers r16 and above.
     pub fn load_value(&mut self, value: WordOperand, width: usize, to: RegisterQuad) {
         if to == A && self.is_cached(value, width) {
             return;
@@ -117,7 +117,7 @@ impl AvrSelector<'_> {
         }
     }
 
-    /// Fills the bytes from `have` to `width` with the sign.
+    /// Emits the sign extension from `have` to `width` bytes.
     pub fn sign_extend(&mut self, regs: RegisterQuad, have: usize, width: usize) {
         let (Some(&top), Some(&next)) = (regs.get(have.wrapping_sub(1)), regs.get(have)) else { return };
         if have >= width {
@@ -129,7 +129,7 @@ impl AvrSelector<'_> {
         regs.iter().take(width).skip(have + 1).for_each(|&reg| self.asm.op(Kind::Mov, &[reg, next]));
     }
 
-    /// Copies registers, pairs at once where they are pairs.
+    /// Emits a copy of registers, with MOVW where both sides are pairs.
     pub fn copy_registers(&mut self, to: RegisterQuad, from: RegisterQuad, width: usize) {
         let mut n = 0;
         while n < width.min(4) {
@@ -142,7 +142,7 @@ impl AvrSelector<'_> {
         }
     }
 
-    /// `dst` := registers.
+    /// Emits `dst` := the registers.
     pub fn store_registers(&mut self, dst: WordId, regs: RegisterQuad) {
         let width = self.bytes(dst);
         match self.layout.word(dst) {
@@ -160,12 +160,12 @@ impl AvrSelector<'_> {
         }
     }
 
-    /// `dst` has changed otherwise than by way of A.
+    /// Forgets `dst` as the content of A, after it changed by another way.
     pub fn invalidate_cached(&mut self, dst: WordId) {
         self.known.a = self.known.a.filter(|(held, _)| *held != dst);
     }
 
-    /// dst := src.
+    /// Emits dst := src.
     pub fn move_word(&mut self, dst: WordId, src: WordOperand) {
         let width = self.bytes(dst);
         if src == WordOperand::Cell(dst) {
@@ -175,7 +175,7 @@ impl AvrSelector<'_> {
             (WordOperand::Const(0), AvrCellPlace::Reg(reg)) => {
                 let zero = [LOW_ZERO, ZERO, LOW_ZERO, ZERO];
                 let reg = i32::from(reg);
-                // A single register cannot be copied from the low one of the pair better than from the high one.
+                // For a single register, either zero register is equally good.
                 self.copy_registers(consecutive_registers(reg), if width == 1 { [ZERO; 4] } else { zero }, width);
                 self.invalidate_cached(dst);
             }
@@ -211,7 +211,7 @@ impl AvrSelector<'_> {
         }
     }
 
-    /// dst := a op b.
+    /// Emits dst := a op b.
     pub fn math(&mut self, op: ArithmeticOp, dst: WordId, a: WordOperand, b: WordOperand) {
         let width = usize::from(self.ir.width(op, dst, a, b));
         match (op, a, b) {
@@ -240,19 +240,19 @@ impl AvrSelector<'_> {
         }
     }
 
-    /// A := a, B := b.
+    /// Emits A := a, B := b.
     fn operands(&mut self, a: WordOperand, b: WordOperand, width: usize) {
         self.load_value(b, width, B);
         self.load_value(a, width, A);
     }
 
-    /// dst := a + b or a - b, or an operation on their bits.
+    /// Emits dst := a + b or a - b, or a bitwise operation.
     fn add_or_subtract(&mut self, (first, further): (Kind, Kind), dst: WordId, a: WordOperand, b: WordOperand) {
         let width = self.bytes(dst);
         let constant = matches!(a, WordOperand::Const(_));
         let home = self.home_registers(dst).filter(|home| b != WordOperand::Cell(dst) && !(constant && home[0] < 16));
         let target = home.unwrap_or(A);
-        // What A holds of b would be lost when a comes there.
+        // If A holds b, loading a into A would destroy it.
         let held = target == A && self.is_cached(b, width) && a != b && !self.has_home(b, width);
         let right = if held {
             self.copy_registers(B, A, width);
@@ -273,7 +273,7 @@ impl AvrSelector<'_> {
         }
     }
 
-    /// dst := a shifted right by a constant, zeros coming in: whole bytes are moved, the rest bit by bit.
+    /// Emits dst := a shifted right by a constant, zeros coming in: whole bytes are moved, the rest bit by bit.
     fn shift_right(&mut self, dst: WordId, a: WordOperand, count: usize) {
         let width = self.bytes(dst);
         self.load_value(a, width, A);
@@ -293,7 +293,7 @@ impl AvrSelector<'_> {
         self.store_registers(dst, A);
     }
 
-    /// dst := -b.
+    /// Emits dst := -b.
     fn negate_into(&mut self, dst: WordId, b: WordOperand) {
         let width = self.bytes(dst);
         let home = self.home_registers(dst).filter(|home| home[0] >= 16 || width == 1);
@@ -307,18 +307,18 @@ impl AvrSelector<'_> {
         }
     }
 
-    /// The value has a home in registers, as wide as that.
+    /// True if the value is in registers of its own with at least `width` bytes.
     fn has_home(&self, value: WordOperand, width: usize) -> bool {
         matches!(value, WordOperand::Cell(word) if self.home_registers(word).is_some() && self.bytes(word) >= width)
     }
 
-    /// dst := x + constant.
+    /// Emits dst := x + constant.
     fn add(&mut self, dst: WordId, x: WordOperand, constant: i32) {
         let width = self.bytes(dst);
         if let WordOperand::Const(x) = x {
             return self.move_word(dst, WordOperand::Const(x.wrapping_add(constant)));
         }
-        // The sum modulo the width, with sign.
+        // The constant modulo the width, sign-extended.
         let spare = 32 - 8 * width as u32;
         let constant = (constant << spare) >> spare;
         let low_byte = width == 1 && matches!(constant, -1 | 1) && x == WordOperand::Cell(dst);
@@ -354,7 +354,7 @@ impl AvrSelector<'_> {
         match factor.map(|factor| factor << (32 - 8 * width as u32) >> (32 - 8 * width as u32)) {
             Some(0) => return self.move_word(dst, WordOperand::Const(0)),
             Some(1) => return self.move_word(dst, x),
-            // Twice, three times, four times, five times: by additions.
+            // Multiply by 2 to 5 with additions.
             Some(factor @ 2..=5) if width <= 2 && !matches!(x, WordOperand::Const(_)) => {
                 self.load_value(x, width, A);
                 let once = if factor % 2 == 1 { self.other_registers(x, width) } else { A };
@@ -381,7 +381,7 @@ impl AvrSelector<'_> {
         self.store_registers(dst, A);
     }
 
-    /// Registers other than A that hold what A holds: the home of `x`, or B.
+    /// Registers other than A with the content of A: those of `x`, or B after a copy.
     fn other_registers(&mut self, x: WordOperand, width: usize) -> RegisterQuad {
         if let WordOperand::Cell(word) = x
             && let Some(home) = self.home_registers(word).filter(|_| self.bytes(word) >= width)

@@ -1,6 +1,9 @@
-//! A sketch for Arduino boards with an ATmega328P: objects for inputs, outputs, flags, timers, counters and numbers, and a
-//! loop that makes one scan a turn, paced by `micros()`. In the manner of a compiler described in a thesis of the PUC Minas,
-//! whose own debouncing, counters and timers it does not share: debouncing works, and the elements mean what they always do.
+//! Emits a sketch for Arduino boards with an ATmega328P.
+//!
+//! The sketch has objects for inputs, outputs, flags, timers, counters and numbers, and a loop that executes
+//! one scan per iteration, paced by `micros()`. Its style follows a compiler described in a thesis of the PUC
+//! Minas, but it does not share that compiler's debouncing, counters and timers: here debouncing works, and
+//! the elements keep their meaning.
 
 use std::fmt::Write;
 
@@ -18,8 +21,9 @@ use crate::ir::{BitRole, Ir, WordRole};
 use crate::pins::{self, AssignedPin};
 use crate::target::{BuildRefusal, CompileJob, CompileTarget};
 
-/// The board: an ATmega328P with its pins in the order of their numbers, those of the serial line last. Timer 0 is the core's
-/// clock, so PWM comes from timer 1, which reaches any frequency.
+/// The board: an ATmega328P with its pins in the order of their board numbers, those of the serial line last.
+///
+/// The Arduino core uses timer 0 for its clock, so PWM uses timer 1, which reaches any frequency.
 pub const ARDUINO_BOARD: CompileTarget = CompileTarget {
     chip: &ATMEGA328P,
     pins: &[
@@ -37,36 +41,38 @@ fn refuse_image(_: &CompileJob<'_>) -> Result<crate::target::BuiltImage, BuildRe
     Err(BuildRefusal::Internal(CodegenError::SketchIsNoImage))
 }
 
-/// The board, where something wants it for as long as the program runs.
+/// The board, with a static lifetime.
 static BOARD_TARGET: CompileTarget = ARDUINO_BOARD;
 
-/// Clock of the boards in Hz.
+/// Clock frequency of the boards in Hz.
 const CLOCK_HZ: u64 = 16_000_000;
 
-/// How a sketch is made.
+/// Options of a sketch.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct SketchOptions {
-    /// Pins by symbol, such as (`Xstart`, `PD2`); they go before those of `IO LIST`.
+    /// Pins by symbol, such as (`Xstart`, `PD2`); they override those of `IO LIST`.
     pub pins: Vec<(String, String)>,
-    /// For how long an input must be steady before it counts, in milliseconds, rounded up to scans; 0: it counts at once.
+    /// Time in milliseconds for which an input must be stable, rounded up to whole scans; 0 disables
+    /// debouncing.
     pub debounce_ms: u32,
 }
 
-/// A sketch, and where its pins are.
+/// A sketch and its pin assignment.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ArduinoSketch {
     /// The text and its cells.
     pub source: EmittedSource,
-    /// Inputs, outputs and analog inputs at the pins of the chip.
+    /// Inputs, outputs and analog inputs with their pins of the chip.
     pub pins: Vec<AssignedPin>,
-    /// Notes: the pins that were given out in order.
+    /// Notes about pins that were assigned automatically.
     pub notes: Vec<Diagnostic>,
 }
 
-/// `program` as one sketch.
+/// Emits `program` as one sketch.
 ///
 /// # Errors
-/// As [`lower_and_optimise`]; pins that the board does not have or that are given twice; a PWM frequency that it cannot make.
+/// The errors of [`lower_and_optimise`]; pins that the board lacks or that are assigned twice; a PWM
+/// frequency that the board cannot generate.
 pub fn emit(program: &LadderProgram, options: &SketchOptions) -> Result<ArduinoSketch, Vec<Diagnostic>> {
     let ir = lower_and_optimise(program)?;
     let mut notes = Vec::new();
@@ -83,8 +89,9 @@ pub fn emit(program: &LadderProgram, options: &SketchOptions) -> Result<ArduinoS
     Ok(ArduinoSketch { source: emit_ir(program, &ir, &pins, options.debounce_ms), pins, notes })
 }
 
-/// Why there is no sketch for `chip`, where it is none that the boards have: the ATmega328P, or the 328, which differs from it in
-/// nothing that a program sees. `file` is the program's.
+/// Returns an error if no Arduino board has `chip`; `file` is the file name of the program.
+///
+/// Boards have the ATmega328P. The ATmega328 is accepted too, because programs see no difference.
 #[must_use]
 pub fn refuse_chip(file: &str, chip: &Chip) -> Option<Diagnostic> {
     if [ATMEGA328P.name, ATMEGA328.name].contains(&chip.name) {
@@ -96,7 +103,7 @@ pub fn refuse_chip(file: &str, chip: &Chip) -> Option<Diagnostic> {
     Some(Diagnostic::new(Severity::Error, codes::UNKNOWN_CHIP, file, Pos::default(), cause, hint))
 }
 
-/// The number of a pin on the board.
+/// Arduino number of a pin of the chip.
 #[must_use]
 pub fn board_pin_number(pin: &str) -> Option<u8> {
     let bit = pin.get(2..)?.parse::<u8>().ok().filter(|bit| *bit < 8)?;
@@ -108,7 +115,7 @@ pub fn board_pin_number(pin: &str) -> Option<u8> {
     }
 }
 
-/// The same of intermediate code that was made of `program`, with a pin for each input, output and analog input.
+/// Emits intermediate code of `program` as a sketch, with a pin for each input, output and analog input.
 #[must_use]
 pub fn emit_ir(program: &LadderProgram, ir: &Ir, pins: &[AssignedPin], debounce_ms: u32) -> EmittedSource {
     let plan = EmitContext { program, ir };
@@ -165,10 +172,10 @@ pub fn emit_ir(program: &LadderProgram, ir: &Ir, pins: &[AssignedPin], debounce_
     plan.source(text, |bit| of(&objects.bits, bit.0), |word| of(&objects.words, word.0))
 }
 
-/// Names that the core of the Arduino and the sketch itself have for something else.
+/// Names that the Arduino core and the sketch itself use for other purposes.
 const RESERVED: &[&str] = &["Client", "Counter", "CYCLE_US", "Timer", "Tone", "X", "Y", "R", "T", "C"];
 
-/// The objects' names: a symbol's own name where nothing else can have it, else with an underscore behind it.
+/// Names of the objects: the symbol's own name if it is certainly free, otherwise with a trailing underscore.
 fn object_spelling(ir: &Ir) -> CellSpelling {
     let mut names = IdentifierPool::new(RESERVED);
     let mut give = |name: &str, kept: &[char]| {
@@ -283,7 +290,7 @@ static void PlcSetPwm(unsigned char percent)
 }
 ";
 
-/// What the program uses of the chip.
+/// Functions for the peripherals that the program uses.
 fn peripheral_functions(plan: &EmitContext<'_>, pins: &[AssignedPin]) -> String {
     let ir = plan.ir;
     let mut text = String::new();
@@ -327,7 +334,7 @@ static void PlcWriteEeprom(unsigned cell, unsigned char byte) { eeprom_write_byt
     text
 }
 
-/// The objects, by kind.
+/// Declarations of the objects, grouped by kind.
 fn object_declarations(plan: &EmitContext<'_>, pins: &[AssignedPin], objects: &CellSpelling) -> String {
     let mut text = String::new();
     let pin =

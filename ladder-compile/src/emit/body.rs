@@ -1,4 +1,4 @@
-//! Operations as statements of C, for the scan of a C program and of a sketch.
+//! Emits operations as C statements, for the scan of a C program or of a sketch.
 
 use ladder::ElementId;
 
@@ -9,22 +9,25 @@ use crate::ir::{
     min_bytes, shift_count,
 };
 
-/// How a source spells the cells: expressions that can be read and assigned.
+/// How a source spells each cell: as an expression that can be read and assigned.
 pub(super) struct CellSpelling {
     pub bits: Vec<String>,
     pub words: Vec<String>,
     pub tables: Vec<String>,
 }
 
-/// A scan as statements, one level deep, that read and write `rung`.
+/// Statements of a scan, indented by one level, which read and write `rung`.
 pub(super) struct ScanStatements {
+    /// Operations before the first rung.
     pub begin: String,
+    /// Statements of each rung.
     pub rungs: Vec<String>,
+    /// Operations after the last rung.
     pub end: String,
 }
 
 impl ScanStatements {
-    /// All of it in one piece.
+    /// Returns all statements as one text.
     pub(super) fn concatenated(&self) -> String {
         let mut text = self.begin.clone();
         for (number, rung) in (1..).zip(&self.rungs) {
@@ -34,7 +37,7 @@ impl ScanStatements {
     }
 }
 
-/// Writes a scan.
+/// Writes the statements of a scan.
 pub(super) struct StatementWriter<'a> {
     ir: &'a Ir,
     names: &'a CellSpelling,
@@ -43,11 +46,12 @@ pub(super) struct StatementWriter<'a> {
 }
 
 impl<'a> StatementWriter<'a> {
+    /// Creates a writer that uses the given spelling of cells.
     pub(super) fn new(ir: &'a Ir, names: &'a CellSpelling) -> Self {
         StatementWriter { ir, names, text: String::new(), depth: 1 }
     }
 
-    /// The whole scan between the latching of inputs and the writing of outputs, one level deep.
+    /// Writes the scan between the latching of inputs and the writing of outputs, indented by one level.
     pub(super) fn scan(mut self, texts: &[(ElementId, String)]) -> ScanStatements {
         self.ops(&self.ir.prologue);
         let begin = std::mem::take(&mut self.text);
@@ -55,7 +59,8 @@ impl<'a> StatementWriter<'a> {
         let mut texts = texts.iter().peekable();
         for (number, rung) in (0..).zip(&self.ir.rungs) {
             let mut steps = rung.steps.iter().peekable();
-            // What stands before the first element, such as the rung's start, belongs to the first element.
+            // Operations before the first element, such as the start of the rung, belong to the first
+            // element.
             while let Some((id, text)) = texts.next_if(|(id, _)| id.rung == number) {
                 self.line(&format!("/* {}: {} */", id.index + 1, comment_text(text)));
                 while let Some(step) = steps.next_if(|step| step.element.index <= id.index) {
@@ -162,7 +167,7 @@ impl<'a> StatementWriter<'a> {
                 self.line(&format!("{} = Plc{}({});", self.word(*dst), 8 * bytes, cells.join(" | ")));
             }
             IrOp::WriteEeprom { src, addr, busy, scans } => self.persist(*src, *addr, *busy, *scans),
-            // Timers and counters stay whole for chips that have them, never for a source.
+            // Timers and counters stay modules only for chips that have such modules.
             IrOp::Module { .. } => self.line("#error \"a timer or counter was left whole\""),
             IrOp::If { cond, if_true: then, if_false: otherwise } => {
                 let holds = match cond {
@@ -190,7 +195,7 @@ impl<'a> StatementWriter<'a> {
         }
     }
 
-    /// (rung, memory) := (..., rung).
+    /// (rung, memory) := (result, rung).
     fn edge(&mut self, memory: BitId, result: &str) {
         let memory = self.bit(memory, false);
         self.line("{");
@@ -218,11 +223,11 @@ impl<'a> StatementWriter<'a> {
 
     fn math(&self, op: ArithmeticOp, dst: WordId, a: WordOperand, b: WordOperand) -> String {
         let width = self.ir.bytes(dst);
-        // Compilers warn of constants that wrap.
+        // Compilers warn about constants that wrap.
         if let (WordOperand::Const(a), WordOperand::Const(b)) = (a, b) {
             return literal(wrap_constant(fold_constants(op, a, b, width), width));
         }
-        // SDCC 4.2 makes an int of a long that it finds to be zero, and passes two of its four bytes.
+        // SDCC 4.2 turns a long that it finds to be zero into an int and passes only two of its four bytes.
         let zero = WordOperand::Const(0);
         let is_zero = match op {
             ArithmeticOp::Sub | ArithmeticOp::Xor => a == b,
@@ -252,12 +257,14 @@ impl<'a> StatementWriter<'a> {
                 return self.fitted_value(dst, &quotient, wide, wide == 2);
             }
         };
-        // Without sign everything wraps; an int of 32 bits that a product of shorts would not fit in is never one.
+        // Unsigned arithmetic wraps. Products of shorts do not overflow an int, because the operands are at
+        // least `unsigned`.
         let wide = width > 2;
         format!("Plc{}({} {} {})", 8 * width, self.unsigned(a, wide), op.sign(), self.unsigned(b, wide))
     }
 
-    /// A value of `bytes` bytes as the destination holds it. `short`: the expression is no wider than an int.
+    /// Converts a value of `bytes` bytes to the width of the destination. With `short` the expression is no
+    /// wider than an int.
     fn fitted_value(&self, dst: WordId, value: &str, bytes: u8, short: bool) -> String {
         let width = self.ir.bytes(dst);
         let cast = if width > 2 { "plcU32" } else { "unsigned" };
@@ -267,7 +274,7 @@ impl<'a> StatementWriter<'a> {
         }
     }
 
-    /// `value` as the destination of a move holds it.
+    /// Converts `value` to the width of the destination of a move.
     fn narrowed(&self, dst: WordId, value: WordOperand) -> String {
         let width = self.ir.bytes(dst);
         match value {
@@ -278,7 +285,7 @@ impl<'a> StatementWriter<'a> {
         }
     }
 
-    /// An operand of arithmetic that wraps.
+    /// Converts an operand to unsigned, for arithmetic that wraps.
     fn unsigned(&self, value: WordOperand, wide: bool) -> String {
         let cast = if wide { "(plcU32)" } else { "(unsigned)" };
         match value {
@@ -289,7 +296,7 @@ impl<'a> StatementWriter<'a> {
         }
     }
 
-    /// Byte `n` of a value, from the lowest.
+    /// Byte `n` of a value, counted from the lowest.
     fn byte(&self, value: WordOperand, n: u8) -> String {
         match (n, value) {
             (0, value) => format!("(unsigned char){}", self.value(value)),
@@ -323,7 +330,7 @@ impl<'a> StatementWriter<'a> {
             RelationOp::Lt => "<",
             RelationOp::Ge => ">=",
         };
-        // Compilers warn of comparisons that are decided before they are made.
+        // Compilers warn about comparisons with a constant result.
         let decided = match compare.b {
             WordOperand::Cell(b) => (b == compare.a).then_some(matches!(compare.rel, RelationOp::Eq | RelationOp::Ge)),
             WordOperand::Const(b) => constant_comparison(compare.rel, b, self.ir.bytes(compare.a)),
@@ -335,7 +342,7 @@ impl<'a> StatementWriter<'a> {
     }
 }
 
-/// What a comparison of every number of `bytes` bytes with `b` gives, where that is the same for all.
+/// Result of comparing numbers of `bytes` bytes with `b`, if it is the same for all of them.
 fn constant_comparison(rel: RelationOp, b: i32, bytes: u8) -> Option<bool> {
     let least = i32::MIN >> (32 - 8 * u32::from(bytes.clamp(1, 4)));
     let (below, above) = (b < least, b > !least);
@@ -350,7 +357,7 @@ fn constant_comparison(rel: RelationOp, b: i32, bytes: u8) -> Option<bool> {
     }
 }
 
-/// A constant with sign; the lowest ones have no spelling of their own in C.
+/// C spelling of a signed constant; the lowest ones need an expression.
 pub(super) fn literal(constant: i32) -> String {
     match (constant, min_bytes(constant)) {
         (i32::MIN, _) => "(-2147483647L - 1)".to_owned(),
@@ -360,7 +367,7 @@ pub(super) fn literal(constant: i32) -> String {
     }
 }
 
-/// The low four bytes of what an operation on constants gives.
+/// Low four bytes of the result of an operation on constants.
 fn fold_constants(op: ArithmeticOp, a: i32, b: i32, width: u8) -> i32 {
     match (op, b) {
         (ArithmeticOp::And, b) => a & b,
@@ -384,7 +391,7 @@ fn fold_constants(op: ArithmeticOp, a: i32, b: i32, width: u8) -> i32 {
     }
 }
 
-/// The low `bytes` bytes of a constant, with sign.
+/// Low `bytes` bytes of a constant, sign-extended.
 fn wrap_constant(constant: i32, bytes: u8) -> i32 {
     let unused = 32 - 8 * u32::from(bytes.clamp(1, 4));
     constant.wrapping_shl(unused) >> unused

@@ -1,4 +1,4 @@
-//! Byte code for the interpreter in `examples/bytecode`. `docs/emit.md` has the format.
+//! Emits byte code for the interpreter in `examples/bytecode`. `docs/emit.md` describes the format.
 
 use std::fmt::Write;
 
@@ -12,28 +12,35 @@ use crate::ir::{
     WordId, WordOperand,
 };
 
-/// The first bytes of an image: a mark, and the version of the format.
+/// First bytes of an image: a signature and the version of the format.
 pub const MAGIC: [u8; 4] = [b'E', b'L', b'B', 1];
 
-/// Operation codes. Those from 80h carry the number of a bit, 0 to 31.
+/// Operation codes. Those from 80h on contain the number of a bit, 0 to 31.
 mod code {
+    /// End of a list of operations.
     pub(super) const END: u8 = 0x00;
     pub(super) const FALSE: u8 = 0x01;
     pub(super) const TRUE: u8 = 0x02;
+    /// No operation; never emitted for a valid program.
     pub(super) const NONE: u8 = 0x03;
     pub(super) const LOAD: u8 = 0x04;
     pub(super) const AND: u8 = 0x06;
     pub(super) const OR: u8 = 0x08;
     pub(super) const STORE: u8 = 0x0A;
+    /// Clears a bit; plus 1, sets it.
     pub(super) const CLEAR: u8 = 0x0C;
     pub(super) const RISING: u8 = 0x0E;
     pub(super) const FALLING: u8 = 0x0F;
     pub(super) const MATH: u8 = 0x10;
     pub(super) const AND_COMPARE: u8 = 0x20;
+    /// Skips bytes unless a comparison is true.
     pub(super) const UNLESS_COMPARE: u8 = 0x28;
     pub(super) const MOVE: u8 = 0x30;
+    /// Skips bytes.
     pub(super) const SKIP: u8 = 0x32;
+    /// Skips bytes unless the accumulator is true.
     pub(super) const UNLESS: u8 = 0x33;
+    /// Skips bytes unless a bit is 1.
     pub(super) const UNLESS_BIT: u8 = 0x34;
     pub(super) const LOOKUP: u8 = 0x35;
     pub(super) const ADC: u8 = 0x36;
@@ -42,7 +49,9 @@ mod code {
     pub(super) const RECEIVE: u8 = 0x3B;
     pub(super) const RECALL: u8 = 0x3C;
     pub(super) const PERSIST: u8 = 0x3D;
+    /// Increments a word.
     pub(super) const MORE: u8 = 0x3E;
+    /// Decrements a word.
     pub(super) const LESS: u8 = 0x3F;
     pub(super) const BITWISE: u8 = 0x40;
     pub(super) const SHORT_AND: u8 = 0x80;
@@ -51,15 +60,17 @@ mod code {
     pub(super) const SHORT_STORE: u8 = 0xE0;
 }
 
-/// A program as byte code: `EmittedSource::image` holds the bytes, the text is the same bytes as the inside of a C initialiser.
+/// Emits a program as byte code.
+///
+/// `EmittedSource::image` holds the bytes; the text has the same bytes as the content of a C initialiser.
 ///
 /// # Errors
-/// As [`lower_and_optimise`].
+/// The errors of [`lower_and_optimise`].
 pub fn emit(program: &LadderProgram) -> Result<EmittedSource, Vec<Diagnostic>> {
     Ok(emit_ir(program, &lower_and_optimise(program)?))
 }
 
-/// The same of intermediate code that was made of `program`.
+/// Emits intermediate code of `program` as byte code.
 #[must_use]
 pub fn emit_ir(program: &LadderProgram, ir: &Ir) -> EmittedSource {
     let plan = EmitContext { program, ir };
@@ -133,7 +144,7 @@ fn image_head(plan: &EmitContext<'_>) -> Vec<u8> {
     bytes
 }
 
-/// One byte each, and four more where the value after reset is not 0.
+/// Width of each word in one byte, followed by four bytes of the initial value if it is not 0.
 fn word_widths(ir: &Ir) -> Vec<u8> {
     let mut bytes = Vec::new();
     for cell in &ir.words {
@@ -147,7 +158,7 @@ fn word_widths(ir: &Ir) -> Vec<u8> {
     bytes
 }
 
-/// Bytes of one value, and whether they have a sign.
+/// Width of a value in bytes, and whether it is signed.
 fn value_shape(table: &ConstantTable) -> (usize, bool) {
     let signed = table.bytes != 1 || table.values.iter().all(|&value| value <= 127);
     (usize::from(table.bytes.clamp(1, 4)), signed)
@@ -159,7 +170,7 @@ fn push_table(bytes: &mut Vec<u8>, table: &ConstantTable) {
     table.values.iter().for_each(|value| bytes.extend(&value.to_le_bytes()[..width]));
 }
 
-/// A number without sign: seven bits a byte, the lowest first, bit 7 set where more follow.
+/// Appends an unsigned number: seven bits per byte, lowest first; bit 7 is set if more bytes follow.
 fn push_number(bytes: &mut Vec<u8>, mut value: u64) {
     while value > 0x7F {
         bytes.push(value as u8 | 0x80);
@@ -168,10 +179,11 @@ fn push_number(bytes: &mut Vec<u8>, mut value: u64) {
     bytes.push(value as u8);
 }
 
+/// Encodes operations as byte code.
 struct BytecodeWriter {
-    /// Numbers of the bits: inputs, outputs, the rest.
+    /// Number of each bit in the byte code: inputs, then outputs, then the rest.
     bits: Vec<u32>,
-    /// Where each table begins, from the first one.
+    /// Offset of each table from the first one.
     tables: Vec<u64>,
     tables_len: u64,
 }
@@ -222,7 +234,7 @@ impl BytecodeWriter {
         push_number(out, word.0.into());
     }
 
-    /// A cell by its number; a constant as twice its value, or for a negative one twice its complement and one.
+    /// Appends an operand: the number of a cell, or a constant c as 2c, and as 2 * !c + 1 if c is negative.
     fn value(&self, out: &mut Vec<u8>, value: WordOperand) {
         match value {
             WordOperand::Cell(word) => self.word(out, word),
@@ -318,7 +330,7 @@ impl BytecodeWriter {
                 self.word(out, *busy);
                 push_number(out, (*scans).max(0) as u64);
             }
-            // Timers and counters stay whole for chips that have them, never for a source; this code is none.
+            // Timers and counters stay modules only for chips that have such modules; NONE is not executable.
             IrOp::Module { .. } => out.push(code::NONE),
             IrOp::If { cond, if_true: then, if_false: otherwise } => {
                 let (mut then, otherwise) = (self.ops(then), self.ops(otherwise));
@@ -368,7 +380,7 @@ impl BytecodeWriter {
     }
 }
 
-/// 1 for a constant.
+/// 1 for a constant operand, 0 for a cell.
 fn constant(value: WordOperand) -> u8 {
     u8::from(matches!(value, WordOperand::Const(_)))
 }

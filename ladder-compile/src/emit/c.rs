@@ -1,4 +1,5 @@
-//! ANSI C (C89): `PlcInit` once, `PlcCycle` once a scan, and functions that the user writes for everything outside.
+//! Emits ANSI C (C89): `PlcInit` to be called once, `PlcCycle` once per scan, and hooks that the user
+//! implements.
 
 use std::fmt::Write;
 
@@ -10,15 +11,15 @@ use super::names::{IdentifierPool, comment_text};
 use super::{EmitContext, EmittedSource, helpers, lower_and_optimise, tables};
 use crate::ir::{BitRole, Ir};
 
-/// `program` as one C file that needs no other.
+/// Emits `program` as one self-contained C file.
 ///
 /// # Errors
-/// As [`lower_and_optimise`].
+/// The errors of [`lower_and_optimise`].
 pub fn emit(program: &LadderProgram) -> Result<EmittedSource, Vec<Diagnostic>> {
     Ok(emit_ir(program, &lower_and_optimise(program)?))
 }
 
-/// The same of intermediate code that was made of `program`.
+/// Emits intermediate code of `program` as C.
 #[must_use]
 pub fn emit_ir(program: &LadderProgram, ir: &Ir) -> EmittedSource {
     let plan = EmitContext { program, ir };
@@ -30,7 +31,7 @@ pub fn emit_ir(program: &LadderProgram, ir: &Ir) -> EmittedSource {
     let parts = StatementWriter::new(ir, &names).scan(&plan.texts());
     scan += &parts.begin;
     let mut rungs = String::new();
-    // A function for each rung: some compilers take very long for one that holds them all.
+    // Each rung is a function, because some compilers are very slow on one large function.
     for (number, rung) in (1..).zip(&parts.rungs) {
         let _ = write!(
             rungs,
@@ -86,7 +87,7 @@ fn file_head(plan: &EmitContext<'_>) -> String {
     text
 }
 
-/// What the user writes, as far as the program needs it.
+/// Declarations of the hooks that the user implements, as far as the program needs them.
 fn hook_declarations(plan: &EmitContext<'_>) -> String {
     let ir = plan.ir;
     let mut text = String::new();

@@ -1,6 +1,6 @@
-//! What the emitted operations call, in C that is C++ as well: conversions that wrap and a division without traps.
+//! Helpers for emitted C, valid in C++ too: conversions that wrap, and a division that never traps.
 
-/// Integers of known widths, on compilers of 16 and of 32 bits.
+/// Integer types of known widths, for compilers with a 16-bit or 32-bit int.
 pub(super) const TYPES: &str = "\
 #include <limits.h>
 
@@ -16,11 +16,12 @@ typedef unsigned long plcU32;
 #endif
 ";
 
-/// A helper: its name, and its text.
+/// A helper: its name and its text.
 type CHelper = (&'static str, &'static str);
 
-/// The low bits as a number with sign. Where the compiler's own conversion is known to keep them it is used; the other
-/// way holds with any compiler.
+/// Convert the low bits to a signed number.
+///
+/// They use the compiler's own conversion if it is known to wrap; the alternative is portable.
 const WRAP_HELPERS: [CHelper; 4] = [
     (
         "Plc8",
@@ -106,7 +107,7 @@ static plc32 PlcDiv32(plc32 a, plc32 b)
     ),
 ];
 
-/// The helpers that `body` calls, directly or through one another.
+/// Returns the helpers that `body` calls, directly or through each other.
 pub(super) fn called_helpers(body: &str) -> String {
     let divides: Vec<&CHelper> = DIVIDE_HELPERS.iter().filter(|(name, _)| calls(body, name)).collect();
     let needed = |name: &str| calls(body, name) || divides.iter().any(|(_, text)| calls(text, name));

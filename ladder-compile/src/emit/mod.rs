@@ -1,7 +1,8 @@
-//! Sources instead of an image: C, a sketch for the Arduino, byte code for an interpreter. `docs/emit.md` has the formats.
+//! Emits sources instead of images: C, an Arduino sketch, byte code for an interpreter. `docs/emit.md`
+//! describes them.
 //!
-//! All of them are told from the intermediate code that the images are made of, so an element has one meaning in this
-//! crate. The parts that C and sketch share stand in `body` and `helpers`.
+//! All emitters use the same intermediate code as the images, so an element has one meaning in this crate. C
+//! and sketch share `body` and `helpers`.
 
 pub mod arduino;
 mod body;
@@ -17,48 +18,48 @@ use ladder::{ElementId, LadderProgram};
 use crate::ir::{BitId, BitRole, Ir, WordId, WordRole};
 use crate::{element_checks, lower, optimise};
 
-/// A cell of the scan's state as a source names it.
+/// A cell of the scan's state, as named in a source.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SourceCell {
-    /// The symbol's name, or a description of what is remembered.
+    /// Name of the symbol, or a description of the memory.
     pub name: String,
-    /// How the source spells it: an expression that can be read and assigned. In byte code: `bit 3`, `word 1`.
+    /// Expression in the source that can be read and assigned. In byte code: `bit 3`, `word 1`.
     pub text: String,
-    /// Its number among the bits or among the words of the source; byte code sorts them anew.
+    /// Number among the bits or the words of the source; byte code reorders the bits.
     pub index: u32,
-    /// Width in bytes of an integer, `None` for a bit.
+    /// Width of an integer in bytes, `None` for a bit.
     pub bytes: Option<u8>,
-    /// It is a symbol of the program, not something remembered besides.
+    /// True for a symbol of the program, false for a memory of the compiler.
     pub is_symbol: bool,
 }
 
-/// An emitted source.
+/// An emitted source with its cells.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct EmittedSource {
-    /// The text of the file.
+    /// Text of the file.
     pub text: String,
     /// Byte code as bytes; empty in the other languages.
     pub image: Vec<u8>,
-    /// Symbols and memories, bits first; temporaries are left out.
+    /// Symbols and memories, bits first, without temporaries.
     pub cells: Vec<SourceCell>,
-    /// Names of the inputs, outputs and analog inputs in the order in which the source numbers them.
+    /// Names of the inputs, in the order in which the source numbers them.
     pub inputs: Vec<String>,
-    /// See `inputs`.
+    /// Names of the outputs, in the order in which the source numbers them.
     pub outputs: Vec<String>,
-    /// See `inputs`.
+    /// Names of the analog inputs, in the order in which the source numbers them.
     pub analog: Vec<String>,
-    /// Cells of EEPROM in use, from 0.
+    /// Number of EEPROM cells in use, from address 0.
     pub eeprom: u16,
-    /// All bits, temporaries with them.
+    /// Number of bits, including temporaries.
     pub bits: u32,
-    /// All integers, temporaries with them.
+    /// Number of integers, including temporaries.
     pub words: u32,
 }
 
-/// The optimised intermediate code of a program that no chip has to hold.
+/// Returns the optimised intermediate code of a program, without a target chip.
 ///
 /// # Errors
-/// All errors of `ladder::check`, and every element that has no code, by place.
+/// All errors of `ladder::check`, and every element that cannot be compiled, sorted by position.
 pub fn lower_and_optimise(program: &LadderProgram) -> Result<Ir, Vec<Diagnostic>> {
     let mut diagnostics: Vec<Diagnostic> = ladder::check(program).into_iter().filter(Diagnostic::is_error).collect();
     for refusal in element_checks::unsupported_elements(program, None) {
@@ -70,25 +71,25 @@ pub fn lower_and_optimise(program: &LadderProgram) -> Result<Ir, Vec<Diagnostic>
     if diagnostics.is_empty() { Ok(optimise::optimise(lower::lower(program))) } else { Err(diagnostics) }
 }
 
-/// What the emitters ask of a scan besides its operations.
+/// A program and its intermediate code, as the emitters need them.
 pub(crate) struct EmitContext<'a> {
     pub program: &'a LadderProgram,
     pub ir: &'a Ir,
 }
 
 impl EmitContext<'_> {
-    /// Bits of a role with their names, in the order of the intermediate code.
+    /// Iterates over the bits of a role with their names, in the order of the intermediate code.
     pub(crate) fn bits(&self, role: BitRole) -> impl Iterator<Item = (BitId, &str)> {
         let cells = self.ir.bits.iter().zip(0..);
         cells.filter(move |(cell, _)| cell.role == role).map(|(cell, n)| (BitId(n), cell.name.as_str()))
     }
 
-    /// The elements with their text, in order.
+    /// Elements with their text, in order.
     pub(crate) fn texts(&self) -> Vec<(ElementId, String)> {
         self.program.elements().map(|(id, element, _)| (id, ladder::element_text(element))).collect()
     }
 
-    /// Symbols and memories; `bit` and `word` give number and spelling.
+    /// Builds the emitted source with its symbols and memories; `bit` and `word` return number and spelling.
     pub(crate) fn source(
         &self,
         text: String,

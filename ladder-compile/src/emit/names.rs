@@ -1,19 +1,20 @@
-//! Names of a ladder program as identifiers of C.
+//! Converts names of a ladder program to C identifiers.
 
 use std::collections::HashSet;
 
-/// Gives every name an identifier of its own.
+/// Assigns a unique identifier to every name.
 pub(super) struct IdentifierPool {
     taken: HashSet<String>,
 }
 
 impl IdentifierPool {
-    /// None of `reserved` is given out.
+    /// Creates a pool that never assigns the names in `reserved`.
     pub(super) fn new(reserved: &[&str]) -> IdentifierPool {
         IdentifierPool { taken: reserved.iter().map(|name| (*name).to_owned()).collect() }
     }
 
-    /// `prefix`, then `name` with everything that no identifier may hold as `_`, then a number where that is taken.
+    /// Returns `prefix` and `name`, with invalid characters replaced by `_`, and a number appended if that is
+    /// already taken.
     pub(super) fn unique_identifier(&mut self, prefix: &str, name: &str) -> String {
         let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
         let first = format!("{prefix}{plain}");
@@ -27,7 +28,8 @@ impl IdentifierPool {
     }
 }
 
-/// Text for the inside of a comment: nothing that ends it, opens another, or is a trigraph; one line of plain ASCII.
+/// Makes a text safe inside a C comment: one line of plain ASCII that contains no start or end of a comment
+/// and no trigraph.
 pub(super) fn comment_text(text: &str) -> String {
     let plain = text.chars().map(|c| if c.is_ascii_graphic() || c == ' ' { c } else { '.' });
     let mut safe = String::new();
@@ -37,7 +39,7 @@ pub(super) fn comment_text(text: &str) -> String {
         }
         safe.push(c);
     }
-    // A backslash at the end of a line would join the next one to it where a comment ends with its line.
+    // A backslash at the end of a line would continue a `//` comment on the next line.
     if safe.ends_with('\\') {
         safe.push(' ');
     }

@@ -1,11 +1,11 @@
-//! Constant tables in program memory, where a chip has one of its own.
+//! Emits constant tables, in program memory on chips that have a separate one.
 
 use std::fmt::Write;
 
 use super::body::{CellSpelling, literal};
 use crate::ir::{ConstantTable, Ir};
 
-/// What an element of a table is kept as.
+/// C type of the elements of a table.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum TableElement {
     Byte,
@@ -15,7 +15,7 @@ pub(super) enum TableElement {
 }
 
 impl TableElement {
-    /// The macro that reads one.
+    /// Name of the macro that reads an element.
     pub(super) fn read(self) -> &'static str {
         match self {
             TableElement::Byte => "PLC_BYTE",
@@ -34,7 +34,7 @@ impl TableElement {
         }
     }
 
-    /// Bytes with sign that hold what is read.
+    /// Width in bytes of a signed integer that holds every element.
     pub(super) fn signed_bytes(self) -> u8 {
         match self {
             TableElement::Signed => 1,
@@ -44,7 +44,7 @@ impl TableElement {
     }
 }
 
-/// One byte is without sign where a value asks for it.
+/// Chooses the type of the elements; one byte is unsigned if a value exceeds 127.
 pub(super) fn table_element(table: &ConstantTable) -> TableElement {
     match table.bytes {
         1 if table.values.iter().any(|&value| value > 127) => TableElement::Byte,
@@ -76,7 +76,7 @@ const MACROS: &str = "
 #endif
 ";
 
-/// The tables that `scan` reads, twelve values a line; nothing where there are none.
+/// Defines the tables that `scan` reads, with twelve values per line; empty if there are none.
 pub(super) fn table_definitions(ir: &Ir, names: &CellSpelling, scan: &str) -> String {
     let mut text = String::new();
     for (table, name) in ir.tables.iter().zip(&names.tables) {

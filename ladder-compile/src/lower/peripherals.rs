@@ -1,4 +1,4 @@
-//! Serial line, strings, converter and EEPROM.
+//! Lowers serial line, strings, converter, PWM output and EEPROM.
 
 use ladder::format::{StringPiece, split_format_string};
 use ladder::{ChipPart, CompareOp, Element, LadderProgram};
@@ -9,20 +9,23 @@ use crate::ir::{
     min_bytes,
 };
 
-/// Microseconds that a byte takes in the EEPROM, with all that a chip needs besides.
+/// Time in microseconds to write a byte to the EEPROM, including all overhead of a chip.
 const EEPROM_US: u64 = 10_000;
 
-/// Bits on the line for each byte, times microseconds in a second.
+/// Bits on the line per byte, times microseconds per second.
 const BYTE_US: u64 = 10_000_000;
 
-/// What says that the transmitter is busy: a bit where a byte is out within one scan, else the scans that it still takes.
+/// How the program knows that the transmitter is busy: a bit if a byte takes one scan, else the number of
+/// remaining scans.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum TransmitterBusy {
+    /// This bit is 1 after a byte was sent in this scan.
     Bit(BitId),
+    /// This word counts the remaining scans; a byte takes the given number of scans.
     Scans(WordId, i32),
 }
 
-/// The cells of every PERSIST, in text order: address and bytes. They follow each other without gaps.
+/// EEPROM cells of every PERSIST, in text order: address and number of bytes. They are contiguous.
 #[must_use]
 pub fn eeprom_cells(program: &LadderProgram) -> Vec<(u16, u8)> {
     let symbols = program.symbols();
@@ -39,7 +42,7 @@ pub fn eeprom_cells(program: &LadderProgram) -> Vec<(u16, u8)> {
 }
 
 impl Lowering<'_> {
-    /// What the program uses of the chip, and what goes on by itself from scan to scan.
+    /// Determines which peripherals the program uses, and adds their operations before and after the rungs.
     pub(super) fn set_up_peripherals(&mut self) {
         let program = self.program;
         let settings = &program.settings;
@@ -56,7 +59,8 @@ impl Lowering<'_> {
             }
         }
         if duties.len() > 1 {
-            // The output must not follow each of them within one scan: the last one that acts sets it when the rungs are done.
+            // The output must not follow each of several SET_PWM within one scan: the last active one sets it
+            // after the rungs.
             let width = |duty: &WordOperand| match duty {
                 WordOperand::Cell(word) => self.ir.bytes(*word),
                 WordOperand::Const(constant) => min_bytes(*constant),
@@ -74,7 +78,7 @@ impl Lowering<'_> {
             self.duty = Some((word, given));
         }
         if self.ir.uart.send {
-            // The checks have refused a program without a rate, and one without a cycle.
+            // The checks refuse a program without a baud rate or a cycle.
             let bits = settings.baud.unwrap_or(1).max(1).saturating_mul(cycle);
             let scans = i32::try_from(BYTE_US.div_ceil(bits)).unwrap_or(i32::MAX).max(1);
             self.transmitter_busy = Some(if scans == 1 {
@@ -100,6 +104,7 @@ impl Lowering<'_> {
         }
     }
 
+    /// Lowers SET_PWM.
     pub(super) fn set_pwm(&mut self, duty: &ladder::LadderOperand) {
         let duty = self.value(duty);
         self.push(if_accumulator(match self.duty {
@@ -108,6 +113,7 @@ impl Lowering<'_> {
         }));
     }
 
+    /// Lowers READ_ADC.
     pub(super) fn read_adc(&mut self, name: &str) {
         let dst = self.word(name);
         let known = self.ir.adcs.iter().position(|other| other == name);
@@ -118,7 +124,7 @@ impl Lowering<'_> {
         self.push(if_accumulator(vec![IrOp::ReadAdc { dst, input: input as u32 }]));
     }
 
-    /// `then`, which ends with a byte for the transmitter, where that is free.
+    /// Executes `then`, which ends with a byte for the transmitter, if the transmitter is free.
     fn if_transmitter_free(&self, mut then: Vec<IrOp>) -> Vec<IrOp> {
         match self.transmitter_busy {
             Some(TransmitterBusy::Bit(bit)) => {
@@ -133,6 +139,7 @@ impl Lowering<'_> {
         }
     }
 
+    /// Lowers UART_SEND.
     pub(super) fn send(&mut self, name: &str) {
         let value = WordOperand::Cell(self.word(name));
         let ops = self.if_transmitter_free(vec![IrOp::Send { value }]);
@@ -147,10 +154,12 @@ impl Lowering<'_> {
         }
     }
 
-    /// One character in every scan in which the transmitter is free. `left` counts the characters that are to come, so it is
-    /// also the place in a table that holds them from the last to the first.
+    /// Lowers FORMATTED_STRING: one character in every scan in which the transmitter is free.
+    ///
+    /// `left` counts the remaining characters, so it is also the index into a table that holds them in
+    /// reverse order.
     pub(super) fn send_string(&mut self, var: Option<&str>, text: &str, quoted: bool) {
-        // The checks have refused what has no pieces.
+        // The checks refuse texts with invalid escapes.
         let pieces = split_format_string(text, quoted).unwrap_or_default();
         let count = pieces.len() as i32;
         if pieces.is_empty() {
@@ -181,8 +190,10 @@ impl Lowering<'_> {
         self.push(if_accumulator(sending));
     }
 
-    /// The places of a number in the text: `byte` becomes their character where it is not the space of the table. Adds to
-    /// `start` what a new transmission needs.
+    /// Lowers the digits of a number in the text: sets `byte` to the character of a digit, if it is not the
+    /// space of the table.
+    ///
+    /// Adds to `start` the operations that begin a new transmission.
     fn send_number(
         &mut self,
         pieces: &[StringPiece],
@@ -270,10 +281,11 @@ impl Lowering<'_> {
             ];
             out = at(CompareOp::Equ, top)(self, sign, out);
         }
-        // Characters before the number need none of this.
+        // Characters before the number skip these operations.
         if top + 1 < pieces.len() as i32 { at(CompareOp::Leq, top)(self, out, Vec::new()) } else { out }
     }
 
+    /// Lowers PERSIST.
     pub(super) fn persist(&mut self, name: &str) {
         let src = self.word(name);
         let (Some((addr, _)), Some((busy, scans))) = (self.eeprom_cells.next(), self.eeprom_busy) else { return };
@@ -299,7 +311,7 @@ fn not_zero(word: WordId) -> WordComparison {
     compare_zero(word, RelationOp::Ne)
 }
 
-/// One less, down to 0.
+/// Decrements a word, down to 0.
 fn count_down(word: WordId) -> IrOp {
     IrOp::If {
         cond: BranchCondition::Compare(not_zero(word)),

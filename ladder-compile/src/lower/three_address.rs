@@ -1,8 +1,9 @@
-//! Code that can be followed by eye: every operation on bits has a temporary of its own, and the accumulator is gone.
+//! Converts intermediate code to three-address code, which is easy to follow: each bit operation has its own
+//! temporary.
 
 use crate::ir::{BitCell, BitId, BitRole, BranchCondition, Ir, IrOp, IrStep, LogicOp};
 
-/// The same scan as three-address code. The accumulator lives on only where an operation itself needs it.
+/// Converts a scan to three-address code. Only operations that need the accumulator themselves still use it.
 #[must_use]
 pub fn to_three_address(mut ir: Ir) -> Ir {
     let first = ir.bits.len() as u32;
@@ -27,12 +28,14 @@ pub fn to_three_address(mut ir: Ir) -> Ir {
     ir
 }
 
+/// State of the conversion.
 struct ThreeAddress {
-    /// The first temporary, and how many a rung has used so far, and at most.
+    /// First temporary, number of temporaries that the current rung uses so far, and the maximum over all
+    /// rungs.
     first_temporary: u32,
     used: u32,
     most_used: u32,
-    /// Where the state of the rung is.
+    /// Bit that holds the state of the rung.
     acc: BitId,
 }
 
@@ -49,14 +52,14 @@ impl ThreeAddress {
         BitId(self.first_temporary + self.used - 1)
     }
 
-    /// A temporary that holds `is`.
+    /// Stores a function of bits in a new temporary.
     fn store_logic(&mut self, is: LogicOp, out: &mut Vec<IrOp>) -> BitId {
         let dst = self.temporary();
         out.push(IrOp::Logic { dst, function: is });
         dst
     }
 
-    /// The bit, or a temporary that holds its complement.
+    /// Returns the bit, or a temporary with its complement.
     fn complemented_bit(&mut self, bit: BitId, negated: bool, out: &mut Vec<IrOp>) -> BitId {
         if negated { self.store_logic(LogicOp::Not(bit), out) } else { bit }
     }
@@ -118,13 +121,13 @@ impl ThreeAddress {
         }
     }
 
-    /// The accumulator of an operation goes to a temporary.
+    /// Stores the accumulator after an operation in a temporary.
     fn store_accumulator(&mut self, out: &mut Vec<IrOp>) {
         self.acc = self.temporary();
         out.push(IrOp::Store { bit: self.acc, negated: false });
     }
 
-    /// Both arms leave the state of the rung in one place.
+    /// Makes both branches leave the state of the rung in the same bit.
     fn translate_branch(&mut self, cond: BranchCondition, then: &[IrOp], otherwise: &[IrOp], out: &mut Vec<IrOp>) {
         let before = self.acc;
         let cond = if cond == BranchCondition::Acc { BranchCondition::Bit(before) } else { cond };

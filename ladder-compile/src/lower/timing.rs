@@ -1,4 +1,4 @@
-//! Timers and counters.
+//! Lowers timers and counters.
 
 use std::collections::HashMap;
 
@@ -8,10 +8,11 @@ use ladder::{
 };
 
 use super::{Lowering, if_accumulator, step_word};
-use crate::ir::{ArithmeticOp, BitRole, BranchCondition, IrOp, RelationOp, TimedModule, WordComparison, WordOperand};
+use crate::ir::{ArithmeticOp, BitRole, BranchCondition, IrOp, TimedModule, WordId, WordOperand};
 
-/// The number of scans that a timer counts: delay / cycle, truncated, plus its adjust; `None` below 1, beyond 32 bits, or
-/// where delay or adjust are no constants. Without an adjust it is -1, as in release 2.3, but 0 in LDmicro 5's own files.
+/// The number of scans that a timer counts: delay / cycle, truncated, plus its adjust; `None` beyond 32 bits, below 1 in
+/// dialect 2.3, or where delay or adjust are no constants. Without an adjust it is -1, as in release 2.3, but 0 in LDmicro
+/// 5's own files.
 #[must_use]
 pub fn timer_scans(program: &LadderProgram, delay: &LadderOperand, adjust: Option<&LadderOperand>) -> Option<i32> {
     let LadderOperand::Const { value: delay, .. } = delay else { return None };
@@ -23,23 +24,40 @@ pub fn timer_scans(program: &LadderProgram, delay: &LadderOperand, adjust: Optio
     };
     let whole = u64::try_from(*delay).ok()?.checked_div(program.settings.cycle_us)?;
     let scans = i64::try_from(whole).ok()?.checked_add(adjust)?;
-    i32::try_from(scans).ok().filter(|scans| *scans >= 1)
+    let scans = i32::try_from(scans).ok()?;
+    (scans >= 1 || program.dialect == LadderDialect::Ldmicro5).then_some(scans)
 }
 
-/// The start values of the counters: the first of a name decides.
-pub(super) fn counter_starts(program: &LadderProgram) -> HashMap<&str, i32> {
-    let mut starts = HashMap::new();
+/// What the counters of one name start with.
+#[derive(Debug, Clone, Default)]
+pub(super) struct CounterStart {
+    /// At power-up: the constant of the last counter that has one.
+    pub power_up: i32,
+    /// What RES stores: the start of the first CTU of the name, or else CTD, CTC, CTR.
+    pub reset: Option<(u8, LadderOperand)>,
+}
+
+/// The start values of the counters by name.
+pub(super) fn counter_starts(program: &LadderProgram) -> HashMap<&str, CounterStart> {
+    let mut starts: HashMap<&str, CounterStart> = HashMap::new();
     for (_, element, _) in program.elements() {
-        if let Element::Counter { name, init, .. } = element {
-            starts.entry(name.as_str()).or_insert(start_value(init.as_ref()));
+        let Element::Counter { kind, name, init, .. } = element else { continue };
+        let start = starts.entry(name.as_str()).or_default();
+        let rank = match kind {
+            CounterKind::Ctu => 0,
+            CounterKind::Ctd => 1,
+            CounterKind::Ctc => 2,
+            CounterKind::Ctr => 3,
+        };
+        let own = init.clone().unwrap_or(LadderOperand::Const { value: 0, text: String::new() });
+        if let LadderOperand::Const { value, .. } = own {
+            start.power_up = value as i32;
+        }
+        if start.reset.as_ref().is_none_or(|(first, _)| rank < *first) {
+            start.reset = Some((rank, own));
         }
     }
     starts
-}
-
-/// A counter's start value.
-fn start_value(init: Option<&LadderOperand>) -> i32 {
-    if let Some(LadderOperand::Const { value, .. }) = init { *value as i32 } else { 0 }
 }
 
 /// The element of each integer that uses it first in a scan.
@@ -51,9 +69,19 @@ fn first_uses(program: &LadderProgram) -> HashMap<String, ElementId> {
     first
 }
 
+/// What a TOF starts with: its P, or -1 where its delay is a variable.
+fn tof_start(program: &LadderProgram, delay: &LadderOperand, adjust: Option<&LadderOperand>) -> Option<i32> {
+    match delay {
+        LadderOperand::Const { .. } => timer_scans(program, delay, adjust),
+        LadderOperand::Var(_) => Some(-1),
+    }
+}
+
 impl Lowering<'_> {
-    /// A TOF presets its accumulator when it is executed for the first time. Every element is executed in every scan, so that
-    /// is in the first scan; and before all rungs where nothing else uses the accumulator earlier.
+    /// Presets the accumulators of TOF timers at their first execution.
+    ///
+    /// Every element is executed in every scan, so this is in the first scan. If no earlier element uses the
+    /// accumulator, the preset is done before all rungs.
     pub(super) fn preset_off_delays(&mut self) {
         if self.keep_modules {
             return;
@@ -62,7 +90,7 @@ impl Lowering<'_> {
         let (mut early, mut late) = (Vec::new(), false);
         for (id, element, _) in self.program.elements() {
             let Element::Timer { kind: TimerKind::Tof, name, delay, adjust } = element else { continue };
-            let Some(limit) = timer_scans(self.program, delay, adjust.as_ref()) else { continue };
+            let Some(limit) = tof_start(self.program, delay, adjust.as_ref()) else { continue };
             if first.get(name) == Some(&id) {
                 early.push(IrOp::Move { dst: self.word(name), src: WordOperand::Const(limit) });
                 self.preset.push(id);
@@ -86,56 +114,107 @@ impl Lowering<'_> {
         }
     }
 
+    /// Lowers a TON, TOF or RTO.
     pub(super) fn timer(&mut self, kind: TimerKind, name: &str, delay: &LadderOperand, adjust: Option<&LadderOperand>) {
         let word = self.word(name);
-        // A timer that cannot be counted was refused before.
-        let Some(limit) = timer_scans(self.program, delay, adjust) else { return };
+        let limit = match delay {
+            // LDmicro 5 does not know what to do with these, and takes -1 for P.
+            LadderOperand::Var(_) if matches!(kind, TimerKind::Rto | TimerKind::Rtl) => WordOperand::Const(-1),
+            LadderOperand::Var(_) => self.value(delay),
+            // A timer that cannot be counted was refused before.
+            LadderOperand::Const { .. } => match timer_scans(self.program, delay, adjust) {
+                Some(limit) => WordOperand::Const(limit),
+                None => return,
+            },
+        };
         if self.keep_modules {
-            return self.push(IrOp::Module {
-                module: TimedModule::Timer(kind),
-                word,
-                limit: WordOperand::Const(limit),
-            });
+            return self.push(IrOp::Module { module: TimedModule::Timer(kind), word, limit });
         }
-        let running =
-            BranchCondition::Compare(WordComparison { a: word, rel: RelationOp::Lt, b: WordOperand::Const(limit) });
-        let count = step_word(word, ArithmeticOp::Add);
+        let count = vec![step_word(word, ArithmeticOp::Add)];
         let clear = IrOp::Move { dst: word, src: WordOperand::Const(0) };
         match kind {
-            TimerKind::Ton => self.push(IrOp::If {
-                cond: BranchCondition::Acc,
-                if_true: vec![IrOp::If {
-                    cond: running,
-                    if_true: vec![count, IrOp::SetAccumulator(false)],
-                    if_false: vec![],
-                }],
-                if_false: vec![clear],
-            }),
+            TimerKind::Ton => {
+                let run = self.while_running(word, limit, [count, vec![IrOp::SetAccumulator(false)]].concat(), vec![]);
+                self.push(IrOp::If { cond: BranchCondition::Acc, if_true: run, if_false: vec![clear] });
+            }
             TimerKind::Tof => {
                 if let Some(scanned) = self.after_first_scan.filter(|_| !self.preset.contains(&self.element)) {
-                    let preset = IrOp::Move { dst: word, src: WordOperand::Const(limit) };
+                    let start = tof_start(self.program, delay, adjust).unwrap_or(-1);
+                    let preset = IrOp::Move { dst: word, src: WordOperand::Const(start) };
                     self.push(IrOp::If {
                         cond: BranchCondition::Bit(scanned),
                         if_true: vec![],
                         if_false: vec![preset],
                     });
                 }
-                self.push(IrOp::If {
+                let run = self.while_running(word, limit, [count, vec![IrOp::SetAccumulator(true)]].concat(), vec![]);
+                self.push(IrOp::If { cond: BranchCondition::Acc, if_true: vec![clear], if_false: run });
+            }
+            TimerKind::Rto | TimerKind::Rtl => {
+                let counts = match kind {
+                    TimerKind::Rto => if_accumulator(count),
+                    _ => IrOp::If { cond: BranchCondition::Acc, if_true: vec![], if_false: count },
+                };
+                let runs = vec![counts, IrOp::SetAccumulator(false)];
+                let ops = self.while_running(word, limit, runs, vec![IrOp::SetAccumulator(true)]);
+                ops.into_iter().for_each(|op| self.push(op));
+            }
+            TimerKind::Tcy => {
+                let phase = self.new_memory();
+                let toggle = IrOp::If {
+                    cond: BranchCondition::Bit(phase),
+                    if_true: vec![IrOp::SetBit { bit: phase, value: false }],
+                    if_false: vec![IrOp::SetBit { bit: phase, value: true }],
+                };
+                let mut run = self.while_running(word, limit, count, vec![clear.clone(), toggle]);
+                run.push(IrOp::Load { bit: phase, negated: false });
+                self.push(IrOp::If { cond: BranchCondition::Acc, if_true: run, if_false: vec![clear] });
+            }
+            TimerKind::Thi => {
+                let pulse = self.new_memory();
+                self.push(if_accumulator(vec![IrOp::SetBit { bit: pulse, value: true }]));
+                let over = IrOp::If {
                     cond: BranchCondition::Acc,
-                    if_true: vec![clear],
-                    if_false: vec![IrOp::If {
-                        cond: running,
-                        if_true: vec![count, IrOp::SetAccumulator(true)],
-                        if_false: vec![],
-                    }],
+                    if_true: vec![IrOp::SetAccumulator(false)],
+                    if_false: vec![clear, IrOp::SetBit { bit: pulse, value: false }],
+                };
+                let run =
+                    self.while_running(word, limit, [count, vec![IrOp::SetAccumulator(true)]].concat(), vec![over]);
+                self.push(IrOp::If {
+                    cond: BranchCondition::Bit(pulse),
+                    if_true: run,
+                    if_false: vec![IrOp::SetAccumulator(false)],
                 });
             }
-            TimerKind::Rto => self.push(IrOp::If {
-                cond: running,
-                if_true: vec![if_accumulator(vec![count]), IrOp::SetAccumulator(false)],
-                if_false: vec![IrOp::SetAccumulator(true)],
-            }),
+            TimerKind::Tlo => {
+                let (pulse, armed) = (self.new_memory(), self.new_bit(self.element_name("armed"), BitRole::Memory));
+                let begin = IrOp::If {
+                    cond: BranchCondition::Bit(armed),
+                    if_true: vec![IrOp::SetBit { bit: pulse, value: true }],
+                    if_false: vec![],
+                };
+                self.push(IrOp::If {
+                    cond: BranchCondition::Acc,
+                    if_true: vec![IrOp::SetBit { bit: armed, value: true }],
+                    if_false: vec![begin],
+                });
+                let over = vec![
+                    if_accumulator(vec![clear, IrOp::SetBit { bit: pulse, value: false }]),
+                    IrOp::SetAccumulator(true),
+                ];
+                let run = self.while_running(word, limit, [count, vec![IrOp::SetAccumulator(false)]].concat(), over);
+                self.push(IrOp::If {
+                    cond: BranchCondition::Bit(pulse),
+                    if_true: run,
+                    if_false: vec![IrOp::Load { bit: armed, negated: false }],
+                });
+            }
         }
+    }
+
+    /// One list of operations while a timer counts, another from when it has expired.
+    fn while_running(&self, word: WordId, limit: WordOperand, runs: Vec<IrOp>, over: Vec<IrOp>) -> Vec<IrOp> {
+        self.if_comparison(CompareOp::Les, WordOperand::Cell(word), limit, runs, over)
     }
 
     pub(super) fn counter(
@@ -148,6 +227,13 @@ impl Lowering<'_> {
         let word = self.word(name);
         let (n, max) = (WordOperand::Cell(word), self.value(max));
         let input = input.unwrap_or('/');
+        let start = init.map_or(WordOperand::Const(0), |init| self.value(init));
+        if let WordOperand::Cell(_) = start {
+            // A start value that is a variable is taken over the first time.
+            let loaded = self.new_bit(self.element_name("loaded"), BitRole::Memory);
+            let load = vec![IrOp::Move { dst: word, src: start }, IrOp::SetBit { bit: loaded, value: true }];
+            self.push(IrOp::If { cond: BranchCondition::Bit(loaded), if_true: vec![], if_false: load });
+        }
         if self.keep_modules {
             let is = TimedModule::Counter { kind, input, bounded: self.bounded_counters };
             return self.push(IrOp::Module { module: is, word, limit: max });
@@ -161,20 +247,46 @@ impl Lowering<'_> {
                 self.if_comparison(CompareOp::Grt, n, max, vec![step_word(word, ArithmeticOp::Sub)], Vec::new())
             }
             CounterKind::Ctd => vec![step_word(word, ArithmeticOp::Sub)],
-            CounterKind::Ctc => {
-                // It goes back to its own start value, whatever another counter of the name has.
-                let back = IrOp::Move { dst: word, src: WordOperand::Const(start_value(init)) };
+            CounterKind::Ctc if !self.bounded_counters => {
+                let back = IrOp::Move { dst: word, src: WordOperand::Const(0) };
                 self.if_comparison(CompareOp::Geq, n, max, vec![back], vec![step_word(word, ArithmeticOp::Add)])
+            }
+            CounterKind::Ctc | CounterKind::Ctr => {
+                return self.count_around(kind, (word, max), start, input);
             }
         };
         self.count(input, count_ops, kind == CounterKind::Ctc);
         let out = match kind {
-            CounterKind::Ctc => return,
+            CounterKind::Ctc | CounterKind::Ctr => return,
             CounterKind::Ctd if self.bounded_counters => self.and_comparison(CompareOp::Grt, n, max),
             CounterKind::Ctu | CounterKind::Ctd => self.and_comparison(CompareOp::Geq, n, max),
         };
         self.push(IrOp::SetAccumulator(true));
         out.into_iter().for_each(|op| self.push(op));
+    }
+
+    /// LDmicro 5's circular counters: past the limit they go back to their own start value, and give a carry for one scan.
+    fn count_around(&mut self, kind: CounterKind, (word, max): (WordId, WordOperand), start: WordOperand, input: char) {
+        let (step, past) = match kind {
+            CounterKind::Ctr => (ArithmeticOp::Sub, CompareOp::Les),
+            CounterKind::Ctu | CounterKind::Ctd | CounterKind::Ctc => (ArithmeticOp::Add, CompareOp::Grt),
+        };
+        let carry = vec![IrOp::Move { dst: word, src: start }, IrOp::SetAccumulator(true)];
+        let mut ops = vec![step_word(word, step)];
+        ops.extend(self.if_comparison(past, WordOperand::Cell(word), max, carry, vec![IrOp::SetAccumulator(false)]));
+        match input {
+            '-' => self.push(if_accumulator(ops)),
+            'o' => self.push(IrOp::If {
+                cond: BranchCondition::Acc,
+                if_true: vec![IrOp::SetAccumulator(false)],
+                if_false: ops,
+            }),
+            edge => {
+                let memory = self.new_memory();
+                self.push(if edge == '\\' { IrOp::Falling(memory) } else { IrOp::Rising(memory) });
+                self.push(if_accumulator(ops));
+            }
+        }
     }
 
     /// `turn` when the rung state counts; afterwards it is what it was if `keep`, else anything.
@@ -187,7 +299,7 @@ impl Lowering<'_> {
                 self.push(if edge == '\\' { IrOp::Falling(memory) } else { IrOp::Rising(memory) });
                 self.push(if_accumulator(count_ops));
                 if keep {
-                    // The memory is the rung state of this scan.
+                    // The edge memory now holds the rung state of this scan.
                     self.push(IrOp::Load { bit: memory, negated: false });
                 }
             }

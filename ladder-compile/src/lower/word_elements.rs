@@ -1,18 +1,18 @@
-//! Comparisons, shift registers, tables and curves.
+//! Lowers comparisons, shift registers, tables and curves.
 
 use ladder::{CompareOp, LadderOperand};
 
 use super::{Lowering, if_accumulator};
 use crate::ir::{ArithmeticOp, ConstantTable, IrOp, RelationOp, WordComparison, WordId, WordOperand, min_bytes};
 
-/// What a comparison comes down to.
+/// A comparison, reduced to a constant result or a comparison of the intermediate code.
 pub(super) enum ReducedComparison {
     Always(bool),
     Compare(WordComparison),
 }
 
 impl Lowering<'_> {
-    /// A comparison of the language as one of the four relations with a cell on its left.
+    /// Converts a comparison of the language to one of the four relations with a cell on the left.
     pub(super) fn relation(&self, op: CompareOp, left: WordOperand, right: WordOperand) -> ReducedComparison {
         use CompareOp::{Equ, Geq, Grt, Leq, Les, Neq};
         let make = |a, rel, b| ReducedComparison::Compare(WordComparison { a, rel, b });
@@ -42,14 +42,14 @@ impl Lowering<'_> {
             (WordOperand::Cell(a), WordOperand::Const(b)) => {
                 let bytes = self.ir.bytes(a);
                 let high = i32::MAX >> (32 - 8 * u32::from(bytes));
-                // A constant beyond all numbers of the width compares with them as it does with any one of them.
+                // A constant outside the range of the width compares in the same way with every number.
                 if min_bytes(b) > bytes {
                     return ReducedComparison::Always(comparison_holds(op, 0, b));
                 }
                 match op {
                     Equ => make(a, RelationOp::Eq, right),
                     Neq => make(a, RelationOp::Ne, right),
-                    // No number is below the lowest, none above the highest.
+                    // No number is below the lowest or above the highest.
                     Les | Geq if b == -high - 1 => ReducedComparison::Always(op == Geq),
                     Grt | Leq if b == high => ReducedComparison::Always(op == Leq),
                     Les => make(a, RelationOp::Lt, right),
@@ -61,7 +61,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// On a rising edge every stage takes the value of the one before.
+    /// Lowers SHIFT_REGISTER: on a rising edge every stage takes the value of the previous one.
     pub(super) fn shift(&mut self, name: &str, stages: u32) {
         let stages: Vec<WordId> = (0..stages).map(|n| self.word(&format!("{name}{n}"))).collect();
         let moves = stages.windows(2).rev().filter_map(|pair| match pair {
@@ -72,11 +72,11 @@ impl Lowering<'_> {
         let memory = self.new_memory();
         self.push(IrOp::Rising(memory));
         self.push(if_accumulator(moves));
-        // The memory is the rung state of this scan.
+        // The edge memory now holds the rung state of this scan.
         self.push(IrOp::Load { bit: memory, negated: false });
     }
 
-    /// The number of the table with these values; equal tables are one.
+    /// Returns the number of the table with these values; equal tables are shared.
     pub(super) fn table(&mut self, name: String, values: Vec<i32>) -> u32 {
         let byte = values.iter().all(|value| (0..=255).contains(value));
         let bytes = if byte { 1 } else { values.iter().copied().map(min_bytes).max().unwrap_or(1) };
@@ -88,6 +88,7 @@ impl Lowering<'_> {
         at as u32
     }
 
+    /// Lowers LOOK_UP_TABLE; an index outside of the table stores nothing.
     pub(super) fn look_up(&mut self, dest: &str, index: &LadderOperand, values: &[i64]) {
         let (dst, at) = (self.word(dest), self.value(index));
         let values: Vec<i32> = values.iter().map(|value| *value as i32).collect();
@@ -109,7 +110,7 @@ impl Lowering<'_> {
         self.push(if_accumulator(ops));
     }
 
-    /// Up to the last point the segment is looked for by halves.
+    /// Lowers PIECEWISE_LINEAR: a binary search finds the segment of an index up to the last point.
     pub(super) fn piecewise(&mut self, dest: &str, index: &LadderOperand, points: &[(i64, i64)]) {
         let (dst, at) = (self.word(dest), self.value(index));
         let points: Vec<(i32, i32)> = points.iter().map(|&(x, y)| (x as i32, y as i32)).collect();
@@ -126,7 +127,8 @@ impl Lowering<'_> {
         self.push(if_accumulator(ops));
     }
 
-    /// The segments between `points`, one of which holds the index; `first` if they begin with the curve's first.
+    /// Finds the segment between `points` that holds the index; `first` if `points` begins with the first
+    /// point of the curve.
     fn find_segment(&self, words: (WordId, WordId, WordOperand), points: &[(i32, i32)], first: bool) -> Vec<IrOp> {
         match points {
             [] | [_] => Vec::new(),
@@ -140,7 +142,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// y + ((index - x) * dy) / dx. Behind the first point the product cannot wrap, so that it may be written shorter.
+    /// Computes y + ((index - x) * dy) / dx. After the first point the product cannot wrap, so shorter forms
+    /// are allowed.
     fn segment(
         &self,
         (work, dst, at): (WordId, WordId, WordOperand),

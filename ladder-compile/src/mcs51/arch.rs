@@ -1,29 +1,29 @@
-//! What the assembler must know of the family: encoding, flow, and the forms of jumps by their reach.
+//! The 8051 as a target of the code writer: encoding, control flow, and forms of jumps by reach.
 
 use emu_8051::isa::{self, Kind, ROWS};
 
 use crate::CodegenError;
 use crate::code::{ControlFlow, CycleCounts, FormInstruction, TargetArch};
 
-/// The family for [`crate::code::Asm`]. Program words are bytes.
+/// The family for [`crate::code::CodeWriter`]. Program words are bytes.
 #[derive(Debug, Clone, Copy)]
 pub struct Mcs51Arch;
 
-/// What refers to a label.
+/// A reference to a label.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mcs51Jump {
-    /// A jump: SJMP, AJMP or LJMP.
+    /// An unconditional jump: SJMP, AJMP or LJMP.
     Unconditional,
     /// A call: ACALL or LCALL.
     Call,
-    /// A conditional jump, with as many operands in front of its target.
+    /// A conditional jump, with its operands before the target and their number.
     Conditional(Kind, [i32; 2], usize),
-    /// No jump: DPTR := the label's address.
+    /// Not a jump: DPTR := the address of the label.
     LoadAddress,
 }
 
 impl Mcs51Jump {
-    /// A conditional jump with at most two operands in front of its target.
+    /// Creates a conditional jump with at most two operands before its target.
     #[must_use]
     pub fn conditional(kind: Kind, operands: &[i32]) -> Mcs51Jump {
         let at = |n: usize| operands.get(n).copied().unwrap_or(0);
@@ -31,19 +31,20 @@ impl Mcs51Jump {
     }
 }
 
-/// The conditional jump on the opposite condition, where there is one.
+/// The conditional jump on the opposite condition, if there is one.
 fn opposite(kind: Kind) -> Option<Kind> {
     const PAIRS: [(Kind, Kind); 3] = [(Kind::Jc, Kind::Jnc), (Kind::Jb, Kind::Jnb), (Kind::Jz, Kind::Jnz)];
     PAIRS.iter().find_map(|&(a, b)| if a == kind { Some(b) } else { (b == kind).then_some(a) })
 }
 
-/// An instruction with a target. Programs beyond 64 KB are refused when they are finished, so until then addresses wrap.
+/// An instruction with a target. Addresses wrap, because programs beyond 64 KB are refused only when
+/// finished.
 fn jump_instruction(kind: Kind, operands: &[i32], target: u32) -> FormInstruction<Kind> {
     let operands = operands.iter().copied().chain([(target & 0xFFFF) as i32]).collect();
     FormInstruction { kind, operands, target: Some(target) }
 }
 
-/// The jump at `at`, relative, in the page, or anywhere; nothing where it does not reach.
+/// A jump at `at`: relative, within the page, or absolute by `level`; `None` if it does not reach.
 fn shortest_jump(level: u8, at: u32, target: u32) -> Option<FormInstruction<Kind>> {
     let next = at + 2;
     match level {
@@ -94,7 +95,8 @@ impl TargetArch for Mcs51Arch {
                     let over = at + len + self.instruction_words(far.kind);
                     return Some(vec![jump_instruction(opposite, operands, over), far]);
                 }
-                // No opposite: the jump goes to a jump, and what follows it jumps over that.
+                // Without an opposite condition, the jump goes to a far jump, and an SJMP in between skips
+                // that.
                 let far = shortest_jump(level, at + len + 2, target)?;
                 let over = at + len + 2 + self.instruction_words(far.kind);
                 Some(vec![jump_instruction(kind, operands, at + len + 2), jump_instruction(Kind::Sjmp, &[], over), far])

@@ -1,4 +1,4 @@
-//! Operations on bits: the accumulator and the cells.
+//! Selects instructions for bits: the accumulator and bit cells.
 
 use emu_8051::isa::Kind;
 
@@ -8,7 +8,7 @@ use super::select::Mcs51Selector;
 use crate::ir::{BitId, LogicOp};
 
 impl Mcs51Selector<'_> {
-    /// Bit address of a flag, in A where it has none of its own.
+    /// Returns the bit address of a flag; loads its byte into A if the flag is not bit-addressable.
     pub(super) fn load_flag(&mut self, flag: BitSource) -> i32 {
         let BitSource::Cell(bit) = flag else { return F0 };
         let (byte, n) = self.layout.bit(bit);
@@ -18,7 +18,7 @@ impl Mcs51Selector<'_> {
         })
     }
 
-    /// Makes the carry the accumulator; returns whether complemented.
+    /// Loads the accumulator into the carry; returns whether it is complemented.
     pub(super) fn acc_to_carry(&mut self) -> bool {
         let inverted = match (self.state.in_carry(), self.state.acc.known, self.state.acc.flag) {
             (Some(inverted), ..) => inverted,
@@ -38,7 +38,7 @@ impl Mcs51Selector<'_> {
         inverted
     }
 
-    /// Makes the carry the accumulator, complemented if `inverted`.
+    /// Loads the accumulator into the carry, complemented if `inverted`.
     pub(super) fn acc_to_carry_as(&mut self, inverted: bool) {
         if let (None, Some(value)) = (self.state.in_carry(), self.state.acc.known) {
             self.set_carry(value ^ inverted);
@@ -49,12 +49,13 @@ impl Mcs51Selector<'_> {
         self.state.acc.carry = Some(inverted);
     }
 
+    /// Emits carry := constant.
     pub(super) fn set_carry(&mut self, value: bool) {
         self.emit(if value { Kind::SetbC } else { Kind::ClrC }, &[]);
         self.state.carry = Some(value);
     }
 
-    /// The carry is about to change: what must last goes to F0.
+    /// Saves the accumulator in F0 before the carry changes, if it is `live` and only in the carry.
     pub(super) fn save_carry(&mut self, live: bool) {
         if live
             && self.state.only_in_carry()
@@ -67,7 +68,7 @@ impl Mcs51Selector<'_> {
         self.state.carry = None;
     }
 
-    /// acc := acc and bit, or acc or bit: an "or" is an "and" of complements.
+    /// acc := acc and bit, or acc := acc or bit; an OR is an AND of complements.
     pub(super) fn combine(&mut self, and: bool, flag: BitSource, negated: bool) {
         let negated = negated ^ !and;
         if let Some(known) = self.state.acc.known {
@@ -78,7 +79,7 @@ impl Mcs51Selector<'_> {
         }
         let inverted = match (self.state.in_carry(), self.state.acc.flag) {
             (Some(carry), _) => carry ^ !and,
-            // Whichever is not complemented is loaded, and the other one joins it.
+            // Load an operand that is not complemented, and combine the other one with it.
             (None, Some((first, first_negated))) => {
                 let (loaded, joined, inverted) = match (first_negated ^ !and, negated) {
                     (false, _) => (first, (flag, negated), false),
@@ -94,8 +95,9 @@ impl Mcs51Selector<'_> {
         self.combine_carry(flag, negated, inverted, and);
     }
 
-    /// The carry, complemented if `inverted`, and the bit, complemented if `negated`: a complemented carry takes the complement
-    /// by "or".
+    /// Combines the carry, complemented if `inverted`, with a bit, complemented if `negated`.
+    ///
+    /// A complemented carry is combined with the complement by OR.
     fn combine_carry(&mut self, flag: BitSource, negated: bool, inverted: bool, and: bool) {
         let at = self.load_flag(flag);
         let kind = match (inverted, negated) {
@@ -109,6 +111,7 @@ impl Mcs51Selector<'_> {
         self.state.acc = AccumulatorState { carry: Some(inverted ^ !and), ..AccumulatorState::default() };
     }
 
+    /// Emits bit := acc, complemented if `negated`.
     pub(super) fn store_acc(&mut self, bit: BitId, negated: bool) {
         if let Some(value) = self.state.acc.known {
             self.write_constant(bit, value ^ negated);
@@ -120,6 +123,7 @@ impl Mcs51Selector<'_> {
         self.state.acc.flag = Some((BitSource::Cell(bit), negated));
     }
 
+    /// Emits bit := constant, and saves the accumulator first if only this bit holds it and it is `live`.
     pub(super) fn put_bit(&mut self, bit: BitId, value: bool, live: bool) {
         if let Some((BitSource::Cell(same), _)) = self.state.acc.flag
             && same == bit
@@ -146,7 +150,7 @@ impl Mcs51Selector<'_> {
         }
     }
 
-    /// bit := constant; the carry stays.
+    /// bit := constant; the carry is preserved.
     pub(super) fn write_constant(&mut self, bit: BitId, value: bool) {
         let (byte, n) = self.layout.bit(bit);
         if let Some(at) = own_address(byte, n) {
@@ -166,7 +170,8 @@ impl Mcs51Selector<'_> {
         }
     }
 
-    /// An edge: the old byte of the memory goes to A, the memory becomes the accumulator, and the two meet.
+    /// Emits an edge: saves the old byte of the memory in A, stores the accumulator in the memory, and
+    /// combines both.
     pub(super) fn edge(&mut self, bit: BitId, rising: bool) {
         self.acc_to_carry();
         self.acc_to_carry_as(false);
@@ -179,13 +184,13 @@ impl Mcs51Selector<'_> {
             B
         };
         self.write_carry(bit);
-        // Rising: in and not old. Falling: not (in or not old).
+        // Rising: input and not old. Falling: not (input or not old).
         self.emit(if rising { Kind::AnlCNot } else { Kind::OrlCNot }, &[old + i32::from(n)]);
         self.state.carry = None;
         self.state.acc = AccumulatorState { carry: Some(!rising), ..AccumulatorState::default() };
     }
 
-    /// The templates of plain translation: one temporary for each operation.
+    /// Emits a three-address operation, which stores its result in a temporary.
     pub(super) fn logic(&mut self, dst: BitId, is: LogicOp) {
         let (a, b) = match is {
             LogicOp::Copy(a) | LogicOp::Not(a) => (a, None),
@@ -206,7 +211,7 @@ impl Mcs51Selector<'_> {
     }
 }
 
-/// The bit address of a bit, where it has one.
+/// Bit address of a bit; `None` if its byte is not bit-addressable.
 fn own_address(byte: u8, n: u8) -> Option<i32> {
     (0x20..0x30).contains(&byte).then(|| i32::from(byte - 0x20) * 8 + i32::from(n))
 }

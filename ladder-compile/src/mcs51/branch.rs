@@ -1,4 +1,4 @@
-//! Conditions, and the joining of the two ways that a program may take.
+//! Selects conditional branches and joins the known state of both paths.
 
 use emu_8051::isa::Kind;
 
@@ -10,6 +10,7 @@ use crate::code::CodeLabel;
 use crate::ir::{BranchCondition, IrOp};
 
 impl Mcs51Selector<'_> {
+    /// Selects code for one of two lists; `after` says whether the accumulator is read afterwards.
     pub(super) fn branch(&mut self, cond: BranchCondition, then: &[IrOp], otherwise: &[IrOp], after: bool) {
         if then.is_empty() && otherwise.is_empty() {
             return;
@@ -17,7 +18,7 @@ impl Mcs51Selector<'_> {
         if let (BranchCondition::Acc, Some(value)) = (cond, self.state.acc.known) {
             return self.select_ops(if value { then } else { otherwise }, after);
         }
-        // Only one arm: jump past it. Two: the first ends with a jump past the second.
+        // With one arm, jump past it; with two, the first ends with a jump past the second.
         let (first, second, holds) = if then.is_empty() { (otherwise, then, false) } else { (then, otherwise, true) };
         let (other, end) = (self.asm.new_label(), self.asm.new_label());
         let (go_on, jump) =
@@ -34,7 +35,7 @@ impl Mcs51Selector<'_> {
         if !after {
             joined.acc = AccumulatorState::default();
         } else if joined.acc == AccumulatorState::default() {
-            // An arm without code is best left so.
+            // Prefer a form in which an arm without code stays empty.
             let cost = |inverted| {
                 one_ends.carry_cost(inverted) + two_ends.carry_cost(inverted) * if two.is_empty() { 3 } else { 1 }
             };
@@ -59,7 +60,8 @@ impl Mcs51Selector<'_> {
         self.place(end);
     }
 
-    /// Goes on where the condition is as `holds` says, jumps elsewhere; returns what is known in both cases.
+    /// Continues if the condition equals `holds`, and jumps to `other` if not; returns the known state of
+    /// both paths.
     fn branch_on(
         &mut self,
         cond: BranchCondition,
@@ -80,7 +82,7 @@ impl Mcs51Selector<'_> {
         };
         let is_acc = cond == BranchCondition::Acc || self.state.acc.flag.is_some_and(|(known, _)| Some(known) == flag);
         let wanted = |state: SelectorState, value: bool| {
-            // The value of the condition; of the accumulator, where that is the same.
+            // Value of the condition, and of the accumulator if it is the same bit.
             let flips = cond != BranchCondition::Acc && complemented(&state);
             SelectorState {
                 acc: AccumulatorState {
@@ -91,7 +93,7 @@ impl Mcs51Selector<'_> {
             }
         };
         let (on, off) = if let (true, Some(inverted)) = (is_acc, self.state.in_carry()) {
-            // The condition is the carry, complemented if so.
+            // The condition is the carry, complemented if `flips`.
             let flips = inverted ^ (cond != BranchCondition::Acc && complemented(&self.state));
             self.jump(if holds ^ flips { Kind::Jnc } else { Kind::Jc }, &[], other);
             let carry = |value: bool| SelectorState { carry: Some(value ^ flips), ..self.state };
@@ -105,7 +107,7 @@ impl Mcs51Selector<'_> {
     }
 }
 
-/// The flag that the accumulator is the same as is complemented.
+/// True if the flag that equals the accumulator is its complement.
 fn complemented(state: &SelectorState) -> bool {
     state.acc.flag.is_some_and(|(_, negated)| negated)
 }

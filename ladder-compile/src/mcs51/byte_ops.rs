@@ -1,4 +1,4 @@
-//! Bytes: loads, stores and arithmetic by where an operand lies, with what A and R0 are known to hold.
+//! Selects loads, stores and arithmetic of bytes by addressing mode, using what A and R0 are known to hold.
 
 use emu_8051::isa::Kind;
 
@@ -9,22 +9,22 @@ use super::select::Mcs51Selector;
 /// Arithmetic of A and a byte.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum AluOp {
-    /// Sum.
+    /// Addition.
     Add,
-    /// Sum with carry.
+    /// Addition with carry.
     Addc,
-    /// Difference with borrow.
+    /// Subtraction with borrow.
     Subb,
-    /// And.
+    /// Bitwise AND.
     Anl,
-    /// Or.
+    /// Bitwise OR.
     Orl,
-    /// Exclusive or.
+    /// Bitwise exclusive OR.
     Xrl,
 }
 
 impl AluOp {
-    /// With a register, a direct byte, RAM by R0, a constant.
+    /// Instructions with a register, a direct byte, RAM through R0, a constant.
     const fn kinds(self) -> [Kind; 4] {
         match self {
             AluOp::Add => [Kind::AddReg, Kind::AddDir, Kind::AddInd, Kind::AddImm],
@@ -37,12 +37,12 @@ impl AluOp {
     }
 }
 
-/// Where an operand lies, as instructions see it.
+/// Addressing mode of an operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum AddressingMode {
     Reg(i32),
     Dir(i32),
-    /// By R0, which points there.
+    /// Indirect through R0, which already points to the byte.
     Ind,
     Imm(i32),
 }
@@ -109,14 +109,14 @@ impl Mcs51Selector<'_> {
         }
     }
 
-    /// RAM at `at` has changed behind A's back.
+    /// Forgets RAM at `at` as the content of A, after it changed by another way.
     pub(super) fn invalidate(&mut self, at: u8) {
         if self.state.a == Some(ByteOperand::At(at)) {
             self.state.a = None;
         }
     }
 
-    /// RAM at `at` := byte; A keeps what it holds, or not.
+    /// RAM at `at` := byte; may or may not change A.
     pub(super) fn copy(&mut self, at: u8, byte: ByteOperand) {
         if byte == ByteOperand::At(at) {
             return;
@@ -171,7 +171,7 @@ impl Mcs51Selector<'_> {
         }
     }
 
-    /// One more or one less in RAM; no flag changes.
+    /// Increments or decrements a byte of RAM; no flag changes.
     pub(super) fn step_byte(&mut self, at: u8, up: bool) {
         match self.addressing_mode(ByteOperand::At(at)) {
             AddressingMode::Reg(r) => self.emit(if up { Kind::IncReg } else { Kind::DecReg }, &[r]),
@@ -181,14 +181,14 @@ impl Mcs51Selector<'_> {
         self.invalidate(at);
     }
 
-    /// A := FFh where bit 7 of A is 1, else 0. The carry changes.
+    /// A := FFh if bit 7 of A is 1, else 0. Changes the carry.
     pub(super) fn sign_of_a(&mut self) {
         self.emit(Kind::RlcA, &[]);
         self.emit(Kind::SubbDir, &[ACC]);
         (self.state.a, self.state.carry) = (None, None);
     }
 
-    /// The product of A and a byte in B and A.
+    /// B:A := A * byte.
     pub(super) fn multiply_byte(&mut self, byte: ByteOperand) {
         self.copy_sfr(B, byte);
         self.emit(Kind::MulAb, &[]);

@@ -1,4 +1,4 @@
-//! Comparisons of integers: as jumps, and as a bit that joins the accumulator.
+//! Selects comparisons of integers: as jumps, and as a bit combined with the accumulator.
 
 use emu_8051::isa::Kind;
 
@@ -11,7 +11,7 @@ use crate::code::CodeLabel;
 use crate::ir::{RelationOp, WordComparison, WordId, WordOperand, min_bytes};
 
 impl Mcs51Selector<'_> {
-    /// Width of a comparison.
+    /// Width of a comparison in bytes.
     fn compare_width(&self, compare: &WordComparison) -> u8 {
         let b = match compare.b {
             WordOperand::Cell(word) => self.ir.bytes(word),
@@ -20,8 +20,9 @@ impl Mcs51Selector<'_> {
         self.ir.bytes(compare.a).max(b)
     }
 
-    /// Compares and jumps where the outcome is `when`; with `keep` the accumulator is saved from the carry. Returns what is
-    /// known when it goes on, and when it jumps.
+    /// Compares and jumps if the result is `when`; with `keep` it saves the accumulator from the carry first.
+    ///
+    /// Returns the known state when it continues and when it jumps.
     pub(super) fn compare_jump(
         &mut self,
         compare: &WordComparison,
@@ -68,11 +69,11 @@ impl Mcs51Selector<'_> {
         self.load(ByteOperand::At(top));
     }
 
-    /// Jumps where all pairs are equal, or where one is not. The carry stays if `keep` says so.
+    /// Jumps if all pairs are equal (`if_equal`), or if some pair differs. Preserves the carry if `keep`.
     fn equal_jump(&mut self, pairs: &[(ByteOperand, ByteOperand)], if_equal: bool, to: CodeLabel, keep: bool) {
         let constant = |byte: &ByteOperand| matches!(byte, ByteOperand::Imm(value) if *value != 0);
         let zeros = pairs.iter().filter(|(_, b)| *b == ByteOperand::Imm(0)).count();
-        // At most one byte to compare with something: the others only need to be 0.
+        // At most one byte is compared with a value; the others only need to be 0.
         if zeros + 1 >= pairs.len() {
             let mut rest: Vec<ByteOperand> =
                 pairs.iter().filter(|(_, b)| *b == ByteOperand::Imm(0)).map(|&(a, _)| a).collect();
@@ -106,7 +107,7 @@ impl Mcs51Selector<'_> {
         (self.state.a, self.state.r0) = (None, r0);
     }
 
-    /// Jumps where two bytes differ. The carry changes.
+    /// Jumps if two bytes differ. Changes the carry.
     fn jump_if_different(&mut self, a: ByteOperand, b: ByteOperand, to: CodeLabel) {
         match (a, b) {
             (ByteOperand::At(at @ 0..8), ByteOperand::Imm(value)) if self.state.a != Some(a) => {
@@ -133,7 +134,7 @@ impl Mcs51Selector<'_> {
         self.state.carry = None;
     }
 
-    /// Bit 7 of A := a < b, of two cells. The carry changes.
+    /// Bit 7 of A := a < b, for two cells. Changes the carry.
     fn difference_sign(&mut self, compare: &WordComparison, width: u8) {
         let pairs = self.operand_byte_pairs(WordOperand::Cell(compare.a), compare.b, width);
         for (n, (a, b)) in pairs.into_iter().enumerate() {
@@ -149,7 +150,7 @@ impl Mcs51Selector<'_> {
         self.place(right);
     }
 
-    /// The carry, complemented if that is returned, := a < b.
+    /// The carry := a < b; returns true if it is complemented.
     fn compare_less(&mut self, compare: &WordComparison) -> bool {
         let width = self.compare_width(compare);
         match compare.b {
@@ -166,12 +167,12 @@ impl Mcs51Selector<'_> {
                 false
             }
             WordOperand::Const(value) => {
-                // a - b as a + (2^n - b), with the signs moved up: it carries where a >= b.
+                // Compute a - b as a + (2^n - b), with both offset to unsigned; the carry is set if a >= b.
                 let sources = self.operand_bytes(WordOperand::Cell(compare.a), width, B);
                 let half = 1i64 << (8 * width - 1);
                 let other = (2 * half - (i64::from(value) + half)) & (2 * half - 1);
                 if other == 0 {
-                    // Nothing is less than the lowest number.
+                    // No number is less than the lowest one.
                     self.set_carry(true);
                     return true;
                 }
@@ -214,7 +215,7 @@ impl Mcs51Selector<'_> {
             self.state.acc = AccumulatorState { carry: Some(inverted), ..AccumulatorState::default() };
             return self.combine(true, flag, negated);
         }
-        // False stays false; else the comparison decides.
+        // False stays false; otherwise the comparison decides.
         let over = self.asm.new_label();
         self.acc_to_carry_as(inverted);
         self.jump(if inverted { Kind::Jc } else { Kind::Jnc }, &[], over);
@@ -226,7 +227,8 @@ impl Mcs51Selector<'_> {
         self.state.acc = AccumulatorState { carry: Some(inverted), ..AccumulatorState::default() };
     }
 
-    /// acc := acc and the comparison for equality: the carry is the accumulator, and changes where the comparison fails.
+    /// acc := acc and a comparison for equality: the carry holds the accumulator and changes if the
+    /// comparison fails.
     fn and_equal(&mut self, compare: &WordComparison) {
         let (holds, end) = (self.asm.new_label(), self.asm.new_label());
         let certain = self.state.acc.known.is_some();
@@ -235,7 +237,7 @@ impl Mcs51Selector<'_> {
             self.jump(if inverted { Kind::Jc } else { Kind::Jnc }, &[], end);
         }
         let width = self.compare_width(compare);
-        // The sign of a narrow operand costs the carry, which then is set in either case.
+        // Sign-extending a narrow operand destroys the carry, which is then set on both paths.
         let lost = self.is_narrower(WordOperand::Cell(compare.a), width) || self.is_narrower(compare.b, width);
         self.state.acc = AccumulatorState { carry: Some(inverted), ..AccumulatorState::default() };
         self.compare_jump(compare, true, holds, !lost);

@@ -1,35 +1,35 @@
-//! What is known of the machine while code is made: the accumulator of the intermediate code, the carry, A and R0.
+//! State known during selection: the accumulator of the intermediate code, the carry, A and R0.
 //!
-//! The accumulator is the carry, but not always and not always as it is: it may be kept complemented, it may be the same as a
-//! bit that was loaded or stored, or a constant. Code for it is made where it is needed, so that a jump can look at the
-//! bit itself, and what nobody looks at costs nothing.
+//! The accumulator is usually the carry, but it may also be complemented, equal to a bit that was loaded or
+//! stored, or constant. Code that computes it is emitted only where it is needed. So a jump can test the bit
+//! directly, and unused values cost nothing.
 
 use crate::ir::{BitId, BranchCondition, IrOp};
 
-/// A bit that can be looked at.
+/// A bit that instructions can test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum BitSource {
     /// A bit cell.
     Cell(BitId),
-    /// F0, in which the accumulator waits while the carry works.
+    /// F0, which holds the accumulator while the carry is in use.
     Saved,
 }
 
-/// What is known of the accumulator; all of it is true at once.
+/// What is known of the accumulator; all entries are true at the same time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct AccumulatorState {
-    /// It is the carry, complemented if so.
+    /// The accumulator is the carry; `true` if complemented.
     pub carry: Option<bool>,
-    /// It is this bit, complemented if so.
+    /// The accumulator is this bit; `true` if complemented.
     pub flag: Option<(BitSource, bool)>,
-    /// It is this constant.
+    /// The accumulator is this constant.
     pub known: Option<bool>,
 }
 
 /// A byte operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ByteOperand {
-    /// RAM; 0 to 7 are the registers, from 80h on it is reached through R0.
+    /// RAM: 0 to 7 are the registers; from 80h on it is accessed through R0.
     At(u8),
     /// A constant.
     Imm(u8),
@@ -37,34 +37,34 @@ pub(super) enum ByteOperand {
     Sfr(i32),
 }
 
-/// What is known at a place in the code.
+/// What is known at one position in the code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct SelectorState {
     /// The accumulator of the intermediate code.
     pub acc: AccumulatorState,
-    /// The carry.
+    /// Value of the carry.
     pub carry: Option<bool>,
-    /// What A holds: RAM or a constant.
+    /// Content of A: RAM or a constant.
     pub a: Option<ByteOperand>,
-    /// What R0 holds.
+    /// Content of R0.
     pub r0: Option<u8>,
 }
 
 impl SelectorState {
-    /// The carry is the accumulator, complemented if so.
+    /// Whether the carry is the accumulator; `Some(true)` if complemented.
     #[must_use]
     pub(super) fn in_carry(&self) -> Option<bool> {
         let constant = || Some(self.acc.known? ^ self.carry?);
         self.acc.carry.or_else(constant)
     }
 
-    /// The accumulator is lost when the carry changes.
+    /// True if a change of the carry destroys the accumulator.
     #[must_use]
     pub(super) fn only_in_carry(&self) -> bool {
         self.acc.carry.is_some() && self.acc.flag.is_none() && self.acc.known.is_none()
     }
 
-    /// What is true after either; the accumulator is only kept where that gives something.
+    /// What is known after either of two states; the accumulator is kept only if something is known of it.
     #[must_use]
     pub(super) fn merge(&self, other: &SelectorState) -> SelectorState {
         fn both<T: PartialEq>(a: Option<T>, b: Option<T>) -> Option<T> {
@@ -82,7 +82,7 @@ impl SelectorState {
         }
     }
 
-    /// Instructions that make the carry the accumulator, complemented if `inverted`.
+    /// Number of instructions that load the accumulator into the carry, complemented if `inverted`.
     #[must_use]
     pub(super) fn carry_cost(&self, inverted: bool) -> u32 {
         match (self.in_carry(), self.acc.known, self.acc.flag) {
@@ -94,7 +94,7 @@ impl SelectorState {
     }
 }
 
-/// Whether the accumulator is read after each of `ops` before it is set, if `after` says so for the last.
+/// Whether the accumulator is read after each of `ops` before it is set; `after` is the answer for the last.
 #[must_use]
 pub(super) fn acc_live_after(ops: &[&IrOp], after: bool) -> Vec<bool> {
     let mut live = after;
@@ -111,7 +111,7 @@ pub(super) fn acc_live_after(ops: &[&IrOp], after: bool) -> Vec<bool> {
     all
 }
 
-/// Whether a list reads the accumulator before it sets it.
+/// True if a list reads the accumulator before setting it; `after` says whether the following code reads it.
 #[must_use]
 pub(super) fn reads_accumulator(ops: &[IrOp], after: bool) -> bool {
     ops.iter().rev().fold(after, |live, op| is_accumulator_read(op, live))
@@ -120,7 +120,7 @@ pub(super) fn reads_accumulator(ops: &[IrOp], after: bool) -> bool {
 fn is_accumulator_read(op: &IrOp, after: bool) -> bool {
     match op {
         IrOp::SetAccumulator(_) | IrOp::Load { .. } | IrOp::Receive { .. } | IrOp::Logic { .. } => false,
-        // What only narrows or widens it is left out where nobody looks.
+        // Operations that only narrow or widen the accumulator are omitted if it is not read.
         IrOp::And { .. } | IrOp::Or { .. } | IrOp::AndCompare(_) => after,
         IrOp::Store { .. } | IrOp::Rising(_) | IrOp::Falling(_) | IrOp::Module { .. } => true,
         IrOp::SetBit { .. } | IrOp::Move { .. } | IrOp::Math { .. } | IrOp::Lookup { .. } | IrOp::ReadAdc { .. } => {

@@ -1,13 +1,13 @@
-//! Where everything lives.
+//! Assigns places in RAM to all cells.
 //!
 //! ```text
-//! 00h ..       R0 where RAM above 7Fh is in use, then the bytes that multiplication and division work on, then the words
-//!              that are used most: the addresses 0 to 7 are the registers R0 to R7
+//! 00h ..       R0 where RAM above 7Fh is in use, then the bytes for multiplication and division, then the
+//!              most used words: the addresses 0 to 7 are the registers R0 to R7
 //! 08h, 09h     the stack, where subroutines are called: SP is 07h after reset
-//! 20h .. 2Fh   bits: an image of each port with inputs and of each port with outputs, a bit at its pin's place, then
-//!              relays, edge memories and temporaries; what is left over holds words
-//! .. 7Fh       words, low byte first; bits that found no room, reached through A
-//! 80h .. FFh   words, on chips that have it, reached through R0
+//! 20h .. 2Fh   bits: an image of each port with inputs and of each port with outputs, a bit at its pin's
+//!              place, then relays, edge memories and temporaries; the rest holds words
+//! .. 7Fh       words, low byte first; bits without a bit address, accessed through A
+//! 80h .. FFh   words, on chips that have this RAM, accessed through R0
 //! ```
 
 use crate::ir::{ArithmeticOp, BitId, BitRole, BranchCondition, Ir, IrOp, WordId, WordOperand};
@@ -17,59 +17,59 @@ use crate::target::BuildRefusal;
 
 use super::registers::Mcs51Registers;
 
-/// Bytes that have bit addresses.
+/// Bytes with bit addresses.
 const BIT_ADDRESSABLE: std::ops::Range<usize> = 0x20..0x30;
 
-/// What the stack takes: one return address, at the place where SP is after reset.
+/// Range of the stack: one return address, where SP points after reset.
 const STACK_RANGE: std::ops::Range<usize> = 0x08..0x0A;
 
-/// A port of the program.
+/// Use of one port by the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mcs51PortUse {
-    /// Address of its register.
+    /// Address of the port's register.
     pub sfr: u8,
-    /// Byte that holds the latched inputs, where there are inputs.
+    /// Byte that holds the latched inputs, if the port has inputs.
     pub input: Option<u8>,
-    /// Byte that is written to the port, where there are outputs.
+    /// Byte that is written to the port, if it has outputs.
     pub output: Option<u8>,
-    /// Bits that are outputs.
+    /// Mask of bits that are outputs.
     pub outputs: u8,
 }
 
-/// What the code around the rungs needs of RAM.
+/// RAM needed by the code around the rungs.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Mcs51RamNeeds {
-    /// Widest multiplication and division by subroutine, in bytes; 0 where there is none.
+    /// Maximum width in bytes of a multiplication by subroutine; 0 if there is none.
     pub multiply: u8,
-    /// See `multiply`.
+    /// Maximum width in bytes of a division by subroutine; 0 if there is none.
     pub divide: u8,
-    /// Bytes of the pacing timer.
+    /// Number of bytes for the pacing timer.
     pub pace: usize,
 }
 
-/// Places of all cells.
+/// Places of all cells of a program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mcs51Layout {
     /// Ports in use, by address.
     pub ports: Vec<Mcs51PortUse>,
-    /// Byte and bit number, by [`BitId`].
+    /// Byte address and bit number of each bit, by [`BitId`].
     bits: Vec<(u8, u8)>,
-    /// Address of the low byte and width, by [`WordId`].
+    /// Address of the low byte and width of each word, by [`WordId`].
     words: Vec<(u8, u8)>,
-    /// Bytes that the arithmetic subroutines work on.
+    /// Bytes used by the arithmetic subroutines.
     pub scratch: Vec<u8>,
-    /// Bytes of the pacing timer.
+    /// Bytes used by the pacing timer.
     pub pacing_ram: Vec<u8>,
-    /// Bit address of "a byte has arrived", where the program receives.
+    /// Bit address of the flag for a received byte, if the program receives.
     pub byte_received_flag: Option<u8>,
-    /// The highest address in use.
+    /// Highest address in use.
     pub highest_address: u8,
-    /// Bytes of RAM in use, the stack not counted.
+    /// Number of bytes of RAM in use, without the stack.
     pub ram_bytes: u32,
 }
 
 impl Mcs51Layout {
-    /// Byte address and number of a bit.
+    /// Byte address and bit number of a bit.
     #[must_use]
     pub fn bit(&self, bit: BitId) -> (u8, u8) {
         self.bits.get(bit.0 as usize).copied().unwrap_or((0x20, 0))
@@ -81,7 +81,7 @@ impl Mcs51Layout {
         self.words.get(word.0 as usize).map_or(0, |&(at, _)| at)
     }
 
-    /// The places for the map.
+    /// Locations of bits and words for the map.
     #[must_use]
     pub fn places(&self) -> (Vec<CellLocation>, Vec<CellLocation>) {
         let space = || "idata".to_owned();
@@ -94,12 +94,13 @@ impl Mcs51Layout {
 /// Free bytes of RAM.
 struct Mcs51FreeRam {
     taken: Vec<bool>,
-    /// Bytes asked for, whether they were there or not.
+    /// Number of bytes requested, whether available or not.
     requested_bytes: usize,
 }
 
 impl Mcs51FreeRam {
-    /// Some bytes in a row, the lowest that are free; address 0 where there are none, which [`layout`] notices.
+    /// Allocates the lowest free run of `bytes` bytes; returns address 0 if there is none, which [`layout`]
+    /// detects.
     fn take(&mut self, bytes: usize) -> u8 {
         self.requested_bytes += bytes;
         let fits = |at: &usize| self.taken.get(*at..at + bytes).is_some_and(|run| !run.contains(&true));
@@ -109,7 +110,7 @@ impl Mcs51FreeRam {
     }
 }
 
-/// How often each cell is used.
+/// Number of uses of each cell.
 struct Mcs51Usage {
     bits: Vec<u32>,
     words: Vec<u32>,
@@ -169,10 +170,10 @@ impl Mcs51Usage {
     }
 }
 
-/// Gives every cell a place.
+/// Assigns a place to every cell.
 ///
 /// # Errors
-/// RAM is too small: bytes needed and bytes there.
+/// The chip has too little RAM; the error has the bytes needed and available.
 pub fn layout(
     ir: &Ir,
     pins: &[AssignedPin],
@@ -181,7 +182,7 @@ pub fn layout(
     needs: Mcs51RamNeeds,
 ) -> Result<Mcs51Layout, BuildRefusal> {
     let stack = if needs.multiply.max(needs.divide) > 0 { STACK_RANGE.len() } else { 0 };
-    // R0 points above 7Fh; whether it has to is known once everything is placed below.
+    // Only RAM above 7Fh needs R0, so first try to place everything below.
     let low = try_layout(ir, pins, regs, usize::from(ram).min(0x80), needs, false);
     let placed = match low {
         Err(_) if ram > 0x80 => try_layout(ir, pins, regs, ram.into(), needs, true),
@@ -205,7 +206,7 @@ fn try_layout(
     if calls {
         free.taken.iter_mut().skip(STACK_RANGE.start).take(STACK_RANGE.len()).for_each(|taken| *taken = true);
     }
-    // Two operands; the remainder and a count, or the rest of a wide product.
+    // Scratch space for two operands, and for the remainder and a counter, or the rest of a wide product.
     let wide = |n: u8| usize::from(n);
     let product = if needs.multiply > 2 { 3 * wide(needs.multiply) } else { 2 * wide(needs.multiply) };
     let quotient = if needs.divide > 0 { 3 * wide(needs.divide) + 1 } else { 0 };
@@ -238,7 +239,7 @@ fn try_layout(
         });
     }
 
-    // Bits that are used most have a bit address, as long as there are any.
+    // The most used bits get bit addresses, as long as there are any.
     let mut bits = vec![(0, 0); ir.bits.len()];
     let mut others: Vec<usize> = Vec::new();
     for (n, cell) in ir.bits.iter().enumerate() {
@@ -287,7 +288,7 @@ fn try_layout(
             *at = free.take((*bytes).into());
         }
     }
-    // Bytes in a row that are not there, or more than the chip has.
+    // Fail if an allocation found no free run, or if the cells exceed the RAM.
     let placed = free.taken.iter().filter(|taken| **taken).count() - if calls { STACK_RANGE.len() } else { 0 };
     if placed < free.requested_bytes {
         return Err(free.requested_bytes);
@@ -305,7 +306,7 @@ fn try_layout(
     })
 }
 
-/// The widest multiplication and division that need a subroutine, in bytes.
+/// Returns the maximum widths of multiplications and divisions that need a subroutine, in bytes.
 #[must_use]
 pub fn ram_needs(ir: &Ir) -> Mcs51RamNeeds {
     fn look(ir: &Ir, ops: &[IrOp], needs: &mut Mcs51RamNeeds) {

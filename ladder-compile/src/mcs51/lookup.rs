@@ -1,4 +1,4 @@
-//! Tables in program memory, and the serial line.
+//! Selects table look-ups and operations of the serial line.
 
 use emu_8051::isa::Kind;
 
@@ -11,19 +11,19 @@ use crate::code::CodeLabel;
 use crate::ir::{WordId, WordOperand};
 
 impl Mcs51Selector<'_> {
-    /// dst := table[index]. Each byte of the values is a table of its own, but where it is always the same.
+    /// dst := `table[index]`. Each byte of the values is a separate table, unless that byte is constant.
     pub(super) fn lookup(&mut self, dst: WordId, index: WordId, table: u32, live: bool) {
         let Some(table) = self.ir.tables.get(table as usize) else { return };
         let (at, from) = (self.layout.word(dst), self.layout.word(index));
         let long = table.values.len() > 256;
         if long {
             self.save_carry(live);
-            // The destination may be the index: its high byte is read before any is written.
+            // The destination may be the index, so read its high byte before writing any byte.
             let high = if self.ir.bytes(index) > 1 { ByteOperand::At(from + 1) } else { ByteOperand::Imm(0) };
             self.copy_sfr(B, high);
         }
         let mut constants = Vec::new();
-        // From the top: the low byte, which is the index, comes last.
+        // Start at the highest byte: the low byte, which is the index, must be written last.
         for n in (0..self.ir.bytes(dst)).rev() {
             let column: Vec<u8> =
                 table.values.iter().filter_map(|value| value.to_le_bytes().get(usize::from(n)).copied()).collect();
@@ -53,7 +53,7 @@ impl Mcs51Selector<'_> {
         }
     }
 
-    /// The label of a table; tables of the same bytes are one.
+    /// Returns the label of a table; tables with equal bytes are shared.
     fn table(&mut self, bytes: Vec<u8>) -> CodeLabel {
         if let Some((label, _)) = self.tables.iter().find(|(_, known)| *known == bytes) {
             return *label;
@@ -63,7 +63,7 @@ impl Mcs51Selector<'_> {
         label
     }
 
-    /// The low byte goes to the transmitter, once that is free.
+    /// Writes the low byte of a value to the transmitter, after waiting until it is free if necessary.
     pub(super) fn send(&mut self, value: WordOperand) {
         let here = self.asm.new_label();
         self.place(here);
@@ -81,7 +81,7 @@ impl Mcs51Selector<'_> {
         self.copy_sfr(line, byte);
     }
 
-    /// acc := a byte had arrived when the scan began; it goes to dst, and is taken.
+    /// acc := a byte had been received when the scan began; if so, moves it to dst.
     pub(super) fn receive(&mut self, dst: WordId) {
         let (arrived, none) = (i32::from(self.layout.byte_received_flag.unwrap_or(0)), self.asm.new_label());
         self.emit(Kind::MovCBit, &[arrived]);

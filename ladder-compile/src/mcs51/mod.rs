@@ -1,6 +1,6 @@
-//! The 8051 back end: intermediate code to an image of program memory.
+//! The 8051 back end: translates intermediate code to an image of program memory.
 //!
-//! How the chip is used stands in `docs/compile-8051.md`.
+//! `docs/compile-8051.md` describes how the code uses the chip.
 
 pub mod arch;
 mod bit_ops;
@@ -33,14 +33,15 @@ use registers::Mcs51Registers;
 use select::Mcs51Selector;
 use serial::Mcs51BaudSetup;
 
-/// The pins, those with a second job last: P3.0 and P3.1 carry the serial line, P0 needs resistors outside.
+/// Pins in order of assignment, those with a second function last: P3.0 and P3.1 are the serial line, P0
+/// needs external resistors.
 const PINS: &[&str] = &[
     "P1.0", "P1.1", "P1.2", "P1.3", "P1.4", "P1.5", "P1.6", "P1.7", "P2.0", "P2.1", "P2.2", "P2.3", "P2.4", "P2.5",
     "P2.6", "P2.7", "P3.2", "P3.3", "P3.4", "P3.5", "P3.6", "P3.7", "P3.0", "P3.1", "P0.0", "P0.1", "P0.2", "P0.3",
     "P0.4", "P0.5", "P0.6", "P0.7",
 ];
 
-/// The chips of this back end.
+/// Chips of this back end.
 pub const TARGETS: &[CompileTarget] = &[target("8051"), target("8052"), target("at89s52")];
 
 const fn target(name: &str) -> CompileTarget {
@@ -55,7 +56,7 @@ const fn target(name: &str) -> CompileTarget {
     }
 }
 
-/// The row of a chip, which is there: it is looked up when this crate is compiled.
+/// Description of a chip that must exist; evaluated at compile time.
 const fn chip_part(name: &str) -> &'static Mcs51Part {
     let (mut n, name) = (0, name.as_bytes());
     loop {
@@ -71,17 +72,18 @@ const fn chip_part(name: &str) -> &'static Mcs51Part {
     }
 }
 
-/// Cycles of a turn of the loop that waits, a JNB, in whose first cycle the flag is read: a match that it just missed is seen by
-/// the next one, which ends as long after it.
+/// Cycles of an iteration of the poll loop, a JNB that reads the flag in its first cycle.
+///
+/// A match that one iteration just misses is detected by the next one, which ends as long after the match.
 const POLL_CYCLES: u64 = 2;
 
-/// Cycles of a jump, whatever its form.
+/// Cycles of a jump in any form.
 const JUMP_CYCLES: u64 = 2;
 
-/// Makes the image.
+/// Builds an image.
 ///
 /// # Errors
-/// The chip cannot hold or do it.
+/// The program does not fit the chip, or the chip lacks a feature that the program needs.
 pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     let regs = Mcs51Registers(job.target.chip);
     check_capabilities(job)?;
@@ -98,14 +100,14 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     let needs = layout::Mcs51RamNeeds { pace: pace.bytes(), ..layout::ram_needs(job.ir) };
     let layout = layout::layout(job.ir, job.pins, regs, job.target.chip.ram_len, needs)?;
     let plan = Mcs51BuildPlan { job, regs, layout: &layout, pace, speed };
-    // A byte may be sent without a look at the transmitter where the scans are far enough apart.
+    // If scans are far enough apart, a byte can be sent without checking the transmitter.
     let quick = plan.image(false)?;
     let image = if quick.transmitter_wait_cycles == 0 { quick } else { plan.image(true)? };
     plan.check_fit(&image)?;
     Ok(plan.built_image(image))
 }
 
-/// What the chips do not have.
+/// Refuses features that the chips of this family lack.
 fn check_capabilities(job: &CompileJob<'_>) -> Result<(), BuildRefusal> {
     let missing = [
         (!job.ir.adcs.is_empty(), "analog inputs"),
@@ -128,6 +130,7 @@ fn check_capabilities(job: &CompileJob<'_>) -> Result<(), BuildRefusal> {
     }
 }
 
+/// All decisions made before the first instruction is emitted.
 struct Mcs51BuildPlan<'a> {
     job: &'a CompileJob<'a>,
     regs: Mcs51Registers,
@@ -136,16 +139,16 @@ struct Mcs51BuildPlan<'a> {
     speed: Option<Mcs51BaudSetup>,
 }
 
-/// Code with its times.
+/// Finished code with its timing in machine cycles.
 struct TimedCode {
     code: FinishedCode,
-    /// The longest path of a scan.
+    /// Longest path of a scan.
     worst_scan_cycles: u64,
-    /// The longest path of each rung.
+    /// Longest path of each rung.
     rung_cycles: Vec<u64>,
-    /// The longest time from a match to its scan.
+    /// Maximum time from a match to its scan.
     poll_cycles: u64,
-    /// The longest wait for the transmitter.
+    /// Maximum wait for the transmitter.
     transmitter_wait_cycles: u64,
 }
 
@@ -155,7 +158,7 @@ impl Mcs51BuildPlan<'_> {
         Mcs51PacingTimer { pace: self.pace, is_timer2: second, ram: &self.layout.pacing_ram, regs: self.regs }
     }
 
-    /// The code; `waits` says whether a byte looks whether the one before is out.
+    /// Generates the image. With `waits`, sending a byte waits until the previous one is complete.
     fn image(&self, waits: bool) -> Result<TimedCode, BuildRefusal> {
         let ir = self.job.ir;
         let mut asm = CodeWriter::new(Mcs51Arch);
@@ -222,8 +225,9 @@ impl Mcs51BuildPlan<'_> {
             code.instructions.iter().find(|insn| insn.addr == code.label_address(poll_at)).map_or(0, |insn| insn.len);
         let poll = POLL_CYCLES + longest_path(&code, at(CodeMark::PollLoop) + look, start);
         let mut worst = longest_path(&code, start, end) + JUMP_CYCLES;
-        // A byte goes out at the latest where the slowest scan sends without a wait, if no byte takes longer than the scans
-        // that the language gives it (see `serial::speed`): then what one waits for was late itself.
+        // A byte is complete at the latest when the slowest scan sends without waiting, provided no byte
+        // takes longer than the scans that the language allows for it (see `serial::plan_baud`). So a byte
+        // can only be late if the previous one was late too.
         let before =
             sends.iter().map(|&send| longest_path(&code, start, code.label_address(send))).max().unwrap_or(0) + poll;
         let behind = sends.iter().map(|&send| longest_path(&code, code.label_address(send), end)).max().unwrap_or(0)
@@ -259,7 +263,7 @@ impl Mcs51BuildPlan<'_> {
         if needed > available {
             return Err(BuildRefusal::CodeTooLarge { needed, available, rungs: rung_bytes(self.job, &image.code) });
         }
-        // The scan must be over when the next turn of the timer is.
+        // The scan must end before the next overflow of the timer.
         if self.pace.timer_rounds > 1 && image.worst_scan_cycles + image.poll_cycles > u64::from(self.pace.round_cycles)
         {
             return Err(BuildRefusal::Unsupported {
@@ -320,7 +324,7 @@ impl Mcs51BuildPlan<'_> {
     }
 }
 
-/// The scan, with a mark at every rung and every element of the program, also at those without code.
+/// Emits the scan, with a mark at every rung and every element of the program, also at elements without code.
 fn scan(job: &CompileJob<'_>, select: &mut Mcs51Selector<'_>) {
     let ir = job.ir;
     let steps = ir.rungs.iter().flat_map(|rung| rung.steps.iter().map(|step| &step.op));
@@ -345,13 +349,13 @@ fn scan(job: &CompileJob<'_>, select: &mut Mcs51Selector<'_>) {
     ir.epilogue.iter().for_each(|op| one(select, op));
 }
 
-/// Bytes of each rung.
+/// Size of each rung in bytes.
 fn rung_bytes(job: &CompileJob<'_>, code: &FinishedCode) -> Vec<u64> {
     let at = |n: u32| code.mark_address(CodeMark::Rung(n)).or(code.mark_address(CodeMark::RungsEnd)).unwrap_or(0);
     (0..job.ir.rungs.len() as u32).map(|n| u64::from(at(n + 1).saturating_sub(at(n)))).collect()
 }
 
-/// The code by lines; data by at most eight bytes.
+/// Lines of the image; data lines have at most eight bytes.
 fn image_lines(code: &FinishedCode) -> Vec<ImageLine> {
     let mut lines = Vec::new();
     let slice = |from: u32, to: u32| code.words.get(from as usize..to as usize).unwrap_or_default();

@@ -1,12 +1,14 @@
-//! One scan per period of timer 0 or timer 2, the k-th match at floor(k P), P being the cycle time in machine cycles.
+//! Paces scans with timer 0 or timer 2: one scan per period, the k-th match at floor(k P), where P is the
+//! cycle time in machine cycles.
 //!
-//! A period is cut into as few equal *turns* of the timer as fit its 16 bits; a match is the overflow that ends the last turn.
-//! Where a turn is no whole number of machine cycles, the code carries the fraction: at each overflow it decides whether
-//! a turn has one cycle more, as a line is drawn on a grid (Bresenham), so that the k-th match never strays.
+//! A period is divided into the fewest equal timer *rounds* that fit 16 bits; the match is the overflow that
+//! ends the last round. If a round is not a whole number of machine cycles, the code carries the fraction: at
+//! each overflow it decides whether a round is one cycle longer, as Bresenham's line algorithm does. So the
+//! k-th match never drifts.
 //!
-//! - Timer 2 (8052) reloads itself. What it reloads at an overflow was written a turn before.
-//! - Timer 0 (mode 1) runs on from 0. The code stops it, adds the reload value and the cycles of the stop, which are always
-//!   the same, and starts it again: what it had counted since the overflow is kept.
+//! - Timer 2 (8052) reloads itself. Its reload value for an overflow is written one round earlier.
+//! - Timer 0 (mode 1) continues from 0. The code stops it, adds the reload value and the constant length of
+//!   the stop, and starts it again. So the counts since the overflow are kept.
 
 use emu_8051::isa::Kind;
 
@@ -16,44 +18,46 @@ use crate::code::{CodeLabel, CodeWriter};
 use crate::map::Ratio;
 use crate::target::CodeMark;
 
-/// Cycles that timer 0 stands still while its value is changed: from the CLR to the SETB, six instructions of one cycle.
+/// Machine cycles for which timer 0 is stopped while its value changes: from CLR to SETB, with six one-cycle
+/// instructions.
 const TIMER_STOP_CYCLES: u32 = 7;
 
-/// Counts of a turn at most.
+/// Maximum counts of a round.
 const MAX_ROUND_COUNTS: u64 = 65536;
 
-/// Turns of a period at most: they are counted in a byte.
+/// Maximum number of rounds per period, because they are counted in a byte.
 const MAX_ROUNDS: u64 = 255;
 
-/// How the scan is paced.
+/// Settings of the pacing timer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mcs51Pacing {
     /// P in machine cycles.
     pub period: Ratio,
-    /// Turns of a period.
+    /// Number of rounds per period.
     pub timer_rounds: u8,
-    /// Machine cycles of a turn, rounded down.
+    /// Machine cycles per round, rounded down.
     pub round_cycles: u32,
-    /// What is missing, where something is.
+    /// Fraction of a cycle per round, if a round is not a whole number of cycles.
     pub fraction: Option<Mcs51PeriodFraction>,
 }
 
-/// A turn is `rest / whole` cycles longer than [`Mcs51Pacing::round_cycles`].
+/// The fraction of a cycle, `numerator / denominator`, by which a round is longer than
+/// [`Mcs51Pacing::round_cycles`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mcs51PeriodFraction {
     /// Numerator.
     pub numerator: u32,
-    /// Denominator, above the numerator.
+    /// Denominator, greater than the numerator.
     pub denominator: u32,
 }
 
 impl Mcs51PeriodFraction {
-    /// Bytes of the count.
+    /// Width of the fraction counter in bytes.
     fn bytes(self) -> usize {
         ((32 - (self.denominator - 1).leading_zeros()).div_ceil(8) as usize).max(1)
     }
 
-    /// What makes the count overflow where the sum of the fractions passes a whole.
+    /// Offset that makes the counter overflow when the sum of the fractions reaches one.
     fn carry_offset(self) -> u64 {
         (1u64 << (8 * self.bytes())) - u64::from(self.denominator)
     }
@@ -62,7 +66,7 @@ impl Mcs51PeriodFraction {
 /// Plans the period.
 ///
 /// # Errors
-/// The shortest and the longest period in microseconds, where this one is not between them.
+/// The shortest and the longest possible period in microseconds, if this one is outside of them.
 pub fn plan_pacing(clock_hz: u64, cycle_us: u64) -> Result<Mcs51Pacing, (u64, u64)> {
     let (num, den) = reduce_fraction(u128::from(clock_hz) * u128::from(cycle_us), 12_000_000);
     let us = |cycles: u64| u128::from(cycles) * 12_000_000;
@@ -82,7 +86,7 @@ pub fn plan_pacing(clock_hz: u64, cycle_us: u64) -> Result<Mcs51Pacing, (u64, u6
     Ok(Mcs51Pacing { period, timer_rounds: turns as u8, round_cycles: length as u32, fraction })
 }
 
-/// A fraction in lowest terms.
+/// Reduces a fraction to lowest terms.
 pub(super) fn reduce_fraction(num: u128, den: u128) -> (u128, u128) {
     let (mut a, mut b) = (num, den);
     while b != 0 {
@@ -92,33 +96,33 @@ pub(super) fn reduce_fraction(num: u128, den: u128) -> (u128, u128) {
     (num / by, den / by)
 }
 
-/// The timer that paces, with the bytes that it needs.
+/// The pacing timer and the RAM that it needs.
 #[derive(Debug, Clone, Copy)]
 pub struct Mcs51PacingTimer<'a> {
-    /// How.
+    /// Settings.
     pub pace: Mcs51Pacing,
-    /// By timer 2, else by timer 0.
+    /// True for timer 2, false for timer 0.
     pub is_timer2: bool,
-    /// Bytes of RAM: the fraction's, then the turns'.
+    /// Bytes of RAM: first those of the fraction, then the round counter.
     pub ram: &'a [u8],
-    /// The chip.
+    /// Registers of the chip.
     pub regs: Mcs51Registers,
 }
 
 impl Mcs51Pacing {
-    /// Machine cycles of the shortest period.
+    /// Shortest period in machine cycles.
     #[must_use]
     pub fn shortest(&self) -> u64 {
         self.period.num / self.period.den
     }
 
-    /// Bytes of RAM.
+    /// Number of bytes of RAM needed.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.fraction.map_or(0, Mcs51PeriodFraction::bytes) + usize::from(self.timer_rounds > 1)
     }
 
-    /// Low and high byte to load for a turn of `cycles`.
+    /// Low and high reload byte for a round of `cycles` machine cycles.
     fn reload(cycles: u32) -> (i32, i32) {
         let [low, high] = (cycles.wrapping_neg() as u16).to_le_bytes();
         (low.into(), high.into())
@@ -140,14 +144,15 @@ impl Mcs51PacingTimer<'_> {
         self.regs.bit(if self.is_timer2 { "TF2" } else { "TF0" })
     }
 
-    /// Sets the timer and starts it; its registers are as reset leaves them, but TMOD, which is set.
+    /// Emits the set-up and start of the timer; its registers have their reset values, except TMOD, which is
+    /// already set.
     pub fn start(&self, asm: &mut CodeWriter<Mcs51Arch>) {
         let Mcs51Pacing { round_cycles: length, fraction, timer_rounds: turns, .. } = self.pace;
         let set = |asm: &mut CodeWriter<Mcs51Arch>, reg: &str, value: i32| {
             asm.op(Kind::MovDirImm, &[self.regs.byte(reg), value]);
         };
         let (low, high) = Mcs51Pacing::reload(length);
-        // Turns whose reload value is decided before the first overflow.
+        // Number of rounds whose reload value is decided before the first overflow.
         let decided = if self.is_timer2 { 2 } else { 1 };
         if let Some(f) = fraction {
             let done = u64::from(f.numerator) * decided % u64::from(f.denominator) + f.carry_offset();
@@ -171,7 +176,7 @@ impl Mcs51PacingTimer<'_> {
         asm.op(Kind::SetbBit, &[self.regs.bit(run)]);
     }
 
-    /// The wait for a match, and what stands at the start of a scan.
+    /// Emits the wait for a match and the start of a scan.
     pub fn wait(&self, asm: &mut CodeWriter<Mcs51Arch>, poll: CodeLabel) {
         asm.mark(CodeMark::Section("wait for the match"));
         asm.mark(CodeMark::PollLoop);
@@ -189,7 +194,7 @@ impl Mcs51PacingTimer<'_> {
         }
     }
 
-    /// Just after an overflow: takes the flag and sets the length of a turn to come.
+    /// Emits the code just after an overflow: clears the flag and sets the length of a later round.
     fn set_next_round(&self, asm: &mut CodeWriter<Mcs51Arch>) {
         asm.op(Kind::ClrBit, &[self.flag()]);
         let Mcs51Pacing { round_cycles: length, fraction, .. } = self.pace;
@@ -199,7 +204,7 @@ impl Mcs51PacingTimer<'_> {
             self.choose_reload(asm, f, Mcs51Pacing::reload(length), Mcs51Pacing::reload(length + 1), (low, high));
             return;
         }
-        // Timer 0: what is added lies in B and DPL where it is not always the same.
+        // Timer 0: the value to add is in B and DPL if it varies.
         let (low, high) = Mcs51Pacing::reload(length.wrapping_sub(TIMER_STOP_CYCLES));
         let (mut add_low, mut add_high) = ((Kind::AddImm, low), (Kind::AddcImm, high));
         if let Some(f) = fraction {
@@ -225,8 +230,9 @@ impl Mcs51PacingTimer<'_> {
         }
     }
 
-    /// The bytes at `at` := `short`, or `long` where the fractions make a whole. A high byte that is always the same is left
-    /// alone.
+    /// Sets the bytes at `at` to `short`, or to `long` if the sum of the fractions reaches one.
+    ///
+    /// A high byte that is the same in both cases is not written.
     fn choose_reload(
         &self,
         asm: &mut CodeWriter<Mcs51Arch>,

@@ -1,50 +1,50 @@
-//! Special function registers and their bits by the names of the data sheet.
+//! Finds special function registers and their bits by their data-sheet names.
 
 use emu_core::chip::Chip;
 
-/// The registers of a chip.
+/// Registers of a chip.
 #[derive(Debug, Clone, Copy)]
 pub struct Mcs51Registers(pub &'static Chip);
 
-/// The accumulator's address (every chip has it): its bits are reached one by one.
+/// Address of the accumulator ACC, which every chip has; its bits are addressable.
 pub const ACC: i32 = 0xE0;
 /// Address of B.
 pub const B: i32 = 0xF0;
-/// Address of DPL; DPH follows.
+/// Address of DPL; DPH follows it.
 pub const DPL: i32 = 0x82;
-/// Bit address of the user flag F0 in PSW, in which the rung state waits while the carry works.
+/// Bit address of the user flag F0 in PSW, which saves the rung state while the carry is in use.
 pub const F0: i32 = 0xD5;
-/// Bit address of PSW.1, a bit of the program's own, in which the sign of a quotient waits.
+/// Bit address of PSW.1, a user bit, which holds the sign of a quotient.
 pub const SIGN: i32 = 0xD1;
 /// Bit address of the overflow flag.
 pub const OV: i32 = 0xD2;
 
 impl Mcs51Registers {
-    /// Address of a register.
+    /// Address of a register by name.
     #[must_use]
     pub fn byte(self, name: &str) -> i32 {
         self.0.reg(name).map_or(0, i32::from)
     }
 
-    /// Address of a bit.
+    /// Bit address of a bit by name.
     #[must_use]
     pub fn bit(self, name: &str) -> i32 {
         self.0.bit(name).map_or(0, i32::from)
     }
 
-    /// The bit as a mask in its register.
+    /// Mask of a bit in its register.
     #[must_use]
     pub fn mask(self, name: &str) -> i32 {
         1 << (self.bit(name) & 7)
     }
 
-    /// The chip has a timer 2.
+    /// True if the chip has timer 2.
     #[must_use]
     pub fn has_timer2(self) -> bool {
         self.0.reg("RCAP2L").is_some()
     }
 
-    /// Port register and bit of a pin such as `P1.0`.
+    /// Port register and bit number of a pin such as `P1.0`.
     #[must_use]
     pub fn pin(self, pin: &str) -> (u8, u8) {
         let at = self.bit(pin) as u8;

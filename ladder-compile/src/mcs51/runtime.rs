@@ -1,4 +1,4 @@
-//! What stands around the rungs: reset, and the subroutines that a program uses.
+//! Code around the rungs: reset, and the subroutines that a program uses.
 
 use emu_8051::isa::Kind;
 
@@ -11,7 +11,7 @@ use super::select::{Mcs51Selector, PendingCode};
 use crate::code::{CodeLabel, CodeWriter};
 use crate::ir::Ir;
 
-/// From reset on: outputs low before anything else, since reset leaves all ports high; then RAM, whatever it held.
+/// Emits the reset code: first drives outputs low, because reset leaves all ports high; then initialises RAM.
 pub(super) fn emit_reset(asm: &mut CodeWriter<Mcs51Arch>, ir: &Ir, layout: &Mcs51Layout) {
     let outputs = || layout.ports.iter().filter(|port| port.outputs != 0);
     for port in outputs() {
@@ -45,7 +45,7 @@ pub(super) fn emit_reset(asm: &mut CodeWriter<Mcs51Arch>, ir: &Ir, layout: &Mcs5
 }
 
 impl Mcs51Selector<'_> {
-    /// The product of two integers of `width` bytes takes the place of the first.
+    /// Emits the subroutine that replaces the first of two integers of `width` bytes by their product.
     pub(super) fn multiplication(&mut self, entry: CodeLabel, width: usize) {
         let scratch = self.layout.scratch.clone();
         let at = |n: usize| scratch.get(n).copied().unwrap_or(0);
@@ -86,8 +86,10 @@ impl Mcs51Selector<'_> {
         self.flush();
     }
 
-    /// The quotient of two integers of `width` bytes takes the place of the first. Magnitudes are divided; with a divisor of 0
-    /// every bit of the quotient is 1, which with the dividend's sign is -1 or 1, as the language has it.
+    /// Emits the subroutine that replaces the first of two integers of `width` bytes by their quotient.
+    ///
+    /// It divides magnitudes. A divisor of 0 gives a quotient of all ones, which with the sign of the
+    /// dividend is -1 or 1, as the language requires.
     pub(super) fn division(&mut self, entry: CodeLabel, width: usize) {
         let scratch = self.layout.scratch.clone();
         let at = |n: usize| scratch.get(n).copied().unwrap_or(0);
@@ -112,7 +114,7 @@ impl Mcs51Selector<'_> {
         self.flush();
     }
 
-    /// Two bytes without sign: DIV, but FFh where the divisor is 0.
+    /// Divides two unsigned bytes with DIV; the quotient is FFh if the divisor is 0.
     fn divide_bytes(&mut self, x: u8, y: u8) {
         let zero = self.asm.new_label();
         self.load(ByteOperand::At(y));
@@ -126,8 +128,11 @@ impl Mcs51Selector<'_> {
         self.save(x);
     }
 
-    /// Two bytes each, without sign. The high byte of the quotient comes from DIV where the divisor has one byte, and is 0
-    /// where it has two, so that eight turns are left, with the high byte of the dividend, or what DIV left of it, as the remainder.
+    /// Divides two unsigned words.
+    ///
+    /// The high byte of the quotient comes from DIV if the divisor has one byte, and is 0 if it has two. So
+    /// eight iterations remain; the remainder starts as the high byte of the dividend, or as the remainder of
+    /// DIV.
     fn divide_words(&mut self, [x0, x1, y0, y1, rest0, rest1]: [u8; 6], count: u8) {
         let (two, zero, go, again, smaller) = (
             self.asm.new_label(),
@@ -147,7 +152,7 @@ impl Mcs51Selector<'_> {
         self.save(x1);
         self.copy(rest0, ByteOperand::Sfr(B));
         self.pending.push(PendingCode::Jump(Mcs51Jump::Unconditional, go));
-        // 0 where the divisor has two bytes; FFh where it is 0.
+        // High byte of the quotient: 0 if the divisor has two bytes; FFh if the divisor is 0.
         self.begin_unknown(two);
         self.load(ByteOperand::Imm(0xFF));
         self.begin_unknown(zero);
@@ -162,7 +167,8 @@ impl Mcs51Selector<'_> {
         self.copy(count, ByteOperand::Imm(8));
         self.begin_unknown(again);
         self.shift_left(&[x0, rest0, rest1]);
-        // The remainder is below the divisor, which is at most half of the range, so nothing was shifted out.
+        // The remainder is less than the divisor, which is at most half of the range, so no bit was shifted
+        // out.
         self.load(ByteOperand::At(rest0));
         self.alu(AluOp::Subb, ByteOperand::At(y0));
         self.emit(Kind::MovDirA, &[DPL]);
@@ -176,7 +182,7 @@ impl Mcs51Selector<'_> {
         self.decrement_and_loop(count, again, 8);
     }
 
-    /// Three or four bytes each, without sign, bit by bit.
+    /// Divides two unsigned numbers of three or four bytes, bit by bit.
     fn divide_long(&mut self, x: &[u8], y: &[u8], rest: &[u8], count: u8) {
         let (again, smaller) = (self.asm.new_label(), self.asm.new_label());
         let bits = 8 * x.len() as u8;
@@ -199,7 +205,7 @@ impl Mcs51Selector<'_> {
         self.decrement_and_loop(count, again, bits.into());
     }
 
-    /// Bytes shifted left by one bit, the lowest first; the carry is 0 afterwards where the highest was below 80h.
+    /// Shifts bytes left by one bit, lowest first. The carry is 0 afterwards if the highest was below 80h.
     fn shift_left(&mut self, bytes: &[u8]) {
         self.emit(Kind::ClrC, &[]);
         for &at in bytes {
@@ -210,7 +216,7 @@ impl Mcs51Selector<'_> {
         }
     }
 
-    /// Goes back until the count is 0.
+    /// Decrements the counter and jumps back until it is 0.
     fn decrement_and_loop(&mut self, count: u8, again: CodeLabel, times: u32) {
         let jump_form = match count {
             0..8 => Mcs51Jump::conditional(Kind::DjnzReg, &[count.into()]),
@@ -220,7 +226,7 @@ impl Mcs51Selector<'_> {
         self.state = SelectorState::default();
     }
 
-    /// A number becomes its negative where a bit is 1.
+    /// Negates a number if a bit is 1.
     fn negate_if(&mut self, bit: i32, number: &[u8]) {
         let positive = self.asm.new_label();
         self.jump(Kind::Jnb, &[bit], positive);
@@ -238,7 +244,7 @@ impl Mcs51Selector<'_> {
         self.save(at);
     }
 
-    /// A label at which nothing is known.
+    /// Places a label at which nothing is known.
     fn begin_unknown(&mut self, label: CodeLabel) {
         self.place(label);
         self.state = SelectorState::default();

@@ -1,7 +1,7 @@
-//! Operations to instructions.
+//! Selects 8051 instructions for the intermediate code.
 //!
-//! The accumulator of the intermediate code is the carry; what else is known of it stands in [`SelectorState`]. Code is collected in
-//! lines, so that the two arms of a branch can be brought to agree before they are joined.
+//! The accumulator of the intermediate code is the carry; [`SelectorState`] holds what else is known of it.
+//! Code is collected in lines first, so that the two arms of a branch can be made to agree before they join.
 
 use emu_8051::isa::Kind;
 
@@ -13,43 +13,45 @@ use crate::code::{CodeLabel, CodeWriter};
 use crate::ir::{Ir, IrOp};
 use crate::target::CodeMark;
 
-/// A line of code that is not yet in the assembler.
+/// A line of code that has not been passed to the code writer yet.
 #[derive(Debug, Clone)]
 pub enum PendingCode {
     /// An instruction.
     Op(Kind, Vec<i32>),
-    /// What refers to a label.
+    /// An instruction that refers to a label.
     Jump(Mcs51Jump, CodeLabel),
-    /// A label.
+    /// The position of a label.
     Place(CodeLabel),
-    /// A jump back, taken at most so many times in a row.
+    /// A jump back, taken at most this many times in a row.
     Repeat(Mcs51Jump, CodeLabel, u32),
 }
 
-/// Code of operations.
+/// State of instruction selection.
 #[derive(Debug)]
 pub struct Mcs51Selector<'a> {
-    /// What becomes of it.
+    /// Writer that receives the instructions.
     pub asm: &'a mut CodeWriter<Mcs51Arch>,
     pub(super) ir: &'a Ir,
     pub(super) layout: &'a Mcs51Layout,
     pub(super) regs: Mcs51Registers,
+    /// What is known at the current position.
     pub(super) state: SelectorState,
+    /// Lines not yet passed to the code writer.
     pub(super) pending: Vec<PendingCode>,
-    /// The multiplications in use, by width in bytes.
+    /// Labels of the multiplication routines in use, by width in bytes.
     pub multiply: [Option<CodeLabel>; 5],
-    /// The divisions in use, by width in bytes.
+    /// Labels of the division routines in use, by width in bytes.
     pub divide: [Option<CodeLabel>; 5],
-    /// The tables in use, a byte of each value.
+    /// Tables in use; each holds one byte of every value.
     pub tables: Vec<(CodeLabel, Vec<u8>)>,
-    /// Places where a byte is sent.
+    /// Labels before each write to the transmitter.
     pub send_labels: Vec<CodeLabel>,
-    /// The byte before may still be on its way when a byte is sent.
+    /// True if the previous byte may still be in transmission when a byte is sent.
     pub must_wait_for_transmitter: bool,
 }
 
 impl<'a> Mcs51Selector<'a> {
-    /// Nothing is known at first.
+    /// Creates a selector that knows nothing of the machine state.
     pub fn new(asm: &'a mut CodeWriter<Mcs51Arch>, ir: &'a Ir, layout: &'a Mcs51Layout, regs: Mcs51Registers) -> Self {
         Mcs51Selector {
             asm,
@@ -66,13 +68,13 @@ impl<'a> Mcs51Selector<'a> {
         }
     }
 
-    /// Appends the code of one operation; `live` says that the accumulator is read after it.
+    /// Appends the code of one operation; `live` says whether the accumulator is read after it.
     pub fn select_op(&mut self, op: &IrOp, live: bool) {
         self.op(op, live);
         self.flush();
     }
 
-    /// Hands what is collected to the assembler.
+    /// Passes the collected lines to the code writer.
     pub(super) fn flush(&mut self) {
         for line in std::mem::take(&mut self.pending) {
             match line {
@@ -84,23 +86,27 @@ impl<'a> Mcs51Selector<'a> {
         }
     }
 
-    /// A mark stands here.
+    /// Places a mark at the current position.
     pub fn mark(&mut self, mark: CodeMark) {
         self.asm.mark(mark);
     }
 
+    /// Adds an instruction to the pending lines.
     pub(super) fn emit(&mut self, kind: Kind, operands: &[i32]) {
         self.pending.push(PendingCode::Op(kind, operands.to_vec()));
     }
 
+    /// Adds a conditional jump to the pending lines.
     pub(super) fn jump(&mut self, kind: Kind, operands: &[i32], to: CodeLabel) {
         self.pending.push(PendingCode::Jump(Mcs51Jump::conditional(kind, operands), to));
     }
 
+    /// Places a label in the pending lines.
     pub(super) fn place(&mut self, label: CodeLabel) {
         self.pending.push(PendingCode::Place(label));
     }
 
+    /// Selects a list of operations; `after` says whether the accumulator is read after it.
     pub(super) fn select_ops(&mut self, ops: &[IrOp], after: bool) {
         let all: Vec<&IrOp> = ops.iter().collect();
         for (op, live) in all.iter().zip(acc_live_after(&all, after)) {
@@ -134,7 +140,7 @@ impl<'a> Mcs51Selector<'a> {
             IrOp::Send { value } => self.send(*value),
             IrOp::Receive { dst } => self.receive(*dst),
             IrOp::If { cond, if_true: then, if_false: otherwise } => self.branch(*cond, then, otherwise, live),
-            // Refused before: the chips have nothing of the kind.
+            // The checks refuse these, because the chips have no such peripherals.
             IrOp::ReadAdc { .. }
             | IrOp::SetPwm { .. }
             | IrOp::ReadEeprom { .. }

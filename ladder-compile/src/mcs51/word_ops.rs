@@ -1,4 +1,4 @@
-//! Integers of one to four bytes: moves and arithmetic.
+//! Selects moves and arithmetic of integers of one to four bytes.
 
 use emu_8051::isa::Kind;
 
@@ -10,7 +10,8 @@ use super::select::{Mcs51Selector, PendingCode};
 use crate::ir::{ArithmeticOp, WordId, WordOperand, shift_count};
 
 impl Mcs51Selector<'_> {
-    /// The bytes of a value at `width`, low byte first. The sign of a narrower cell goes to `slot`, which costs A and the carry.
+    /// Bytes of a value at `width`, low byte first. The sign of a narrower cell is written to `slot`, using A
+    /// and the carry.
     pub(super) fn operand_bytes(&mut self, value: WordOperand, width: u8, slot: i32) -> Vec<ByteOperand> {
         match value {
             WordOperand::Const(value) => {
@@ -30,7 +31,7 @@ impl Mcs51Selector<'_> {
         }
     }
 
-    /// The bytes of two values at `width`.
+    /// Bytes of two values at `width`.
     pub(super) fn operand_byte_pairs(
         &mut self,
         a: WordOperand,
@@ -42,11 +43,12 @@ impl Mcs51Selector<'_> {
         a.into_iter().zip(b).collect()
     }
 
+    /// True if a value is a cell of fewer than `width` bytes.
     pub(super) fn is_narrower(&self, value: WordOperand, width: u8) -> bool {
         matches!(value, WordOperand::Cell(word) if self.ir.bytes(word) < width)
     }
 
-    /// Places of the bytes of a word, low byte first.
+    /// Addresses of the bytes of a word, low byte first.
     fn byte_addresses(&self, word: WordId) -> Vec<u8> {
         let at = self.layout.word(word);
         (0..self.ir.bytes(word)).map(|n| at + n).collect()
@@ -58,7 +60,7 @@ impl Mcs51Selector<'_> {
         match src {
             WordOperand::Const(value) => {
                 let bytes: Vec<(u8, u8)> = places.into_iter().zip(value.to_le_bytes()).collect();
-                // What comes twice goes by A.
+                // A byte value that occurs twice is loaded into A once.
                 for &(at, byte) in &bytes {
                     if bytes.iter().filter(|(_, other)| *other == byte).count() > 1 {
                         self.load(ByteOperand::Imm(byte));
@@ -183,7 +185,7 @@ impl Mcs51Selector<'_> {
         }
         self.save_carry(live);
         let sources = self.operand_bytes(WordOperand::Cell(a), width, B);
-        // With an upper half that does nothing but carry on, two bytes are short.
+        // If the upper half only propagates the carry, two bytes have a shorter form.
         if let (true, true, [low, high], [small, _]) = (dst == a, upper(0) || upper(0xFF), &places[..], constant) {
             let up = upper(0);
             let over = self.asm.new_label();
@@ -210,7 +212,7 @@ impl Mcs51Selector<'_> {
         }
     }
 
-    /// One more; no flag changes.
+    /// Increments a word; no flag changes.
     fn count_up(&mut self, places: &[u8]) {
         let over = self.asm.new_label();
         for (n, &at) in places.iter().enumerate() {
@@ -229,7 +231,7 @@ impl Mcs51Selector<'_> {
         }
     }
 
-    /// One less; no flag changes. A byte is taken from where all below it are 0.
+    /// Decrements a word; no flag changes. A byte is decremented if all lower bytes are 0.
     fn count_down(&mut self, places: &[u8]) {
         let [low, upper @ ..] = places else { return };
         if !upper.is_empty() {
@@ -244,7 +246,7 @@ impl Mcs51Selector<'_> {
         self.step_byte(*low, false);
     }
 
-    /// dst := a op b, by a subroutine that takes and gives at fixed places.
+    /// dst := a op b, with a subroutine that has its operands and result at fixed addresses.
     fn call_subroutine(&mut self, op: ArithmeticOp, dst: WordId, a: WordOperand, b: WordOperand, live: bool) {
         self.save_carry(live);
         let width = self.ir.width(op, dst, a, b);

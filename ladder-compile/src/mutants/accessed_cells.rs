@@ -1,4 +1,4 @@
-//! What an operation reads and writes.
+//! Finds the cells that an operation reads and writes.
 
 use std::collections::HashSet;
 
@@ -10,11 +10,11 @@ pub(super) enum AccessedCell {
     Acc,
     Bit(BitId),
     Word(WordId),
-    /// A part of the chip.
+    /// A peripheral.
     Peripheral,
 }
 
-/// What is read and what is written.
+/// Sets of cells that are read and written.
 #[derive(Default)]
 pub(super) struct CellAccesses {
     pub reads: HashSet<AccessedCell>,
@@ -22,14 +22,14 @@ pub(super) struct CellAccesses {
 }
 
 impl CellAccesses {
-    /// By these operations, one after the other.
+    /// Collects the accesses of these operations.
     pub fn of<'a>(ops: impl IntoIterator<Item = &'a IrOp>) -> CellAccesses {
         let mut touched = CellAccesses::default();
         ops.into_iter().for_each(|op| touched.add(&mut op.clone()));
         touched
     }
 
-    /// The two do not commute.
+    /// True if the two sets of operations do not commute.
     pub fn conflicts_with(&self, other: &CellAccesses) -> bool {
         let meets = |a: &HashSet<AccessedCell>, b: &HashSet<AccessedCell>| a.intersection(b).next().is_some();
         meets(&self.writes, &other.writes) || meets(&self.writes, &other.reads) || meets(&self.reads, &other.writes)
@@ -48,7 +48,7 @@ impl CellAccesses {
     }
 }
 
-/// A cell where an operation names it.
+/// A reference to a cell inside an operation.
 pub(super) enum CellSlot<'a> {
     Acc,
     Bit(&'a mut BitId),
@@ -56,7 +56,7 @@ pub(super) enum CellSlot<'a> {
     Peripheral,
 }
 
-/// Calls `see` for everything that `op` and what lies within it reads (`false`) and writes (`true`).
+/// Calls `see` for everything that `op` and its nested operations read (`false`) and write (`true`).
 pub(super) fn for_each_cell(op: &mut IrOp, see: &mut dyn FnMut(CellSlot<'_>, bool)) {
     fn value(value: &mut WordOperand, see: &mut dyn FnMut(CellSlot<'_>, bool)) {
         if let WordOperand::Cell(word) = value {

@@ -1,4 +1,4 @@
-//! The faults of single operations.
+//! Faults of single operations.
 
 use ladder::{CounterKind, TimerKind};
 
@@ -7,8 +7,8 @@ use crate::ir::{
     WordOperand,
 };
 
-/// The faults of one operation and of those within it: the operation that is changed, and what it becomes (`None`: it is
-/// left out).
+/// Faults of one operation and of its nested operations: the affected operation and its replacement (`None`
+/// if omitted).
 pub(super) fn op_mutants(ir: &Ir, op: &IrOp) -> Vec<(IrOp, Option<IrOp>)> {
     let mut all: Vec<(IrOp, Option<IrOp>)> = own_mutants(ir, op).into_iter().map(|new| (op.clone(), new)).collect();
     if let IrOp::If { if_true: then, if_false: otherwise, .. } = op {
@@ -42,7 +42,7 @@ pub(super) fn nth_mutant(ir: &Ir, op: &IrOp, n: usize) -> Option<IrOp> {
     Some(IrOp::If { cond, if_true: then, if_false: otherwise })
 }
 
-/// The faults of `op` itself.
+/// Faults of `op` itself.
 fn own_mutants(ir: &Ir, op: &IrOp) -> Vec<Option<IrOp>> {
     let mut out = Vec::new();
     let mut new = |op: IrOp| out.push(Some(op));
@@ -100,7 +100,7 @@ fn own_mutants(ir: &Ir, op: &IrOp) -> Vec<Option<IrOp>> {
                 ArithmeticOp::Or | ArithmeticOp::Xor => ArithmeticOp::And,
                 ArithmeticOp::Shr => ArithmeticOp::Sub,
             };
-            // Adding 0 or -32768 is the same as taking it away.
+            // Adding 0 or -32768 is the same as subtracting it.
             if !matches!(b, WordOperand::Const(0 | -0x8000)) || !matches!(op, ArithmeticOp::Add | ArithmeticOp::Sub) {
                 new(IrOp::Math { op: operator, dst, a, b });
             }
@@ -117,7 +117,8 @@ fn own_mutants(ir: &Ir, op: &IrOp) -> Vec<Option<IrOp>> {
             out.push(None);
         }
         IrOp::Lookup { dst, index, table } => {
-            // The index of another word might lie outside of the table; another table has another length.
+            // Only the destination changes: another index could be outside of the table, and other tables
+            // have other lengths.
             other_words(ir, dst).for_each(|dst| new(IrOp::Lookup { dst, index, table }));
             out.push(None);
         }
@@ -178,7 +179,7 @@ fn other_logic_ops(is: LogicOp) -> Vec<LogicOp> {
     }
 }
 
-/// The other kinds of timers, or of counters.
+/// Other kinds of timers, or of counters.
 fn other_modules(is: TimedModule) -> Vec<TimedModule> {
     let timers = [TimerKind::Ton, TimerKind::Tof, TimerKind::Rto].map(TimedModule::Timer).to_vec();
     let counters = |input, bounded| {
@@ -211,7 +212,7 @@ fn other_comparisons(ir: &Ir, compare: WordComparison) -> Vec<WordComparison> {
     out
 }
 
-/// A constant by one up and down, or the next word.
+/// The constant plus one and minus one, or the next word.
 fn other_operands(ir: &Ir, value: WordOperand) -> Vec<WordOperand> {
     match value {
         WordOperand::Const(c) => vec![WordOperand::Const(c.wrapping_add(1)), WordOperand::Const(c.wrapping_sub(1))],
@@ -219,7 +220,7 @@ fn other_operands(ir: &Ir, value: WordOperand) -> Vec<WordOperand> {
     }
 }
 
-/// The next bit of the same role, if there is another.
+/// The next bit of the same role, if there is one.
 fn other_bits(ir: &Ir, bit: BitId) -> impl Iterator<Item = BitId> {
     let count = ir.bits.len() as u32;
     let role = |bit: BitId| ir.bits.get(bit.0 as usize).map(|cell| cell.role);
@@ -227,7 +228,7 @@ fn other_bits(ir: &Ir, bit: BitId) -> impl Iterator<Item = BitId> {
     (1..count).map(|n| BitId((bit.0 + n) % count)).find(|&other| wanted.is_some() && role(other) == wanted).into_iter()
 }
 
-/// The next word, if there is another.
+/// The next word, if there is one.
 fn other_words(ir: &Ir, word: WordId) -> impl Iterator<Item = WordId> {
     let count = ir.words.len() as u32;
     (count > 1).then(|| WordId((word.0 + 1) % count)).into_iter()

@@ -1,4 +1,4 @@
-//! Faults of more than one operation: orders, aliasing, cells at the places of others.
+//! Faults that involve several operations: wrong order, aliasing, swapped cells.
 
 use ladder::ElementId;
 
@@ -6,7 +6,7 @@ use super::accessed_cells::{AccessedCell, CellAccesses, CellSlot, for_each_cell}
 use super::{MutantCandidate, MutantChange, MutantKind, text};
 use crate::ir::{BitRole, BranchCondition, Ir, IrOp, IrStep, WordOperand, WordRole};
 
-/// All of them.
+/// All faults of this kind.
 pub(super) fn shape_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
     let mut all = order_candidates(ir);
     all.extend(rung_order_candidates(ir));
@@ -15,7 +15,7 @@ pub(super) fn shape_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
     all
 }
 
-/// Neighbours that do not commute, swapped.
+/// Swaps neighbouring operations that do not commute.
 fn order_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
     let mut all = Vec::new();
     for (number, rung) in ir.rungs.iter().enumerate() {
@@ -43,7 +43,7 @@ fn order_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
     all
 }
 
-/// Neighbouring rungs that do not commute, swapped.
+/// Swaps neighbouring rungs that do not commute.
 fn rung_order_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
     let touched: Vec<CellAccesses> = ir
         .rungs
@@ -68,7 +68,7 @@ fn rung_order_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
         }
         let make = move || {
             let mut changed = ir.clone();
-            // Elements stay in their rungs, so that the map is whole.
+            // Elements stay in their rungs, so that the map is complete.
             let moved = |from: usize, to: usize| -> Vec<IrStep> {
                 let last = ir.rungs[to].element_count.saturating_sub(1);
                 let steps = ir.rungs[from].steps.iter();
@@ -94,7 +94,7 @@ fn rung_order_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
     all
 }
 
-/// Destinations that are written before the operands are read, and rows of moves in the wrong order.
+/// Writes destinations before operands are read, and reverses sequences of moves.
 fn alias_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
     let mut all = Vec::new();
     for (number, rung) in ir.rungs.iter().enumerate() {
@@ -120,7 +120,7 @@ fn alias_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
     all
 }
 
-/// Where this fault can be in `op`.
+/// Number of places in `op` where an aliasing fault is possible.
 fn count_alias_places(op: &IrOp) -> usize {
     let own = usize::from(own_alias(op).is_some());
     match op {
@@ -174,12 +174,12 @@ fn own_alias(op: &IrOp) -> Option<IrOp> {
     }
 }
 
-/// Some operations as one.
+/// Combines several operations into one.
 fn sequence(ops: Vec<IrOp>) -> IrOp {
     IrOp::If { cond: BranchCondition::Acc, if_true: ops.clone(), if_false: ops }
 }
 
-/// Cells that the code keeps where the next one of the kind is.
+/// Places a cell where the next cell of the same kind is.
 fn state_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
     let mut all = Vec::new();
     for (n, cell) in ir.bits.iter().enumerate().filter(|(_, cell)| cell.role != BitRole::Temporary) {

@@ -1,12 +1,13 @@
-//! A contact that parallel branches have in common is computed once.
+//! Factors out a contact that parallel branches have in common, so that it is computed once.
 
 use std::collections::HashSet;
 
 use super::Liveness;
 use crate::ir::{BitId, BranchCondition, Ir, IrOp, IrStep, LogicOp};
 
-/// Takes a contact that two branches have in common out of both: `load x; and a; store t; load x; and b; or t` is
-/// `load a; store t; load b; or t; and x`.
+/// Moves a contact that two branches have in common after their OR.
+///
+/// `load x; and a; store t; load x; and b; or t` becomes `load a; store t; load b; or t; and x`.
 pub(super) fn factor_common_contacts(ir: &mut Ir, temporary: &HashSet<BitId>) {
     let mut within = temporary.clone();
     for rung in &ir.rungs {
@@ -19,8 +20,9 @@ pub(super) fn factor_common_contacts(ir: &mut Ir, temporary: &HashSet<BitId>) {
     }
 }
 
-/// The same where the temporary is stored by step `at`; false where there is nothing to take out. The temporary must be
-/// one that no rung reads before it has stored it (`within`), and must not be read again.
+/// Factors a contact out where step `at` stores the temporary; returns false if there is none.
+///
+/// No rung may read the temporary before storing it (`within`), and it must not be read again.
 fn factor_at(steps: &mut Vec<IrStep>, at: usize, within: &HashSet<BitId>) -> bool {
     let Some(IrStep { op: IrOp::Store { bit: joined, negated: false }, .. }) = steps.get(at) else { return false };
     let joined = *joined;
@@ -30,7 +32,7 @@ fn factor_at(steps: &mut Vec<IrStep>, at: usize, within: &HashSet<BitId>) -> boo
     };
     let is_and = |step: &&IrStep| matches!(step.op, IrOp::And { .. });
     let is_load = |step: Option<&IrStep>| step.is_some_and(|step| matches!(step.op, IrOp::Load { .. }));
-    // The second branch is `load; and; ..` up to the OR; of the first one the last ANDs count, and the load before them.
+    // The second branch is `load; and; ..` up to the OR. The first branch ends with ANDs, preceded by a load.
     let ands = steps.iter().skip(at + 2).take_while(is_and).count();
     let or = at + 2 + ands;
     let joins = |step: &IrStep| step.op == IrOp::Or { bit: joined, negated: false };
@@ -50,7 +52,7 @@ fn factor_at(steps: &mut Vec<IrStep>, at: usize, within: &HashSet<BitId>) -> boo
     let Some((n, m, (bit, negated))) = common else { return false };
     let is_single_contact = first + 1 == at && is_load(steps.get(first)) || m == at + 1 && ands == 0;
     if is_single_contact {
-        // One of the branches is the contact alone, which the other narrows in vain.
+        // One branch is only the contact, so the other branch has no effect.
         steps.splice(at..=or, [IrStep { element: owner, op: IrOp::Load { bit, negated } }]);
         return true;
     }
@@ -67,14 +69,14 @@ fn factor_at(steps: &mut Vec<IrStep>, at: usize, within: &HashSet<BitId>) -> boo
     true
 }
 
-/// How an operation deals with a bit.
+/// How an operation accesses a bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum BitAccess {
     Read,
     Written,
 }
 
-/// The first thing that an operation surely does with a bit; an operation that may read it reads it.
+/// First certain access of an operation to a bit; a possible read counts as a read.
 fn next_access(op: &IrOp, wanted: BitId) -> Option<BitAccess> {
     let reads = |read: &[BitId]| read.contains(&wanted).then_some(BitAccess::Read);
     match op {

@@ -1,45 +1,47 @@
-//! PIC16 code for [`crate::code`]: one word an instruction; GOTO and CALL reach their page of 2,048 words, and PCLATH the
-//! other pages.
+//! PIC16 as a target of the code writer ([`crate::code`]): one word per instruction; GOTO and CALL reach
+//! within a page.
 //!
-//! PCLATH<4:3> holds the page of the running code everywhere but between a change of page and its jump.
+//! A page has 2,048 words; PCLATH selects other pages. PCLATH<4:3> is always the page of the running code,
+//! except between a change of page and its jump.
 
 use emu_pic16::isa::{self, Kind, ROWS};
 
 use crate::CodegenError;
 use crate::code::{ControlFlow, CycleCounts, FormInstruction, TargetArch};
 
-/// Words of a page.
+/// Words per page.
 pub const PAGE: u32 = 0x800;
 
-/// Address of PCLATH, in every bank, and its bits that name the page.
+/// Address of PCLATH, in every bank; below, its bits that select the page.
 const PCLATH: i32 = 0x0A;
 const PAGE_BITS: [i32; 2] = [3, 4];
 
-/// The family.
+/// The PIC16 family.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Pic16Arch;
 
-/// Transfers of control.
+/// A control transfer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pic16Jump {
     /// GOTO.
     Goto,
-    /// CALL; PCLATH is set back behind it.
+    /// CALL; PCLATH is restored after it.
     Call,
 }
 
-/// The bits of PCLATH that name the page `to`, those in which `from` is another or those in which it is the same.
+/// PCLATH bits with their values in page `to`: those that differ from page `from`, or those that are equal.
 fn page_bits(from: u32, to: u32, differ: bool) -> impl Iterator<Item = (i32, bool)> {
     let (from, to) = (from / PAGE, to / PAGE);
     (0..2).filter(move |n| ((from ^ to) >> n & 1 == 1) == differ).map(move |n| (PAGE_BITS[n], to >> n & 1 == 1))
 }
 
-/// The bits of PCLATH in which two pages differ, with their value in `to`.
+/// PCLATH bits in which two pages differ, with their values in `to`.
 fn differing_page_bits(from: u32, to: u32) -> impl Iterator<Item = (i32, bool)> {
     page_bits(from, to, true)
 }
 
-/// Exactly `level` bits of PCLATH with their value in `to`: those that differ, then others, which stay what they are.
+/// Exactly `level` PCLATH bits with their values in `to`: first those that differ, then others, which do not
+/// change.
 fn written_page_bits(from: u32, to: u32, level: u8) -> impl Iterator<Item = (i32, bool)> {
     differing_page_bits(from, to).chain(page_bits(from, to, false)).take(level.into())
 }
@@ -48,13 +50,13 @@ fn page_bit_instruction((bit, value): (i32, bool)) -> (Kind, Vec<i32>) {
     (if value { Kind::Bsf } else { Kind::Bcf }, vec![PCLATH, bit])
 }
 
-/// The level of the shortest form from a page to a page: the number of bits of PCLATH that change.
+/// Level of the shortest form between two addresses: the number of PCLATH bits that change.
 #[must_use]
 pub fn shortest_level(from: u32, to: u32) -> u8 {
     differing_page_bits(from, to).count() as u8
 }
 
-/// Words of a form: the changes of PCLATH and the jump; behind a call they are taken back.
+/// Length of a form in words: changes of PCLATH and the jump; after a call, the changes are undone.
 #[must_use]
 pub fn form_words(jump: Pic16Jump, level: u8) -> u32 {
     1 + u32::from(level) * if jump == Pic16Jump::Call { 2 } else { 1 }
@@ -108,7 +110,7 @@ impl TargetArch for Pic16Arch {
     }
 }
 
-/// Instructions that may leave out the next one.
+/// True for instructions that may skip the next one.
 #[must_use]
 pub fn is_skip(kind: Kind) -> bool {
     use Kind::{Btfsc, Btfss, DecfszF, DecfszW, IncfszF, IncfszW};

@@ -1,4 +1,4 @@
-//! Branches: jumps around lists of operations, and where the accumulator is behind them.
+//! Selects branches between lists of operations, and places the accumulator where both paths agree.
 
 use emu_pic16::isa::Kind;
 
@@ -10,7 +10,7 @@ use super::writer::Pic16Item;
 use crate::ir::{BranchCondition, IrOp};
 
 impl Pic16Selector<'_, '_> {
-    /// One of two lists.
+    /// Selects code that executes one of two lists.
     pub(super) fn branch(
         &mut self,
         cond: BranchCondition,
@@ -61,7 +61,7 @@ impl Pic16Selector<'_, '_> {
         let (no, end) = (self.out.label(), self.out.label());
         let mine = before.clone().unwrap_or(RungFormula::Const(true));
         let other = before.clone().unwrap_or(RungFormula::Const(false));
-        // Where one way has nothing to do but to leave a known value, that value is there before.
+        // If one path only leaves a known value, store that value before the branch.
         let preset = settle.filter(|to| !e.reads_bit(to.at));
         let done = |way: &[IrOp], value: &RungFormula| {
             preset.is_some() && way.is_empty() && matches!(value, RungFormula::Const(_))
@@ -103,7 +103,7 @@ impl Pic16Selector<'_, '_> {
         };
     }
 
-    /// A branch that is one instruction stands behind a skip. Says whether it was.
+    /// Emits a branch with a single instruction as a skip; returns whether that was possible.
     fn select_single_instruction(&mut self, e: &RungFormula, then: &[IrOp], by_acc: bool) -> bool {
         let [op] = then else { return false };
         let (IrOp::SetBit { .. } | IrOp::Store { .. } | IrOp::Move { .. } | IrOp::Math { .. }) = op else {
@@ -137,7 +137,7 @@ impl Pic16Selector<'_, '_> {
         true
     }
 
-    /// The address of what an operation on one byte writes.
+    /// Address of the byte that a one-byte operation writes.
     fn written_byte(&self, op: &IrOp) -> Option<u16> {
         match op {
             IrOp::SetBit { bit, .. } | IrOp::Store { bit, .. } => Some(self.layout.bit(*bit).0),

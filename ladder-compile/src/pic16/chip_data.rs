@@ -1,24 +1,25 @@
-//! What the back end asks of a chip's row: registers and bits by name, and from which banks a byte can be reached.
+//! Chip data for the back end: registers and bits by name, and the banks from which a byte can be accessed.
 
 use emu_pic16::chips::{FileSlot, Pic16Part};
 use emu_pic16::periph::map::Sfr;
 
-/// A set of banks, bit n for bank n.
+/// A set of banks: bit n represents bank n.
 pub type BankSet = u8;
 
 /// All banks.
 pub const ANY_BANK: BankSet = 0b1111;
 
-/// A chip.
+/// Chip data with the reachability of each address.
 #[derive(Debug)]
 pub struct Pic16ChipData {
-    /// Its row.
+    /// Description of the chip.
     pub part: &'static Pic16Part,
+    /// Reachable banks of each data address.
     reach: [BankSet; 0x200],
 }
 
 impl Pic16ChipData {
-    /// Looks at every address once.
+    /// Computes the reachable banks of every address.
     #[must_use]
     pub fn new(part: &'static Pic16Part) -> Self {
         let places = part.file_slots();
@@ -33,7 +34,7 @@ impl Pic16ChipData {
         Pic16ChipData { part, reach }
     }
 
-    /// The banks from which the byte at a data address is reached.
+    /// Banks from which the byte at a data address can be accessed.
     #[must_use]
     pub fn reachable_banks(&self, addr: u16) -> BankSet {
         self.reach.get(usize::from(addr)).copied().unwrap_or(1)
@@ -45,20 +46,20 @@ impl Pic16ChipData {
         self.part.addr(sfr).unwrap_or(0)
     }
 
-    /// Address and number of a register's bit, by its name.
+    /// Address and bit number of a register bit, by its name.
     #[must_use]
     pub fn bit(&self, name: &str) -> (u16, u8) {
         let found = self.part.bits.iter().find(|(_, bit, _)| *bit == name);
         found.map_or((0, 0), |&(sfr, _, bit)| (self.reg(sfr), bit))
     }
 
-    /// Several bits of one register as a mask.
+    /// Mask of several bits of one register.
     #[must_use]
     pub fn mask(&self, names: &[&str]) -> u8 {
         names.iter().fold(0, |mask, name| mask | 1 << self.bit(name).1)
     }
 
-    /// Whether a register has such a bit.
+    /// True if a register has a bit with this name.
     #[must_use]
     pub fn has_bit(&self, name: &str) -> bool {
         self.part.bits.iter().any(|(_, bit, _)| *bit == name)

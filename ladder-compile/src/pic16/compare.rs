@@ -1,4 +1,4 @@
-//! Comparisons to flags. Signed numbers are compared without sign after their highest bits were turned.
+//! Compares integers into flags. Signed comparisons become unsigned ones by inverting the sign bits.
 
 use emu_pic16::isa::Kind;
 
@@ -12,7 +12,7 @@ fn status_flag(bit: u8, is: bool) -> RungFormula {
 }
 
 impl Pic16Selector<'_, '_> {
-    /// A comparison with 0 that the sign bit answers.
+    /// Returns the sign bit if it alone decides a comparison with 0.
     pub fn sign_bit_comparison(&self, c: &WordComparison) -> Option<BitLiteral> {
         let top = u16::from(self.ir.bytes(c.a)) - 1;
         let is = c.rel == RelationOp::Lt;
@@ -20,7 +20,7 @@ impl Pic16Selector<'_, '_> {
             .then(|| BitLiteral { at: (self.layout.word(c.a) + top, 7), is })
     }
 
-    /// Emits what is needed to see a comparison or a range in the flags; gives the formula over them.
+    /// Emits code that evaluates a comparison or a range into the flags; returns the formula over the flags.
     pub fn compare_to_flags(&mut self, e: &RungFormula) -> RungFormula {
         match e {
             RungFormula::Cmp(c) => {
@@ -70,20 +70,20 @@ impl Pic16Selector<'_, '_> {
         if bytes == 1 {
             return low;
         }
-        // What is above the lowest byte is 0; the carry stays.
+        // The bytes above the lowest must be 0; the carry is preserved.
         out.byte_op(Kind::MovfW, at + 1);
         (2..bytes).for_each(|n| out.byte_op(Kind::IorwfW, at + n));
         status_flag(Z, true).and(low)
     }
 
-    /// Z := the word is `k`.
+    /// Z := the word equals `k`.
     fn compare_equal(&mut self, word: WordId, k: i32) {
         let (at, bytes) = (self.layout.word(word), self.ir.bytes(word));
         let out = &mut self.out;
         let all: Vec<(u16, u8)> = (0..).map(|n| at + n).zip(k.to_le_bytes()).take(bytes.into()).collect();
         let (zero, other): (Vec<_>, Vec<_>) = all.into_iter().partition(|&(_, k)| k == 0);
         for (n, &(at, k)) in other.iter().enumerate() {
-            // W is 0 afterwards if this byte is equal, as those before, else it is not.
+            // W is 0 afterwards if this byte and all previous ones are equal.
             let short = match k {
                 1 => Some(Kind::DecfW),
                 0xFF => Some(Kind::IncfW),
@@ -119,14 +119,14 @@ impl Pic16Selector<'_, '_> {
         }
     }
 
-    /// C := the word is `k` or more.
+    /// C := the word is at least `k`.
     fn compare_at_least(&mut self, word: WordId, k: i32) {
         let (at, bytes) = (self.layout.word(word), self.ir.bytes(word));
         let out = &mut self.out;
         let k: Vec<u8> = k.to_le_bytes().into_iter().take(bytes.into()).collect();
         let byte = |n: usize| k.get(n).copied().unwrap_or(0);
         if bytes == 2 && byte(1) == 0 {
-            // The high byte decides unless it is 0: 1 to 127 is more, 128 and up is negative.
+            // Unless it is 0, the high byte decides: 1 to 127 means greater, 128 and above means negative.
             out.select_bank(out.chip.reachable_banks(at));
             out.load_w(byte(0));
             out.byte_op(Kind::SubwfW, at);
@@ -142,7 +142,8 @@ impl Pic16Selector<'_, '_> {
             0 => out.set_bit((STATUS, C), true),
             k => out.literal_op(Kind::Addlw, k.wrapping_neg()),
         }
-        // Where all above is equal C is set, and the next byte decides; nothing is below zeros.
+        // If all higher bytes are equal, C is set and the next byte decides. Low zero bytes of `k` need
+        // no comparison.
         let lowest = (0..top).find(|&n| byte(n) != 0).unwrap_or(top);
         for n in (lowest..top).rev() {
             out.literal_op(Kind::Movlw, byte(n));
@@ -151,7 +152,7 @@ impl Pic16Selector<'_, '_> {
         }
     }
 
-    /// C := a is b or more.
+    /// C := a is at least b.
     fn compare_at_least_cells(&mut self, a: WordId, b: WordId) {
         let bytes = self.ir.bytes(a).max(self.ir.bytes(b));
         let (a, b) = (self.widened_address(a, bytes, 0), self.widened_address(b, bytes, 1));

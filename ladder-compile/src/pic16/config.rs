@@ -1,8 +1,8 @@
-//! Configuration words: what the image needs of them.
+//! Computes the configuration words that an image needs.
 
 use emu_pic16::chips::{ConfigLayout, OscillatorMode, Pic16Part};
 
-/// Byte address of a configuration word in the HEX file, and its bytes.
+/// Returns the configuration words: byte address in the HEX file, and bytes.
 #[must_use]
 pub fn config_words(part: &Pic16Part, clock_hz: u64) -> Vec<(u32, Vec<u8>)> {
     let config = &part.config;
@@ -18,7 +18,7 @@ pub fn config_words(part: &Pic16Part, clock_hz: u64) -> Vec<(u32, Vec<u8>)> {
     all.filter_map(|(addr, word)| Some((u32::from(*addr) * 2, word?.to_le_bytes().to_vec()))).collect()
 }
 
-/// The oscillator for a clock (DS30292, 12.2), and its name.
+/// Oscillator mode for a clock frequency (DS30292, 12.2), and its name.
 fn oscillator(clock_hz: u64) -> (OscillatorMode, &'static str) {
     match clock_hz {
         0..=200_000 => (OscillatorMode::Lp, "LP"),
@@ -27,7 +27,7 @@ fn oscillator(clock_hz: u64) -> (OscillatorMode, &'static str) {
     }
 }
 
-/// The same for people, one line each.
+/// Describes the configuration for users, one line per setting.
 #[must_use]
 pub fn config_lines(part: &Pic16Part, clock_hz: u64) -> Vec<String> {
     let mut lines: Vec<String> = config_words(part, clock_hz)

@@ -1,8 +1,9 @@
-//! Where everything lives.
+//! Assigns places in RAM to all cells.
 //!
 //! ```text
-//! FSR<0>       the accumulator, where it must be kept: FSR is reached from every bank
-//! 70h..7Fh     (where the chip has RAM there that every bank reaches) images of the ports, then bits, then scratch, then words
+//! FSR<0>       the accumulator, where it must be kept: every bank reaches FSR
+//! 70h..7Fh     (where the chip has RAM there that every bank reaches) images of the ports, then bits, then
+//!              scratch, then words
 //! bank 0       words; on a chip without common RAM first the images, bits and scratch
 //! bank 1..3    more words
 //! ```
@@ -14,84 +15,86 @@ use super::chip_data::{ANY_BANK, Pic16ChipData};
 use crate::ir::{BitId, BitRole, Ir, WordId};
 use crate::pins::AssignedPin;
 
-/// A port of the program.
+/// Use of one port by the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pic16PortUse {
-    /// Its letter.
+    /// Letter of the port.
     pub letter: char,
-    /// PORTx.
+    /// Address of PORTx.
     pub port: u16,
-    /// TRISx.
+    /// Address of TRISx.
     pub tris: u16,
     /// Byte that holds the latched inputs.
     pub input: u16,
     /// Byte that is written to the port.
     pub output: u16,
-    /// Bits that are inputs.
+    /// Mask of bits that are inputs.
     pub input_bits: u8,
-    /// Bits that are outputs.
+    /// Mask of bits that are outputs.
     pub output_bits: u8,
-    /// Bits that exist.
+    /// Mask of bits that exist on the chip.
     pub existing_bits: u8,
-    /// Bits with an open drain.
+    /// Mask of bits with an open-drain output.
     pub open_drain_bits: u8,
 }
 
-/// What a program needs of RAM beside its cells, in bytes.
+/// RAM that a program needs besides its cells, in bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Pic16RamNeeds {
-    /// Scratch.
+    /// Scratch space.
     pub scratch: u16,
-    /// The count-down of the pacing timer.
+    /// Remainder counter of the pacing timer.
     pub fraction: u8,
-    /// What lengthens the pacing timer.
+    /// Extension of the pacing timer.
     pub extension: u8,
-    /// A bit that says that a byte has been received.
+    /// True if a flag bit for a received byte is needed.
     pub received: bool,
 }
 
-/// Places of all cells.
+/// Places of all cells of a program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pic16Layout {
     /// Ports in use, by letter.
     pub ports: Vec<Pic16PortUse>,
-    /// Address and bit, by [`BitId`].
+    /// Address and bit number of each bit, by [`BitId`].
     pub bits: Vec<(u16, u8)>,
-    /// Addresses of the low bytes, by [`WordId`].
+    /// Address of the low byte of each word, by [`WordId`].
     pub words: Vec<u16>,
-    /// First byte of scratch.
+    /// Address of the first byte of scratch.
     pub scratch: u16,
-    /// The count-down of the pacing timer.
+    /// Address of the remainder counter of the pacing timer.
     pub fraction: u16,
-    /// What lengthens the pacing timer, reached from bank 0.
+    /// Address of the extension of the pacing timer, accessible from bank 0.
     pub extension: u16,
-    /// A byte has been received.
+    /// Address and bit number of the flag for a received byte.
     pub byte_received_flag: (u16, u8),
-    /// Bytes in use.
+    /// Addresses of all bytes in use.
     pub used: Vec<u16>,
 }
 
 impl Pic16Layout {
-    /// Place of a bit.
+    /// Address and bit number of a bit.
     #[must_use]
     pub fn bit(&self, bit: BitId) -> (u16, u8) {
         self.bits.get(bit.0 as usize).copied().unwrap_or((0x20, 0))
     }
 
-    /// Address of a word.
+    /// Address of the low byte of a word.
     #[must_use]
     pub fn word(&self, word: WordId) -> u16 {
         self.words.get(word.0 as usize).copied().unwrap_or(0x20)
     }
 }
 
-/// Free RAM.
+/// RAM that is still free.
 struct Pic16FreeRam {
-    /// Ranges with their length, RAM of every bank first if there is any, then bank by bank.
+    /// Free ranges (address, length): first RAM common to all banks, if any, then bank by bank.
     ranges: Vec<(u16, u16)>,
+    /// True if the first range is RAM common to all banks.
     common: bool,
+    /// Addresses allocated so far.
     used: Vec<u16>,
-    /// Bytes that found no place.
+    /// Number of bytes that did not fit.
     missing: u64,
 }
 
@@ -123,7 +126,7 @@ impl Pic16FreeRam {
         Pic16FreeRam { ranges, common: is_common, used: Vec::new(), missing: 0 }
     }
 
-    /// Bytes side by side; from the ranges in order, but from `skip` of them last.
+    /// Allocates contiguous bytes from the ranges in order, but uses the first `skip` ranges last.
     fn take(&mut self, bytes: u16, skip: usize) -> u16 {
         let count = self.ranges.len();
         for n in (skip..count).chain(0..skip.min(count)) {
@@ -141,10 +144,10 @@ impl Pic16FreeRam {
     }
 }
 
-/// Gives every cell a place.
+/// Assigns a place to every cell.
 ///
 /// # Errors
-/// The bytes of RAM needed, when the chip has fewer.
+/// The number of bytes of RAM needed, if the chip has fewer.
 pub fn layout(ir: &Ir, pins: &[AssignedPin], chip: &Pic16ChipData, needs: Pic16RamNeeds) -> Result<Pic16Layout, u64> {
     let mut free = Pic16FreeRam::new(chip);
     let mut ports = port_uses(pins, chip);
@@ -156,7 +159,7 @@ pub fn layout(ir: &Ir, pins: &[AssignedPin], chip: &Pic16ChipData, needs: Pic16R
             port.output = free.take(1, 0);
         }
     }
-    // Before all that can be long, so that bank 0 has room.
+    // Allocate this before anything large, so that bank 0 has room.
     let extension = if needs.extension > 0 { free.take(needs.extension.into(), 0) } else { 0 };
     let mut bits = Vec::with_capacity(ir.bits.len());
     let mut next = (0, 8);

@@ -1,8 +1,8 @@
-//! Formulas to code: chains of skips.
+//! Selects code for formulas as chains of skips.
 //!
-//! `btfss a; btfsc b; X` executes X unless a and not b: a skip that skips the next skip. With e(k) for "instruction k is
-//! executed" and c(k) for "it skips", e(k + 1) = not (e(k) and c(k)), so a row of skips computes nested ANDs and ORs of literals
-//! at one word each. Anything else goes around by GOTO.
+//! `btfss a; btfsc b; X` executes X unless a and not b, because a skip can skip the next skip. Let e(k) mean
+//! "instruction k is executed" and c(k) "it skips"; then e(k + 1) = not (e(k) and c(k)). So a chain of skips
+//! computes nested ANDs and ORs of literals with one word each. Everything else needs GOTO.
 
 use emu_pic16::isa::Kind;
 
@@ -10,14 +10,15 @@ use super::rung_formula::{BitLiteral, RungFormula};
 use super::select::Pic16Selector;
 use super::writer::{Pic16Label, Pic16Writer};
 
-/// What is done when a formula holds: one instruction.
+/// The single instruction to execute if a formula is true.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum GuardedInstruction {
-    /// A bit becomes 0 or 1.
+    /// Sets or clears a bit.
     Put((u16, u8), bool),
-    /// GOTO.
+    /// GOTO a label.
     Goto(Pic16Label),
-    /// An instruction on bytes that `addr` shares its bank with; it must not be executed twice.
+    /// An instruction on the byte at this address, which also determines the bank. It must not be executed
+    /// twice.
     Once(Kind, u16),
 }
 
@@ -38,13 +39,14 @@ impl GuardedInstruction {
     }
 }
 
-/// The literals of a chain that executes what follows when `e` holds; `None` where there is none. The first may be any
-/// comparison (`first`), whose flag the chain starts with.
+/// Literals of a skip chain that executes the next instruction if `e` is true; `None` if there is no chain.
+///
+/// The first literal may be any comparison; the chain then starts with its flag.
 fn skip_chain(e: &RungFormula) -> Option<Vec<&RungFormula>> {
     chain_of(e, true)
 }
 
-/// A chain for `e`, or for its complement.
+/// Chain for `e` if `is`, else for its complement.
 fn chain_of(e: &RungFormula, is: bool) -> Option<Vec<&RungFormula>> {
     match e {
         RungFormula::Lit(_) | RungFormula::Cmp(_) => Some(vec![e]),
@@ -66,7 +68,7 @@ fn joined_chain(all: &[RungFormula], is: bool) -> Option<Vec<&RungFormula>> {
 }
 
 impl Pic16Selector<'_, '_> {
-    /// Executes `then` if `e` holds.
+    /// Executes `then` if `e` is true.
     pub fn execute_if(&mut self, e: &RungFormula, then: &GuardedInstruction) {
         match self.resolve_sign_bits(e.clone().merge_ranges()) {
             RungFormula::Const(false) => {}
@@ -81,7 +83,7 @@ impl Pic16Selector<'_, '_> {
         }
     }
 
-    /// Comparisons that are bits of data memory become what they are.
+    /// Replaces comparisons that a sign bit decides by that bit.
     fn resolve_sign_bits(&self, e: RungFormula) -> RungFormula {
         match e {
             RungFormula::Cmp(c) => self.sign_bit_comparison(&c).map_or(RungFormula::Cmp(c), RungFormula::Lit),
@@ -91,7 +93,8 @@ impl Pic16Selector<'_, '_> {
         }
     }
 
-    /// Emits a chain and `then`, if the formula is one and all its bytes are reached from one bank; says whether.
+    /// Emits a chain and `then`, if the formula has a chain and one bank reaches all its bytes; returns
+    /// whether it did.
     fn emit_chain(&mut self, e: &RungFormula, then: &GuardedInstruction) -> bool {
         let Some(list) = skip_chain(e) else { return false };
         let mut addrs: Vec<u16> =
@@ -103,29 +106,29 @@ impl Pic16Selector<'_, '_> {
             if lits == 0 {
                 return false;
             }
-            // What is done is not reached from where the literals are.
+            // The bank of the literals does not reach the guarded byte, so jump around it.
             let over = self.out.label();
             self.execute_if(&e.opposite(), &GuardedInstruction::Goto(over));
             then.emit(&mut self.out);
             self.out.place(over);
             return true;
         }
-        // The first instruction is executed; each negation on the way to the outermost literal turns the sense.
+        // The first instruction is always executed; each later literal inverts the sense of the earlier ones.
         let last = list.len();
         for (n, e) in list.into_iter().enumerate() {
             let lit = match e {
                 RungFormula::Lit(lit) => *lit,
                 e => match self.compare_to_flags(e) {
                     RungFormula::Lit(lit) => lit,
-                    // A comparison has one flag.
+                    // A comparison must have a single flag here.
                     _ => return false,
                 },
             };
             if n == 0 {
                 self.out.select_bank(banks);
             }
-            // The formula of the chain so far appears as it is where an even number of skips follow, else complemented: a
-            // literal of e is wanted true to execute, one of the complement's complement too.
+            // The formula of the chain so far appears directly if an even number of skips follows, otherwise
+            // complemented. So this literal must be true, or its complement must be, for execution.
             let lit = if (last - 1 - n) % 2 == 0 { lit } else { lit.opposite() };
             self.out.bit_op(lit.skip_unless(), lit.at);
         }
@@ -133,7 +136,7 @@ impl Pic16Selector<'_, '_> {
         true
     }
 
-    /// Executes `then` if one of `all` holds.
+    /// Executes `then` if one of `all` is true.
     fn execute_if_any(&mut self, all: Vec<RungFormula>, then: &GuardedInstruction) {
         let groups = self.pair_chains(all);
         if groups.len() > 1 && matches!(then, GuardedInstruction::Once(..)) {
@@ -147,7 +150,7 @@ impl Pic16Selector<'_, '_> {
         for group in groups {
             if !self.emit_chain(&group, then) {
                 match group {
-                    // No chain: one by one.
+                    // There is no chain, so test the parts one by one.
                     RungFormula::Or(parts) => parts.iter().for_each(|part| self.execute_if(part, then)),
                     part => self.execute_if(&part, then),
                 }
@@ -155,7 +158,7 @@ impl Pic16Selector<'_, '_> {
         }
     }
 
-    /// The parts of an OR, in twos where two make a chain.
+    /// Returns the parts of an OR, joined in pairs where two make a chain.
     fn pair_chains(&self, all: Vec<RungFormula>) -> Vec<RungFormula> {
         let (mut lits, others): (Vec<RungFormula>, Vec<RungFormula>) =
             all.into_iter().partition(|e| matches!(e, RungFormula::Lit(_)));
@@ -167,7 +170,7 @@ impl Pic16Selector<'_, '_> {
             self.out.common_banks(&addrs) != 0
         };
         let mut groups = Vec::new();
-        // A literal that begins a chain of its own is one word less than a part that cannot, so parts choose first.
+        // A literal alone costs one word less than another part alone, so the other parts choose partners first.
         for other in others {
             let partner = lits.iter().position(|lit| chain_of(&other, false).is_some() && reach(&other, lit));
             groups.push(match partner {
@@ -188,10 +191,10 @@ impl Pic16Selector<'_, '_> {
         groups
     }
 
-    /// Executes `then` if all of `all` hold.
+    /// Executes `then` if all of `all` are true.
     fn execute_if_all(&mut self, mut all: Vec<RungFormula>, then: &GuardedInstruction) {
         all.sort_by_key(formula_cost);
-        // The last part needs no jump of its own if what is done can stand behind it; a literal is the best.
+        // The last part needs no jump if the guarded instruction directly follows it; a literal is best.
         let odd = all.iter().filter(|e| matches!(e, RungFormula::Lit(_))).count() % 2 == 1;
         let place = all
             .iter()
@@ -208,7 +211,7 @@ impl Pic16Selector<'_, '_> {
         self.out.place(over);
     }
 
-    /// The bit becomes what `e` is.
+    /// Sets a bit to the value of `e`.
     pub fn assign(&mut self, at: (u16, u8), e: &RungFormula) {
         match e {
             RungFormula::Const(value) => self.out.set_bit(at, *value),
@@ -223,7 +226,8 @@ impl Pic16Selector<'_, '_> {
                 let or = matches!(e, RungFormula::Or(_));
                 let (own, rest): (Vec<_>, Vec<_>) = all.iter().cloned().partition(|e| e.reads_bit(at));
                 match own.as_slice() {
-                    // The part that reads the bit first; the others only ever set it, or only ever clear it.
+                    // Assign the part that reads the bit first; the other parts can then only set it, or only
+                    // clear it.
                     [own] => {
                         self.assign(at, own);
                         let join = if or { RungFormula::or } else { RungFormula::and };
@@ -242,7 +246,7 @@ impl Pic16Selector<'_, '_> {
                 }
             }
             _ => {
-                // Cleared and then set, or set and then cleared: whichever is shorter.
+                // Clear the bit and then set it, or set it and then clear it: whichever is shorter.
                 let save = self.out.checkpoint();
                 let mut words = [0; 2];
                 for (n, first) in [(0, false), (1, true)] {
@@ -261,7 +265,7 @@ impl Pic16Selector<'_, '_> {
     }
 }
 
-/// Words of a part, roughly: literals first, comparisons last.
+/// Approximate number of words of a part, for sorting: literals first, comparisons last.
 fn formula_cost(e: &RungFormula) -> usize {
     match e {
         RungFormula::Const(_) => 0,

@@ -1,4 +1,4 @@
-//! The PIC16 back end: intermediate code to an image of program memory and configuration words.
+//! The PIC16 back end: translates intermediate code to an image of program memory and configuration words.
 
 pub mod arch;
 mod branch;
@@ -38,10 +38,10 @@ use writer::Pic16Writer;
 
 pub use targets::TARGETS;
 
-/// Makes the image of a scan. Programs that take too long are the caller's to refuse.
+/// Builds the image of a scan. The caller must check that the scan fits its period.
 ///
 /// # Errors
-/// The image does not fit the chip, or the chip cannot do something at the speed that is asked for.
+/// The image does not fit the chip, or the chip cannot generate a requested rate or frequency.
 pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     let name = job.target.chip.name;
     let mut steps = job.ir.rungs.iter().flat_map(|rung| &rung.steps);
@@ -64,7 +64,7 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
         .map_err(|needed| BuildRefusal::RamTooSmall { needed, available: u64::from(job.target.chip.ram_len) })?;
     let code = match build_code(job, &chip, &layout, &devices, &pace, false)? {
         Some(code) => code,
-        // More than a page: subroutines first, where calls know them.
+        // With more than one page, put subroutines first, so that their pages are known to the calls.
         None => build_code(job, &chip, &layout, &devices, &pace, true)?
             .ok_or(BuildRefusal::Internal(CodegenError::NoCodeSize))?,
     };
@@ -77,7 +77,7 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
         let rungs = spans().map(|(start, end)| u64::from(end - start) * 2).collect();
         return Err(BuildRefusal::CodeTooLarge { needed: code.words.len() as u64 * 2, available, rungs });
     }
-    // The jump back to the loop that waits, which may change the page.
+    // The jump back to the poll loop may change the page.
     let back = u64::from(arch::form_words(
         Pic16Jump::Goto,
         arch::shortest_level(at(CodeMark::ScanEnd), at(CodeMark::PollLoop)),
@@ -121,7 +121,7 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     })
 }
 
-/// Bytes of scratch that a scan needs.
+/// Number of bytes of scratch that a scan needs.
 fn scratch_bytes(ir: &Ir, chip: &Pic16ChipData) -> u16 {
     fn visit(ir: &Ir, op: &IrOp, needs: &mut u16) {
         let compare = |c: &WordComparison| match c.b {
@@ -151,7 +151,7 @@ fn scratch_bytes(ir: &Ir, chip: &Pic16ChipData) -> u16 {
     let mut needs = 0;
     let rungs = ir.rungs.iter().flat_map(|rung| rung.steps.iter().map(|step| &step.op));
     ir.prologue.iter().chain(rungs).chain(&ir.epilogue).for_each(|op| visit(ir, op, &mut needs));
-    // Operands that no bank reaches together are copied.
+    // Operands that no single bank reaches are copied to scratch.
     let bytes: u16 = ir.words.iter().map(|cell| u16::from(cell.bytes)).sum();
     let first = chip
         .part
@@ -166,7 +166,7 @@ fn scratch_bytes(ir: &Ir, chip: &Pic16ChipData) -> u16 {
     needs
 }
 
-/// The code; nothing where it has more than a page although it should be `large` for that.
+/// Generates the code; `None` if it exceeds one page although `large` is false.
 fn build_code(
     job: &CompileJob<'_>,
     chip: &Pic16ChipData,
@@ -218,7 +218,7 @@ fn build_code(
         let label = out.label();
         routines.insert(Pic16Routine::Negate(0, width), label);
     }
-    // What is called stands before its callers.
+    // Subroutines come before their callers.
     let (first, then): (Vec<_>, Vec<_>) = routines.iter().partition(|(r, _)| matches!(r, Pic16Routine::Negate(..)));
     for (&routine, &label) in first.into_iter().chain(then) {
         let negate = if let Pic16Routine::Divide(width) = routine {
@@ -231,7 +231,7 @@ fn build_code(
         runtime::emit_routine(&mut out, (routine, label), job.ir, layout.scratch, negate, index, devices);
     }
     if large {
-        // The way in goes around the subroutines.
+        // The entry jumps around the subroutines.
         let mut subroutines = out.items.split_off(behind);
         let rest = out.items.split_off(entry);
         out.goto(poll);
@@ -251,7 +251,8 @@ fn build_code(
     Ok((large || code.words.len() as u32 <= PAGE).then_some(code))
 }
 
-/// The operations, with a mark at every rung and every element of the program, also at those without code.
+/// Selects all operations, with a mark at every rung and every element of the program, also at elements
+/// without code.
 fn select_scan(ir: &Ir, select: &mut Pic16Selector<'_, '_>) {
     enum ScanItem<'a> {
         Mark(CodeMark),
@@ -295,7 +296,7 @@ fn select_scan(ir: &Ir, select: &mut Pic16Selector<'_, '_>) {
     select.out.allow_page_change();
 }
 
-/// The code by address; what fills up a page is data.
+/// Lines of the image by address; words that fill up a page are data.
 fn image_lines(code: &FinishedCode) -> Vec<ImageLine> {
     let mut lines: Vec<ImageLine> = Vec::with_capacity(code.instructions.len());
     let words = |from: u32, to: u32| code.words.get(from as usize..to as usize).unwrap_or_default().to_vec();

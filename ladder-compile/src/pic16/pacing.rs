@@ -1,10 +1,13 @@
-//! One scan per match of a timer, the k-th match at floor(k P), P being the cycle time in machine cycles.
+//! Paces scans with a timer: one scan per match, the k-th match at floor(k P), where P is the cycle time in
+//! machine cycles.
 //!
-//! Timer 2 where its prescaler, period and postscaler make P exactly and no PWM needs it: nothing is left to do at run time.
-//! Else timer 1, reset by the special event of CCP1. The event comes with the count after the match, so a period is
-//! CCPR1 + 1 counts (DS33023, 14.5.3). Where P is no whole number of counts, the code carries the fraction: after each
-//! match it decides whether the period that has begun has one count more, so that the error never grows beyond one.
-//! Where CCP1 makes the pulse of a PWM output, or P is longer than it counts, timer 1 alone, lengthened in RAM ([`super::timer_extension`]).
+//! - Timer 2, if its prescaler, period and postscaler make P exactly and PWM does not use it. It needs no
+//!   code at run time.
+//! - Otherwise timer 1, reset by the special event of CCP1. The event comes one count after the match, so a
+//!   period has CCPR1 + 1 counts (DS33023, 14.5.3). If P is not a whole number of counts, the code carries
+//!   the fraction: after each match it decides whether the period that has begun is one count longer. The
+//!   error never exceeds one count.
+//! - If PWM uses CCP1, or P is too long for it, timer 1 alone, extended in RAM ([`super::timer_extension`]).
 
 use emu_pic16::isa::Kind;
 use emu_pic16::periph::map::Sfr;
@@ -18,67 +21,72 @@ use crate::target::CodeMark;
 /// Machine cycles from the write of TMR1L, which clears the prescaler, to the start of the timer.
 const TIMER_START_CYCLES: u64 = 2;
 
-/// How the timer is set.
+/// Settings of the pacing timer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pic16Pacing {
     /// P in machine cycles.
     pub period: Ratio,
-    /// Machine cycles of a count.
+    /// Machine cycles per count.
     pub prescale: u32,
-    /// Counts of a period, rounded down.
+    /// Counts per period, rounded down.
     pub ticks: u32,
-    /// The timer.
+    /// Timer in use.
     pub timer: PacingTimer,
 }
 
-/// The timer.
+/// The timer that paces scans, with its parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PacingTimer {
-    /// Timer 2: PR2 and periods to a match.
+    /// Timer 2: PR2, and the number of timer periods per match.
     Timer2(u8, u8),
-    /// Timer 1 and CCP1: counts of the first period, and what is missing where something is.
+    /// Timer 1 with CCP1: counts of the first period, and the fraction if P is not a whole number of counts.
     Timer1(u32, Option<Pic16PeriodFraction>),
-    /// Timer 1 from overflow to overflow, lengthened by so many bytes of RAM; and what is missing where something is.
+    /// Timer 1 from overflow to overflow, extended by this many bytes of RAM, and the fraction if P is not a
+    /// whole number.
     Extended(u8, Option<Pic16PeriodFraction>),
 }
 
-/// What nothing else needs.
+/// Timers that no other function needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FreeTimers {
-    /// Timer 2.
+    /// True if timer 2 is free.
     pub timer2: bool,
-    /// The module CCP1.
+    /// True if the CCP1 module is free.
     pub ccp1: bool,
 }
 
 impl FreeTimers {
-    /// What a program leaves free that uses PWM, or does not: timer 2 and the last CCP module make the pulse.
+    /// Timers that a program with or without PWM leaves free: PWM uses timer 2 and the last CCP module.
     #[must_use]
     pub fn free_beside_pwm(pwm: bool, chip: &Pic16ChipData) -> FreeTimers {
         FreeTimers { timer2: !pwm, ccp1: !pwm || chip.has_bit("CCP2M3") }
     }
 }
 
-/// A period is `rest / whole` counts longer than [`Pic16Pacing::tick_cycles`].
+/// The fraction of a count, `numerator / denominator`, by which a period is longer than
+/// [`Pic16Pacing::ticks`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pic16PeriodFraction {
     /// Numerator.
     pub numerator: u32,
     /// Denominator.
     pub denominator: u32,
-    /// What the count-down holds after it has decided on the first period: always below `whole`; a period is one count longer
-    /// when taking `rest` away borrows.
+    /// Initial value of the remainder counter, after the decision for the first period; always below
+    /// `denominator`.
+    ///
+    /// After each match the code subtracts `numerator`; if this borrows, the period is one count longer and
+    /// `denominator` is added.
     pub start: u32,
-    /// Bytes of the count-down.
+    /// Width of the remainder counter in bytes.
     pub bytes: u8,
 }
 
-/// Chooses the timer and the finest count with which a period fits.
+/// Chooses the timer and the finest count for which a period fits.
 ///
 /// # Errors
-/// Shortest and longest period in microseconds.
+/// Shortest and longest possible period in microseconds.
 pub fn plan_pacing(clock_hz: u64, cycle_us: u64, free: FreeTimers) -> Result<Pic16Pacing, (u64, u64)> {
-    // With one more, CCPR1 would be what the timer starts from.
+    // With one more count, CCPR1 would equal the start value of the timer.
     const MOST: u128 = 65535;
     let (num, den) = reduce_fraction(u128::from(clock_hz) * u128::from(cycle_us), 4_000_000);
     let period = Ratio { num: num as u64, den: den as u64 };
@@ -104,8 +112,8 @@ pub fn plan_pacing(clock_hz: u64, cycle_us: u64, free: FreeTimers) -> Result<Pic
         }
         let (mut first, mut fraction) = (ticks, None);
         if rest != 0 {
-            // The prescaler is ahead of the timer, so every match comes that much early; the count-down starts with as much
-            // of a count in hand.
+            // The prescaler is ahead of the timer, so every match is early by that much; the remainder
+            // counter starts with the corresponding part of a count.
             let lead = u128::from(TIMER_START_CYCLES % prescale) * whole / u128::from(prescale);
             let before = whole - 1 - lead;
             let start = if before < rest { before + whole - rest } else { before - rest };
@@ -129,7 +137,7 @@ pub fn plan_pacing(clock_hz: u64, cycle_us: u64, free: FreeTimers) -> Result<Pic
         return Err((us(fewest).div_ceil(hz) as u64, ((us(timer_extension::MAX_PERIOD_CYCLES) - 1) / hz) as u64));
     }
     let (rest, whole) = (rest as u32, den as u32);
-    // The first period is the short one: what is left of it is below the whole.
+    // The first period is a short one, so its remainder is below the denominator.
     let fraction = (rest != 0).then(|| Pic16PeriodFraction {
         numerator: rest,
         denominator: whole,
@@ -140,7 +148,7 @@ pub fn plan_pacing(clock_hz: u64, cycle_us: u64, free: FreeTimers) -> Result<Pic
     Ok(Pic16Pacing { period, prescale: 1, ticks: ticks as u32, timer: by })
 }
 
-/// Bytes of a count-down that stays below `whole`.
+/// Width in bytes of a remainder counter that stays below `whole`.
 fn count_down_bytes(whole: u128) -> u8 {
     (128 - (whole - 1).leading_zeros()).div_ceil(8) as u8
 }
@@ -154,13 +162,13 @@ fn reduce_fraction(num: u128, den: u128) -> (u128, u128) {
 }
 
 impl Pic16Pacing {
-    /// Machine cycles of the shortest period.
+    /// Shortest period in machine cycles.
     #[must_use]
     pub fn shortest(&self) -> u64 {
         u64::from(self.ticks) * u64::from(self.prescale)
     }
 
-    /// Bytes of RAM for the count-down.
+    /// Width of the remainder counter in bytes; 0 without one.
     #[must_use]
     pub fn bytes(&self) -> u8 {
         if let PacingTimer::Timer1(_, Some(fraction)) | PacingTimer::Extended(_, Some(fraction)) = self.timer {
@@ -170,21 +178,23 @@ impl Pic16Pacing {
         }
     }
 
-    /// Bytes of RAM that lengthen the timer.
+    /// Number of bytes of RAM that extend the timer.
     #[must_use]
     pub fn extension(&self) -> u8 {
         if let PacingTimer::Extended(bytes, _) = self.timer { bytes } else { 0 }
     }
 
-    /// The longest time in machine cycles from a match to its scan: one turn of the loop that just missed the match, and the
-    /// look that sees it; each byte that lengthens the timer adds a skip, and the flag is cleared before.
+    /// Maximum number of machine cycles from a match to its scan.
+    ///
+    /// It covers one iteration of the poll loop that just missed the match and the test that detects it. Each
+    /// byte that extends the timer adds a skip, and the flag is cleared first.
     #[must_use]
     pub fn poll(&self) -> u64 {
         let bytes = u64::from(self.extension());
         5 + if bytes > 0 { 1 + 2 * bytes } else { 0 }
     }
 
-    /// The flag of a match.
+    /// Name of the flag that signals a match.
     #[must_use]
     pub fn flag(&self) -> &'static str {
         match self.timer {
@@ -194,7 +204,7 @@ impl Pic16Pacing {
         }
     }
 
-    /// Registers of bank 1.
+    /// Emits the set-up of registers in bank 1.
     pub fn prepare(&self, out: &mut Pic16Writer<'_>) {
         if let PacingTimer::Timer2(period, _) = self.timer
             && period != 0xFF
@@ -203,12 +213,12 @@ impl Pic16Pacing {
         }
     }
 
-    /// Starts the timer.
+    /// Emits the start of the timer.
     pub fn start(&self, out: &mut Pic16Writer<'_>, fraction_at: u16, extension_at: u16) {
         let chip = out.chip;
         if let PacingTimer::Timer1(_, Some(fraction)) | PacingTimer::Extended(_, Some(fraction)) = self.timer {
             for (at, k) in (fraction_at..).zip(fraction.start.to_le_bytes()).take(fraction.bytes.into()) {
-                // RAM is clear already.
+                // RAM is already cleared.
                 if k != 0 {
                     out.set_byte(at, k);
                 }
@@ -228,9 +238,9 @@ impl Pic16Pacing {
                 let [low, high] = ((first - 1) as u16).to_le_bytes();
                 out.set_byte(chip.reg(Sfr::CCPR1L), low);
                 out.set_byte(chip.reg(Sfr::CCPR1H), high);
-                // 1011: special event.
+                // 1011: special event trigger.
                 out.set_byte(chip.reg(Sfr::CCP1CON), chip.mask(&["CCP1M3", "CCP1M1", "CCP1M0"]));
-                // One before 0: the first count of the period is the one that makes it 0.
+                // Start one before 0: the first count of the period then makes it 0.
                 out.set_byte(chip.reg(Sfr::TMR1H), 0xFF);
                 out.set_byte(chip.reg(Sfr::TMR1L), 0xFF);
                 let code = self.prescale.trailing_zeros();
@@ -250,14 +260,15 @@ impl Pic16Pacing {
 }
 
 impl Pic16Selector<'_, '_> {
-    /// Just after a match: the length of the period that has begun, where the periods differ.
+    /// Emits the code just after a match: sets the length of the period that has begun, if the periods
+    /// differ.
     pub fn next_period(&mut self, pace: &Pic16Pacing) {
         let fraction = match pace.timer {
             PacingTimer::Extended(bytes, fraction) => return self.next_extended(pace.ticks, bytes, fraction),
             PacingTimer::Timer1(_, Some(fraction)) => fraction,
             _ => return,
         };
-        // The special event comes one count after the match, and CCPR1 must not change before.
+        // The special event comes one count after the match, and CCPR1 must not change before it.
         for _ in 0..pace.prescale / 2 {
             let next = self.out.label();
             self.out.goto(next);
@@ -279,7 +290,7 @@ impl Pic16Selector<'_, '_> {
         self.refill_count_down(fraction, |_| ());
     }
 
-    /// Where the count-down borrowed: does `longer`, and adds the whole to it.
+    /// If the remainder counter has borrowed, executes `longer` and adds the denominator.
     pub(super) fn refill_count_down(
         &mut self,
         fraction: Pic16PeriodFraction,

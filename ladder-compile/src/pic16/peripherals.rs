@@ -1,4 +1,5 @@
-//! Serial line, converter, PWM and EEPROM: their figures, their registers at reset, and what elements do with them.
+//! Serial line, converter, PWM and EEPROM: their settings, their set-up at reset, and the code of their
+//! operations.
 
 use emu_pic16::chips::{ComparatorKind, Pic16AdcKind as Converter};
 use emu_pic16::isa::Kind;
@@ -12,38 +13,38 @@ use crate::ir::{WordId, WordOperand};
 use crate::map::{Ratio, SpecialPin};
 use crate::target::{BuildRefusal, CompileJob};
 
-/// The serial line.
+/// Settings of the serial line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pic16UartSetup {
-    /// SPBRG.
+    /// Value of SPBRG.
     pub divisor: u8,
     /// BRGH.
     pub high: bool,
-    /// Machine cycles of a bit.
+    /// Machine cycles per bit.
     pub bit: u64,
 }
 
-/// The PWM output.
+/// Settings of the PWM output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pic16PwmSetup {
-    /// PR2.
+    /// Value of PR2.
     pub period: u8,
     /// Prescaler of timer 2: 1, 4 or 16.
     pub prescale: u16,
-    /// The module that makes the pulse.
+    /// CCP module that generates the pulse.
     pub module: CcpModule,
 }
 
-/// A CCP module: its registers, and bits of its control register.
+/// A CCP module: its registers, and the bits of its control register.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CcpModule {
-    /// Whole counts of the pulse.
+    /// Register of the whole counts of the pulse.
     pub duty: Sfr,
-    /// Mode, and the lowest two bits of the pulse.
+    /// Control register: mode, and the lowest two bits of the pulse.
     pub control: Sfr,
-    /// What makes it PWM.
+    /// Mode bits that select PWM.
     pub mode: [&'static str; 2],
-    /// The lowest two bits of the pulse.
+    /// Names of the lowest two bits of the pulse.
     pub quarters: [&'static str; 2],
 }
 
@@ -52,47 +53,49 @@ const CCP1: CcpModule =
 const CCP2: CcpModule =
     CcpModule { duty: Sfr::CCPR2L, control: Sfr::CCP2CON, mode: ["CCP2M3", "CCP2M2"], quarters: ["CCP2X", "CCP2Y"] };
 
-/// The converter.
+/// Settings of the converter.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pic16AdcSetup {
-    /// ADCON0 of each input: clock, channel, ADON.
+    /// Value of ADCON0 for each input: clock, channel, ADON.
     pub select: Vec<u8>,
-    /// ADCON1 while it converts.
+    /// Value of ADCON1 during a conversion.
     pub converting: u8,
-    /// ADCON1 otherwise.
+    /// Value of ADCON1 at other times.
     pub resting: u8,
-    /// ANSEL, where there is one.
+    /// Value of ANSEL, on chips that have it.
     pub ansel: u8,
-    /// Turns of the loop that waits for the capacitor.
+    /// Number of iterations of the loop that waits for the sampling capacitor.
     pub acquisition_iterations: u8,
-    /// Most turns of the loop that waits for the conversion.
+    /// Maximum number of iterations of the loop that waits for the conversion.
     pub max_conversion_iterations: u32,
 }
 
-/// What a program uses.
+/// Settings of the peripherals of a program.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Pic16Peripherals {
-    /// Serial line.
+    /// Serial line, if used.
     pub uart: Option<Pic16UartSetup>,
-    /// PWM.
+    /// PWM output, if used.
     pub pwm: Option<Pic16PwmSetup>,
-    /// Converter.
+    /// Converter, if used.
     pub adc: Option<Pic16AdcSetup>,
-    /// Pins with their figures.
+    /// Pins of the peripherals with their parameters.
     pub specials: Vec<SpecialPin>,
 }
 
-/// PCFG3:PCFG0 without outside references, and the inputs that are analog (DS30292 register 11-2; DS39598 register 11-2).
+/// PCFG3:PCFG0 values without external references, and the inputs that are analog (DS30292 register 11-2;
+/// DS39598 register 11-2).
 const PCFG: [(u8, u8); 6] =
     [(0b0110, 0), (0b1110, 0b1), (0b0100, 0b1011), (0b0010, 0b1_1111), (0b1001, 0b11_1111), (0b0000, 0b1111_1111)];
-/// Lowest time of the converter per bit, and the time that its capacitor needs, in nanoseconds (DS30292, 11.1 and 11.2).
+/// Minimum conversion time per bit, and acquisition time of the capacitor, in nanoseconds (DS30292, 11.1 and
+/// 11.2).
 const TAD_NS: u64 = 1_600;
 const ACQUIRE_NS: u64 = 20_000;
 
-/// Chooses the figures.
+/// Chooses the settings of all peripherals.
 ///
 /// # Errors
-/// A speed or a frequency that the chip does not make.
+/// A baud rate or a frequency that the chip cannot generate.
 pub fn plan_peripherals(job: &CompileJob<'_>, chip: &Pic16ChipData) -> Result<Pic16Peripherals, BuildRefusal> {
     let mut devices = Pic16Peripherals::default();
     let target = job.target;
@@ -114,7 +117,7 @@ pub fn plan_peripherals(job: &CompileJob<'_>, chip: &Pic16ChipData) -> Result<Pi
         devices.adc = Some(adc);
     }
     if let (Some(hertz), Some(pin)) = (job.ir.pwm_hz, target.pwm) {
-        // CCP1 paces the scan where there are two.
+        // On chips with two CCP modules, CCP1 paces the scan.
         let module = if chip.has_bit("CCP2M3") { CCP2 } else { CCP1 };
         let pwm = plan_pwm(job.clock_hz, hertz.into(), module)?;
         let count = u32::from(pwm.period) + 1;
@@ -122,7 +125,7 @@ pub fn plan_peripherals(job: &CompileJob<'_>, chip: &Pic16ChipData) -> Result<Pi
             pin: pin.to_owned(),
             hertz: hertz.into(),
             period: Ratio { num: u64::from(count) * u64::from(pwm.prescale), den: 1 },
-            // A quarter of a count of the timer.
+            // The step is a quarter of a timer count.
             steps: count * 4,
         });
         devices.pwm = Some(pwm);
@@ -134,7 +137,7 @@ fn plan_uart(clock_hz: u64, baud: u64) -> Result<Pic16UartSetup, BuildRefusal> {
     let baud = baud.max(1);
     let fit = |scale: u64| {
         let divisor = ((clock_hz + scale * baud / 2) / (scale * baud)).clamp(1, 256);
-        // The error against what was asked for, in millionths.
+        // Error relative to the requested rate, in millionths.
         let made = scale * divisor * baud;
         (made.abs_diff(clock_hz) * 1_000_000 / made, scale, divisor)
     };
@@ -147,7 +150,7 @@ fn plan_uart(clock_hz: u64, baud: u64) -> Result<Pic16UartSetup, BuildRefusal> {
 
 fn plan_pwm(clock_hz: u64, hertz: u64, module: CcpModule) -> Result<Pic16PwmSetup, BuildRefusal> {
     let hertz = hertz.max(1);
-    // With 256 counts a duty of 100 % could not be told from one of a step less, so there are at most 255.
+    // At most 255 counts: with 256, a duty cycle of 100 % would equal one that is a step lower.
     let fit = |prescale: u64| {
         let unit = 4 * prescale * hertz;
         let count = ((clock_hz + unit / 2) / unit).clamp(1, 255);
@@ -172,7 +175,7 @@ fn plan_adc(
     specials: &mut Vec<SpecialPin>,
 ) -> Result<Pic16AdcSetup, BuildRefusal> {
     let hz = job.clock_hz;
-    // 2, 8 or 32 clocks a bit.
+    // 2, 8 or 32 clocks per bit.
     let (bits, clocks) = [(0u8, 2u64), (1, 8), (2, 32)]
         .into_iter()
         .find(|&(_, clocks)| clocks * 1_000_000_000 >= TAD_NS * hz)
@@ -188,7 +191,7 @@ fn plan_adc(
         wanted |= 1 << channel;
         select.push(bits << 6 | channel << 3 | chip.mask(&["ADON"]));
     }
-    // Pins with a digital job, by channel: an analog pin reads 0.
+    // Digital inputs of the program, by channel: a pin in analog mode reads 0.
     let digital = job.pins.iter().filter(|pin| !pin.analog && !pin.output);
     let digital = digital.filter_map(|pin| channel_of(pin.pin)).fold(0u8, |mask, channel| mask | 1 << channel);
     let right = chip.mask(&["ADFM"]);
@@ -205,7 +208,8 @@ fn plan_adc(
     if chip.part.adc == Converter::Ansel {
         adc.ansel = wanted;
     } else {
-        // The fewest analog pins that include all; where one of them is a digital input they are analog only while converting.
+        // The fewest analog pins that include all inputs. If a digital input is among them, they are analog
+        // only while converting.
         let pcfg = PCFG.into_iter().find(|(_, analog)| analog & wanted == wanted);
         let (code, analog) = pcfg.unwrap_or((0, u8::MAX));
         adc.converting |= code;
@@ -215,7 +219,8 @@ fn plan_adc(
 }
 
 impl Pic16Peripherals {
-    /// Registers of the analog parts: what is not an analog input of the program is digital. In bank 1.
+    /// Emits the set-up of the analog parts in bank 1: all pins that are not analog inputs of the program
+    /// become digital.
     pub fn configure_analog(&self, out: &mut Pic16Writer<'_>) {
         let part = out.chip.part;
         if let Some(adc) = &self.adc {
@@ -230,7 +235,7 @@ impl Pic16Peripherals {
         }
     }
 
-    /// Serial line and PWM; the registers of bank 1 first.
+    /// Emits the start of serial line and PWM; the registers of bank 1 come first.
     pub fn start(&self, out: &mut Pic16Writer<'_>, uses: crate::ir::UartUse) {
         let chip = out.chip;
         if let Some(uart) = self.uart {
@@ -247,7 +252,7 @@ impl Pic16Peripherals {
             out.set_byte(chip.reg(Sfr::RCSTA), chip.mask(receive));
         }
         if let Some(pwm) = self.pwm {
-            // The pulse is 0 until a duty is set; 11xx is PWM.
+            // The pulse is 0 until a duty cycle is set; 11xx selects PWM.
             out.set_byte(chip.reg(pwm.module.duty), 0);
             out.set_byte(chip.reg(pwm.module.control), chip.mask(&pwm.module.mode));
             let prescale = match pwm.prescale {
@@ -260,13 +265,13 @@ impl Pic16Peripherals {
     }
 }
 
-/// Address of the register of the pulse.
+/// Address of the duty register of the PWM output.
 #[must_use]
 pub fn duty_register(chip: &Pic16ChipData, devices: &Pic16Peripherals) -> u16 {
     devices.pwm.map_or(0, |pwm| chip.reg(pwm.module.duty))
 }
 
-/// Comparators off, so that their pins are digital, on chips where a reset leaves them on.
+/// Turns the comparators off, so that their pins are digital, on chips where they are on after reset.
 pub fn disable_comparators(out: &mut Pic16Writer<'_>) {
     if out.chip.part.comparators == ComparatorKind::F62x {
         out.set_byte(out.chip.reg(Sfr::CMCON), out.chip.mask(&["CM0", "CM1", "CM2"]));
@@ -274,7 +279,7 @@ pub fn disable_comparators(out: &mut Pic16Writer<'_>) {
 }
 
 impl Pic16Selector<'_, '_> {
-    /// At the start of a scan: a byte that is there now is one that came before.
+    /// At the start of a scan, sets the flag if a byte has been received.
     pub fn latch_received(&mut self) {
         if self.ir.uart.receive {
             self.out.set_bit(self.layout.byte_received_flag, false);
@@ -286,7 +291,7 @@ impl Pic16Selector<'_, '_> {
         }
     }
 
-    /// The received byte to a word; an overrun that stopped the receiver is over.
+    /// Stores the received byte in a word, and restarts the receiver if an overrun has stopped it.
     pub fn take_byte(&mut self, dst: WordId) {
         let (to, chip) = (self.layout.word(dst), self.out.chip);
         self.out.byte_op(Kind::MovfW, chip.reg(Sfr::RCREG));
@@ -300,7 +305,7 @@ impl Pic16Selector<'_, '_> {
         self.out.set_bit(self.layout.byte_received_flag, false);
     }
 
-    /// The low byte to the transmitter.
+    /// Writes the low byte of a value to the transmitter.
     pub fn send(&mut self, value: WordOperand) {
         let to = self.out.chip.reg(Sfr::TXREG);
         match value {
@@ -312,7 +317,7 @@ impl Pic16Selector<'_, '_> {
         }
     }
 
-    /// dst := a conversion.
+    /// dst := the result of converting an analog input.
     pub fn convert(&mut self, dst: WordId, input: u32) {
         let Some(adc) = &self.devices.adc else { return };
         let select = adc.select.get(input as usize).copied().unwrap_or(0);
@@ -330,14 +335,14 @@ impl Pic16Selector<'_, '_> {
         self.out.byte_op(Kind::Movwf, to);
     }
 
-    /// The duty := the value, clamped.
+    /// Sets the duty cycle to the value, clamped to 0 to 100 percent.
     pub fn set_duty(&mut self, duty: WordOperand) {
         let routine = self.routine(Pic16Routine::Duty);
         let low = self.layout.scratch;
         match duty {
             WordOperand::Const(k) => self.out.load_w(k.clamp(0, 100) as u8),
             WordOperand::Cell(word) => {
-                // Above 100 or below 0 first, then the byte is the duty.
+                // Check for values above 100 or below 0 first; then the low byte is the duty cycle.
                 let (at, bytes) = (self.layout.word(word), u16::from(self.ir.bytes(word)));
                 let (fine, end, negative) = (self.out.label(), self.out.label(), self.out.label());
                 let sign = super::rung_formula::RungFormula::Lit(super::rung_formula::BitLiteral {
@@ -365,7 +370,7 @@ impl Pic16Selector<'_, '_> {
         self.out.call(routine, near, Some(near));
     }
 
-    /// dst := EEPROM.
+    /// dst := EEPROM from `addr` on.
     pub fn recall(&mut self, dst: WordId, addr: u16) {
         let read = self.routine(Pic16Routine::ReadEeprom);
         let to = self.layout.word(dst);
@@ -376,7 +381,7 @@ impl Pic16Selector<'_, '_> {
         }
     }
 
-    /// The lowest byte that differs begins to be written, and `busy` is set.
+    /// Starts to write the lowest byte that differs from its cell, if any, and sets `busy`.
     pub fn persist(&mut self, src: WordId, addr: u16, busy: (WordId, WordOperand)) {
         let (read, write) = (self.routine(Pic16Routine::ReadEeprom), self.routine(Pic16Routine::WriteEeprom));
         let from = self.layout.word(src);
@@ -401,12 +406,12 @@ impl Pic16Selector<'_, '_> {
         self.out.place(end);
     }
 
-    /// dst := table[index].
+    /// dst := `table[index]`.
     pub fn lookup(&mut self, dst: WordId, index: WordId, table: u32) {
         let Some(values) = self.ir.tables.get(table as usize).map(|table| &table.values) else { return };
         let (to, bytes) = (self.layout.word(dst), self.ir.bytes(dst));
         let short = values.iter().all(|&v| i8::try_from(v).is_ok());
-        // The lowest byte last, since the destination may be the index.
+        // Write the lowest byte last, because the destination may be the index.
         for n in (0..bytes).rev() {
             let byte = |v: &i32| v.to_le_bytes().get(usize::from(n)).copied().unwrap_or(0);
             let first = values.first().map_or(0, byte);
@@ -424,7 +429,7 @@ impl Pic16Selector<'_, '_> {
         }
     }
 
-    /// A subroutine on scratch.
+    /// Calls a subroutine that works in scratch.
     pub fn call(&mut self, routine: Pic16Routine) {
         let label = self.routine(routine);
         let banks = self.out.chip.reachable_banks(self.layout.scratch);

@@ -1,4 +1,5 @@
-//! From reset to the start of the timer: RAM, ports and what else a reset leaves undefined.
+//! Code from reset to the start of the timer: sets up RAM, ports and everything that a reset leaves
+//! undefined.
 
 use emu_pic16::isa::Kind;
 use emu_pic16::periph::map::Sfr;
@@ -9,10 +10,10 @@ use super::peripherals::{self, Pic16Peripherals};
 use super::writer::{Pic16Writer, STATUS, Z};
 use crate::target::{CodeMark, CompileJob};
 
-/// So many bytes are cleared one by one, more by a loop.
+/// Up to this many bytes are cleared one by one, more by a loop.
 const MAX_UNROLLED_BYTES: usize = 6;
 
-/// Everything before the loop that waits. Outputs are low before they become outputs.
+/// Emits everything before the poll loop. Outputs are low before their pins become outputs.
 pub fn emit_reset(
     out: &mut Pic16Writer<'_>,
     job: &CompileJob<'_>,
@@ -49,7 +50,7 @@ pub fn emit_reset(
             out.set_byte(port.tris, directions);
         }
         if port.letter == 'B' && port.input_bits != 0 {
-            // Port B has pull-ups for its inputs.
+            // Enable the pull-ups of port B for its inputs.
             out.set_bit(chip.bit("NOT_RBPU"), false);
         }
     }
@@ -69,14 +70,14 @@ pub fn emit_reset(
     pace.start(out, layout.fraction, layout.extension);
 }
 
-/// Clears the bytes, which lie in one bank.
+/// Clears bytes that are all in one bank.
 fn clear_bytes(out: &mut Pic16Writer<'_>, used: &[u16]) {
     let (Some(&first), Some(&last)) = (used.iter().min(), used.iter().max()) else { return };
     if used.len() <= MAX_UNROLLED_BYTES {
         used.iter().for_each(|&addr| out.byte_op(Kind::Clrf, addr));
         return;
     }
-    // All of the chip's bytes from the first to the last in use; FSR has eight bits, IRP the ninth.
+    // Clear all RAM from the first to the last byte in use. FSR has eight address bits, IRP is the ninth.
     let chip = out.chip;
     let (fsr, irp) = (chip.reg(Sfr::FSR), chip.bit("IRP"));
     if first > 0xFF {
@@ -106,7 +107,7 @@ fn clear_bytes(out: &mut Pic16Writer<'_>, used: &[u16]) {
     }
 }
 
-/// What the user should know of the pins: cause and hint.
+/// Notes for the user about pins: cause and hint of each.
 #[must_use]
 pub fn pin_warnings(job: &CompileJob<'_>, layout: &Pic16Layout) -> Vec<(String, String)> {
     let open = |pin: &&crate::pins::AssignedPin| {

@@ -1,4 +1,4 @@
-//! The state of a rung as a formula over bits and comparisons, kept until it is needed.
+//! Formula over bits and comparisons that holds the state of a rung until code for it is needed.
 
 use emu_pic16::isa::Kind;
 
@@ -7,55 +7,57 @@ use crate::ir::{RelationOp, WordComparison, WordId, WordOperand};
 /// A bit of data memory, or its complement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BitLiteral {
-    /// Address of its byte and number in it.
+    /// Address of the byte, and number of the bit.
     pub at: (u16, u8),
-    /// False for the complement.
+    /// True for the bit, false for its complement.
     pub is: bool,
 }
 
 impl BitLiteral {
-    /// The complement.
+    /// Returns the complement.
     #[must_use]
     pub fn opposite(self) -> BitLiteral {
         BitLiteral { is: !self.is, ..self }
     }
 
-    /// The instruction that leaves out the next one when this is false.
+    /// Instruction that skips the next one if this literal is false.
     #[must_use]
     pub fn skip_unless(self) -> Kind {
         if self.is { Kind::Btfsc } else { Kind::Btfss }
     }
 }
 
-/// A formula. Its comparisons are of the time when it was formed: whoever writes a cell makes sure that no formula that is
-/// still needed reads it.
+/// A Boolean formula over data memory.
+///
+/// It refers to cells at the time when it was formed. So code that writes a cell must first compute all
+/// formulas that read it and are still needed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum RungFormula {
-    /// Known.
+    /// A constant.
     Const(bool),
-    /// A bit.
+    /// A bit or its complement.
     Lit(BitLiteral),
     /// A comparison.
     Cmp(WordComparison),
-    /// Whether a word lies in `first..end` within 0..=256, or whether it does not.
+    /// Whether a word is in the range `first..end`, within 0..=256, or outside of it.
     Range {
         /// The word.
         word: WordId,
-        /// First of the range.
+        /// First value of the range.
         first: i32,
-        /// Behind its last.
+        /// Value after the last of the range.
         end: i32,
-        /// It lies there.
+        /// True for inside the range, false for outside.
         is: bool,
     },
-    /// All of two or more.
+    /// Conjunction of two or more formulas.
     And(Vec<RungFormula>),
-    /// One of two or more.
+    /// Disjunction of two or more formulas.
     Or(Vec<RungFormula>),
 }
 
 impl RungFormula {
-    /// The complement.
+    /// Returns the complement.
     #[must_use]
     pub fn opposite(&self) -> RungFormula {
         match self {
@@ -78,13 +80,13 @@ impl RungFormula {
         }
     }
 
-    /// The complement if `not`.
+    /// Returns the complement if `not` is true.
     #[must_use]
     pub fn opposite_if(self, not: bool) -> RungFormula {
         if not { self.opposite() } else { self }
     }
 
-    /// Both.
+    /// Conjunction of two formulas.
     #[must_use]
     pub fn and(self, other: RungFormula) -> RungFormula {
         match (self, other) {
@@ -105,19 +107,19 @@ impl RungFormula {
         }
     }
 
-    /// One of both.
+    /// Disjunction of two formulas.
     #[must_use]
     pub fn or(self, other: RungFormula) -> RungFormula {
         self.opposite().and(other.opposite()).opposite()
     }
 
-    /// Neither a formula of several parts nor a comparison.
+    /// True for a constant or a literal.
     #[must_use]
     pub fn is_simple(&self) -> bool {
         matches!(self, RungFormula::Const(_) | RungFormula::Lit(_))
     }
 
-    /// Reads this bit of data memory. Bits of words are no cells of their own.
+    /// True if the formula reads this bit of data memory. Bits of words do not count.
     #[must_use]
     pub fn reads_bit(&self, at: (u16, u8)) -> bool {
         match self {
@@ -127,7 +129,7 @@ impl RungFormula {
         }
     }
 
-    /// Reads this word.
+    /// True if the formula reads this word.
     #[must_use]
     pub fn reads_word(&self, word: WordId) -> bool {
         match self {
@@ -138,7 +140,7 @@ impl RungFormula {
         }
     }
 
-    /// The same with pairs of comparisons that bound a word turned into one look at a range.
+    /// Replaces pairs of comparisons that bound the same word by a single range test.
     #[must_use]
     pub fn merge_ranges(self) -> RungFormula {
         match self {
@@ -159,7 +161,7 @@ impl RungFormula {
     }
 }
 
-/// A lower and an upper bound of one word between 0 and 256: where they stand, and what they are together.
+/// Finds a lower and an upper bound of one word between 0 and 256; returns their indices and the range.
 fn range_of(all: &[RungFormula]) -> Option<(usize, usize, RungFormula)> {
     let bound = |e: &RungFormula, rel: RelationOp| match e {
         RungFormula::Cmp(WordComparison { a, rel: r, b: WordOperand::Const(k) })

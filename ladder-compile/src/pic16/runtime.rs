@@ -1,4 +1,5 @@
-//! Subroutines, each made once for every width that a program uses. Multiplication and division work in scratch:
+//! Subroutines, generated once for each width that a program uses. Multiplication and division work in
+//! scratch:
 //!
 //! ```text
 //! 0            scratch of comparisons, and a byte of the subroutines
@@ -19,13 +20,14 @@ use super::writer::{C, Pic16Label, Pic16Writer, STATUS, Z};
 use crate::ir::Ir;
 use crate::target::CodeMark;
 
-/// Bytes of scratch that arithmetic of a width needs.
+/// Number of bytes of scratch for arithmetic of a width.
 #[must_use]
 pub fn scratch(bytes: u8) -> u16 {
     3 + 3 * u16::from(bytes)
 }
 
-/// A subroutine; `scratch` is its scratch, `index` the address of the word that a table is read by.
+/// Emits a subroutine; `scratch` is the address of its scratch, `index` that of the word that indexes a
+/// table.
 pub fn emit_routine(
     out: &mut Pic16Writer<'_>,
     (routine, label): (Pic16Routine, Pic16Label),
@@ -91,7 +93,7 @@ pub fn emit_routine(
             let chip = out.chip;
             out.byte_op(Kind::Movwf, chip.reg(Sfr::EEDATA));
             out.set_bit(chip.bit("WREN"), true);
-            // The sequence of the data sheet; interrupts are off.
+            // Unlock sequence of the data sheet; interrupts are off.
             for k in [0x55, 0xAA] {
                 out.literal_op(Kind::Movlw, k);
                 out.byte_op(Kind::Movwf, chip.reg(Sfr::EECON2));
@@ -111,7 +113,7 @@ pub fn emit_routine(
     }
 }
 
-/// operand 0 * operand 1, by shifting and adding.
+/// Emits operand 0 * operand 1, by shifting and adding.
 fn multiply(out: &mut Pic16Writer<'_>, width: u16, scratch: u16) {
     let (a, b, product) = (scratch + 1, scratch + 1 + width, scratch + 1 + 2 * width);
     let count = product + width;
@@ -119,7 +121,7 @@ fn multiply(out: &mut Pic16Writer<'_>, width: u16, scratch: u16) {
     out.set_byte(count, 8 * width as u8);
     let (again, zero) = (out.label(), out.label());
     out.place(again);
-    // The lowest bit of a, and a / 2; what comes in from above does not matter.
+    // Shift a right and test its lowest bit; the bit shifted in at the top does not matter.
     (0..width).rev().for_each(|n| out.byte_op(Kind::RrfF, a + n));
     out.skip_unless((STATUS, C), false);
     out.goto(zero);
@@ -139,8 +141,10 @@ fn multiply(out: &mut Pic16Writer<'_>, width: u16, scratch: u16) {
     out.implied_op(Kind::Return);
 }
 
-/// operand 0 := operand 0 / operand 1, truncated. Magnitudes are divided bit by bit; with a divisor of 0 every bit of the
-/// quotient is 1, which with the dividend's sign is -1 or 1, as the language has it.
+/// Emits operand 0 := operand 0 / operand 1, truncated toward zero.
+///
+/// The magnitudes are divided bit by bit. A divisor of 0 gives a quotient of all ones, which with the sign of
+/// the dividend is -1 or 1, as the language requires.
 fn divide(out: &mut Pic16Writer<'_>, width: u16, scratch: u16, negate: Option<Pic16Label>) {
     let (a, b, rest) = (scratch + 1, scratch + 1 + width, scratch + 1 + 2 * width);
     let (count, sign) = (rest + width, rest + width + 1);
@@ -152,7 +156,7 @@ fn divide(out: &mut Pic16Writer<'_>, width: u16, scratch: u16, negate: Option<Pi
         out.skip_unless((a + width - 1, 7), true);
         out.call(negate, near, None);
     }
-    // The divisor is negated in line.
+    // The divisor is negated inline.
     let positive = out.label();
     out.skip_unless((b + width - 1, 7), false);
     out.goto(positive);
@@ -168,10 +172,10 @@ fn divide(out: &mut Pic16Writer<'_>, width: u16, scratch: u16, negate: Option<Pi
     out.set_byte(count, 8 * width as u8);
     let (again, less) = (out.label(), out.label());
     out.place(again);
-    // The carry is the bit of the quotient found last.
+    // The carry is the quotient bit found last.
     (0..width).for_each(|n| out.byte_op(Kind::RlfF, a + n));
     (0..width).for_each(|n| out.byte_op(Kind::RlfF, rest + n));
-    // Is the divisor in it?
+    // Check whether the remainder is at least the divisor.
     for n in 0..width {
         out.byte_op(Kind::MovfW, b + n);
         if n > 0 {
@@ -190,7 +194,7 @@ fn divide(out: &mut Pic16Writer<'_>, width: u16, scratch: u16, negate: Option<Pi
         }
         out.byte_op(Kind::SubwfF, rest + n);
     }
-    // No borrow comes of it: the carry is set.
+    // The subtraction does not borrow, so the carry is set.
     out.place(less);
     out.byte_op(Kind::DecfszF, count);
     out.goto_back(again, 8 * u32::from(width) - 1);
@@ -202,7 +206,8 @@ fn divide(out: &mut Pic16Writer<'_>, width: u16, scratch: u16, negate: Option<Pi
     out.implied_op(Kind::Return);
 }
 
-/// W := a byte of the value that the index chooses: a jump into a row of RETLW, which may lie anywhere.
+/// Emits W := one byte of the value at the index, by a jump into a table of RETLW, which may be at any
+/// address.
 fn emit_table(out: &mut Pic16Writer<'_>, values: &[i32], byte: u8, index: u16) {
     let (data, chip) = (out.label(), out.chip);
     if values.len() > 256 {
@@ -223,7 +228,7 @@ fn emit_table(out: &mut Pic16Writer<'_>, values: &[i32], byte: u8, index: u16) {
     }
 }
 
-/// ADCON0 := W; waits for the capacitor, then for the conversion.
+/// Emits ADCON0 := W, the wait for the capacitor, and the wait for the conversion.
 fn emit_conversion(out: &mut Pic16Writer<'_>, label: Pic16Label, devices: &Pic16Peripherals, scratch: u16) {
     let Some(adc) = &devices.adc else { return };
     let chip = out.chip;
@@ -251,14 +256,16 @@ fn emit_conversion(out: &mut Pic16Writer<'_>, label: Pic16Label, devices: &Pic16
     out.implied_op(Kind::Return);
 }
 
-/// W percent to the PWM output: the pulse in quarters of a count is W * 4 (PR2 + 1) / 100, computed with 16 binary places
-/// below the highest byte.
+/// Emits the setting of the duty cycle to W percent.
+///
+/// The pulse in quarters of a count is W * 4 (PR2 + 1) / 100, computed with 16 fractional bits below the
+/// highest byte.
 fn emit_duty(out: &mut Pic16Writer<'_>, devices: &Pic16Peripherals, scratch: u16) {
     let Some(pwm) = devices.pwm else { return };
     let chip = out.chip;
     let (percent, low, mid, high, count) = (scratch, scratch + 1, scratch + 2, scratch + 3, scratch + 4);
     let quarters = 4 * (u64::from(pwm.period) + 1);
-    // A percent in 2^-14 quarters, rounded up a little so that whole results are not missed.
+    // One percent in units of 2^-14 quarters, rounded up slightly so that exact results are not missed.
     let unit = ((quarters << 14) / 100 + 1) as i32;
     let (part, done) = (out.label(), out.label());
     out.byte_op(Kind::Movwf, percent);
@@ -274,7 +281,7 @@ fn emit_duty(out: &mut Pic16Writer<'_>, devices: &Pic16Peripherals, scratch: u16
     out.place(part);
     out.set_byte(count, 7);
     let (again, zero) = (out.label(), out.label());
-    // Seven bits of W, the highest first.
+    // Multiply by the seven bits of W, highest first.
     out.byte_op(Kind::RlfF, percent);
     out.place(again);
     out.set_bit((STATUS, C), false);
@@ -296,7 +303,8 @@ fn emit_duty(out: &mut Pic16Writer<'_>, devices: &Pic16Peripherals, scratch: u16
     out.byte_op(Kind::DecfszF, count);
     out.goto_back(again, 6);
     out.place(done);
-    // Bits 7 and 6 of the middle byte are the two lowest of the pulse, bits 5 and 4 of the control register.
+    // Bits 7 and 6 of the middle byte are the lowest two bits of the pulse, bits 5 and 4 of the control
+    // register.
     out.byte_op(Kind::RrfF, mid);
     out.byte_op(Kind::RrfW, mid);
     out.literal_op(Kind::Andlw, chip.mask(&pwm.module.quarters));

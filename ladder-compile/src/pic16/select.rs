@@ -1,8 +1,9 @@
-//! Operations to instructions.
+//! Selects PIC16 instructions for the intermediate code.
 //!
-//! The accumulator is a formula ([`RungFormula`]) that is only computed where something needs it: a coil takes it straight into its
-//! bit, a branch into jumps. Temporaries that are read once are formulas too. Before a cell is written, formulas that read
-//! it and are still needed are computed: the accumulator into FSR<0>, a temporary into its cell.
+//! The accumulator is a formula ([`RungFormula`]) that is computed only where it is needed: a coil evaluates
+//! it directly into its bit, a branch into jumps. Temporaries that are read once are formulas too. Before a
+//! cell is written, formulas that read it and are still needed are computed: the accumulator into FSR<0>, a
+//! temporary into its cell.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -16,50 +17,50 @@ use super::touched_cells::{self, TouchedCells};
 use super::writer::{Pic16Label, Pic16Writer};
 use crate::ir::{BitId, BranchCondition, Ir, IrOp, LogicOp, WordId, WordOperand};
 
-/// A subroutine, made once when it is used.
+/// A subroutine, generated once if it is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Pic16Routine {
-    /// Low bytes of a product, by width.
+    /// Product, by width in bytes.
     Multiply(u8),
-    /// Quotient with sign, by width.
+    /// Signed quotient, by width in bytes.
     Divide(u8),
-    /// Operand 0 or 1 becomes its negative, by width.
+    /// Negation of operand 0 or 1, by width in bytes.
     Negate(u16, u8),
-    /// Byte `1` of the values of table `0` to W.
+    /// W := a byte of the value at the index: number of the table, number of the byte, index.
     Table(u32, u8, WordId),
-    /// The converter.
+    /// Analog-to-digital conversion.
     Convert,
-    /// A byte of EEPROM to W.
+    /// W := a byte of EEPROM.
     ReadEeprom,
-    /// W to EEPROM.
+    /// EEPROM := W.
     WriteEeprom,
-    /// W percent to the PWM output.
+    /// Sets the duty cycle of the PWM output to W percent.
     Duty,
 }
 
-/// The selector.
+/// State of instruction selection.
 #[derive(Debug)]
 pub struct Pic16Selector<'a, 'c> {
-    /// What is written.
+    /// Writer that receives the instructions.
     pub out: Pic16Writer<'c>,
-    /// The scan.
+    /// Intermediate code of the scan.
     pub ir: &'a Ir,
-    /// Places.
+    /// Places of the cells.
     pub layout: &'a Pic16Layout,
-    /// Serial line, converter, PWM.
+    /// Settings of serial line, converter and PWM.
     pub devices: &'a Pic16Peripherals,
-    /// Subroutines in use.
+    /// Subroutines in use, with their labels.
     pub routines: BTreeMap<Pic16Routine, Pic16Label>,
-    /// The accumulator.
+    /// Formula of the accumulator.
     pub(super) acc: RungFormula,
-    /// Temporaries that have not been computed yet, and how often they will be read.
+    /// Temporaries that have not been computed yet, with their formulas and the number of remaining reads.
     pub(super) pending: HashMap<BitId, (RungFormula, u32)>,
-    /// In the list of operations of the scan itself, not in a branch.
+    /// True in the operations of the scan itself, false inside a branch.
     pub(super) outermost: bool,
 }
 
 impl<'a, 'c> Pic16Selector<'a, 'c> {
-    /// Continues `out`.
+    /// Creates a selector that appends to `out`.
     #[must_use]
     pub fn new(out: Pic16Writer<'c>, ir: &'a Ir, layout: &'a Pic16Layout, devices: &'a Pic16Peripherals) -> Self {
         Pic16Selector {
@@ -74,12 +75,12 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
         }
     }
 
-    /// The accumulator's own bit: FSR<0>.
+    /// Bit that stores the accumulator: FSR<0>.
     pub(super) fn accumulator_bit(&self) -> (u16, u8) {
         (self.out.chip.reg(Sfr::FSR), 0)
     }
 
-    /// Label of a subroutine.
+    /// Label of a subroutine, which is requested by the first call.
     pub fn routine(&mut self, routine: Pic16Routine) -> Pic16Label {
         if let Some(&label) = self.routines.get(&routine) {
             return label;
@@ -89,8 +90,10 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
         label
     }
 
-    /// One operation, `rest` being those behind it in its list; the accumulator is needed behind the list if `live`, and
-    /// then wanted in `target` if there is one. Says how many operations have been done.
+    /// Selects one operation and returns the number of operations that this has covered.
+    ///
+    /// `rest` is the rest of its list. If `live`, the accumulator is needed after the list, in `target` if
+    /// that is given.
     pub fn op(&mut self, op: &IrOp, rest: &[&IrOp], live: bool, target: Option<BitLiteral>) -> usize {
         match op {
             IrOp::SetAccumulator(value) => self.acc = RungFormula::Const(*value),
@@ -127,7 +130,7 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
         1
     }
 
-    /// Operations of a branch.
+    /// Selects the operations of a branch.
     pub(super) fn select_ops(&mut self, ops: &[IrOp], live: bool, target: Option<BitLiteral>) {
         let ops: Vec<&IrOp> = ops.iter().collect();
         let outer = std::mem::replace(&mut self.outermost, false);
@@ -142,7 +145,7 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
         std::mem::replace(&mut self.acc, RungFormula::Const(false))
     }
 
-    /// What a bit is now; a temporary that has not been computed gives its formula.
+    /// Returns the current value of a bit as a formula, also for a temporary that has not been computed.
     pub(super) fn read(&mut self, bit: BitId) -> RungFormula {
         if let Some((e, left)) = self.pending.get_mut(&bit) {
             let e = e.clone();
@@ -155,13 +158,15 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
         RungFormula::Lit(BitLiteral { at: self.layout.bit(bit), is: true })
     }
 
+    /// True if a formula reads a cell that is about to be written.
     pub(super) fn reads(&self, e: &RungFormula, touched: &TouchedCells) -> bool {
         touched.bits.iter().any(|&bit| e.reads_bit(self.layout.bit(bit)))
             || touched.words.iter().any(|&word| e.reads_word(word))
             || (touched.acc && e.reads_bit(self.accumulator_bit()))
     }
 
-    /// Before cells are written: computes the formulas that read them; the accumulator's if it is needed behind.
+    /// Computes the formulas that read cells about to be written, including the accumulator's if it is needed
+    /// later.
     pub(super) fn compute_readers(&mut self, touched: &TouchedCells, acc_live: bool) {
         if !acc_live {
             self.acc = RungFormula::Const(false);
@@ -171,7 +176,7 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
         self.compute(|select, e| select.reads(e, touched));
     }
 
-    /// Computes the temporaries of which `wanted` is true.
+    /// Computes the temporaries for which `wanted` is true.
     pub(super) fn compute(&mut self, wanted: impl Fn(&Self, &RungFormula) -> bool) {
         let mut due: Vec<BitId> =
             self.pending.iter().filter(|(_, (e, _))| wanted(self, e)).map(|(&bit, _)| bit).collect();
@@ -183,8 +188,10 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
         }
     }
 
-    /// Before code that is not always executed: computes the temporaries that it reads, and those whose formulas read the
-    /// accumulator's own bit, which it may use for itself. What is computed in one way only is missing in the other.
+    /// Computes temporaries before code that is not always executed.
+    ///
+    /// These are the temporaries that the code reads, and those whose formulas read FSR<0>, which the code
+    /// may use itself. A value computed on one path only would be missing on the other.
     pub(super) fn compute_before_branch(&mut self, touched: &TouchedCells) {
         if self.outermost {
             let used = self.pending.keys().copied().filter(|&bit| touched.uses(bit)).collect::<BTreeSet<BitId>>();
@@ -215,8 +222,8 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
         if self.outermost && self.ir.is_temporary(bit) {
             match touched_cells::count_reads(bit, rest) {
                 Some(0) => return,
-                // Whatever is written first computes what still reads it, so a formula may wait.
-                // A formula waits that is read once, here or there; so does what is no work.
+                // A formula may stay pending, because any write to a cell first computes the formulas that
+                // read it. It stays pending if it is read only once, or if it takes no work.
                 Some(reads)
                     if !touched_cells::is_accumulator_read(rest, true) && reads == 1
                         || self.acc.is_simple() && !self.acc.reads_bit(at) =>
@@ -235,8 +242,9 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
         self.acc = if simple { e.opposite_if(negated) } else { RungFormula::Lit(BitLiteral { at, is: !negated }) };
     }
 
-    /// Where the accumulator is best computed to, behind an operation that touches `touched`: the bit that is stored next, else
-    /// what the list wants, else its own bit.
+    /// Best place to compute the accumulator to, after an operation that touches `touched`.
+    ///
+    /// This is the bit that is stored next, else `target`, else the accumulator's own bit.
     pub(super) fn accumulator_target(
         &self,
         touched: &TouchedCells,
@@ -257,7 +265,7 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
         }
     }
 
-    /// The bit becomes such that `to` has the value of the accumulator.
+    /// Sets the bit so that `to` has the value of the accumulator.
     pub(super) fn store_accumulator_to(&mut self, to: BitLiteral) {
         let e = self.take();
         self.assign(to.at, &e.opposite_if(!to.is));
@@ -265,7 +273,7 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
     }
 
     fn edge(&mut self, memory: BitId, rising: bool, rest: &[&IrOp], live: bool, target: Option<BitLiteral>) -> usize {
-        // A falling edge is a rising one of the complements.
+        // A falling edge is a rising edge of the complements.
         let m = BitLiteral { at: self.layout.bit(memory), is: rising };
         if let Some((IrOp::If { cond: BranchCondition::Acc, if_true: then, if_false: otherwise }, behind)) =
             rest.split_first()
@@ -345,13 +353,13 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
         self.acc = if needed { RungFormula::Lit(to) } else { RungFormula::Const(false) };
     }
 
-    /// The three-address form: the templates of the book, one after the other.
+    /// Selects a three-address operation with a fixed template.
     fn logic(&mut self, dst: BitId, is: LogicOp) {
         self.compute_readers(&TouchedCells::bit(dst), false);
         let at = self.layout.bit(dst);
         let of = |bit: BitId| self.layout.bit(bit);
         let is = match is {
-            // What is also an operand is not preset.
+            // A destination that is also an operand cannot be preset.
             LogicOp::And(a, b) if of(a) == at || of(b) == at => {
                 let other = if of(a) == at { b } else { a };
                 let lit = BitLiteral { at: of(other), is: false };

@@ -1,5 +1,7 @@
-//! The chips that there is a back end for. Pins with a second job that programs use come last, and RA4, which cannot go high
-//! by itself on most, after them.
+//! Target chips of this back end, with their pins in order of assignment.
+//!
+//! Pins with a second function that programs use come last, and after them RA4, which is an open drain on
+//! most chips.
 
 use emu_pic16::chips::{PIC16_PARTS, Pic16Part};
 
@@ -30,7 +32,7 @@ const fn equal_names(a: &str, b: &str) -> bool {
     n == a.len() && n == b.len()
 }
 
-/// The row of a chip; a name that there is none of does not compile.
+/// Description of a chip; an unknown name is a compile-time error.
 const fn chip_part(name: &str) -> &'static Pic16Part {
     let mut n = 0;
     while !equal_names(PIC16_PARTS[n].chip.name, name) {
@@ -60,7 +62,7 @@ const fn target18(name: &str) -> CompileTarget {
     CompileTarget { pins: PINS_18, uart: Some(("RB2", "RB1")), pwm: Some("RB3"), adc: &[], ..target(name) }
 }
 
-/// The chips.
+/// Chips of this back end.
 pub const TARGETS: &[CompileTarget] = &[
     target("pic16f873"),
     target("pic16f873a"),

@@ -1,9 +1,12 @@
-//! Timer 1 lengthened by a byte or two of RAM, for periods that no other part paces: it counts machine cycles from minus the period
-//! up to 0, each overflow counts one in RAM, and the match is the overflow that makes RAM 0 as well.
+//! Extends timer 1 by one or two bytes of RAM, for periods that no other timer can pace.
 //!
-//! After a match the timer stands still for some cycles, always the same, while minus the period and the cycles of the stop are
-//! added to what it has counted since: nothing is lost, so there is no drift. Where the fraction of the period says so,
-//! it stands still for one cycle more. The prescaler is 1, since stopping and writing would lose what a longer one holds.
+//! The timer counts machine cycles from minus the period up to 0. Each overflow increments the bytes in RAM;
+//! the match is the overflow that makes these 0 as well.
+//!
+//! After a match the timer is stopped for a constant number of cycles, while minus the period plus the length
+//! of the stop is added to its value. No counts are lost, so there is no drift. If the fraction of the period
+//! requires it, the timer stops for one cycle more. The prescaler is 1, because stopping and writing the
+//! timer would lose the content of a longer one.
 
 use emu_pic16::isa::Kind;
 use emu_pic16::periph::map::Sfr;
@@ -12,18 +15,19 @@ use super::pacing::Pic16PeriodFraction;
 use super::select::Pic16Selector;
 use super::writer::{C, Pic16Label, Pic16Writer, STATUS};
 
-/// Machine cycles of a period, at least: those of the stop and some of a scan.
+/// Minimum period in machine cycles: the stop and a short scan.
 pub const MIN_PERIOD_CYCLES: u128 = 16;
-/// Machine cycles of a period stay below this: timer 1 and two bytes, and a cycle of the fraction.
+/// Upper limit of a period in machine cycles (exclusive): timer 1, two bytes, and one cycle for the fraction.
 pub const MAX_PERIOD_CYCLES: u128 = (1 << 32) - 1;
-/// Machine cycles of a scan and the wait, at most, where RAM counts: it sees every overflow only if no two fall into one scan.
+/// Maximum machine cycles of a scan and the wait with extension bytes: two overflows in one scan would be
+/// counted as one.
 pub const MAX_SCAN_CYCLES: u64 = 65_500;
 
-/// Cycles that the timer stands still while its value is changed: from the BCF to the BSF, with an addition to two bytes
-/// between them, at most six words.
+/// Machine cycles for which the timer is stopped while its value changes: from BCF to BSF, with a two-byte
+/// addition of at most six words between them.
 const TIMER_STOP_CYCLES: u32 = 7;
 
-/// Bytes of RAM for periods of `ticks` machine cycles, or one more.
+/// Number of extension bytes for periods of `ticks` or `ticks` + 1 machine cycles.
 #[must_use]
 pub fn extension_bytes(ticks: u128) -> u8 {
     match ticks + 1 {
@@ -33,7 +37,7 @@ pub fn extension_bytes(ticks: u128) -> u8 {
     }
 }
 
-/// Registers and RAM for the first period, which begins when the timer does.
+/// Emits the set-up of registers and RAM for the first period, which begins when the timer starts.
 pub fn prepare_extension(out: &mut Pic16Writer<'_>, ticks: u32, bytes: u8, extension_at: u16) {
     let [low, high, more @ ..] = ticks.wrapping_neg().to_le_bytes();
     for (at, k) in (extension_at..).zip(more).take(bytes.into()) {
@@ -43,8 +47,9 @@ pub fn prepare_extension(out: &mut Pic16Writer<'_>, ticks: u32, bytes: u8, exten
     out.set_byte(out.chip.reg(Sfr::TMR1H), high);
 }
 
-/// In the loop that waits, after an overflow: counts it, and goes back unless it was the last one. Leaves the flag alone where
-/// the first is the last.
+/// Emits the count of an overflow in the poll loop: continues waiting unless it was the last one.
+///
+/// Without extension bytes the flag is not changed.
 pub fn count_overflow(out: &mut Pic16Writer<'_>, flag: (u16, u8), bytes: u8, extension_at: u16, poll: Pic16Label) {
     if bytes > 0 {
         out.set_bit(flag, false);
@@ -56,13 +61,14 @@ pub fn count_overflow(out: &mut Pic16Writer<'_>, flag: (u16, u8), bytes: u8, ext
 }
 
 impl Pic16Selector<'_, '_> {
-    /// Just after a match: minus the period is added to timer and RAM.
+    /// Emits the code just after a match: adds minus the period to timer and RAM.
     pub(super) fn next_extended(&mut self, ticks: u32, bytes: u8, fraction: Option<Pic16PeriodFraction>) {
         let (on, timer) = (self.out.chip.bit("TMR1ON"), self.out.chip.reg(Sfr::TMR1L));
         if let Some(fraction) = fraction {
             self.add_constant(self.layout.fraction, fraction.bytes, (fraction.numerator as i32).wrapping_neg(), true);
             self.refill_count_down(fraction, |out| {
-                // From the one to the other the timer misses one cycle: this period has one more.
+                // Between these two instructions the timer misses one cycle, so this period is one cycle
+                // longer.
                 out.set_bit(on, false);
                 out.set_bit(on, true);
             });
@@ -78,7 +84,7 @@ impl Pic16Selector<'_, '_> {
             self.out.implied_op(Kind::Nop);
         }
         self.out.set_bit(on, true);
-        // The carry, which an overflow since the match has used up, goes on into RAM.
+        // Propagate the carry into RAM; it is set if an overflow since the match was consumed.
         let [_, _, more @ ..] = k.to_le_bytes();
         let mut may_carry = true;
         for (at, k) in (self.layout.extension..).zip(more).take(bytes.into()) {

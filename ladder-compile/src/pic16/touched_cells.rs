@@ -1,41 +1,41 @@
-//! What operations read and write.
+//! Finds the cells that operations read and write.
 
 use std::collections::BTreeSet;
 
 use crate::ir::{BitId, BranchCondition, IrOp, LogicOp, WordId};
 
-/// What a list of operations touches.
+/// Cells that a list of operations accesses.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct TouchedCells {
-    /// Bits written.
+    /// Bits that are written.
     pub bits: BTreeSet<BitId>,
-    /// Words written.
+    /// Words that are written.
     pub words: BTreeSet<WordId>,
-    /// The accumulator is changed.
+    /// True if the accumulator is changed.
     pub acc: bool,
-    /// Bits read.
+    /// Bits that are read.
     pub read: BTreeSet<BitId>,
 }
 
 impl TouchedCells {
-    /// One bit is written.
+    /// Cells of a write to one bit.
     #[must_use]
     pub fn bit(bit: BitId) -> TouchedCells {
         TouchedCells { bits: BTreeSet::from([bit]), ..TouchedCells::default() }
     }
 
-    /// The bit is read or written.
+    /// True if the bit is read or written.
     #[must_use]
     pub fn uses(&self, bit: BitId) -> bool {
         self.bits.contains(&bit) || self.read.contains(&bit)
     }
 
-    /// Adds a list.
+    /// Adds the accesses of a list.
     pub fn list(&mut self, ops: &[IrOp]) {
         ops.iter().for_each(|op| self.op(op));
     }
 
-    /// Adds an operation.
+    /// Adds the accesses of an operation.
     pub fn op(&mut self, op: &IrOp) {
         match op {
             IrOp::SetAccumulator(_) | IrOp::AndCompare(_) => self.acc = true,
@@ -76,19 +76,19 @@ impl TouchedCells {
     }
 }
 
-/// Whether the accumulator is read by `ops` before they set it; `behind` if they do neither.
+/// True if `ops` read the accumulator before they set it; `behind` if they do neither.
 #[must_use]
 pub fn is_accumulator_read(ops: &[&IrOp], behind: bool) -> bool {
     ops.iter().find_map(|op| accumulator_use(op)).unwrap_or(behind)
 }
 
-/// Whether the accumulator as it is at their start is read by `ops`.
+/// True if `ops` read the value that the accumulator has at their start.
 #[must_use]
 pub fn reads_accumulator(ops: &[IrOp]) -> bool {
     ops.iter().find_map(accumulator_use).unwrap_or(false)
 }
 
-/// True: reads it; false: sets it first; nothing: passes it on.
+/// Whether the operation reads the accumulator (true) or sets it first (false); `None` if it does neither.
 fn accumulator_use(op: &IrOp) -> Option<bool> {
     match op {
         IrOp::SetAccumulator(_) | IrOp::Load { .. } | IrOp::Receive { .. } | IrOp::Logic { .. } => Some(false),
@@ -108,7 +108,7 @@ fn accumulator_use(op: &IrOp) -> Option<bool> {
     }
 }
 
-/// How often a temporary is read by `ops` until it is written again; nothing where a branch reads or writes it.
+/// Number of reads of a temporary by `ops` until it is written again; `None` if a branch reads or writes it.
 #[must_use]
 pub fn count_reads(bit: BitId, ops: &[&IrOp]) -> Option<u32> {
     let mut reads = 0;

@@ -1,4 +1,4 @@
-//! Integers: moves, sums, differences, and the calls of the subroutines for the rest.
+//! Selects moves, sums and differences of integers, and calls of the subroutines for other arithmetic.
 
 use emu_pic16::isa::Kind;
 
@@ -7,12 +7,12 @@ use super::writer::{C, STATUS, Z};
 use crate::ir::{ArithmeticOp, WordId, WordOperand, shift_count};
 
 impl Pic16Selector<'_, '_> {
-    /// Scratch operand 0 or 1 of a width: behind the first byte of scratch, side by side.
+    /// Address of scratch operand 0 or 1 of a width: the operands follow the first byte of scratch.
     fn operand(&self, which: u16, bytes: u8) -> u16 {
         self.layout.scratch + 1 + which * u16::from(bytes)
     }
 
-    /// The address of a word at a width: its own, or a copy with sign in scratch operand `which`.
+    /// Address of a word at a width: its own, or that of a sign-extended copy in scratch operand `which`.
     pub fn widened_address(&mut self, word: WordId, bytes: u8, which: u16) -> u16 {
         if self.ir.bytes(word) >= bytes {
             return self.layout.word(word);
@@ -22,11 +22,11 @@ impl Pic16Selector<'_, '_> {
         at
     }
 
-    /// `bytes` at `to` := the value, with sign, low bytes first.
+    /// `bytes` bytes at `to` := the value, sign-extended, low byte first.
     pub fn copy_value(&mut self, to: u16, bytes: u8, value: WordOperand) {
         match value {
             WordOperand::Const(k) => {
-                // Zeros first, then equal bytes side by side, so that W is loaded once.
+                // Zeros first, then equal bytes together, so that W is loaded once.
                 let mut all: Vec<(u8, u16)> = k.to_le_bytes().into_iter().zip(to..).take(bytes.into()).collect();
                 all.sort_by_key(|&(k, at)| (k != 0, k, at));
                 all.into_iter().for_each(|(k, at)| self.out.set_byte(at, k));
@@ -44,7 +44,7 @@ impl Pic16Selector<'_, '_> {
         }
     }
 
-    /// Fills what is above `own` bytes with the sign.
+    /// Sign-extends a value of `own` bytes to `bytes` bytes.
     pub fn sign_extend(&mut self, to: u16, own: u8, bytes: u8) {
         for n in u16::from(own)..u16::from(bytes) {
             self.out.byte_op(Kind::Clrf, to + n);
@@ -67,7 +67,7 @@ impl Pic16Selector<'_, '_> {
                 self.add_constant(to, bytes, k.wrapping_neg(), false);
             }
             (ArithmeticOp::Sub, WordOperand::Const(k), b @ WordOperand::Cell(_)) => {
-                // k - b is k + 1 plus the complement of b.
+                // k - b = k + 1 + the complement of b.
                 self.copy_value(to, bytes, b);
                 (0..u16::from(bytes)).for_each(|n| self.out.byte_op(Kind::ComfF, to + n));
                 self.add_constant(to, bytes, k.wrapping_add(1), false);
@@ -162,12 +162,12 @@ impl Pic16Selector<'_, '_> {
         }
     }
 
-    /// dst := a + b or a - b of cells.
+    /// dst := a + b or a - b, for two cells.
     fn add_or_subtract(&mut self, op: ArithmeticOp, dst: WordId, a: WordId, b: WordId) {
         let (to, bytes) = (self.layout.word(dst), self.ir.bytes(dst));
         let second = self.widened_address(b, bytes, 1);
         let first = self.layout.word(a);
-        // Skips stand between accesses to both, so one bank must reach them.
+        // Skips are between accesses to both operands, so one bank must reach both.
         let near = |out: &super::writer::Pic16Writer<'_>, x: u16, y: u16| out.common_banks(&[x, y]) != 0;
         if bytes <= 2
             && self.ir.bytes(a) >= bytes
@@ -195,7 +195,7 @@ impl Pic16Selector<'_, '_> {
         self.add_or_subtract_in_place(op, to, second, bytes);
     }
 
-    /// One or two bytes into another cell.
+    /// Computes one or two bytes into another cell.
     fn add_or_subtract_short(&mut self, op: ArithmeticOp, to: u16, a: u16, b: u16, bytes: u8) {
         let (kind, carry) = if op == ArithmeticOp::Add { (Kind::AddwfW, true) } else { (Kind::SubwfW, false) };
         let out = &mut self.out;
@@ -211,7 +211,7 @@ impl Pic16Selector<'_, '_> {
         }
     }
 
-    /// to := to + b or to - b, both reached from one bank.
+    /// to := to + b or to - b, where one bank reaches both.
     fn add_or_subtract_in_place(&mut self, op: ArithmeticOp, to: u16, b: u16, bytes: u8) {
         let (kind, carry) = if op == ArithmeticOp::Add { (Kind::AddwfF, true) } else { (Kind::SubwfF, false) };
         let out = &mut self.out;
@@ -220,14 +220,14 @@ impl Pic16Selector<'_, '_> {
             out.byte_op(Kind::MovfW, b + n);
             if n > 0 {
                 out.skip_unless((STATUS, C), carry);
-                // A byte of FFh and a carry change nothing, and the carry stays.
+                // A byte of FFh with a carry changes nothing and preserves the carry.
                 out.byte_op(Kind::IncfszW, b + n);
             }
             out.byte_op(kind, to + n);
         }
     }
 
-    /// `bytes` at `at` += k; leaves the carry if `carry`.
+    /// Adds k to `bytes` bytes at `at`; with `carry`, leaves the carry of the result.
     pub fn add_constant(&mut self, at: u16, bytes: u8, k: i32, carry: bool) {
         let out = &mut self.out;
         let k: Vec<u8> = k.to_le_bytes().into_iter().take(bytes.into()).collect();
@@ -259,7 +259,7 @@ impl Pic16Selector<'_, '_> {
                     out.byte_op(Kind::DecfF, n);
                 }
                 (true, 0xFF) => {
-                    // With a carry nothing changes, and the carry stays.
+                    // With a carry, nothing changes and the carry is preserved.
                     out.load_w(0xFF);
                     out.skip_unless((STATUS, C), false);
                     out.byte_op(Kind::AddwfF, n);

@@ -1,8 +1,8 @@
-//! Code being written, with what is known on the way: which banks may be selected, what W holds.
+//! Writer of PIC16 code that tracks which banks may be selected and what W holds.
 //!
-//! Every access to a byte first makes sure that its bank is selected, with no instruction where that is known already.
-//! All jumps go forward (but for those of loops, which leave the bank alone), so what is known at a label is what all its
-//! jumps and the way from above agree on.
+//! Every access to a byte first ensures that its bank is selected, and emits no instruction if it is known to
+//! be. All jumps go forward, except those of loops, which do not change the bank. So the state known at a
+//! label is what all jumps to it and the preceding code agree on.
 
 use std::collections::BTreeMap;
 
@@ -14,29 +14,29 @@ use crate::CodegenError;
 use crate::code::{CodeLabel, CodeWriter};
 use crate::target::CodeMark;
 
-/// STATUS, in every bank.
+/// Address of STATUS, in every bank.
 pub const STATUS: u16 = 3;
-/// Carry, and no borrow.
+/// Bit number of the carry flag; clear means borrow.
 pub const C: u8 = 0;
-/// Zero.
+/// Bit number of the zero flag.
 pub const Z: u8 = 2;
 const RP0: u8 = 5;
 const RP1: u8 = 6;
 
-/// A place in the code.
+/// A position in the code, to be placed later.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Pic16Label(u32);
 
-/// A piece of code.
+/// An item of the code being written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Pic16Item {
-    /// An instruction, and the cycles it costs beyond those of its row.
+    /// An instruction, and extra cycles beyond those of its row.
     Op(Kind, Vec<i32>, u32),
-    /// MOVLW or ADDLW of a byte of a label's address.
+    /// MOVLW or ADDLW with a byte of a label's address.
     LabelByte(Kind, Pic16Label, u8),
-    /// GOTO.
+    /// GOTO, forward.
     Goto(Pic16Label),
-    /// GOTO backwards, taken at most so often in a row.
+    /// GOTO backward, and the maximum number of times in a row that it is taken.
     GotoBack(Pic16Label, u32),
     /// CALL.
     Call(Pic16Label),
@@ -44,20 +44,20 @@ pub enum Pic16Item {
     Place(Pic16Label),
     /// A mark.
     Mark(CodeMark),
-    /// The page may change here: no jump goes across but calls.
+    /// A possible change of page: no jump crosses it, only calls do.
     PageBoundary,
 }
 
-/// Words that a change of page takes at most: both bits of PCLATH and GOTO.
+/// Maximum number of words of a page change: both bits of PCLATH and GOTO.
 const MAX_PAGE_CHANGE_WORDS: u32 = 3;
 
 impl Pic16Item {
-    /// Words within a page.
+    /// Number of words if no page changes.
     fn words(&self) -> u32 {
         self.words_at(0)
     }
 
-    /// Words, with the form `level` of an item that goes elsewhere.
+    /// Number of words, if a jump or call has the form `level`.
     fn words_at(&self, level: u8) -> u32 {
         match self {
             Pic16Item::Place(_) | Pic16Item::Mark(_) | Pic16Item::PageBoundary => 0,
@@ -67,7 +67,7 @@ impl Pic16Item {
         }
     }
 
-    /// Where it goes.
+    /// Label of a jump or call.
     fn target_label(&self) -> Option<Pic16Label> {
         match self {
             Pic16Item::Goto(label) | Pic16Item::GotoBack(label, _) | Pic16Item::Call(label) => Some(*label),
@@ -76,7 +76,7 @@ impl Pic16Item {
     }
 }
 
-/// Where a trial began.
+/// State of the writer to which a trial can be rolled back.
 #[derive(Debug, Clone)]
 pub struct WriterCheckpoint {
     items: usize,
@@ -85,36 +85,36 @@ pub struct WriterCheckpoint {
     w: Option<u8>,
 }
 
-/// Code being written.
+/// Code under construction, with the known bank and W.
 #[derive(Debug)]
 pub struct Pic16Writer<'a> {
-    /// The chip.
+    /// Data of the chip.
     pub chip: &'a Pic16ChipData,
-    /// What has been written.
+    /// Items written so far.
     pub items: Vec<Pic16Item>,
     labels: u32,
-    /// Banks that may be selected now.
+    /// Banks that may be selected at the current position.
     pub banks: BankSet,
-    /// Banks that may be selected where jumps to a label stand.
+    /// Banks that may be selected at the jumps to each label that is not placed yet.
     open: BTreeMap<Pic16Label, BankSet>,
-    /// What W holds, where that is known.
+    /// Content of W, if known.
     w: Option<u8>,
 }
 
 impl<'a> Pic16Writer<'a> {
-    /// Nothing yet; bank 0 is selected, as after reset.
+    /// Creates an empty writer; bank 0 is selected, as after reset.
     #[must_use]
     pub fn new(chip: &'a Pic16ChipData) -> Self {
         Pic16Writer { chip, items: Vec::new(), labels: 0, banks: 1, open: BTreeMap::new(), w: None }
     }
 
-    /// What has been written so far, to come back to.
+    /// Saves the current state for [`Pic16Writer::roll_back`].
     #[must_use]
     pub fn checkpoint(&self) -> WriterCheckpoint {
         WriterCheckpoint { items: self.items.len(), banks: self.banks, open: self.open.clone(), w: self.w }
     }
 
-    /// Goes back; gives what was written since.
+    /// Restores a saved state and returns the items written since.
     pub fn roll_back(&mut self, save: &WriterCheckpoint) -> Vec<Pic16Item> {
         self.banks = save.banks;
         self.open.clone_from(&save.open);
@@ -122,19 +122,19 @@ impl<'a> Pic16Writer<'a> {
         self.items.split_off(save.items.min(self.items.len()))
     }
 
-    /// Words written since.
+    /// Number of words written since a saved state.
     #[must_use]
     pub fn words_since(&self, save: &WriterCheckpoint) -> u32 {
         self.items.iter().skip(save.items).map(Pic16Item::words).sum()
     }
 
-    /// A new label.
+    /// Creates a label.
     pub fn label(&mut self) -> Pic16Label {
         self.labels += 1;
         Pic16Label(self.labels - 1)
     }
 
-    /// The label stands here.
+    /// Places a label at the current position.
     pub fn place(&mut self, label: Pic16Label) {
         if let Some(banks) = self.open.remove(&label) {
             self.banks |= banks;
@@ -143,23 +143,24 @@ impl<'a> Pic16Writer<'a> {
         self.items.push(Pic16Item::Place(label));
     }
 
-    /// Goes forward to a label.
+    /// Emits a forward GOTO.
     pub fn goto(&mut self, label: Pic16Label) {
         *self.open.entry(label).or_insert(0) |= self.banks;
         let conditional = self.after_skip();
         self.items.push(Pic16Item::Goto(label));
         if !conditional {
-            // What follows is only reached from elsewhere.
+            // The following code is reached only by jumps.
             self.banks = 0;
         }
     }
 
-    /// Goes back to a label, at most `times` times in a row.
+    /// Emits a backward GOTO that is taken at most `times` times in a row.
     pub fn goto_back(&mut self, label: Pic16Label, times: u32) {
         self.items.push(Pic16Item::GotoBack(label, times));
     }
 
-    /// Calls a subroutine that must find one of the banks `entry` selected and leaves `exit` selected.
+    /// Emits a call of a subroutine that requires one of the banks `entry` and returns with `exit`, or with
+    /// the bank unchanged.
     pub fn call(&mut self, label: Pic16Label, entry: BankSet, exit: Option<BankSet>) {
         self.select_bank(entry);
         self.items.push(Pic16Item::Call(label));
@@ -167,17 +168,17 @@ impl<'a> Pic16Writer<'a> {
         self.banks = exit.unwrap_or(self.banks);
     }
 
-    /// The page may change here.
+    /// Allows a change of page at the current position.
     pub fn allow_page_change(&mut self) {
         self.items.push(Pic16Item::PageBoundary);
     }
 
-    /// A mark.
+    /// Places a mark at the current position.
     pub fn mark(&mut self, mark: CodeMark) {
         self.items.push(Pic16Item::Mark(mark));
     }
 
-    /// From here on anything may be selected that `banks` says, and W holds anything: code that others jump to.
+    /// Starts code that is reached by jumps from elsewhere: any of `banks` may be selected, and W is unknown.
     pub fn assume_banks(&mut self, banks: BankSet) {
         self.banks = banks;
         self.w = None;
@@ -200,7 +201,7 @@ impl<'a> Pic16Writer<'a> {
         self.items.push(Pic16Item::Op(kind, operands.iter().map(|&o| i32::from(o)).collect(), extra));
     }
 
-    /// Makes sure that one of `allowed` is selected.
+    /// Ensures that one of the banks in `allowed` is selected.
     pub fn select_bank(&mut self, allowed: BankSet) {
         if self.banks & !allowed == 0 {
             return;
@@ -233,63 +234,63 @@ impl<'a> Pic16Writer<'a> {
         }
     }
 
-    /// The banks from which all of these bytes are reached.
+    /// Banks from which all these bytes can be accessed.
     #[must_use]
     pub fn common_banks(&self, addrs: &[u16]) -> BankSet {
         addrs.iter().fold(ANY_BANK, |set, &addr| set & self.chip.reachable_banks(addr))
     }
 
-    /// An instruction on a byte of data memory.
+    /// Emits an instruction on a byte of data memory.
     pub fn byte_op(&mut self, kind: Kind, addr: u16) {
         self.select_bank(self.chip.reachable_banks(addr));
         self.push(kind, &[addr & 0x7F], 0);
     }
 
-    /// An instruction on a bit of data memory.
+    /// Emits an instruction on a bit of data memory.
     pub fn bit_op(&mut self, kind: Kind, (addr, bit): (u16, u8)) {
         self.select_bank(self.chip.reachable_banks(addr));
         self.push(kind, &[addr & 0x7F, bit.into()], 0);
     }
 
-    /// Sets or clears a bit.
+    /// Emits an instruction that sets or clears a bit.
     pub fn set_bit(&mut self, at: (u16, u8), value: bool) {
         self.bit_op(if value { Kind::Bsf } else { Kind::Bcf }, at);
     }
 
-    /// The next instruction is left out unless the bit has the value.
+    /// Emits a skip: the next instruction is executed only if the bit has the value.
     pub fn skip_unless(&mut self, at: (u16, u8), value: bool) {
         self.bit_op(if value { Kind::Btfsc } else { Kind::Btfss }, at);
     }
 
-    /// An instruction with a constant.
+    /// Emits an instruction with a constant operand.
     pub fn literal_op(&mut self, kind: Kind, k: u8) {
         self.push(kind, &[k.into()], 0);
     }
 
-    /// An instruction without an operand.
+    /// Emits an instruction without an operand.
     pub fn implied_op(&mut self, kind: Kind) {
         self.push(kind, &[], 0);
     }
 
-    /// MOVWF PCL: takes a cycle more than other instructions on a byte.
+    /// Emits MOVWF PCL, which takes one cycle more than other byte instructions.
     pub fn computed_goto(&mut self, pcl: u16) {
         self.push(Kind::Movwf, &[pcl], 1);
     }
 
-    /// MOVLW or ADDLW of a byte of a label's address.
+    /// Emits MOVLW or ADDLW with a byte of a label's address.
     pub fn label_byte(&mut self, kind: Kind, label: Pic16Label, byte: u8) {
         self.items.push(Pic16Item::LabelByte(kind, label, byte));
         self.w = None;
     }
 
-    /// W := k, where it does not hold it already.
+    /// Emits W := k, unless W already holds it.
     pub fn load_w(&mut self, k: u8) {
         if self.w != Some(k) {
             self.literal_op(Kind::Movlw, k);
         }
     }
 
-    /// Byte at `addr` := k.
+    /// Emits the byte at `addr` := k.
     pub fn set_byte(&mut self, addr: u16, k: u8) {
         if k == 0 {
             self.byte_op(Kind::Clrf, addr);
@@ -301,23 +302,25 @@ impl<'a> Pic16Writer<'a> {
     }
 }
 
-/// Where the items come to lie. Code of more than a page changes pages at cuts, so no piece between two cuts crosses a
-/// border.
+/// Page layout of the items. Code of more than one page changes pages only at page boundaries, so no piece
+/// between two boundaries crosses a page.
 struct PageLayout {
-    /// The form of every item that goes elsewhere; 0 for the others.
+    /// Form level of each jump or call; 0 for other items.
     levels: Vec<u8>,
-    /// Items before which the page changes, with the words before and behind the change.
+    /// Items before which the page changes, with the word addresses before and after the change.
     changes: Vec<(usize, u32, u32)>,
     /// Length of the code in words.
     length: u32,
 }
 
 impl PageLayout {
-    /// Lays out the items. Of a label that stands before, the form follows from its page; of one that follows, a form is
-    /// assumed, which only rises from pass to pass, at most twice.
+    /// Lays out the items.
+    ///
+    /// The form for an earlier label follows from its page. For a later label a form is assumed, which only
+    /// rises from pass to pass, at most twice.
     ///
     /// # Errors
-    /// A piece between two cuts is longer than a page.
+    /// A piece between two page boundaries is longer than a page.
     fn lay_out(items: &[Pic16Item]) -> Result<PageLayout, CodegenError> {
         let mut assumed = vec![0; items.len()];
         loop {
@@ -329,7 +332,7 @@ impl PageLayout {
         }
     }
 
-    /// One pass, and the level that each item needs in it where its label follows.
+    /// Runs one pass, and returns the level that each item with a later label needs in it.
     fn layout_pass(items: &[Pic16Item], assumed: &[u8]) -> Result<(PageLayout, Vec<u8>), CodegenError> {
         let small = items.iter().map(Pic16Item::words).sum::<u32>() <= PAGE;
         let mut places: BTreeMap<Pic16Label, u32> = BTreeMap::new();
@@ -374,12 +377,12 @@ impl PageLayout {
     }
 }
 
-/// Hands the code to the assembler, with the form of every jump; returns its length in words.
+/// Passes the code to the code writer with a fixed form of every jump; returns its length in words.
 ///
-/// The assembler must not choose forms by itself: a form that grows moves code over the border of a page.
+/// The code writer must not choose the forms itself, because a form that grows would move code across a page.
 ///
 /// # Errors
-/// A piece between two cuts is longer than a page.
+/// A piece between two page boundaries is longer than a page.
 pub fn assemble(items: &[Pic16Item], labels: u32, asm: &mut CodeWriter<Pic16Arch>) -> Result<u32, CodegenError> {
     let names: Vec<CodeLabel> = (0..labels).map(|_| asm.new_label()).collect();
     let name = |lab: &Pic16Label| names.get(lab.0 as usize).copied().ok_or(CodegenError::UnplacedLabel);
@@ -408,7 +411,7 @@ pub fn assemble(items: &[Pic16Item], labels: u32, asm: &mut CodeWriter<Pic16Arch
 }
 
 impl Pic16Writer<'_> {
-    /// Number of labels made so far.
+    /// Number of labels created so far.
     #[must_use]
     pub fn labels(&self) -> u32 {
         self.labels

@@ -1,11 +1,11 @@
-//! What does not fit, or is not there, is refused with the figures; what just fits works.
+//! Tests the limits of AP101: programs that do not fit are refused with numbers; programs that just fit work.
 
 use ladder::LadderDialect::{Ldmicro5, Ldmicro23};
 use ladder_compile::target::BuildRefusal;
 
 use crate::machine_pair::{HEAD, MachinePair, program_in};
 
-/// Every reason in words: `rung.element: cause`.
+/// Formats every reason as `rung.element: cause`.
 fn reasons(refusal: BuildRefusal) -> Vec<String> {
     match refusal {
         BuildRefusal::Several(all) => all.into_iter().flat_map(reasons).collect(),
@@ -18,26 +18,26 @@ fn reasons(refusal: BuildRefusal) -> Vec<String> {
     }
 }
 
-/// Rungs, and the reasons why there is no image: each begins so.
+/// Rungs, and the beginning of each expected reason for refusal.
 const REFUSED: &[(&str, &[&str])] = &[
     ("RUNG\nMOVE v 3\nEND", &["1.1: `v := 3` computes with integers"]),
-    // All are told.
+    // All reasons are reported.
     (
         "RUNG\nCONTACTS Xa 0\nADD v v 1\nEND\nRUNG\nEQU v 3\nCOIL Ya 0 0 0\nEND\nRUNG\nMUL w v v\nEND",
         &["1.2: `v := v + 1`", "2.1: `and v == 3`", "3.1: `w := v * v`"],
     ),
-    // A timer that is also a number.
+    // A timer that is also used as a number.
     (
         "RUNG\nCONTACTS Xa 0\nTON Ta 50000\nCOIL Ya 0 0 0\nEND\nRUNG\nGRT Ta 2\nCOIL Yb 0 0 0\nEND",
         &["2.1: `and Ta >= 3`"],
     ),
     ("RUNG\nCONTACTS Xa 0\nCTU Ca 5\nCOIL Ya 0 0 0\nEND\nRUNG\nCONTACTS Xb 0\nMOVE Ca 2\nEND", &["2.2: `Ca := 2`"]),
-    // One name, two elements.
+    // Two elements with one name.
     (
         "RUNG\nCONTACTS Xa 0\nCTU Ca 5\nCOIL Ya 0 0 0\nEND\nRUNG\nCONTACTS Xb 0\nCTD Ca 5\nCOIL Yb 0 0 0\nEND",
         &["2.2: `Ca` has a timer or counter already"],
     ),
-    // A reset of nothing.
+    // A RES of a symbol that is not a timer or counter.
     ("RUNG\nCONTACTS Xa 0\nRES Ca\nEND", &["1.2: `Ca := 0` computes with integers"]),
 ];
 
@@ -52,7 +52,7 @@ fn what_the_machine_lacks_is_refused() {
     }
 }
 
-/// A counter of dialect ldmicro-5, and why it is refused.
+/// A counter of dialect ldmicro-5, and the reason for its refusal.
 const FIVE: &[(&str, &str)] = &[
     ("CTU Ca Cb 0 /", "1.2: the limit of `Ca` is the integer `Cb`"),
     ("CTU Ca 40000 0 /", "1.2: `Ca` has the limit 40000"),
@@ -68,7 +68,7 @@ fn limits_of_wide_counters_are_refused() {
     }
 }
 
-/// Clock, cycle; a whole number of machine cycles, or why not.
+/// Clock in Hz, cycle in microseconds; the machine cycles per period, or the reason for refusal.
 #[rustfmt::skip]
 const PERIODS: &[(u64, u64, Result<u64, &str>)] = &[
     (1_000_000,      10_000, Ok(5_000)),
@@ -92,7 +92,7 @@ fn periods_are_exact_or_refused() {
         match (MachinePair::new(&program_in(&text, Ldmicro23)), wanted) {
             (Ok(mut pair), Ok(wanted)) => {
                 assert_eq!((pair.built.period.num, pair.built.period.den), (*wanted, 1));
-                // The start of each scan is compared with k periods.
+                // Each scan must start at a multiple of the period.
                 (0..3000).for_each(|_| pair.scan().unwrap_or_else(|how| panic!("{clock} Hz, {cycle} us: {how}")));
             }
             (Err(why), Err(wanted)) => {
@@ -104,14 +104,15 @@ fn periods_are_exact_or_refused() {
     }
 }
 
-/// `count` rungs of one latch each.
+/// Generates `count` rungs.
 fn rungs(count: u32, rung: impl Fn(u32) -> String) -> String {
     (0..count).map(|n| format!("RUNG\n{}\nEND\n", rung(n))).collect()
 }
 
 #[test]
 fn program_memory_is_filled_to_its_last_word() {
-    // Two words a rung, and the last instruction. A coil that sets leaves what was set, so none of them can be left out.
+    // Two words per rung, and the last instruction. A set coil keeps its bit, so the optimiser can remove no
+    // rung.
     let from = |n: u32| if n == 0 { "X0".to_owned() } else { format!("R{}", (n - 1) % 90) };
     let text = |count| format!("{HEAD}{}", rungs(count, |n| format!("CONTACTS {} 1\nCOIL R{} 0 1 0", from(n), n % 90)));
     let mut pair = MachinePair::new(&program_in(&text(1023), Ldmicro23)).expect("it fits");
@@ -126,7 +127,7 @@ fn program_memory_is_filled_to_its_last_word() {
 
 #[test]
 fn memory_is_filled_to_its_last_bit() {
-    // 248 bits, and 256 images less one that is in use; one is for values in passing.
+    // 248 bits, and 256 output images less the one in use; one bit is scratch.
     let text = |count| {
         format!(
             "{HEAD}RUNG\nCOIL Y0 0 1 0\nEND\n{}",
@@ -153,7 +154,7 @@ fn modules_are_all_used() {
     assert_eq!(refused, ["-: the program has 129 timers and counters, the machine has 128"]);
 }
 
-/// All inputs and outputs that there are.
+/// Uses all inputs and outputs of the machine.
 #[test]
 fn every_channel_is_used() {
     let all = rungs(256, |n| format!("PARALLEL\nCONTACTS X{n} 0\nCONTACTS X{} 0\nEND\nCOIL Y{n} 0 0 0", n + 256));

@@ -1,4 +1,4 @@
-//! A program on the machine and on the evaluator, side by side.
+//! Runs a program on the emulated machine and on the evaluator in parallel, and compares them.
 
 use emu_ap101::Ap101;
 use emu_core::{ChipEvent, Cpu, CycleTime, PinId, PinLevel, Probe, StopReason};
@@ -12,15 +12,15 @@ use ladder_eval::Evaluator;
 
 pub const TARGET: &CompileTarget = &TARGETS[0];
 
-/// What stands before the rungs of a program: 10 ms, 1 MHz.
+/// Program head: a cycle of 10 ms, a clock of 1 MHz.
 pub const HEAD: &str = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=1000000\nIO LIST\nEND\nPROGRAM\n";
 
-/// A program of these rungs, in the dialect of its header. A text that begins with a header is taken as it is.
+/// Parses rungs in the dialect of the standard head. A text that begins with a header is used unchanged.
 pub fn program(text: &str) -> LadderProgram {
     parsed(text, None)
 }
 
-/// The same in a dialect.
+/// Parses rungs in a given dialect, as [`program`] does.
 pub fn program_in(text: &str, dialect: LadderDialect) -> LadderProgram {
     parsed(text, Some(dialect))
 }
@@ -33,12 +33,12 @@ fn parsed(text: &str, dialect: Option<LadderDialect>) -> LadderProgram {
     }
 }
 
-/// The code of a program for this machine.
+/// Lowers a program for this machine.
 pub fn lower_program(program: &LadderProgram) -> Ir {
     lower_for_target(program, TARGET, true)
 }
 
-/// Channels in the order of the bits, from 0.
+/// Assigns channels in the order of the bits, from 0.
 pub fn channel_pins(ir: &Ir) -> Vec<AssignedPin> {
     let (mut inputs, mut outputs) = (0, 0);
     let mut next = |output: bool| {
@@ -56,14 +56,14 @@ pub fn channel_pins(ir: &Ir) -> Vec<AssignedPin> {
         .collect()
 }
 
-/// An image of `ir` with the times of `program`.
+/// Builds an image of `ir` with the clock and cycle of `program`.
 pub fn build(program: &LadderProgram, ir: &Ir) -> Result<BuiltImage, BuildRefusal> {
     let pins = channel_pins(ir);
     let (clock_hz, cycle_us) = (program.settings.crystal_hz, program.settings.cycle_us);
     (TARGET.build)(&CompileJob { ir, target: TARGET, pins: &pins, clock_hz, cycle_us, baud: None })
 }
 
-/// Counts the changes of each pin.
+/// Collects the pins that change, one entry per change.
 #[derive(Default)]
 pub struct EdgeCounter(Vec<PinId>);
 
@@ -78,7 +78,7 @@ impl Probe for EdgeCounter {
     }
 }
 
-/// Both sides.
+/// The machine and the evaluator, with what is needed to compare them.
 pub struct MachinePair {
     pub cpu: Ap101,
     pub eval: Evaluator,
@@ -90,12 +90,12 @@ pub struct MachinePair {
 }
 
 impl MachinePair {
-    /// Both at power-up, or why there is no image.
+    /// Creates both at power-up; fails if there is no image.
     pub fn new(program: &LadderProgram) -> Result<MachinePair, BuildRefusal> {
         MachinePair::of(program, lower_program(program))
     }
 
-    /// The same with code that was made otherwise.
+    /// Creates both with given intermediate code.
     pub fn of(program: &LadderProgram, ir: Ir) -> Result<MachinePair, BuildRefusal> {
         let built = build(program, &ir)?;
         let segments: Vec<(u32, &[u8])> = built.segments.iter().map(|(at, bytes)| (*at, &bytes[..])).collect();
@@ -138,7 +138,7 @@ impl MachinePair {
         bit.or_else(word).unwrap_or_else(|| panic!("a place of {name}"))
     }
 
-    /// Gives a symbol a value on both sides.
+    /// Sets a symbol on both sides.
     pub fn set(&mut self, name: &str, value: i32) {
         let index = self.eval.index(name).expect("a symbol");
         self.eval.set(index, value);
@@ -151,7 +151,7 @@ impl MachinePair {
         }
     }
 
-    /// The value of a symbol on the machine.
+    /// Value of a symbol on the machine.
     pub fn get(&self, name: &str) -> i32 {
         let peek = |space: &str, addr: u32| self.cpu.peek(space, addr).expect("a place in memory");
         match self.place(name) {
@@ -168,14 +168,14 @@ impl MachinePair {
             let limit = self.cpu.cycle() + 2 * self.built.period.num + 2000;
             match self.cpu.run(limit, edges) {
                 StopReason::Breakpoint { pc } if pc == at => return Ok(()),
-                // A machine that has settled halts where nothing is to come; but more is.
+                // A machine in a steady state halts if nothing else is scheduled, so schedule an event.
                 StopReason::Halted => self.cpu.drive(CycleTime::at(limit), emu_ap101::chips::POWER_PIN, PinLevel::High),
                 stop => return Err(format!("{stop:?} at {}, wanted {mark:?}", self.cpu.pc())),
             }
         }
     }
 
-    /// To the start of the next scan: it must come at its cycle, and pins must be as they were.
+    /// Runs to the start of the next scan, which must come at its exact cycle with no pin changed before.
     pub fn begin(&mut self) -> Result<(), String> {
         let mut edges = EdgeCounter::default();
         self.run_to(CodeMark::ScanStart, &mut edges)?;
@@ -199,7 +199,7 @@ impl MachinePair {
         self.pins.iter().filter(|pin| pin.output).filter_map(|pin| TARGET.chip.pin(pin.pin)).collect()
     }
 
-    /// The scan that has begun, to its end, and all that is compared then.
+    /// Runs to the end of the current scan and compares both sides.
     pub fn end(&mut self) -> Result<(), String> {
         let start = self.cpu.cycle();
         self.eval.scan();
@@ -239,7 +239,7 @@ impl MachinePair {
         self.end()
     }
 
-    /// The instructions, a line each.
+    /// The instructions, one per line.
     pub fn listing(&self) -> String {
         self.built.lines.iter().map(|line| format!("{:4} {}\n", line.addr, line.text)).collect()
     }

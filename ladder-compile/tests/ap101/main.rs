@@ -1,4 +1,4 @@
-//! AP101: programs on the emulated machine against the reference evaluator, and what is refused.
+//! Tests AP101: programs on the emulated machine against the reference evaluator, and refusals.
 
 mod fits;
 mod machine_pair;

@@ -1,4 +1,4 @@
-//! Programs of which the instructions are known, the traces that every chip must give, and the examples.
+//! Tests programs with known instructions, the traces for all chips, and the examples.
 
 use emu_ap101::chips::{CLEAR_PIN, POWER_PIN};
 use emu_core::rng::Rng;
@@ -25,7 +25,7 @@ fn instructions_are_those_of_the_table() {
     }
 }
 
-/// `tests/ladder`, as far as there is an image.
+/// Compares the machine with the traces of `tests/ladder`, for programs that have an image.
 #[test]
 fn the_machine_gives_every_line_of_the_traces() {
     let (mut lines, mut faults) = (0, Vec::new());
@@ -101,7 +101,7 @@ fn examples_agree() {
     }
 }
 
-/// docs/compile-ap101.md: a warm start keeps what is in M; timers and counters begin anew; the scans go on from there.
+/// A warm start keeps M and restarts timers and counters; the scans continue (docs/compile-ap101.md).
 #[test]
 fn a_failure_of_the_supply_keeps_bits() {
     let rungs = "RUNG\nCONTACTS Xa 0\nCOIL Ra 0 1 0\nEND\nRUNG\nCONTACTS Ra 0\nCOIL Ya 0 0 0\nEND\n\
@@ -119,7 +119,7 @@ fn a_failure_of_the_supply_keeps_bits() {
         {
             pair.cpu.drive(CycleTime::at(cycle), pin, PinLevel::from_bit(level));
         }
-        // Two outputs are loaded, then the scans begin; an edge memory that was kept sees no edge.
+        // Two outputs are loaded, then the scans begin. A preserved edge memory sees no edge.
         assert_eq!(pair.cpu.run(now + 103, &mut ()), StopReason::Breakpoint { pc: 0 });
         assert_eq!(pair.cpu.cycle(), now + 102);
         assert_eq!(["Ra", "Ya", "Yb", "Ta", "Ca"].map(|name| pair.get(name)), [kept, kept, kept, 0, 0]);

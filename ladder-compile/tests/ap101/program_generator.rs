@@ -1,20 +1,20 @@
-//! Random programs of what the machine has, as text.
+//! Generates random programs, as text, from elements that the machine supports.
 
 use emu_core::rng::Rng;
 use ladder::LadderDialect;
 
 use crate::machine_pair::HEAD;
 
-/// What a program may have.
+/// Limits of a generated program.
 #[derive(Debug, Clone, Copy)]
 pub struct ProgramLimits {
     pub rungs: u64,
-    /// Elements in a series at most.
+    /// Maximum number of elements in a series.
     pub max_series: u64,
     pub depth: u32,
-    /// Timers and counters at most.
+    /// Maximum number of timers and counters.
     pub modules: u64,
-    /// What it means; the file is one of release 2.3 either way.
+    /// Dialect of the program; the file has the 0.1 header in any case.
     pub dialect: LadderDialect,
 }
 
@@ -26,7 +26,7 @@ pub struct ProgramGenerator<'a> {
     relays: u64,
 }
 
-/// A program that keeps the wish. The same seed gives the same program.
+/// Generates a program within the limits. The same seed gives the same program.
 pub fn generate_program(rng: &mut Rng, wish: ProgramLimits) -> String {
     let relays = 1 + rng.below(6);
     let out = HEAD.to_owned();
@@ -64,7 +64,7 @@ impl ProgramGenerator<'_> {
         }
     }
 
-    /// Branches; those at the end of a rung end with what ends it.
+    /// Generates branches; at the end of a rung, each branch ends with an element that ends a rung.
     fn parallel(&mut self, depth: u32, last: bool) {
         self.line("PARALLEL");
         for _ in 0..2 + self.rng.below(2) {
@@ -127,14 +127,14 @@ impl ProgramGenerator<'_> {
         self.line(&text);
     }
 
-    /// A timer or counter of a name of its own; `last`: one that ends a rung.
+    /// Generates a timer or counter with its own name; with `last` one that ends a rung.
     fn module(&mut self, last: bool) -> String {
         let n = self.modules.len() as u64;
         if n >= self.limits.modules {
             return if last { "COIL Ylast 0 0 0".to_owned() } else { "SHORT".to_owned() };
         }
         let five = self.limits.dialect == LadderDialect::Ldmicro5;
-        // At the end of a rung stands a CTC, elsewhere any other.
+        // A rung ends with a CTC; the other kinds are used elsewhere.
         if last || self.rng.one_in(2) {
             let kind = if last { "CTC" } else { ["CTU", "CTD"][self.rng.below(2) as usize] };
             self.modules.push(format!("C{n}"));
@@ -149,7 +149,7 @@ impl ProgramGenerator<'_> {
 
     fn counter(&mut self, kind: &str, n: u64, max: i64, five: bool) -> String {
         if five {
-            // No number above the largest is below it: that limit is refused.
+            // A CTD with the largest limit is refused, because no number is above it.
             let max = if kind == "CTD" { max.min(32_766) } else { max };
             let input = ['/', '\\', '-', 'o'][self.rng.below(4) as usize];
             format!("{kind} C{n} {max} 0 {input}")

@@ -1,4 +1,4 @@
-//! Random programs, random inputs, and values set at random between scans.
+//! Tests random programs with random inputs and random values set between scans.
 
 use emu_core::rng::Rng;
 use ladder::LadderDialect::{Ldmicro5, Ldmicro23};
@@ -14,7 +14,7 @@ const LARGE: ProgramLimits = ProgramLimits { rungs: 14, max_series: 5, depth: 3,
 
 const FIVE: ProgramLimits = ProgramLimits { rungs: 6, max_series: 4, depth: 1, modules: 8, dialect: Ldmicro5 };
 
-/// Runs a program of a seed for some scans; false where it is too long.
+/// Runs the program of a seed for some scans; returns false if its code is too large.
 fn agree(seed: u64, wish: ProgramLimits, optimised: bool, scans: u64) -> bool {
     let mut rng = Rng::new(seed);
     let text = text(&mut rng, wish);
@@ -49,7 +49,7 @@ fn agree(seed: u64, wish: ProgramLimits, optimised: bool, scans: u64) -> bool {
     true
 }
 
-/// A count, most often near a limit.
+/// A count, usually near a limit.
 fn near(rng: &mut Rng) -> i32 {
     match rng.below(4) {
         0 => [0, 1, -1, 32_767, 32_766, -32_768, -32_767][rng.below(7) as usize],
@@ -68,13 +68,13 @@ fn large_programs_agree() {
     assert!((1000..1050).filter(|seed| agree(*seed, LARGE, true, 300)).count() > 40);
 }
 
-/// Dialect ldmicro-5: counters with bounds, that count at either edge or by level.
+/// Dialect ldmicro-5: bounded counters that count on either edge or by level.
 #[test]
 fn bounded_counters_agree() {
     assert_eq!((2000..2100).filter(|seed| agree(*seed, FIVE, true, 100)).count(), 100);
 }
 
-/// The same operation by operation.
+/// Repeats the tests with unoptimised code.
 #[test]
 fn unoptimised_programs_agree() {
     for wish in [SMALL, FIVE] {

@@ -1,4 +1,4 @@
-//! AP101: random intermediate code of bits on the machine, against the interpreter; also in the form that is not optimised.
+//! Tests random intermediate code of bits on AP101 against the interpreter, also in unoptimised form.
 
 use crate::common::bench::{ImageBench, RunFailure};
 use crate::common::ir::programs::{IrLimits, ops, random_ir};
@@ -10,7 +10,7 @@ use ladder_compile::target::BuildRefusal;
 
 const BENCH: ImageBench = ImageBench { target: &TARGETS[0], clock_hz: 1_000_000, cycle_us: 10_000, baud: None };
 
-/// The longest scan, or nothing where the code does not fit.
+/// Returns the longest scan in machine cycles; `None` if the code does not fit.
 fn run(ir: &Ir, seed: u64, scans: u32) -> Option<u64> {
     match BENCH.run(ir, seed, scans, |_, image, _| Ap101::new(image)) {
         Ok(longest) => Some(longest),

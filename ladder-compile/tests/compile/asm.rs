@@ -1,4 +1,4 @@
-//! The assembly source of an image assembles to the same bytes.
+//! Tests that the assembly source of an image assembles to the same bytes.
 
 use std::collections::BTreeSet;
 
@@ -26,7 +26,7 @@ fn sources_assemble_to_the_image() {
     assert_eq!(seen, all, "every chip has taken a program");
 }
 
-/// For every fifth chip, beginning with another in every turn; every other turn without optimisation.
+/// Checks every fifth chip, starting at another one each time; every second program is unoptimised.
 fn check_source(program: &LadderProgram, turn: usize, seen: &mut BTreeSet<&str>) {
     for target in targets().skip(turn % 5).step_by(5) {
         let options = CompileOptions {

@@ -1,4 +1,4 @@
-//! Random intermediate code on every chip of the family, against the interpreter.
+//! Tests random intermediate code on every AVR chip against the interpreter.
 
 use crate::common::bench::{ImageBench, RunFailure};
 use crate::common::ir::programs::{IrLimits, ops, random_ir};
@@ -11,7 +11,7 @@ fn options(hz: u64) -> Options {
     Options::at_hz(hz)
 }
 
-/// Every chip with seeds of its own, `each` of them from `first` on.
+/// Runs `each` seeds on every chip, with different seeds per chip, starting at `first`.
 fn run_all(wish: IrLimits, first: u64, each: u64) {
     for (target, n) in TARGETS.iter().zip(0..) {
         run(target, wish, first + n * each..first + (n + 1) * each);
@@ -22,10 +22,10 @@ fn run(target: &'static CompileTarget, wish: IrLimits, seeds: std::ops::Range<u6
     for seed in seeds {
         let mut ir = random_ir(&mut Rng::new(seed), wish);
         let clock_hz = if seed % 3 == 0 { 1_000_000 } else { 1_843_200 };
-        // A frequency that every timer 2 can make.
+        // A frequency that every timer 2 can generate.
         ir.pwm_hz = ir.pwm_hz.map(|_| (clock_hz / (256 * 8)) as u32);
         let bench = ImageBench { target, clock_hz, cycle_us: 50_000, baud: Some(9600) };
-        // As short a cycle as the program leaves, but for the EEPROM and the serial line.
+        // Use the shortest cycle that the program allows, but leave time for the EEPROM and the serial line.
         let built = bench.build(&ir).unwrap_or_else(|why| panic!("{} seed {seed}: {why:?}", target.chip.name));
         let least = (built.worst_scan_cycles + built.poll_cycles + 64) * 1_000_000 / clock_hz;
         let cycle_us = least.max(if ir.eeprom_bytes > 0 { 10_000 } else { 1_100 });
@@ -51,11 +51,12 @@ fn integers_of_two_bytes() {
 #[test]
 fn integers_of_every_width() {
     run_all(IrLimits::WIDTHS, 2000, 8);
-    // Narrow ones alone leave the registers of the wide ones to others.
+    // With only narrow integers, the registers for wide ones hold other cells.
     run_all(IrLimits { widths: &[1, 2], ..IrLimits::WIDTHS }, 3000, 6);
 }
 
-/// More bits and integers than registers, more RAM than one-word accesses reach, branches and jumps of every length.
+/// Programs with more cells than registers, more RAM than one-word accesses reach, and branches and jumps of
+/// every length.
 #[test]
 fn programs_that_fill_the_chip() {
     let many = IrLimits { bits: 200, words: 60, rungs: 30, steps: 12, ..IrLimits::WORDS };
@@ -68,7 +69,7 @@ fn programs_that_fill_the_chip() {
     }
 }
 
-/// Code that is not optimised: a template for every operation.
+/// Unoptimised code uses a fixed template for every operation.
 #[test]
 fn templates() {
     run_all(IrLimits { ops: ops::LOGIC | ops::IF, ..IrLimits::BITS }, 4000, 5);

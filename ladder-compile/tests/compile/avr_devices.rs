@@ -1,4 +1,4 @@
-//! Peripherals and limits of the AVR chips: what the PWM pin does, tables below 64 KB, refusals with their figures.
+//! Tests peripherals and limits of the AVR chips: the PWM pin, tables below 64 KB, refusals with numbers.
 
 use crate::common::bench::{ImageBench, pins};
 use emu_avr::{Avr, Options};
@@ -11,7 +11,7 @@ use ladder_compile::ir::{
 use ladder_compile::target::{BuildRefusal, CodeMark, CompileJob, CompileTarget};
 use ladder_compile::{CellLocation, SpecialPin};
 
-/// Integers `v0`, `v1`, .. and one rung.
+/// Creates a program with integers `v0`, `v1`, .. and one rung.
 fn program(words: u32, ops: Vec<IrOp>) -> Ir {
     let cell =
         |n| WordCell { name: format!("v{n}"), role: WordRole::Symbol(SymbolKind::Variable), bytes: 2, initial: 0 };
@@ -37,13 +37,15 @@ fn run_to(cpu: &mut Avr, at: u32) {
     cpu.set_breakpoint(at, false);
 }
 
-/// The high share of a period at the pin is the duty within one step; 0 and 100 percent are constant, and so is the time before
-/// the first duty.
+/// Number of PWM periods to measure.
+///
+/// The high share at the pin must be the duty cycle within one step. 0 and 100 percent are constant, as is
+/// the pin before the first SET_PWM.
 const PERIODS: u64 = 16;
 
 #[test]
 fn the_pwm_pin_has_its_duty() {
-    // Fast and phase correct.
+    // Fast and phase-correct PWM.
     for (hertz, period, steps) in [(3_906, 2_048, 256), (1_960, 4_080, 255)] {
         for target in TARGETS {
             let name = target.chip.name;
@@ -67,7 +69,8 @@ fn the_pwm_pin_has_its_duty() {
                     assert!(cpu.poke(space, addr + n as u32, byte));
                 }
                 run_to(&mut cpu, at(CodeMark::ScanEnd));
-                // A new duty begins with the next period. Scans with the same duty go on meanwhile.
+                // A new duty cycle starts with the next period; meanwhile scans continue with the same duty
+                // cycle.
                 cpu.run(cpu.cycle() + 2 * period, &mut ());
                 let (start, mut high) = (cpu.cycle(), 0);
                 while cpu.cycle() < start + PERIODS * period {
@@ -80,7 +83,8 @@ fn the_pwm_pin_has_its_duty() {
                 if wanted == 0 || wanted == all {
                     assert_eq!(high, wanted, "{name}: duty {duty}");
                 } else {
-                    // One step, one period that is cut off, and the two clocks of an instruction at each edge.
+                    // Tolerance: one step, one truncated period, and the two clocks of an instruction at each
+                    // edge.
                     let off = all / u64::from(steps) + period / PERIODS + 4 * PERIODS;
                     assert!(high.abs_diff(wanted) <= off, "{name}: duty {duty}: {high} of {all}, wanted {wanted}");
                 }
@@ -89,7 +93,7 @@ fn the_pwm_pin_has_its_duty() {
     }
 }
 
-/// More code than LPM reaches: the table still is where it reaches.
+/// With more code than LPM reaches, tables must still be within its reach.
 #[test]
 fn tables_lie_low() {
     let table = ConstantTable { name: "t".to_owned(), bytes: 2, values: vec![5, -6, 700] };
@@ -119,7 +123,7 @@ fn tables_lie_low() {
 #[test]
 fn what_does_not_fit_is_refused_with_the_figures() {
     let bench = |name| ImageBench { target: target(name), clock_hz: 4_000_000, cycle_us: 10_000, baud: None };
-    // Code: every chip says what it has.
+    // Code: for every chip, the refusal states its program memory.
     let sum = IrOp::Math {
         op: ladder_compile::ir::ArithmeticOp::Add,
         dst: WordId(0),
@@ -145,7 +149,7 @@ fn what_does_not_fit_is_refused_with_the_figures() {
         |cycle_us, clock_hz| ImageBench { cycle_us, clock_hz, ..bench("atmega328p") }.build(&program(0, Vec::new()));
     assert_eq!(job(16_777_217, 4_000_000), Err(BuildRefusal::PeriodOutOfRange { shortest: 1, longest: 16_777_216 }));
 
-    // 4 MHz / 8 / 4 is 125,000, 8 % off 115,200.
+    // 4 MHz / 8 / 4 is 125,000, which is 8 % off 115,200.
     let mut serial = program(1, vec![IrOp::Send { value: WordOperand::Cell(WordId(0)) }]);
     serial.uart = UartUse { send: true, receive: false };
     let fast = ImageBench { baud: Some(115_200), ..bench("atmega16") };
@@ -156,7 +160,7 @@ fn what_does_not_fit_is_refused_with_the_figures() {
     assert_eq!(bench("atmega32").build(&pwm).err(), Some(BuildRefusal::PwmOutOfRange { nearest: 7_843 }));
 }
 
-/// Pins of the debugging interface are taken from it by two writes in a row; others leave it alone.
+/// JTAG pins in use are freed by two consecutive writes; otherwise the interface stays on.
 #[test]
 fn the_debugging_interface_gives_up_its_pins() {
     for (name, control) in [("atmega16", "0x34"), ("atmega64", "0x34"), ("atmega162", "0x34")] {

@@ -1,5 +1,7 @@
-//! What every element means, told twice: the intermediate code, interpreted, leaves after every scan what the evaluator
-//! leaves, before and after optimisation, and as three-address code.
+//! Compares the two definitions of every element: interpreted intermediate code must agree with the evaluator
+//! after each scan.
+//!
+//! The code is tested before and after optimisation, and as three-address code.
 
 use crate::common::ir::interp::IrInterpreter;
 use crate::common::ir::interp::boundary_value;
@@ -19,7 +21,7 @@ fn random_programs_mean_the_same() {
         let text = random_ladder(&mut rng, seed % 2 == 1);
         let program =
             ladder::parse("random.ld", &text).unwrap_or_else(|e| panic!("seed {seed}: {e:?}\n{text}")).program;
-        // Elements behind one that must stand last have a meaning too.
+        // Elements after one that must be last (LD102) are still defined.
         if ladder::check(&program).iter().any(|told| told.is_error() && told.code != "LD102") {
             continue;
         }
@@ -36,7 +38,7 @@ fn random_programs_mean_the_same() {
     assert!(accepted > 450, "{accepted} programs are accepted");
 }
 
-/// Runs both for some scans.
+/// Runs both sides for some scans.
 fn agree(program: &LadderProgram, ir: &Ir, seed: u64) -> Result<(), String> {
     let mut rng = Rng::new(seed ^ 0xA5);
     let mut eval = Evaluator::new(program).map_err(|e| e.to_string())?;
@@ -100,7 +102,7 @@ fn agree(program: &LadderProgram, ir: &Ir, seed: u64) -> Result<(), String> {
     Ok(())
 }
 
-/// Three-address code has no operation on the accumulator but where the chip's own operation sets it.
+/// Three-address code uses the accumulator only where an operation of the chip itself sets it.
 #[test]
 fn plain_code_has_no_accumulator() {
     for seed in 0..200 {

@@ -1,16 +1,20 @@
-//! Programs far too large for any chip, and some that are only large in one way: every back end compiles them or refuses them
-//! with the figures. No code of a fault of the compiler, and no panic.
+//! Tests programs far too large for any chip, or large in one way: every back end compiles or refuses them
+//! with numbers.
+//!
+//! No program may give an internal error or a panic.
 
 use crate::common::program;
 use ladder_compile::{CompileOptions, compile};
 
-/// What such a program may be refused for: parts that the chip lacks, a scan that is too long, code, RAM.
+/// Codes with which such a program may be refused: missing parts of the chip, a scan that is too long, code,
+/// RAM.
 const EXPECTED: [&str; 4] = ["LC007", "LC022", "LC030", "LC031"];
 
-/// A chip of every sort: with relative jumps only, with long ones, with one page and with several, byte by byte, with modules.
+/// One chip of each kind: only relative jumps, long jumps, one page, several pages, bytes as words, modules.
 const CHIPS: [&str; 6] = ["atmega8", "atmega162", "pic16f628", "pic16f877", "8051", "ap101"];
 
-/// Name, how often the rung stands in the program, and the rung: `|` ends a line, `#` is the rung's number, `<n text>` repeats.
+/// Name, number of copies of the rung, and the rung: `|` ends a line, `#` is the number of the copy, `<n
+/// text>` repeats a text.
 #[rustfmt::skip]
 const PROGRAMS: &[(&str, u32, &str)] = &[
     ("short rungs",            2_000, "CONTACTS Xa 0|COIL Yb 0 0 0"),
@@ -47,7 +51,7 @@ fn nothing_is_a_fault_of_the_compiler() {
                 for one in &told {
                     assert!(EXPECTED.contains(&one.code), "{name} on {mcu}, optimised {optimise}: {one}");
                 }
-                // Size is told with the rungs that take most of it.
+                // A refusal for size names the largest rungs.
                 let full = told.iter().find(|one| one.code == "LC030");
                 assert!(
                     full.is_none_or(|one| one.to_string().contains("; most in rung ")),
@@ -58,7 +62,7 @@ fn nothing_is_a_fault_of_the_compiler() {
     }
 }
 
-/// `<n text>` as n times the text.
+/// Replaces `<n text>` by n copies of the text.
 fn unfold(text: &str) -> String {
     let mut out = String::new();
     for (n, piece) in text.split('<').enumerate() {

@@ -1,11 +1,10 @@
-//! Whole images: the map is complete and consistent, the listing is what was read by hand, sizes and times hold, long
-//! programs reach everything.
+//! Tests whole images: complete and consistent maps, a reviewed listing, sizes and times, and long programs.
 
 use crate::common::{CompiledChip, cases, compiled, options, pairs, program};
 use emu_core::{Cpu, CycleTime, PinLevel, RamInit};
 use ladder_compile::{ImageMap, compile};
 
-/// A crossing light of our own: clock, phases, a request button, five lamps.
+/// A traffic light program: clock, phases, a request button, five lamps.
 const LIGHT: &str = include_str!("data/light.ld");
 
 #[test]
@@ -49,7 +48,7 @@ fn golden_listing() {
     let compiled = compiled(&program(include_str!("data/latch.ld")));
     let golden = include_str!("data/latch.lst");
     assert_eq!(compiled.listing, golden, "\n{}", compiled.listing);
-    // The HEX holds the words of the listing, low byte first.
+    // The HEX file contains the words of the listing, low byte first.
     let words = golden.lines().filter(|l| l.get(4..6) == Some("  ") && !l.starts_with(';'));
     let bytes: Vec<u8> = words
         .flat_map(|l| l[6..15].split_whitespace().map(|w| u16::from_str_radix(w, 16).expect("hex")).collect::<Vec<_>>())
@@ -58,8 +57,8 @@ fn golden_listing() {
     assert_eq!(compiled.code, bytes);
 }
 
-/// LDmicro 2.3 needs 2,154 bytes and about 1,016 clocks a scan for its traffic light of like size on an ATmega8, 5.4 needs
-/// 1,448 and 547.
+/// For comparison, on an ATmega8 and a similar traffic light, LDmicro 2.3 needs 2,154 bytes and about 1,016
+/// clocks per scan, 5.4 needs 1,448 and 547.
 #[test]
 fn a_crossing_light_is_small_and_fast() {
     let map = compiled(&program(LIGHT)).map;
@@ -76,7 +75,7 @@ fn pins_are_read_and_written() {
         let pin = &compiled.map.pins.iter().find(|p| p.name == name).expect("a pin").pin;
         emu_avr::chips::ATMEGA328P.pin(pin).expect("of the chip")
     };
-    // Before the first scan outputs are low and the input is pulled up.
+    // Before the first scan, outputs are low and the input is pulled up.
     assert_eq!((chip.cpu.pin_level(pin("Xa")), chip.cpu.pin_level(pin("Ya"))), (PinLevel::High, PinLevel::Low));
     for (level, ya, yn) in [(true, true, false), (false, false, true), (true, true, false)] {
         let now = CycleTime::at(chip.cpu.cycle());
@@ -93,8 +92,8 @@ fn pins_are_read_and_written() {
     }
 }
 
-/// More than 2,048 words between the wait and the end of the scan, branches over more than 64 words, bits and words
-/// beyond the reach of one-word accesses: the long forms work.
+/// Tests long forms: more than 2,048 words between the poll loop and the end of the scan, branches over more
+/// than 64 words, bits and words beyond the reach of one-word accesses.
 #[test]
 fn long_programs_reach_everything() {
     let mut text = String::from("LDmicro0.1\nCYCLE=10000\nCRYSTAL=16000000\nIO LIST\nEND\nPROGRAM\n");
@@ -115,7 +114,7 @@ fn long_programs_reach_everything() {
             assert_eq!(chip.get(&format!("R{n}")), 1);
             assert_eq!(chip.get(&format!("v{n}")), scan * n);
             assert_eq!(chip.get(&format!("T{n}")), scan.min(2));
-            // The timer is true from the third scan on, so the counter has gone down once.
+            // The timer is true from the third scan on, so the counter has counted down once.
             let count = if scan >= 3 { -1 } else { 0 };
             assert_eq!(chip.get(&format!("C{n}")), count);
             assert_eq!(chip.get(&format!("RQ{n}")), i32::from(count >= n));

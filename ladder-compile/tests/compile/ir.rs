@@ -1,4 +1,4 @@
-//! The intermediate code of small programs, after both passes: what is left, and to which element it belongs.
+//! Tests the optimised intermediate code of small programs, and the element that each operation belongs to.
 
 use crate::common::{cases, program};
 use ladder_compile::{lower::lower, optimise::optimise};

@@ -1,4 +1,5 @@
-//! The choice of forms ends, and every jump reaches its label, in random layouts around the borders of pages and reaches.
+//! Tests in random layouts around the limits of pages and reaches that relaxation terminates and every jump
+//! reaches its label.
 
 use emu_8051::isa::Kind as Mcs51Kind;
 use emu_avr::isa::Kind as AvrKind;
@@ -10,7 +11,7 @@ use ladder_compile::pic16::chip_data::Pic16ChipData;
 use ladder_compile::pic16::writer::{self, Pic16Item, Pic16Writer};
 use ladder_compile::{avr, mcs51};
 
-/// Lengths of filling that put labels just before, on and behind a border of `border` words.
+/// Length of filling that puts a label just before, at or after a border of `border` words.
 fn gap(rng: &mut Rng, border: u64) -> usize {
     let base = match rng.below(4) {
         0 => 0,
@@ -21,8 +22,10 @@ fn gap(rng: &mut Rng, border: u64) -> usize {
     (base + rng.below(9)).saturating_sub(4) as usize
 }
 
-/// Jumps among random filling: layout ends, the last instruction of each form goes to the jump's label, and the others stay
-/// within the form.
+/// Places jumps in random filling and checks the result.
+///
+/// Relaxation must terminate, the last instruction of each form must go to the label of the jump, and the
+/// others must stay within the form.
 fn scatter<A: TargetArch>(arch: A, jumps: &[A::JumpForm], borders: &[u64], seed: u64) {
     let rng = &mut Rng::new(seed);
     let mut asm = CodeWriter::new(arch);
@@ -59,7 +62,8 @@ fn scatter<A: TargetArch>(arch: A, jumps: &[A::JumpForm], borders: &[u64], seed:
     }
 }
 
-/// A level's form has one length, whatever the addresses, and the highest level reaches everything.
+/// Checks that each level of a form has a fixed length at all addresses, and that the highest level reaches
+/// every address.
 fn one_length<A: TargetArch>(arch: &A, jumps: &[A::JumpForm], limit: u64, seed: u64) {
     let mut rng = Rng::new(seed);
     for &jump in jumps {
@@ -115,7 +119,8 @@ fn pic16_forms_have_one_length() {
     one_length(&Pic16Arch, &[Pic16Jump::Goto, Pic16Jump::Call], 4 * u64::from(PAGE), 3);
 }
 
-/// Subroutines, then code in pieces that calls them: lengths drawn so that calls and cuts fall on borders of pages.
+/// Tests subroutines followed by pieces of code that call them, with lengths such that calls and page
+/// boundaries fall on page limits.
 #[test]
 fn pic16_pages_end_and_reach() {
     let part = ladder_compile::targets()
@@ -172,8 +177,10 @@ fn random_filling(out: &mut Pic16Writer<'_>, words: u64, rng: &mut Rng, subrouti
     }
 }
 
-/// PCLATH<4:3> along the code: wherever an instruction may go elsewhere it names the target's page, and elsewhere the own one.
-/// Returns the jumps that leave their page.
+/// Tracks PCLATH<4:3> along the code: at each jump it must select the target's page, elsewhere the current
+/// page.
+///
+/// Returns the number of jumps that leave their page.
 fn pages(code: &FinishedCode, seed: u64) -> usize {
     let page = |addr: u32| addr / PAGE;
     let (mut pclath, mut crossed) = (0, 0);
@@ -201,7 +208,7 @@ fn pages(code: &FinishedCode, seed: u64) -> usize {
                         insn.addr
                     );
                     crossed += usize::from(page(insn.addr) != page(target));
-                    // Nothing is skipped here, so what follows a GOTO is come to from its own page.
+                    // No skips occur here, so the instruction after a GOTO is reached from its own page.
                     if word >> 11 == 0b101 {
                         pclath = page(end);
                     }

@@ -1,4 +1,4 @@
-//! Everything that is compiled and run here, in one program: what the tests share stands in `common`.
+//! All tests that compile and run programs, in one binary; `common` holds the shared helpers.
 
 mod common;
 

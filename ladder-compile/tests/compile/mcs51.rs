@@ -1,4 +1,5 @@
-//! Images for the 8051 family on the emulated chips: when scans start, what stands at the pins, what is sent and received.
+//! Tests images for the 8051 family on the emulated chips: starts of scans, levels at pins, bytes sent and
+//! received.
 
 use crate::common::program;
 use emu_8051::Mcs51;
@@ -8,7 +9,7 @@ use ladder_compile::mcs51::{TARGETS, pacing, serial};
 use ladder_compile::target::CompileTarget;
 use ladder_compile::{CompileOptions, CompiledProgram, compile};
 
-/// A program for a chip, or why not: causes in a row.
+/// Compiles a program for a chip; the error has all causes in one text.
 fn compiled(text: &str, mcu: &str, clock_hz: u64) -> Result<CompiledProgram, String> {
     let options = CompileOptions { mcu: mcu.to_owned(), clock_hz: Some(clock_hz), ..CompileOptions::default() };
     let causes = |all: Vec<diag::Diagnostic>| all.iter().map(|d| d.cause.clone()).collect::<Vec<_>>().join("; ");
@@ -19,7 +20,7 @@ fn headed(cycle: u64, more: &str, rungs: &str) -> String {
     format!("LDmicro0.1\nCYCLE={cycle}\nCRYSTAL=12000000\n{more}IO LIST\nEND\nPROGRAM\n{rungs}")
 }
 
-/// The chip at power-up, with dirty RAM.
+/// Creates the chip at power-up, with random RAM content.
 fn power_up(compiled: &CompiledProgram, seed: u64) -> Mcs51 {
     let chip = emu_8051::chips::chip(&compiled.map.mcu).expect("a chip");
     let image =
@@ -37,13 +38,13 @@ fn run_to<P: Probe>(cpu: &mut Mcs51, at: u32, probe: &mut P) {
     cpu.set_breakpoint(at, false);
 }
 
-/// Runs past the instruction under it, then on to the next time that it comes to `at`.
+/// Executes the current instruction and runs until `at` is next again.
 fn run_to_again(cpu: &mut Mcs51, at: u32) {
     cpu.step(&mut ());
     run_to(cpu, at, &mut ());
 }
 
-/// Clock in Hz, cycle in us.
+/// Clock in Hz, cycle in microseconds.
 #[rustfmt::skip]
 const PACED: &[(u64, u64)] = &[
     (12_000_000, 1_000), (12_000_000, 10_000), (12_000_000, 65_536), (12_000_000, 65_537), (12_000_000, 100_000),
@@ -69,7 +70,7 @@ fn scans_start_with_their_match_without_drift() {
             cpu.step(&mut ());
             let start = cpu.cycle();
             let mut latest = 0;
-            // Fewer of long ones: every turn of the timer is executed.
+            // Run fewer scans of long cycles, because every timer round is executed.
             let scans = (30_000_000 * map.cycle.den / map.cycle.num).clamp(20, 2000);
             for k in 1..=scans {
                 run_to_again(&mut cpu, map.scan_start);
@@ -95,13 +96,13 @@ fn periods_are_planned_exactly() {
         let (turns, length) = (u128::from(plan.timer_rounds), u128::from(plan.round_cycles));
         let (rest, whole) = plan.fraction.map_or((0, 1), |f| (u128::from(f.numerator), u128::from(f.denominator)));
         assert!(rest < whole && length + u128::from(rest > 0) <= 65_536, "seed {seed}: {plan:?}");
-        // turns * (length + rest / whole) = clock * cycle / 12,000,000
+        // Check: turns * (length + rest / whole) = clock * cycle / 12,000,000.
         let left = turns * (length * whole + rest) * 12_000_000;
         assert_eq!(left, u128::from(clock) * u128::from(cycle) * whole, "seed {seed}: {plan:?}");
     }
 }
 
-/// Edges of pins, and bytes sent.
+/// Collects edges of pins and sent bytes.
 #[derive(Default)]
 struct EdgesAndBytes {
     edges: Vec<(u64, u16, PinLevel)>,
@@ -145,7 +146,7 @@ fn outputs_are_low_at_once_and_move_only_at_the_end_of_a_scan() {
         for scan in 0..50 {
             seen = EdgesAndBytes::default();
             let bits: Vec<bool> = (0..10).map(|_| rng.one_in(2)).collect();
-            // Driven where the last scan left off, read by this one.
+            // Inputs change after the previous scan and are read by this one.
             for (n, &bit) in bits.iter().enumerate() {
                 let pin = map.pins.iter().find(|pin| pin.name == format!("X{n}")).expect("a pin");
                 let pin = chip.pin(&pin.pin).expect("a pin");
@@ -153,7 +154,7 @@ fn outputs_are_low_at_once_and_move_only_at_the_end_of_a_scan() {
             }
             run_to(&mut cpu, map.scan_start, &mut seen);
             run_to(&mut cpu, map.rungs[0].start, &mut seen);
-            // Nobody sees inputs change within a scan.
+            // Changes of inputs within a scan must have no effect.
             for n in 0..10 {
                 let pin = map.pins.iter().find(|pin| pin.name == format!("X{n}")).expect("a pin");
                 let pin = chip.pin(&pin.pin).expect("a pin");
@@ -173,10 +174,10 @@ fn outputs_are_low_at_once_and_move_only_at_the_end_of_a_scan() {
     }
 }
 
-/// Whether timer 2 makes a speed, machine cycles of a bit as a fraction.
+/// Whether timer 2 generates the rate, and the machine cycles per bit as a fraction.
 type BaudSource = (bool, u64, u64);
 
-/// Clock, speed, and what makes it, if anything does.
+/// Clock in Hz, baud rate, and the source of the rate, if there is one.
 #[rustfmt::skip]
 const SPEEDS: &[(u64, u64, Option<BaudSource>)] = &[
     (11_059_200,   9600, Some((false, 96, 1))),
@@ -195,7 +196,7 @@ const SPEEDS: &[(u64, u64, Option<BaudSource>)] = &[
 #[test]
 fn speeds_of_the_serial_line() {
     for &(clock, baud, wanted) in SPEEDS {
-        // A long cycle, so that the time of a byte does not matter.
+        // With a long cycle, the time of a byte does not matter.
         let found = serial::plan_baud(clock, baud, 50_000, true).ok();
         if let Some((second, num, den)) = wanted {
             let found = found.unwrap_or_else(|| panic!("{clock} Hz, {baud}: there is a speed"));
@@ -218,7 +219,7 @@ fn speeds_of_the_serial_line() {
     }
 }
 
-/// Drives a byte onto the receiver's pin, the start bit at `at`.
+/// Drives a byte onto the receive pin, with the start bit at cycle `at`.
 fn drive_byte(cpu: &mut Mcs51, at: u64, byte: u8, bit: (u64, u64)) {
     let pin = cpu.chip().pin("P3.0").expect("a pin");
     let bits = std::iter::once(false).chain((0..8).map(|n| byte >> n & 1 == 1)).chain([true]);
@@ -236,7 +237,7 @@ fn bytes_come_back() {
         ("8052", 12_000_000, 9_600, 2_000),
         ("8052", 11_059_200, 19_200, 1_000),
         ("at89s52", 24_000_000, 4_800, 3_000),
-        // A byte takes the ten milliseconds of a scan exactly.
+        // A byte takes exactly the 10 ms of a scan.
         ("at89s52", 11_059_200, 1_000, 10_000),
     ] {
         let compiled = compiled(&headed(cycle, &format!("BAUD={baud}\n"), rungs), mcu, clock)
@@ -250,7 +251,7 @@ fn bytes_come_back() {
         for &byte in &bytes {
             let now = cpu.cycle();
             drive_byte(&mut cpu, now + 1 + rng.below(50), byte, (clock, 12 * baud));
-            // Time for the byte to come in, and for its echo to go out.
+            // Wait until the byte has arrived and its echo has been sent.
             for _ in 0..2 * (10_000_000u64).div_ceil(baud * cycle) + 1 {
                 cpu.step(&mut seen);
                 run_to(&mut cpu, map.scan_start, &mut seen);
@@ -266,13 +267,14 @@ fn bytes_come_back() {
 
 #[test]
 fn a_byte_follows_the_one_before_as_soon_as_the_language_says() {
-    // The two places of sending are far apart, so that a byte may have to wait for the one before.
+    // The two UART_SEND are far apart in the scan, so a byte may have to wait for the previous one.
     let slow: String = (0..12).map(|n| format!("RUNG\nDIV d{n} e f\nEND\n")).collect();
     let rungs = format!(
         "RUNG\nADD n n 1\nEND\nRUNG\nCONTACTS Xa 0\nUART_SEND n\nEND\n{slow}RUNG\nCONTACTS Xa 1\nUART_SEND n\nEND\n"
     );
     for mcu in ["8051", "8052", "at89s52"] {
-        // A byte takes 9,600 cycles and the next may follow after 11,520, but the second place comes over 5,000 later in its scan.
+        // A byte takes 9,600 cycles and the next may follow after 11,520, but the second UART_SEND runs over
+        // 5,000 cycles later in its scan.
         let (clock, baud, cycle) = (11_059_200, 960, 12_500);
         let text = headed(cycle, &format!("BAUD={baud}\n"), &rungs);
         let compiled = compiled(&text, mcu, clock).unwrap_or_else(|why| panic!("{mcu}: {why}"));
@@ -300,12 +302,12 @@ fn a_byte_follows_the_one_before_as_soon_as_the_language_says() {
     }
 }
 
-/// Chip, clock, cycle, setting and rungs that are asked for, and words of the answer.
+/// Chip, clock in Hz, cycle in microseconds, setting, rungs, and words that the refusal must contain.
 type RefusalCase = (&'static str, u64, u64, &'static str, &'static str, &'static [&'static str]);
 
 #[rustfmt::skip]
 const REFUSED: &[RefusalCase] = &[
-    // Longer than 255 turns of the timer.
+    // Longer than 255 rounds of the timer.
     ("8051",    12_000_000, 20_000_000, "",              "RUNG\nCONTACTS Xa 0\nCOIL Ya 0 0 0\nEND\n", &["20000000 us", "16711680 us"]),
     ("8052",    12_000_000,     10_000, "BAUD=115200\n", "RUNG\nUART_SEND a\nEND\n",                  &["115200", "125000"]),
     ("8051",    12_000_000,     10_000, "BAUD=9600\n",   "RUNG\nUART_SEND a\nEND\n",                  &["9600"]),
@@ -325,7 +327,7 @@ fn what_cannot_be_is_refused_with_figures() {
     let why = compiled(&headed(10_000, "", &many), "8051", 12_000_000).expect_err("too many integers");
     assert!(why.contains("140") && why.contains("128"), "{why}");
     assert!(compiled(&headed(10_000, "", &many), "8052", 12_000_000).is_ok());
-    // What is written is read before it is written again.
+    // Every written value is read before it is overwritten, so the optimiser removes nothing.
     let long: String = (0..500).map(|n| format!("RUNG\nMUL v{} v{} v2\nEND\n", n % 9, (n + 1) % 9)).collect();
     let why = compiled(&headed(50_000, "", &long), "8051", 12_000_000).expect_err("too much code");
     assert!(why.contains("4096"), "{why}");
@@ -348,7 +350,7 @@ fn outputs_on_port_0_are_warned_of() {
     }
 }
 
-/// The chips of the back end, each with what it has.
+/// The chips of the back end with their properties.
 #[test]
 fn targets_are_rows_of_the_chips() {
     let names: Vec<&str> = TARGETS.iter().map(|target: &CompileTarget| target.chip.name).collect();

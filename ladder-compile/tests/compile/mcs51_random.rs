@@ -1,4 +1,4 @@
-//! Random intermediate code on the emulated chips of the 8051 family, against the interpreter.
+//! Tests random intermediate code on the emulated chips of the 8051 family against the interpreter.
 
 use crate::common::bench::{ImageBench, RunFailure};
 use crate::common::ir::programs::{IrLimits, ops, random_ir};
@@ -7,7 +7,7 @@ use emu_core::rng::Rng;
 use ladder_compile::mcs51::TARGETS;
 use ladder_compile::target::{BuildRefusal, CompileTarget};
 
-/// Runs programs of this kind on a chip: all of them agree, and of those that do not fit there are at most so many.
+/// Runs programs with these limits on a chip: all must agree, and at most `misfits` of them may not fit.
 fn agree(target: &'static CompileTarget, wish: IrLimits, seeds: std::ops::Range<u64>, misfits: usize) {
     let mut refused = 0;
     let (from, to) = (seeds.start, seeds.end);

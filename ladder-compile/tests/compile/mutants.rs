@@ -1,7 +1,7 @@
-//! Every fault that the mutants can put into the programs of the tables, and how many of them the tables themselves find.
+//! Enumerates the mutants of the table programs and counts how many of them the tables detect.
 //!
-//! Faults that change nothing exist (a constant one off in a comparison that is decided elsewhere), so not all can be
-//! found; the share must not fall.
+//! Some faults change nothing (such as a constant one off in a comparison that is decided elsewhere), so not
+//! all can be detected. The detected share must not fall.
 
 use std::collections::BTreeSet;
 
@@ -22,7 +22,7 @@ fn faults_are_many_and_the_tables_find_most() {
             for (n, mutant) in list.iter().enumerate() {
                 assert_eq!(mutant.id as usize, n, "{name}: ids count from 0");
                 kinds.insert(mutant.kind);
-                // The tables look at rungs only, scan by scan; every third fault says enough.
+                // The tables test only rungs, scan by scan, and every third fault is sufficient.
                 if mutant.kind != MutantKind::Operation || n % 3 != 0 {
                     continue;
                 }

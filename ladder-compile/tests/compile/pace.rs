@@ -1,17 +1,19 @@
-//! The timer on the emulated chip: the k-th scan starts between the k-th match, at floor(k P) within one tick, and the
-//! longest turn of the loop that waits for it; for ever.
+//! Tests the pacing timer on the emulated chip, without any drift.
+//!
+//! The k-th scan starts no earlier than the k-th match, at floor(k P) within one tick, and no later than the
+//! longest iteration of the poll loop after it.
 
 use crate::common::{CompiledChip, program};
 use emu_core::{Cpu, RamInit};
 use ladder_compile::{CompileOptions, compile};
 
-/// Clock in Hz, cycle in us, clocks per tick, whole ticks per period, fraction of a tick more.
+/// Clock in Hz, cycle in microseconds, clocks per tick, whole ticks per period, remaining fraction of a tick.
 type PacingCase = (u64, u64, u32, u32, Option<(u32, u32)>);
 
 #[rustfmt::skip]
 const CASES: &[PacingCase] = &[
     ( 4_000_000,      10_000,    1, 40_000, None),
-    // 65,536 clocks are the most without prescaler, one more takes the next.
+    // 65,536 clocks are the maximum without a prescaler; one more needs the next prescaler.
     ( 1_000_000,      65_536,    1, 65_536, None),
     ( 1_000_000,      65_537,    8,  8_192, Some((1, 8))),
     (16_000_000,      10_000,    8, 20_000, None),
@@ -22,7 +24,7 @@ const CASES: &[PacingCase] = &[
     (14_318_180,      10_001,    8, 17_899, Some((205_909, 400_000))),
     (   32_768,      999_999,    1, 32_767, Some((15_113, 15_625))),
     ( 3_579_545,       7_919,    1, 28_346, Some((83_371, 200_000))),
-    // Slow ticks, whole and not.
+    // Slow ticks, whole and fractional.
     (16_000_000,     200_000,   64, 50_000, None),
     (14_000_000,   1_000_000,  256, 54_687, Some((1, 2))),
     ( 4_000_000,   4_194_304,  256, 65_536, None),
@@ -39,7 +41,8 @@ fn the_timer_is_set_as_the_table_says() {
     }
 }
 
-/// One chip of each sort: its timer by STS, its flags by SBIS; by OUT and IN; with other bits in its flags.
+/// One chip of each kind: timer by STS and flags by SBIS; by OUT and IN; with other bits in its flag
+/// register.
 #[test]
 fn scans_start_with_their_match_without_drift() {
     for mcu in ["atmega328p", "atmega8", "atmega128", "atmega162"] {
@@ -57,10 +60,10 @@ fn check_scan_starts(mcu: &str, clock: u64, cycle: u64) {
         .expect("compiles");
     let mut chip = CompiledChip::new(&compiled, RamInit::Random(1));
     let map = chip.map.clone();
-    // Every turn of the loop is executed, so there are fewer scans of slow ones, and none where one takes over 2,000,000
-    // clocks: those stand in the table above only.
+    // Every iteration of the poll loop is executed, so slow cases have fewer scans. Cases with over 2,000,000
+    // clocks per scan have none and are only in the table above.
     let scans = (2_000_000 * map.cycle.den / map.cycle.num).min(2_000);
-    // The loop of the wait follows the start of the timer.
+    // The poll loop follows the start of the timer.
     let start = chip.cpu.cycle();
     let starts = if mcu == "atmega328p" { 4 } else { 2 };
     assert_eq!(map.poll, map.timer_start + starts);

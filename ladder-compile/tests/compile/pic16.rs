@@ -1,4 +1,4 @@
-//! PIC16 images of random intermediate code on the emulated chips, against the interpreter.
+//! Tests PIC16 images of random intermediate code on the emulated chips against the interpreter.
 
 use crate::common::bench::{ImageBench, RunFailure};
 use crate::common::ir::programs::{IrLimits, ops, random_ir};
@@ -9,7 +9,7 @@ use ladder_compile::lower::lower;
 use ladder_compile::optimise::optimise;
 use ladder_compile::target::BuildRefusal;
 
-/// Programs of a wish on a chip, from the seeds given; says how many the chip held.
+/// Runs programs with these limits on a chip, one per seed; returns how many fit the chip.
 fn check_programs(chip: &str, wish: IrLimits, seeds: std::ops::Range<u64>, scans: u32) -> u32 {
     let target = ladder_compile::find_target(chip).expect("a target");
     let bench = ImageBench { target, clock_hz: 20_000_000, cycle_us: 100_000, baud: Some(9600) };
@@ -63,7 +63,7 @@ fn integers_in_every_bank() {
 
 #[test]
 fn programs_of_several_pages() {
-    // Three to four pages of 8 K words, two of 4 K words.
+    // Three to four pages on chips with 8 K words, two pages on chips with 4 K words.
     let large = IrLimits { rungs: 58, words: 20, ..IrLimits::WORDS };
     assert_eq!(check_programs("pic16f877", large, 0..6, 4), 6);
     assert_eq!(check_programs("pic16f876a", IrLimits { rungs: 40, widths: &[1, 2, 4], ..large }, 0..4, 4), 4);
@@ -100,8 +100,9 @@ fn every_chip() {
     assert_eq!(ladder_compile::pic16::TARGETS.len(), 12);
 }
 
-/// Rungs in which code that is not always executed stands behind formulas that nobody has computed yet; see
-/// `Select::compute_before_branch`.
+/// Rungs with conditionally executed code after formulas that have not been computed yet.
+///
+/// See `Pic16Selector::compute_before_branch`.
 #[rustfmt::skip]
 const WAITING: &[(&str, &str)] = &[
     ("what a branch left in the accumulator's own bit, and a counter",
@@ -118,7 +119,7 @@ const WAITING: &[(&str, &str)] = &[
      "PARALLEL\nSERIES\nOSR\nCONTACTS Xa 0\nEND\nSERIES\nOSF\nCONTACTS Xb 1\nEND\nSHIFT_REGISTER s 3\nEND\nCOIL Ya 0 0 0"),
 ];
 
-/// A program of one rung, lowered as for any chip.
+/// Lowers a program of one rung, for any chip.
 fn lower_rungs(rungs: &str) -> Ir {
     let head = "LDmicro0.2\nCYCLE=10000\nCRYSTAL=4000000\nBAUD=2400\nIO LIST\nEND\nVAR LIST\nEND\nPROGRAM\n";
     optimise(lower(&crate::common::program(&format!("{head}RUNG\n{rungs}\nEND\n"))))

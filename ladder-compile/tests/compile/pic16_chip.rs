@@ -1,5 +1,5 @@
-//! PIC16 images of small ladder programs on the emulated chips: when scans start, what the serial line, the converter and the
-//! PWM do at their pins, and what is refused.
+//! Tests PIC16 images of small ladder programs on the emulated chips: starts of scans, serial line, converter
+//! and PWM at their pins, and refusals.
 
 use crate::common::program;
 use emu_core::{ChipEvent, Cpu, CycleTime, PinLevel, Probe, RamInit};
@@ -14,7 +14,7 @@ fn compiled(text: &str, mcu: &str, pins: &[(&str, &str)]) -> CompiledProgram {
     })
 }
 
-/// What leaves the chip.
+/// Collects edges of pins and sent bytes with their cycles.
 #[derive(Default)]
 struct TimedEdgesAndBytes {
     edges: Vec<(u64, emu_core::PinId, PinLevel)>,
@@ -92,8 +92,9 @@ impl Pic16Image {
     }
 }
 
-/// Chip, clock in Hz, cycle in microseconds, machine cycles of a count, scans. The last rows of each clock are the longest that
-/// it can pace, to a few counts.
+/// Chip, clock in Hz, cycle in microseconds, machine cycles per count, scans.
+///
+/// The last rows of each clock are the longest periods that it can pace, up to a few counts.
 #[rustfmt::skip]
 const PACES: &[(&str, u64, u64, u32, u64)] = &[
     ("pic16f876",   4_000_000,   10_000,   4, 1000),
@@ -122,8 +123,9 @@ fn scans_start_with_their_match_without_drift() {
     }
 }
 
-/// Where the only CCP module makes pulses, or the period is longer than it counts, timer 1 is lengthened in RAM: chip, clock in
-/// Hz, cycle in microseconds, most cycles from a match to its scan, scans, and an element.
+/// Cases with timer 1 extended in RAM: the only CCP module is used for PWM, or the period is too long for it.
+///
+/// Chip, clock in Hz, cycle in microseconds, maximum cycles from a match to its scan, scans, and an element.
 #[rustfmt::skip]
 const LENGTHENED: &[(&str, u64, u64, u64, u64, &str)] = &[
     ("pic16f628",   4_000_000,     10_000,  5, 500, "SET_PWM b 1000"),
@@ -132,7 +134,7 @@ const LENGTHENED: &[(&str, u64, u64, u64, u64, &str)] = &[
     ("pic16f88",   11_059_200,      7_919,  5, 999, "SET_PWM b 5000"),
     ("pic16f819",   3_579_545,     10_001,  5, 999, "SET_PWM b 5000"),
     ("pic16f819",     999_999,      1_003,  5, 999, "SET_PWM b 1000"),
-    // Around what 16 bits hold: an overflow soon after a match is one of it, or one of the next.
+    // Around the 16-bit limit: an overflow soon after a match may belong to this match or to the next one.
     ("pic16f628",   4_000_000,     65_535,  5, 100, "SET_PWM b 1000"),
     ("pic16f628",   4_000_000,     65_536,  8, 100, "SET_PWM b 1000"),
     ("pic16f628",   4_000_000,     65_537,  8, 100, "SET_PWM b 1000"),
@@ -161,7 +163,7 @@ fn a_lengthened_timer_does_not_drift() {
     }
 }
 
-/// Scans start within the rule, and the map says it.
+/// Checks the start of every scan against its match, and the values in the map.
 fn follow(mcu: &str, clock: u64, cycle: u64, tick: u32, poll: u64, scans: u64, element: &str) {
     let text = format!(
         "LDmicro0.1\nCYCLE={cycle}\nCRYSTAL={clock}\nIO LIST\nEND\nPROGRAM\nRUNG\nCONTACTS Xa 0\nPARALLEL\n{element}\nCOIL Yc 0 0 0\nEND\nEND\n"
@@ -171,7 +173,7 @@ fn follow(mcu: &str, clock: u64, cycle: u64, tick: u32, poll: u64, scans: u64, e
     let case = format!("{mcu}, {clock} Hz, {cycle} us");
     assert_eq!((map.tick, u64::from(map.poll_cycles)), (tick, poll), "{case}");
     chip.run_to(map.timer_start);
-    // The instruction takes a cycle.
+    // The instruction takes one cycle.
     let start = chip.cpu.cycle() + 1;
     for k in 1..=scans {
         chip.run_to(map.scan_start);
@@ -196,7 +198,7 @@ fn pins_arithmetic_and_timers_on_every_chip() {
             Pic16Image::new(&compiled(&format!("{HEAD}{rungs}"), target.chip.name, &[("Xa", "RB0"), ("Yb", "RB5")]));
         chip.drive("RB0", PinLevel::High);
         let pin = chip.cpu.chip().pin("RB5").expect("a pin");
-        // Outputs change only with the last instructions of a scan: RB5 is high from the third scan on.
+        // Outputs change only with the last instructions of a scan; RB5 is high from the third scan on.
         for scan in 1..=5 {
             chip.scan();
             chip.run_to(chip.map.poll);
@@ -209,7 +211,7 @@ fn pins_arithmetic_and_timers_on_every_chip() {
                 "{name}, scan {scan}"
             );
         }
-        // Low when it becomes an output, high once: no glitch.
+        // Low when the pin becomes an output, high once: no glitch.
         let levels: Vec<PinLevel> = chip.seen.edges.iter().filter(|edge| edge.1 == pin).map(|edge| edge.2).collect();
         assert_eq!(levels, [PinLevel::Low, PinLevel::High], "{}", target.chip.name);
     }
@@ -232,7 +234,7 @@ fn the_serial_line_sends_and_receives() {
         chip.drive(receive, PinLevel::High);
         chip.scan();
         for byte in [0x55u8, 0x00, 0xFE, 0x81] {
-            // Start bit, eight bits, stop bit, from the middle of a scan's wait on.
+            // Start bit, eight data bits, stop bit, starting during the wait of a scan.
             let from = chip.cpu.cycle() + 500;
             let pin = chip.cpu.chip().pin(receive).expect("a pin");
             let bits = std::iter::once(false).chain((0..8).map(|n| byte >> n & 1 == 1)).chain([true]);
@@ -281,7 +283,7 @@ fn the_pulse_is_as_wide_as_the_duty() {
             chip.run_to(chip.map.scan_start);
             chip.set("duty", duty);
             chip.run_to(chip.map.scan_end);
-            // The new pulse begins with the next period of the timer.
+            // The new pulse width starts with the next period of the timer.
             let settled = chip.cpu.cycle() + 2 * period;
             chip.cpu.run(settled, &mut chip.seen);
             chip.seen.edges.clear();
@@ -338,7 +340,7 @@ fn the_converter_reads_beside_digital_inputs() {
     }
 }
 
-/// Chip, program, pins, what the refusal says.
+/// Unsupported programs are refused with numbers.
 #[test]
 fn what_the_chip_cannot_do_is_refused_with_the_figures() {
     let refused = |text: &str, mcu: &str| {
@@ -376,7 +378,7 @@ fn an_open_drain_is_told() {
     assert!(notes.iter().any(|note| note.contains("open drain")), "{notes:?}");
 }
 
-/// Clock in Hz, chip, configuration words: FOSC by the clock, no watchdog, no LVP, nothing protected.
+/// Clock in Hz, chip, configuration words: FOSC by the clock, no watchdog, no LVP, no protection.
 #[test]
 fn configuration_words_stand_in_the_hex_file() {
     #[rustfmt::skip]
@@ -401,7 +403,7 @@ fn configuration_words_stand_in_the_hex_file() {
     }
 }
 
-/// Rungs with calls, loops and jumps: none takes longer than the map says, whatever it works on.
+/// Rungs with calls, loops and jumps: none takes longer than the map states, for any values.
 #[test]
 fn rungs_take_no_longer_than_the_map_says() {
     for duty in ["72", "n"] {

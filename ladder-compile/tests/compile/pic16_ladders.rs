@@ -1,5 +1,7 @@
-//! PIC16 images of random ladder programs on the emulated chips, against the interpreter: few names, deep branches, and mostly
-//! elements whose state changes on an edge, so that formulas wait across code that is not always executed.
+//! Tests PIC16 images of random ladder programs on the emulated chips against the interpreter.
+//!
+//! The programs have few names, deep branches and mostly edge-triggered elements, so that formulas stay
+//! pending across conditionally executed code.
 
 use crate::common::bench::{ImageBench, RunFailure};
 use emu_core::rng::Rng;
@@ -30,11 +32,11 @@ fn deep_branches_with_edges() {
     assert!(held > 80, "{held} programs are held");
 }
 
-/// One to three rungs on integers of any width.
+/// Generates one to three rungs with integers of any width.
 fn ladder(rng: &mut Rng) -> String {
     let mut out = "LDmicro0.2\nCYCLE=10000\nCRYSTAL=4000000\nBAUD=2400\nIO LIST\nEND\nVAR LIST\n".to_owned();
     for name in ["n", "m", "Ca", "Cb", "s0", "s1", "s2"] {
-        // A counter holds its limits.
+        // A counter must hold its limits.
         let least = if name.starts_with('C') { 2 } else { 1 };
         if rng.one_in(2) {
             out += &format!("  {} bytes {name}\n", least + rng.below(5 - least));

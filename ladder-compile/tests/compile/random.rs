@@ -1,4 +1,4 @@
-//! Random intermediate code on emulated chips, against the interpreter.
+//! Tests random intermediate code on emulated chips against the interpreter.
 
 use crate::common::bench::{ImageBench, RunFailure};
 use crate::common::ir::programs::{IrLimits, ops, random_ir};

@@ -1,4 +1,4 @@
-//! Every refusal and every way to name pins: program, options, and what is told.
+//! Tests every refusal and every way to assign pins: program, options, and expected messages.
 
 use crate::common::{cases, program};
 use ladder_compile::{CompileOptions, compile};
@@ -29,7 +29,7 @@ fn every_refusal_says_what_the_table_says() {
     }
 }
 
-/// A line `3 x text #` stands for three lines, `#` counting from 0.
+/// Expands a line `3 x text #` to three lines, with `#` counting from 0.
 fn unfold(text: &str) -> String {
     let mut out = String::new();
     for line in text.lines() {
@@ -43,11 +43,12 @@ fn unfold(text: &str) -> String {
     out
 }
 
-/// Every code stands in the table of refusals or is named here with the reason why no program can show it.
+/// Every code is in the table of refusals, or is listed here because no program can cause it.
 #[test]
 fn every_code_is_shown() {
     let table = include_str!("data/refusals.txt");
-    // The checks and the reader of the language refuse these first; they guard programs made by other means.
+    // The reader and the checks of the language refuse these first; the codes guard programs built by other
+    // means.
     let guards = ["LC002", "LC003", "LC004", "LC005", "LC006", "LC020", "LC099"];
     for code in ladder_compile::CODES {
         let shown = table.contains(code.code);

@@ -1,5 +1,5 @@
-//! Programs run on the emulated core scan by scan; the table says what every scan must leave behind, written by hand from
-//! the meaning of the elements.
+//! Runs programs on the emulated core scan by scan and compares them with a table, written by hand from the
+//! meaning of the elements.
 
 use crate::common::{CompiledChip, cases, compiled, pairs, program};
 use emu_core::RamInit;

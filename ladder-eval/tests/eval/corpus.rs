@@ -1,5 +1,7 @@
-//! Traces of LDmicro 2.3 itself, where the corpus is present: folder `EMU_CORPUS`, else `../shared/ld` beside the
-//! workspace. Inputs (X) are given, every other column must come out.
+//! Compares the evaluator with traces of LDmicro 2.3, if the corpus is present.
+//!
+//! The corpus is in the folder `EMU_CORPUS`, by default `../shared/ld` next to the workspace. The columns of
+//! inputs (X) are set; every other column must match.
 
 use crate::common;
 use std::fs;
@@ -7,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use ladder::LadderProgram;
 
-/// The programs that the corpus has traces of.
+/// Programs with traces in the corpus.
 const TRACED: &[&str] = &[
     "reg-contacts",
     "reg-integers",
@@ -18,7 +20,7 @@ const TRACED: &[&str] = &[
     "sample-traffic",
 ];
 
-/// The other programs, which must have a meaning: sent bytes, PWM and EEPROM have no trace of LDmicro.
+/// Programs without traces, which only have to run: LDmicro traces no sent bytes, PWM or EEPROM.
 const UNTRACED: &[&str] = &[
     "sample-7seg-display",
     "sample-MasterRelay-Test",

@@ -1,4 +1,5 @@
-//! What the evaluator offers of converter, serial line, pulse width output and EEPROM; clones are snapshots of them too.
+//! Tests converter, serial line, PWM output and EEPROM of the evaluator; clones must be snapshots of them
+//! too.
 
 use crate::common;
 use ladder_eval::Evaluator;
@@ -23,7 +24,7 @@ fn levels_are_given_to_the_symbols_of_read_adc() {
 
 #[test]
 fn the_serial_line_counts_down() {
-    // 2400 baud at 10 ms: a byte is shorter than a scan. 200 baud: 5 scans.
+    // At 2400 baud a byte is shorter than a scan of 10 ms; at 200 baud it takes 5 scans.
     let text =
         "LDmicro0.1\nCYCLE=10000\nCRYSTAL=1\nBAUD=200\nPROGRAM\nRUNG\nCONTACTS Xa 0\nUART_SEND n\nUART_RECV m\nEND\n";
     let mut eval = common::evaluator(&common::parse("t", text));
@@ -90,7 +91,7 @@ fn cells_are_those_of_persist() {
 
 #[test]
 fn the_adjust_of_old_files_in_the_new_dialect() {
-    // Header, dialect, scans until a TON of three cycles is true.
+    // Header, dialect, number of scans until a TON of three cycles is true.
     for (header, dialect, wanted) in [
         ("0.1", ladder::LadderDialect::Ldmicro23, 3),
         ("0.1", ladder::LadderDialect::Ldmicro5, 3),

@@ -1,4 +1,4 @@
-//! All tests of the evaluator, in one program: what they share stands in `common`.
+//! All tests of the evaluator in one binary; `common` holds the shared helpers.
 
 mod api;
 mod common;

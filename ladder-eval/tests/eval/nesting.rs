@@ -1,6 +1,7 @@
-//! Every nesting of up to four elements over two inputs, for all four input combinations.
+//! Tests every nesting of up to four elements over two inputs, for all four input combinations.
 //!
-//! The wanted column is computed on truth tables (bit `i` is the value for inputs `i`): series is AND, parallel is OR.
+//! The expected column is computed on truth tables (bit `i` is the value for inputs `i`): series is AND,
+//! parallel is OR.
 
 use crate::common::model::{coil, contacts, leaf, parallel, program};
 use ladder::{Element, RungNode};
@@ -9,7 +10,7 @@ use ladder_eval::Evaluator;
 /// A series and its truth table.
 type SeriesTruthTable = (Vec<RungNode>, u8);
 
-/// Xa is bit 0 of the combination, Xb bit 1.
+/// Truth tables of the inputs: Xa is bit 0 of the combination, Xb bit 1.
 const A: u8 = 0b1010;
 const B: u8 = 0b1100;
 const ALL: u8 = 0b1111;
@@ -25,7 +26,8 @@ fn every_nesting_of_up_to_four_elements() {
         (Element::Open, 0),
     ];
     let leaves: Vec<SeriesTruthTable> = leaves.into_iter().map(|(e, t)| (vec![leaf(e)], t)).collect();
-    // bodies[n]: all series of n leaves; groups[n]: all parallel groups of n leaves, each as a series of one node.
+    // bodies[n]: all series of n leaves; groups[n]: all parallel groups of n leaves, each as a series of one
+    // node.
     let mut bodies: Vec<Vec<SeriesTruthTable>> = vec![Vec::new(), leaves.clone()];
     let mut groups: Vec<Vec<SeriesTruthTable>> = vec![Vec::new(), Vec::new()];
     for n in 2..=4 {
@@ -43,8 +45,9 @@ fn every_nesting_of_up_to_four_elements() {
         }
         bodies.push(body);
     }
-    // Shapes of 1, 2, 3, 4 leaves, a group as the only thing in a branch included: groups 0, 1, 5, 27 and series 1, 2, 8,
-    // 42 (a series is a group, or a leaf or group before a shorter series); six kinds of leaf.
+    // Number of shapes with 1, 2, 3 and 4 leaves, including groups that are the only node of a branch: 0, 1,
+    // 5, 27 groups and 1, 2, 8, 42 series (a series is a group, or a leaf or a group before a shorter
+    // series), with six kinds of leaf.
     let counts: Vec<usize> = bodies.iter().map(Vec::len).collect();
     assert_eq!(counts, [0, 6, 2 * 36, 8 * 216, 42 * 1296]);
     for (series, table) in bodies.iter().flatten() {
@@ -52,7 +55,7 @@ fn every_nesting_of_up_to_four_elements() {
     }
 }
 
-/// All groups of `left` leaves: at least two branches, each any series.
+/// Generates all groups of `left` leaves: at least two branches, each of any series.
 fn branches(
     bodies: &[Vec<SeriesTruthTable>],
     left: usize,
@@ -75,7 +78,7 @@ fn branches(
 }
 
 fn check(series: &[RungNode], table: u8) {
-    // The names are used by a rung of their own, so that all programs know all symbols.
+    // A separate rung uses the input names, so that all programs have all symbols.
     let known = vec![leaf(contacts("Xa", false)), leaf(contacts("Xb", false))];
     let rung = [series, &[leaf(coil("Yq"))]].concat();
     let mut eval = Evaluator::new(&program(vec![known, rung])).expect("simple elements");

@@ -1,5 +1,7 @@
-//! Random programs under random stimulus: the evaluator and the naive interpreter agree on every value after every scan
-//! and on the rung bit at every element. proptest prints the smallest failing program and its seed.
+//! Runs random programs with random stimuli on the evaluator and the naive interpreter.
+//!
+//! Both must agree on every value after every scan and on the rung bit at every element. proptest prints the
+//! smallest failing program and its seed.
 
 use crate::common::model;
 use crate::common::model::{constant, leaf, parallel, program, var};
@@ -17,12 +19,12 @@ use proptest::sample::select;
 const BITS: &[&str] = &["Xa", "Xb", "Ya", "Ra", "Rb"];
 const COILS: &[&str] = &["Ya", "Ra", "Rb"];
 const INTEGERS: &[&str] = &["Ta", "Tb", "Ca", "n", "m", "s0", "s2", "Ain"];
-/// Texts of strings without a number and with one.
+/// Texts of strings without and with a number.
 const TEXTS: &[&str] = &["", "a", "x\\r"];
 const NUMBERS: &[&str] = &["\\1", "=\\3;", "\\-5", "a\\-2"];
-/// The cycle: a cell of the EEPROM takes three.
+/// Cycle in microseconds: writing one EEPROM cell takes three scans.
 const CYCLE: i64 = 4_000;
-/// The limits of 16 bits, zero, small presets and their neighbours, byte boundaries.
+/// Boundary values: 16-bit limits, zero, small presets and their neighbours, byte boundaries.
 const VALUES: &[i64] = &[
     -32768, -32767, -257, -256, -255, -129, -128, -3, -2, -1, 0, 1, 2, 3, 4, 5, 127, 128, 181, 182, 255, 256, 257, 300,
     32766, 32767,
@@ -42,12 +44,12 @@ fn operand() -> impl Strategy<Value = LadderOperand> {
 
 fn element() -> impl Strategy<Value = Element> {
     let contact = (select(BITS), any::<bool>()).prop_map(|(name, negated)| model::contacts(name, negated));
-    let coil = (select(COILS), 0..4u8).prop_map(|(name, kind)| Element::Coil {
+    let coil = (select(COILS), 0..5u8, 0..8u32).prop_map(|(name, kind, more)| Element::Coil {
         name: name.to_owned(),
         negated: kind == 1,
         set: kind == 2,
         reset: kind == 3,
-        ttrigger: None,
+        ttrigger: (kind == 4 || more == 0).then_some(1),
     });
     let plain = select(vec![
         Element::Short,
@@ -55,19 +57,32 @@ fn element() -> impl Strategy<Value = Element> {
         Element::MasterRelay,
         Element::Osr,
         Element::Osf,
+        Element::Odr,
+        Element::Odf,
+        Element::Osl,
+        Element::Osc,
         Element::Comment("remark".to_owned()),
     ]);
-    // Delays of 2 to 6 cycles, some not whole, and the two longest.
+    // Delays of 2 to 6 cycles, some of them not whole, and the two longest.
     let delay = prop_oneof![4 => 2 * CYCLE..7 * CYCLE, 1 => select(vec![32_767 * CYCLE, 32_769 * CYCLE - 1])];
-    let timer = (select(vec![TimerKind::Ton, TimerKind::Tof, TimerKind::Rto]), integer(), delay)
-        .prop_map(|(kind, name, delay)| Element::Timer { kind, name, delay: constant(delay), adjust: None });
+    // LDmicro 5 accepts any delay: below one cycle, beyond the width, a variable.
+    let delay = prop_oneof![
+        8 => delay.prop_map(constant),
+        1 => (0..2 * CYCLE).prop_map(constant),
+        2 => select(INTEGERS).prop_map(var),
+    ];
+    use TimerKind::{Rtl, Rto, Tcy, Thi, Tlo, Tof, Ton};
+    let adjust = prop::option::of((-3..3i64).prop_map(constant));
+    let timer = (select(vec![Ton, Tof, Rto, Rtl, Tcy, Thi, Tlo]), integer(), delay, adjust)
+        .prop_map(|(kind, name, delay, adjust)| Element::Timer { kind, name, delay, adjust });
     let limit = prop_oneof![
         6 => (0..4i64).prop_map(constant),
         6 => select(VALUES).prop_map(constant),
         1 => select(INTEGERS).prop_map(var),
     ];
-    let init = prop::option::of(select(VALUES).prop_map(constant));
-    let kinds = select(vec![CounterKind::Ctu, CounterKind::Ctd, CounterKind::Ctc]);
+    let start = prop_oneof![4 => select(VALUES).prop_map(constant), 1 => select(INTEGERS).prop_map(var)];
+    let init = prop::option::of(start);
+    let kinds = select(vec![CounterKind::Ctu, CounterKind::Ctd, CounterKind::Ctc, CounterKind::Ctr]);
     let input = prop::option::of(select(vec!['/', '\\', '-', 'o']));
     let counter = (kinds, integer(), limit, init, input).prop_map(|(kind, name, max, init, input)| Element::Counter {
         kind,
@@ -113,13 +128,13 @@ fn bit_element() -> impl Strategy<Value = Element> {
     prop_oneof![2 => math, 3 => unary, 3 => shift, 3 => bit, 1 => bus]
 }
 
-/// The tables and what uses a part of the chip.
+/// The tables and the elements that use a part of the chip.
 fn device() -> impl Strategy<Value = Element> {
     let shift = (1..5u32).prop_map(|stages| Element::ShiftRegister { name: "s".to_owned(), stages });
     let index = prop_oneof![operand(), (0..5i64).prop_map(constant)];
     let look_up = (integer(), index, prop::collection::vec(select(VALUES), 0..5))
         .prop_map(|(dest, index, values)| Element::LookUpTable { dest, index, as_string: false, values });
-    // Steps whose product fits 16 bits wherever they begin.
+    // Segments whose product fits 16 bits wherever they start.
     let segment = prop_oneof![(1..180i64, -180..180i64), (1..3i64, -10_000..10_000i64), (1..20_000i64, -1..2i64)];
     let start = (select(VALUES), select(VALUES));
     let curve =
@@ -127,7 +142,7 @@ fn device() -> impl Strategy<Value = Element> {
             let mut points = vec![start];
             for (dx, dy) in steps {
                 let (x, y) = points[points.len() - 1];
-                // The last step that stays within 16 bits ends the curve.
+                // Points outside of 16 bits are left out.
                 if x + dx <= 32_767 && (-32_768..32_768).contains(&(y + dy)) {
                     points.push((x + dx, y + dy));
                 }
@@ -155,18 +170,19 @@ fn device() -> impl Strategy<Value = Element> {
     ]
 }
 
-/// A program of the dialect, with widths for some of its integers, at a rate of 1 to 4 scans a byte.
+/// Creates a program of the dialect, with widths for some of its integers, and a rate of 1 to 4 scans per
+/// byte.
 fn in_dialect(rungs: Vec<Vec<RungNode>>, five: bool, old: bool, widths: Vec<u8>, baud: u64) -> LadderProgram {
     let mut program = program(rungs);
     program.settings.cycle_us = CYCLE as u64;
     program.settings.baud = Some(baud);
     if !five {
-        program.rungs.iter_mut().for_each(|rung| plain_counters(&mut rung.series));
+        program.rungs.iter_mut().for_each(|rung| only_release_23(&mut rung.series));
         return program;
     }
     program.dialect = LadderDialect::Ldmicro5;
     program.format = if old { LdFormat::V01 } else { LdFormat::V02 };
-    // A timer's width must hold P, so none is given.
+    // A timer needs a width that holds P, so timers get no declared width.
     let names = ["Ca", "n", "m", "s0", "s2", "Ain"];
     let entries = widths.into_iter().zip(names).map(|(bytes, name)| VarEntry {
         name: name.to_owned(),
@@ -174,27 +190,43 @@ fn in_dialect(rungs: Vec<Vec<RungNode>>, five: bool, old: bool, widths: Vec<u8>,
         text: String::new(),
         pos: Default::default(),
     });
-    let timers: Vec<String> = program
-        .elements()
-        .filter_map(|(_, e, _)| if let Element::Timer { name, .. } = e { Some(name.clone()) } else { None })
-        .collect();
-    program.vars = Some(entries.filter(|entry| !timers.contains(&entry.name)).collect());
+    program.vars = Some(entries.collect());
     program
 }
 
-/// Takes away what only ldmicro-5 gives a meaning.
-fn plain_counters(series: &mut [RungNode]) {
+/// Removes what only ldmicro-5 supports.
+fn only_release_23(series: &mut [RungNode]) {
     for node in series {
-        match node {
-            RungNode::Parallel(branches, _) => branches.iter_mut().for_each(|branch| plain_counters(branch)),
-            RungNode::Leaf(Element::Counter { max, init, input, .. }, _) => {
+        let element = match node {
+            RungNode::Parallel(branches, _) => {
+                branches.iter_mut().for_each(|branch| only_release_23(branch));
+                continue;
+            }
+            RungNode::Leaf(element, _) => element,
+        };
+        match element {
+            Element::Counter { kind, max, init, input, .. } => {
                 (*init, *input) = (None, None);
                 if let LadderOperand::Var(_) = max {
                     *max = constant(2);
                 }
+                if *kind == CounterKind::Ctr {
+                    *kind = CounterKind::Ctc;
+                }
             }
-            RungNode::Leaf(element, _) if element.facts().needs_ldmicro5 => *element = Element::Short,
-            RungNode::Leaf(..) => {}
+            Element::Timer { kind, delay, adjust, .. } => {
+                *adjust = None;
+                if !matches!(delay, LadderOperand::Const { value, .. } if *value >= 2 * CYCLE) {
+                    *delay = constant(2 * CYCLE);
+                }
+                if !matches!(kind, TimerKind::Ton | TimerKind::Tof | TimerKind::Rto) {
+                    *kind = TimerKind::Ton;
+                }
+            }
+            Element::Coil { ttrigger, .. } => *ttrigger = None,
+            Element::Odr | Element::Odf | Element::Osl | Element::Osc => *element = Element::Short,
+            element if element.facts().needs_ldmicro5 => *element = Element::Short,
+            _ => {}
         }
     }
 }
@@ -206,7 +238,8 @@ fn node() -> impl Strategy<Value = RungNode> {
     })
 }
 
-/// Before a scan: both inputs, and sometimes an integer or a relay written from outside, another analog level, a byte.
+/// Stimulus before a scan: both inputs and, optionally, an external write to an integer or a relay, an analog
+/// level, a byte.
 type RandomStimulus = (bool, bool, Option<(&'static str, i64)>, Option<(&'static str, bool)>, Option<u16>, Option<u8>);
 
 fn stimulus() -> impl Strategy<Value = Vec<RandomStimulus>> {
@@ -261,7 +294,7 @@ proptest! {
                 naive.received_byte.get_or_insert(byte);
                 prop_assert_eq!(eval.receive(byte), free);
             }
-            // A snapshot that scans unwatched must end in the same state as the watched original.
+            // A snapshot that scans without a watcher must end in the same state as the watched original.
             let mut unwatched = eval.clone();
             unwatched.scan();
             let mut seen = Vec::new();
@@ -281,7 +314,7 @@ proptest! {
         }
     }
 
-    /// What the table of elements says of power, writes and memory is what the evaluator does.
+    /// The evaluator behaves as the table of elements states for power, writes and memory.
     #[test]
     fn elements_do_what_their_rows_say(
         rungs in prop::collection::vec(prop::collection::vec(node(), 0..6), 1..5),
@@ -324,7 +357,7 @@ proptest! {
         }
     }
 
-    /// What an element does hangs on no symbol but those that its row says it reads.
+    /// The effect of an element depends only on the symbols that its row lists as read.
     #[test]
     fn elements_read_what_their_rows_say(
         element in element(),

@@ -1,5 +1,7 @@
-//! How fast a scan of a small real-life program is, for the eye: `cargo test -p ladder-eval --test speed -- --nocapture`.
-//! No time is asserted; the state after a million scans is.
+//! Measures the time of a scan of a small realistic program.
+//!
+//! Run it with `cargo test -p ladder-eval --test eval -- --nocapture speed`. The test asserts the state after
+//! a million scans, but no time.
 
 use crate::common;
 use std::time::Instant;

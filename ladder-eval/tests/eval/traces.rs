@@ -1,10 +1,10 @@
-//! The evaluator gives the hand-written traces of `tests/ladder`.
+//! Compares the evaluator with the hand-written traces of `tests/ladder`.
 
 use crate::common;
 use crate::table::{self, Column};
 use ladder_eval::Evaluator;
 
-/// Before a scan.
+/// Sets a column before a scan.
 fn set_column(eval: &mut Evaluator, column: &Column, value: i32) {
     match column {
         Column::Symbol(name) => eval.set(common::index(eval, name), value),
@@ -15,7 +15,7 @@ fn set_column(eval: &mut Evaluator, column: &Column, value: i32) {
     }
 }
 
-/// After a scan.
+/// Reads a column after a scan.
 fn column_value(eval: &Evaluator, column: &Column) -> Option<i32> {
     match column {
         Column::Symbol(name) => Some(eval.get(common::index(eval, name))),

@@ -1,4 +1,4 @@
-//! Ladder programs on chips under a session.
+//! Opens debugger sessions of ladder programs on chips.
 
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::load_hex;
@@ -12,16 +12,16 @@ fn debug_machine<C: Cpu + 'static>(cpu: C, clock: CycleClock) -> Box<dyn DynMach
     Box::new(MachineWithDevices::new(cpu, AttachedDevices::new(Vec::new(), clock)))
 }
 
-/// Which chip, and how it is switched on.
+/// Chip and power-up options.
 #[derive(Clone, Copy)]
 pub struct ChipSetup {
     pub mcu: &'static str,
     pub clock_hz: Option<u64>,
-    /// The watchdog of a PIC16 is on.
+    /// True to enable the watchdog of a PIC16.
     pub watchdog: bool,
 }
 
-/// Compiles a program and switches the chip on, with all inputs low.
+/// Compiles a program and powers the chip up, with all inputs low.
 pub fn open(text: &str, setup: ChipSetup) -> (DebugSession, LadderView) {
     let ChipSetup { mcu, clock_hz, watchdog } = setup;
     let program = ladder::parse_bytes("program.ld", text.as_bytes(), ladder::ParseOptions::default());
@@ -53,14 +53,14 @@ pub fn open(text: &str, setup: ChipSetup) -> (DebugSession, LadderView) {
     scope.ladder = view.symbols();
     let options = SessionOptions { clock, history_bytes: 64 << 20, follower: Some(view.follower()) };
     let mut session = DebugSession::new(target, scope, options);
-    // Inputs have pull-ups; these programs are easier to follow when all are low.
+    // Inputs have pull-ups, but the tests are easier to follow with all inputs low.
     for pin in view.map().pins.clone().iter().filter(|pin| pin.direction == "in") {
         drive_input(&mut session, &view, &pin.name, false);
     }
     (session, view)
 }
 
-/// Drives an input.
+/// Drives an input to a level.
 pub fn drive_input(session: &mut DebugSession, view: &LadderView, name: &str, high: bool) {
     let pin = view.map().pins.iter().find(|pin| pin.name == name).expect("a pin of the program");
     let pin = session.scope.chip().pin(&pin.pin).expect("a pin of the chip");

@@ -1,11 +1,11 @@
-//! Round trips: the programs of the tests, and LDmicro's own where they are at hand.
+//! Tests round trips of the test programs, and of LDmicro's own programs if they are available.
 
 use crate::common;
 use std::path::PathBuf;
 
 use ladder::{parse, write};
 
-/// The words of every line that counts.
+/// The words of each line that is neither blank nor a remark.
 fn words(text: &str) -> Vec<Vec<&str>> {
     let lines = text.lines().map(str::trim).filter(|l| !l.is_empty() && !l.starts_with(';'));
     lines.map(|l| l.split_whitespace().collect()).collect()
@@ -17,7 +17,7 @@ fn round_trip(name: &str, text: &str) {
     let written = write(&program);
     assert_eq!(words(&written), words(text), "{name}");
     let again = parse(name, &written).unwrap_or_else(|e| panic!("{name}, written: {e:?}")).program;
-    // Written text has a layout of its own; a third writing shows that all else is equal.
+    // The written text has its own layout; writing it once more shows that nothing else differs.
     assert_eq!(write(&again), written, "{name}");
     let elements = |p: &ladder::LadderProgram| p.elements().map(|(id, e, _)| (id, e.clone())).collect::<Vec<_>>();
     assert_eq!(elements(&again), elements(&program), "{name}");
@@ -43,7 +43,7 @@ fn own_programs() {
 
 #[test]
 fn programs_of_the_corpus() {
-    // A relative folder is meant from the root of the workspace.
+    // A relative folder starts at the workspace root.
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
     let folder =
         root.join(std::env::var_os("EMU_CORPUS").filter(|v| !v.is_empty()).unwrap_or_else(|| "../shared/ld".into()));

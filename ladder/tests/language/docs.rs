@@ -1,4 +1,4 @@
-//! The page on the language names every complaint and every element.
+//! Tests that the page on the language lists every diagnostic and every element.
 
 use crate::common;
 

@@ -1,4 +1,4 @@
-//! The drawing, by golden text and by the places of the elements.
+//! Tests the drawing with expected text and with the positions of the elements.
 
 use ladder::{LadderProgram, draw, draw_rung, parse};
 
@@ -29,7 +29,7 @@ fn all_lines_are_of_one_width() {
 
 #[test]
 fn elements_are_found_in_the_lines() {
-    // Rung, and for each element in text order: line of its symbol, the symbol.
+    // Rung, then for each element in text order: the line of its symbol, and the symbol.
     let expected: [(usize, &[(usize, &str)]); 3] = [
         (
             0,

@@ -1,4 +1,4 @@
-//! Every complaint of the reader, by table.
+//! Tests every diagnostic of the reader with a table.
 
 use crate::common;
 use std::collections::BTreeSet;
@@ -43,7 +43,7 @@ fn every_code_of_the_reader_has_a_row() {
         .flat_map(|(expected, _)| expected.split_whitespace())
         .filter_map(|w| Some(w.split_once('@')?.0))
         .collect();
-    // Those about size are made by the tests of the limits below.
+    // The tests of the limits below trigger the codes about size.
     let elsewhere = ["LD005", "LD019", "LD036"];
     let missing: Vec<&str> = ladder::CODES
         .iter()
@@ -72,7 +72,7 @@ fn every_message_has_a_cause_and_a_hint() {
     }
 }
 
-/// A rung with `depth` groups in each other.
+/// A rung with `depth` nested groups.
 fn nested(depth: usize) -> String {
     let mut body = String::from("RUNG\n");
     for level in 0..depth {
@@ -87,9 +87,9 @@ fn nested(depth: usize) -> String {
 fn nesting_is_bounded() {
     assert!(ladder::parse("t", &nested(64)).is_ok());
     let errors = ladder::parse("t", &nested(65)).expect_err("65 groups");
-    // The 65th group opens two lines after the 64th: line 6 holds the first.
+    // The 65th group opens two lines after the 64th; line 6 holds the first.
     assert_eq!(common::diagnostic_codes(&errors), ["LD036@134:1+8"]);
-    // Nothing in the reader or in dropping its result may take a stack as deep as the file.
+    // Neither the reader nor dropping its result may recurse as deeply as the file nests.
     assert!(ladder::parse("t", &nested(200_000)).is_err());
 }
 
@@ -120,7 +120,7 @@ fn any_number_of_warnings_is_no_error() {
     assert_eq!(ladder::parse("t", &text).map(|p| p.warnings.len()), Ok(300));
 }
 
-/// Comments in any encoding keep their bytes when they are written back, and can be read by people.
+/// Comments in any encoding keep their bytes when written back, and are shown as readable text.
 #[test]
 fn a_program_may_be_in_any_code_page() {
     let files: [(&[u8], TextEncoding, &str); 6] = [
@@ -145,7 +145,7 @@ fn a_program_may_be_in_any_code_page() {
     }
 }
 
-/// In a code page a text gives the chip its own bytes.
+/// A text in a code page is sent to the chip as its original bytes.
 #[test]
 fn a_text_in_a_code_page_sends_its_bytes() {
     let file = b"LDmicro0.2\nCYCLE=10000\nCRYSTAL=4000000\nBAUD=9600\nPROGRAM\nRUNG\nFORMATTED_STRING (none) \"\x80\xE9\x81\"\nEND\n";
@@ -158,7 +158,8 @@ fn a_text_in_a_code_page_sends_its_bytes() {
     assert_eq!(ladder::format::split_format_string(&text.expect("a text"), true).as_deref(), Ok(&wanted[..]));
 }
 
-/// Marks and line ends of other systems; two bytes a character are refused with a hint.
+/// Byte order marks and line ends of other systems are accepted; two bytes per character are refused with a
+/// hint.
 #[test]
 fn a_program_may_come_from_any_system() {
     let text = format!("{}RUNG\nSHORT\nEND\n", common::HEAD);

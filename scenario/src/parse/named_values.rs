@@ -1,4 +1,4 @@
-//! Tables in braces that give names values: what is set, ramped and expected.
+//! Parses tables of names and values in braces, as in `set`, `ramp` and `expect`.
 
 use diag::Pos;
 use toml::de::DeValue;
@@ -8,7 +8,7 @@ use crate::model::{Assignment, ConditionList, LocatedText, ScenarioValue, ValueC
 use crate::toml_values::{parse_comparison, parse_number};
 
 impl ScenarioReader<'_> {
-    /// The entries of a table in braces, in the order of the file.
+    /// The entries of a table in braces, in file order.
     fn read_entries<'i, 'd>(
         &mut self,
         verb: &str,
@@ -36,17 +36,18 @@ impl ScenarioReader<'_> {
         }
     }
 
+    /// Parses assignments to names.
     pub(super) fn read_assignments(&mut self, verb: &str, item: &LocatedItem<'_>) -> Option<Vec<Assignment>> {
         let entries = self.read_entries(verb, item)?;
         let assigns = entries.into_iter().map(|(name, item)| {
             let value = self.read_value(&name.text, item)?;
             Some(Assignment { name, value, pos: self.pos(item.span()) })
         });
-        // Not stopped by the first fault, so that all are told.
+        // All entries are parsed before the first fault ends the step, so that every fault is reported.
         assigns.collect::<Vec<_>>().into_iter().collect()
     }
 
-    /// Assignments of 0 and 1 alone.
+    /// Parses assignments of 0 and 1 only.
     pub(super) fn read_bit_assignments(&mut self, verb: &str, item: &LocatedItem<'_>) -> Option<Vec<Assignment>> {
         let entries = self.read_entries(verb, item)?;
         let assigns = self.read_assignments(verb, item)?;
@@ -78,6 +79,7 @@ impl ScenarioReader<'_> {
         }
     }
 
+    /// Parses the names of a ramp with their first and last values.
     pub(super) fn read_ramp(
         &mut self,
         item: &LocatedItem<'_>,
@@ -99,6 +101,7 @@ impl ScenarioReader<'_> {
         Some(out)
     }
 
+    /// Parses conditions on names.
     pub(super) fn read_conditions(&mut self, verb: &str, item: &LocatedItem<'_>) -> Option<ConditionList> {
         let entries = self.read_entries(verb, item)?;
         let tests = entries.into_iter().map(|(name, item)| {

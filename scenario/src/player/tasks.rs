@@ -1,4 +1,4 @@
-//! What goes on beside the steps.
+//! The tasks of a player: ramps, repetitions and delayed actions that run in parallel with the steps.
 
 use std::sync::Arc;
 
@@ -7,16 +7,20 @@ use crate::play_ops::{InputWrite, PlayAction, PlayOp};
 use crate::verdict::ScenarioOutcome;
 use crate::world::ScenarioWorld;
 
-/// Something that goes on beside the steps.
+/// A task that runs in parallel with the steps.
 #[derive(Debug, Clone)]
 pub(super) struct BackgroundTask {
+    /// The tick at which the next action of the task is due.
     pub next: u64,
+    /// Index of the step that started the task.
     pub step: usize,
+    /// The kind of the task, with its progress.
     pub kind: TaskKind,
-    /// It comes from something that goes on for ever: nobody waits for its end.
+    /// True if the task belongs to a repetition without end, so the scenario does not wait for it.
     pub endless: bool,
 }
 
+/// The kind of a task.
 #[derive(Debug, Clone)]
 pub(super) enum TaskKind {
     Ramp {
@@ -24,30 +28,31 @@ pub(super) enum TaskKind {
         start: u64,
         done: usize,
     },
-    /// The line of its op, and how often it is still done.
+    /// A repeated op: its line, and how many executions are left.
     Repetition {
         line: usize,
         left: Option<u64>,
         until: Option<u64>,
     },
-    /// The line of its op, whose time is still to come.
+    /// A single action whose time has not come: its line.
     Once(usize),
 }
 
 impl ScenarioPlayer {
-    /// The task that is next. One that is done between two instructions, and later than now, keeps nobody waiting who goes by nothing that
-    /// it changes.
+    /// The task that is due next. Quiet tasks that are due later than `now` are left out, because nothing
+    /// depends on them.
     pub(super) fn next_task(&self, now: u64) -> Option<(usize, u64)> {
         let tasks = self.tasks.iter().enumerate().filter(|(n, task)| task.next <= now || !self.task_is_quiet(*n));
         tasks.min_by_key(|(n, task)| (task.next, *n)).map(|(n, task)| (n, task.next))
     }
 
-    /// The next step comes at a time that nobody knows: what it makes of a bit that toggles may come before what a task makes of it.
+    /// True if the time of the next step is unknown; a task must not change a shared toggled bit before that
+    /// step.
     fn is_waiting(&self) -> bool {
         matches!(self.current_op(), Some(PlayOp::Wait(..) | PlayOp::ExpectBytes(..)))
     }
 
-    /// The step of what is still to be done at its time beside the steps.
+    /// The step of the first single action that still waits for its time.
     pub(super) fn first_single_step(&self) -> Option<usize> {
         let once = self.tasks.iter().filter(|task| matches!(task.kind, TaskKind::Once(_)));
         once.min_by_key(|task| task.next).map(|task| task.step)
@@ -64,6 +69,7 @@ impl ScenarioPlayer {
         }
     }
 
+    /// True if the machine can accept the next action of a task before its time.
     pub(super) fn can_task_be_queued(&self, task: usize) -> bool {
         match self.tasks.get(task).map(|task| &task.kind) {
             Some(TaskKind::Ramp { values, done, .. }) => {
@@ -83,7 +89,7 @@ impl ScenarioPlayer {
         }
     }
 
-    /// Does the next of a task, and removes it behind its last.
+    /// Executes the next action of a task, and removes the task after its last action.
     pub(super) fn run_task(&mut self, n: usize, world: &mut dyn ScenarioWorld) -> Result<(), PlayEnd> {
         let bound = self.bound.clone();
         let Some(BackgroundTask { next: due, step, kind: what, endless }) = self.tasks.get(n).cloned() else {
@@ -126,9 +132,9 @@ impl ScenarioPlayer {
         Ok(())
     }
 
-    /// Something goes on beside the steps.
+    /// Starts a task in parallel with the steps.
     pub(super) fn start_task(&mut self, task: BackgroundTask) -> Result<(), PlayEnd> {
-        // What is only told does not go on.
+        // Single actions do not count, because they do not repeat.
         if self.tasks.iter().filter(|task| !matches!(task.kind, TaskKind::Once(_))).count() >= MAX_TASKS {
             return Err((ScenarioOutcome::Failed, task.step, too_many()));
         }

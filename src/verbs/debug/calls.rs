@@ -8,23 +8,25 @@ use super::shell::{CommandResult, DebugShell};
 
 /// The calls that led here; a count shows so many, `full` the variables of each too.
 pub(super) fn backtrace(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
-    let (mut count, mut full) = (usize::MAX, false);
+    let (mut count, mut outermost, mut full) = (usize::MAX, usize::MAX, false);
     for word in args.split_whitespace() {
-        match word.parse::<usize>() {
-            Ok(wanted) => count = wanted,
+        match word.parse::<isize>() {
+            Ok(wanted) if wanted < 0 => outermost = wanted.unsigned_abs(),
+            Ok(wanted) => count = wanted.unsigned_abs(),
             Err(_) if matches!(word, "full" | "-full") => full = true,
-            Err(_) => return Err(format!("`{word}` is no count of calls; write bt, bt 3 or bt full")),
+            Err(_) => return Err(format!("`{word}` is no count of calls; write bt, bt 3, bt -3 or bt full")),
         }
     }
     let frames = shell.calls();
-    for (level, frame) in frames.iter().enumerate().skip(shell.hidden).take(count) {
+    let skipped = shell.hidden.max(frames.len().saturating_sub(outermost));
+    for (level, frame) in frames.iter().enumerate().skip(skipped).take(count) {
         out.push_str(&shell.frame_line(level, frame));
         if full {
             let own = shell.variables(level, false);
-            out.push_str(&if own.is_empty() { "        No locals.\n".to_owned() } else { indented(&own) });
+            out.push_str(&indented(if own.is_empty() { shell.nothing_known(level, "No locals.\n") } else { &own }));
         }
     }
-    if frames.len().saturating_sub(shell.hidden) > count {
+    if frames.len().saturating_sub(skipped) > count {
         out.push_str("(More calls follow...)\n");
     }
     Ok(())
@@ -58,6 +60,11 @@ pub(super) fn frame(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
     shell.select_frame(level.saturating_add(shell.hidden), out)
 }
 
+/// `select-frame`: `frame` that prints nothing.
+pub(super) fn select(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
+    frame(shell, args, &mut String::new())
+}
+
 pub(super) fn up(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let count = usize::try_from(shell.parse_count(args)?).unwrap_or(usize::MAX);
     let last = shell.calls().len().saturating_sub(1);
@@ -78,7 +85,7 @@ pub(super) fn down(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
 /// `info locals` and `info args`.
 pub(super) fn info_variables(shell: &DebugShell, parameters: bool, out: &mut String) -> CommandResult {
     let found = shell.variables(shell.level, parameters);
-    let nothing = if parameters { "No arguments.\n" } else { "No locals.\n" };
+    let nothing = shell.nothing_known(shell.level, if parameters { "No arguments.\n" } else { "No locals.\n" });
     out.push_str(if found.is_empty() { nothing } else { &found });
     Ok(())
 }
@@ -150,8 +157,7 @@ impl DebugShell {
         let innermost = level == self.hidden;
         let level = level.saturating_sub(self.hidden);
         match self.is_described(frame) {
-            true if innermost => format!("#0  {place}\n"),
-            true if frame.inlined_skipped > 0 => format!("#{level}  {place}\n"),
+            true if frame.inlined_skipped > 0 || innermost && self.begins_line(frame) => format!("#{level}  {place}\n"),
             true => {
                 let address = self.session.scope.chip().code_address(frame.word);
                 format!("#{level}  0x{address:04x} in {place}\n")
@@ -168,6 +174,13 @@ impl DebugShell {
         let is = |known: &str| known.rsplit('/').next() == Some(file.as_str());
         let file = scope.lines.all_lines().iter().map(|line| &*line.file).find(|known| is(known));
         file.map(|file| (file.to_owned(), *line)).or(own)
+    }
+
+    /// A call is at the first instruction of a row of the table of lines.
+    fn begins_line(&self, frame: &CallFrame) -> bool {
+        let scope = &self.session.scope;
+        let byte = frame.word.saturating_mul(scope.chip().word_bytes);
+        scope.source().line_at(frame.word).is_some_and(|line| line.addr == byte)
     }
 
     fn is_described(&self, frame: &CallFrame) -> bool {
@@ -195,6 +208,13 @@ impl DebugShell {
             scope.locals(self.session.machine(), level, true).into_iter().map(value).collect();
         let line = self.line_of_frame(frame).map_or(String::new(), |(file, line)| format!(" at {file}:{line}"));
         format!("{name} ({}){line}", parameters.join(", "))
+    }
+
+    /// What to say of a call without variables: `nothing` where the program tells of its function.
+    fn nothing_known(&self, level: usize, nothing: &'static str) -> &'static str {
+        let (calls, frames) = (self.session.scope.calls(), self.calls());
+        let told = frames.get(level).is_some_and(|frame| calls.frame_name(self.session.machine(), frame).is_some());
+        if told { nothing } else { "No symbol table info available.\n" }
     }
 
     /// Parameters or other variables of a call, a line each.

@@ -96,8 +96,8 @@ impl DebugShell {
             let labels = source.names.symbols.iter();
             let labels = labels.filter(|s| s.space == chip.code_space && s.addr == word * chip.word_bytes);
             labels.for_each(|label| text.push_str(&format!("{}:\n", label.name)));
-            let rung = self.view.iter().flat_map(LadderView::rung_words).find(|(_, start)| *start == word);
-            rung.iter().for_each(|(rung, _)| text.push_str(&format!("; rung {rung}\n")));
+            let rung = self.view.iter().flat_map(LadderView::rung_starts).find(|start| start.word == word);
+            rung.iter().for_each(|start| text.push_str(&format!("; rung {}\n", start.rung)));
             let line = self.instruction(word);
             let here = if word == pc { "=>" } else { "  " };
             let meant = source.describe_operands(&line.operands).join(", ");

@@ -44,6 +44,8 @@ const IGNORED_GDB_SETTINGS: &[&str] =
 pub struct DisplayedExpression {
     id: u32,
     text: String,
+    /// The format as it was written, `/x`; empty where there is none.
+    written: String,
     format: ExamineFormat,
     /// Nothing for a place that is examined as `x` does it.
     expr: Option<DebugExpression>,
@@ -164,7 +166,7 @@ impl DebugShell {
                 Some(word) => self.session.scope.source().describe_word(word),
                 None => hex(value, 2),
             },
-            Some(letter) => format_number(value, letter, bytes).unwrap_or_else(|| value.to_string()),
+            Some(letter) => format_number(value, letter, bytes, false).unwrap_or_else(|| value.to_string()),
             None if place == Some(ExpressionPlace::Pc) => {
                 match u32::try_from(value).ok().and_then(|address| self.program_word(address)) {
                     Some(word) => self.session.scope.source().describe_word(word),
@@ -192,10 +194,10 @@ impl DebugShell {
                 Some(expr) if expr.object().is_some_and(|object| !object.is_known(self.session.machine())) => {}
                 Some(expr) => {
                     let value = self.value_text(expr, display.format);
-                    out.push_str(&format!("{}: {} = {value}\n", display.id, display.text));
+                    out.push_str(&format!("{}: {}{} = {value}\n", display.id, display.written, display.text));
                 }
                 None => {
-                    out.push_str(&format!("{}: {}\n", display.id, display.text));
+                    out.push_str(&format!("{}: x{}{}\n", display.id, display.written, display.text));
                     let lines = self.examine_start(&display.text, display.format).and_then(|at| self.examine_lines(at));
                     out.push_str(&lines.map_or_else(|why| format!("{why}\n"), |(text, _)| text));
                 }
@@ -315,7 +317,11 @@ pub(super) fn display(shell: &mut DebugShell, args: &str, out: &mut String) -> C
     };
     shell.last_display += 1;
     let id = shell.last_display;
-    shell.displays.push(DisplayedExpression { id, text: text.to_owned(), format, expr });
+    let written = match args.strip_suffix(text).map(str::trim) {
+        Some(format) if !format.is_empty() => format!("{format} "),
+        _ => String::new(),
+    };
+    shell.displays.push(DisplayedExpression { id, text: text.to_owned(), written, format, expr });
     let shown = shell.displays.split_off(shell.displays.len() - 1);
     let others = std::mem::replace(&mut shell.displays, shown);
     shell.show_displays(out);

@@ -114,7 +114,7 @@ impl DebugShell {
             let value = bytes.iter().rev().fold(0i64, |high, low| high << 8 | i64::from(*low));
             let shown = match letter {
                 'a' => self.program_word(value as u32).map(|word| self.session.scope.source().describe_word(word)),
-                _ => format_number(value, letter, unit),
+                _ => format_number(value, letter, unit, true),
             };
             text.push_str(&format!(" {}", shown.unwrap_or_else(|| hex(value, 2))));
             addr += unit / width;

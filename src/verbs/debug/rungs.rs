@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use emu_core::cpu::LAST_CYCLE;
 use emu_debug::debug::{DebugSession, HaltReason, HaltResult, RunGoal};
-use ladder_view::LadderView;
+use ladder_view::{ElementStart, LadderView};
 
 use super::shell::{CommandResult, DebugShell};
 
@@ -82,14 +82,15 @@ fn of_rung(view: &LadderView, text: &str) -> Result<Vec<u32>, String> {
         |text: &str| text.parse::<u32>().map_err(|_| format!("`{text}` is no number of a rung: rung 3, rung 3.2"));
     let rung = number(rung)?;
     let word = match element {
-        None => view.rung_words().into_iter().find(|(of, _)| *of == rung).map(|found| found.1),
+        None => view.rung_starts().into_iter().find(|start| start.rung == rung).map(|found| found.word),
         Some(element) => {
-            let wanted = (rung, number(element)?);
-            view.element_words().into_iter().find(|(of, _)| *of == wanted).map(|found| found.1)
+            let element = number(element)?;
+            let is_wanted = |start: &ElementStart| start.rung == rung && start.element == element;
+            view.element_starts().into_iter().find(is_wanted).map(|found| found.word)
         }
     };
     word.map(|word| vec![word]).ok_or_else(|| {
-        let rungs: Vec<String> = view.rung_words().iter().map(|(rung, _)| rung.to_string()).collect();
+        let rungs: Vec<String> = view.rung_starts().iter().map(|start| start.rung.to_string()).collect();
         format!("rung {text} has no code; rungs with code are {}", rungs.join(", "))
     })
 }
@@ -130,11 +131,11 @@ pub(super) fn scan(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
 }
 
 pub(super) fn rung(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
-    run_to_words(shell, args, |view| view.rung_words().into_iter().map(|(_, word)| word).collect(), out)
+    run_to_words(shell, args, |view| view.rung_starts().into_iter().map(|start| start.word).collect(), out)
 }
 
 pub(super) fn element(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
-    run_to_words(shell, args, |view| view.element_words().into_iter().map(|(_, word)| word).collect(), out)
+    run_to_words(shell, args, |view| view.element_starts().into_iter().map(|start| start.word).collect(), out)
 }
 
 pub(super) fn why(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {

@@ -54,8 +54,14 @@ fn line_steps(shell: &mut DebugShell, args: &str, kind: LineStep, out: &mut Stri
 }
 
 fn note_missing_lines(shell: &mut DebugShell, out: &mut String) {
-    if line(&shell.session).is_none() {
-        shell.note_once(NO_LINES, out);
+    if line(&shell.session).is_some() {
+        return;
+    }
+    match shell.session.scope.calls().function(shell.session.machine().pc()) {
+        Some((_, name)) => out.push_str(&format!(
+            "Single stepping until exit from function {name},\nwhich has no line number information.\n"
+        )),
+        None => shell.note_once(NO_LINES, out),
     }
 }
 

@@ -158,6 +158,11 @@ pub(super) fn line_step(
     let from = session.machine().pc();
     let mut origin = Position::of(session).origin(*hidden);
     let (mut depth, mut last, mut left) = (CallDepth::default(), from, false);
+    // A function without lines is left as a whole.
+    let mut silent = match &origin.line {
+        None => session.scope.calls().function(from).map(|(words, _)| words.clone()),
+        Some(_) => None,
+    };
     // Where the prologue of the function ends that it has come into, and how deep that is.
     let mut entered: Option<(u32, i64)> = None;
     session.step_until(LAST_CYCLE, true, go_on, &mut |session, flow, entry| {
@@ -183,6 +188,21 @@ pub(super) fn line_step(
             return stop(session, None);
         }
         let here = line(session);
+        if let Some(words) = &silent {
+            if words.contains(&pc) || depth.calls > 0 && here.is_none() {
+                return false;
+            }
+            if depth.calls <= 0 {
+                silent = None;
+                let now = Position::of(session);
+                if here.is_none() || now.begins {
+                    return stop(session, None);
+                }
+                // It has come back into the middle of a line.
+                (origin, depth.calls) = (now.origin(now.hidden), 0);
+                return false;
+            }
+        }
         // A call into code without lines is passed.
         if depth.calls > 0 && origin.line.is_some() && here.is_none() {
             return false;

@@ -195,7 +195,7 @@ impl TuiSession {
             word = next(word);
         }
         let rungs: BTreeMap<u32, u32> =
-            self.shell.view.iter().flat_map(|view| view.rung_words()).map(|(rung, word)| (word, rung)).collect();
+            self.shell.view.iter().flat_map(|view| view.rung_starts()).map(|start| (start.word, start.rung)).collect();
         words.iter().map(|word| self.line(*word, rungs.get(word).copied())).collect()
     }
 

@@ -106,7 +106,7 @@ fn operand(
     pc: i32,
     rng: &mut Rng,
 ) -> String {
-    let width = row.pattern.extract_field(slot.letter, 0).1;
+    let width = row.pattern.extract_field(slot.letter, 0).width;
     match slot.kind.name {
         name if name.starts_with("register") => format!("{}{value}", if rng.one_in(2) { "r" } else { "R" }),
         "target" if width < 14 && chip.family != ChipFamily::Pic16 => {
@@ -131,7 +131,7 @@ fn instruction(judge: Judge, chip: &Chip, row: &InstructionRow, pc: u32, rng: &m
     let site = (chip.isa.locate)(pc, row.len());
     let mut bits = row.pattern.value;
     for slot in row.operands.iter().filter(|s| row.pattern.has_letter(s.letter)) {
-        let width = row.pattern.extract_field(slot.letter, 0).1;
+        let width = row.pattern.extract_field(slot.letter, 0).width;
         let most = (1u64 << width) - 1;
         let raw = match rng.below(8) {
             0 => 0,
@@ -150,7 +150,7 @@ fn instruction(judge: Judge, chip: &Chip, row: &InstructionRow, pc: u32, rng: &m
                 let kind = row.operands[i].kind.name;
                 if kind == "target" {
                     let end = (chip.flash_bytes / chip.word_bytes) as i32;
-                    let near = row.pattern.extract_field(c, 0).1 < 14 && chip.family != ChipFamily::Pic16;
+                    let near = row.pattern.extract_field(c, 0).width < 14 && chip.family != ChipFamily::Pic16;
                     if value >= end || near && (value - pc as i32).abs() > end / 2 {
                         return None;
                     }

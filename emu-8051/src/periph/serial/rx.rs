@@ -1,20 +1,21 @@
-//! The receiver of modes 1 to 3: a detector of falling edges, and a divide-by-16 counter that such an edge resets.
+//! The receiver of modes 1 to 3: a detector of falling edges, and a divide-by-16 counter that such an edge
+//! resets.
 
 use emu_core::state;
 
 /// Ticks from the edge to the vote on the tenth bit: stop bit of mode 1, ninth data bit of modes 2 and 3.
 const FRAME_TICKS: u8 = 9 * 16 + VOTE_TICK;
-/// Ticks of a bit at which its vote is complete.
+/// The tick of a bit at which its vote is complete.
 const VOTE_TICK: u8 = 9;
 
-/// A frame that is coming in.
+/// A frame that is being received.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct IncomingFrame {
-    /// Ticks since the edge: bit number times 16 and the state of the counter.
+    /// Ticks since the edge: bit number times 16, plus the state of the counter.
     ticks: u8,
-    /// High samples of this bit, of those in the counter's states 7, 8 and 9.
+    /// Number of high samples of this bit, of those in the counter's states 7, 8 and 9.
     highs: u8,
-    /// Bits after the start bit, the first one lowest.
+    /// The bits after the start bit, the first one lowest.
     bits: u16,
 }
 
@@ -23,9 +24,9 @@ state! { IncomingFrame { ticks, highs, bits } if |frame, _now| frame.ticks < 11 
 /// The receiver.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct SerialReceiver {
-    /// The line now.
+    /// The present level of the line.
     level: bool,
-    /// The line at the last tick.
+    /// The level of the line at the last tick.
     last: bool,
     frame: Option<IncomingFrame>,
 }
@@ -33,29 +34,33 @@ pub(super) struct SerialReceiver {
 state! { SerialReceiver { level, last, frame } }
 
 impl SerialReceiver {
+    /// No frame in progress, and the line high.
     pub(super) const IDLE: SerialReceiver = SerialReceiver { level: true, last: true, frame: None };
 
+    /// Sets the present level of the line.
     pub(super) fn set_level(&mut self, level: bool) {
         self.level = level;
     }
 
-    /// Forgets the frame under way.
+    /// Drops the frame in progress.
     pub(super) fn abort(&mut self) {
         self.frame = None;
     }
 
+    /// Whether a frame is in progress.
     pub(super) fn is_receiving(&self) -> bool {
         self.frame.is_some()
     }
 
-    /// Ticks to the next one that matters when the line rests: the edge, the vote on the start bit, the end of the frame.
+    /// Ticks until one that matters if the line does not change: the edge, the vote on the start bit, the end
+    /// of the frame.
     pub(super) fn ticks_to_next_step(&self, looking: bool) -> Option<u64> {
         let Some(frame) = self.frame else { return (looking && self.last && !self.level).then_some(1) };
         let due = if frame.ticks < VOTE_TICK { VOTE_TICK } else { FRAME_TICKS };
         due.checked_sub(frame.ticks).filter(|&wait| wait != 0).map(u64::from)
     }
 
-    /// `n` ticks with the line at rest, none of which matters.
+    /// Lets `n` ticks pass with an unchanged line, none of which matters.
     pub(super) fn advance(&mut self, mut n: u64, looking: bool, mode_1: bool) {
         debug_assert!(
             self.ticks_to_next_step(looking).is_none_or(|wait| n < wait),
@@ -83,7 +88,7 @@ impl SerialReceiver {
         }
     }
 
-    /// One tick. Gives the nine bits after the start bit at the vote on the last of them.
+    /// Executes one tick. Returns the nine bits after the start bit at the vote on the last of them.
     pub(super) fn sample(&mut self, sample: bool, looking: bool, mode_1: bool) -> Option<u16> {
         let fell = self.last && !sample;
         self.last = sample;
@@ -109,8 +114,8 @@ impl SerialReceiver {
             frame.bits |= u16::from(high) << (bit - 1);
         }
         let taken = (bit == 9).then_some(frame.bits);
-        // A start bit that is not 0 is none. Mode 1 looks for the next edge from the vote on the stop bit on, modes 2 and 3
-        // one bit time after the vote on the ninth bit, whatever the stop bit is.
+        // A start bit that is not 0 is rejected. Mode 1 looks for the next edge from the vote on the stop bit
+        // on, modes 2 and 3 one bit time after the vote on the ninth bit, regardless of the stop bit.
         if bit == 0 && high || bit == 9 && mode_1 || bit > 9 {
             self.frame = None;
         }

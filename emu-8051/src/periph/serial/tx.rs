@@ -1,13 +1,13 @@
-//! The transmitter of modes 1 to 3: a divide-by-16 counter that runs freely and a shift register that moves on at its
-//! rollovers.
+//! The transmitter of modes 1 to 3: a free-running divide-by-16 counter, and a shift register that shifts at
+//! its rollovers.
 
 use emu_core::state;
 
-/// A byte with its way over the line still to go.
+/// A byte that is being sent.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct OutgoingFrame {
     byte: u8,
-    /// What follows the bit on the line, the next one lowest: data, TB8 in modes 2 and 3, the stop bit.
+    /// The bits after the one on the line, the next one lowest: data, TB8 in modes 2 and 3, the stop bit.
     bits: u16,
     /// Rollovers until the stop bit begins; 0 while the stop bit is on the line.
     left: u8,
@@ -20,29 +20,29 @@ state! { OutgoingFrame { byte, bits, left } if |frame, _now| frame.left <= 10 }
 pub(super) struct SerialSender {
     /// Ticks since the last rollover, 0 to 15.
     count: u8,
-    /// Written, and begins at the next rollover.
+    /// A byte that was written and begins at the next rollover.
     next: Option<OutgoingFrame>,
-    /// On the line.
+    /// The byte on the line.
     out: Option<OutgoingFrame>,
 }
 
 state! { SerialSender { count, next, out } if |sender, _now| sender.count < 16 }
 
-/// What a rollover did.
+/// The effects of a rollover.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct SenderStep {
-    /// The level that TXD takes.
+    /// The new level of TXD.
     pub(super) line: Option<bool>,
-    /// A stop bit begins: TI.
+    /// A stop bit begins; sets TI.
     pub(super) ti: bool,
-    /// The stop bit of this byte is over.
+    /// The byte whose stop bit has ended.
     pub(super) sent: Option<u8>,
 }
 
 impl SerialSender {
     pub(super) const IDLE: SerialSender = SerialSender { count: 0, next: None, out: None };
 
-    /// Loads a byte, and with modes 2 and 3 its ninth bit.
+    /// Loads a byte, in modes 2 and 3 with its ninth bit.
     pub(super) fn load(&mut self, byte: u8, ninth: Option<bool>) {
         let data = u16::from(byte);
         self.next = Some(match ninth {
@@ -51,12 +51,14 @@ impl SerialSender {
         });
     }
 
-    /// Drops everything but the count. A byte whose stop bit is on the line counts as sent: the line stays high.
+    /// Drops everything but the count. Returns a byte whose stop bit is on the line, which counts as sent
+    /// because the line stays high.
     pub(super) fn abort(&mut self) -> Option<u8> {
         self.next = None;
         self.out.take().filter(|frame| frame.left == 0).map(|frame| frame.byte)
     }
 
+    /// Whether a byte is waiting or on the line.
     pub(super) fn is_busy(&self) -> bool {
         self.next.is_some() || self.out.is_some()
     }
@@ -66,10 +68,12 @@ impl SerialSender {
         self.out.filter(|frame| frame.left == 0).map(|frame| frame.byte)
     }
 
+    /// Ticks until the next rollover, 1 to 16; `None` if there is nothing to send.
     pub(super) fn ticks_to_next_step(&self) -> Option<u64> {
         self.is_busy().then(|| 16 - u64::from(self.count))
     }
 
+    /// Lets `n` ticks pass without a rollover.
     pub(super) fn advance(&mut self, n: u64) {
         debug_assert!(
             self.ticks_to_next_step().is_none_or(|wait| n < wait),
@@ -78,6 +82,7 @@ impl SerialSender {
         self.count = (self.count + (n & 15) as u8) & 15;
     }
 
+    /// Executes a rollover.
     pub(super) fn step(&mut self) -> SenderStep {
         debug_assert!(self.count == 15, "no rollover is due: {self:?}");
         self.count = 0;

@@ -1,9 +1,10 @@
-//! The execute subcycle: what an instruction reads in it, and what it leaves to the end of the machine cycle.
+//! The execute subcycle: what an instruction reads in it, and what it changes at the end of the machine
+//! cycle.
 
 use super::{Doing, Naive};
 use crate::decode::{Op, Place, decode, place};
 
-/// What an instruction leaves to the end of its cycle.
+/// The changes of an instruction at the end of its cycle.
 #[derive(Debug, Default)]
 pub(super) struct Effects {
     accumulator: Option<bool>,
@@ -14,7 +15,7 @@ pub(super) struct Effects {
 }
 
 impl Naive {
-    /// The execute subcycle (S22): what is read is read here.
+    /// The execute subcycle (S22): all reads are done here.
     pub(super) fn execute(&mut self, at: u16) -> Effects {
         self.instructions += 1;
         let word = decode(self.ric);
@@ -56,7 +57,7 @@ impl Naive {
         if let Some((place, _)) = effects.write {
             self.tally.written(place);
         }
-        // Rule 12: a port takes the data of the NOP behind a STO, and nothing else.
+        // Rule 12: a port takes the data of the NOP after a STO, and nothing else.
         if let Some((Place::Port(n), _)) = effects.write {
             effects.write = None;
             let data = decode(self.word(self.na));
@@ -72,7 +73,7 @@ impl Naive {
         self.tally.read(place);
         match place {
             Place::Input(n) if n >= self.config.inputs => false,
-            // Rule 7: sampled before, or looked at now.
+            // Rule 7: sampled before, or read now.
             Place::Input(n) if self.config.live => self.pins[n],
             Place::Input(n) => self.latches[n],
             Place::Output(n) if n >= self.config.outputs => false,
@@ -103,7 +104,7 @@ impl Naive {
             match place {
                 Place::Input(n) if n < self.config.inputs && !self.config.live => self.latches[n] = bit,
                 Place::Output(n) if n < self.config.outputs => {
-                    // S39: the bistable and its image, at once.
+                    // S39: the bistable and its image, at the same time.
                     self.set_bistable(n, bit, (self.cycle, 0));
                     self.ram[256 + n] = bit;
                     self.written[n] = true;

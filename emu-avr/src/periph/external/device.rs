@@ -1,4 +1,4 @@
-//! The external interrupts as a part of the chip.
+//! [`AvrDevice`] for the external interrupts.
 
 use emu_core::NEVER;
 
@@ -19,8 +19,8 @@ impl AvrDevice for ExternalInterrupts {
         self.pending_changes().find(noticed).map_or(NEVER, |change| change.at)
     }
 
-    /// Interrupt `n` is INT`n`, for as many as there are; those of the groups of pins follow. While the I/O clock stands, this
-    /// is what asks to wake.
+    /// Interrupt `n` is INT`n`, for the inputs that exist; the interrupts of the pin groups follow. While the
+    /// I/O clock is stopped, the result is what requests a wake-up.
     fn interrupt_requests(&self) -> u8 {
         let ints = self.eimsk & (self.eifr | self.low() & !self.pins.int);
         let asleep = match self.stopped {
@@ -55,7 +55,7 @@ impl AvrDevice for ExternalInterrupts {
     fn write(&mut self, reg: ExternalRegister, value: u8, mask: u8, t: u64, out: &mut AvrOutbox) {
         self.advance(t, out);
         let merge = |old: u8, there: u8| old & !(mask & there) | value & mask & there;
-        // What is set at the very edge of the write stays set.
+        // A flag set at the very edge of the write stays set.
         let (ints, groups) = if self.last_flagged.0 == t { (self.last_flagged.1, self.last_flagged.2) } else { (0, 0) };
         match reg {
             ExternalRegister::EICRA => self.write_isc(value, mask, 0, t, out),
@@ -90,7 +90,7 @@ impl AvrDevice for ExternalInterrupts {
         self.changed = t;
     }
 
-    /// What is behind the first flip-flops is lost.
+    /// Changes that have passed the first flip-flops are lost.
     fn reset(&mut self, t: u64, out: &mut AvrOutbox) {
         self.restart_clock(t, out);
         *self = ExternalInterrupts {
@@ -102,7 +102,7 @@ impl AvrDevice for ExternalInterrupts {
         };
     }
 
-    /// The I/O clock stops.
+    /// Stops the I/O clock.
     fn stop_clock(&mut self, t: u64, out: &mut AvrOutbox) {
         self.advance(t, out);
         if self.stopped.is_none() && self.kind.edges_wake {

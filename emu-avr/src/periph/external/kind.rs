@@ -1,13 +1,15 @@
-//! What differs between the external interrupts of the family, and the registers that they share.
+//! Variants of the external interrupts in the AVR family, and their registers.
 
-/// The registers, in the layout of ATmega48 to 328 and, for INT4 to INT7, ATmega64 and 128. Other chips have the same bits
-/// elsewhere: ISC of INT0 and INT1 in MCUCR, EIMSK in GIMSK or GICR, EIFR in GIFR.
+/// The registers, in the layout of ATmega48 to 328 and, for INT4 to INT7, of ATmega64 and 128. Other chips
+/// have the same bits in other registers: ISC of INT0 and INT1 in MCUCR, EIMSK in GIMSK or GICR, EIFR in
+/// GIFR.
 #[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ExternalRegister {
-    /// ISCn1 and ISCn0 of INT0 to INT3, two bits each. ISC2 of ATmega16, 32 and 162 is bit 4, ISC20; bit 5 reads 0.
+    /// ISCn1 and ISCn0 of INT0 to INT3, two bits each. ISC2 of ATmega16, 32 and 162 is bit 4, ISC20; bit 5
+    /// reads 0.
     EICRA,
-    /// The same of INT4 to INT7.
+    /// ISCn1 and ISCn0 of INT4 to INT7, two bits each.
     EICRB,
     /// Bit `n` enables INT`n`.
     EIMSK,
@@ -17,68 +19,72 @@ pub enum ExternalRegister {
     PCICR,
     /// Bit `n` is PCIF`n`.
     PCIFR,
-    /// Which of PCINT0 to PCINT7 count.
+    /// Mask of the enabled pins PCINT0 to PCINT7.
     PCMSK0,
-    /// Which of PCINT8 to PCINT15 count.
+    /// Mask of the enabled pins PCINT8 to PCINT15.
     PCMSK1,
-    /// Which of PCINT16 to PCINT23 count.
+    /// Mask of the enabled pins PCINT16 to PCINT23.
     PCMSK2,
-    /// Which of PCINT24 to PCINT31 count.
+    /// Mask of the enabled pins PCINT24 to PCINT31.
     PCMSK3,
 }
 
-/// What differs between the external interrupts of the family: one of the constants. The inputs INT and the groups of pins
-/// together are never more than eight.
+/// Variant of the external interrupts of a chip: one of the constants. INT inputs and pin groups together are
+/// at most eight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ExternalKind {
-    /// Number of inputs INT.
+    /// Number of INT inputs.
     pub(super) ints: u8,
-    /// Inputs whose edges are registered without a clock, and that cannot look for any change.
+    /// Mask of the inputs whose edges are detected without a clock, and which cannot detect any change.
     pub(super) asynchronous: u8,
-    /// Those of them that have ISCn0 alone: falling or rising edge, no level.
+    /// Mask of the asynchronous inputs that have only ISCn0: falling or rising edge, no level.
     pub(super) edge_only: u8,
-    /// Edges that are looked for with a clock set their flag, and so wake, while the clock stands: silicon against its sheet.
+    /// True if clocked edges set their flag, and so wake the core, while the clock is stopped: the silicon
+    /// differs from its data sheet.
     pub edges_wake: bool,
-    /// The bits of PCMSK0 to PCMSK3 that there are; a group without any does not exist.
+    /// Existing bits of PCMSK0 to PCMSK3; a group without bits does not exist.
     pub(super) masks: [u8; 4],
 }
 
 impl ExternalKind {
-    /// The first ATmega48, 88 and 168 (Atmel 2545, external interrupts): interrupts 0 and 1 are INT0 and INT1, 2 to 4 PCINT0 to
-    /// PCINT2.
+    /// The first ATmega48, 88 and 168 (Atmel 2545, external interrupts): interrupts 0 and 1 are INT0 and
+    /// INT1, 2 to 4 PCINT0 to PCINT2.
     pub const MEGA48: ExternalKind =
         ExternalKind { ints: 2, asynchronous: 0, edge_only: 0, edges_wake: false, masks: [0xFF, 0x7F, 0xFF, 0] };
-    /// ATmega328 and 328P, and the A, P and PA variants of the others (DS40002061, 13). That only a level wakes, note 3 of table
-    /// 10-1, is a fault of the sheet: boards wake by any edge, and the maker has confirmed it.
+    /// ATmega328 and 328P, and the A, P and PA variants of the others (DS40002061, 13). Note 3 of table 10-1,
+    /// that only a level wakes the core, is an error in the data sheet: boards wake on any edge, and the
+    /// manufacturer has confirmed it.
     pub const MEGA328: ExternalKind = ExternalKind { edges_wake: true, ..ExternalKind::MEGA48 };
     /// ATmega8 (Atmel 2486, external interrupts): INT0 and INT1.
     pub const MEGA8: ExternalKind = ExternalKind { masks: [0; 4], ..ExternalKind::MEGA48 };
     /// ATmega16 and 32 (Atmel 2466 and 2503, external interrupts): INT0 to INT2.
     pub const MEGA16: ExternalKind = ExternalKind { ints: 3, asynchronous: 4, edge_only: 4, ..ExternalKind::MEGA8 };
-    /// ATmega162 (Atmel 2513, external interrupts): interrupts 0 to 2 are INT0 to INT2, 3 and 4 PCINT0 and PCINT1.
+    /// ATmega162 (Atmel 2513, external interrupts): interrupts 0 to 2 are INT0 to INT2, 3 and 4 PCINT0 and
+    /// PCINT1.
     pub const MEGA162: ExternalKind = ExternalKind { masks: [0xFF, 0xFF, 0, 0], ..ExternalKind::MEGA16 };
     /// ATmega64 and 128 (Atmel 2490 and 2467, external interrupts): INT0 to INT7.
     pub const MEGA128: ExternalKind = ExternalKind { ints: 8, asynchronous: 0x0F, ..ExternalKind::MEGA8 };
 
-    /// The inputs INT that there are, a bit for each.
+    /// Mask of the existing INT inputs.
     #[must_use]
     pub const fn int_mask(&self) -> u8 {
         ((1u16 << self.ints) - 1) as u8
     }
 
-    /// The bits of EICRA that exist on chips where it is a register of its own: ISCn1 and ISCn0 of INT0 to INT3.
+    /// Mask of the existing bits of EICRA, on chips where it is a separate register: ISCn1 and ISCn0 of INT0
+    /// to INT3.
     #[must_use]
     pub const fn sense_mask(&self) -> u8 {
         ((1u16 << (2 * if self.ints > 4 { 4 } else { self.ints })) - 1) as u8
     }
 
-    /// The bits of PCMSK0 to PCMSK3 that there are, by number.
+    /// Returns the existing bits of PCMSK`group`.
     #[must_use]
     pub fn group_mask(&self, group: usize) -> u8 {
         self.masks.get(group).copied().unwrap_or(0)
     }
 
-    /// The groups of pins that there are, a bit for each.
+    /// Mask of the existing pin groups.
     pub(super) fn groups(&self) -> u8 {
         super::groups_matching(|group| self.masks[group] != 0)
     }

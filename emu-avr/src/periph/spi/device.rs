@@ -1,4 +1,4 @@
-//! The registers, and what the chip says to the part.
+//! [`AvrDevice`] for the SPI: registers, lines and clocks.
 
 use emu_core::NEVER;
 
@@ -18,7 +18,7 @@ impl AvrDevice for AvrSpi {
         }
     }
 
-    /// The master's clock moves a pin with every half of a bit; a slave moves one with what comes out of the synchroniser.
+    /// The master changes a pin at every half bit; a slave changes one when SCK has passed the synchronizer.
     fn next_cycle(&self) -> u64 {
         if self.asleep.is_some() {
             return NEVER;
@@ -27,7 +27,7 @@ impl AvrDevice for AvrSpi {
         clock.min(self.selected)
     }
 
-    /// 0 STC.
+    /// Interrupt 0: serial transfer complete (STC).
     fn interrupt_requests(&self) -> u8 {
         u8::from(self.status & SPIF != 0 && self.has(SPIE))
     }
@@ -106,7 +106,7 @@ impl AvrDevice for AvrSpi {
             AvrLine::Miso => self.miso = high,
             AvrLine::Ss => {
                 self.ss = high;
-                // A slave that is no longer selected drops what it has, at once (section 19.3.1).
+                // A slave that is no longer selected drops the current byte at once (section 19.3.1).
                 if high && !self.is_master() {
                     self.abort();
                 }
@@ -155,7 +155,7 @@ impl AvrDevice for AvrSpi {
     fn steady_until(&self, reg: SpiRegister, t: u64) -> u64 {
         let event = match reg {
             SpiRegister::SPDR => t,
-            // A read of flags that are set has a consequence.
+            // A read of flags that are set has a side effect.
             SpiRegister::SPSR if self.status & (SPIF | WCOL) & !self.shown != 0 => t,
             _ if self.asleep.is_some() => NEVER,
             SpiRegister::SPCR => self.selected,
@@ -166,7 +166,7 @@ impl AvrDevice for AvrSpi {
 }
 
 impl AvrSpi {
-    /// When the master's byte ends at the earliest.
+    /// Returns the earliest end of the master's current byte.
     fn end(&self) -> u64 {
         let halves = (u64::from(8 - self.count.min(8)) * 2).saturating_sub(2);
         self.half.saturating_add(halves.saturating_mul(self.period_half()))

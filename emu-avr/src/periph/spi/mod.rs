@@ -1,7 +1,8 @@
 //! SPI (section 19), master and slave.
 //!
-//! What is on SCK, MOSI, MISO and SS comes by `AvrDevice::line`; that SS is an output, and so none that selects, by
-//! `AvrDevice::direction`.
+//! The levels of SCK, MOSI, MISO and SS arrive by [`on_line_changed`](super::AvrDevice::on_line_changed).
+//! [`on_direction_changed`](super::AvrDevice::on_direction_changed) reports whether SS is an output; as an
+//! output it does not select the SPI.
 
 mod device;
 
@@ -17,11 +18,11 @@ pub const SPIE: u8 = 1 << 7;
 pub const SPE: u8 = 1 << 6;
 /// SPCR: data order, lowest bit first.
 pub const DORD: u8 = 1 << 5;
-/// SPCR: master.
+/// SPCR: master mode.
 pub const MSTR: u8 = 1 << 4;
 /// SPCR: clock polarity, high when idle.
 pub const CPOL: u8 = 1 << 3;
-/// SPCR: clock phase, sampled with the second edge.
+/// SPCR: clock phase, data sampled at the second edge.
 pub const CPHA: u8 = 1 << 2;
 /// SPSR: interrupt flag.
 pub const SPIF: u8 = 1 << 7;
@@ -30,7 +31,7 @@ pub const WCOL: u8 = 1 << 6;
 /// SPSR: double speed.
 pub const SPI2X: u8 = 1;
 
-/// The registers.
+/// The registers of the SPI.
 #[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum SpiRegister {
@@ -46,35 +47,35 @@ pub struct AvrSpi {
     control: u8,
     /// SPSR.
     status: u8,
-    /// Flags that SPSR has shown since they were set: an access to SPDR clears them.
+    /// Flags that a read of SPSR has shown since they were set; an access to SPDR clears them.
     shown: u8,
-    /// The receive buffer.
+    /// Receive buffer.
     buffer: u8,
-    /// The shift register, the end that goes out being bit 7.
+    /// Shift register; bit 7 is sent next.
     shift: u8,
-    /// What goes out while a byte is on its way.
+    /// Bit on the output during a transfer.
     bit: bool,
-    /// Bits sampled.
+    /// Number of bits sampled.
     count: u8,
-    /// A byte is on its way: from the write (master) or the first edge of SCK (slave) to its last edge.
+    /// True during a transfer: from the write (master) or the first edge of SCK (slave) to the last edge.
     moving: bool,
-    /// When the last byte ended.
+    /// Cycle at which the last byte ended.
     ended: u64,
-    /// The master's clock is active, and when it changes next.
+    /// True while the master's clock is at its active level; then the cycle of its next change.
     active: bool,
     half: u64,
-    /// When the master finds that it is selected by another one.
+    /// Cycle at which the master detects that another master selects it.
     selected: u64,
     sck: SynchronizedPin,
-    /// A slave samples it behind the same flip-flops as SCK.
+    /// MOSI, which a slave samples after the same flip-flops as SCK.
     mosi: SynchronizedPin,
     miso: bool,
     ss: bool,
-    /// DDR makes SS an output.
+    /// True if DDR makes SS an output.
     ss_output: bool,
-    /// What is done to SCK, MISO, MOSI and SS.
+    /// Overrides of SCK, MISO, MOSI and SS.
     drives: [AvrDrive; 4],
-    /// Since when the clock stands.
+    /// Cycle at which the clock was stopped; None while it runs.
     asleep: Option<u64>,
 }
 
@@ -86,7 +87,7 @@ state! {
 }
 
 impl AvrSpi {
-    /// As after power-on; all wires are low until told otherwise.
+    /// Returns the SPI after power-on, with all lines low.
     #[must_use]
     pub fn new() -> AvrSpi {
         AvrSpi {
@@ -112,7 +113,7 @@ impl AvrSpi {
         }
     }
 
-    /// What was read can be of a part that has done everything up to `now`.
+    /// Checks that a restored state is possible for an SPI that has executed everything up to `now`.
     fn is_valid_state(&self, now: u64) -> bool {
         let next = self.half.min(self.selected).min(self.sck.next());
         self.asleep.map_or(next > now, |since| since <= now + 1 && next >= since)
@@ -126,12 +127,13 @@ impl AvrSpi {
         self.has(SPE) && self.has(MSTR)
     }
 
-    /// A slave that is selected; SS is its input whatever DDR says (section 19.3.1, table 14-3).
+    /// Reports whether this is a selected slave. SS is its input regardless of DDR (section 19.3.1, table
+    /// 14-3).
     fn is_slave(&self) -> bool {
         self.has(SPE) && !self.has(MSTR) && !self.ss
     }
 
-    /// Half a period of SCK, in cycles (table 19-5).
+    /// Returns half a period of SCK, in cycles (table 19-5).
     fn period_half(&self) -> u64 {
         let half = match self.control & 3 {
             0 => 2,
@@ -142,7 +144,7 @@ impl AvrSpi {
         if self.status & SPI2X != 0 { half / 2 } else { half }
     }
 
-    /// A byte as the shift register has it, or back.
+    /// Converts a byte to the bit order of the shift register, or back.
     fn in_bit_order(&self, byte: u8) -> u8 {
         if self.has(DORD) { byte.reverse_bits() } else { byte }
     }
@@ -173,15 +175,16 @@ impl AvrSpi {
         self.drive_lines(t, out);
     }
 
-    /// An edge of SCK, the leading one or the trailing one: the next bit goes out (table 19-2, figures 19-3 and 19-4). SCK itself
-    /// clocks the output of a slave: no more than 15 ns lie between them (table 29-18), which is less than its synchroniser takes.
+    /// Puts the next bit on the output at an edge of SCK, leading or trailing (table 19-2, figures 19-3 and
+    /// 19-4). SCK itself clocks the output of a slave: the delay is at most 15 ns (table 29-18), less than
+    /// that of its synchronizer.
     fn put_bit(&mut self, leading: bool) {
         if leading == self.has(CPHA) {
             self.bit = self.shift & 0x80 != 0;
         }
     }
 
-    /// The same edge: a bit comes in.
+    /// Samples a bit at an edge of SCK; ends the byte after eight bits.
     fn on_clock_edge(&mut self, leading: bool, t: u64) {
         self.moving = true;
         if leading != self.has(CPHA) {
@@ -199,12 +202,12 @@ impl AvrSpi {
         self.status |= SPIF;
     }
 
-    /// No byte is on its way any more.
+    /// Ends the current transfer.
     fn abort(&mut self) {
         (self.count, self.moving, self.active, self.half) = (0, false, false, NEVER);
     }
 
-    /// SPDR is written.
+    /// Handles a write of SPDR.
     fn load(&mut self, byte: u8, t: u64) {
         self.clear_flag();
         if self.moving || self.ended == t {
@@ -218,12 +221,13 @@ impl AvrSpi {
         }
     }
 
-    /// SPDR is accessed.
+    /// Clears the flags that SPSR has shown; called at an access to SPDR.
     fn clear_flag(&mut self) {
         self.status &= !std::mem::take(&mut self.shown);
     }
 
-    /// Looks whether the master is selected: what is so in cycle `t` is noticed at the edge that ends it.
+    /// Checks whether another master selects this one. A state in cycle `t` is detected at the edge that ends
+    /// the cycle.
     fn update_synchronizers(&mut self, t: u64) {
         let selected = self.is_master() && !self.ss_output && !self.ss;
         self.selected = match (selected, self.selected) {
@@ -233,13 +237,13 @@ impl AvrSpi {
         };
     }
 
-    /// The level that goes out. With CPHA = 0 the first bit is there before the first edge.
+    /// Returns the level of the data output. With CPHA = 0 the first bit is there before the first edge.
     fn output(&self) -> bool {
         let waiting = !self.has(CPHA) && self.count == 0;
         if waiting { self.shift & 0x80 != 0 } else { self.bit }
     }
 
-    /// Says what is done to the lines, where that has changed (tables 14-3 to 14-5).
+    /// Sends the overrides of the lines that have changed (tables 14-3 to 14-5).
     fn drive_lines(&mut self, t: u64, out: &mut AvrOutbox) {
         let drives = if self.is_master() {
             let sck = AvrDrive::Value(self.active != self.has(CPOL));

@@ -1,20 +1,21 @@
-//! What differs between the program memories of the family, and the bytes that lie beside them.
+//! Variants of program memory in the AVR family, and the configuration bytes.
 
-/// Sizes are in bytes, and powers of two; so is the first byte of a section an address in bytes.
+/// Variant of program memory and self-programming of a chip. Sizes are in bytes and powers of two; section
+/// starts are byte addresses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SpmKind {
     /// Size of program memory.
     pub flash: u32,
-    /// Size of a page, 256 at most.
+    /// Size of a page, at most 256.
     pub page: u32,
-    /// First byte of the section that cannot be read while it is written (NRWW): the largest boot section. 0 where there is no
-    /// other.
+    /// First byte address of the no-read-while-write section (NRWW), which is the largest boot section; 0 if
+    /// all of program memory is NRWW.
     pub nrww: u32,
-    /// There is a boot section, and SPM works from there alone. The boot lock bits are only there with it.
+    /// True if the chip has a boot section: then SPM works only from there, and the boot lock bits exist.
     pub boot: bool,
-    /// There is SIGRD.
+    /// True if SIGRD exists.
     pub signature_row: bool,
-    /// The lock bits that SPM programs.
+    /// Mask of the lock bits that SPM can program.
     pub lock: u8,
 }
 
@@ -40,7 +41,7 @@ impl SpmKind {
     pub const MEGA128: SpmKind = SpmKind { flash: 0x2_0000, page: 256, nrww: 0x1_E000, ..SpmKind::MEGA8 };
 }
 
-/// The bytes that a program reads by LPM behind SPMCSR.
+/// Bytes outside program memory that a program reads by LPM after a write of SPMCSR.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ConfigBytes {
     /// Lock bits (table 28-1); 0 is programmed.

@@ -1,4 +1,4 @@
-//! Counting: one edge with all that it does, or many in which nothing else happens.
+//! Counting of a timer: single clock edges with all their effects, and many plain edges at once.
 
 use std::cmp::Ordering;
 
@@ -10,7 +10,7 @@ use super::pins::CaptureEdge;
 use super::{AvrOutbox, AvrSignal, AvrTimer, ICF, OCFA, TOV, TimerClock, regs};
 
 impl AvrTimer {
-    /// Does everything up to and including the cycle `now`.
+    /// Executes everything up to and including the cycle `now`.
     pub(super) fn advance_to(&mut self, now: u64, out: &mut AvrOutbox) {
         while now >= self.next_event {
             let plan = self.next_step();
@@ -20,7 +20,7 @@ impl AvrTimer {
             }
             match plan.what {
                 TimerStepKind::Capture => {
-                    // The counter is copied as it stands before the edge.
+                    // The value before the edge is captured.
                     self.count_steps_until(plan.t.saturating_sub(1));
                     if let Some(edge) = self.icp.take() {
                         self.capture(edge, plan.t, out);
@@ -66,8 +66,8 @@ impl AvrTimer {
         self.skip_steps(steps);
     }
 
-    /// Sets the flags of so many edges, and gives the cycle of the first after them that sets one. The asynchronous timer's
-    /// flags come later, each by an edge of its own.
+    /// Sets the flags of the next `steps` edges, and returns the cycle of the first later edge that sets one.
+    /// Flags of the asynchronous timer are delayed, and set by separate steps.
     fn set_flags_for_steps(&mut self, steps: u64) -> u64 {
         let orbit = self.orbit();
         let mut next = None;
@@ -81,7 +81,7 @@ impl AvrTimer {
         next.map_or(NEVER, |steps| self.edge_time(steps))
     }
 
-    /// Counts so many edges, whose flags are set.
+    /// Counts `steps` edges whose flags are already set.
     fn skip_steps(&mut self, steps: u64) {
         if steps != 0 {
             (self.value, self.down) = self.orbit().value_after(steps);
@@ -89,10 +89,11 @@ impl AvrTimer {
         }
     }
 
-    /// One edge of the timer's clock at the cycle `t`.
+    /// Executes one edge of the timer's clock at the cycle `t`.
     fn step_clock(&mut self, t: u64, out: &mut AvrOutbox) {
         let (value, slope) = (self.value, self.mode.slope);
-        // Writing TCNT hides the match, and so does a write on its way to TCNT or OCR of the asynchronous timer.
+        // A write of TCNT blocks the match at the next edge. So does a pending write of TCNT or OCR of the
+        // asynchronous timer.
         let hidden = self.match_blocked || self.busy & regs::BUSY[0] != 0;
         self.match_blocked = false;
         let mut matches = [false; 3];
@@ -141,11 +142,12 @@ impl AvrTimer {
                     if matched {
                         channel.level = up != down;
                     }
-                    // From TOP to BOTTOM, and not by the wrap at MAX, as measured on silicon.
+                    // At the return from TOP to BOTTOM, but not at the wrap at MAX, as measured on silicon.
                     if slope == CountingSlope::Fast && at_top {
                         channel.level = !up;
                     }
-                    // 15.7.4: a match that was missed on the way up, or will not come by a new OCR, is made up for at TOP.
+                    // 15.7.4: a match on the way up that was missed, or that a new OCR prevents, is corrected
+                    // at TOP.
                     if slope == CountingSlope::Phase && at_top {
                         match channel.compare.cmp(&value) {
                             Ordering::Less => channel.level = up,
@@ -179,7 +181,7 @@ impl AvrTimer {
         }
     }
 
-    /// An edge of the capture pin counts if it is of the kind that is asked for now (16.6).
+    /// Captures the counter if the edge of the capture pin is of the selected kind (16.6).
     fn capture(&mut self, edge: CaptureEdge, t: u64, out: &mut AvrOutbox) {
         let wanted = CaptureEdge { rising: self.tccrb & regs::ICES != 0, filtered: self.tccrb & regs::ICNC != 0 };
         if edge == wanted && self.shape.capture && !self.icr_is_top() {

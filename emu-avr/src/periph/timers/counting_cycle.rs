@@ -1,21 +1,22 @@
-//! The way of the counter in closed form, while nothing but its clock acts on it.
+//! The course of the counter in closed form, while only its clock acts on it.
 
 use emu_core::parts::counter::TimerCounter;
 
-/// A counter on its way.
+/// A counter that counts up, or up and down.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CountingCycle {
     pub value: u16,
-    /// It counts down; never at 0, and never with one slope.
+    /// True if it counts down; never at 0, and never with one slope.
     pub down: bool,
     pub top: u16,
     pub max: u16,
-    /// Up and down rather than up and back to 0.
+    /// True for two slopes, up and down; false for up and back to 0.
     pub dual: bool,
 }
 
 impl CountingCycle {
-    /// Steps until it goes on from the value `x`, at least 1; `None` when it never gets there.
+    /// Returns the number of steps until the counter leaves the value `x`, at least 1; None if it never
+    /// reaches `x`.
     pub(super) fn steps_to_leave(&self, x: u16) -> Option<u64> {
         if !self.dual {
             return self.as_counter().steps_to_leave(x);
@@ -33,19 +34,20 @@ impl CountingCycle {
         Some(comes + 1)
     }
 
-    /// One slope: steps until it comes to 0.
+    /// Returns the number of steps until the counter returns to 0. Only for one slope.
     pub(super) fn steps_to_bottom(&self) -> u64 {
         let end = if self.value <= self.top { self.top } else { self.max };
         u64::from(end - self.value) + 1
     }
 
-    /// Value and direction after `steps` steps.
+    /// Returns value and direction after `steps` steps.
     pub(super) fn value_after(&self, steps: u64) -> (u16, bool) {
         if !self.dual {
             return (self.as_counter().value_after(steps), false);
         }
         let [value, top, max] = [self.value, self.top, self.max].map(u64::from);
-        // Steps to 0 for the first time; before that the way may be another than later.
+        // Steps until the counter reaches 0 for the first time. Its course before that can differ from the
+        // later cycles.
         let first = match (self.down, value <= top) {
             (true, _) => value,
             (false, true) => 2 * top - value,

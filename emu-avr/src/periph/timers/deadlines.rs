@@ -1,4 +1,4 @@
-//! When a timer does what, asked of it as it stands.
+//! Times of a timer's next events, computed from its current state.
 
 use emu_core::NEVER;
 
@@ -6,22 +6,23 @@ use super::counting_cycle::CountingCycle;
 use super::mode::{CountingSlope, MatchAction, TopSource};
 use super::{AvrTimer, CompareChannel, ICF, OCFA, OCFB, OCFC, TOV, TimerClock, TimerRegister, regs};
 
-/// The next thing that is done one at a time. Of several at one cycle the first kind goes first.
+/// Kind of the next step that is executed on its own. If several are due in one cycle, the first kind in this
+/// list comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum TimerStepKind {
-    /// Something comes out of the capture pin's edge detector.
+    /// An edge leaves the edge detector of the capture pin.
     Capture,
-    /// An edge of the timer's clock, so many edges on.
+    /// An edge of the timer's clock, this number of edges ahead.
     Edge(u64),
-    /// An edge of T.
+    /// An edge of the pin T.
     PinEdge,
     /// Temporary registers of the asynchronous timer are latched.
     Latch,
-    /// A flag of the asynchronous timer comes.
+    /// A delayed flag of the asynchronous timer is set.
     DelayedFlag,
 }
 
-/// When, and what.
+/// The next step, with its cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct TimerStep {
     pub t: u64,
@@ -29,7 +30,7 @@ pub(super) struct TimerStep {
 }
 
 impl AvrTimer {
-    /// The next thing that is not plain counting.
+    /// Returns the next step that is more than plain counting.
     pub(super) fn next_step(&self) -> TimerStep {
         let mut plan = TimerStep { t: NEVER, what: TimerStepKind::DelayedFlag };
         if let Some(steps) = self.steps_to_special() {
@@ -49,7 +50,7 @@ impl AvrTimer {
         plan
     }
 
-    /// Edges of the clock up to and including the cycle `t`.
+    /// Returns the number of clock edges up to and including the cycle `t`.
     pub(super) fn edges(&self, t: u64) -> u64 {
         match self.clock {
             TimerClock::Io(ticks) => ticks.ticks_between(ticks.origin, t),
@@ -58,7 +59,7 @@ impl AvrTimer {
         }
     }
 
-    /// The cycle of the edge that is `steps` edges on.
+    /// Returns the cycle of the clock edge that is `steps` edges ahead.
     pub(super) fn edge_time(&self, steps: u64) -> u64 {
         let n = self.edges_counted.saturating_add(steps);
         match self.clock {
@@ -68,14 +69,14 @@ impl AvrTimer {
         }
     }
 
-    /// When one of the flags `among` that is clear is set, if nothing of the plan comes before.
+    /// Returns the cycle at which the first clear flag of `among` is set, if no other step comes before.
     pub(super) fn flag_time(&self, among: u8) -> u64 {
         let orbit = self.orbit();
         let steps = self.shape.flags_in(among & !self.tifr).filter_map(|flag| self.flag_steps(&orbit, flag)).min();
         steps.map_or(NEVER, |steps| self.edge_time(steps))
     }
 
-    /// Steps to the edge that sets a flag by plain counting.
+    /// Returns the number of steps to the edge that sets a flag by plain counting.
     pub(super) fn flag_steps(&self, orbit: &CountingCycle, flag: u8) -> Option<u64> {
         match flag {
             TOV => orbit.steps_to_leave(match self.mode.slope {
@@ -91,12 +92,13 @@ impl AvrTimer {
         }
     }
 
-    /// The way of the counter, if there is nothing special.
+    /// Returns the course of the counter, if nothing special happens.
     pub(super) fn orbit(&self) -> CountingCycle {
         let dual = self.mode.is_dual_slope();
         CountingCycle { value: self.value, down: self.down, top: self.top(), max: self.shape.max(), dual }
     }
 
+    /// Returns the current TOP value.
     pub(super) const fn top(&self) -> u16 {
         match self.mode.top {
             TopSource::Fixed(top) => top,
@@ -105,7 +107,7 @@ impl AvrTimer {
         }
     }
 
-    /// Steps to the next edge that does more than count and set flags.
+    /// Returns the number of steps to the next edge that does more than count and set flags.
     fn steps_to_special(&self) -> Option<u64> {
         if matches!(self.clock, TimerClock::Stopped | TimerClock::Pin { .. }) {
             return None;
@@ -122,14 +124,15 @@ impl AvrTimer {
             CountingSlope::Phase => orbit.steps_to_leave(orbit.top),
             _ => orbit.steps_to_leave(0),
         };
-        // Signals of flags must have their own cycles, and the flags of the asynchronous timer come later than their edges.
+        // Each signal of a flag needs its own cycle, and flags of the asynchronous timer are set later than
+        // their edges.
         let told = if self.is_asynchronous() { self.shape.flags() } else { self.listened_interrupts & !self.tifr };
         let told = self.shape.flags_in(told).filter_map(|flag| self.flag_steps(&orbit, flag)).min();
         let pins = channels.iter().filter_map(|channel| self.pin_steps(&orbit, channel)).min();
         [update, told, pins].into_iter().flatten().min()
     }
 
-    /// Steps to the edge that may move the pin of a channel.
+    /// Returns the number of steps to the edge that may change the pin of a channel.
     fn pin_steps(&self, orbit: &CountingCycle, channel: &CompareChannel) -> Option<u64> {
         let CompareChannel { compare, level, .. } = *channel;
         let dual = orbit.dual;
@@ -137,8 +140,8 @@ impl AvrTimer {
             MatchAction::None => None,
             MatchAction::Level(to) if level == to => None,
             MatchAction::Toggle | MatchAction::Level(_) => orbit.steps_to_leave(compare),
-            // At TOP the return to BOTTOM has the last word, or the match downwards gives what there is already. If TOP is
-            // BOTTOM the match is one upwards.
+            // At TOP the return to BOTTOM overrides the match, or the match downwards sets the level that the
+            // pin already has. If TOP is BOTTOM, the match is one upwards.
             MatchAction::Wave(up) if level != up && compare == orbit.top && !(dual && orbit.top == 0) => None,
             MatchAction::Wave(up) if !dual && level != up => orbit.steps_to_leave(compare),
             MatchAction::Wave(_) if !dual => orbit.steps_to_leave(orbit.top),
@@ -152,7 +155,7 @@ impl AvrTimer {
         }
     }
 
-    /// When the next temporary register is latched.
+    /// Returns the cycle at which the next temporary register is latched.
     fn latch_time(&self) -> u64 {
         self.pending_registers()
             .map(|i| self.due.get(i).copied().unwrap_or(NEVER))
@@ -160,18 +163,20 @@ impl AvrTimer {
             .map_or(NEVER, |edge| self.tosc.time(edge))
     }
 
-    /// The temporary registers that are not latched yet, by their numbers in `due`.
+    /// Yields the temporary registers that are not latched yet, by their index in `due`.
     pub(super) fn pending_registers(&self) -> impl Iterator<Item = usize> + use<> {
         let busy = self.busy;
         (0..5).filter(move |i| busy & regs::BUSY[*i] != 0)
     }
 
-    /// Up to when a register that changes by itself keeps its value, everything at `t` being done.
+    /// Returns the cycle up to which a register that changes on its own keeps its value; everything due at
+    /// `t` has been done.
     pub(super) fn register_steady_until(&self, reg: TimerRegister, t: u64) -> u64 {
         let plan = self.next_step().t;
         let until = match reg {
             TimerRegister::TIFR => plan.min(self.flag_time(self.shape.flags())),
-            // Reading the low byte copies the high one to TEMP: without effect when that is there already.
+            // A read of the low byte copies the high byte to TEMP. It has no effect if TEMP already has that
+            // value.
             TimerRegister::TCNTL if self.shape.wide && self.temp != (self.value >> 8) as u8 => t,
             TimerRegister::ICRL if self.shape.wide && self.temp != (self.icr >> 8) as u8 => t,
             TimerRegister::TCNTL if self.is_asynchronous() => {

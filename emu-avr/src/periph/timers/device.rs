@@ -1,4 +1,4 @@
-//! What the chip asks of a timer and tells it.
+//! [`AvrDevice`] for a timer.
 
 use emu_core::NEVER;
 

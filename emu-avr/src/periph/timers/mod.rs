@@ -1,8 +1,9 @@
-//! The timer/counters (sections 15 to 18): counter, compare units and their pins, input capture, asynchronous operation.
+//! The timer/counters (sections 15 to 18): counter, compare units and their pins, input capture, asynchronous
+//! operation.
 //!
-//! Between two special edges of its clock (one that moves a pin, updates a buffered OCR, or is the first after a write of TCNT)
-//! a counter is a closed form, [`counting_cycle`]. Special edges are done one at a time by [`count`], the flags of the others are worked
-//! out when they are looked at.
+//! Most clock edges only count, so the counter is computed in closed form ([`counting_cycle`]), and the flags
+//! are computed when they are read. Special edges change a pin, update a buffered OCR, or are the first after
+//! a write of TCNT; [`count`] executes them one at a time.
 
 mod count;
 mod counting_cycle;
@@ -28,21 +29,21 @@ use mode::{MatchAction, TimerMode, TopSource};
 use pins::{CapturePin, SamplePipe};
 use tosc::AsyncOscillator;
 
-/// The pins of the channels.
+/// Output lines of the channels.
 const OUTPUT_LINES: [AvrLine; 3] = [AvrLine::OcA, AvrLine::OcB, AvrLine::OcC];
 
 /// An output compare channel.
 #[derive(Debug, Clone, Copy)]
 struct CompareChannel {
-    /// OCR as it reads: of the asynchronous timer its temporary register (18.9).
+    /// OCR as it reads; on the asynchronous timer, the temporary register (18.9).
     written: u16,
     /// The buffer register of the PWM modes.
     buffer: u16,
-    /// What is compared with the counter.
+    /// Value that is compared with the counter.
     compare: u16,
-    /// What a match does.
+    /// Effect of a match.
     action: MatchAction,
-    /// The OC register, which is not the pin.
+    /// Level of the OC register, which can differ from the pin.
     level: bool,
     driven: AvrDrive,
 }
@@ -58,18 +59,18 @@ impl CompareChannel {
     };
 }
 
-/// What the timer counts.
+/// Clock source of the timer.
 #[derive(Debug, Clone, Copy)]
 enum TimerClock {
     Stopped,
-    /// The I/O clock, divided.
+    /// The divided I/O clock.
     Io(TickSeries),
-    /// TOSC1, divided by `div` since the edge `base`.
+    /// TOSC1, divided by `div` from the edge `base` on.
     Tosc {
         div: u64,
         base: u64,
     },
-    /// Edges of T.
+    /// Edges of the pin T.
     Pin {
         rising: bool,
     },
@@ -87,43 +88,44 @@ pub struct AvrTimer {
     temp: u8,
     icr: u16,
     channels: [CompareChannel; 3],
-    /// TCCRA and TCCRB as they act: of the asynchronous timer later than they read.
+    /// TCCRA and TCCRB as they are in effect; on the asynchronous timer this is later than their read value
+    /// changes.
     effective_control: [u8; 2],
     mode: TimerMode,
     value: u16,
     down: bool,
-    /// TCNT was written: the next timer clock sees no compare match (15.5.2).
+    /// True after a write of TCNT: the next timer clock has no compare match (15.5.2).
     match_blocked: bool,
     clock: TimerClock,
-    /// Edges of `clock` that are counted in `value`.
+    /// Number of edges of `clock` that are already counted in `value`.
     edges_counted: u64,
     prescaler: Prescaler,
     pin: SamplePipe,
     icp: CapturePin,
-    /// The lines T and ICP as they are, whether they are sampled or not.
+    /// Levels of the lines T and ICP, even if they are not sampled.
     line_levels: [bool; 2],
     asleep: Option<u64>,
     listened_interrupts: u8,
     tosc: AsyncOscillator,
-    /// The edge of TOSC1 at which the divider of the asynchronous timer was cleared.
+    /// Edge of TOSC1 at which the divider of the asynchronous timer was cleared.
     cleared: u64,
-    /// Busy bits as in ASSR, and the edges of TOSC1 at which the temporary registers are latched.
+    /// Busy bits as in ASSR; then the edges of TOSC1 at which the temporary registers are latched.
     busy: u8,
     due: [u64; 5],
     tcnt_next: u16,
     strobe: u8,
-    /// Asynchronous timer: flags TOV, OCFA, OCFB that are on their way, and when they come.
+    /// Asynchronous timer: cycles at which the pending flags TOV, OCFA and OCFB are set.
     pending_flags: [u64; 3],
-    /// TCNT as it reads up to this edge of TOSC1 after sleep.
+    /// Value that TCNT reads after sleep, up to this edge of TOSC1.
     stale_count: (u16, u64),
-    /// Before this cycle nothing happens but counting; 0 where that has to be found out.
+    /// Before this cycle the timer only counts; 0 if it must be computed again.
     next_event: u64,
-    /// Before this cycle no flag is set; the same.
+    /// Before this cycle no flag is set; 0 if it must be computed again.
     next_flag: u64,
 }
 
 impl AvrTimer {
-    /// A timer after power-on, its prescaler starting from zero at cycle 0.
+    /// Returns a timer after power-on, with a prescaler that starts from zero at cycle 0.
     #[must_use]
     pub fn new(shape: TimerShape) -> AvrTimer {
         AvrTimer {
@@ -162,14 +164,15 @@ impl AvrTimer {
         }
     }
 
-    /// The sort of the timer.
+    /// Returns the shape of the timer.
     #[must_use]
     pub const fn shape(&self) -> &TimerShape {
         &self.shape
     }
 
-    /// The divider before the timer is `prescaler` from the edge `t` on: GTCCR was written (17.4.1, 18.11.9), or the I/O clock
-    /// has stood and the divider with it. On TOSC, it counts as cleared if it was cleared at `t` or is held.
+    /// Replaces the prescaler from the edge `t` on, because GTCCR was written (17.4.1, 18.11.9), or because
+    /// the I/O clock and with it the prescaler was stopped. On TOSC the divider counts as cleared if
+    /// `prescaler` was cleared at `t` or is held.
     pub fn prescaler(&mut self, prescaler: Prescaler, t: u64, out: &mut AvrOutbox) {
         self.on_setup_changed(t, out);
         self.prescaler = prescaler;
@@ -179,69 +182,73 @@ impl AvrTimer {
         self.select_clock(t);
     }
 
-    /// Interrupts (bit `n` is the interrupt `n`) whose flags give [`AvrSignal::Flag`] when they are set, enabled or not.
+    /// Sets the interrupts (bit `n` is interrupt `n`) whose flags send [`AvrSignal::Flag`] when they are set,
+    /// even if disabled.
     pub fn set_listened_interrupts(&mut self, irqs: u8, t: u64, out: &mut AvrOutbox) {
         self.on_setup_changed(t, out);
         self.listened_interrupts = self.shape.flags_of(irqs);
     }
 
-    /// The crystal at TOSC1 and TOSC2 has `hz`; at first it is 32,768 Hz. 0 is none.
+    /// Sets the frequency of the crystal at TOSC1 and TOSC2 to `hz` Hz; the default is 32,768 Hz, and 0 means
+    /// no crystal.
     pub fn crystal_hz(&mut self, hz: u64, t: u64, out: &mut AvrOutbox) {
         self.on_setup_changed(t, out);
         self.tosc.set_hz(hz, t);
     }
 
-    /// The oscillator of the asynchronous timer stops at `t` (power-down, standby) or goes on where it stood.
+    /// Stops the oscillator of the asynchronous timer at `t` (power-down, standby), or lets it continue.
     pub fn set_oscillator_running(&mut self, runs: bool, t: u64, out: &mut AvrOutbox) {
         self.on_setup_changed(t, out);
         self.tosc.set_stopped(!runs, t);
     }
 
-    /// TIFR as it reads in cycle `t`, where that needs no reckoning: what a polling program asks again and again.
+    /// Returns TIFR as it reads in cycle `t`, if this needs no computation. It is the fast path for polling
+    /// programs.
     #[inline(always)]
     #[must_use]
     pub fn flags_if_quiet(&self, t: u64) -> Option<u8> {
         (t < self.quiet_until()).then_some(self.tifr)
     }
 
-    /// The timer runs on TOSC (AS2): it goes on in sleep.
+    /// Reports whether the timer runs on TOSC (AS2); then it continues in sleep.
     #[must_use]
     pub const fn is_asynchronous(&self) -> bool {
         self.assr & regs::AS2 != 0
     }
 
-    /// It can hang on a crystal but counts a clock of the chip's.
+    /// Reports whether the timer can run on a crystal, but currently counts a clock of the chip.
     #[must_use]
     pub const fn runs_from_crystal(&self) -> bool {
         self.shape.asynchronous && !self.is_asynchronous() && self.effective_control[1] & 7 != 0
     }
 
-    /// ICR is TOP in the mode of now: only then, says the sheet, can ICR be written (16.11.7).
+    /// Reports whether ICR is TOP in the current mode; by the data sheet ICR can be written only then
+    /// (16.11.7).
     #[must_use]
     pub fn icr_is_top(&self) -> bool {
         self.mode.top == TopSource::Icr
     }
 
-    /// Does what is due, before something is changed at `t`.
+    /// Executes what is due before a change at `t`, and discards the precomputed event times.
     fn on_setup_changed(&mut self, t: u64, out: &mut AvrOutbox) {
         self.advance_to(t, out);
         (self.next_event, self.next_flag) = (0, 0);
     }
 
-    /// Before this cycle the flags stay as they are.
+    /// Returns the cycle before which no flag changes.
     #[inline(always)]
     fn quiet_until(&self) -> u64 {
         self.next_event.min(self.next_flag)
     }
 
-    /// The timer as it is at `t`, for a look at it.
+    /// Returns a copy of the timer as it is at `t`.
     fn advanced_to(&self, t: u64) -> AvrTimer {
         let mut timer = self.clone();
         timer.advance_to(t, &mut Vec::new());
         timer
     }
 
-    /// What goes out to the pins has changed, perhaps.
+    /// Sends the overrides of the output pins that have changed.
     fn drive_outputs(&mut self, t: u64, out: &mut AvrOutbox) {
         for (channel, line) in self.channels.iter_mut().zip(OUTPUT_LINES) {
             let drive = match channel.action {
@@ -255,7 +262,7 @@ impl AvrTimer {
         }
     }
 
-    /// Lets the I/O clock run again at `t`.
+    /// Restarts the I/O clock at `t`.
     fn restart_after_sleep(&mut self, t: u64) {
         if let Some(since) = self.asleep.take() {
             for pipe in [&mut self.pin, &mut self.icp.pipe] {

@@ -1,9 +1,9 @@
 //! Waveform generation modes and compare output modes (tables 15-2 to 15-8, 16-1 to 16-4, 18-2 to 18-8).
 
-/// How the counter goes, which says when the rest happens.
+/// The course of the counter, which also determines when OCR is updated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum CountingSlope {
-    /// Up to MAX; also where the mode is reserved.
+    /// Up to MAX; also for reserved modes.
     Normal,
     /// Up to TOP, cleared by the compare match.
     Ctc,
@@ -15,7 +15,7 @@ pub(super) enum CountingSlope {
     Frequency,
 }
 
-/// Where TOP comes from.
+/// Source of the TOP value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum TopSource {
     /// A constant.
@@ -26,7 +26,7 @@ pub(super) enum TopSource {
     Icr,
 }
 
-/// A mode of waveform generation.
+/// A waveform generation mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct TimerMode {
     pub slope: CountingSlope,
@@ -34,7 +34,7 @@ pub(super) struct TimerMode {
 }
 
 impl TimerMode {
-    /// The mode `wgm`: WGM02:0 of an 8-bit timer, WGM13:0 of a 16-bit one.
+    /// Returns the mode `wgm`: WGM02:0 of an 8-bit timer, WGM13:0 of a 16-bit timer.
     pub(super) const fn from_wgm(wide: bool, wgm: u8) -> TimerMode {
         use CountingSlope::{Ctc, Fast, Frequency, Normal, Phase};
         use TopSource::{Fixed, Icr, OcrA};
@@ -60,7 +60,7 @@ impl TimerMode {
         TimerMode { slope, top }
     }
 
-    /// The bits of the high byte of OCR that there are: a fixed TOP masks what is written (16.9.3, 16.9.4).
+    /// Mask of the bits of OCRH that can be written: a fixed TOP masks the written value (16.9.3, 16.9.4).
     pub(super) const fn high_bits(self) -> u8 {
         match self.top {
             TopSource::Fixed(top) => (top >> 8) as u8,
@@ -68,17 +68,17 @@ impl TimerMode {
         }
     }
 
-    /// OCR is double buffered: the PWM modes.
+    /// Reports whether OCR is double buffered, as in the PWM modes.
     pub(super) const fn is_buffered(self) -> bool {
         matches!(self.slope, CountingSlope::Fast | CountingSlope::Phase | CountingSlope::Frequency)
     }
 
-    /// It counts up and down.
+    /// Reports whether the counter counts up and down.
     pub(super) const fn is_dual_slope(self) -> bool {
         matches!(self.slope, CountingSlope::Phase | CountingSlope::Frequency)
     }
 
-    /// What the bits COMnx1:0 make of the pin of `channel`.
+    /// Returns the effect of the bits COMnx1:0 on the pin of `channel`.
     pub(super) const fn action(self, channel: usize, com: u8) -> MatchAction {
         match (com & 3, self.is_buffered()) {
             (0, _) => MatchAction::None,
@@ -93,15 +93,16 @@ impl TimerMode {
     }
 }
 
-/// What a compare match does to the output of its channel.
+/// Effect of a compare match on the output of its channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum MatchAction {
-    /// Nothing; the pin is the port's.
+    /// None; the port controls the pin.
     None,
-    /// Toggles it.
+    /// Toggles the output.
     Toggle,
-    /// Gives it this level.
+    /// Sets the output to this level.
     Level(bool),
-    /// PWM: this level at a match upwards; the other one at a match downwards (two slopes) or from TOP to BOTTOM (one slope).
+    /// PWM: sets this level at a match upwards, and the opposite level at a match downwards (two slopes) or
+    /// from TOP to BOTTOM (one slope).
     Wave(bool),
 }

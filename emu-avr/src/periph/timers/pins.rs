@@ -1,27 +1,29 @@
-//! Inputs of a timer: the pin T and the capture pin, through synchroniser, edge detector and noise canceller (figures 16-3 and
-//! 17-1).
+//! Inputs of a timer: the pin T and the capture pin with synchronizer, edge detector and noise canceler
+//! (figures 16-3 and 17-1).
 
 use emu_core::NEVER;
 use emu_core::state;
 use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
 
-/// Cycles from a change of a pin to the edge at which it acts: 2.5 to 3.5 by 17.1, and 3 for what changes with an edge.
+/// Cycles from a change of a pin to the edge at which it takes effect: 2.5 to 3.5 by 17.1, and 3 for a change
+/// at an edge.
 pub(super) const DETECT_CYCLES: u64 = 3;
-/// Equal samples that the noise canceller wants, and the cycles by which it is later (16.6.2).
+/// Number of equal samples that the noise canceler needs, and the cycles by which it delays the signal
+/// (16.6.2).
 pub(super) const FILTER_SAMPLES: u64 = 4;
 
-/// Changes of a line that are still on their way. No more than one counts in a cycle, and they go up and down in turn.
+/// Pending changes of a line. At most one per cycle counts; rising and falling changes alternate.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct SamplePipe {
     times: [u64; 8],
     len: usize,
-    /// The level after all of them.
+    /// Level after all pending changes.
     level: bool,
 }
 
 impl SnapshotState for SamplePipe {
     fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
-        // What stands behind the last change is left over from older ones.
+        // Entries after the last pending change are left over from older ones.
         tape.pass_index(&mut self.len, self.times.len() + 1)?;
         self.level.pass_state(tape)?;
         self.times.iter_mut().take(self.len).try_for_each(|time| time.pass_state(tape))
@@ -29,7 +31,7 @@ impl SnapshotState for SamplePipe {
 }
 
 impl SamplePipe {
-    /// The line changes at `t`; what it did before within the same cycle is not seen.
+    /// Changes the line at `t`. A second change in the same cycle cancels the first.
     pub(super) fn change(&mut self, high: bool, t: u64) {
         if high == self.level {
             return;
@@ -48,12 +50,12 @@ impl SamplePipe {
         }
     }
 
-    /// The cycle of the change `i`, the oldest being 0.
+    /// Returns the cycle of the change `i`; 0 is the oldest.
     fn at(&self, i: usize) -> Option<u64> {
         self.times.get(..self.len).and_then(|times| times.get(i)).copied()
     }
 
-    /// The level after the change `i`.
+    /// Returns the level after the change `i`.
     const fn level(&self, i: usize) -> bool {
         self.level == ((self.len - i) % 2 == 1)
     }
@@ -65,17 +67,17 @@ impl SamplePipe {
         }
     }
 
-    /// Moves everything that is on its way by the time for which the clock stood.
+    /// Delays all pending changes by the time for which the clock was stopped.
     pub(super) fn shift(&mut self, by: u64) {
         self.times.iter_mut().for_each(|t| *t = t.saturating_add(by));
     }
 
-    /// When the oldest change acts.
+    /// Returns the cycle at which the oldest change takes effect.
     pub(super) fn due(&self) -> u64 {
         self.at(0).map_or(NEVER, |t| t.saturating_add(DETECT_CYCLES))
     }
 
-    /// Takes the oldest change: true when it is a rising one.
+    /// Removes the oldest change; returns true if it is rising.
     pub(super) fn take(&mut self) -> bool {
         let rising = self.len > 0 && self.level(0);
         self.pop();
@@ -83,28 +85,28 @@ impl SamplePipe {
     }
 }
 
-/// An edge that comes out of the capture pin's edge detector.
+/// An edge that leaves the edge detector of the capture pin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct CaptureEdge {
     pub rising: bool,
-    /// It comes by way of the noise canceller.
+    /// True if the edge comes from the noise canceler.
     pub filtered: bool,
 }
 
-/// The capture pin. Both ways, with the noise canceller and without, are followed all the time.
+/// The capture pin. Both paths, with and without noise canceler, are tracked all the time.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct CapturePin {
     pub pipe: SamplePipe,
-    /// Changes that have been told on the direct way.
+    /// Number of pending changes already reported on the direct path.
     told: usize,
-    /// What the noise canceller gives.
+    /// Output of the noise canceler.
     quiet: bool,
 }
 
 state! { CapturePin { pipe, told, quiet } if |icp, _now| icp.told <= icp.pipe.len }
 
 impl CapturePin {
-    /// When something comes out next.
+    /// Returns the cycle of the next output of either path.
     pub(super) fn due(&self) -> u64 {
         self.unfiltered_cycle().min(self.filtered_cycle())
     }
@@ -117,7 +119,7 @@ impl CapturePin {
         self.pipe.at(0).map_or(NEVER, |t| t.saturating_add(DETECT_CYCLES + FILTER_SAMPLES))
     }
 
-    /// What comes out at [`Icp::due`], if it is an edge.
+    /// Removes the output that is due at [`Self::due`]; returns it if it is an edge.
     pub(super) fn take(&mut self) -> Option<CaptureEdge> {
         if self.unfiltered_cycle() <= self.filtered_cycle() {
             let rising = self.pipe.at(self.told).map(|_| self.pipe.level(self.told))?;

@@ -1,25 +1,25 @@
-//! Registers of a timer: what is read and what a write does.
+//! Registers of a timer: reads and the effects of writes.
 
 use emu_core::NEVER;
 
 use super::mode::{MatchAction, TimerMode};
 use super::{AvrOutbox, AvrTimer, ClockTap, TimerClock, TimerRegister};
 
-/// ICNCn and ICESn in TCCRnB.
+/// Mask of ICNCn in TCCRnB: noise canceler on.
 pub(super) const ICNC: u8 = 1 << 7;
-/// Rising edges are captured.
+/// Mask of ICESn in TCCRnB: rising edges are captured.
 pub(super) const ICES: u8 = 1 << 6;
-/// AS2 in ASSR.
+/// Mask of AS2 in ASSR.
 pub(super) const AS2: u8 = 1 << 5;
-/// EXCLK in ASSR.
+/// Mask of EXCLK in ASSR.
 const EXCLK: u8 = 1 << 6;
-/// Update busy bits in ASSR: of TCNT, OCRA, OCRB, TCCRA and TCCRB.
+/// Masks of the update busy bits in ASSR: of TCNT, OCRA, OCRB, TCCRA and TCCRB.
 pub(super) const BUSY: [u8; 5] = [1 << 4, 1 << 3, 1 << 2, 1 << 1, 1 << 0];
-/// Those during which a compare unit is off.
+/// Mask of the busy bits that switch a compare unit off.
 pub(super) const COMPARE_BUSY: u8 = 0x1C;
-/// Those after which a pin may be taken from its port.
+/// Mask of the busy bits after which a pin may be overridden or released.
 pub(super) const CONTROL_BUSY: u8 = 0x03;
-/// Cycles by which a flag of the asynchronous timer comes after the edge that sets it (18.9).
+/// Cycles between an edge and the flag that it sets on the asynchronous timer (18.9).
 pub(super) const FLAG_DELAY: u64 = 3;
 
 const fn high(word: u16) -> u8 {
@@ -27,7 +27,7 @@ const fn high(word: u16) -> u8 {
 }
 
 impl AvrTimer {
-    /// What a read gives, everything up to `t` being done.
+    /// Returns the read value of a register; everything up to `t` has been done.
     pub(super) fn read_register(&self, reg: TimerRegister, t: u64) -> u8 {
         let [a, b, c] = self.channels.map(|channel| channel.written);
         match reg {
@@ -52,7 +52,7 @@ impl AvrTimer {
         }
     }
 
-    /// Writes the bits `mask` of a register at the edge `t`.
+    /// Writes the bits in `mask` of a register at the edge `t`.
     pub(super) fn write_register(&mut self, reg: TimerRegister, value: u8, mask: u8, t: u64, out: &mut AvrOutbox) {
         if reg == TimerRegister::TIFR {
             return self.clear(value & mask, t, out);
@@ -68,7 +68,7 @@ impl AvrTimer {
             }
             TimerRegister::TCCRB => {
                 self.tccrb = byte & self.shape.tccrb_bits();
-                // FOCnA and FOCnB are here only where there is no TCCRC.
+                // FOCnA and FOCnB are in TCCRnB only on timers without TCCRnC.
                 self.strobe |= if self.shape.wide { 0 } else { value & mask };
                 self.on_latch_due(4, t, out);
             }
@@ -87,7 +87,8 @@ impl AvrTimer {
                 self.icr = word
             }
             TimerRegister::TCNTH | TimerRegister::ICRH if self.shape.wide => self.temp = byte,
-            // The mask acts on TEMP: a low byte written alone takes what another register has left there, as measured on silicon.
+            // The mask applies to TEMP: a low byte written alone takes the value that another register has
+            // left there, as measured on silicon.
             TimerRegister::OCRAH | TimerRegister::OCRBH | TimerRegister::OCRCH if self.shape.wide => {
                 self.temp = byte & self.mode.high_bits()
             }
@@ -97,17 +98,17 @@ impl AvrTimer {
         }
     }
 
-    /// Clears flags by ones. What is set at the very edge stays set.
+    /// Clears the flags written as ones. A flag set at the same edge stays set.
     fn clear(&mut self, ones: u8, t: u64, out: &mut AvrOutbox) {
         self.advance_to(t.saturating_sub(1), out);
         let gone = ones & self.tifr;
         self.tifr &= !gone;
         if gone & self.listened_interrupts == 0 && !self.is_asynchronous() {
-            // Nothing is new but when these flags are set.
+            // Nothing else changes than the next time at which these flags are set.
             self.next_flag = self.next_flag.min(self.flag_time(gone));
             return self.advance_to(t, out);
         }
-        // A flag that is set again at once has not been seen clear by anyone.
+        // A flag that is set again at the same edge was never visible as clear, so it sends no signal.
         let listened = self.listened_interrupts;
         self.listened_interrupts &= !gone;
         (self.next_event, self.next_flag) = (0, 0);
@@ -123,7 +124,7 @@ impl AvrTimer {
         }
     }
 
-    /// A write gets to register `i` of [`BUSY`]: at once, or after two edges of TOSC1.
+    /// Passes a write to register `i` of [`BUSY`]: at once, or after two edges of TOSC1.
     fn on_latch_due(&mut self, i: usize, t: u64, out: &mut AvrOutbox) {
         if self.is_asynchronous() {
             self.busy |= BUSY.get(i).copied().unwrap_or(0);
@@ -135,7 +136,7 @@ impl AvrTimer {
         }
     }
 
-    /// Latches the temporary registers whose time has come.
+    /// Latches the temporary registers that are due.
     pub(super) fn latch(&mut self, t: u64, out: &mut AvrOutbox) {
         let edge = self.tosc.index(t);
         for i in self.pending_registers() {
@@ -145,7 +146,7 @@ impl AvrTimer {
         }
     }
 
-    /// What was written to register `i` of [`BUSY`] acts.
+    /// Applies the written value of register `i` of [`BUSY`].
     fn apply_latched(&mut self, i: usize, t: u64, out: &mut AvrOutbox) {
         self.busy &= !BUSY.get(i).copied().unwrap_or(0);
         match i {
@@ -167,7 +168,8 @@ impl AvrTimer {
         }
     }
 
-    /// OCR of a channel is taken to the buffer register, and to the compare register where that is open.
+    /// Copies OCR of a channel to the buffer register, and in modes without buffer also to the compare
+    /// register.
     fn load_compare(&mut self, i: usize) {
         let buffered = self.mode.is_buffered();
         if let Some(channel) = self.channels.get_mut(i) {
@@ -178,7 +180,7 @@ impl AvrTimer {
         }
     }
 
-    /// Mode and actions, by the control registers that act.
+    /// Recomputes mode and match actions from the effective control registers.
     pub(super) fn update_actions(&mut self) {
         let [a, b] = self.effective_control;
         let wgm = match (self.shape.channels, self.shape.wide) {
@@ -195,7 +197,7 @@ impl AvrTimer {
         }
     }
 
-    /// The control registers act as they are now.
+    /// Applies changed control registers.
     fn decode(&mut self, t: u64, out: &mut AvrOutbox) {
         self.update_actions();
         self.down &= self.mode.is_dual_slope();
@@ -206,7 +208,8 @@ impl AvrTimer {
         self.drive_outputs(t, out);
     }
 
-    /// Force compare of the strobes, in non-PWM modes (15.9.2, 16.11.3): no flag, no clear.
+    /// Executes a force compare by FOC in non-PWM modes (15.9.2, 16.11.3): sets no flag, does not clear the
+    /// counter.
     fn force_compare(&mut self, t: u64, out: &mut AvrOutbox) {
         let strobe = std::mem::take(&mut self.strobe);
         if self.mode.is_buffered() {
@@ -224,7 +227,7 @@ impl AvrTimer {
         self.drive_outputs(t, out);
     }
 
-    /// The clock that the bits CS select counts from the edge after `t` on.
+    /// Selects the clock given by the bits CS, which counts from the edge after `t` on.
     pub(super) fn select_clock(&mut self, t: u64) {
         let tap = self.shape.taps[usize::from(self.effective_control[1] & 7)];
         self.clock = match (tap, self.is_asynchronous()) {
@@ -239,7 +242,7 @@ impl AvrTimer {
         self.edges_counted = self.edges(t);
     }
 
-    /// AS2 and EXCLK (18.11.8). What is on its way to the registers arrives when the clock is switched.
+    /// Writes AS2 and EXCLK (18.11.8). Pending register writes take effect when the clock is switched.
     fn write_assr(&mut self, bits: u8, t: u64, out: &mut AvrOutbox) {
         let switched = (self.assr ^ bits) & AS2 != 0;
         self.assr = bits;

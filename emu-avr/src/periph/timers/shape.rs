@@ -1,14 +1,14 @@
-//! What sorts of timer/counters there are, and the names of their registers and interrupts.
+//! Variants of timer/counters, with their registers, flags and interrupt numbers.
 
-/// TOVn in TIFRn, and TOIEn in TIMSKn.
+/// Mask of TOVn in TIFRn, and of TOIEn in TIMSKn.
 pub const TOV: u8 = 1;
-/// OCFnA and OCIEnA; the channels B and C follow.
+/// Mask of OCFnA and OCIEnA; channels B and C follow.
 pub const OCFA: u8 = 1 << 1;
-/// OCFnB and OCIEnB.
+/// Mask of OCFnB and OCIEnB.
 pub const OCFB: u8 = 1 << 2;
-/// OCFnC and OCIEnC.
+/// Mask of OCFnC and OCIEnC.
 pub const OCFC: u8 = 1 << 3;
-/// ICFn and ICIEn.
+/// Mask of ICFn and ICIEn.
 pub const ICF: u8 = 1 << 5;
 
 /// Interrupt of an 8-bit timer: compare match A.
@@ -23,14 +23,14 @@ pub const CAPT16: u8 = 0;
 pub const COMPA16: u8 = 1;
 /// Interrupt of a 16-bit timer: compare match B.
 pub const COMPB16: u8 = 2;
-/// Interrupt of a 16-bit timer of three channels: compare match C.
+/// Interrupt of a 16-bit timer with three channels: compare match C.
 pub const COMPC16: u8 = 3;
-/// Interrupt of a 16-bit timer of up to two channels: overflow.
+/// Interrupt of a 16-bit timer with up to two channels: overflow.
 pub const OVF16: u8 = 3;
-/// Interrupt of a 16-bit timer of three channels: overflow.
+/// Interrupt of a 16-bit timer with three channels: overflow.
 pub const OVF16C: u8 = 4;
 
-/// Registers, without the number of the timer. The two bytes of an 8-bit timer's registers are the L ones.
+/// Registers without the number of the timer. An 8-bit timer has only the L registers of each pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[allow(missing_docs)]
 pub enum TimerRegister {
@@ -52,13 +52,13 @@ pub enum TimerRegister {
     ASSR,
 }
 
-/// What a value of the clock select bits CSn2:0 clocks the timer with.
+/// Clock source selected by a value of the clock select bits CSn2:0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ClockTap {
-    /// Nothing.
+    /// None; the timer is stopped.
     #[default]
     Off,
-    /// The prescaler, divided by this.
+    /// The prescaler, divided by this number.
     Div(u16),
     /// Falling edges of the pin T.
     Falling,
@@ -66,25 +66,26 @@ pub enum ClockTap {
     Rising,
 }
 
-/// The sort of a timer/counter.
+/// Variant of a timer/counter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TimerShape {
-    /// 16 bits with TEMP, modes by WGM13:0; 8 bits and WGM02:0 otherwise.
+    /// True for 16 bits with TEMP, and modes by WGM13:0; false for 8 bits and WGM02:0.
     pub wide: bool,
-    /// Output compare channels, 0 to 3. One of 0 has normal mode only.
+    /// Number of output compare channels, 0 to 3. A timer with 0 channels has only normal mode.
     pub channels: u8,
-    /// There are an input capture unit and ICR.
+    /// True if the timer has an input capture unit and ICR.
     pub capture: bool,
-    /// Clocks by CSn2:0.
+    /// Clock sources by CSn2:0.
     pub taps: [ClockTap; 8],
-    /// It may run on TOSC (ASSR); such a timer has no clock from T.
+    /// True if the timer can run on TOSC (ASSR); then it has no clock from the pin T.
     pub asynchronous: bool,
-    /// ICR takes a write only in modes that have it as TOP, as the data sheet says and silicon does not.
+    /// If true, ICR accepts a write only in modes that have it as TOP, as the data sheet says; silicon does
+    /// not.
     pub icr_only_as_top: bool,
 }
 
 impl TimerShape {
-    /// Clocks of the timers that share a prescaler and have a pin T (table 15-9).
+    /// Clock sources of the timers that share a prescaler and have a pin T (table 15-9).
     pub const PIN_TAPS: [ClockTap; 8] = [
         ClockTap::Off,
         ClockTap::Div(1),
@@ -95,7 +96,7 @@ impl TimerShape {
         ClockTap::Falling,
         ClockTap::Rising,
     ];
-    /// Clocks of the timer with a prescaler of its own (table 18-9).
+    /// Clock sources of the timer with its own prescaler (table 18-9).
     pub const OWN_TAPS: [ClockTap; 8] = [
         ClockTap::Off,
         ClockTap::Div(1),
@@ -107,7 +108,7 @@ impl TimerShape {
         ClockTap::Div(1024),
     ];
 
-    /// An 8-bit timer with a pin T, as timer 0 of the ATmega328P (2 channels).
+    /// Returns an 8-bit timer with a pin T, such as timer 0 of the ATmega328P (2 channels).
     #[must_use]
     pub const fn narrow(channels: u8) -> TimerShape {
         TimerShape {
@@ -120,7 +121,7 @@ impl TimerShape {
         }
     }
 
-    /// A 16-bit timer with input capture and a pin T, as timer 1 of the ATmega328P (2 channels).
+    /// Returns a 16-bit timer with input capture and a pin T, such as timer 1 of the ATmega328P (2 channels).
     #[must_use]
     pub const fn wide(channels: u8) -> TimerShape {
         TimerShape {
@@ -133,7 +134,8 @@ impl TimerShape {
         }
     }
 
-    /// An 8-bit timer that may run on a watch crystal, as timer 2 of the ATmega328P (2 channels).
+    /// Returns an 8-bit timer that can run on a watch crystal, such as timer 2 of the ATmega328P (2
+    /// channels).
     #[must_use]
     pub const fn crystal(channels: u8) -> TimerShape {
         TimerShape {
@@ -146,13 +148,13 @@ impl TimerShape {
         }
     }
 
-    /// The highest count.
+    /// Returns the highest count.
     #[must_use]
     pub const fn max(&self) -> u16 {
         if self.wide { 0xFFFF } else { 0xFF }
     }
 
-    /// The flags that there are.
+    /// Returns the mask of the existing flags.
     #[must_use]
     pub const fn flags(&self) -> u8 {
         let compare = match self.channels {
@@ -164,7 +166,7 @@ impl TimerShape {
         TOV | compare | if self.capture { ICF } else { 0 }
     }
 
-    /// The number of the interrupt of a flag within the timer.
+    /// Returns the interrupt number of a flag in the timer.
     #[must_use]
     pub const fn irq(&self, flag: u8) -> u8 {
         match (self.wide, flag) {
@@ -180,25 +182,25 @@ impl TimerShape {
         }
     }
 
-    /// The flags of a set of interrupt numbers.
+    /// Returns the flags of a set of interrupt numbers.
     #[must_use]
     pub fn flags_of(&self, irqs: u8) -> u8 {
         self.flags_in(self.flags()).filter(|&flag| irqs >> self.irq(flag) & 1 != 0).fold(0, |set, flag| set | flag)
     }
 
-    /// The interrupt numbers of a set of flags.
+    /// Returns the interrupt numbers of a set of flags.
     #[must_use]
     pub fn irqs_of(&self, flags: u8) -> u8 {
         self.flags_in(flags).fold(0, |set, flag| set | 1 << self.irq(flag))
     }
 
-    /// Those of `among` that exist, one by one.
+    /// Yields the existing flags of `among`, one by one.
     pub(super) fn flags_in(&self, among: u8) -> impl Iterator<Item = u8> + use<> {
         let among = among & self.flags();
         [TOV, OCFA, OCFB, OCFC, ICF].into_iter().filter(move |flag| among & flag != 0)
     }
 
-    /// Bits of TCCRA that are kept.
+    /// Mask of the bits of TCCRA that are stored.
     pub(super) const fn tccra_bits(&self) -> u8 {
         match self.channels {
             0 => 0,
@@ -208,7 +210,7 @@ impl TimerShape {
         }
     }
 
-    /// Bits of TCCRB that are kept.
+    /// Mask of the bits of TCCRB that are stored.
     pub(super) const fn tccrb_bits(&self) -> u8 {
         match (self.wide, self.channels, self.capture) {
             (_, 0, _) => 0x07,

@@ -1,18 +1,19 @@
-//! The clock of the asynchronous timer: a watch crystal at TOSC1 and TOSC2, or a clock at TOSC1 (section 18.9).
+//! The clock of the asynchronous timer: a watch crystal at TOSC1 and TOSC2, or a clock at TOSC1 (section
+//! 18.9).
 
 use emu_core::NEVER;
 
-/// Rising edges of TOSC1, counted since power-on. The phase of the crystal at power-on is zero.
+/// Rising edges of TOSC1, counted since power-on. At power-on the phase of the crystal is zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct AsyncOscillator {
-    /// Edges up to the cycle `since`.
+    /// Number of edges up to the cycle `since`.
     edges: u64,
     since: u64,
-    /// What has passed of the next edge at `since`, in parts of `rate`.
+    /// Elapsed part of the next period at `since`, in units of 1 / `rate`.
     part: u64,
-    /// Of the crystal.
+    /// Frequency of the crystal in Hz.
     hz: u64,
-    /// Cycles to a second.
+    /// Clock of the chip in Hz.
     rate: u64,
     external: bool,
     stopped: bool,
@@ -25,16 +26,16 @@ emu_core::state! {
 }
 
 impl AsyncOscillator {
-    /// A crystal of 32,768 Hz; the chip has yet to say its own rate.
+    /// A crystal of 32,768 Hz; the chip sets its own clock later.
     pub(super) const NEW: AsyncOscillator =
         AsyncOscillator { edges: 0, since: 0, part: 0, hz: 32_768, rate: 1_000_000, external: false, stopped: false };
 
-    /// Edges up to and including the cycle `t`.
+    /// Returns the number of edges up to and including the cycle `t`.
     pub(super) fn index(&self, t: u64) -> u64 {
         self.edge_and_remainder(t).0
     }
 
-    /// The cycle of the `n`th edge, or one that has passed; `NEVER` where it is not known.
+    /// Returns the cycle of the edge `n`, or a past cycle if the edge has passed; `NEVER` if it is unknown.
     pub(super) fn time(&self, n: u64) -> u64 {
         match n.checked_sub(self.edges) {
             None | Some(0) => self.since,
@@ -47,7 +48,7 @@ impl AsyncOscillator {
         }
     }
 
-    /// A rising edge of a clock from outside.
+    /// Counts a rising edge of an external clock.
     pub(super) fn pulse(&mut self, t: u64) {
         if self.external && !self.stopped {
             self.rebase(t);
@@ -55,25 +56,25 @@ impl AsyncOscillator {
         }
     }
 
-    /// Takes its edges from outside, or from the crystal.
+    /// Selects the external clock or the crystal.
     pub(super) fn set_external(&mut self, external: bool, t: u64) {
         self.rebase(t);
         self.external = external;
     }
 
-    /// Stops the oscillator, or lets it run on.
+    /// Stops the oscillator, or lets it continue.
     pub(super) fn set_stopped(&mut self, stopped: bool, t: u64) {
         self.rebase(t);
         self.stopped = stopped;
     }
 
-    /// Frequency of the crystal; 0 is none.
+    /// Sets the frequency of the crystal in Hz; 0 means no crystal.
     pub(super) fn set_hz(&mut self, hz: u64, t: u64) {
         self.rebase(t);
         self.hz = hz;
     }
 
-    /// Cycles to a second, at least 1.
+    /// Sets the clock of the chip in Hz; values below 1 count as 1.
     pub(super) fn set_rate(&mut self, rate: u64, t: u64) {
         self.rebase(t);
         let rate = rate.max(1);

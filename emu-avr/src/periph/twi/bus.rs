@@ -1,4 +1,4 @@
-//! What the edges of the wires make of master and slave (sections 22.3 to 22.8, tables 22-2 to 22-6).
+//! Reactions of TWI master and slave to edges on the bus (sections 22.3 to 22.8, tables 22-2 to 22-6).
 
 use emu_core::NEVER;
 
@@ -9,7 +9,7 @@ impl AvrTwi {
         matches!(self.master, MasterState::Send { .. } | MasterState::Receive)
     }
 
-    /// SCL has risen: a bit is on the bus.
+    /// Handles a rising edge of SCL: a bit is on the bus.
     pub(super) fn on_scl_rise(&mut self, t: u64) {
         let bit = self.sda.synchronized_level();
         if self.busy {
@@ -24,7 +24,7 @@ impl AvrTwi {
         }
         match self.master {
             MasterState::Send { .. } | MasterState::Receive => {
-                // Who sends a 1 and finds a 0 has lost (section 22.5.1).
+                // A transmitter that sends a 1 and reads a 0 has lost the arbitration (section 22.5.1).
                 let sends = matches!(self.master, MasterState::Send { .. }) == (self.count < 9);
                 if sends && !self.pull_sda && !bit {
                     self.master = MasterState::Off;
@@ -40,7 +40,7 @@ impl AvrTwi {
         }
     }
 
-    /// SCL has fallen, by whomever.
+    /// Handles a falling edge of SCL, whichever device causes it.
     pub(super) fn on_scl_fall(&mut self, t: u64) {
         if matches!(self.act, TwiAction::PullScl | TwiAction::Start | TwiAction::Stop) {
             self.timer = NEVER;
@@ -50,7 +50,7 @@ impl AvrTwi {
             return;
         }
         if let MasterState::Start { again } = self.master {
-            // Noise may have hidden the edge of SDA from this part.
+            // Noise may have hidden the edge of SDA from this interface.
             (self.busy, self.first, self.count) = (true, true, 0);
             self.pull_scl = true;
             self.master = MasterState::Hold(AfterHold::Address);
@@ -73,7 +73,7 @@ impl AvrTwi {
         }
     }
 
-    /// Eight bits are over: is it for this part to acknowledge them?
+    /// Decides, after eight bits, whether this interface acknowledges them.
     fn acknowledges(&mut self) -> bool {
         let wants = self.has(TWEA);
         match (self.master, self.slave) {
@@ -93,7 +93,7 @@ impl AvrTwi {
         }
     }
 
-    /// The ninth bit is over.
+    /// Handles the end of the ninth bit: sets status and next state.
     fn on_byte_received(&mut self, t: u64) {
         let acknowledged = self.acknowledged;
         let choose = |yes: u8, no: u8| if acknowledged { yes } else { no };
@@ -132,7 +132,7 @@ impl AvrTwi {
         self.flag(status, t);
     }
 
-    /// START or STOP is on the bus.
+    /// Handles a START or STOP condition on the bus.
     pub(super) fn on_condition(&mut self, start: bool, t: u64) {
         if self.act == TwiAction::Start && self.master == MasterState::Off {
             self.timer = NEVER;
@@ -145,7 +145,7 @@ impl AvrTwi {
             MasterState::Start { .. } => return,
             MasterState::Again if start => return self.pull_start(t),
             MasterState::Again => {
-                // The bus has become free in between: what is sent is START all the same.
+                // The bus has become free in between; the master sends START nevertheless.
                 self.busy = true;
                 return;
             }
@@ -156,7 +156,7 @@ impl AvrTwi {
             }
             _ => {}
         }
-        // The first clock after a byte is where conditions belong (section 22.8.3).
+        // Conditions are allowed only in the first clock after a byte (section 22.8.3).
         if self.is_transferring() || listens && count > 1 {
             self.release_bus();
             self.first = start;
@@ -170,7 +170,7 @@ impl AvrTwi {
         }
     }
 
-    /// SDA is pulled while SCL is high.
+    /// Sends START: pulls SDA low while SCL is high.
     pub(super) fn pull_start(&mut self, t: u64) {
         let again = self.master == MasterState::Again;
         self.pull_sda = true;

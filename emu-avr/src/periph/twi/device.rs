@@ -1,4 +1,4 @@
-//! The registers, and what the chip says to the part.
+//! [`AvrDevice`] for the TWI: registers, lines and clocks.
 
 use emu_core::NEVER;
 
@@ -22,7 +22,7 @@ impl AvrDevice for AvrTwi {
         if self.has(TWEN) { self.due() } else { NEVER }
     }
 
-    /// 0 TWI.
+    /// Interrupt 0: TWI.
     fn interrupt_requests(&self) -> u8 {
         u8::from(self.has(TWINT) && self.has(TWIE))
     }
@@ -94,8 +94,8 @@ impl AvrDevice for AvrTwi {
         self.drive_lines(t, out);
     }
 
-    /// An address is recognised without a clock (section 22.9.2, table 10-1): SCL itself is the clock then, and the wires are seen
-    /// at once.
+    /// An address is recognized without a clock (section 22.9.2, table 10-1): SCL itself is the clock then,
+    /// and line changes take effect at once.
     fn stop_clock(&mut self, t: u64, out: &mut AvrOutbox) {
         self.run_due(t, out);
         if self.asleep.is_none() {
@@ -106,7 +106,7 @@ impl AvrDevice for AvrTwi {
 
     fn restart_clock(&mut self, t: u64, out: &mut AvrOutbox) {
         let Some(from) = self.asleep.take() else { return };
-        // What was begun in sleep has its time from then on.
+        // A delay that started in sleep counts from the restart on.
         self.timer = self.timer.saturating_add(t.saturating_sub(from));
         self.drive_lines(t, out);
     }
@@ -120,7 +120,7 @@ impl AvrDevice for AvrTwi {
 }
 
 impl AvrTwi {
-    /// The clock stands: whatever is in the synchronisers comes out.
+    /// Applies all changes in the synchronizers at once, because the clock is stopped.
     fn sample_lines(&mut self, t: u64, out: &mut AvrOutbox) {
         loop {
             let due = self.scl.next().min(self.sda.next());
@@ -129,7 +129,7 @@ impl AvrTwi {
             }
             let timer = self.timer;
             self.sample_bus(due);
-            // A timer that is set now begins as the clock stops.
+            // A delay that is set now starts when the clock stops.
             if self.timer != timer && self.timer != NEVER {
                 let from = self.asleep.unwrap_or(t);
                 self.timer = self.timer.saturating_sub(due.saturating_sub(from));

@@ -1,8 +1,10 @@
-//! Two-wire interface (section 22), bit by bit on a bus that others share.
+//! Two-wire interface (section 22), simulated bit by bit on a shared bus.
 //!
-//! The part pulls a line low ([`Drive::Output`] of a 0) or lets it go ([`Drive::ComparatorInput`]); what the wires are comes back by
-//! `AvrDevice::line`, at the same edge where it is the part's own doing. It sees them two cycles later. The two halves of a period
-//! of SCL count from the edges of the wire, so that several masters and those who stretch the clock agree on it.
+//! The interface pulls a line low ([`AvrDrive::Output`] with false) or releases it ([`AvrDrive::Input`]). The
+//! level of each line arrives by [`on_line_changed`](super::AvrDevice::on_line_changed), at the same edge if
+//! the interface itself caused it; the interface detects it two cycles later. Both halves of an SCL period
+//! are counted from edges on the line, so several masters and devices that stretch the clock stay
+//! synchronized.
 
 mod bus;
 mod device;
@@ -28,14 +30,14 @@ pub const TWEN: u8 = 1 << 2;
 /// TWCR: interrupt enable.
 pub const TWIE: u8 = 1;
 
-/// TWSR while TWINT is 0.
+/// Status in TWSR while TWINT is 0.
 const NO_STATUS: u8 = 0xF8;
-/// Cycles from the edge of a wire to when it is seen.
+/// Cycles from an edge on a line to its detection.
 const SYNC_CYCLES: u64 = 2;
-/// Cycles that a slave gives SDA before it lets SCL go.
+/// Cycles from the change of SDA by a slave to the release of SCL.
 const SETUP_CYCLES: u64 = 2;
 
-/// The registers.
+/// The registers of the TWI.
 #[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum TwiRegister {
@@ -47,20 +49,20 @@ pub enum TwiRegister {
     TWAMR,
 }
 
-/// What this part does as a master.
+/// State of the master.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum MasterState {
-    /// Nothing.
+    /// Inactive.
     Off,
-    /// START is on the bus, a repeated one or not.
+    /// START is on the bus; `again` for a repeated START.
     Start { again: bool },
-    /// Both lines are to be high before a repeated START.
+    /// Waits until both lines are high, to send a repeated START.
     Again,
     /// Sends a byte, the address or data.
     Send { address: bool },
     /// Receives a byte.
     Receive,
-    /// TWINT is set.
+    /// TWINT is set; the master waits for a command.
     Hold(AfterHold),
     /// SDA is low for a STOP.
     Stop,
@@ -70,7 +72,7 @@ state! {
     enum MasterState { 0 = Off, 1 = Start { again }, 2 = Again, 3 = Send { address }, 4 = Receive, 5 = Hold(next), 6 = Stop }
 }
 
-/// What a master does next, unless it is to be START or STOP.
+/// Next action of a waiting master, unless the command is START or STOP.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 enum AfterHold {
     #[default]
@@ -81,12 +83,12 @@ enum AfterHold {
 
 state! { enum AfterHold { 0 = Address, 1 = Send, 2 = Receive } }
 
-/// What this part is as a slave.
+/// State of the slave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum SlaveState {
     /// Not addressed.
     Off,
-    /// Receiver, by its address or by the general call.
+    /// Receiver, addressed by its own address or by the general call.
     Receive { general: bool },
     /// Transmitter.
     Send,
@@ -94,14 +96,14 @@ enum SlaveState {
 
 state! { enum SlaveState { 0 = Off, 1 = Receive { general }, 2 = Send } }
 
-/// What the timer is for.
+/// Action at the end of the timer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum TwiAction {
     PullScl,
     FreeScl,
-    /// SDA is pulled: START.
+    /// Pulls SDA low: START.
     Start,
-    /// SDA is let go: STOP.
+    /// Releases SDA: STOP.
     Stop,
 }
 
@@ -116,21 +118,21 @@ pub struct AvrTwi {
     prescaler: u8,
     address: u8,
     mask: u8,
-    /// TWDR: the last whole byte on the bus.
+    /// TWDR: the last complete byte on the bus.
     data: u8,
     shift: u8,
     control: u8,
-    /// When TWINT was set last.
+    /// Cycle at which TWINT was last set.
     flagged: u64,
     master: MasterState,
     slave: SlaveState,
-    /// Between START and STOP.
+    /// True between START and STOP.
     busy: bool,
-    /// The byte is the first one after a START.
+    /// True if the byte is the first one after a START.
     first: bool,
-    /// Arbitration was lost in this byte.
+    /// True if the arbitration was lost in this byte.
     lost: bool,
-    /// Rising edges of SCL in this byte, and the bit at the ninth.
+    /// Number of rising edges of SCL in this byte; then whether the ninth bit was an acknowledge.
     count: u8,
     acknowledged: bool,
     timer: u64,
@@ -139,9 +141,9 @@ pub struct AvrTwi {
     sda: SynchronizedPin,
     pull_scl: bool,
     pull_sda: bool,
-    /// What is done to SCL and SDA.
+    /// Overrides of SCL and SDA.
     drives: [AvrDrive; 2],
-    /// Since when the clock stands.
+    /// Cycle at which the clock was stopped; None while it runs.
     asleep: Option<u64>,
 }
 
@@ -153,7 +155,7 @@ state! {
 }
 
 impl AvrTwi {
-    /// As after power-on; both wires are low until told otherwise.
+    /// Returns the interface after power-on, with both lines low.
     #[must_use]
     pub fn new() -> AvrTwi {
         AvrTwi {
@@ -188,7 +190,7 @@ impl AvrTwi {
         self.control & bit != 0
     }
 
-    /// Half a period of SCL, in cycles: f / (16 + 2 TWBR 4^TWPS) for a whole one (section 22.5.2).
+    /// Returns half a period of SCL in cycles; the frequency is f / (16 + 2 TWBR 4^TWPS) (section 22.5.2).
     fn half(&self) -> u64 {
         8 + (u64::from(self.rate) << (2 * self.prescaler))
     }
@@ -207,7 +209,7 @@ impl AvrTwi {
             match self.act {
                 TwiAction::PullScl => self.pull_scl = true,
                 TwiAction::FreeScl => self.pull_scl = false,
-                // Somebody else sends a bit where a repeated START was to be: the arbitration is lost.
+                // Another master sends a bit instead of the repeated START: the arbitration is lost.
                 TwiAction::Start if !self.sda.synchronized_level() => {
                     self.release_bus();
                     self.flag(0x38, t);
@@ -219,7 +221,7 @@ impl AvrTwi {
         self.drive_lines(t, out);
     }
 
-    /// Edges of the wires come out of the synchronisers.
+    /// Handles the line changes that leave the synchronizers at `t`.
     fn sample_bus(&mut self, t: u64) {
         let high = self.scl.synchronized_level();
         let scl = self.scl.pop(t);
@@ -239,22 +241,22 @@ impl AvrTwi {
         (self.timer, self.act) = (t.saturating_add(cycles), act);
     }
 
-    /// TWINT is set.
+    /// Sets TWINT with a status.
     fn flag(&mut self, status: u8, t: u64) {
         self.control |= TWINT;
         self.flagged = t;
         self.status = status;
-        // While it is set the low period of SCL is stretched.
+        // While TWINT is set, the low period of SCL is stretched.
         self.pull_scl |= !self.scl.synchronized_level();
     }
 
-    /// TWEN is 0, or a STOP frees a slave: the part lets go of the bus.
+    /// Releases the bus, because TWEN is 0 or a STOP resets a slave.
     fn release_bus(&mut self) {
         (self.master, self.slave, self.lost, self.first) = (MasterState::Off, SlaveState::Off, false, false);
         (self.timer, self.pull_scl, self.pull_sda) = (NEVER, false, false);
     }
 
-    /// TWCR is written; `clear` says that TWINT is cleared by it.
+    /// Handles a write of TWCR; `clear` is true if it clears TWINT.
     fn command(&mut self, clear: bool, t: u64) {
         if !self.has(TWEN) {
             self.release_bus();
@@ -266,7 +268,7 @@ impl AvrTwi {
         }
         let MasterState::Hold(next) = self.master else {
             if self.has(TWSTO) && self.master == MasterState::Off {
-                // No STOP is sent by a slave, which is thrown out of what it does (section 22.9.2, TWSTO).
+                // A slave sends no STOP; it leaves its current transfer (section 22.9.2, TWSTO).
                 self.control &= !TWSTO;
                 self.release_bus();
             } else if clear {
@@ -296,18 +298,18 @@ impl AvrTwi {
         self.schedule(self.half(), t, TwiAction::FreeScl);
     }
 
-    /// The first bit of TWDR goes out.
+    /// Puts the first bit of TWDR on SDA.
     fn begin_sending(&mut self) {
         (self.shift, self.count) = (self.data, 0);
         self.put();
     }
 
-    /// The next bit goes out.
+    /// Puts the next bit on SDA.
     fn put(&mut self) {
         self.pull_sda = self.shift & 0x80 == 0;
     }
 
-    /// START is sent when the bus has been free for half a period.
+    /// Schedules a START, to be sent when the bus has been free for half a period.
     fn request_start(&mut self, t: u64) {
         let idle =
             self.master == MasterState::Off && self.slave == SlaveState::Off && !self.busy && self.timer == NEVER;
@@ -317,7 +319,7 @@ impl AvrTwi {
         }
     }
 
-    /// Says what is done to the lines, where that has changed (table 14-8).
+    /// Sends the overrides of the lines that have changed (table 14-8).
     fn drive_lines(&mut self, t: u64, out: &mut AvrOutbox) {
         self.request_start(t);
         let drive = |pull| match (self.has(TWEN), pull) {

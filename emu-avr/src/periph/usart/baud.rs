@@ -1,13 +1,14 @@
-//! The baud rate generator (section 20.3.1): a counter that runs down from UBRR, and the divider behind it.
+//! The baud rate generator (section 20.3.1): a counter that counts down from UBRR, and the divider after it.
 
 use emu_core::NEVER;
 
-/// Ticks of the generator, numbered. The numbers are what the divider counts.
+/// Ticks of the generator, numbered in the order in which the divider counts them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct BaudClock {
     /// UBRR.
     pub(super) ubrr: u16,
-    /// A tick from which on the ticks come every UBRR + 1 cycles, and its number. It may lie ahead, but not more than one tick.
+    /// Cycle and number of a reference tick, after which ticks follow every UBRR + 1 cycles. It can be at
+    /// most one tick in the future.
     tick: u64,
     number: u64,
 }
@@ -18,7 +19,7 @@ emu_core::state! {
 }
 
 impl BaudClock {
-    /// As after reset at `t`.
+    /// Returns the generator after a reset at `t`.
     pub(super) const fn new(t: u64) -> BaudClock {
         BaudClock { ubrr: 0, tick: t.saturating_add(1), number: 1 }
     }
@@ -27,25 +28,25 @@ impl BaudClock {
         u64::from(self.ubrr) + 1
     }
 
-    /// UBRRL is written: counter and divider begin anew.
+    /// Handles a write of UBRRL: restarts counter and divider.
     pub(super) fn restart(&mut self, low: u8, t: u64) {
         self.ubrr = self.ubrr & 0x0F00 | u16::from(low);
         (self.tick, self.number) = (t.saturating_add(self.period()), 1);
     }
 
-    /// UBRRH is written: the counter takes it when it is loaded next.
+    /// Handles a write of UBRRH, which the counter uses from its next reload on.
     pub(super) fn set_high(&mut self, high: u8, t: u64) {
         let number = self.edges_until(t).saturating_add(1);
         (self.tick, self.number) = (self.cycle_of_edge(number), number);
         self.ubrr = self.ubrr & 0x00FF | u16::from(high & 0x0F) << 8;
     }
 
-    /// The clock stood for so many cycles.
+    /// Delays the ticks by the cycles for which the clock was stopped.
     pub(super) fn shift(&mut self, cycles: u64) {
         self.tick = self.tick.saturating_add(cycles);
     }
 
-    /// The number of the last tick up to `t`.
+    /// Returns the number of the last tick up to `t`.
     pub(super) fn edges_until(&self, t: u64) -> u64 {
         match t.checked_sub(self.tick) {
             None => self.number - 1,
@@ -58,17 +59,17 @@ impl BaudClock {
         self.tick.saturating_add(ticks.saturating_mul(self.period()))
     }
 
-    /// When the `n`th tick after `t` comes.
+    /// Returns the cycle of the `n`th tick after `t`.
     pub(super) fn nth(&self, t: u64, n: u64) -> u64 {
         self.cycle_of_edge(self.edges_until(t).saturating_add(n))
     }
 
-    /// When the divider by `per` gives its `n`th edge after `t`.
+    /// Returns the cycle of the `n`th edge after `t` of the divider by `per`.
     pub(super) fn nth_divided(&self, t: u64, n: u64, per: u64) -> u64 {
         self.cycle_of_edge((self.edges_until(t) / per).saturating_add(n).saturating_mul(per))
     }
 
-    /// Edges that the divider by `per` gives after `from`, up to `to`.
+    /// Returns the number of edges of the divider by `per` after `from`, up to `to`.
     pub(super) fn divided_between(&self, from: u64, to: u64, per: u64) -> u64 {
         (self.edges_until(to) / per).saturating_sub(self.edges_until(from) / per)
     }

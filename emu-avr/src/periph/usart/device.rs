@@ -1,4 +1,4 @@
-//! The registers of the port, and what the chip says to it.
+//! [`AvrDevice`] for the USART: registers, lines and clocks.
 
 use emu_core::NEVER;
 
@@ -31,7 +31,7 @@ impl AvrDevice for AvrUsart {
         self.sender.next().min(received).min(clock)
     }
 
-    /// 0 RX, 1 UDRE, 2 TX.
+    /// Interrupts: 0 RX, 1 UDRE, 2 TX.
     fn interrupt_requests(&self) -> u8 {
         let asked = self.status() & self.b & (RXC | UDRE | TXC);
         u8::from(asked & RXC != 0) | u8::from(asked & UDRE != 0) << 1 | u8::from(asked & TXC != 0) << 2
@@ -106,7 +106,7 @@ impl AvrDevice for AvrUsart {
                 self.change_clock(t, |usart| usart.c = c);
             }
             UsartRegister::UBRRL => {
-                // Whatever moves XCK clocks both sides of the wire.
+                // An edge of XCK, whatever causes it, clocks the port and the device at the other end.
                 let second_half = self.half != NEVER && self.baud.edges_until(t) % 2 == 1;
                 let low = merge(self.baud.ubrr as u8);
                 self.change_clock(t, |usart| usart.baud.restart(low, t));
@@ -140,7 +140,7 @@ impl AvrDevice for AvrUsart {
     fn on_direction_changed(&mut self, line: AvrLine, output: bool, t: u64, out: &mut AvrOutbox) {
         self.run_due(t, out);
         if line == AvrLine::Xck && output != self.master {
-            // The clock that stands will go on from where it stood.
+            // A stopped clock will continue from its stopped state.
             self.change_clock(self.asleep.unwrap_or(t), |usart| usart.master = output);
             self.drive_lines(t, out);
         }

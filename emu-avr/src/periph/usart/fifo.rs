@@ -1,23 +1,24 @@
-//! The receive buffer: two characters deep, and a third one that waits in the shift register (section 20.7.4).
+//! The receive buffer: two characters, and a third one that waits in the shift register (section 20.7.4).
 
 use super::DOR;
 use super::frame::ReceivedCharacter;
 
-/// Up to two characters, the older one in front. The last one read stays in sight.
+/// Up to two characters, the older one at the head. The last character read stays visible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct ReceiveFifo {
     head: ReceivedCharacter,
     second: ReceivedCharacter,
     held: u8,
-    /// Complete, but there is no room for it.
+    /// A complete character for which the buffer has no space.
     waiting: Option<ReceivedCharacter>,
-    /// A frame was lost; the next one to arrive says so.
+    /// True if a frame was lost; the next frame received reports it.
     lost: bool,
 }
 
 emu_core::state! { ReceiveFifo { head, second, held, waiting, lost } if |fifo, _now| fifo.held <= 2 }
 
 impl ReceiveFifo {
+    /// An empty buffer that shows 0.
     pub(super) const EMPTY: ReceiveFifo = ReceiveFifo {
         head: ReceivedCharacter::NONE,
         second: ReceivedCharacter::NONE,
@@ -26,32 +27,32 @@ impl ReceiveFifo {
         lost: false,
     };
 
-    /// RXC.
+    /// RXC: at least one character is in the buffer.
     pub(super) const fn is_full(&self) -> bool {
         self.held > 0
     }
 
-    /// What UDR and RXB8 show.
+    /// Returns the character that UDR and RXB8 show.
     pub(super) const fn head(&self) -> ReceivedCharacter {
         self.head
     }
 
-    /// FE, DOR and UPE.
+    /// Returns FE, DOR and UPE.
     pub(super) const fn errors(&self) -> u8 {
         if self.is_full() { self.head.errors } else { 0 }
     }
 
-    /// A start bit: the shift register is needed.
+    /// Handles a start bit, which needs the shift register: a waiting character is lost.
     pub(super) fn on_start_bit(&mut self) {
         self.lost |= self.waiting.take().is_some();
     }
 
-    /// The shift register is needed where overruns are not told of (MSPIM).
+    /// Discards the waiting character in a mode that reports no overruns (MSPIM).
     pub(super) fn overwrite(&mut self) {
         self.waiting = None;
     }
 
-    /// A frame has come in.
+    /// Stores a received frame.
     pub(super) fn on_frame_received(&mut self, received: ReceivedCharacter) {
         let lost = if std::mem::take(&mut self.lost) { DOR } else { 0 };
         self.push(ReceivedCharacter { errors: received.errors | lost, ..received });
@@ -66,7 +67,7 @@ impl ReceiveFifo {
         self.held = (self.held + 1).min(2);
     }
 
-    /// The older one has been read.
+    /// Removes the older character after a read.
     pub(super) fn pop(&mut self) {
         if self.held == 2 {
             self.head = self.second;
@@ -77,7 +78,7 @@ impl ReceiveFifo {
         }
     }
 
-    /// RXEN is off: nothing is left (section 20.7.6).
+    /// Empties the buffer when RXEN is cleared (section 20.7.6).
     pub(super) fn flush(&mut self) {
         *self = ReceiveFifo { head: self.head, ..ReceiveFifo::EMPTY };
     }

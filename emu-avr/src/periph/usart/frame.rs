@@ -1,22 +1,23 @@
-//! Frame formats (section 20.4): how a character is put into bits and found in them.
+//! Frame formats (section 20.4): encoding a character into bits, and decoding it.
 
 use super::{FE, UPE};
 
-/// What a frame is made of.
+/// The format of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct FrameFormat {
-    /// Data bits, 5 to 9.
+    /// Number of data bits, 5 to 9.
     pub(super) size: u8,
-    /// There is a parity bit, an odd one.
+    /// Parity bit, if there is one: true for odd parity.
     pub(super) parity: Option<bool>,
-    /// Two stop bits are sent.
+    /// True if two stop bits are sent.
     pub(super) two_stops: bool,
 }
 
 emu_core::state! { FrameFormat { size, parity, two_stops } if |of, _now| (5..=9).contains(&of.size) }
 
 impl FrameFormat {
-    /// From UCSRB and UCSRC. The reserved sizes count as if UCSZ2 were 0, the reserved parity as none.
+    /// Returns the format that UCSRB and UCSRC select. Reserved sizes act as if UCSZ2 were 0, the reserved
+    /// parity as no parity.
     pub(super) fn new(ucsrb: u8, ucsrc: u8) -> FrameFormat {
         let nine = ucsrb & 4 != 0 && ucsrc & 6 == 6;
         FrameFormat {
@@ -26,7 +27,7 @@ impl FrameFormat {
         }
     }
 
-    /// Its data bits.
+    /// Returns the data bits of `word`.
     pub(super) fn data(self, word: u16) -> u16 {
         word & ((1 << self.size) - 1)
     }
@@ -35,7 +36,7 @@ impl FrameFormat {
         (self.data(word).count_ones() % 2 == 1) != odd
     }
 
-    /// The bits of a frame, the first one lowest, and how many they are.
+    /// Returns the bits of a frame, the first one lowest, and their number.
     pub(super) fn frame(self, word: u16) -> (u16, u8) {
         let mut bits = self.data(word) << 1;
         let mut n = self.size + 1;
@@ -47,67 +48,69 @@ impl FrameFormat {
         (bits | ((1 << stops) - 1) << n, n + stops)
     }
 
-    /// The number of the stop bit; 0 is the start bit.
+    /// Returns the index of the stop bit; 0 is the start bit.
     pub(super) fn stop_bits(self) -> u8 {
         self.size + 1 + u8::from(self.parity.is_some())
     }
 }
 
-/// A character received.
+/// A received character.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct ReceivedCharacter {
     pub(super) byte: u8,
     /// RXB8.
     pub(super) ninth: bool,
-    /// FE, DOR and UPE, as UCSRA has them.
+    /// FE, DOR and UPE, in the bits of UCSRA.
     pub(super) errors: u8,
-    /// The frame type of multi-processor mode says address.
+    /// True if the frame is an address frame in multi-processor mode.
     pub(super) address: bool,
 }
 
 emu_core::state! { ReceivedCharacter { byte, ninth, errors, address } }
 
 impl ReceivedCharacter {
+    /// A character 0 without errors.
     pub(super) const NONE: ReceivedCharacter = ReceivedCharacter { byte: 0, ninth: false, errors: 0, address: false };
 }
 
-/// A frame that is coming in.
+/// A frame that is being received.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct FrameReader {
-    /// As it was when the frame began.
+    /// Format when the frame began.
     format: FrameFormat,
-    /// The bit that is looked at: 0 is the start bit.
+    /// Index of the current bit; 0 is the start bit.
     pub(super) bit: u8,
-    /// Data, and the parity bit behind them.
+    /// Data bits, then the parity bit.
     bits: u16,
 }
 
 emu_core::state! { FrameReader { format, bit, bits } if |frame, _now| frame.bit <= frame.format.stop_bits() }
 
-/// What a bit made of a frame.
+/// Result of a bit for the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum FrameProgress {
-    /// There is more to come.
+    /// More bits follow.
     More,
-    /// The start bit is one.
+    /// The start bit is valid.
     Start,
-    /// It was none.
+    /// The start bit was noise.
     Noise,
     /// The frame is complete.
     Done(ReceivedCharacter),
 }
 
 impl FrameReader {
+    /// Returns a reader that waits for the start bit.
     pub(super) const fn new(format: FrameFormat) -> FrameReader {
         FrameReader { format, bit: 0, bits: 0 }
     }
 
-    /// Bits after this one, up to the stop bit.
+    /// Returns the number of bits after this one, up to the stop bit.
     pub(super) fn bits_left(&self) -> u8 {
         self.format.stop_bits().saturating_sub(self.bit)
     }
 
-    /// Takes the next bit.
+    /// Processes the next bit.
     pub(super) fn take_bit(&mut self, high: bool) -> FrameProgress {
         if self.bits_left() == 0 {
             return FrameProgress::Done(self.received(high));

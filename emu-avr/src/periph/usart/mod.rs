@@ -1,8 +1,10 @@
-//! USART (sections 20 and 21): asynchronous, synchronous, and as master of SPI.
+//! USART (sections 20 and 21): asynchronous, synchronous, and as SPI master.
 //!
-//! The wires really move: TXD and XCK are told of by [`AvrSignal::Drive`], RXD and XCK are heard by `AvrDevice::line`, and the bit of
-//! XCK in DDR, which chooses between master and slave, by `AvrDevice::direction`. Between what `AvrDevice::next` tells of and now the
-//! port may be as late as it likes: it catches up when it is asked.
+//! All bits are on the lines: [`AvrSignal::Drive`] drives TXD and XCK, and
+//! [`on_line_changed`](super::AvrDevice::on_line_changed) receives RXD and XCK. The DDR bit of XCK, which
+//! selects clock master or slave, arrives by
+//! [`on_direction_changed`](super::AvrDevice::on_direction_changed). Between the events of
+//! [`next_cycle`](super::AvrDevice::next_cycle) the port may be behind; it catches up when it is accessed.
 
 mod baud;
 mod device;
@@ -22,11 +24,11 @@ use frame::{FrameFormat, FrameProgress, ReceivedCharacter};
 use receiver::UsartReceiver;
 use sender::UsartSender;
 
-/// UCSRA: receive complete. In UCSRB its interrupt's enable stands in the same place.
+/// UCSRA: receive complete. In UCSRB the same bit enables its interrupt.
 pub const RXC: u8 = 1 << 7;
-/// UCSRA: transmit complete, and its enable.
+/// UCSRA: transmit complete; in UCSRB its interrupt enable.
 pub const TXC: u8 = 1 << 6;
-/// UCSRA: data register empty, and its enable.
+/// UCSRA: data register empty; in UCSRB its interrupt enable.
 pub const UDRE: u8 = 1 << 5;
 /// UCSRA: frame error.
 pub const FE: u8 = 1 << 4;
@@ -55,7 +57,7 @@ const UDORD: u8 = 1 << 2;
 /// UCSRC: clock polarity.
 const UCPOL: u8 = 1;
 
-/// The registers.
+/// The registers of the USART.
 #[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum UsartRegister {
@@ -67,7 +69,7 @@ pub enum UsartRegister {
     UBRRH,
 }
 
-/// UMSEL. The reserved value counts as asynchronous.
+/// Operating mode, by UMSEL. The reserved value acts as asynchronous.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum UsartMode {
     Async,
@@ -75,12 +77,12 @@ enum UsartMode {
     Spi,
 }
 
-/// A serial port.
+/// A USART.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct AvrUsart {
     /// TXC, U2X and MPCM of UCSRA.
     a: u8,
-    /// When TXC was set last.
+    /// Cycle at which TXC was last set.
     complete: u64,
     /// UCSRB without RXB8.
     b: u8,
@@ -88,19 +90,19 @@ pub struct AvrUsart {
     c: u8,
     baud: BaudClock,
     sender: UsartSender,
-    /// UDR for writing, with its ninth bit.
+    /// Written value of UDR with its ninth bit, until it is sent.
     buffer: Option<u16>,
     receiver: UsartReceiver,
     fifo: ReceiveFifo,
     rxd: bool,
     xck: SynchronizedPin,
-    /// DDR makes XCK an output: this port gives the clock.
+    /// True if DDR makes XCK an output: this port generates the clock.
     master: bool,
-    /// The next half of a bit where this port gives the clock; `NEVER` while it rests.
+    /// Cycle of the next half bit, if this port generates the clock; `NEVER` while the clock is idle.
     half: u64,
-    /// What is done to TXD, RXD and XCK.
+    /// Overrides of TXD, RXD and XCK.
     drives: [AvrDrive; 3],
-    /// Since when the clock stands.
+    /// Cycle at which the clock was stopped; None while it runs.
     asleep: Option<u64>,
 }
 
@@ -111,7 +113,7 @@ state! {
 }
 
 impl AvrUsart {
-    /// A port after power-on at `t`; all its wires are low until told otherwise.
+    /// Returns a port after power-on at `t`, with all lines low.
     #[must_use]
     pub fn new(t: u64) -> AvrUsart {
         AvrUsart {
@@ -133,19 +135,19 @@ impl AvrUsart {
         }
     }
 
-    /// The transmitter has something to send.
+    /// Reports whether the transmitter has something to send.
     #[must_use]
     pub fn is_sending(&self) -> bool {
         self.is_transmitting() && (self.buffer.is_some() || self.sender.active)
     }
 
-    /// A frame that may come in asks for an interrupt.
+    /// Reports whether a frame that arrives would request an interrupt.
     #[must_use]
     pub fn is_receiver_enabled(&self) -> bool {
         self.is_receiving_enabled() && self.b & RXC != 0
     }
 
-    /// What was read can be of a port that has done everything up to `now`.
+    /// Checks that a restored state is possible for a port that has executed everything up to `now`.
     fn is_valid_state(&self, now: u64) -> bool {
         let next = self.sender.next().min(self.receiver.next()).min(self.half).min(self.xck.next());
         self.asleep.map_or(next > now, |since| since <= now + 1 && next >= since)
@@ -171,17 +173,18 @@ impl AvrUsart {
         self.b & RXEN != 0
     }
 
-    /// The port has TXD: a transmitter that is switched off goes on until all is sent (section 20.6.5).
+    /// Reports whether the port drives TXD. A transmitter that is switched off continues until everything is
+    /// sent (section 20.6.5).
     fn is_transmitting(&self) -> bool {
         self.b & TXEN != 0 || self.sender.active
     }
 
-    /// Ticks of the generator in an asynchronous bit (table 20-1).
+    /// Returns the ticks of the baud rate generator per asynchronous bit (table 20-1).
     fn samples_per_bit(&self) -> u64 {
         if self.a & U2X != 0 { 8 } else { 16 }
     }
 
-    /// UCSRA.
+    /// Returns UCSRA.
     fn status(&self) -> u8 {
         let errors = if self.mode() == UsartMode::Spi { 0 } else { self.fifo.errors() };
         let received = if self.fifo.is_full() { RXC | errors } else { 0 };
@@ -189,7 +192,7 @@ impl AvrUsart {
         self.a | received | empty
     }
 
-    /// The internal step that is due next.
+    /// Returns the cycle of the next internal step.
     fn due(&self) -> u64 {
         match self.asleep {
             Some(_) => NEVER,
@@ -215,14 +218,14 @@ impl AvrUsart {
         self.drive_lines(t, out);
     }
 
-    /// The edge of XCK to this level is the one at which data change, not the one at which they are sampled (figures 20-3,
-    /// 21-1).
+    /// Reports whether the edge of XCK to this level is the one at which data changes, not the one at which
+    /// it is sampled (figures 20-3, 21-1).
     fn is_setup_edge(&self, high: bool) -> bool {
         let leading = high != (self.c & UCPOL != 0);
         leading == (self.mode() == UsartMode::Sync || self.c & UCPHA != 0)
     }
 
-    /// The level of XCK: it has two halves, the first of which begins as data change.
+    /// Returns the level of XCK. A bit has two halves; data changes at the start of the first.
     fn xck_level(&self, t: u64) -> bool {
         let first_half = self.baud.edges_until(t).is_multiple_of(2);
         let idle = self.c & UCPOL != 0;
@@ -233,7 +236,7 @@ impl AvrUsart {
         }
     }
 
-    /// An edge of the clock of synchronous and SPI mode.
+    /// Handles an edge of the clock in synchronous and SPI mode.
     fn on_clock_edge(&mut self, sets_up: bool, t: u64, out: &mut AvrOutbox) {
         if sets_up {
             self.shift(t, out);
@@ -248,7 +251,7 @@ impl AvrUsart {
         self.reschedule_receiver(t);
     }
 
-    /// A bit of master SPI mode comes in, one for each that goes out. With the last one the byte is complete.
+    /// Samples a bit in master SPI mode, one for each bit sent. The last one completes the byte.
     fn shift_in(&mut self) {
         if !self.is_receiving_enabled() {
             return;
@@ -269,7 +272,7 @@ impl AvrUsart {
         }
     }
 
-    /// A bit of what is sent is over.
+    /// Handles the end of a sent bit.
     fn shift(&mut self, t: u64, out: &mut AvrOutbox) {
         if self.sender.active && !self.sender.next_bit() {
             if self.mode() != UsartMode::Spi {
@@ -291,7 +294,7 @@ impl AvrUsart {
         self.reschedule_sender(t);
     }
 
-    /// A byte of master SPI mode, or one that is to have its bit 7 first.
+    /// Converts between a byte of master SPI mode and the order with bit 7 first.
     fn in_bit_order(&self, byte: u8) -> u8 {
         if self.c & UDORD != 0 { byte.reverse_bits() } else { byte }
     }
@@ -299,13 +302,13 @@ impl AvrUsart {
     fn load(&mut self, word: u16) {
         let byte = word as u8;
         match self.mode() {
-            // Bits go out from the lowest on.
+            // The shift register sends the lowest bit first.
             UsartMode::Spi => self.sender.load(byte, (u16::from(self.in_bit_order(byte).reverse_bits()), 8)),
             _ => self.sender.load(self.format().data(word) as u8, self.format().frame(word)),
         }
     }
 
-    /// An idle shift register takes what is in the buffer.
+    /// Moves the buffer to an idle shift register.
     fn load_next(&mut self, t: u64) {
         let ready = self.b & TXEN != 0 && !self.sender.active;
         if let Some(word) = self.buffer.take_if(|_| ready) {
@@ -323,7 +326,7 @@ impl AvrUsart {
         }
     }
 
-    /// When the next half of a bit begins.
+    /// Schedules the start of the next half bit.
     fn reschedule_receiver(&mut self, t: u64) {
         let runs = match self.mode() {
             UsartMode::Async => false,
@@ -333,7 +336,7 @@ impl AvrUsart {
         self.half = if runs { self.baud.nth(t, 1) } else { NEVER };
     }
 
-    /// Something that has to do with the clock changes.
+    /// Applies a change of the clock, the mode or the baud rate.
     fn change_clock(&mut self, t: u64, change: impl FnOnce(&mut AvrUsart)) {
         self.sender.catch_up(t, &self.baud, self.samples_per_bit());
         self.receiver.catch_up(t, &self.baud);
@@ -351,7 +354,7 @@ impl AvrUsart {
         self.reschedule_receiver(t);
     }
 
-    /// Says what is done to the lines, where that has changed (table 14-10).
+    /// Sends the overrides of the lines that have changed (table 14-10).
     fn drive_lines(&mut self, t: u64, out: &mut AvrOutbox) {
         let txd = if self.is_transmitting() { AvrDrive::Output(self.sender.level) } else { AvrDrive::Port };
         let rxd = if self.is_receiving_enabled() { AvrDrive::Input } else { AvrDrive::Port };

@@ -5,19 +5,19 @@ use emu_core::NEVER;
 use super::baud::BaudClock;
 use super::frame::{FrameFormat, FrameProgress, FrameReader};
 
-/// The receiver.
+/// The receiver of a USART.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct UsartReceiver {
     on: bool,
-    /// The last sample was high, so that a low one begins a frame.
+    /// True if the last sample was high, so that a low sample starts a frame.
     armed: bool,
     frame: Option<FrameReader>,
-    /// Samples of the bit that have been taken to vote, and how many of them were high.
+    /// Number of samples of the current bit taken for the majority vote, and how many of them were high.
     votes: u8,
     highs: u8,
-    /// The shift register of master SPI mode.
+    /// Shift register of master SPI mode.
     pub(super) shift: u8,
-    /// Asynchronous: ticks of the generator from `since` to the next sample that matters, and when that is.
+    /// Asynchronous mode: ticks of the generator from `since` to the next relevant sample, and its cycle.
     wait: u64,
     since: u64,
     next: u64,
@@ -29,6 +29,7 @@ emu_core::state! {
 }
 
 impl UsartReceiver {
+    /// A receiver that is switched off.
     pub(super) const OFF: UsartReceiver = UsartReceiver {
         on: false,
         armed: false,
@@ -41,29 +42,31 @@ impl UsartReceiver {
         next: NEVER,
     };
 
-    /// When the next sample is taken that matters; `NEVER` while the line rests, and where it is clocked from without.
+    /// Returns the cycle of the next relevant sample; `NEVER` while the line is idle, and in the clocked
+    /// modes.
     pub(super) const fn next(&self) -> u64 {
         self.next
     }
 
-    /// Switched on, or to another mode. A line that is low begins no frame.
+    /// Returns a receiver after it was switched on, or to another mode. A low line does not start a frame.
     pub(super) fn begin(on: bool) -> UsartReceiver {
         UsartReceiver { on, ..UsartReceiver::OFF }
     }
 
-    /// The next sample that matters is the `wait`th tick after `t`.
+    /// Schedules the next relevant sample at the `wait`th tick after `t`.
     fn wait(&mut self, wait: u64, t: u64, baud: &BaudClock) {
         (self.wait, self.since, self.next) = (wait, t, baud.nth(t, wait));
     }
 
-    /// Asynchronous: the line may have changed, or the receiver is new; looks at it with the next tick.
+    /// Asynchronous mode: schedules a sample at the next tick, because the line may have changed or the
+    /// receiver was switched on.
     pub(super) fn schedule_sample(&mut self, t: u64, baud: &BaudClock) {
         if self.on && self.frame.is_none() && self.next == NEVER {
             self.wait(1, t, baud);
         }
     }
 
-    /// The ticks up to `t` are counted.
+    /// Counts the ticks up to `t`, before the tick rate changes.
     pub(super) fn catch_up(&mut self, t: u64, baud: &BaudClock) {
         if self.next != NEVER {
             self.wait = self.wait.saturating_sub(baud.divided_between(self.since, t, 1)).max(1);
@@ -71,19 +74,19 @@ impl UsartReceiver {
         }
     }
 
-    /// The ticks after `t` are others than before.
+    /// Schedules the next sample again, after the tick rate has changed at `t`.
     pub(super) fn schedule(&mut self, t: u64, baud: &BaudClock) {
         if self.next != NEVER {
             self.wait(self.wait, t, baud);
         }
     }
 
-    /// Takes the sample that is due; `per_bit` is 16 or 8.
+    /// Processes the sample that is due; `per_bit` is 16 or 8.
     pub(super) fn sample(&mut self, high: bool, format: FrameFormat, per_bit: u64, baud: &BaudClock) -> FrameProgress {
         let t = std::mem::replace(&mut self.next, NEVER);
         let Some(mut frame) = self.frame else {
             if std::mem::replace(&mut self.armed, high) && !high {
-                // This is sample 1; 8, 9 and 10 vote, or 4, 5 and 6.
+                // This is sample 1; samples 8, 9 and 10 vote, or 4, 5 and 6 with double speed.
                 self.frame = Some(FrameReader::new(format));
                 self.wait(per_bit / 2 - 1, t, baud);
             }
@@ -102,14 +105,15 @@ impl UsartReceiver {
             self.frame = Some(frame);
             self.wait(per_bit - 2, t, baud);
         } else {
-            // A start bit may follow that is in sight already (section 20.8.3): what was voted counts as the last sample.
+            // The next start bit may already have begun (section 20.8.3): the result of the vote counts as
+            // the last sample.
             (self.frame, self.armed) = (None, high);
             self.wait(1, t, baud);
         }
         found
     }
 
-    /// Takes a bit at an edge of the clock (synchronous mode).
+    /// Samples a bit at an edge of the clock (synchronous mode).
     pub(super) fn sample_clocked(&mut self, high: bool, format: FrameFormat) -> FrameProgress {
         let begins = std::mem::replace(&mut self.armed, high) && !high;
         if self.frame.is_none() && begins {
@@ -121,7 +125,7 @@ impl UsartReceiver {
         found
     }
 
-    /// When the frame is complete; the next sample where there is none yet.
+    /// Returns the cycle at which the frame is complete, or the next sample if there is no frame.
     pub(super) fn end(&self, per_bit: u64, baud: &BaudClock) -> u64 {
         match &self.frame {
             Some(frame) if self.next != NEVER => {
@@ -132,7 +136,7 @@ impl UsartReceiver {
         }
     }
 
-    /// The clock stood for so many cycles.
+    /// Delays everything by the cycles for which the clock was stopped.
     pub(super) fn postpone(&mut self, cycles: u64) {
         self.since = self.since.saturating_add(cycles);
         self.next = self.next.saturating_add(cycles);

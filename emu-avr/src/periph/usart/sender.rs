@@ -4,20 +4,21 @@ use emu_core::NEVER;
 
 use super::baud::BaudClock;
 
-/// A frame that goes out, and the level on the line.
+/// A frame being sent, and the level on the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct UsartSender {
     /// The lower eight bits of the character.
     pub(super) byte: u8,
-    /// The bits that are not on the line yet, the next one lowest, and how many they are.
+    /// Bits that are not on the line yet, the next one lowest, and their number.
     bits: u16,
     left: u8,
-    /// There is a frame.
+    /// True while a frame is being sent.
     pub(super) active: bool,
-    /// Its first bit is on the line.
+    /// True if its first bit is on the line.
     pub(super) started: bool,
     pub(super) level: bool,
-    /// Asynchronous: bits are taken off up to this moment; the next change of the line, or the end.
+    /// Asynchronous mode: cycle up to which sent bits are removed from `bits`; then the cycle of the next
+    /// change of the line, or of the end.
     since: u64,
     next: u64,
 }
@@ -27,24 +28,26 @@ emu_core::state! {
 }
 
 impl UsartSender {
+    /// An idle shift register, with the line high.
     pub(super) const IDLE: UsartSender =
         UsartSender { byte: 0, bits: 0, left: 0, active: false, started: false, level: true, since: 0, next: NEVER };
 
-    /// When the line changes or the frame ends; `NEVER` where the frame is clocked from without.
+    /// Returns the cycle at which the line changes or the frame ends; `NEVER` in the clocked modes.
     pub(super) const fn next(&self) -> u64 {
         self.next
     }
 
-    /// The last bit is on the line.
+    /// Reports whether the last bit is on the line.
     pub(super) const fn is_at_last_bit(&self) -> bool {
         self.left == 0
     }
 
+    /// Loads a frame: the character, its bits with the first one lowest, and their number.
     pub(super) fn load(&mut self, byte: u8, (bits, left): (u16, u8)) {
         *self = UsartSender { byte, bits, left, active: true, level: self.level, ..UsartSender::IDLE };
     }
 
-    /// Puts the next bit on the line. False if there is none.
+    /// Puts the next bit on the line; returns false if there is none.
     pub(super) fn next_bit(&mut self) -> bool {
         if self.left == 0 {
             return false;
@@ -61,13 +64,13 @@ impl UsartSender {
         self.left -= n;
     }
 
-    /// Bits that do not change the line.
+    /// Returns the number of bits before the next change of the line.
     fn bits_to_change(&self) -> u64 {
         let same = if self.level { self.bits.trailing_ones() } else { self.bits.trailing_zeros() };
         u64::from(same).min(u64::from(self.left))
     }
 
-    /// Takes the bits off that have passed up to `t` without a change.
+    /// Removes the bits that have been sent up to `t` without a change of the line.
     pub(super) fn catch_up(&mut self, t: u64, baud: &BaudClock, per_bit: u64) {
         if self.next != NEVER {
             let passed = baud.divided_between(self.since, t, per_bit);
@@ -76,18 +79,18 @@ impl UsartSender {
         }
     }
 
-    /// The next step after `t`.
+    /// Schedules the next step after `t`.
     pub(super) fn schedule(&mut self, t: u64, baud: &BaudClock, per_bit: u64) {
         self.since = t;
         self.next = if self.active { baud.nth_divided(t, self.bits_to_change() + 1, per_bit) } else { NEVER };
     }
 
-    /// Clocked from without.
+    /// Cancels the next step, because a clock line controls the bits.
     pub(super) fn unschedule(&mut self) {
         self.next = NEVER;
     }
 
-    /// When the frame ends, at the earliest and as far as is known.
+    /// Returns the earliest end of the frame.
     pub(super) fn end(&self, baud: &BaudClock, per_bit: u64) -> u64 {
         match self.next {
             NEVER => NEVER,
@@ -95,7 +98,7 @@ impl UsartSender {
         }
     }
 
-    /// The clock stood for so many cycles.
+    /// Delays everything by the cycles for which the clock was stopped.
     pub(super) fn shift(&mut self, cycles: u64) {
         self.since = self.since.saturating_add(cycles);
         self.next = self.next.saturating_add(cycles);

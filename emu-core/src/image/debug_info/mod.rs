@@ -1,246 +1,255 @@
-//! Functions, variables and types of a program, out of the debugging information (DWARF 2 to 5) of its ELF file.
+//! Functions, variables and types of a program, out of the debugging information (DWARF 2 to 5, stabs) of its ELF file.
 //!
 //! ```text
 //!   read.rs    entries of .debug_info to functions, blocks, variables, types
+//!   stabs.rs   records of .stab to the same
 //!   place.rs   where a variable is while the machine is in a frame: location expressions and lists
 //!   unwind.rs  .debug_frame: the frame of the caller
 //! ```
 //!
 //! A type is named by the place of its entry in `.debug_info` ([`TypeId`]), so that types that refer to each other need no second
-//! pass. Nothing here knows a machine: who asks for a place gives registers and memory as a [`FrameView`].
+//! pass; those of stabs have numbers behind. Nothing here knows a machine: who asks for a place gives registers and memory as a [`FrameView`].
 
 mod place;
 mod read;
+mod stabs;
 mod unwind;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
 pub use place::{ByteLocation, FrameView};
 pub use unwind::UnwoundFrame;
 
-/// Where the data memory of an AVR begins in the addresses of its ELF files (binutils, ld/scripttempl/avr.sc).
+/// First address of AVR data memory in the addresses of AVR ELF files (binutils, ld/scripttempl/avr.sc).
 pub const AVR_DATA: u32 = 0x80_0000;
 
-/// A type, by the place of its entry in `.debug_info`.
+/// A type, identified by the offset of its entry in `.debug_info`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TypeId(pub usize);
 
-/// How the bytes of a base type are read (DWARF 4, section 5.1, `DW_AT_encoding`).
+/// How the bytes of a base type are interpreted (DWARF 4, section 5.1, `DW_AT_encoding`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BaseEncoding {
-    /// A number with a sign.
+    /// A signed number.
     Signed,
-    /// A number without a sign.
+    /// An unsigned number.
     Unsigned,
-    /// A character with a sign.
+    /// A signed character.
     SignedChar,
-    /// A character without a sign.
+    /// An unsigned character.
     UnsignedChar,
-    /// True or false.
+    /// A boolean.
     Boolean,
-    /// IEEE 754.
+    /// An IEEE 754 floating-point number.
     Float,
 }
 
-/// A type of C.
+/// A type of C or C++.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum CType {
-    /// A number or character.
+    /// A number, character, boolean or floating-point type.
     Base {
-        /// Its name.
+        /// Name of the type.
         name: String,
-        /// Bytes.
+        /// Size in bytes.
         bytes: u32,
-        /// How they are read.
+        /// How the bytes are interpreted.
         encoding: BaseEncoding,
     },
-    /// A pointer; to nothing is to `void`.
+    /// A pointer or reference.
     Pointer {
-        /// What it points to.
+        /// The type that it points to; `None` means `void`.
         to: Option<TypeId>,
-        /// Bytes.
+        /// Size in bytes.
         bytes: u32,
     },
-    /// An array with one count for each dimension, the outer first; an unknown count is nothing.
+    /// An array with one or more dimensions, the outer one first.
     Array {
-        /// Its elements.
+        /// Type of the elements.
         of: Option<TypeId>,
-        /// Elements by dimension.
+        /// Number of elements of each dimension; `None` if it is unknown.
         counts: Vec<Option<u32>>,
     },
-    /// A struct or union.
+    /// A struct, union or class.
     Record {
         /// `struct`, `union` or `class`.
         keyword: &'static str,
-        /// Its tag.
+        /// The tag; `None` if it is anonymous.
         name: Option<String>,
-        /// Bytes.
+        /// Size in bytes.
         bytes: u32,
-        /// Its members in their order.
+        /// The members in order of declaration.
         members: Vec<StructMember>,
     },
     /// An enumeration.
     Enum {
-        /// Its tag.
+        /// The tag; `None` if it is anonymous.
         name: Option<String>,
-        /// Bytes.
+        /// Size in bytes.
         bytes: u32,
-        /// Its constants.
+        /// The constants: name and value.
         values: Vec<(String, i64)>,
     },
     /// A `typedef`.
     Named {
-        /// The name.
+        /// Name of the `typedef`.
         name: String,
-        /// What it stands for.
+        /// The type that it names.
         of: Option<TypeId>,
     },
-    /// `const`, `volatile` and the like.
+    /// A type with `const`, `volatile`, `restrict` or `_Atomic`.
     Qualified {
-        /// The word.
+        /// The qualifier.
         word: &'static str,
-        /// What it qualifies.
+        /// The type that it qualifies.
         of: Option<TypeId>,
     },
-    /// A function.
+    /// A function type.
     Function {
-        /// What it returns; nothing is `void`.
+        /// Type of the result; `None` means `void`.
         result: Option<TypeId>,
-        /// Types of its parameters.
+        /// Types of the parameters.
         parameters: Vec<Option<TypeId>>,
+        /// The parameters are known: where there are none it takes none.
+        prototyped: bool,
     },
 }
 
 /// A member of a struct or union.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StructMember {
-    /// Its name; an unnamed struct or union within has none.
+    /// Name of the member; `None` for an anonymous struct or union.
     pub name: Option<String>,
-    /// Bytes from the beginning.
+    /// Offset in bytes from the start of the struct or union.
     pub offset: u32,
-    /// Of a bit field: the first bit, counted from the lowest bit of the byte at `offset`, and bits.
+    /// For a bit field: its first bit, counted from the lowest bit of the byte at `offset`, and its number of
+    /// bits.
     pub bit_range: Option<(u32, u32)>,
-    /// Its type.
+    /// Type of the member.
     pub member_type: Option<TypeId>,
 }
 
-/// Where a variable is, as the compiler tells it.
+/// Where a variable is, as the compiler describes it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum VariableLocation {
-    /// Nowhere: it is optimized away.
+    /// The compiler has optimized the variable away.
     #[default]
     OptimizedOut,
-    /// It has one value for ever.
+    /// The variable has a constant value.
     Constant(Vec<u8>),
-    /// An expression.
+    /// One location expression that is always valid.
     Expression(Vec<u8>),
-    /// An expression each for ranges of byte addresses of the program.
+    /// A location expression for each of several ranges of byte addresses of the program.
     List(Vec<(Range<u32>, Vec<u8>)>),
 }
 
 /// A variable or parameter.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct VariableInfo {
-    /// Its name.
+    /// Name of the variable.
     pub name: String,
-    /// Its type; nothing where the file does not tell.
+    /// Type of the variable; `None` if the file does not say.
     pub variable_type: Option<TypeId>,
-    /// It is a parameter.
+    /// Whether it is a parameter.
     pub parameter: bool,
-    /// Line of its declaration, 0 where that is unknown.
+    /// Line of its declaration, 0 if unknown.
     pub line: u32,
-    /// Where it is.
+    /// Location of the variable.
     pub location: VariableLocation,
-    /// The unit that it belongs to, by number.
+    /// Index of its compilation unit.
     pub(super) unit: usize,
 }
 
-/// A block of a function with variables of its own.
+/// A block of a function that can have its own variables.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct BlockInfo {
-    /// Byte addresses of its code; none where it is as large as what it lies in.
+    /// Byte addresses of its code; empty if the block covers all of the block around it.
     pub ranges: Vec<Range<u32>>,
-    /// The function whose code was put here in place of a call.
+    /// The function whose call was inlined as this block.
     pub inlined: Option<String>,
-    /// File and line of that call; the file by its name without folders, empty where it is not known.
+    /// File and line of the inlined call. The file has no folders; it is empty if unknown.
     pub call_site: (String, u32),
-    /// Its variables.
+    /// The variables of the block.
     pub variables: Vec<VariableInfo>,
-    /// Blocks within it.
+    /// The blocks inside this block.
     pub blocks: Vec<BlockInfo>,
 }
 
-/// Begins a location that is an address (DWARF 5, section 7.7.1, `DW_OP_addr`).
+/// The first byte of a location expression that is an address (DWARF 5, section 7.7.1, `DW_OP_addr`).
 const DW_OP_ADDR: u8 = 0x03;
 
 impl VariableInfo {
-    /// It has one place for good, whatever function is running.
+    /// Whether the variable has one fixed address, independent of the function that runs.
     #[must_use]
     pub fn is_everywhere(&self) -> bool {
         matches!(&self.location, VariableLocation::Expression(bytes) if bytes.first() == Some(&DW_OP_ADDR))
     }
 }
 
-/// A function.
+/// A function that has code.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FunctionInfo {
-    /// Its name.
+    /// Name of the function.
     pub name: String,
-    /// What it returns; nothing is `void`.
+    /// Type of the result; `None` means `void`.
     pub result: Option<TypeId>,
-    /// Its type, a [`CType::Function`].
+    /// Type of the function, a [`CType::Function`].
     pub of: TypeId,
-    /// Its code, and its parameters and variables.
+    /// Code, parameters and variables of the function.
     pub block: BlockInfo,
-    /// The base of its frame.
+    /// Location of the base of its frame.
     pub(super) frame_base: VariableLocation,
-    /// The unit that it belongs to, by number.
+    /// Index of its compilation unit.
     pub(super) unit: usize,
 }
 
-/// What location expressions of a unit need to know of it.
+/// A compilation unit: what its location expressions and names depend on.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct UnitInfo {
     pub encoding: gimli::Encoding,
-    /// Place of its first entry in `.debug_info`, from which references within it count.
+    /// Offset of the unit in `.debug_info`; references within the unit are relative to it.
     pub start: usize,
-    /// Name and folder.
+    /// Name of the source file, and below it the folder of the compilation.
     pub name: String,
     pub folder: String,
-    /// Where its addresses begin in `.debug_addr`.
+    /// Offset of the unit's addresses in `.debug_addr`.
     pub addresses: usize,
-    /// Byte addresses of its code; none where the file does not tell.
+    /// Byte addresses of its code; empty if the file does not say.
     pub ranges: Vec<Range<u32>>,
-    /// A compiler that tells where variables are from the first instruction of a function on (GCC, as soon as it has lists).
+    /// Whether locations of variables are valid from the first instruction of a function on. That is so for
+    /// GCC if the unit has location lists.
     pub exact: bool,
 }
 
 /// Functions, variables and types of a program.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct DebugInfo {
-    /// Functions with code, by their first address.
+    /// Functions that have code, sorted by first address.
     pub functions: Vec<FunctionInfo>,
     /// Variables outside of functions.
     pub globals: Vec<VariableInfo>,
     pub(super) types: BTreeMap<usize, CType>,
+    /// Types that are others: what is told elsewhere.
+    pub(super) same_types: HashMap<usize, usize>,
     pub(super) units: Vec<UnitInfo>,
-    /// `.debug_frame` and `.debug_addr`.
+    /// Contents of `.debug_frame`, and below them those of `.debug_addr`.
     pub(super) frames: Vec<u8>,
     pub(super) addresses: Vec<u8>,
 }
 
 impl DebugInfo {
-    /// The debugging information of an ELF file; empty where it has none, and without what is damaged.
+    /// Reads the debugging information of an ELF file. The result is empty if the file has none; damaged
+    /// parts are left out.
     #[must_use]
     pub fn from_elf(bytes: &[u8]) -> DebugInfo {
         read::read_debug_info(bytes)
     }
 
-    /// A type.
+    /// Returns the type with this id.
     #[must_use]
     pub fn type_info(&self, id: TypeId) -> Option<&CType> {
-        self.types.get(&id.0)
+        self.types.get(self.same_types.get(&id.0).unwrap_or(&id.0))
     }
 
     /// All types, in the order of the file.
@@ -248,10 +257,10 @@ impl DebugInfo {
         self.types.iter().map(|(id, kind)| (TypeId(*id), kind))
     }
 
-    /// A type without its names and qualifiers; nothing for `void`.
+    /// Follows typedefs and qualifiers to the underlying type; `None` means `void`.
     #[must_use]
     pub fn resolve_typedefs(&self, mut id: Option<TypeId>) -> Option<TypeId> {
-        // A damaged file may have names that go round in circles.
+        // A damaged file can have typedefs that refer to each other in a cycle.
         for _ in 0..64 {
             match self.type_info(id?)? {
                 CType::Named { of, .. } | CType::Qualified { of, .. } => id = *of,
@@ -261,7 +270,7 @@ impl DebugInfo {
         None
     }
 
-    /// Bytes of a type; nothing where that is unknown.
+    /// Size of a type in bytes, or `None` if it is unknown.
     #[must_use]
     pub fn size(&self, id: Option<TypeId>) -> Option<u32> {
         self.size_within(id, 64)
@@ -281,13 +290,13 @@ impl DebugInfo {
         }
     }
 
-    /// The function whose code is at a byte address.
+    /// The function whose code contains a byte address.
     #[must_use]
     pub fn function_at(&self, byte: u32) -> Option<&FunctionInfo> {
         self.functions.iter().find(|function| function.block.has_code_at(byte))
     }
 
-    /// Name of the source file and folder of the compilation of the code at a byte address.
+    /// Name of the source file, and folder of the compilation, of the code at a byte address.
     #[must_use]
     pub fn unit_at(&self, byte: u32) -> Option<(&str, &str)> {
         let unit = self
@@ -297,13 +306,13 @@ impl DebugInfo {
         self.units.get(unit).map(|unit| (unit.name.as_str(), unit.folder.as_str()))
     }
 
-    /// The variables of a function are in their places only behind its prologue.
+    /// Whether the variables of a function are at their locations only after its prologue.
     #[must_use]
     pub fn has_prologue(&self, function: &FunctionInfo) -> bool {
         !self.units.get(function.unit).is_some_and(|unit| unit.exact)
     }
 
-    /// A variable outside of functions: one of the unit of the code at a byte address first.
+    /// Finds a variable outside of functions; one in the unit of the code at `byte` is preferred.
     #[must_use]
     pub fn global(&self, name: &str, byte: u32) -> Option<&VariableInfo> {
         let unit = self.function_at(byte).map(|function| function.unit);
@@ -311,7 +320,7 @@ impl DebugInfo {
         named().find(|variable| Some(variable.unit) == unit).or_else(|| named().next())
     }
 
-    /// A function: one of the unit of the code at a byte address first.
+    /// Finds a function; one in the unit of the code at `byte` is preferred.
     #[must_use]
     pub fn function(&self, name: &str, byte: u32) -> Option<&FunctionInfo> {
         let unit = self.function_at(byte).map(|function| function.unit);
@@ -321,7 +330,7 @@ impl DebugInfo {
 }
 
 impl DebugInfo {
-    /// The unit of a function is a source file: its name, or the end of its path.
+    /// Whether the unit of a function is the source file `file`, given by its name or the end of its path.
     #[must_use]
     pub fn is_defined_in(&self, function: &FunctionInfo, file: &str) -> bool {
         self.is_unit(function.unit, file)
@@ -332,7 +341,7 @@ impl DebugInfo {
         self.units.get(unit).is_some_and(|unit| is(&unit.name))
     }
 
-    /// A variable outside of functions in the unit of a source file.
+    /// Finds a variable outside of functions in the unit of a source file.
     #[must_use]
     pub fn global_in_file(&self, file: &str, name: &str) -> Option<&VariableInfo> {
         self.globals.iter().find(|variable| variable.name == name && self.is_unit(variable.unit, file))
@@ -340,13 +349,13 @@ impl DebugInfo {
 }
 
 impl BlockInfo {
-    /// The code at a byte address belongs to it.
+    /// Whether the block contains the code at a byte address.
     #[must_use]
     pub fn has_code_at(&self, byte: u32) -> bool {
         self.ranges.iter().any(|range| range.contains(&byte))
     }
 
-    /// The blocks around the code at a byte address, the innermost first, itself last.
+    /// The nested blocks that contain a byte address, innermost first; `self` is the last.
     #[must_use]
     pub fn blocks_around(&self, byte: u32) -> Vec<&BlockInfo> {
         let (mut found, mut here) = (vec![self], self);

@@ -1,8 +1,10 @@
-//! Where a variable is: location expressions of DWARF (DWARF 5, section 2.6), evaluated by `gimli`.
+//! Finds the location of a variable: location expressions of DWARF (DWARF 5, section 2.6), evaluated by
+//! `gimli`.
 //!
-//! An object is a row of bytes, each of which has a place of its own: compilers for AVR keep a number of two bytes in two registers,
-//! or one half of it in a register and the other in memory. So a member of a struct or an element of an array is a part of the row.
-//! A register that an address is computed from is a pair: r28 stands for Y.
+//! An object is a sequence of bytes, and each byte has its own location. Compilers for AVR keep a two-byte
+//! number in two registers, or one half in a register and the other in memory. A member of a struct or an
+//! element of an array is therefore a part of the sequence. A register from which an address is computed is a
+//! pair: r28 means Y.
 
 use gimli::{
     EndianSlice, Evaluation, EvaluationResult, Expression, LittleEndian as Le, Location as Piece, Value, ValueType,
@@ -12,42 +14,43 @@ use super::{AVR_DATA, BaseEncoding, CType, DebugInfo, FunctionInfo, TypeId, Unit
 
 type DwarfSlice<'b> = EndianSlice<'b, Le>;
 
-/// Number of the stack pointer (AVR-GCC, "Register layout": r0 to r31, then SP).
+/// DWARF number of the stack pointer (AVR-GCC, "Register layout": r0 to r31, then SP).
 pub(super) const STACK_POINTER: u16 = 32;
 
-/// Largest object of which bytes are told.
+/// Size in bytes of the largest object whose bytes are located.
 const MAX_OBJECT_BYTES: u32 = 1 << 16;
 
-/// Operations of an expression; more has one that goes round in circles.
+/// Maximum number of operations of an expression, in case it never ends.
 const MAX_OPERATIONS: u32 = 10_000;
 
-/// Where a byte of an object is.
+/// Location of one byte of an object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ByteLocation {
     /// In memory, at an address of the ELF file.
     Memory(u32),
-    /// In a register, by its DWARF number.
+    /// In a register, given by its DWARF number.
     Register(u16),
-    /// In no place, but its value is known.
+    /// Not stored anywhere, but the value is known.
     Value(u8),
-    /// Nowhere: the compiler has optimized it away.
+    /// Optimized away by the compiler.
     OptimizedOut,
 }
 
-/// A frame: what the machine looks like from a call that is not over.
+/// A stack frame: registers and memory as seen from a call that has not returned.
 pub trait FrameView {
-    /// Byte address that the frame is at; of a caller the last byte of its call.
+    /// Byte address of the frame; for a caller, that of the last byte of its call instruction.
     fn pc_byte(&self) -> u32;
-    /// A register of 8 bits by its DWARF number, 32 stands for SP; nothing where its value is lost.
+    /// Value of an 8-bit register by its DWARF number, or of SP by the number 32; `None` if the value is
+    /// lost.
     fn register(&self, number: u16) -> Option<u32>;
     /// A byte of memory at an address of the ELF file.
     fn memory(&self, address: u32) -> Option<u8>;
-    /// The canonical frame address (DWARF 5, section 6.4), an address of the data memory.
+    /// The canonical frame address (DWARF 5, section 6.4), an address of data memory.
     fn cfa(&self) -> Option<u32>;
 }
 
 impl DebugInfo {
-    /// The places of the bytes of a variable in a frame; `function` is the one that the frame is in.
+    /// Returns the location of each byte of a variable in a frame. `function` is the function of the frame.
     #[must_use]
     pub fn locate_bytes(
         &self,
@@ -71,7 +74,8 @@ impl DebugInfo {
         found
     }
 
-    /// Evaluates an expression for an object of so many bytes; nothing where something in it has no value.
+    /// Evaluates an expression for an object of `bytes` bytes. Returns `None` if a part of the expression has
+    /// no value.
     fn evaluate_expression(
         &self,
         unit: &UnitInfo,
@@ -107,7 +111,7 @@ impl DebugInfo {
                     }
                     Piece::Value { value } => {
                         let known = value_bytes(*value);
-                        // Above what is known lies the sign, which a number without one has not.
+                        // Bytes above a known value are filled with its sign; an unsigned value has none.
                         let rest =
                             known.last().map_or(0, |last| if last & 0x80 != 0 && known.len() < 8 { 0xFF } else { 0 });
                         ByteLocation::Value(known.get(n as usize).copied().unwrap_or(rest))
@@ -127,7 +131,8 @@ impl DebugInfo {
         Some(found)
     }
 
-    /// Runs an expression to its end. The second tells that registers are part of it, so that an address is one of data memory.
+    /// Runs an expression to its end. The flag of the result is true if the expression used registers, so
+    /// that an address is one of data memory.
     fn run_evaluation<'b>(
         &'b self,
         unit: &UnitInfo,
@@ -138,7 +143,7 @@ impl DebugInfo {
         let mut evaluation = Expression(EndianSlice::new(expression, Le)).evaluation(unit.encoding);
         evaluation.set_max_iterations(MAX_OPERATIONS);
         let mut result = evaluation.evaluate().ok()?;
-        // Where addresses have 16 bits (LLVM), data memory has no place of its own among them.
+        // With 16-bit addresses (LLVM), data memory has no address range of its own.
         let width = usize::from(unit.encoding.address_size);
         let mut computed = width <= 2;
         loop {
@@ -177,27 +182,29 @@ impl DebugInfo {
                 EvaluationResult::RequiresBaseType(offset) => {
                     evaluation.resume_with_base_type(self.value_type(unit, offset.0)?)
                 }
-                // What a parameter was when the function was called is not kept.
+                // The values of parameters at the time of the call are not kept.
                 _ => return None,
             }
             .ok()?;
         }
     }
 
-    /// The base of the frame of a function, an address of data memory.
+    /// Returns the base of the frame of a function, an address of data memory.
     fn frame_base(&self, function: &FunctionInfo, frame: &dyn FrameView) -> Option<u32> {
         let unit = self.units.get(function.unit)?;
         let expression = function.frame_base.expression_at(frame.pc_byte())?;
         let (evaluation, _) = self.run_evaluation(unit, expression, None, frame)?;
         match evaluation.result().first()?.location {
-            // The register holds the base, and LLVM counts from the first byte of the frame, which is behind the one that Y points to.
+            // The register contains the base. LLVM counts from the first byte of the frame, which is the one
+            // after the byte that Y points to.
             Piece::Register { register } => register_pair(frame, register.0).map(|base| base.wrapping_add(1)),
             Piece::Address { address } => Some(address as u32 & 0xFFFF),
             _ => None,
         }
     }
 
-    /// The type of a value on the stack of an expression; place 0 stands for a number as wide as an address.
+    /// The type of a value on the stack of an expression; offset 0 means a number with the width of an
+    /// address.
     fn value_type(&self, unit: &UnitInfo, offset: usize) -> Option<ValueType> {
         if offset == 0 {
             return Some(ValueType::Generic);
@@ -217,7 +224,7 @@ impl DebugInfo {
 }
 
 impl VariableLocation {
-    /// The expression that holds at a byte address.
+    /// The expression that is valid at a byte address.
     fn expression_at(&self, byte: u32) -> Option<&[u8]> {
         match self {
             VariableLocation::Expression(bytes) => Some(bytes),
@@ -229,7 +236,7 @@ impl VariableLocation {
     }
 }
 
-/// A register as an address is computed from it: it and the next one.
+/// The value of a register and the next one as a pair, from which addresses are computed.
 pub(super) fn register_pair(frame: &dyn FrameView, number: u16) -> Option<u32> {
     if number >= STACK_POINTER {
         return frame.register(number);
@@ -238,13 +245,14 @@ pub(super) fn register_pair(frame: &dyn FrameView, number: u16) -> Option<u32> {
     Some(frame.register(number)? | high << 8)
 }
 
-/// An address of the ELF file: what is computed from registers has 16 bits and lies in data memory.
+/// Converts an address to one of the ELF file. An address computed from registers has 16 bits and is in data
+/// memory.
 fn data_address(address: u64, computed: bool) -> u32 {
     let address = address as u32;
     if computed { AVR_DATA | address & 0xFFFF } else { address }
 }
 
-/// The bytes of a value; those of a number of unspecified width reach to its sign.
+/// The bytes of a value, lowest first. A number of unspecified width has four.
 fn value_bytes(value: Value) -> Vec<u8> {
     match value {
         Value::Generic(value) => value.to_le_bytes()[..4].to_vec(),

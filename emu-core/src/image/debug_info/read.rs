@@ -1,8 +1,8 @@
-//! Entries of `.debug_info` to functions, blocks, variables and types.
+//! Reads the entries of `.debug_info` as functions, blocks, variables and types.
 //!
-//! Entries come depth first, so what is open at a depth is closed by the next entry that is no deeper, and put into what is open
-//! around it. Whatever the bytes are, reading ends: each entry is read once, and location lists and ranges have a budget of the order
-//! of the file's size.
+//! Entries come depth first. The next entry that is not deeper closes an open entry, which is then added to
+//! the open entry around it. Reading ends for any input: each entry is read once, and location lists and
+//! ranges have a budget in the order of the file size.
 
 mod attributes;
 
@@ -17,49 +17,55 @@ use gimli::{
 use attributes::{constant_bytes, encoding, lossy_text, range, signed_value, unsigned_attribute};
 
 use super::{
-    BlockInfo, CType, DebugInfo, FunctionInfo, StructMember, TypeId, UnitInfo, VariableInfo, VariableLocation,
+    BlockInfo, CType, DebugInfo, FunctionInfo, StructMember, TypeId, UnitInfo, VariableInfo, VariableLocation, stabs,
 };
 use crate::image::{dwarf, elf};
 
 type DwarfSlice<'b> = EndianSlice<'b, Le>;
 type DwarfEntry<'b> = DebuggingInformationEntry<DwarfSlice<'b>>;
 
-/// Deepest nesting of blocks.
+/// Maximum nesting depth of entries inside which blocks and variables are kept.
 const MAX_DEPTH: usize = 200;
 
+/// Reads the debugging information of an ELF file; damaged parts are left out.
 pub(super) fn read_debug_info(bytes: &[u8]) -> DebugInfo {
     let bytes = elf::aligned(bytes);
     let Some(sections) = elf::debug_sections(&bytes) else { return DebugInfo::default() };
     let named =
         |name: &str| sections.iter().find(|(own, _)| *own == name).map_or(&[][..], |(_, section)| section.bytes());
     let section = |id: SectionId| -> Result<DwarfSlice<'_>, Error> { Ok(EndianSlice::new(named(id.name()), Le)) };
-    let Ok(dwarf) = Dwarf::load(section) else { return DebugInfo::default() };
-    let mut reader = DebugInfoReader { budget: bytes.len() * 4 + (1 << 20), ..DebugInfoReader::default() };
-    dwarf::each_unit(&dwarf, &mut |unit| {
-        if let Ok(unit) = unit {
-            // The head of a line program is read with each unit that names it.
-            let head = unit.line_program.as_ref().map_or(0, |program| program.header().header_length());
-            reader.budget = reader.budget.saturating_sub(head);
-            reader.unit(&dwarf, &unit);
-        }
-        reader.budget > 0
-    });
-    let mut info = reader.finish(&elf::code_names_at(&bytes, 0));
+    let mut info = Dwarf::load(section).map_or_else(|_| DebugInfo::default(), |dwarf| read_dwarf(&dwarf, &bytes));
     info.frames = named(".debug_frame").to_vec();
     info.addresses = named(".debug_addr").to_vec();
+    let last = info.types.last_key_value().map_or(0, |(last, _)| last.saturating_add(1));
+    stabs::add_stabs(&mut info, &sections, &bytes, last.max(named(".debug_info").len()));
     info
 }
 
-/// Something whose entries are still coming.
+fn read_dwarf(dwarf: &Dwarf<DwarfSlice<'_>>, bytes: &[u8]) -> DebugInfo {
+    let mut reader = DebugInfoReader { budget: bytes.len() * 4 + (1 << 20), ..DebugInfoReader::default() };
+    dwarf::each_unit(dwarf, &mut |unit| {
+        if let Ok(unit) = unit {
+            // The header of a line program is read again for each unit that refers to it.
+            let head = unit.line_program.as_ref().map_or(0, |program| program.header().header_length());
+            reader.budget = reader.budget.saturating_sub(head);
+            reader.unit(dwarf, &unit);
+        }
+        reader.budget > 0
+    });
+    reader.finish(&elf::code_names_at(bytes, 0))
+}
+
+/// An entry whose children are still being read.
 enum OpenEntry {
     Function(FunctionInfo),
     Block(BlockInfo),
-    /// A type with members, counts, constants or parameters.
+    /// A type whose members, counts, constants or parameters follow.
     Type(TypeId),
     Other,
 }
 
-/// A name and a type that others refer to.
+/// Name and type of an entry that other entries refer to.
 #[derive(Default, Clone)]
 struct EntryFacts {
     name: Option<String>,
@@ -72,11 +78,12 @@ struct EntryFacts {
 struct DebugInfoReader {
     info: DebugInfo,
     open: Vec<(isize, OpenEntry)>,
-    /// Variables and functions by the places of their entries.
+    /// Variables and functions by the offsets of their entries.
     known: HashMap<usize, EntryFacts>,
-    /// The unit was made by GCC.
+    /// Whether GCC made the present unit.
     gcc: bool,
-    /// Bytes of heads of line programs, and entries of location lists and ranges, that may still come.
+    /// Budget: bytes of line program headers, and entries of location lists and ranges, that may still be
+    /// read.
     budget: usize,
 }
 
@@ -106,7 +113,7 @@ impl DebugInfoReader {
         self.close_entries(isize::MIN);
     }
 
-    /// What is at this depth or deeper is complete.
+    /// Closes all open entries at this depth or deeper.
     fn close_entries(&mut self, depth: isize) {
         while self.open.last().is_some_and(|(own, _)| *own >= depth) {
             match self.open.pop().map(|(_, open)| open) {
@@ -164,7 +171,7 @@ impl DebugInfoReader {
                     .and_then(|file| of.file(file))
                     .unwrap_or_default();
                 let call = (file, unsigned_attribute(entry, gimli::DW_AT_call_line).unwrap_or(0));
-                // Where the call is not known (DWARF 2) it is no more than a block, as in gdb.
+                // If the call is unknown (DWARF 2), the entry is only a block, as in gdb.
                 let inlined = inlined.filter(|_| call.1 > 0);
                 OpenEntry::Block(BlockInfo {
                     ranges: self.ranges(of, entry),
@@ -209,7 +216,7 @@ impl DebugInfoReader {
         }
     }
 
-    /// Name and type of a variable or function.
+    /// Records name and type of a variable or function.
     fn record_facts(&mut self, of: &UnitContext<'_, '_>, entry: &DwarfEntry<'_>, id: TypeId) -> EntryFacts {
         let origin = [gimli::DW_AT_abstract_origin, gimli::DW_AT_specification].into_iter();
         let known = EntryFacts {
@@ -248,7 +255,10 @@ impl DebugInfoReader {
             gimli::DW_TAG_volatile_type => qualified("volatile"),
             gimli::DW_TAG_restrict_type => qualified("restrict"),
             gimli::DW_TAG_atomic_type => qualified("_Atomic"),
-            gimli::DW_TAG_subroutine_type => CType::Function { result: to, parameters: Vec::new() },
+            gimli::DW_TAG_subroutine_type => {
+                let prototyped = entry.attr_value(gimli::DW_AT_prototyped).is_some();
+                CType::Function { result: to, parameters: Vec::new(), prototyped }
+            }
             _ => {
                 self.read_member(of, entry, name, to);
                 return OpenEntry::Other;
@@ -258,7 +268,7 @@ impl DebugInfoReader {
         OpenEntry::Type(id)
     }
 
-    /// A member, count or constant of the type that is open.
+    /// Reads a member, count or constant of the type that is open.
     fn read_member(
         &mut self,
         of: &UnitContext<'_, '_>,
@@ -275,7 +285,7 @@ impl DebugInfoReader {
                 let bits = bits.map(|size| match unsigned_attribute(entry, gimli::DW_AT_data_bit_offset) {
                     Some(first) => (first, size),
                     None => {
-                        // DWARF 2 counts from the highest bit of what the field is stored in.
+                        // DWARF 2 counts from the highest bit of the storage unit of the field.
                         let unit = unsigned_attribute(entry, gimli::DW_AT_byte_size).unwrap_or(1).min(8) * 8;
                         let above = unsigned_attribute(entry, gimli::DW_AT_bit_offset).unwrap_or(0);
                         (unit.saturating_sub(above.saturating_add(size)), size)
@@ -345,11 +355,12 @@ impl DebugInfoReader {
         found
     }
 
-    /// All entries were read: names of others are put in place. `zero`: what has a name at address 0.
+    /// Completes the result after all entries were read: names that refer to other entries are resolved.
+    /// `zero` are the names of symbols at address 0.
     fn finish(self, zero: &[&[u8]]) -> DebugInfo {
         let DebugInfoReader { mut info, known, .. } = self;
         let find = |mut name: String, of: &mut Option<TypeId>, line: &mut u32| -> String {
-            // A damaged file may refer in circles.
+            // A damaged file can have references in a cycle.
             for _ in 0..8 {
                 let Some(at) = name.strip_prefix('\0').and_then(|at| at.parse().ok()) else { return name };
                 let Some(other) = known.get(&at) else { break };
@@ -374,20 +385,25 @@ impl DebugInfoReader {
             }
         }
         info.globals.iter_mut().for_each(|own| name(&mut own.name, &mut own.variable_type, &mut own.line));
-        for function in &info.functions {
-            let parameters =
-                function.block.variables.iter().filter(|own| own.parameter).map(|own| own.variable_type).collect();
-            info.types.insert(function.of.0, CType::Function { result: function.result, parameters });
-        }
         // A linker that drops a function leaves its entry, at address 0.
         let kept = |function: &FunctionInfo| {
             let first = function.block.ranges.iter().map(|range| range.start).min();
             first != Some(0) || zero.contains(&function.name.as_bytes())
         };
         info.functions.retain(kept);
-        info.functions.sort_by_key(|function| function.block.ranges.iter().map(|range| range.start).min());
+        finish_functions(&mut info);
         info
     }
+}
+
+/// Types of functions, by their parameters, and their order.
+pub(super) fn finish_functions(info: &mut DebugInfo) {
+    for function in &info.functions {
+        let parameters = function.block.variables.iter().filter(|own| own.parameter).map(|own| own.variable_type);
+        let (result, parameters) = (function.result, parameters.collect());
+        info.types.insert(function.of.0, CType::Function { result, parameters, prototyped: true });
+    }
+    info.functions.sort_by_key(|function| function.block.ranges.iter().map(|range| range.start).min());
 }
 
 /// What stands in place of a name until all entries were read: none has such a character.
@@ -395,7 +411,7 @@ fn type_reference(origin: Option<usize>) -> String {
     origin.map_or(String::new(), |at| format!("\0{at}"))
 }
 
-/// The unit that an entry belongs to.
+/// The unit of an entry.
 struct UnitContext<'a, 'b> {
     dwarf: &'a Dwarf<DwarfSlice<'b>>,
     unit: &'a Unit<DwarfSlice<'b>>,
@@ -422,7 +438,7 @@ impl UnitContext<'_, '_> {
         (!name.is_empty()).then_some(name)
     }
 
-    /// The entry that an attribute refers to, by its place.
+    /// The entry that an attribute refers to, by its offset.
     fn kind(&self, entry: &DwarfEntry<'_>, name: DwAt) -> Option<TypeId> {
         match entry.attr_value(name)? {
             AttributeValue::UnitRef(offset) => self.start.checked_add(offset.0).map(TypeId),
@@ -431,14 +447,14 @@ impl UnitContext<'_, '_> {
         }
     }
 
-    /// A source file by its number, without its folder.
+    /// The name of a source file, given its number, without its folder.
     fn file(&self, number: u32) -> Option<String> {
         let header = self.unit.line_program.as_ref()?.header();
         let name = self.dwarf.attr_line_string(header.file(number.into())?.path_name()).ok().map(lossy_text)?;
         Some(name.rsplit('/').next().unwrap_or_default().to_owned())
     }
 
-    /// Bytes before a member.
+    /// Offset in bytes of a member.
     fn offset(&self, entry: &DwarfEntry<'_>) -> u32 {
         if let Some(offset) = unsigned_attribute(entry, gimli::DW_AT_data_member_location) {
             return offset;
@@ -446,7 +462,7 @@ impl UnitContext<'_, '_> {
         let Some(AttributeValue::Exprloc(expression)) = entry.attr_value(gimli::DW_AT_data_member_location) else {
             return 0;
         };
-        // In DWARF 2 it is an expression: add so many.
+        // In DWARF 2 the offset is an expression: add a constant.
         let mut operations = expression.operations(self.unit.encoding());
         match operations.next() {
             Ok(Some(gimli::Operation::PlusConstant { value })) => u32::try_from(value).unwrap_or(0),

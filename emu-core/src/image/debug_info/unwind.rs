@@ -1,21 +1,21 @@
-//! Frames of callers, by `.debug_frame` (DWARF 5, section 6.4).
+//! Computes the frames of callers from `.debug_frame` (DWARF 5, section 6.4).
 
 use gimli::{BaseAddresses, CfaRule, DebugFrame, LittleEndian as Le, RegisterRule, UnwindContext, UnwindSection as _};
 
 use super::place::{FrameView, register_pair};
 use super::{AVR_DATA, DebugInfo};
 
-/// What is known of the frame around one.
+/// What is known about the frame of a caller.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnwoundFrame {
-    /// The canonical frame address, in data memory: what SP is again when the function has returned.
+    /// The canonical frame address in data memory: the value of SP after the function has returned.
     pub cfa: u32,
-    /// Registers that the function has saved, by their numbers, and the addresses in data memory where they lie.
+    /// Registers that the function has saved: number, and address in data memory.
     pub saved: Vec<(u16, u32)>,
 }
 
 impl DebugInfo {
-    /// How to get from a frame to the one around it; nothing where the file does not tell.
+    /// Computes the frame of the caller of `frame`, or returns `None` if the file does not describe it.
     #[must_use]
     pub fn unwind(&self, frame: &dyn FrameView) -> Option<UnwoundFrame> {
         if self.frames.is_empty() {

@@ -1,12 +1,14 @@
-//! Rows of dropped functions among those that begin at address 0.
+//! Separates rows of dropped functions from rows of real code at address 0.
 //!
-//! A linker that drops a section (`--gc-sections`) has no address for what is said of it. For .debug_line GNU ld writes 0, in lists of
-//! ranges 0 or 1, LLD writes the highest addresses (which `gimli` leaves out). DWARF 5 gives such ranges their real length, so a
-//! dropped function seems to lie on the code at address 0: the vector table, and what follows. But code may really be there: vectors
-//! in assembler, or the `main` of a program without them.
+//! A linker that drops a section (`--gc-sections`) has no address for the debugging information of it. GNU ld
+//! writes 0 in .debug_line, and 0 or 1 in lists of ranges. LLD writes the highest addresses, which `gimli`
+//! leaves out. DWARF 5 gives such ranges their real length, so a dropped function seems to be at address 0,
+//! on top of the vector table and the code after it. But code can really be there: vectors in assembler, or
+//! the `main` of a program without vectors.
 //!
-//! The table of symbols decides. A function that is there has a symbol at 0 and an entry of that name in its unit; a dropped one has
-//! the entry alone. What has no entry (assembler, files without symbols) stays doubtful: it gives way to every other line.
+//! The symbol table decides. A function that exists has a symbol at 0 and an entry of that name in its unit;
+//! a dropped one has only the entry. Rows without an entry (assembler, files without symbols) are doubtful:
+//! they are used only where no other line is.
 
 use std::collections::HashSet;
 
@@ -16,15 +18,16 @@ use super::{DwarfSlice, MAX_NAME};
 use crate::image::elf;
 use crate::image::source_lines::SourceLine;
 
-/// The highest address that stands for no address; 1 is odd or within the first instruction.
+/// The highest address that a linker writes for dropped code. Address 1 is never the start of an instruction
+/// of its own.
 const MAX_LOW_ADDRESS: u64 = 1;
-/// References from entry to entry that are followed for a name.
+/// Maximum number of references between entries that are followed to find a name.
 const MAX_REFERENCES: usize = 4;
 
-/// Rows that belong together: they ascend, and lie in one section.
+/// A sequence of rows with rising addresses in one section.
 pub(super) struct LowSequence {
     start: u64,
-    /// The address behind the last row.
+    /// The address after the last row.
     pub end: u64,
     pub lines: Vec<SourceLine>,
 }
@@ -34,29 +37,38 @@ impl LowSequence {
         LowSequence { start, end: start, lines: Vec::new() }
     }
 
-    /// It begins where dropped code is put.
+    /// Whether the sequence starts at an address that linkers use for dropped code.
     pub(super) fn is_low(&self) -> bool {
         self.start <= MAX_LOW_ADDRESS
     }
 }
 
-/// What is known of address 0.
+/// What is known about the code at address 0.
 pub(super) struct DroppedScan<'a, 'b> {
     dwarf: &'a Dwarf<DwarfSlice<'b>>,
     elf: &'a [u8],
-    /// Names of symbols at 0, read when they are first asked for.
+    /// Names of the symbols at address 0, read on first use.
     owners: Option<HashSet<Vec<u8>>>,
-    /// Attributes that may still be read.
+    /// Number of attributes that may still be read.
     budget: usize,
 }
 
-/// The functions of some units that begin at 0.
+/// The functions of some units that start at address 0.
 #[derive(Default)]
 struct LinkedFunctions {
-    /// Some have names.
+    /// Whether any of them has a name.
     named: bool,
     /// Sizes in bytes of those that have a symbol.
     alive: Vec<u64>,
+}
+
+/// Lines of sequences that begin at address 0.
+#[derive(Default)]
+pub(super) struct SplitLines {
+    /// Those that are code.
+    pub kept: Vec<SourceLine>,
+    /// Those of which it is not known.
+    pub unsure: Vec<SourceLine>,
 }
 
 impl<'a, 'b> DroppedScan<'a, 'b> {
@@ -65,31 +77,28 @@ impl<'a, 'b> DroppedScan<'a, 'b> {
         DroppedScan { dwarf, elf, owners: None, budget }
     }
 
-    /// The lines of those sequences that are code, and the lines of which it is not known.
-    pub(super) fn split_dropped(
-        &mut self,
-        low: Vec<LowSequence>,
-        units: &[Unit<DwarfSlice<'b>>],
-    ) -> (Vec<SourceLine>, Vec<SourceLine>) {
+    /// Tells lines of those sequences that are code from those of which it is not known.
+    pub(super) fn split_dropped(&mut self, low: Vec<LowSequence>, units: &[Unit<DwarfSlice<'b>>]) -> SplitLines {
         let mut functions = LinkedFunctions::default();
         for unit in units {
-            // A damaged unit says nothing more.
+            // A damaged unit gives no more functions.
             _ = self.functions(unit, units, &mut functions);
         }
         let nobody = self.linked_names().is_empty();
         if !functions.alive.is_empty() {
-            // Of several that begin at 0 it is the one that fits the function best.
+            // Of several sequences at 0 the real one is the one whose end fits the function best.
             let fits = |sequence: &LowSequence| {
                 let sizes = functions.alive.iter().filter_map(|size| sequence.end.checked_sub(*size));
                 sizes.min()
             };
             let best = low.into_iter().filter_map(|s| Some((fits(&s)?, s))).min_by_key(|(over, _)| *over);
-            return (best.map(|(_, sequence)| sequence.lines).unwrap_or_default(), Vec::new());
+            let kept = best.map(|(_, sequence)| sequence.lines).unwrap_or_default();
+            return SplitLines { kept, unsure: Vec::new() };
         }
         if functions.named && !nobody {
-            return (Vec::new(), Vec::new());
+            return SplitLines::default();
         }
-        (Vec::new(), low.into_iter().flat_map(|sequence| sequence.lines).collect())
+        SplitLines { kept: Vec::new(), unsure: low.into_iter().flat_map(|sequence| sequence.lines).collect() }
     }
 
     fn linked_names(&mut self) -> &HashSet<Vec<u8>> {
@@ -97,7 +106,7 @@ impl<'a, 'b> DroppedScan<'a, 'b> {
         self.owners.get_or_insert_with(|| {
             let mut owners = HashSet::new();
             for name in elf::code_names_at(elf, 0).into_iter().filter(|name| name.len() <= MAX_NAME) {
-                // Clones that a compiler makes have what they are behind a dot: `scale.constprop.0`.
+                // A clone that the compiler made has a suffix after a dot: `scale.constprop.0`.
                 let stem = name.split(|byte| *byte == b'.').next().unwrap_or_default();
                 owners.insert(stem.to_vec());
                 owners.insert(name.to_vec());
@@ -106,7 +115,7 @@ impl<'a, 'b> DroppedScan<'a, 'b> {
         })
     }
 
-    /// Adds the functions of a unit that begin at 0.
+    /// Adds the functions of a unit that start at address 0.
     fn functions(
         &mut self,
         unit: &Unit<DwarfSlice<'b>>,
@@ -140,8 +149,8 @@ impl<'a, 'b> DroppedScan<'a, 'b> {
     }
 }
 
-/// The names of a function, of which a linker knows one: its own or those of the entries that it refers to, in its unit or in others of
-/// its line program.
+/// The names under which a linker can know a function: its own, and those of entries that it refers to, in
+/// its unit or in another unit of its line program.
 fn linkage_names<'b>(
     dwarf: &Dwarf<DwarfSlice<'b>>,
     unit: &Unit<DwarfSlice<'b>>,
@@ -173,7 +182,7 @@ fn linkage_names<'b>(
     found
 }
 
-/// The unit that has the entry at an offset of .debug_info.
+/// Finds the unit that contains the entry at an offset of .debug_info.
 fn referenced_entry<'u, 'b>(
     units: &'u [Unit<DwarfSlice<'b>>],
     offset: DebugInfoOffset,
@@ -182,7 +191,7 @@ fn referenced_entry<'u, 'b>(
     units.iter().take(MAX_DEPTH).find_map(|unit| Some((unit, offset.to_unit_offset(&unit.header)?)))
 }
 
-/// Adds doubtful lines where no other covers their begin, as far as the next one.
+/// Adds doubtful lines whose start no other line covers; each ends at the latest where the next line starts.
 pub(super) fn add_where_free(lines: &mut Vec<SourceLine>, doubtful: Vec<SourceLine>) {
     if doubtful.is_empty() {
         return;
@@ -190,7 +199,7 @@ pub(super) fn add_where_free(lines: &mut Vec<SourceLine>, doubtful: Vec<SourceLi
     let mut covered: Vec<(u32, u32)> =
         lines.iter().map(|line| (line.addr, line.addr.saturating_add(line.len))).collect();
     covered.sort_unstable();
-    // The end of what begins before a place is that of the farthest.
+    // The end of what starts before an address is the largest of the ends.
     let mut end = 0;
     for (_, own) in &mut covered {
         end = end.max(*own);

@@ -1,10 +1,10 @@
-//! The codes of the loader of object files, one row each: code, title, explanation.
+//! The diagnostic codes of the loader of OMF-51 object files, one row each: code, title, explanation.
 
 use diag::DiagnosticCode;
 
 use crate::image::codes::row;
 
-/// All codes that [`super::load_omf51`] gives, for `emu explain`.
+/// All codes that [`super::load_omf51`] reports, for `emu explain`.
 #[rustfmt::skip]
 pub const OMF_CODES: &[DiagnosticCode] = &[
     row("OMF001", "an object file that is cut off",

@@ -1,11 +1,12 @@
-//! Names and lines of an absolute object file: scopes, debug items, public definitions, and what Keil has added.
+//! Names and lines of an absolute object file: scopes, debug items, public definitions, and Keil's additions.
 //!
 //! ```text
 //!   scope (10):       kind (0 module, 1 block, 2 function begins; 3, 4, 5 end), name
-//!   debug items (12): 0 locals, 1 publics, 2 segments: {segment, info, offset (2), 0, name}; 3 lines: {segment, offset (2), line (2)}
+//!   debug items (12): 0 locals, 1 publics, 2 segments: {segment, info, offset (2), 0, name};
+//!                     3 lines: {segment, offset (2), line (2)}
 //!   public (16):      {segment, info, offset (2), 0, name}
 //!   info:             bits 0 to 2: 0 code, 1 external RAM, 2 RAM, 3 indirect RAM, 4 bit, 5 number
-//!   Keil (22):        as debug items; of names there may be a byte more in front of the name. Keil has not published it.
+//!   Keil (22):        as debug items; there can be one or two more bytes before a name. Not published.
 //!   Keil (24):        4 bytes, the name of the module's source file, 0
 //! ```
 
@@ -18,10 +19,10 @@ use crate::image::symbols::keil::ScopeTracker;
 use crate::image::symbols::names::{NameRank, resolve_names};
 use crate::image::symbols::{CollectedSymbols, MemorySpace, too_long};
 
-/// Most names and lines together; programs of 64 KB have some thousand.
+/// Maximum number of names and lines together; a program of 64 KB has a few thousand.
 const MAX_ITEMS: usize = 1 << 18;
 
-/// A name and what follows it: its length stands in front.
+/// Splits off a name, which is preceded by its length, and returns it with the bytes after it.
 pub(super) fn name(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     let (&length, rest) = bytes.split_first()?;
     rest.split_at_checked(length.into())
@@ -31,22 +32,22 @@ fn lossy_name(name: &[u8]) -> String {
     String::from_utf8_lossy(name).into_owned()
 }
 
-/// Names and lines as they are found.
+/// Collects names and lines as they are read.
 #[derive(Default)]
 pub(super) struct OmfItems {
     scopes: ScopeTracker,
     found: CollectedSymbols,
-    /// A source file that stands in front of its module.
+    /// A source file that comes before its module.
     source: Option<String>,
-    /// The scope of a module is open.
+    /// Whether the scope of a module is open.
     open: bool,
-    /// How many were found.
+    /// Number of names and lines so far.
     count: usize,
-    /// Records that could not be read to their end, and how many they are.
+    /// Number of records that could not be read to their end.
     damaged: u64,
 }
 
-/// What an item of a record says.
+/// A symbol in a record.
 struct OmfItem<'b> {
     info: u8,
     offset: u16,
@@ -54,7 +55,7 @@ struct OmfItem<'b> {
 }
 
 impl OmfItems {
-    /// The module header.
+    /// Reads the module header.
     pub(super) fn header(&mut self, module: &[u8]) {
         self.module(module);
     }
@@ -69,7 +70,7 @@ impl OmfItems {
         }
     }
 
-    /// A scope begins or ends.
+    /// Reads the begin or end of a scope.
     pub(super) fn scope(&mut self, contents: &[u8]) {
         let Some((kind, rest)) = contents.split_first() else { return self.damaged += 1 };
         let Some((name, _)) = name(rest) else { return self.damaged += 1 };
@@ -90,7 +91,7 @@ impl OmfItems {
         }
     }
 
-    /// Debug items of Intel's format; `width` is that of a number of a segment.
+    /// Reads debug items in Intel's format; `width` is the number of bytes of a segment number.
     pub(super) fn items(&mut self, contents: &[u8], width: usize) {
         let Some((kind, rest)) = contents.split_first() else { return self.damaged += 1 };
         match kind {
@@ -98,14 +99,14 @@ impl OmfItems {
                 Some(items) => items.iter().for_each(|item| self.symbol(item, *kind == 1)),
                 None => self.damaged += 1,
             },
-            // Names of segments are no places of the program.
+            // Names of segments are not names of addresses.
             2 => {}
             3 => self.lines(rest, width),
             _ => self.damaged += 1,
         }
     }
 
-    /// Those of Keil's linkers.
+    /// Reads debug items of Keil's linkers.
     pub(super) fn keil(&mut self, contents: &[u8]) {
         let Some((kind, rest)) = contents.split_first() else { return self.damaged += 1 };
         match kind {
@@ -118,7 +119,7 @@ impl OmfItems {
         }
     }
 
-    /// Public definitions.
+    /// Reads public definitions.
     pub(super) fn publics(&mut self, contents: &[u8], width: usize) {
         match split_items(contents, width, 1) {
             Some(items) => items.iter().for_each(|item| self.symbol(item, true)),
@@ -126,11 +127,11 @@ impl OmfItems {
         }
     }
 
-    /// The name of the source file of the module that is open, or comes next.
+    /// Reads the name of the source file of the module that is open or comes next.
     pub(super) fn source(&mut self, contents: &[u8]) {
         let name = contents.get(4..).unwrap_or_default();
         let name = name.split(|byte| *byte == 0).next().unwrap_or_default();
-        // A length in front of the name, as other names have it, is none of its characters.
+        // If the first byte is the length of the rest, as for other names, it is not part of the name.
         let name = match name.split_first() {
             Some((&first, rest)) if usize::from(first) == rest.len() => rest,
             _ => name,
@@ -184,7 +185,7 @@ impl OmfItems {
         }
     }
 
-    /// The symbols and lines. What could not be read is told once.
+    /// Returns the symbols and lines. Unreadable records are reported once for the whole file.
     pub(super) fn finish(mut self, faults: &mut FaultList) -> (Vec<SymbolAt>, Vec<SourceLine>) {
         self.scopes.finish(&mut self.found, &mut FaultList::new("", ""));
         if self.damaged > 0 || self.count > MAX_ITEMS {
@@ -197,7 +198,7 @@ impl OmfItems {
             };
             faults.warning("OMF011", Pos::default(), cause, "give the map of the linker as --symbols");
         }
-        // Of two places for one name none has it: names never refuse a program.
+        // A name with two addresses is dropped: names never cause a program to be rejected.
         for entry in &mut self.found.entries {
             entry
                 .names
@@ -216,7 +217,8 @@ impl OmfItems {
     }
 }
 
-/// The items with names of a record, with `between` bytes between offset and name; nothing where they do not fill it.
+/// Splits a record into its named items, with `between` bytes between offset and name. Returns `None` if they
+/// do not fill the record exactly.
 fn split_items(mut bytes: &[u8], width: usize, between: usize) -> Option<Vec<OmfItem<'_>>> {
     let mut items = Vec::new();
     while !bytes.is_empty() {
@@ -226,7 +228,7 @@ fn split_items(mut bytes: &[u8], width: usize, between: usize) -> Option<Vec<Omf
         if name.iter().any(|byte| *byte < b' ') {
             return None;
         }
-        // What lies in a segment without an address has none.
+        // A symbol in a segment without an address has no address.
         if segment.iter().all(|byte| *byte == 0) {
             items.push(OmfItem { info, offset: u16::from_le_bytes([low, high]), name });
         }

@@ -1,12 +1,15 @@
-//! OMF-51: object files of Intel's tools for MCS-51, and of those that came after them (Keil, SDCC, ASEM-51), as images. Intel, "External
-//! Product Specification for the MCS-51 Object Module Format", V5.0 (1982), chapter 4 and appendix 3, "Absolute Object Module Format".
+//! Loads OMF-51: object files of Intel's tools for MCS-51 and of their successors (Keil, SDCC, ASEM-51).
+//! Intel, "External Product Specification for the MCS-51 Object Module Format", V5.0 (1982), chapter 4 and
+//! appendix 3, "Absolute Object Module Format".
 //!
 //! ```text
-//!   record:  type, length of the rest (2 bytes, low first), contents, check sum: all bytes of it add up to 0 modulo 256
-//!   file:    module header (02), scopes (10), names and lines (12), contents (06) in any order, module end (04)
+//!   record:  type, length of the rest (2 bytes, low first), contents, check sum:
+//!            all bytes of a record add up to 0 modulo 256
+//!   file:    module header (02); scopes (10), names and lines (12), contents (06) in any order;
+//!            module end (04)
 //! ```
-//! A program to be run is absolute: it has no segments that a linker has still to place. Such a file is taken whole or refused with all
-//! its faults. Names and lines (`items.rs`) never refuse one.
+//! A program that can run is absolute: it has no segments that a linker must still place. Such a file is
+//! accepted as a whole or rejected with all its faults. Names and lines (`items.rs`) never cause a rejection.
 
 mod codes;
 mod items;
@@ -19,7 +22,8 @@ use super::{Image, ImageSpace, LoadedImage, SourceLines};
 pub use codes::OMF_CODES;
 use items::OmfItems;
 
-/// Types of records. Keil's linkers write those of Intel with numbers of segments of two bytes under the next odd number.
+/// Record types. Keil's linkers write Intel's records with two-byte segment numbers under the next odd
+/// number.
 mod record_kind {
     pub(super) const HEADER: u8 = 0x02;
     pub(super) const END: u8 = 0x04;
@@ -34,26 +38,27 @@ mod record_kind {
     pub(super) const KEIL_ITEMS: u8 = 0x22;
     /// The source file of a module, of Keil's linkers.
     pub(super) const KEIL_SOURCE: u8 = 0x24;
-    /// From here on tools may have records of their own.
+    /// The first type that tools can use for records of their own.
     pub(super) const FIRST_OWN: u8 = 0x20;
-    /// The head of a library.
+    /// The header of a library.
     pub(super) const LIBRARY: u8 = 0x2C;
-    /// The first record of a file by Keil's LX51, in another format.
+    /// The first record of a file of Keil's LX51, in another format.
     pub(super) const OMF2: u8 = 0x70;
 }
 
-/// What a file seems to be by its first record.
+/// The kind of a file according to its first record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum OmfGuess {
     /// A module of OMF-51.
     Module,
     /// A library of such modules.
     Library,
-    /// A file by LX51 in Keil's own format.
+    /// A file of LX51 in Keil's own format.
     Omf2,
 }
 
-/// What a file is, if it is no text. No text begins with the byte 02; the two others are letters, so their first record must be right.
+/// Guesses the format of a file that is not text. No text begins with the byte 02. The other two types are
+/// letters, so the check sum of their first record must be right.
 pub(super) fn guess_format(bytes: &[u8]) -> Option<OmfGuess> {
     let right = || {
         let length = usize::from(u16::from_le_bytes([*bytes.get(1)?, *bytes.get(2)?]));
@@ -71,28 +76,30 @@ fn checksum(record: &[u8]) -> u8 {
     record.iter().fold(0, |sum: u8, byte| sum.wrapping_add(*byte))
 }
 
-/// A record whose check sum is right.
+/// A record with a correct check sum.
 #[derive(Clone, Copy)]
 struct OmfRecord<'b> {
     kind: u8,
-    /// Between length and check sum.
+    /// The bytes between length and check sum.
     contents: &'b [u8],
-    /// Where it begins in the file.
+    /// Offset of the record in the file.
     offset: usize,
 }
 
 impl OmfRecord<'_> {
-    /// The type in Intel's specification, and the bytes that a number of a segment has.
+    /// The type in Intel's specification, and the number of bytes of a segment number.
     fn intel(&self) -> (u8, usize) {
         let odd = self.kind < record_kind::FIRST_OWN && self.kind % 2 == 1;
         if odd { (self.kind - 1, 2) } else { (self.kind, 1) }
     }
 }
 
-/// Loads an absolute object file. `file` is the name for messages, `spaces` are the memories of the chip, of which one is `code`.
+/// Loads an absolute object file. `file` is the name for messages, `spaces` are the memories of the chip, one
+/// of which is `code`.
 ///
 /// # Errors
-/// All faults of the file (codes in [`OMF_CODES`]); at most [`super::MAX_REPORTED`] and a closing note with the number of others.
+/// All faults of the file (codes in [`OMF_CODES`]): at most [`super::MAX_REPORTED`], and a closing note with
+/// the number of further ones.
 pub fn load_omf51(file: &str, bytes: &[u8], spaces: &[ImageSpace]) -> Result<LoadedImage, Vec<Diagnostic>> {
     let mut faults = FaultList::new(file, "OMF010");
     match guess_format(bytes) {
@@ -138,13 +145,13 @@ pub fn load_omf51(file: &str, bytes: &[u8], spaces: &[ImageSpace]) -> Result<Loa
 
 const REBUILD_HINT: &str = "the file is cut off or damaged: build or get it again";
 
-/// What has been seen.
+/// What has been read so far.
 #[derive(Default)]
 struct SeenRecords {
     content: bool,
-    /// The module header's name.
+    /// The name in the module header.
     name: Option<Vec<u8>>,
-    /// The records of relocatable modules were told.
+    /// Whether relocatable records have been reported.
     relocatable: bool,
 }
 
@@ -203,7 +210,7 @@ impl OmfReader<'_> {
         }
     }
 
-    /// One record; true for the last.
+    /// Reads one record; returns true for the last one.
     fn record(&mut self, record: OmfRecord<'_>, faults: &mut FaultList) -> bool {
         let (kind, width) = record.intel();
         match kind {
@@ -237,7 +244,7 @@ impl OmfReader<'_> {
             record_kind::PUBLICS => self.items.publics(record.contents, width),
             record_kind::KEIL_ITEMS => self.items.keil(record.contents),
             record_kind::KEIL_SOURCE => self.items.source(record.contents),
-            // What of it is placed stands in the contents; Keil's descriptions of types are not needed.
+            // Placed segments are in the content records; Keil's type descriptions are not needed.
             record_kind::SEGMENTS | record_kind::EXTERNALS | record_kind::FIRST_OWN.. => {}
             _ => damaged(record, "its type is unknown", faults),
         }
@@ -274,7 +281,7 @@ impl OmfReader<'_> {
         });
     }
 
-    /// The module is not absolute. Once said is enough.
+    /// Reports that the module is not absolute, once per file.
     fn relocatable(&mut self, record: OmfRecord<'_>, what: &str, faults: &mut FaultList) {
         if std::mem::replace(&mut self.seen.relocatable, true) {
             return;

@@ -1,4 +1,4 @@
-//! SDCC's debugging records, one a line: CDB File Format, section 4.
+//! Reads SDCC's debugging records, one per line: CDB File Format, section 4.
 //!
 //! ```text
 //!   S:G$fast$0_0$0({1}SC:U),E,0,0     symbol: name, type with size in bytes, address space, stack
@@ -14,10 +14,10 @@ use diag::Pos;
 use super::names::{self, DebugRecord, SymbolScope};
 use super::{CollectedSymbols, FaultList, MemorySpace, SourceKind, numbered_lines, pos_of, shortened};
 
-/// What a symbol or function record says.
+/// The contents of a symbol or function record.
 #[derive(Clone, Copy)]
 struct CdbSymbol {
-    /// None for what lies on a stack or in registers.
+    /// Memory; `None` for a variable on a stack or in registers.
     mem: Option<MemorySpace>,
     size: u32,
 }
@@ -35,7 +35,7 @@ pub(super) fn read_cdb(text: &str, found: &mut CollectedSymbols, faults: &mut Fa
         match line.as_bytes() {
             [b'S' | b'F', b':', ..] => match symbol(line) {
                 Ok((key, kind)) => {
-                    // A function has both records; one of them may not know where it lies.
+                    // A function has both records, and one of them may lack its memory.
                     let known = kinds.entry(key).or_insert(kind);
                     known.mem = known.mem.or(kind.mem);
                 }
@@ -87,7 +87,7 @@ fn place_symbol(
 
 type CdbDamage<'t> = (&'t str, &'static str);
 
-/// `S:name({size}type),space,...`
+/// Parses `S:name({size}type),space,...`.
 fn symbol(line: &str) -> Result<(CdbKey<'_>, CdbSymbol), CdbDamage<'_>> {
     let rest = line.get(2..).unwrap_or_default();
     let (name, _) = rest.split_once('(').ok_or((rest, "the type in parentheses is missing"))?;
@@ -103,7 +103,8 @@ fn symbol(line: &str) -> Result<(CdbKey<'_>, CdbSymbol), CdbDamage<'_>> {
     let space = space.ok_or((after, "the address space is missing"))?;
     let function = size.1.starts_with("DF");
     let mem = match space {
-        // A function that only a declaration or an interrupt table names has the space of undefined symbols.
+        // A function that only a declaration or an interrupt table names has the address space of undefined
+        // symbols.
         "C" | "D" => Some(MemorySpace::Code),
         "Z" if function => Some(MemorySpace::Code),
         "E" | "G" => Some(MemorySpace::Idata),
@@ -113,12 +114,12 @@ fn symbol(line: &str) -> Result<(CdbKey<'_>, CdbSymbol), CdbDamage<'_>> {
         "A" | "B" | "R" | "Z" => None,
         _ => return Err((if space.is_empty() { after } else { space }, "the address space is unknown")),
     };
-    // The size of a function's record is that of a pointer to it; that of a bit is in bytes.
+    // The size in the record of a function is that of a pointer to it; the size of a bit is in bytes.
     let size = if function { 0 } else { bytes };
     Ok(((scope, name, level, block), CdbSymbol { mem, size }))
 }
 
-/// `L:name:address`
+/// Parses `L:name:address`.
 fn link(line: &str) -> Result<(&str, u32), CdbDamage<'_>> {
     let rest = line.get(2..).unwrap_or_default();
     let (name, addr) = rest.rsplit_once(':').ok_or((rest, "the address is missing"))?;

@@ -1,38 +1,40 @@
-//! What stands left of the source text in a line of a listing: address or value, bytes, cycles, line number.
+//! Splits a line of a listing of sdas8051 into the columns left of the source text: address or value, bytes,
+//! cycles, line number.
 //!
 //! ```text
 //!         000139 05 18            [12]   11         inc nudges      address, bytes, cycles, line
 //!         000079                        539 _on_timer:              a label
 //!                              000005     9 limit = 5               a value
 //!                74 65 78 74                                        more bytes of the line before
-//!         000002 E5*00            [12]   12 1$:     mov a, nudges   `*` marks a byte that the linker will change
+//!         000002 E5*00            [12]   12 1$:     mov a, nudges   `*`: the linker will change the byte
 //!      0139 AA F0               512         mov     r2,b            SDCC 2: 16-bit addresses, no cycles
 //! ```
 
-/// Where the line number ends: with addresses of 24 bits (SDCC 3 and 4) and of 16 bits (SDCC 2).
+/// Column where the line number ends: with 24-bit addresses (SDCC 3 and 4) and with 16-bit addresses (SDCC
+/// 2).
 const GUTTER_WIDTHS: [usize; 2] = [39, 31];
-/// An address begins before this column and a value behind it.
+/// An address starts before this column, a value after it.
 const ADDRESS_COLUMN: usize = 10;
-/// The first column where bytes may stand.
+/// The first column in which bytes can be.
 const BYTES_COLUMN: usize = 8;
 
 /// One line of a listing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct GutterRow<'t> {
     pub address: Option<u32>,
-    /// The value of a symbol that is given one.
+    /// The value that the line gives to a symbol.
     pub value: Option<u32>,
-    /// True when bytes stand behind the address.
+    /// Whether there are bytes after the address.
     pub bytes: bool,
-    /// True when the linker will still change a byte.
+    /// Whether the linker will still change a byte.
     pub relocated: bool,
-    /// True when the line has no number: it goes on with the bytes of the one before.
+    /// Whether the line has no number and continues the bytes of the line before.
     pub more: bool,
     /// The source text.
     pub source: &'t str,
 }
 
-/// The column where line numbers end, by the first line of a listing.
+/// Finds the column where line numbers end, from the first line of a listing.
 pub(super) fn gutter_width(first: &str) -> Option<usize> {
     GUTTER_WIDTHS.into_iter().find(|&width| {
         let (Some(gutter), Some(rest)) = (first.get(..width), first.get(width..)) else { return false };
@@ -42,7 +44,7 @@ pub(super) fn gutter_width(first: &str) -> Option<usize> {
     })
 }
 
-/// Takes a line apart; nothing when it is none of a listing.
+/// Splits a line, or returns `None` if it is not a line of a listing.
 pub(super) fn split_gutter(line: &str, width: usize) -> Option<GutterRow<'_>> {
     // A line number of more than five digits moves the source to the right.
     let digits = line.get(width..).map_or(0, |rest| rest.bytes().take_while(u8::is_ascii_digit).count());
@@ -85,7 +87,8 @@ pub(super) fn split_gutter(line: &str, width: usize) -> Option<GutterRow<'_>> {
     Some(row)
 }
 
-/// Bytes of two digits with one character between them; true when one of those is a mark of the linker's.
+/// Checks that a text is two-digit bytes with one character between them. Returns true if one of these
+/// characters is a mark of the linker.
 fn is_byte_pairs(text: &str) -> Option<bool> {
     let mut marked = false;
     for group in text.as_bytes().chunks(3) {

@@ -1,7 +1,8 @@
-//! Listings of the assembler: `.lst` before linking, `.rst` with the addresses that the linker gave.
+//! Reads listings of SDCC's assembler: `.lst` before linking, `.rst` with the final addresses from the
+//! linker.
 //!
-//! Both look alike. In a `.rst` addresses and bytes are final, while the values of symbols that are defined by `.` stay
-//! those of the assembler and are not used.
+//! Both have the same form. In a `.rst` addresses and bytes are final. The values of symbols that are defined
+//! relative to `.` are still those of the assembler and are not used.
 
 use std::collections::{HashMap, HashSet};
 
@@ -11,7 +12,7 @@ use super::gutter::{self, GutterRow};
 use super::names::{self, DebugRecord};
 use super::{CollectedSymbols, FaultList, MemorySpace, SourceKind, extension, numbered_lines, pos_of, shortened};
 
-/// Lines that may follow the first line of a page: radix, title, subtitle, a blank one.
+/// Number of lines that can follow the first line of a page: radix, title, subtitle, and a blank one.
 const PAGE_HEAD_LINES: u32 = 4;
 
 /// Reads a listing; `file` is its name.
@@ -61,21 +62,21 @@ pub(super) fn read_listing(file: &str, text: &str, found: &mut CollectedSymbols,
     }
 }
 
-/// What is known of an area.
+/// What is known about an area.
 #[derive(Clone, Copy)]
 struct ListingArea {
     mem: MemorySpace,
     absolute: bool,
 }
 
-/// The state while lines are read.
+/// The state between lines.
 struct ListingReader<'t> {
     file: &'t str,
-    /// True for a `.lst`, whose areas must be absolute.
+    /// Whether the file is a `.lst`, whose areas must be absolute.
     unlinked: bool,
-    /// True when the compiler wrote the source, so that its comments name lines of C.
+    /// Whether a compiler wrote the source, so that comments name lines of C.
     compiled: bool,
-    /// True under the heading of the bits among the special function registers.
+    /// Whether the present line is under the heading of special function bits.
     bits: bool,
     module: &'t str,
     public: HashSet<&'t str>,
@@ -88,7 +89,7 @@ struct ListingReader<'t> {
 
 impl<'t> ListingReader<'t> {
     fn new(file: &'t str, text: &'t str, width: usize) -> Self {
-        // Names may be declared public behind their label.
+        // A name can be declared public after its label.
         let sources =
             text.lines().filter_map(|line| Some(gutter::split_gutter(line.trim_end(), width)?.source.trim_start()));
         let public = sources.filter_map(|s| s.strip_prefix(".globl")).flat_map(|s| {
@@ -104,13 +105,14 @@ impl<'t> ListingReader<'t> {
             public: public.collect(),
             areas: HashMap::new(),
             name: "_CODE",
-            // The assembler's area without a name has no attributes, which makes it internal RAM.
+            // The assembler's area without a name has no attributes and is therefore internal RAM.
             area: ListingArea { mem: MemorySpace::Idata, absolute: false },
             waiting: Vec::new(),
         }
     }
 
-    /// One line. The error is the part of the line and the reason why the listing has no final addresses.
+    /// Reads one line. The error is the part of the line, and the reason, for which the listing has no final
+    /// addresses.
     fn row(
         &mut self,
         number: u32,
@@ -166,7 +168,7 @@ impl<'t> ListingReader<'t> {
             (Some(".optsdcc"), _) => self.compiled = true,
             (Some(".area"), _) => self.set_scope(source.trim_start_matches(".area").trim()),
             (Some(_), Some(_)) => {
-                // In a data area a symbol that is given a literal number is a place, elsewhere a constant.
+                // In a data area a symbol with a literal value is an address, elsewhere a constant.
                 let given = parse_equate(source).filter(|_| self.area.mem != MemorySpace::Code && self.name != "_CODE");
                 if let Some((name, value)) = given {
                     let mem =
@@ -202,7 +204,7 @@ impl<'t> ListingReader<'t> {
         self.waiting.extend(found);
     }
 
-    /// `NAME (ATTRIBUTES)`; the attributes stand at least where the name comes first.
+    /// Parses `NAME (ATTRIBUTES)`. The attributes are present at least where the name occurs first.
     fn set_scope(&mut self, text: &'t str) {
         let (name, attributes) = text.split_once('(').map_or((text, None), |(n, a)| (n, Some(a)));
         let name = name.split([' ', '\t', ';']).next().unwrap_or_default();
@@ -233,8 +235,8 @@ impl<'t> ListingReader<'t> {
     }
 }
 
-/// The label that a line begins with, and whether two colons make it public. Labels of digits and `$` are local to a few
-/// lines.
+/// The label at the start of a line, and whether two colons make it public. Labels of digits and `$` are
+/// local to a few lines and give `None`.
 fn parse_label(source: &str) -> Option<(&str, bool)> {
     let (name, rest) = source.trim_start().split_once(':')?;
     let fits = name.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'.' | b'$'));
@@ -242,7 +244,7 @@ fn parse_label(source: &str) -> Option<(&str, bool)> {
     fits.then_some((name, rest.starts_with(':')))
 }
 
-/// `name = 0x80`, for debugging names nothing.
+/// Parses `name = 0x80`; `None` for debugging names.
 fn parse_equate(source: &str) -> Option<(&str, u32)> {
     let (name, value) = source.split_once('=')?;
     let value = value.trim_start_matches('=');

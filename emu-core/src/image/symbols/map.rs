@@ -1,4 +1,4 @@
-//! The linker's map: areas with their symbols.
+//! Reads the map of SDCC's linker: areas with their symbols.
 //!
 //! ```text
 //!   Area                                    Addr        Size        Decimal Bytes (Attributes)
@@ -16,10 +16,10 @@ use diag::Pos;
 use super::names::{self, DebugRecord, NameRank};
 use super::{CollectedSymbols, FaultList, MemorySpace, SourceKind, TRUNCATED_CODE, numbered_lines, pos_of, shortened};
 
-/// The linker cuts names to this many characters; a name of this length may be a longer one.
+/// The linker cuts names to this many characters, so a name of this length can be incomplete.
 const NAME_COLUMN_WIDTH: usize = 32;
 
-/// True for the line above a table of areas.
+/// Whether a line is the heading of a table of areas.
 pub(super) fn is_heading(line: &str) -> bool {
     line.starts_with("Area ") && line.contains("Addr")
 }
@@ -78,14 +78,14 @@ pub(super) fn read_map(text: &str, found: &mut CollectedSymbols, faults: &mut Fa
     }
 }
 
-/// A line of dashes and spaces.
+/// Whether a line has only dashes and spaces.
 fn is_rule(line: &str) -> bool {
     line.contains('-') && line.bytes().all(|b| b == b'-' || b == b' ')
 }
 
 fn radix_of(line: &str) -> Option<u32> {
     match line.split_whitespace().next()? {
-        // An old version cannot spell it.
+        // Old versions misspell the word.
         "Hexadecimal" | "Hexidecimal" => Some(16),
         "Octal" => Some(8),
         "Decimal" => Some(10),
@@ -95,12 +95,12 @@ fn radix_of(line: &str) -> Option<u32> {
 
 /// An area of the linker.
 struct MapArea {
-    /// None for absolute values, of which the map does not say what they are.
+    /// Memory of the area; `None` for absolute values, for which the map does not say what they are.
     mem: Option<MemorySpace>,
 }
 
 impl MapArea {
-    /// The line of an area: name, address, size, attributes.
+    /// Parses the line of an area: name, address, size, attributes.
     fn read(line: &str) -> Option<Self> {
         let (head, attributes) = line.split_once(" bytes (")?;
         let attributes = attributes.strip_suffix(')')?;
@@ -123,7 +123,7 @@ impl MapArea {
     }
 }
 
-/// The line of a symbol: memory, value, name, module.
+/// Parses the line of a symbol: memory, value, name, module.
 fn read_symbol(
     number: u32,
     line: &str,
@@ -133,7 +133,7 @@ fn read_symbol(
     found: &mut CollectedSymbols,
     faults: &mut FaultList,
 ) {
-    // The memory is said by the area as well; in front of the value it is `C:`, `D:` or `B:`, in old maps `0D:`.
+    // The area gives the memory too. The prefix of the value is `C:`, `D:` or `B:`, in old maps `0D:`.
     let body = match line.split_once(':') {
         Some((page, rest)) if matches!(page.trim(), "B" | "C" | "D" | "0B" | "0C" | "0D") => rest,
         _ => line,
@@ -152,7 +152,7 @@ fn read_symbol(
     }
     let of_linker = module.is_none() && (name.starts_with("l_") || name.starts_with("s_"));
     if of_linker || name == ".__.ABS." {
-        // Lengths and starts of areas are numbers that the linker makes, and no places.
+        // Lengths and starts of areas are numbers that the linker makes, not addresses of the program.
         return;
     }
     let pos = pos_of(number, line, name);
@@ -160,7 +160,7 @@ fn read_symbol(
     *cut += u32::from(may_be_cut);
     match (names::parse_debug_record(name), area.mem) {
         (Some(_), _) if may_be_cut => {}
-        // The debugging names of absolute values stand beside their plain names.
+        // The debugging names of absolute values are listed in addition to their plain names.
         (Some(DebugRecord::End), _) | (Some(DebugRecord::Symbol { .. }), None) => {}
         (Some(DebugRecord::CLine { file, line }), _) => found.add_line(addr, SourceKind::C, file, line, pos, faults),
         (Some(DebugRecord::AsmLine { module, line }), _) => {
@@ -178,7 +178,7 @@ fn read_symbol(
     }
 }
 
-/// The head of a debugging name whose tail is cut off.
+/// Whether a name can be the start of a debugging name whose end is cut off.
 fn looks_like_debug(name: &str) -> bool {
     name.starts_with("XG$") || name.starts_with(['A', 'C', 'F', 'G', 'L', 'X']) && name.contains(['$', '.'])
 }

@@ -1,18 +1,18 @@
-//! Symbols and source lines of programs, as tools write them beside the image: SDCC's for MCS-51, and those of gputils for
-//! mid-range PICs (in `gputils/`).
+//! Reads symbols and source lines of programs from the files that tools write beside the image: SDCC and Keil
+//! for MCS-51, and gputils for mid-range PICs (in `gputils/`).
 //!
 //! ```text
 //!   main.map   the linker's map: global names by area          map.rs
 //!   main.cdb   debugging records of the compiler and linker    cdb.rs
 //!   main.rst   a module's listing with final addresses         listing.rs, gutter.rs
-//!   main.lst   the same before linking; taken only where all its areas are absolute
+//!   main.lst   the same before linking; accepted only if all its areas are absolute
 //!   main.m51   the map of Keil's linkers                       keil/
-//!   names.rs   debugging names taken apart; which place gets which name
+//!   names.rs   parsing of debugging names; which address gets which name
 //!   spaces.rs  the memories of both families
 //! ```
 //!
-//! Each of the files knows something that the others do not, so several are read together. What each gives and how
-//! names are chosen stands in `docs/formats/sdcc.md`, `keil.md` and `gputils.md`.
+//! Each kind of file contains something that the others lack, so several are read together.
+//! `docs/formats/sdcc.md`, `keil.md` and `gputils.md` describe what each gives and how names are chosen.
 
 mod cdb;
 mod gputils;
@@ -36,32 +36,34 @@ pub use spaces::SymbolSpaces;
 /// A file of symbols, read into memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SymbolFile<'b> {
-    /// Its name, for messages. Its extension only decides where the content does not: `.lst` and `.rst` look alike.
+    /// Name of the file, for messages. Its extension matters only where the content is ambiguous: `.lst` and
+    /// `.rst` have the same form.
     pub name: &'b str,
-    /// Its content.
+    /// Content of the file.
     pub bytes: &'b [u8],
 }
 
-/// What files of symbols say.
+/// The contents of files of symbols.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Symbols {
-    /// The symbols in the order of the memories as [`SymbolSpaces`] lists them, then by address and name. A place has one row for each of
-    /// its names; no name occurs twice in one memory.
+    /// The symbols in the order of the memories in [`SymbolSpaces`], then by address and name. An address has
+    /// one entry for each of its names; no name occurs twice in one memory.
     pub symbols: Vec<SymbolAt>,
-    /// The lines by address, kind, file and line; none twice.
+    /// The lines by address, kind, file and line, without duplicates.
     pub lines: Vec<SourceLine>,
-    /// Names with a value but no memory, by name: a map does not tell a register at 0x80 from a bit at 0x80 or from a
-    /// mere constant. What another of the files explains is not listed.
+    /// Names with a value but no memory, by name. A map does not distinguish a register at 0x80 from a bit at
+    /// 0x80 or a constant. Names that another file explains are not listed.
     pub unplaced: Vec<(String, u32)>,
-    /// The chips that the files name, each with the name of its file, as the file writes it (`16F873`); only `.cod` files do.
+    /// The chips that the files name, each after the name of its file, in the spelling of the file
+    /// (`16F873`). Only `.cod` files name a chip.
     pub processors_by_file: Vec<(String, String)>,
-    /// What is odd about the files, though not wrong.
+    /// Warnings about the files.
     pub warnings: Vec<Diagnostic>,
 }
 
 impl Symbols {
-    /// The line of one kind that the code at a byte address belongs to: the nearest that begins there or before. Of
-    /// several that begin at the same address it is the last, whose code it is; the others made none.
+    /// The line, of one kind, of the code at a byte address: the nearest line that starts there or before. Of
+    /// several lines that start at the same address it is the last one, because the others made no code.
     #[must_use]
     pub fn line_at(&self, kind: SourceKind, addr: u32) -> Option<&SourceLine> {
         let end = self.lines.partition_point(|line| line.addr <= addr);
@@ -69,12 +71,12 @@ impl Symbols {
     }
 }
 
-/// Reads the symbol files of one program together, told apart by content: SDCC's `.map`, `.cdb`, `.rst` and `.lst`, or the
-/// `.cod`, `.map` and `.lst` of gputils.
+/// Reads the symbol files of one program together. Their formats are recognised by content: SDCC's `.map`,
+/// `.cdb`, `.rst` and `.lst`, Keil's `.m51`, or the `.cod`, `.map` and `.lst` of gputils.
 ///
 /// # Errors
-/// All faults of all files (codes in [`super::SYMBOL_CODES`]), file by file in the order of their places, at most
-/// [`super::MAX_REPORTED`] of each; then the names on which the files disagree.
+/// All faults of all files (codes in [`super::SYMBOL_CODES`]), file by file in the order of their positions,
+/// at most [`super::MAX_REPORTED`] per file. If there are none, the names on which the files disagree.
 pub fn load_symbols(files: &[SymbolFile], spaces: SymbolSpaces) -> Result<Symbols, Vec<Diagnostic>> {
     let mut found = CollectedSymbols::default();
     let (mut refused, mut warnings) = (Vec::new(), Vec::new());
@@ -87,7 +89,7 @@ pub fn load_symbols(files: &[SymbolFile], spaces: SymbolSpaces) -> Result<Symbol
             Err(all) => refused.extend(all),
         }
     }
-    // Files with faults disagree for reasons that are already told.
+    // Disagreements of files with faults would only follow from those faults.
     if refused.is_empty() {
         warnings.retain(|warning| !(found.is_complete && warning.code == TRUNCATED_CODE));
         let symbols = names::resolve_names(&found.entries, files, &mut refused);
@@ -98,17 +100,17 @@ pub fn load_symbols(files: &[SymbolFile], spaces: SymbolSpaces) -> Result<Symbol
     Err(refused)
 }
 
-/// Code of the note that counts what is not shown.
+/// Code of the note that counts the faults that are not listed.
 const MORE_CODE: &str = "SYM012";
-/// Code of the warning of names that are cut off, which needs no telling when another file has them whole.
+/// Code of the warning about names that are cut off. It is dropped if another file has the complete names.
 const TRUNCATED_CODE: &str = "SYM011";
 
-/// What the readers find.
+/// What the readers have found.
 #[derive(Default)]
 pub(super) struct CollectedSymbols {
-    /// Number of the file that is being read.
+    /// Index of the file that is being read.
     file_index: usize,
-    /// True when a file was read that has long names whole.
+    /// Whether a file with complete long names was read.
     is_complete: bool,
     pub entries: Vec<SymbolEntry>,
     pub lines: Vec<SourceLine>,
@@ -117,8 +119,8 @@ pub(super) struct CollectedSymbols {
 }
 
 impl CollectedSymbols {
-    /// Adds a place with its names. A register of several bytes is given as one number with a byte for each address,
-    /// lowest first; each gets a row of its own, `name.0` being the low byte.
+    /// Adds an address with its names. A register of several bytes is given as one number with one byte per
+    /// address, lowest first. Each byte gets its own entry; `name.0` is the low byte.
     fn add_symbol(
         &mut self,
         mem: MemorySpace,
@@ -188,10 +190,11 @@ impl CollectedSymbols {
     }
 }
 
-/// Most characters of a name with the module and the function in front of it, and of a file's name. Those are put in front of every name
-/// of a module, so that a long one makes gigabytes of a small file.
+/// Maximum length in characters of a name with its module and function, and of a file name. Module and
+/// function are put before every name of a module, so a long one could turn a small file into gigabytes.
 const MAX_NAME: usize = 1024;
 
+/// Whether a name exceeds [`MAX_NAME`].
 pub(super) fn too_long(name: &str) -> bool {
     name.len() > MAX_NAME && name.chars().count() > MAX_NAME
 }
@@ -207,7 +210,7 @@ fn long_name(name: &str, pos: Pos, faults: &mut FaultList) {
     faults.error("SYM018", pos, cause, "the file is damaged, or no tool wrote it: build anew");
 }
 
-/// A direct address below 0x80 is internal RAM.
+/// The memory of a direct address; below 0x80 it is internal RAM.
 fn direct_space(addr: u32) -> MemorySpace {
     if addr < 0x80 { MemorySpace::Idata } else { MemorySpace::Sfr }
 }
@@ -255,7 +258,7 @@ enum SymbolFormat {
     Listing,
 }
 
-/// The kind of a file by its first lines, and where they say nothing by its extension.
+/// Guesses the format of a file by its first lines, and if they are ambiguous by its extension.
 fn guess_format(file: &SymbolFile, text: &str) -> Option<SymbolFormat> {
     if file.bytes.contains(&0) || file.bytes.starts_with(b":") {
         return None;
@@ -338,14 +341,14 @@ fn numbered_lines(text: &str) -> impl Iterator<Item = (u32, &str)> {
     (1..).zip(text.lines().map(str::trim_end))
 }
 
-/// Where `part`, which is a slice of `line`, stands in the line.
+/// The position of `part`, which must be a slice of `line`, in the line.
 fn pos_of(number: u32, line: &str, part: &str) -> Pos {
     let before = (part.as_ptr() as usize).saturating_sub(line.as_ptr() as usize);
     let column = line.get(..before).map_or(0, |text| text.chars().count());
     Pos::new(number, column as u32 + 1, part.chars().count().max(1) as u32)
 }
 
-/// A text of bearable length for messages.
+/// At most 60 characters of a text, for messages.
 fn shortened(text: &str) -> String {
     text.chars().take(60).collect()
 }

@@ -1,12 +1,12 @@
-//! Names: the debugging names that SDCC gives to symbols, taken apart, and the choice of names for each place.
+//! Parses the debugging names that SDCC gives to symbols, and chooses the names for each address.
 //!
 //! ```text
 //!   G$name$level$block              global                 XG$.. XF..   end of a function
 //!   Fmodule$name$level$block        static of a module     A$module$line              assembler line
 //!   Lmodule.func$name$level$block   static of a function   C$file$line$level$block    line of C
 //! ```
-//! CDB File Format (SDCC's `cdbfileformat`), sections 3 and 4; level is `1_0` in newer versions, `1` in older ones and
-//! `0` for functions.
+//! CDB File Format (SDCC's `cdbfileformat`), sections 3 and 4. The level is `1_0` in newer versions, `1` in
+//! older ones, and `0` for functions.
 
 use std::collections::BTreeMap;
 
@@ -15,28 +15,29 @@ use diag::{Diagnostic, Pos, Severity};
 use super::{MemorySpace, SymbolFile};
 use crate::image::SymbolAt;
 
-/// A name and how strong its claim is.
+/// A name and its rank.
 pub(in crate::image) type RankedName = (NameRank, String);
 
-/// How strong the claim of a place on a name is. The strongest has it; of several equal ones none has it, except that
-/// two places for one [`NameRank::Exact`] name are an error.
+/// How strong the claim of an address on a name is. The strongest claim wins. Of several equal claims on a
+/// name none wins, but two addresses for one [`NameRank::Exact`] name are an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(in crate::image) enum NameRank {
-    /// A name as the linker knows it.
+    /// The linker name.
     Exact,
-    /// A static with all that tells it from others: `module.name`, `module.function.name$block`.
+    /// A static with everything that distinguishes it from others: `module.name`,
+    /// `module.function.name$block`.
     Full,
-    /// The name in C of a global: without the underscore.
+    /// The C name of a global, without the underscore.
     Plain,
     /// A static of a function without its block, and without its module.
     Near,
-    /// A static by its name alone.
+    /// A static by its name only.
     Bare,
-    /// A name that may be cut off.
+    /// A name whose end may be cut off.
     Cut,
 }
 
-/// A place with its names.
+/// An address with its names.
 pub(in crate::image) struct SymbolEntry {
     pub mem: MemorySpace,
     pub addr: u32,
@@ -46,7 +47,7 @@ pub(in crate::image) struct SymbolEntry {
     pub file: usize,
 }
 
-/// A debugging name, taken apart.
+/// A debugging name, parsed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum DebugRecord<'t> {
     Symbol {
@@ -67,16 +68,16 @@ pub(super) enum DebugRecord<'t> {
     },
 }
 
-/// Where a name is known.
+/// Where a name is visible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum SymbolScope<'t> {
     Global,
     Module(&'t str),
-    /// `module.function`, or `function` alone as old versions write it.
+    /// `module.function`, or only `function` in files of old versions.
     Function(&'t str),
 }
 
-/// Takes a debugging name apart; nothing for any other name.
+/// Parses a debugging name; `None` for any other name.
 pub(super) fn parse_debug_record(text: &str) -> Option<DebugRecord<'_>> {
     if let Some(rest) = text.strip_prefix("A$") {
         let (module, line) = rest.rsplit_once('$')?;
@@ -108,13 +109,13 @@ fn non_empty(text: &str) -> Option<&str> {
     (!text.is_empty()).then_some(text)
 }
 
-/// The names of a symbol that the linker calls `name`.
+/// The ranked names of a symbol whose linker name is `name`.
 pub(in crate::image) fn linker_names(name: &str) -> Vec<RankedName> {
     let plain = name.strip_prefix('_').and_then(non_empty).map(|plain| (NameRank::Plain, plain.to_owned()));
     std::iter::once((NameRank::Exact, name.to_owned())).chain(plain).collect()
 }
 
-/// The names of a label that only its module knows.
+/// The ranked names of a label that is local to its module.
 pub(in crate::image) fn local_names(module: &str, name: &str) -> Vec<RankedName> {
     let plain = name.strip_prefix('_').and_then(non_empty);
     let each = [Some(name), plain].into_iter().flatten();
@@ -122,7 +123,7 @@ pub(in crate::image) fn local_names(module: &str, name: &str) -> Vec<RankedName>
     each.flat_map(|name| full(name).into_iter().chain([(NameRank::Bare, name.to_owned())])).collect()
 }
 
-/// The names of a symbol that C calls `name`.
+/// The ranked names of a symbol whose C name is `name`.
 pub(super) fn c_names(scope: SymbolScope, name: &str, block: &str) -> Vec<RankedName> {
     match scope {
         SymbolScope::Global => linker_names(&format!("_{name}")),
@@ -147,7 +148,8 @@ pub(super) fn c_names(scope: SymbolScope, name: &str, block: &str) -> Vec<Ranked
     }
 }
 
-/// Gives each name to the place with the strongest claim, and adds a fault for each name on which files disagree.
+/// Gives each name to the address with the strongest claim, and adds a fault for each name on which files
+/// disagree.
 pub(in crate::image) fn resolve_names(
     entries: &[SymbolEntry],
     files: &[SymbolFile],

@@ -1,21 +1,21 @@
-//! The memories in which symbols lie, by family.
+//! The memories of symbols, by family.
 
-/// Whose files are read, and with them what the emulated chip calls its memories.
+/// The family of a file of symbols, which determines how the emulated chip names its memories.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SymbolSpaces {
-    /// SDCC for MCS-51: `code` (program memory, bytes 0 to 0xFFFF), `idata` (internal RAM as indirect addressing sees it, 0 to
-    /// 0xFF: SDCC's `data`, `idata`, overlays, banks and stack), `sfr` (0x80 to 0xFF), `xdata` (0 to 0xFFFF, with SDCC's
-    /// `pdata`), `bit` (bit addresses 0 to 0xFF).
+    /// SDCC for MCS-51: `code` (program memory, bytes 0 to 0xFFFF), `idata` (internal RAM by indirect
+    /// address, 0 to 0xFF: SDCC's `data`, `idata`, overlays, banks and stack), `sfr` (0x80 to 0xFF), `xdata`
+    /// (0 to 0xFFFF, including SDCC's `pdata`), `bit` (bit addresses 0 to 0xFF).
     Mcs51,
-    /// gputils for mid-range PICs: `flash` (byte addresses, two to a word, 0 to 0x3FFF), `data` (0 to 0x1FF), `eeprom` (bytes,
-    /// from the word address 0x2100 on), `config` (bytes, from the word address 0x2000 on).
+    /// gputils for mid-range PICs: `flash` (byte addresses, two per word, 0 to 0x3FFF), `data` (0 to 0x1FF),
+    /// `eeprom` (bytes, from the word address 0x2100 on), `config` (bytes, from the word address 0x2000 on).
     Pic16,
 }
 
 impl SymbolSpaces {
-    /// What the emulated 8051 uses.
+    /// The memories of the emulated 8051.
     pub const MCS51: Self = SymbolSpaces::Mcs51;
-    /// What the emulated mid-range PICs use.
+    /// The memories of the emulated mid-range PICs.
     pub const PIC16: Self = SymbolSpaces::Pic16;
 }
 
@@ -34,7 +34,7 @@ pub(in crate::image) enum MemorySpace {
 }
 
 impl MemorySpace {
-    /// The name that the chips give it.
+    /// The name of the memory in the chip rows.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             MemorySpace::Code => "code",
@@ -49,7 +49,7 @@ impl MemorySpace {
         }
     }
 
-    /// The last address.
+    /// The last address of the memory.
     pub(crate) const fn last_address(self) -> u32 {
         match self {
             MemorySpace::Code | MemorySpace::Xdata => 0xFFFF,

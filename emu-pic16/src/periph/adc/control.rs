@@ -1,20 +1,22 @@
-//! What the control registers of each kind of converter mean.
+//! Control registers of each variant of the converter.
 
 use crate::chips::Pic16AdcKind;
 
-/// Digital pins by PCFG3:PCFG0, AN7 in bit 7 (DS30292 register 11-2). Chips with less channels have the rows cut short.
+/// Digital pins by PCFG3:PCFG0, AN7 in bit 7 (DS30292 register 11-2). Chips with fewer channels use the low
+/// bits of each row.
 #[rustfmt::skip]
 const PCFG_DIGITAL: [u8; 16] = [
     0b0000_0000, 0b0000_0000, 0b1110_0000, 0b1110_0000, 0b1111_0100, 0b1111_0100, 0b1111_1111, 0b1111_1111,
     0b0000_0000, 0b1100_0000, 0b1100_0000, 0b1100_0000, 0b1110_0000, 0b1111_0000, 0b1111_1110, 0b1111_0010,
 ];
-/// The values of PCFG3:PCFG0 with VREF+ on AN3, as a mask of bits 0 to 15, and those with VREF- on AN2.
+/// Values of PCFG3:PCFG0 with VREF+ on AN3, as a mask of bits 0 to 15.
 const PCFG_VREF_PLUS: u16 = 0b1011_1101_0010_1010;
+/// Values of PCFG3:PCFG0 with VREF- on AN2, as a mask of bits 0 to 15.
 const PCFG_VREF_MINUS: u16 = 0b1011_1001_0000_0000;
-/// Digital pins of the 16C71 by PCFG1:PCFG0; 01 has VREF on AN3 (DS30272, ADCON1).
+/// Digital pins of the 16C71 by PCFG1:PCFG0; the value 01 has VREF on AN3 (DS30272, ADCON1).
 const PCFG8_DIGITAL: [u8; 4] = [0b0000, 0b0000, 0b1100, 0b1111];
 
-/// The bits of ADCON0 that can be written. Bit 1 of the 16C71 is ADIF, and it has two bits of CHS.
+/// Returns the writable bits of ADCON0. On the 16C71 bit 1 is ADIF, and CHS has two bits.
 pub(super) fn adcon0_mask(kind: Pic16AdcKind) -> u8 {
     match kind {
         Pic16AdcKind::None => 0,
@@ -23,7 +25,7 @@ pub(super) fn adcon0_mask(kind: Pic16AdcKind) -> u8 {
     }
 }
 
-/// The bits of ADCON1.
+/// Returns the existing bits of ADCON1.
 pub(super) fn adcon1_mask(kind: Pic16AdcKind) -> u8 {
     match kind {
         Pic16AdcKind::None => 0,
@@ -34,17 +36,17 @@ pub(super) fn adcon1_mask(kind: Pic16AdcKind) -> u8 {
     }
 }
 
-/// The bits of ANSEL, which are all set by a reset.
+/// Returns the existing bits of ANSEL, which a reset sets.
 pub(super) fn ansel_mask(kind: Pic16AdcKind) -> u8 {
     if kind == Pic16AdcKind::Ansel { 0x7F } else { 0 }
 }
 
-/// The bits of CHS in a value of ADCON0.
+/// Returns the channel that CHS selects in a value of ADCON0.
 pub(super) fn chs(kind: Pic16AdcKind, adcon0: u8) -> usize {
     usize::from(adcon0 >> 3 & if kind == Pic16AdcKind::Bits8 { 3 } else { 7 })
 }
 
-/// Digital inputs among eight channels.
+/// Returns a mask of the digital inputs among eight channels.
 pub(super) fn digital(kind: Pic16AdcKind, adcon1: u8, ansel: u8) -> u8 {
     match kind {
         Pic16AdcKind::None => 0xFF,
@@ -54,8 +56,8 @@ pub(super) fn digital(kind: Pic16AdcKind, adcon1: u8, ansel: u8) -> u8 {
     }
 }
 
-/// VREF+ is AN3 (else VDD), and VREF- is AN2 (else VSS). The 16F88 has a bit for either: VCFG1, VCFG0 (DS30487
-/// section 12, ADCON1).
+/// Returns whether VREF+ is AN3 (otherwise VDD), and whether VREF- is AN2 (otherwise VSS). The 16F88 has a
+/// bit for each: VCFG1 and VCFG0 (DS30487 section 12, ADCON1).
 pub(super) fn references(kind: Pic16AdcKind, adcon1: u8) -> (bool, bool) {
     let pcfg = 1u16 << (adcon1 & 15);
     match kind {

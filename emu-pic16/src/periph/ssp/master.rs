@@ -1,7 +1,7 @@
 //! I2C master: DS39582 sections 9.4.6 to 9.4.17, DS30292 sections 9.2.4 to 9.2.18.
 //!
-//! Every step either waits for the baud rate generator, which counts twice in a cycle, or for a wire to do what it has been
-//! told: another device may hold it.
+//! Every step either waits for the baud rate generator, which counts twice per cycle, or for a line to reach
+//! a level, because another device may hold it.
 
 use emu_core::NEVER;
 
@@ -9,7 +9,7 @@ use super::super::map::InterruptFlag;
 use super::super::{Pic16Outbox, Pic16Signal};
 use super::regs::{ACKDT, ACKEN, ACKSTAT, BF, PEN, RCEN, RSEN, RW, SEN, SEQUENCES, SspRegisters, raise_sspif};
 
-/// What bits are clocked for.
+/// Purpose of the bits that are clocked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 enum ByteTransfer {
     #[default]
@@ -20,39 +20,39 @@ enum ByteTransfer {
 
 emu_core::state! { enum ByteTransfer { 0 = Transmit, 1 = Receive, 2 = Acknowledge } }
 
-/// Where a sequence stands. "Waits" is for a wire, "counts" for the baud rate generator.
+/// Step of a sequence. "Waits" means for a line, "counts" for the baud rate generator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum MasterStep {
     Idle,
-    /// Start: lets the lines go that it still held, and looks at them at the next count.
+    /// Start: releases the lines that it still held, and checks them at the next count.
     StartFree,
     /// Start: both lines are high; counts.
     StartHigh,
-    /// Start: pulls SDA; counts.
+    /// Start: pulls SDA low; counts.
     StartLow,
-    /// Repeated Start: pulls SCL; waits.
+    /// Repeated Start: pulls SCL low; waits.
     AgainFall,
-    /// Repeated Start: lets SDA go; counts.
+    /// Repeated Start: releases SDA; counts.
     AgainLow,
-    /// Repeated Start: lets SCL go; waits.
+    /// Repeated Start: releases SCL; waits.
     AgainRise,
-    /// Stop: pulls SDA; waits.
+    /// Stop: pulls SDA low; waits.
     StopFall,
     /// Stop: both lines are low; counts.
     StopLow,
-    /// Stop: lets SCL go; waits.
+    /// Stop: releases SCL; waits.
     StopRise,
     /// Stop: SCL is high; counts.
     StopHigh,
-    /// Stop: lets SDA go; counts.
+    /// Stop: releases SDA; counts.
     StopFree,
-    /// A bit: pulls SCL; waits.
+    /// Bit: pulls SCL low; waits.
     BitFall(ByteTransfer),
-    /// A bit: SCL is low; counts.
+    /// Bit: SCL is low; counts.
     BitLow(ByteTransfer),
-    /// A bit: lets SCL go; waits.
+    /// Bit: releases SCL; waits.
     BitRise(ByteTransfer),
-    /// A bit: SCL is high; counts.
+    /// Bit: SCL is high; counts.
     BitHigh(ByteTransfer),
 }
 
@@ -63,36 +63,40 @@ emu_core::state! {
     }
 }
 
+/// The I2C master.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct I2cMaster {
     step: MasterStep,
-    /// When the baud rate generator runs out; `NEVER` while it is held.
+    /// Clock at which the baud rate generator times out; `NEVER` while it is held.
     timer: u64,
-    /// SSPSR.
+    /// Shift register SSPSR.
     sr: u8,
-    /// Times that SCL has fallen in this byte, the one before its first bit and the one behind its
-    /// acknowledge included.
+    /// Number of falling edges of SCL in this byte, including the one before its first bit and the one after
+    /// its acknowledge.
     falls: u8,
-    /// SDA was let go to send a 1: who pulls it collides.
+    /// True if SDA was released to send a 1; a device that pulls it low causes a collision.
     sends_one: bool,
 }
 
 emu_core::state! { I2cMaster { step, timer, sr, falls, sends_one } if |of, _now| of.falls <= 10 }
 
 impl I2cMaster {
+    /// A master without a sequence in progress.
     pub(super) const IDLE: I2cMaster =
         I2cMaster { step: MasterStep::Idle, timer: NEVER, sr: 0, falls: 0, sends_one: false };
 
+    /// Returns the clock at which the baud rate generator times out.
     pub(super) fn next(&self) -> u64 {
         self.timer
     }
 
-    /// A sequence runs: SSPBUF and SSPCON2<4:0> may not be written.
+    /// Reports whether a sequence is running: then SSPBUF and SSPCON2<4:0> must not be written.
     pub(super) fn is_busy(&self) -> bool {
         self.step != MasterStep::Idle
     }
 
-    /// Start or Stop on the wires are of this part's own making, and reported when they are complete.
+    /// Reports whether a Start or Stop on the bus is caused by this master, which reports it when it is
+    /// complete.
     pub(super) fn own_condition(&self) -> bool {
         !matches!(
             self.step,
@@ -104,12 +108,13 @@ impl I2cMaster {
         )
     }
 
-    /// The oscillator stood for so many clocks.
+    /// Delays the timer by the clocks for which the oscillator was stopped.
     pub(super) fn shift(&mut self, clocks: u64) {
         self.timer = self.timer.saturating_add(clocks);
     }
 
-    /// Loads the baud rate generator. It counts at the ends of Q2 and of Q4, from SSPADD<6:0> down past 0 (section 9.4.6.1).
+    /// Loads the baud rate generator. It counts at the ends of Q2 and Q4, from SSPADD<6:0> down past 0
+    /// (section 9.4.6.1).
     fn schedule_step(&mut self, step: MasterStep, regs: &SspRegisters, t: u64) {
         let counts = u64::from(regs.add & 0x7F) + 1;
         self.step = step;
@@ -121,7 +126,8 @@ impl I2cMaster {
         self.timer = NEVER;
     }
 
-    /// SSPCON2<4:0> was written while nothing ran. Of several sequences the lowest bit is taken, the others are dropped.
+    /// Handles a write of SSPCON2<4:0> while idle. Of several sequences the lowest bit is executed, the
+    /// others are dropped.
     pub(super) fn sequence(&mut self, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
         let asked = regs.con2 & SEQUENCES;
         let asked = asked & asked.wrapping_neg();
@@ -148,7 +154,7 @@ impl I2cMaster {
         self.on_line_changed(regs, t, out);
     }
 
-    /// SSPBUF was written while nothing ran.
+    /// Handles a write of SSPBUF while idle.
     pub(super) fn load(&mut self, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
         regs.stat |= BF | RW;
         self.sr = regs.buf;
@@ -171,16 +177,16 @@ impl I2cMaster {
         }
     }
 
-    /// The sequence ends as it should.
+    /// Ends the sequence normally.
     fn end(&mut self, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
         regs.con2 &= !SEQUENCES;
         self.wait_for_line(MasterStep::Idle);
         raise_sspif(t, out);
     }
 
-    /// Another master is on the bus: back to idle, lines let go (section 9.4.17).
+    /// Handles a collision with another master: returns to idle and releases the lines (section 9.4.17).
     fn collide(&mut self, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
-        // Only a byte that is being sent has R/W set.
+        // R/W is set only while a byte is being sent.
         if regs.stat & RW != 0 {
             regs.set_stat_bits(BF | RW, false);
         }
@@ -190,7 +196,7 @@ impl I2cMaster {
         out.push(Pic16Signal::Flag { t, flag: InterruptFlag::BCLIF });
     }
 
-    /// The baud rate generator has run out.
+    /// Handles the time-out of the baud rate generator.
     pub(super) fn on_baud_timeout(&mut self, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
         self.timer = NEVER;
         match self.step {
@@ -222,7 +228,7 @@ impl I2cMaster {
                 regs.pull_scl = true;
                 self.wait_for_line(MasterStep::BitFall(job));
             }
-            // These wait for a wire, not for the generator.
+            // These steps wait for a line, not for the generator.
             MasterStep::Idle
             | MasterStep::AgainFall
             | MasterStep::AgainRise
@@ -238,10 +244,11 @@ impl I2cMaster {
         self.schedule_step(MasterStep::StartLow, regs, t);
     }
 
-    /// Looks at the wires, which may have changed.
+    /// Checks the lines, which may have changed.
     pub(super) fn on_line_changed(&mut self, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
         match self.step {
-            // Section 9.4.17.1: whoever pulls SDA first makes the Start, and this part joins in.
+            // Section 9.4.17.1: the first device that pulls SDA low makes the Start, and this master joins
+            // it.
             MasterStep::StartHigh if !regs.scl => self.collide(regs, t, out),
             MasterStep::StartHigh if !regs.sda => self.pull_start(regs, t),
             MasterStep::AgainFall if !regs.scl => {
@@ -257,7 +264,7 @@ impl I2cMaster {
                 self.collide(regs, t, out)
             }
             MasterStep::BitRise(job) if regs.scl => self.schedule_step(MasterStep::BitHigh(job), regs, t),
-            // The fastest of several masters ends the high time of all.
+            // The fastest of several masters ends the high time for all.
             MasterStep::BitHigh(job) if !regs.scl => {
                 regs.pull_scl = true;
                 self.fallen(job, regs, t, out);
@@ -266,7 +273,7 @@ impl I2cMaster {
         }
     }
 
-    /// SCL is low: the bit before is over, and the next one goes out.
+    /// Handles a falling edge of SCL: the previous bit is over, and the next one is put on SDA.
     fn fallen(&mut self, job: ByteTransfer, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
         let bit = self.falls;
         self.falls += 1;

@@ -1,9 +1,10 @@
-//! Synchronous serial port: SSP and MSSP (DS39582 chapter 9, DS30292 chapter 9, DS33023 chapters 15 to 17; the basic SSP:
-//! DS39598 chapter 10 of the 16F818/819, DS30487 chapter 10 of the 16F87/88).
+//! Synchronous serial port: SSP and MSSP (DS39582 chapter 9, DS30292 chapter 9, DS33023 chapters 15 to 17;
+//! the basic SSP: DS39598 chapter 10 of the 16F818/819, DS30487 chapter 10 of the 16F87/88).
 //!
-//! In I2C the part pulls SCL and SDA low or leaves them open ([`Drive::Low`], [`Drive::Open`]), and what they are comes back by
-//! [`Pic16Device::on_line_changed`], at the same clock where it is the part's own doing. So that it sees its wires in time
-//! [`Pic16Device::run_due`] must be called at every clock that [`Pic16Device::next_clock`] names, not later.
+//! In I2C mode the port pulls SCL and SDA low or leaves them open ([`Pic16Drive::Low`],
+//! [`Pic16Drive::Open`]). The level of each line arrives by [`Pic16Device::on_line_changed`], at the same
+//! clock if the port itself caused it. [`Pic16Device::run_due`] must be called at exactly the clocks that
+//! [`Pic16Device::next_clock`] returns, so that the port reads its lines in time.
 
 mod master;
 mod regs;
@@ -19,21 +20,22 @@ use regs::{BF, CKE, CKP, P, RW, S, SEQUENCES, SMP, SspMode, SspRegisters, UA, WC
 use slave::I2cSlave;
 use spi::SpiShifter;
 
-/// The port.
+/// The synchronous serial port.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pic16Ssp {
     regs: SspRegisters,
     spi: SpiShifter,
     slave: I2cSlave,
     master: I2cMaster,
-    /// Since when the oscillator stands.
+    /// Clock at which the oscillator was stopped; None while it runs.
     asleep: Option<u64>,
 }
 
 emu_core::state! { Pic16Ssp { regs, spi, slave, master, asleep } if |of, now| of.asleep.is_none_or(|since| since <= now + 4) }
 
 impl Pic16Ssp {
-    /// A port after power-up: an MSSP, or the basic SSP without SSPCON2, I2C master and general call.
+    /// Returns a port after power-up: an MSSP if `master`, otherwise the basic SSP without SSPCON2, I2C
+    /// master and general call.
     #[must_use]
     pub fn new(master: bool) -> Pic16Ssp {
         Pic16Ssp {
@@ -45,22 +47,24 @@ impl Pic16Ssp {
         }
     }
 
-    /// The MSSP of the 16F87XA, where SEN makes a slave stretch the clock after every byte that it receives (DS39582 section
-    /// 9.4.4; DS30292 register 9-3 has SEN for the master only).
+    /// Sets whether SEN makes a slave stretch the clock after every received byte, as on the MSSP of the
+    /// 16F87XA (DS39582 section 9.4.4; in DS30292 register 9-3 SEN is only for the master).
     #[must_use]
     pub fn with_stretch(mut self, stretch: bool) -> Pic16Ssp {
         self.regs.stretch = stretch;
         self
     }
 
-    /// SS raised within a byte leaves what was shifted in SSPSR ([`Pic16Readings::ss_keeps_bits`](crate::Pic16Readings)).
+    /// Sets whether SS raised within a byte leaves the shifted bits in SSPSR
+    /// ([`Pic16Readings::ss_keeps_bits`](crate::Pic16Readings)).
     #[must_use]
     pub fn with_kept_bits(mut self, keeps: bool) -> Pic16Ssp {
         self.regs.keeps_bits = keeps;
         self
     }
 
-    /// Reset (DS39582 table 14-6): all registers 0 but SSPBUF, which is unknown after power-up (0 here) and kept otherwise.
+    /// Resets the port (DS39582 table 14-6): all registers are 0 except SSPBUF, which is unknown after
+    /// power-up (0 here) and otherwise unchanged.
     pub fn reset(&mut self, power_on: bool, t: u64, out: &mut Pic16Outbox) {
         self.set_mode(0);
         let regs = &mut self.regs;
@@ -72,19 +76,20 @@ impl Pic16Ssp {
         self.settle(t, out);
     }
 
-    /// Periods of timer 2 clock the port: SPI master, SSPM 0011.
+    /// Reports whether periods of timer 2 clock the port: SPI master, SSPM 0011.
     #[must_use]
     pub fn wants_timer2(&self) -> bool {
         self.regs.mode() == SspMode::SpiMaster(None)
     }
 
-    /// A byte is on its way out, and its next half bit begins with a period of timer 2.
+    /// Reports whether a byte is being sent whose next half bit starts with a period of timer 2.
     #[must_use]
     pub fn waits_for_timer2(&self) -> bool {
         self.wants_timer2() && self.spi.is_shifting()
     }
 
-    /// A period of timer 2 has ended at `t`: half a bit of SPI. It comes before a write at the same clock.
+    /// Handles the end of a timer 2 period at `t`: half a bit of SPI. Call it before a write at the same
+    /// clock.
     pub fn timer2(&mut self, t: u64, out: &mut Pic16Outbox) {
         self.run_due(t, out);
         if self.waits_for_timer2() && self.asleep.is_none() {
@@ -93,13 +98,13 @@ impl Pic16Ssp {
         }
     }
 
-    /// The port is on in a mode of I2C: what it drives reaches SCL and SDA whatever TRIS says.
+    /// Reports whether the port is on in an I2C mode: then it drives SCL and SDA regardless of TRIS.
     #[must_use]
     pub fn is_i2c(&self) -> bool {
         self.regs.mode().is_i2c()
     }
 
-    /// Says what the lines are driven with, where that has changed.
+    /// Sends the overrides of the lines that have changed.
     fn settle(&mut self, t: u64, out: &mut Pic16Outbox) {
         let regs = &self.regs;
         let wire = |pull| if pull { Pic16Drive::Low } else { Pic16Drive::Open };
@@ -119,7 +124,7 @@ impl Pic16Ssp {
         self.regs.settle(sck, sdi, sdo, t, out);
     }
 
-    /// SSPCON is written. Another mode begins from rest.
+    /// Handles a write of SSPCON. A new mode starts from idle.
     fn set_mode(&mut self, con: u8) {
         let before = self.regs.mode();
         self.regs.con = con;
@@ -131,7 +136,7 @@ impl Pic16Ssp {
             if !(before.is_i2c() && mode.is_i2c()) {
                 self.regs.set_stat_bits(S | P, false);
             }
-            // R/W says that what fills SSPBUF was to be sent.
+            // R/W means that SSPBUF held a byte to be sent.
             if self.regs.stat & RW != 0 {
                 self.regs.set_stat_bits(BF, false);
             }
@@ -143,7 +148,7 @@ impl Pic16Ssp {
         }
     }
 
-    /// SSPBUF is written.
+    /// Handles a write of SSPBUF.
     fn write_buf(&mut self, value: u8, t: u64, out: &mut Pic16Outbox) {
         let mode = self.regs.mode();
         let busy = match mode {
@@ -165,7 +170,7 @@ impl Pic16Ssp {
         }
     }
 
-    /// SSPCON2 is written.
+    /// Handles a write of SSPCON2.
     fn write_con2(&mut self, value: u8, t: u64, out: &mut Pic16Outbox) {
         if !self.regs.master {
             return;
@@ -181,7 +186,7 @@ impl Pic16Ssp {
         }
     }
 
-    /// SDA changes while SCL is high.
+    /// Handles a change of SDA while SCL is high: Start or Stop.
     fn condition(&mut self, start: bool, t: u64, out: &mut Pic16Outbox) {
         self.regs.set_stat_bits(S, start);
         self.regs.set_stat_bits(P, !start);
@@ -202,7 +207,7 @@ impl Pic16Ssp {
         }
     }
 
-    /// SCK or SCL changes.
+    /// Handles a change of SCK or SCL.
     fn clock(&mut self, t: u64, out: &mut Pic16Outbox) {
         match self.regs.mode() {
             SspMode::SpiSlave { select } if !(select && self.regs.ss) => {
@@ -312,7 +317,7 @@ impl Pic16Device for Pic16Ssp {
         self.spi.shift(stood);
         self.master.shift(stood);
         if self.regs.mode() == SspMode::Master {
-            // Wires are not looked at while the clock stands.
+            // Lines are not checked while the clock is stopped.
             self.master.on_line_changed(&mut self.regs, t, out);
         }
         self.settle(t, out);

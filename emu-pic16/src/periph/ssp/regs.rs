@@ -1,39 +1,39 @@
-//! Registers, wires and modes: what the engines of the port share.
+//! Registers, lines and modes that the SPI and I2C parts of the port share.
 
 use super::super::map::{InterruptFlag, Pic16Line};
 use super::super::{Pic16Drive, Pic16Outbox, Pic16Signal};
 
-/// SSPSTAT: input sampled at the end of a bit (SPI master).
+/// SSPSTAT: input is sampled at the end of a bit (SPI master).
 pub(super) const SMP: u8 = 0x80;
 /// SSPSTAT: output changes when the clock goes from active to idle (SPI).
 pub(super) const CKE: u8 = 0x40;
-/// SSPSTAT: the last byte was data, no address.
+/// SSPSTAT: the last byte was data, not an address.
 pub(super) const DA: u8 = 0x20;
 /// SSPSTAT: the last condition was Stop.
 pub(super) const P: u8 = 0x10;
 /// SSPSTAT: the last condition was Start.
 pub(super) const S: u8 = 0x08;
-/// SSPSTAT: slave: the address asked for a read; master: a byte is being sent.
+/// SSPSTAT: slave: the address requested a read; master: a byte is being sent.
 pub(super) const RW: u8 = 0x04;
-/// SSPSTAT: SSPADD wants the other half of the address.
+/// SSPSTAT: SSPADD must be updated with the other half of the address.
 pub(super) const UA: u8 = 0x02;
 /// SSPSTAT: SSPBUF is full.
 pub(super) const BF: u8 = 0x01;
 
-/// SSPCON: SSPBUF was written when it could not be.
+/// SSPCON: SSPBUF was written while a write was not allowed.
 pub(super) const WCOL: u8 = 0x80;
-/// SSPCON: a byte came while SSPBUF was full.
+/// SSPCON: a byte was received while SSPBUF was full.
 pub(super) const SSPOV: u8 = 0x40;
 /// SSPCON: the port is on.
 pub(super) const SSPEN: u8 = 0x20;
-/// SSPCON: idle level of the clock (SPI); the clock is let go (I2C slave).
+/// SSPCON: idle level of the clock (SPI); the clock is released (I2C slave).
 pub(super) const CKP: u8 = 0x10;
 
 /// SSPCON2: general call enabled.
 pub(super) const GCEN: u8 = 0x80;
 /// SSPCON2: the slave did not acknowledge.
 pub(super) const ACKSTAT: u8 = 0x40;
-/// SSPCON2: what to acknowledge with.
+/// SSPCON2: acknowledge bit to send.
 pub(super) const ACKDT: u8 = 0x20;
 /// SSPCON2: acknowledge sequence.
 pub(super) const ACKEN: u8 = 0x10;
@@ -45,28 +45,28 @@ pub(super) const PEN: u8 = 0x04;
 pub(super) const RSEN: u8 = 0x02;
 /// SSPCON2: Start sequence (master); the clock is stretched after a received byte (slave of the 16F87XA).
 pub(super) const SEN: u8 = 0x01;
-/// SSPCON2: the sequences.
+/// SSPCON2: mask of all sequences.
 pub(super) const SEQUENCES: u8 = ACKEN | RCEN | PEN | RSEN | SEN;
 
-/// What SSPEN and SSPM select.
+/// Mode that SSPEN and SSPM select.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum SspMode {
     /// Off, or a reserved value of SSPM.
     Off,
-    /// SPI master with half a bit of so many clocks; `None` where a bit half is a period of timer 2.
+    /// SPI master with half a bit of this many clocks; None if half a bit is a period of timer 2.
     SpiMaster(Option<u64>),
     /// SPI slave, with or without slave select.
     SpiSlave { select: bool },
     /// I2C slave of 7 or 10 bits, with or without interrupts on Start and Stop.
     Slave { ten: bool, notice: bool },
-    /// I2C master by the program: only Start and Stop are noticed.
+    /// I2C master in software: only Start and Stop are detected.
     Firmware,
     /// I2C master.
     Master,
 }
 
 impl SspMode {
-    /// DS39582 registers 9-2 and 9-4; DS30292 register 9-2.
+    /// Returns the mode by SSPCON (DS39582 registers 9-2 and 9-4; DS30292 register 9-2).
     fn from_sspcon(con: u8, master: bool) -> SspMode {
         if con & SSPEN == 0 {
             return SspMode::Off;
@@ -88,37 +88,37 @@ impl SspMode {
         }
     }
 
-    /// The wires are those of I2C.
+    /// Reports whether the mode is an I2C mode.
     pub(super) fn is_i2c(self) -> bool {
         matches!(self, SspMode::Slave { .. } | SspMode::Firmware | SspMode::Master)
     }
 }
 
-/// Registers and wires.
+/// Registers and line levels of the port.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct SspRegisters {
-    /// An MSSP.
+    /// True for an MSSP.
     pub(super) master: bool,
-    /// SEN stretches the clock of the slave.
+    /// True if SEN stretches the clock of the slave.
     pub(super) stretch: bool,
     pub(super) buf: u8,
     pub(super) con: u8,
     pub(super) con2: u8,
     pub(super) add: u8,
     pub(super) stat: u8,
-    /// Level of SCK, SCL.
+    /// Level of SCK or SCL.
     pub(super) scl: bool,
-    /// Level of SDI, SDA.
+    /// Level of SDI or SDA.
     pub(super) sda: bool,
     /// Level of SS.
     pub(super) ss: bool,
-    /// This part pulls SCL.
+    /// True while this port pulls SCL low.
     pub(super) pull_scl: bool,
-    /// This part pulls SDA.
+    /// True while this port pulls SDA low.
     pub(super) pull_sda: bool,
-    /// SS raised within a byte leaves SSPSR as it is.
+    /// True if SS raised within a byte leaves SSPSR unchanged.
     pub(super) keeps_bits: bool,
-    /// What was last said of SDI, SCK, SDO.
+    /// Last overrides of SDI, SCK and SDO that were sent.
     drives: [Pic16Drive; 3],
 }
 
@@ -127,6 +127,7 @@ emu_core::state! {
 }
 
 impl SspRegisters {
+    /// Returns the registers after power-up, with all lines low.
     pub(super) fn new(master: bool) -> SspRegisters {
         SspRegisters {
             master,
@@ -146,6 +147,7 @@ impl SspRegisters {
         }
     }
 
+    /// Returns the selected mode.
     pub(super) fn mode(&self) -> SspMode {
         SspMode::from_sspcon(self.con, self.master)
     }
@@ -155,7 +157,7 @@ impl SspRegisters {
         self.stat = self.stat & !bits | if on { bits } else { 0 };
     }
 
-    /// A byte has come: it goes to SSPBUF, or is lost if that is full. True if it was not.
+    /// Stores a received byte in SSPBUF, or loses it if SSPBUF is full; returns whether it was stored.
     pub(super) fn receive(&mut self, byte: u8) -> bool {
         let room = self.stat & BF == 0;
         if room {
@@ -167,7 +169,7 @@ impl SspRegisters {
         room
     }
 
-    /// Says what has changed of the drives. SDA comes before SCL: what must not be seen as Start or Stop is let go first.
+    /// Sends the overrides that have changed. SDA comes before SCL, so that no false Start or Stop appears.
     pub(super) fn settle(&mut self, sck: Pic16Drive, sdi: Pic16Drive, sdo: Pic16Drive, t: u64, out: &mut Pic16Outbox) {
         let now = [sdi, sck, sdo];
         for ((line, was), drive) in
@@ -181,7 +183,7 @@ impl SspRegisters {
     }
 }
 
-/// Sets SSPIF.
+/// Sends the signal that sets SSPIF.
 pub(super) fn raise_sspif(t: u64, out: &mut Pic16Outbox) {
     out.push(Pic16Signal::Flag { t, flag: InterruptFlag::SSPIF });
 }

@@ -1,50 +1,53 @@
 //! I2C slave: DS39582 section 9.4.3, DS30292 section 9.2.1.
 //!
-//! It hangs on the wires alone, so that it works in sleep. Bits are taken as SCL rises; what a byte does it does as SCL falls
-//! for the eighth time (address match, SSPBUF, acknowledge) and for the ninth (SSPIF, holding the clock).
+//! The slave depends only on the lines, so it works in sleep. Bits are sampled as SCL rises. A byte takes
+//! effect as SCL falls for the eighth time (address match, SSPBUF, acknowledge) and for the ninth time
+//! (SSPIF, clock stretching).
 
 use super::super::Pic16Outbox;
 use super::regs::{BF, CKP, DA, GCEN, RW, SEN, SSPOV, SspRegisters, UA, raise_sspif};
 
-/// What the byte on its way is.
+/// Meaning of the current byte.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum SlavePhase {
-    /// Not for us: waits for Start.
+    /// Not addressed: waits for Start.
     Idle,
     /// The first byte after Start.
     Address,
-    /// The second byte of an address of 10 bits.
+    /// The second byte of a 10-bit address.
     Second,
-    /// A byte for us.
+    /// A byte to receive.
     Receive,
-    /// An address that asks for a byte from us, before its ninth clock has ended.
+    /// An address that requests a byte from this slave, before its ninth clock has ended.
     Asked,
-    /// A byte from us.
+    /// A byte to send.
     Transmit,
 }
 
 emu_core::state! { enum SlavePhase { 0 = Idle, 1 = Address, 2 = Second, 3 = Receive, 4 = Asked, 5 = Transmit } }
 
+/// The I2C slave.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct I2cSlave {
     phase: SlavePhase,
-    /// SSPSR.
+    /// Shift register SSPSR.
     sr: u8,
-    /// Times that SCL has risen in this byte.
+    /// Number of rising edges of SCL in this byte.
     rises: u8,
-    /// The byte was acknowledged: by us, or by the master.
+    /// True if the byte was acknowledged, by this slave or by the master.
     acked: bool,
-    /// SSPSR is being sent, or waits to be.
+    /// True if SSPSR is being sent, or waits to be sent.
     sending: bool,
-    /// An address of 10 bits has matched since Start: a repeated Start may ask for a read.
+    /// True if a 10-bit address has matched since Start: a repeated Start may request a read.
     matched: bool,
-    /// SCL is held until SSPADD is written.
+    /// True if SCL is held low until SSPADD is written.
     wants_address: bool,
 }
 
 emu_core::state! { I2cSlave { phase, sr, rises, acked, sending, matched, wants_address } if |of, _now| of.rises <= 9 }
 
 impl I2cSlave {
+    /// A slave that is not addressed.
     pub(super) const IDLE: I2cSlave = I2cSlave {
         phase: SlavePhase::Idle,
         sr: 0,
@@ -55,21 +58,21 @@ impl I2cSlave {
         wants_address: false,
     };
 
-    /// Start on the wires.
+    /// Handles a Start on the bus.
     pub(super) fn start(&mut self, regs: &mut SspRegisters) {
         *self = I2cSlave { phase: SlavePhase::Address, matched: self.matched, ..I2cSlave::IDLE };
         regs.set_stat_bits(RW, false);
         regs.pull_sda = false;
     }
 
-    /// Stop on the wires.
+    /// Handles a Stop on the bus.
     pub(super) fn stop(&mut self, regs: &mut SspRegisters) {
         *self = I2cSlave::IDLE;
         regs.set_stat_bits(RW, false);
         regs.pull_sda = false;
     }
 
-    /// SCL rises.
+    /// Handles a rising edge of SCL.
     pub(super) fn rise(&mut self, regs: &mut SspRegisters) {
         if self.phase == SlavePhase::Idle || self.rises >= 9 {
             return;
@@ -77,7 +80,7 @@ impl I2cSlave {
         self.rises += 1;
         if matches!(self.phase, SlavePhase::Asked | SlavePhase::Transmit) {
             if self.rises == 9 {
-                // No acknowledge, whose ever it is to give, ends the read.
+                // A missing acknowledge ends the read, whichever device had to give it.
                 self.acked = !regs.sda && (self.acked || self.phase == SlavePhase::Transmit);
                 regs.set_stat_bits(RW, !regs.sda);
             }
@@ -86,7 +89,7 @@ impl I2cSlave {
         }
     }
 
-    /// SCL falls.
+    /// Handles a falling edge of SCL.
     pub(super) fn fall(&mut self, regs: &mut SspRegisters, ten: bool, t: u64, out: &mut Pic16Outbox) {
         match (self.phase, self.rises) {
             (SlavePhase::Idle, _) => {}
@@ -95,7 +98,7 @@ impl I2cSlave {
                 regs.pull_sda = self.sr & 0x80 == 0;
             }
             (SlavePhase::Transmit, 8) => {
-                // SSPSR has gone round: without a new byte the old one is sent again.
+                // SSPSR has rotated by eight bits: without a new byte the old one is sent again.
                 self.sr = self.sr.rotate_left(1);
                 regs.set_stat_bits(BF, false);
                 regs.stat |= DA;
@@ -112,7 +115,8 @@ impl I2cSlave {
         self.hold_clock(regs);
     }
 
-    /// A byte has come in: is it for us, does it go to SSPBUF, is it acknowledged (table 9-2, in DS39582 9-3)?
+    /// Decides, after eight bits, whether the byte is for this slave, goes to SSPBUF, and is acknowledged
+    /// (table 9-2, in DS39582 9-3).
     fn on_byte_received(&mut self, regs: &mut SspRegisters, ten: bool) {
         let first = self.phase == SlavePhase::Address;
         let read = first && self.sr & 1 != 0;
@@ -138,7 +142,8 @@ impl I2cSlave {
             regs.con |= SSPOV;
         } else if regs.master || !overflown {
             regs.buf = self.sr;
-            // After an address that asks for a read BF is to say that there is something to send (figures 9-9, 9-11).
+            // After an address that requests a read, BF means that there is a byte to send (figures 9-9,
+            // 9-11).
             regs.set_stat_bits(BF, !read);
         }
         if self.acked && (upper || self.phase == SlavePhase::Second) {
@@ -153,7 +158,7 @@ impl I2cSlave {
         };
     }
 
-    /// The byte ends.
+    /// Handles the end of a byte.
     fn on_ninth_clock(&mut self, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
         raise_sspif(t, out);
         self.rises = 0;
@@ -171,22 +176,22 @@ impl I2cSlave {
                 self.present_bit(regs);
             }
         } else if regs.stretch && regs.con2 & SEN != 0 && self.acked && regs.stat & BF != 0 && !self.wants_address {
-            // Section 9.4.4.2: while an address of 10 bits comes it is UA that holds the clock.
+            // Section 9.4.4.2: during a 10-bit address UA holds the clock.
             regs.con &= !CKP;
         }
     }
 
-    /// The first bit of what is sent goes out while the clock is low.
+    /// Puts the first bit to send on SDA while the clock is low.
     fn present_bit(&self, regs: &mut SspRegisters) {
         regs.pull_sda = self.sr & 0x80 == 0;
     }
 
-    /// SSPBUF may not be written: it is being sent.
+    /// Reports whether SSPBUF must not be written, because it is being sent.
     pub(super) fn is_busy(&self) -> bool {
         self.sending
     }
 
-    /// SSPBUF was written. Only in a read does it go to SSPSR and count as full.
+    /// Handles a write of SSPBUF. Only in a read does it go to SSPSR and count as full.
     pub(super) fn load(&mut self, regs: &mut SspRegisters) {
         let asked = self.phase == SlavePhase::Transmit || self.phase == SlavePhase::Asked && self.acked;
         if !asked || regs.stat & RW == 0 {
@@ -200,7 +205,8 @@ impl I2cSlave {
         }
     }
 
-    /// SSPADD was written. UA goes, but not between the address match and the end of the byte (figure 9-14).
+    /// Handles a write of SSPADD. It clears UA, but not between the address match and the end of the byte
+    /// (figure 9-14).
     pub(super) fn address(&mut self, regs: &mut SspRegisters) {
         if self.rises < 8 {
             self.wants_address = false;
@@ -209,7 +215,8 @@ impl I2cSlave {
         }
     }
 
-    /// The clock is held low from when it is low by itself until CKP is set and SSPADD is as it must be (section 9.4.4.5).
+    /// Holds the clock low, starting while it is low, until CKP is set and SSPADD has been updated (section
+    /// 9.4.4.5).
     pub(super) fn hold_clock(&mut self, regs: &mut SspRegisters) {
         let hold = regs.con & CKP == 0 || self.wants_address;
         if !hold && regs.pull_scl && self.phase == SlavePhase::Transmit && self.rises == 0 {

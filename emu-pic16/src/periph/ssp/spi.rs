@@ -1,76 +1,82 @@
 //! SPI, master and slave: DS39582 section 9.3, DS30292 section 9.1.
 //!
-//! A bit of the master has two halves. The output changes when the bit begins; the clock is active in the first half (CKE = 0)
-//! or in the second one (CKE = 1), and the input is sampled in the middle (SMP = 0) or at the end (SMP = 1): figure 9-3.
+//! A bit of the master has two halves. The output changes at the start of the bit. The clock is active in the
+//! first half (CKE = 0) or in the second half (CKE = 1). The input is sampled in the middle (SMP = 0) or at
+//! the end (SMP = 1): figure 9-3.
 
 use emu_core::NEVER;
 
 use super::super::Pic16Outbox;
 use super::regs::{BF, CKE, CKP, SMP, SspMode, SspRegisters, raise_sspif};
 
-/// Halves of the eight bits.
+/// Number of half bits in a byte.
 const HALF_CLOCKS: u8 = 16;
 
+/// The shift register of SPI, master or slave.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct SpiShifter {
-    /// SSPSR.
+    /// Shift register SSPSR.
     sr: u8,
-    /// The level on SDO.
+    /// Level on SDO.
     pub(super) sdo: bool,
-    /// The master's clock is active.
+    /// True while the master's clock is at its active level.
     pub(super) active: bool,
-    /// A byte is on its way: from the write (master) or the first edge (slave) to its last edge.
+    /// True during a transfer: from the write (master) or the first edge (slave) to the last edge.
     shifting: bool,
-    /// Halves begun and, once, the end of the last one (master); bits shifted in (slave).
+    /// Master: number of half bits started, plus one for the end of the last; slave: number of bits shifted
+    /// in.
     count: u8,
-    /// When the master's next half begins; `NEVER` where timer 2 says.
+    /// Clock at which the master's next half bit starts; `NEVER` if timer 2 clocks it.
     edge: u64,
-    /// A byte that is complete, and when it goes to SSPBUF; `NEVER` without one.
+    /// Clock at which a complete byte goes to SSPBUF, `NEVER` without one; then the byte.
     done: (u64, u8),
 }
 
 emu_core::state! { SpiShifter { sr, sdo, active, shifting, count, edge, done } if |spi, _now| spi.count <= HALF_CLOCKS + 1 }
 
 impl SpiShifter {
+    /// A shift register without a transfer in progress.
     pub(super) const IDLE: SpiShifter =
         SpiShifter { sr: 0, sdo: false, active: false, shifting: false, count: 0, edge: NEVER, done: (NEVER, 0) };
 
+    /// Returns the clock of the next event: a half bit of the master, or a complete byte.
     pub(super) fn next(&self) -> u64 {
         self.edge.min(self.done.0)
     }
 
-    /// A byte is between its first edge and its last one.
+    /// Reports whether a transfer is in progress.
     pub(super) fn is_shifting(&self) -> bool {
         self.shifting
     }
 
-    /// SSPBUF may not be written.
+    /// Reports whether SSPBUF must not be written.
     pub(super) fn is_busy(&self) -> bool {
         self.shifting || self.done.0 != NEVER
     }
 
-    /// SSPBUF was written: it goes to SSPSR, too.
+    /// Handles a write of SSPBUF: the byte also goes to SSPSR.
     pub(super) fn load(&mut self, regs: &SspRegisters, t: u64) {
         self.sr = regs.buf;
         match regs.mode() {
             SspMode::SpiMaster(half) => {
                 self.shifting = true;
                 self.count = 0;
-                // The first bit begins as Q2 of the next cycle ends: figure 9-3 has the last one end there.
+                // The first bit starts at the end of Q2 of the next cycle, because figure 9-3 shows the last
+                // bit ending there.
                 self.edge = half.map_or(NEVER, |_| t.saturating_add(2));
             }
             _ => self.present(regs),
         }
     }
 
-    /// With CKE = 1 the slave's first bit is out before the clock comes.
+    /// With CKE = 1 the slave's first bit is on SDO before the clock starts.
     pub(super) fn present(&mut self, regs: &SspRegisters) {
         if regs.stat & CKE != 0 {
             self.sdo = self.sr & 0x80 != 0;
         }
     }
 
-    /// What [`Spi::next_clock`] is about.
+    /// Executes the event at [`Self::next`].
     pub(super) fn step(&mut self, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
         if self.done.0 == t {
             self.finish(regs, t, out);
@@ -79,7 +85,7 @@ impl SpiShifter {
         }
     }
 
-    /// A half of the master's bit begins; the last call ends the last one.
+    /// Starts a half bit of the master; the last call ends the last half.
     pub(super) fn half_clock(&mut self, regs: &SspRegisters, t: u64) {
         let begins = self.count.is_multiple_of(2);
         let last = self.count >= HALF_CLOCKS;
@@ -105,7 +111,7 @@ impl SpiShifter {
         self.sr = self.sr << 1 | u8::from(regs.sda);
     }
 
-    /// The byte goes to SSPBUF. The master never overruns: section 9.3.1, SSPOV.
+    /// Moves the byte to SSPBUF. The master never overruns: section 9.3.1, SSPOV.
     fn finish(&mut self, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
         let byte = self.done.1;
         self.done = (NEVER, 0);
@@ -118,7 +124,7 @@ impl SpiShifter {
         raise_sspif(t, out);
     }
 
-    /// The slave's clock has changed.
+    /// Handles a change of the slave's clock.
     pub(super) fn clock(&mut self, regs: &mut SspRegisters, t: u64, asleep: bool, out: &mut Pic16Outbox) {
         let leading = regs.scl != (regs.con & CKP != 0);
         let late = regs.stat & CKE != 0;
@@ -143,9 +149,9 @@ impl SpiShifter {
         }
     }
 
-    /// SS has changed: the bit counter is 0, and what was shifted of a byte is lost. SSPSR has again what
-    /// SSPBUF holds to be sent (DS39582 figure 9-4, where the byte that is sent begins anew with bit 7), or, as the other reading has
-    /// it, what is left of the byte and what came in.
+    /// Handles a change of SS: the bit counter is 0, and the partial byte is lost. SSPSR is loaded again from
+    /// SSPBUF (DS39582 figure 9-4, where the sent byte starts again with bit 7), or, in the other reading,
+    /// keeps the rest of the byte and the bits received.
     pub(super) fn restart(&mut self, regs: &SspRegisters) {
         if self.shifting && !regs.keeps_bits {
             self.sr = regs.buf;
@@ -153,21 +159,22 @@ impl SpiShifter {
         (self.count, self.shifting) = (0, false);
     }
 
-    /// The oscillator stops: what the slave has complete does not wait for it.
+    /// Handles the stop of the oscillator: a complete byte of the slave does not wait for it.
     pub(super) fn sleep(&mut self, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
         if self.done.0 != NEVER && !matches!(regs.mode(), SspMode::SpiMaster(_)) {
             self.finish(regs, t, out);
         }
     }
 
-    /// The oscillator stood for so many clocks.
+    /// Delays everything by the clocks for which the oscillator was stopped.
     pub(super) fn shift(&mut self, clocks: u64) {
         self.edge = self.edge.saturating_add(clocks);
         self.done.0 = self.done.0.saturating_add(clocks);
     }
 }
 
-/// When a byte complete at `t` shows: at the end of the first Q4 after the end of a Q2 that sees it (figures 9-3, 9-5, 9-6).
+/// Returns the clock at which a byte complete at `t` becomes visible: the end of the first Q4 after a Q2 that
+/// detects it (figures 9-3, 9-5, 9-6).
 fn flag_clock(t: u64) -> u64 {
     t.saturating_add(5) / 4 * 4
 }

@@ -1,64 +1,68 @@
-//! A CCP module (DS33023 section 14; DS30292 and DS39582 section 8): what it does when the timers and its pin have done
-//! something.
+//! A CCP module (DS33023 section 14; DS30292 and DS39582 section 8): its reactions to the timers and to its
+//! pin.
 
 use crate::periph::Pic16Drive;
 
-/// CCPxCON<3:0>. What the sheets call unused or reserved is off.
+/// Mode by CCPxCON<3:0>. Values that the data sheets call unused or reserved are off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum CcpMode {
-    /// 0000 to 0011.
+    /// 0000 to 0011: the module is off.
     Off,
-    /// 0100 to 0111.
+    /// 0100 to 0111: capture.
     Capture(CaptureEdge),
-    /// 1000 to 1011.
+    /// 1000 to 1011: compare.
     Compare(MatchAction),
-    /// 11xx.
+    /// 11xx: PWM.
     Pwm,
 }
 
+/// Edges of the pin that capture timer 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum CaptureEdge {
     Falling,
     Rising,
-    /// Every 4th rising one.
+    /// Every fourth rising edge.
     Fourth,
-    /// Every 16th rising one.
+    /// Every sixteenth rising edge.
     Sixteenth,
 }
 
+/// Action of a compare match.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum MatchAction {
     Set,
     Clear,
-    /// The flag only.
+    /// Sets only the flag.
     Interrupt,
-    /// Special event.
+    /// Triggers the special event.
     Special,
 }
 
-/// The bits of CCPxCON that exist.
+/// Mask of the existing bits of CCPxCON.
 const CCPCON: u8 = 0x3F;
 
+/// A CCP module.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct CcpModule {
     con: u8,
     /// CCPRxL.
     pub(super) low: u8,
-    /// CCPRxH: in PWM mode the slave of CCPRxL.
+    /// CCPRxH; in PWM mode the buffered copy of CCPRxL.
     high: u8,
-    /// In PWM mode the slave of CCPxCON<5:4>.
+    /// In PWM mode the buffered copy of CCPxCON<5:4>.
     two: u8,
-    /// The output, where the mode has one.
+    /// Level of the output, in modes that have one.
     output: bool,
     /// Level of the pin.
     pin: bool,
-    /// The prescaler of capture mode.
+    /// Prescaler of capture mode.
     edges: u8,
 }
 
 emu_core::state! { CcpModule { con, low, high, two, output, pin, edges } if |ccp, _now| ccp.edges <= 16 }
 
 impl CcpModule {
+    /// Returns the mode.
     pub(super) fn mode(&self) -> CcpMode {
         match self.con & 0xF {
             0..=3 => CcpMode::Off,
@@ -74,30 +78,32 @@ impl CcpModule {
         }
     }
 
+    /// Returns CCPxCON.
     pub(super) fn con(&self) -> u8 {
         self.con
     }
 
+    /// Returns CCPRxH.
     pub(super) fn high(&self) -> u8 {
         self.high
     }
 
-    /// CCPRxH:CCPRxL.
+    /// Returns CCPRxH:CCPRxL.
     pub(super) fn ccpr(&self) -> u16 {
         u16::from_be_bytes([self.high, self.low])
     }
 
-    /// The value of timer 1 that is compared with, if any is.
+    /// Returns the value that is compared with timer 1, in compare mode.
     pub(super) fn compare_value(&self) -> Option<u16> {
         matches!(self.mode(), CcpMode::Compare(_)).then(|| self.ccpr())
     }
 
-    /// The next count of timer 1 from `value` resets it.
+    /// Reports whether the next count of timer 1 from `value` resets it.
     pub(super) fn resets_timer1(&self, value: u16) -> bool {
         self.mode() == CcpMode::Compare(MatchAction::Special) && self.ccpr() == value
     }
 
-    /// What it does to its line.
+    /// Returns the override of its line.
     pub(super) fn drive(&self) -> Pic16Drive {
         match self.mode() {
             CcpMode::Pwm | CcpMode::Compare(MatchAction::Set | MatchAction::Clear) => Pic16Drive::from_bit(self.output),
@@ -105,8 +111,8 @@ impl CcpModule {
         }
     }
 
-    /// The edge detector of capture mode: its input, by polarity, and its output, a rise of which captures. The prescaler
-    /// ripples, so that it gives a rise when it comes round to 0.
+    /// Returns the state of the edge detector in capture mode: its input, by polarity, and its output, whose
+    /// rise captures. The prescaler is a ripple counter, so its output rises when it wraps to 0.
     fn detector(&self, edge: CaptureEdge) -> (bool, bool) {
         let input = self.pin != (edge == CaptureEdge::Falling);
         match edge {
@@ -116,7 +122,8 @@ impl CcpModule {
         }
     }
 
-    /// The pin or the mode has changed; before, the detector gave `was`. True if that captures.
+    /// Updates the detector after a change of the pin or the mode; `was` is its state before. Returns true if
+    /// it captures.
     fn detect(&mut self, was: (bool, bool), edge: CaptureEdge) -> bool {
         if self.detector(edge).0 && !was.0 {
             self.edges = (self.edges + 1) % 16;
@@ -124,7 +131,7 @@ impl CcpModule {
         self.detector(edge).1 && !was.1
     }
 
-    /// The level of the pin. True if that captures timer 1.
+    /// Sets the level of the pin. Returns true if it captures timer 1.
     pub(super) fn line(&mut self, high: bool) -> bool {
         let CcpMode::Capture(edge) = self.mode() else {
             self.pin = high;
@@ -135,8 +142,8 @@ impl CcpModule {
         self.detect(was, edge)
     }
 
-    /// A write to CCPxCON. True if that captures timer 1: from one capture mode to another it may (DS30292 section 8.1.3),
-    /// from any other mode not.
+    /// Writes CCPxCON. Returns true if it captures timer 1: a change from one capture mode to another can do
+    /// so (DS30292 section 8.1.3), a change from another mode cannot.
     pub(super) fn write_con(&mut self, con: u8) -> bool {
         let old = self.mode();
         let was = if let CcpMode::Capture(edge) = old { Some(self.detector(edge)) } else { None };
@@ -152,19 +159,19 @@ impl CcpModule {
         false
     }
 
-    /// A write to CCPRxH, which PWM mode makes read-only.
+    /// Writes CCPRxH, which is read-only in PWM mode.
     pub(super) fn write_high(&mut self, high: u8) {
         if self.mode() != CcpMode::Pwm {
             self.high = high;
         }
     }
 
-    /// Takes timer 1.
+    /// Captures the value of timer 1.
     pub(super) fn capture(&mut self, value: u16) {
         [self.high, self.low] = value.to_be_bytes();
     }
 
-    /// Timer 1 has become what it is compared with. True if it is the special event.
+    /// Handles a compare match with timer 1. Returns true for the special event.
     pub(super) fn apply_match(&mut self) -> bool {
         match self.mode() {
             CcpMode::Compare(MatchAction::Set) => self.output = true,
@@ -174,17 +181,18 @@ impl CcpModule {
         self.mode() == CcpMode::Compare(MatchAction::Special)
     }
 
-    /// The duty that is at work, in quarters of a count of timer 2, where a PWM output waits for it.
+    /// Returns the current duty in quarters of a count of timer 2, if a PWM output is high until then.
     pub(super) fn duty_count(&self) -> Option<u16> {
         (self.mode() == CcpMode::Pwm && self.output).then(|| u16::from(self.high) << 2 | u16::from(self.two))
     }
 
-    /// A PWM output ends its pulse.
+    /// Ends the pulse of a PWM output.
     pub(super) fn fall(&mut self) {
         self.output = false;
     }
 
-    /// A period of timer 2 has ended: in PWM mode the duty is taken over, and a pulse begins unless it is 0.
+    /// Handles the end of a timer 2 period: in PWM mode the new duty takes effect, and a pulse starts unless
+    /// the duty is 0.
     pub(super) fn start_period(&mut self) {
         if self.mode() == CcpMode::Pwm {
             (self.high, self.two) = (self.low, self.con >> 4 & 3);
@@ -192,7 +200,7 @@ impl CcpModule {
         }
     }
 
-    /// A reset turns the module off, and leaves CCPRx; what it holds at power-on is unknown, and taken as 0.
+    /// Resets the module to off. CCPRx keeps its value; after power-on it is unknown, and 0 here.
     pub(super) fn reset(&mut self, power_on: bool) {
         let (low, high) = if power_on { (0, 0) } else { (self.low, self.high) };
         *self = CcpModule { low, high, pin: self.pin, ..CcpModule::default() };

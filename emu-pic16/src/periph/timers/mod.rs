@@ -1,14 +1,17 @@
-//! Timer 1, timer 2 and the CCP modules (DS33023 sections 12 to 14; DS30292 and DS39582 sections 6 to 8), which hang
-//! together: the modules capture timer 1, compare with it and reset it, and make pulses of timer 2.
+//! Timer 1, timer 2 and the CCP modules (DS33023 sections 12 to 14; DS30292 and DS39582 sections 6 to 8).
+//! They are in one peripheral because the modules capture timer 1, compare with it and reset it, and generate
+//! pulses with timer 2.
 //!
-//! What the sheets leave open is settled so:
+//! Decisions where the data sheets are not specific:
 //!
-//! - Timer 1: an edge of a synchronised external clock counts at the first cycle boundary 3 clocks or more after it, and a
-//!   cycle counts once. TMR1ON stands behind the prescaler, as in the block diagram. A change of the clock's path loses what
-//!   is in the synchroniser, and so does sleep. A write takes the place of a count, a carry and a special event of its clock.
-//! - Compare: match, flag and pin come with the count that makes TMR1 what CCPRx is, or with the write that does, in
-//!   asynchronous mode as well. The module that resets timer 1 does so while both are equal at the next count.
-//! - Capture: TMR1, CCPRx and the flag are those of the clock of the edge, in sleep and in asynchronous mode as well.
+//! - Timer 1: an edge of a synchronized external clock counts at the first cycle boundary 3 clocks or more
+//!   after it, and a cycle counts at most once. TMR1ON is after the prescaler, as in the block diagram. A
+//!   change of the clock path loses the edges in the synchronizer, and so does sleep. A write replaces a
+//!   count, a carry and a special event at the same clock.
+//! - Compare: match, flag and pin change with the count, or the write, that makes TMR1 equal to CCPRx, also
+//!   in asynchronous mode. The module that resets timer 1 does so if both are equal at the next count.
+//! - Capture: TMR1, CCPRx and the flag have the values at the clock of the edge, also in sleep and in
+//!   asynchronous mode.
 //! - PWM: the output is low from entering the mode to the next period.
 
 mod ccp;
@@ -23,13 +26,13 @@ use ccp::{CcpMode, CcpModule};
 use timer1::Timer1;
 use timer2::Timer2;
 
-/// What differs between the two modules.
+/// Line and flag of each of the two modules.
 const MODULES: [(Pic16Line, InterruptFlag); 2] =
     [(Pic16Line::Ccp1, InterruptFlag::CCP1IF), (Pic16Line::Ccp2, InterruptFlag::CCP2IF)];
 
-/// Timer 1, timer 2 and 0 to 2 CCP modules. It serves the registers `TMR1L TMR1H T1CON TMR2 T2CON PR2` and `CCPRxL CCPRxH
-/// CCPxCON`, the flags `TMR1IF TMR2IF CCP1IF CCP2IF`, and the lines `T1cki Ccp1 Ccp2`. Anything else, and the registers of
-/// a module that is not there, reads 0 and takes no write.
+/// Timer 1, timer 2 and 0 to 2 CCP modules. They have the registers `TMR1L TMR1H T1CON TMR2 T2CON PR2` and
+/// `CCPRxL CCPRxH CCPxCON`, the flags `TMR1IF TMR2IF CCP1IF CCP2IF`, and the lines `T1cki Ccp1 Ccp2`. Other
+/// registers, and those of a missing module, read 0 and ignore writes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pic16Timers {
     timer1: Timer1,
@@ -38,18 +41,19 @@ pub struct Pic16Timers {
     ccps: usize,
     listener: bool,
     asleep: bool,
-    /// Clocks at which timer 1 and timer 2 have more to do than to count.
+    /// Next clocks at which timer 1 and timer 2 do more than count.
     next: [u64; 2],
 }
 
 emu_core::state! { Pic16Timers { timer1, timer2, ccp, listener, asleep, next } stays { ccps } }
 
 impl Pic16Timers {
-    /// As after power-on at clock 0, all lines low.
+    /// Returns the timers after power-on at clock 0, with all lines low.
     ///
-    /// `ccps`: number of CCP modules, 0 to 2; the special event of the last one starts a conversion. `crystal`: the
-    /// oscillator of the chip and the crystal at T1OSI and T1OSO, in hertz, if there is one (not faster than the
-    /// oscillator: it is taken as that); it swings from when T1OSCEN is set.
+    /// `ccps` is the number of CCP modules, 0 to 2; the special event of the last one starts a conversion.
+    /// `crystal` has the frequencies in Hz of the chip's oscillator and of the crystal at T1OSI and T1OSO, if
+    /// there is one; a crystal faster than the oscillator counts as equally fast. The crystal oscillates
+    /// while T1OSCEN is set.
     #[must_use]
     pub fn new(ccps: u8, crystal: Option<(u64, u64)>) -> Pic16Timers {
         Pic16Timers {
@@ -63,9 +67,9 @@ impl Pic16Timers {
         }
     }
 
-    /// A reset at `t`, by power-on or brown-out, or another one (DS30292 table 12-6): T2CON, TMR2 and CCPxCON are 0 and
-    /// PR2 is FFh; T1CON is 0 only at power-on, and timer 1 and CCPRx go on as they are after any other. Who listens to
-    /// timer 2 goes on doing so. A sleep is over.
+    /// Resets the timers at `t` (DS30292 table 12-6): T2CON, TMR2 and CCPxCON are 0, PR2 is FFh. `power_on`
+    /// is true for power-on and brown-out; only then T1CON is 0, otherwise timer 1 and CCPRx continue
+    /// unchanged. The listener to timer 2 does not change. A sleep ends.
     pub fn reset(&mut self, power_on: bool, t: u64, out: &mut Pic16Outbox) {
         self.run_due(t, out);
         if self.asleep {
@@ -81,7 +85,8 @@ impl Pic16Timers {
         self.update_deadlines();
     }
 
-    /// While `on`, every end of a period of timer 2 after `t` gives [`Pic16Signal::Timer2`]: the clock of the SSP is half that.
+    /// Sets whether every end of a timer 2 period after `t` sends [`Pic16Signal::Timer2`]; the clock of the
+    /// SSP has half that frequency.
     pub fn set_timer2_listener(&mut self, on: bool, t: u64, out: &mut Pic16Outbox) {
         self.run_due(t, out);
         self.settle(t);
@@ -89,13 +94,15 @@ impl Pic16Timers {
         self.update_deadlines();
     }
 
-    /// The clock of the first end of a period of timer 2 after `t`, if no register is written; `NEVER` if it stands.
+    /// Returns the clock of the first end of a timer 2 period after `t`, if no register is written; `NEVER`
+    /// if it is stopped.
     #[must_use]
     pub fn timer2_match_next(&self, t: u64) -> u64 {
         self.timer2.end_after(t)
     }
 
-    /// A pin may still change by itself: a module makes pulses while timer 2 runs, or waits to set or clear its pin.
+    /// Reports whether a pin can still change without a program: a module generates pulses while timer 2
+    /// runs, or waits to set or clear its pin.
     #[must_use]
     pub fn moves_pins(&self) -> bool {
         let waits = |ccp: &CcpModule| match ccp.mode() {
@@ -105,12 +112,12 @@ impl Pic16Timers {
         !self.asleep && self.ccp.iter().any(waits)
     }
 
-    /// To be called when anything but time has changed something.
+    /// Recomputes the next events; must be called after every change other than the passing of time.
     fn update_deadlines(&mut self) {
         self.next = [self.next_timer1_event(), self.next_timer2_event()];
     }
 
-    /// Brings both timers up to `t`, so that what is asked of them from now on is not looked for in the past.
+    /// Advances both timers to `t`, the reference for later queries.
     fn settle(&mut self, t: u64) {
         self.timer1.settle(t);
         self.timer2.settle(t);
@@ -120,7 +127,7 @@ impl Pic16Timers {
         [self.ccp[0].drive(), self.ccp[1].drive()]
     }
 
-    /// Says what has become of the lines, which were `before`.
+    /// Sends the overrides of the lines that have changed from `before`.
     fn drive_outputs(&self, before: [Pic16Drive; 2], t: u64, out: &mut Pic16Outbox) {
         for ((before, drive), (line, _)) in before.into_iter().zip(self.drives()).zip(MODULES) {
             if drive != before {
@@ -129,12 +136,13 @@ impl Pic16Timers {
         }
     }
 
-    /// Which modules compare with timer 1 and find it to be `value`.
+    /// Returns which modules compare with timer 1 and match `value`.
     fn modules_equal_to(&self, value: u16) -> [bool; 2] {
         [self.ccp[0].compare_value() == Some(value), self.ccp[1].compare_value() == Some(value)]
     }
 
-    /// Serves the modules that find timer 1 equal to `value` at `t`, and did not `before`; `drives` is what the lines were.
+    /// Handles the modules that match `value` of timer 1 at `t` and did not in `before`; `drives` are the
+    /// overrides before.
     fn compare(&mut self, before: [bool; 2], drives: [Pic16Drive; 2], value: u16, t: u64, out: &mut Pic16Outbox) {
         let last = self.ccps;
         let now = self.modules_equal_to(value).into_iter().zip(before).map(|(now, before)| now && !before);
@@ -149,7 +157,7 @@ impl Pic16Timers {
         self.drive_outputs(drives, t, out);
     }
 
-    /// Timer 1, which was `old`, has counted once at `t`.
+    /// Handles one count of timer 1 at `t`, from the value `old`.
     fn on_timer1_count(&mut self, old: u16, t: u64, out: &mut Pic16Outbox) {
         let reset = self.ccp.iter().any(|ccp| ccp.resets_timer1(old));
         let value = if reset { 0 } else { old.wrapping_add(1) };
@@ -160,8 +168,8 @@ impl Pic16Timers {
         self.compare(self.modules_equal_to(old), self.drives(), value, t, out);
     }
 
-    /// The clock at which timer 1 next has more to do than to count: a first edge that does not count, an overflow, a
-    /// match, a reset by the special event.
+    /// Returns the next clock at which timer 1 does more than count: a first edge that does not count, an
+    /// overflow, a match, a reset by the special event.
     fn next_timer1_event(&self) -> u64 {
         let value = self.timer1.settled();
         let left = |to: u16| match to.wrapping_sub(value) {
@@ -186,12 +194,12 @@ impl Pic16Timers {
         }
     }
 
-    /// The clock at which the pulse of `ccp` ends.
+    /// Returns the clock at which the pulse of `ccp` ends.
     fn pwm_fall_clock(&self, ccp: &CcpModule) -> u64 {
         ccp.duty_count().map_or(NEVER, |duty| self.timer2.clock_of_duty(duty))
     }
 
-    /// The clock at which timer 2 next has more to do than to count and to go round.
+    /// Returns the next clock at which timer 2 does more than count and wrap.
     fn next_timer2_event(&self) -> u64 {
         let pulses = self.ccp.iter().any(|ccp| ccp.mode() == CcpMode::Pwm);
         let period = if pulses || self.listener { self.timer2.period_end(1) } else { self.timer2.flag_clock() };
@@ -218,7 +226,7 @@ impl Pic16Timers {
         self.drive_outputs(before, t, out);
     }
 
-    /// Does what is due of timer 1 up to `t1` and of timer 2 up to `t2`.
+    /// Executes what is due of timer 1 up to `t1` and of timer 2 up to `t2`.
     fn run_events(&mut self, t1: u64, t2: u64, out: &mut Pic16Outbox) {
         loop {
             let [next1, next2] = self.next;
@@ -234,7 +242,7 @@ impl Pic16Timers {
         }
     }
 
-    /// The module, if it is there, and which of its registers: 0 CCPRxL, 1 CCPRxH, 2 CCPxCON.
+    /// Returns the index of the module, if it exists, and its register: 0 CCPRxL, 1 CCPRxH, 2 CCPxCON.
     fn module(&self, reg: Sfr) -> Option<(usize, u8)> {
         let (i, which) = match reg {
             Sfr::CCPR1L => (0, 0),
@@ -248,7 +256,7 @@ impl Pic16Timers {
         (i < self.ccps).then_some((i, which))
     }
 
-    /// A write to a register of a module.
+    /// Writes a register of a module.
     fn write_module(&mut self, i: usize, which: u8, value: u8, t: u64, out: &mut Pic16Outbox) {
         self.settle(t);
         let timer1 = self.timer1.settled();
@@ -273,7 +281,7 @@ impl Pic16Device for Pic16Timers {
         self.run_events(t, t, out);
     }
 
-    /// Early at times, never late: a reset of timer 1 by the special event counts too.
+    /// Sometimes too early, never too late: a reset of timer 1 by the special event counts as an event too.
     fn next_clock(&self) -> u64 {
         self.next[0].min(self.next[1])
     }
@@ -326,7 +334,7 @@ impl Pic16Device for Pic16Timers {
             }
         }
         self.update_deadlines();
-        // A pulse ends where TMR2 is written to be its duty.
+        // A pulse ends if the written value of TMR2 equals its duty.
         self.run_due(t, out);
     }
 
@@ -345,7 +353,7 @@ impl Pic16Device for Pic16Timers {
                         out.push(Pic16Signal::Flag { t, flag });
                     }
                 }
-                // A capture changes nothing that is due.
+                // A capture does not change any deadline.
                 return;
             }
             _ => {}

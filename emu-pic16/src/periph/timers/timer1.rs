@@ -1,31 +1,32 @@
 //! Timer 1 (DS33023 section 12; DS30292 and DS39582 section 6), in closed form.
 //!
-//! What is kept is the state at one clock, `at`; how far the timer has come since, and when it will have counted `n` times, is
-//! computed. Only edges of the pin T1CKI come one by one. What the counter does when it counts (overflow, compare match,
-//! reset by a special event) is not decided here.
+//! The state is kept for one clock, `at`. The value at a later clock, and the clock of the `n`th count, are
+//! computed. Only edges of the pin T1CKI are processed one by one. The effects of a count (overflow, compare
+//! match, reset by a special event) are handled by the caller.
 //!
-//! The stages follow the block diagram: input, prescaler, synchroniser, TMR1ON, counter. So the prescaler goes on while
-//! TMR1ON is 0, and an external clock moves it in sleep even where the synchroniser is shut off.
+//! The stages follow the block diagram: input, prescaler, synchronizer, TMR1ON, counter. So the prescaler
+//! continues while TMR1ON is 0, and an external clock advances it in sleep even if the synchronizer is off.
 
 use emu_core::NEVER;
 
-/// T1CON<0>: the counter counts.
+/// T1CON<0>: the counter runs.
 const TMR1ON: u8 = 1 << 0;
 /// T1CON<1>: external clock.
 const TMR1CS: u8 = 1 << 1;
-/// T1CON<2>: the external clock is *not* synchronised.
+/// T1CON<2>: the external clock is *not* synchronized.
 const T1SYNC: u8 = 1 << 2;
 /// T1CON<3>: the oscillator runs, and is the external clock.
 const T1OSCEN: u8 = 1 << 3;
-/// The bits of T1CON that exist.
+/// Mask of the existing bits of T1CON.
 const T1CON: u8 = 0x3F;
 
-/// What the three bits of the prescaler count to.
+/// Modulus of the 3-bit prescaler.
 const PRESCALER: u64 = 8;
 
+/// Clock source of the timer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ClockSource {
-    /// Nothing: Fosc/4 in sleep, or an oscillator without a crystal.
+    /// None: Fosc/4 in sleep, or an oscillator without a crystal.
     None,
     /// Fosc/4.
     Cycles,
@@ -35,7 +36,8 @@ enum ClockSource {
     Crystal,
 }
 
-/// The crystal at T1OSI and T1OSO, against the oscillator of the chip. Both in hertz, `0 < hz <= osc`.
+/// The crystal at T1OSI and T1OSO, and the oscillator of the chip. Both frequencies are in Hz; `0 < hz <=
+/// osc`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct CrystalClock {
     osc: u64,
@@ -43,51 +45,54 @@ struct CrystalClock {
 }
 
 impl CrystalClock {
-    /// Rising edges within `clocks` of switching on: the `k`-th comes `k` periods after.
+    /// Returns the rising edges within `clocks` after switching on; the `k`th comes after `k` periods.
     fn rises(self, clocks: u64) -> u64 {
         (u128::from(clocks) * u128::from(self.hz) / u128::from(self.osc)) as u64
     }
 
-    /// Falling edges, half a period before the rising ones.
+    /// Returns the falling edges, half a period before the rising ones.
     fn falls(self, clocks: u64) -> u64 {
         let (osc, hz) = (u128::from(self.osc), u128::from(self.hz));
         ((2 * u128::from(clocks) * hz + osc) / (2 * osc)) as u64
     }
 
-    /// Clocks up to the `k`-th rising edge.
+    /// Returns the clocks up to the `k`th rising edge.
     fn rise(self, k: u64) -> u64 {
         u64::try_from((u128::from(k) * u128::from(self.osc)).div_ceil(u128::from(self.hz))).unwrap_or(NEVER)
     }
 }
 
-/// The cycle boundary at which the synchroniser hands on an edge that left the prescaler at `t`: it samples with the start of
-/// Q2 and counts at the end of that cycle, so the edge takes 3 to 6 clocks (DS30292 table 15-4, parameter 48: 2 to 7 Tosc).
+/// Returns the cycle boundary at which an edge that left the prescaler at `t` passes the synchronizer. It
+/// samples at the start of Q2 and counts at the end of that cycle, so an edge takes 3 to 6 clocks (DS30292
+/// table 15-4, parameter 48: 2 to 7 Tosc).
 const fn synchronised(t: u64) -> u64 {
     t.saturating_add(6) & !3
 }
 
-/// The last clock whose edges have been handed on at `t`, as [`synchronised`] has it.
+/// Returns the last clock whose edges have passed the synchronizer at `t`; see [`synchronised`].
 const fn sampled(t: u64) -> u64 {
     (t & !3).saturating_sub(3)
 }
 
+/// Timer 1.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Timer1 {
     con: u8,
     crystal: Option<CrystalClock>,
-    /// Clock since which the crystal swings.
+    /// Clock since which the crystal oscillates.
     swings: u64,
     /// Level of T1CKI.
     pin: bool,
-    /// Clock of `value` and `prescaler`.
+    /// Clock for which `value` and `prescaler` are valid.
     at: u64,
     value: u16,
-    /// Three bits, of which T1CKPS says how many divide.
+    /// Three bits, of which T1CKPS selects how many divide.
     prescaler: u8,
-    /// The next rising edge is not counted, since no falling edge has come yet (DS30292 section 6.2).
+    /// True if the next rising edge does not count, because no falling edge has come yet (DS30292 section
+    /// 6.2).
     unarmed: bool,
-    /// Boundaries at which edges that are in the synchroniser will be counted, in order, `NEVER` where there is none. Two
-    /// are enough: an edge is in there for less than two cycles, and one cycle counts once.
+    /// Boundaries at which edges in the synchronizer will count, in order; `NEVER` for an unused entry. Two
+    /// are enough: an edge stays there for less than two cycles, and a cycle counts at most once.
     flight: [u64; 2],
     asleep: bool,
 }
@@ -98,11 +103,12 @@ emu_core::state! {
 }
 
 impl Timer1 {
-    /// `crystal`: hertz of the oscillator and of the crystal, if there is one.
+    /// Returns the timer after power-on. `crystal` has the frequencies in Hz of the oscillator and of the
+    /// crystal, if there is one.
     pub(super) fn new(crystal: Option<(u64, u64)>) -> Timer1 {
         Timer1 {
             con: 0,
-            // Two edges in one clock cannot be told apart, and no crystal is that fast.
+            // Two edges in one clock cannot be distinguished, and no crystal is that fast.
             crystal: crystal
                 .filter(|&(osc, hz)| osc > 0 && hz > 0)
                 .map(|(osc, hz)| CrystalClock { osc, hz: hz.min(osc) }),
@@ -131,27 +137,28 @@ impl Timer1 {
         }
     }
 
-    /// The clock passes the synchroniser.
+    /// Reports whether the clock passes the synchronizer.
     fn synchronous(&self) -> bool {
         self.con & (TMR1CS | T1SYNC) == TMR1CS
     }
 
-    /// What leaves the prescaler is counted.
+    /// Reports whether outputs of the prescaler are counted.
     fn counting(&self) -> bool {
         self.has_bits(TMR1ON) && !(self.asleep && self.synchronous())
     }
 
-    /// 1, 2, 4 or 8: the power of two.
+    /// Returns the binary logarithm of the prescaler ratio (1, 2, 4 or 8).
     fn scale(&self) -> u8 {
         self.con >> 4 & 3
     }
 
-    /// Where the prescaler stands within its ratio.
+    /// Returns the position of the prescaler within its ratio.
     fn phase(&self) -> u64 {
         u64::from(self.prescaler & ((1 << self.scale()) - 1))
     }
 
-    /// Rising edges of the input in `(at, t]`. Those of the pin are not here: they are served as they come.
+    /// Returns the rising edges of the input in `(at, t]`. Those of the pin are not included; they are
+    /// processed when they occur.
     fn inputs(&self, t: u64) -> u64 {
         if t <= self.at {
             return 0;
@@ -163,7 +170,7 @@ impl Timer1 {
         }
     }
 
-    /// Clock of the `n`-th rising edge of the input after `at`.
+    /// Returns the clock of the `n`th rising edge of the input after `at`.
     fn input(&self, n: u64) -> u64 {
         match (self.source(), self.crystal) {
             (ClockSource::Cycles, _) => (self.at / 4).saturating_add(n).saturating_mul(4),
@@ -174,29 +181,30 @@ impl Timer1 {
         }
     }
 
-    /// What leaves the prescaler in `(at, t]`.
+    /// Returns the outputs of the prescaler in `(at, t]`.
     fn outputs(&self, t: u64) -> u64 {
         (self.phase() + self.inputs(t)) >> self.scale()
     }
 
-    /// Clock of the `n`-th output of the prescaler after `at`.
+    /// Returns the clock of the `n`th output of the prescaler after `at`.
     fn output(&self, n: u64) -> u64 {
         self.input(n.saturating_mul(1 << self.scale()) - self.phase())
     }
 
-    /// The crystal brings an edge to every cycle, and more that the synchroniser cannot tell apart.
+    /// Reports whether the crystal gives at least one edge per cycle, so that the synchronizer cannot
+    /// separate them.
     fn has_edges_too_close(&self) -> bool {
         self.crystal.is_some_and(|c| u128::from(c.osc) << self.scale() < 4 * u128::from(c.hz))
     }
 
-    /// First boundary at which the synchroniser hands on an edge of the crystal after `at`, and how many edges it is late
-    /// because one that is in there already shares its boundary.
+    /// Returns the first boundary at which a crystal edge after `at` passes the synchronizer, and the number
+    /// of edges by which it is late, because an edge already in it has the same boundary.
     fn first(&self) -> (u64, u64) {
         let boundary = synchronised(self.output(1));
         if self.flight.contains(&boundary) { (boundary.saturating_add(4), 1) } else { (boundary, 0) }
     }
 
-    /// Counts in `(at, t]`.
+    /// Returns the counts in `(at, t]`.
     pub(super) fn counts(&self, t: u64) -> u64 {
         if !self.counting() {
             0
@@ -216,7 +224,7 @@ impl Timer1 {
         }
     }
 
-    /// Clock of the `n`-th count after `at`, `n` at least 1, as far as that is known.
+    /// Returns the clock of the `n`th count after `at`, `n` at least 1, as far as it is known.
     pub(super) fn clock_of_count(&self, n: u64) -> u64 {
         if !self.counting() {
             return NEVER;
@@ -240,17 +248,17 @@ impl Timer1 {
         }
     }
 
-    /// The counter at `t`, if nothing but counting happens in between.
+    /// Returns the counter at `t`, if it only counts until then.
     pub(super) fn value(&self, t: u64) -> u16 {
         self.value.wrapping_add(self.counts(t) as u16)
     }
 
-    /// The counter at `at`.
+    /// Returns the counter at `at`.
     pub(super) fn settled(&self) -> u16 {
         self.value
     }
 
-    /// Moves `at` to `t`. What is in the synchroniser stays there only as long as it is counting.
+    /// Moves `at` to `t`. Edges stay in the synchronizer only while the timer counts.
     pub(super) fn settle(&mut self, t: u64) {
         if t < self.at {
             return;
@@ -270,13 +278,13 @@ impl Timer1 {
         (self.value, self.prescaler, self.flight, self.at) = (value, prescaler as u8, waiting, t);
     }
 
-    /// Takes a value in place of what counting has made of it.
+    /// Replaces the counter value after a count.
     pub(super) fn set(&mut self, value: u16) {
         self.value = value;
     }
 
-    /// A write to TMR1L or TMR1H: `edit` makes the new value. A count at `t` is lost, and the prescaler begins anew
-    /// (DS30569 section 6.8).
+    /// Handles a write to TMR1L or TMR1H; `edit` computes the new value. A count at `t` is lost, and the
+    /// prescaler is cleared (DS30569 section 6.8).
     pub(super) fn write(&mut self, t: u64, edit: impl FnOnce(u16) -> u16) {
         let before = self.before(t);
         if self.uncounted() <= t {
@@ -288,16 +296,17 @@ impl Timer1 {
         self.prescaler = 0;
     }
 
-    /// The counter just before `t`.
+    /// Returns the counter just before `t`.
     pub(super) fn before(&self, t: u64) -> u16 {
         if t > self.at { self.value(t - 1) } else { self.value }
     }
 
+    /// Returns T1CON.
     pub(super) fn con(&self) -> u8 {
         self.con
     }
 
-    /// A write to T1CON. Edges that are in the synchroniser are lost if the path of the clock changes.
+    /// Writes T1CON. Edges in the synchronizer are lost if the clock path changes.
     pub(super) fn write_con(&mut self, con: u8, t: u64) {
         self.settle(t);
         let changed = self.con ^ con;
@@ -321,13 +330,13 @@ impl Timer1 {
         }
     }
 
-    /// The clock at which a rising edge of the crystal comes that is not to be counted: nothing that [`Timer1::clock_of_count`] says
-    /// holds beyond it.
+    /// Returns the clock of the next crystal edge that must not count; results of [`Timer1::clock_of_count`]
+    /// are not valid beyond it.
     pub(super) fn uncounted(&self) -> u64 {
         if self.unarmed { self.input(1) } else { NEVER }
     }
 
-    /// Passes the rising edge of [`Timer1::uncounted`] at `t`.
+    /// Passes the edge of [`Timer1::uncounted`] at `t`.
     pub(super) fn arm(&mut self, t: u64) {
         let value = self.value;
         self.settle(t);
@@ -336,7 +345,7 @@ impl Timer1 {
         self.unarmed = false;
     }
 
-    /// T1CKI has changed. True if the counter counts at `t`.
+    /// Handles a change of T1CKI. Returns true if the counter counts at `t`.
     pub(super) fn line(&mut self, high: bool, t: u64) -> bool {
         let rises = high && !self.pin;
         self.pin = high;
@@ -357,20 +366,20 @@ impl Timer1 {
         !self.synchronous()
     }
 
-    /// The oscillator stops: the synchroniser is shut off, and loses what is in it (DS30292 section 6.3).
+    /// Stops the oscillator: the synchronizer is off, and loses its edges (DS30292 section 6.3).
     pub(super) fn sleep(&mut self, t: u64) {
         self.settle(t);
         self.asleep = true;
     }
 
-    /// The oscillator runs again.
+    /// Restarts the oscillator.
     pub(super) fn wake(&mut self, t: u64) {
         self.settle(t);
         self.asleep = false;
     }
 
-    /// A reset at power-on or brown-out: T1CON is 0, the counter, which the sheet calls unknown, too. No other reset does
-    /// anything to the timer (DS30569 section 6.7).
+    /// Resets the timer at power-on or brown-out: T1CON is 0, and so is the counter, which the data sheet
+    /// calls unknown. No other reset affects the timer (DS30569 section 6.7).
     pub(super) fn power_on(&mut self, t: u64) {
         *self = Timer1 { crystal: self.crystal, pin: self.pin, at: t, ..Timer1::new(None) };
     }

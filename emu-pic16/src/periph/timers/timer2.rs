@@ -1,32 +1,33 @@
 //! Timer 2 (DS33023 section 13; DS30292 and DS39582 section 7), in closed form.
 //!
-//! What is kept is the state at one clock, `at`, with which a count of the prescaler begins.
+//! The state is kept for one clock, `at`, at which a count of the prescaler starts.
 
 use emu_core::NEVER;
 
-/// T2CON<2>: the timer counts.
+/// T2CON<2>: the timer runs.
 const TMR2ON: u8 = 1 << 2;
-/// The bits of T2CON that exist.
+/// Mask of the existing bits of T2CON.
 const T2CON: u8 = 0x7F;
 
+/// Timer 2.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Timer2 {
     con: u8,
     /// PR2.
     pr: u8,
-    /// Clock of `value` and `post`, with the prescaler at 0.
+    /// Clock for which `value` and `post` are valid, with the prescaler at 0.
     at: u64,
     value: u8,
-    /// Periods that the postscaler has counted.
+    /// Periods counted by the postscaler.
     post: u8,
-    /// The clock at which the oscillator stopped.
+    /// Clock at which the oscillator stopped; None while it runs.
     slept: Option<u64>,
 }
 
 emu_core::state! { Timer2 { con, pr, at, value, post, slept } if |of, now| of.at <= now + 4 && of.slept != Some(u64::MAX) }
 
 impl Timer2 {
-    /// As after a reset at `t`.
+    /// Returns the timer after a reset at `t`.
     pub(super) fn new(t: u64) -> Timer2 {
         Timer2 { con: 0, pr: 0xFF, at: t, value: 0, post: 0, slept: None }
     }
@@ -35,7 +36,8 @@ impl Timer2 {
         self.con & TMR2ON != 0 && self.slept.is_none()
     }
 
-    /// 1, 4 or 16 instruction cycles to a count, and as many clocks to a quarter of it: the power of two.
+    /// Returns the binary logarithm of the prescaler ratio: 1, 4 or 16 instruction cycles per count, or
+    /// clocks per quarter of a count.
     fn scale(&self) -> u32 {
         match self.con & 3 {
             0 => 0,
@@ -44,7 +46,7 @@ impl Timer2 {
         }
     }
 
-    /// 1 to 16 periods to a flag.
+    /// Returns the periods per flag, 1 to 16.
     fn postscale(&self) -> u8 {
         (self.con >> 3 & 0xF) + 1
     }
@@ -53,22 +55,22 @@ impl Timer2 {
         if self.counting() { t.saturating_sub(self.at) >> (2 + self.scale()) } else { 0 }
     }
 
-    /// Clock of the `n`-th count after `at`.
+    /// Returns the clock of the `n`th count after `at`.
     fn clock_of_count(&self, n: u64) -> u64 {
         if self.counting() { self.at.saturating_add(n.saturating_mul(4 << self.scale())) } else { NEVER }
     }
 
-    /// Counts up to the first end of a period. A counter that is beyond PR2 goes round first.
+    /// Returns the counts up to the first end of a period. A counter above PR2 wraps first.
     fn first(&self) -> u64 {
         u64::from(self.pr.wrapping_sub(self.value)) + 1
     }
 
-    /// Counts in a period.
+    /// Returns the counts per period.
     fn period(&self) -> u64 {
         u64::from(self.pr) + 1
     }
 
-    /// Ends of periods within `counts`, and TMR2 then.
+    /// Returns the ends of periods within `counts`, and TMR2 after them.
     fn after(&self, counts: u64) -> (u64, u8) {
         match counts.checked_sub(self.first()) {
             None => (0, self.value.wrapping_add(counts as u8)),
@@ -76,32 +78,33 @@ impl Timer2 {
         }
     }
 
-    /// Clock of the `n`-th end of a period after `at`, `n` at least 1: TMR2 was PR2 and counts to 0.
+    /// Returns the clock of the `n`th end of a period after `at`, `n` at least 1: TMR2 goes from PR2 to 0.
     pub(super) fn period_end(&self, n: u64) -> u64 {
         self.clock_of_count(self.first().saturating_add(self.period().saturating_mul(n - 1)))
     }
 
-    /// Clock of the first end of a period after `t`.
+    /// Returns the clock of the first end of a period after `t`.
     pub(super) fn end_after(&self, t: u64) -> u64 {
         self.period_end(self.after(self.counts(t)).0 + 1)
     }
 
-    /// Clock of the first count after `t`.
+    /// Returns the clock of the first count after `t`.
     pub(super) fn count_after(&self, t: u64) -> u64 {
         self.clock_of_count(self.counts(t) + 1)
     }
 
-    /// Clock of the next TMR2IF.
+    /// Returns the clock of the next TMR2IF.
     pub(super) fn flag_clock(&self) -> u64 {
         self.period_end(u64::from(self.postscale().saturating_sub(self.post)).max(1))
     }
 
-    /// TMR2 at `t`.
+    /// Returns TMR2 at `t`.
     pub(super) fn value(&self, t: u64) -> u8 {
         self.after(self.counts(t)).1
     }
 
-    /// Moves `at` to the last count at or before `t`. Whether a period has ended since, and whether the postscaler is full.
+    /// Moves `at` to the last count at or before `t`. Returns whether a period has ended since, and whether
+    /// the postscaler is full.
     pub(super) fn settle(&mut self, t: u64) -> (bool, bool) {
         let counts = self.counts(t);
         let (ends, value) = self.after(counts);
@@ -113,8 +116,9 @@ impl Timer2 {
         (ends > 0, ends > 0 && self.post == 0)
     }
 
-    /// The first clock, `at` or later, at which TMR2 with the two bits below it is `duty` (10 bits), unless a period ends
-    /// before. The two bits are the Q clock, or the topmost of the prescaler (DS30292 section 8.3.2).
+    /// Returns the first clock, `at` or later, at which TMR2 with the two bits below it equals `duty` (10
+    /// bits), unless a period ends before. The two bits are the Q clock, or the top bits of the prescaler
+    /// (DS30292 section 8.3.2).
     pub(super) fn clock_of_duty(&self, duty: u16) -> u64 {
         let quarters = u64::from(duty.wrapping_sub(4 * u16::from(self.value)) % 1024);
         if self.con & TMR2ON == 0 {
@@ -126,28 +130,30 @@ impl Timer2 {
         }
     }
 
+    /// Returns T2CON.
     pub(super) fn con(&self) -> u8 {
         self.con
     }
 
+    /// Returns PR2.
     pub(super) fn pr(&self) -> u8 {
         self.pr
     }
 
-    /// A write to T2CON, which clears prescaler and postscaler.
+    /// Writes T2CON, which clears prescaler and postscaler.
     pub(super) fn write_con(&mut self, con: u8, t: u64) {
         self.settle(t);
         self.con = con & T2CON;
         self.restart(t);
     }
 
-    /// A write to TMR2, which takes the place of a count at `t`.
+    /// Writes TMR2, which replaces a count at `t`.
     pub(super) fn write(&mut self, value: u8, t: u64) {
         self.value = value;
         self.restart(t);
     }
 
-    /// A write to PR2.
+    /// Writes PR2.
     pub(super) fn write_pr(&mut self, pr: u8, t: u64) {
         self.settle(t);
         self.pr = pr;
@@ -156,17 +162,17 @@ impl Timer2 {
     fn restart(&mut self, t: u64) {
         self.post = 0;
         self.at = t;
-        // A sleeper that is written has nothing of its count to make up for.
+        // After a write during sleep, no part of a count remains.
         self.slept = self.slept.map(|_| t);
     }
 
-    /// The oscillator stops.
+    /// Stops the oscillator.
     pub(super) fn sleep(&mut self, t: u64) {
         self.settle(t);
         self.slept = self.slept.or(Some(t));
     }
 
-    /// The oscillator runs again: the count goes on where it stood, by whole cycles.
+    /// Restarts the oscillator: the count continues, in whole cycles.
     pub(super) fn wake(&mut self, t: u64) {
         if let Some(slept) = self.slept.take() {
             let cycles = t.div_ceil(4).saturating_sub(slept.div_ceil(4));

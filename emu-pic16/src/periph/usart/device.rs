@@ -1,4 +1,4 @@
-//! The port as a part of the chip.
+//! [`Pic16Device`] for the USART.
 
 use emu_core::NEVER;
 
@@ -65,7 +65,7 @@ impl Pic16Device for Pic16Usart {
         match reg {
             Sfr::RCSTA => {
                 self.control(value, self.txsta, t);
-                // CREN clear takes OERR away, a port that is off is in reset with its buffer.
+                // Clearing CREN clears OERR; a port that is off is in reset, including its buffer.
                 self.oerr &= value & (SPEN | CREN) == SPEN | CREN;
                 if value & SPEN == 0 {
                     self.fifo.clear();
@@ -133,7 +133,7 @@ impl Pic16Device for Pic16Usart {
 }
 
 impl Pic16Usart {
-    /// RCSTA and TXSTA are written.
+    /// Writes RCSTA and TXSTA.
     pub(super) fn control(&mut self, rcsta: u8, txsta: u8, t: u64) {
         let old = self.clone();
         let now = self.osc(t);
@@ -161,7 +161,7 @@ impl Pic16Usart {
         }
     }
 
-    /// SPBRG is written: the generator begins anew.
+    /// Writes SPBRG: the generator restarts.
     pub(super) fn set_spbrg(&mut self, value: u8, t: u64) {
         let now = self.osc(t);
         if let UsartReceiver::Frame(frame) = &mut self.receiver {

@@ -1,6 +1,6 @@
-//! RCREG: two words deep, with FERR and RX9D of each (DS30292, 10.2.2).
+//! RCREG: a buffer of two words, with FERR and RX9D of each (DS30292, 10.2.2).
 
-/// A word received.
+/// A received word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct ReceivedWord {
     pub(super) byte: u8,
@@ -10,7 +10,7 @@ pub(super) struct ReceivedWord {
 
 emu_core::state! { ReceivedWord { byte, ninth, bad_stop } }
 
-/// Up to two words, the older one in front. The last one read stays in sight.
+/// Up to two words, the older one at the head. The last word read stays visible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct ReceiveFifo {
     head: ReceivedWord,
@@ -21,19 +21,20 @@ pub(super) struct ReceiveFifo {
 emu_core::state! { ReceiveFifo { head, second, held } if |fifo, _now| fifo.held <= 2 }
 
 impl ReceiveFifo {
+    /// An empty buffer that shows 0.
     pub(super) const EMPTY: ReceiveFifo = ReceiveFifo { head: ReceivedWord::NONE, second: ReceivedWord::NONE, held: 0 };
 
-    /// There is a word.
+    /// Reports whether there is a word.
     pub(super) const fn has_word(&self) -> bool {
         self.held > 0
     }
 
-    /// What RCREG and RCSTA show.
+    /// Returns the word that RCREG and RCSTA show.
     pub(super) const fn head(&self) -> ReceivedWord {
         self.head
     }
 
-    /// False if there was no room.
+    /// Adds a word; returns false if there is no space.
     pub(super) fn push(&mut self, word: ReceivedWord) -> bool {
         match self.held {
             0 => self.head = word,
@@ -44,7 +45,7 @@ impl ReceiveFifo {
         true
     }
 
-    /// The older word has been read.
+    /// Removes the older word after a read.
     pub(super) fn pop(&mut self) {
         if self.held == 2 {
             self.head = self.second;
@@ -52,7 +53,7 @@ impl ReceiveFifo {
         self.held = self.held.saturating_sub(1);
     }
 
-    /// Drops all words, and with them the framing error and the ninth bit.
+    /// Removes all words, and with them the framing error and the ninth bit.
     pub(super) fn clear(&mut self) {
         *self = ReceiveFifo { head: ReceivedWord { byte: self.head.byte, ..ReceivedWord::NONE }, ..ReceiveFifo::EMPTY };
     }

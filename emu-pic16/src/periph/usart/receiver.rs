@@ -1,14 +1,14 @@
-//! The receiver: frames found on a line, words clocked in by CK.
+//! The receiver: asynchronous frames sampled on a line, and words clocked by CK.
 
 use emu_core::NEVER;
 
 use super::fifo::ReceivedWord;
 use super::{ADDEN, BRGH, Pic16Usart, RX9, SREN};
 
-/// What the receiver is doing.
+/// State of the receiver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum UsartReceiver {
-    /// Nothing, or looking for the falling edge of a start bit.
+    /// Idle, or waiting for the falling edge of a start bit.
     Idle,
     /// Asynchronous.
     Frame(IncomingFrame),
@@ -18,20 +18,23 @@ pub(super) enum UsartReceiver {
 
 emu_core::state! { enum UsartReceiver { 0 = Idle, 1 = Frame(frame), 2 = Clocked(clocked) } }
 
-/// A frame that is coming in. With BRGH = 0 it is sampled as the 7th, 8th and 9th period of the generator end after the edge
-/// of the start bit, and so 16, 32, .. periods later for the other bits. With BRGH = 1 the first period that ends after the
-/// edge is number 1, and the middle of the one that follows number 2, and so 4, 8, .. later, is the rising edge which
-/// evaluates the last three samples of a clock that ticks in Q2 and Q4. (DS33023, 18.3.1, figures 18-1 to 18-3.)
+/// A frame being received (DS33023, 18.3.1, figures 18-1 to 18-3).
+///
+/// With BRGH = 0 the start bit is sampled at the ends of the 7th, 8th and 9th period of the generator after
+/// its edge, and the other bits 16, 32, .. periods later. With BRGH = 1 the first period that ends after the
+/// edge is number 1. The middle of the period after number 2, and 4, 8, .. periods later for the other bits,
+/// is a rising edge that evaluates the last three samples of a clock that ticks in Q2 and Q4.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct IncomingFrame {
-    /// Bit on the line: 0 is the start bit.
+    /// Index of the bit on the line; 0 is the start bit.
     pub(super) bit: u8,
-    /// Samples of it taken, and how many were high.
+    /// Samples taken of this bit, and how many of them were high.
     samples: u8,
     highs: u8,
-    /// Data bits so far.
+    /// Data bits received so far.
     pub(super) bits: u16,
-    /// A moment at which a period of the generator began, in clocks run, and the periods that had ended since the edge.
+    /// Start of a generator period in running clocks, and the number of periods that had ended since the
+    /// edge.
     base: u64,
     ended: u64,
 }
@@ -39,18 +42,19 @@ pub(super) struct IncomingFrame {
 emu_core::state! { IncomingFrame { bit, samples, highs, bits, base, ended } if |of, _now| of.bit <= 10 && of.samples <= 3 && of.highs <= 3 }
 
 impl IncomingFrame {
+    /// Returns a frame whose edge was in the generator period that started at `base`, in running clocks.
     pub(super) const fn new(base: u64) -> IncomingFrame {
         IncomingFrame { bit: 0, samples: 0, highs: 0, bits: 0, base, ended: 0 }
     }
 
-    /// A sample with BRGH = 0. Gives the majority of three.
+    /// Adds a sample with BRGH = 0; returns the majority after three samples.
     fn add_vote(&mut self, high: bool) -> Option<bool> {
         self.samples += 1;
         self.highs += u8::from(high);
         (self.samples == 3).then_some(self.highs >= 2)
     }
 
-    /// Keeps a bit and goes to the next.
+    /// Stores a bit and moves to the next.
     fn keep_bit(&mut self, high: bool) {
         if self.bit > 0 {
             self.bits |= u16::from(high) << (self.bit - 1);
@@ -58,12 +62,13 @@ impl IncomingFrame {
         *self = IncomingFrame { bit: self.bit + 1, samples: 0, highs: 0, ..*self };
     }
 
-    /// The next sample, or vote where `quick`, with such periods.
+    /// Returns the running clock of the next sample, or of the vote if `quick` (BRGH = 1), for this generator
+    /// period.
     fn due(&self, period: u64, quick: bool) -> u64 {
         self.sample_clock(self.bit, 7 + self.samples, period, quick)
     }
 
-    /// The vote on bit `stop`, or on the present one if that is later.
+    /// Returns the running clock of the vote on bit `stop`, or on the current bit if that is later.
     fn end(&self, stop: u8, period: u64, quick: bool) -> u64 {
         self.sample_clock(self.bit.max(stop), 9, period, quick)
     }
@@ -74,28 +79,28 @@ impl IncomingFrame {
         self.base.saturating_add(left * period).saturating_add(lag)
     }
 
-    /// The generator begins a period at `now`, the one that was under way being lost.
+    /// Restarts the generator at `now`; the period in progress is lost.
     pub(super) fn rebase(&mut self, now: u64, period: u64) {
         self.ended += now.saturating_sub(self.base) / period;
         self.base = now;
     }
 }
 
-/// A word that CK brings in.
+/// A word clocked in by CK.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct ClockedReception {
     n: u8,
     bits: u16,
-    /// The master's CK is in the high half of a bit.
+    /// True while the master's CK is in the high half of a bit.
     pub(super) high: bool,
-    /// The master's next edge of CK, in clocks run; `NEVER` where CK comes from outside.
+    /// Running clock of the master's next edge of CK; `NEVER` if CK comes from outside.
     pub(super) next: u64,
 }
 
 emu_core::state! { ClockedReception { n, bits, high, next } if |of, _now| of.n <= 10 }
 
 impl ClockedReception {
-    /// Keeps a bit. True if these are all of `of`.
+    /// Stores a bit; returns true if the word has all `of` bits.
     fn keep(&mut self, high: bool, of: u8) -> bool {
         self.bits |= u16::from(high) << self.n;
         self.n += 1;
@@ -104,21 +109,21 @@ impl ClockedReception {
 }
 
 impl UsartReceiver {
-    /// Waits for the first bit of a word.
+    /// Returns a receiver that waits for the first bit of a word.
     pub(super) const fn clocked(next: u64) -> UsartReceiver {
         UsartReceiver::Clocked(ClockedReception { n: 0, bits: 0, high: false, next })
     }
 
-    /// The level that it gives to CK as master.
+    /// Returns the level that it drives onto CK as master.
     pub(super) const fn ck(&self) -> bool {
         matches!(self, UsartReceiver::Clocked(word) if word.high)
     }
 }
 
-/// The line as it was sampled at the last eight clocks that the oscillator ran.
+/// Samples of the line at the last eight running clocks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct LevelHistory {
-    /// The lowest bit is that of clock `at`.
+    /// Samples; the lowest bit is that of clock `at`.
     bits: u8,
     at: u64,
 }
@@ -126,10 +131,10 @@ pub(super) struct LevelHistory {
 emu_core::state! { LevelHistory { bits, at } }
 
 impl LevelHistory {
-    /// A line that was always low.
+    /// History of a line that was always low.
     pub(super) const LOW: LevelHistory = LevelHistory { bits: 0, at: 0 };
 
-    /// The line has been `level` up to the clock `now`.
+    /// Records that the line was `level` up to the clock `now`.
     pub(super) fn record_level(&mut self, now: u64, level: bool) {
         let n = now.saturating_sub(self.at);
         let rest = if level { 0xFF } else { 0 };
@@ -137,7 +142,8 @@ impl LevelHistory {
         self.at = now;
     }
 
-    /// The majority of the last three ticks of Q2 and Q4 before `now`, an edge of the generator: odd clocks from it.
+    /// Returns the majority of the last three samples in Q2 and Q4 before `now`, an edge of the generator;
+    /// they are at odd distances from it.
     fn vote(&mut self, now: u64, level: bool) -> bool {
         self.record_level(now, level);
         (self.bits & 0b10_1010).count_ones() >= 2
@@ -145,14 +151,14 @@ impl LevelHistory {
 }
 
 impl Pic16Usart {
-    /// A word is complete: it goes to RCREG if there is room (DS30292, 10.2.2).
+    /// Stores a complete word in RCREG, if there is space (DS30292, 10.2.2).
     pub(super) fn take(&mut self, received: ReceivedWord) {
         if !self.oerr {
             self.oerr = !self.fifo.push(received);
         }
     }
 
-    /// The receiver of asynchronous mode takes a sample or a vote.
+    /// Takes a sample or a vote in asynchronous mode.
     pub(super) fn sample(&mut self, mut frame: IncomingFrame, now: u64) {
         let nine = self.rcsta & RX9 != 0;
         let quick = self.txsta & BRGH != 0;
@@ -173,7 +179,7 @@ impl Pic16Usart {
         }
     }
 
-    /// The receiver of synchronous mode takes a bit as CK falls.
+    /// Samples a bit at the falling edge of CK, in synchronous mode.
     pub(super) fn bit(&mut self) {
         let nine = self.rcsta & RX9 != 0;
         let UsartReceiver::Clocked(mut word) = self.receiver else { return };
@@ -191,7 +197,7 @@ impl Pic16Usart {
         };
     }
 
-    /// What is due next in the receiver, in clocks run.
+    /// Returns the running clock of the receiver's next step.
     pub(super) fn receiver_due(&self) -> u64 {
         match self.receiver {
             UsartReceiver::Idle => NEVER,
@@ -200,7 +206,7 @@ impl Pic16Usart {
         }
     }
 
-    /// When something can be noticed of the receiver, in clocks run: of a frame its end alone.
+    /// Returns the running clock of the receiver's next visible effect; for a frame only its end is visible.
     pub(super) fn receiver_end(&self) -> u64 {
         match self.receiver {
             UsartReceiver::Frame(frame) => {
@@ -211,6 +217,7 @@ impl Pic16Usart {
         }
     }
 
+    /// Executes the receiver's step that is due at `t`.
     pub(super) fn receive(&mut self, t: u64) {
         let now = self.osc(t);
         match self.receiver {

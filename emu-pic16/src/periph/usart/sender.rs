@@ -1,4 +1,4 @@
-//! The transmitter: TXREG, the shift register TSR, and the way between them.
+//! The transmitter: TXREG, the shift register TSR, and the transfer between them.
 
 use emu_core::NEVER;
 
@@ -9,26 +9,26 @@ use super::{Pic16Usart, TCY, TX9, TX9D};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct OutgoingWord {
     pub(super) byte: u8,
-    /// The bits that are not on the line yet, the next one lowest, and how many they are.
+    /// Bits that are not on the line yet, the next one lowest, and their number.
     bits: u16,
     pub(super) left: u8,
-    /// Synchronous: CK is in the high half of a bit.
+    /// Synchronous mode: true while CK is in the high half of a bit.
     pub(super) high: bool,
-    /// A reception has disconnected it from DT, so that nobody has got it (DS30292, 10.3.1).
+    /// True if a reception has disconnected it from DT, so that nobody receives it (DS30292, 10.3.1).
     pub(super) is_cut_short: bool,
-    /// The next step, in clocks run; `NEVER` where CK comes from outside.
+    /// Running clock of the next step; `NEVER` if CK comes from outside.
     pub(super) next: u64,
 }
 
 emu_core::state! { OutgoingWord { byte, bits, left, high, is_cut_short, next } if |word, _now| word.left <= 12 }
 
-/// What a word did at a step.
+/// Result of a step.
 pub(super) enum SenderStep {
-    /// A bit is on the line.
+    /// A bit was put on the line.
     Bit(bool),
     /// CK has fallen.
     Fall,
-    /// The word is over.
+    /// The word is complete.
     End { byte: u8, cut: bool },
 }
 
@@ -42,8 +42,8 @@ impl OutgoingWord {
         OutgoingWord { byte, bits, left, high: false, is_cut_short: cut, next }
     }
 
-    /// The next edge of the shift clock. A master ends a word when the time of its last bit is over, a slave with the last
-    /// falling edge of CK, since there may be no other.
+    /// Executes the next edge of the shift clock. A master ends a word when the time of its last bit is over,
+    /// a slave at the last falling edge of CK, because no other edge may follow.
     fn step(&mut self, sync: bool, slave: bool) -> SenderStep {
         let fell = std::mem::take(&mut self.high);
         if self.left == 0 && (!fell || slave) {
@@ -61,20 +61,20 @@ impl OutgoingWord {
 }
 
 impl Pic16Usart {
-    /// TXREG has been filled or emptied: TXIF follows a cycle later, if it is so still.
+    /// Records that TXREG was filled or emptied; TXIF follows one cycle later, if it has not changed again.
     pub(super) fn write_txreg(&mut self, full: bool, t: u64) {
         self.full = full;
         self.empty_change = if self.empty_seen == full { t.saturating_add(TCY) } else { NEVER };
     }
 
-    /// An idle TSR takes what is in TXREG one cycle later.
+    /// Schedules the transfer from TXREG to an idle TSR, one cycle later.
     pub(super) fn request_transfer(&mut self, t: u64) {
         if self.load == NEVER && self.is_sending_enabled() && self.full && self.word.is_none() {
             self.load = t.saturating_add(TCY);
         }
     }
 
-    /// TXREG goes to TSR.
+    /// Moves the byte in TXREG to TSR.
     pub(super) fn load_shifter(&mut self, t: u64) {
         self.load = NEVER;
         self.write_txreg(false, t);
@@ -84,7 +84,7 @@ impl Pic16Usart {
         self.word = Some(OutgoingWord::new(self.txreg, ninth, !self.sync(), cut, next));
     }
 
-    /// TSR takes a step at `t`.
+    /// Executes a step of TSR at `t`.
     pub(super) fn send(&mut self, t: u64, out: &mut Pic16Outbox) {
         let now = self.osc(t);
         let (shift, fall) = (self.shift(now.saturating_add(1)), self.fall(now));
@@ -111,7 +111,7 @@ impl Pic16Usart {
         }
     }
 
-    /// The shift clock has other edges after `now`.
+    /// Updates the next step after a change of the shift clock at `now`.
     pub(super) fn retime_sender(&mut self, now: u64) {
         let (rise, fall) = (self.shift(now.saturating_add(1)), self.fall(now));
         let slave = self.slave();

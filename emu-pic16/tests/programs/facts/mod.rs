@@ -1,17 +1,18 @@
-//! The table of facts in `docs/chips/pic16f873.md`: every answer of ours is found by a small program on the machine, and is
-//! what was worked out from the data sheet; the page has the same answer.
+//! The table of facts in `docs/chips/pic16f873.md`: a small program on the machine measures every answer of
+//! `emu`, which must equal the one derived from the data sheet; the page must have the same answer.
 //!
-//! `core.txt` and `parts.txt` have a fact a block:
+//! `core.txt` and `parts.txt` have one fact per block:
 //!
 //! - `== fact`: the first cell of its line in the table;
-//! - `each a b c`: the program is run once for each, which stands for `$` in what follows;
-//! - a program, as [`crate::script`] has it: directives and instructions;
-//! - `watch REG.3`: notes when the bit changes;
-//! - `show TEXT`: what the run gives, in which `{..}` is one of `{20}`, `{TMR0}`, `{eeprom:3}` (a byte at the end, decimal),
-//!   `{20h}` (the same hexadecimal), `{W}`, `{cycles A B}`, `{clocks A B}`, `{ms A B}` (between two moments), `{seen A}` (how often), `{end}`
-//!   (why it ends), `{level RB0}`. A moment is a cycle (`20.3`: with its clock), a label (`isr#2`: the second time that the program comes there),
-//!   `RB0#1` (an edge) or `REG.3#1` (a change of a watched bit);
-//! - `want TEXT`: the answer of the data sheet; behind the answers of several runs, with spaces between them.
+//! - `each a b c`: the program runs once for each value, which replaces `$` in what follows;
+//! - a program in the format of [`crate::script`]: directives and instructions;
+//! - `watch REG.3`: records when the bit changes;
+//! - `show TEXT`: the result of the run, in which `{..}` is one of `{20}`, `{TMR0}`, `{eeprom:3}` (a byte at
+//!   the end, decimal), `{20h}` (the same in hexadecimal), `{W}`, `{cycles A B}`, `{clocks A B}`, `{ms A B}`
+//!   (between two moments), `{seen A}` (number of occurrences), `{end}` (why it ends), `{level RB0}`. A
+//!   moment is a cycle (`20.3`: with its clock), a label (`isr#2`: the second time that the program reaches
+//!   it), `RB0#1` (an edge) or `REG.3#1` (a change of a watched bit);
+//! - `want TEXT`: the answer of the data sheet; the answers of several runs, separated by spaces.
 
 mod read;
 mod rig;
@@ -19,7 +20,7 @@ mod rig;
 const TEXT: &str = concat!(include_str!("core.txt"), "\n", include_str!("parts.txt"));
 const PAGE: &str = include_str!("../../../../docs/chips/pic16f873.md");
 
-/// The lines of the table of facts: cells by line.
+/// Returns the lines of the table of facts, as cells.
 fn table() -> Vec<Vec<&'static str>> {
     let from = PAGE.split("\n## Facts").nth(1).expect("the page has a table of facts");
     from.lines()

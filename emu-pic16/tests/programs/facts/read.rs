@@ -1,29 +1,29 @@
-//! Facts as text: programs, how they are run, what they are to show.
+//! Parses facts: programs, how they run, what they show.
 
 use crate::script::{self, Program};
 
-/// A fact.
+/// A fact of the page.
 pub struct Fact {
     pub name: String,
     pub runs: Vec<Run>,
     pub want: String,
 }
 
-/// A program and what is looked at.
+/// A program and its observations.
 pub struct Run {
     pub name: String,
     pub program: Program,
-    /// Bits by the text that names them: address and number.
+    /// Watched bits: the text that names each, its address and number.
     pub watched: Vec<(String, u16, u8)>,
     pub show: String,
 }
 
-/// All facts of a text.
+/// Returns all facts of a text.
 pub fn facts(text: &str) -> Vec<Fact> {
     format!("\n{text}").split("\n== ").skip(1).map(fact).collect()
 }
 
-/// What stands behind `key`, if this is its line.
+/// Returns the text after `key`, if the line starts with it.
 fn value<'a>(line: &'a str, key: &str) -> Option<&'a str> {
     line.strip_prefix(key)?.strip_prefix(' ')
 }

@@ -1,4 +1,4 @@
-//! Runs a program instruction by instruction and tells what came of it.
+//! Runs a program instruction by instruction and reports the results.
 
 use std::collections::BTreeMap;
 
@@ -9,14 +9,14 @@ use emu_pic16::Pic16;
 use super::read::Run;
 use crate::script;
 
-/// All that is noted: moments by the text that asks for them, and why the run has ended.
+/// Everything recorded: moments by the text that asks for them, and why the run has ended.
 struct Seen {
     pic: Pic16,
     stop: StopReason,
     moments: BTreeMap<String, Vec<CycleTime>>,
 }
 
-/// Instructions and edges.
+/// Probe that records instructions and edges.
 #[derive(Default)]
 struct Log {
     visits: Vec<(u64, u32)>,
@@ -42,7 +42,8 @@ fn execute(run: &Run) -> Seen {
     let bit = |pic: &Pic16, addr: u16, bit: u8| pic.peek("data", addr.into()).is_some_and(|b| b >> bit & 1 == 1);
     let mut before: Vec<bool> = run.watched.iter().map(|w| bit(&pic, w.1, w.2)).collect();
     let stop = loop {
-        // A watched bit is looked at before every cycle at which an instruction may begin; without one the run is one piece.
+        // A watched bit is checked before every cycle in which an instruction may start; without one the run
+        // is one piece.
         let until = if run.watched.is_empty() { run.program.until } else { pic.cycle() + 1 };
         let stop = pic.run(until, &mut log);
         for (seen, (name, addr, number)) in before.iter_mut().zip(&run.watched) {
@@ -69,7 +70,7 @@ fn execute(run: &Run) -> Seen {
     Seen { pic, stop, moments }
 }
 
-/// What `run` is to show.
+/// Returns the text that `run` shows.
 pub fn shown(run: &Run) -> String {
     let seen = execute(run);
     let mut text = String::new();
@@ -107,7 +108,7 @@ fn answer(run: &Run, seen: &Seen, asked: &str) -> String {
             assert!(clocks % 4 == 0, "{}: {clocks} clocks", run.name);
             (clocks / 4).to_string()
         }),
-        // Whole microseconds; what is shown is exact or fails here.
+        // Whole microseconds: a result that is not exact fails here.
         ["ms", a, b] => clocks(a, b).map(|clocks| {
             assert!(clocks * 1_000_000 % run.program.options.hz == 0, "{}: {clocks} clocks", run.name);
             let micros = clocks * 1_000_000 / run.program.options.hz;
@@ -126,7 +127,7 @@ impl Seen {
         noted.copied().or_else(|| script::moment(text))
     }
 
-    /// A byte at the end: decimal, hexadecimal with an `h` behind.
+    /// Returns a byte at the end: decimal, or hexadecimal if the name ends in `h`.
     fn byte(&self, run: &Run, place: &str) -> Option<String> {
         let (name, hex) = place.strip_suffix('h').map_or((place, false), |name| (name, true));
         let of_chip = || self.pic.peek("data", script::register(run.program.part, name)?.into()).map(u32::from);

@@ -1,9 +1,10 @@
-//! Intermediate code as an image on an emulated chip, scan by scan against the interpreter: every cell that lasts, every
-//! output pin, what is sent, what the EEPROM holds.
+//! Runs intermediate code as an image on an emulated chip, and compares it with the interpreter scan by scan.
+//!
+//! The bench compares every lasting cell, every output pin, the bytes sent and the content of the EEPROM.
 //!
 //! ```ignore
-//! let ir = random(&mut Rng::new(seed), Wish::WORDS);
-//! Bench { target, clock_hz: 16_000_000, cycle_us: 50_000, baud: None }
+//! let ir = random_ir(&mut Rng::new(seed), IrLimits::WORDS);
+//! ImageBench { target, clock_hz: 16_000_000, cycle_us: 50_000, baud: None }
 //!     .run(&ir, seed, 30, Avr::new)
 //!     .unwrap_or_else(|why| panic!("seed {seed}: {why}"));
 //! ```
@@ -18,7 +19,7 @@ use ladder_compile::target::{BuildRefusal, BuiltImage, CodeMark, CompileJob, Com
 
 use super::ir::interp::{IrInterpreter, boundary_value, truncate_to_bytes};
 
-/// A chip and its times.
+/// A target chip with clock in Hz, cycle in microseconds and baud rate.
 #[derive(Debug, Clone, Copy)]
 pub struct ImageBench {
     pub target: &'static CompileTarget,
@@ -27,12 +28,12 @@ pub struct ImageBench {
     pub baud: Option<u64>,
 }
 
-/// Why a run is no success.
+/// Reason for which a run fails.
 #[derive(Debug)]
 pub enum RunFailure {
-    /// There is no image: not a fault by itself.
+    /// There is no image, which is not necessarily an error.
     Refused(BuildRefusal),
-    /// The chip does otherwise than the code says.
+    /// The chip behaves differently from the intermediate code.
     Differs(String),
 }
 
@@ -66,7 +67,8 @@ impl Probe for SentBytes {
     }
 }
 
-/// Pins for the inputs, outputs and analog inputs of a program: those of the converter first, then in the target's order.
+/// Pins of the inputs, outputs and analog inputs of a program: analog ones first, then in the order of the
+/// target.
 pub fn pins(ir: &Ir, target: &'static CompileTarget) -> Vec<AssignedPin> {
     let mut taken: Vec<&str> = Vec::new();
     taken.extend(target.uart.filter(|_| ir.uart.send).map(|(transmit, _)| transmit));
@@ -89,15 +91,16 @@ pub fn pins(ir: &Ir, target: &'static CompileTarget) -> Vec<AssignedPin> {
 }
 
 impl ImageBench {
-    /// Builds `ir`.
+    /// Builds an image of `ir`.
     pub fn build(&self, ir: &Ir) -> Result<BuiltImage, BuildRefusal> {
         let ImageBench { target, clock_hz, cycle_us, baud } = *self;
         let pins = pins(ir, target);
         (target.build)(&CompileJob { ir, target, pins: &pins, clock_hz, cycle_us, baud })
     }
 
-    /// Builds `ir` and runs it for `scans` scans with inputs and cells drawn from `seed`. Returns the longest scan seen, in
-    /// machine cycles from its first instruction back to the wait.
+    /// Builds `ir` and runs `scans` scans with inputs and cells drawn from `seed`.
+    ///
+    /// Returns the longest scan in machine cycles, from its first instruction back to the poll loop.
     pub fn run<C: Cpu>(
         &self,
         ir: &Ir,
@@ -160,7 +163,7 @@ impl ImageBench {
             longest = longest.max(took);
             sent.append(&mut model.sent);
         }
-        // What was sent last is still on its way.
+        // The last byte may still be in transmission.
         let late = run.cpu.cycle() + 2 * built.shortest_period_cycles;
         run.cpu.run(late, &mut run.line);
         if !run.line.0.starts_with(&sent) {
@@ -177,7 +180,7 @@ impl ImageBench {
 }
 
 impl IrInterpreter<'_> {
-    /// No write of the EEPROM is under way.
+    /// True if no EEPROM write is in progress.
     fn word_is_free(&self, ir: &Ir) -> bool {
         ir.words.iter().position(|cell| cell.name == "eebusy").is_none_or(|n| self.words[n] == 0)
     }
@@ -199,7 +202,7 @@ impl<C: Cpu> BenchRun<'_, C> {
         let limit = self.cpu.cycle() + 4 * self.built.shortest_period_cycles + 1_000_000;
         let stop = loop {
             let stop = self.cpu.run(limit, &mut self.line);
-            // A run that has not moved yet may stop at the trap under it; others stop for the test's probe.
+            // A run that starts on the breakpoint may stop without moving; others stop because of the probe.
             if self.cpu.pc() == at
                 || self.cpu.cycle() >= limit
                 || !matches!(stop, StopReason::Breakpoint { .. } | StopReason::Probe)
@@ -238,7 +241,7 @@ impl<C: Cpu> BenchRun<'_, C> {
         }
     }
 
-    /// Writes cells at random, as a checker does between scans.
+    /// Writes random cells between scans, as the checker does.
     fn cells(&mut self, ir: &Ir, model: &mut IrInterpreter<'_>, rng: &mut Rng) {
         for (n, cell) in ir.bits.iter().enumerate() {
             if matches!(cell.role, BitRole::Relay | BitRole::Memory | BitRole::Output) && rng.one_in(3) {
@@ -281,7 +284,7 @@ impl<C: Cpu> BenchRun<'_, C> {
         }
     }
 
-    /// The cells that last are those of the model.
+    /// Compares the lasting cells with those of the interpreter.
     fn compare(&self, ir: &Ir, model: &IrInterpreter<'_>) -> Result<(), String> {
         let bits = ir.bits.iter().zip(&self.built.bit_places).zip(model.bits.iter().map(|bit| i32::from(*bit)));
         let lasting = bits.filter(|((cell, _), _)| cell.role != BitRole::Temporary).map(|((c, p), v)| (&c.name, p, v));
@@ -296,7 +299,8 @@ impl<C: Cpu> BenchRun<'_, C> {
         Ok(())
     }
 
-    /// The output pins are those of the last scan. An open drain that is high is held by a resistor outside.
+    /// Compares the output pins with the last scan. A high output must only not be low, because of open
+    /// drains.
     fn outputs(&self, ir: &Ir, model: &IrInterpreter<'_>) -> Result<(), String> {
         for (n, cell) in ir.bits.iter().enumerate().filter(|(_, cell)| cell.role == BitRole::Output) {
             let level = self.cpu.pin_level(self.pin(&cell.name));

@@ -1,10 +1,11 @@
-//! Random ladder programs as text: every element, either dialect, few names so that they are shared, constants at boundaries.
+//! Generates random ladder programs as text: all elements, both dialects, few names, so that they are shared,
+//! boundary constants.
 
 use emu_core::rng::Rng;
 
 const INTEGERS: &[&str] = &["Ta", "Tb", "Ca", "n", "m", "s1"];
 
-/// A program of some rungs. `wide` is dialect ldmicro-5 with integers of one to four bytes.
+/// Generates a program of some rungs. `wide` selects dialect ldmicro-5 with integers of one to four bytes.
 pub fn random_ladder(rng: &mut Rng, wide: bool) -> String {
     let mut draw = LadderGenerator { rng, wide };
     let head = if wide { "LDmicro0.2" } else { "LDmicro0.1" };

@@ -1,4 +1,4 @@
-//! What the test tables share: splitting them, programs from their rungs, and the chip that runs an image.
+//! Helpers that the tests share: test tables, programs from rungs, and a chip that runs an image.
 
 pub mod bench;
 pub mod ir;
@@ -9,7 +9,8 @@ use emu_core::{Cpu, RamInit};
 use ladder::LadderProgram;
 use ladder_compile::{CellLocation, CompileOptions, CompiledProgram, compile};
 
-/// Cases of a table: `== name`, then sections separated by lines of `--`. Lines that begin with `#` are comments.
+/// Splits a table into cases: `== name`, then sections separated by lines of `--`. Lines that begin with `#`
+/// are comments.
 pub fn cases(table: &str) -> Vec<(String, Vec<String>)> {
     let mut all = Vec::new();
     for case in table.split("\n== ").skip(1) {
@@ -22,7 +23,8 @@ pub fn cases(table: &str) -> Vec<(String, Vec<String>)> {
     all
 }
 
-/// A program of these rungs: 10 ms, 4 MHz. A text that begins with a header is taken as it is.
+/// Parses rungs with a cycle of 10 ms and a clock of 4 MHz. A text that begins with a header is used
+/// unchanged.
 pub fn program(text: &str) -> LadderProgram {
     let head = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nIO LIST\nEND\nPROGRAM\n";
     let text = if text.starts_with("LDmicro") { text.to_owned() } else { format!("{head}{text}\n") };
@@ -32,18 +34,18 @@ pub fn program(text: &str) -> LadderProgram {
     }
 }
 
-/// For an ATmega328P, without wishes.
+/// Options for an ATmega328P, otherwise default.
 pub fn options() -> CompileOptions {
     CompileOptions { mcu: "atmega328p".to_owned(), ..CompileOptions::default() }
 }
 
-/// Compiles or shows why not.
+/// Compiles a program; panics with the errors if that fails.
 pub fn compiled(program: &LadderProgram) -> CompiledProgram {
     compile(program, &options())
         .unwrap_or_else(|errors| panic!("{}", errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")))
 }
 
-/// An image on the chip, past its reset code, before its first scan.
+/// An image on the chip, after its reset code and before its first scan.
 pub struct CompiledChip {
     pub cpu: Avr,
     pub map: ladder_compile::ImageMap,
@@ -98,8 +100,10 @@ impl CompiledChip {
         }
     }
 
-    /// One scan without its timer: values are set at its start, inputs after they were latched. Returns its clocks, from
-    /// its first instruction until the wait begins.
+    /// Runs one scan without its timer and returns its clocks, from its first instruction to the start of the
+    /// wait.
+    ///
+    /// Values are set at the start of the scan, inputs after they were latched.
     pub fn scan(&mut self, values: &[(String, i32)]) -> u64 {
         self.cpu.set_pc(self.map.scan_start / 2);
         let start = self.cpu.cycle();
@@ -117,7 +121,7 @@ impl CompiledChip {
     }
 }
 
-/// `Xa=1 Ca=-3` as pairs.
+/// Parses `Xa=1 Ca=-3` into pairs.
 pub fn pairs(text: &str) -> Vec<(String, i32)> {
     text.split_whitespace()
         .map(|pair| {

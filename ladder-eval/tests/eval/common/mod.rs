@@ -1,11 +1,11 @@
-//! What the tests of this crate share: programs from text.
+//! Helpers that the tests of this crate share: programs from text.
 
 pub mod model;
 
 use ladder::LadderProgram;
 use ladder_eval::Evaluator;
 
-/// Rungs under a standard head: dialect 2.3, a cycle of 10 ms.
+/// Parses rungs under a standard head: dialect 2.3, a cycle of 10 ms.
 pub fn rungs(text: &str) -> LadderProgram {
     parse(
         "test.ld",
@@ -13,7 +13,7 @@ pub fn rungs(text: &str) -> LadderProgram {
     )
 }
 
-/// A whole `.ld` text; its faults fail the test.
+/// Parses a complete `.ld` text; panics if it has errors.
 pub fn parse(file: &str, text: &str) -> LadderProgram {
     match ladder::parse(file, text) {
         Ok(parsed) => parsed.program,
@@ -21,12 +21,12 @@ pub fn parse(file: &str, text: &str) -> LadderProgram {
     }
 }
 
-/// The evaluator of a program that has one.
+/// Creates the evaluator of a program; panics if the program is refused.
 pub fn evaluator(program: &LadderProgram) -> Evaluator {
     Evaluator::new(program).unwrap_or_else(|refusal| panic!("{}: {refusal}", program.file))
 }
 
-/// The index of a symbol that must exist.
+/// Index of a symbol; panics if it does not exist.
 pub fn index(eval: &Evaluator, name: &str) -> usize {
     eval.index(name).unwrap_or_else(|| panic!("no symbol `{name}`"))
 }

@@ -1,8 +1,8 @@
-//! Programs built from the model's parts, for generators.
+//! Builds programs from parts of the model, for generators.
 
 use ladder::{Element, LadderDialect, LadderOperand, LadderProgram, LdFormat, ProgramSettings, Rung, RungNode};
 
-/// A program of these rungs: dialect 2.3, a cycle of 10 ms.
+/// Creates a program with these rungs: dialect 2.3, a cycle of 10 ms.
 pub fn program(rungs: Vec<Vec<RungNode>>) -> LadderProgram {
     LadderProgram {
         file: "test.ld".to_owned(),

@@ -1,10 +1,12 @@
-//! A second interpreter: recursive over the model, state in maps by name, arithmetic in 64 bits brought back by remainders,
-//! times as the scan at which something is free again, digits in closed form. Slow and plain on purpose; it shares no code
-//! with the evaluator, but for the pieces of a string, which are syntax.
+//! A second, independent interpreter, which is deliberately slow and simple.
+//!
+//! It walks the model recursively and keeps its state in maps by name. It computes in 64 bits and reduces
+//! results with remainders, stores times as the scan at which something is free again, and computes digits in
+//! closed form. It shares no code with the evaluator except the parser of strings, which is only syntax.
 
 mod bits;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use ladder::format::{StringPiece, split_format_string};
 use ladder::{
@@ -12,42 +14,44 @@ use ladder::{
     RungNode, TimerKind,
 };
 
-/// What was seen at one element: rung bit before and after.
+/// Observation at one element: the rung bit before and after it.
 pub type ElementObservation = (ElementId, bool, bool);
 
-/// The state by name; what is absent is 0.
+/// State by name; an absent entry is 0.
 #[derive(Default)]
 pub struct NaiveInterpreter {
     pub bits: HashMap<String, bool>,
     pub integers: HashMap<String, i64>,
-    /// What a conversion gives, by name.
+    /// Result of a conversion, by name.
     pub levels: HashMap<String, i64>,
-    /// The byte that the last scan sent.
+    /// Byte that the last scan sent.
     pub sent: Option<u8>,
-    /// The byte that waits.
+    /// Byte that waits in the receiver.
     pub received_byte: Option<u8>,
     pub duty: Option<i64>,
-    /// The EEPROM by address; what is absent is FFh.
+    /// EEPROM cells by address; an absent cell is FFh.
     pub cells: HashMap<usize, u8>,
     remembered: HashMap<(u32, u32), bool>,
+    /// Whether a second memory of an element is set.
+    armed: HashSet<(u32, u32)>,
     master_relay: bool,
     current_element: (u32, u32),
     seen: Vec<ElementObservation>,
-    /// Bytes of the integers, and what a RES stores.
+    /// Widths of the integers in bytes, and the values that RES stores.
     widths: HashMap<String, u32>,
-    starts: HashMap<String, i64>,
+    starts: HashMap<String, (usize, LadderOperand)>,
     /// Address of the first cell of each PERSIST.
     addresses: HashMap<(u32, u32), usize>,
-    /// Number of this scan, and those from which on transmitter and EEPROM are free.
+    /// Number of the current scan, and the scans from which transmitter and EEPROM are free.
     now: u64,
     line_free: u64,
     cells_free: u64,
-    /// Of a string that is being sent: the next character, and the number that it shows once it is read.
+    /// For each string being sent: the index of the next character, and the number that it shows once read.
     texts: HashMap<(u32, u32), (usize, i64)>,
 }
 
 impl NaiveInterpreter {
-    /// The state at power-up.
+    /// State at power-up.
     pub fn new(program: &LadderProgram) -> NaiveInterpreter {
         let widths = program.symbols().into_iter().map(|s| (s.name, s.bytes.into())).collect();
         let mut naive = NaiveInterpreter { widths, ..NaiveInterpreter::default() };
@@ -55,10 +59,18 @@ impl NaiveInterpreter {
         let mut address = 0;
         for (ElementId { rung, index }, element, _) in program.elements() {
             match element {
-                Element::Counter { name, init, .. } if !naive.starts.contains_key(name) => {
-                    let start = init.as_ref().map_or(0, |init| naive.operand_value(init));
-                    naive.store(name, start);
-                    naive.starts.insert(name.clone(), start);
+                Element::Counter { kind, name, init, .. } => {
+                    // The last constant counts at power-up, the first counter of the first kind at RES.
+                    let start = init.clone().unwrap_or(LadderOperand::Const { value: 0, text: String::new() });
+                    if let LadderOperand::Const { value, .. } = start {
+                        naive.store(name, value);
+                    }
+                    let kinds = [CounterKind::Ctu, CounterKind::Ctd, CounterKind::Ctc, CounterKind::Ctr];
+                    let rank = kinds.iter().position(|of| of == kind).unwrap_or(9);
+                    let better = naive.starts.get(name).is_none_or(|(other, _)| rank < *other);
+                    if better {
+                        naive.starts.insert(name.clone(), (rank, start));
+                    }
                 }
                 Element::Persist { name } => {
                     naive.addresses.insert((rung, index), address);
@@ -70,7 +82,7 @@ impl NaiveInterpreter {
         naive
     }
 
-    /// One scan; gives what happened at each element.
+    /// Runs one scan and returns the observations at all elements.
     pub fn scan(&mut self, program: &LadderProgram) -> Vec<ElementObservation> {
         self.master_relay = true;
         self.seen.clear();
@@ -113,13 +125,18 @@ impl NaiveInterpreter {
                 let closed = if *negated { !self.bit(name) } else { self.bit(name) };
                 power && closed
             }
-            Element::Coil { name, negated, set, reset, .. } => {
+            Element::Coil { name, negated, set, reset, ttrigger } => {
+                let toggles = *ttrigger == Some(1) && !(*negated || *set || *reset);
                 let stored = match (*negated, *set, *reset) {
                     (true, ..) => !power,
                     (_, true, _) => self.bit(name) || power,
                     (_, _, true) => self.bit(name) && !power,
+                    _ if toggles => self.bit(name) != (power && !before),
                     _ => power,
                 };
+                if toggles {
+                    self.remembered.insert(self.current_element, power);
+                }
                 self.bits.insert(name.clone(), stored);
                 power
             }
@@ -135,12 +152,38 @@ impl NaiveInterpreter {
                 self.remembered.insert(self.current_element, power);
                 !power && before
             }
+            Element::Odr => {
+                self.remembered.insert(self.current_element, power);
+                before || !power
+            }
+            Element::Odf | Element::Osl => {
+                self.remembered.insert(self.current_element, power);
+                if power {
+                    self.armed.insert(self.current_element);
+                }
+                power || self.armed.contains(&self.current_element) && !before
+            }
+            Element::Osc => {
+                self.remembered.insert(self.current_element, power && !before);
+                power && !before
+            }
+            Element::Timer { kind, name, delay: LadderOperand::Var(scans), .. } => {
+                // The delay may be the timer itself, so it begins before its delay is read.
+                let begins = *kind == TimerKind::Tof && !before;
+                if begins {
+                    self.remembered.insert(self.current_element, true);
+                    self.store(name, -1);
+                }
+                let retentive = matches!(kind, TimerKind::Rto | TimerKind::Rtl);
+                let scans = if retentive { -1 } else { self.integer(scans) };
+                self.timer(*kind, name, (scans, -1), power, before || begins)
+            }
             Element::Timer { kind, name, delay, adjust } => {
                 let usual =
                     if (program.dialect, program.format) == (LadderDialect::Ldmicro5, LdFormat::V02) { 0 } else { -1 };
                 let scans = self.operand_value(delay) / program.settings.cycle_us as i64;
                 let adjust = adjust.as_ref().map_or(usual, |adjust| self.operand_value(adjust));
-                self.timer(*kind, name, scans + adjust, power, before)
+                self.timer(*kind, name, (scans + adjust, scans + adjust), power, before)
             }
             Element::Counter { kind, name, max, input, init } => {
                 self.remembered.insert(self.current_element, power);
@@ -151,28 +194,42 @@ impl NaiveInterpreter {
                     _ => power && !before,
                 };
                 let bounded = program.dialect == LadderDialect::Ldmicro5;
+                if let Some(LadderOperand::Var(start)) = init
+                    && self.armed.insert(self.current_element)
+                {
+                    self.store(name, self.integer(start));
+                }
+                let mut carry = false;
                 if counts {
                     let (n, max) = (self.integer(name), self.operand_value(max));
                     let next = match kind {
                         CounterKind::Ctu if bounded && n >= max => n,
                         CounterKind::Ctd if bounded && n <= max => n,
-                        CounterKind::Ctu => n + 1,
-                        CounterKind::Ctd => n - 1,
-                        CounterKind::Ctc if n < max => n + 1,
-                        CounterKind::Ctc => init.as_ref().map_or(0, |init| self.operand_value(init)),
+                        CounterKind::Ctc if !bounded && n >= max => 0,
+                        CounterKind::Ctu | CounterKind::Ctc => n + 1,
+                        CounterKind::Ctd | CounterKind::Ctr => n - 1,
                     };
                     self.store(name, next);
                 }
                 let (n, max) = (self.integer(name), self.operand_value(max));
+                if counts && bounded {
+                    carry = kind == &CounterKind::Ctc && n > max || kind == &CounterKind::Ctr && n < max;
+                }
+                if carry {
+                    let start = init.as_ref().map_or(0, |init| self.operand_value(init));
+                    self.store(name, start);
+                }
                 match kind {
-                    CounterKind::Ctc => power,
+                    CounterKind::Ctc | CounterKind::Ctr if bounded => carry,
+                    CounterKind::Ctc | CounterKind::Ctr => power,
                     CounterKind::Ctd if bounded => n > max,
-                    _ => n >= max,
+                    CounterKind::Ctu | CounterKind::Ctd => n >= max,
                 }
             }
             Element::Res { name } => {
                 if power {
-                    self.store(name, self.starts.get(name).copied().unwrap_or(0));
+                    let start = self.starts.get(name).map_or(0, |(_, start)| self.operand_value(start));
+                    self.store(name, start);
                 }
                 power
             }
@@ -332,23 +389,48 @@ impl NaiveInterpreter {
         }
     }
 
-    fn timer(&mut self, kind: TimerKind, name: &str, scans: i64, power: bool, ran: bool) -> bool {
-        if kind == TimerKind::Tof && !ran {
+    /// One scan of a timer that counts to `scans` and, if it is a TOF, begins with `first`.
+    fn timer(&mut self, kind: TimerKind, name: &str, (scans, first): (i64, i64), power: bool, memory: bool) -> bool {
+        if kind == TimerKind::Tof && !memory {
             self.remembered.insert(self.current_element, true);
-            self.store(name, scans);
+            self.store(name, first);
         }
+        if kind == TimerKind::Tlo && power {
+            self.armed.insert(self.current_element);
+        }
+        let armed = self.armed.contains(&self.current_element);
         let t = self.integer(name);
-        let (next, out) = match (kind, power, t < scans) {
-            (TimerKind::Ton, false, _) => (0, false),
-            (TimerKind::Ton, true, true) => (t + 1, false),
-            (TimerKind::Ton, true, false) => (t, true),
-            (TimerKind::Tof, true, _) => (0, true),
-            (TimerKind::Tof, false, true) => (t + 1, true),
-            (TimerKind::Tof, false, false) => (t, false),
-            (TimerKind::Rto, true, true) => (t + 1, false),
-            (TimerKind::Rto, false, true) => (t, false),
-            (TimerKind::Rto, _, false) => (t, true),
+        // Whether a pulse is under way, or the phase of a cyclic timer.
+        let on = match kind {
+            TimerKind::Thi => memory || power,
+            TimerKind::Tlo => memory || armed && !power,
+            _ => memory,
         };
+        let (next, out, on) = match (kind, power, t < scans) {
+            (TimerKind::Ton, false, _) => (0, false, on),
+            (TimerKind::Ton, true, true) => (t + 1, false, on),
+            (TimerKind::Ton, true, false) => (t, true, on),
+            (TimerKind::Tof, true, _) => (0, true, on),
+            (TimerKind::Tof, false, true) => (t + 1, true, on),
+            (TimerKind::Tof, false, false) => (t, false, on),
+            (TimerKind::Rto, true, true) | (TimerKind::Rtl, false, true) => (t + 1, false, on),
+            (TimerKind::Rto, false, true) | (TimerKind::Rtl, true, true) => (t, false, on),
+            (TimerKind::Rto | TimerKind::Rtl, _, false) => (t, true, on),
+            (TimerKind::Tcy, false, _) => (0, false, on),
+            (TimerKind::Tcy, true, true) => (t + 1, on, on),
+            (TimerKind::Tcy, true, false) => (0, !on, !on),
+            (TimerKind::Thi, ..) if !on => (t, false, false),
+            (TimerKind::Thi, _, true) => (t + 1, true, true),
+            (TimerKind::Thi, true, false) => (t, false, true),
+            (TimerKind::Thi, false, false) => (0, false, false),
+            (TimerKind::Tlo, ..) if !on => (t, armed, false),
+            (TimerKind::Tlo, _, true) => (t + 1, false, true),
+            (TimerKind::Tlo, true, false) => (0, true, false),
+            (TimerKind::Tlo, false, false) => (t, true, true),
+        };
+        if matches!(kind, TimerKind::Tcy | TimerKind::Thi | TimerKind::Tlo) {
+            self.remembered.insert(self.current_element, on);
+        }
         self.store(name, next);
         out
     }
@@ -378,13 +460,13 @@ impl NaiveInterpreter {
         self.integers.get(name).copied().unwrap_or(0)
     }
 
-    /// Stores the number of the integer's width that is congruent to `value`.
+    /// Stores `value` reduced to the width of the integer.
     pub fn store(&mut self, name: &str, value: i64) {
         let bits = 8 * self.widths.get(name).copied().unwrap_or(2);
         self.integers.insert(name.to_owned(), wrap_to_bits(value, bits));
     }
 
-    /// Whether an operand, or a variable by its name, has at most 16 bits.
+    /// True if an operand, or the variable with a name, has at most 16 bits.
     fn is_narrow<'a>(&self, operand: impl Into<NarrowOperand<'a>>) -> bool {
         match operand.into() {
             NarrowOperand::Name(name) => self.widths[name] <= 2,
@@ -447,7 +529,7 @@ impl NaiveInterpreter {
     }
 }
 
-/// What may be short.
+/// An operand or name whose width is asked for.
 enum NarrowOperand<'a> {
     Name(&'a str),
     Value(i64),
@@ -468,13 +550,14 @@ impl<'a> From<&'a LadderOperand> for NarrowOperand<'a> {
     }
 }
 
-/// The number of so many bits that is congruent to `value`.
+/// The number of `bits` bits that is congruent to `value`.
 fn wrap_to_bits(value: i64, bits: u32) -> i64 {
     let half = 1 << (bits - 1);
     (value + half).rem_euclid(2 * half) - half
 }
 
-/// The quotient of the magnitudes with the sign of the operands; by zero -1, or 1 below zero.
+/// Quotient of the magnitudes with the combined sign; division by zero gives -1, or 1 for a negative
+/// dividend.
 fn divide(a: i64, b: i64) -> i64 {
     let sign = if (a < 0) == (b < 0) { 1 } else { -1 };
     match (a, b) {

@@ -1,17 +1,19 @@
-//! What the tables of the tests share.
+//! Helpers that the table tests share.
 
 use diag::Diagnostic;
 
-/// The head that `H` stands for.
+/// Program head that a leading `H` in a table row represents.
 pub const HEAD: &str = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nPROGRAM\n";
 
-/// The rows of a table with their line numbers; blank lines and those that start with `#` are left out.
+/// Rows of a table with their line numbers, without blank lines and lines that begin with `#`.
 pub fn rows(table: &str) -> impl Iterator<Item = (usize, &str)> {
     table.lines().enumerate().map(|(i, l)| (i + 1, l)).filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'))
 }
 
-/// The text of a row: lines parted by ` | `, with the escapes of the tables; `H` is the head, `S` with a serial rate, `V`
-/// under the newer header.
+/// Expands a table row to `.ld` text: ` | ` separates lines, and the escapes of the tables are replaced.
+///
+/// A leading `H` represents the head, `S` for the head with a serial rate, `V` for the head under the 0.2
+/// header.
 pub fn text(row: &str) -> String {
     let text: Vec<&str> = row.trim().split(" | ").collect();
     let text = text.join("\n").replace("\\t", "\t").replace("\\r", "\r").replace("\\0", "\0");
@@ -25,7 +27,7 @@ pub fn text(row: &str) -> String {
     }
 }
 
-/// `CODE@line:column+width` of each diagnostic.
+/// Formats each diagnostic as `CODE@line:column+width`.
 pub fn diagnostic_codes(diagnostics: &[Diagnostic]) -> Vec<String> {
     let place = |d: &Diagnostic| format!("{}@{}:{}+{}", d.code, d.pos.line, d.pos.column, d.pos.width);
     diagnostics.iter().map(place).collect()

@@ -1,10 +1,10 @@
-//! `.cod` files: blocks of 512 bytes, the first of which is a directory.
+//! Reads `.cod` files: blocks of 512 bytes, the first of which is a directory.
 //!
 //! ```text
-//!   offset in a directory   what (first and last block, words low byte first; 0 where there is none)
+//!   offset in a directory   contents (first and last block, words low byte first; 0 if there is none)
 //!   430, 432                names of source files, 64 bytes each: length, text
-//!   434, 436                lines, 6 bytes each: file, flags, line (word), program address (word); 84 to a block
-//!   350                     what made it: length, text
+//!   434, 436                lines, 84 per block, 6 bytes each: file, flags, line, program address (words)
+//!   350                     the tool that wrote the file: length, text
 //!   439                     upper half of this directory's program addresses
 //!   441                     block of the next directory
 //!   453                     processor: length, text
@@ -18,7 +18,7 @@ use diag::Pos;
 use super::super::names::{self, NameRank};
 use super::super::{CollectedSymbols, FaultList, SourceKind, shortened};
 
-/// Bytes in a block.
+/// Bytes per block.
 pub(super) const BLOCK_BYTES: usize = 512;
 
 /// Offsets of the pairs of block numbers in a directory.
@@ -35,10 +35,11 @@ const MAKER: usize = 350;
 const DATA: u16 = 2;
 const LABEL: u16 = 46;
 
-/// Flags of a line that made the code at its address; others stand before it and made none.
+/// Flags of a line from which the code at its address was made; other lines at the address made no code.
 const MADE_CODE: u8 = 0x80;
 
-/// True for a file that can only be a `.cod`: a maker and a processor at their places, and no text in the first block.
+/// Whether a file can only be a `.cod`: it names a tool and a processor at their offsets, and its first block
+/// is not text.
 pub(in super::super) fn is_cod_file(bytes: &[u8]) -> bool {
     let texts = [MAKER, PROCESSOR].map(|at| text(bytes, at));
     let binary = bytes.iter().take(BLOCK_BYTES).any(|&byte| byte == 0);
@@ -49,7 +50,7 @@ fn printable(text: &str) -> bool {
     !text.is_empty() && text.bytes().all(|b| b.is_ascii_graphic() || b == b' ')
 }
 
-/// A text with its length in front.
+/// A text preceded by its length.
 pub(super) fn text(bytes: &[u8], at: usize) -> Option<String> {
     let length = usize::from(*bytes.get(at)?);
     Some(String::from_utf8_lossy(bytes.get(at + 1..at + 1 + length)?).into_owned())
@@ -70,15 +71,16 @@ pub(in super::super) fn processor_name(bytes: &[u8]) -> Option<String> {
     text(bytes, PROCESSOR)
 }
 
-/// A file whose directories are known to be there.
+/// A file whose directories have been checked.
 pub(super) struct CodFile<'b> {
     bytes: &'b [u8],
-    /// Blocks of the directories, the first one being 0.
+    /// Block numbers of the directories; the first one is 0.
     directories: Vec<usize>,
 }
 
 impl<'b> CodFile<'b> {
-    /// Looks at the directories; nothing where they are damaged or for a chip of another family, which is told.
+    /// Checks the directories. Returns `None`, after reporting it, if they are damaged or the file is for a
+    /// chip of another family.
     pub(super) fn new(bytes: &'b [u8], faults: &mut FaultList) -> Option<Self> {
         if !bytes.len().is_multiple_of(BLOCK_BYTES) || bytes.is_empty() {
             let cause =
@@ -112,8 +114,8 @@ impl<'b> CodFile<'b> {
         self.bytes.get(start..start.checked_add(BLOCK_BYTES)?)
     }
 
-    /// The blocks of a table of one directory, with their numbers; none where there is no such table. Blocks that the file
-    /// does not have are a fault.
+    /// The blocks of a table of one directory, with their numbers; empty if there is no such table. Blocks
+    /// beyond the end of the file are a fault.
     pub(super) fn table(
         &self,
         directory: usize,
@@ -141,7 +143,7 @@ impl<'b> CodFile<'b> {
     }
 }
 
-/// Tells of a record that is not whole.
+/// Reports a record that is not complete.
 pub(super) fn report_damaged(block: usize, offset: usize, what: &str, faults: &mut FaultList) {
     let cause = || format!("{what} in block {block} at offset 0x{offset:X} is not whole");
     faults.error("SYM014", Pos::default(), cause, "the file is damaged: assemble or link anew");
@@ -167,7 +169,8 @@ pub(in super::super) fn read_cod(bytes: &[u8], found: &mut CollectedSymbols, fau
         }
     }
     for &directory in &cod.directories {
-        // A program of mid-range size has one directory; the addresses of others begin at multiples of 32 K words.
+        // A mid-range program has one directory; the addresses of further ones start at multiples of 32 K
+        // words.
         let high = cod.block(directory).and_then(|block| word(block, HIGH)).map_or(0, |high| u32::from(high) << 15);
         for (number, block) in cod.table(directory, LINES, "lines", faults) {
             read_lines(number, block, high, &files, found, faults);
@@ -189,7 +192,7 @@ fn read_symbols(number: usize, block: &[u8], found: &mut CollectedSymbols, fault
         match kind {
             DATA => super::add_data_symbol(value, names::linker_names(&name), pos, found, faults),
             LABEL => super::add_label(value, names::linker_names(&name), pos, found, faults),
-            // Constants, which most often are the registers and bits of the chip's include file.
+            // Constants, which are mostly the registers and bits of the chip's include file.
             _ => found.unplaced.push((name, value)),
         }
         at = end + 6;
@@ -228,7 +231,7 @@ fn read_lines(
     }
 }
 
-/// The rank of the name of a static of one file.
+/// The ranked names of a static of one file.
 pub(super) fn names_in_file(file: &str, name: &str) -> Vec<(NameRank, String)> {
     names::local_names(super::module_name(file), name)
 }

@@ -1,11 +1,13 @@
-//! Listings: gplink's, and that of gpasm where the program is absolute.
+//! Reads listings: that of gplink, and that of gpasm for an absolute program.
 //!
 //! ```text
-//!   000005   0ba4     decfsz  0x24, 0x1        loop  decfsz count,f        gplink: address, word, disassembly, source
-//!   0002   0BA0           00013 loop    decfsz COUNT,f                    gpasm: address, words, line, source
+//!   gplink: address, word, disassembly, source
+//!     000005   0ba4     decfsz  0x24, 0x1        loop  decfsz count,f
+//!   gpasm: address, words, line, source
+//!     0002   0BA0           00013 loop    decfsz COUNT,f
 //! ```
-//! gplink's listing has no names. gpasm's has a table of them, which does not say what each of them is; those that stand at
-//! the beginning of a line with a program address are labels.
+//! gplink's listing has no names. gpasm's has a table of names that does not say what each of them is. Names
+//! at the start of a line with a program address are labels.
 
 use std::collections::BTreeMap;
 
@@ -13,17 +15,17 @@ use diag::Pos;
 
 use super::super::{CollectedSymbols, FaultList, SourceKind, names, numbered_lines, pos_of, shortened};
 
-/// What gpasm writes in place of what the linker will put there.
+/// Placeholders of gpasm for values that the linker fills in.
 const OPEN_ADDRESSES: [&str; 2] = ["????", "??"];
 
-/// Which listing it is.
+/// The tool that wrote a listing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in super::super) enum GputilsListing {
     Linker,
     Assembler,
 }
 
-/// Tells by the first two lines.
+/// Recognises a listing by its first two lines.
 pub(in super::super) fn guess_listing(first: &str, second: &str, bytes: &[u8]) -> Option<GputilsListing> {
     if first.starts_with("gpasm-") && first.contains("PAGE") {
         return Some(GputilsListing::Assembler);
@@ -48,7 +50,7 @@ pub(in super::super) fn read_listing(
     }
 }
 
-/// The part of a line from one column to another, as far as there is one.
+/// The part of a line from one column to another, cut at the end of the line.
 fn columns(line: &str, from: usize, to: usize) -> &str {
     line.get(from..to.min(line.len())).unwrap_or("")
 }
@@ -92,7 +94,7 @@ fn read_assembler_listing(file: &str, text: &str, found: &mut CollectedSymbols, 
         let line = line.trim_start_matches('\u{c}');
         match line {
             "SYMBOL TABLE" => in_table = true,
-            // An absolute program ends with a map of what it uses, a module of one that is to be linked does not.
+            // An absolute program ends with a memory usage map; a module that is still to be linked does not.
             _ if line.starts_with("MEMORY USAGE MAP") => used = true,
             _ => {}
         }
@@ -136,7 +138,7 @@ fn read_assembler_listing(file: &str, text: &str, found: &mut CollectedSymbols, 
             continue;
         }
         match (parse_hex(value, 8), labels.get(name)) {
-            // The directives of a line (`__config`, `org`) stand where labels do, and are no names of the table.
+            // Directives (`__config`, `org`) in the column of labels are not names of the table.
             (Some(value), Some(&(word, pos))) if word == value => {
                 super::add_label(value, names::linker_names(name), pos, found, faults);
             }

@@ -1,4 +1,4 @@
-//! gplink's map. Of its tables the symbols by name are read; it holds the statics too, which a `.cod` does not.
+//! Reads gplink's map. Only its table of symbols by name is read. Unlike a `.cod`, it also has the statics.
 //!
 //! ```text
 //!                               Symbols - Sorted by Name
@@ -13,7 +13,7 @@ use super::super::names;
 use super::super::{CollectedSymbols, FaultList, numbered_lines, pos_of, shortened};
 use super::cod::names_in_file;
 
-/// True for the first line of a map.
+/// Whether a line is the first line of a map.
 pub(in super::super) fn is_map_file(first: &str) -> bool {
     first.starts_with("gplink-")
 }
@@ -43,7 +43,8 @@ pub(in super::super) fn read_map(text: &str, found: &mut CollectedSymbols, fault
             continue;
         };
         let pos = pos_of(number, line, name);
-        // The linker's own names, such as the `.direct` before every message, are no names of the program.
+        // Names that the linker makes, such as the `.direct` before every message, are not names of the
+        // program.
         if name.starts_with('.') {
             continue;
         }

@@ -1,9 +1,9 @@
-//! The table of messages in a `.cod` file: what `.direct` of gpasm leaves there for a simulator.
+//! Reads the table of messages in a `.cod` file, which gpasm's `.direct` writes for a simulator.
 //!
 //! ```text
 //!   program address (4 bytes, high byte first), kind (a letter), length, text
 //! ```
-//! The last 8 bytes of a block hold no message; a kind of 0 ends the messages of a block.
+//! The last 8 bytes of a block contain no message; a kind of 0 ends the messages of a block.
 
 use diag::Diagnostic;
 use diag::text::into_printable;
@@ -17,17 +17,17 @@ use crate::image::Image;
 pub struct SimulatorMessage {
     /// Program word address to which it belongs.
     pub addr: u32,
-    /// Its kind: `A` or `a` an assertion, `C` or `c` a command when the address is reached, `E` or `e` a command for the
-    /// start, others for other tools.
+    /// Kind of the message: `A` or `a` is an assertion, `C` or `c` a command when the address is reached, `E`
+    /// or `e` a command at the start. Others are for other tools.
     pub kind: char,
     /// The text.
     pub text: String,
 }
 
-/// Reads the messages of a `.cod` file in their order; none where it has no such table.
+/// Reads the messages of a `.cod` file in their order; empty if it has no such table.
 ///
 /// # Errors
-/// All faults of the file, codes as [`load_symbols`](crate::image::load_symbols) gives them.
+/// All faults of the file, with the codes of [`load_symbols`](crate::image::load_symbols).
 pub fn load_messages(file: &SymbolFile) -> Result<Vec<SimulatorMessage>, Vec<Diagnostic>> {
     let mut faults = FaultList::new(file.name, MORE_CODE);
     let mut messages = Vec::new();

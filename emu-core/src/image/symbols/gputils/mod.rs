@@ -1,4 +1,5 @@
-//! Symbols and source lines of programs for mid-range PICs, as gputils writes them beside the image.
+//! Reads symbols and source lines of programs for mid-range PICs from the files that gputils writes beside
+//! the image.
 //!
 //! ```text
 //!   main.cod   globals, lines of the sources, messages for a simulator    cod.rs, message.rs
@@ -17,12 +18,12 @@ use diag::text::printable;
 use super::names::RankedName;
 use super::{CollectedSymbols, FaultList, MemorySpace, SourceKind};
 
-/// Word address at which IDs and configuration words begin (DS33023, section 27.2).
+/// Word address of the IDs and configuration words (DS33023, section 27.2).
 const CONFIG: u32 = 0x2000;
-/// Word address at which the EEPROM lies in image files (DS30262 and its kin, programming specifications).
+/// Word address of the EEPROM in image files (DS30262 and related programming specifications).
 const EEPROM: u32 = 0x2100;
 
-/// Memory and byte address of a word of the programmer's address space; nothing beyond its end.
+/// Converts a word of the programmer's address space to memory and byte address; `None` beyond its end.
 fn program_space(word: u32) -> Option<(MemorySpace, u32)> {
     match word {
         0..CONFIG => Some((MemorySpace::Flash, 2 * word)),
@@ -60,7 +61,7 @@ fn report_beyond_end(memory: &str, addr: u32, last: u32, pos: Pos, faults: &mut 
     faults.error("SYM004", pos, cause, "the program is for another family, or the file is damaged: build anew");
 }
 
-/// The name of a source file without folder and extension, as a prefix of its statics.
+/// The name of a source file without folder and extension, used as a prefix of its statics.
 fn module_name(file: &str) -> &str {
     let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
     name.rsplit_once('.').map_or(name, |(stem, _)| stem)

@@ -1,18 +1,20 @@
-//! The map that Keil's linkers write beside a program (`.m51`, `.map`), and Intel's RL51 before them: its table of symbols.
+//! Reads the symbol table of the map that Keil's linkers (`.m51`, `.map`), and Intel's RL51 before them,
+//! write beside a program.
 //!
 //! ```text
-//!   BL51:  VALUE           TYPE          NAME                LX51:  VALUE       REP       CLASS    TYPE      SYMBOL NAME
-//!          -------         MODULE        MAIN                       ---         MODULE    ---      ---       MAIN
-//!          C:0183H         PUBLIC        tick                       01000183H   PUBLIC    CODE     ---       tick
-//!          B:00B0H.4       PUBLIC        Key                        000000B0H.4 SFRSYM    DATA     BIT       Key
-//!          -------         PROC          MAIN                       01000183H   BLOCK     CODE     ---       LVL=0
-//!          C:012EH         LINE#         85                         01000183H   LINE      CODE     ---       #85
-//!          -------         ENDPROC       MAIN                       ---         BLOCKEND  ---      ---       LVL=0
+//!   BL51:  VALUE           TYPE          NAME     LX51: VALUE       REP       CLASS    TYPE      SYMBOL NAME
+//!          -------         MODULE        MAIN           ---         MODULE    ---      ---       MAIN
+//!          C:0183H         PUBLIC        tick           01000183H   PUBLIC    CODE     ---       tick
+//!          B:00B0H.4       PUBLIC        Key            000000B0H.4 SFRSYM    DATA     BIT       Key
+//!          -------         PROC          MAIN           01000183H   BLOCK     CODE     ---       LVL=0
+//!          C:012EH         LINE#         85             01000183H   LINE      CODE     ---       #85
+//!          -------         ENDPROC       MAIN           ---         BLOCKEND  ---      ---       LVL=0
 //!          -------         ENDMOD        MAIN
 //! ```
-//! A page begins with the name of the linker. What does not fit in a line goes on in the next one behind `>>`. Which object file a
-//! module came from stands in front, under INPUT MODULES INCLUDED. A line that begins in the first column ends the table: there is
-//! always one, at least the size of the program. LX51 ends a module with the next one.
+//! A page begins with the name of the linker. A line that is too long continues in the next one after `>>`.
+//! The object file of each module is listed before the table, under INPUT MODULES INCLUDED. A line that
+//! begins in the first column ends the table. There is always such a line, at least the size of the program.
+//! LX51 ends a module where the next one begins.
 
 use std::collections::HashMap;
 
@@ -21,7 +23,7 @@ use diag::Pos;
 use super::{ScopeTracker, bit_address};
 use crate::image::symbols::{CollectedSymbols, FaultList, MemorySpace, numbered_lines, pos_of, shortened};
 
-/// True for the first line of such a map.
+/// Whether a line is the first line of such a map.
 pub(in crate::image::symbols) fn is_m51_map(first: &str) -> bool {
     is_page(first.trim_start_matches('\u{c}').trim_start())
 }
@@ -31,7 +33,7 @@ fn is_page(line: &str) -> bool {
         && !line.starts_with(|c: char| c.is_ascii_digit())
 }
 
-/// Where in the file a line stands.
+/// The section of the map that a line belongs to.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum MapSection {
     Other,
@@ -54,7 +56,8 @@ pub(in crate::image::symbols) fn read_m51(text: &str, found: &mut CollectedSymbo
         if line.is_empty() || is_page(line) {
             continue;
         }
-        // Messages of the linker come between all lines, with lines such as `    SEGMENT: ?PR?RAMP?PUMP` behind them.
+        // Messages of the linker can be between any lines, followed by lines such as
+        // `    SEGMENT: ?PR?RAMP?PUMP`.
         if line.starts_with("***") {
             message = true;
             continue;
@@ -110,7 +113,7 @@ pub(in crate::image::symbols) fn read_m51(text: &str, found: &mut CollectedSymbo
     }
 }
 
-/// The lines with what goes on in the next one.
+/// The lines, joined with their continuation lines.
 fn join_continuations(text: &str) -> Vec<(u32, String)> {
     let mut lines: Vec<(u32, String)> = Vec::new();
     for (number, line) in numbered_lines(text) {
@@ -126,7 +129,8 @@ fn is_rule(line: &str) -> bool {
     line.bytes().all(|byte| matches!(byte, b'-' | b'=' | b' ' | b'\t'))
 }
 
-/// `.\Objects\main.obj (MAIN)`: the name of the module, and the stem of its file. A module of a library has none.
+/// Parses `.\Objects\main.obj (MAIN)` into the name of the module and the stem of its file. A module of a
+/// library gives `None`.
 fn module_and_file(line: &str) -> Option<(String, String)> {
     let (path, module) = line.trim().strip_suffix(')')?.rsplit_once(" (")?;
     let file = path.rsplit(['\\', '/']).next()?;
@@ -139,24 +143,25 @@ fn module_and_file(line: &str) -> Option<(String, String)> {
 struct MapRow<'t> {
     value: &'t str,
     kind: &'t str,
-    /// LX51's class and type.
+    /// Class and type, which only LX51 writes.
     class: Option<(&'t str, &'t str)>,
     name: &'t str,
 }
 
 impl<'t> MapRow<'t> {
-    /// A line; `names` is the column in which names begin, where LX51 has said so.
+    /// Splits a line; `names` is the column in which names begin, if LX51 has given it.
     fn read(line: &'t str, names: Option<usize>) -> Option<MapRow<'t>> {
         const BL51: &[&str] =
             &["MODULE", "ENDMOD", "PROC", "ENDPROC", "DO", "ENDDO", "SYMBOL", "PUBLIC", "LINE#", "SEGMENT", "EXTRN"];
         let (value, rest) = split_word(line)?;
-        // `*DEL*:00000000H`, `*SFR* 0000009EH`: LX51 marks what it removed, and registers, so in other tables.
+        // `*DEL*:00000000H`, `*SFR* 0000009EH`: LX51 marks what it removed, and in other tables also
+        // registers.
         if value.starts_with('*') {
             return Some(MapRow { value: "---", kind: "", class: Some(("", "")), name: rest.trim() });
         }
         let (kind, rest) = split_word(rest)?;
         let scope = value.bytes().all(|byte| byte == b'-');
-        // In LX51's a value has neither memory nor is it a rule of seven.
+        // In LX51's table a value has no memory prefix, and a rule has fewer than seven dashes.
         let lx51 = if scope { value.len() < 7 } else { !value.contains(':') };
         if !lx51 {
             return BL51.contains(&kind).then(|| MapRow { value, kind, class: None, name: rest.trim() });
@@ -164,7 +169,7 @@ impl<'t> MapRow<'t> {
         let (class, rest) = split_word(rest)?;
         let (kind_of, rest) = split_word(rest)?;
         let known = scope || value.starts_with(|c: char| c.is_ascii_hexdigit() || c == 'R');
-        // A type may be of two words.
+        // A type can have two words.
         let name = names.and_then(|at| line.get(at..)).unwrap_or(rest);
         known.then(|| MapRow { value, kind, class: Some((class, kind_of)), name: name.trim() })
     }
@@ -204,7 +209,7 @@ impl<'t> MapRow<'t> {
         }
         let place = match self.parse_value() {
             Some(Ok(place)) => place,
-            // A register, an external name, a memory that the chip lacks.
+            // A register, an external name, or a memory that the chip lacks.
             None => return,
             Some(Err(what)) => return report_damaged(number, line, self.value, what, faults),
         };
@@ -224,7 +229,7 @@ impl<'t> MapRow<'t> {
         }
     }
 
-    /// What the value says; nothing for what is no place.
+    /// Parses the value; `None` if it is not an address or number.
     fn parse_value(&self) -> Option<Result<SymbolPlace, &'static str>> {
         if self.value.bytes().all(|byte| byte == b'-') {
             return None;
@@ -253,13 +258,14 @@ impl<'t> MapRow<'t> {
     }
 }
 
-/// What a value stands for.
+/// The meaning of a value.
 enum SymbolPlace {
     At(MemorySpace, u32),
     Number(u32),
 }
 
-/// `0183H` in `C`, `00B0H.4` in `B`. Values of LX51 have the number of their memory above the 24 bits of the address.
+/// Parses `0183H` in `C`, `00B0H.4` in `B`. LX51 writes the number of the memory above the 24 bits of the
+/// address.
 fn parse_place(memory: &str, digits: &str, long: bool) -> Result<SymbolPlace, &'static str> {
     const WRONG: &str = "the value is no hexadecimal number with an H";
     let (digits, bit) = match digits.split_once('.') {
@@ -282,7 +288,7 @@ fn parse_place(memory: &str, digits: &str, long: bool) -> Result<SymbolPlace, &'
             let bit = bit_address(number, bit.unwrap_or(0)).ok_or("no bit of the chip has this address")?;
             return Ok(SymbolPlace::At(MemorySpace::Bit, bit));
         }
-        // `B1`: a bank of code.
+        // `B1`: a code bank.
         _ if memory.strip_prefix('B').is_some_and(|bank| bank.parse::<u32>().is_ok()) => {
             return Err("the name lies in a bank of code, and banks are not emulated");
         }
@@ -294,7 +300,7 @@ fn parse_place(memory: &str, digits: &str, long: bool) -> Result<SymbolPlace, &'
     Ok(SymbolPlace::At(mem, number))
 }
 
-/// The first word of a text, and what follows it.
+/// The first word of a text, and the rest after it.
 fn split_word(text: &str) -> Option<(&str, &str)> {
     let text = text.trim_start();
     let end = text.find([' ', '\t']).unwrap_or(text.len());

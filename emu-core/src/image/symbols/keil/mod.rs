@@ -1,8 +1,10 @@
-//! Names and lines by module, function and block, as the tools around Intel's and Keil's object format have them.
+//! Collects names and lines by module, function and block, as tools for Intel's and Keil's object format
+//! describe them.
 //!
-//! The linker's map and the absolute object file say the same things in the same order, one in text and one in records: modules open
-//! and close, functions in them, blocks in those, and each name and line belongs to what is open. So both readers feed one
-//! [`ScopeTracker`], which makes names and lines of it.
+//! The linker's map and the absolute object file contain the same items in the same order, one as text and
+//! one as records: modules open and close, with functions in them and blocks in those. Each name and line
+//! belongs to the innermost open item. Both readers therefore use one [`ScopeTracker`], which makes names and
+//! lines of the items.
 //!
 //! ```text
 //!   m51.rs    the map, of BL51 and of LX51
@@ -18,29 +20,29 @@ use diag::Pos;
 use super::names::{NameRank, RankedName, linker_names, local_names};
 use super::{CollectedSymbols, FaultList, MemorySpace, SourceKind};
 
-/// Registers R0 to R7 of bank 0: a local name for one holds within a few instructions only. LX51 also lists the parameters of functions
-/// that it removed, outside any block.
+/// Size of register bank 0 (R0 to R7) in bytes. A local name of one of these is valid for a few instructions
+/// only. LX51 also lists parameters of functions that it removed, outside of any block.
 const BANK_BYTES: u32 = 8;
 
-/// What is open, and what waits for the name of its file.
+/// The open module, function and blocks, and lines that wait for the name of their file.
 #[derive(Default)]
 pub(in crate::image) struct ScopeTracker {
-    /// The module as it is shown: the stem of its object file, else its name.
+    /// Name of the module in symbol names: the stem of its object file, or else its own name.
     module: String,
-    /// Its end has come.
+    /// Whether the end of the module has been read.
     ended: bool,
-    /// Its source file, where that is known.
+    /// Source file of the module, if known.
     file: Option<String>,
-    /// It was made by a compiler of C.
+    /// Whether a C compiler made the module.
     compiled: bool,
-    /// The function, in the spelling of its name.
+    /// The open function, in the spelling of its public name.
     function: Option<String>,
-    /// Blocks that are open in the function, by number from 1.
+    /// The open blocks of the function, numbered from 1.
     blocks: Vec<u32>,
-    /// Blocks of the function up to now.
+    /// Number of blocks of the function so far.
     counted: u32,
-    /// Names of code in the module, by what they are in capitals without the mark of parameters in registers: a function is
-    /// announced so.
+    /// Names of code in the module. The key is the name in capitals without the underscore that marks
+    /// parameters in registers, because functions are announced in that form.
     spelled: HashMap<String, String>,
     /// Functions of the module by address.
     starts: HashMap<u32, String>,
@@ -48,7 +50,7 @@ pub(in crate::image) struct ScopeTracker {
 }
 
 impl ScopeTracker {
-    /// A module begins; `stem` is the name of its object file without extension, if it is known.
+    /// Starts a module; `stem` is the name of its object file without extension, if known.
     pub(crate) fn module(
         &mut self,
         name: &str,
@@ -60,24 +62,24 @@ impl ScopeTracker {
         *self = ScopeTracker { module: stem.unwrap_or(name).to_owned(), ..ScopeTracker::default() };
     }
 
-    /// The source file of the module.
+    /// Sets the source file of the module.
     pub(crate) fn source(&mut self, file: &str) {
         self.compiled |= file.to_ascii_lowercase().ends_with(".c");
         self.file = Some(file.to_owned());
     }
 
-    /// The module ends. Lines that come behind it are still its own.
+    /// Ends the module. Lines that follow still belong to it.
     pub(crate) fn end_module(&mut self) {
         self.end_function();
         self.ended = true;
     }
 
-    /// The module that began last, if nothing has ended it.
+    /// The last module, if its end has not been read.
     pub(crate) fn open_module(&self) -> Option<&str> {
         Some(self.module.as_str()).filter(|module| !self.ended && !module.is_empty())
     }
 
-    /// A function begins.
+    /// Starts a function.
     pub(crate) fn function(&mut self, name: &str) {
         self.compiled = true;
         let plain = plain_name(name);
@@ -86,36 +88,36 @@ impl ScopeTracker {
         self.blocks.clear();
     }
 
-    /// The function that begins at an address.
+    /// Starts the function whose code begins at an address.
     pub(crate) fn function_at(&mut self, addr: u32) {
         if let Some(name) = self.starts.get(&addr).cloned() {
             self.function(&name);
         }
     }
 
-    /// A function ends.
+    /// Ends the function.
     pub(crate) fn end_function(&mut self) {
         self.function = None;
         self.blocks.clear();
     }
 
-    /// A block within a function begins.
+    /// Starts a block in the function.
     pub(crate) fn block(&mut self) {
         self.counted = self.counted.saturating_add(1);
         self.blocks.push(self.counted);
     }
 
-    /// A block ends.
+    /// Ends the innermost block.
     pub(crate) fn end_block(&mut self) {
         self.blocks.pop();
     }
 
-    /// All blocks end but so many.
+    /// Ends all blocks but the outermost `open` ones.
     pub(crate) fn leave_blocks(&mut self, open: usize) {
         self.blocks.truncate(open);
     }
 
-    /// A name that all modules know.
+    /// Adds a name that all modules know.
     pub(crate) fn public(
         &mut self,
         mem: MemorySpace,
@@ -126,7 +128,7 @@ impl ScopeTracker {
         faults: &mut FaultList,
     ) {
         self.full_name(mem, addr, name);
-        // A register of the chip has a name of its own in every module, of which two may differ.
+        // Every module has its own name for a register of the chip, and the names in two modules may differ.
         let own = matches!(mem, MemorySpace::Sfr | MemorySpace::Bit) && addr >= 0x80;
         let names = if own {
             vec![(NameRank::Full, format!("{}.{name}", self.module)), (NameRank::Plain, name.to_owned())]
@@ -136,7 +138,7 @@ impl ScopeTracker {
         found.add_symbol(mem, addr, 0, names, pos, faults);
     }
 
-    /// A name that the module, function or block alone knows.
+    /// Adds a name that is local to the module, function or block.
     pub(crate) fn local(
         &mut self,
         mem: MemorySpace,
@@ -146,7 +148,7 @@ impl ScopeTracker {
         found: &mut CollectedSymbols,
         faults: &mut FaultList,
     ) {
-        // Compilers put it into every module for the debugger's use.
+        // Compilers put this name into every module for the debugger.
         if name == "_ICE_DUMMY_" {
             self.compiled = true;
             return;
@@ -167,12 +169,12 @@ impl ScopeTracker {
         found.add_symbol(mem, addr, 0, names, pos, faults);
     }
 
-    /// A line whose code begins at an address.
+    /// Adds a line whose code begins at an address.
     pub(crate) fn line(&mut self, addr: u32, line: u32, pos: Pos) {
         self.lines.push((addr, line, pos));
     }
 
-    /// Hands over the lines of the module, whose file is known by now.
+    /// Hands over the lines of the module; its source file is known by now.
     pub(crate) fn finish(&mut self, found: &mut CollectedSymbols, faults: &mut FaultList) {
         if self.lines.is_empty() {
             return;
@@ -196,12 +198,13 @@ impl ScopeTracker {
     }
 }
 
-/// A function's name without the mark of one whose parameters lie in registers.
+/// The name of a function without the underscore that marks parameters in registers.
 fn plain_name(name: &str) -> &str {
     name.strip_prefix('_').filter(|plain| !plain.is_empty()).unwrap_or(name)
 }
 
-/// The bit address of a bit of a byte: RAM from 0x20 to 0x2F, or a register at every eighth address; nothing where there is none.
+/// The bit address of a bit of a byte in RAM from 0x20 to 0x2F, or of a register at an address divisible by
+/// 8; `None` for other bytes.
 pub(super) fn bit_address(byte: u32, bit: u32) -> Option<u32> {
     match byte {
         _ if bit > 7 => None,

@@ -1,25 +1,26 @@
-//! The intermediate code executed straight from its documents: what a back end's image must do. Peripherals are plain
-//! inputs and outputs of a scan.
+//! Interpreter of the intermediate code, written from its documentation: what an image must do.
+//!
+//! Peripherals are simple inputs and outputs of a scan.
 
 use emu_core::rng::Rng;
 use ladder_compile::ir::{
     ArithmeticOp, BitId, BranchCondition, Ir, IrOp, LogicOp, RelationOp, WordComparison, WordId, WordOperand,
 };
 
-/// A machine of bits and integers, as after reset.
+/// State of bits, integers and peripherals; new ones are as after reset.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct IrInterpreter<'a> {
     ir: &'a Ir,
     pub bits: Vec<bool>,
-    /// Each within its width, with sign.
+    /// Values as signed numbers within their widths.
     pub words: Vec<i32>,
-    /// What the analog inputs give, 0 to 1023.
+    /// Values of the analog inputs, 0 to 1023.
     pub adc: Vec<u16>,
-    /// The duty of the PWM output in percent, once set.
+    /// Duty cycle of the PWM output in percent; `None` before it is set.
     pub duty: Option<u8>,
-    /// What was sent and not yet taken by the test.
+    /// Bytes sent and not yet taken by the test.
     pub sent: Vec<u8>,
-    /// The byte that waits.
+    /// Byte that waits in the receiver.
     pub received: Option<u8>,
     pub eeprom: Vec<u8>,
     acc: bool,
@@ -40,7 +41,7 @@ impl<'a> IrInterpreter<'a> {
         }
     }
 
-    /// One scan; the inputs are in their bits.
+    /// Runs one scan; the inputs are already in their bits.
     pub fn scan(&mut self) {
         let ir = self.ir;
         self.ops(&ir.prologue);
@@ -166,13 +167,13 @@ impl<'a> IrInterpreter<'a> {
     }
 }
 
-/// The low `bytes` bytes, as a number with sign.
+/// The low `bytes` bytes, as a signed number.
 pub fn truncate_to_bytes(value: i64, bytes: u8) -> i32 {
     let shift = 64 - 8 * u32::from(bytes);
     (value << shift >> shift) as i32
 }
 
-/// A number of `bytes` bytes, most often at a boundary.
+/// A random number of `bytes` bytes, usually at a boundary.
 pub fn boundary_value(rng: &mut Rng, bytes: u8) -> i32 {
     let bits = 8 * u32::from(bytes) - 1;
     let (low, high) = (-1i64 << bits, (1i64 << bits) - 1);

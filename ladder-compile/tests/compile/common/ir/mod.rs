@@ -1,4 +1,4 @@
-//! Intermediate code: programs of it, drawn at random, and what they must do.
+//! Random programs of intermediate code, and an interpreter that defines their results.
 
 pub mod interp;
 pub mod programs;

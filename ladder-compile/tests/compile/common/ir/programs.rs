@@ -1,5 +1,8 @@
-//! Random intermediate code: every operation at every width, as valid as lowering makes it. The accumulator and the
-//! temporaries are written before they are read; indexes lie in their tables; the serial line and the EEPROM are used when they are free.
+//! Generates random intermediate code with every operation at every width, as valid as the output of
+//! lowering.
+//!
+//! The accumulator and temporaries are written before they are read, indices are within their tables, and the
+//! serial line and the EEPROM are used only when they are free.
 
 use std::collections::HashSet;
 
@@ -10,7 +13,7 @@ use ladder_compile::ir::{
     RungCode, UartUse, WordCell, WordComparison, WordId, WordOperand, WordRole,
 };
 
-/// Kinds of operations beyond those on bits, for [`Wish::ops`].
+/// Kinds of operations besides those on bits, for [`IrLimits::ops`].
 pub mod ops {
     pub const MOVE: u32 = 1;
     pub const ADD: u32 = 2;
@@ -19,7 +22,7 @@ pub mod ops {
     pub const COMPARE: u32 = 16;
     pub const LOOKUP: u32 = 32;
     pub const IF: u32 = 64;
-    /// Code that is not optimised: `Op::Logic` takes the place of most operations on the accumulator.
+    /// Unoptimised code: `IrOp::Logic` replaces most operations on the accumulator.
     pub const LOGIC: u32 = 128;
     pub const ADC: u32 = 256;
     pub const PWM: u32 = 512;
@@ -27,36 +30,36 @@ pub mod ops {
     pub const RECEIVE: u32 = 2048;
     pub const EEPROM: u32 = 4096;
     pub const BITWISE: u32 = 8192;
-    /// All integers, no peripherals, optimised form.
+    /// All integer operations, no peripherals, optimised form.
     pub const INTEGERS: u32 = MOVE | ADD | MUL | DIV | BITWISE | COMPARE | LOOKUP | IF;
 }
 
-/// What a program should be like.
+/// Limits of a generated program.
 #[derive(Debug, Clone, Copy)]
 pub struct IrLimits {
     pub ops: u32,
     pub inputs: u32,
     pub outputs: u32,
-    /// Relays, edge memories and temporaries: a third each.
+    /// Relays, edge memories and temporaries: one third each.
     pub bits: u32,
     pub words: u32,
-    /// Widths of words, drawn with equal chance.
+    /// Widths of words in bytes, drawn with equal probability.
     pub widths: &'static [u8],
     pub rungs: u32,
-    /// Operations of a rung, not counting those within others.
+    /// Number of operations per rung, without nested ones.
     pub steps: u32,
-    /// Depth of `Op::If`.
+    /// Nesting depth of `IrOp::If`.
     pub depth: u32,
     pub tables: u32,
     pub adcs: u32,
-    /// Scans that a byte takes on the serial line.
+    /// Number of scans that a byte takes on the serial line.
     pub byte_scans: i32,
-    /// Scans that the EEPROM takes for a byte.
+    /// Number of scans that the EEPROM takes per byte.
     pub eeprom_scans: i32,
 }
 
 impl IrLimits {
-    /// Bits only.
+    /// Only bits.
     pub const BITS: IrLimits = IrLimits {
         ops: ops::IF,
         inputs: 4,
@@ -72,7 +75,7 @@ impl IrLimits {
         byte_scans: 1,
         eeprom_scans: 1,
     };
-    /// Bits and integers of 16 bits.
+    /// Bits and 16-bit integers.
     pub const WORDS: IrLimits = IrLimits { ops: ops::INTEGERS, words: 6, tables: 2, ..IrLimits::BITS };
     /// Integers of every width.
     pub const WIDTHS: IrLimits = IrLimits { widths: &[1, 2, 3, 4], words: 10, ..IrLimits::WORDS };
@@ -82,18 +85,18 @@ struct IrGenerator<'a> {
     rng: &'a mut Rng,
     limits: IrLimits,
     ir: Ir,
-    /// Temporaries that hold something.
+    /// Temporaries that hold a value.
     set: HashSet<BitId>,
-    /// The accumulator holds something.
+    /// True if the accumulator holds a value.
     acc: bool,
-    /// Counts down while the serial line is busy; while the EEPROM is.
+    /// Counters that are above 0 while the serial line, or the EEPROM, is busy.
     busy: Option<WordId>,
     eebusy: Option<WordId>,
-    /// Words that the program may use as it likes.
+    /// Number of words that the program may use freely.
     free: u32,
 }
 
-/// A program that keeps the wish. The same seed gives the same program.
+/// Generates a program within the limits. The same seed gives the same program.
 pub fn random_ir(rng: &mut Rng, wish: IrLimits) -> Ir {
     let mut ir = Ir::default();
     let bit = |ir: &mut Ir, name: String, role| ir.bits.push(BitCell { name, role });
@@ -148,7 +151,7 @@ impl IrGenerator<'_> {
         self.limits.ops & op != 0
     }
 
-    /// Counters of what is busy, and what the chip is told that the program uses.
+    /// Adds the counters of busy peripherals, and declares the peripherals that the program uses.
     fn peripherals(&mut self) {
         let counter = |ir: &mut Ir, name: &str| {
             let word = WordId(ir.words.len() as u32);
@@ -197,7 +200,7 @@ impl IrGenerator<'_> {
         all.get(n).copied()
     }
 
-    /// A bit that holds something.
+    /// Picks a bit that holds a value.
     fn source(&mut self) -> BitId {
         let bit = self.any_bit(|_| true).expect("a program has bits");
         let temporary = self.ir.is_temporary(bit);
@@ -207,7 +210,7 @@ impl IrGenerator<'_> {
         bit
     }
 
-    /// A bit to write; never an input.
+    /// Picks a bit to write, never an input.
     fn target(&mut self) -> BitId {
         let bit = self.any_bit(|role| role != BitRole::Input).expect("a program has bits to write");
         if self.ir.is_temporary(bit) {
@@ -225,12 +228,12 @@ impl IrGenerator<'_> {
         WordId(self.rng.below(self.free.into()) as u32)
     }
 
-    /// The widest word that the wish has, in bytes.
+    /// Maximum width of the words in bytes.
     fn widest(&self) -> u8 {
         self.limits.widths.iter().copied().max().unwrap_or(2)
     }
 
-    /// A constant that fits `bytes`, most of them at a boundary.
+    /// A constant that fits `bytes`, usually at a boundary.
     fn constant(&mut self, bytes: u8) -> i32 {
         let bits = 8 * u32::from(bytes) - 1;
         let (low, high) = ((-1i64 << bits), (1i64 << bits) - 1);
@@ -255,7 +258,7 @@ impl IrGenerator<'_> {
         WordComparison { a, rel, b }
     }
 
-    /// One operation, or two that belong together.
+    /// Generates one operation, or two that belong together.
     fn random_ops(&mut self, depth: u32) -> Vec<IrOp> {
         let mut out = Vec::new();
         let words = self.free > 0;
@@ -290,7 +293,7 @@ impl IrGenerator<'_> {
                 let bytes = if self.rng.one_in(6) { self.widest() } else { self.ir.bytes(dst).max(self.ir.bytes(a)) };
                 let a = if self.rng.one_in(4) { self.value(bytes) } else { WordOperand::Cell(a) };
                 let b = self.value(bytes);
-                // The destination is often an operand.
+                // Often the destination is also an operand.
                 let dst = match (self.rng.below(4), a, b) {
                     (0, WordOperand::Cell(word), _) | (1, _, WordOperand::Cell(word)) => word,
                     _ => dst,
@@ -414,7 +417,7 @@ impl IrGenerator<'_> {
     }
 }
 
-/// `then` when the counter is at 0.
+/// Executes `then` if the counter is 0.
 fn if_free(busy: WordId, then: Vec<IrOp>) -> IrOp {
     let free = BranchCondition::Compare(WordComparison { a: busy, rel: RelationOp::Eq, b: WordOperand::Const(0) });
     IrOp::If { cond: free, if_true: then, if_false: Vec::new() }
