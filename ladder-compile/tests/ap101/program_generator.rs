@@ -134,9 +134,9 @@ impl ProgramGenerator<'_> {
             return if last { "COIL Ylast 0 0 0".to_owned() } else { "SHORT".to_owned() };
         }
         let five = self.limits.dialect == LadderDialect::Ldmicro5;
-        // A rung ends with a CTC; the other kinds are used elsewhere.
+        // A rung ends with a CTC; the other kinds are used elsewhere. The CTC of LDmicro 5 has no module.
         if last || self.rng.one_in(2) {
-            let kind = if last { "CTC" } else { ["CTU", "CTD"][self.rng.below(2) as usize] };
+            let kind = if last && !five { "CTC" } else { ["CTU", "CTD"][self.rng.below(2) as usize] };
             self.modules.push(format!("C{n}"));
             let max = self.limit();
             return self.counter(kind, n, max, five);
