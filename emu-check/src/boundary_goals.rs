@@ -110,9 +110,12 @@ impl BoundaryGoals {
                     let each = (0..).take(values.len().min(MAX_TABLE_GOALS)).map(|n| GoalTarget::WhenActing(n, None));
                     add_goals(integer(name), each.collect());
                 }
-                Element::Math { op: MathOp::Div, op1: LadderOperand::Var(a), op2: LadderOperand::Var(b), .. }
-                    if a != b =>
-                {
+                Element::Math {
+                    op: MathOp::Div | MathOp::Mod,
+                    op1: LadderOperand::Var(a),
+                    op2: LadderOperand::Var(b),
+                    ..
+                } if a != b => {
                     if let (Some(a), Some(b)) = (integer(a), integer(b)) {
                         let width = |symbol: usize| eval.symbols().get(symbol).map_or(2, |s| s.bytes);
                         let end = |value: i32, symbol| match value {

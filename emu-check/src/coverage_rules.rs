@@ -56,7 +56,7 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
             (CoverageClass::Coils, vec![("stores 1", one, Always), ("stores 0", zero, Always)])
         }
         Element::Coil { .. } => (CoverageClass::Coils, acts()),
-        Element::Compare { .. } => (CoverageClass::Compares, vec![("is true", TRUE_TRUE, Always), ("is false", TRUE_FALSE, Always)]),
+        Element::Compare { .. } | Element::BitTest { .. } => (CoverageClass::Compares, vec![("is true", TRUE_TRUE, Always), ("is false", TRUE_FALSE, Always)]),
         Element::Timer { kind, name, .. } => {
             let t = symbol(name);
             (CoverageClass::Timers, match kind {
@@ -99,6 +99,7 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
         Element::Osc => (CoverageClass::OneShots, vec![("is on", TRUE_TRUE, Always), ("is off on a true rung", TRUE_FALSE, Always)]),
         Element::MasterRelay => (CoverageClass::MasterRelays, vec![("has a true rung", IN, Always), ("has a false rung", NOT_IN, Always)]),
         Element::Res { .. } | Element::Move { .. } | Element::Math { .. } => (CoverageClass::Actions, acts()),
+        Element::Unary { .. } | Element::Shift { .. } | Element::BitWrite { .. } | Element::Bus { .. } => (CoverageClass::Actions, acts()),
         Element::ShiftRegister { name, stages } => {
             let last = symbol(&format!("{name}{}", stages.saturating_sub(1)));
             let shifts = if *stages > 1 { Changed(last) } else { Always };

@@ -225,7 +225,16 @@ impl<'a> ReachPass<'a> {
                 (0..*stages).for_each(|n| _ = self.integers.remove(&format!("{name}{n}")));
                 same
             }
-            Element::LookUpTable { dest: name, .. }
+            // A bit below the lowest is 0.
+            Element::BitTest { bit: LadderOperand::Const { value: ..=-1, .. }, value, .. } => {
+                when(FALSE_FALSE, if *value { TRUE_FALSE } else { TRUE_TRUE })
+            }
+            Element::BitTest { .. } => when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE),
+            Element::Unary { dest: name, .. }
+            | Element::Shift { dest: name, .. }
+            | Element::BitWrite { name, .. }
+            | Element::Bus { dest: name, .. }
+            | Element::LookUpTable { dest: name, .. }
             | Element::PiecewiseLinear { dest: name, .. }
             | Element::ReadAdc { name, .. }
             | Element::Persist { name } => {
@@ -313,7 +322,7 @@ fn limited_values(mut values: Vec<i32>) -> KnownValues {
 fn math(op: MathOp, a: &[i32], b: &[i32]) -> KnownValues {
     let narrow = |values: &[i32]| values.iter().map(|&v| i16::try_from(v).ok()).collect::<Option<Vec<i16>>>();
     let (a, b) = narrow(a).zip(narrow(b))?;
-    if op == MathOp::Div && b.contains(&0) {
+    if matches!(op, MathOp::Div | MathOp::Mod) && b.contains(&0) {
         return None;
     }
     let one = |a: i16, b: i16| match op {
@@ -321,6 +330,10 @@ fn math(op: MathOp, a: &[i32], b: &[i32]) -> KnownValues {
         MathOp::Sub => a.wrapping_sub(b),
         MathOp::Mul => a.wrapping_mul(b),
         MathOp::Div => a.wrapping_div(b),
+        MathOp::Mod => a.wrapping_rem(b),
+        MathOp::And => a & b,
+        MathOp::Or => a | b,
+        MathOp::Xor => a ^ b,
     };
     limited_values(a.iter().flat_map(|a| b.iter().map(move |b| i32::from(one(*a, *b)))).collect())
 }

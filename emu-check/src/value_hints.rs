@@ -3,7 +3,7 @@
 
 use emu_core::rng::Rng;
 use ladder::symbols::for_each_symbol_use;
-use ladder::{Element, LadderDialect, LadderOperand, LadderProgram, LdFormat, SymbolKind};
+use ladder::{Element, LadderDialect, LadderOperand, LadderProgram, LdFormat, SymbolKind, UnaryOp};
 use ladder_eval::Evaluator;
 
 use crate::peripherals;
@@ -181,6 +181,12 @@ pub(crate) fn element_constants(program: &LadderProgram, element: &Element) -> V
         }
         Element::SetPwm { duty, .. } => value(duty).into_iter().chain([0, 100]).collect(),
         Element::FormattedString { var: Some(_), .. } => vec![0, 9, 10, 99, 100, 999, 1_000, 9_999, 10_000],
+        Element::Unary { op: UnaryOp::BinToBcd, .. } => vec![0, 9, 10, 99, 100, 999, 1_000, 9_999, 10_000],
+        // The first and the last bits, and those behind them.
+        Element::Shift { .. } | Element::BitWrite { .. } | Element::BitTest { .. } => {
+            let constants = element.facts().constants.into_iter().filter_map(|value| i32::try_from(value).ok());
+            constants.chain([0, 8, 16, 24, 32]).collect()
+        }
         // The constants of all other elements are worth trying.
         _ => element.facts().constants.into_iter().filter_map(|value| i32::try_from(value).ok()).collect(),
     }

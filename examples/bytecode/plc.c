@@ -164,11 +164,20 @@ static void math(unsigned char op)
     s32 a = op & 2 ? constant() : value[number()];
     s32 b = op & 1 ? constant() : value[number()];
     u32 x = (u32)a, y = (u32)b;
-    switch (op >> 2 & 3) {
-    case 0: x += y; break;
-    case 1: x -= y; break;
-    case 2: x *= y; break;
-    default: x = quotient(a, b); break;
+    switch (op & 0x5C) {
+    case 0x10: x += y; break;
+    case 0x14: x -= y; break;
+    case 0x18: x *= y; break;
+    case 0x1C: x = quotient(a, b); break;
+    case 0x40: x &= y; break;
+    case 0x44: x |= y; break;
+    case 0x48: x ^= y; break;
+    default:
+        /* All bits of the width, without sign. */
+        if (width[dst] < 4)
+            x &= ((u32)1 << 8 * width[dst]) - 1;
+        x = y > 31 ? 0 : x >> y;
+        break;
     }
     value[dst] = wrap(x, width[dst]);
 }
@@ -241,7 +250,7 @@ void PlcCycle(void)
             }
             continue;
         }
-        if (op >= 0x10 && op <= 0x1F) {
+        if ((op >= 0x10 && op <= 0x1F) || (op >= 0x40 && op <= 0x4F)) {
             math(op);
             continue;
         }

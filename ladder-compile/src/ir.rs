@@ -9,6 +9,7 @@ use std::fmt;
 
 use ladder::{ElementId, SymbolKind};
 
+pub use crate::arithmetic::{ArithmeticOp, min_bytes, shift_count};
 pub use crate::timed_module::TimedModule;
 
 /// Index of a bit cell in [`Ir::bits`].
@@ -118,20 +119,6 @@ pub struct WordComparison {
     pub rel: RelationOp,
     /// Right operand.
     pub b: WordOperand,
-}
-
-/// Arithmetic modulo 2^(8 w), with w from [`Ir::width`].
-/// `Div` truncates; x / 0 is -1 for x >= 0 and 1 for x < 0; the lowest number divided by -1 is itself.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ArithmeticOp {
-    /// Sum.
-    Add,
-    /// Difference.
-    Sub,
-    /// Product, truncated to the width.
-    Mul,
-    /// Quotient, truncated toward zero.
-    Div,
 }
 
 /// A function of bits, for the three-address form of unoptimised code.
@@ -369,7 +356,13 @@ impl Ir {
         };
         match op {
             ArithmeticOp::Div => self.bytes(dst).max(of(a)).max(of(b)),
-            ArithmeticOp::Add | ArithmeticOp::Sub | ArithmeticOp::Mul => self.bytes(dst),
+            ArithmeticOp::Add
+            | ArithmeticOp::Sub
+            | ArithmeticOp::Mul
+            | ArithmeticOp::And
+            | ArithmeticOp::Or
+            | ArithmeticOp::Xor
+            | ArithmeticOp::Shr => self.bytes(dst),
         }
     }
 
@@ -414,13 +407,7 @@ impl Ir {
             IrOp::AndCompare(compare) => format!("and {}", self.compare(compare)),
             IrOp::Move { dst, src } => format!("{} := {}", self.word(*dst), self.value(*src)),
             IrOp::Math { op, dst, a, b } => {
-                let sign = match op {
-                    ArithmeticOp::Add => '+',
-                    ArithmeticOp::Sub => '-',
-                    ArithmeticOp::Mul => '*',
-                    ArithmeticOp::Div => '/',
-                };
-                format!("{} := {} {sign} {}", self.word(*dst), self.value(*a), self.value(*b))
+                format!("{} := {} {} {}", self.word(*dst), self.value(*a), op.sign(), self.value(*b))
             }
             IrOp::Logic { dst, function: is } => {
                 let bit = |bit: &BitId| self.bit(*bit, false);
@@ -464,12 +451,6 @@ impl Ir {
             }
         }
     }
-}
-
-/// The fewest bytes, 1 to 4, that hold a constant.
-#[must_use]
-pub fn min_bytes(constant: i32) -> u8 {
-    (1..4).find(|n| constant >> (8 * n - 1) == constant >> 31).unwrap_or(4)
 }
 
 /// Formats the whole scan: `rung 1`, then for each step the number of its element and the operation.

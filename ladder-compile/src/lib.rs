@@ -10,6 +10,7 @@
 #![forbid(unsafe_code)]
 
 pub mod ap101;
+mod arithmetic;
 mod assembly;
 pub mod avr;
 mod build_map;

@@ -4,6 +4,7 @@
 //! transforms it, and every element is executed in every scan. The code is deliberately simple;
 //! [`crate::optimise`] removes what is not needed.
 
+mod bit_elements;
 mod peripherals;
 mod three_address;
 mod timing;
@@ -310,10 +311,19 @@ impl<'a> Lowering<'a> {
                     MathOp::Sub => ArithmeticOp::Sub,
                     MathOp::Mul => ArithmeticOp::Mul,
                     MathOp::Div => ArithmeticOp::Div,
+                    MathOp::Mod => return self.remainder(dest, op1, op2),
+                    MathOp::And => ArithmeticOp::And,
+                    MathOp::Or => ArithmeticOp::Or,
+                    MathOp::Xor => ArithmeticOp::Xor,
                 };
                 let op = IrOp::Math { op, dst: self.word(dest), a: self.value(op1), b: self.value(op2) };
                 self.push(if_accumulator(vec![op]));
             }
+            Element::Unary { op, dest, src } => self.unary(*op, dest, src),
+            Element::Shift { op, dest, src, count } => self.shift_bits(*op, dest, src, count),
+            Element::BitWrite { name, bit, value } => self.write_bit(name, bit, *value),
+            Element::BitTest { name, bit, value } => self.test_bit(name, bit, *value),
+            Element::Bus { dest, src, targets } => self.bus(dest, src, *targets),
             Element::Compare { op, op1, op2 } => {
                 let (a, b) = (self.value(op1), self.value(op2));
                 let ops = self.and_comparison(*op, a, b);

@@ -1,7 +1,9 @@
 //! The flat form of a program, and the execution of its steps on the state.
 
-use ladder::{CompareOp, ElementId, MathOp};
+use ladder::{CompareOp, ElementId, MathOp, ShiftOp, UnaryOp};
 
+use crate::arithmetic::{compare, count_step, math, truncate};
+use crate::bit_ops;
 use crate::peripheral_state::{FormattedText, PeripheralState, PiecewiseCurve};
 
 /// A program with its names resolved: its steps index its lists and the values of the state.
@@ -85,6 +87,11 @@ pub(crate) enum ElementOp {
     Count    { kind: CountMode, input: CountInput, var: u32, max: ValueSource, restart: ValueSource, memory: u32 },
     Move     { dest: u32, src: ValueSource },
     Math     { op: MathOp, dest: u32, a: ValueSource, b: ValueSource },
+    Unary    { op: UnaryOp, dest: u32, src: ValueSource, bits: u32 },
+    ShiftBits{ op: ShiftOp, dest: u32, src: ValueSource, bits: u32, count: ValueSource },
+    WriteBit { var: u32, bit: ValueSource, value: bool },
+    TestBit  { var: u32, bit: ValueSource, value: bool },
+    Bus      { dest: u32, src: ValueSource, targets: [u8; 8] },
     Compare  { op: CompareOp, a: ValueSource, b: ValueSource },
     Shift    { stages: u32, memory: u32 },
     LookUp   { dest: u32, index: ValueSource, table: u32 },
@@ -337,6 +344,9 @@ impl ScanState {
                 }
             }
             ElementOp::Compare { op, a, b } => rung & compare(op, self.read_value(a), self.read_value(b)),
+            ElementOp::TestBit { var, bit, value } => {
+                rung & (bit_ops::has_bit(self.read_symbol(var), self.read_value(bit)) == value)
+            }
             ElementOp::Send { src } => self.parts.send(code, self.read_symbol(src), rung),
             ElementOp::Text { text } => self.parts.send_text(code, text as usize, &self.values, rung),
             // The edge memory is updated in every scan, whether or not the rung is true.
@@ -360,6 +370,22 @@ impl ScanState {
             }
             ElementOp::Math { op, dest, a, b } => {
                 self.store(code, dest, math(op, self.read_value(a).into(), self.read_value(b).into()));
+                true
+            }
+            ElementOp::Unary { op, dest, src, bits } => {
+                self.store(code, dest, bit_ops::unary(op, self.read_value(src), bits));
+                true
+            }
+            ElementOp::ShiftBits { op, dest, src, bits, count } => {
+                self.store(code, dest, bit_ops::shift(op, self.read_value(src), bits, self.read_value(count)));
+                true
+            }
+            ElementOp::WriteBit { var, bit, value } => {
+                self.store(code, var, bit_ops::with_bit(self.read_symbol(var), self.read_value(bit), value));
+                true
+            }
+            ElementOp::Bus { dest, src, targets } => {
+                self.store(code, dest, bit_ops::route_bits(self.read_value(src), targets));
                 true
             }
             ElementOp::LookUp { dest, index, table } => {
@@ -441,53 +467,5 @@ impl ScanState {
     /// Stores a memory bit and gives what it held.
     fn replace_memory(&mut self, memory: u32, now: bool) -> bool {
         std::mem::replace(&mut self.memories[memory as usize], now)
-    }
-}
-
-/// Truncates an exact number to its low 32 - `cut` bits in two's complement.
-pub(crate) fn truncate(exact: i64, cut: u8) -> i32 {
-    (exact as i32) << cut >> cut
-}
-
-/// One step of a counter, exact, before what brings it back to its start.
-fn count_step(kind: CountMode, n: i32, max: i32) -> i64 {
-    let exact = i64::from(n);
-    match kind {
-        CountMode::Up | CountMode::UpAround => exact + 1,
-        CountMode::Down | CountMode::DownAround => exact - 1,
-        CountMode::UpTo => exact + i64::from(n < max),
-        CountMode::DownTo => exact - i64::from(n > max),
-        CountMode::Circular if n >= max => 0,
-        CountMode::Circular => exact + 1,
-    }
-}
-
-/// Exact arithmetic of section 2.4. Only the low bytes are stored, so the width of the computation does not
-/// matter.
-fn math(op: MathOp, a: i64, b: i64) -> i64 {
-    match op {
-        MathOp::Add => a + b,
-        MathOp::Sub => a - b,
-        MathOp::Mul => a * b,
-        MathOp::Div if b == 0 => {
-            if a >= 0 {
-                -1
-            } else {
-                1
-            }
-        }
-        MathOp::Div => a / b,
-    }
-}
-
-/// Signed comparison of section 2.4.
-fn compare(op: CompareOp, a: i32, b: i32) -> bool {
-    match op {
-        CompareOp::Equ => a == b,
-        CompareOp::Neq => a != b,
-        CompareOp::Grt => a > b,
-        CompareOp::Geq => a >= b,
-        CompareOp::Les => a < b,
-        CompareOp::Leq => a <= b,
     }
 }

@@ -9,7 +9,8 @@ use ladder::{
     TimerKind,
 };
 
-use crate::flat_program::{CountInput, CountMode, ElementOp, FlatProgram, FlatStep, ValueSource, truncate};
+use crate::arithmetic::truncate;
+use crate::flat_program::{CountInput, CountMode, ElementOp, FlatProgram, FlatStep, ValueSource};
 use crate::peripheral_ops::{self, DeviceSettings};
 use crate::{UnsupportedElement, UnsupportedReason};
 
@@ -203,6 +204,34 @@ impl FlatBuilder<'_> {
                 a: self.operand_source(op1)?,
                 b: self.operand_source(op2)?,
             },
+            Element::Unary { op, dest, src } => {
+                let (dest, bits) = (self.integer_index(dest)?, self.operand_bits(src)?);
+                ElementOp::Unary { op: *op, dest, src: self.operand_source(src)?, bits }
+            }
+            Element::Shift { op, dest, src, count } => {
+                let (dest, bits) = (self.integer_index(dest)?, self.operand_bits(src)?);
+                if let LadderOperand::Const { value, .. } = count
+                    && !(0..=i64::from(bits)).contains(value)
+                {
+                    return Err(UnsupportedReason::ShiftOutOfRange { count: *value, bits });
+                }
+                let (src, count) = (self.operand_source(src)?, self.operand_source(count)?);
+                ElementOp::ShiftBits { op: *op, dest, src, bits, count }
+            }
+            Element::BitWrite { name, bit, value } => {
+                ElementOp::WriteBit { var: self.integer_index(name)?, bit: self.operand_source(bit)?, value: *value }
+            }
+            Element::BitTest { name, bit, value } => {
+                ElementOp::TestBit { var: self.integer_index(name)?, bit: self.operand_source(bit)?, value: *value }
+            }
+            Element::Bus { dest, src, targets } => {
+                // With every bit in its own place all bytes are moved.
+                let (dest, src) = (self.integer_index(dest)?, self.operand_source(src)?);
+                match targets {
+                    [0, 1, 2, 3, 4, 5, 6, 7] => ElementOp::Move { dest, src },
+                    _ => ElementOp::Bus { dest, src, targets: *targets },
+                }
+            }
             Element::Compare { op, op1, op2 } => {
                 ElementOp::Compare { op: *op, a: self.operand_source(op1)?, b: self.operand_source(op2)? }
             }
@@ -258,6 +287,17 @@ impl FlatBuilder<'_> {
         match operand {
             LadderOperand::Var(name) => self.integer_index(name).map(ValueSource::Var),
             LadderOperand::Const { value, .. } => self.checked_constant("an operand", *value).map(ValueSource::Const),
+        }
+    }
+
+    /// The width of an operand in bits: a constant has the fewest bytes that hold it.
+    fn operand_bits(&self, operand: &LadderOperand) -> Result<u32, UnsupportedReason> {
+        match operand {
+            LadderOperand::Var(name) => Ok(8 * u32::from(self.integer_bytes(self.integer_index(name)?))),
+            LadderOperand::Const { value, .. } => {
+                let holds = |bits: &u32| (-(1 << (bits - 1))..1_i64 << (bits - 1)).contains(value);
+                Ok([8, 16, 24].into_iter().find(holds).unwrap_or(32))
+            }
         }
     }
 

@@ -9,6 +9,8 @@
 //! elements that use a part of the chip. `flat_program` executes the flat form. `peripheral_state` holds the
 //! state outside of the program's memory.
 
+mod arithmetic;
+mod bit_ops;
 mod flat_program;
 mod flatten;
 mod peripheral_ops;
@@ -97,7 +99,7 @@ impl Evaluator {
         else {
             return;
         };
-        *slot = if kind.is_bit() { i32::from(value != 0) } else { flat_program::truncate(value.into(), width) };
+        *slot = if kind.is_bit() { i32::from(value != 0) } else { arithmetic::truncate(value.into(), width) };
     }
 
     /// Runs one scan: all rungs from top to bottom. Inputs keep the values last set for the whole scan.

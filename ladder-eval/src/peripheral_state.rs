@@ -4,7 +4,8 @@
 
 use ladder::format::StringPiece;
 
-use crate::flat_program::{FlatProgram, truncate};
+use crate::arithmetic::truncate;
+use crate::flat_program::FlatProgram;
 
 /// Points of a PIECEWISE_LINEAR: at least two, with increasing x.
 #[derive(Debug)]

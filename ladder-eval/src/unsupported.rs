@@ -58,6 +58,14 @@ pub enum UnsupportedReason {
         /// The feature, such as `an adjust other than -1`.
         feature: Cow<'static, str>,
     },
+    /// A constant shifts by more bits than there are, or by a negative number.
+    #[error("a shift by {count} bits, of a number of {bits}")]
+    ShiftOutOfRange {
+        /// The count.
+        count: i64,
+        /// Bits of what is shifted.
+        bits: u32,
+    },
     /// A variable is used where only a constant is supported.
     #[error("the variable `{name}` as {role} has no meaning")]
     VariableAs {

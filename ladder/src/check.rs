@@ -2,6 +2,7 @@
 
 use diag::{Diagnostic, Pos, Severity};
 
+use crate::bit_checks;
 use crate::codes;
 use crate::integer_widths::{self, IntegerWidths};
 use crate::model::{Element, ElementId, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode, TimerKind};
@@ -150,6 +151,11 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
             let cause = "divides by 0, which gives -1 for a dividend from 0 and 1 below";
             checker.warning(codes::DIVISION_BY_ZERO, at, cause, "test the divisor first");
         }
+        Element::Math { op: MathOp::Mod, .. }
+        | Element::Unary { .. }
+        | Element::Shift { .. }
+        | Element::BitWrite { .. }
+        | Element::BitTest { .. } => bit_checks::check_bit_element(checker, at),
         Element::LookUpTable { .. }
         | Element::PiecewiseLinear { .. }
         | Element::ReadAdc { .. }
@@ -168,6 +174,7 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
         | Element::Res { .. }
         | Element::Move { .. }
         | Element::Math { .. }
+        | Element::Bus { .. }
         | Element::Compare { .. }
         | Element::ShiftRegister { .. }
         | Element::Persist { .. } => {}

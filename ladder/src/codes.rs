@@ -92,7 +92,7 @@ codes! {
     TIMER_RANGE "LD101" "a delay cannot be counted"
         "A timer counts scans: P = delay / cycle, rounded down, less 1, and P must lie in 1 to 32767. Shorter delays are under two scans, longer ones do not fit 16 bits. In ldmicro-5 the adjust takes the place of the 1, a timer with P under 1 has expired at once, and one with P beyond its width never does: both are warnings. Change the delay or CYCLE=.";
     NOT_LAST "LD102" "an element of the right rail is not last"
-        "Coils, RES, MOVE, arithmetic, SHIFT_REGISTER, the tables, READ_ADC, SET_PWM, MASTER_RELAY and PERSIST usually end their path to the right rail. Where something follows them, they give on the power that they get, as LDmicro's own code does.";
+        "Coils, RES, MOVE, arithmetic, what writes bits, SHIFT_REGISTER, the tables, READ_ADC, SET_PWM, MASTER_RELAY and PERSIST usually end their path to the right rail. Where something follows them, they give on the power that they get, as LDmicro's own code does.";
     PLACEHOLDER "LD103" "an empty place is left"
         "PLACEHOLDER is what LDmicro's editor shows before an element is chosen. The program is not complete.";
     CYCLE_ZERO "LD104" "the scan has no fixed time"
@@ -117,6 +117,8 @@ codes! {
         "A program has one pulse width output. Its frequency is a constant of at least 1 Hz, and all SET_PWM name the same output and frequency; the duty may differ.";
     NO_BAUD "LD115" "the serial line has no rate"
         "UART_SEND, UART_RECV and FORMATTED_STRING need BAUD= above the lists: how many scans a byte takes depends on it.";
+    SHIFT_COUNT "LD116" "a shift by more bits than there are"
+        "SHL, SHR, SR0, ROL and ROR take as a constant count 0 to the number of bits of what is shifted: 8, 16, 24 or 32 by its width. A count in a variable may be anything: 0 and less shift nothing, more bits than there are shift everything out.";
     COIL_TWICE "LD120" "a coil is driven twice"
         "Two elements write the bit in each scan, so the last one wins and the other has no lasting effect. A set coil together with a reset coil is the usual latch and is not reported.";
     NEVER_DRIVEN "LD121" "a contact is never driven"
@@ -130,9 +132,13 @@ codes! {
     TABLE_ALIAS "LD125" "a table writes its own index"
         "Meaning here: the index is read once, before the result is stored. LDmicro's compilers read it again and deliver a wrong value.";
     DIVISION_BY_ZERO "LD126" "division by the constant 0"
-        "The result is -1 for a dividend of 0 or more, and 1 for a negative one; that is rarely meant.";
+        "The quotient is -1 for a dividend of 0 or more, and 1 for a negative one; the remainder (MOD) is the dividend. That is rarely meant.";
     STRING_CODE "LD127" "a character code under 32 in FORMATTED_STRING"
         "LDmicro reads such a code as the letter X. Use a backslash escape, written as two codes (92 and the letter).";
     NO_PORT_PIN "LD128" "not a port pin of this package"
         "IO LIST gives package pins of the chip named by MICRO=. The pin named is a supply, reset or clock pin there, or does not exist.";
+    NO_SUCH_BIT "LD129" "a bit that the integer does not have"
+        "SET_BIT and CLEAR_BIT of a bit beyond the width of the integer, or of a negative number, do nothing. IF_BIT_SET and IF_BIT_CLEAR see the sign there, and 0 at a negative number.";
+    OUTPUTS_DIFFER "LD130" "outputs of LDmicro 5 disagree about this element"
+        "A note: what LDmicro 5 makes of this element differs between its simulator, its C, its AVR and its PIC code. The message names those that do something else than is done here.";
 }

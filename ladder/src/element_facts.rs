@@ -5,7 +5,7 @@
 
 use std::borrow::Cow;
 
-use crate::model::{CounterKind, Element, LadderOperand, SymbolKind, TimerKind};
+use crate::model::{CounterKind, Element, LadderOperand, MathOp, SymbolKind, TimerKind};
 use crate::symbols::kind_by_letter;
 use crate::write;
 
@@ -119,12 +119,12 @@ impl<'a> ElementFacts<'a> {
         ElementFacts { keyword, symbols, constants, power, has_memory: false, part: None, needs_ldmicro5: false }
     }
 
-    fn ldmicro5(self) -> Self {
-        ElementFacts { needs_ldmicro5: true, ..self }
-    }
-
     fn with_memory(self) -> Self {
         ElementFacts { has_memory: true, ..self }
+    }
+
+    fn ldmicro5(self) -> Self {
+        ElementFacts { needs_ldmicro5: true, ..self }
     }
 
     fn uses_part(self, part: ChipPart) -> Self {
@@ -253,7 +253,29 @@ impl Element {
             Element::Res { name } => row("RES", Acts).writes(name, Variable, Powered),
             Element::Move { dest, src } => row("MOVE", Acts).writes(dest, Variable, Powered).operand(src),
             Element::Math { op, dest, op1, op2 } => {
-                row(write::math_keyword(*op), Acts).writes(dest, Variable, Powered).operand(op1).operand(op2)
+                let row = row(write::math_keyword(*op), Acts).writes(dest, Variable, Powered).operand(op1).operand(op2);
+                match op {
+                    MathOp::Add | MathOp::Sub | MathOp::Mul | MathOp::Div => row,
+                    MathOp::Mod | MathOp::And | MathOp::Or | MathOp::Xor => row.ldmicro5(),
+                }
+            }
+            Element::Unary { op, dest, src } => {
+                row(write::unary_keyword(*op), Acts).writes(dest, Variable, Powered).operand(src).ldmicro5()
+            }
+            Element::Shift { op, dest, src, count } => row(write::shift_keyword(*op), Acts)
+                .writes(dest, Variable, Powered)
+                .operand(src)
+                .operand(count)
+                .ldmicro5(),
+            Element::BitWrite { name, bit, value } => row(write::bit_write_keyword(*value), Acts)
+                .symbol(name, Variable, true, Some(Powered))
+                .operand(bit)
+                .ldmicro5(),
+            Element::BitTest { name, bit, value } => {
+                row(write::bit_test_keyword(*value), Narrows).reads(name, Variable).operand(bit).ldmicro5()
+            }
+            Element::Bus { dest, src, targets: _ } => {
+                row("BUS", Acts).writes(dest, Variable, Powered).operand(src).ldmicro5()
             }
             Element::Compare { op, op1, op2 } => row(write::compare_keyword(*op), Narrows).operand(op1).operand(op2),
             // The first stage is the input of the shift register, so it is never written; the last one is

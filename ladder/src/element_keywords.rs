@@ -8,7 +8,7 @@ pub(crate) const ANY_COUNT: usize = usize::MAX;
 
 /// All elements that the reader accepts.
 #[rustfmt::skip]
-pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 45] = [
+pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 65] = [
     ("COMMENT",          0, ANY_COUNT, "COMMENT text"),
     ("CONTACTS",         2, 3,   "CONTACTS name negated [set1]"),
     ("COIL",             4, 5,   "COIL name negated set reset [ttrigger]"),
@@ -39,6 +39,26 @@ pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 45] = [
     ("SUB",              3, 3,   "SUB dest op1 op2"),
     ("MUL",              3, 3,   "MUL dest op1 op2"),
     ("DIV",              3, 3,   "DIV dest op1 op2"),
+    ("MOD",              3, 3,   "MOD dest op1 op2"),
+    ("AND",              3, 3,   "AND dest op1 op2"),
+    ("OR",               3, 3,   "OR dest op1 op2"),
+    ("XOR",              3, 3,   "XOR dest op1 op2"),
+    ("NOT",              2, 2,   "NOT dest source"),
+    ("NEG",              2, 2,   "NEG dest source"),
+    ("SWAP",             2, 2,   "SWAP dest source"),
+    ("OPPOSITE",         2, 2,   "OPPOSITE dest source"),
+    ("BIN2BCD",          2, 2,   "BIN2BCD dest source"),
+    ("BCD2BIN",          2, 2,   "BCD2BIN dest source"),
+    ("SHL",              3, 3,   "SHL dest source count"),
+    ("SHR",              3, 3,   "SHR dest source count"),
+    ("SR0",              3, 3,   "SR0 dest source count"),
+    ("ROL",              3, 3,   "ROL dest source count"),
+    ("ROR",              3, 3,   "ROR dest source count"),
+    ("SET_BIT",          2, 2,   "SET_BIT name bit"),
+    ("CLEAR_BIT",        2, 2,   "CLEAR_BIT name bit"),
+    ("IF_BIT_SET",       2, 2,   "IF_BIT_SET name bit"),
+    ("IF_BIT_CLEAR",     2, 2,   "IF_BIT_CLEAR name bit"),
+    ("BUS",              10, 10, "BUS dest source p7 p6 p5 p4 p3 p2 p1 p0"),
     ("EQU",              2, 2,   "EQU op1 op2"),
     ("NEQ",              2, 2,   "NEQ op1 op2"),
     ("GRT",              2, 2,   "GRT op1 op2"),
@@ -58,11 +78,10 @@ pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 45] = [
 
 /// Elements of LDmicro 5 that are not supported.
 #[rustfmt::skip]
-pub(crate) const UNSUPPORTED_KEYWORDS: [&str; 59] = [
+pub(crate) const UNSUPPORTED_KEYWORDS: [&str; 39] = [
     "TIME2COUNT", "TIME2DELAY", "DELAY", "SLEEP", "CLRWDT", "LOCK", "GOTO", "GOSUB", "RETURN",
     "LABEL", "SUBPROG", "ENDSUB", "NPULSE", "NPULSE_OFF", "PULSER", "STEPPER",
-    "QUAD_ENCOD", "MOD", "AND", "OR", "XOR", "NOT", "NEG", "SHL", "SHR", "SR0", "ROL", "ROR", "SET_BIT", "CLEAR_BIT",
-    "IF_BIT_SET", "IF_BIT_CLEAR", "BIN2BCD", "BCD2BIN", "SWAP", "OPPOSITE", "BUS", "7SEGMENTS", "9SEGMENTS", "14SEGMENTS",
+    "QUAD_ENCOD", "7SEGMENTS", "9SEGMENTS", "14SEGMENTS",
     "16SEGMENTS", "RANDOM", "SEED_RANDOM", "STRING", "SPI", "SPI_WR", "I2C_RD", "I2C_WR", "UART_RECV_AVAIL",
     "UART_SEND_READY", "UART_RECVn", "UART_SENDn", "CPRINTF", "SPRINTF", "FPRINTF", "PRINTF", "I2C_PRINTF", "ISP_PRINTF",
     "UART_PRINTF",

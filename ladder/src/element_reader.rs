@@ -6,7 +6,9 @@ use crate::codes;
 use crate::counted_elements;
 use crate::element_keywords::{ANY_COUNT, ELEMENT_KEYWORDS, ElementKeyword, UNSUPPORTED_KEYWORDS};
 use crate::lexer::{self, LdLine, LdToken};
-use crate::model::{CompareOp, CounterKind, Element, LadderDialect, LadderOperand, MathOp, TimerKind};
+use crate::model::{
+    CompareOp, CounterKind, Element, LadderDialect, LadderOperand, MathOp, ShiftOp, TimerKind, UnaryOp,
+};
 use crate::reader::{LdReader, message_text};
 
 /// Reads one element; returns `None` after it has reported at least one error.
@@ -113,6 +115,30 @@ fn build_element(r: &mut LdReader<'_>, line: &LdLine<'_>, row: &ElementKeyword, 
         ("SUB", [d, a, b]) => read_math(r, MathOp::Sub, keyword, [*d, *a, *b])?,
         ("MUL", [d, a, b]) => read_math(r, MathOp::Mul, keyword, [*d, *a, *b])?,
         ("DIV", [d, a, b]) => read_math(r, MathOp::Div, keyword, [*d, *a, *b])?,
+        ("MOD", [d, a, b]) => read_math(r, MathOp::Mod, keyword, [*d, *a, *b])?,
+        ("AND", [d, a, b]) => read_math(r, MathOp::And, keyword, [*d, *a, *b])?,
+        ("OR", [d, a, b]) => read_math(r, MathOp::Or, keyword, [*d, *a, *b])?,
+        ("XOR", [d, a, b]) => read_math(r, MathOp::Xor, keyword, [*d, *a, *b])?,
+        ("NOT", [dest, src]) => read_unary(r, UnaryOp::Not, keyword, *dest, *src)?,
+        ("NEG", [dest, src]) => read_unary(r, UnaryOp::Neg, keyword, *dest, *src)?,
+        ("SWAP", [dest, src]) => read_unary(r, UnaryOp::Swap, keyword, *dest, *src)?,
+        ("OPPOSITE", [dest, src]) => read_unary(r, UnaryOp::Opposite, keyword, *dest, *src)?,
+        ("BIN2BCD", [dest, src]) => read_unary(r, UnaryOp::BinToBcd, keyword, *dest, *src)?,
+        ("BCD2BIN", [dest, src]) => read_unary(r, UnaryOp::BcdToBin, keyword, *dest, *src)?,
+        ("SHL", [d, a, n]) => read_shift(r, ShiftOp::Shl, keyword, [*d, *a, *n])?,
+        ("SHR", [d, a, n]) => read_shift(r, ShiftOp::Shr, keyword, [*d, *a, *n])?,
+        ("SR0", [d, a, n]) => read_shift(r, ShiftOp::Sr0, keyword, [*d, *a, *n])?,
+        ("ROL", [d, a, n]) => read_shift(r, ShiftOp::Rol, keyword, [*d, *a, *n])?,
+        ("ROR", [d, a, n]) => read_shift(r, ShiftOp::Ror, keyword, [*d, *a, *n])?,
+        ("SET_BIT" | "CLEAR_BIT", [name, bit]) => {
+            let (name, bit) = (read_destination(r, keyword, *name), read_operand(r, keyword, *bit));
+            Element::BitWrite { name: name?, bit: bit?, value: keyword == "SET_BIT" }
+        }
+        ("IF_BIT_SET" | "IF_BIT_CLEAR", [name, bit]) => {
+            let (name, bit) = (r.read_integer_name(keyword, *name), read_operand(r, keyword, *bit));
+            Element::BitTest { name: name?, bit: bit?, value: keyword == "IF_BIT_SET" }
+        }
+        ("BUS", [dest, src, targets @ ..]) => read_bus(r, keyword, *dest, *src, targets)?,
         ("EQU", [a, b]) => read_compare(r, CompareOp::Equ, keyword, [*a, *b])?,
         ("NEQ", [a, b]) => read_compare(r, CompareOp::Neq, keyword, [*a, *b])?,
         ("GRT", [a, b]) => read_compare(r, CompareOp::Grt, keyword, [*a, *b])?,
@@ -253,6 +279,39 @@ fn read_math(r: &mut LdReader<'_>, op: MathOp, keyword: &'static str, args: [LdT
     let (dest, op1, op2) =
         (read_destination(r, keyword, dest), read_operand(r, keyword, op1), read_operand(r, keyword, op2));
     Some(Element::Math { op, dest: dest?, op1: op1?, op2: op2? })
+}
+
+fn read_unary(
+    r: &mut LdReader<'_>,
+    op: UnaryOp,
+    keyword: &'static str,
+    dest: LdToken<'_>,
+    src: LdToken<'_>,
+) -> Option<Element> {
+    let (dest, src) = (read_destination(r, keyword, dest), read_operand(r, keyword, src));
+    Some(Element::Unary { op, dest: dest?, src: src? })
+}
+
+fn read_shift(r: &mut LdReader<'_>, op: ShiftOp, keyword: &'static str, args: [LdToken<'_>; 3]) -> Option<Element> {
+    let [dest, src, count] = args;
+    let (dest, src, count) =
+        (read_destination(r, keyword, dest), read_operand(r, keyword, src), read_operand(r, keyword, count));
+    Some(Element::Shift { op, dest: dest?, src: src?, count: count? })
+}
+
+/// The text begins with where bit 7 goes.
+fn read_bus(
+    r: &mut LdReader<'_>,
+    keyword: &'static str,
+    dest: LdToken<'_>,
+    src: LdToken<'_>,
+    targets: &[LdToken<'_>],
+) -> Option<Element> {
+    let (dest, src) = (read_destination(r, keyword, dest), read_operand(r, keyword, src));
+    let read: Vec<Option<u32>> = targets.iter().map(|t| r.read_u32(*t, "a bit of BUS", 0, 7)).collect();
+    let read: Vec<u8> =
+        read.into_iter().rev().map(|bit| bit.and_then(|bit| u8::try_from(bit).ok())).collect::<Option<_>>()?;
+    Some(Element::Bus { dest: dest?, src: src?, targets: read.try_into().ok()? })
 }
 
 fn read_compare(r: &mut LdReader<'_>, op: CompareOp, keyword: &'static str, args: [LdToken<'_>; 2]) -> Option<Element> {

@@ -52,9 +52,30 @@ pub(crate) fn element_symbol(element: &Element) -> (String, String) {
                 MathOp::Sub => '-',
                 MathOp::Mul => '*',
                 MathOp::Div => '/',
+                MathOp::Mod => '%',
+                MathOp::And => '&',
+                MathOp::Or => '|',
+                MathOp::Xor => '^',
             };
             let sum = format!("{} {sign} {}", write::operand_text(op1), write::operand_text(op2));
             in_brackets("{", &format!("{} {dest} :=", write::math_keyword(*op)), &sum, "}")
+        }
+        Element::Unary { op, dest, src } => {
+            in_brackets("{", &format!("{} {dest} :=", write::unary_keyword(*op)), write::operand_text(src), "}")
+        }
+        Element::Shift { op, dest, src, count } => {
+            let shifted = format!("{} by {}", write::operand_text(src), write::operand_text(count));
+            in_brackets("{", &format!("{} {dest} :=", write::shift_keyword(*op)), &shifted, "}")
+        }
+        Element::BitWrite { name, bit, value } => {
+            in_brackets("{", write::bit_write_keyword(*value), &format!("{name}.{}", write::operand_text(bit)), "}")
+        }
+        Element::BitTest { name, bit, value } => {
+            in_brackets("[", write::bit_test_keyword(*value), &format!("{name}.{}", write::operand_text(bit)), "]")
+        }
+        Element::Bus { dest, src, targets } => {
+            let to: String = targets.iter().rev().map(u8::to_string).collect();
+            in_brackets("{", &format!("BUS {dest} :="), &format!("{} to {to}", write::operand_text(src)), "}")
         }
         Element::Compare { op, op1, op2 } => {
             let sign = match op {

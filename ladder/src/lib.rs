@@ -3,6 +3,7 @@
 //! This crate does not define what a program computes. `ladder-eval` and `ladder-compile` do, independently.
 #![forbid(unsafe_code)]
 
+mod bit_checks;
 mod check;
 mod codes;
 mod counted_elements;
@@ -16,6 +17,8 @@ mod integer_widths;
 mod lexer;
 mod list_lines;
 pub mod model;
+mod operations;
+mod operators;
 mod packages;
 mod parse;
 mod peripheral_checks;

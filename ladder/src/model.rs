@@ -8,6 +8,8 @@ use diag::Pos;
 use serde::Serialize;
 
 use crate::element_facts::ChipPart;
+pub use crate::operations::{CounterKind, TimerKind};
+pub use crate::operators::{CompareOp, MathOp, ShiftOp, UnaryOp};
 
 /// Dialect: the set of rules that gives the elements their meaning. The same text may behave differently
 /// under each, so a program always states its dialect.
@@ -166,68 +168,6 @@ pub enum LadderOperand {
     },
 }
 
-/// Kind of timer, by LDmicro's keyword.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum TimerKind {
-    /// Turn-on delay.
-    Ton,
-    /// Turn-off delay.
-    Tof,
-    /// Retentive turn-on delay.
-    Rto,
-    /// Retentive turn-on delay of a rung that is false (LDmicro 5).
-    Rtl,
-    /// Cyclic on and off (LDmicro 5).
-    Tcy,
-    /// One pulse of ones (LDmicro 5).
-    Thi,
-    /// One pulse of zeros (LDmicro 5).
-    Tlo,
-}
-
-/// Kind of counter, by LDmicro's keyword.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum CounterKind {
-    /// Counts up.
-    Ctu,
-    /// Counts down.
-    Ctd,
-    /// Circular, up.
-    Ctc,
-    /// Circular, down (LDmicro 5).
-    Ctr,
-}
-
-/// Arithmetic operation with two operands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum MathOp {
-    /// `op1 + op2`.
-    Add,
-    /// `op1 - op2`.
-    Sub,
-    /// `op1 * op2`.
-    Mul,
-    /// `op1 / op2`.
-    Div,
-}
-
-/// Signed comparison.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum CompareOp {
-    /// `op1 == op2`.
-    Equ,
-    /// `op1 != op2`.
-    Neq,
-    /// `op1 > op2`.
-    Grt,
-    /// `op1 >= op2`.
-    Geq,
-    /// `op1 < op2`.
-    Les,
-    /// `op1 <= op2`.
-    Leq,
-}
-
 /// An element (leaf) of a rung.
 ///
 /// Names keep their first letter: X input, Y output, R internal relay, T timer, C counter, A analog. Any
@@ -315,7 +255,7 @@ pub enum Element {
         /// Source.
         src: LadderOperand,
     },
-    /// `ADD|SUB|MUL|DIV dest op1 op2`.
+    /// `ADD|SUB|MUL|DIV|MOD|AND|OR|XOR dest op1 op2`.
     Math {
         /// Operation.
         op: MathOp,
@@ -325,6 +265,53 @@ pub enum Element {
         op1: LadderOperand,
         /// Right operand.
         op2: LadderOperand,
+    },
+    /// `NOT|NEG|SWAP|OPPOSITE|BIN2BCD|BCD2BIN dest src`.
+    Unary {
+        /// Which operation.
+        op: UnaryOp,
+        /// Destination.
+        dest: String,
+        /// Operand.
+        src: LadderOperand,
+    },
+    /// `SHL|SHR|SR0|ROL|ROR dest src count`.
+    Shift {
+        /// Which operation.
+        op: ShiftOp,
+        /// Destination.
+        dest: String,
+        /// What is shifted.
+        src: LadderOperand,
+        /// By how many bits.
+        count: LadderOperand,
+    },
+    /// `SET_BIT|CLEAR_BIT name bit`.
+    BitWrite {
+        /// The integer.
+        name: String,
+        /// Number of the bit, from 0.
+        bit: LadderOperand,
+        /// True: SET_BIT.
+        value: bool,
+    },
+    /// `IF_BIT_SET|IF_BIT_CLEAR name bit`.
+    BitTest {
+        /// The integer.
+        name: String,
+        /// Number of the bit, from 0.
+        bit: LadderOperand,
+        /// True: IF_BIT_SET.
+        value: bool,
+    },
+    /// `BUS dest src p7 .. p0`.
+    Bus {
+        /// Destination.
+        dest: String,
+        /// Source.
+        src: LadderOperand,
+        /// Per bit of the source's low byte, from bit 0: the bit of the destination that it goes to, 0 to 7.
+        targets: [u8; 8],
     },
     /// `EQU|NEQ|GRT|GEQ|LES|LEQ op1 op2`.
     Compare {

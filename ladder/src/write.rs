@@ -6,7 +6,7 @@ use diag::text::{TextEncoding, to_code_page};
 
 use crate::model::{
     CompareOp, CounterKind, Element, LadderOperand, LadderProgram, LdFormat, MathOp, ProgramSettings, RungNode,
-    TimerKind,
+    ShiftOp, TimerKind, UnaryOp,
 };
 
 /// Writes a program as `.ld` text in LDmicro's layout.
@@ -163,6 +163,20 @@ fn write_element(out: &mut String, element: &Element) -> std::fmt::Result {
         Element::Math { op, dest, op1, op2 } => {
             write!(out, "{} {dest} {} {}", math_keyword(*op), operand_text(op1), operand_text(op2))
         }
+        Element::Unary { op, dest, src } => write!(out, "{} {dest} {}", unary_keyword(*op), operand_text(src)),
+        Element::Shift { op, dest, src, count } => {
+            write!(out, "{} {dest} {} {}", shift_keyword(*op), operand_text(src), operand_text(count))
+        }
+        Element::BitWrite { name, bit, value } => {
+            write!(out, "{} {name} {}", bit_write_keyword(*value), operand_text(bit))
+        }
+        Element::BitTest { name, bit, value } => {
+            write!(out, "{} {name} {}", bit_test_keyword(*value), operand_text(bit))
+        }
+        Element::Bus { dest, src, targets } => {
+            write!(out, "BUS {dest} {}", operand_text(src))?;
+            targets.iter().rev().try_for_each(|bit| write!(out, " {bit}"))
+        }
         Element::Compare { op, op1, op2 } => {
             write!(out, "{} {} {}", compare_keyword(*op), operand_text(op1), operand_text(op2))
         }
@@ -245,7 +259,40 @@ pub(crate) const fn math_keyword(op: MathOp) -> &'static str {
         MathOp::Sub => "SUB",
         MathOp::Mul => "MUL",
         MathOp::Div => "DIV",
+        MathOp::Mod => "MOD",
+        MathOp::And => "AND",
+        MathOp::Or => "OR",
+        MathOp::Xor => "XOR",
     }
+}
+
+pub(crate) const fn unary_keyword(op: UnaryOp) -> &'static str {
+    match op {
+        UnaryOp::Not => "NOT",
+        UnaryOp::Neg => "NEG",
+        UnaryOp::Swap => "SWAP",
+        UnaryOp::Opposite => "OPPOSITE",
+        UnaryOp::BinToBcd => "BIN2BCD",
+        UnaryOp::BcdToBin => "BCD2BIN",
+    }
+}
+
+pub(crate) const fn shift_keyword(op: ShiftOp) -> &'static str {
+    match op {
+        ShiftOp::Shl => "SHL",
+        ShiftOp::Shr => "SHR",
+        ShiftOp::Sr0 => "SR0",
+        ShiftOp::Rol => "ROL",
+        ShiftOp::Ror => "ROR",
+    }
+}
+
+pub(crate) const fn bit_write_keyword(value: bool) -> &'static str {
+    if value { "SET_BIT" } else { "CLEAR_BIT" }
+}
+
+pub(crate) const fn bit_test_keyword(value: bool) -> &'static str {
+    if value { "IF_BIT_SET" } else { "IF_BIT_CLEAR" }
 }
 
 /// Keyword of a comparison in `.ld` text.

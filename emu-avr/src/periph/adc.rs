@@ -26,8 +26,7 @@ const ADTS: u8 = 7;
 
 /// Cycles from the edge of a trigger to the reset of the prescaler (24.4: three cycles of synchronization).
 const SYNC_CYCLES: u64 = 3;
-/// Half clocks from the start of a conversion to its sample and to its end (table 24-1). Index 1 is for the
-/// first conversion after ADEN.
+/// Half clocks from the start of a conversion to its sample and end (table 24-1); index 1: first after ADEN.
 const HALF_CLOCKS: [(u64, u64); 2] = [(3, 26), (27, 50)];
 
 /// A conversion in progress, or one that waits for its first clock edge.
@@ -88,8 +87,7 @@ state! {
 }
 
 impl AvrAdc {
-    /// Returns the converter after power-on: AVCC and AREF at 5 V, all pins at 0 V, the temperature sensor at
-    /// 25 °C (314 mV, table 24-2).
+    /// Returns the converter after power-on: AVCC and AREF 5 V, pins 0 V, 25 °C (314 mV, table 24-2).
     #[must_use]
     pub fn new(kind: AvrAdcKind) -> AvrAdc {
         AvrAdc {
@@ -113,7 +111,6 @@ impl AvrAdc {
     }
 
     /// Sets the voltage on ADC`channel` (0 to 7) or of the temperature sensor (8), from the edge `t` on.
-    /// Other channels are ignored.
     pub fn set_millivolts(&mut self, channel: u8, millivolts: u32, t: u64) {
         self.advance(t);
         if let Some(level) = self.levels.get_mut(usize::from(channel)) {
@@ -133,8 +130,7 @@ impl AvrAdc {
         self.avcc = millivolts;
     }
 
-    /// Returns the trigger source whose flag starts conversions: ADTS, if ADEN and ADATE are set and ADTS is
-    /// not 0 (table 24-6).
+    /// Returns the trigger source that starts conversions: ADTS, if ADEN, ADATE and ADTS are set (table 24-6).
     #[must_use]
     pub fn listened_trigger(&self) -> Option<u8> {
         (self.adcsra & (ADEN | ADATE) == ADEN | ADATE && self.source() != 0).then_some(self.source())
@@ -153,15 +149,13 @@ impl AvrAdc {
         }
     }
 
-    /// Starts a conversion because idle or ADC noise reduction sleep is entered at the edge `t`, if the
-    /// converter is on and idle (10.3, 10.4).
+    /// Starts a conversion on entry to idle or ADC noise reduction sleep at the edge `t` (10.3, 10.4).
     pub fn on_core_halted(&mut self, t: u64) {
         self.advance(t);
         self.start_conversion(self.to_adc_time(t));
     }
 
-    /// Returns the channel that the comparator uses instead of AIN1: it does if ACME is set and ADEN clear
-    /// (table 23-1).
+    /// Returns the channel that the comparator uses instead of AIN1, if ACME is set and ADEN clear (table 23-1).
     #[must_use]
     pub fn comparator_channel(&self) -> Option<u8> {
         (self.adcsrb & ACME != 0 && !self.enabled()).then_some(self.admux & 7)
@@ -205,8 +199,7 @@ impl AvrAdc {
         half_period(self.adcsra)
     }
 
-    /// Number of edges of the converter's clock, rising and falling, from the origin up to `t`. Odd edges
-    /// rise.
+    /// Number of edges of the converter's clock from the origin up to `t`; odd edges rise.
     fn edges(&self, t: u64) -> u64 {
         t.saturating_sub(self.origin) / self.half_period()
     }
@@ -293,8 +286,7 @@ impl AvrAdc {
         });
     }
 
-    /// Returns the result for the channel and reference in `admux` (24.7). A reserved reference acts as AREF;
-    /// an input that does not exist is at 0 V.
+    /// Returns the result for `admux` (24.7). A reserved reference acts as AREF, a missing input is at 0 V.
     fn code(&self, admux: u8) -> u16 {
         let reference = match admux >> 6 {
             1 => self.avcc,

@@ -2,7 +2,7 @@
 //! that are also operands.
 
 use ladder::format::{StringPiece, split_format_string};
-use ladder::{CompareOp, CounterKind, Element, LadderOperand, MathOp, TimerKind};
+use ladder::{CompareOp, CounterKind, Element, LadderOperand, MathOp, ShiftOp, TimerKind, UnaryOp};
 
 use super::generator::ProgramGenerator;
 use super::program_style::ElementSort;
@@ -67,6 +67,10 @@ pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> 
             let (dest, op1, op2) = (random_integer(draw), random_operand(draw), random_operand(draw));
             Element::Math { op, dest, op1, op2 }
         }
+        ElementSort::BitTest => {
+            Element::BitTest { name: random_integer(draw), bit: random_bit_number(draw), value: draw.rng.one_in(2) }
+        }
+        ElementSort::Bits => random_bit_element(draw),
         ElementSort::Shift => Element::ShiftRegister { name: "s".to_owned(), stages: 1 + draw.rng.below(5) as u32 },
         ElementSort::Table => random_table(draw),
         ElementSort::Curve => random_curve(draw),
@@ -79,6 +83,47 @@ pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> 
         }
         ElementSort::Persist => Element::Persist { name: random_integer(draw) },
         ElementSort::Master => Element::MasterRelay,
+    }
+}
+
+/// What LDmicro 5 does with the bits of integers.
+fn random_bit_element(draw: &mut ProgramGenerator) -> Element {
+    let (dest, src) = (random_integer(draw), random_operand(draw));
+    match draw.rng.below(8) {
+        0 | 1 => {
+            let op = draw.pick(&[MathOp::Mod, MathOp::And, MathOp::Or, MathOp::Xor]);
+            Element::Math { op, dest, op1: src, op2: random_operand(draw) }
+        }
+        2 | 3 => {
+            use UnaryOp::{BcdToBin, BinToBcd, Neg, Not, Opposite, Swap};
+            Element::Unary { op: draw.pick(&[Not, Neg, Swap, Opposite, BinToBcd, BcdToBin]), dest, src }
+        }
+        4 | 5 => {
+            let op = draw.pick(&[ShiftOp::Shl, ShiftOp::Shr, ShiftOp::Sr0, ShiftOp::Rol, ShiftOp::Ror]);
+            // Up to the bits that every operand has.
+            let constant = constant_operand(draw.rng.below(9) as i64);
+            let count = if draw.rng.one_in(2) { constant } else { LadderOperand::Var(random_integer(draw)) };
+            Element::Shift { op, dest, src, count }
+        }
+        6 => Element::BitWrite { name: dest, bit: random_bit_number(draw), value: draw.rng.one_in(2) },
+        _ => {
+            let mut targets = [0, 1, 2, 3, 4, 5, 6, 7];
+            targets.iter_mut().for_each(|to| {
+                if draw.rng.one_in(2) {
+                    *to = draw.rng.below(8) as u8;
+                }
+            });
+            Element::Bus { dest, src, targets }
+        }
+    }
+}
+
+/// A bit of an integer, or one just beyond its ends.
+fn random_bit_number(draw: &mut ProgramGenerator) -> LadderOperand {
+    match draw.rng.below(4) {
+        0 => constant_operand(draw.pick(&[-1, 7, 8, 15, 16, 31, 32])),
+        1 | 2 => constant_operand(draw.rng.below(16) as i64),
+        _ => LadderOperand::Var(random_integer(draw)),
     }
 }
 

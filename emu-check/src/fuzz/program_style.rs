@@ -53,6 +53,8 @@ pub(super) enum ElementSort {
     Res,
     Move,
     Math,
+    BitTest,
+    Bits,
     Shift,
     Table,
     Curve,
@@ -72,6 +74,7 @@ const SORTS: &[(ElementSort, ProgramProfile, u64, bool)] = &[
     (ElementSort::Counter, ProgramProfile::Bits,    4, false),
     (ElementSort::Wire,    ProgramProfile::Bits,    2, false),
     (ElementSort::Compare, ProgramProfile::Words,   8, false),
+    (ElementSort::BitTest, ProgramProfile::Words,   4, false),
     (ElementSort::Send,    ProgramProfile::Serial,  3, false),
     (ElementSort::Receive, ProgramProfile::Serial,  3, false),
     (ElementSort::Text,    ProgramProfile::Serial,  3, false),
@@ -80,6 +83,7 @@ const SORTS: &[(ElementSort, ProgramProfile, u64, bool)] = &[
     (ElementSort::Master,  ProgramProfile::Bits,    1, true),
     (ElementSort::Move,    ProgramProfile::Words,   5, true),
     (ElementSort::Math,    ProgramProfile::Words,  10, true),
+    (ElementSort::Bits,    ProgramProfile::Words,  25, true),
     (ElementSort::Shift,   ProgramProfile::Words,   2, true),
     (ElementSort::Table,   ProgramProfile::Words,   3, true),
     (ElementSort::Curve,   ProgramProfile::Words,   3, true),
@@ -218,7 +222,9 @@ impl ProgramStyle {
 
     /// Sets the weights of the sorts: those of [`SORTS`], some of them raised.
     fn set_weights(&mut self, rng: &mut Rng) {
-        for &(sort, least, weight, last) in SORTS.iter().filter(|row| row.1 <= self.profile) {
+        let five = self.dialect == LadderDialect::Ldmicro5;
+        let has_meaning = |sort| five || !matches!(sort, ElementSort::BitTest | ElementSort::Bits);
+        for &(sort, least, weight, last) in SORTS.iter().filter(|row| row.1 <= self.profile && has_meaning(row.0)) {
             // The sorts that a profile adds to the next smaller one get a higher weight.
             let own = if least == self.profile && least > ProgramProfile::Words { 3 } else { 1 };
             let raised = weight * own * if rng.one_in(4) { 5 } else { 1 };

@@ -156,6 +156,23 @@ fn simpler_elements(element: &Element) -> Vec<Element> {
                 .into_iter()
                 .for_each(|op2| out.push(Element::Compare { op: *op, op1: op1.clone(), op2 }));
         }
+        Element::Unary { op, dest, src } => {
+            let new = |src| Element::Unary { op: *op, dest: dest.clone(), src };
+            out.extend(simpler_operands(src).into_iter().map(new));
+        }
+        Element::Shift { op, dest, src, count } => {
+            let new = |src, count| Element::Shift { op: *op, dest: dest.clone(), src, count };
+            out.extend(simpler_operands(src).into_iter().map(|src| new(src, count.clone())));
+            out.extend(simpler_operands(count).into_iter().map(|count| new(src.clone(), count)));
+        }
+        Element::BitWrite { name, bit, value } => {
+            let new = |bit| Element::BitWrite { name: name.clone(), bit, value: *value };
+            out.extend(simpler_operands(bit).into_iter().map(new));
+        }
+        Element::BitTest { name, bit, value } => {
+            let new = |bit| Element::BitTest { name: name.clone(), bit, value: *value };
+            out.extend(simpler_operands(bit).into_iter().map(new));
+        }
         Element::Move { dest, src } => {
             out.extend(simpler_operands(src).into_iter().map(|src| Element::Move { dest: dest.clone(), src }));
         }

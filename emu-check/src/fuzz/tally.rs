@@ -188,6 +188,16 @@ fn delicate_features(program: &LadderProgram) -> Vec<&'static str> {
     let (mut coils, mut modules): (HashMap<&str, u32>, HashMap<&str, u32>) = Default::default();
     let mut found = HashSet::new();
     for (_, element, _) in program.elements() {
+        if matches!(
+            element,
+            Element::Unary { .. }
+                | Element::Shift { .. }
+                | Element::BitWrite { .. }
+                | Element::BitTest { .. }
+                | Element::Bus { .. }
+        ) {
+            found.insert("bits of integers");
+        }
         let is = |operand: &LadderOperand, name: &str| matches!(operand, LadderOperand::Var(var) if var == name);
         match element {
             Element::Coil { name, set: false, reset: false, .. } => *coils.entry(name).or_default() += 1,
@@ -195,6 +205,12 @@ fn delicate_features(program: &LadderProgram) -> Vec<&'static str> {
                 *modules.entry(name).or_default() += 1;
             }
             Element::Math { dest, op1, op2, .. } if is(op1, dest) || is(op2, dest) => {
+                _ = found.insert("aliased operands")
+            }
+            Element::Unary { dest, src, .. } | Element::Bus { dest, src, .. } if is(src, dest) => {
+                _ = found.insert("aliased operands")
+            }
+            Element::Shift { dest, src, count, .. } if is(src, dest) || is(count, dest) => {
                 _ = found.insert("aliased operands")
             }
             Element::LookUpTable { dest, index, .. } | Element::PiecewiseLinear { dest, index, .. }

@@ -78,7 +78,10 @@ t   | UART_SEND         | 10
 t   | UART_RECV         | 10
 t   | FORMATTED_STRING  | 10
 t   | aliased operands  | 10
-t   | aliased tables    | 3
+t   | aliased tables    | 1
+t   | IF_BIT_SET        | 8
+t   | IF_BIT_CLEAR      | 8
+t   | bits of integers  | 12
 t   | shared timers or counters    | 10
 t   | integers of several widths   | 15
 p   | READ_ADC          | 15

@@ -370,14 +370,12 @@ impl ProofSpace {
             ArithmeticOp::Add => x + y,
             ArithmeticOp::Sub => x - y,
             ArithmeticOp::Mul => x * y,
-            ArithmeticOp::Div if y == 0 => {
-                if x >= 0 {
-                    -1
-                } else {
-                    1
-                }
-            }
+            ArithmeticOp::Div if y == 0 => 1 - 2 * i64::from(x >= 0),
             ArithmeticOp::Div => x / y,
+            ArithmeticOp::And => x & y,
+            ArithmeticOp::Or => x | y,
+            ArithmeticOp::Xor => x ^ y,
+            ArithmeticOp::Shr => (x & ((1 << (8 * u32::from(bytes))) - 1)) >> y.clamp(0, 63),
         };
         self.term(IntegerTerm::Const(wrapped(value, bytes)))
     }

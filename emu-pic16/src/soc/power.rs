@@ -18,8 +18,7 @@ const BROWN_OUT: [u32; 3] = [3_700, 4_000, 4_350];
 const OSCF: u8 = 0x08;
 /// Minimum duration of a brown-out in microseconds (parameter 35).
 const BROWN_OUT_US: u64 = 100;
-/// Supply in millivolts below which RAM and all state is lost, so that the next rise is a power-on (D003:
-/// near ground).
+/// Supply in millivolts below which all state is lost and the next rise is a power-on (D003: near ground).
 const POWER_OFF_MV: u32 = 700;
 /// Durations in clocks of the oscillator.
 #[derive(Debug, Clone, Copy)]
@@ -65,8 +64,7 @@ impl TimingClocks {
     }
 }
 
-/// Returns the words from 2000h on: those of the image, with missing ones erased; `first` overrides the first
-/// configuration word.
+/// Returns the words from 2000h on, missing ones erased; `first` overrides the first configuration word.
 pub(super) fn config_words(part: &Pic16Part, first: Option<u16>, image: &[u16]) -> [u16; 16] {
     let mut words = [0x3FFF; 16];
     for (word, &given) in words.iter_mut().zip(image) {
@@ -130,8 +128,7 @@ impl ConfigSettings {
     }
 }
 
-/// Returns the program words that the program may write, first and end (exclusive). No chip row has more than
-/// one range.
+/// Returns the program words that the program may write, first and end (exclusive): one range on any chip.
 fn writable(part: &Pic16Part, word: u16) -> (u16, u16) {
     let words = (part.chip.flash_bytes / 2) as u16;
     let may = |addr: &u16| part.config.may_write(word, *addr);
@@ -149,8 +146,7 @@ enum PowerPhase {
     Runs,
     /// Standby, until a wake-up.
     Standby,
-    /// Waits for the start-up timers up to the clock `until`. `woken` is None after a reset; after standby it
-    /// is true if the watchdog ended it.
+    /// Waits for the start-up timers up to the clock `until`. `woken`: None after a reset, true by the watchdog.
     Starts { until: u64, woken: Option<bool> },
     /// Held in reset by the reset pin or by the supply.
     Held,
@@ -209,8 +205,7 @@ impl PowerState {
         if start < self.brown_out_at { start } else { self.brown_out_at }
     }
 
-    /// Reports whether the chip is in reset at the clock `t`, or was off before it: then pin changes are not
-    /// visible to a program.
+    /// Reports whether the chip is in reset at the clock `t`, or was off: no program sees pin changes then.
     pub(super) const fn in_reset(&self, t: u64) -> bool {
         t == 0 || matches!(self.state, PowerPhase::Held | PowerPhase::Starts { woken: None, .. })
     }
@@ -315,8 +310,7 @@ impl Pic16Soc {
         matches!(self.power.state, PowerPhase::Standby | PowerPhase::Starts { woken: Some(_), .. })
     }
 
-    /// Executes SLEEP in the machine cycle `now`; returns false if an enabled flag is set, which makes it a
-    /// NOP (12.13.1).
+    /// Executes SLEEP in the cycle `now`; returns false if an enabled flag makes it a NOP (12.13.1).
     pub fn sleep(&mut self, now: u64) -> bool {
         self.run(4 * now + 3);
         let t = 4 * now + 4;

@@ -9,7 +9,7 @@ use super::layout::AvrCellPlace;
 use super::registers::{A, B, LOW_ZERO, SCRATCH, ZERO};
 use super::runtime::{AvrRoutine, negate};
 use super::select::AvrSelector;
-use crate::ir::{ArithmeticOp, WordId, WordOperand};
+use crate::ir::{ArithmeticOp, WordId, WordOperand, shift_count};
 
 /// Registers of a value, least significant byte first.
 pub type RegisterQuad = [i32; 4];
@@ -228,6 +228,10 @@ impl AvrSelector<'_> {
             }
             (ArithmeticOp::Sub, a, b) => self.add_or_subtract((Kind::Sub, Kind::Sbc), dst, a, b),
             (ArithmeticOp::Mul, a, b) => self.multiply(dst, a, b),
+            (ArithmeticOp::And, a, b) => self.add_or_subtract((Kind::And, Kind::And), dst, a, b),
+            (ArithmeticOp::Or, a, b) => self.add_or_subtract((Kind::Or, Kind::Or), dst, a, b),
+            (ArithmeticOp::Xor, a, b) => self.add_or_subtract((Kind::Eor, Kind::Eor), dst, a, b),
+            (ArithmeticOp::Shr, a, b) => self.shift_right(dst, a, shift_count(b)),
             (ArithmeticOp::Div, a, b) => {
                 self.operands(a, b, width);
                 self.routine(AvrRoutine::Divide(width as u8, self.signed_divisors));
@@ -242,7 +246,7 @@ impl AvrSelector<'_> {
         self.load_value(a, width, A);
     }
 
-    /// Emits dst := a + b or a - b.
+    /// Emits dst := a + b or a - b, or a bitwise operation.
     fn add_or_subtract(&mut self, (first, further): (Kind, Kind), dst: WordId, a: WordOperand, b: WordOperand) {
         let width = self.bytes(dst);
         let constant = matches!(a, WordOperand::Const(_));
@@ -267,6 +271,26 @@ impl AvrSelector<'_> {
         } else {
             self.store_registers(dst, A);
         }
+    }
+
+    /// Emits dst := a shifted right by a constant, zeros coming in: whole bytes are moved, the rest bit by bit.
+    fn shift_right(&mut self, dst: WordId, a: WordOperand, count: usize) {
+        let width = self.bytes(dst);
+        self.load_value(a, width, A);
+        let (skipped, bits) = (count / 8, count % 8);
+        if skipped > 0 {
+            for n in 0..width {
+                let from = if n + skipped < width { A[n + skipped] } else { ZERO };
+                self.asm.op(Kind::Mov, &[A[n], from]);
+            }
+        }
+        for _ in 0..bits {
+            for n in (0..width.saturating_sub(skipped)).rev() {
+                let top = n + skipped + 1 == width;
+                self.asm.op(if top { Kind::Lsr } else { Kind::Ror }, &[A[n]]);
+            }
+        }
+        self.store_registers(dst, A);
     }
 
     /// Emits dst := -b.

@@ -5,7 +5,8 @@ use ladder::ElementId;
 use super::names::comment_text;
 use super::tables::{TableElement, table_element};
 use crate::ir::{
-    ArithmeticOp, BitId, BranchCondition, Ir, IrOp, LogicOp, RelationOp, WordComparison, WordId, WordOperand, min_bytes,
+    ArithmeticOp, BitId, BranchCondition, Ir, IrOp, LogicOp, RelationOp, WordComparison, WordId, WordOperand,
+    min_bytes, shift_count,
 };
 
 /// How a source spells each cell: as an expression that can be read and assigned.
@@ -224,17 +225,32 @@ impl<'a> StatementWriter<'a> {
         let width = self.ir.bytes(dst);
         // Compilers warn about constants that wrap.
         if let (WordOperand::Const(a), WordOperand::Const(b)) = (a, b) {
-            return literal(wrap_constant(fold_constants(op, a, b), width));
+            return literal(wrap_constant(fold_constants(op, a, b, width), width));
         }
         // SDCC 4.2 turns a long that it finds to be zero into an int and passes only two of its four bytes.
         let zero = WordOperand::Const(0);
-        if (op == ArithmeticOp::Sub && a == b) || (op == ArithmeticOp::Mul && (a == zero || b == zero)) {
+        let is_zero = match op {
+            ArithmeticOp::Sub | ArithmeticOp::Xor => a == b,
+            ArithmeticOp::Mul | ArithmeticOp::And => a == zero || b == zero,
+            ArithmeticOp::Shr => shift_count(b) >= 8 * usize::from(width),
+            ArithmeticOp::Add | ArithmeticOp::Div | ArithmeticOp::Or => false,
+        };
+        if is_zero {
             return literal(0);
         }
-        let sign = match op {
-            ArithmeticOp::Add => '+',
-            ArithmeticOp::Sub => '-',
-            ArithmeticOp::Mul => '*',
+        match op {
+            ArithmeticOp::Add
+            | ArithmeticOp::Sub
+            | ArithmeticOp::Mul
+            | ArithmeticOp::And
+            | ArithmeticOp::Or
+            | ArithmeticOp::Xor => {}
+            ArithmeticOp::Shr => {
+                let mask =
+                    ["0u", "0xFFu", "0xFFFFu", "0xFFFFFFUL", "0xFFFFFFFFUL"].get(usize::from(width)).unwrap_or(&"0u");
+                let count = shift_count(b);
+                return format!("Plc{}(({} & {mask}) >> {count})", 8 * width, self.unsigned(a, width > 2));
+            }
             ArithmeticOp::Div => {
                 let wide = if self.ir.width(op, dst, a, b) > 2 { 4 } else { 2 };
                 let quotient = format!("PlcDiv{}({}, {})", 8 * wide, self.value(a), self.value(b));
@@ -244,7 +260,7 @@ impl<'a> StatementWriter<'a> {
         // Unsigned arithmetic wraps. Products of shorts do not overflow an int, because the operands are at
         // least `unsigned`.
         let wide = width > 2;
-        format!("Plc{}({} {sign} {})", 8 * width, self.unsigned(a, wide), self.unsigned(b, wide))
+        format!("Plc{}({} {} {})", 8 * width, self.unsigned(a, wide), op.sign(), self.unsigned(b, wide))
     }
 
     /// Converts a value of `bytes` bytes to the width of the destination. With `short` the expression is no
@@ -352,8 +368,15 @@ pub(super) fn literal(constant: i32) -> String {
 }
 
 /// Low four bytes of the result of an operation on constants.
-fn fold_constants(op: ArithmeticOp, a: i32, b: i32) -> i32 {
+fn fold_constants(op: ArithmeticOp, a: i32, b: i32, width: u8) -> i32 {
     match (op, b) {
+        (ArithmeticOp::And, b) => a & b,
+        (ArithmeticOp::Or, b) => a | b,
+        (ArithmeticOp::Xor, b) => a ^ b,
+        (ArithmeticOp::Shr, b) => {
+            let bits = u32::MAX >> (32 - 8 * u32::from(width.clamp(1, 4)));
+            (a as u32 & bits).checked_shr(shift_count(WordOperand::Const(b)) as u32).unwrap_or(0) as i32
+        }
         (ArithmeticOp::Add, b) => a.wrapping_add(b),
         (ArithmeticOp::Sub, b) => a.wrapping_sub(b),
         (ArithmeticOp::Mul, b) => a.wrapping_mul(b),

@@ -53,6 +53,7 @@ mod code {
     pub(super) const MORE: u8 = 0x3E;
     /// Decrements a word.
     pub(super) const LESS: u8 = 0x3F;
+    pub(super) const BITWISE: u8 = 0x40;
     pub(super) const SHORT_AND: u8 = 0x80;
     pub(super) const SHORT_AND_NOT: u8 = 0xA0;
     pub(super) const SHORT_LOAD: u8 = 0xC0;
@@ -360,13 +361,17 @@ impl BytecodeWriter {
                 self.word(out, dst);
             }
             _ => {
-                let number = match op {
-                    ArithmeticOp::Add => 0,
-                    ArithmeticOp::Sub => 1,
-                    ArithmeticOp::Mul => 2,
-                    ArithmeticOp::Div => 3,
+                let operation = match op {
+                    ArithmeticOp::Add => code::MATH,
+                    ArithmeticOp::Sub => code::MATH | 1 << 2,
+                    ArithmeticOp::Mul => code::MATH | 2 << 2,
+                    ArithmeticOp::Div => code::MATH | 3 << 2,
+                    ArithmeticOp::And => code::BITWISE,
+                    ArithmeticOp::Or => code::BITWISE | 1 << 2,
+                    ArithmeticOp::Xor => code::BITWISE | 2 << 2,
+                    ArithmeticOp::Shr => code::BITWISE | 3 << 2,
                 };
-                out.push(code::MATH | number << 2 | constant(a) << 1 | constant(b));
+                out.push(operation | constant(a) << 1 | constant(b));
                 self.word(out, dst);
                 self.value(out, a);
                 self.value(out, b);

@@ -15,6 +15,8 @@ pub(super) enum AluOp {
     Addc,
     /// Subtraction with borrow.
     Subb,
+    /// Bitwise AND.
+    Anl,
     /// Bitwise OR.
     Orl,
     /// Bitwise exclusive OR.
@@ -28,6 +30,7 @@ impl AluOp {
             AluOp::Add => [Kind::AddReg, Kind::AddDir, Kind::AddInd, Kind::AddImm],
             AluOp::Addc => [Kind::AddcReg, Kind::AddcDir, Kind::AddcInd, Kind::AddcImm],
             AluOp::Subb => [Kind::SubbReg, Kind::SubbDir, Kind::SubbInd, Kind::SubbImm],
+            AluOp::Anl => [Kind::AnlReg, Kind::AnlDir, Kind::AnlInd, Kind::AnlImm],
             AluOp::Orl => [Kind::OrlReg, Kind::OrlDir, Kind::OrlInd, Kind::OrlImm],
             AluOp::Xrl => [Kind::XrlReg, Kind::XrlDir, Kind::XrlInd, Kind::XrlImm],
         }

@@ -7,7 +7,7 @@ use super::byte_ops::AluOp;
 use super::known_state::ByteOperand;
 use super::registers::{B, DPL};
 use super::select::{Mcs51Selector, PendingCode};
-use crate::ir::{ArithmeticOp, WordId, WordOperand};
+use crate::ir::{ArithmeticOp, WordId, WordOperand, shift_count};
 
 impl Mcs51Selector<'_> {
     /// Bytes of a value at `width`, low byte first. The sign of a narrower cell is written to `slot`, using A
@@ -121,7 +121,46 @@ impl Mcs51Selector<'_> {
                 self.multiply_byte(b);
                 self.save(self.layout.word(dst));
             }
+            (ArithmeticOp::And, ..) => self.bitwise(AluOp::Anl, dst, a, b, live),
+            (ArithmeticOp::Or, ..) => self.bitwise(AluOp::Orl, dst, a, b, live),
+            (ArithmeticOp::Xor, ..) => self.bitwise(AluOp::Xrl, dst, a, b, live),
+            (ArithmeticOp::Shr, ..) => self.shift_right(dst, a, shift_count(b), live),
             (ArithmeticOp::Mul | ArithmeticOp::Div, ..) => self.call_subroutine(op, dst, a, b, live),
+        }
+    }
+
+    /// dst := an operation on the bits of a and b.
+    fn bitwise(&mut self, op: AluOp, dst: WordId, a: WordOperand, b: WordOperand, live: bool) {
+        let width = self.ir.bytes(dst);
+        // The sign of a narrower operand costs the carry.
+        if self.is_narrower(a, width) || self.is_narrower(b, width) {
+            self.save_carry(live);
+        }
+        let pairs = self.operand_byte_pairs(a, b, width);
+        for (at, (a, b)) in self.byte_addresses(dst).into_iter().zip(pairs) {
+            self.load(a);
+            self.alu(op, b);
+            self.save(at);
+        }
+    }
+
+    /// dst := a shifted right by a constant, zeros coming in: whole bytes are moved, the rest bit by bit.
+    fn shift_right(&mut self, dst: WordId, a: WordOperand, count: usize, live: bool) {
+        self.save_carry(live);
+        let places = self.byte_addresses(dst);
+        let bytes = self.operand_bytes(a, self.ir.bytes(dst), B);
+        let (skipped, bits) = (count / 8, count % 8);
+        for (n, &at) in places.iter().enumerate() {
+            self.copy(at, bytes.get(n + skipped).copied().unwrap_or(ByteOperand::Imm(0)));
+        }
+        for _ in 0..bits {
+            self.emit(Kind::ClrC, &[]);
+            for &at in places.iter().rev().skip(skipped) {
+                self.load(ByteOperand::At(at));
+                self.emit(Kind::RrcA, &[]);
+                self.state.a = None;
+                self.save(at);
+            }
         }
     }
 

@@ -96,9 +96,12 @@ fn own_mutants(ir: &Ir, op: &IrOp) -> Vec<Option<IrOp>> {
                 ArithmeticOp::Add => ArithmeticOp::Sub,
                 ArithmeticOp::Sub | ArithmeticOp::Mul => ArithmeticOp::Add,
                 ArithmeticOp::Div => ArithmeticOp::Mul,
+                ArithmeticOp::And => ArithmeticOp::Or,
+                ArithmeticOp::Or | ArithmeticOp::Xor => ArithmeticOp::And,
+                ArithmeticOp::Shr => ArithmeticOp::Sub,
             };
             // Adding 0 or -32768 is the same as subtracting it.
-            if !matches!(b, WordOperand::Const(0 | -0x8000)) || matches!(op, ArithmeticOp::Mul | ArithmeticOp::Div) {
+            if !matches!(b, WordOperand::Const(0 | -0x8000)) || !matches!(op, ArithmeticOp::Add | ArithmeticOp::Sub) {
                 new(IrOp::Math { op: operator, dst, a, b });
             }
             if matches!(op, ArithmeticOp::Sub | ArithmeticOp::Div) && a != b {

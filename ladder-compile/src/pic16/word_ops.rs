@@ -4,7 +4,7 @@ use emu_pic16::isa::Kind;
 
 use super::select::{Pic16Routine, Pic16Selector};
 use super::writer::{C, STATUS, Z};
-use crate::ir::{ArithmeticOp, WordId, WordOperand};
+use crate::ir::{ArithmeticOp, WordId, WordOperand, shift_count};
 
 impl Pic16Selector<'_, '_> {
     /// Address of scratch operand 0 or 1 of a width: the operands follow the first byte of scratch.
@@ -79,6 +79,16 @@ impl Pic16Selector<'_, '_> {
             (ArithmeticOp::Sub, WordOperand::Cell(a), WordOperand::Cell(b)) => {
                 self.add_or_subtract(ArithmeticOp::Sub, dst, a, b)
             }
+            (ArithmeticOp::And | ArithmeticOp::Or | ArithmeticOp::Xor, WordOperand::Cell(a), WordOperand::Cell(b)) => {
+                let (a, b) = if dst == b { (b, a) } else { (a, b) };
+                self.bitwise(op, dst, a, b);
+            }
+            (ArithmeticOp::And | ArithmeticOp::Or | ArithmeticOp::Xor, a, WordOperand::Const(k))
+            | (ArithmeticOp::And | ArithmeticOp::Or | ArithmeticOp::Xor, WordOperand::Const(k), a) => {
+                self.copy_value(to, bytes, a);
+                (to..to + u16::from(bytes)).zip(k.to_le_bytes()).for_each(|(at, k)| self.bitwise_constant(op, at, k));
+            }
+            (ArithmeticOp::Shr, a, b) => self.shift_right(dst, a, shift_count(b)),
             (ArithmeticOp::Mul | ArithmeticOp::Div, a, b) => {
                 let width = self.ir.width(op, dst, a, b);
                 let (first, second) = (self.operand(0, width), self.operand(1, width));
@@ -93,6 +103,62 @@ impl Pic16Selector<'_, '_> {
                     self.out.byte_op(Kind::Movwf, to + n);
                 }
             }
+        }
+    }
+
+    /// dst := an operation on the bits of cells; b is dst only where a is.
+    fn bitwise(&mut self, op: ArithmeticOp, dst: WordId, a: WordId, b: WordId) {
+        let (to, bytes) = (self.layout.word(dst), self.ir.bytes(dst));
+        let second = self.widened_address(b, bytes, 1);
+        self.copy_value(to, bytes, WordOperand::Cell(a));
+        let kind = match op {
+            ArithmeticOp::And => Kind::AndwfF,
+            ArithmeticOp::Or => Kind::IorwfF,
+            _ => Kind::XorwfF,
+        };
+        for n in 0..u16::from(bytes) {
+            self.out.byte_op(Kind::MovfW, second + n);
+            self.out.byte_op(kind, to + n);
+        }
+    }
+
+    /// A byte := an operation on its bits and those of a constant.
+    fn bitwise_constant(&mut self, op: ArithmeticOp, at: u16, k: u8) {
+        let kind = match (op, k) {
+            (ArithmeticOp::And, 0xFF) | (ArithmeticOp::Or | ArithmeticOp::Xor, 0) => return,
+            (ArithmeticOp::And, 0) => return self.out.byte_op(Kind::Clrf, at),
+            (ArithmeticOp::Xor, 0xFF) => return self.out.byte_op(Kind::ComfF, at),
+            (ArithmeticOp::And, _) => Kind::AndwfF,
+            (ArithmeticOp::Or, _) => Kind::IorwfF,
+            _ => Kind::XorwfF,
+        };
+        self.out.select_bank(self.out.chip.reachable_banks(at));
+        self.out.load_w(k);
+        self.out.byte_op(kind, at);
+    }
+
+    /// dst := a shifted right by a constant, zeros coming in: whole bytes are moved, the rest bit by bit.
+    fn shift_right(&mut self, dst: WordId, a: WordOperand, count: usize) {
+        let (to, bytes) = (self.layout.word(dst), u16::from(self.ir.bytes(dst)));
+        let (skipped, bits) = ((count as u16 / 8).min(bytes), count % 8);
+        let from = match a {
+            WordOperand::Cell(word) if u16::from(self.ir.bytes(word)) >= bytes => self.layout.word(word),
+            _ => {
+                self.copy_value(to, self.ir.bytes(dst), a);
+                to
+            }
+        };
+        let kept = bytes - skipped;
+        if from != to || skipped > 0 {
+            for n in 0..kept {
+                self.out.byte_op(Kind::MovfW, from + skipped + n);
+                self.out.byte_op(Kind::Movwf, to + n);
+            }
+            (kept..bytes).for_each(|n| self.out.byte_op(Kind::Clrf, to + n));
+        }
+        for _ in 0..bits {
+            self.out.set_bit((STATUS, C), false);
+            (0..kept).rev().for_each(|n| self.out.byte_op(Kind::RrfF, to + n));
         }
     }
 

@@ -10,7 +10,7 @@ use std::collections::HashMap;
 
 use ladder::{
     CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
-    PowerEffect, RungNode, TimerKind, VarEntry, WriteMoment,
+    PowerEffect, RungNode, ShiftOp, TimerKind, UnaryOp, VarEntry, WriteMoment,
 };
 use ladder_eval::Evaluator;
 use proptest::prelude::*;
@@ -96,12 +96,36 @@ fn element() -> impl Strategy<Value = Element> {
     let math = (select(vec![MathOp::Add, MathOp::Sub, MathOp::Mul, MathOp::Div]), integer(), operand(), operand())
         .prop_map(|(op, dest, op1, op2)| Element::Math { op, dest, op1, op2 });
     use CompareOp::{Equ, Geq, Grt, Leq, Les, Neq};
+    let bits = bit_element();
     let compare = (select(vec![Equ, Neq, Grt, Geq, Les, Leq]), operand(), operand())
         .prop_map(|(op, op1, op2)| Element::Compare { op, op1, op2 });
     prop_oneof![
         6 => contact, 4 => coil, 4 => plain, 3 => timer, 3 => counter, 1 => res, 1 => mv, 3 => math, 2 => compare,
-        8 => device(),
+        8 => device(), 5 => bits,
     ]
+}
+
+/// What LDmicro 5 does with the bits of integers.
+fn bit_element() -> impl Strategy<Value = Element> {
+    use MathOp::{And, Mod, Or, Xor};
+    let math = (select(vec![Mod, And, Or, Xor]), integer(), operand(), operand())
+        .prop_map(|(op, dest, op1, op2)| Element::Math { op, dest, op1, op2 });
+    use UnaryOp::{BcdToBin, BinToBcd, Neg, Not, Opposite, Swap};
+    let unary = (select(vec![Not, Neg, Swap, Opposite, BinToBcd, BcdToBin]), integer(), operand())
+        .prop_map(|(op, dest, src)| Element::Unary { op, dest, src });
+    use ShiftOp::{Rol, Ror, Shl, Shr, Sr0};
+    let count = prop_oneof![select(INTEGERS).prop_map(var), (0..=8i64).prop_map(constant)];
+    let shift = (select(vec![Shl, Shr, Sr0, Rol, Ror]), integer(), operand(), count)
+        .prop_map(|(op, dest, src, count)| Element::Shift { op, dest, src, count });
+    let place = prop_oneof![select(INTEGERS).prop_map(var), (-2..40i64).prop_map(constant)];
+    let bit = (integer(), place, any::<bool>(), any::<bool>()).prop_map(|(name, bit, value, writes)| match writes {
+        true => Element::BitWrite { name, bit, value },
+        false => Element::BitTest { name, bit, value },
+    });
+    let order =
+        prop_oneof![prop::array::uniform8(0..8u8), Just([0, 1, 2, 3, 4, 5, 6, 7]), Just([7, 6, 5, 4, 3, 2, 1, 0])];
+    let bus = (integer(), operand(), order).prop_map(|(dest, src, targets)| Element::Bus { dest, src, targets });
+    prop_oneof![2 => math, 3 => unary, 3 => shift, 3 => bit, 1 => bus]
 }
 
 /// The tables and the elements that use a part of the chip.
@@ -201,6 +225,7 @@ fn only_release_23(series: &mut [RungNode]) {
             }
             Element::Coil { ttrigger, .. } => *ttrigger = None,
             Element::Odr | Element::Odf | Element::Osl | Element::Osc => *element = Element::Short,
+            element if element.facts().needs_ldmicro5 => *element = Element::Short,
             _ => {}
         }
     }

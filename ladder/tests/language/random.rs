@@ -6,7 +6,7 @@ use crate::common;
 use diag::Pos;
 use ladder::{
     CompareOp, CounterKind, Element, IoEntry, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
-    ProgramSettings, Rung, RungNode, SourceStyle, TimerKind, VarEntry,
+    ProgramSettings, Rung, RungNode, ShiftOp, SourceStyle, TimerKind, UnaryOp, VarEntry,
 };
 use proptest::collection::vec;
 use proptest::option;
@@ -38,7 +38,25 @@ fn element() -> impl Strategy<Value = Element> {
     let flag = option::of(0u32..=1);
     let timer = prop_oneof![Just(TimerKind::Ton), Just(TimerKind::Tof), Just(TimerKind::Rto)];
     let counter = prop_oneof![Just(CounterKind::Ctu), Just(CounterKind::Ctd), Just(CounterKind::Ctc)];
-    let math = prop_oneof![Just(MathOp::Add), Just(MathOp::Sub), Just(MathOp::Mul), Just(MathOp::Div)];
+    let math = proptest::sample::select(vec![
+        MathOp::Add,
+        MathOp::Sub,
+        MathOp::Mul,
+        MathOp::Div,
+        MathOp::Mod,
+        MathOp::And,
+        MathOp::Or,
+        MathOp::Xor,
+    ]);
+    let unary = proptest::sample::select(vec![
+        UnaryOp::Not,
+        UnaryOp::Neg,
+        UnaryOp::Swap,
+        UnaryOp::Opposite,
+        UnaryOp::BinToBcd,
+        UnaryOp::BcdToBin,
+    ]);
+    let shift = proptest::sample::select(vec![ShiftOp::Shl, ShiftOp::Shr, ShiftOp::Sr0, ShiftOp::Rol, ShiftOp::Ror]);
     let compare = proptest::sample::select(vec![
         CompareOp::Equ,
         CompareOp::Neq,
@@ -95,6 +113,30 @@ fn element() -> impl Strategy<Value = Element> {
             op1,
             op2,
         })),
+        boxed((unary, integer(), operand()).prop_map(|(op, dest, src)| Element::Unary { op, dest, src })),
+        boxed((shift, integer(), operand(), operand()).prop_map(|(op, dest, src, count)| Element::Shift {
+            op,
+            dest,
+            src,
+            count,
+        })),
+        boxed((integer(), operand(), any::<bool>()).prop_map(|(name, bit, value)| Element::BitWrite {
+            name,
+            bit,
+            value,
+        })),
+        boxed((integer(), operand(), any::<bool>()).prop_map(|(name, bit, value)| Element::BitTest {
+            name,
+            bit,
+            value,
+        })),
+        boxed(
+            (integer(), operand(), proptest::array::uniform8(0u8..8)).prop_map(|(dest, src, targets)| Element::Bus {
+                dest,
+                src,
+                targets,
+            }),
+        ),
         boxed((compare, operand(), operand()).prop_map(|(op, op1, op2)| Element::Compare { op, op1, op2 })),
         boxed((integer(), 1u32..=256).prop_map(|(name, stages)| Element::ShiftRegister { name, stages })),
         boxed(

@@ -4,9 +4,12 @@
 //! results with remainders, stores times as the scan at which something is free again, and computes digits in
 //! closed form. It shares no code with the evaluator except the parser of strings, which is only syntax.
 
+mod bits;
+mod parts;
+
 use std::collections::{HashMap, HashSet};
 
-use ladder::format::{StringPiece, split_format_string};
+use ladder::format::split_format_string;
 use ladder::{
     CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
     RungNode, TimerKind,
@@ -318,8 +321,56 @@ impl NaiveInterpreter {
                         MathOp::Sub => a - b,
                         MathOp::Mul => a * b,
                         MathOp::Div => divide(a, b),
+                        MathOp::Mod => a - b * divide(a, b),
+                        MathOp::And => bitwise(a, b, |x, y| x && y),
+                        MathOp::Or => bitwise(a, b, |x, y| x || y),
+                        MathOp::Xor => bitwise(a, b, |x, y| x != y),
                     };
                     self.store(dest, exact);
+                }
+                power
+            }
+            Element::Unary { op, dest, src } => {
+                if power {
+                    let result = bits::unary(*op, self.operand_value(src), self.operand_bits(src));
+                    self.store(dest, result);
+                }
+                power
+            }
+            Element::Shift { op, dest, src, count } => {
+                if power {
+                    let (value, bits) = (self.operand_value(src), self.operand_bits(src));
+                    self.store(dest, bits::shift(*op, value, bits, self.operand_value(count)));
+                }
+                power
+            }
+            Element::BitWrite { name, bit, value } => {
+                if power {
+                    let mut all = bits::of(self.integer(name), 32);
+                    let at = self.operand_value(bit);
+                    all.iter_mut().zip(0..).filter(|(_, n)| *n == at).for_each(|(held, _)| *held = *value);
+                    self.store(name, bits::number(&all));
+                }
+                power
+            }
+            Element::BitTest { name, bit, value } => {
+                let (held, at) = (self.integer(name), self.operand_value(bit));
+                let is = match at {
+                    0..40 => held.div_euclid(1 << at).rem_euclid(2) == 1,
+                    _ => at > 0 && held < 0,
+                };
+                power && is == *value
+            }
+            Element::Bus { dest, src, targets } => {
+                if power {
+                    let from = bits::of(self.operand_value(src), 8);
+                    let routed = (0..8).map(|place| {
+                        let source = (0..8).rev().find(|&n| targets[n] == place);
+                        i64::from(source.is_some_and(|n| from[n])) * (1 << place)
+                    });
+                    let all_bytes = (0..8).all(|n| usize::from(targets[n]) == n);
+                    let result = if all_bytes { self.operand_value(src) } else { routed.sum() };
+                    self.store(dest, result);
                 }
                 power
             }
@@ -339,56 +390,20 @@ impl NaiveInterpreter {
         }
     }
 
-    /// One scan of a timer that counts to `scans` and, if it is a TOF, begins with `first`.
-    fn timer(&mut self, kind: TimerKind, name: &str, (scans, first): (i64, i64), power: bool, memory: bool) -> bool {
-        if kind == TimerKind::Tof && !memory {
-            self.remembered.insert(self.current_element, true);
-            self.store(name, first);
-        }
-        if kind == TimerKind::Tlo && power {
-            self.armed.insert(self.current_element);
-        }
-        let armed = self.armed.contains(&self.current_element);
-        let t = self.integer(name);
-        // Whether a pulse is under way, or the phase of a cyclic timer.
-        let on = match kind {
-            TimerKind::Thi => memory || power,
-            TimerKind::Tlo => memory || armed && !power,
-            _ => memory,
-        };
-        let (next, out, on) = match (kind, power, t < scans) {
-            (TimerKind::Ton, false, _) => (0, false, on),
-            (TimerKind::Ton, true, true) => (t + 1, false, on),
-            (TimerKind::Ton, true, false) => (t, true, on),
-            (TimerKind::Tof, true, _) => (0, true, on),
-            (TimerKind::Tof, false, true) => (t + 1, true, on),
-            (TimerKind::Tof, false, false) => (t, false, on),
-            (TimerKind::Rto, true, true) | (TimerKind::Rtl, false, true) => (t + 1, false, on),
-            (TimerKind::Rto, false, true) | (TimerKind::Rtl, true, true) => (t, false, on),
-            (TimerKind::Rto | TimerKind::Rtl, _, false) => (t, true, on),
-            (TimerKind::Tcy, false, _) => (0, false, on),
-            (TimerKind::Tcy, true, true) => (t + 1, on, on),
-            (TimerKind::Tcy, true, false) => (0, !on, !on),
-            (TimerKind::Thi, ..) if !on => (t, false, false),
-            (TimerKind::Thi, _, true) => (t + 1, true, true),
-            (TimerKind::Thi, true, false) => (t, false, true),
-            (TimerKind::Thi, false, false) => (0, false, false),
-            (TimerKind::Tlo, ..) if !on => (t, armed, false),
-            (TimerKind::Tlo, _, true) => (t + 1, false, true),
-            (TimerKind::Tlo, true, false) => (0, true, false),
-            (TimerKind::Tlo, false, false) => (t, true, true),
-        };
-        if matches!(kind, TimerKind::Tcy | TimerKind::Thi | TimerKind::Tlo) {
-            self.remembered.insert(self.current_element, on);
-        }
-        self.store(name, next);
-        out
-    }
-
     fn operand_value(&self, operand: &LadderOperand) -> i64 {
         match operand {
             LadderOperand::Var(name) => self.integer(name),
             LadderOperand::Const { value, .. } => *value,
+        }
+    }
+
+    /// The width of a variable, or of the shortest integer that holds a constant, in bits.
+    fn operand_bits(&self, operand: &LadderOperand) -> usize {
+        match operand {
+            LadderOperand::Var(name) => 8 * self.widths[name] as usize,
+            LadderOperand::Const { value, .. } => {
+                8 * (1..=4).find(|&n| wrap_to_bits(*value, 8 * n) == *value).expect("a width") as usize
+            }
         }
     }
 
@@ -411,60 +426,6 @@ impl NaiveInterpreter {
         match operand.into() {
             NarrowOperand::Name(name) => self.widths[name] <= 2,
             NarrowOperand::Value(value) => (-0x8000..0x8000).contains(&value),
-        }
-    }
-
-    fn transmit(&mut self, byte: u8, program: &LadderProgram) {
-        let rate = program.settings.baud.expect("a rate") * program.settings.cycle_us;
-        self.sent = Some(byte);
-        self.line_free = self.now + (10_000_000 / rate + u64::from(10_000_000 % rate != 0)).max(1);
-    }
-
-    fn string(&mut self, pieces: &[StringPiece], var: Option<&str>, program: &LadderProgram) -> bool {
-        let Some(&(at, mut shown)) = self.texts.get(&self.current_element) else { return false };
-        if at < pieces.len() && self.now >= self.line_free {
-            let value = var.map_or(0, |name| self.integer(name));
-            let places = pieces.iter().filter(|p| matches!(p, StringPiece::Digit { .. })).count() as u32;
-            let signed = pieces.contains(&StringPiece::Sign);
-            let byte = match pieces[at] {
-                StringPiece::Byte(byte) => byte,
-                StringPiece::Sign => {
-                    let bits = 8 * self.widths[var.expect("a variable")];
-                    shown = wrap_to_bits(value.abs(), bits);
-                    if value < 0 { b'-' } else { b' ' }
-                }
-                StringPiece::Digit { divisor, first, last } => {
-                    if first && !signed {
-                        shown = value;
-                    }
-                    let above = if first { shown } else { shown % (i64::from(divisor) * 10) };
-                    let blank = shown / i64::from(divisor) == 0 && !last && places > 1;
-                    if blank { b' ' } else { (48 + above / i64::from(divisor)).rem_euclid(256) as u8 }
-                }
-            };
-            self.transmit(byte, program);
-            self.texts.insert(self.current_element, (at + 1, shown));
-        }
-        let left = self.texts[&self.current_element].0 < pieces.len();
-        if !left {
-            self.texts.remove(&self.current_element);
-        }
-        left
-    }
-
-    fn persist(&mut self, name: &str, loaded: bool, program: &LadderProgram) {
-        let (from, count) = (self.addresses[&self.current_element], self.widths[name] as usize);
-        let byte = |value: i64, place: usize| value.div_euclid(256_i64.pow(place as u32)).rem_euclid(256) as u8;
-        let held = |naive: &NaiveInterpreter, place: usize| naive.cells.get(&(from + place)).copied().unwrap_or(255);
-        if !loaded {
-            let value = (0..count).map(|place| i64::from(held(self, place)) * 256_i64.pow(place as u32)).sum();
-            return self.store(name, value);
-        }
-        let value = self.integer(name);
-        if let Some(place) = (0..count).find(|&place| held(self, place) != byte(value, place)) {
-            self.cells.insert(from + place, byte(value, place));
-            let cycle = program.settings.cycle_us;
-            self.cells_free = self.now + 10_000 / cycle + u64::from(10_000 % cycle != 0);
         }
     }
 }
@@ -505,4 +466,10 @@ fn divide(a: i64, b: i64) -> i64 {
         (_, 0) => 1,
         _ => sign * (a.abs() / b.abs()),
     }
+}
+
+/// Bit by bit, on enough bits for any operand.
+fn bitwise(a: i64, b: i64, is: impl Fn(bool, bool) -> bool) -> i64 {
+    let pairs = bits::of(a, 40).into_iter().zip(bits::of(b, 40));
+    bits::number(&pairs.map(|(x, y)| is(x, y)).collect::<Vec<bool>>())
 }

@@ -113,6 +113,10 @@ impl<'a> IrInterpreter<'a> {
                         }
                     }
                     ArithmeticOp::Div => truncate_to_bytes(x / y, self.ir.width(*op, *dst, *a, *b)).into(),
+                    ArithmeticOp::And => x & y,
+                    ArithmeticOp::Or => x | y,
+                    ArithmeticOp::Xor => x ^ y,
+                    ArithmeticOp::Shr => (x & ((1 << (8 * self.ir.bytes(*dst))) - 1)) >> y.clamp(0, 63),
                 };
                 self.put(*dst, result);
             }

@@ -29,8 +29,9 @@ pub mod ops {
     pub const SEND: u32 = 1024;
     pub const RECEIVE: u32 = 2048;
     pub const EEPROM: u32 = 4096;
+    pub const BITWISE: u32 = 8192;
     /// All integer operations, no peripherals, optimised form.
-    pub const INTEGERS: u32 = MOVE | ADD | MUL | DIV | COMPARE | LOOKUP | IF;
+    pub const INTEGERS: u32 = MOVE | ADD | MUL | DIV | BITWISE | COMPARE | LOOKUP | IF;
 }
 
 /// Limits of a generated program.
@@ -261,7 +262,7 @@ impl IrGenerator<'_> {
     fn random_ops(&mut self, depth: u32) -> Vec<IrOp> {
         let mut out = Vec::new();
         let words = self.free > 0;
-        let kinds: Vec<u32> = (0..13)
+        let kinds: Vec<u32> = (0..14)
             .map(|n| 1 << n)
             .filter(|&kind| self.wants(kind) && (words || kind & (ops::IF | ops::LOGIC) != 0))
             .filter(|&kind| depth > 0 || kind & (ops::IF | ops::LOOKUP | ops::SEND | ops::EEPROM) == 0)
@@ -277,11 +278,15 @@ impl IrGenerator<'_> {
                 let bytes = self.widest();
                 IrOp::Move { dst, src: self.value(bytes) }
             }
-            ops::ADD | ops::MUL | ops::DIV => {
+            ops::ADD | ops::MUL | ops::DIV | ops::BITWISE => {
                 let op = match kind {
                     ops::ADD if self.rng.one_in(2) => ArithmeticOp::Add,
                     ops::ADD => ArithmeticOp::Sub,
                     ops::MUL => ArithmeticOp::Mul,
+                    ops::BITWISE => {
+                        let all = [ArithmeticOp::And, ArithmeticOp::Or, ArithmeticOp::Xor, ArithmeticOp::Shr];
+                        all[self.rng.below(4) as usize]
+                    }
                     _ => ArithmeticOp::Div,
                 };
                 let (dst, a) = (self.word(), self.word());
@@ -292,6 +297,10 @@ impl IrGenerator<'_> {
                 let dst = match (self.rng.below(4), a, b) {
                     (0, WordOperand::Cell(word), _) | (1, _, WordOperand::Cell(word)) => word,
                     _ => dst,
+                };
+                let b = match op {
+                    ArithmeticOp::Shr => WordOperand::Const(self.rng.below(8 * u64::from(self.ir.bytes(dst))) as i32),
+                    _ => b,
                 };
                 IrOp::Math { op, dst, a, b }
             }
