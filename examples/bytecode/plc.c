@@ -172,12 +172,9 @@ static void math(unsigned char op)
     case 0x40: x &= y; break;
     case 0x44: x |= y; break;
     case 0x48: x ^= y; break;
-    default:
-        /* All bits of the width, without sign. */
-        if (width[dst] < 4)
-            x &= ((u32)1 << 8 * width[dst]) - 1;
+    default: /* All bits of the width, without sign. */
+        x &= width[dst] < 4 ? ((u32)1 << 8 * width[dst]) - 1 : ~(u32)0;
         x = y > 31 ? 0 : x >> y;
-        break;
     }
     value[dst] = wrap(x, width[dst]);
 }

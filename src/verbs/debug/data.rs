@@ -95,12 +95,38 @@ fn split_assignment(text: &str) -> Option<(&str, String)> {
     (!place.is_empty()).then_some((place, value))
 }
 
-/// `x++`, `--x`: the place, the sign, and whether it comes before the value is read.
-fn counted(text: &str) -> Option<(&str, char, bool)> {
+/// An expression that also counts a place up or down by one: `x++`, `*p++`, `--x`, `*--p`.
+struct CountedExpression<'a> {
+    /// Operators in front of the place, such as `*`; they apply to its value.
+    operators: &'a str,
+    place: &'a str,
+    sign: char,
+    /// The place is counted before its value is read.
+    first: bool,
+}
+
+impl CountedExpression<'_> {
+    fn value_text(&self) -> String {
+        format!("{}{}", self.operators, self.place)
+    }
+}
+
+/// Splits an expression that counts a place, as C binds the operators: `*p++` counts `p`.
+fn counted(text: &str) -> Option<CountedExpression<'_>> {
+    let text = text.trim();
+    let split_operators = |text: &str| text.len() - text.trim_start_matches(['*', '&', '!', '~', ' ']).len();
     ['+', '-'].into_iter().find_map(|sign| {
         let twice = format!("{sign}{sign}");
-        let before = text.strip_prefix(&twice).map(|place| (place.trim(), sign, true));
-        before.or_else(|| Some((text.strip_suffix(&twice)?.trim(), sign, false)))
+        let (operators, rest) = text.split_at(split_operators(text));
+        if let Some(place) = rest.strip_prefix(&twice) {
+            return Some(CountedExpression { operators, place: place.trim(), sign, first: true });
+        }
+        // A minus in front belongs to the operators, too.
+        let at = text.len() - text.trim_start_matches(['*', '&', '!', '~', '-', ' ']).len();
+        let (operators, rest) = text.split_at(at);
+        let place = rest.strip_suffix(&twice)?.trim();
+        // Behind a cast the place does not begin with the text.
+        (!place.starts_with('(')).then_some(CountedExpression { operators, place, sign, first: false })
     })
 }
 
@@ -112,10 +138,11 @@ impl DebugShell {
         format: ExamineFormat,
         out: &mut String,
     ) -> Result<(String, Option<DebugExpression>), String> {
-        if let Some((place, sign, first)) = counted(text).filter(|(place, ..)| self.parse_expression(place).is_ok()) {
-            let old = self.single(place, format)?;
+        if let Some(counted) = counted(text).filter(|counted| self.parse_expression(counted.place).is_ok()) {
+            let (place, sign) = (counted.place, counted.sign);
+            let old = self.single(&counted.value_text(), format)?;
             set(self, &format!("{place} = {place} {sign} 1"), out)?;
-            return if first { self.single(place, format) } else { Ok(old) };
+            return if counted.first { self.single(&counted.value_text(), format) } else { Ok(old) };
         }
         if let Some((place, value)) = split_assignment(text) {
             set(self, &format!("{place} = {value}"), out)?;
@@ -214,7 +241,7 @@ pub(super) fn set(shell: &mut DebugShell, args: &str, out: &mut String) -> Comma
         shell.note_once("note: that setting of gdb makes no difference here", out);
         return Ok(());
     }
-    if let Some((place, sign, _)) = counted(args) {
+    if let Some(CountedExpression { place, sign, .. }) = counted(args) {
         return set(shell, &format!("{place} = {place} {sign} 1"), out);
     }
     let (name, value) = split_assignment(args).ok_or_else(wanted)?;
@@ -261,8 +288,8 @@ pub(super) fn set(shell: &mut DebugShell, args: &str, out: &mut String) -> Comma
         return Err(format!("`{name}` is no place that can be set"));
     }
     let is_code = |expr: &DebugExpression| expr.object().is_some_and(|of| of.is_function() || of.is_function_pointer());
-    let evaluate = match is_code(&expr) && shell.parse_expression(value).is_ok_and(|value| is_code(&value)) {
-        // A pointer to a function counts words.
+    let evaluate = match is_code(&expr) {
+        // A pointer to a function counts words; addresses of code are given in bytes, as they are printed.
         true => ExpressionValue::Whole(shell.integer_value(value)? / i64::from(chip.word_bytes.max(1))),
         false => shell.expression_value(value)?,
     };
