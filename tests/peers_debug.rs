@@ -4,9 +4,11 @@
 //! The values of all variables, parameters and calls are to be the same. What differs on purpose is taken out: avr-gdb puts data at
 //! 0x800000, and reads what is computed from `DW_OP_entry_value` as `name@entry`.
 
+use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::{Mutex, PoisonError};
 
 /// Where it stops, by level of optimisation.
 const STOPS: [&str; 6] = ["main", "label", "price", "scale", "price.c:8", "main.c:25"];
@@ -36,9 +38,14 @@ fn folder() -> PathBuf {
 const SHOP: [&str; 3] = ["main.c", "price.c", "text.c"];
 const PLANT: [&str; 3] = ["plant.c", "valve.c", "walk.c"];
 
-/// Compiles a program; gives its file.
+/// Compiles a program, once for all tests of this file; gives its file.
 fn built(files: [&str; 3], level: &str, format: &str) -> PathBuf {
+    static BUILT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     let elf = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}{level}{format}.elf", files[0]));
+    let mut built = BUILT.lock().unwrap_or_else(PoisonError::into_inner);
+    if !built.insert(elf.clone()) {
+        return elf;
+    }
     let gcc = Command::new("avr-gcc")
         .args(["-mmcu=atmega328p", level, format, "-std=gnu99", "-o"])
         .arg(&elf)
