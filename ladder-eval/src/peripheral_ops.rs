@@ -2,7 +2,7 @@
 //! elements.
 
 use ladder::format::{self, StringPiece};
-use ladder::{Element, LadderDialect, LadderOperand};
+use ladder::{Element, LadderDialect, LadderOperand, is_percent_resolution};
 
 use crate::UnsupportedReason;
 use crate::flat_program::{ElementOp, ValueSource};
@@ -21,9 +21,6 @@ const BYTE_BITS_US: u128 = 10_000_000;
 
 /// Maximum time of writing one byte to the EEPROM, in microseconds.
 const EEPROM_WRITE_US: u64 = 10_000;
-
-/// Spellings of LDmicro 5's resolution that mean percent.
-const PERCENT: [&str; 2] = ["0-100", "0-100%"];
 
 /// Selects the operation of such an element; an error if it is unsupported.
 pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) -> Result<ElementOp, UnsupportedReason> {
@@ -139,7 +136,7 @@ fn check_pwm(
         Some(_) if builder.program.dialect == LadderDialect::Ldmicro23 => {
             return Err(UnsupportedReason::NeedsDialect5 { feature: "the choice of the output".into() });
         }
-        Some((_, resolution)) if !PERCENT.contains(&resolution.as_str()) => {
+        Some((_, resolution)) if !is_percent_resolution(resolution) => {
             return Err(UnsupportedReason::UnknownResolution { resolution: resolution.clone() });
         }
         _ => {}

@@ -74,9 +74,6 @@ pub enum UnsupportedReason {
         /// Role of the variable, such as `a start value`.
         role: &'static str,
     },
-    /// The delay of a timer is a variable.
-    #[error("a delay held in a variable has no meaning")]
-    DelayInVariable,
     /// The delay of a timer gives a number of scans that the timer cannot count.
     #[error(
         "the timer counts {delay_us} us / {cycle_us} us {} {} = {scans} scans, wanted 1 to {most}",

@@ -37,4 +37,5 @@ pub use packages::{chip_of, has_pin_table, package_pin};
 pub use parse::{
     MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, MAX_RUNGS, ParseOptions, ParsedProgram, parse, parse_bytes, parse_with,
 };
+pub use peripheral_checks::is_percent_resolution;
 pub use write::{element_text, write, write_bytes};

@@ -6,9 +6,12 @@ use crate::format::{self, StringPiece};
 use crate::integer_widths::{max_value, min_bytes};
 use crate::model::{Element, LadderDialect, LadderOperand};
 
-/// Spellings of LDmicro 5's SET_PWM resolution that mean percent, the only supported resolution; empty if it is
-/// missing.
-const PERCENT: [&str; 3] = ["", "0-100", "0-100%"];
+/// True for the spellings of LDmicro 5's resolution of SET_PWM that mean percent, the only one that is supported; a
+/// missing resolution means it too.
+#[must_use]
+pub fn is_percent_resolution(resolution: &str) -> bool {
+    matches!(resolution, "" | "0-100" | "0-100%")
+}
 
 /// Runs the checks that need one of these elements and no other.
 pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
@@ -35,7 +38,7 @@ pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: CheckedEle
                 Some(_) if checker.program.dialect == LadderDialect::Ldmicro23 => {
                     check_default_argument(checker, at, "the choice of the output");
                 }
-                Some((_, resolution)) if !PERCENT.contains(&resolution.as_str()) => {
+                Some((_, resolution)) if !is_percent_resolution(resolution) => {
                     check_default_argument(checker, at, "a resolution other than 0-100");
                 }
                 _ => {}

@@ -215,6 +215,7 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
         (curve(&[(0, 0), (2, 16_384), (40_000, 0)]),                                ""),
         (curve(&[(0, 0), (70_000, 70_000)]),                                        "does not fit -2147483647 to 2147483647"),
         (pwm(constant(1000), Some("0-100")),                                        ""),
+        (pwm(constant(1000), Some("")),                                             ""),
         (pwm(constant(1000), Some("0-256")),                                        "the resolution `0-256`"),
         (Element::UartSend { name: name(), rest: Some((2, 0)) },                    "2 byte(s)"),
     ];
