@@ -163,7 +163,6 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
         | Element::UartRecv { .. }
         | Element::UartSend { .. }
         | Element::FormattedString { .. } => peripheral_checks::check_peripheral_element(checker, at),
-        Element::Odr | Element::Odf | Element::Osl | Element::Osc => {}
         Element::Comment(_)
         | Element::Contacts { .. }
         | Element::Short
@@ -171,6 +170,10 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
         | Element::MasterRelay
         | Element::Osr
         | Element::Osf
+        | Element::Odr
+        | Element::Odf
+        | Element::Osl
+        | Element::Osc
         | Element::Res { .. }
         | Element::Move { .. }
         | Element::Math { .. }
@@ -249,14 +252,18 @@ fn check_timer(
         checker.warning(codes::TIMER_RANGE, at, cause, "choose a longer delay or a shorter CYCLE=");
     } else if p > most {
         let cause = format!("P = {p} is more than {name} holds, at most {most}: the timer never expires");
-        checker.warning(codes::TIMER_RANGE, at, cause, "give each timer and counter a name of its own");
+        let hint = "give the timer a name of its own and a delay whose scans with the adjust fit its width";
+        checker.warning(codes::TIMER_RANGE, at, cause, hint);
     }
     if delay % cycle != 0 {
         let cause = format!(
             "the delay of {delay} us is no multiple of the cycle of {cycle} us: it is cut to {} us",
             scans * cycle
         );
-        let hint = format!("write {} or {}", scans * cycle, (scans + 1) * cycle);
+        let hint = match scans {
+            0 => format!("write {cycle}, or shorten CYCLE="),
+            _ => format!("write {} or {}", scans * cycle, (scans + 1) * cycle),
+        };
         checker.warning(codes::TRUNCATED, at, cause, hint);
     }
 }
@@ -283,7 +290,7 @@ fn check_counter(
     }
 }
 
-/// Reports elements that must be last but are followed by another element.
+/// Notes elements that are usually last and are followed by another element.
 ///
 /// `at_rail` says whether the right end of `series` is the right rail.
 fn check_last_elements(checker: &mut Checker<'_>, series: &[RungNode], at_rail: bool, next: &mut ElementId) {
@@ -293,7 +300,7 @@ fn check_last_elements(checker: &mut Checker<'_>, series: &[RungNode], at_rail: 
         let at_rail = at_rail && end.is_none_or(|end| i >= end);
         match node {
             RungNode::Leaf(element, pos) => {
-                if !at_rail && element.facts().must_be_last() {
+                if !at_rail && element.facts().is_drawn_last() {
                     let at = CheckedElement { id: *next, element, pos: *pos };
                     let cause = "something follows it before the right rail; it gives on the power that it gets";
                     let hint = "nothing to do if this is meant; LDmicro's editor draws it at the end of a rung only";

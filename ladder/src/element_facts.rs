@@ -25,7 +25,7 @@ pub struct ElementFacts<'a> {
     pub has_memory: bool,
     /// Part of the chip that the element uses.
     pub part: Option<ChipPart>,
-    /// It exists in LDmicro 5 only.
+    /// True if the element exists in LDmicro 5 only.
     pub needs_ldmicro5: bool,
 }
 
@@ -64,7 +64,7 @@ pub enum PowerEffect {
     Narrows,
     /// Its output is not simply its input.
     Decides,
-    /// Passes on its input and performs an action; such an element must end a path to the right rail.
+    /// Passes on its input and performs an action; such an element usually ends a path to the right rail.
     Acts,
 }
 
@@ -97,9 +97,9 @@ impl ChipPart {
 }
 
 impl<'a> ElementFacts<'a> {
-    /// True if the element must be the last one on its path to the right rail.
+    /// True if LDmicro's editor draws the element only as the last one on its path to the right rail.
     #[must_use]
-    pub fn must_be_last(&self) -> bool {
+    pub fn is_drawn_last(&self) -> bool {
         self.power == PowerEffect::Acts
     }
 
@@ -185,28 +185,26 @@ impl Element {
         let is_variable = |operand: &LadderOperand| matches!(operand, LadderOperand::Var(_));
         // Release 2.3 has no hexadecimal numbers, and a mistyped decimal number is no sign of LDmicro 5.
         let is_wide_hex = |operand: &LadderOperand| matches!(operand, LadderOperand::Const { value, text } if text.contains("0x") && i16::try_from(*value).is_err());
+        if self.facts().needs_ldmicro5 {
+            return true;
+        }
         match self {
             Element::Contacts { set1, .. } => *set1 == Some(1),
             Element::Coil { ttrigger, .. } => *ttrigger == Some(1),
             Element::Timer { delay, adjust, .. } => {
                 let usual = |adjust: &LadderOperand| matches!(adjust, LadderOperand::Const { value: -1, .. });
-                is_variable(delay)
-                    || adjust.as_ref().is_some_and(|adjust| !usual(adjust))
-                    || self.facts().needs_ldmicro5
+                is_variable(delay) || adjust.as_ref().is_some_and(|adjust| !usual(adjust))
             }
             Element::Counter { max, init, input, .. } => {
                 is_variable(max)
                     || init.as_ref().is_some_and(|init| !is_zero(init))
                     || input.is_some_and(|kind| kind != '/')
-                    || self.facts().needs_ldmicro5
             }
             Element::SetPwm { output, .. } => output.is_some(),
-            Element::Move { src, .. } => is_wide_hex(src) || self.facts().needs_ldmicro5,
-            Element::Math { op1, op2, .. } | Element::Compare { op1, op2, .. } => {
-                is_wide_hex(op1) || is_wide_hex(op2) || self.facts().needs_ldmicro5
-            }
+            Element::Move { src, .. } => is_wide_hex(src),
+            Element::Math { op1, op2, .. } | Element::Compare { op1, op2, .. } => is_wide_hex(op1) || is_wide_hex(op2),
             // The other arguments of LDmicro 5 say nothing new, or have no meaning here.
-            _ => self.facts().needs_ldmicro5,
+            _ => false,
         }
     }
 

@@ -29,7 +29,7 @@ fn report_unknown_keyword(reader: &mut LdReader<'_>, keyword: LdToken<'_>) {
     let word = message_text(keyword.text);
     if UNSUPPORTED_KEYWORDS.contains(&keyword.text) {
         let cause = format!("{word} is known in LDmicro 5, not supported here");
-        let hint = "express it by the elements of release 2.3";
+        let hint = "express it by other elements; docs/languages/ldmicro.md lists those that are supported";
         return reader.error(codes::LDMICRO5_ONLY, keyword.pos, cause, hint);
     }
     let known = ELEMENT_KEYWORDS.iter().map(|r| r.0).chain(["RUNG", "PARALLEL", "SERIES", "END"]);

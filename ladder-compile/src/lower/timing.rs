@@ -114,7 +114,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Lowers a TON, TOF or RTO.
+    /// Lowers a timer.
     pub(super) fn timer(&mut self, kind: TimerKind, name: &str, delay: &LadderOperand, adjust: Option<&LadderOperand>) {
         let word = self.word(name);
         let limit = match delay {
