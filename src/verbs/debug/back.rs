@@ -8,6 +8,7 @@ use emu_debug::debug::{
 use super::frames::{CallScope, FrameSearch};
 use super::numbers::short_hex;
 use super::shell::{CommandResult, DebugShell};
+use super::steps::repeat_steps;
 
 pub(super) fn stepi(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let count = shell.parse_count(args)?;
@@ -43,14 +44,7 @@ fn reverse_search(
 ) -> CommandResult {
     let count = shell.parse_count(args)?;
     shell.run_and_report(out, |session, go_on| {
-        let mut halt = HaltResult { reason: HaltReason::Done };
-        for _ in 0..count {
-            halt = FrameSearch::search(session, calls, wanted, go_on);
-            if halt.reason != HaltReason::Done {
-                break;
-            }
-        }
-        halt
+        repeat_steps(count, go_on, |go_on| FrameSearch::search(session, calls, wanted, go_on))
     });
     Ok(())
 }

@@ -7,6 +7,7 @@ use emu_debug::debug::{DebugSession, HaltReason, HaltResult, RunGoal};
 use ladder_view::{ElementStart, LadderView};
 
 use super::shell::{CommandResult, DebugShell};
+use super::steps::repeat_steps;
 
 impl DebugShell {
     /// The ladder program.
@@ -113,16 +114,7 @@ fn run_to_words(
 ) -> CommandResult {
     let words = words(shell.ladder()?);
     let count = shell.parse_count(args)?;
-    shell.run_and_report(out, |session, go_on| {
-        let mut halt = HaltResult { reason: HaltReason::Done };
-        for _ in 0..count {
-            halt = run_to(session, &words, go_on);
-            if halt.reason != HaltReason::Done {
-                break;
-            }
-        }
-        halt
-    });
+    shell.run_and_report(out, |session, go_on| repeat_steps(count, go_on, |go_on| run_to(session, &words, go_on)));
     Ok(())
 }
 

@@ -10,12 +10,12 @@ use emu_debug::stimulus::parse_pin_level;
 
 use super::ladder::chip_pin_text;
 use super::shell::{CommandResult, DebugShell};
-use super::steps::{CallDepth, LineStep, line, line_step};
+use super::steps::{CallDepth, LineStep, line, line_step, repeat_steps};
 use crate::shared::avr;
 
 const NO_LINES: &str = "note: there are no source lines here, so step and next go by instructions";
 
-/// Does something up to `count` times, as long as nothing else stops it; only the last is told.
+/// Takes as many steps as the argument says and reports the last stop.
 fn repeat_run(
     shell: &mut DebugShell,
     args: &str,
@@ -23,16 +23,7 @@ fn repeat_run(
     mut once: impl FnMut(&mut DebugSession, &mut dyn FnMut() -> bool) -> HaltResult,
 ) -> CommandResult {
     let count = shell.parse_count(args)?;
-    shell.run_and_report(out, |session, go_on| {
-        let mut halt = HaltResult { reason: HaltReason::Done };
-        for _ in 0..count {
-            halt = once(session, go_on);
-            if halt.reason != HaltReason::Done {
-                break;
-            }
-        }
-        halt
-    });
+    shell.run_and_report(out, |session, go_on| repeat_steps(count, go_on, |go_on| once(session, go_on)));
     Ok(())
 }
 
@@ -41,14 +32,9 @@ fn line_steps(shell: &mut DebugShell, args: &str, kind: LineStep, out: &mut Stri
     let count = shell.parse_count(args)?;
     let mut hidden = shell.hidden;
     shell.go_hidden(out, |session, go_on| {
-        let mut halt = HaltResult { reason: HaltReason::Done };
-        for _ in 0..count {
-            halt = line_step(session, kind, &mut hidden, go_on);
-            if halt.reason != HaltReason::Done {
-                return (halt, None);
-            }
-        }
-        (halt, Some(hidden))
+        let halt = repeat_steps(count, go_on, |go_on| line_step(session, kind, &mut hidden, go_on));
+        let hidden = (halt.reason == HaltReason::Done).then_some(hidden);
+        (halt, hidden)
     });
     Ok(())
 }

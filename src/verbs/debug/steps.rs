@@ -3,6 +3,26 @@
 use emu_core::cpu::LAST_CYCLE;
 use emu_debug::debug::{CallFlow, DebugSession, HaltReason, HaltResult};
 
+/// Takes `count` steps, or fewer if a step stops for another reason or the user interrupts. Returns the last stop.
+pub(super) fn repeat_steps(
+    count: u64,
+    go_on: &mut dyn FnMut() -> bool,
+    mut step: impl FnMut(&mut dyn FnMut() -> bool) -> HaltResult,
+) -> HaltResult {
+    let mut halt = step(go_on);
+    for _ in 1..count {
+        if halt.reason != HaltReason::Done {
+            break;
+        }
+        // A short step asks nobody whether to go on.
+        if !go_on() {
+            return HaltResult { reason: HaltReason::Interrupted };
+        }
+        halt = step(go_on);
+    }
+    halt
+}
+
 /// How deep the machine is in calls, as seen from where it started, and whether it is in a service routine that began since.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct CallDepth {
