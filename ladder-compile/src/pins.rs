@@ -87,8 +87,8 @@ pub fn assign_pins(
                 None => push_diagnostic(
                     codes::UNKNOWN_PIN,
                     entry.pos,
-                    format!("`{}` stands at package pin {}, which carries no port", entry.name, entry.pin),
-                    format!("see the pins of `{micro}`; 0 means not assigned"),
+                    package_pin_error(micro, &entry.name, entry.pin),
+                    "choose a port pin; 0 means not assigned, --pin overrides".to_owned(),
                 ),
             }
         }
@@ -191,6 +191,16 @@ pub fn assign_pins(
             Some(AssignedPin { name: s.name.clone(), pin, output, analog })
         })
         .collect()
+}
+
+/// Says why a symbol cannot be at a pin of the package that MICRO= names.
+fn package_pin_error(micro: &str, symbol: &str, pin: u32) -> String {
+    let at = format!("`{symbol}` is at package pin {pin}");
+    match (ladder::package_pin_name(micro, pin), ladder::package_pin_count(micro)) {
+        (Some(name), _) => format!("{at}, which is {name} on {micro}"),
+        (None, Some(count)) => format!("{at}, but {micro} has {count} pins"),
+        (None, None) => format!("{at}, and the pins of the package in `{micro}` are not known"),
+    }
 }
 
 /// Pins that a symbol of this kind can have, in order of assignment.

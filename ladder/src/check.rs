@@ -100,12 +100,16 @@ impl Checker<'_> {
     }
 }
 
-/// Warns about pins that are no port pins of the chip's package, where the package is known.
+/// Warns about pins that are no port pins of the chip's package, if the package is known.
 fn check_pins(checker: &mut Checker<'_>) {
     let program = checker.program;
-    let Some(micro) = program.settings.micro.as_deref().filter(|m| packages::has_pin_table(m)) else { return };
+    let Some(micro) = program.settings.micro.as_deref() else { return };
+    let Some(count) = packages::package_pin_count(micro) else { return };
     for entry in program.io.iter().filter(|e| e.pin != 0 && packages::package_pin(micro, e.pin).is_none()) {
-        let cause = format!("{}: pin {} of {micro} is no port pin", entry.name, entry.pin);
+        let cause = match packages::package_pin_name(micro, entry.pin) {
+            Some(name) => format!("{}: pin {} of {micro} is {name}, no port pin", entry.name, entry.pin),
+            None => format!("{}: {micro} has {count} pins, no pin {}", entry.name, entry.pin),
+        };
         let hint = "choose a port pin, or 0 for not assigned";
         let new = Diagnostic::new(Severity::Warning, codes::NO_PORT_PIN, &program.file, entry.pos, cause, hint);
         checker.diagnostics.push(new);

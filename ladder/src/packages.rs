@@ -1,148 +1,229 @@
-//! LDmicro's names of chips, and the port bit at each pin of their packages.
+//! LDmicro's names of chips, and what is at each pin of their packages.
 
-/// A chip in one package: a word of LDmicro's name, the number of pins, the short name, and runs of
-/// consecutive pins.
+/// A chip in one package: a word of LDmicro's name, the short name, and what is at the pins, from pin 1 on.
 struct ChipPackage {
     word: &'static str,
-    pins: u32,
     chip: &'static str,
-    pin_runs: &'static [PinRun],
+    pins: &'static [&'static str],
 }
 
-/// A run of pins: the number of its first pin, and the port bits from there on.
-type PinRun = (u32, &'static [&'static str]);
+/// RA5, RA6 and RA7 are also MCLR, OSC2 and OSC1. Sources: DS40300 (PIC16F628), DS30487 (PIC16F88), DS39598 (PIC16F819), pin diagrams.
+#[rustfmt::skip]
+const PIC_18: &[&str] = &[
+    "RA2", "RA3", "RA4", "RA5", "VSS", "RB0", "RB1", "RB2", "RB3", "RB4",
+    "RB5", "RB6", "RB7", "VDD", "RA6", "RA7", "RA0", "RA1",
+];
+/// Source: DS30292 (PIC16F87X), pin diagrams.
+#[rustfmt::skip]
+const PIC_28: &[&str] = &[
+    "MCLR", "RA0", "RA1", "RA2", "RA3", "RA4", "RA5", "VSS", "OSC1", "OSC2",
+    "RC0", "RC1", "RC2", "RC3", "RC4", "RC5", "RC6", "RC7", "VSS", "VDD",
+    "RB0", "RB1", "RB2", "RB3", "RB4", "RB5", "RB6", "RB7",
+];
+/// Source: DS30292 (PIC16F87X), pin diagrams.
+#[rustfmt::skip]
+const PIC_40: &[&str] = &[
+    "MCLR", "RA0", "RA1", "RA2", "RA3", "RA4", "RA5", "RE0", "RE1", "RE2",
+    "VDD", "VSS", "OSC1", "OSC2", "RC0", "RC1", "RC2", "RC3", "RD0", "RD1",
+    "RD2", "RD3", "RC4", "RC5", "RC6", "RC7", "RD4", "RD5", "RD6", "RD7",
+    "VSS", "VDD", "RB0", "RB1", "RB2", "RB3", "RB4", "RB5", "RB6", "RB7",
+];
+/// LDmicro keeps PB6 and PB7 for the crystal. Source: Atmel 2486 (ATmega8), figure "Pin Configurations".
+#[rustfmt::skip]
+const MEGA_8_28: &[&str] = &[
+    "RESET", "PD0", "PD1", "PD2", "PD3", "PD4", "VCC", "GND", "XTAL1 (PB6)", "XTAL2 (PB7)",
+    "PD5", "PD6", "PD7", "PB0", "PB1", "PB2", "PB3", "PB4", "PB5", "AVCC",
+    "AREF", "GND", "PC0", "PC1", "PC2", "PC3", "PC4", "PC5",
+];
+/// The TQFP and MLF packages. Source: as [`MEGA_8_28`].
+#[rustfmt::skip]
+const MEGA_8_32: &[&str] = &[
+    "PD3", "PD4", "GND", "VCC", "GND", "VCC", "XTAL1 (PB6)", "XTAL2 (PB7)", "PD5", "PD6",
+    "PD7", "PB0", "PB1", "PB2", "PB3", "PB4", "PB5", "AVCC", "ADC6", "AREF",
+    "GND", "ADC7", "PC0", "PC1", "PC2", "PC3", "PC4", "PC5", "RESET", "PD0",
+    "PD1", "PD2",
+];
+/// Source: DS40002061 (ATmega48A to 328P), figure 1-1.
+#[rustfmt::skip]
+const MEGA_328_28: &[&str] = &[
+    "RESET", "PD0", "PD1", "PD2", "PD3", "PD4", "VCC", "GND", "PB6", "PB7",
+    "PD5", "PD6", "PD7", "PB0", "PB1", "PB2", "PB3", "PB4", "PB5", "AVCC",
+    "AREF", "GND", "PC0", "PC1", "PC2", "PC3", "PC4", "PC5",
+];
+/// The TQFP and MLF packages. Source: DS40002061 (ATmega48A to 328P), figure 1-1.
+#[rustfmt::skip]
+const MEGA_328_32: &[&str] = &[
+    "PD3", "PD4", "GND", "VCC", "GND", "VCC", "PB6", "PB7", "PD5", "PD6",
+    "PD7", "PB0", "PB1", "PB2", "PB3", "PB4", "PB5", "AVCC", "ADC6", "AREF",
+    "GND", "ADC7", "PC0", "PC1", "PC2", "PC3", "PC4", "PC5", "RESET", "PD0",
+    "PD1", "PD2",
+];
+/// Source: Atmel 2466 (ATmega16), figure 1.
+#[rustfmt::skip]
+const MEGA_16: &[&str] = &[
+    "PB0", "PB1", "PB2", "PB3", "PB4", "PB5", "PB6", "PB7", "RESET", "VCC",
+    "GND", "XTAL2", "XTAL1", "PD0", "PD1", "PD2", "PD3", "PD4", "PD5", "PD6",
+    "PD7", "PC0", "PC1", "PC2", "PC3", "PC4", "PC5", "PC6", "PC7", "AVCC",
+    "GND", "AREF", "PA7", "PA6", "PA5", "PA4", "PA3", "PA2", "PA1", "PA0",
+];
+/// Source: Atmel 2513 (ATmega162), figure 1.
+#[rustfmt::skip]
+const MEGA_162: &[&str] = &[
+    "PB0", "PB1", "PB2", "PB3", "PB4", "PB5", "PB6", "PB7", "RESET", "PD0",
+    "PD1", "PD2", "PD3", "PD4", "PD5", "PD6", "PD7", "XTAL2", "XTAL1", "GND",
+    "PC0", "PC1", "PC2", "PC3", "PC4", "PC5", "PC6", "PC7", "PE2", "PE1",
+    "PE0", "PA7", "PA6", "PA5", "PA4", "PA3", "PA2", "PA1", "PA0", "VCC",
+];
+/// Source: Atmel 2467 (ATmega128), figure 1.
+#[rustfmt::skip]
+const MEGA_128: &[&str] = &[
+    "PEN", "PE0", "PE1", "PE2", "PE3", "PE4", "PE5", "PE6", "PE7", "PB0",
+    "PB1", "PB2", "PB3", "PB4", "PB5", "PB6", "PB7", "PG3", "PG4", "RESET",
+    "VCC", "GND", "XTAL2", "XTAL1", "PD0", "PD1", "PD2", "PD3", "PD4", "PD5",
+    "PD6", "PD7", "PG0", "PG1", "PC0", "PC1", "PC2", "PC3", "PC4", "PC5",
+    "PC6", "PC7", "PG2", "PA7", "PA6", "PA5", "PA4", "PA3", "PA2", "PA1",
+    "PA0", "VCC", "GND", "PF7", "PF6", "PF5", "PF4", "PF3", "PF2", "PF1",
+    "PF0", "AREF", "GND", "AVCC",
+];
 
-#[rustfmt::skip]
-const PIC_18: &[PinRun] = &[
-    (1,  &["RA2", "RA3", "RA4", "RA5"]),
-    (6,  &["RB0", "RB1", "RB2", "RB3", "RB4", "RB5", "RB6", "RB7"]),
-    (15, &["RA6", "RA7", "RA0", "RA1"]),
-];
-#[rustfmt::skip]
-const PIC_28: &[PinRun] = &[
-    (2,  &["RA0", "RA1", "RA2", "RA3", "RA4", "RA5"]),
-    (11, &["RC0", "RC1", "RC2", "RC3", "RC4", "RC5", "RC6", "RC7"]),
-    (21, &["RB0", "RB1", "RB2", "RB3", "RB4", "RB5", "RB6", "RB7"]),
-];
-#[rustfmt::skip]
-const PIC_40: &[PinRun] = &[
-    (2,  &["RA0", "RA1", "RA2", "RA3", "RA4", "RA5"]),
-    (8,  &["RE0", "RE1", "RE2"]),
-    (15, &["RC0", "RC1", "RC2", "RC3"]),
-    (19, &["RD0", "RD1", "RD2", "RD3"]),
-    (23, &["RC4", "RC5", "RC6", "RC7"]),
-    (27, &["RD4", "RD5", "RD6", "RD7"]),
-    (33, &["RB0", "RB1", "RB2", "RB3", "RB4", "RB5", "RB6", "RB7"]),
-];
-#[rustfmt::skip]
-const MEGA_8: &[PinRun] = &[
-    (2,  &["PD0", "PD1", "PD2", "PD3", "PD4"]),
-    (11, &["PD5", "PD6", "PD7"]),
-    (14, &["PB0", "PB1", "PB2", "PB3", "PB4", "PB5"]),
-    (23, &["PC0", "PC1", "PC2", "PC3", "PC4", "PC5"]),
-];
-#[rustfmt::skip]
-const MEGA_328: &[PinRun] = &[
-    (2,  &["PD0", "PD1", "PD2", "PD3", "PD4"]),
-    (9,  &["PB6", "PB7", "PD5", "PD6", "PD7"]),
-    (14, &["PB0", "PB1", "PB2", "PB3", "PB4", "PB5"]),
-    (23, &["PC0", "PC1", "PC2", "PC3", "PC4", "PC5"]),
-];
-#[rustfmt::skip]
-const MEGA_16: &[PinRun] = &[
-    (1,  &["PB0", "PB1", "PB2", "PB3", "PB4", "PB5", "PB6", "PB7"]),
-    (14, &["PD0", "PD1", "PD2", "PD3", "PD4", "PD5", "PD6", "PD7"]),
-    (22, &["PC0", "PC1", "PC2", "PC3", "PC4", "PC5", "PC6", "PC7"]),
-    (33, &["PA7", "PA6", "PA5", "PA4", "PA3", "PA2", "PA1", "PA0"]),
-];
-#[rustfmt::skip]
-const MEGA_162: &[PinRun] = &[
-    (1,  &["PB0", "PB1", "PB2", "PB3", "PB4", "PB5", "PB6", "PB7"]),
-    (10, &["PD0", "PD1", "PD2", "PD3", "PD4", "PD5", "PD6", "PD7"]),
-    (21, &["PC0", "PC1", "PC2", "PC3", "PC4", "PC5", "PC6", "PC7"]),
-    (29, &["PE2", "PE1", "PE0"]),
-    (32, &["PA7", "PA6", "PA5", "PA4", "PA3", "PA2", "PA1", "PA0"]),
-];
-#[rustfmt::skip]
-const MEGA_128: &[PinRun] = &[
-    (2,  &["PE0", "PE1", "PE2", "PE3", "PE4", "PE5", "PE6", "PE7"]),
-    (10, &["PB0", "PB1", "PB2", "PB3", "PB4", "PB5", "PB6", "PB7"]),
-    (18, &["PG3", "PG4"]),
-    (25, &["PD0", "PD1", "PD2", "PD3", "PD4", "PD5", "PD6", "PD7"]),
-    (33, &["PG0", "PG1"]),
-    (35, &["PC0", "PC1", "PC2", "PC3", "PC4", "PC5", "PC6", "PC7"]),
-    (43, &["PG2"]),
-    (44, &["PA7", "PA6", "PA5", "PA4", "PA3", "PA2", "PA1", "PA0"]),
-    (54, &["PF7", "PF6", "PF5", "PF4", "PF3", "PF2", "PF1", "PF0"]),
-];
-
+/// Where a chip has several packages, the first is the one that a name without a number of pins means.
 #[rustfmt::skip]
 const PACKAGES: &[ChipPackage] = &[
-    ChipPackage { word: "ATMEGA128", pins: 64, chip: "atmega128",  pin_runs: MEGA_128 },
-    ChipPackage { word: "ATMEGA64",  pins: 64, chip: "atmega64",   pin_runs: MEGA_128 },
-    ChipPackage { word: "ATMEGA162", pins: 40, chip: "atmega162",  pin_runs: MEGA_162 },
-    ChipPackage { word: "ATMEGA32",  pins: 40, chip: "atmega32",   pin_runs: MEGA_16  },
-    ChipPackage { word: "ATMEGA16",  pins: 40, chip: "atmega16",   pin_runs: MEGA_16  },
-    ChipPackage { word: "ATMEGA48",  pins: 28, chip: "atmega48",   pin_runs: MEGA_328 },
-    ChipPackage { word: "ATMEGA88",  pins: 28, chip: "atmega88",   pin_runs: MEGA_328 },
-    ChipPackage { word: "ATMEGA168", pins: 28, chip: "atmega168",  pin_runs: MEGA_328 },
-    ChipPackage { word: "ATMEGA8",   pins: 28, chip: "atmega8",    pin_runs: MEGA_8   },
-    ChipPackage { word: "ATMEGA328", pins: 28, chip: "atmega328p", pin_runs: MEGA_328 },
-    ChipPackage { word: "PIC16F628A", pins: 18, chip: "pic16f628a", pin_runs: PIC_18  },
-    ChipPackage { word: "PIC16F873A", pins: 28, chip: "pic16f873a", pin_runs: PIC_28  },
-    ChipPackage { word: "PIC16F874A", pins: 40, chip: "pic16f874a", pin_runs: PIC_40  },
-    ChipPackage { word: "PIC16F876A", pins: 28, chip: "pic16f876a", pin_runs: PIC_28  },
-    ChipPackage { word: "PIC16F877A", pins: 40, chip: "pic16f877a", pin_runs: PIC_40  },
-    ChipPackage { word: "PIC16F873", pins: 28, chip: "pic16f873",  pin_runs: PIC_28   },
-    ChipPackage { word: "PIC16F874", pins: 40, chip: "pic16f874",  pin_runs: PIC_40   },
-    ChipPackage { word: "PIC16F628", pins: 18, chip: "pic16f628",  pin_runs: PIC_18   },
-    ChipPackage { word: "PIC16F88",  pins: 18, chip: "pic16f88",   pin_runs: PIC_18   },
-    ChipPackage { word: "PIC16F819", pins: 18, chip: "pic16f819",  pin_runs: PIC_18   },
-    ChipPackage { word: "PIC16F877", pins: 40, chip: "pic16f877",  pin_runs: PIC_40   },
-    ChipPackage { word: "PIC16F876", pins: 28, chip: "pic16f876",  pin_runs: PIC_28   },
-    ChipPackage { word: "PIC16F887", pins: 40, chip: "pic16f887",  pin_runs: &[]      },
-    ChipPackage { word: "PIC16F886", pins: 28, chip: "pic16f886",  pin_runs: &[]      },
+    ChipPackage { word: "ATMEGA128",  chip: "atmega128",  pins: MEGA_128    },
+    ChipPackage { word: "ATMEGA64",   chip: "atmega64",   pins: MEGA_128    },
+    ChipPackage { word: "ATMEGA162",  chip: "atmega162",  pins: MEGA_162    },
+    ChipPackage { word: "ATMEGA32",   chip: "atmega32",   pins: MEGA_16     },
+    ChipPackage { word: "ATMEGA16",   chip: "atmega16",   pins: MEGA_16     },
+    ChipPackage { word: "ATMEGA48",   chip: "atmega48",   pins: MEGA_328_28 },
+    ChipPackage { word: "ATMEGA48",   chip: "atmega48",   pins: MEGA_328_32 },
+    ChipPackage { word: "ATMEGA88",   chip: "atmega88",   pins: MEGA_328_28 },
+    ChipPackage { word: "ATMEGA88",   chip: "atmega88",   pins: MEGA_328_32 },
+    ChipPackage { word: "ATMEGA168",  chip: "atmega168",  pins: MEGA_328_28 },
+    ChipPackage { word: "ATMEGA168",  chip: "atmega168",  pins: MEGA_328_32 },
+    ChipPackage { word: "ATMEGA8",    chip: "atmega8",    pins: MEGA_8_28   },
+    ChipPackage { word: "ATMEGA8",    chip: "atmega8",    pins: MEGA_8_32   },
+    ChipPackage { word: "ATMEGA328",  chip: "atmega328p", pins: MEGA_328_28 },
+    ChipPackage { word: "ATMEGA328",  chip: "atmega328p", pins: MEGA_328_32 },
+    ChipPackage { word: "PIC16F628A", chip: "pic16f628a", pins: PIC_18      },
+    ChipPackage { word: "PIC16F873A", chip: "pic16f873a", pins: PIC_28      },
+    ChipPackage { word: "PIC16F874A", chip: "pic16f874a", pins: PIC_40      },
+    ChipPackage { word: "PIC16F876A", chip: "pic16f876a", pins: PIC_28      },
+    ChipPackage { word: "PIC16F877A", chip: "pic16f877a", pins: PIC_40      },
+    ChipPackage { word: "PIC16F873",  chip: "pic16f873",  pins: PIC_28      },
+    ChipPackage { word: "PIC16F874",  chip: "pic16f874",  pins: PIC_40      },
+    ChipPackage { word: "PIC16F628",  chip: "pic16f628",  pins: PIC_18      },
+    ChipPackage { word: "PIC16F88",   chip: "pic16f88",   pins: PIC_18      },
+    ChipPackage { word: "PIC16F819",  chip: "pic16f819",  pins: PIC_18      },
+    ChipPackage { word: "PIC16F877",  chip: "pic16f877",  pins: PIC_40      },
+    ChipPackage { word: "PIC16F876",  chip: "pic16f876",  pins: PIC_28      },
+];
+
+/// What LDmicro's list of targets has and this project has no model of: a word of LDmicro's name, what it is, and the modelled
+/// chip that a program most likely runs on after a change of pins.
+struct UnmodelledTarget {
+    word: &'static str,
+    what: &'static str,
+    nearest: Option<&'static str>,
+}
+
+#[rustfmt::skip]
+const UNMODELLED: &[UnmodelledTarget] = &[
+    UnmodelledTarget { word: "PIC16F887",   what: "a PIC16 of which there is no model", nearest: Some("pic16f877a") },
+    UnmodelledTarget { word: "PIC16F886",   what: "a PIC16 of which there is no model", nearest: Some("pic16f876a") },
+    UnmodelledTarget { word: "PIC16F72",    what: "a PIC16 of which there is no model", nearest: Some("pic16f873a") },
+    UnmodelledTarget { word: "PIC16F15",    what: "an enhanced mid-range PIC, of which there is no model", nearest: Some("pic16f877a") },
+    UnmodelledTarget { word: "PIC16F18",    what: "an enhanced mid-range PIC, of which there is no model", nearest: Some("pic16f88") },
+    UnmodelledTarget { word: "PIC12F1",     what: "an enhanced mid-range PIC, of which there is no model", nearest: Some("pic16f628a") },
+    UnmodelledTarget { word: "PIC12F6",     what: "a PIC12 of which there is no model", nearest: Some("pic16f628a") },
+    UnmodelledTarget { word: "PIC10F",      what: "a baseline PIC, of which there is no model", nearest: Some("pic16f628a") },
+    UnmodelledTarget { word: "PIC18F",      what: "a PIC18, of which there is no model", nearest: Some("pic16f877a") },
+    UnmodelledTarget { word: "ATMEGA164",   what: "an AVR of which there is no model", nearest: Some("atmega16") },
+    UnmodelledTarget { word: "ATMEGA324",   what: "an AVR of which there is no model", nearest: Some("atmega32") },
+    UnmodelledTarget { word: "ATMEGA644",   what: "an AVR of which there is no model", nearest: Some("atmega32") },
+    UnmodelledTarget { word: "ATMEGA1284",  what: "an AVR of which there is no model", nearest: Some("atmega32") },
+    UnmodelledTarget { word: "ATMEGA2560",  what: "an AVR of which there is no model", nearest: Some("atmega128") },
+    UnmodelledTarget { word: "ATMEGA32U4",  what: "an AVR of which there is no model", nearest: Some("atmega328p") },
+    UnmodelledTarget { word: "AT90USB647",  what: "an AVR of which there is no model", nearest: Some("atmega64") },
+    UnmodelledTarget { word: "ATTINY",      what: "an ATtiny, of which there is no model", nearest: Some("atmega48") },
+    UnmodelledTarget { word: "STM32",       what: "an ARM, of which there is no model", nearest: Some("atmega128") },
+    UnmodelledTarget { word: "CONTROLLINO", what: "a controller that LDmicro serves by bytecode (`emu compile --emit bytecode`)", nearest: Some("atmega328p") },
+    UnmodelledTarget { word: "BYTE CODE",   what: "a file format and no chip (`emu compile --emit bytecode` writes it)", nearest: None },
+    UnmodelledTarget { word: "BYTECODE",    what: "a file format and no chip (`emu compile --emit bytecode` writes it)", nearest: None },
+    UnmodelledTarget { word: "ANSI C",      what: "a file format and no chip (`emu compile --emit c` writes it)", nearest: None },
+    UnmodelledTarget { word: "ARDUINO",     what: "a file format and no chip (`emu compile --emit arduino` writes it)", nearest: None },
+    UnmodelledTarget { word: "PASCAL",      what: "a file format and no chip", nearest: None },
+    UnmodelledTarget { word: "NETZER",      what: "a controller that LDmicro serves by bytecode (`emu compile --emit bytecode`)", nearest: None },
 ];
 
 /// Returns the short name of a chip, such as `atmega328p`, for LDmicro's name, such as `Atmel AVR ATmega328
 /// 28-PDIP`.
 ///
 /// The chip's word may be anywhere in the name, in any case, and letters of a variant may follow it
-/// (`ATmega328P`).
+/// (`ATmega328P`). Returns `None` for targets without a model ([`unmodelled_target`]) and for unknown names.
 #[must_use]
 pub fn chip_of(micro: &str) -> Option<&'static str> {
-    find_package(micro).map(|p| p.chip)
+    if find_unmodelled(micro).is_some() {
+        return None;
+    }
+    packages(micro).next().map(|package| package.chip)
+}
+
+/// Returns what a target of LDmicro's list without a model is, as a phrase, and the nearest modelled chip, if any is near.
+/// Returns `None` for modelled chips and for unknown names.
+#[must_use]
+pub fn unmodelled_target(micro: &str) -> Option<(&'static str, Option<&'static str>)> {
+    find_unmodelled(micro).map(|target| (target.what, target.nearest))
 }
 
 /// Returns the port bit, such as `PD2` or `RB0`, at a pin of the package named in LDmicro's name of a chip.
 ///
-/// Returns `None` if the chip or its pins are unknown, if the name states another package, or if the pin is
-/// not a port pin. Pins count from 1. PIC16F886 and PIC16F887 are known by name only.
+/// Returns `None` if the chip or its package is unknown, or if the pin is not a port pin. Pins count from 1.
 #[must_use]
 pub fn package_pin(micro: &str, pin: u32) -> Option<&'static str> {
-    let package = find_package(micro).filter(|p| has_pin_count(micro, p))?;
-    package.pin_runs.iter().find_map(|(first, bits)| bits.get(pin.checked_sub(*first)? as usize).copied())
+    package_pin_name(micro, pin).filter(|name| is_port_bit(name))
 }
 
-/// True when [`package_pin`] knows the pins of this chip in this package.
+/// Returns what is at a pin of the package named in LDmicro's name of a chip: a port bit, or the name of a supply, reset or
+/// clock pin such as `VCC`.
+///
+/// Returns `None` if the chip or its package is unknown, or if the package has fewer pins. Pins count from 1.
 #[must_use]
-pub fn has_pin_table(micro: &str) -> bool {
-    find_package(micro).is_some_and(|p| !p.pin_runs.is_empty() && has_pin_count(micro, p))
+pub fn package_pin_name(micro: &str, pin: u32) -> Option<&'static str> {
+    let pins = find_package(micro)?.pins;
+    pins.get(usize::try_from(pin.checked_sub(1)?).ok()?).copied()
 }
 
-fn find_package(micro: &str) -> Option<&'static ChipPackage> {
+/// Returns the number of pins of the package named in LDmicro's name of a chip, or `None` if [`package_pin_name`] does not know it.
+#[must_use]
+pub fn package_pin_count(micro: &str) -> Option<usize> {
+    find_package(micro).map(|package| package.pins.len())
+}
+
+/// Returns true for names such as `PD2` and `RB0`.
+fn is_port_bit(name: &str) -> bool {
+    matches!(name.as_bytes(), [b'P' | b'R', b'A'..=b'G', b'0'..=b'7'])
+}
+
+/// The packages of the chip in LDmicro's name.
+fn packages(micro: &str) -> impl Iterator<Item = &'static ChipPackage> {
     let name = micro.to_uppercase();
-    PACKAGES.iter().find(|p| {
-        // ATMEGA16 must not match ATMEGA162, so no digit may follow.
-        name.match_indices(p.word)
-            .any(|(at, word)| !name.get(at + word.len()..).unwrap_or("").starts_with(|c: char| c.is_ascii_digit()))
-    })
+    PACKAGES.iter().filter(move |package| names_chip(&name, package.word))
 }
 
-/// True unless the name states another number of pins (`32-TQFP`, `32-Pin packages`).
-fn has_pin_count(micro: &str, package: &ChipPackage) -> bool {
-    micro
-        .split_whitespace()
-        .filter_map(|word| word.split_once('-')?.0.parse::<u32>().ok())
-        .all(|pins| pins == package.pins)
+/// The package in LDmicro's name; the first of the chip if the name states no number of pins (`32-TQFP`, `32-Pin packages`).
+fn find_package(micro: &str) -> Option<&'static ChipPackage> {
+    let stated = |word: &str| word.split_once('-')?.0.parse::<usize>().ok();
+    let counts: Vec<usize> = micro.split_whitespace().filter_map(stated).collect();
+    packages(micro).find(|package| counts.iter().all(|count| *count == package.pins.len()))
+}
+
+fn find_unmodelled(micro: &str) -> Option<&'static UnmodelledTarget> {
+    let name = micro.to_uppercase();
+    UNMODELLED.iter().find(|target| name.contains(target.word))
+}
+
+/// Returns true if a word of the chip is in `name` and no digit follows it: `ATMEGA16` does not match `ATMEGA162`.
+fn names_chip(name: &str, word: &str) -> bool {
+    name.match_indices(word)
+        .any(|(at, word)| !name.get(at + word.len()..).unwrap_or("").starts_with(|c: char| c.is_ascii_digit()))
 }

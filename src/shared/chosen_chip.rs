@@ -64,6 +64,9 @@ impl McuFlags {
                 Ok(chosen(chip))
             }
             (_, Some(chip)) => Ok(chosen(chip)),
+            (Some(NamedChip { name, place, .. }), None) if place == MICRO => {
+                Err(VerbFailure::Usage(format!("{file} names `{name}` in MICRO=, {}", unknown_micro(&name))))
+            }
             (Some(NamedChip { name, place, .. }), None) => Err(VerbFailure::Usage(format!(
                 "{file} is for {name} ({place}), of which there is no model; --mcu CHIP runs it on another (`emu chips` lists all)"
             ))),
@@ -71,6 +74,20 @@ impl McuFlags {
                 "{file} does not say for which chip it is; give --mcu CHIP (`emu chips` lists all)"
             ))),
         }
+    }
+}
+
+/// The header line of a ladder program that names its chip.
+const MICRO: &str = "MICRO=";
+
+/// Why no program runs on the target `micro` of LDmicro, and what to do, as the rest of a sentence.
+pub fn unknown_micro(micro: &str) -> String {
+    match ladder::unmodelled_target(micro) {
+        Some((what, Some(nearest))) => {
+            format!("{what}; the nearest is {nearest} (--mcu {nearest}; `emu chips` lists all)")
+        }
+        Some((what, None)) => format!("{what}; give --mcu CHIP (`emu chips` lists them)"),
+        None => "which is not known; give --mcu CHIP (`emu chips` lists them)".to_owned(),
     }
 }
 
@@ -94,7 +111,7 @@ pub fn named_chip(file: &str, bytes: &[u8]) -> Option<NamedChip> {
         let parsed = ladder::parse_bytes(file, bytes, ladder::ParseOptions::default()).ok()?;
         let name = parsed.program.settings.micro?;
         let chip = ladder::chip_of(&name).and_then(|chip| family::parse_chip(chip).ok());
-        return Some(NamedChip { name, place: "MICRO=".to_owned(), chip });
+        return Some(NamedChip { name, place: MICRO.to_owned(), chip });
     }
     if asm::is_source(file) {
         let name = emu_asm::named_chip(bytes)?;

@@ -16,7 +16,7 @@ use crate::shared::chip_guess::guess_chip;
 use crate::shared::codes::{OTHER_PROCESSOR, OTHER_PROGRAM, SOURCE_AS_IMAGE, UNREADABLE, file_error, system_message};
 use crate::shared::fail::VerbFailure;
 use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
-use crate::shared::{ap101, family, output};
+use crate::shared::{ap101, chosen_chip, family, output};
 use crate::verbs::asm;
 
 /// Largest file, in bytes.
@@ -219,10 +219,10 @@ impl ReadProgram {
         micro.and_then(ladder::chip_of).ok_or_else(|| {
             let file = &self.program.file;
             let why = match micro {
-                Some(micro) => format!("{file} names `{micro}` in MICRO=, which is not known"),
-                None => format!("{file} names no chip in MICRO="),
+                Some(micro) => format!("{file} names `{micro}` in MICRO=, {}", chosen_chip::unknown_micro(micro)),
+                None => format!("{file} names no chip in MICRO=; give --mcu CHIP (`emu chips` lists them)"),
             };
-            VerbFailure::Usage(format!("{why}; give --mcu CHIP (`emu chips` lists them)"))
+            VerbFailure::Usage(why)
         })
     }
 

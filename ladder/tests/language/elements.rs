@@ -55,6 +55,36 @@ fn pins_of_the_packages() {
 }
 
 #[test]
+fn targets_without_a_model_name_the_nearest_chip() {
+    let targets = [
+        ("Microchip PIC16F887 40-PDIP", Some("pic16f877a")),
+        ("Atmel AVR ATmega1284 40-PDIP", Some("atmega32")),
+        ("Atmel AVR ATmega32U4 44-Pin packages", Some("atmega328p")),
+        ("St ARM STM32F40X 144-LQFP", Some("atmega128")),
+        ("ANSI C Code", None),
+    ];
+    for (micro, nearest) in targets {
+        let (what, named) = ladder::unmodelled_target(micro).unwrap_or_else(|| panic!("{micro} is in LDmicro's list"));
+        assert!(!what.is_empty() && named == nearest, "{micro}: {what}, {named:?}");
+        assert!(named.is_none_or(|chip| ladder::chip_of(chip) == Some(chip)), "{micro}: the nearest is modelled");
+        assert_eq!(ladder::chip_of(micro), None, "{micro}");
+    }
+    for micro in ["Atmel AVR ATmega32 40-PDIP", "Microchip PIC16F88 18-PDIP or 18-SOIC", "something else"] {
+        assert_eq!(ladder::unmodelled_target(micro), None, "{micro}");
+    }
+}
+
+#[test]
+fn names_of_package_pins() {
+    let names = [(4, Some("VCC")), (19, Some("ADC6")), (29, Some("RESET")), (30, Some("PD0")), (33, None), (0, None)];
+    for (pin, name) in names {
+        assert_eq!(ladder::package_pin_name("Atmel AVR ATmega328 32-Pin packages", pin), name, "pin {pin}");
+    }
+    assert_eq!(ladder::package_pin_count("Atmel AVR ATmega328 32-Pin packages"), Some(32));
+    assert_eq!(ladder::package_pin_name("Atmel AVR ATmega8 28-PDIP", 9), Some("XTAL1 (PB6)"));
+}
+
+#[test]
 fn symbols_are_collected_by_kind() {
     let text = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nIO LIST\nXb at 3\nYunused at 4\nEND\nPROGRAM\n\
         RUNG\nCONTACTS Xb 0\nMOVE Ca Ta\nEND\nRUNG\nTON Ta 20000\nCTC Ca 3\nCOIL Rm 0 0 0\nEND\n\
