@@ -6,7 +6,7 @@ use ladder::LadderDialect;
 
 use crate::shared::family;
 use crate::verbs::{
-    asm, check, chips, compile, dap, debug, diff, disasm, draw, explain, fuzz, lockstep, run, shell, sim, wave,
+    asm, check, chips, compile, dap, debug, diff, disasm, draw, explain, fuzz, lockstep, migrate, run, shell, sim, wave,
 };
 
 const TOUR: &str = "\
@@ -85,6 +85,8 @@ pub enum CliVerb {
     Lockstep(lockstep::LockstepArgs),
     /// Draw the rungs of a ladder program as text.
     Draw(draw::DrawArgs),
+    /// Show what changes when the other release of LDmicro opens a ladder program.
+    Migrate(migrate::MigrateArgs),
     /// List the chips.
     Chips(chips::ChipsArgs),
     /// Say more about the code of a message.
@@ -109,6 +111,7 @@ impl CliVerb {
             CliVerb::Compile(args) => args.json,
             CliVerb::Lockstep(args) => args.json,
             CliVerb::Diff(args) => args.json,
+            CliVerb::Migrate(args) => args.json,
             CliVerb::Dap(_) | CliVerb::Debug(_) | CliVerb::Wave(_) | CliVerb::Draw(_) | CliVerb::Explain(_) => false,
             CliVerb::Completions(_) | CliVerb::Man(_) => false,
         }
@@ -130,6 +133,7 @@ impl CliVerb {
             CliVerb::Disasm(_) => "disasm",
             CliVerb::Lockstep(_) => "lockstep",
             CliVerb::Draw(_) => "draw",
+            CliVerb::Migrate(_) => "migrate",
             CliVerb::Chips(_) => "chips",
             CliVerb::Explain(_) => "explain",
             CliVerb::Completions(_) => "completions",

@@ -24,7 +24,7 @@ use shared::fail::{self, VerbFailure, exit};
 use shared::output;
 use shared::report::MessageStyle;
 use verbs::{
-    asm, check, chips, compile, dap, debug, diff, disasm, draw, explain, fuzz, lockstep, run, shell, sim, wave,
+    asm, check, chips, compile, dap, debug, diff, disasm, draw, explain, fuzz, lockstep, migrate, run, shell, sim, wave,
 };
 
 /// Runs the command line of this process; the exit codes are those of docs/cli.md.
@@ -80,6 +80,7 @@ fn run_verb(verb: CliVerb, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
         CliVerb::Disasm(args) => disasm::disasm(&args, terminal),
         CliVerb::Lockstep(args) => lockstep::lockstep(&args, terminal),
         CliVerb::Draw(args) => draw::draw(&args, terminal),
+        CliVerb::Migrate(args) => migrate::migrate(&args, terminal),
         CliVerb::Chips(args) => chips::chips(&args),
         CliVerb::Explain(args) => explain::explain(&args),
         CliVerb::Completions(args) => shell::completions(&args),

@@ -12,6 +12,7 @@ pub mod draw;
 pub mod explain;
 pub mod fuzz;
 pub mod lockstep;
+pub mod migrate;
 pub mod run;
 pub mod shell;
 pub mod sim;

@@ -18,6 +18,7 @@ mod codes;
 mod coverage;
 mod coverage_goals;
 mod coverage_rules;
+mod dialect_comparison;
 mod error;
 mod families;
 mod fault_location;
@@ -63,6 +64,9 @@ use value_hints::ValueHints;
 
 pub use codes::CODES;
 pub use coverage::{ClassCoverage, CoverageClass, LadderCoverage, MissingOutcome};
+pub use dialect_comparison::{
+    DialectComparison, InputRow, MeaningChange, SERIAL_LINE, SymbolDifference, compare_dialects, meaning_changes,
+};
 pub use error::CheckError;
 pub use families::needs_pull_up;
 pub use foreign::{

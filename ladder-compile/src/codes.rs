@@ -61,7 +61,7 @@ codes! {
     FUSES_NOTE "LC041" "fuses that the image relies on"
         "The image counts clocks, so the chip must run at the clock it was compiled for: from the crystal, with the divider CKDIV8 off.";
     OUTSIDE "LC042" "a pin needs something outside of the chip"
-        "Some pins cannot do all of an output's job: an open drain never goes high by itself, and a port without pull-ups needs resistors. The image is complete; the circuit must have what the message names, or the output another pin.";
+        "Some pins cannot do all of an output's job: an open drain never goes high by itself, and a port without pull-ups needs resistors, at inputs too: an input that nothing drives floats. The image is complete; the circuit must have what the message names, or the symbol another pin.";
     INTERNAL "LC099" "the compiler contradicted itself"
         "An instruction could not be encoded or a place was missing. This is a fault of the compiler, never of the program; please report it with the program. No image was written.";
 }

@@ -210,9 +210,7 @@ pub(crate) fn finish_compile(
     if !map.fuses.is_empty() {
         notes.push(warn(Severity::Note, codes::FUSES_NOTE, format!("fuses: {}", map.fuses.join("; ")), ""));
     }
-    notes.extend(
-        built.warnings.iter().map(|(cause, hint)| warn(Severity::Warning, codes::OUTSIDE, cause.clone(), hint)),
-    );
+    notes.extend(built.pin_needs.iter().map(|need| warn(need.severity, codes::OUTSIDE, need.cause.clone(), need.hint)));
     let segments: Vec<(u32, &[u8])> = built.segments.iter().map(|(at, bytes)| (*at, &bytes[..])).collect();
     Ok(CompiledProgram {
         hex: emu_core::image::write_hex(&segments),

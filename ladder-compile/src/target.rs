@@ -1,5 +1,6 @@
 //! Interface between the compiler and its back ends: the target, the job and the built image.
 
+use diag::Severity;
 use emu_core::chip::{Chip, ChipFamily};
 use ladder::ElementId;
 
@@ -186,6 +187,31 @@ pub struct BuiltImage {
     pub fuses: Vec<String>,
     /// Pins with a special function, with their parameters.
     pub specials: Vec<SpecialPin>,
-    /// Notes for the user, cause and hint, such as an output that cannot drive high.
-    pub warnings: Vec<(String, String)>,
+    /// What pins need outside of the chip.
+    pub pin_needs: Vec<PinNeed>,
+}
+
+/// Something that a pin needs outside of the chip, such as a resistor at an output that cannot drive high.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PinNeed {
+    /// [`Severity::Warning`] if the pin cannot do its job without it, [`Severity::Note`] if many circuits have it anyway.
+    pub severity: Severity,
+    /// The pin and what it lacks.
+    pub cause: String,
+    /// What to add or to choose.
+    pub hint: &'static str,
+}
+
+impl PinNeed {
+    /// Returns the need of the inputs that `lacks_pull_up` selects; `None` if it selects none. Without a pull-up an open input
+    /// floats: its level is that of the last charge.
+    pub fn of_floating_inputs(pins: &[AssignedPin], lacks_pull_up: impl Fn(&AssignedPin) -> bool) -> Option<PinNeed> {
+        let floating = pins.iter().filter(|pin| !pin.output && !pin.analog && lacks_pull_up(pin));
+        let names: Vec<String> = floating.map(|pin| format!("{}={}", pin.name, pin.pin)).collect();
+        (!names.is_empty()).then(|| PinNeed {
+            severity: Severity::Note,
+            cause: format!("inputs without a pull-up, which float when nothing drives them: {}", names.join(" ")),
+            hint: "a switch there needs a resistor to the supply or to ground",
+        })
+    }
 }

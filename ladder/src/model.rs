@@ -4,6 +4,8 @@
 //! branches, and each branch is again a series. This is the nesting of LDmicro's `.ld` text. `ladder-eval`
 //! and `ladder-compile` define the meaning independently of each other and share only this model.
 
+use std::fmt;
+
 use diag::Pos;
 use serde::Serialize;
 
@@ -23,6 +25,15 @@ pub enum LadderDialect {
     /// 0.2 header.
     #[serde(rename = "ldmicro-5")]
     Ldmicro5,
+}
+
+impl fmt::Display for LadderDialect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            LadderDialect::Ldmicro23 => "ldmicro-2.3",
+            LadderDialect::Ldmicro5 => "ldmicro-5",
+        })
+    }
 }
 
 /// Header of a `.ld` file. The reader accepts both spellings of every line under either header.

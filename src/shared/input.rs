@@ -245,7 +245,21 @@ pub fn read_program(
     checked: bool,
     terminal: &MessageStyle,
 ) -> Result<ReadProgram, VerbFailure> {
-    let text = read_bytes(file)?;
+    let (read, notes) = parse_program(file, read_bytes(file)?, dialect, checked)?;
+    report_diagnostics(terminal, &notes, &read.texts);
+    Ok(read)
+}
+
+/// Parses a ladder program; with `checked`, also looks for suspicious elements. Returns its warnings and notes.
+///
+/// # Errors
+/// The program has errors.
+pub fn parse_program(
+    file: &str,
+    text: Vec<u8>,
+    dialect: Option<LadderDialect>,
+    checked: bool,
+) -> Result<(ReadProgram, Vec<Diagnostic>), VerbFailure> {
     let parsed = ladder::parse_bytes(file, &text, ladder::ParseOptions { dialect });
     let texts = FileTexts::one(file, text);
     let parsed = match parsed {
@@ -261,6 +275,5 @@ pub fn read_program(
     if told.iter().any(diag::Diagnostic::is_error) {
         return Err(VerbFailure::Refused(told, texts));
     }
-    report_diagnostics(terminal, &told, &texts);
-    Ok(ReadProgram { program: parsed.program, texts })
+    Ok((ReadProgram { program: parsed.program, texts }, told))
 }

@@ -93,7 +93,7 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
         ram_bytes: layout.memory_bits.div_ceil(8),
         fuses: Vec::new(),
         specials: Vec::new(),
-        warnings: Vec::new(),
+        pin_needs: Vec::new(),
     })
 }
 

@@ -255,7 +255,7 @@ fn built_image(plan: &AvrBuildPlan<'_>, code: &FinishedCode) -> Result<BuiltImag
         ram_bytes: layout.ram_bytes.into(),
         fuses: targets::fuse_requirements(chip, job.clock_hz),
         specials: special_pins(plan),
-        warnings: Vec::new(),
+        pin_needs: Vec::new(),
     })
 }
 

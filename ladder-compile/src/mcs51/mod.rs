@@ -17,6 +17,7 @@ pub mod select;
 pub mod serial;
 mod word_ops;
 
+use diag::Severity;
 use emu_8051::chips::{MCS51_PARTS, Mcs51Part};
 use emu_8051::isa::Kind;
 use ladder::ElementId;
@@ -25,7 +26,8 @@ use crate::code::{CodeLabel, CodeWriter, FinishedCode};
 use crate::ir::IrOp;
 use crate::longest_path::longest_path;
 use crate::map::SpecialPin;
-use crate::target::{BuildRefusal, BuiltImage, CodeMark, CompileJob, CompileTarget, ImageLine};
+use crate::pins::AssignedPin;
+use crate::target::{BuildRefusal, BuiltImage, CodeMark, CompileJob, CompileTarget, ImageLine, PinNeed};
 use arch::{Mcs51Arch, Mcs51Jump};
 use layout::Mcs51Layout;
 use pacing::{Mcs51Pacing, Mcs51PacingTimer};
@@ -297,10 +299,13 @@ impl Mcs51BuildPlan<'_> {
             }
         }
         let port0 = self.regs.byte("P0") as u8;
-        let drains = self.job.pins.iter().filter(|pin| pin.output && self.regs.pin(pin.pin).0 == port0).map(|pin| {
-            let cause = format!("`{}` stands at {}, which pulls low and never high", pin.name, pin.pin);
-            (cause, "fit a resistor from the pin to the supply, or choose a pin of another port".to_owned())
+        let in_port0 = |pin: &AssignedPin| self.regs.pin(pin.pin).0 == port0;
+        let drains = self.job.pins.iter().filter(|pin| pin.output && in_port0(pin)).map(|pin| PinNeed {
+            severity: Severity::Warning,
+            cause: format!("`{}` is at {}, which pulls low and never high", pin.name, pin.pin),
+            hint: "fit a resistor from the pin to the supply, or choose a pin of another port",
         });
+        let floating = PinNeed::of_floating_inputs(self.job.pins, in_port0);
         BuiltImage {
             segments: vec![(0, bytes)],
             lines: image_lines(&code),
@@ -318,7 +323,7 @@ impl Mcs51BuildPlan<'_> {
                 "EA high: the program is on the chip".to_owned(),
             ],
             specials,
-            warnings: drains.collect(),
+            pin_needs: drains.chain(floating).collect(),
             marks: code.marks,
         }
     }

@@ -117,7 +117,7 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
         ram_bytes: layout.used.len() as u32,
         fuses: config::config_lines(part, job.clock_hz),
         specials: devices.specials.clone(),
-        warnings: reset::pin_warnings(job, &layout),
+        pin_needs: reset::pin_needs(job, &layout),
     })
 }
 

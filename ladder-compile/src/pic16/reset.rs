@@ -1,6 +1,7 @@
 //! Code from reset to the start of the timer: sets up RAM, ports and everything that a reset leaves
 //! undefined.
 
+use diag::Severity;
 use emu_pic16::isa::Kind;
 use emu_pic16::periph::map::Sfr;
 
@@ -8,7 +9,8 @@ use super::layout::Pic16Layout;
 use super::pacing::Pic16Pacing;
 use super::peripherals::{self, Pic16Peripherals};
 use super::writer::{Pic16Writer, STATUS, Z};
-use crate::target::{CodeMark, CompileJob};
+use crate::pins::AssignedPin;
+use crate::target::{CodeMark, CompileJob, PinNeed};
 
 /// Up to this many bytes are cleared one by one, more by a loop.
 const MAX_UNROLLED_BYTES: usize = 6;
@@ -107,19 +109,22 @@ fn clear_bytes(out: &mut Pic16Writer<'_>, used: &[u16]) {
     }
 }
 
-/// Notes for the user about pins: cause and hint of each.
+/// What pins need outside of the chip: outputs with an open drain, and inputs of all ports but B, which alone has pull-ups
+/// (DS30292, section 3.2).
 #[must_use]
-pub fn pin_warnings(job: &CompileJob<'_>, layout: &Pic16Layout) -> Vec<(String, String)> {
-    let open = |pin: &&crate::pins::AssignedPin| {
+pub fn pin_needs(job: &CompileJob<'_>, layout: &Pic16Layout) -> Vec<PinNeed> {
+    let open = |pin: &&AssignedPin| {
         pin.output
             && layout
                 .ports
                 .iter()
                 .any(|port| port.letter == pin.port_letter() && port.open_drain_bits >> pin.bit_number() & 1 == 1)
     };
-    let warning = |pin: &crate::pins::AssignedPin| {
-        let cause = format!("`{}` is at {}, which has an open drain: it never goes high by itself", pin.name, pin.pin);
-        (cause, "use another pin, or a resistor to the supply".to_owned())
+    let drain = |pin: &AssignedPin| PinNeed {
+        severity: Severity::Warning,
+        cause: format!("`{}` is at {}, which has an open drain: it never goes high by itself", pin.name, pin.pin),
+        hint: "use another pin, or a resistor to the supply",
     };
-    job.pins.iter().filter(open).map(warning).collect()
+    let floating = PinNeed::of_floating_inputs(job.pins, |pin| pin.port_letter() != 'B');
+    job.pins.iter().filter(open).map(drain).chain(floating).collect()
 }
