@@ -24,11 +24,11 @@ codes! {
     TOO_LARGE "LD005" "the program is too large"
         "Size is bounded so that a damaged file cannot use up memory: 4 MiB of text, 2,000 rungs, 20,000 elements, 4,000 lines in a list. LDmicro 2.3 itself stops at 99 rungs.";
     UNKNOWN_SETTING "LD006" "unknown line before PROGRAM"
-        "Before PROGRAM stand MICRO=, CYCLE=, CRYSTAL=, BAUD=, COMPILER=, COMPILED= and the lists IO LIST, VAR LIST and PULL-UP LIST. Spelling and capitals matter.";
+        "Before PROGRAM stand MICRO=, CYCLE=, CRYSTAL=, BAUD=, COMPILER=, COMPILED= and the lists IO LIST, VAR LIST and PULL-UP LIST. Spelling and capitals matter. In `ldmicro-5` another line is a warning, because LDmicro 5 ignores it.";
     SETTING_MISSING "LD007" "CYCLE= or CRYSTAL= is missing"
         "Timers are counted in scans, so the time of a scan (CYCLE=, microseconds) and the clock (CRYSTAL=, Hz) must be known. There is no default: a guess would change every delay.";
     SETTING_NUMBER "LD008" "a setting is not a number in its range"
-        "CYCLE= takes microseconds (optionally followed by `us ..`; another text is a warning, because it has no effect), CRYSTAL= and BAUD= take Hz (optionally followed by `Hz ..`). All are decimal, at most 1,000,000,000,000; CRYSTAL is at least 1.";
+        "CYCLE= takes microseconds (optionally followed by `us ..`; another text is a warning, because it has no effect), CRYSTAL= and BAUD= take Hz (optionally followed by `Hz ..`). All are decimal, at most 1,000,000,000,000; CRYSTAL is at least 1. In `ldmicro-5` a CYCLE= without a number is 10000 (warning).";
     SETTING_TWICE "LD009" "a setting or list stands twice"
         "Each setting and each list may stand once. Two lines of one name would leave it open which of them counts.";
     IO_LINE "LD010" "a line of IO LIST is malformed"
@@ -46,7 +46,7 @@ codes! {
     NO_PROGRAM "LD016" "the line PROGRAM is missing"
         "After the settings and lists the line PROGRAM starts the rungs. Without it there is nothing to run.";
     OUTSIDE_RUNG "LD017" "an element stands outside a rung"
-        "After PROGRAM there are only rungs: RUNG, its elements, END.";
+        "After PROGRAM there are only rungs: RUNG, its elements, END. LDmicro 5 takes a line that only contains RUNG for the beginning of one (note).";
     REWRITTEN "LD018" "writing the program back changes this line"
         "The program is understood, but the writer spells this line otherwise (text after the header, leading zeros, other order of the settings, no IO LIST). Nothing of its meaning changes.";
     TOO_MANY_ERRORS "LD019" "further errors are not shown"

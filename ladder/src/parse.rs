@@ -246,7 +246,15 @@ fn read_rungs<'a>(reader: &mut LdReader<'_>, lines: &mut impl Iterator<Item = Ld
         if reader.has_too_many_errors() {
             break;
         }
+        // LDmicro 5 looks for the word in a line that is in no rung.
+        let loose = reader.dialect == LadderDialect::Ldmicro5 && open.is_empty() && line.text.contains("RUNG");
         match line.keyword() {
+            _ if loose && line.keyword() != "RUNG" => {
+                let cause = format!("`{}` begins a rung in LDmicro 5", message_text(line.text));
+                reader.report(Severity::Note, codes::OUTSIDE_RUNG, line.pos, cause, "write RUNG");
+                numbered.get_or_insert(false);
+                open.push(open_group(GroupKind::Rung, line.pos));
+            }
             "RUNG" => {
                 report_unclosed_groups(reader, &mut open);
                 if rungs.len() == MAX_RUNGS {

@@ -168,12 +168,16 @@ fn read_setting(reader: &mut LdReader<'_>, line: &LdLine<'_>, out: &mut ProgramH
             (_, Some(near)) => format!("did you mean {near}?"),
             (_, None) => format!("known are {}", SETTINGS.join(", ")),
         };
-        reader.error(
-            codes::UNKNOWN_SETTING,
-            line.pos,
-            format!("`{}` is no line of the head", message_text(line.text)),
-            hint,
-        );
+        // LDmicro 5 ignores lines that it does not know.
+        let severity = match reader.dialect {
+            LadderDialect::Ldmicro5 if line.keyword() != "RUNG" => Severity::Warning,
+            _ => Severity::Error,
+        };
+        let cause = match severity {
+            Severity::Error => format!("`{}` is no line of the head", message_text(line.text)),
+            _ => format!("`{}` is no line of the head and has no effect", message_text(line.text)),
+        };
+        reader.report(severity, codes::UNKNOWN_SETTING, line.pos, cause, hint);
         return;
     };
     refuse_repeated(reader, out, name, line.pos);
@@ -192,6 +196,9 @@ fn read_setting(reader: &mut LdReader<'_>, line: &LdLine<'_>, out: &mut ProgramH
         _ => out.compiled = Some(value.to_owned()),
     }
 }
+
+/// Duration of a scan in microseconds where LDmicro 5 finds no number in `CYCLE=`.
+const DEFAULT_CYCLE_US: u64 = 10_000;
 
 /// Reads a decimal number and the text after it, which must be empty or begin with the unit.
 fn read_quantity(
@@ -220,6 +227,12 @@ fn read_quantity(
             reader.report(Severity::Warning, codes::SETTING_NUMBER, pos, cause, hint);
         }
         return Some((number, rest.to_owned()));
+    }
+    if unit == "us" && digits.is_empty() && reader.dialect == LadderDialect::Ldmicro5 {
+        let cause = format!("CYCLE= has no number, so LDmicro 5 takes {DEFAULT_CYCLE_US} microseconds");
+        let hint = format!("write CYCLE={DEFAULT_CYCLE_US}");
+        reader.report(Severity::Warning, codes::SETTING_NUMBER, pos, cause, hint);
+        return Some((DEFAULT_CYCLE_US, String::new()));
     }
     let cause = format!("{name} needs a whole number from {low} to {MAX_SETTING}, found `{}`", message_text(value));
     let hint = match unit {
