@@ -20,7 +20,7 @@ use emu_core::cpu::{NEVER, Probe};
 use emu_core::image::Image;
 use emu_core::lint::Lint;
 
-use crate::chips::AvrPart;
+use crate::chips::{AvrPart, RegisterPresence};
 use crate::executor::Executor;
 use crate::flags::SregFlag;
 use crate::isa::{AvrOp, Kind};
@@ -104,6 +104,7 @@ impl LintState {
 #[derive(Debug, Clone)]
 struct LintTracker {
     part: &'static AvrPart,
+    presence: Arc<RegisterPresence>,
     ground: Arc<ProgramFacts>,
     /// Unknown bits of the registers, of the flags, and of RAM from its first byte on.
     regs: [UnknownBits; 32],
@@ -162,6 +163,7 @@ impl LintTracker {
         let whole = |addr| if fresh { UnknownBits::at(addr, 0xFF) } else { UnknownBits::NONE };
         let mut live = LintTracker {
             part,
+            presence: Arc::new(RegisterPresence::new(part)),
             ground: Arc::clone(ground),
             regs: std::array::from_fn(|n| whole(n as u16)),
             flags: [UnknownBits::NONE; 8],

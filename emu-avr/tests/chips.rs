@@ -453,3 +453,20 @@ fn names_are_found_in_any_case() {
     assert_eq!(row.map(|part| part.chip.name), Some("atmega162"));
     assert!(chip("atmega169").is_none());
 }
+
+/// JTAG pins by the pin configurations of the data sheets (TCK, TMS, TDO, TDI).
+#[test]
+fn jtag_pins() {
+    let pins = [
+        ("atmega16", "PC2 PC3 PC4 PC5"),
+        ("atmega32", "PC2 PC3 PC4 PC5"),
+        ("atmega64", "PF4 PF5 PF6 PF7"),
+        ("atmega128", "PF4 PF5 PF6 PF7"),
+        ("atmega162", "PC4 PC5 PC6 PC7"),
+    ];
+    for part in AVR_PARTS {
+        let named = part.chip.pins.iter().map(|pin| pin.name).filter(|name| part.is_jtag_pin(name));
+        let wanted = pins.iter().find(|(chip, _)| *chip == part.chip.name).map_or("", |row| row.1);
+        assert_eq!(named.collect::<Vec<_>>().join(" "), wanted, "{}", part.chip.name);
+    }
+}

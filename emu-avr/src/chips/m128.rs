@@ -81,6 +81,7 @@ pub(super) const PART_128: AvrPart = AvrPart {
     signature: [0x1E, 0x97, 0x02],
     fuses: FuseLayout { wdton: Some((2, 0, 1)), ..classic::FUSES },
     reset_pin: 53,
+    jtag_pins: &[44, 45, 46, 47],
     names: HeaderNames {
         bit_names: &[b::ANY, b::OLD, b::MUX5, b::FREE_RUNNING, b::COMPARE_0, b::TIMERS, b::WDCE, b::M128],
         fuse_names: [classic::LOW_FUSES, classic::HIGH_FUSES, "- - - - - - FUSE_M103C FUSE_WDTON"],

@@ -76,6 +76,7 @@ pub(super) const PART_16: AvrPart = AvrPart {
     signature: [0x1E, 0x94, 0x03],
     fuses: classic::FUSES,
     reset_pin: 32,
+    jtag_pins: &[18, 19, 20, 21],
     names: HeaderNames {
         bit_names: &[b::ANY, b::OLD, b::MUX5, b::TRIGGERED, b::COMPARE_0, b::TIMERS, b::TIMERS_1_2, b::M16, b::SM_16],
         fuse_names: [classic::LOW_FUSES, classic::HIGH_FUSES, ""],

@@ -85,6 +85,7 @@ pub(super) const PART_162: AvrPart = AvrPart {
         ..classic::FUSES
     },
     reset_pin: 35,
+    jtag_pins: &[20, 21, 22, 23],
     names: HeaderNames {
         bit_names: &[b::ANY, b::OLD, b::COMPARE_0, b::TIMERS_1_2, b::WDCE, b::M162],
         fuse_names: [

@@ -63,6 +63,7 @@ pub(super) const PART_8: AvrPart = AvrPart {
     signature: [0x1E, 0x93, 0x07],
     fuses: FuseLayout { wdton: Some((1, 6, 1)), rstdisbl: Some((1, 7, 1)), ..classic::FUSES },
     reset_pin: 14,
+    jtag_pins: &[],
     names: HeaderNames {
         bit_names: &[b::ANY, b::OLD, b::MUX4, b::FREE_RUNNING, b::TIMERS_1_2, b::WDCE, b::M8],
         fuse_names: [

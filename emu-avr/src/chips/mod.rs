@@ -23,6 +23,7 @@ use crate::periph::{AvrLine, adc, comparator, eeprom, external, spi, spm, timers
 
 pub use fuses::{FuseByte, FuseField, FuseLayout, StartUpTime, StartUpTimes};
 pub use names::HeaderNames;
+pub use register_presence::RegisterPresence;
 pub use x8::{ATMEGA328, ATMEGA328P, PART_328P};
 
 /// Rows of all chips of this crate.
@@ -122,6 +123,8 @@ pub struct AvrPart {
     pub fuses: FuseLayout,
     /// Identity of the reset pin.
     pub reset_pin: PinId,
+    /// Pins of the JTAG interface: TCK, TMS, TDO, TDI. Empty on a chip without one.
+    pub jtag_pins: &'static [PinId],
     /// Names of bits and fuses.
     pub names: HeaderNames,
 }
@@ -172,6 +175,13 @@ impl AvrPart {
             let value = *place;
             (self.boot_start(with) == at).then_some(FuseByte { index: byte, value })
         })
+    }
+
+    /// Reports whether the pin `name` belongs to the JTAG interface, which JTD disables.
+    #[must_use]
+    pub fn is_jtag_pin(&self, name: &str) -> bool {
+        let named = |pin: &PinId| self.chip.pins.get(usize::from(*pin)).is_some_and(|row| row.name == name);
+        self.jtag_pins.iter().any(named)
     }
 
     /// Reports whether a register can change in every cycle, or has a side effect when it is read. A loop

@@ -64,6 +64,11 @@ fn bit_cells(words: impl Iterator<Item = &'static str>) -> impl Iterator<Item = 
 
 /// Bit names with their bit numbers.
 fn bits(part: &AvrPart) -> Vec<(&'static str, i32)> {
+    named_bits(part).into_iter().map(|(_, bit, name)| (name, bit)).collect()
+}
+
+/// The named bits of the registers: data address, bit number, name.
+pub(super) fn named_bits(part: &AvrPart) -> Vec<(u16, i32, &'static str)> {
     let mut all = Vec::new();
     for line in part.names.bit_names.iter().flat_map(|table| table.lines()) {
         let mut words = line.split_whitespace();
@@ -72,7 +77,8 @@ fn bits(part: &AvrPart) -> Vec<(&'static str, i32)> {
             RegisterSlot::Port(port, _) => part.ports.get(usize::from(port)).copied().unwrap_or(0),
             _ => 0xFF,
         };
-        all.extend(bit_cells(words).filter(|(bit, _)| there >> bit & 1 == 1).map(|(bit, name)| (name, bit)));
+        let there = bit_cells(words).filter(|(bit, _)| there >> bit & 1 == 1);
+        all.extend(there.map(|(bit, name)| (addr, bit, name)));
     }
     all
 }

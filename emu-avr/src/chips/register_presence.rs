@@ -1,13 +1,55 @@
 //! Existing and reserved bits of each chip's registers (register summary).
+//!
+//! A bit exists if the chip's row names it ([`HeaderNames::bit_names`](super::HeaderNames)), so a chip states each fact once.
 
 use super::{AvrPart, RegisterSlot, SocRegister};
-use crate::periph::{adc, comparator, eeprom, external, spi, spm, timers, twi, usart, watchdog};
-
-/// Bit mask of JTRF in MCUCSR.
-const JTRF: u8 = 1 << 4;
+use crate::periph::{eeprom, external, timers, usart};
 
 /// Bit mask of URSEL in UCSRC and UBRRH.
 const URSEL: u8 = 1 << 7;
+
+/// Bits 8 to 11 of UBRR in UBRRH, which the tables do not name on all chips.
+const UBRR_HIGH: u8 = 0x0F;
+
+/// The bits of each register of a chip that a program may write as ones: all except the reserved bits, which must be written as
+/// zeros.
+///
+/// Absent pins of a port, and absent flags in registers where a one clears a flag, count as existing: programs write such
+/// registers as a whole.
+#[derive(Debug, Clone)]
+pub struct RegisterPresence {
+    part: &'static AvrPart,
+    /// By data address below 100h; `None` for an address that a program must not write.
+    bits: [Option<u8>; 0x100],
+}
+
+impl RegisterPresence {
+    /// Computes the bits of the chip `part`.
+    #[must_use]
+    pub fn new(part: &'static AvrPart) -> RegisterPresence {
+        let mut named = [0u8; 0x100];
+        for (addr, bit, _) in super::names::named_bits(part) {
+            if let Some(bits) = named.get_mut(usize::from(addr)) {
+                *bits |= 1 << bit;
+            }
+        }
+        let mut bits = [None; 0x100];
+        for (addr, (place, named)) in (0..).zip(bits.iter_mut().zip(named)) {
+            *place = part.writable_bits(addr, named);
+        }
+        RegisterPresence { part, bits }
+    }
+
+    /// Returns the bits of the register at a data address, or `None` for an address that a program must not write. `value` is
+    /// the byte written; it distinguishes UCSRC from UBRRH where they share an address.
+    #[must_use]
+    pub fn existing_bits(&self, addr: u16, value: u8) -> Option<u8> {
+        match self.part.register_slot(addr) {
+            RegisterSlot::Ursel(_) if value & URSEL == 0 => Some(UBRR_HIGH),
+            _ => self.bits.get(usize::from(addr)).copied().flatten(),
+        }
+    }
+}
 
 impl AvrPart {
     /// Returns the register slot at a data address below 100h; any other address is reserved.
@@ -25,87 +67,23 @@ impl AvrPart {
         }
     }
 
-    /// Returns the bits of the register at a data address that a program may write as ones: all except the
-    /// reserved bits, which must be written as zeros. Returns None for an address that a program must not
-    /// write.
-    ///
-    /// Absent pins of a port, and absent flags in registers where a one clears a flag, count as existing:
-    /// programs write such registers as a whole. `value` is the byte written; it distinguishes UCSRC from
-    /// UBRRH where they share an address.
-    #[must_use]
-    pub fn existing_bits(&self, addr: u16, value: u8) -> Option<u8> {
-        use adc::AdcRegister::{ADCSRB, ADMUX, DIDR0};
-        use external::ExternalRegister::{EICRA, EIMSK, PCICR, PCMSK0, PCMSK1, PCMSK2};
-        use timers::TimerRegister::{ASSR, TCCRA, TCCRB, TCCRC, TIMSK};
-        // True for ATmega48 to 328; the other chips are older.
-        let today = self.pin_writes_toggle;
+    /// Returns the bits of a register that a program may write as ones; `named` are the bits that have a name.
+    fn writable_bits(&self, addr: u16, named: u8) -> Option<u8> {
+        use external::ExternalRegister::{EIFR, PCIFR};
+        use timers::TimerRegister::TIFR;
         Some(match self.register_slot(addr) {
             RegisterSlot::Reserved if self.chip.regs.iter().any(|reg| reg.addr == addr) => 0xFF,
             RegisterSlot::Reserved => return None,
-            RegisterSlot::Split(bits) => {
-                // JTRF, which chips with a JTAG interface have in addition to JTD, is a flag that nothing in
-                // the model sets.
-                let jtag = bits.contains(&(3, RegisterSlot::Own(SocRegister::MCUSR), 3))
-                    && bits.iter().any(|bit| matches!(bit.1, RegisterSlot::Kept(_)));
-                bits.iter().fold(if jtag { JTRF } else { 0 }, |all, &(bit, ..)| all | 1 << bit)
-            }
-            RegisterSlot::Ursel(_) if value & URSEL == 0 => 0x0F,
-            RegisterSlot::Timer(n, reg) => {
-                let shape = self.timers.get(usize::from(n)).copied().unwrap_or(timers::TimerShape::narrow(0));
-                match reg {
-                    TCCRA if shape.channels == 3 => 0xFF,
-                    TCCRA => 0xF3,
-                    TCCRB if shape.wide => 0xDF,
-                    TCCRB if shape.channels == 0 => 0x07,
-                    TCCRB => 0xCF,
-                    TCCRC if shape.channels == 3 => 0xE0,
-                    TCCRC => 0xC0,
-                    ASSR => 0x7F,
-                    TIMSK => shape.flags(),
-                    _ => 0xFF,
-                }
-            }
-            RegisterSlot::Usart(_, usart::UsartRegister::UBRRH) => 0x0F,
-            RegisterSlot::Spi(spi::SpiRegister::SPSR) => 0xC1,
-            RegisterSlot::Twi(twi::TwiRegister::TWSR) => 0xFB,
-            RegisterSlot::Twi(twi::TwiRegister::TWCR) => 0xFD,
-            RegisterSlot::Twi(twi::TwiRegister::TWAMR) => 0xFE,
-            RegisterSlot::Adc(ADCSRB) if today => 0x47,
-            RegisterSlot::Adc(ADCSRB) => 0x07,
-            RegisterSlot::Adc(ADMUX) if today => 0xE0 | self.adc_kind.mux,
-            RegisterSlot::Adc(DIDR0) => self.adc_kind.didr0,
-            RegisterSlot::Comparator(comparator::ComparatorRegister::DIDR1) => 0x03,
-            RegisterSlot::Eeprom(eeprom::EepromRegister::EECR) => {
-                if today {
-                    0x3F
-                } else {
-                    0x0F
-                }
-            }
+            RegisterSlot::Port(..) | RegisterSlot::Timer(_, TIFR) | RegisterSlot::External(EIFR | PCIFR) => 0xFF,
+            // The variants of one chip share a table of names.
+            RegisterSlot::Own(SocRegister::MCUCR) => self.mcucr,
             RegisterSlot::Eeprom(eeprom::EepromRegister::EEARH) => {
                 (self.chip.eeprom_bytes.saturating_sub(1) >> 8) as u8
             }
-            RegisterSlot::Spm(spm::SpmRegister::SPMCSR) if !today => 0xDF,
-            RegisterSlot::Watchdog(watchdog::WatchdogRegister::WDTCSR) if !today => 0x1F,
-            RegisterSlot::External(EICRA) if today => self.external_kind.sense_mask(),
-            RegisterSlot::External(EIMSK) => self.external_kind.int_mask(),
-            RegisterSlot::External(PCICR) => {
-                (0..4).fold(0, |bits, n| bits | u8::from(self.external_kind.group_mask(n) != 0) << n)
-            }
-            RegisterSlot::External(reg @ (PCMSK0 | PCMSK1 | PCMSK2)) => {
-                self.external_kind.group_mask(reg as usize - PCMSK0 as usize)
-            }
-            RegisterSlot::Own(SocRegister::MCUCR) => self.mcucr,
-            // Newer chips have JTRF if they have JTD, bit 7 of MCUCR.
-            RegisterSlot::Own(SocRegister::MCUSR) => 0x0F | self.mcucr >> 3 & JTRF,
-            RegisterSlot::Own(SocRegister::SMCR) => 0x0F,
-            RegisterSlot::Own(SocRegister::CLKPR) => 0x8F,
-            RegisterSlot::Own(SocRegister::PRR) => {
-                self.power_reduction_bits.iter().fold(0, |bits, row| bits | 1 << row.0)
-            }
-            RegisterSlot::Own(SocRegister::GTCCR) => 0x83,
-            RegisterSlot::Own(SocRegister::RAMPZ) => 0x01,
-            _ => 0xFF,
+            RegisterSlot::Usart(_, usart::UsartRegister::UBRRH) => UBRR_HIGH,
+            // Registers of data have no names of bits.
+            _ if named == 0 => 0xFF,
+            _ => named,
         })
     }
 }

@@ -101,6 +101,7 @@ pub const PART_328P: AvrPart = AvrPart {
         bod_mv: &[0, 0, 0, 0, 4_300, 2_700, 1_800, 0],
     },
     reset_pin: 14,
+    jtag_pins: &[],
     names: HeaderNames {
         bit_names: &[b::ANY, b::X8, b::MUX4, b::TRIGGERED],
         fuse_names: [

@@ -143,7 +143,7 @@ impl<'a> ShadowMachine<'a> {
         self.live.report_use(value.doubt.with_bits(value.doubt.bits & mask));
         // After a reported stack overflow, overwritten registers give no new information.
         let over = self.live.stack.overflow_reported;
-        let Some(present) = self.live.part.existing_bits(addr, value.byte) else {
+        let Some(present) = self.live.presence.existing_bits(addr, value.byte) else {
             if !over {
                 let addr = *self.live.reserved_writes.entry(self.live.pc).or_insert(addr);
                 self.live.add_finding(Lint::NothingThere { addr });

@@ -23,15 +23,6 @@ const CONVERSION_OVERHEAD_CLOCKS: u32 = 8;
 /// Maximum converter clock for full resolution, in Hz.
 const MAX_CONVERTER_HZ: u64 = 200_000;
 
-/// Pins of the JTAG interface, which the program disables if it uses them.
-const JTAG_PINS: &[(&str, &[&str])] = &[
-    ("atmega16", &["PC2", "PC3", "PC4", "PC5"]),
-    ("atmega32", &["PC2", "PC3", "PC4", "PC5"]),
-    ("atmega64", &["PF4", "PF5", "PF6", "PF7"]),
-    ("atmega128", &["PF4", "PF5", "PF6", "PF7"]),
-    ("atmega162", &["PC4", "PC5", "PC6", "PC7"]),
-];
-
 /// Clears memory and registers, and sets the stack pointer if the program has subroutines (`calls`).
 pub fn clear_memory(
     asm: &mut AvrCodeWriter,
@@ -125,8 +116,8 @@ fn clear_registers(asm: &mut AvrCodeWriter, used: &[u8]) {
 ///
 /// The ports have their reset values: inputs without pull-up.
 pub fn set_up_ports(asm: &mut AvrCodeWriter, regs: &AvrRegisters, layout: &AvrLayout, job: &CompileJob<'_>) {
-    let jtag = JTAG_PINS.iter().find(|(chip, _)| *chip == job.target.chip.name).map_or(&[][..], |&(_, pins)| pins);
-    if job.pins.iter().any(|pin| jtag.contains(&pin.pin)) {
+    let part = emu_avr::chips::part(job.target.chip.name);
+    if job.pins.iter().any(|pin| part.is_some_and(|part| part.is_jtag_pin(pin.pin))) {
         // The bit takes effect only if it is written twice within four clocks.
         let control = regs.addr(&["MCUCSR"]);
         registers::read(asm, 24, control);
