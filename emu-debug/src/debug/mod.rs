@@ -2,17 +2,25 @@
 //! line, the gdb server, the DAP server and the screen are four front ends of one [`DebugSession`].
 //!
 //! ```text
-//!   dyn_machine.rs       any Cpu as a trait object         session.rs     running forwards: steps, points, limits
-//!   followed_machine.rs  a machine with its follower       step_until.rs  running step by step
-//!   history.rs           copies and user actions           backwards.rs   backwards: nearest copy, then replay
-//!   points.rs            breakpoints, watchpoints          breakpoint_probe.rs  observes what points wait for
-//!   breakpoint_locations.rs  functions, source lines       event_log.rs   the events of the chip
-//!   call_flow.rs         calls and returns                 call_stack.rs  the active calls
-//!   scope.rs             names to locations                values.rs      value history, user variables
-//!   expression.rs        expressions over locations        parse_expression.rs  text to expressions
-//!   expression_place.rs  locations that have a value       expression_value.rs  values of expressions
-//!   c_objects.rs         variables and values of C         c_type_queries.rs  queries on C types
-//!   c_values.rs          C values as text                  c_types.rs     C types as text
+//!   dyn_machine.rs                 any Cpu as a trait object
+//!   session.rs                     running forwards: steps, points, limits
+//!   step_until.rs                  running step by step
+//!   backwards.rs                   running backwards: nearest copy, then replay
+//!   history.rs                     copies of the machine, user actions
+//!   followed_machine.rs            a machine with its follower
+//!   points.rs                      breakpoints and watchpoints
+//!   breakpoint_probe.rs            observes what points wait for
+//!   breakpoint_locations.rs        breakpoints on functions and source lines
+//!   event_log.rs                   the events of the chip
+//!   call_flow.rs, call_stack.rs    calls and returns, the active calls
+//!   scope.rs                       names to locations
+//!   parse_expression.rs            text to expressions
+//!   expression.rs                  expressions over locations
+//!   expression_place.rs            locations that have a value
+//!   expression_value.rs            values of expressions
+//!   values.rs                      the value history, user variables
+//!   c_objects.rs, c_values.rs      variables and values of C, as text
+//!   c_types.rs, c_type_queries.rs  types of C, as text
 //! ```
 //!
 //! **Positions.** The debugger stops between two instructions. A step ends after an instruction or after the

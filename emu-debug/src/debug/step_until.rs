@@ -88,7 +88,8 @@ impl DebugSession {
     }
 
     /// Reports whether only a stimulus can change what the program does
-    /// ([`DynMachine::is_blocked_on_input`]), none is pending, and no point depends on time.
+    /// ([`DynMachine::is_blocked_on_input`](super::DynMachine::is_blocked_on_input)), none is pending, and no
+    /// point depends on time.
     pub(super) fn is_blocked_on_input(&self) -> bool {
         let timed = |what: &PointTrigger| matches!(what, PointTrigger::Change(expr) if expr.depends_only_on_time());
         self.current.next_event_cycle(&self.history.input_events) == u64::MAX
