@@ -84,7 +84,7 @@ pub(crate) struct AsmDialect {
     pub space_fills: bool,
     /// A letter with a value in parentheses is the name of an address: `M(256+n)`.
     pub zones: bool,
-    /// Syntax literals that a value may be written for.
+    /// Literals of the syntax, with the values that may be written instead.
     pub literals: &'static [(&'static str, i64)],
     /// Features that few dialects have.
     pub hooks: DialectHooks,
