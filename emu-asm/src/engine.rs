@@ -412,7 +412,7 @@ impl<'a> Assembler<'a> {
         }
     }
 
-    /// Returns the name in the case that the chip's names have.
+    /// Returns the name as the key of a chip name: in lower case if the dialect ignores case.
     pub fn folded_name<'n>(&self, name: &'n str) -> Cow<'n, str> {
         if self.dialect.ignores_case { Cow::Owned(name.to_ascii_lowercase()) } else { Cow::Borrowed(name) }
     }

@@ -1,13 +1,13 @@
 //! One assembler for the instruction tables of all chips.
 //!
 //! ```text
-//!   lib.rs         assemble a source, one instruction     dialect/    differences between families, as tables
+//!   lib.rs         assemble a source, one instruction     dialect/    differences of families, as tables
 //!   engine.rs      passes, names, diagnostics             statement.rs  one line: labels and its word
 //!   reader.rs      files, macros, repetitions, conditions
 //!   complaints.rs  diagnostics about lines that are not statements
 //!   name_or_directive.rs  names of the program that are also directives
 //!   macros.rs      macros, text definitions               arguments.rs  macro arguments
-//!   matching.rs    operands against the forms             form_table.rs  an instruction table prepared for that
+//!   matching.rs    operands against the forms             form_table.rs  an instruction table for matching
 //!   expression.rs  expressions                            name_values.rs  values of names in expressions
 //!   number.rs      numbers, characters                    lines.rs    lines, and pieces of text
 //!   symbols.rs     names from pass to pass                chip_names.rs  the chip's names

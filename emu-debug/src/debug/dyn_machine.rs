@@ -25,34 +25,34 @@ pub trait DynMachine {
     fn instructions(&self) -> u64;
     /// Returns the program counter in program words.
     fn pc(&self) -> u32;
-    /// [`Cpu::reg`].
+    /// Returns the value of a core register: [`Cpu::reg`].
     fn reg(&self, name: &str) -> Option<u32>;
-    /// [`Cpu::set_reg`].
+    /// Sets a core register; returns false if there is none of that name: [`Cpu::set_reg`].
     fn set_reg(&mut self, name: &str, value: u32) -> bool;
-    /// [`Cpu::peek`].
+    /// Returns a byte of a memory without side effects: [`Cpu::peek`].
     fn peek(&self, space: &str, addr: u32) -> Option<u8>;
-    /// [`Cpu::poke`].
+    /// Sets a byte of a memory; returns false if there is none: [`Cpu::poke`].
     fn poke(&mut self, space: &str, addr: u32, value: u8) -> bool;
-    /// [`Cpu::poke_bit`].
+    /// Sets one bit of a byte of a memory; returns false if there is none: [`Cpu::poke_bit`].
     fn poke_bit(&mut self, space: &str, addr: u32, bit: u8, value: bool) -> bool;
-    /// [`Cpu::has_pin`].
+    /// Reports whether the machine, as configured, has a pin: [`Cpu::has_pin`].
     fn has_pin(&self, pin: PinId) -> bool;
-    /// [`Cpu::pin_level`].
+    /// Returns the level of a pin: [`Cpu::pin_level`].
     fn pin_level(&self, pin: PinId) -> PinLevel;
-    /// [`Cpu::canonical_ram_address`].
+    /// Returns the canonical address of a byte of RAM: [`Cpu::canonical_ram_address`].
     fn canonical_ram_address(&self, addr: u32) -> Option<u32>;
     /// Returns the return addresses of a stack that is in no memory ([`Cpu::return_stack`]).
     fn return_stack(&self) -> Vec<u32>;
-    /// [`Cpu::stack_depth`].
+    /// Returns the depth of the stack: [`Cpu::stack_depth`].
     fn stack_depth(&self) -> u32;
-    /// [`Cpu::interrupt_flags`].
+    /// Returns the interrupt flags that are set and enabled: [`Cpu::interrupt_flags`].
     fn interrupt_flags(&self) -> Vec<&'static str>;
     /// Queues a drive from outside.
     ///
     /// # Errors
     /// The machine does not accept it: one sentence.
     fn queue_drive(&mut self, drive: TimedDrive) -> Result<(), InputError>;
-    /// [`Cpu::reset`].
+    /// Resets the machine: [`Cpu::reset`].
     fn reset(&mut self, why: ResetCause);
     /// Reports whether no device with a state of its own is attached.
     fn has_no_devices(&self) -> bool;
@@ -67,15 +67,15 @@ pub trait DynMachine {
     fn set_breakpoints(&mut self, words: &BTreeSet<u32>);
     /// Calls [`Cpu::run`]; `seer` observes as closely as `look` requires.
     fn run(&mut self, until: u64, look: ObserveLevel, seer: &mut dyn DynProbe) -> StopReason;
-    /// [`Cpu::step`].
+    /// Executes one step: [`Cpu::step`].
     fn step(&mut self, look: ObserveLevel, seer: &mut dyn DynProbe) -> StopReason {
         self.step_until(LAST_CYCLE, look, seer)
     }
-    /// [`Cpu::step_until`].
+    /// Executes one step, in which sleep ends at the cycle `until` at the latest: [`Cpu::step_until`].
     fn step_until(&mut self, until: u64, look: ObserveLevel, seer: &mut dyn DynProbe) -> StopReason;
-    /// [`Cpu::is_asleep`].
+    /// Reports whether the core sleeps: [`Cpu::is_asleep`].
     fn is_asleep(&self) -> bool;
-    /// [`Cpu::set_run_while_halted`].
+    /// Lets time pass even if nothing can wake the chip: [`Cpu::set_run_while_halted`].
     fn set_run_while_halted(&mut self, on: bool);
     /// Calls [`Cpu::is_blocked_on_input`], with the breakpoints taken into account. Devices at the pins do
     /// nothing by themselves.
