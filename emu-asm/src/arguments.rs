@@ -1,4 +1,4 @@
-//! Arguments of macros: cut apart, and put into lines for the names of parameters.
+//! Macro arguments: splitting them, and substituting them for parameter names in the lines of a macro.
 
 use std::ops::Range;
 
@@ -8,10 +8,10 @@ use crate::lines::{AsmLine, RewrittenText, begins_name, behind_name, byte, cut, 
 use crate::macros::MacroParameter;
 use crate::statement::code_end;
 
-/// What joins an argument to the text beside it in the lines of a macro, and is left out.
+/// The mark that joins an argument to the adjacent text in a macro line. Substitution removes it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ArgumentJoin {
-    /// Nothing does.
+    /// No mark.
     Nothing,
     /// `l&n` and `'&n'`, as in ASM51 and ASEM-51 (its manual, "Macro expansion").
     And,
@@ -20,7 +20,8 @@ pub(crate) enum ArgumentJoin {
 }
 
 impl ArgumentJoin {
-    /// That of a macro or repetition begun by the word of a directive: one with a dot is sdas8051's.
+    /// Returns the mark for a macro or repetition that the directive `word` begins: a word with a dot is
+    /// sdas8051's.
     pub fn of(d: &AsmDialect, word: &str) -> ArgumentJoin {
         match word.starts_with('.') || d.hooks.is_sdas {
             _ if !d.hooks.angle_arguments => ArgumentJoin::Nothing,
@@ -31,16 +32,17 @@ impl ArgumentJoin {
     }
 }
 
-/// Where the name at `at` ends for which a text may stand; else where to go on: behind a number, behind the dot between a
-/// byte and a bit, behind a text in quotes or one character.
+/// Returns the end of the name that begins at `at` and that may be replaced. If no such name begins there,
+/// the error is the position at which to continue: after a number, after the dot between a byte and a bit,
+/// after quoted text, or after one character.
 pub(crate) fn scan_name(d: &AsmDialect, text: &str, at: usize) -> Result<usize, usize> {
     let c = byte(text, at);
-    // Digits and letters that stand together are one number.
+    // A run of digits and letters that begins with a digit is one number.
     if c.is_ascii_digit() {
         let rest = text.get(at..).unwrap_or_default();
         return Err(at + rest.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(rest.len()));
     }
-    // `P1.n`: the name begins behind the dot; that of `.n` begins with it.
+    // `P1.n`: the name begins after the dot. In `.n` it begins with the dot.
     if c == b'.' && d.dot_is_bit && ends_value(byte(text, at.wrapping_sub(1))) {
         return Err(at + 1);
     }
@@ -50,12 +52,13 @@ pub(crate) fn scan_name(d: &AsmDialect, text: &str, at: usize) -> Result<usize, 
     }
 }
 
-/// A value may end with this character.
+/// Reports whether a value may end with this character.
 fn ends_value(c: u8) -> bool {
     c.is_ascii_alphanumeric() || matches!(c, b'_' | b'?' | b'$' | b')' | b']') || c >= 0x80
 }
 
-/// Arguments between commas, each without the angles that may be around it in the dialects that have them: `<1, 2>, <>`.
+/// Splits arguments at commas. In dialects that have angle brackets, each argument loses the ones around it:
+/// `<1, 2>, <>`.
 pub(crate) fn split_arguments(
     d: &AsmDialect,
     text: &str,
@@ -95,7 +98,7 @@ pub(crate) fn split_arguments(
     }
 }
 
-/// Arguments of sdas8051, each of which may stand between marks of its own: `^/a, b/ c`.
+/// Splits arguments of sdas8051. Each may have delimiters of its own: `^/a, b/ c`.
 fn delimited(d: &AsmDialect, text: &str, range: Range<usize>) -> Vec<Range<usize>> {
     let (mut all, mut at) = (Vec::new(), skip_space(text, range.start));
     while at < range.end {
@@ -124,7 +127,8 @@ fn delimited(d: &AsmDialect, text: &str, range: Range<usize>) -> Vec<Range<usize
     all
 }
 
-/// What stands in the angles at the front of `range`, which a comma or its end follows.
+/// Returns the text in the angle brackets at the start of `range`, if a comma or the end of `range` follows
+/// them.
 fn angle_contents(text: &str, range: Range<usize>) -> Option<Range<usize>> {
     let (mut depth, mut at) = (0u32, range.start);
     while at < range.end {
@@ -144,7 +148,7 @@ fn angle_contents(text: &str, range: Range<usize>) -> Option<Range<usize>> {
     None
 }
 
-/// Pieces between commas, and for avr-as and sdas8051 between spaces, where no operator stands on either side.
+/// Splits at commas; for avr-as and sdas8051 also at spaces that have no operator on either side.
 pub(crate) fn split_parts(d: &AsmDialect, text: &str, range: Range<usize>, join: ArgumentJoin) -> Vec<Range<usize>> {
     let pieces = cut(text, range);
     if !d.spaced_arguments && join != ArgumentJoin::Quote {
@@ -188,7 +192,7 @@ pub(crate) fn skip_comma(text: &str, at: usize) -> usize {
     if byte(text, at) == b',' { at + 1 } else { at }
 }
 
-/// The last word of `text` is an operator.
+/// Reports whether the last word of `text` is an operator.
 fn is_operator(d: &AsmDialect, text: &str) -> bool {
     let last = text.rsplit(|c: char| !c.is_ascii_alphanumeric()).next().unwrap_or_default();
     let tokens = d.operators.iter().map(|(token, ..)| *token).chain(d.unary.iter().map(|(token, ..)| *token));
@@ -196,7 +200,7 @@ fn is_operator(d: &AsmDialect, text: &str) -> bool {
     words.any(|token| last.eq_ignore_ascii_case(token))
 }
 
-/// The text of an argument without the `!` in front of characters that would mean something else: `<a!,b!>>`.
+/// Returns the text of an argument without the `!` that escapes special characters: `<a!,b!>>`.
 pub(crate) fn unescape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut rest = text.chars().peekable();
@@ -209,7 +213,7 @@ pub(crate) fn unescape(text: &str) -> String {
     out
 }
 
-/// `a`, `a=1`, `a:req`, `a:vararg`, `\a`.
+/// Parses a parameter: `a`, `a=1`, `a:req`, `a:vararg`, `\a`.
 pub(crate) fn parse_parameter(text: &str) -> MacroParameter {
     let (name, default) =
         text.split_once('=').map_or((text, None), |(name, value)| (name, Some(value.trim().to_owned())));
@@ -224,8 +228,8 @@ pub(crate) fn parse_parameter(text: &str) -> MacroParameter {
     }
 }
 
-/// The line with values for names: `\name` everywhere, and in dialects that have it so the name alone outside quotes. `\@`
-/// is the number of the call, `\()` nothing.
+/// Returns the line with values substituted for names: `\name` in all dialects, and in some of them the bare
+/// name outside quotes. `\@` becomes the number of the call; `\()` is removed.
 pub(crate) fn substitute_parameters(
     d: &AsmDialect,
     line: &AsmLine,
@@ -261,7 +265,7 @@ pub(crate) fn substitute_parameters(
         }
         at = match scan_name(d, text, at) {
             Ok(name_end) => put.substitute_name(at..name_end, join),
-            // `x'n`: what the quote joins.
+            // `x'n`: the quote joins the two.
             Err(_) if join == ArgumentJoin::Quote && put.joins(at) => at + 1,
             Err(behind) => {
                 if matches!(byte(text, at), b'\'' | b'"') {
@@ -275,25 +279,25 @@ pub(crate) fn substitute_parameters(
     put.out.into_line(line)
 }
 
-/// A line into which values are put.
+/// A line during substitution.
 struct ParameterSubstitution<'t> {
     text: &'t str,
     values: &'t [(String, String)],
     out: RewrittenText,
-    /// What stands before this is in `out`.
+    /// Everything before this position is in `out`.
     copied_to: usize,
-    /// A quote beside a parameter joins whatever else it stands beside.
+    /// A quote next to a parameter joins it to any text, not only to a name.
     any_quote_joins: bool,
 }
 
 impl<'t> ParameterSubstitution<'t> {
-    /// The value of the parameter that stands there.
+    /// Returns the value of the parameter at `at`.
     fn value(&self, at: Range<usize>) -> Option<&'t str> {
         let name = self.text.get(at)?;
         self.values.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
     }
 
-    /// Puts a value in for what stands there; behind it.
+    /// Substitutes `value` for the text at `at`; returns the position after it.
     fn substitute_value(&mut self, at: Range<usize>, value: &str) -> usize {
         if self.copied_to < at.start {
             self.out.copy(self.text, self.copied_to..at.start);
@@ -303,7 +307,7 @@ impl<'t> ParameterSubstitution<'t> {
         at.end
     }
 
-    /// The backslash that stands there, with what it stands in front of; behind them.
+    /// Substitutes for the backslash at `at` and what follows it; returns the position after them.
     fn substitute_marked(&mut self, at: usize, number: u32) -> usize {
         let name_end = behind_name(self.text, at + 1, false);
         if let Some(value) = self.value(at + 1..name_end) {
@@ -318,7 +322,8 @@ impl<'t> ParameterSubstitution<'t> {
         }
     }
 
-    /// The name that stands there, with what joins it to its neighbours left out where it is a parameter; behind it.
+    /// Substitutes for the name at `at` if it is a parameter, and removes its join marks; returns the
+    /// position after it.
     fn substitute_name(&mut self, at: Range<usize>, join: ArgumentJoin) -> usize {
         let Some(value) = self.value(at.clone()) else { return at.end };
         let mark = match join {
@@ -330,13 +335,13 @@ impl<'t> ParameterSubstitution<'t> {
             && byte(self.text, at.start - 1) == mark
             && (self.is_name(at.start - 1) || self.any_quote_joins);
         let next = byte(self.text, at.end + 1);
-        // In front of a number `&` is the operator.
+        // Before a number, `&` is the operator.
         let joins = begins_name(next) && next != b'.' || next == b'$' || self.any_quote_joins;
         let behind = byte(self.text, at.end) == mark && joins;
         self.substitute_value(at.start - usize::from(before)..at.end + usize::from(behind), value)
     }
 
-    /// A name, and no number, ends there, or a value was put in there.
+    /// Reports whether a name (and not a number) or a substituted value ends at `end`.
     fn is_name(&self, end: usize) -> bool {
         let front = self.text.get(..end).unwrap_or_default();
         let word = front.rfind(|c: char| !c.is_ascii_alphanumeric() && !matches!(c, '_' | '?' | '$'));
@@ -344,13 +349,13 @@ impl<'t> ParameterSubstitution<'t> {
         end == self.copied_to && end > 0 || begins_name(first)
     }
 
-    /// The quote that stands there joins a name to the parameter behind it.
+    /// Reports whether the quote at `at` joins a name to the parameter after it.
     fn joins(&self, at: usize) -> bool {
         let name = at + 1..behind_name(self.text, at + 1, false);
         byte(self.text, at) == b'\'' && (self.is_name(at) || self.any_quote_joins) && self.value(name).is_some()
     }
 
-    /// Puts values in for `\name`, `&name` and `&name&` within a text in quotes.
+    /// Substitutes values for `\name`, `&name` and `&name&` inside quoted text.
     fn substitute_in_quotes(&mut self, at: Range<usize>, join: ArgumentJoin, number: u32) {
         let mut next = at.start;
         let is_mark = |c: char| c == '\\' || c == '&' && join == ArgumentJoin::And;
@@ -363,7 +368,7 @@ impl<'t> ParameterSubstitution<'t> {
             let end = behind_name(self.text, mark + 1, false).min(at.end);
             next = mark + 1;
             if let Some(value) = self.value(mark + 1..end) {
-                // `&a&b`: the second mark is the one in front of `b`.
+                // `&a&b`: the second mark belongs to `b`.
                 let behind = behind_name(self.text, end + 1, false);
                 let closes = byte(self.text, end) == b'&' && self.value(end + 1..behind).is_none();
                 next = self.substitute_value(mark..end + usize::from(closes), value);

@@ -1,4 +1,4 @@
-//! Names that the chip gives: registers, bits, numbers of its makers' headers.
+//! Names that the chip defines: registers, bits and constants of the vendor's headers.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock};
@@ -7,7 +7,7 @@ use emu_core::chip::Chip;
 
 use crate::expression::AsmValue;
 
-/// The names of a chip, in any case.
+/// The names of a chip. Look-up ignores case.
 #[derive(Debug)]
 pub(crate) struct ChipNames {
     values: HashMap<String, AsmValue>,
@@ -15,7 +15,7 @@ pub(crate) struct ChipNames {
 }
 
 impl ChipNames {
-    /// Those of a chip; collected once.
+    /// Returns the names of `chip`; they are collected once per chip.
     pub fn of(chip: &'static Chip) -> Arc<ChipNames> {
         static MADE: OnceLock<Mutex<HashMap<usize, Arc<ChipNames>>>> = OnceLock::new();
         let key = std::ptr::from_ref(chip) as usize;
@@ -41,13 +41,13 @@ impl ChipNames {
         known
     }
 
-    /// The value of a name.
+    /// Returns the value of a name.
     pub fn get(&self, name: &str) -> Option<AsmValue> {
         let lower = name.bytes().any(|c| c.is_ascii_uppercase()).then(|| name.to_ascii_lowercase());
         self.values.get(lower.as_deref().unwrap_or(name)).copied()
     }
 
-    /// All names.
+    /// Returns all names.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.names.iter().copied()
     }

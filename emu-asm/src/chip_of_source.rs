@@ -1,11 +1,12 @@
-//! The chip that a source names.
+//! Finds the chip that a source names.
 
 use diag::text::readable;
 
 use crate::dialect::pic16::bare_chip_name;
 
-/// The chip that a source names, as a command line would (`pic16f873`, `atmega328p`): `list p=` or `processor` of a PIC, `.device` of
-/// an AVR, or the maker's file that it includes (`p16f873.inc`, `m328pdef.inc`). There may be no chip of that name.
+/// Returns the chip that a source names, in the spelling of the command line (`pic16f873`, `atmega328p`). It
+/// comes from `list p=` or `processor` of a PIC, `.device` of an AVR, or the vendor's file that the source
+/// includes (`p16f873.inc`, `m328pdef.inc`). A chip of that name may not exist.
 #[must_use]
 pub fn named_chip(source: &[u8]) -> Option<String> {
     let text = readable(source);
@@ -25,12 +26,12 @@ pub fn named_chip(source: &[u8]) -> Option<String> {
     })
 }
 
-/// The value of `p=`.
+/// Returns the value of `p=`.
 fn processor_of(part: &str) -> Option<&str> {
     part.split_once('=').filter(|(key, _)| key.trim().eq_ignore_ascii_case("p")).map(|(_, value)| value)
 }
 
-/// The chip of a maker's file: `<p16f84a.inc>`, `"m8def.inc"`.
+/// Returns the chip of a vendor's file: `<p16f84a.inc>`, `"m8def.inc"`.
 fn chip_of_include(rest: &str) -> Option<String> {
     let file = rest.trim().trim_matches(['"', '<', '>', '\'']).to_ascii_lowercase();
     let stem = file.strip_suffix(".inc")?;

@@ -1,8 +1,8 @@
-//! The codes of the assembler's complaints.
+//! The codes of the assembler's diagnostics.
 
 use diag::DiagnosticCode;
 
-/// All of them; ASM040 to ASM059 are of the PIC16's dialect, ASM060 to ASM079 of AP101's.
+/// All codes. ASM040 to ASM059 belong to the PIC16 dialect, ASM060 to ASM079 to that of AP101.
 #[rustfmt::skip]
 pub const CODES: &[DiagnosticCode] = &[
     DiagnosticCode { code: "ASM001", title: "unknown mnemonic",

@@ -1,4 +1,4 @@
-//! What is said of lines that are none.
+//! Diagnostics about lines that are not statements.
 
 use std::ops::Range;
 
@@ -8,10 +8,10 @@ use crate::fault::LineFault;
 use crate::lines::{behind_name, byte, trim};
 
 impl Assembler<'_> {
-    /// What stands where a word should, and is none.
+    /// Reports text where a word is expected and none is found.
     pub fn no_word(&mut self, text: &str, at: Range<usize>) {
         let what = text.get(at.clone()).unwrap_or_default();
-        // Lines for a compiler of C.
+        // Lines for a C compiler.
         let for_c = ["#pragma", "#line"].iter().any(|word| what.starts_with(word));
         if what.is_empty() || self.dialect.controls && for_c {
             return;
@@ -32,7 +32,7 @@ impl Assembler<'_> {
         self.report(LineFault::new("ASM005", at, cause, hint));
     }
 
-    /// Tells of a word that stands where labels do.
+    /// Warns of a directive or instruction in column 1, where labels belong.
     pub fn warn_column_one(&mut self, directive: bool, call: &DirectiveCall<'_>) {
         let special = is_special(call.get(call.word.clone()));
         let (code, what) = if directive && !special { ("ASM041", "directive") } else { ("ASM040", "instruction") };
@@ -40,7 +40,8 @@ impl Assembler<'_> {
         self.report(LineFault::new(code, call.word.clone(), cause, "put a space before it").warning());
     }
 
-    /// An instruction in column 1 that was meant as a name, as a directive with values stands behind it: `b res 1`. That is told.
+    /// Reports an instruction in column 1 that is meant as a name, because a directive with values follows:
+    /// `b res 1`. Returns whether this is such a line.
     pub fn is_instruction_as_name(&mut self, directive: bool, call: &DirectiveCall<'_>) -> bool {
         let rest = trim(call.text, call.rest.clone());
         let end = behind_name(call.text, rest.start, true).min(rest.end);

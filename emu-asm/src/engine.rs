@@ -1,4 +1,4 @@
-//! The engine: reads the source again and again until no name moves.
+//! The engine: reads the source again until no name changes its value.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -22,49 +22,50 @@ use crate::reader::{AsmMacro, OpenCondition, TextFrame};
 use crate::statement::code_end;
 use crate::symbols::{AsmSymbolKind, AsmSymbols};
 
-/// Passes in which nothing more settles until names that still move are an error; each of a chain of names may wait for the next.
+/// Passes without progress after which names that still change are an error; in a chain of names, each may
+/// have to wait for the next.
 const MAX_UNSETTLED_PASSES: u32 = 20;
-/// Passes at most, however many names there are.
+/// The maximum number of passes, for any number of names.
 const MAX_PASSES: u32 = 1000;
-/// Errors that are told, and as many warnings and notes.
+/// The maximum number of reported errors, and of reported warnings and notes.
 pub(crate) const MAX_REPORTED: usize = 100;
 
-/// What a directive is given: the line without its comment, and where its parts stand.
+/// One use of a directive: the line without its comment, and the positions of its parts.
 pub(crate) struct DirectiveCall<'t> {
     /// The line.
     pub text: &'t str,
-    /// The word in front of it, for directives that are about one.
+    /// The name before it, for directives that define one.
     pub label: Option<Range<usize>>,
     /// The directive.
     pub word: Range<usize>,
-    /// What stands behind it.
+    /// The text after it.
     pub rest: Range<usize>,
 }
 
 impl<'t> DirectiveCall<'t> {
-    /// The text of a part.
+    /// Returns the text of a part.
     pub fn get(&self, range: Range<usize>) -> &'t str {
         self.text.get(range).unwrap_or_default()
     }
 }
 
-/// The assembler at work.
+/// The state of the assembler.
 pub(crate) struct Assembler<'a> {
     pub chip: &'static Chip,
     pub dialect: &'static AsmDialect,
     pub table: Arc<FormTable>,
     pub chip_names: Arc<ChipNames>,
-    /// Other chips by name.
+    /// Finds other chips by name.
     pub find_chip: Option<fn(&str) -> Option<&'static Chip>>,
-    /// Names that no line gives are those of other modules.
+    /// Undefined names belong to other modules.
     pub undefined_global: bool,
     pub files: &'a mut dyn IncludeFiles,
     pub texts: SourceTexts,
-    /// Number of a text by the name asked for and the file that asked.
+    /// Number of a text, by the name in the include and the file that includes it.
     pub opened_includes: HashMap<(String, u32), Result<u32, (String, String)>>,
-    /// Files that are no sources, by the same.
+    /// Binary files, by the same key.
     pub binaries: HashMap<(String, u32), Rc<[u8]>>,
-    /// Names and texts given from outside.
+    /// Names and texts defined by the caller.
     pub given_defines: Vec<(String, String)>,
     pub symbols: AsmSymbols,
     pub pass: u32,
@@ -72,11 +73,11 @@ pub(crate) struct Assembler<'a> {
     pub lines_read: u64,
     /// Undefined names of the expression that is being read.
     pub undefined: Vec<LineFault>,
-    /// A name was read in this pass that was not given yet.
+    /// A name was read in this pass before its definition.
     pub has_forward_reference: bool,
-    /// Names that were read in this pass as those of the chip, in lower case where case does not matter.
+    /// Chip names that were read in this pass, in lower case if case does not matter.
     pub chip_names_read: BTreeSet<String>,
-    /// The program gave one of them behind that.
+    /// The program defined one of them after that.
     pub chip_name_redefined: bool,
     pub line: Option<AsmLine>,
     pub frames: Vec<TextFrame>,
@@ -87,21 +88,22 @@ pub(crate) struct Assembler<'a> {
     pub macro_calls: u32,
     pub radix: u32,
     pub ended: bool,
-    /// Labels with names so far, between which `12$` is known.
+    /// Number of named labels so far; `12$` is known between two of them.
     pub dollar_label_scope: u32,
-    /// How often each numbered label was given in this pass.
+    /// How often each numbered label was defined in this pass.
     pub numbered: HashMap<String, u32>,
-    /// Length of the instruction in the unit of addresses while its operands are read, where the dialect counts from its end.
+    /// Length of the instruction whose operands are being read, in addresses, for dialects that count from
+    /// its end.
     pub instruction_length: i64,
-    /// The last instruction stood at an odd address.
+    /// The last instruction was at an odd address.
     pub at_odd_address: bool,
     /// The address of the line.
     pub line_address: i64,
-    /// An address that decides where something lies could not be read in this pass.
+    /// A value that determines an address could not be read in this pass.
     pub address_unknown: bool,
     pub out: PassOutput,
     faults: Vec<(Diagnostic, Option<String>)>,
-    /// Errors among them.
+    /// Number of errors in `faults`.
     errors: usize,
     /// Errors beyond [`MAX_REPORTED`].
     unreported_errors: usize,
@@ -109,20 +111,20 @@ pub(crate) struct Assembler<'a> {
     unreported_remarks: usize,
     /// Remarks about the instruction that is being matched.
     pub notes: Vec<LineFault>,
-    /// Names that the source says another module gives.
+    /// Names that the source declares as external.
     pub externs: BTreeSet<String>,
-    /// Codes of warnings and notes that the source does not want to be told.
+    /// Codes of warnings and notes that the source suppresses.
     pub suppressed_codes: BTreeSet<&'static str>,
-    /// What else it does not want: 1 notes, 2 warnings too.
+    /// Severities that the source suppresses: 1 notes, 2 warnings too.
     pub suppressed_below: u32,
-    /// What a family keeps during a pass.
+    /// The state of each family during a pass.
     pub family_state: crate::dialect::FamilyState,
-    /// Names of other modules, with the line and place that first read each.
+    /// Names of other modules, with the line and position that first read each.
     pub externals: BTreeMap<String, (Option<AsmLine>, Range<usize>)>,
 }
 
 impl<'a> Assembler<'a> {
-    /// An assembler for a chip that has read nothing yet.
+    /// Returns an assembler for a chip, before it reads anything.
     pub fn new(chip: &'static Chip, given: Vec<(String, String)>, files: &'a mut dyn IncludeFiles) -> Assembler<'a> {
         let d = AsmDialect::of(chip);
         Assembler {
@@ -172,9 +174,9 @@ impl<'a> Assembler<'a> {
         }
     }
 
-    /// Reads the text number 0 until nothing moves.
+    /// Reads text 0 until no value changes.
     pub fn run_passes(&mut self) {
-        // The least number of names that had not settled, and the pass in which it came to that.
+        // The lowest number of unsettled names, and the pass that reached it.
         let (mut least, mut since) = (usize::MAX, 0);
         loop {
             self.begin_pass();
@@ -183,7 +185,7 @@ impl<'a> Assembler<'a> {
             let placed_anew = (self.dialect.hooks.place_sections)(self);
             self.report_externals();
             let moving = self.symbols.end_pass(self.pass);
-            // Names that were read before they were given have moved, or some had no value at all when they were read.
+            // Names that were read before their definition have changed, or had no value when they were read.
             let again = self.out.place_behind_each_other()
                 || placed_anew
                 || self.chip_name_redefined
@@ -216,7 +218,7 @@ impl<'a> Assembler<'a> {
         let told = self.faults.len();
         self.place();
         if self.address_unknown {
-            // Where things lie is not known, so what does not fit there is not told.
+            // Addresses are not known, so faults that depend on them are not reported.
             let mut index = 0;
             self.faults.retain(|(fault, _)| {
                 index += 1;
@@ -225,7 +227,7 @@ impl<'a> Assembler<'a> {
         }
     }
 
-    /// Tells of values that do not settle, where a name is given.
+    /// Reports values that do not settle, at the definition of a name.
     fn report_unsettled(&mut self, name: Option<&Rc<str>>, cause: String, hint: &str) {
         let place = name.and_then(|name| self.symbols.get(name, false)).map(|symbol| symbol.place);
         self.line =
@@ -236,7 +238,7 @@ impl<'a> Assembler<'a> {
         self.line = None;
     }
 
-    /// Reads the text number 0 once, from the program word `pc` on, as a pass that knows all names that there are.
+    /// Reads text 0 once, from the program word `pc` on, as a pass that knows all names.
     pub fn run_one_line(&mut self, pc: u32) {
         self.pass = 2;
         self.begin_pass();
@@ -267,7 +269,7 @@ impl<'a> Assembler<'a> {
         self.define_given();
     }
 
-    /// Tells a complaint about the line that is being read.
+    /// Reports a fault of the line that is being read.
     pub fn report(&mut self, fault: LineFault) {
         let unwanted = match fault.severity {
             Severity::Error => false,
@@ -280,7 +282,7 @@ impl<'a> Assembler<'a> {
         let fault = self.explain_no_break_space(fault);
         let is_error = fault.severity == Severity::Error;
         let stored = if is_error { self.errors } else { self.faults.len() - self.errors };
-        // What stops everything is told in any case.
+        // A fault that stops the assembler is always reported.
         if stored >= MAX_REPORTED && fault.code != "ASM017" {
             *(if is_error { &mut self.unreported_errors } else { &mut self.unreported_remarks }) += 1;
             return;
@@ -295,7 +297,7 @@ impl<'a> Assembler<'a> {
             .push((Diagnostic::new(fault.severity, fault.code, &file, pos, cause, fault.hint), fault.misspelt_name));
     }
 
-    /// What is wrong with a piece of the line that holds a no-break space, which looks like a blank and is none: that.
+    /// Replaces a fault of text with a no-break space, which only looks like a blank, by one that says so.
     fn explain_no_break_space(&self, fault: LineFault) -> LineFault {
         let text = self.line.as_ref().and_then(|line| line.text.get(fault.range.clone())).unwrap_or_default();
         let is_it = |c: char| matches!(c, '\u{A0}' | '\u{2007}' | '\u{202F}') || byte_of(c) == Some(0xA0);
@@ -307,12 +309,12 @@ impl<'a> Assembler<'a> {
         LineFault { cause, hint, misspelt_name: None, ..fault }
     }
 
-    /// Errors told so far in this pass.
+    /// Returns the number of errors in this pass so far.
     pub fn error_count(&self) -> usize {
         self.errors + self.unreported_errors
     }
 
-    /// `, in macro a called at main.asm:3`.
+    /// Returns the chain of calls: `, in macro a called at main.asm:3`.
     fn macro_call_chain(&self) -> String {
         let calls = self.frames.iter().rev().filter_map(|frame| frame.called_from.as_ref());
         let shown: Vec<String> = calls
@@ -322,7 +324,7 @@ impl<'a> Assembler<'a> {
         shown.concat()
     }
 
-    /// All complaints, with names that were perhaps meant.
+    /// Returns all diagnostics, with suggestions for misspelt names.
     pub fn take_diagnostics(&mut self) -> Vec<Diagnostic> {
         let mut list = Vec::new();
         for (mut diagnostic, name) in std::mem::take(&mut self.faults) {
@@ -344,7 +346,7 @@ impl<'a> Assembler<'a> {
         list
     }
 
-    /// The name that was perhaps meant: of an instruction or directive, or of a value.
+    /// Returns a similar name: of an instruction or directive, or of a value.
     fn similar_name(&self, name: &str, code: &str) -> Option<String> {
         let macros = self.macros.values().map(|found| found.name.as_str());
         let own = self.table.mnemonics().chain(self.dialect.names()).map(|name| -> &str { name });
@@ -356,12 +358,12 @@ impl<'a> Assembler<'a> {
         nearest(name, values).or_else(|| nearest(name, words)).map(str::to_owned)
     }
 
-    /// True where an error stops everything: names are not read on.
+    /// Reports whether an error stops the assembler, so that nothing more is read.
     pub fn is_stopped(&self) -> bool {
         self.faults.iter().any(|(fault, _)| fault.code == "ASM017")
     }
 
-    /// The value of `text[range]`; complaints are told.
+    /// Evaluates `text[range]`; reports faults.
     pub fn evaluate(&mut self, text: &str, range: Range<usize>) -> Option<AsmValue> {
         let d = self.dialect;
         let found = evaluate(d, text, range, self);
@@ -370,7 +372,7 @@ impl<'a> Assembler<'a> {
         found.map_err(|fault| self.report(fault)).ok()
     }
 
-    /// The value of the expression at the front of `text[range]`, and where it ends; complaints are told.
+    /// Evaluates the expression at the start of `text[range]` and returns its end; reports faults.
     pub fn front_value(&mut self, text: &str, range: Range<usize>) -> Option<(AsmValue, usize)> {
         let found = evaluate_front(self.dialect, text, range, self);
         let missing = std::mem::take(&mut self.undefined);
@@ -378,29 +380,30 @@ impl<'a> Assembler<'a> {
         found.map_err(|fault| self.report(fault)).ok()
     }
 
-    /// The value of a condition of C's preprocessor, where names without a value are 0.
+    /// Evaluates a condition of the C preprocessor, in which unknown names are 0.
     pub fn evaluate_c_condition(&mut self, text: &str, range: Range<usize>) -> i64 {
         let found = evaluate(self.dialect, text, range, self);
         self.undefined.clear();
         found.map_err(|fault| self.report(fault)).map_or(0, |value| value.number)
     }
 
-    /// The value of `text[range]` where it decides about addresses or lines: 0 while it is not known.
+    /// Evaluates `text[range]` if it determines addresses or lines; a value that is not yet known is 0.
     pub fn evaluate_number(&mut self, text: &str, range: Range<usize>) -> Option<i64> {
         self.evaluate(text, range).map(|value| if value.is_unknown { 0 } else { value.number })
     }
 
-    /// The address of `text[range]`, at which the program goes on; none, and nothing that lies wrong is told, where it cannot be read.
+    /// Evaluates `text[range]` as the address at which the program continues; `None` if it cannot be read,
+    /// and then faults of addresses are not reported.
     pub fn evaluate_address(&mut self, text: &str, range: Range<usize>) -> Option<i64> {
         let found = self.evaluate(text, range).filter(|value| !value.is_unknown);
         self.address_unknown |= found.is_none();
         found.map(|value| value.number)
     }
 
-    /// Gives a name a value; `at` is where the name stands.
+    /// Defines a name; `at` is its position.
     pub fn define_symbol(&mut self, name: &str, value: AsmValue, kind: AsmSymbolKind, at: Range<usize>) {
         let place = self.line.as_ref().map_or((0, 0), |line| (line.file, line.number));
-        // From the next pass on the program's own goes before the chip's.
+        // From the next pass on, the program's name overrides the chip's.
         self.chip_name_redefined |= self.chip_names_read.contains(self.folded_name(name).as_ref());
         if let Err((file, line)) = self.symbols.define(name, value, kind, self.pass, place) {
             let cause = format!("`{name}` is already given at {}:{line}", self.texts.name(file));
@@ -409,19 +412,19 @@ impl<'a> Assembler<'a> {
         }
     }
 
-    /// The name as `chips` has it.
+    /// Returns the name as the key of a chip name: in lower case if the dialect ignores case.
     pub fn folded_name<'n>(&self, name: &'n str) -> Cow<'n, str> {
         if self.dialect.ignores_case { Cow::Owned(name.to_ascii_lowercase()) } else { Cow::Borrowed(name) }
     }
 
-    /// Gives the label `name` the address that comes next.
+    /// Defines the label `name` at the next address.
     pub fn define_label(&mut self, name: &str, at: Range<usize>) {
         let (space, addr) = self.out.label_place();
         let value = AsmValue { is_label: true, ..AsmValue::of(self.out.next_address()) };
         self.define_symbol(name, value, AsmSymbolKind::Label { space, addr }, at);
     }
 
-    /// Tells of names of other modules, which stand for 0 here.
+    /// Warns of names of other modules, whose value is 0 here.
     fn report_externals(&mut self) {
         for (name, (line, at)) in std::mem::take(&mut self.externals) {
             self.line = line;
@@ -433,7 +436,7 @@ impl<'a> Assembler<'a> {
         self.line = None;
     }
 
-    /// Byte address in the image file of what comes next.
+    /// Returns the byte address in the image file of what comes next.
     pub fn image_address(&self) -> u64 {
         self.out.image_address()
     }

@@ -1,4 +1,4 @@
-//! Expressions: operators by the dialect's precedence, names by whoever knows them.
+//! Expressions: operators with the dialect's precedence, and names that the caller resolves.
 
 use std::ops::Range;
 
@@ -7,47 +7,47 @@ use crate::fault::LineFault;
 use crate::lines::{begins_name, behind_name, byte, piece, skip_space};
 use crate::number::{self, read_quoted};
 
-/// What an expression comes to.
+/// The value of an expression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct AsmValue {
     /// The number.
     pub number: i64,
-    /// It hangs on a name whose value is not known (yet).
+    /// It depends on a name whose value is not known (yet).
     pub is_unknown: bool,
-    /// It is a register of the chip by its name alone, and the number is its address.
+    /// It is a chip register given by its name alone; the number is its address.
     pub is_register: bool,
-    /// It is an address that a label stands for, or is made of one.
+    /// It is the address of a label, or computed from one.
     pub is_label: bool,
 }
 
 impl AsmValue {
-    /// A plain number.
+    /// Returns a plain number.
     pub fn of(n: i64) -> AsmValue {
         AsmValue { number: n, ..AsmValue::default() }
     }
 }
 
-/// Who knows names.
+/// Resolves names for the expression parser.
 pub(crate) trait NameValues {
-    /// The value of the name that stands at `at`.
+    /// Returns the value of the name at `at`.
     fn value_of_name(&mut self, name: &str, at: Range<usize>) -> Result<AsmValue, LineFault>;
-    /// The location counter by one of its names.
+    /// Returns the location counter for one of its names.
     fn location_counter(&self, token: &str) -> i64;
-    /// The radix of a number that says nothing of it.
+    /// Returns the radix of a number without a mark.
     fn radix(&self) -> u32;
-    /// How values are divided, shifted and compared here.
+    /// Returns how values are divided, shifted and compared.
     fn arithmetic(&self) -> AsmArithmetic;
-    /// The name under which the local label `1:` is kept that `1f` or `1b` means, or that of `12$`.
+    /// Returns the internal name of the local label `1:` that `1f` or `1b` refers to, or that of `12$`.
     fn local_label_name(&self, digits: &str, way: u8) -> String;
 }
 
-/// Brackets within brackets.
+/// The maximum nesting of parentheses.
 const MAX_DEPTH: u32 = 64;
 
-/// The value of `text[range]`.
+/// Evaluates `text[range]`.
 ///
 /// # Errors
-/// The first thing in it that is wrong.
+/// The first fault in it.
 pub(crate) fn evaluate(
     d: &AsmDialect,
     text: &str,
@@ -76,10 +76,10 @@ pub(crate) fn evaluate(
     Ok(value)
 }
 
-/// The value of the expression at the front of `text[range]`, and where it ends.
+/// Evaluates the expression at the start of `text[range]`; returns its end too.
 ///
 /// # Errors
-/// The first thing in it that is wrong.
+/// The first fault in it.
 pub(crate) fn evaluate_front(
     dialect: &AsmDialect,
     text: &str,
@@ -98,7 +98,7 @@ struct AsmExpressionParser<'p> {
     at: usize,
     names: &'p mut dyn NameValues,
     depth: u32,
-    /// A statement may follow, whose directive has a dot in front.
+    /// A statement may follow, whose directive begins with a dot.
     is_front: bool,
 }
 
@@ -107,7 +107,8 @@ impl AsmExpressionParser<'_> {
         self.at = skip_space(self.text, self.at);
     }
 
-    /// The operator that stands here and binds at least as strongly as `least`: its length, power and meaning.
+    /// Returns the operator at the current position that binds at least as strongly as `least`: its length,
+    /// strength and meaning.
     fn operator(&mut self, least: u8) -> Option<(usize, u8, AsmOperator)> {
         self.skip_space();
         let rest = self.text.get(self.at..)?;
@@ -154,7 +155,8 @@ impl AsmExpressionParser<'_> {
             AsmOperator::Add => a.wrapping_add(b),
             AsmOperator::Sub => a.wrapping_sub(b),
             AsmOperator::Shl | AsmOperator::Shr if unknown && !(0..64).contains(&b) => 0,
-            // Shifted by all its bits or by a negative count, a value is its sign, as in gpasm; to the left too.
+            // As in gpasm, shifted by all its bits or by a negative count a value becomes its sign, also to
+            // the left.
             AsmOperator::Shl | AsmOperator::Shr if self.dialect.hooks.is_32 && !(0..32).contains(&b) => a >> 63,
             AsmOperator::Shl | AsmOperator::Shr if !(0..64).contains(&b) => {
                 let cause = format!("values of 64 bits cannot be shifted by {b}");
@@ -187,7 +189,7 @@ impl AsmExpressionParser<'_> {
 
     fn unary(&mut self) -> Result<AsmValue, LineFault> {
         self.skip_space();
-        // sdas8051 passes over the mark of a constant in front of any value: `.if #LEVEL - 8`.
+        // sdas8051 ignores the constant mark before any value: `.if #LEVEL - 8`.
         if self.dialect.hooks.is_sdas && byte(self.text, self.at) == b'#' {
             self.at += 1;
             self.skip_space();
@@ -251,7 +253,7 @@ impl AsmExpressionParser<'_> {
             let end = behind_name(self.text, start, !self.dialect.dot_is_bit);
             self.at = end;
             let name = self.text.get(start..end).unwrap_or_default();
-            // `a.6` is a bit of the accumulator, which has an address by another name.
+            // `a.6` is a bit of the accumulator, whose address has another name.
             let accumulator = self.dialect.dot_is_bit && name.eq_ignore_ascii_case("a") && byte(self.text, end) == b'.';
             let value = self.names.value_of_name(if accumulator { "acc" } else { name }, start..end)?;
             return if self.dialect.dot_is_bit && byte(self.text, end) == b'[' {
@@ -271,7 +273,7 @@ impl AsmExpressionParser<'_> {
         ))
     }
 
-    /// `bits[3]`: a bit of a byte, as sdas8051 writes it.
+    /// Parses `bits[3]`: a bit of a byte in the notation of sdas8051.
     fn bit_index(&mut self, of: AsmValue, start: usize) -> Result<AsmValue, LineFault> {
         let open = self.at;
         self.at += 1;
@@ -298,7 +300,7 @@ impl AsmExpressionParser<'_> {
         Ok(value)
     }
 
-    /// `1f`, `1b` and `12$`: length and the name under which the label is kept.
+    /// Parses `1f`, `1b` and `12$`: length, and the internal name of the label.
     fn local_label(&self) -> Option<(usize, String)> {
         let rest = self.text.get(self.at..)?;
         let digits = rest.find(|c: char| !c.is_ascii_digit())?;
@@ -318,7 +320,7 @@ fn truth_of(yes: bool) -> i64 {
     i64::from(yes)
 }
 
-/// The token stands at the front of `rest`; a word only where no letter follows.
+/// Reports whether the token is at the start of `rest`; a word must not continue with a letter.
 fn starts_with_token(rest: &str, token: &str) -> bool {
     let Some(piece) = rest.get(..token.len()) else { return false };
     if !piece.eq_ignore_ascii_case(token) {
@@ -329,12 +331,12 @@ fn starts_with_token(rest: &str, token: &str) -> bool {
         || !matches!(byte(rest, token.len()), c if c.is_ascii_alphanumeric() || matches!(c, b'_' | b'?' | b'$' | b'\''))
 }
 
-/// No name goes on behind the token.
+/// Reports whether no name continues after the token.
 fn is_whole_token(rest: &str, token: &str) -> bool {
     !matches!(byte(rest, token.len()), c if c.is_ascii_alphanumeric() || matches!(c, b'_' | b'?'))
 }
 
-/// The address of bit `bit` of the byte `byte`.
+/// Returns the address of bit `bit` of the byte `byte`.
 fn bit_address(byte: i64, bit: i64, at: Range<usize>) -> Result<i64, LineFault> {
     let cause = match (byte, bit) {
         (_, bit) if !(0..8).contains(&bit) => format!("bit {bit} is not in 0..=7"),

@@ -1,28 +1,28 @@
-//! What is wrong with a line, before it is known where the line stands.
+//! A fault of a line, before its file and line are known.
 
 use std::ops::Range;
 
 use diag::Severity;
 
-/// A complaint about a piece of the line that is being read.
+/// A fault in a piece of the line that is being read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct LineFault {
-    /// Code of [`crate::CODES`].
+    /// Code from [`crate::CODES`].
     pub code: &'static str,
     /// Error, warning or note.
     pub severity: Severity,
-    /// Bytes of the line.
+    /// Byte range within the line.
     pub range: Range<usize>,
     /// What is wrong.
     pub cause: String,
-    /// What to do about it.
+    /// How to fix it.
     pub hint: String,
-    /// A name for which a similar one is looked up when the complaint is told.
+    /// A name for which the report suggests a similar one.
     pub misspelt_name: Option<String>,
 }
 
 impl LineFault {
-    /// An error.
+    /// Returns an error.
     pub fn new(code: &'static str, at: Range<usize>, cause: impl Into<String>, hint: impl Into<String>) -> LineFault {
         LineFault {
             code,
@@ -34,17 +34,17 @@ impl LineFault {
         }
     }
 
-    /// The same as a warning.
+    /// Makes it a warning.
     pub fn warning(self) -> LineFault {
         LineFault { severity: Severity::Warning, ..self }
     }
 
-    /// The same as a note.
+    /// Makes it a note.
     pub fn note(self) -> LineFault {
         LineFault { severity: Severity::Note, ..self }
     }
 
-    /// With a similar name as its hint, if there is one.
+    /// Adds a similar name to the hint, if there is one.
     pub fn with_similar_name(self, name: &str) -> LineFault {
         LineFault { misspelt_name: Some(name.to_owned()), ..self }
     }

@@ -1,4 +1,4 @@
-//! Texts: where includes come from, and what was read, for messages.
+//! Source texts: where includes come from, and what was read, for diagnostics.
 
 use std::io;
 use std::ops::Range;
@@ -10,21 +10,21 @@ use crate::lines::AsmLine;
 
 /// Opens included files.
 pub trait IncludeFiles {
-    /// The file `name` that the file `from` includes: its path as it is to be shown, and its bytes.
+    /// Opens the file `name` that the file `from` includes; returns its path for display, and its bytes.
     ///
     /// # Errors
     /// It cannot be read.
     fn open(&mut self, name: &str, from: &str) -> io::Result<(String, Vec<u8>)>;
 }
 
-/// Has no files.
+/// An implementation without files.
 impl IncludeFiles for () {
     fn open(&mut self, _: &str, _: &str) -> io::Result<(String, Vec<u8>)> {
         Err(io::Error::new(io::ErrorKind::NotFound, "no files can be included here"))
     }
 }
 
-/// The texts that were read: by their names as they are shown.
+/// The texts that were read, by display name.
 #[derive(Debug, Clone, Default)]
 pub struct SourceTexts {
     files: Vec<ReadText>,
@@ -38,18 +38,18 @@ struct ReadText {
 }
 
 impl SourceTexts {
-    /// The bytes of the text with this name.
+    /// Returns the bytes of the text with this name.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&[u8]> {
         self.files.iter().find(|text| text.name == name).map(|text| text.bytes.as_slice())
     }
 
-    /// Names and bytes of all of them, the source first.
+    /// Returns names and bytes of all texts, the source first.
     pub fn all(&self) -> impl Iterator<Item = (&str, &[u8])> {
         self.files.iter().map(|text| (text.name.as_str(), text.bytes.as_slice()))
     }
 
-    /// Adds a text; its number.
+    /// Adds a text; returns its number.
     pub(crate) fn add(&mut self, name: &str, bytes: &[u8], block_comments: bool) -> u32 {
         let file = self.files.len() as u32;
         let bytes = &*text::strip_line_decorations(bytes);
@@ -64,7 +64,7 @@ impl SourceTexts {
         file
     }
 
-    /// The name of the encoding of a text, by its first bytes, where it is none that is read.
+    /// Returns the name of a text's encoding, judged by its first bytes, if it is not supported.
     pub(crate) fn encoding(&self, file: u32) -> Option<&'static str> {
         text::wide_encoding(&self.files.get(file as usize)?.bytes)
     }
@@ -77,13 +77,13 @@ impl SourceTexts {
         self.files.get(file as usize).map_or("", |text| &text.name)
     }
 
-    /// The text of a line of a file.
+    /// Returns the text of a line of a file.
     pub(crate) fn line(&self, file: u32, number: u32) -> &str {
         let text = self.files.get(file as usize);
         text.and_then(|text| text.lines.get((number as usize).checked_sub(1)?)).map_or("", |line| &line.text)
     }
 
-    /// File and place of some bytes of a line.
+    /// Returns file and position of a byte range of a line.
     pub(crate) fn pos(&self, line: &AsmLine, at: &Range<usize>) -> (String, Pos) {
         let (start, end) = match &line.map {
             Some(map) => {
@@ -99,7 +99,8 @@ impl SourceTexts {
     }
 }
 
-/// Lines of the preprocessor that end with a backslash, with those that follow; these stay behind as empty lines.
+/// Joins preprocessor lines that end with a backslash with the lines that follow, and leaves empty lines in
+/// their place.
 fn join_continued_lines(mut lines: Vec<AsmLine>) -> Vec<AsmLine> {
     let goes_on = |line: &AsmLine| line.text.ends_with('\\');
     let mut at = 0;
@@ -121,12 +122,12 @@ fn join_continued_lines(mut lines: Vec<AsmLine>) -> Vec<AsmLine> {
     lines
 }
 
-/// Spaces in the place of `/* .. */`, lines kept.
+/// Replaces `/* .. */` by spaces and keeps line ends.
 fn blank_block_comments(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut rest = text;
     while let Some(start) = find_block_comment(rest) {
-        // What is not closed stays, and is told as what it is.
+        // An unclosed comment stays and is reported as what it contains.
         let Some(end) = rest.get(start + 2..).and_then(|inside| inside.find("*/")) else { break };
         let end = start + 2 + end + 2;
         out.push_str(rest.get(..start).unwrap_or_default());
@@ -137,7 +138,8 @@ fn blank_block_comments(text: &str) -> String {
     out + rest
 }
 
-/// Bytes between the single quote at the front and the one that closes it on the same line; 0 where none does.
+/// Returns the number of bytes between the single quote at the start and the one that closes it on the same
+/// line; 0 if none does.
 fn quoted_length(text: &str) -> usize {
     let line = text.split('\n').next().unwrap_or_default();
     let close = if line.starts_with("'\\") { 3 } else { 2 };
@@ -147,7 +149,7 @@ fn quoted_length(text: &str) -> usize {
     }
 }
 
-/// Where a block comment begins: outside quotes and other comments.
+/// Returns where a block comment begins, outside quotes and other comments.
 fn find_block_comment(text: &str) -> Option<usize> {
     let bytes = text.as_bytes();
     let mut quote = 0u8;

@@ -1,4 +1,4 @@
-//! An instruction table made ready for text: its forms by mnemonic, with their syntax cut at the commas.
+//! An instruction table prepared for parsing: forms by mnemonic, with their syntax split at the commas.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock};
@@ -6,23 +6,23 @@ use std::sync::{Arc, Mutex, OnceLock};
 use emu_core::chip::InstructionSet;
 use emu_core::table::OperandKind;
 
-/// A piece of a form's syntax: `Y+q` is `Y+`, the letter q, and nothing behind it.
+/// A piece of a form's syntax: `Y+q` is `Y+`, the letter q, and nothing after it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct SyntaxPiece {
-    /// Literal text in front, without spaces.
+    /// Literal text before the letter, without spaces.
     pub front: String,
-    /// The operand's letter; none where the piece is literal text alone.
+    /// The operand's letter; `None` if the piece is literal text only.
     pub letter: Option<u8>,
-    /// Literal text behind.
+    /// Literal text after the letter.
     pub back: String,
 }
 
-/// What a form stands for.
+/// What a form means.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum FormMeaning {
     /// The row at this position.
     Row(usize),
-    /// Another spelling: mnemonic, and operands with the letters of this form.
+    /// Another spelling: the mnemonic, and operands with the letters of this form.
     Alias(&'static str, &'static str),
 }
 
@@ -31,9 +31,9 @@ pub(crate) enum FormMeaning {
 pub(crate) struct InstructionForm {
     /// Its syntax as written in the table.
     pub syntax: &'static str,
-    /// The same in pieces.
+    /// The syntax in pieces.
     pub pieces: Vec<SyntaxPiece>,
-    /// What it is.
+    /// Its meaning.
     pub meaning: FormMeaning,
 }
 
@@ -43,12 +43,12 @@ pub(crate) struct FormTable {
     forms: HashMap<&'static str, Vec<InstructionForm>>,
     /// The kinds of operands, each once.
     pub kinds: Vec<&'static OperandKind>,
-    /// Words that stand in the syntax, in lower case: they are no names.
+    /// Reserved words of the syntax, in lower case: they are not names.
     pub words: Vec<String>,
 }
 
 impl FormTable {
-    /// The table of an instruction set; made once.
+    /// Returns the table of an instruction set; it is built once per set.
     pub fn of(isa: &'static InstructionSet) -> Arc<FormTable> {
         static MADE: OnceLock<Mutex<HashMap<usize, Arc<FormTable>>>> = OnceLock::new();
         let key = isa.rows.as_ptr() as usize ^ isa.rows.len();
@@ -85,12 +85,12 @@ impl FormTable {
         FormTable { forms, kinds, words }
     }
 
-    /// The forms of a mnemonic in lower case; none where it is no instruction.
+    /// Returns the forms of a mnemonic in lower case; empty if it is no instruction.
     pub fn forms(&self, mnemonic: &str) -> &[InstructionForm] {
         self.forms.get(mnemonic).map_or(&[], Vec::as_slice)
     }
 
-    /// All mnemonics.
+    /// Returns all mnemonics.
     pub fn mnemonics(&self) -> impl Iterator<Item = &'static str> {
         self.forms.keys().copied()
     }

@@ -1,20 +1,22 @@
-//! One assembler over any chip's instruction table.
+//! One assembler for the instruction tables of all chips.
 //!
 //! ```text
-//!   lib.rs        assemble a source, one instruction     dialect/   what families do differently, as tables
-//!   engine.rs     passes, names, complaints              statement.rs  one line: labels and its word
-//!                                                          given.rs  names that are words of directives, complaints.rs  lines that are none
-//!   reader.rs     files, macros, repetitions, conditions  macros.rs  macros, texts for names
-//!   arguments.rs  arguments of macros, put in
-//!   matching.rs   operands against the forms              table.rs   an instruction table made ready for that
-//!   expr.rs       expressions     names.rs   what names stand for in them
-//!   number.rs     numbers         symbols.rs names from pass to pass   chip_names.rs  the chip's names
-//!   sections.rs   which there are, and their order
-//!   output.rs     bytes into memories                     listing.rs the listing     codes.rs  the codes of complaints
+//!   lib.rs         assemble a source, one instruction     dialect/    differences of families, as tables
+//!   engine.rs      passes, names, diagnostics             statement.rs  one line: labels and its word
+//!   reader.rs      files, macros, repetitions, conditions
+//!   complaints.rs  diagnostics about lines that are not statements
+//!   name_or_directive.rs  names of the program that are also directives
+//!   macros.rs      macros, text definitions               arguments.rs  macro arguments
+//!   matching.rs    operands against the forms             form_table.rs  an instruction table for matching
+//!   expression.rs  expressions                            name_values.rs  values of names in expressions
+//!   number.rs      numbers, characters                    lines.rs    lines, and pieces of text
+//!   symbols.rs     names from pass to pass                chip_names.rs  the chip's names
+//!   sections.rs    the sections and their order           output.rs   bytes into memories
+//!   listing.rs     the listing                            codes.rs    the diagnostic codes
 //! ```
 //!
-//! The source is read again as a whole until no name moves; only what the last pass finds wrong is told. The language stands in
-//! docs/formats/asm.md.
+//! The whole source is read again until no name changes its value; only the faults of the last pass are
+//! reported. docs/formats/asm.md describes the language.
 
 #![forbid(unsafe_code)]
 
@@ -58,45 +60,47 @@ use symbols::AsmSymbolKind;
 /// A source text.
 #[derive(Debug, Clone, Copy)]
 pub struct SourceText<'a> {
-    /// Its name, for messages and as what includes count from.
+    /// Its name, for diagnostics and as the base of its includes.
     pub name: &'a str,
     /// Its bytes.
     pub bytes: &'a [u8],
 }
 
-/// What is given beside the source.
+/// Settings of an assembly.
 #[derive(Debug, Clone, Default)]
 pub struct AssembleOptions {
-    /// Names with their texts, as by `#define`.
+    /// Names and their texts, as with `#define`.
     pub defines: Vec<(String, String)>,
-    /// Chips by name, as on a command line: the include of another chip of the family gives that chip's names, as its file would.
-    /// Without it such an include is refused.
+    /// Finds a chip by its command-line name: then an include of another chip of the family defines that
+    /// chip's names, as its file would. If `None`, such an include is refused.
     pub find_chip: Option<fn(name: &str) -> Option<&'static Chip>>,
-    /// Names that no line of an 8051 source gives are those of other modules, as with `sdas8051 -g`: 0 stands for them, and a
-    /// warning tells.
+    /// Undefined names of an 8051 source belong to other modules, as with `sdas8051 -g`: their value is 0,
+    /// with a warning.
     pub undefined_global: bool,
 }
 
 /// An assembled program.
 #[derive(Debug, Clone)]
 pub struct AssembledProgram {
-    /// The image: its bytes, its names (labels in their memories, others as [`CONSTANT_SPACE`]) and its lines.
+    /// The image: its bytes, its names (labels in their memories, others as [`CONSTANT_SPACE`]) and its
+    /// lines.
     pub image: Image,
     /// The listing.
     pub listing: AsmListing,
     /// The source asks for a HEX file without records of extended addresses (`list f=inhx8m` of PIC16).
     pub is_inhx8m: bool,
-    /// Warnings and notes, in the order of the source.
+    /// Warnings and notes, in source order.
     pub warnings: Vec<Diagnostic>,
     /// The texts that were read.
     pub texts: SourceTexts,
 }
 
-/// A refused program. `Display` is all errors, one a line: `line:column: CODE: cause (hint)`.
+/// A refused program. `Display` prints all errors, one per line: `line:column: CODE: cause (hint)`.
 #[derive(Debug, Clone, thiserror::Error)]
 #[error("{}", error_lines(.diagnostics))]
 pub struct RefusedSource {
-    /// All errors, in the order in which they were found, and the warnings between them; at most 100 of each and a closing note.
+    /// All errors and warnings in the order in which they were found; at most 100 errors and 100 remarks, and
+    /// a closing note.
     pub diagnostics: Vec<Diagnostic>,
     /// The texts that were read.
     pub texts: SourceTexts,
@@ -105,7 +109,7 @@ pub struct RefusedSource {
 /// Assembles a program for a chip.
 ///
 /// # Errors
-/// All that is wrong with it.
+/// All faults of the program.
 pub fn assemble(
     source: &SourceText<'_>,
     chip: &'static Chip,
@@ -139,7 +143,7 @@ pub fn assemble(
     Ok(AssembledProgram { image: image_of(&mut asm), listing, is_inhx8m, warnings: faults, texts })
 }
 
-/// The image of what was assembled.
+/// Returns the image of the assembled program.
 fn image_of(asm: &mut Assembler<'_>) -> Image {
     let mut symbols: Vec<SymbolAt> = asm
         .symbols
@@ -165,7 +169,7 @@ fn image_of(asm: &mut Assembler<'_>) -> Image {
     }
 }
 
-/// Memory and address of a bit of AP101 by its name, as `M1`; other families' registers are none of a memory.
+/// Returns the memory and the address of an AP101 bit from its name, such as `M1`; `None` for other families.
 fn bit_of(chip: &Chip, register: &str) -> Option<(&'static str, u32)> {
     let zone = register.chars().next()?.to_ascii_lowercase();
     let zone =
@@ -175,8 +179,8 @@ fn bit_of(chip: &Chip, register: &str) -> Option<(&'static str, u32)> {
     (number < size).then_some((space, number))
 }
 
-/// Whether a name means something already on this chip, case aside: an instruction, a directive, a function, a register, a bit or a
-/// number of the chip. Such a name is no label.
+/// Reports whether a name already has a meaning on this chip, ignoring case: an instruction, directive,
+/// function, register, bit or constant. Such a name cannot be a label.
 #[must_use]
 pub fn is_taken(chip: &'static Chip, name: &str) -> bool {
     let (dialect, table) = (dialect::AsmDialect::of(chip), form_table::FormTable::of(chip.isa));
@@ -192,7 +196,7 @@ pub fn is_taken(chip: &'static Chip, name: &str) -> bool {
         || slots.into_iter().any(|slot| (slot.kind.parse_name)(name).is_some())
 }
 
-/// Names of the directives that a chip's dialect takes, without a dot.
+/// Returns the names of the directives of a chip's dialect, without a dot.
 #[must_use]
 pub fn directive_names(chip: &Chip) -> Vec<&'static str> {
     let mut names: Vec<&'static str> = dialect::AsmDialect::of(chip).names().collect();
@@ -204,7 +208,7 @@ pub fn directive_names(chip: &Chip) -> Vec<&'static str> {
 /// Assembles a text without includes, for tests.
 ///
 /// # Errors
-/// All that is wrong with it.
+/// All faults of the text.
 pub fn assemble_text(chip: &'static Chip, text: &str) -> Result<Image, Box<RefusedSource>> {
     let source = SourceText { name: "", bytes: text.as_bytes() };
     assemble(&source, chip, &AssembleOptions::default(), &mut ()).map(|assembled| assembled.image)
@@ -216,10 +220,10 @@ fn error_lines(diagnostics: &[Diagnostic]) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// Assembles one line, an instruction or values, that will stand at the program word `pc`.
+/// Assembles one line, an instruction or values, for the program word address `pc`.
 ///
 /// # Errors
-/// What is wrong with it.
+/// The first fault of the line.
 pub fn assemble_line(chip: &'static Chip, text: &str, pc: u32) -> Result<Vec<u16>, AsmError> {
     let mut none = ();
     let mut asm = Assembler::new(chip, Vec::new(), &mut none);

@@ -1,36 +1,37 @@
-//! Text of the source: lines, where their characters came from, and cutting them into pieces.
+//! Source text: lines, the origin of their characters, and splitting them into pieces.
 
 use std::ops::Range;
 use std::rc::Rc;
 
-/// The character for a backslash that begins no escape, from the private use that [`diag::text`] leaves alone.
+/// The character for a backslash that begins no escape, from the private-use range that [`diag::text`] does
+/// not use.
 pub(crate) const BACKSLASH: char = '\u{EF5C}';
 
-/// A line to be read: of a file, or of a macro with its arguments put in.
+/// A line to read: of a file, or of a macro with its arguments substituted.
 #[derive(Debug, Clone)]
 pub(crate) struct AsmLine {
     /// The text.
     pub text: Rc<str>,
     /// Number of its file in the list of texts.
     pub file: u32,
-    /// Its line there, from 1.
+    /// Its line in the file, from 1.
     pub number: u32,
-    /// Where pieces of the text stood in the file, when it is not the file's own.
+    /// The origin of its pieces in the file, if the text was changed.
     pub map: Option<Rc<ColumnMap>>,
 }
 
-/// Where pieces of a changed text stood before: starts in the new text, starts in the old one, and whether the piece was
-/// copied (or put in for something there).
+/// The origin of the pieces of a changed text: start in the new text, start in the old text, and whether the
+/// piece was copied (otherwise substituted).
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ColumnMap(Vec<(usize, usize, bool)>);
 
 impl ColumnMap {
-    /// The piece from `new` on came from `old` on; character by character if it was copied.
+    /// Records that the piece at `new` came from `old`; character by character if it was copied.
     pub fn piece(&mut self, new: usize, old: usize, copied: bool) {
         self.0.push((new, old, copied));
     }
 
-    /// Where the byte `at` of the new text stood.
+    /// Returns the old position of the byte at `at` of the new text.
     pub fn old(&self, at: usize) -> usize {
         let end = self.0.partition_point(|piece| piece.0 <= at);
         match end.checked_sub(1).and_then(|i| self.0.get(i)) {
@@ -40,18 +41,18 @@ impl ColumnMap {
         }
     }
 
-    /// This change after `first`.
+    /// Returns the map of this change applied after `first`.
     pub fn after(&self, first: &ColumnMap) -> ColumnMap {
         ColumnMap(self.0.iter().map(|&(new, old, copied)| (new, first.old(old), copied)).collect())
     }
 }
 
-/// Text with pieces changed, and where the pieces came from.
+/// A text with replaced pieces, and their origin.
 #[derive(Debug, Default)]
 pub(crate) struct RewrittenText {
     /// The new text.
     pub text: String,
-    /// Its map.
+    /// The origin of its pieces.
     pub map: ColumnMap,
 }
 
@@ -62,13 +63,13 @@ impl RewrittenText {
         self.text.push_str(old.get(range).unwrap_or_default());
     }
 
-    /// Puts something in for what stood at `old`.
+    /// Appends a replacement for the text at `old`.
     pub fn put(&mut self, text: &str, old: usize) {
         self.map.piece(self.text.len(), old, false);
         self.text.push_str(text);
     }
 
-    /// The line with this text instead of its own.
+    /// Returns the line with this text instead of its own.
     pub fn into_line(self, line: &AsmLine) -> AsmLine {
         let map = match &line.map {
             Some(first) => self.map.after(first),
@@ -78,21 +79,22 @@ impl RewrittenText {
     }
 }
 
-/// `text[range]` without white space around it.
+/// Returns the range of `text[range]` without surrounding white space.
 pub(crate) fn trim(text: &str, range: Range<usize>) -> Range<usize> {
     let piece = text.get(range.clone()).unwrap_or_default();
     let start = range.start + (piece.len() - piece.trim_start().len());
     start..start + piece.trim().len()
 }
 
-/// The byte at a position; 0 behind the end.
+/// Returns the byte at a position; 0 after the end.
 pub(crate) fn byte(text: &str, at: usize) -> u8 {
     text.as_bytes().get(at).copied().unwrap_or(0)
 }
 
-/// The position behind the quoted text that begins at `at` with a quote; `None` when the line ends before it does.
+/// Returns the position after the quoted text that begins at `at`; `None` if the line ends first.
 ///
-/// A backslash takes the next character along, and a doubled single quote is one. A single quote is also closed, or not closed at all, behind one character.
+/// A backslash escapes the next character, and a doubled single quote is one quote. A single quote may also
+/// close after one character, or not at all.
 pub(crate) fn behind_quote(text: &str, at: usize) -> Option<usize> {
     let quote = byte(text, at);
     let mut i = at + 1;
@@ -108,7 +110,7 @@ pub(crate) fn behind_quote(text: &str, at: usize) -> Option<usize> {
     None
 }
 
-/// The position behind what begins at `at` and must not be cut: a quoted text, or one character.
+/// Returns the position after the unit at `at` that must not be split: a quoted text, or one character.
 pub(crate) fn step(text: &str, at: usize) -> usize {
     match byte(text, at) {
         b'"' => behind_quote(text, at).unwrap_or(text.len()),
@@ -118,7 +120,8 @@ pub(crate) fn step(text: &str, at: usize) -> usize {
     }
 }
 
-/// Behind a single quote: `'c'`, `'\n'`, `'c` with nothing or a comma behind it, or a longer text in single quotes.
+/// Returns the position after a single quote and its text: `'c'`, `'\n'`, `'c` at the end or before a comma,
+/// or a longer text in single quotes.
 fn behind_char(text: &str, at: usize) -> usize {
     let alone = at + 1 + width(text, at + 1);
     match byte(text, alone) {
@@ -128,7 +131,7 @@ fn behind_char(text: &str, at: usize) -> usize {
     }
 }
 
-/// Bytes of the character at `at`, an escape taken whole; 0 behind the end.
+/// Returns the bytes of the character at `at`, counting an escape as one; 0 after the end.
 pub(crate) fn width(text: &str, at: usize) -> usize {
     let mut chars = text.get(at..).unwrap_or_default().chars();
     match (chars.next(), chars.next()) {
@@ -138,7 +141,8 @@ pub(crate) fn width(text: &str, at: usize) -> usize {
     }
 }
 
-/// Pieces of `text[range]` between top-level commas, without white space around them; none where there is nothing at all.
+/// Returns the pieces of `text[range]` between top-level commas, without surrounding white space; none if it
+/// is blank.
 pub(crate) fn cut(text: &str, range: Range<usize>) -> Vec<Range<usize>> {
     let mut pieces = Vec::new();
     if trim(text, range.clone()).is_empty() {
@@ -161,7 +165,7 @@ pub(crate) fn cut(text: &str, range: Range<usize>) -> Vec<Range<usize>> {
     pieces
 }
 
-/// A piece without white space around it, but for a space in a quote that nothing closes.
+/// Returns a piece without surrounding white space, but keeps a space after an unclosed quote.
 pub(crate) fn piece(text: &str, range: Range<usize>) -> Range<usize> {
     let piece = trim(text, range.clone());
     if piece.len() == 1 && byte(text, piece.start) == b'\'' {
@@ -171,12 +175,13 @@ pub(crate) fn piece(text: &str, range: Range<usize>) -> Range<usize> {
     }
 }
 
-/// True for a character that an identifier may begin with; a dot stands in front of directives.
+/// Reports whether an identifier may begin with this character; directives begin with a dot.
 pub(crate) fn begins_name(c: u8) -> bool {
     c.is_ascii_alphabetic() || matches!(c, b'_' | b'.' | b'?') || c >= 0x80
 }
 
-/// The position behind the identifier that begins at `at`; `at` where none begins. With `dots` it may have dots inside.
+/// Returns the position after the identifier at `at`, or `at` if none begins there. With `dots` it may
+/// contain dots.
 pub(crate) fn behind_name(text: &str, at: usize, dots: bool) -> usize {
     if !begins_name(byte(text, at)) {
         return at;
@@ -193,7 +198,7 @@ pub(crate) fn behind_name(text: &str, at: usize, dots: bool) -> usize {
     end
 }
 
-/// The position of the first character from `at` on that is no white space.
+/// Returns the position of the first character from `at` on that is not white space.
 pub(crate) fn skip_space(text: &str, at: usize) -> usize {
     let rest = text.get(at..).unwrap_or_default();
     at + (rest.len() - rest.trim_start().len())

@@ -1,4 +1,4 @@
-//! The listing: address, words, line and source, and the names at the end.
+//! The listing: address, words, line and source, then the names.
 
 use std::fmt::{self, Write};
 
@@ -8,7 +8,7 @@ use crate::files::SourceTexts;
 use crate::output::ListedLine;
 use crate::symbols::AsmSymbolKind;
 
-/// A listing, written when it is asked for.
+/// A listing, formatted on demand.
 #[derive(Debug, Clone, Default)]
 pub struct AsmListing {
     pub(crate) rows: Vec<ListingRow>,
@@ -16,7 +16,7 @@ pub struct AsmListing {
     pub(crate) digits: usize,
 }
 
-/// A line.
+/// A line of the listing.
 #[derive(Debug, Clone)]
 pub(crate) struct ListingRow {
     pub addr: i64,
@@ -29,7 +29,8 @@ pub(crate) struct ListingRow {
 }
 
 impl ListingRow {
-    /// The row of a line and its bytes. A line of a file is listed as it stands there, one of a macro with its arguments put in.
+    /// Returns the row of a line and its bytes. A line of a file is listed as it is in the file, a macro line
+    /// with its arguments substituted.
     pub(crate) fn of(listed: &ListedLine, bytes: &[u8], texts: &SourceTexts) -> ListingRow {
         let line = &listed.line;
         let written = if listed.depth == 0 { texts.line(line.file, line.number) } else { &line.text };
@@ -55,7 +56,8 @@ const BYTES_PER_ROW: usize = 6;
 impl fmt::Display for AsmListing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let width = BYTES_PER_ROW * 3;
-        // What stands behind the last line end is no line, and what a dialect adds at the end bears the number of a line above.
+        // The text after the last line end is not a line, and lines that a dialect adds at the end have the
+        // number of an earlier line.
         let mut rows = &self.rows[..];
         while let [above @ .., before, last] = rows
             && last.words.is_empty()
@@ -97,7 +99,7 @@ impl fmt::Display for AsmListing {
     }
 }
 
-/// What a symbol is called in the listing.
+/// Returns the kind of a symbol for the listing.
 pub(crate) fn kind_name(kind: &AsmSymbolKind) -> String {
     match kind {
         AsmSymbolKind::Label { space, .. } => (*space).to_owned(),

@@ -1,4 +1,4 @@
-//! Macros and texts that stand for others.
+//! Macros and text definitions.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -21,33 +21,33 @@ use crate::statement::code_end;
 pub(crate) struct MacroParameter {
     /// Its name.
     pub name: String,
-    /// What stands for it when nothing is given.
+    /// Its value if the call gives none.
     pub default: Option<String>,
-    /// Something must be given.
+    /// The call must give a value.
     pub required: bool,
-    /// It is a label of its own in each call that gives nothing for it.
+    /// It is a unique label in each call that gives no value.
     pub label: bool,
-    /// It takes all that is left.
+    /// It takes all remaining arguments.
     pub rest: bool,
 }
 
-/// A text that stands for another.
+/// A text that replaces a name.
 #[derive(Debug, Clone)]
 pub(crate) struct TextDefine {
-    /// Its parameters; none where it has no brackets.
+    /// Its parameters; `None` if it has no parentheses.
     pub params: Option<Vec<String>>,
     /// The text.
     pub text: String,
 }
 
-/// Texts within texts.
+/// The maximum nesting of expansions.
 const MAX_DEPTH: usize = 32;
-/// Bytes that are read while a line has its names replaced, those of texts within texts counted too.
+/// The maximum number of bytes read during the expansion of one line, with nested expansions.
 const MAX_BYTES_READ: usize = 1 << 20;
-/// Bytes that a line may grow to.
+/// The maximum length of an expanded line in bytes.
 const MAX_LINE_BYTES: usize = 1 << 16;
 
-/// The names whose texts are being put in.
+/// The names that are being expanded.
 #[derive(Default)]
 struct ExpansionStack {
     /// The names, the outermost first; an empty one is the argument of a text.
@@ -57,7 +57,7 @@ struct ExpansionStack {
 }
 
 impl Assembler<'_> {
-    /// Begins a macro: its lines up to `endm` are kept.
+    /// Begins a macro: stores its lines up to `endm`.
     pub fn define_macro(&mut self, call: &DirectiveCall<'_>) {
         let text = call.text;
         let (name, params) = match &call.label {
@@ -90,7 +90,7 @@ impl Assembler<'_> {
         self.macros.insert(written.to_ascii_lowercase(), Rc::new(found));
     }
 
-    /// The names that a `local` line of a macro gives; for Atmel's assembler its labels.
+    /// Returns the names that a `local` line of a macro declares; for Atmel's assembler its labels.
     fn locals_of(&self, line: &AsmLine) -> Vec<String> {
         let text = &line.text;
         let head = self.parse_head(text, 0, code_end(self.dialect, text));
@@ -112,7 +112,7 @@ impl Assembler<'_> {
             .collect()
     }
 
-    /// Reads a macro: its lines with the arguments put in.
+    /// Calls a macro: reads its lines with the arguments substituted.
     pub fn call_macro(&mut self, found: &AsmMacro, call: &DirectiveCall<'_>) {
         self.macro_calls += 1;
         let number = self.macro_calls;
@@ -161,13 +161,13 @@ impl Assembler<'_> {
                     "give it behind the others, or by its name",
                 ));
             }
-            // An argument that is left blank is the default, too.
+            // A blank argument is the default too.
             *value = value
                 .take()
                 .filter(|given| !given.is_empty() || param.default.is_none())
                 .or_else(|| param.default.clone());
         }
-        // sdas: a parameter with a question mark is another label in each call when nothing is given for it.
+        // sdas: a parameter with a question mark becomes a new label in each call that gives no value.
         for (i, (param, (_, value))) in found.params.iter().zip(&mut values).enumerate() {
             if param.label && value.is_none() {
                 *value = Some(format!("{}$", 10_000 + number as usize * 16 + i));
@@ -184,7 +184,8 @@ impl Assembler<'_> {
         self.enter_macro(found, lines, count, call);
     }
 
-    /// The text of an argument. In ASM51 and ASEM-51 `%` in front of it gives its value, and in angles `!` keeps the next character.
+    /// Returns the text of an argument. In ASM51 and ASEM-51 a leading `%` evaluates it, and in angle
+    /// brackets `!` escapes the next character.
     fn argument<'t>(&mut self, call: &DirectiveCall<'t>, range: Range<usize>, join: ArgumentJoin) -> Cow<'t, str> {
         let text = call.get(range.clone());
         let in_angles = byte(call.text, range.start.wrapping_sub(1)) == b'<';
@@ -198,7 +199,7 @@ impl Assembler<'_> {
         }
     }
 
-    /// Defines the names given from outside and those of the chip.
+    /// Defines the names of the caller and those of the chip.
     pub fn define_given(&mut self) {
         self.defines = HashMap::new();
         let all = (self.dialect.predefined)(self.chip).into_iter().chain(self.given_defines.clone());
@@ -207,18 +208,18 @@ impl Assembler<'_> {
         }
     }
 
-    /// What stands for a name; those given from outside are known in any case of their letters where labels are.
+    /// Returns the text definition of a name. Names of the caller ignore case if labels do.
     pub fn find_define(&self, name: &str) -> Option<&Rc<TextDefine>> {
         self.defines.get(name).or_else(|| self.defines.get(self.given_name(name)?))
     }
 
-    /// The name given from outside that `name` is.
+    /// Returns the caller's spelling of the name.
     pub fn given_name(&self, name: &str) -> Option<&str> {
         let is_it = |given: &str| given == name || self.dialect.ignores_case && given.eq_ignore_ascii_case(name);
         self.given_defines.iter().map(|(given, _)| given.as_str()).find(|given| is_it(given))
     }
 
-    /// A text stands for a name.
+    /// Defines a text for a name.
     pub fn define_name(&mut self, name: String, text: &str) {
         self.defines.insert(name, Rc::new(TextDefine { params: None, text: text.to_owned() }));
     }
@@ -246,7 +247,7 @@ impl Assembler<'_> {
         self.defines.insert(name, Rc::new(TextDefine { params, text }));
     }
 
-    /// A condition with 1 or 0 for each `defined(NAME)`, as C's preprocessor has it.
+    /// Returns a condition with each `defined(NAME)` replaced by 1 or 0, as in the C preprocessor.
     pub fn replace_defined(&self, line: &AsmLine, end: usize) -> Option<AsmLine> {
         let text = line.text.get(..end)?;
         if !text.contains("defined") || !self.directive_of(text.split_whitespace().next()?)?.name.contains("if") {
@@ -272,7 +273,7 @@ impl Assembler<'_> {
         Some(changed.into_line(line))
     }
 
-    /// The line with the texts put in for which defined names stand.
+    /// Returns the line with all defined names replaced by their texts.
     pub fn expand_defines(&mut self, line: &AsmLine, end: usize) -> Option<AsmLine> {
         if self.defines.is_empty() {
             return None;
@@ -299,7 +300,8 @@ impl Assembler<'_> {
         Some(changed.into_line(line))
     }
 
-    /// Copies `code` with texts put in; true where there was one. `old` is the place for all of it where it is itself a text.
+    /// Copies `code` with names expanded; returns whether there was one. `old` is the origin of all of it if
+    /// `code` is itself an expansion.
     fn expand_code(
         &self,
         code: &str,
@@ -338,7 +340,7 @@ impl Assembler<'_> {
         any
     }
 
-    /// The text that stands for a name which ends at `end`, and where what it replaces ends.
+    /// Returns the text for a name that ends at `end`, and the end of what it replaces.
     fn expansion_of(
         &self,
         code: &str,
@@ -362,7 +364,7 @@ impl Assembler<'_> {
             at = step(code, at);
         }
         within.read += at - open + define.text.len() + 1;
-        // What is given has its texts put in first, so that a text may stand in itself: `X(X(2))`.
+        // Arguments are expanded first, so a text may contain itself: `X(X(2))`.
         within.names.push(String::new());
         let mut put = |range| {
             let mut changed = RewrittenText::default();

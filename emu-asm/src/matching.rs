@@ -1,4 +1,4 @@
-//! One instruction: its operands against the forms of the table.
+//! One instruction: matches its operands with the forms of the table.
 
 use std::ops::Range;
 
@@ -11,23 +11,23 @@ use crate::form_table::{FormMeaning, InstructionForm, SyntaxPiece};
 use crate::lines::{behind_name, byte, cut, skip_space, trim};
 use crate::symbols::AsmSymbolKind;
 
-/// The kind of a literal that a value may stand for, such as `W` and `F`.
+/// The operand kind of literals that may be written as a value, such as `W` and `F`.
 pub(crate) const DESTINATION: &str = "destination";
 
-/// The kind of a number of the syntax, such as the 5 of `tris 5`.
+/// The operand kind of a number in the syntax, such as the 5 of `tris 5`.
 pub(crate) const LITERAL: &str = "literal";
 
-/// How a form went.
+/// The result of matching a form.
 enum FormResult {
-    /// It fits; the values are known or not.
+    /// It fits; its values may still be unknown.
     Fits(Vec<u16>),
     /// It is another form.
     OtherForm,
-    /// It is this form, and a value is wrong; of several the one with the highest rank is told.
+    /// It is this form, with a wrong value. The fault with the highest rank is reported.
     Wrong(u8, LineFault),
 }
 
-/// An operand of a form.
+/// The result of matching an operand.
 enum OperandResult {
     Value(i32, bool),
     OtherKind,
@@ -35,7 +35,8 @@ enum OperandResult {
 }
 
 impl Assembler<'_> {
-    /// The words of the instruction `mnemonic` (in lower case) with the operands `text[rest]`; `word` is where it stands.
+    /// Encodes the instruction `mnemonic` (in lower case) with the operands `text[rest]`; `word` is the
+    /// position of the mnemonic.
     pub(crate) fn assemble_instruction(
         &mut self,
         text: &str,
@@ -74,8 +75,8 @@ impl Assembler<'_> {
         }
     }
 
-    /// The instruction that a general one stands for here: the first that reaches the operand, or the last where that has a name that
-    /// only a later line gives.
+    /// Returns the instruction that replaces a general one: the first that reaches the operand, or the last
+    /// if a later line defines the operand.
     fn resolve_general(
         &mut self,
         text: &str,
@@ -132,7 +133,8 @@ impl Assembler<'_> {
                 FormMeaning::Row(row) => self.try_form(text, row, form, &operands, &word),
                 FormMeaning::Alias(to, written) => match self.rewrite_operands(text, form, &operands, written) {
                     Some(other) if depth < 4 => {
-                        // The operands stand in a line of their own, so what is wrong with them is told of all of them.
+                        // The operands are in a line of their own, so their faults are reported for all of
+                        // them.
                         let all = trim(text, rest.clone());
                         let found = self.encode(&other, to, 0..0, 0..other.len(), depth + 1);
                         let at = if all.is_empty() { word } else { all };
@@ -148,7 +150,7 @@ impl Assembler<'_> {
                     missing.into_iter().for_each(|fault| self.report(fault));
                     return Ok(words);
                 }
-                // Of forms that fail alike the one is told that fits furthest.
+                // Of several faults, the one of the form that matches furthest is reported.
                 FormResult::Wrong(rank, fault)
                     if worst
                         .as_ref()
@@ -245,7 +247,8 @@ impl Assembler<'_> {
         FormResult::Fits(instruction_words(row, isa.word_bits, bits))
     }
 
-    /// The operand's text in a piece of the syntax: its letter and place, nothing for a literal; `None` where it does not fit.
+    /// Splits an operand by a piece of the syntax: its letter and range, or nothing for a literal; `None` if
+    /// it does not fit.
     fn split_piece(
         &mut self,
         text: &str,
@@ -267,7 +270,7 @@ impl Assembler<'_> {
         (!inner.is_empty()).then_some(Some((letter, inner)))
     }
 
-    /// An expression with the value that the literal has.
+    /// Reports whether an expression has the value of the literal.
     fn has_literal_value(&mut self, text: &str, range: Range<usize>, literal: &str) -> bool {
         let number = literal.parse::<i64>().ok();
         let Some(wanted) = number.or_else(|| self.dialect.literals.iter().find(|l| l.0 == literal).map(|l| l.1)) else {
@@ -315,7 +318,7 @@ impl Assembler<'_> {
         }
         let value = match evaluate(d, text, range.clone(), self) {
             Ok(value) => value,
-            // A register of the core where none is wanted: another form.
+            // A core register where none is allowed: another form.
             Err(fault) if fault.code == "ASM008" => return OperandResult::OtherKind,
             Err(fault) => return OperandResult::Wrong(2, fault),
         };
@@ -333,7 +336,7 @@ impl Assembler<'_> {
             self.notes.push(LineFault::new("ASM030", range.clone(), cause, hint).warning());
         }
         let n = if is_constant { n & (limit - 1) } else { n };
-        // R0 to R7 are words, so that the address of a register of the chip is for another form, or for none.
+        // R0 to R7 are words, so the address of a chip register belongs to another form, or to none.
         if d.dot_is_bit && value.is_register && kind.name.starts_with("register") {
             return OperandResult::OtherKind;
         }
@@ -351,14 +354,14 @@ impl Assembler<'_> {
         }
     }
 
-    /// The value that an operand of a kind has in its field; what is cut off is noted.
+    /// Returns the value of an operand in its field; notes truncation.
     fn fit_operand(&mut self, kind: &str, n: i64, at: &Range<usize>) -> i64 {
         let Some((fitted, said)) = (self.dialect.hooks.cut)(self.chip, kind, n) else { return n };
         self.notes.extend(said.map(|(code, cause, hint)| LineFault::new(code, at.clone(), cause, hint).warning()));
         fitted
     }
 
-    /// `M(256+n)`: the name that the letter and the value in brackets are together.
+    /// `M(256+n)`: resolves the name that the letter and the value in parentheses form.
     fn try_zone(&mut self, text: &str, range: Range<usize>, kind: &OperandKind) -> Option<OperandResult> {
         let piece = text.get(range.clone()).filter(|_| self.dialect.zones)?;
         let inner = piece.get(1..)?.trim_start().strip_prefix('(')?.strip_suffix(')')?;
@@ -380,7 +383,7 @@ impl Assembler<'_> {
         })
     }
 
-    /// The operands of what another spelling stands for.
+    /// Returns the operands of the instruction that another spelling means.
     fn rewrite_operands(
         &mut self,
         text: &str,
@@ -402,13 +405,13 @@ impl Assembler<'_> {
         Some(out)
     }
 
-    /// The address of the instruction in program words.
+    /// Returns the address of the instruction in program words.
     fn pc(&self) -> u32 {
         (self.image_address() / u64::from(self.chip.word_bytes.max(1))) as u32
     }
 }
 
-/// Behind the literal text at the front of `text[range]`, case and spaces aside.
+/// Returns the position after the literal text at the start of `text[range]`, ignoring case and spaces.
 fn skip_prefix(text: &str, range: Range<usize>, literal: &str) -> Option<usize> {
     let mut at = range.start;
     for c in literal.bytes() {
@@ -418,7 +421,7 @@ fn skip_prefix(text: &str, range: Range<usize>, literal: &str) -> Option<usize> 
         }
         at += 1;
     }
-    // A literal word is a whole word: `A` is not the front of `ACC`.
+    // A literal word must be a whole word: `A` is not the start of `ACC`.
     let word = literal.ends_with(|c: char| c.is_ascii_alphanumeric());
     if word
         && at < range.end
@@ -429,7 +432,7 @@ fn skip_prefix(text: &str, range: Range<usize>, literal: &str) -> Option<usize> 
     Some(at)
 }
 
-/// Before the literal text at the end of `text[range]`.
+/// Returns the position before the literal text at the end of `text[range]`.
 fn skip_suffix(text: &str, range: Range<usize>, literal: &str) -> Option<usize> {
     let mut end = range.end;
     for c in literal.bytes().rev() {

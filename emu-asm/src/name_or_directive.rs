@@ -1,4 +1,5 @@
-//! Whether the word of a directive in front of `equ`, `bit`, `data` or `set` is a name of the program: `RS equ P1.0`.
+//! Decides whether a word that is also a directive is a name of the program before `equ`, `bit`, `data` or
+//! `set`: `RS equ P1.0`.
 
 use std::ops::Range;
 
@@ -11,13 +12,13 @@ use crate::lines::{byte, trim};
 /// Directives that take any text.
 const TEXT_DIRECTIVES: &[&str] =
     &["title", "subtitle", "subtitl", "stitle", "sbttl", "name", "module", "error", "warning", "messg", "print"];
-/// Directives that take a list of names, with classes of segments in front.
+/// Directives that take a list of names, which may begin with segment classes.
 const NAME_LIST_DIRECTIVES: &[&str] = &["extrn", "extern", "public", "globl", "global"];
 
-/// Reads names without a word about them, to find out what an expression is.
+/// Reads names without reporting faults, to find out what an expression is.
 struct ExpressionCheck<'r, 'a> {
     asm: &'r Assembler<'a>,
-    /// Only names that have a value belong to one.
+    /// Only names that have a value belong to an expression.
     only_known: bool,
 }
 
@@ -49,7 +50,7 @@ impl NameValues for ExpressionCheck<'_, '_> {
 }
 
 impl Assembler<'_> {
-    /// The name that stands there is given with -D, and cannot be given again: that is told.
+    /// Reports an error if the name at `at` is defined with -D and therefore cannot be defined again.
     pub(crate) fn check_not_given_outside(&mut self, text: &str, at: Range<usize>) -> bool {
         let name = text.get(at.clone()).unwrap_or_default();
         let Some(given) = self.given_name(name).filter(|given| self.defines.contains_key(*given)) else { return false };
@@ -59,7 +60,7 @@ impl Assembler<'_> {
         true
     }
 
-    /// The word of a directive is a name here, which the directive behind it gives the value `text[rest]`.
+    /// Reports whether a directive's word is a name here, which the next directive defines as `text[rest]`.
     pub(crate) fn is_name_being_defined(
         &self,
         first: Option<&AsmDirective>,

@@ -1,4 +1,4 @@
-//! What names in expressions stand for.
+//! Values of names in expressions.
 
 use std::ops::Range;
 
@@ -21,7 +21,7 @@ impl NameValues for Assembler<'_> {
         if let Some(value) = self.chip_names.get(name) {
             let name = self.folded_name(name).into_owned();
             self.chip_names_read.insert(name);
-            // In Atmel's files a register that has an address for `in` and `out` is that number.
+            // In Atmel's files, a register in the range of `in` and `out` is its I/O address.
             let io = self.dialect.hooks.is_atmel && value.is_register && (0x20..0x60).contains(&value.number);
             return Ok(if io { AsmValue::of(value.number - 0x20) } else { value });
         }
@@ -86,13 +86,14 @@ impl NameValues for Assembler<'_> {
 }
 
 impl Assembler<'_> {
-    /// The word is a register of the core, or another word of the instructions' syntax.
+    /// Reports whether the word is a core register, or another word of the instruction syntax.
     pub fn is_register(&self, name: &str) -> bool {
         let lower = name.to_ascii_lowercase();
         self.table.words.binary_search(&lower).is_ok() || self.chip_register(name)
     }
 
-    /// The word is one that only some kind of operand knows. Where case matters, the pointers of the syntax may be names of variables.
+    /// Reports whether only an operand kind knows the word. If case matters, the pointers of the syntax may
+    /// be variable names.
     pub fn chip_register(&self, name: &str) -> bool {
         let pointer = !self.dialect.ignores_case && self.table.words.binary_search(&name.to_ascii_lowercase()).is_ok();
         !pointer && self.table.kinds.iter().any(|kind| (kind.parse_name)(name).is_some())

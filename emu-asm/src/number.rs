@@ -6,10 +6,10 @@ use crate::dialect::{AsmDialect, NumberForm};
 use crate::fault::LineFault;
 use crate::lines::{BACKSLASH, byte};
 
-/// The number that begins at `at`: its length and value; `None` where none begins.
+/// Reads the number at `at`: its length and value; `None` if none begins there.
 ///
 /// # Errors
-/// Digits that the form does not have, and values over 32 bits.
+/// Digits that the form does not allow, and values over 32 bits.
 pub(crate) fn read_number(
     d: &AsmDialect,
     radix: u32,
@@ -17,7 +17,7 @@ pub(crate) fn read_number(
     at: usize,
 ) -> Result<Option<(usize, i64)>, LineFault> {
     let Some(rest) = text.get(at..) else { return Ok(None) };
-    // `1010$1010b`: the digits in groups, as in ASEM-51.
+    // `1010$1010b`: digits in groups, as in ASEM-51.
     if let Some((len, digits)) = grouped_digits(d, rest)
         && let Ok(Some((taken, n))) = read_number(d, radix, &digits, 0)
         && taken == digits.len()
@@ -43,7 +43,8 @@ pub(crate) fn read_number(
     Err(LineFault::new("ASM010", at..at + run.len().max(1), format!("`{run}` is no number"), hint))
 }
 
-/// The number at the front whose digits stand in groups with `$` between them: its length, and its digits alone.
+/// Returns length and bare digits of the number at the start whose digits are in groups with `$` between
+/// them.
 fn grouped_digits(d: &AsmDialect, rest: &str) -> Option<(usize, String)> {
     let end = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '$').unwrap_or(rest.len());
     let run = rest.get(..end)?;
@@ -52,13 +53,13 @@ fn grouped_digits(d: &AsmDialect, rest: &str) -> Option<(usize, String)> {
     whole.then(|| (end, run.replace('$', "")))
 }
 
-/// The letters and digits at the front.
+/// Returns the letters and digits at the start.
 fn leading_word(rest: &str) -> &str {
     let end = rest.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(rest.len());
     rest.get(..end).unwrap_or_default()
 }
 
-/// Where the form stands at the front of `rest`: length of its prefix, digits, radix, length of its suffix.
+/// Matches a form at the start of `rest`: length of its prefix, digits, radix, length of its suffix.
 fn match_form(form: NumberForm, rest: &str, radix: u32) -> Option<(usize, &str, u32, usize)> {
     let all = |digits: &str, radix| !digits.is_empty() && digits.chars().all(|c| c.is_digit(radix));
     let behind = |prefix: usize, radix| {
@@ -118,7 +119,7 @@ fn match_form(form: NumberForm, rest: &str, radix: u32) -> Option<(usize, &str, 
     }
 }
 
-/// The number that digits are; nothing where it has more than 32 bits.
+/// Returns the value of digits; `None` if it has more than 32 bits.
 fn digits_value(d: &AsmDialect, digits: &str, radix: u32) -> Option<i64> {
     if d.hooks.is_32 {
         let step = |n: i64, digit: u32| i64::from((n as u32).wrapping_mul(radix).wrapping_add(digit));
@@ -127,10 +128,10 @@ fn digits_value(d: &AsmDialect, digits: &str, radix: u32) -> Option<i64> {
     i64::from_str_radix(digits, radix).ok().filter(|n| *n <= 0xFFFF_FFFF)
 }
 
-/// The character in quotes that begins at `at`: its length and code; `None` where none begins.
+/// Reads the quoted character at `at`: its length and code; `None` if none begins there.
 ///
 /// # Errors
-/// A quote with nothing behind it, and one that is not closed.
+/// A quote with nothing after it, or one that is not closed.
 pub(crate) fn read_quoted(d: &AsmDialect, text: &str, at: usize) -> Result<Option<(usize, i64)>, LineFault> {
     let quote = byte(text, at);
     let ascii =
@@ -151,7 +152,7 @@ pub(crate) fn read_quoted(d: &AsmDialect, text: &str, at: usize) -> Result<Optio
     let mut count = 0;
     while at_char < text.len() && (byte(text, at_char) != mark || (count == 0 && byte(text, at_char + 1) == mark)) {
         let (mut len, code) = read_character(text, at_char);
-        // A quote as a character is doubled, or stands alone.
+        // A quote as a character is doubled, or single.
         if mark == b'\'' && text.get(at_char..).unwrap_or_default().starts_with("'''") {
             len = 2;
         }
@@ -160,7 +161,7 @@ pub(crate) fn read_quoted(d: &AsmDialect, text: &str, at: usize) -> Result<Optio
         count += 1;
         let ends = byte(text, at_char) == b',' || !text.get(at_char..).unwrap_or_default().contains('\'');
         if count == 1 && mark == b'\'' && byte(text, at_char) != mark && ends {
-            // 'c with nothing that closes it.
+            // 'c without a closing quote.
             let next = text.get(at_char..).map(|rest| rest.chars().next().unwrap_or(' '));
             let (cause, hint) = match next {
                 None => {
@@ -195,7 +196,7 @@ pub(crate) fn read_quoted(d: &AsmDialect, text: &str, at: usize) -> Result<Optio
     Ok(Some((at_char + 1 - at, value)))
 }
 
-/// The character at `at`, an escape taken as what it stands for: length in the text and code.
+/// Reads the character at `at`, decoding an escape: its length in the text and its code.
 pub(crate) fn read_character(text: &str, at: usize) -> (usize, u8) {
     let c = byte(text, at);
     if c != b'\\' || at + 1 >= text.len() {
@@ -229,7 +230,8 @@ pub(crate) fn read_character(text: &str, at: usize) -> (usize, u8) {
     }
 }
 
-/// The byte of the file at `at`, and how long it is in the text: a character that stands for a byte takes several there.
+/// Reads the byte of the file at `at`, and its length in the text: a character that represents a byte takes
+/// several bytes there.
 pub(crate) fn read_byte(text: &str, at: usize) -> (usize, u8) {
     let c = text.get(at..).and_then(|rest| rest.chars().next());
     match c.and_then(|c| Some((c.len_utf8(), if c == BACKSLASH { b'\\' } else { byte_of(c)? }))) {
@@ -238,7 +240,7 @@ pub(crate) fn read_byte(text: &str, at: usize) -> (usize, u8) {
     }
 }
 
-/// The bytes of the text in quotes that fills `text[from..to]` whole; `None` where that is no such text.
+/// Returns the bytes of the quoted text that is all of `text[from..to]`; `None` if it is not such a text.
 pub(crate) fn read_string(text: &str, from: usize, to: usize) -> Option<Vec<u8>> {
     let mark = byte(text, from);
     if to < from + 2 || !matches!(mark, b'"' | b'\'') || byte(text, to - 1) != mark {

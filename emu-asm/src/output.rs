@@ -1,4 +1,4 @@
-//! Bytes, from where they are given to where they lie: sections, memories, and what does not fit.
+//! Places emitted bytes: sections, memories, and reports of what does not fit.
 
 use std::ops::Range;
 
@@ -11,14 +11,14 @@ use crate::fault::LineFault;
 use crate::lines::AsmLine;
 use crate::sections::{self, AsmSection};
 
-/// Bytes that a line gives.
+/// Bytes that a line emits.
 #[derive(Debug, Clone)]
 pub(crate) struct EmittedBytes {
     pub section: usize,
-    /// Byte address in the image file; in a section whose bytes are copied, from the begin of all of them.
+    /// Byte address in the image file; in a section whose bytes are copied, from the start of all such bytes.
     pub addr: u64,
     pub bytes: Range<usize>,
-    /// The line, by its number in `lines`.
+    /// The line, by its number in `list`.
     line: u32,
 }
 
@@ -27,31 +27,31 @@ pub(crate) struct EmittedBytes {
 pub(crate) struct ListedLine {
     /// The line.
     pub line: AsmLine,
-    /// How deep in macros and repetitions.
+    /// Its nesting depth in macros and repetitions.
     pub depth: u32,
     /// The address before it.
     pub addr: i64,
-    /// Its value where it gives a name one.
+    /// The value of the name that it defines.
     pub value: Option<i64>,
     /// Its bytes.
     pub bytes: Range<usize>,
-    /// Bytes per address, for how they are written.
+    /// Bytes per address, which determines how they are printed.
     pub unit: u32,
 }
 
-/// What the program gives in a pass.
+/// The output of a pass.
 #[derive(Debug)]
 pub(crate) struct PassOutput {
     /// Memories that an image may fill.
     spaces: Vec<ImageSpace>,
     code: &'static str,
-    /// The sections as they were at the begin of the pass.
+    /// The sections as they were at the start of the pass.
     pub(crate) initial_sections: Vec<AsmSection>,
     pub sections: Vec<AsmSection>,
     pub current: usize,
     /// The section that was current before.
     pub previous: usize,
-    /// Sections that were kept, with those before them.
+    /// Sections saved on the stack, each with the section before it.
     pub section_stack: Vec<(usize, usize)>,
     /// The section where the program begins.
     start_section: usize,
@@ -63,7 +63,7 @@ pub(crate) struct PassOutput {
     pub lines: Vec<SourceLine>,
 }
 
-/// Bytes that a source may give, over which it is refused.
+/// The maximum number of bytes of a source; more are refused.
 const MAX_BYTES: usize = 1 << 24;
 
 impl PassOutput {
@@ -106,13 +106,13 @@ impl PassOutput {
         self.sections.get(self.current)
     }
 
-    /// The address that comes next, in the unit of the section.
+    /// Returns the next address, in the unit of the section.
     pub fn next_address(&self) -> i64 {
         self.section().map_or(0, |section| section.pos.div_euclid(section.unit.max(1).into()))
     }
 
-    /// Lists the line of a run at the address of its bytes, where that is not the one before the line: a directive may put its
-    /// bytes elsewhere.
+    /// Lists the line of a run at the address of its bytes if that differs from the address before the line:
+    /// a directive may emit its bytes elsewhere.
     fn list_at_run_address(&mut self, run: &EmittedBytes) {
         let section = self.sections.get(run.section).filter(|section| section.holds == SectionContent::Image);
         let listed = self.list.get_mut(run.line as usize).filter(|listed| listed.bytes.start == run.bytes.start);
@@ -121,29 +121,29 @@ impl PassOutput {
         }
     }
 
-    /// The next address is `at`.
+    /// Sets the next address.
     pub fn set_address(&mut self, at: i64) {
         if let Some(section) = self.sections.get_mut(self.current) {
             section.pos = at.saturating_mul(section.unit.into());
         }
     }
 
-    /// Bytes per address.
+    /// Returns the bytes per address.
     pub fn unit(&self) -> u32 {
         self.section().map_or(1, |section| section.unit)
     }
 
-    /// What the section holds.
+    /// Returns what the section holds.
     pub fn holds(&self) -> SectionContent {
         self.section().map_or(SectionContent::Image, |section| section.holds)
     }
 
-    /// The byte address in the image file.
+    /// Returns the byte address in the image file.
     pub fn image_address(&self) -> u64 {
         self.section().map_or(0, |s| (s.base as i64).saturating_add(s.pos).max(0) as u64)
     }
 
-    /// Memory and byte address of a label here.
+    /// Returns memory and byte address of a label defined here.
     pub fn label_place(&self) -> (&'static str, u32) {
         let Some(section) = self.section() else { return (self.code, 0) };
         if section.holds != SectionContent::Image {
@@ -158,12 +158,12 @@ impl PassOutput {
         }
     }
 
-    /// Something was given already in this section.
+    /// Reports whether this section has bytes already.
     pub fn has_begun(&self) -> bool {
         self.runs.iter().any(|run| run.section == self.current)
     }
 
-    /// Adds bytes here; false where there are too many.
+    /// Adds bytes here; returns false if there are too many.
     fn add(&mut self, bytes: &[u8], line: u32) -> bool {
         let addr = match self.section() {
             Some(section) if section.holds == SectionContent::Copied => {
@@ -192,7 +192,7 @@ impl PassOutput {
     }
 }
 
-/// What lies at a byte of a memory: the line that gave it.
+/// A byte of a memory, and the line that emitted it.
 #[derive(Clone, Copy, Default)]
 struct PlacedByte {
     byte: u8,
@@ -201,7 +201,7 @@ struct PlacedByte {
 }
 
 impl Assembler<'_> {
-    /// Gives bytes at the next address.
+    /// Emits bytes at the next address.
     pub fn emit(&mut self, bytes: &[u8], at: Range<usize>) {
         if bytes.is_empty() {
             return;
@@ -226,7 +226,7 @@ impl Assembler<'_> {
         }
     }
 
-    /// Gives program words at the next address, low byte first where they have two.
+    /// Emits program words at the next address, low byte first if they have two bytes.
     pub fn emit_words(&mut self, words: &[u16], at: Range<usize>) {
         let mut bytes = [0u8; 8];
         let size = if self.chip.word_bytes == 1 { 1 } else { 2 };
@@ -238,7 +238,7 @@ impl Assembler<'_> {
         self.emit(bytes.get(..len).unwrap_or_default(), at);
     }
 
-    /// Puts all bytes where they belong and tells what does not fit.
+    /// Places all bytes and reports those that do not fit.
     pub fn place(&mut self) {
         self.fill_gaps();
         let spaces = std::mem::take(&mut self.out.spaces);
@@ -256,7 +256,7 @@ impl Assembler<'_> {
         };
         let behind = end(self.out.code).map_or(0, |end| end.next_multiple_of(self.out.copied_align()));
         let mut lines = Vec::new();
-        // The stretch outside of all memories that is being read: the line that begins it, and its addresses.
+        // The current range outside all memories: the line that begins it, and its addresses.
         let mut beyond: Option<(u32, Range<u64>)> = None;
         for run in &runs {
             self.out.list_at_run_address(run);
@@ -317,7 +317,7 @@ impl Assembler<'_> {
         Some(SourceLine { addr, kind: SourceKind::Asm, file, line: listed.line.number, len })
     }
 
-    /// The complaint stands at the line with this number in the listing.
+    /// Reports a fault at the line with this number in the listing.
     fn report_at_line(&mut self, line: u32, code: &'static str, cause: String, hint: &str) {
         self.line = self.out.list.get(line as usize).map(|listed| listed.line.clone());
         let text = self.line.as_ref().map_or("", |line| &line.text);
@@ -325,7 +325,7 @@ impl Assembler<'_> {
         self.report(LineFault::new(code, whole, cause, hint));
     }
 
-    /// Tells of a stretch where there is no memory.
+    /// Reports a range that is in no memory.
     fn report_outside(&mut self, beyond: Option<(u32, Range<u64>)>, spaces: &[ImageSpace]) {
         let Some((line, at)) = beyond else { return };
         let unit = u64::from(self.chip.bytes_per_address(self.chip.code_space));
@@ -352,7 +352,7 @@ impl Assembler<'_> {
         self.report_at_line(line, "ASM019", cause, "move one of them with org");
     }
 
-    /// Words with bits that the memory has not are told; half words are filled up as erased.
+    /// Reports words with more bits than the memory has; pads half words with an erased byte.
     fn check_words(&mut self, space: &ImageSpace, memory: &mut Vec<PlacedByte>) {
         if space.word != 2 {
             return;
@@ -384,12 +384,12 @@ impl Assembler<'_> {
     }
 }
 
-/// Where a memory lies in the image file.
+/// Returns the range of a memory in the image file.
 fn image_window(space: &ImageSpace) -> Range<u64> {
     space.start.into()..u64::from(space.start) + u64::from(space.len)
 }
 
-/// The bytes of a memory that were given.
+/// Returns the bytes of a memory that were emitted.
 fn memory_segments(space: &ImageSpace, memory: &[PlacedByte]) -> Vec<Segment> {
     let mut list: Vec<Segment> = Vec::new();
     let mut last = None;

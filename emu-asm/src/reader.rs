@@ -1,4 +1,4 @@
-//! Which line comes next: files, macros and repetitions within each other, and conditions.
+//! Finds the next line: nested files, macros and repetitions, and conditions.
 
 mod included_files;
 
@@ -12,18 +12,18 @@ use crate::fault::LineFault;
 use crate::lines::{AsmLine, RewrittenText, trim};
 use crate::macros::MacroParameter;
 
-/// Whether the lines behind a directive are read.
+/// Decides whether the lines after a directive are read.
 type ReadCondition = fn(&mut Assembler<'_>, &DirectiveCall<'_>) -> bool;
 
-/// Includes within each other.
+/// The maximum nesting of includes.
 const MAX_INCLUDES: usize = 32;
-/// Macros and repetitions within each other.
+/// The maximum nesting of macros and repetitions.
 const MAX_MACRO_DEPTH: usize = 64;
-/// Turns of a `while`.
+/// The maximum number of iterations of a `while`.
 const MAX_WHILE_ITERATIONS: u32 = 65_536;
-/// Bytes of a line to which others may be joined.
+/// The maximum length in bytes of a line to which others are joined.
 const MAX_JOINED_BYTES: usize = 1 << 16;
-/// Lines that a program may come to in one pass, and in all.
+/// The maximum number of lines of a program in one pass; all passes may read four times as many.
 const MAX_LINES: u64 = 1_000_000;
 
 /// A text that is being read.
@@ -31,28 +31,29 @@ const MAX_LINES: u64 = 1_000_000;
 pub(crate) struct TextFrame {
     lines: Rc<[AsmLine]>,
     next: usize,
-    /// Conditions that were open before it.
+    /// Number of conditions that were open before it.
     open_conditions: usize,
-    /// What is done when it is at its end.
+    /// What happens at its end.
     at_end: FrameEnd,
-    /// Macro, and the file and line that called it.
+    /// The macro, and the file and line that called it.
     pub called_from: Option<(String, u32, u32)>,
-    /// Arguments that the macro was given.
+    /// Number of arguments given to the macro.
     given: usize,
 }
 
-/// What is done at the end of a text.
+/// What happens at the end of a text.
 #[derive(Debug)]
 enum FrameEnd {
     /// It is a file.
     File,
     /// It is the body of a macro.
     Macro,
-    /// It is read again so many times.
+    /// It is read this many times more.
     Again(u64),
     /// It is read again for each of these texts, the last first.
     Texts(String, Vec<String>, Rc<[AsmLine]>, ArgumentJoin),
-    /// It is read again while the condition of this line holds, from this byte on; the turns so far.
+    /// It is read again while the condition in this line, from this byte on, holds; and the number of
+    /// iterations so far.
     While(AsmLine, usize, u32),
 }
 
@@ -61,11 +62,11 @@ enum FrameEnd {
 pub(crate) struct OpenCondition {
     /// The lines here are read.
     pub holds: bool,
-    /// One of its parts was read, or none will be.
+    /// A branch was read, or none will be.
     pub branch_taken: bool,
-    /// The last part has come.
+    /// The last branch (`else`) was reached.
     pub else_seen: bool,
-    /// What it asked for first holds.
+    /// Its first condition holds.
     pub true_value: bool,
     /// The lines around it are read.
     pub outer: bool,
@@ -83,11 +84,11 @@ pub(crate) struct AsmMacro {
     pub name: String,
     /// Its parameters.
     pub params: Vec<MacroParameter>,
-    /// Names that are others in each call.
+    /// Names that are unique in each call.
     pub locals: Vec<String>,
     /// Its lines.
     pub body: Rc<[AsmLine]>,
-    /// What joins arguments to the text beside them.
+    /// The mark that joins arguments to adjacent text.
     pub join: ArgumentJoin,
 }
 
@@ -109,7 +110,7 @@ impl Assembler<'_> {
         self.line = None;
     }
 
-    /// The lines of a file as the dialect takes them.
+    /// Returns the lines of a file as the dialect reads them.
     fn lines_of(&self, file: u32) -> Rc<[AsmLine]> {
         let lines = self.texts.lines(file);
         let plain = self.dialect.hooks.plain_backslashes;
@@ -119,7 +120,7 @@ impl Assembler<'_> {
         }
     }
 
-    /// Tells of a text in an encoding that is not read.
+    /// Reports a text with an encoding that is not supported.
     fn check_encoding(&mut self, file: u32, at: Range<usize>) -> bool {
         let Some(encoding) = self.texts.encoding(file) else { return true };
         let cause = format!("`{}` is written in {encoding}", self.texts.name(file));
@@ -138,7 +139,7 @@ impl Assembler<'_> {
         });
     }
 
-    /// The next line; for Atmel's assembler with those that a backslash at its end joins to it.
+    /// Returns the next line; for Atmel's assembler with the lines that a final backslash joins to it.
     fn next_whole_line(&mut self) -> Option<AsmLine> {
         let mut line = self.next_line()?;
         while self.dialect.hooks.is_atmel
@@ -169,7 +170,7 @@ impl Assembler<'_> {
         }
     }
 
-    /// Counts lines; false, and told, when there are too many.
+    /// Counts lines; reports an error and returns false if there are too many.
     fn count_lines(&mut self, lines: u64) -> bool {
         self.lines_read += lines;
         let most = MAX_LINES * u64::from(self.pass.min(4));
@@ -182,7 +183,7 @@ impl Assembler<'_> {
         false
     }
 
-    /// So many lines were read in all passes that another pass may be too much.
+    /// Reports whether another pass may exceed the limit on lines.
     pub fn is_near_line_limit(&self) -> bool {
         self.lines_read > 3 * MAX_LINES
     }
@@ -248,12 +249,12 @@ impl Assembler<'_> {
         }
     }
 
-    /// The lines that are read now count.
+    /// Reports whether the current lines are read or skipped by a condition.
     pub fn is_reading(&self) -> bool {
         self.conditions.last().is_none_or(|cond| cond.holds)
     }
 
-    /// A directive that decides which lines are read.
+    /// Executes a directive that decides which lines are read.
     pub fn run_flow_directive(&mut self, flow: ReadFlow, call: &DirectiveCall<'_>) {
         match flow {
             ReadFlow::If(holds) => {
@@ -305,7 +306,8 @@ impl Assembler<'_> {
         }
     }
 
-    /// Lines, or the statement behind the directive, that are read by whether the condition around them holds.
+    /// Enters lines, or the statement after the directive, that are read depending on whether the enclosing
+    /// condition holds.
     fn within(&mut self, flow: ReadFlow, asked: fn(bool) -> bool, call: &DirectiveCall<'_>) {
         let family_state = self.conditions_of_frame() > 0;
         let Some(cond) = self.conditions.last_mut().filter(|_| family_state) else {
@@ -339,7 +341,7 @@ impl Assembler<'_> {
         ));
     }
 
-    /// The next part of a condition; the last where none is asked.
+    /// Enters the next branch of a condition; the last branch if `asked` is `None`.
     fn next_branch(&mut self, asked: Option<ReadCondition>, call: &DirectiveCall<'_>) {
         if self.conditions_of_frame() == 0 || self.conditions.last().is_some_and(|cond| cond.else_seen) {
             return self.report_unmatched(call, "if");
@@ -353,8 +355,8 @@ impl Assembler<'_> {
         }
     }
 
-    /// The lines up to the directive that ends what `call` has begun: `endm` a macro, `endr` or `endm` a repetition, `endw` a
-    /// `while`, `endc` a block.
+    /// Returns the lines up to the directive that ends the block of `call`: `endm` for a macro, `endr` or
+    /// `endm` for a repetition, `endw` for a `while`, `endc` for a block.
     pub fn collect_block(&mut self, call: &DirectiveCall<'_>, opener: ReadFlow) -> Option<Rc<[AsmLine]>> {
         let mut open = vec![opener];
         let mut body = Vec::new();
@@ -390,7 +392,7 @@ impl Assembler<'_> {
         }
     }
 
-    /// There is room for another macro or repetition.
+    /// Reports whether another macro or repetition may be nested; reports an error if not.
     fn check_depth(&mut self, call: &DirectiveCall<'_>) -> bool {
         let depth = self.frames.iter().filter(|frame| !matches!(frame.at_end, FrameEnd::File)).count();
         if depth >= MAX_MACRO_DEPTH {
@@ -408,7 +410,7 @@ impl Assembler<'_> {
         depth < MAX_MACRO_DEPTH
     }
 
-    /// Goes back to the texts that were read first, so many of them.
+    /// Drops texts until `left` remain.
     fn unwind(&mut self, left: usize) {
         while self.frames.len() > left {
             if let Some(frame) = self.frames.pop() {
@@ -436,7 +438,7 @@ impl Assembler<'_> {
         }
     }
 
-    /// Reads a macro with its arguments put in.
+    /// Reads a macro with its arguments substituted.
     pub fn enter_macro(&mut self, found: &AsmMacro, lines: Vec<AsmLine>, given: usize, call: &DirectiveCall<'_>) {
         if !self.check_depth(call) {
             return;
@@ -448,12 +450,12 @@ impl Assembler<'_> {
         }
     }
 
-    /// How many arguments the macro was given that is being read.
+    /// Returns the number of arguments of the current macro.
     pub fn arguments_given(&self) -> Option<i64> {
         self.frames.iter().rev().find(|frame| matches!(frame.at_end, FrameEnd::Macro)).map(|frame| frame.given as i64)
     }
 
-    /// Leaves the macro that is being read.
+    /// Leaves the current macro.
     pub fn leave_macro(&mut self, call: &DirectiveCall<'_>) {
         if !self.frames.iter().any(|frame| matches!(frame.at_end, FrameEnd::Macro)) {
             return self.report_unmatched(call, "macro");

@@ -1,4 +1,4 @@
-//! Sections: which there are, and in which order they lie, as the linker's script has it.
+//! Sections: which ones exist, and their order in memory, as in the linker's script.
 
 use std::ops::Range;
 
@@ -10,9 +10,9 @@ use crate::engine::Assembler;
 use crate::fault::LineFault;
 use crate::output::PassOutput;
 
-/// What stands between the name of a section and the number of one of its parts.
+/// Separates the name of a section from the number of its subsection.
 const PART: char = '\u{1}';
-/// Sections that a program may have.
+/// The maximum number of sections of a program.
 const MAX_SECTIONS: usize = 1000;
 
 /// A section.
@@ -20,25 +20,25 @@ const MAX_SECTIONS: usize = 1000;
 pub(crate) struct AsmSection {
     /// Its name.
     pub name: String,
-    /// Name of the memory of its labels; empty where the image's windows tell.
+    /// Name of the memory of its labels; empty if the windows of the image determine it.
     pub space: &'static str,
     /// What it holds.
     pub holds: SectionContent,
-    /// It lies behind the sections before it in the same memory, from a multiple of this on.
+    /// It follows the previous sections of its memory, at a multiple of this.
     pub behind: Option<i64>,
-    /// Its place among them: its row, how many were made before it, and its number among the parts of a section.
+    /// Its order: its row, how many sections were created before it, and its subsection number.
     pub rank: (usize, usize, u16),
-    /// The largest alignment in it, to which it is filled up at its end.
+    /// Its largest alignment, to which its end is padded.
     pub align: i64,
     /// Byte address of its address 0 in the image file.
     pub base: u64,
     /// Bytes per address.
     pub unit: u32,
-    /// The byte that comes next, from its address 0.
+    /// The next byte, counted from its address 0.
     pub pos: i64,
 }
 
-/// The sections that a dialect has from the start.
+/// Returns the sections that a dialect has from the start.
 pub(crate) fn initial_sections(chip: &Chip, d: &AsmDialect, spaces: &[ImageSpace]) -> Vec<AsmSection> {
     let code = chip.bytes_per_address(chip.code_space);
     let section = |(rank, row): (usize, &SectionRow)| {
@@ -58,7 +58,7 @@ pub(crate) fn initial_sections(chip: &Chip, d: &AsmDialect, spaces: &[ImageSpace
     d.sections.iter().enumerate().map(section).collect()
 }
 
-/// Where the program begins.
+/// Returns the section where the program begins.
 pub(crate) fn start_section(d: &AsmDialect) -> usize {
     d.sections.iter().position(|row| row.name == "text").unwrap_or(0)
 }
@@ -68,7 +68,8 @@ fn align_up(at: i64, step: i64) -> i64 {
     at.saturating_add(step - 1).div_euclid(step) * step
 }
 
-/// The alignment of a section with all of its parts, and whether this is the last of them, behind which it is filled up.
+/// Returns the alignment of a section with all its subsections, and whether this is the last of them, whose
+/// end is padded.
 fn part_alignment(sections: &[AsmSection], section: &AsmSection) -> (i64, bool) {
     let own = |other: &&AsmSection| (other.rank.0, other.rank.1) == (section.rank.0, section.rank.1);
     let parts = || sections.iter().filter(own);
@@ -77,7 +78,7 @@ fn part_alignment(sections: &[AsmSection], section: &AsmSection) -> (i64, bool) 
 }
 
 impl PassOutput {
-    /// Numbers of the sections that lie behind each other, in their order.
+    /// Returns the numbers of the sections that follow each other, in order.
     fn sections_in_order(&self) -> Vec<usize> {
         let ranked = |i: &usize| self.sections.get(*i).map(|section| section.rank);
         let mut order: Vec<usize> = (0..self.sections.len()).collect();
@@ -86,7 +87,7 @@ impl PassOutput {
         order
     }
 
-    /// Sections in the same memory lie behind each other, as a linker puts them; true where one of them has moved.
+    /// Places sections of a memory one after another, as a linker does; returns true if one has moved.
     pub fn place_behind_each_other(&mut self) -> bool {
         let mut moved = false;
         let mut ends: Vec<(&'static str, i64)> = Vec::new();
@@ -111,25 +112,26 @@ impl PassOutput {
         moved
     }
 
-    /// The address of the first byte that is copied.
+    /// Returns the address of the first byte that is copied.
     pub fn copied_from(&self) -> i64 {
         let copied = self.initial_sections.iter().filter(|section| section.holds == SectionContent::Copied);
         copied.map(|section| section.pos).min().unwrap_or(0)
     }
 
-    /// The largest alignment of what is copied.
+    /// Returns the largest alignment of the copied sections.
     pub fn copied_align(&self) -> u64 {
         let copied = self.sections.iter().filter(|section| section.holds == SectionContent::Copied);
         copied.map(|section| section.align).max().map_or(1, |align| align.max(1) as u64)
     }
 
-    /// The current section begins where others end, so that no address in it is certain; Atmel's `dseg` has addresses of RAM.
+    /// Reports whether the current section begins where others end, so that its addresses are uncertain.
+    /// Atmel's `dseg` has fixed addresses of RAM.
     pub fn is_shifted(&self) -> bool {
         let first = self.initial_sections.get(self.current).filter(|first| first.name != "dseg");
         first.is_some_and(|first| first.behind.is_some() && first.pos != 0)
     }
 
-    /// The number of the section of this name, which is made where there is none yet.
+    /// Returns the number of the section of this name; creates it if there is none.
     pub fn open(&mut self, name: &str, space: &'static str, holds: SectionContent) -> Option<usize> {
         let unit = if holds == SectionContent::Image { self.initial_sections.first()?.unit } else { 1 };
         let rank = (self.sections.len(), 0, 0);
@@ -138,7 +140,8 @@ impl PassOutput {
         self.add_section(made, 0)
     }
 
-    /// The section of this name behind the first `own` ones, which is added where there is none; nothing where there are too many.
+    /// Returns the number of the section with this name after the first `own` ones; adds it if there is none.
+    /// `None` if there are too many.
     pub fn add_section(&mut self, made: AsmSection, own: usize) -> Option<usize> {
         let known = self.sections.iter().skip(own).position(|section| section.name == made.name);
         if let Some(number) = known {
@@ -153,14 +156,14 @@ impl PassOutput {
         Some(number)
     }
 
-    /// The section of this number begins at this address in all passes to come; true where it began elsewhere.
+    /// Sets the start address of a section for all later passes; returns true if it was different.
     pub fn begin_at(&mut self, number: usize, at: i64) -> bool {
         let Some(first) = self.initial_sections.get_mut(number) else { return false };
         let pos = at.saturating_mul(first.unit.into());
         std::mem::replace(&mut first.pos, pos) != pos
     }
 
-    /// The addresses of a section in this pass, from its begin to what comes next.
+    /// Returns the addresses of a section in this pass, from its start to its next address.
     pub fn extent(&self, number: usize) -> Range<i64> {
         let (Some(first), Some(now)) = (self.initial_sections.get(number), self.sections.get(number)) else {
             return 0..0;
@@ -169,18 +172,18 @@ impl PassOutput {
         first.pos / unit..now.pos / unit
     }
 
-    /// Goes on in the section of this number.
+    /// Switches to the section of this number.
     pub fn enter_section(&mut self, number: usize) {
         (self.previous, self.current) = (self.current, number);
     }
 
-    /// Goes back to the section before the last change.
+    /// Returns to the section before the last switch.
     pub fn enter_previous(&mut self) {
         self.enter_section(self.previous);
     }
 
-    /// Switches to the section of this name, which is made where a row of the dialect stands for all names with its begin; `None` where
-    /// there is none.
+    /// Switches to the section of this name; creates it if a row of the dialect covers its prefix. `None` if
+    /// there is no such section.
     pub fn enter_named(&mut self, name: &str) -> Option<()> {
         let known = |section: &AsmSection| !section.name.ends_with('*') && section.name.eq_ignore_ascii_case(name);
         let number = match self.sections.iter().position(known) {
@@ -191,7 +194,7 @@ impl PassOutput {
         Some(())
     }
 
-    /// Switches to the part of this number of the section that is current, which begins where the part before it ends.
+    /// Switches to a subsection of the current section; it begins where the previous one ends.
     pub fn enter_part(&mut self, part: u16) -> Option<()> {
         let base = self.section()?;
         let (name, rank) = (base.name.split(PART).next().unwrap_or_default().to_owned(), base.rank);
@@ -226,7 +229,7 @@ impl PassOutput {
 }
 
 impl Assembler<'_> {
-    /// Fills sections up to where the next begins, as the linker does.
+    /// Pads sections up to the start of the next, as the linker does.
     pub fn fill_gaps(&mut self) {
         let order = self.out.sections_in_order();
         for (place, &current) in order.iter().enumerate() {
@@ -263,7 +266,7 @@ impl Assembler<'_> {
         }
     }
 
-    /// Tells of `org` in a section whose begin hangs on others.
+    /// Warns of `org` in a section whose start depends on others.
     pub fn report_uncertain_org(&mut self, at: std::ops::Range<usize>) {
         let name = self.out.section().map_or("", |section| section.name.split(PART).next().unwrap_or_default());
         let cause = format!("`org` in .{name}, which lies where other sections end");

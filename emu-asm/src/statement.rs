@@ -10,23 +10,23 @@ use crate::fault::LineFault;
 use crate::lines::{AsmLine, RewrittenText, behind_name, byte, skip_space, step, trim};
 use crate::output::ListedLine;
 
-/// The front of a line.
+/// The start of a line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct StatementHead {
-    /// A name in front of the word: a label, or what the directive is about.
+    /// A name before the word: a label, or the name that the directive defines.
     pub label: Option<Range<usize>>,
-    /// The label has a colon, or stands in column 1: it is an address whatever follows.
+    /// The label has a colon or is in column 1, so it is an address whatever follows.
     pub is_address: bool,
-    /// The instruction, directive or macro; empty where there is none.
+    /// The instruction, directive or macro; empty if there is none.
     pub word: Range<usize>,
-    /// What stands behind it.
+    /// What follows the word.
     pub rest: Range<usize>,
 }
 
 /// A directive that does nothing.
 const NOTHING: AsmDirective = AsmDirective::run("", |_, _| ());
 
-/// Where the comment of a line begins.
+/// Returns where the comment of a line begins.
 pub(crate) fn code_end(d: &AsmDialect, text: &str) -> usize {
     if let Some(code_end) = d.hooks.code_end {
         return code_end(text);
@@ -47,12 +47,12 @@ pub(crate) fn code_end(d: &AsmDialect, text: &str) -> usize {
     text.len()
 }
 
-/// Where `#v(` stands.
+/// Returns the position of `#v(`.
 fn find_value(text: &str) -> Option<usize> {
     text.as_bytes().windows(3).position(|three| three.eq_ignore_ascii_case(b"#v("))
 }
 
-/// `#define` and its like are no comments.
+/// Reports whether the line begins with `#define` or a similar word and is therefore no comment.
 fn is_hash_word(text: &str) -> bool {
     let Some(rest) = text.strip_prefix('#') else { return false };
     let word: String = rest.trim_start().chars().take_while(char::is_ascii_alphabetic).collect();
@@ -80,7 +80,7 @@ impl Assembler<'_> {
             matches!(d.name, "define" | "undef" | "undefine" | "lit")
                 || d.name.ends_with("def") && d.name.contains("if")
         });
-        // The condition of a part that may be read now, after one that was not.
+        // A condition of a branch after one that was not read; it may be read now.
         let asks = directive.is_some_and(|d| matches!(d.action, DirectiveAction::Flow(ReadFlow::Elif(_))));
         let decided = self.replace_defined(line, end);
         let (line, end) = decided.as_ref().map_or((line, end), |line| (line, line.text.len()));
@@ -106,7 +106,7 @@ impl Assembler<'_> {
         self.end_listing_line();
     }
 
-    /// The line with the values of `#v(expression)` put in.
+    /// Returns the line with the values of `#v(expression)` substituted.
     fn expand_value_names(&mut self, line: &AsmLine) -> Option<AsmLine> {
         let text: &str = &line.text;
         let end = code_end(self.dialect, text);
@@ -139,7 +139,7 @@ impl Assembler<'_> {
         self.out.list.push(ListedLine { line: line.clone(), depth, addr, value: None, bytes: start..start, unit });
     }
 
-    /// Ends it.
+    /// Ends the line of the listing.
     fn end_listing_line(&mut self) {
         let end = self.out.bytes.len();
         if let Some(last) = self.out.list.last_mut() {
@@ -147,10 +147,10 @@ impl Assembler<'_> {
         }
     }
 
-    /// The statements of a line.
+    /// Reads the statements of a line.
     fn read_statements(&mut self, text: &str, end: usize) {
         let (mut from, mut at) = (0, 0);
-        // A line of the preprocessor is one statement, whatever the text that it defines.
+        // A preprocessor line is one statement, whatever text it defines.
         let one = self.dialect.separators.is_empty() || is_hash_word(text.trim_start());
         while at < end && !one {
             let next = byte(text, at + 1);
@@ -211,7 +211,8 @@ impl Assembler<'_> {
         }
     }
 
-    /// The statement `call.text[from..]` behind a condition on the same line; another one of these within it is refused.
+    /// Reads the statement `call.text[from..]` after a one-line condition; refuses another such condition
+    /// within it.
     pub fn inner_statement(&mut self, call: &DirectiveCall<'_>, from: usize) {
         let end = call.rest.end.max(from);
         if call.get(from..end).to_ascii_lowercase().contains(".iif") {
@@ -267,7 +268,7 @@ impl Assembler<'_> {
             _ => {
                 let place = self.image_address();
                 let words = self.assemble_instruction(call.text, &lower, call.word.clone(), call.rest.clone());
-                // Told of the first of a row of them.
+                // Only the first of several in a row is reported.
                 let odd = !place.is_multiple_of(u64::from(self.chip.word_bytes.max(1)));
                 if !std::mem::replace(&mut self.at_odd_address, odd) & odd {
                     let hint = "put `.balign 2` before it, or another byte";
@@ -278,7 +279,7 @@ impl Assembler<'_> {
                         hint,
                     ));
                 }
-                // What is wrong is told; what follows keeps its place all the same.
+                // The fault is reported; what follows keeps its address.
                 let words = words.unwrap_or_else(|| {
                     let len = self.shortest_form(&lower);
                     vec![0; len]
@@ -288,7 +289,7 @@ impl Assembler<'_> {
         }
     }
 
-    /// Length in words of the shortest form of an instruction.
+    /// Returns the length in words of the shortest form of an instruction.
     fn shortest_form(&self, mnemonic: &str) -> usize {
         let rows = self.chip.isa.rows.iter().filter(|row| row.mnemonic == mnemonic);
         rows.map(|row| row.len() as usize).min().unwrap_or(1)
@@ -307,7 +308,7 @@ impl Assembler<'_> {
             return self.define_label(&name, at);
         }
         self.dollar_label_scope += 1;
-        // C programs call variables x and y; where case matters they are no pointers.
+        // C programs have variables named x and y; if case matters, they are not pointers.
         let word = self.dialect.ignores_case && self.is_register(name);
         if (word || self.chip_register(name)) && self.chip_names.get(name).is_none() {
             return self.report(self.name_taken_fault(name, at, "a label"));
@@ -315,7 +316,7 @@ impl Assembler<'_> {
         self.define_label(name, at);
     }
 
-    /// Tells that the instructions know a name as something else.
+    /// Returns the fault of a name that the instructions use for something else.
     fn name_taken_fault(&self, name: &str, at: Range<usize>, what: &str) -> LineFault {
         let known = match (self.dialect.zones, self.chip_register(name)) {
             (true, true) => "the address of a bit",
@@ -325,13 +326,13 @@ impl Assembler<'_> {
         LineFault::new("ASM008", at, format!("`{name}` is {known} and cannot be {what}"), "choose another name")
     }
 
-    /// The directive that a word is: with a dot always, without one where no instruction bears that name.
+    /// Returns the directive for a word: always with a dot; without one only if no instruction has that name.
     pub fn directive_of(&self, word: &str) -> Option<&'static AsmDirective> {
         if word.is_empty() {
             return None;
         }
         let lower = word.to_ascii_lowercase();
-        // A macro of the program may bear the name of a directive that only other assemblers have.
+        // A macro may have the name of a directive that only other assemblers have.
         if self.macros.contains_key(&lower) {
             return None;
         }
@@ -356,7 +357,7 @@ impl Assembler<'_> {
         self.dialect.find_directive(bare)
     }
 
-    /// The flow that the word of a line decides.
+    /// Returns the flow directive of a line.
     pub fn flow_of(&self, line: &AsmLine) -> Option<ReadFlow> {
         let text: &str = &line.text;
         let head = self.parse_head(text, 0, code_end(self.dialect, text));
@@ -367,13 +368,13 @@ impl Assembler<'_> {
         }
     }
 
-    /// An instruction, directive or macro has this name.
+    /// Reports whether an instruction, directive or macro has this name.
     fn is_word(&self, word: &str) -> bool {
         let lower = word.to_ascii_lowercase();
         self.macros.contains_key(&lower) || !self.table.forms(&lower).is_empty() || self.directive_of(word).is_some()
     }
 
-    /// Takes the front of `text[from..end]` apart.
+    /// Parses the start of `text[from..end]`.
     pub fn parse_head(&self, text: &str, from: usize, end: usize) -> StatementHead {
         let start = skip_space(text, from).min(end);
         let none = StatementHead { label: None, is_address: false, word: start..start, rest: start..end };
@@ -429,7 +430,7 @@ impl Assembler<'_> {
         let second = after..second_end.max(after);
         let about = self.directive_of(get(second.clone())).is_some_and(|d| d.label == LabelUse::Name);
         let column_one = start == 0 && from == 0;
-        // In column 1 a directive of other dialects may be a label: `byte xorwf sum, f`.
+        // In column 1, a directive of other dialects may be a label: `byte xorwf sum, f`.
         let mnemonic = |range: &Range<usize>| !self.table.forms(&get(range.clone()).to_ascii_lowercase()).is_empty();
         let foreign = self.dialect.hooks.foreign.iter().any(|word| word.eq_ignore_ascii_case(get(name.clone())))
             && (second.is_empty() && after >= end || self.is_word(get(second.clone())));
@@ -451,7 +452,7 @@ impl Assembler<'_> {
         StatementHead { word: name, rest: name_end..end, ..none }
     }
 
-    /// A label with a colon, or two, and what stands behind it.
+    /// Parses a label with one or two colons, and what follows it.
     fn head_with_label(&self, text: &str, name: Range<usize>, colon: usize, end: usize) -> StatementHead {
         let mut behind = colon + 1;
         if byte(text, behind) == b':' {
@@ -461,7 +462,7 @@ impl Assembler<'_> {
         let next = self.parse_head(text, behind, end);
         let word = text.get(next.word.clone()).unwrap_or_default();
         let about = self.directive_of(word).is_some_and(|d| d.label == LabelUse::Name);
-        // `name: equ 5`; any other label, and what stands behind it, is a line of its own.
+        // `name: equ 5`; after any other label, the rest is a line of its own.
         if about && next.label.is_none() {
             return StatementHead { label: Some(name), ..next };
         }

@@ -15,40 +15,40 @@ pub(crate) enum AsmSymbolKind {
         /// Byte address within it.
         addr: u32,
     },
-    /// A number that stays.
+    /// A constant number.
     Equ,
-    /// A number that may be given anew.
+    /// A number that may be redefined.
     Set,
-    /// A register of the core under another name.
+    /// A core register under another name.
     Alias {
         /// The register.
         of: Rc<str>,
-        /// The name may be given anew.
+        /// The name may be redefined.
         redefinable: bool,
     },
 }
 
 impl AsmSymbolKind {
-    /// A name of this kind may be given anew.
+    /// Reports whether a name of this kind may be redefined.
     fn is_redefinable(&self) -> bool {
         matches!(self, AsmSymbolKind::Set | AsmSymbolKind::Alias { redefinable: true, .. })
     }
 }
 
-/// A name.
+/// A name and its value.
 #[derive(Debug, Clone)]
 pub(crate) struct AsmSymbol {
     /// Its value.
     pub value: AsmValue,
     /// What it is.
     pub kind: AsmSymbolKind,
-    /// The pass that last gave it.
+    /// The pass that last defined it.
     pub pass: u32,
-    /// File and line that gave it.
+    /// File and line that defined it.
     pub place: (u32, u32),
-    /// Its value at the end of the pass before.
+    /// Its value at the end of the previous pass.
     previous_value: AsmValue,
-    /// It was read in this pass before it was given.
+    /// It was read in this pass before its definition.
     read_before_definition: bool,
 }
 
@@ -56,12 +56,12 @@ pub(crate) struct AsmSymbol {
 #[derive(Debug, Default)]
 pub(crate) struct AsmSymbols {
     names: HashMap<Rc<str>, AsmSymbol>,
-    /// Names in lower case, where they differ from that.
+    /// Names by their lower-case spelling, if that is different.
     lower: HashMap<String, Rc<str>>,
 }
 
 impl AsmSymbols {
-    /// The symbol of a name, and where `any_case` holds one whose name differs in case alone.
+    /// Returns the symbol of a name; with `any_case` also one whose name differs only in case.
     pub fn get(&self, name: &str, any_case: bool) -> Option<&AsmSymbol> {
         self.names.get(name).or_else(|| {
             let lower = any_case.then(|| name.to_ascii_lowercase())?;
@@ -69,7 +69,7 @@ impl AsmSymbols {
         })
     }
 
-    /// The same to change it.
+    /// Returns the symbol of a name for modification.
     fn get_mut(&mut self, name: &str, any_case: bool) -> Option<&mut AsmSymbol> {
         if self.names.contains_key(name) || !any_case {
             return self.names.get_mut(name);
@@ -83,7 +83,7 @@ impl AsmSymbols {
         self.names.get_mut(&found)
     }
 
-    /// The value of a name in this pass, and whether it has been given in this pass.
+    /// Returns the value of a name, and whether this pass has defined it.
     pub fn read_value(&mut self, name: &str, any_case: bool, pass: u32) -> Option<(AsmValue, bool)> {
         let symbol = self.get_mut(name, any_case)?;
         let given = symbol.pass == pass;
@@ -91,10 +91,10 @@ impl AsmSymbols {
         Some((symbol.value, given))
     }
 
-    /// Gives a name its value.
+    /// Defines a name.
     ///
     /// # Errors
-    /// The file and line that gave it another value in this pass already.
+    /// The file and line that defined it differently in this pass.
     pub fn define(
         &mut self,
         name: &str,
@@ -127,7 +127,8 @@ impl AsmSymbols {
         Ok(())
     }
 
-    /// Ends a pass: the names that were read before they were given and have moved meanwhile, and those that are gone.
+    /// Ends a pass; returns the names that were read before their definition and have changed since, and
+    /// those that disappeared.
     pub fn end_pass(&mut self, pass: u32) -> Vec<Rc<str>> {
         let gone: Vec<Rc<str>> =
             self.names.iter().filter(|(_, symbol)| symbol.pass != pass).map(|(name, _)| name.clone()).collect();
@@ -151,14 +152,14 @@ impl AsmSymbols {
         moved
     }
 
-    /// All of them, by name.
+    /// Returns all symbols, sorted by name.
     pub fn all(&self) -> Vec<(&Rc<str>, &AsmSymbol)> {
         let mut all: Vec<_> = self.names.iter().collect();
         all.sort_by(|a, b| a.0.cmp(b.0));
         all
     }
 
-    /// All names.
+    /// Returns all names.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.names.keys().map(AsRef::as_ref)
     }

@@ -1,6 +1,6 @@
-//! Small sources of all families with what they come to, as text. A case begins with `--- chip name`; behind its source stand
-//! the bytes of its memories (`= code 0000: ..`), its warnings and its errors (`! line:column code: cause (hint)`).
-//! EMU_BLESS=1 writes what is found.
+//! Small sources of all families with their results, as text. A case begins with `--- chip name`. After its
+//! source come the bytes of its memories (`= code 0000: ..`), its warnings and its errors (`! line:column
+//! code: cause (hint)`). EMU_BLESS=1 writes the actual results.
 
 mod common;
 
@@ -27,7 +27,7 @@ impl IncludeFiles for Memory {
     }
 }
 
-/// What a source comes to.
+/// Returns the result of a source.
 fn found(chip_name: &str, text: &str) -> String {
     assembled(chip_name, text.as_bytes())
 }
@@ -148,8 +148,8 @@ fn ends_of_lines_and_files() {
     }
 }
 
-/// Bytes of strings and characters are those of the file, whatever its encoding; names and messages can be read, and places count
-/// characters.
+/// Bytes of strings and characters are those of the file, in any encoding; names and messages are readable,
+/// and positions count characters.
 #[test]
 fn texts_in_any_encoding() {
     #[rustfmt::skip]

@@ -1,5 +1,5 @@
-//! Sources with random damage: nothing panics, everything ends, and what is told stands somewhere in the source. EMU_SEED and
-//! EMU_CASES choose others, and more of them.
+//! Sources with random damage: nothing panics, every run ends, and every diagnostic has a position in the
+//! source. EMU_SEED and EMU_CASES select other cases, and more of them.
 
 mod common;
 
@@ -20,7 +20,7 @@ fn variable(name: &str, otherwise: u64) -> u64 {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(otherwise)
 }
 
-/// Pieces that are put in: everything that the reader of a line looks for.
+/// Pieces to insert: everything that the line reader looks for.
 const PIECES: &[&str] = &[
     "'",
     "\"",
@@ -145,7 +145,7 @@ fn damaged_sources_are_refused_or_taken_and_nothing_else() {
     let (mut taken, mut refused) = (0, 0);
     for _ in 0..cases {
         let (name, text) = &texts[rng.below(texts.len() as u64) as usize];
-        // Most often for their own chip, now and then for another, even of another family.
+        // Usually for their own chip, sometimes for another, even of another family.
         let own = chip(name).filter(|_| rng.below(8) > 0);
         let chip = own.unwrap_or(chips[rng.below(chips.len() as u64) as usize]);
         let bytes = damaged(text, &mut rng);

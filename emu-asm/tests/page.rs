@@ -1,4 +1,4 @@
-//! docs/formats/asm.md: its examples assemble, and every directive stands on it.
+//! Checks docs/formats/asm.md: its examples assemble, and it describes every directive.
 
 mod common;
 

@@ -1,8 +1,9 @@
-//! The PIC16's dialect: small sources, what they give and what is told of them (pic16.txt). What gpasm makes of whole programs
-//! stands in tests/peers_asm.rs of the workspace.
+//! The PIC16 dialect: small sources with their words and diagnostics (pic16.txt). tests/peers_asm.rs of the
+//! workspace compares whole programs with gpasm.
 //!
-//! A source stands behind `== CHIP: what it shows`. Then come lines `-- ADDR: WORDS` (hexadecimal, both word addresses and words;
-//! all that the source gives), `-- told LINE CODE` for each warning and note, `-- error LINE CODE` for each error.
+//! A source follows `== CHIP: what it shows`. Then come lines `-- ADDR: WORDS` (hexadecimal; word addresses
+//! and words; everything that the source emits), `-- told LINE CODE` for each warning and note, and `-- error
+//! LINE CODE` for each error.
 
 use std::io;
 
@@ -11,7 +12,7 @@ use emu_core::Chip;
 use emu_core::image::Image;
 use emu_pic16::chips;
 
-/// Word address of a byte of one of the memories.
+/// Prints the words of an image with their word addresses.
 fn words(chip: &Chip, image: &Image) -> String {
     let mut out = Vec::new();
     for segment in &image.segments {

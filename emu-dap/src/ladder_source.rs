@@ -17,7 +17,7 @@ pub(crate) struct LadderSource {
     view: LadderView,
     /// Path of its `.ld` file.
     file: PathBuf,
-    /// Those with code, with their first program word.
+    /// The rungs that have code, with their first program word.
     rungs: Vec<RungStart>,
     elements: Vec<ElementStart>,
     /// Line and text of every element.
@@ -93,7 +93,8 @@ impl LadderSource {
         Some((format!("rung {rung}"), self.view.rung_line(rung)?))
     }
 
-    /// First word of the rung to which a line belongs, or of the next with code; and the line of that rung.
+    /// Returns the first word of the rung to which a line belongs, or of the next rung with code; and the
+    /// line of that rung.
     pub fn word_of_line(&self, line: u32) -> Result<LineStart, DapError> {
         let wanted = match self.view.rung_of_line(line) {
             Some(rung) => rung,

@@ -70,7 +70,7 @@ impl DisassemblyListing {
         self.lines.get(behind.checked_sub(1)?).map(|(line, _)| *line)
     }
 
-    /// The instruction at a line or behind it, with its line.
+    /// Returns the first instruction at or after a line, with its line.
     pub fn word_at(&self, line: u32) -> Option<LineStart> {
         let &(line, word) = self.lines.get(self.lines.partition_point(|(at, _)| *at < line))?;
         Some(LineStart { word, line })

@@ -82,12 +82,12 @@ pub struct DapRequest {
     pub arguments: Value,
 }
 
-/// A message that is no request.
+/// A message that is not a valid request.
 #[derive(Debug)]
 pub struct RejectedMessage {
-    /// Its number for the response, 0 without one.
+    /// Its number for the response; 0 if it has none.
     pub seq: i64,
-    /// Its command for the response, empty without one.
+    /// Its command for the response; empty if it has none.
     pub command: String,
     /// What is wrong with it.
     pub error: RequestError,
@@ -97,7 +97,7 @@ impl DapRequest {
     /// Parses a request.
     ///
     /// # Errors
-    /// It is none.
+    /// The message is not a request.
     pub fn parse(message: &Value) -> Result<DapRequest, RejectedMessage> {
         let seq = message.get("seq").and_then(Value::as_i64);
         let command = message.get("command").and_then(Value::as_str);

@@ -1,4 +1,5 @@
-//! How long a step back takes after 10^9 cycles, and what the history takes: `cargo run --release -p emu-debug --example stepback`.
+//! Measures how long a step back takes after 10^9 cycles, and how much memory the history uses: `cargo run
+//! --release -p emu-debug --example stepback`.
 
 use std::time::{Duration, Instant};
 
@@ -8,13 +9,13 @@ use emu_core::image::{self, ElfMachine, Image};
 use emu_debug::debug::{DebugSession, DynMachine, MachineWithDevices, NameScope, RunGoal, SessionOptions};
 use emu_debug::{AttachedDevices, CycleClock};
 
-/// Cycles that are run first.
+/// Cycles that run first.
 const CYCLES: u64 = 1_000_000_000;
 
-/// Steps back that are timed.
+/// Number of steps back that are timed.
 const STEPS: usize = 101;
 
-/// Counts for ever, and writes a port at every turn.
+/// Counts forever, and writes a port in every iteration.
 const COUNTER: &str = "ldi r24, 0xff\nout 0x04, r24\nagain: inc r16\nbrne again\ninc r17\nout 0x05, r17\nrjmp again\n";
 
 fn load(chip: &'static Chip, file: &str) -> Image {
@@ -63,7 +64,7 @@ fn main() {
         let (copies, bytes) = session.history_size();
         let mut times: Vec<Duration> = Vec::new();
         for n in 0..STEPS {
-            // From the end, and from places all over the history.
+            // From the end, and from positions spread over the history.
             if n % 2 == 1 {
                 session.goto_cycle(session.machine().cycle() - CYCLES / (STEPS as u64 + 2), &mut || true);
             }

@@ -1,4 +1,4 @@
-//! What looks at every instruction and every access: costs time, so it is a type parameter of the tools.
+//! The probe for every instruction and every access. It costs time, so it is a type parameter of the tools.
 
 use emu_core::chip::Chip;
 use emu_core::cpu::{Probe, ProgramFault, Subcycle};
@@ -7,7 +7,7 @@ use emu_core::pins::CycleTime;
 use crate::address_names::AddressRange;
 use crate::bit_space::{self, BIT_SPACE};
 
-/// An access that was waited for.
+/// An access that a watch has seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WatchedAccess {
     /// Position of the watch that saw it.
@@ -16,62 +16,63 @@ pub struct WatchedAccess {
     pub pc: u32,
     /// The memory, as [`Chip::spaces`] names it.
     pub space: &'static str,
-    /// Address in it.
+    /// Address in the memory.
     pub addr: u16,
-    /// The byte read or written; in the memory `bit` 0 or 1.
+    /// The byte read or written; 0 or 1 in the memory `bit`.
     pub value: u8,
 }
 
-/// Looks at every access: watches, and RAM that is read before it was written.
+/// Observes every access: for watches, and for reads of RAM that was never written.
 ///
-/// Where single bits have addresses of their own, an access to a bit is one to its byte too, and an access to a byte is one
-/// to each of its bits.
+/// Where single bits have addresses of their own, an access to a bit also counts as one to its byte, and an
+/// access to a byte as one to each of its bits.
 #[derive(Debug, Clone)]
 pub struct AccessMonitor {
     /// The first access that a watch saw.
     pub first_access: Option<WatchedAccess>,
-    /// The first byte of RAM that was read before it was written: program word and fault.
+    /// The first read of an unwritten byte of RAM: program word and fault.
     pub unwritten_read: Option<(u32, ProgramFault)>,
     chip: &'static Chip,
     watches: Vec<AccessWatch>,
-    /// Program words whose fetch is waited for.
+    /// Program words whose fetch is watched.
     awaited_fetches: Vec<u32>,
-    /// Position of the one that was fetched.
+    /// Position in `awaited_fetches` of the word that was fetched.
     pub seen_fetch: Option<usize>,
     unwritten_ram: Option<UnwrittenRam>,
     pc: u32,
 }
 
-/// Accesses to wait for.
+/// A range of accesses to watch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AccessWatch {
     /// Bytes of data memory, or bits.
     pub range: AddressRange,
-    /// Writes; otherwise reads.
+    /// Watches writes; otherwise reads.
     pub write: bool,
 }
 
-/// RAM not written so far.
+/// The RAM that has not been written so far.
 #[derive(Debug, Clone)]
 pub(crate) struct UnwrittenRam {
     space: &'static str,
-    /// For each address the one under which its byte is kept, where it is RAM.
+    /// Per address: the canonical address of its byte, if it is RAM.
     canonical: Vec<Option<u32>>,
-    /// For each address under which a byte is kept the bits that were not written.
+    /// Per canonical address: the bits that have not been written.
     unwritten: Vec<u8>,
 }
 
-/// What of a chip's RAM is looked at.
+/// Which RAM of a chip is checked for reads before writes.
 pub struct RamCheck<'a> {
-    /// Where bytes of RAM are kept: [`Cpu::canonical_ram_address`](emu_core::Cpu::canonical_ram_address).
+    /// Returns the canonical address of a byte of RAM:
+    /// [`Cpu::canonical_ram_address`](emu_core::Cpu::canonical_ram_address).
     pub canonical_address: &'a dyn Fn(u32) -> Option<u32>,
-    /// Stretches of data memory that count as written.
+    /// Ranges of data memory that count as written.
     pub initialized: &'a [AddressRange],
 }
 
 impl AccessMonitor {
-    /// Waits for `watches`; with `trap` also for the first read of a byte of `chip`'s RAM that neither the program has written
-    /// nor counts as written.
+    /// Returns a monitor for `watches`; with `trap` also for the first read of a byte of `chip`'s RAM that
+    /// neither the program has written nor `trap` lists as initialized.
     #[must_use]
     pub fn new(chip: &'static Chip, watches: Vec<AccessWatch>, trap: Option<&RamCheck<'_>>) -> AccessMonitor {
         let fresh = trap.map(|trap| UnwrittenRam::new(chip, trap));
@@ -87,13 +88,13 @@ impl AccessMonitor {
         }
     }
 
-    /// Waits also for the fetch of one of these program words, on machines that have subcycles.
+    /// Also watches the fetch of these program words, on machines with subcycles.
     #[must_use]
     pub fn with_fetches(self, fetches: Vec<u32>) -> AccessMonitor {
         AccessMonitor { awaited_fetches: fetches, ..self }
     }
 
-    /// The access as it is told, if a watch waits for it.
+    /// Returns the access for the report if a watch matches it.
     fn find_watched_access(&self, space: &'static str, addr: u16, value: u8, write: bool) -> Option<WatchedAccess> {
         self.watches.iter().enumerate().filter(|(_, w)| w.write == write).find_map(|(watch, w)| {
             let (space, addr, value) = w.matching_access(self.chip, space, addr, value)?;
@@ -103,7 +104,7 @@ impl AccessMonitor {
 }
 
 impl AccessWatch {
-    /// Memory, address and value of an access as they are told, if it touches the range.
+    /// Returns memory, address and value of an access for the report if it touches the range.
     pub(crate) fn matching_access(
         &self,
         chip: &Chip,
@@ -121,7 +122,7 @@ impl AccessWatch {
             let (byte_space, byte, _) = bit_space::byte_of_bit(chip, at)?;
             return within(byte_space, byte).then_some((space, addr, value));
         }
-        // A byte, where bits are waited for: the first of them that it has.
+        // An access to a byte when bits are watched: the first watched bit of that byte.
         let eight = (self.range.space == BIT_SPACE).then(|| bit_space::bits_of_byte(chip, space, at)).flatten()?;
         let first = eight.start.max(self.range.start);
         (first < eight.end.min(self.range.end)).then(|| (BIT_SPACE, first as u16, value >> (first - eight.start) & 1))
@@ -129,7 +130,7 @@ impl AccessWatch {
 }
 
 impl UnwrittenRam {
-    /// All RAM of `chip` but what counts as written.
+    /// Returns all RAM of `chip` that does not count as written.
     pub(crate) fn new(chip: &'static Chip, ram: &RamCheck<'_>) -> UnwrittenRam {
         let size = chip.spaces.iter().find(|(name, ..)| *name == chip.ram_space).map_or(0, |space| space.1);
         let filled =
@@ -141,8 +142,8 @@ impl UnwrittenRam {
         }
     }
 
-    /// Notes an access as [`Probe::on_data_access`] tells of it; the byte of RAM that it reads without that having been written: the
-    /// address under which it is kept.
+    /// Records an access that [`Probe::on_data_access`] reports. If it reads an unwritten byte of RAM,
+    /// returns the canonical address of the byte.
     pub(crate) fn note_access(&mut self, chip: &Chip, space: u8, addr: u16, write: bool) -> Option<u32> {
         let (space, addr) = (chip.spaces.get(usize::from(space))?.0, u32::from(addr));
         let bit = if space == BIT_SPACE { bit_space::byte_of_bit(chip, addr) } else { None };
@@ -155,7 +156,7 @@ impl UnwrittenRam {
         (!write && *unwritten & mask != 0).then_some(kept)
     }
 
-    /// The byte kept at an address counts as written from now on.
+    /// Marks the byte at a canonical address as written.
     pub(crate) fn mark_written(&mut self, kept: u32) {
         if let Some(unwritten) = self.unwritten.get_mut(kept as usize) {
             *unwritten = 0;

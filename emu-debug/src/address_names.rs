@@ -1,4 +1,4 @@
-//! Addresses as people write them: numbers, and the names of a program's symbols and of the chip's registers.
+//! Addresses as users write them: numbers, and names of the program's symbols and of the chip's registers.
 
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::image::{CONSTANT_SPACE, SymbolAt};
@@ -6,7 +6,7 @@ use emu_core::image::{CONSTANT_SPACE, SymbolAt};
 use crate::bit_space::{self, BIT_SPACE};
 use crate::input_error::{InputError, malformed};
 
-/// What a name may stand for.
+/// Resolves names to addresses.
 #[derive(Debug, Clone, Copy)]
 pub struct AddressNames<'a> {
     /// The chip, for memories and registers.
@@ -15,7 +15,8 @@ pub struct AddressNames<'a> {
     pub symbols: &'a [SymbolAt],
 }
 
-/// Some addresses of one memory: bytes, words where its addresses count words, or single bits of the memory `bit`.
+/// A range of addresses in one memory: bytes, words if its addresses count words, or single bits of the
+/// memory `bit`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AddressRange {
     /// The memory, as [`Chip::spaces`] names it.
@@ -27,14 +28,20 @@ pub struct AddressRange {
 }
 
 impl AddressNames<'_> {
-    /// A part of a memory: `data:0x100` is one byte, `data:0x100..0x120` ends before 0x120, `data:buf` are all bytes of a symbol
-    /// whose size is known. The memory may be left out before a name that only one memory has. An address is a number (decimal
-    /// or 0x; of words where [`Chip::spaces`] says so), a symbol of the program or a place behind it (`buf+2`), in the memory of the chip's registers one of them by name (both halves of TCNT1, the lower first), and in `bit` a
-    /// named bit or a bit of a byte (`0x20.3`, `P1.0`); what is none of these may be a constant of the program, in RAM one that is an
-    /// address of RAM.
+    /// Parses a range of a memory: `data:0x100` is one byte, `data:0x100..0x120` ends before 0x120,
+    /// `data:buf` is all bytes of a symbol with a known size.
+    ///
+    /// The memory may be omitted before a name that only one memory has. An address is one of these:
+    ///
+    /// - a number, decimal or 0x (of words where [`Chip::spaces`] says so)
+    /// - a symbol of the program, or an address after it (`buf+2`)
+    /// - in the memory of the chip's registers, the name of a register (both halves of TCNT1, the lower
+    ///   first)
+    /// - in `bit`, a named bit or a bit of a byte (`0x20.3`, `P1.0`)
+    /// - otherwise a constant of the program; in RAM only one that is an address of RAM
     ///
     /// # Errors
-    /// No such memory, no address, a range without bytes or beyond the memory.
+    /// No such memory, no address, an empty range, or one beyond the memory.
     pub fn parse_range(&self, text: &str) -> Result<AddressRange, InputError> {
         let spaces = || self.chip.spaces.iter().map(|(name, ..)| *name).collect::<Vec<_>>().join(", ");
         let (space, addresses) = match split_memory(text) {
@@ -79,7 +86,7 @@ impl AddressNames<'_> {
             Some((start, end)) => (self.parse_address(space, start)?, self.parse_address(space, end)?),
             None => {
                 let start = self.parse_address(space, addresses)?;
-                // A number of the program is no object, even where it has a size.
+                // A constant of the program is not an object, even if it has a size.
                 let object = self.symbols.iter().find(own);
                 let pair = self.register(name).filter(|_| space == self.chip.reg_space).map(|found| found.1);
                 let short = || self.shortened_matches(space, name).first().map(|symbol| symbol.size);
@@ -102,7 +109,7 @@ impl AddressNames<'_> {
         Ok(AddressRange { space, start, end })
     }
 
-    /// Whether the machine tells of accesses to all of some addresses.
+    /// Checks that the machine reports accesses to all of a range of addresses.
     ///
     /// # Errors
     /// It does not, and why.
@@ -122,7 +129,7 @@ impl AddressNames<'_> {
         }
     }
 
-    /// A register of the core, or a bit of one.
+    /// Reports whether the address is a core register, or a bit of one.
     fn is_accessed_implicitly(&self, space: &str, addr: u32) -> bool {
         let byte = if space == BIT_SPACE {
             bit_space::byte_of_bit(self.chip, addr).map(|(of, byte, _)| (of, byte))
@@ -133,7 +140,8 @@ impl AddressNames<'_> {
         self.chip.implicit_accesses.contains(&(space, addr))
     }
 
-    /// `motor=1` as `E1=1`, where the program has given a channel of AP101 a name; else the text as it is.
+    /// Replaces the program's name of an AP101 channel: `motor=1` becomes `E1=1`. Any other text is
+    /// unchanged.
     #[must_use]
     pub fn replace_channel_name(&self, text: &str) -> String {
         let (name, rest) = text.split_at(text.find('=').unwrap_or(text.len()));
@@ -142,7 +150,8 @@ impl AddressNames<'_> {
         named.filter(|_| self.chip.family == ChipFamily::Ap101).map_or_else(|| text.to_owned(), own)
     }
 
-    /// The memories that have the name with which a text without a memory begins; the program's names go before the chip's.
+    /// Returns the memories that have the name at the start of a text without a memory. The program's names
+    /// override the chip's.
     fn spaces_of_name(&self, text: &str) -> Vec<&'static str> {
         let whole = text.trim();
         let first = text.split("..").next().unwrap_or_default().trim();
@@ -162,7 +171,7 @@ impl AddressNames<'_> {
         if found.is_empty() { spaces.clone().filter(|space| short(space)).collect() } else { found }
     }
 
-    /// The symbols of a memory that a name of C++ or Rust stands for of which parts are left out: those that it fits best
+    /// Returns the symbols of a memory that best fit a shortened name of C++ or Rust
     /// ([`SymbolAt::is_shortened_to`]).
     #[must_use]
     pub fn shortened_matches(&self, space: &str, text: &str) -> Vec<&SymbolAt> {
@@ -172,8 +181,9 @@ impl AddressNames<'_> {
         found.into_iter().filter(|(rank, _)| Some(*rank) == best).map(|(_, symbol)| symbol).collect()
     }
 
-    /// Address and bytes of a register of the chip: of one that has two halves next to each other, as TCNT1 has TCNT1L and TCNT1H, of
-    /// both; of an AVR also the registers r0 to r31, with which its data memory begins.
+    /// Returns address and size in bytes of a chip register. A register with two adjacent halves, such as
+    /// TCNT1 with TCNT1L and TCNT1H, has two bytes. On AVR this includes r0 to r31, with which data memory
+    /// begins.
     fn register(&self, name: &str) -> Option<(u32, u32)> {
         if let Some(addr) = self.chip.reg(name) {
             return Some((addr.into(), 1));
@@ -187,7 +197,7 @@ impl AddressNames<'_> {
         (low.checked_add(1) == Some(high)).then_some((low.into(), 2))
     }
 
-    /// The bit that a controller's program calls `I1`, `E2`, `R3` or `M4`.
+    /// Returns the bit that a controller's program names `I1`, `E2`, `R3` or `M4`.
     fn ap101_channel(&self, name: &str) -> Option<(&'static str, u32)> {
         let (letter, digits) = name.split_at_checked(1).filter(|_| self.chip.family == ChipFamily::Ap101)?;
         let &(space, size, _) = self.chip.spaces.iter().find(|(space, ..)| space.eq_ignore_ascii_case(letter))?;
@@ -196,7 +206,8 @@ impl AddressNames<'_> {
         Some((space, addr))
     }
 
-    /// The address in a memory of what data sheets and image files have at the word `word`, where words are what they count.
+    /// Converts the word address of data sheets and image files to an address of a memory, if the memory
+    /// counts words.
     fn word_to_space_address(&self, space: &str, word: u32) -> Option<u32> {
         let window =
             self.chip.hex_spaces.iter().find(|window| window.name == space && window.word > 1 && window.start > 0)?;
@@ -204,9 +215,8 @@ impl AddressNames<'_> {
         word.checked_sub(first).filter(|addr| *addr < window.len / window.word)
     }
 
-    /// A program address: a number or a symbol, as the chip's users write it (bytes on AVR, words on PIC16). Returns program
-    /// words, as
-    /// [`Cpu::pc`](emu_core::Cpu::pc) counts.
+    /// Parses a program address: a number or a symbol, in the unit of the chip's users (bytes on AVR, words
+    /// on PIC16). Returns program words, as [`Cpu::pc`](emu_core::Cpu::pc) does.
     ///
     /// # Errors
     /// No address, not the start of a word, or beyond program memory.
@@ -214,8 +224,8 @@ impl AddressNames<'_> {
         self.parse_word_up_to(text, self.chip.flash_bytes - 1)
     }
 
-    /// The end of a stretch of program memory, which is excluded, so that the address behind the last word will do; else
-    /// as [`AddressNames::parse_program_word`].
+    /// Parses the exclusive end of a range of program memory, which may be the address after the last word;
+    /// otherwise as [`AddressNames::parse_program_word`].
     ///
     /// # Errors
     /// No address, not the start of a word, or beyond the end of program memory.
@@ -242,22 +252,23 @@ impl AddressNames<'_> {
         Ok(byte / self.chip.word_bytes)
     }
 
-    /// The symbol at or before a byte address of program memory, as `main` or `main+0x12` (in addresses as the chip's users
-    /// write them); nothing before the first.
+    /// Returns the symbol at or before a byte address of program memory, as `main` or `main+0x12` (in the
+    /// address unit of the chip's users); `None` before the first symbol.
     #[must_use]
     pub fn nearest_symbol(&self, byte: u32) -> Option<String> {
         let code = self.symbols.iter().filter(|s| s.space == self.chip.code_space && s.addr <= byte);
         Some(self.format_symbol_offset(preferred_symbol(code)?, byte))
     }
 
-    /// The symbol that a byte address of a memory belongs to, as `buf` or `buf+0x2`; nothing where it is in none.
+    /// Returns the symbol that contains a byte address of a memory, as `buf` or `buf+0x2`; `None` if no
+    /// symbol does.
     #[must_use]
     pub fn containing_symbol(&self, space: &str, byte: u32) -> Option<String> {
         let covers = |s: &&SymbolAt| s.space == space && s.addr <= byte && byte - s.addr < s.size.max(1);
         Some(self.format_symbol_offset(preferred_symbol(self.symbols.iter().filter(covers))?, byte))
     }
 
-    /// The symbol that lies exactly in a range.
+    /// Returns the symbol that covers exactly this range.
     #[must_use]
     pub fn symbol_of_range(&self, range: &AddressRange) -> Option<&str> {
         let width = self.chip.bytes_per_address(range.space);
@@ -266,16 +277,16 @@ impl AddressNames<'_> {
         preferred_symbol(self.symbols.iter().filter(same)).map(|symbol| symbol.name.as_str())
     }
 
-    /// A byte address as a place at or behind a symbol.
+    /// Formats a byte address as a symbol with an offset.
     fn format_symbol_offset(&self, symbol: &SymbolAt, byte: u32) -> String {
         let offset = (byte - symbol.addr) / self.chip.bytes_per_address(symbol.space);
         if offset == 0 { symbol.name.clone() } else { format!("{}+0x{offset:x}", symbol.name) }
     }
 
-    /// A place in RAM as it is written, for messages: `data:0x100`, `idata:0x30`.
+    /// Returns an address in RAM in the notation for users, for messages: `data:0x100`, `idata:0x30`.
     #[must_use]
     pub fn example_address(&self) -> String {
-        // Below lie the registers of the core where RAM begins with them.
+        // The core registers are below, if RAM begins with them.
         format!("{}:0x{:x}", self.chip.ram_space, self.chip.ram_start.max(0x30))
     }
 
@@ -319,7 +330,8 @@ impl AddressNames<'_> {
             }
             _ => self.register(text).filter(|_| space == self.chip.reg_space).map(|found| found.0),
         };
-        // A constant is an address where it is used as one; of those below RAM most are numbers of bits (`C equ 0`).
+        // A constant serves as an address where one is expected; most constants below RAM are bit numbers (`C
+        // equ 0`).
         let first = if space == self.chip.ram_space { self.chip.ram_start.into() } else { 0 };
         let constants = self.symbols.iter().filter(|s| s.space == CONSTANT_SPACE && s.name == text);
         let constant = constants.map(|s| s.addr).max();
@@ -344,7 +356,7 @@ impl AddressNames<'_> {
         })
     }
 
-    /// What a name may stand for, with the addresses.
+    /// Returns the error for an ambiguous name, with the candidates and their addresses.
     fn ambiguous_name_error(&self, space: &str, text: &str, symbols: &[&SymbolAt]) -> InputError {
         const MOST: usize = 8;
         let each = symbols.iter().take(MOST);
@@ -354,7 +366,8 @@ impl AddressNames<'_> {
         InputError::SeveralNames { text: text.to_owned(), candidates: format!("{}{more}", each.join(", ")) }
     }
 
-    /// Address of the bit `position` of a byte, which is a number or a name in RAM or among the registers of the chip.
+    /// Returns the address of the bit `position` of a byte, which is a number or a name in RAM or among the
+    /// chip registers.
     fn parse_bit_of_byte(&self, byte: &str, position: &str) -> Result<u32, InputError> {
         let (ram, registers) = (self.chip.ram_space, self.chip.reg_space);
         let place = |space| Some((space, self.parse_address(space, byte).ok()?));
@@ -373,21 +386,21 @@ impl AddressNames<'_> {
     }
 }
 
-/// Of several symbols the one by which a place is known: the nearest before it, of those the largest, then that with the
-/// fewest underscores in front (`main`, not `_main`), then the last, since weak ones come first.
+/// Returns the preferred symbol for an address: the nearest before it, then the largest, then the one with
+/// the fewest leading underscores (`main`, not `_main`), then the last, because weak ones come first.
 fn preferred_symbol<'a>(symbols: impl Iterator<Item = &'a SymbolAt>) -> Option<&'a SymbolAt> {
     let bare = |name: &str| std::cmp::Reverse(name.bytes().take_while(|byte| *byte == b'_').count());
     symbols.max_by_key(|s| (s.addr, s.size, bare(&s.name)))
 }
 
-/// `data:0x100` as memory and place. The colons of `app::result` are of the name.
+/// Splits `data:0x100` into memory and address. The colons of `app::result` belong to the name.
 #[must_use]
 pub fn split_memory(text: &str) -> Option<(&str, &str)> {
     let (memory, place) = text.split_once(':')?;
     (!place.starts_with(':')).then_some((memory, place))
 }
 
-/// A number, decimal or with 0x.
+/// Parses a number, decimal or with 0x.
 #[must_use]
 pub fn parse_number(text: &str) -> Option<u32> {
     match text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")) {

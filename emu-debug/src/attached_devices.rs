@@ -1,10 +1,11 @@
-//! Devices around a chip, and the chip run with them.
+//! Devices around a chip, and running the chip with them.
 //!
-//! A device answers an edge at a time that may lie before the end of the instruction that made the edge: SPI can have several
-//! edges in one instruction. So a copy of the machine runs ahead, a stretch at a time, and tells the devices of its edges. An answer
-//! that lies before the copy is queued in the machine itself, which is still at the start of the stretch, and the copy
-//! begins anew from there. When it comes through without another answer, all drives stand in the machine's queue, each at its own
-//! cycle, and the machine runs the stretch: exact to the cycle, for any [`Cpu`], and with any probe.
+//! A device may answer an edge before the instruction that made the edge ends: SPI can have several edges in
+//! one instruction. Therefore a copy of the machine runs ahead, one stretch at a time, and reports its edges
+//! to the devices. The machine itself stays at the start of the stretch. An answer at a time that the copy
+//! has passed is queued in the machine, and the copy starts again from there. Once the copy finishes without
+//! a new answer, all drives are in the machine's queue, each at its own cycle, and the machine runs the
+//! stretch. This is exact to the cycle, for any [`Cpu`] and any probe.
 
 use emu_core::cpu::{Cpu, Probe, StopReason};
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
@@ -13,18 +14,18 @@ use crate::devices::ExternalDevice;
 use crate::dyn_probe;
 use crate::time::CycleClock;
 
-/// Machine cycles of a stretch: fewer where answers come close to each other.
+/// Machine cycles of a stretch: fewer if answers follow each other closely.
 const STRETCH_CYCLES: std::ops::RangeInclusive<u64> = 16..=1 << 16;
 
-/// Turns of the copy after which a stretch is too long.
+/// Passes of the copy after which the stretch is shortened.
 const MAX_LOOKAHEAD_PASSES: u32 = 3;
 
-/// A device with its wires: for each of its pins the pin of the chip, if there is one; others are tied.
+/// A device with its wires: for each device pin the chip pin, if there is one; other pins are tied.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct WiredDevice {
     /// The device.
     pub device: ExternalDevice,
-    /// Pins of the chip, in the order of the device's pins.
+    /// Chip pins, in the order of the device's pins.
     pub wires: Vec<Option<PinId>>,
 }
 
@@ -32,7 +33,7 @@ pub struct WiredDevice {
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct DevicesState {
     devices: Vec<WiredDevice>,
-    /// What each driven pin gets, and nanoseconds after an edge.
+    /// The level of each driven pin, and its delay after an edge in nanoseconds.
     driven: Vec<(PinId, PinLevel, u64)>,
 }
 
@@ -48,7 +49,7 @@ pub struct AttachedDevices {
 type DeviceDrive = (CycleTime, PinId, PinLevel);
 
 impl AttachedDevices {
-    /// A board with these devices. `clock` says how long cycles are.
+    /// Returns a board with these devices. `clock` gives the length of cycles.
     #[must_use]
     pub fn new(fitted: Vec<WiredDevice>, clock: CycleClock) -> AttachedDevices {
         let mut state = DevicesState { devices: fitted, driven: Vec::new() };
@@ -56,17 +57,18 @@ impl AttachedDevices {
         AttachedDevices { state, clock, stretch: *STRETCH_CYCLES.end() }
     }
 
-    /// Pins of the chip that devices drive.
+    /// Returns the chip pins that devices drive.
     pub fn driven_pins(&self) -> impl Iterator<Item = PinId> {
         self.state.driven.iter().map(|driven| driven.0)
     }
 
-    /// Devices in the order in which they were fitted.
+    /// Returns the devices in the order in which they were added.
     pub fn devices(&self) -> impl Iterator<Item = &ExternalDevice> {
         self.state.devices.iter().map(|fitted| &fitted.device)
     }
 
-    /// Puts the devices to a chip that has just been switched on; the levels of its pins are theirs from now on.
+    /// Connects the devices to a chip that has just been powered up; from now on they see the levels of its
+    /// pins.
     pub fn connect<C: Cpu>(&mut self, cpu: &mut C) {
         let now = CycleTime::at(cpu.cycle());
         for &(pin, level, _) in &self.state.driven {
@@ -74,7 +76,7 @@ impl AttachedDevices {
         }
         let t = self.clocks_of(now);
         for pin in (0..).take(cpu.chip().pins.len()) {
-            // A line of which nothing is known is high, as resistors to the supply make it that boards have at select lines.
+            // A line with an unknown level is high: boards have pull-up resistors at select lines.
             self.state.on_pin_change(pin, cpu.pin_level(pin) != PinLevel::Low, t, self.clock.hz);
         }
     }
@@ -84,7 +86,7 @@ impl AttachedDevices {
         self.run_with(cpu, until, probe, |cpu, until, probe| cpu.run(until, probe))
     }
 
-    /// The same, where the machine itself is run by `go` in place of [`Cpu::run`]: in as many runs as it likes.
+    /// Runs with the devices, but calls `go` instead of [`Cpu::run`]; it may split the run.
     pub fn run_with<C: Cpu, P: Probe>(
         &mut self,
         cpu: &mut C,
@@ -98,7 +100,7 @@ impl AttachedDevices {
         loop {
             let (ahead, edges) = self.look_ahead(cpu, until);
             let stop = go(cpu, ahead, probe);
-            // The probe may have stopped it before.
+            // The probe may have stopped the run earlier.
             let now = self.clocks_of(CycleTime::at(cpu.cycle()));
             for (t, pin, high) in edges.into_iter().take_while(|edge| edge.0 <= now) {
                 self.state.on_pin_change(pin, high, t, self.clock.hz);
@@ -110,7 +112,8 @@ impl AttachedDevices {
         }
     }
 
-    /// Queues the answers of the next stretch; gives the cycle up to which the machine may run, and the edges until then.
+    /// Queues the answers of the next stretch; returns the cycle up to which the machine may run, and the
+    /// edges until then.
     fn look_ahead<C: Cpu>(&mut self, cpu: &mut C, until: u64) -> (u64, Vec<(u64, PinId, bool)>) {
         let (least, most) = (*STRETCH_CYCLES.start(), *STRETCH_CYCLES.end());
         let mut goal = until.min(cpu.cycle().saturating_add(self.stretch));
@@ -142,12 +145,13 @@ impl AttachedDevices {
             if let Some(stop) = ended {
                 self.stretch =
                     if turns > MAX_LOOKAHEAD_PASSES { self.stretch / 2 } else { self.stretch * 2 }.clamp(least, most);
-                // Where the program has ended the machine ends by itself.
+                // If the program has ended, the machine ends by itself.
                 return (if stop == StopReason::Limit { goal } else { until }, scout.edges);
             }
             turns += 1;
             if turns == MAX_LOOKAHEAD_PASSES {
-                // Each turn begins at the start of the stretch, so where answers come one after the other it has to end soon.
+                // Each pass begins at the start of the stretch, so successive answers require a short
+                // stretch.
                 goal = goal.min(copy.cycle().saturating_add(least));
             }
         }
@@ -158,13 +162,14 @@ impl AttachedDevices {
     }
 }
 
-/// A moment in clocks of the oscillator.
+/// Converts a time to clocks of the oscillator.
 fn time_in_clocks(clock: CycleClock, at: CycleTime) -> u64 {
     at.cycle.saturating_mul(clock.clocks_per_cycle.into()).saturating_add(at.phase.into())
 }
 
 impl DevicesState {
-    /// What each pin gets that a device drives: of several at one pin those that pull low win, then those that drive.
+    /// Returns the level of each pin that a device drives. Of several drives at one pin, low wins over high,
+    /// and both over pull resistors.
     fn combined_drives(&self) -> Vec<(PinId, PinLevel, u64)> {
         let strength = |level: PinLevel| match level {
             PinLevel::Low => 4,
@@ -185,14 +190,14 @@ impl DevicesState {
             };
             put(device.driven_pin(), device.driven_level());
             if let ExternalDevice::Eeprom(_) = device {
-                // SCL has its resistor too.
+                // SCL has its pull-up resistor too.
                 put(1, PinLevel::PullUp);
             }
         }
         all
     }
 
-    /// A pin of the chip has another level.
+    /// Reports a new level of a chip pin to the devices.
     fn on_pin_change(&mut self, pin: PinId, high: bool, t: u64, hz: u64) {
         for WiredDevice { device, wires } in &mut self.devices {
             for (wire, _) in wires.iter().enumerate().filter(|(_, of)| **of == Some(pin)) {
@@ -206,14 +211,14 @@ impl DevicesState {
 struct LookaheadProbe {
     state: DevicesState,
     clock: CycleClock,
-    /// Answers that are queued already, which come again.
+    /// Number of answers that are already queued and will occur again.
     queued_answers: usize,
     edges: Vec<(u64, PinId, bool)>,
     answers: Vec<DeviceDrive>,
 }
 
 impl LookaheadProbe {
-    /// A time some nanoseconds after a clock: at least a machine cycle later if any.
+    /// Returns the time `ns` nanoseconds after a clock; any delay is at least a machine cycle.
     fn delayed(&self, t: u64, ns: u64) -> CycleTime {
         let cycle = u64::from(self.clock.clocks_per_cycle.max(1));
         let clocks = (u128::from(ns) * u128::from(self.clock.hz)).div_ceil(1_000_000_000);

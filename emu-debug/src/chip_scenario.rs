@@ -1,4 +1,5 @@
-//! Scenarios on a chip with its image: their names are pins, the supply, places in memory. A tick is a clock of the oscillator.
+//! Scenarios on a chip with its image: names are pins, the supply, or memory locations. A tick is a clock of
+//! the oscillator.
 
 use std::collections::HashMap;
 
@@ -15,64 +16,64 @@ use crate::serial_sender::SerialLineSender;
 use crate::stimulus::{ExternalDrive, TimedDrive, find_pin, missing_pin_reason, parse_drive, supply_name};
 use crate::{AddressNames, CycleClock, InputError};
 
-/// Bytes of the widest thing in memory that is one number.
+/// Maximum size in bytes of a memory location that is one number.
 const MAX_NUMBER_BYTES: u32 = 4;
 
-/// Something that can be given a value, with the value.
+/// A stimulus with its value.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ChipStimulus {
-    /// What is done from outside.
+    /// A drive from outside.
     Drive(ExternalDrive),
-    /// Bytes of a memory, from an address of it on.
+    /// Bytes written to a memory, from an address on.
     Poke(&'static str, u32, Vec<u8>),
 }
 
-/// Something that can be looked at.
+/// Something that a scenario can observe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ChipObservable {
     /// A pin.
     Pin(PinId),
-    /// Bytes of a memory, the lowest first.
+    /// Bytes of a memory, the lowest first: memory, first address, number of bytes.
     Memory(&'static str, u32, u32),
 }
 
-/// What a chip with an image offers to scenarios.
+/// Resolves the names of scenarios for a chip with an image.
 pub struct ChipResolver<'a> {
     /// The chip, and the symbols of the image.
     pub names: AddressNames<'a>,
-    /// Its oscillator.
+    /// The oscillator clock.
     pub clock: CycleClock,
-    /// The machine has a byte at an address of a memory.
+    /// Reports whether the machine has a byte at an address of a memory.
     pub has_byte: &'a dyn Fn(&str, u32) -> bool,
-    /// The machine has a pin, as it is configured.
+    /// Reports whether the machine, as configured, has a pin.
     pub has_pin: &'a dyn Fn(PinId) -> bool,
-    /// The machine can do it.
+    /// Checks that the machine accepts a drive.
     pub check_drive: &'a dyn Fn(ExternalDrive) -> Result<(), InputError>,
-    /// Another name of a pin as that of the chip's row; other text as it is.
+    /// Converts another name of a pin to the name in the chip row; other text is unchanged.
     pub canonical_pin_name: &'a dyn Fn(&str) -> String,
-    /// The chip has a serial port, and the pin at which that receives.
+    /// Whether the chip has a serial port, and the pin at which it receives.
     pub serial: (bool, Option<PinId>),
-    /// Why no snapshots can be written, where they cannot.
+    /// Why snapshots cannot be written, if they cannot.
     pub no_snapshots: Option<String>,
-    /// Why bytes cannot be sent, where they cannot.
+    /// Why bytes cannot be sent, if they cannot.
     pub no_serial_input: Option<String>,
-    /// What names have become so far.
+    /// The names resolved so far.
     pub bindings: ChipBindings,
 }
 
-/// What names have become.
+/// Resolved names.
 #[derive(Debug, Clone, Default)]
 pub struct ChipBindings {
-    /// Each with its name and value as they were written.
+    /// Each stimulus with its name and value as written.
     pub stimuli: Vec<(ChipStimulus, String, ScenarioValue)>,
-    /// Their positions, by name and value as they were written.
+    /// Positions of stimuli, by name and value as written.
     known: HashMap<(String, String), usize>,
-    /// What is looked at.
+    /// Observables.
     pub observables: Vec<ChipObservable>,
 }
 
 impl ChipBindings {
-    /// What this identifier of an input stands for is done from outside: it is no memory that is written.
+    /// Reports whether this input is a drive from outside and not a write to memory.
     #[must_use]
     pub fn is_external_drive(&self, input: usize) -> bool {
         !matches!(self.stimuli.get(input), Some((ChipStimulus::Poke(..), ..)))
@@ -84,12 +85,12 @@ impl ChipResolver<'_> {
         self.names.chip
     }
 
-    /// The name as the chip knows it.
+    /// Returns the name as the chip knows it.
     fn canonical_name(&self, name: &str) -> String {
         (self.canonical_pin_name)(&self.names.replace_channel_name(name))
     }
 
-    /// A place in memory that is one number: the memory, its first byte address and its bytes.
+    /// Resolves a memory location that is one number: the memory, its first byte address and its bytes.
     fn resolve_memory(&self, name: &str) -> Result<(&'static str, u32, u32), InputError> {
         let range = self.names.parse_range(name)?;
         let width = self.chip().bytes_per_address(range.space);
@@ -112,7 +113,7 @@ impl ChipResolver<'_> {
         ScenarioError::Refused(InputError::NoSerialPort { chip: self.chip().name }.into())
     }
 
-    /// Neither a pin nor a place in memory.
+    /// Returns the error for a name that is neither a pin nor a memory location.
     fn unknown_name_error(&self, name: &str, memory: InputError) -> ScenarioError {
         let why = match name.contains(':') {
             true => memory,
@@ -230,7 +231,7 @@ impl NameResolver for ChipResolver<'_> {
 }
 
 impl ChipObservable {
-    /// What it is at.
+    /// Returns the current value.
     #[must_use]
     pub fn read<C: Cpu>(self, cpu: &C) -> OutputReading {
         match self {
@@ -247,11 +248,13 @@ impl ChipObservable {
     }
 }
 
-/// The stimuli of a scenario as drives at fixed times, in order of time, for a debugger, which runs the machine itself. `program`: the
-/// image, where it has a name; `baud`: the rate of what is sent, unless the scenario says another.
+/// Returns the stimuli of a scenario as drives at fixed times, in order of time, for a debugger, which runs
+/// the machine itself. `program` is the image, if it has a name; `baud` is the rate of sent bytes, unless the
+/// scenario gives another.
 ///
 /// # Errors
-/// The scenario does not fit the machine, or has steps that are no stimuli at fixed times (wait, expect, power-cycle, ..).
+/// The scenario does not fit the machine, or has steps that are not stimuli at fixed times (wait, expect,
+/// power-cycle, ..).
 pub fn timed_drives(
     scenario: &Scenario,
     site: &mut ChipResolver<'_>,
@@ -273,7 +276,7 @@ pub fn timed_drives(
         let at = CycleTime { cycle: tick / clocks, phase: (tick % clocks) as u8 };
         match what {
             TimedStimulus::SetInput(id) => {
-                // There are no others, as was seen above.
+                // Other stimuli were refused above.
                 if let Some((ChipStimulus::Drive(put), ..)) = site.bindings.stimuli.get(id) {
                     out.push(TimedDrive { at, drive: *put });
                 }

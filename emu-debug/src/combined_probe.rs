@@ -1,4 +1,5 @@
-//! All that looks at instructions and accesses as one probe, so that a run with any of it is compiled once.
+//! Combines all observers of instructions and accesses in one probe, so that a run with any of them is
+//! compiled once.
 
 use emu_core::cpu::{Probe, Subcycle};
 use emu_core::lint::Lint;
@@ -9,15 +10,15 @@ use crate::lints::LintProbe;
 use crate::run::{ReadMemory, RunProbe};
 use crate::trace::TraceProbe;
 
-/// A probe along whose type is not known.
+/// An additional probe whose type is not known.
 pub(crate) trait DynRunProbe: crate::dyn_probe::DynProbe {
-    /// [`Probe::on_branch`].
+    /// Calls [`Probe::on_branch`].
     fn on_branch(&mut self, next: u32, to: u32, taken: bool);
-    /// [`Probe::on_flow_start`].
+    /// Calls [`Probe::on_flow_start`].
     fn on_flow_start(&mut self, pc: u32);
-    /// [`Probe::on_flow_end`].
+    /// Calls [`Probe::on_flow_end`].
     fn on_flow_end(&mut self, pc: u32);
-    /// [`RunProbe::on_breakpoint_passed`].
+    /// Calls [`RunProbe::on_breakpoint_passed`].
     fn on_breakpoint_passed(&mut self, memory: ReadMemory<'_>, pc: u32);
 }
 
@@ -39,7 +40,7 @@ impl<A: RunProbe> DynRunProbe for A {
     }
 }
 
-/// Conditions, lints, what shows each instruction, and a probe along.
+/// Combines conditions, lints, the instruction trace, and an additional probe.
 pub(crate) struct CombinedProbe<'a, 'l> {
     pub access_monitor: AccessMonitor,
     pub lints: Option<LintProbe>,
@@ -55,7 +56,7 @@ impl Probe for CombinedProbe<'_, '_> {
     const SUBCYCLE: bool = true;
 
     fn on_instruction(&mut self, at: u64, pc: u32) -> bool {
-        // Where it stops before the instruction, that is told once more.
+        // If the trace stops before the instruction, it will be reported again.
         if self.trace.as_mut().is_some_and(|look| look.on_instruction(at, pc)) {
             return true;
         }

@@ -1,32 +1,34 @@
-//! Probes behind a pointer: with them a run is compiled once for each way of looking, and not once for each that looks.
+//! Probes behind a pointer: a run is compiled once for each level of observation, not once for each probe.
 
 use emu_core::cpu::Probe;
 use emu_core::pins::ChipEvent;
 
-/// How closely a run is looked at. Each is a loop of its own that was made for it, and costs more than the one before.
+/// How closely a run is observed. Each level has a loop compiled for it, and costs more than the previous
+/// one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ObserveLevel {
-    /// Nothing is told.
+    /// Nothing is reported.
     Nothing,
-    /// Edges of pins, bytes sent, and resets.
+    /// Pin edges, sent bytes, and resets.
     Events,
-    /// Also every entry of an interrupt, every write to data memory, and instructions, but for turns of a loop that only waits.
+    /// Also every interrupt entry, every write to data memory, and instructions, except in skipped iterations
+    /// of waiting loops.
     Writes,
-    /// Every instruction and every entry of an interrupt, no writes.
+    /// Every instruction and every interrupt entry, but no writes.
     Instructions,
-    /// All of this, and every access to data memory.
+    /// All of these, and every access to data memory.
     All,
 }
 
-/// What is told of a run: a [`Probe`] whose type is not known. Which of it is told says the [`ObserveLevel`].
+/// A [`Probe`] behind a pointer. The [`ObserveLevel`] determines which methods are called.
 pub trait DynProbe {
-    /// [`Probe::on_instruction`].
+    /// Calls [`Probe::on_instruction`].
     fn on_instruction(&mut self, at: u64, pc: u32) -> bool;
-    /// [`Probe::on_data_access`].
+    /// Calls [`Probe::on_data_access`].
     fn on_data_access(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool;
-    /// [`Probe::on_interrupt`].
+    /// Calls [`Probe::on_interrupt`].
     fn on_interrupt(&mut self, at: u64, vector: u8);
-    /// [`Probe::on_event`].
+    /// Calls [`Probe::on_event`].
     fn on_event(&mut self, event: ChipEvent) -> bool;
 }
 
@@ -45,25 +47,25 @@ impl<P: Probe> DynProbe for P {
     }
 }
 
-/// The probes of the looks that tell something: `N` is the look's number.
+/// The probe for a level above `Nothing`; `N` is the number of the level.
 pub(crate) struct LevelProbe<'a, const N: u8>(&'a mut dyn DynProbe);
 
-/// For [`ObserveLevel::Events`].
+/// Returns the probe for [`ObserveLevel::Events`].
 pub(crate) fn probe_events(seer: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveLevel::Events as u8 }> {
     LevelProbe(seer)
 }
 
-/// For [`ObserveLevel::Writes`].
+/// Returns the probe for [`ObserveLevel::Writes`].
 pub(crate) fn probe_writes(seer: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveLevel::Writes as u8 }> {
     LevelProbe(seer)
 }
 
-/// For [`ObserveLevel::Instructions`].
+/// Returns the probe for [`ObserveLevel::Instructions`].
 pub(crate) fn probe_instructions(seer: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveLevel::Instructions as u8 }> {
     LevelProbe(seer)
 }
 
-/// For [`ObserveLevel::All`].
+/// Returns the probe for [`ObserveLevel::All`].
 pub(crate) fn probe_everything(seer: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveLevel::All as u8 }> {
     LevelProbe(seer)
 }

@@ -1,21 +1,21 @@
-//! What is wrong with what users give: times, voltages, pins, addresses, texts and conditions.
+//! Errors in user input: times, voltages, pins, addresses, texts and conditions.
 
 use std::borrow::Cow;
 
 use emu_core::CoreError;
 
-/// Why a text that a user gives cannot be used, or why a machine cannot take what it says. `Display` is the cause, one
-/// sentence that says what was found and what is wanted, without a full stop.
+/// Why a user's text cannot be used, or why a machine cannot do what it requests. `Display` is the cause, one
+/// sentence with what was found and what is expected, without a full stop.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum InputError {
-    /// A text is not what it should be.
+    /// A text does not have the expected form.
     #[error("`{text}` is no {wanted}; write {examples}")]
     Malformed {
         /// The text.
         text: String,
-        /// What is wanted, such as `time`.
+        /// What is expected, such as `time`.
         wanted: &'static str,
-        /// How that is written.
+        /// Examples of the notation.
         examples: Cow<'static, str>,
     },
     /// A text lacks a part.
@@ -25,17 +25,17 @@ pub enum InputError {
         text: String,
         /// The part, such as `level`.
         part: &'static str,
-        /// How the whole is written.
+        /// Examples of the complete notation.
         examples: String,
     },
-    /// A time has more cycles than are counted.
+    /// A time has more cycles than the maximum.
     #[error("`{text}` is longer than 2^62 cycles, the most, which is {seconds} s at {hz} Hz")]
     TimeTooLong {
         /// The time.
         text: String,
         /// The longest time in seconds.
         seconds: u128,
-        /// Clock of the machine.
+        /// Clock of the machine in Hz.
         hz: u64,
     },
     /// A time on the host is too long.
@@ -61,7 +61,7 @@ pub enum InputError {
         /// The frequency.
         text: String,
     },
-    /// A voltage is above any that a pin bears.
+    /// A voltage is above the maximum of any pin.
     #[error("`{text}` is more than any pin bears; the most is {most_volts} V")]
     VoltageTooHigh {
         /// The voltage.
@@ -85,7 +85,7 @@ pub enum InputError {
         /// The channel.
         pin: &'static str,
     },
-    /// The chip has the pin in other packages only.
+    /// The chip has the pin only in other packages.
     #[error("{pin} is no pin of the chosen package; packages that have it are {}", .packages.join(", "))]
     NotInPackage {
         /// The pin.
@@ -93,7 +93,7 @@ pub enum InputError {
         /// The packages that have it.
         packages: Vec<&'static str>,
     },
-    /// The machine knows no voltages.
+    /// The machine has no analog inputs.
     #[error("{what} cannot be set on {chip}, which knows levels only: {pin}=0, {pin}=1 or {pin}=z")]
     LevelsOnly {
         /// What was to be set: `voltages on pins` or `the supply`.
@@ -103,22 +103,22 @@ pub enum InputError {
         /// A pin of it, as an example.
         pin: &'static str,
     },
-    /// A rate of a serial line is 0, or above any that is reached.
+    /// A baud rate is 0, or above the maximum.
     #[error("a rate is of 1 to {most} bits a second")]
     BadBaudRate {
         /// The fastest rate.
         most: u64,
     },
-    /// Bytes on a serial line end behind the last cycle that is counted.
+    /// Bytes on a serial line end after the last cycle that can be counted.
     #[error("the text goes on for longer than 2^62 cycles")]
     SerialTextTooLong,
-    /// `\x` lacks a digit.
+    /// `\x` is not followed by two digits.
     #[error("`\\x{digits}` wants two hex digits, as in \\x0a")]
     BadHexEscape {
-        /// What is behind it.
+        /// What follows it.
         digits: String,
     },
-    /// A backslash and a character that mean nothing.
+    /// A backslash with an unknown character.
     #[error("`\\{letter}` is no escape; known are \\n \\r \\t \\0 \\\\ \\\" \\xNN")]
     UnknownEscape {
         /// The character.
@@ -136,7 +136,7 @@ pub enum InputError {
         /// The text.
         text: String,
     },
-    /// A condition on fetches is for another kind of chip.
+    /// A condition on fetches is not available for this chip.
     #[error("`{text}` is for chips that fetch and execute one after the other, as ap101; {chip} is none")]
     NoFetchCycles {
         /// The condition.
@@ -144,7 +144,7 @@ pub enum InputError {
         /// The chip.
         chip: &'static str,
     },
-    /// A place is a register of the core, which has no address.
+    /// A location is a core register, which has no address.
     #[error("`{text}` is a register of the core, not in a memory; every run shows those (memories: {memories})")]
     CoreRegister {
         /// The register.
@@ -152,12 +152,12 @@ pub enum InputError {
         /// The memories of the chip.
         memories: String,
     },
-    /// A place names no memory, and its name is in none.
+    /// A location has no memory, and its name is in none.
     #[error("`{text}` names no memory; write {example} (memories: {memories})")]
     NoMemory {
-        /// The place.
+        /// The location.
         text: String,
-        /// A place, as an example.
+        /// An example of a location.
         example: String,
         /// The memories of the chip.
         memories: String,
@@ -180,47 +180,47 @@ pub enum InputError {
         /// The memories of the chip.
         memories: String,
     },
-    /// A place ends behind the end of its memory.
+    /// A location ends after the end of its memory.
     #[error("{place} reaches beyond {space}, whose last address is 0x{last:x}{hint}")]
     BeyondMemory {
-        /// The place.
+        /// The location.
         place: String,
         /// The memory.
         space: &'static str,
         /// Its last address.
         last: u32,
-        /// How the address is written that was probably meant, behind a semicolon; often empty.
+        /// The notation of the address that was probably meant, after a semicolon; often empty.
         hint: String,
     },
-    /// A range ends where it begins, or before.
+    /// A range ends at or before its start.
     #[error("`{text}` holds no {unit}: its end is excluded")]
     EmptyRange {
         /// The range.
         text: String,
-        /// What its memory counts: `bytes` or `words`.
+        /// The unit of its memory: `bytes` or `words`.
         unit: &'static str,
     },
     /// Accesses to a memory are not reported.
     #[error("accesses are watched in {watched} memory, not in {space}")]
     MemoryNotWatched {
-        /// The memories of which they are.
+        /// The memories whose accesses are reported.
         watched: String,
         /// The memory.
         space: &'static str,
     },
-    /// Accesses to the registers of the core, with which a memory begins, are not reported.
+    /// Accesses to the core registers at the start of a memory are not reported.
     #[error(
         "accesses are watched in {space} memory from 0x{first:x} on, not in {space}:0x{addr:x}, a register of the core"
     )]
     WatchedFrom {
         /// The memory.
         space: &'static str,
-        /// The first address of which they are.
+        /// The first address whose accesses are reported.
         first: u32,
         /// The address.
         addr: u32,
     },
-    /// Accesses to a register that instructions use without naming it are not reported.
+    /// Accesses to a register that instructions use implicitly are not reported.
     #[error(
         "{space}:0x{addr:x} is a register of the core, which instructions use without naming it: only its changes are told"
     )]
@@ -230,13 +230,13 @@ pub enum InputError {
         /// Address of the register.
         addr: u32,
     },
-    /// A program address lies within a word.
+    /// A program address is within a word.
     #[error("0x{addr:x} is not the start of a word; program addresses are even byte addresses")]
     WithinWord {
         /// The address.
         addr: u32,
     },
-    /// The code of a source line lies behind the end of program memory.
+    /// The code of a source line is after the end of program memory.
     #[error("`{text}` lies beyond {space}")]
     LineBeyondMemory {
         /// File and line.
@@ -247,7 +247,7 @@ pub enum InputError {
     /// A source line has no code.
     #[error(transparent)]
     SourceLine(#[from] CoreError),
-    /// A name is that of several places in a memory.
+    /// A name belongs to several locations in a memory.
     #[error("`{text}` is the name of several places in {space}: {addresses}")]
     SeveralPlaces {
         /// The name.
@@ -257,30 +257,30 @@ pub enum InputError {
         /// Their addresses.
         addresses: String,
     },
-    /// A name is a part of several names.
+    /// A text is part of several names.
     #[error("`{text}` is part of several names, write one whole: {candidates}")]
     SeveralNames {
-        /// The part.
+        /// The text.
         text: String,
         /// Whole names with their addresses.
         candidates: String,
     },
-    /// What is added to a name is no number.
+    /// The offset of a name is not a number.
     #[error("`{text}` is no number of addresses")]
     BadOffset {
-        /// What is added.
+        /// The offset.
         text: String,
     },
-    /// A name and a number added to it are no address.
+    /// A name with its offset is not an address.
     #[error("`{text}` is no address")]
     AddressOverflow {
         /// Name and number.
         text: String,
     },
-    /// There is no text where an address is wanted.
+    /// An address is expected, but there is no text.
     #[error("an address is missing")]
     MissingAddress,
-    /// A constant of the program is used as an address of RAM, and is none.
+    /// A constant of the program is used as an address of RAM, but is not one.
     #[error("the constant `{name}` is below RAM, which begins at 0x{first:x}")]
     ConstantBelowRam {
         /// The constant.
@@ -307,10 +307,10 @@ pub enum InputError {
     UnknownSymbol {
         /// The name.
         name: String,
-        /// The memory in which it is looked for.
+        /// The memory that was searched.
         space: String,
     },
-    /// A bit of a byte is named, and the byte is not known.
+    /// The byte of a named bit is not known.
     #[error("`{text}` is no byte of {ram} or {registers}")]
     UnknownByte {
         /// The byte.
@@ -339,14 +339,14 @@ pub enum InputError {
         /// The number.
         text: String,
     },
-    /// A scenario names more bytes than a number has.
+    /// A scenario names more bytes than a number can have.
     #[error("`{name}` has {bytes} bytes; a number has at most {most}")]
     NumberTooWide {
         /// The name.
         name: String,
         /// Its bytes.
         bytes: u32,
-        /// Most bytes of a number.
+        /// The maximum number of bytes.
         most: u32,
     },
     /// The chip has no byte at an address of its memory.
@@ -359,7 +359,7 @@ pub enum InputError {
         /// The address.
         addr: u32,
     },
-    /// A name in a scenario stands for nothing on the chip.
+    /// A name in a scenario is not defined on the chip.
     #[error("`{name}` is no pin of {chip}, no symbol and no register")]
     UnknownName {
         /// The name.
@@ -367,22 +367,22 @@ pub enum InputError {
         /// The chip.
         chip: &'static str,
     },
-    /// A place in memory gets a text.
+    /// A text is assigned to a location in memory.
     #[error("`{name}` takes a number, not `{value}`")]
     NumberWanted {
-        /// The name of the place.
+        /// The name of the location.
         name: String,
         /// The text.
         value: String,
     },
-    /// A place in memory gets a number that it cannot hold.
+    /// A location in memory cannot hold a number.
     #[error("`{name}` takes {low} to {high}, not {value}")]
     NumberOutOfRange {
-        /// The name of the place.
+        /// The name of the location.
         name: String,
-        /// The least that it holds.
+        /// The lowest allowed value.
         low: i64,
-        /// The most that it holds.
+        /// The highest allowed value.
         high: i64,
         /// The number.
         value: i64,
@@ -401,7 +401,7 @@ pub enum InputError {
     },
 }
 
-/// A text that is not what it should be.
+/// Returns the error for a text with the wrong form.
 pub(crate) fn malformed(text: &str, wanted: &'static str, examples: impl Into<Cow<'static, str>>) -> InputError {
     InputError::Malformed { text: text.to_owned(), wanted, examples: examples.into() }
 }

@@ -1,29 +1,38 @@
-//! Tools over any [`Cpu`](emu_core::Cpu): a runner with conditions and stimulus, probes, waveforms.
+//! Tools for any [`Cpu`](emu_core::Cpu): a runner with conditions and stimuli, probes, waveforms, a debugger.
 //!
 //! ```text
-//!   input_error.rs  what is wrong with what users give
-//!   time.rs      "10ms", "16MHz" to whole cycles and Hz     run.rs    the runner: until what, why it ended
-//!   place.rs     "data:0x100..0x120", "main" to addresses   tools.rs  all probes of a run as one
-//!   stimulus.rs  "10ms:PB0=1" to drives of pins             uart.rs   what the chip sends, and texts waited for in it
-//!   stop_condition.rs     "pin PB5=1" to conditions                  access_monitor.rs  accesses waited for, RAM read before written
-//!   text.rs      "\n\x41" to bytes and back                 wave.rs   pins and bytes as a VCD file
-//!   cod/         programs that check themselves, as gpsim does
-//!   sender.rs    bytes to the edges of a serial line
-//!   devices/     devices at the pins             attached_devices.rs  the chip run with them
-//!   snapshot.rs  the state of a machine as a file
-//!   source.rs    addresses as symbols and source lines, and back
-//!   lints.rs     what programs do that is seldom meant, collected
-//!   coverage/    what of a program was executed      profile.rs  where the cycles went
-//!   lockstep/    beside a simulator of somebody else
-//!   dyn_probe.rs      probes behind a pointer         combined_probe.rs all that looks closely as one probe
-//!   run_controller.rs     who has a run in hand: a scenario, or the patience of the user
-//!   scene.rs    names and times of scenarios on a chip with its image
-//!   trace/       what every instruction does, as lines and as signals
-//!   debug/       the debugger without a face: breakpoints, steps, time travel
-//!   bits.rs      bits with addresses of their own, and the bytes that they are parts of
+//!   input_error.rs     errors in user input
+//!   time.rs            "10ms", "16MHz" to whole cycles and Hz
+//!   address_names.rs   "data:0x100..0x120", "main" to addresses
+//!   bit_space.rs       bits with addresses of their own, and their bytes
+//!   program_source.rs  addresses to symbols and source lines, and back
+//!   stimulus.rs        "10ms:PB0=1" to drives of pins
+//!   stop_condition.rs  "pin PB5=1" to conditions
+//!   text_escapes.rs    "\n\x41" to bytes and back
+//!   number_formats.rs  numbers in the formats of gdb
+//!   serial_sender.rs   bytes to the edges of a serial line
+//!   chip_scenario.rs   names and times of scenarios on a chip with its image
+//!   run.rs             the runner: its end conditions, and why it ended
+//!   run_controller.rs  the controller of a run: a scenario, or the user's timeout
+//!   run_probes.rs      all probes of a run as one
+//!   combined_probe.rs  all probes for instructions and accesses as one
+//!   dyn_probe.rs       probes behind a pointer
+//!   access_monitor.rs  watched accesses, RAM read before it is written
+//!   uart_log.rs        what the chip sends, and texts to wait for in it
+//!   waveform.rs        pins and bytes as a VCD file
+//!   lints.rs           collects suspicious behaviour of programs
+//!   devices/           devices at the pins
+//!   attached_devices.rs  runs a chip with devices
+//!   snapshot.rs        the state of a machine as a file
+//!   coverage/          which parts of a program were executed
+//!   profile.rs         where the cycles went
+//!   trace/             what every instruction does, as lines and as signals
+//!   lockstep/          comparison with another simulator
+//!   cod/               self-checking programs, as in gpsim
+//!   debug/             the debugger core: breakpoints, steps, time travel
 //! ```
 //!
-//! The readers of text give an [`InputError`]: one sentence that says what was found and what is wanted.
+//! Parsers of text return an [`InputError`]: one sentence with what was found and what is expected.
 
 #![forbid(unsafe_code)]
 

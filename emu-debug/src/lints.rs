@@ -1,7 +1,8 @@
-//! Collects what programs do that is seldom meant ([`Lint`]), each once with how often and when first.
+//! Collects suspicious behaviour of programs ([`Lint`]), each once, with its count and first cycle.
 //!
-//! What a core has diagnostics of it tells itself. Reads of RAM that was never written are looked for here, but on machines that
-//! follow values, which tell themselves where those make a difference.
+//! Cores with diagnostics report their lints themselves. This module finds reads of RAM that was never
+//! written, except on machines that follow values: those report such reads themselves, and only where they
+//! make a difference.
 
 use std::collections::BTreeMap;
 
@@ -15,13 +16,13 @@ use crate::address_names::AddressNames;
 /// A lint at one instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LintFinding {
-    /// What.
+    /// The lint.
     pub lint: Lint,
-    /// Program word of the instruction; of an interrupt its vector.
+    /// Program word of the instruction; for an interrupt, its vector.
     pub pc: u32,
-    /// How often.
+    /// How often it occurred.
     pub count: u64,
-    /// The machine cycle of the first time.
+    /// The machine cycle of the first occurrence.
     pub first: u64,
 }
 
@@ -32,12 +33,12 @@ pub struct LintProbe {
     unwritten_ram: UnwrittenRam,
     pc: u32,
     found: Vec<LintFinding>,
-    /// Where each lies in that list.
+    /// Position of each lint in `found`.
     positions: BTreeMap<(u32, Lint), usize>,
 }
 
 impl LintProbe {
-    /// For a run of `chip` whose RAM is as `ram` says.
+    /// Returns a probe for a run of `chip`; `ram` describes its RAM.
     #[must_use]
     pub fn new(chip: &'static Chip, ram: &RamCheck<'_>) -> LintProbe {
         LintProbe {
@@ -49,7 +50,7 @@ impl LintProbe {
         }
     }
 
-    /// What was found, in the order of first cycles.
+    /// Returns the findings in order of their first cycles.
     #[must_use]
     pub fn into_findings(self) -> Vec<LintFinding> {
         let mut found = self.found;
@@ -73,7 +74,7 @@ impl Probe for LintProbe {
             return false;
         }
         if let Some(byte) = self.unwritten_ram.note_access(self.chip, space, addr, write) {
-            // Every byte is told of once, wherever it is read.
+            // Every byte is reported once, wherever it is read.
             self.unwritten_ram.mark_written(byte);
             self.on_lint(at, self.pc, Lint::UnknownRead { space: self.chip.ram_space, addr: byte as u16 });
         }
@@ -94,7 +95,7 @@ impl Probe for LintProbe {
     }
 }
 
-/// What it is, with the names of registers, pins and symbols.
+/// Describes a lint with the names of registers, pins and symbols.
 #[must_use]
 pub fn describe_lint(lint: Lint, names: &AddressNames<'_>) -> String {
     match lint {
@@ -150,13 +151,13 @@ pub fn describe_lint(lint: Lint, names: &AddressNames<'_>) -> String {
     }
 }
 
-/// The name of a register of the chip, or where it lies.
+/// Returns the name of a chip register, or its address.
 fn register_name(names: &AddressNames<'_>, addr: u16) -> String {
     let named = names.chip.regs.iter().find(|reg| reg.addr == addr);
     named.map_or_else(|| format!("{}:0x{addr:02x}", names.chip.reg_space), |reg| reg.name.to_owned())
 }
 
-/// A byte of RAM with the variable that it belongs to, or a register of the core, where those have addresses.
+/// Returns a byte of RAM with the variable that contains it, or a core register, if those have addresses.
 fn cell_name(names: &AddressNames<'_>, space: &str, addr: u16) -> String {
     let cpu_reg = if names.chip.family == ChipFamily::Avr { names.chip.cpu_regs.get(usize::from(addr)) } else { None };
     if let Some(name) = cpu_reg.filter(|_| addr < 32) {
@@ -166,12 +167,12 @@ fn cell_name(names: &AddressNames<'_>, space: &str, addr: u16) -> String {
     format!("{space}:0x{addr:02x}{symbol}")
 }
 
-/// The name of an interrupt.
+/// Returns the name of an interrupt.
 fn interrupt_name(names: &AddressNames<'_>, vector: u8) -> String {
     names.chip.vectors.get(usize::from(vector)).map_or_else(|| vector.to_string(), |name| (*name).to_owned())
 }
 
-/// The names of pins of a port: those of PORTB are RB0 to RB7 on a PIC16, those of PINB PB0 to PB7 on an AVR.
+/// Returns the names of pins of a port: RB0 to RB7 for PORTB of a PIC16, PB0 to PB7 for PINB of an AVR.
 fn port_pin_names(names: &AddressNames<'_>, port: u16, bits: u8) -> String {
     let port = register_name(names, port);
     let name = |bit: u8| {

@@ -1,7 +1,7 @@
-//! Numbers in the formats of `print` and `x`, as gdb writes them.
+//! Numbers in the formats of `print` and `x`, as gdb prints them.
 
-/// A value of so many bytes as a format has it, with zeros in front up to its size where `padded` says so and in the format `z`;
-/// nothing for a format that is not of single values.
+/// Formats a value of `bytes` bytes, with leading zeros up to its size if `padded` or with the format `z`;
+/// `None` for a format that does not apply to single values.
 #[must_use]
 pub fn format_number(value: i64, letter: char, bytes: u32, padded: bool) -> Option<String> {
     let bits = 8 * bytes.clamp(1, 8);
@@ -15,7 +15,7 @@ pub fn format_number(value: i64, letter: char, bytes: u32, padded: bool) -> Opti
         'o' if unsigned == 0 => "0".to_owned(),
         'o' => format!("0{unsigned:o}"),
         't' => format!("{unsigned:0width$b}", width = width(bits)),
-        // What is no character is cut to one; one below 0 keeps its sign.
+        // A value that is no character is truncated to one byte; a negative one keeps its sign.
         'c' => {
             let number = if value < 0 { i64::from(value as i8) } else { i64::from(value as u8) };
             format!("{number} '{}'", format_character(value as u8, '\''))
@@ -24,7 +24,7 @@ pub fn format_number(value: i64, letter: char, bytes: u32, padded: bool) -> Opti
     })
 }
 
-/// A byte as a character of C.
+/// Formats a byte as a C character.
 pub(crate) fn format_character(byte: u8, quote: char) -> String {
     match byte {
         b'\n' => "\\n".to_owned(),

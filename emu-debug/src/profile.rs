@@ -1,6 +1,7 @@
-//! Where the cycles of a run went: by instruction, by interrupt, and those in which no instruction ran.
+//! The distribution of the cycles of a run: by instruction, by interrupt, and those in which no instruction
+//! ran.
 //!
-//! Every cycle is counted once, so that the sum is that of the run.
+//! Every cycle is counted once, so that the sum is the length of the run.
 
 use std::collections::BTreeMap;
 
@@ -9,10 +10,11 @@ use emu_core::cpu::Probe;
 use emu_core::image::Image;
 use emu_core::table::{FlowKind, find_row, instruction_bits};
 
-/// Places: one for each program word that a counter of 16 bits reaches.
+/// Number of entries: one for each program word that a 16-bit counter reaches.
 const WORD_COUNT: usize = 0x1_0000;
 
-/// Services within each other that are kept apart; a program that never ends one has no more of them.
+/// Maximum nesting of interrupt services that are distinguished; only a program that never ends them has
+/// more.
 const MAX_NESTED_SERVICES: usize = 64;
 
 /// Services of an interrupt.
@@ -20,40 +22,42 @@ const MAX_NESTED_SERVICES: usize = 64;
 pub struct InterruptService {
     /// How often it was entered.
     pub count: u64,
-    /// Cycles from the entry to the end of the instruction that ends it, with those of interrupts within it.
+    /// Cycles from the entry to the end of the instruction that ends the service, including nested
+    /// interrupts.
     pub total: u64,
-    /// The longest of them.
+    /// The longest service in cycles.
     pub longest: u64,
 }
 
-/// Counts cycles. Turns of a loop that only waits are jumped over as in a run that nobody looks at; their cycles count all the
-/// same.
+/// Counts cycles. Iterations of a waiting loop are skipped, as in a run without probes; their cycles are
+/// still counted.
 #[derive(Debug, Clone)]
 pub struct CycleProfile {
-    /// For each program word what is known of the instruction there.
+    /// Per program word, the properties of its instruction.
     facts: Vec<InstructionFact>,
-    /// Cycles by the interrupt that is served, if one is, and by program word.
+    /// Cycles by active interrupt, if there is one, and by program word.
     cycles: BTreeMap<Option<u8>, Vec<u64>>,
-    /// Cycles in which the core stood still, by the same interrupts.
+    /// Cycles in which the core was stopped, by active interrupt.
     idle: BTreeMap<Option<u8>, u64>,
-    /// Cycles of entries that were interrupted before an instruction came, by the interrupt that was entered.
+    /// Cycles of interrupt entries that were interrupted before an instruction, by the interrupt that was
+    /// entered.
     entries: BTreeMap<Option<u8>, u64>,
     /// Cycles before the first instruction.
     before_first: u64,
     services: BTreeMap<u8, InterruptService>,
-    /// Services that have begun: vector and cycle.
+    /// Active services: vector and cycle.
     open_services: Vec<(u8, u64)>,
     current: CycleOwner,
-    /// Up to this cycle all are counted.
+    /// All cycles up to this one are counted.
     counted_to: u64,
 }
 
-/// What the cycles from now on belong to.
+/// What the following cycles belong to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum CycleOwner {
     /// Nothing has run yet.
     Before,
-    /// The entry of an interrupt: to the instruction that follows.
+    /// An interrupt entry: they belong to the instruction that follows.
     Entry,
     /// The instruction at this program word.
     Word(u32),
@@ -61,15 +65,15 @@ enum CycleOwner {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct InstructionFact {
-    /// Cycles that it takes at the most when the core does not stand still behind it; 0 where that is not known or it may close a
-    /// loop of which turns are jumped over.
+    /// Maximum cycles if the core does not stop after it; 0 if this is unknown, or if it may close a loop
+    /// with skipped iterations.
     max_cycles: u8,
-    /// It ends the service of an interrupt.
+    /// Whether it ends the service of an interrupt.
     ends_service: bool,
 }
 
 impl CycleProfile {
-    /// For the program of an image, from the machine cycle `now` on.
+    /// Returns a profile for the program of an image, from the machine cycle `now` on.
     #[must_use]
     pub fn new(chip: &'static Chip, image: &Image, now: u64) -> CycleProfile {
         let mut code = vec![None; (chip.flash_bytes / chip.word_bytes.max(1)) as usize];
@@ -99,7 +103,7 @@ impl CycleProfile {
         }
     }
 
-    /// Counts the cycles up to `now`; `next` is the instruction that comes then, if one does.
+    /// Counts the cycles up to `now`; `next` is the instruction that follows, if there is one.
     fn count(&mut self, now: u64, next: Option<u32>) {
         let mut passed = now.saturating_sub(self.counted_to);
         self.counted_to = now;
@@ -116,7 +120,7 @@ impl CycleProfile {
             (CycleOwner::Entry, Some(pc)) | (CycleOwner::Word(pc), _) => pc,
         };
         let fact = self.facts.get(word as usize).copied().unwrap_or_default();
-        // One more than the table says: a write to the program counter of a PIC takes a second cycle.
+        // One more than the table: a write to the program counter of a PIC takes a second cycle.
         if let (CycleOwner::Word(_), true, true) =
             (self.current, fact.max_cycles > 0, passed > u64::from(fact.max_cycles) + 1)
         {
@@ -142,10 +146,10 @@ impl CycleProfile {
         }
     }
 
-    /// The run has ended at the cycle `now`. What is still served counts up to there.
+    /// Ends the profile at the cycle `now`. Active services are counted up to there.
     pub fn finish(&mut self, now: u64) {
         let next = match self.current {
-            // Its first instruction would be counted as that of the service.
+            // Its first instruction would count as part of the service.
             CycleOwner::Entry => None,
             CycleOwner::Word(pc) => Some(pc),
             CycleOwner::Before => None,
@@ -157,35 +161,36 @@ impl CycleProfile {
         self.current = CycleOwner::Before;
     }
 
-    /// Cycles by the interrupt that was served, if one was, and by program word; only those above 0.
+    /// Returns the cycles by active interrupt, if there was one, and by program word; only counts above 0.
     pub fn cycles(&self) -> impl Iterator<Item = (Option<u8>, u32, u64)> {
         let words = |(serving, cycles)| (0..).zip(cycles).map(move |(pc, count)| (serving, pc, count));
         let all = self.cycles.iter().map(|(serving, cycles)| (*serving, cycles.iter().copied())).flat_map(words);
         all.filter(|(.., count)| *count > 0)
     }
 
-    /// Cycles in which the core slept or was held, by the interrupt that was served, if one was.
+    /// Returns the cycles in which the core slept or was stalled, by active interrupt.
     pub fn idle(&self) -> impl Iterator<Item = (Option<u8>, u64)> {
         self.idle.iter().map(|(serving, count)| (*serving, *count))
     }
 
-    /// Cycles of entries that were interrupted before an instruction came, by the interrupt that was entered.
+    /// Returns the cycles of interrupt entries that were interrupted before an instruction, by the interrupt
+    /// that was entered.
     pub fn entries(&self) -> impl Iterator<Item = (Option<u8>, u64)> {
         self.entries.iter().map(|(serving, count)| (*serving, *count))
     }
 
-    /// Cycles before the first instruction.
+    /// Returns the cycles before the first instruction.
     #[must_use]
     pub fn cycles_before_first(&self) -> u64 {
         self.before_first
     }
 
-    /// Services by vector.
+    /// Returns the services by vector.
     pub fn services(&self) -> impl Iterator<Item = (u8, InterruptService)> {
         self.services.iter().map(|(vector, service)| (*vector, *service))
     }
 
-    /// All cycles that were counted.
+    /// Returns the total of all counted cycles.
     #[must_use]
     pub fn total_cycles(&self) -> u64 {
         let beside = self.idle().chain(self.entries()).map(|(_, count)| count).sum::<u64>();
@@ -193,13 +198,13 @@ impl CycleProfile {
     }
 }
 
-/// What is known of the instruction at the front of some words.
+/// Returns the properties of the instruction at the start of `words`.
 fn fact(chip: &Chip, words: &[u16]) -> InstructionFact {
     let isa = chip.isa;
     let Some((position, _)) = find_row(isa.rows, isa.word_bits, words) else { return InstructionFact::default() };
     let Some(row) = isa.rows.get(position) else { return InstructionFact::default() };
     debug_assert!(row.pattern.matches(instruction_bits(row, isa.word_bits, words)), "the row that was found");
-    // What names a place to go to may close a loop.
+    // An instruction with a target may close a loop.
     let goes = row.operands.iter().any(|slot| slot.kind.name.starts_with("target"));
     let most = row.cycles.possible_counts().iter().copied().max().unwrap_or(0);
     InstructionFact {

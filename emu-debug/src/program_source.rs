@@ -1,4 +1,4 @@
-//! Program addresses as words: the symbol and the source line of an address, and back.
+//! Program addresses as text: the symbol and the source line of an address, and back.
 
 use emu_core::chip::ChipFamily;
 use emu_core::image::{SourceLine, SourceLines};
@@ -11,7 +11,7 @@ use crate::stop_condition::{StopCondition, parse_condition};
 /// Bytes of program memory that GOTO and CALL of a PIC16 reach (2048 words of two bytes).
 const PIC16_PAGE_BYTES: u32 = 4096;
 
-/// What is known of program addresses.
+/// The information on program addresses.
 #[derive(Debug, Clone, Copy)]
 pub struct ProgramSource<'a> {
     /// Symbols.
@@ -21,7 +21,7 @@ pub struct ProgramSource<'a> {
 }
 
 impl ProgramSource<'_> {
-    /// A program word as a place: `0x0086 (main+0x4, main.c:12)`, with what of it is known.
+    /// Describes a program word with all that is known: `0x0086 (main+0x4, main.c:12)`.
     #[must_use]
     pub fn describe_word(&self, word: u32) -> String {
         let known: Vec<String> =
@@ -33,13 +33,13 @@ impl ProgramSource<'_> {
         }
     }
 
-    /// The source line of a program word, `main.c:12`.
+    /// Returns the source line of a program word, `main.c:12`.
     #[must_use]
     pub fn line_text(&self, word: u32) -> Option<String> {
         self.line_at(word).map(|line| format!("{}:{}", line.file, line.line))
     }
 
-    /// The source line of a program word. Where it is not known how far a line goes, it ends with its function.
+    /// Returns the source line of a program word. A line of unknown extent ends with its function.
     #[must_use]
     pub fn line_at(&self, word: u32) -> Option<&SourceLine> {
         let (chip, byte) = (self.names.chip, self.byte_address(word));
@@ -47,8 +47,8 @@ impl ProgramSource<'_> {
         self.lines.line_at(byte, functions.map(|s| s.addr).max().unwrap_or(0))
     }
 
-    /// The program words that a text stands for, as [`AddressNames::parse_program_word`] has them; also those with which the code of a source
-    /// line begins, `main.c:12`, of which there may be several. Never none.
+    /// Parses program words as [`AddressNames::parse_program_word`] does; or `main.c:12`, the words at which
+    /// the code of a source line begins. The result is never empty.
     ///
     /// # Errors
     /// As [`AddressNames::parse_program_word`]; no such file, or a line without code.
@@ -67,10 +67,10 @@ impl ProgramSource<'_> {
         }
     }
 
-    /// A condition, as [`until`] reads it, and `pc=main.c:12`.
+    /// Parses a condition as [`parse_condition`] does, or `pc=main.c:12`.
     ///
     /// # Errors
-    /// As [`until`] and [`ProgramSource::parse_words`].
+    /// As [`parse_condition`] and [`ProgramSource::parse_words`].
     pub fn parse_condition(&self, text: &str) -> Result<StopCondition, InputError> {
         let place = text.trim().strip_prefix("pc").map(|rest| rest.trim_start_matches([' ', '=']).trim());
         match place.filter(|place| split_file_and_line(place).is_some()) {
@@ -79,12 +79,13 @@ impl ProgramSource<'_> {
         }
     }
 
-    /// What the operands of a disassembled instruction ([its `operands`](emu_core::table::DisassembledInstruction)) mean in the
-    /// program: the places that it goes to (`main+0x4`), and the objects in RAM that it names by address (`buf+0x1`).
+    /// Describes the operands of a disassembled instruction ([its
+    /// `operands`](emu_core::table::DisassembledInstruction)): jump targets (`main+0x4`), and objects in RAM
+    /// given by address (`buf+0x1`).
     #[must_use]
     pub fn describe_operands(&self, operands: &[(&'static str, i32)]) -> Vec<String> {
         let chip = self.names.chip;
-        // GOTO and CALL of a PIC name their target within a page, and a register of the chip chooses that.
+        // GOTO and CALL of a PIC contain a target within a page, and a chip register selects the page.
         let paged = chip.family == ChipFamily::Pic16 && chip.flash_bytes > PIC16_PAGE_BYTES;
         let named = operands.iter().filter_map(|&(kind, value)| {
             let value = u32::try_from(value).ok()?;
@@ -104,7 +105,7 @@ impl ProgramSource<'_> {
     }
 }
 
-/// `main.c:12`.
+/// Splits `main.c:12`.
 fn split_file_and_line(text: &str) -> Option<(&str, u32)> {
     let (file, line) = text.trim().rsplit_once(':')?;
     let line = parse_number(line).filter(|_| line.bytes().all(|byte| byte.is_ascii_digit()))?;

@@ -1,4 +1,4 @@
-//! The runner: until something that was waited for, a limit, the end of the program or its fault.
+//! The runner: runs until a condition, a limit, the end of the program, or its fault.
 
 use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, Probe, ProgramFault, StopReason};
@@ -17,79 +17,81 @@ use crate::trace::{self, TraceProbe};
 use crate::uart_log::UartLog;
 use crate::waveform::WaveWriter;
 
-/// What ends a run.
+/// The conditions that end a run.
 #[derive(Debug, Clone, Default)]
 pub struct RunPlan {
     /// Machine cycle at which it ends at the latest.
     pub limit: u64,
     /// Conditions; any of them ends it.
     pub until: Vec<StopCondition>,
-    /// A text in the serial output that ends it well, unless the host still waits ([`Host::is_waiting`]).
+    /// A text in the serial output that ends it with success, unless the controller still waits
+    /// ([`RunController::is_waiting`]).
     pub expect: Option<Vec<u8>>,
-    /// A text in the serial output that ends it badly.
+    /// A text in the serial output that ends it with failure.
     pub fail: Option<Vec<u8>>,
-    /// A read of RAM that was not written before ends it as a fault.
+    /// A read of unwritten RAM ends it as a fault.
     pub stop_on_unwritten_read: bool,
-    /// Bytes of data memory that the image filled, which count as written.
+    /// Ranges of data memory that the image initializes; they count as written.
     pub initialized: Vec<AddressRange>,
-    /// The machine goes on in another run: what it has not sent to the end is left to that.
+    /// The machine continues in another run, so a byte that is not completely sent belongs to that run.
     pub continues: bool,
-    /// What the program does that is seldom meant is collected.
+    /// Suspicious behaviour of the program is collected.
     pub lint: bool,
 }
 
-/// Why a run ended. What the program did wrong goes before what was waited for, a text of [`RunPlan::fail`] before others.
+/// Why a run ended. A fault of the program overrides conditions, and the text of [`RunPlan::fail`] overrides
+/// other texts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RunEnd {
     /// [`RunPlan::limit`].
     Limit,
     /// The program has ended: nothing can wake the chip any more.
     Halted,
-    /// A condition of [`RunPlan::until`], by position; with the access where it waited for one.
+    /// A condition of [`RunPlan::until`], by position; with the access if it waited for one.
     Until(usize, Option<WatchedAccess>),
     /// The text of [`RunPlan::expect`].
     Expected,
     /// The text of [`RunPlan::fail`].
     Failed,
-    /// No instruction.
+    /// An illegal instruction was reached.
     Illegal {
         /// Program word address.
         pc: u32,
         /// The word there.
         word: u16,
     },
-    /// The program did what cannot be carried out, or read what it had not written.
+    /// The program did something that cannot be executed, or read unwritten memory.
     Fault {
         /// Program word address.
         pc: u32,
-        /// What it was.
+        /// The fault.
         fault: ProgramFault,
     },
-    /// The host did not want to go on.
+    /// The controller did not continue.
     Declined,
-    /// The host was told to end it.
+    /// The user interrupted the controller.
     Interrupted,
-    /// What the host had the machine for is over.
+    /// The controller has finished.
     Finished,
 }
 
-/// How a run ended.
+/// The result of a run.
 #[derive(Debug)]
 pub struct RunResult {
-    /// Why.
+    /// The reason of its end.
     pub reason: RunEnd,
-    /// What the chip sent over its first serial port.
+    /// The bytes that the chip sent over its first serial port.
     pub uart: Vec<u8>,
-    /// Pins that chip and outside drove against each other, each with the first machine cycle of that.
+    /// Pins with contention between chip and outside, each with its first machine cycle.
     pub contention: Vec<(PinId, u64)>,
-    /// What the program did that is seldom meant, with [`RunPlan::lint`].
+    /// Suspicious behaviour, with [`RunPlan::lint`].
     pub lints: Vec<LintFinding>,
-    /// Why the waveform could not be written, where one was to be.
+    /// Why the requested waveform could not be written.
     pub wave_error: Option<std::io::Error>,
 }
 
-/// Runs `cpu` as `plan` says. `wave` is written along and ended; `go_on` is called with all bytes sent so far before the
-/// first cycle, every few million cycles and at the end, and its false ends the run.
+/// Runs `cpu` according to `plan`. Writes and ends `wave`; calls `go_on` with all bytes sent so far before
+/// the first cycle, every few million cycles and at the end, and ends the run if it returns false.
 pub fn run<C: Cpu>(
     cpu: &mut C,
     plan: &RunPlan,
@@ -100,7 +102,7 @@ pub fn run<C: Cpu>(
     run_with_devices(&mut AttachedDevices::new(Vec::new(), clock), cpu, plan, wave, &mut ContinueCallback(go_on))
 }
 
-/// [`run`] with the devices of a board.
+/// Calls [`run`] with the devices of a board.
 pub fn run_with_devices<C: Cpu>(
     board: &mut AttachedDevices,
     cpu: &mut C,
@@ -111,13 +113,14 @@ pub fn run_with_devices<C: Cpu>(
     run_with_probe((cpu, board), plan, wave, (&mut (), None), host)
 }
 
-/// A byte of a memory, by the memory's name and address: [`Cpu::peek`].
+/// Reads a byte of a memory, by the memory's name and address: [`Cpu::peek`].
 pub type ReadMemory<'a> = &'a dyn Fn(&str, u32) -> Option<u8>;
 
-/// A probe that a run takes along. Of its constants only [`Probe::INSN`], [`Probe::EVERY_ITERATION`] and
+/// An additional probe of a run. Of its constants only [`Probe::INSN`], [`Probe::EVERY_ITERATION`] and
 /// [`Probe::FLOW`] may be true.
 pub trait RunProbe: Probe {
-    /// The run stands at a trap that the plan does not wait for, before the instruction at the program word `pc`, and goes on.
+    /// Called when the run is at a breakpoint that the plan does not wait for, before the instruction at the
+    /// program word `pc`; the run continues.
     fn on_breakpoint_passed(&mut self, memory: ReadMemory<'_>, pc: u32) {
         let _ = (memory, pc);
     }
@@ -125,7 +128,7 @@ pub trait RunProbe: Probe {
 
 impl RunProbe for () {}
 
-/// [`run_with_devices`] with a probe along, and with each instruction shown to `look`.
+/// Calls [`run_with_devices`] with an additional probe, and shows each instruction to `look`.
 pub fn run_with_probe<C: Cpu, A: RunProbe>(
     (cpu, board): (&mut C, &mut AttachedDevices),
     plan: &RunPlan,
@@ -139,7 +142,7 @@ pub fn run_with_probe<C: Cpu, A: RunProbe>(
     run_with((cpu, board), plan, wave, along, host)
 }
 
-/// The one loop of all runs that look at more than what is along.
+/// The only loop for runs with more observers than the additional probe.
 fn run_observed<C: Cpu>(
     (cpu, board): (&mut C, &mut AttachedDevices),
     plan: &RunPlan,
@@ -153,13 +156,14 @@ fn run_observed<C: Cpu>(
     RunResult { lints: closer.lints.map_or_else(Vec::new, LintProbe::into_findings), ..ended }
 }
 
-/// What looks at a run, as its loop knows it.
+/// The observer of a run, as seen by its loop.
 trait RunObserver: Probe + Sized {
-    /// [`RunProbe::on_breakpoint_passed`].
+    /// Calls [`RunProbe::on_breakpoint_passed`].
     fn on_breakpoint_passed(&mut self, memory: ReadMemory<'_>, pc: u32);
-    /// What it has seen that ends the run.
+    /// Returns the observation that ends the run.
     fn end_reason(&self, plan: &RunPlan) -> Option<RunEnd>;
-    /// Runs the machine as [`Cpu::run`] does; it may also stop without being asked to, so that it is asked what it has seen.
+    /// Runs the machine as [`Cpu::run`] does; it may also stop without a request, so that its observations
+    /// are checked.
     fn run_machine<C: Cpu>(cpu: &mut C, until: u64, tools: &mut RunProbes<&mut Self>) -> StopReason;
 }
 
@@ -183,7 +187,7 @@ impl RunObserver for CombinedProbe<'_, '_> {
     }
 
     fn end_reason(&self, plan: &RunPlan) -> Option<RunEnd> {
-        // What cannot be written any more is no reason to run on.
+        // A trace that can no longer be written ends the run.
         let failed = self.trace.as_ref().is_some_and(|look| look.has_failed());
         plan.end_reason(&self.access_monitor).or(failed.then_some(RunEnd::Declined))
     }
@@ -193,12 +197,12 @@ impl RunObserver for CombinedProbe<'_, '_> {
     }
 }
 
-/// Levels of all pins of a chip, in the order of its pins.
+/// Returns the levels of all pins of a chip, in the order of its pins.
 pub fn pin_levels<C: Cpu>(cpu: &C, chip: &Chip) -> Vec<PinLevel> {
     (0..chip.pins.len() as PinId).map(|pin| cpu.pin_level(pin)).collect()
 }
 
-/// The same, and none for pins that are not shown ([`Cpu::pins_to_show`]).
+/// Returns the levels of all pins; `None` for pins that are not shown ([`Cpu::pins_to_show`]).
 pub fn shown_pin_levels<C: Cpu>(cpu: &C, chip: &Chip) -> Vec<Option<PinLevel>> {
     let mut levels = vec![None; chip.pins.len()];
     for pin in cpu.pins_to_show() {
@@ -210,7 +214,7 @@ pub fn shown_pin_levels<C: Cpu>(cpu: &C, chip: &Chip) -> Vec<Option<PinLevel>> {
 }
 
 impl RunPlan {
-    /// Every instruction and every access has to be looked at.
+    /// Reports whether every instruction and every access must be observed.
     fn needs_every_access(&self) -> bool {
         let close = |until: &StopCondition| {
             matches!(until, StopCondition::Read(_) | StopCondition::Write(_) | StopCondition::Fetch(_))
@@ -218,7 +222,7 @@ impl RunPlan {
         self.stop_on_unwritten_read || self.lint || self.until.iter().any(close)
     }
 
-    /// What looks at them.
+    /// Returns the probes for this.
     fn access_probes<C: Cpu>(&self, cpu: &C) -> (AccessMonitor, Option<LintProbe>) {
         let ram =
             RamCheck { canonical_address: &|addr| cpu.canonical_ram_address(addr), initialized: &self.initialized };
@@ -228,7 +232,7 @@ impl RunPlan {
         (close, self.lint.then(|| LintProbe::new(cpu.chip(), &ram)))
     }
 
-    /// What it has seen that ends the run.
+    /// Returns the observation that ends the run.
     fn end_reason(&self, close: &AccessMonitor) -> Option<RunEnd> {
         let fault = close.unwritten_read.map(|(pc, fault)| RunEnd::Fault { pc, fault });
         let access = || close.first_access.and_then(|a| Some(RunEnd::Until(self.watches().get(a.watch)?.0, Some(a))));
@@ -245,7 +249,7 @@ impl RunPlan {
         self.until.iter().enumerate().filter_map(watch).collect()
     }
 
-    /// Fetches that are waited for: condition and program word.
+    /// Returns the awaited fetches: condition and program word.
     fn awaited_fetches(&self) -> Vec<(usize, u32)> {
         let fetch = |(i, until): (usize, &StopCondition)| match until {
             StopCondition::Fetch(pc) => Some((i, *pc)),
@@ -254,7 +258,7 @@ impl RunPlan {
         self.until.iter().enumerate().filter_map(fetch).collect()
     }
 
-    /// The texts, and what each of them means.
+    /// Returns the awaited texts, and the meaning of each.
     fn awaited_texts(&self) -> (Vec<Vec<u8>>, Vec<RunEnd>) {
         let fail = self.fail.iter().map(|text| (text.clone(), RunEnd::Failed));
         let expect = self.expect.iter().map(|text| (text.clone(), RunEnd::Expected));
@@ -299,7 +303,7 @@ fn run_with<C: Cpu, L: RunObserver>(
     };
     let seen = |tools: &RunProbes<&mut L>| {
         let text = tools.found_text.and_then(|i| meanings.get(i).copied());
-        // What cannot be written any more is no reason to run on.
+        // A waveform that can no longer be written ends the run.
         let full = tools.wave.as_ref().is_some_and(WaveWriter::has_failed).then_some(RunEnd::Declined);
         let pin = || tools.found_pin.and_then(|i| pin_conditions.get(i)).map(|&i| RunEnd::Until(i, None));
         tools.inner.end_reason(plan).or(text).or_else(pin).or(full)
@@ -317,7 +321,7 @@ fn run_with<C: Cpu, L: RunObserver>(
             }
             RunDecision::StopWaiting => break RunEnd::Declined,
             RunDecision::Finished => {
-                // What was done in the last moment is seen.
+                // Shows the effect of the last actions.
                 board.run_with(cpu, cpu.cycle(), &mut tools, L::run_machine);
                 break RunEnd::Finished;
             }
@@ -345,7 +349,7 @@ fn run_with<C: Cpu, L: RunObserver>(
             }
         }
     };
-    // The program was told that this byte is sent, and it will be.
+    // The byte in its stop bit counts: the chip has reported it to the program as sent.
     let last = cpu.byte_in_stop_bit().filter(|_| !plan.continues).and_then(|byte| tools.uart.push_byte(byte));
     let reason = match last.and_then(|text| meanings.get(text)) {
         Some(RunEnd::Failed) if !matches!(reason, RunEnd::Illegal { .. } | RunEnd::Fault { .. }) => RunEnd::Failed,

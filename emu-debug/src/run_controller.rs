@@ -1,46 +1,47 @@
-//! Who has a run in hand: asked before every stretch of it whether, and up to when, it goes on.
+//! The controller of a run: called before every stretch, it decides whether and up to which cycle the run
+//! continues.
 
 use emu_core::cpu::Cpu;
 use emu_core::pins::PinId;
 
-/// Machine cycles after which the host is asked whether to go on.
+/// Machine cycles between two decisions of the controller.
 pub(crate) const CYCLES_BETWEEN_DECISIONS: u64 = 1 << 22;
 
-/// How a run goes on.
+/// How a run continues.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RunDecision {
-    /// Up to this machine cycle, or until something in [`StretchWatch`] moves.
+    /// Up to this machine cycle, or until an event in [`StretchWatch`].
     RunUntil(u64),
-    /// Not at all: the host does not want to wait any longer.
+    /// It ends: the controller does not wait any longer.
     StopWaiting,
-    /// Not at all: what it was for is over.
+    /// It ends: the controller has finished.
     Finished,
 }
 
-/// What also ends a stretch.
+/// Events that also end a stretch.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct StretchWatch {
     /// A level of one of these pins changes.
     pub pins: Vec<PinId>,
     /// A byte is sent over the first serial port.
     pub bytes: bool,
-    /// It has happened.
+    /// Whether the event has occurred.
     pub triggered: bool,
 }
 
-/// Has a run in hand. It may do to the machine what could be done from outside.
+/// Controls a run. It may apply stimuli to the machine.
 pub trait RunController<C> {
-    /// How it goes on; `sent` is all that the chip has sent so far.
+    /// Decides how the run continues; `sent` is all that the chip has sent so far.
     fn next_decision(&mut self, cpu: &mut C, sent: &[u8], watched: &mut StretchWatch) -> RunDecision;
-    /// It is not over with the text that a run waits for: the run goes on behind that.
+    /// Reports whether the run continues even after its awaited text.
     fn is_waiting(&self) -> bool {
         false
     }
-    /// The run has ended.
+    /// Called when the run has ended.
     fn finish(&mut self, cpu: &mut C, sent: &[u8]);
 }
 
-/// A host that only says whether to go on.
+/// A controller that only decides whether to continue.
 pub struct ContinueCallback<'a>(pub &'a mut dyn FnMut(&[u8]) -> bool);
 
 impl<C: Cpu> RunController<C> for ContinueCallback<'_> {

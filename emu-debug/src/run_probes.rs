@@ -8,23 +8,23 @@ use crate::run_controller::StretchWatch;
 use crate::uart_log::UartLog;
 use crate::waveform::WaveWriter;
 
-/// The serial output, levels waited for, a waveform, and what looks closer (`()` for nothing).
+/// The serial output, awaited levels, a waveform, and closer observers (`()` for none).
 pub struct RunProbes<C> {
-    /// What the chip sends.
+    /// The bytes that the chip sends.
     pub uart: UartLog,
-    /// Position of the text that was seen, if one was.
+    /// Position of the text that was seen, if there was one.
     pub found_text: Option<usize>,
-    /// Levels waited for.
+    /// Awaited levels.
     pub awaited_pins: Vec<(PinId, PinLevel)>,
-    /// Position of the level that was seen, if one was.
+    /// Position of the level that was seen, if there was one.
     pub found_pin: Option<usize>,
-    /// Pins that chip and outside drove against each other, each with the first cycle of that.
+    /// Pins with contention between chip and outside, each with its first cycle.
     pub contention: Vec<(PinId, u64)>,
-    /// What the host of the run waits for.
+    /// The events that the controller of the run waits for.
     pub stretch_watch: StretchWatch,
     /// Waveform.
     pub wave: Option<WaveWriter>,
-    /// What looks at instructions and accesses.
+    /// The observer of instructions and accesses.
     pub inner: C,
 }
 

@@ -1,4 +1,4 @@
-//! What comes in over a serial line: bytes as the edges that a sender makes, 8 bits, no parity, one stop bit.
+//! Input over a serial line: bytes as the edges that a sender makes, 8 bits, no parity, one stop bit.
 
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 
@@ -9,7 +9,7 @@ use crate::time::{CycleClock, MAX_CYCLES};
 /// Bits of a frame: start bit, 8 data bits from the lowest, stop bit.
 const BITS_PER_FRAME: u128 = 10;
 
-/// Fastest rate, in bits per second: one that no USART of these chips reaches.
+/// Maximum rate in bits per second: higher than any USART of these chips reaches.
 const MAX_BAUD: u64 = 20_000_000;
 
 /// A sender at a pin of the chip.
@@ -19,12 +19,12 @@ pub struct SerialLineSender {
     pub pin: PinId,
     /// Bits per second.
     baud: u64,
-    /// When the line is free, in clocks times the rate: the end of a bit is a whole number of these.
+    /// When the line is free, in clocks times the rate: the end of a bit is an integer in this unit.
     free_at: u128,
 }
 
 impl SerialLineSender {
-    /// A sender of `baud` bits per second.
+    /// Returns a sender of `baud` bits per second.
     ///
     /// # Errors
     /// Zero, or more than [`MAX_BAUD`].
@@ -32,10 +32,10 @@ impl SerialLineSender {
         SerialLineSender::check_baud_rate(baud).map(|()| SerialLineSender { pin, baud, free_at: 0 })
     }
 
-    /// A rate is one that a line may have.
+    /// Checks that a rate is allowed.
     ///
     /// # Errors
-    /// It is not: those are 1 to [`MAX_BAUD`].
+    /// It is not within 1 to [`MAX_BAUD`].
     pub fn check_baud_rate(baud: u64) -> Result<(), InputError> {
         match baud {
             1..=MAX_BAUD => Ok(()),
@@ -43,14 +43,15 @@ impl SerialLineSender {
         }
     }
 
-    /// The line before the first byte: high.
+    /// Returns the line before the first byte: high.
     #[must_use]
     pub fn idle_level(&self) -> TimedDrive {
         TimedDrive { at: CycleTime::default(), drive: ExternalDrive::Level(self.pin, PinLevel::High) }
     }
 
-    /// The edges of bytes from a time on, or behind those before, whatever is later. The line is high before and behind them. Each edge
-    /// is rounded down to a clock for itself, so that no error adds up.
+    /// Returns the edges of bytes from a time on, or after the previous bytes, whichever is later. The line
+    /// is high before and after them. Each edge is rounded down to a clock independently, so errors do not
+    /// add up.
     ///
     /// # Errors
     /// Edges later than 2^62 cycles.
@@ -86,7 +87,7 @@ impl SerialLineSender {
         Ok(drives)
     }
 
-    /// The line at rest and the edges of `texts`, in the order of their times.
+    /// Returns the idle line and the edges of `texts`, in order of time.
     ///
     /// # Errors
     /// Those of [`SerialLineSender::edges_of_bytes`].
@@ -126,7 +127,7 @@ mod tests {
 
     #[test]
     fn a_byte_is_a_start_bit_eight_bits_from_the_lowest_and_a_stop_bit() {
-        // 0x41 = 0100_0001: low, high, five times low, high, low, high. A bit of 1,000 cycles.
+        // 0x41 = 0100_0001: low, high, five times low, high, low, high. A bit takes 1,000 cycles.
         let found = edges(CLOCK, 16_000, &[(5_000, "A")]);
         let wanted =
             [(0, true), (5_000, false), (6_000, true), (7_000, false), (12_000, true), (13_000, false), (14_000, true)];
@@ -135,7 +136,8 @@ mod tests {
 
     #[test]
     fn bytes_follow_each_other_and_so_do_texts_that_come_too_early() {
-        // 0xFF would be one low bit; these are seven bits 1, so that each frame has its start and its bit 7 low.
+        // 0xFF would be one low bit; these are seven 1 bits, so that each frame has its start bit and its bit
+        // 7 low.
         let starts = |texts: &[(u64, &str)]| -> Vec<u64> {
             edges(CLOCK, 16_000, texts).iter().filter(|edge| !edge.2).step_by(2).map(|edge| edge.0).collect()
         };
@@ -146,11 +148,12 @@ mod tests {
 
     #[test]
     fn edges_are_rounded_one_by_one() {
-        // A bit at 38400 baud is 416 2/3 cycles. 0x55 has an edge at every bit, a frame ten bits.
+        // A bit at 38400 baud takes 416 2/3 cycles. 0x55 has an edge at every bit, ten bits per frame.
         let found: Vec<u64> = edges(CLOCK, 38_400, &[(100, "UU")]).iter().skip(1).map(|edge| edge.0).collect();
         let wanted: Vec<u64> = (0..20).map(|bit| 100 + bit * 1250 / 3).collect();
         assert_eq!(found, wanted);
-        // In clocks within cycles of four: a bit of 1,000 1/8 clocks, from cycle 1 on; bit 8 begins in clock 4 + 8,001.
+        // In clocks within cycles of four: a bit takes 1,000 1/8 clocks, from cycle 1 on; bit 8 begins in
+        // clock 4 + 8,001.
         let clock = CycleClock { hz: 4_000_500, clocks_per_cycle: 4 };
         let found = edges(clock, 4_000, &[(1, "U")]);
         assert_eq!(found.get(1..3), Some(&[(1, 0, false), (251, 0, true)][..]));

@@ -1,7 +1,7 @@
-//! Files of snapshots: the state of a machine, and what it was built of (docs/formats/snapshot.md).
+//! Snapshot files: the state of a machine, and its configuration (docs/formats/snapshot.md).
 //!
-//! A head says for which chip, program and options the state is; a checksum covers all of it. Whatever was damaged, cut short or made for
-//! another machine is refused here, before a machine looks at it.
+//! A header identifies chip, program and options of the state; a checksum covers everything. A file that is
+//! damaged, truncated or for another machine is refused here, before it reaches a machine.
 
 use diag::{Diagnostic, DiagnosticCode, Pos, Severity};
 use emu_core::image::Image;
@@ -9,27 +9,28 @@ use emu_core::image::Image;
 /// The first bytes of every such file.
 const MAGIC: &[u8; 8] = b"\x89EMUSNP\n";
 
-/// The version that is written, and the only one that is read. It rises with what a head or a state holds.
+/// The version that is written, and the only one that is read. It increases when the contents of a header or
+/// a state change.
 const VERSION: u16 = 2;
 
-/// The file is no snapshot.
+/// The file is not a snapshot.
 pub const NO_SNAPSHOT: &str = "SNP001";
 /// It ends early.
 pub const CUT_SHORT: &str = "SNP002";
-/// It was changed on the way.
+/// It was changed after it was written.
 pub const CHECKSUM: &str = "SNP003";
-/// It is of another version.
+/// It has another version.
 pub const OTHER_VERSION: &str = "SNP004";
-/// It is of another chip.
+/// It is for another chip.
 pub const OTHER_CHIP: &str = "SNP005";
-/// It is of another program.
+/// It is for another program.
 pub const OTHER_PROGRAM: &str = "SNP006";
-/// It is of a machine that was configured otherwise.
+/// It is for a machine with another configuration.
 pub const OTHER_OPTIONS: &str = "SNP007";
-/// It holds what is no state of the machine.
+/// Its contents are not a state of the machine.
 pub const NO_STATE: &str = "SNP008";
 
-/// All of them.
+/// All codes.
 #[rustfmt::skip]
 pub const CODES: &[DiagnosticCode] = &[
     DiagnosticCode { code: NO_SNAPSHOT, title: "the file is no snapshot",
@@ -56,20 +57,21 @@ pub const CODES: &[DiagnosticCode] = &[
                   or by another program. Mend: make it anew." },
 ];
 
-/// What a snapshot is of.
+/// The header of a snapshot.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SnapshotHeader {
     /// Name of the chip.
     pub chip: String,
     /// [`image_hash`] of the image.
     pub program: u64,
-    /// What configures the machine: the flags of the command line that do, with their values, as `--clock 8000000 --x2`.
+    /// The configuration of the machine: the command-line options that affect it, with their values, such as
+    /// `--clock 8000000 --x2`.
     pub options: String,
     /// Machine cycle at which it was taken.
     pub cycle: u64,
 }
 
-/// A number that stands for the bytes of an image, however they are divided into pieces.
+/// Returns a hash of the bytes of an image, however they are divided into segments.
 #[must_use]
 pub fn image_hash(image: &Image) -> u64 {
     let mut segments: Vec<_> = image.segments.iter().collect();
@@ -85,13 +87,13 @@ pub fn image_hash(image: &Image) -> u64 {
     hash
 }
 
-/// Whether a file begins as every snapshot does.
+/// Reports whether a file begins as every snapshot does.
 #[must_use]
 pub fn is_snapshot(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC)
 }
 
-/// The file of a snapshot; `state` comes from [`Cpu::save`](emu_core::Cpu::save).
+/// Returns the file of a snapshot; `state` comes from [`Cpu::save`](emu_core::Cpu::save).
 #[must_use]
 pub fn encode_snapshot(head: &SnapshotHeader, state: &[u8]) -> Vec<u8> {
     let mut body = Vec::new();
@@ -110,10 +112,10 @@ pub fn encode_snapshot(head: &SnapshotHeader, state: &[u8]) -> Vec<u8> {
     file
 }
 
-/// The head and the state in the file `name` with these bytes.
+/// Returns header and state of the file `name` with these bytes.
 ///
 /// # Errors
-/// What is wrong with it.
+/// The fault of the file.
 pub fn decode_snapshot<'a>(name: &str, bytes: &'a [u8]) -> Result<(SnapshotHeader, &'a [u8]), Diagnostic> {
     let wrong = |code, cause: String, hint: &str| Err(fault(name, code, cause, hint));
     const AGAIN: &str = "copy it again, or make it anew with --snapshot-out";
@@ -154,10 +156,11 @@ pub fn decode_snapshot<'a>(name: &str, bytes: &'a [u8]) -> Result<(SnapshotHeade
     head().ok_or_else(|| invalid_state(name))
 }
 
-/// The state in the file, if it is one of the machine that `wanted` describes (its cycle aside), and its cycle.
+/// Returns the state in the file and its cycle, if it belongs to the machine that `wanted` describes (the
+/// cycle is ignored).
 ///
 /// # Errors
-/// What is wrong with the file, or what the machine has that is not as in the file.
+/// The fault of the file, or the difference between the machine and the file.
 pub fn decode_snapshot_for<'a>(
     name: &str,
     bytes: &'a [u8],
@@ -182,7 +185,7 @@ pub fn decode_snapshot_for<'a>(
     Err(fault(name, code, cause, hint))
 }
 
-/// What one has of two configurations that the other does not.
+/// Describes the options that only one of two configurations has.
 fn option_difference(own: &str, wanted: &str) -> String {
     let split = |options: &str| options.split(" --").map(|flag| flag.trim_start_matches("--").to_owned()).collect();
     let (own, wanted): (Vec<String>, Vec<String>) = (split(own), split(wanted));
@@ -197,7 +200,7 @@ fn option_difference(own: &str, wanted: &str) -> String {
     }
 }
 
-/// The file is whole, and holds no state of the machine.
+/// Returns the diagnostic for an intact file whose contents are not a state of the machine.
 #[must_use]
 pub fn invalid_state(name: &str) -> Diagnostic {
     fault(name, NO_STATE, "holds what is no state of this machine".to_owned(), "make it anew with --snapshot-out")
@@ -207,7 +210,7 @@ fn fault(name: &str, code: &'static str, cause: String, hint: &str) -> Diagnosti
     Diagnostic::new(Severity::Error, code, name, Pos::default(), cause, hint)
 }
 
-/// What is left to be read.
+/// The bytes that are still to be read.
 struct FieldReader<'a>(&'a [u8]);
 
 impl FieldReader<'_> {
@@ -227,7 +230,7 @@ impl FieldReader<'_> {
     }
 }
 
-/// CRC-32 as in IEEE 802.3.
+/// Computes the CRC-32 of IEEE 802.3.
 fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(u32::MAX, |crc, &byte| {
         (0..8).fold(crc ^ u32::from(byte), |crc, _| crc >> 1 ^ if crc & 1 == 1 { 0xEDB8_8320 } else { 0 })

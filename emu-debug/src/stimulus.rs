@@ -1,4 +1,4 @@
-//! What the outside does to the pins and to the supply, and when.
+//! Stimuli: what drives the pins and the supply, and when.
 
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::Cpu;
@@ -7,45 +7,46 @@ use emu_core::pins::{CycleTime, PinId, PinLevel};
 use crate::input_error::{InputError, malformed};
 use crate::time::{CycleClock, parse_decimal, split_unit};
 
-/// What the supply is called, whatever the chip: by most makers, and by Atmel.
+/// Names of the supply for any chip: the usual one, and Atmel's.
 const SUPPLY_NAMES: [&str; 2] = ["VDD", "VCC"];
 
-/// The supply before anything else is said of it, in millivolts.
+/// The initial supply in millivolts.
 pub const INITIAL_SUPPLY_MV: u32 = 5_000;
 
-/// Counts of the converter that [`ExternalDrive::Counts`] speaks of.
+/// Number of converter counts for [`ExternalDrive::Counts`].
 const ADC_COUNTS: u16 = 1024;
 
-/// Highest voltage, in millivolts: above what any pin of these chips bears.
+/// Maximum voltage in millivolts: above the limit of any pin of these chips.
 const MAX_MILLIVOLTS: u128 = 20_000;
 
-/// The pins of a controller in a few words.
+/// Summary of the pins of a controller.
 const AP101_PIN_NAMES: &str = "I0 to I511, E0 to E255, POWER and CLEAR";
 
-/// Something that is done from outside.
+/// A drive from outside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ExternalDrive {
-    /// A pin is driven to a level, or let go.
+    /// A pin is driven to a level, or released.
     Level(PinId, PinLevel),
     /// A pin is driven to a voltage, in millivolts.
     Volts(PinId, u32),
-    /// A pin is driven to the voltage that a converter of 10 bits, referred to the supply of that time, reads as this count.
+    /// A pin is driven to the voltage that a 10-bit converter, with the supply of that time as its reference,
+    /// reads as this count.
     Counts(PinId, u16),
-    /// The supply gets a voltage, in millivolts.
+    /// The supply is set to a voltage, in millivolts.
     Supply(u32),
 }
 
-/// Something that is done from outside, and when.
+/// A drive from outside, with its time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TimedDrive {
-    /// When.
+    /// The time.
     pub at: CycleTime,
-    /// What; it stays until something else is done.
+    /// The drive; it lasts until the next one.
     pub drive: ExternalDrive,
 }
 
 impl TimedDrive {
-    /// The pin; nothing where it is the supply.
+    /// Returns the pin; `None` for the supply.
     #[must_use]
     pub fn pin(&self) -> Option<PinId> {
         match self.drive {
@@ -55,7 +56,7 @@ impl TimedDrive {
     }
 }
 
-/// What a pin can be at: `PB0=1`, `PB0=0` or `PB0=z` (nothing drives it), case aside.
+/// Parses a pin and a level: `PB0=1`, `PB0=0` or `PB0=z` (floating); case is ignored.
 ///
 /// # Errors
 /// No such pin or level.
@@ -66,9 +67,9 @@ pub fn parse_pin_level(chip: &Chip, text: &str) -> Result<(PinId, PinLevel), Inp
     Ok((pin, level))
 }
 
-/// What is done to a pin: a level as [`parse_pin_level`] reads it, where `z` lets it go, a resistor (`RC3=pullup`, `RC3=pulldown`), or
-/// a voltage (`RA0=1.25V`, `RA0=800mV`, or `RA0=512counts` of the 1024 in which a converter divides the supply); `VDD=4.5V` sets
-/// the supply, and `VCC` is another name for it.
+/// Parses a drive: a level as in [`parse_pin_level`], where `z` releases the pin; a resistor (`RC3=pullup`,
+/// `RC3=pulldown`); or a voltage (`RA0=1.25V`, `RA0=800mV`, or `RA0=512counts` of the 1024 into which a
+/// converter divides the supply). `VDD=4.5V` sets the supply, and `VCC` is another name for it.
 ///
 /// # Errors
 /// No such pin, level or voltage.
@@ -97,7 +98,7 @@ pub fn parse_drive(chip: &Chip, text: &str) -> Result<ExternalDrive, InputError>
         _ => parse_level(value),
     };
     level.map(|level| ExternalDrive::Level(pin, level)).ok_or_else(|| {
-        // The 8051 and AP101 know levels only.
+        // The 8051 and AP101 only have digital levels.
         let volts = match parse_decimal(value) {
             _ if matches!(chip.family, ChipFamily::Mcs51 | ChipFamily::Ap101) => String::new(),
             Some(_)
@@ -114,7 +115,7 @@ pub fn parse_drive(chip: &Chip, text: &str) -> Result<ExternalDrive, InputError>
     })
 }
 
-/// `10ms:PB0=0`: a time as in [`CycleClock::parse_moment`] and what is done as in [`put`].
+/// Parses `10ms:PB0=0`: a time as in [`CycleClock::parse_moment`] and a drive as in [`parse_drive`].
 ///
 /// # Errors
 /// As those.
@@ -129,10 +130,11 @@ pub fn parse_timed_drive(chip: &Chip, clock: CycleClock, text: &str) -> Result<T
     Ok(TimedDrive { at: clock.parse_moment(time)?, drive: parse_drive(chip, rest)? })
 }
 
-/// Queues the drives, in order of time; of two at one time the one given last wins, and the supply comes before the pins.
+/// Queues drives in order of time. Of two drives at one time the last one counts, and the supply comes before
+/// the pins.
 ///
 /// # Errors
-/// A machine that knows levels only was to get a voltage. The others are queued.
+/// A voltage for a machine that only has digital levels. The other drives are queued.
 pub fn queue_drives<C: Cpu>(cpu: &mut C, drives: &[TimedDrive]) -> Result<(), InputError> {
     let mut sorted = drives.to_vec();
     sorted.sort_by_key(|d| (d.at, !matches!(d.drive, ExternalDrive::Supply(_))));
@@ -144,7 +146,7 @@ pub fn queue_drives<C: Cpu>(cpu: &mut C, drives: &[TimedDrive]) -> Result<(), In
     refused
 }
 
-/// Queues one drive. `supply` is what the supply has been set to by those before it, in millivolts: 5,000 at first.
+/// Queues one drive. `supply` is the supply set by previous drives, in millivolts: 5,000 at first.
 ///
 /// # Errors
 /// As [`queue_drives`].
@@ -178,7 +180,7 @@ pub fn queue_drive<C: Cpu>(
     Err(InputError::LevelsOnly { what, chip, pin })
 }
 
-/// What drives make of the supply, in millivolts, and when.
+/// Returns the supply changes of drives, in millivolts, with their times.
 #[must_use]
 pub fn supply_changes(drives: &[TimedDrive]) -> Vec<(CycleTime, u32)> {
     let supply = |drive: &TimedDrive| match drive.drive {
@@ -188,10 +190,10 @@ pub fn supply_changes(drives: &[TimedDrive]) -> Vec<(CycleTime, u32)> {
     drives.iter().filter_map(supply).collect()
 }
 
-/// The machine can do it, whenever that is.
+/// Checks that the machine supports a drive, at any time.
 ///
 /// # Errors
-/// Why not.
+/// Why it does not.
 pub fn check_drive_supported<C: Cpu>(cpu: &C, put: ExternalDrive) -> Result<(), InputError> {
     match put {
         ExternalDrive::Level(..) => Ok(()),
@@ -203,13 +205,13 @@ pub fn check_drive_supported<C: Cpu>(cpu: &C, put: ExternalDrive) -> Result<(), 
     }
 }
 
-/// The name of the pin at position `n` of those that the package has, for messages.
+/// Returns the name of the `n`-th pin that the package has, for messages.
 #[must_use]
 pub fn example_pin(chip: &Chip, n: usize) -> &'static str {
     chip.present_pins().nth(n).map_or("PIN", |(_, pin)| pin.name)
 }
 
-/// Why the machine does not have a pin that its chip's row has.
+/// Returns why the machine does not have a pin of its chip row.
 #[must_use]
 pub fn missing_pin_reason(chip: &Chip, pin: PinId) -> InputError {
     let name = chip.pins.get(usize::from(pin)).map_or("?", |def| def.name);
@@ -220,7 +222,7 @@ pub fn missing_pin_reason(chip: &Chip, pin: PinId) -> InputError {
     InputError::NotInPackage { pin: name, packages }
 }
 
-/// Both sides of the sign.
+/// Splits a text at the equals sign.
 fn split_at_equals<'t>(chip: &Chip, text: &'t str) -> Result<(&'t str, &'t str), InputError> {
     let (name, value) = text.split_once('=').ok_or_else(|| {
         let pin = example_pin(chip, 0);
@@ -233,21 +235,21 @@ fn split_at_equals<'t>(chip: &Chip, text: &'t str) -> Result<(&'t str, &'t str),
     Ok((name.trim(), value.trim()))
 }
 
-/// What the supply of a chip is called in its data sheet.
+/// Returns the name of the supply in the chip's data sheet.
 #[must_use]
 pub fn supply_name(chip: &Chip) -> &'static str {
     let [vdd, vcc] = SUPPLY_NAMES;
     if chip.family == ChipFamily::Avr { vcc } else { vdd }
 }
 
-/// The pin of that name, case aside, or with that function among those that the chip's row notes: `MCLR` and `RESET` are the
-/// reset pin also on chips where it is a pin of a port.
+/// Finds a pin by its name, ignoring case, or by a function in the chip row's notes: `MCLR` and `RESET` also
+/// find the reset pin on chips where it is a port pin.
 ///
 /// # Errors
 /// The package has no such pin.
 pub fn find_pin(chip: &Chip, name: &str) -> Result<PinId, InputError> {
     let pin = chip.pin(name).filter(|&pin| chip.has_pin(pin));
-    // Its note says what else a pin is.
+    // The note lists the other functions of a pin.
     let is = |note: &str| !name.is_empty() && note.split(", ").any(|function| function.eq_ignore_ascii_case(name));
     let shared = || chip.present_pins().find(|(_, def)| is(def.note)).map(|(pin, _)| pin);
     pin.or_else(shared).ok_or_else(|| {
@@ -266,7 +268,7 @@ fn parse_level(text: &str) -> Option<PinLevel> {
     }
 }
 
-/// A voltage in whole millivolts: a decimal number and `V` or `mV` (case of the V aside).
+/// Parses a voltage in whole millivolts: a decimal number and `V` or `mV` (the case of the V is ignored).
 fn parse_millivolts(text: &str) -> Result<u32, InputError> {
     let wanted = || malformed(text, "voltage", "1.25V or 800mV");
     let (number, unit) = split_unit(text);

@@ -13,21 +13,23 @@ use crate::text_escapes::{escape, unescape};
 pub enum StopCondition {
     /// The instruction at this program word is next.
     Pc(u32),
-    /// One of these program words is next, with which the code of a source line begins; the line as written, `main.c:12`.
+    /// One of these program words, at which the code of a source line begins, is next; with the line as
+    /// written, `main.c:12`.
     Line(String, Vec<u32>),
-    /// The instruction at this program word has been fetched, and is not executed yet.
+    /// The instruction at this program word has been fetched but not executed.
     Fetch(u32),
-    /// The pin has this level, from the start or by a change; [`Level::Float`] where nothing is to drive it.
+    /// The pin has this level, from the start or by a change; [`PinLevel::Float`] if nothing drives it.
     Pin(PinId, PinLevel),
     /// The program reads one of these bytes of data memory, or one of these bits.
     Read(AddressRange),
     /// The program writes one of these bytes of data memory, or one of these bits.
     Write(AddressRange),
-    /// The chip has sent these bytes one after the other.
+    /// The chip has sent these bytes in sequence.
     Uart(Vec<u8>),
 }
 
-/// Reads `pc=0x1A2`, `fetch=0x1A2` (AP101), `pin PB5=1`, `read data:0x100`, `write data:0x100..0x110` or `uart "text"`.
+/// Parses `pc=0x1A2`, `fetch=0x1A2` (AP101), `pin PB5=1`, `read data:0x100`, `write data:0x100..0x110` or
+/// `uart "text"`.
 ///
 /// # Errors
 /// Not such a text, or an address or pin that the chip does not have.
@@ -61,7 +63,7 @@ pub fn parse_condition(names: &AddressNames<'_>, text: &str) -> Result<StopCondi
 }
 
 impl StopCondition {
-    /// What was waited for, for messages; the chip's pins by name.
+    /// Describes the condition for messages, with the chip's pin names.
     #[must_use]
     pub fn describe(&self, names: &AddressNames<'_>) -> String {
         let range = |r: &AddressRange| match (r.end - r.start, names.symbol_of_range(r)) {
@@ -89,7 +91,7 @@ impl StopCondition {
     }
 }
 
-/// True when a quote stands in `text` without a backslash that makes it a part of the text.
+/// Reports whether `text` contains a quote without a backslash before it.
 fn has_unescaped_quote(text: &str) -> bool {
     let mut chars = text.chars();
     while let Some(c) = chars.next() {

@@ -2,8 +2,8 @@
 
 use crate::InputError;
 
-/// The bytes of a text in which `\n`, `\r`, `\t`, `\0`, `\\`, `\"` and `\xNN` stand for single bytes; everything else is
-/// UTF-8.
+/// Returns the bytes of a text in which `\n`, `\r`, `\t`, `\0`, `\\`, `\"` and `\xNN` are single bytes;
+/// everything else is UTF-8.
 ///
 /// # Errors
 /// Another character after a backslash, not two hex digits after `\x`, or no bytes at all.
@@ -34,7 +34,7 @@ pub fn unescape(text: &str) -> Result<Vec<u8>, InputError> {
     if bytes.is_empty() { Err(InputError::EmptyText) } else { Ok(bytes) }
 }
 
-/// The way back, in double quotes, for messages: what is not printable ASCII is escaped.
+/// Returns bytes as a text in double quotes, for messages: bytes other than printable ASCII are escaped.
 #[must_use]
 pub fn escape(bytes: &[u8]) -> String {
     let mut text = String::from("\"");

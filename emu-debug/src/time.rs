@@ -1,5 +1,5 @@
-//! Times and frequencies as people write them, exact: everything is a fraction of whole numbers until it is rounded
-//! down once, at the end.
+//! Times and frequencies in user notation, computed exactly: fractions of integers, rounded down once at the
+//! end.
 
 use std::time::Duration;
 
@@ -7,24 +7,24 @@ use emu_core::pins::CycleTime;
 
 use crate::input_error::{InputError, malformed};
 
-/// Longest time, in machine cycles.
+/// Maximum time in machine cycles.
 pub const MAX_CYCLES: u64 = 1 << 62;
 
-/// Most digits of a number, so that the products below fit in 128 bits.
+/// Maximum number of digits, so that the products below fit in 128 bits.
 const MAX_DIGITS: usize = 19;
 
-/// How cycles become seconds.
+/// Converts between cycles and seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CycleClock {
-    /// Oscillator, in Hz; above 0.
+    /// Oscillator frequency in Hz; above 0.
     pub hz: u64,
     /// Oscillator clocks per machine cycle; above 0.
     pub clocks_per_cycle: u32,
 }
 
 impl CycleClock {
-    /// Machine cycles in the time `text`: a decimal number and `s`, `ms`, `us` or `ns`, or whole cycles with `c`. A time
-    /// that lies within a cycle counts as the start of that cycle.
+    /// Parses a time to machine cycles: a decimal number and `s`, `ms`, `us` or `ns`, or whole cycles with
+    /// `c`. A time within a cycle counts as the start of that cycle.
     ///
     /// # Errors
     /// Not such a text, or longer than [`MAX_CYCLES`].
@@ -32,8 +32,8 @@ impl CycleClock {
         self.parse_moment(text).map(|time| time.cycle)
     }
 
-    /// The moment `text` after power-up, as [`CycleClock::parse_cycles`] reads it, but to the clock: a time that lies within a clock counts
-    /// as its start.
+    /// Parses a time since power-up as [`CycleClock::parse_cycles`] does, but with the resolution of a clock:
+    /// a time within a clock counts as its start.
     ///
     /// # Errors
     /// As [`CycleClock::parse_cycles`].
@@ -59,17 +59,17 @@ impl CycleClock {
         Ok(CycleTime { cycle, phase: (clocks % per_cycle) as u8 })
     }
 
-    /// Seconds that `cycles` take.
+    /// Returns the duration of `cycles` in seconds.
     #[must_use]
     pub fn seconds(self, cycles: u64) -> f64 {
         cycles as f64 * f64::from(self.clocks_per_cycle) / self.hz as f64
     }
 }
 
-/// A frequency in whole Hz: a decimal number, alone or with `Hz`, `kHz` or `MHz` (case aside).
+/// Parses a frequency in whole Hz: a decimal number, alone or with `Hz`, `kHz` or `MHz` (case is ignored).
 ///
 /// # Errors
-/// Not such a text, zero, or no whole number of Hz.
+/// Not such a text, zero, or not a whole number of Hz.
 pub fn parse_hertz(text: &str) -> Result<u64, InputError> {
     let (number, unit) = split_unit(text);
     let zeros = match unit.to_ascii_lowercase().as_str() {
@@ -92,7 +92,7 @@ pub fn parse_hertz(text: &str) -> Result<u64, InputError> {
     }
 }
 
-/// A time on the host: a decimal number and `s`, `ms`, `us` or `ns`.
+/// Parses a time of the host: a decimal number and `s`, `ms`, `us` or `ns`.
 ///
 /// # Errors
 /// Not such a text, or longer than 2^64 ns.
@@ -116,13 +116,13 @@ pub(crate) fn split_unit(text: &str) -> (&str, &str) {
     (number, unit.trim_start())
 }
 
-/// A number before the point that is larger than any that is read; zeros in front do not count.
+/// Reports whether the integer part has more digits than allowed; leading zeros do not count.
 fn too_many_digits(number: &str) -> bool {
     let whole = number.split('.').next().unwrap_or_default();
     whole.trim_start_matches('0').len() > MAX_DIGITS
 }
 
-/// Mantissa and number of decimals.
+/// Returns the mantissa and the number of decimals.
 pub(crate) fn parse_decimal(text: &str) -> Option<(u128, u32)> {
     let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
     if whole.is_empty() || text.ends_with('.') || whole.len() + fraction.len() > MAX_DIGITS {
@@ -132,7 +132,7 @@ pub(crate) fn parse_decimal(text: &str) -> Option<(u128, u32)> {
     Some((mantissa, fraction.len() as u32))
 }
 
-/// The unit is 10 to minus this many seconds.
+/// Returns the unit as a negative power of 10, in seconds.
 fn unit_exponent(unit: &str) -> Option<u32> {
     Some(match unit {
         "s" => 0,

@@ -1,6 +1,6 @@
 //! What the chip sends over its first serial port.
 
-/// Everything sent so far, and the texts that are waited for in it.
+/// Everything sent so far, and the texts awaited in it.
 #[derive(Debug, Clone, Default)]
 pub struct UartLog {
     /// The bytes.
@@ -15,7 +15,7 @@ impl UartLog {
         UartLog { sent: Vec::new(), texts }
     }
 
-    /// A byte was sent. The position of a text that ends with it.
+    /// Adds a sent byte; returns the position of a text that ends with it.
     pub fn push_byte(&mut self, byte: u8) -> Option<usize> {
         self.sent.push(byte);
         self.texts.iter().position(|text| self.sent.ends_with(text))

@@ -8,27 +8,28 @@ use vcd::{IdCode, SimulationCommand, TimescaleUnit, Value, VarType, Writer};
 
 use crate::time::CycleClock;
 
-/// A signal beside the pins: its name, its bits, 1 to 64, and its value at the start, if it has one.
+/// A signal in addition to the pins: its name, its bits, and its initial value, if it has one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct WaveColumn {
     /// Name, without white space.
     pub name: String,
-    /// Bits, 1 to 64.
+    /// Number of bits, 1 to 64.
     pub bits: u32,
-    /// Value at the start.
+    /// Initial value.
     pub value: Option<u64>,
 }
 
-/// What is written beside the pins.
+/// What is written in addition to the pins.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct WaveExtras<'a> {
-    /// The moment of the chip's time at which the waveform begins.
+    /// The time of the chip at which the waveform begins.
     pub start: CycleTime,
-    /// The chip has a serial port.
+    /// Whether the chip has a serial port.
     pub uart: bool,
     /// Signals.
     pub columns: &'a [WaveColumn],
-    /// There are no vectors: each bit of several is a wire of its own. Some readers know no others, and end at the first vector.
+    /// Without vectors: each bit of a wide signal is a wire of its own. Some readers do not support vectors,
+    /// and stop at the first one.
     pub split: bool,
 }
 
@@ -67,22 +68,22 @@ impl VcdWires {
 pub struct WaveWriter {
     out: Writer<Box<dyn Write>>,
     pins: Vec<Option<IdCode>>,
-    /// The byte last sent, and the event that one was; on chips with a serial port.
+    /// The last sent byte, and the event that one was sent; on chips with a serial port.
     uart: Option<(VcdWires, IdCode)>,
     signals: Vec<VcdWires>,
     scale: VcdTimescale,
-    /// Last time written.
+    /// The last time that was written.
     last_tick: u64,
-    /// The first thing that could not be written.
+    /// The first write error.
     first_error: Option<io::Error>,
 }
 
 impl WaveWriter {
-    /// Writes the head and the levels at the start, one for each of the chip's pins, none for those that are left out. `uart`: the
-    /// chip has a serial port.
+    /// Writes the header and the initial levels, one for each of the chip's pins; `None` for pins that are
+    /// left out. `uart`: the chip has a serial port.
     ///
     /// # Errors
-    /// What `out` says.
+    /// The errors of `out`.
     pub fn new(
         out: Box<dyn Write>,
         chip: &Chip,
@@ -93,10 +94,10 @@ impl WaveWriter {
         WaveWriter::with_extras((out, chip, clock), levels, WaveExtras { uart, ..WaveExtras::default() })
     }
 
-    /// [`Wave::new`] with more beside the pins.
+    /// Works as [`WaveWriter::new`], with signals in addition to the pins.
     ///
     /// # Errors
-    /// What the output says.
+    /// The errors of the output.
     pub fn with_extras(
         (out, chip, clock): (Box<dyn Write>, &Chip, CycleClock),
         levels: &[Option<PinLevel>],
@@ -136,7 +137,7 @@ impl WaveWriter {
         Ok(WaveWriter { out, pins, uart, signals, scale, last_tick: last, first_error: None })
     }
 
-    /// The signal with this position among the columns has another value from machine cycle `cycle` on.
+    /// Records a new value of the signal at this position in the columns, from machine cycle `cycle` on.
     pub fn change_signal(&mut self, cycle: u64, index: usize, value: Option<u64>) {
         if self.first_error.is_none() {
             let written = self.advance_to(CycleTime::at(cycle)).and_then(|()| match self.signals.get(index) {
@@ -147,13 +148,13 @@ impl WaveWriter {
         }
     }
 
-    /// Something could not be written.
+    /// Reports whether a write failed.
     #[must_use]
     pub fn has_failed(&self) -> bool {
         self.first_error.is_some()
     }
 
-    /// Notes an event.
+    /// Records an event.
     pub fn write_event(&mut self, event: ChipEvent) {
         if self.first_error.is_none() {
             self.first_error = self.write(event).err();
@@ -163,7 +164,7 @@ impl WaveWriter {
     /// Ends the file at machine cycle `cycle`.
     ///
     /// # Errors
-    /// The first thing that could not be written.
+    /// The first write error.
     pub fn finish(mut self, cycle: u64) -> io::Result<()> {
         if let Some(error) = self.first_error.take() {
             return Err(error);
@@ -198,7 +199,7 @@ impl WaveWriter {
     }
 }
 
-/// Declares the signals, in a scope of their own, so that no name is one of a pin.
+/// Declares the signals in a scope of their own, so that their names do not clash with pins.
 fn declare_signals(out: &mut Writer<Box<dyn Write>>, columns: &[WaveColumn], split: bool) -> io::Result<Vec<VcdWires>> {
     out.add_module("signals")?;
     let wires = columns.iter().map(|column| VcdWires::new(out, &column.name, column.bits, split));
@@ -215,7 +216,7 @@ fn vcd_value(level: PinLevel) -> Value {
     }
 }
 
-/// Ticks of the file per second, and how they are written.
+/// Ticks of the file per second, and their notation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct VcdTimescale {
     number: u32,
@@ -225,8 +226,8 @@ struct VcdTimescale {
 }
 
 impl VcdTimescale {
-    /// The coarsest of 1 ns, 100 ps, 10 ps and 1 ps in which a clock is a whole number of ticks; 1 ps where it is in
-    /// none, and then times are rounded down.
+    /// Returns the coarsest of 1 ns, 100 ps, 10 ps and 1 ps in which a clock is a whole number of ticks;
+    /// otherwise 1 ps, with times rounded down.
     fn of(clock: CycleClock) -> VcdTimescale {
         let clock = CycleClock { hz: clock.hz.max(1), ..clock };
         let scales = [
@@ -250,7 +251,7 @@ impl VcdTimescale {
 mod tests {
     use super::*;
 
-    /// Hz, wanted time scale, cycle, wanted tick.
+    /// Hz, expected time scale, cycle, expected tick.
     const SCALES: &[(u64, u32, TimescaleUnit, u64, u64)] = &[
         (8_000_000, 1, TimescaleUnit::NS, 3, 375),
         (16_000_000, 100, TimescaleUnit::PS, 3, 1_875),

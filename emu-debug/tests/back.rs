@@ -1,4 +1,4 @@
-//! What going back and looking at writes costs, counted.
+//! Counts the cost of running backwards and of watching writes.
 
 use std::cell::Cell;
 use std::rc::Rc;
@@ -16,7 +16,7 @@ fn chip() -> &'static Chip {
     emu_avr::chips::AVR_CHIPS.iter().copied().find(|chip| chip.name == "atmega328p").expect("a chip")
 }
 
-/// The machine with an example.
+/// Returns the machine with an example.
 fn target(file: &str) -> Box<dyn DynMachine> {
     let path = format!("{}/../examples/avr/{file}", env!("CARGO_MANIFEST_DIR"));
     let bytes = std::fs::read(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
@@ -29,7 +29,7 @@ fn target(file: &str) -> Box<dyn DynMachine> {
     ))
 }
 
-/// Counts the copies that are made of it.
+/// Counts its copies.
 struct Copies(Rc<Cell<usize>>);
 
 impl ProgramFollower for Copies {
@@ -62,7 +62,7 @@ fn a_point_that_is_long_past_is_found_with_few_copies() {
         NameScope::new(chip()),
         SessionOptions { clock, history_bytes: 64 << 20, follower: follow },
     );
-    // The start of main, to which the program comes once.
+    // The start of main, which the program reaches once.
     let main = 0x102 / 2;
     let id = session.points.add(PointTrigger::Code(vec![main]), "main", false);
     let goal = RunGoal { until: Some(8_000_000), ..RunGoal::default() };
@@ -78,7 +78,8 @@ fn a_point_that_is_long_past_is_found_with_few_copies() {
         HaltReason::Points(hits) => assert_eq!((hits[0].id, session.machine().cycle()), (id, at)),
         why => panic!("{why:?}"),
     }
-    // One for each group of stretches, each twice as long as the one before, and those that stop at the hit.
+    // One for each group of stretches, each twice as long as the previous one, and those that stop at the
+    // hit.
     assert!(copies.get() <= kept.ilog2() as usize + 4, "{} copies of {kept} that are kept", copies.get());
 }
 

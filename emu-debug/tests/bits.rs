@@ -1,5 +1,5 @@
-//! Memories of several kinds, and bits with addresses of their own, case by case in `bits.txt`: what people type, and which
-//! accesses are seen.
+//! Memories of several kinds, and bits with addresses of their own, case by case in `bits.txt`: user
+//! notation, and the accesses that are observed.
 
 use emu_avr::chips::ATMEGA328P;
 use emu_core::chip::{Chip, NamedAddress, PinDef};
@@ -10,7 +10,7 @@ use emu_debug::stimulus::parse_pin_level;
 use emu_debug::stop_condition::parse_condition;
 use emu_debug::{AccessMonitor, AddressNames, InputError, StopCondition};
 
-/// Memories as an 8052 has them.
+/// The memories of an 8052.
 const CHIP: Chip = Chip {
     name: "test",
     code_space: "code",
@@ -33,7 +33,8 @@ const CHIP: Chip = Chip {
     ..ATMEGA328P
 };
 
-/// Reads `write idata:0x20 read bit:3`: all accesses in order, then `write bit:0=1` what is done, then what is seen.
+/// Parses `write idata:0x20 read bit:3` as watches in order, executes an access such as `write bit:0=1`, and
+/// returns what was observed.
 fn seen(waits: &str, done: &str) -> String {
     let names = AddressNames { chip: &CHIP, symbols: &[] };
     let mut watches = Vec::new();
@@ -111,8 +112,8 @@ fn readers_and_watches() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Every bit belongs to one byte, and that byte has it: bits 00h to 7Fh to bytes 20h to 2Fh, bits 80h to FFh to the
-/// registers at multiples of 8.
+/// Every bit belongs to one byte, and that byte contains it: bits 00h to 7Fh are in bytes 20h to 2Fh, bits
+/// 80h to FFh in the registers at multiples of 8.
 #[test]
 fn bits_and_bytes_agree() {
     for bit in 0..256u32 {

@@ -1,4 +1,4 @@
-//! Programs that check themselves, and messages made by hand, on a PIC16F873.
+//! Self-checking programs, and messages written by hand, on a PIC16F873.
 
 use std::sync::OnceLock;
 
@@ -22,7 +22,7 @@ fn machine(image: &Image, hz: u64) -> Pic16 {
     Pic16::with(chip(), image, RamInit::Zero, options)
 }
 
-/// Runs the program in `DIR/name.hex` under the messages in `DIR/name.cod`.
+/// Runs the program in `DIR/name.hex` with the messages in `DIR/name.cod`.
 fn program(dir: &str, name: &str) -> CodOutcome {
     let bytes = |kind| {
         let path = format!("{dir}/{name}.{kind}");
@@ -49,7 +49,7 @@ fn programs_pass() {
     }
 }
 
-/// A machine at 4 MHz whose program is NOP.
+/// Returns a machine at 4 MHz whose program is NOP.
 fn nops() -> Pic16 {
     static NOPS: OnceLock<Pic16> = OnceLock::new();
     let segment = Segment { space: "flash", addr: 0, bytes: vec![0; 0x2000] };
@@ -91,7 +91,7 @@ fn expressions_have_their_values() {
 /// A message: program word, kind, text.
 type Said<'t> = (u32, char, &'t str);
 
-/// Where the run is when it ends, and with which text: `text@pc:cycle`.
+/// Returns the location where the run ends, and its text: `text@pc:cycle`.
 fn ends(list: &[Said]) -> String {
     match messages(list, 100) {
         Err(refused) => refused,
@@ -165,7 +165,7 @@ fn messages_do_what_they_say() {
     }
 }
 
-/// A pulse on an input is there from its cycle on, neither sooner nor later, whatever the program does meanwhile.
+/// A pulse on an input begins exactly at its cycle, whatever the program does at the time.
 #[test]
 fn pulses_come_at_their_cycle() {
     for at in 1..40u32 {
@@ -185,8 +185,8 @@ fn pulses_come_at_their_cycle() {
     }
 }
 
-/// In reset no time passes for the chip, and not every moment of the bench changes something: the chip begins again when its
-/// reset pin does go high.
+/// In reset no time passes for the chip, and not every event of the bench changes something: the chip starts
+/// when its reset pin actually goes high.
 #[test]
 fn a_chip_held_in_reset_waits_for_the_bench() {
     let list: &[Said] = &[
@@ -202,7 +202,8 @@ fn a_chip_held_in_reset_waits_for_the_bench() {
     assert_eq!(ends(list), "again@3:53");
 }
 
-/// Two pins of the chip hold one wire low; that the first lets go shows on no pin, but the second then frees it.
+/// Two pins of the chip hold one wire low. The release of the first is not visible on a pin, but the second
+/// then frees the wire.
 #[test]
 fn a_wire_is_free_when_the_last_lets_go() {
     // BSF STATUS, RP0; CLRF TRISB; MOVLW and MOVWF TRISB twice; BCF STATUS, RP0.
@@ -228,7 +229,7 @@ fn a_wire_is_free_when_the_last_lets_go() {
     }
 }
 
-/// All voltages are told to a chip that knows what they mean.
+/// All voltages are reported to a chip with analog inputs.
 #[test]
 fn voltages_are_told() {
     let list = [
@@ -254,7 +255,7 @@ fn voltages_are_told() {
     assert_eq!(told, [("RA0", 0, 1500), ("RA0", 4, 3250)]);
 }
 
-/// The programs of `tests/peers/cod`, assembled afresh, pass in gpsim and here.
+/// The programs of `tests/peers/cod`, assembled again, pass in gpsim and here.
 #[test]
 #[ignore = "needs gputils and gpsim"]
 fn programs_pass_in_gpsim_too() {

@@ -1,4 +1,5 @@
-//! Devices at the pins: each against a plain list of bytes, and the board against the cycles of its answers.
+//! Devices at the pins: each compared with a plain list of bytes, and the board with the cycles of its
+//! answers.
 
 use emu_avr::{Avr, chips::ATMEGA328P};
 use emu_core::cpu::{Cpu, Probe, RamInit, StopReason};
@@ -10,14 +11,14 @@ use emu_debug::devices::eeprom24::Eeprom24;
 use emu_debug::devices::flash25::Flash25;
 use emu_debug::{AttachedDevices, CycleClock, WiredDevice};
 
-/// Clocks of a second in the tests of devices alone.
+/// Clocks per second in the tests of single devices.
 const HZ: u64 = 1_000_000;
 
-/// A master at an SPI bus that takes a clock for half a bit.
+/// An SPI master with one clock per half bit.
 struct Spi(Flash25, u64);
 
 impl Spi {
-    /// One transfer: the bytes that come back.
+    /// Executes one transfer; returns the received bytes.
     fn transfer(&mut self, bytes: &[u8]) -> Vec<u8> {
         self.bits(bytes, 8 * bytes.len())
     }
@@ -37,7 +38,8 @@ impl Spi {
     }
 }
 
-/// Random transfers against a list of bytes. Transfers during a write are lost, and so are those that end within a byte.
+/// Random transfers compared with a list of bytes. Transfers during a write are lost, and so are those that
+/// end within a byte.
 #[test]
 fn flash_keeps_what_is_programmed() {
     let seed = 0x25_0F;
@@ -47,7 +49,7 @@ fn flash_keeps_what_is_programmed() {
     let (mut enabled, mut busy, mut done) = (false, 0u64, [0; 6]);
     assert_eq!(spi.transfer(&[0x9F, 0, 0, 0]), [0xFF, 0xEF, 0x40, 0x14]);
     for turn in 0..3_000 {
-        // A few places, so that they meet again.
+        // Few addresses, so that accesses overlap.
         let at = (rng.below(3) as usize) << 16 | (rng.below(2) as usize) << 12 | (0xF8 + rng.below(8) as usize);
         let [_, a, b, c] = (at as u32).to_be_bytes();
         let long = rng.below(8) == 0;
@@ -91,7 +93,7 @@ fn flash_keeps_what_is_programmed() {
             }
             4 => {
                 let back = spi.transfer(&[0x05, 0, 0])[1];
-                // The byte is put together with the last bit of the one before it.
+                // The byte is prepared with the last bit of the previous one.
                 let wanted = if now + 15 < busy { 3 } else { u8::from(enabled) << 1 };
                 assert_eq!(back, wanted, "seed {seed:#x} turn {turn}: status");
                 done[4] += 1;
@@ -113,7 +115,7 @@ fn flash_keeps_what_is_programmed() {
     assert!(spi.0.cells.bytes() == cells, "seed {seed:#x}");
 }
 
-/// A master at a two-wire bus, of which every call has its time.
+/// A two-wire bus master; every call gives its time.
 struct I2c(Eeprom24);
 
 impl I2c {
@@ -132,7 +134,7 @@ impl I2c {
         self.lines(t, &[(1, false), (0, false), (1, true), (0, true)]);
     }
 
-    /// A byte; true where it is acknowledged.
+    /// Sends a byte; returns whether it is acknowledged.
     fn send(&mut self, byte: u8, t: u64) -> bool {
         for bit in (0..8).rev() {
             self.lines(t, &[(0, byte >> bit & 1 == 1), (1, true), (1, false)]);
@@ -143,8 +145,8 @@ impl I2c {
     }
 }
 
-/// The write cycle begins with the stop, takes 5 ms, and is the only time without an acknowledge. A start in the place of the stop
-/// and a protected chip write nothing.
+/// The write cycle begins with the stop, takes 5 ms, and is the only time without an acknowledge. A start
+/// instead of the stop, or a protected chip, writes nothing.
 #[test]
 fn eeproms_take_their_time() {
     let mut bus = I2c(Eeprom24::new("24c64").expect("a name"));
@@ -158,7 +160,7 @@ fn eeproms_take_their_time() {
     assert!(write(100, 0x1F, 0x12));
     assert!(!write(5_099, 0x20, 0x34), "the cycle goes on");
     assert!(write(5_100, 0x20, 0x56), "it is over");
-    // Nothing but an address is no write.
+    // An address without data is not a write.
     bus.start(20_000);
     assert!(bus.send(0xA6, 20_000) && bus.send(0, 20_000) && bus.send(0, 20_000));
     bus.stop(20_000);
@@ -192,7 +194,7 @@ impl Probe for Edges {
 
 const CLOCK: CycleClock = CycleClock { hz: 16_000_000, clocks_per_cycle: 1 };
 
-/// Runs a program of the transcripts with a device, in stretches that `until` gives.
+/// Runs a program of the transcripts with a device, in stretches that `until` returns.
 fn board(
     hex: &[u8],
     device: ExternalDevice,
@@ -216,7 +218,8 @@ fn board(
     (cpu, board, edges)
 }
 
-/// On SPI at half the clock every answer stands at the cycle of its falling edge, two cycles before the next one.
+/// On SPI at half the clock, every answer is at the cycle of its falling edge, two cycles before the next
+/// one.
 #[test]
 fn answers_of_flash_come_with_the_edge() {
     const CS: PinId = 2;
@@ -230,11 +233,11 @@ fn answers_of_flash_come_with_the_edge() {
     assert!(falls.windows(2).any(|two| two[1] - two[0] == 2), "half the clock");
     let answers: Vec<u64> = edges.0.iter().filter(|edge| edge.1 == MISO).map(|edge| edge.0).collect();
     assert!(answers.len() > 40, "{}", answers.len());
-    // It lets go of the line when it is let go itself.
+    // It releases the line when it is deselected.
     let ends: Vec<u64> = edges.0.iter().filter(|edge| edge.1 == CS && edge.2).map(|edge| edge.0).collect();
     assert!(answers.iter().filter(|at| falls.contains(at)).count() > 40);
     assert!(answers.iter().all(|at| falls.contains(at) || ends.contains(at)), "{answers:?}");
-    // Any slicing of the run is the same run.
+    // Any slicing of the run gives the same run.
     let mut rng = Rng::new(0xB0A2);
     let (sliced, slices, again) = board(hex, flash(), &wires, &mut |now| now + 1 + rng.below(3_000));
     assert_eq!((sliced.cycle(), sliced.instructions()), (cpu.cycle(), cpu.instructions()));
@@ -244,7 +247,8 @@ fn answers_of_flash_come_with_the_edge() {
     assert_eq!(cells(&slices)[0x12_34FE..0x12_3500], *b"Pa");
 }
 
-/// On the two-wire bus the device moves SDA 300 ns, at 16 MHz 5 cycles, after an edge of SCL that falls.
+/// On the two-wire bus, the device changes SDA 300 ns, which is 5 cycles at 16 MHz, after a falling edge of
+/// SCL.
 #[test]
 fn answers_of_eeproms_come_after_the_edge() {
     const SDA: PinId = 12;

@@ -1,4 +1,4 @@
-//! Whatever bytes are given as the state of a machine: they are refused, or the machine runs on without a panic.
+//! Any bytes as the state of a machine are either refused, or the machine runs with them without a panic.
 
 mod examples;
 
@@ -15,16 +15,16 @@ use examples::{chip_8051, chip_pic, load};
 
 const SEED: u64 = 0x0F0_46ED;
 
-/// Forgeries of each state; EMU_FORGERIES gives another number.
+/// Forgeries of each state; EMU_FORGERIES selects another number.
 const FORGERIES: u64 = if cfg!(debug_assertions) { 150 } else { 5_000 };
 
-/// No forged machine takes as long as this.
+/// Time limit for a forged machine.
 const SLOW: Duration = Duration::from_secs(2);
 
 /// Cycles that a forged machine runs.
 const CYCLES: u64 = 20_000;
 
-/// Changes some bytes: bits, values that are likely to be limits, places that are left out or put in.
+/// Changes some bytes: bits, values that are likely limits, removed or inserted bytes.
 fn forge(rng: &mut Rng, state: &[u8]) -> Vec<u8> {
     let mut forged = state.to_vec();
     for _ in 0..1 + rng.below(2) * rng.below(4) {
@@ -44,14 +44,14 @@ fn forge(rng: &mut Rng, state: &[u8]) -> Vec<u8> {
     forged
 }
 
-/// What was restored can be saved, and that restored.
+/// A restored state can be saved, and restored again.
 fn saved_again<C: Cpu>(cpu: &C, other: &C) {
     let (state, mut third) = (other.save(), cpu.clone());
     assert!(third.restore(&state).is_ok(), "what it saves is refused");
     assert!(third.save() == state, "what it saves comes back as another");
 }
 
-/// Forges states that the machine has at several moments.
+/// Forges states of the machine at several moments.
 fn forgeries<C: Cpu>(name: &str, machines: impl Iterator<Item = (&'static str, C)>) {
     let (mut refused, mut ran) = (0u64, 0u64);
     let mut panics = Vec::new();
@@ -98,7 +98,7 @@ fn avr_chip(name: &str) -> &'static Chip {
     emu_avr::chips::AVR_CHIPS.iter().copied().find(|chip| chip.name == name).expect("a chip")
 }
 
-/// A machine of each of these programs.
+/// Runs a machine with each of these programs.
 fn each<C: Cpu>(
     name: &str,
     files: &[(&'static str, &'static str)],

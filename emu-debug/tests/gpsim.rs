@@ -1,5 +1,6 @@
-//! gpsim's own regression tests, for chips of the PIC16 family, carried out here. Their sources are not part of this project: they
-//! are fetched and assembled by `tests/peers/gpsim/regression.sh`. What each comes to stands in `regression.txt` beside it.
+//! gpsim's own regression tests for chips of the PIC16 family, executed here. Their sources are not part of
+//! this project: `tests/peers/gpsim/regression.sh` fetches and assembles them. `regression.txt` next to it
+//! lists the result of each.
 
 use std::io::Write;
 use std::path::Path;
@@ -13,7 +14,7 @@ use emu_pic16::{Options, Pic16, chips};
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/peers/gpsim");
 
-/// Machine cycles after which a program is given up; the longest of those that pass needs 10 million.
+/// Machine cycles after which a program is given up; the longest passing one needs 10 million.
 const CYCLES: u64 = 30_000_000;
 
 /// LVP in the configuration words of the chips that have it.
@@ -22,16 +23,16 @@ const LVP: u16 = 1 << 7;
 /// How a program is run.
 #[derive(Default)]
 struct Settings {
-    /// LVP off, whatever the program says.
+    /// LVP is off, whatever the program sets.
     lvp_off: bool,
-    /// Oscillator in Hz where the program says nothing.
+    /// Oscillator frequency in Hz if the program does not set it.
     hz: Option<u64>,
-    /// Assertions that are passed over: those whose text has one of these.
+    /// Assertions to skip: those with one of these texts.
     but: Vec<String>,
 }
 
 impl Settings {
-    /// `lvp off`, `hz N`, `but TEXT`, with semicolons between.
+    /// Parses `lvp off`, `hz N`, `but TEXT`, separated by semicolons.
     fn read(text: &str) -> Settings {
         let mut settings = Settings::default();
         for item in text.split(';').map(str::trim).filter(|item| !item.is_empty() && *item != "-") {
@@ -46,13 +47,14 @@ impl Settings {
     }
 }
 
-/// Commands of a test that stand in a file of their own, as messages for the start. What loads the program is left out.
+/// Returns the commands of a test with a command file of its own, as messages for the start. Commands that
+/// load the program are left out.
 fn commands(text: &str) -> Vec<SimulatorMessage> {
     let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with("load "));
     lines.map(|text| SimulatorMessage { addr: 0, kind: 'e', text: text.to_owned() }).collect()
 }
 
-/// Runs a program: how it ended, in a line without the moment.
+/// Runs a program; returns how it ended, in a line without the time.
 fn ends(dir: &Path, name: &str, chip: &str, settings: &Settings) -> String {
     let bytes = |kind| {
         let path = dir.join(format!("{name}.{kind}"));
@@ -97,12 +99,13 @@ fn ends(dir: &Path, name: &str, chip: &str, settings: &Settings) -> String {
     }
 }
 
-/// Says what is to be seen even where the test passes, whose prints are kept back.
+/// Prints a text even if the test passes, when normal output is captured.
 fn say(text: &str) {
     std::io::stderr().write_all(text.as_bytes()).unwrap();
 }
 
-/// Builds the programs in a folder of its own: their names and chips; nothing where the sources cannot be had.
+/// Builds the programs in a folder of its own; returns their names and chips, or nothing if the sources are
+/// not available.
 fn build(dir: &Path) -> Vec<(String, String)> {
     std::fs::create_dir_all(dir).unwrap();
     let ours = chips::PIC16_PARTS.iter().map(|part| part.chip.name);

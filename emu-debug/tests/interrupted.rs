@@ -1,4 +1,5 @@
-//! A run that is interrupted all the time stops at the same breakpoints as one that is not, forwards and backwards.
+//! A run that is interrupted all the time stops at the same breakpoints as one that is not, forwards and
+//! backwards.
 
 use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
@@ -40,7 +41,7 @@ fn no_breakpoint_is_lost() {
 #[test]
 fn nor_on_the_way_back() {
     let mut session = session();
-    // Copies of the machine are kept wherever a run has ended.
+    // Copies of the machine are kept at the end of each run.
     for cycle in 1..=12 {
         session.run(&RunGoal { until: Some(cycle), ..RunGoal::default() }, &mut || true);
     }
@@ -53,7 +54,7 @@ fn nor_on_the_way_back() {
     assert_eq!(seen, [(4, 10), (4, 7), (4, 4), (3, 3), (2, 2), (1, 1)]);
 }
 
-/// Runs that breakpoints have cut short say nothing of how long the next may go on unasked.
+/// Runs that breakpoints have cut short do not lengthen the time for which the next run is not interruptible.
 #[test]
 fn breakpoints_make_no_run_deaf() {
     let mut session = session_of("loop: inc r16\nrjmp loop\n");
@@ -68,11 +69,11 @@ fn breakpoints_make_no_run_deaf() {
         asked < 4
     });
     assert_eq!(halt.reason, HaltReason::Interrupted);
-    // A stretch takes a millisecond or two of any host; without the mend they are 2^40 cycles long.
+    // A stretch takes a millisecond or two on any host; with the fault, stretches are 2^40 cycles long.
     assert!(session.machine().cycle() - start < 1 << 32, "{}", session.machine().cycle() - start);
 }
 
-/// A program that only something from outside can bring on is stopped where it stands, and not at the end of time.
+/// A program that only a stimulus can continue is stopped where it is, and not at the end of time.
 #[test]
 fn what_waits_for_ever_is_stopped() {
     let rows = [
@@ -91,7 +92,7 @@ fn what_waits_for_ever_is_stopped() {
             assert_eq!(session.run(&RunGoal::default(), &mut || true).reason, why, "{program}");
             assert!(session.machine().cycle() < turn << 16, "{program}: {}", session.machine().cycle());
         }
-        // Time passes where somebody says how much, and leads back again.
+        // Time passes if the run has an end, and can be reverted.
         let goal = RunGoal { until: Some(1 << 40), runs_while_halted: true, ..RunGoal::default() };
         assert_eq!(session.run(&goal, &mut || true).reason, HaltReason::Limit, "{program}");
         let (cycle, state) = (session.machine().cycle(), session.machine().save());
@@ -101,15 +102,15 @@ fn what_waits_for_ever_is_stopped() {
         session.step_instructions(1, 1 << 41, &mut || true);
         assert!(session.machine().save() == state, "{program}");
     }
-    // Timers that are left are not waited for in vain: their time is looked at.
+    // A timer that still runs ends the wait, so its time is taken into account.
     let mut session =
         session_of("ldi r16, 1\nout 0x25, r16\nloop: in r17, 0x26\ncpi r17, 200\nbrne loop\nend: rjmp end\n");
     assert_eq!(session.run(&RunGoal::default(), &mut || true).reason, HaltReason::Halted);
     assert_eq!(session.machine().pc(), 5);
 }
 
-/// A stretch of the past in which the program waited took no time when it ran first, and takes hours when every instruction of it is
-/// looked at: it is left in the middle.
+/// A stretch of the past in which the program waited took no time when it first ran, and takes hours when
+/// every instruction of it is observed: the search can be interrupted in the middle.
 #[test]
 fn a_search_back_through_a_long_wait_is_interrupted() {
     let mut session = session_of("ldi r16, 5\nout 0x25, r16\nloop: sbis 0x15, 0\nrjmp loop\nsbi 0x15, 0\nrjmp loop\n");

@@ -1,4 +1,4 @@
-//! What the collector of lints finds, case by case in `lints.txt`.
+//! The findings of the lint collector, case by case in `lints.txt`.
 
 use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, RamInit};
@@ -12,7 +12,7 @@ fn image(chip: &'static Chip, program: &str) -> Image {
     emu_asm::assemble_text(chip, &program.replace(';', "\n")).unwrap_or_else(|e| panic!("{program}: {e}"))
 }
 
-/// What a run finds: program word, code, memory and address of RAM, how often, first cycle.
+/// Returns the findings of a run: program word, code, memory and address of RAM, count, first cycle.
 fn found<C: Cpu>(mut cpu: C, waits: &str) -> String {
     let names = AddressNames { chip: cpu.chip(), symbols: &[] };
     let mut plan = RunPlan { limit: 12, lint: true, ..RunPlan::default() };
@@ -69,7 +69,7 @@ fn what_is_found() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Without the wish nothing is collected.
+/// Without the option, nothing is collected.
 #[test]
 fn nothing_is_found_unasked() {
     let chip: &'static Chip = &emu_pic16::chips::PIC16F873.chip;
@@ -95,7 +95,7 @@ fn names_of_registers_pins_and_symbols() {
         (Lint::UnknownRead { space: "data", addr: 0x21 },      "data:0x21 is read before it was written"),
         (Lint::NotSaved { register: "W" },                     "the service routine returns with another value in W"),
         (Lint::StackOverflow,                                  "the stack is full: the oldest return address is overwritten"),
-        // What no row of a chip has keeps its number.
+        // An address without a name in the chip row is printed as a number.
         (Lint::AnalogRead { port: 0x20, bits: 1 },             "data:0x20 is read, where bit 0 read 0 as analog inputs"),
     ];
     for (lint, wanted) in cases {

@@ -1,4 +1,4 @@
-//! The readers of times, addresses, conditions and texts, case by case in `read.txt`.
+//! The parsers of times, addresses, conditions and texts, case by case in `read.txt`.
 
 use emu_avr::chips::ATMEGA328P;
 use emu_core::image::{CONSTANT_SPACE, SymbolAt};
@@ -77,7 +77,7 @@ fn readers() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Bytes written as text come back from it.
+/// Bytes that are escaped as text can be parsed back.
 #[test]
 fn escapes_come_back() {
     let all: Vec<u8> = (0..=255).collect();

@@ -1,4 +1,4 @@
-//! The runner, case by case in `run.txt`: a program, what is waited for, how and when it ended.
+//! The runner, case by case in `run.txt`: a program, its conditions, how and when it ended.
 
 use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
@@ -14,7 +14,7 @@ fn image(program: &str) -> Image {
     emu_asm::assemble_text(&ATMEGA328P, &program.replace(';', "\n")).unwrap_or_else(|e| panic!("{program}: {e}"))
 }
 
-/// Takes `until a b at c` apart: every word of [`WORDS`] begins a part.
+/// Splits `until a b at c`: every word of [`WORDS`] begins a part.
 fn parts(text: &str) -> Vec<(&str, String)> {
     let mut parts: Vec<(&str, String)> = Vec::new();
     for word in text.split_whitespace() {

@@ -1,4 +1,5 @@
-//! Stimuli of scenarios as drives at fixed times (`chip_scenario::drives`): steps, and what they come to in cycles and clocks.
+//! Stimuli of scenarios as drives at fixed times (`chip_scenario::timed_drives`): steps, and the resulting
+//! cycles and clocks.
 
 use emu_core::chip::Chip;
 use emu_core::pins::{PinId, PinLevel};
@@ -7,7 +8,8 @@ use emu_debug::stimulus::ExternalDrive;
 use emu_debug::{AddressNames, CycleClock};
 use emu_pic16::chips::PIC16F873;
 
-/// `steps => drives`, on a PIC16F873 at 4 MHz with four clocks a cycle: `cycle.clock NAME=VALUE`; or the place and code of a refusal.
+/// `steps => drives`, on a PIC16F873 at 4 MHz with four clocks per cycle: `cycle.clock NAME=VALUE`; or the
+/// position and code of a refusal.
 const ROWS: &str = r#"
     set = { RB0 = 1, RA0 = "1.25V" }; after = "2.5us", set = { VDD = "4.5V" } => 0.0 RB0=High; 0.0 RA0=1250mV; 2.2 VDD=4500mV
     at = "10us", pulse = { RB1 = 1 }, for = "3 cycles"                        => 10.0 RB1=High; 13.0 RB1=Low
@@ -34,7 +36,7 @@ fn name(chip: &Chip, pin: PinId) -> &'static str {
 
 fn found(steps: &str) -> String {
     let chip = &PIC16F873.chip;
-    // Commas at the outermost level part the keys of a step.
+    // Commas at the outermost level separate the keys of a step.
     let mut text = String::new();
     for step in steps.split("; ") {
         text += "[[step]]\n";

@@ -1,4 +1,4 @@
-//! Program addresses as words, and back.
+//! Program addresses as text, and back.
 
 use emu_8051::chips;
 use emu_avr::chips::ATMEGA328P;
@@ -34,7 +34,7 @@ fn avr() -> (Vec<SymbolAt>, SourceLines) {
     (symbols, SourceLines::new(lines))
 }
 
-/// One a line: program word, what is told of it.
+/// One per line: program word, description.
 const PLACES: &str = "
 0x1f   0x003e
 0x20   0x0040 (__bad)
@@ -86,7 +86,7 @@ fn words_as_addresses() {
     assert!(until("uart \"pc=a:1\"").is_ok());
 }
 
-/// Where files of symbols do not tell how far a line goes, it ends with its function.
+/// If symbol files do not give the extent of a line, it ends with its function.
 #[test]
 fn lines_without_an_end() {
     let chip: &'static Chip = chips::chip("at89s52").expect("a chip");
@@ -106,7 +106,7 @@ fn lines_without_an_end() {
     assert_eq!(meant, ["main+0x2", "count+0x1"]);
 }
 
-/// A symbol as a compiler of C++ or Rust has mangled it: whole name, what the linker calls it, and the name without parameters.
+/// A symbol mangled by a compiler of C++ or Rust: full name, linker name, and the name without parameters.
 fn mangled(name: &str, linkage: &str, path: &str, space: &'static str, addr: u32) -> SymbolAt {
     let mangled = DemangledName { linkage: linkage.to_owned(), path: path.to_owned() };
     SymbolAt { mangled: Some(Box::new(mangled)), ..SymbolAt::new(name, space, addr, 4) }
@@ -129,7 +129,7 @@ fn cpp() -> Vec<SymbolAt> {
     ]
 }
 
-/// What is written, and the address that it stands for or what is said of it.
+/// A text, and its address or its error.
 const WRITTEN: &str = "
 app::area(int)                 0x80
 app::area(int, int)            0x84
@@ -174,11 +174,11 @@ fn names_of_cpp_and_rust_may_be_shortened() {
     assert_eq!(range("result+1"), Ok(("data", 0x101, 0x102)));
     assert_eq!(range("app::result..app::result+2"), Ok(("data", 0x100, 0x102)));
     assert_eq!(range("flash:log(char const*, ...)"), Ok(("flash", 0x90, 0x94)));
-    // The chip's registers are known by their own names.
+    // Chip registers are found by their own names.
     assert_eq!(range("PORTB").map(|found| found.1), Ok(0x25));
-    // A whole name comes before part of another one.
+    // A full name overrides a part of another one.
     assert_eq!(range("app::PORTB"), Ok(("data", 0x104, 0x108)));
-    // Breakpoints and conditions name them in the same way, and addresses are told as gdb tells them.
+    // Breakpoints and conditions resolve names in the same way, and addresses are described as in gdb.
     let lines = SourceLines::default();
     let source = ProgramSource { names, lines: &lines };
     assert_eq!(source.parse_condition("pc=app::area(int, int)"), Ok(StopCondition::Pc(0x42)));

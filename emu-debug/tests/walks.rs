@@ -1,5 +1,6 @@
-//! Time travel comes out where it began: real programs of all families, walked forwards and backwards at random, while pins are
-//! driven and places are set. n steps back and n forward are the same machine; so is the way to a cycle from behind and from ahead.
+//! Time travel returns to its start: real programs of all families run forwards and backwards at random,
+//! while pins are driven and locations are set. n steps back and n steps forward give the same machine; so
+//! does reaching a cycle from before and from after it.
 
 mod examples;
 
@@ -22,21 +23,22 @@ use examples::{chip_8051, chip_pic, load};
 
 const SEED: u64 = 0x0DEB_0001;
 
-/// Walks for each family; a build without optimisation does fewer. EMU_WALKS gives another number.
+/// Random executions for each family; a build without optimisation does fewer. EMU_WALKS selects another
+/// number.
 const WALKS: u64 = if cfg!(debug_assertions) { 8 } else { 1_000 };
 
-/// Acts of a walk.
+/// Actions of a random execution.
 const ACTS: u64 = 24;
 
-/// Small, so that copies are thinned out.
+/// Small, so that copies are removed.
 const HISTORY: usize = 1 << 20;
 
-/// All that could ever be seen of the machine, now and later.
+/// Returns everything that can be observed of the machine, now and later.
 fn print(session: &DebugSession) -> Vec<u8> {
     session.machine().save()
 }
 
-/// The first byte in which two states differ.
+/// Asserts that two states are equal; reports the first byte that differs.
 fn same(one: &[u8], other: &[u8], what: &str) {
     let at = one.iter().zip(other).position(|(a, b)| a != b);
     assert!(
@@ -99,7 +101,8 @@ fn walks(family: Family, name: &str, count: u64) {
                         &RunGoal { until: Some(until), runs_while_halted: rng.below(2) == 0, ..RunGoal::default() },
                         &mut on,
                     );
-                    // A step ends at a position; else it may stand within one, such as in sleep.
+                    // A step ends at a position; otherwise the machine may be within a step, such as in
+                    // sleep.
                     if rng.below(2) == 0 {
                         session.step_instructions(1, until + 100_000, &mut on);
                     }
@@ -164,7 +167,7 @@ fn walks(family: Family, name: &str, count: u64) {
                 }
             }
             moves += 1;
-            // Where a step has ended; behind an act the machine is at its position too.
+            // At the end of a step, or after an action, the machine is at a position.
             let at = session.machine().cycle();
             let print = print(&session);
             if !session.is_at_step_end() {
@@ -175,7 +178,7 @@ fn walks(family: Family, name: &str, count: u64) {
                 compared += 1;
             }
         }
-        // Far back is as far as that many times a little.
+        // Far back is as far as the same number of single steps.
         if walk % 8 == 0 && session.is_at_step_end() {
             let at = session.machine().cycle();
             session.step_back(5_000, &mut on);
@@ -185,7 +188,7 @@ fn walks(family: Family, name: &str, count: u64) {
             (0..5).for_each(|_| _ = session.step_back(1_000, &mut on));
             assert_eq!(session.machine().cycle(), far, "{what}: 5,000 back from {at}");
         }
-        // Some of the way again, from the beginning and back.
+        // Some of the positions again, from the beginning and backwards.
         let cycles: Vec<u64> = known.keys().copied().collect();
         for &at in cycles.iter().rev().step_by(3).chain(cycles.iter().step_by(4)) {
             session.goto_cycle(at, &mut on);

@@ -1,10 +1,10 @@
-//! Why there is no server for gdb, or why a monitor command does nothing.
+//! Errors of the gdb server and of its `monitor` commands.
 
 use std::io;
 
 use emu_debug::debug::DebugError;
 
-/// Why an address to listen on cannot be used, or why a monitor command does nothing.
+/// The reason why an address to listen on cannot be used, or why a monitor command does nothing.
 #[derive(Debug, thiserror::Error)]
 pub enum GdbError {
     /// A text is not an address, or its host is not found.
@@ -24,10 +24,10 @@ pub enum GdbError {
     /// The debugger refuses an expression, or the machine a value.
     #[error(transparent)]
     Debugger(#[from] DebugError),
-    /// `set` names no place.
+    /// The target of `set` is not a place.
     #[error("that cannot be set")]
     NotAPlace,
-    /// The expression behind `set` has no value.
+    /// The expression after `set` has no value.
     #[error("it has no value now")]
     NoValue,
 }

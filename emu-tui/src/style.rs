@@ -4,8 +4,8 @@ use ratatui_core::buffer::Buffer;
 use ratatui_core::layout::Rect;
 use ratatui_core::style::{Color, Modifier, Style};
 
-/// Selects the style of the screen. Colours carry no information of their own: a sign or a weight says the
-/// same.
+/// Selects the style of the screen. Colours carry no information of their own: a sign or a weight carries it
+/// too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ScreenStyle {
     /// Whether colours are used.

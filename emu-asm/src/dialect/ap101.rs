@@ -1,4 +1,4 @@
-//! AP101: instructions as its text has them, and directives for the block that says how the machine is put together.
+//! The AP101 dialect: its instructions, and directives for the block that configures the machine.
 
 mod clock_and_period;
 mod configuration_checks;
@@ -18,10 +18,10 @@ use crate::fault::LineFault;
 use crate::lines::{AsmLine, cut, trim};
 use crate::symbols::AsmSymbolKind;
 
-/// What the directives have said in a pass; times in the units in which they were written.
+/// What the directives have set in this pass. Times keep the units in which they are written.
 #[derive(Debug, Default)]
 pub(crate) struct Ap101PassState {
-    /// The line of the first of them.
+    /// The line of the first directive.
     line: Option<AsmLine>,
     clock: u32,
     live_inputs: bool,
@@ -29,11 +29,11 @@ pub(crate) struct Ap101PassState {
     period: Option<TimeLength>,
     channels: Option<(u16, u16)>,
     programs: Vec<[u16; 4]>,
-    /// Where the last words of the programs were given.
+    /// The lines that gave the last words of the programs.
     program_ends: Vec<(AsmLine, Range<usize>)>,
     modules: Vec<Option<(u8, u8, u16)>>,
-    /// Lines of the listing from which on words may lie behind program memory, or may not: an `org` there says that the words of
-    /// the block itself are meant.
+    /// Listing lines of `org`, and whether each sets an address beyond program memory: then the source gives
+    /// the words of the block itself, and words there are not an overrun.
     orgs: Vec<(usize, bool)>,
     /// Directives and modules that were given, with file and line.
     given_directives: Vec<(String, (u32, u32))>,
@@ -42,21 +42,21 @@ pub(crate) struct Ap101PassState {
 /// A length of time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum TimeLength {
-    /// So many machine cycles.
+    /// Machine cycles.
     Cycles(u64),
-    /// So many nanoseconds.
+    /// Nanoseconds.
     Nanoseconds(u64),
 }
 
-/// Length of the block.
+/// Length of the block in bytes.
 const BLOCK_BYTES: usize = 0x300;
-/// Assumed when no clock is said, in Hz.
+/// The clock if no directive gives one, in Hz.
 const DEFAULT_HZ: u32 = 1_000_000;
 /// Types of modules, by number from 1.
 const MODULE_TYPES: [&str; 7] = ["TON", "TOF", "RTO", "TP", "CTU", "CTD", "CTC"];
-/// The first that counts.
+/// Index of the first type that counts.
 const FIRST_COUNTER_TYPE: usize = 4;
-/// Programs, modules, channels.
+/// Limits: programs, modules, channels.
 const MAX_PROGRAMS: usize = 8;
 const MAX_MODULES: usize = 128;
 const MAX_INPUTS: i64 = 512;
@@ -119,11 +119,11 @@ pub(super) const AP101: AsmDialect = AsmDialect {
     ],
 };
 
-/// Zones: letter, and the last address that a machine can have.
+/// Zones: the letter, and the last address that a machine can have.
 const ZONES: [(char, i64); 6] =
     [('I', MAX_INPUTS - 1), ('E', MAX_OUTPUTS - 1), ('O', MAX_OUTPUTS - 1), ('R', 383), ('T', 383), ('M', 511)];
 
-/// Addresses that no machine has, instructions that write, and letters of what is only read.
+/// Refuses addresses that no machine has, instructions that write, and letters of read-only zones.
 fn refuses(mnemonic: &str, operands: &str) -> Option<AsmRefusal> {
     let writes = matches!(mnemonic, "sto" | "stoc" | "stc" | "rtc");
     let letter = operands.chars().next()?.to_ascii_uppercase();
@@ -155,7 +155,7 @@ fn refuses(mnemonic: &str, operands: &str) -> Option<AsmRefusal> {
     Some(("ASM002", what.to_owned(), hint.to_owned()))
 }
 
-/// The number behind the letter of a zone, and whether it is decimal: `I512`, `I_512,X`, `M0x1F`.
+/// Returns the number after the letter of a zone, and whether it is decimal: `I512`, `I_512,X`, `M0x1F`.
 fn offset(operands: &str) -> Option<(i64, bool)> {
     let number = operands.split(',').next()?.get(1..)?.trim_end();
     let number = number.strip_prefix('_').unwrap_or(number).to_ascii_lowercase();
@@ -165,7 +165,7 @@ fn offset(operands: &str) -> Option<(i64, bool)> {
     }
 }
 
-/// Refuses addresses that no machine has, however they are written.
+/// Refuses addresses that no machine has, in any notation.
 fn check(row: &InstructionRow, values: &[(i32, Range<usize>)]) -> Option<LineFault> {
     let (value, at) = values.first().filter(|_| row.operands.iter().any(|slot| slot.kind.name.starts_with("bit")))?;
     let letter = *['I', 'E', 'R', 'M'].get(usize::try_from(value / 512).ok()?)?;
@@ -174,14 +174,14 @@ fn check(row: &InstructionRow, values: &[(i32, Range<usize>)]) -> Option<LineFau
     (n > *most).then(|| LineFault::new("ASM003", at.clone(), format!("there is no {letter}{n}"), hint))
 }
 
-/// `org ADDRESS`: as everywhere, and whether words of the block follow is kept.
+/// `org ADDRESS`: sets the address, and records whether words of the block follow.
 fn org(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     common::org(asm, call);
     let row = (asm.out.list.len(), asm.out.next_address() >= PROGRAM_WORDS);
     asm.family_state.ap101.orgs.push(row);
 }
 
-/// One program word for each value.
+/// Emits one program word for each value.
 fn words(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     for part in required_arguments(asm, call) {
         let value = value_of(asm, call.text, part.clone(), 16) as u16;
@@ -189,7 +189,7 @@ fn words(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// The state, which from now on gives a block.
+/// Returns the pass state and marks that the block is to be written.
 fn state<'s>(asm: &'s mut Assembler<'_>) -> &'s mut Ap101PassState {
     let line = asm.line.clone();
     let state = &mut asm.family_state.ap101;
@@ -197,7 +197,7 @@ fn state<'s>(asm: &'s mut Assembler<'_>) -> &'s mut Ap101PassState {
     state
 }
 
-/// A number of `range`; 0, and told, where it is none.
+/// Returns a number within `range`; reports any other value and returns 0.
 fn number_in_range(
     asm: &mut Assembler<'_>,
     call: &DirectiveCall<'_>,
@@ -220,7 +220,7 @@ fn report_bad_argument(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, cause:
     asm.report(LineFault::new("ASM060", at, cause, hint));
 }
 
-/// Tells that `what` was said already, and where.
+/// Reports that `what` was given before, and where.
 fn check_given_once(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, what: &str) {
     let what = what.trim_start_matches('.');
     let Some(line) = &asm.line else { return };
@@ -235,7 +235,7 @@ fn check_given_once(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, what: &st
     }
 }
 
-/// One of two words.
+/// Reads one of two words.
 fn choice(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, words: [&str; 2], set: fn(&mut Ap101PassState, bool)) {
     check_given_once(asm, call, call.get(call.word.clone()));
     let text = call.get(trim(call.text, call.rest.clone()));
@@ -313,7 +313,7 @@ fn program(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     state(asm).programs.push([start as u16, end as u16, rx as u16, 1 | u16::from(on) << 1]);
 }
 
-/// The number of a module: `R5`, `R(expression)`, or a name of one.
+/// Returns the number of a module: `R5`, `R(expression)`, or a name of one.
 fn module_number(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, part: Range<usize>) -> Option<usize> {
     let text = call.get(part.clone());
     let own = asm.symbols.get(text, asm.dialect.ignores_case).map(|symbol| symbol.kind.clone());
@@ -321,7 +321,7 @@ fn module_number(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, part: Range<
         Some(AsmSymbolKind::Alias { of, .. }) => of,
         _ => text,
     };
-    // A name that is given further down is known in the next pass.
+    // A name that is defined further down is known in the next pass.
     asm.has_forward_reference |= own.is_none() && asm.pass == 1;
     let inner = name.strip_prefix(['R', 'r']).map(|inner| inner.strip_prefix('_').unwrap_or(inner));
     let n = match inner {
@@ -389,7 +389,7 @@ fn module(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// `TIM R1,#50`: the preset of a module, from the program.
+/// `TIM R1,#50`: the program sets the preset of a module.
 fn tim(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let parts = cut(call.text, call.rest.clone());
     let [which, value] = parts.as_slice() else {
@@ -398,14 +398,14 @@ fn tim(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let n = module_number(asm, call, which.clone()).unwrap_or(0);
     let hash = usize::from(call.get(value.clone()).starts_with('#'));
     let preset = number_in_range(asm, call, value.start + hash..value.end, 0..PROGRAM_WORDS, "preset");
-    // STO to the port of the module, with a NOP behind it that carries the value.
+    // STO to the port of the module, then a NOP that carries the value.
     let port = format!("R{}", 256 + n);
     let Some(mut words) = asm.assemble_instruction(&port, "sto", 0..0, 0..port.len()) else { return };
     words.push(0xF000 | preset as u16);
     asm.emit_words(&words, call.word.clone());
 }
 
-/// Gives the block, where a directive has asked for one.
+/// Emits the block, if a directive has asked for one.
 fn finish(asm: &mut Assembler<'_>) {
     let state = std::mem::take(&mut asm.family_state.ap101);
     if configuration_checks::report_overrun(asm, &state.orgs) {

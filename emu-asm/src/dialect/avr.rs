@@ -1,4 +1,4 @@
-//! The AVR as avr-as takes it; the directives of Atmel's assembler where the two do not contradict each other.
+//! The AVR dialect of avr-as, with those directives of Atmel's assembler that do not contradict it.
 
 pub(crate) mod atmel;
 mod gas;
@@ -18,9 +18,9 @@ use crate::fault::LineFault;
 use crate::lines::{byte, cut, trim};
 use crate::symbols::AsmSymbolKind;
 
-/// The last number of a part of a section.
+/// The highest number of a subsection.
 const LAST_PART: u16 = 8192;
-/// Sections that `.pushsection` keeps.
+/// The largest number of sections that `.pushsection` keeps.
 const KEPT: usize = 1000;
 
 /// The dialect.
@@ -38,7 +38,7 @@ pub(super) const AVR: AsmDialect = AsmDialect {
     location_counter_names: &["."],
     counter_at_line_start: false,
     counter_after_instruction: true,
-    // The order of the GNU assembler.
+    // Precedence of the GNU assembler.
     operators: &[
         ("*", 10, AsmOperator::Mul), ("/", 10, AsmOperator::Div), ("%", 10, AsmOperator::Mod), ("<<", 10, AsmOperator::Shl), (">>", 10, AsmOperator::Shr),
         ("|", 8, AsmOperator::Or), ("&", 8, AsmOperator::And), ("^", 8, AsmOperator::Xor), ("!", 8, AsmOperator::OrNot),
@@ -137,7 +137,8 @@ pub(super) const AVR: AsmDialect = AsmDialect {
     sections: SECTIONS,
 };
 
-/// The same behind `.altmacro`: arguments of macros stand by their names alone, may stand in angles, and `%` gives their values.
+/// The dialect after `.altmacro`: macro arguments are replaced by their bare names, may be in angle brackets,
+/// and `%` gives their values.
 const ALTERNATE: AsmDialect = AsmDialect {
     plain_arguments: true,
     hooks: DialectHooks { angle_arguments: true, ..AVR.hooks },
@@ -214,7 +215,7 @@ const fn other(space: &'static str, name: &'static str) -> SectionRow {
     SectionRow { name, space, content: SectionContent::Memory, align_after_previous: Some(1) }
 }
 
-/// What avr-gcc defines for a source in assembly, as far as it says something of the chip.
+/// Returns the macros about the chip that avr-gcc defines for an assembly source.
 fn defines(chip: &Chip) -> Vec<(String, String)> {
     let (calls, far) = (chip.flash_bytes > 0x2000, chip.flash_bytes > 0x1_0000);
     let arch = match (calls, far) {
@@ -236,7 +237,7 @@ fn defines(chip: &Chip) -> Vec<(String, String)> {
     ones.chain(texts).collect()
 }
 
-/// `__AVR_ATmega328P__`.
+/// Returns the chip's macro: `__AVR_ATmega328P__`.
 fn predefined(name: &str) -> String {
     match name.strip_prefix("atmega") {
         Some(rest) => format!("__AVR_ATmega{}__", rest.to_ascii_uppercase()),
@@ -244,7 +245,7 @@ fn predefined(name: &str) -> String {
     }
 }
 
-/// `<avr/io.h>` and `m328Pdef.inc`.
+/// Returns what an include of `<avr/io.h>` or `m328Pdef.inc` provides.
 fn provides(chip: &Chip, include: &str) -> ProvidedInclude {
     if include.starts_with("avr/") || matches!(include, "io.h" | "interrupt.h" | "pgmspace.h") {
         return ProvidedInclude::Chip;
@@ -270,7 +271,8 @@ fn section(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, name: &str) {
     }
 }
 
-/// The part of the current section whose number stands there: parts lie behind each other in the order of their numbers.
+/// Enters the subsection of the current section with the number at `at`. Subsections follow each other by
+/// number.
 fn enter_part(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, at: Range<usize>) {
     let Some(n) = asm.evaluate_number(call.text, at.clone()) else { return };
     let part = u16::try_from(n).ok().filter(|part| *part <= LAST_PART);
@@ -356,7 +358,7 @@ fn fill(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     asm.emit(&all, call.rest.clone());
 }
 
-/// `.comm name, size`: room in RAM.
+/// `.comm name, size`: reserves RAM.
 fn common(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, place: &str) {
     let parts = required_arguments(asm, call);
     let [name, size, ..] = parts.as_slice() else {

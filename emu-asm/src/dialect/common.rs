@@ -66,7 +66,7 @@ pub(super) const DIRECTIVES: &[AsmDirective] = &[
 /// Does nothing.
 pub(super) fn ignore_directive(_: &mut Assembler<'_>, _: &DirectiveCall<'_>) {}
 
-/// Tells that a directive has no effect here.
+/// Reports that a directive has no effect here.
 pub(super) fn report_no_effect(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let cause = format!("`{}` has no effect here", call.get(call.word.clone()));
     asm.report(
@@ -99,7 +99,7 @@ pub(super) fn org(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     };
     let gap = at - asm.out.next_address();
     match fill {
-        // What is filled as it is erased is left as it is.
+        // Filling with FFh leaves erased memory as it is.
         Some(byte) if byte != 0xFF && gap > 0 && gap <= 0x100_0000 => {
             let gap = vec![byte; gap as usize * asm.out.unit() as usize];
             asm.emit(&gap, call.rest.clone());
@@ -141,7 +141,7 @@ pub(super) fn constant(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, kind: 
     asm.define_value(text, name.clone(), call.text, from..call.rest.end, kind);
 }
 
-/// `name = value`; to the location counter it is `org`.
+/// `name = value`; for the location counter it is `org`.
 fn assign(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let name = call.label.clone().map_or("", |label| call.get(label));
     if asm.dialect.location_counter_names.contains(&name) {
@@ -150,7 +150,7 @@ fn assign(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     asm.define_from_directive(call, AsmSymbolKind::Set);
 }
 
-/// A value that fills `size` bytes, negative ones as their complement.
+/// Returns a value of `bits` bits; negative values become their two's complement.
 pub(super) fn value_of(asm: &mut Assembler<'_>, text: &str, range: Range<usize>, bits: u32) -> i64 {
     let Some(value) = asm.evaluate(text, range.clone()) else { return 0 };
     let limit = 1i64 << bits;
@@ -169,7 +169,7 @@ pub(super) fn bytes(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// A text in quotes, or a value of 8 bits.
+/// Emits quoted text, or a value of 8 bits.
 pub(super) fn text_or_byte(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, part: Range<usize>) {
     let text = read_string(call.text, part.start, part.end);
     match text.filter(|text| byte(call.text, part.start) == b'"' || text.len() != 1) {
@@ -189,7 +189,7 @@ pub(super) fn words(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// The arguments; told where there are none.
+/// Returns the arguments; reports an error if there are none.
 pub(super) fn required_arguments(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> Vec<Range<usize>> {
     let parts = cut(call.text, call.rest.clone());
     if parts.is_empty() {
@@ -204,19 +204,19 @@ pub(super) fn required_arguments(asm: &mut Assembler<'_>, call: &DirectiveCall<'
     parts
 }
 
-/// Goes on at the next even or odd address, as it counts from the begin of the section.
+/// Advances to the next even or odd address, counted from the start of the section.
 pub(super) fn parity(asm: &mut Assembler<'_>, _: &DirectiveCall<'_>, odd: i64) {
     let here = asm.out.next_address();
     let base = asm.out.initial_sections.get(asm.out.current).map_or(0, |first| first.pos);
     asm.out.set_address(here + ((here - base) & 1 ^ odd));
 }
 
-/// Room of so many addresses; filled with a value where one is given.
+/// Reserves a number of addresses; fills them if a value is given.
 pub(super) fn space(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     reserve_room(asm, call, 1);
 }
 
-/// Room of so many times `each` addresses.
+/// Reserves a count times `each` addresses.
 pub(super) fn reserve_room(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, each: i64) {
     let mut parts = required_arguments(asm, call).into_iter();
     let (Some(count), value) = (parts.next(), parts.next()) else { return };
@@ -235,19 +235,19 @@ pub(super) fn reserve_room(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, ea
     asm.emit(&vec![byte as u8; size], count);
 }
 
-/// Where the section goes on, and what fills up to there.
+/// An alignment: the boundary at which the section continues, and the fill up to it.
 pub(super) struct Alignment {
-    /// A multiple of this is wanted.
+    /// Align to a multiple of this.
     pub step: i64,
-    /// The value that fills.
+    /// The fill value.
     pub fill: i64,
-    /// Its bytes.
+    /// Size of the fill value in bytes.
     pub size: usize,
-    /// Nothing is done where more bytes than these would fill.
+    /// Do nothing if the fill would need more bytes than this.
     pub most: Option<i64>,
 }
 
-/// Goes on at the next multiple.
+/// Advances to the next multiple.
 pub(super) fn align_to(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, to: &Alignment) {
     let here = asm.out.next_address();
     let gap = (here + to.step - 1).div_euclid(to.step) * to.step - here;
@@ -269,8 +269,8 @@ pub(super) fn align_to(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, to: &A
     asm.emit(&bytes, call.rest.clone());
 }
 
-/// The bytes of texts in quotes that stand behind each other, `"one" "two"`, each with a 0 behind it where `zero`; `None` where
-/// something else is among them.
+/// Returns the bytes of adjacent quoted texts, `"one" "two"`, each followed by a 0 if `zero`; `None` if
+/// anything else is among them.
 fn strings(text: &str, part: Range<usize>, zero: bool) -> Option<Vec<u8>> {
     let ends = |mut bytes: Vec<u8>| {
         bytes.extend(zero.then_some(0));
@@ -304,7 +304,7 @@ pub(super) fn include(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let rest = trim(call.text, call.rest.clone());
     let written = call.get(rest.clone());
     let inner = written.trim_matches(|c| matches!(c, '"' | '\'' | '<' | '>' | '(' | ')')).trim();
-    // Paths as Windows writes them.
+    // Windows paths.
     let inner = &inner.replace('\\', "/");
     if inner.is_empty() {
         let hint = "write `include \"file\"`";
@@ -325,7 +325,7 @@ pub(super) fn include(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
                 let hint = "its names and numbers are used; name one chip in both places";
                 asm.report(LineFault::new("ASM043", rest, cause, hint).warning());
             }
-            // A chip that is not known, whose file lies in the folders all the same.
+            // The chip is unknown, but the include folders have its file.
             None if asm.can_open(inner) => {
                 asm.include(inner, &DirectiveCall { rest, label: None, word: call.word.clone(), ..*call })
             }
@@ -342,7 +342,7 @@ fn undefine(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     asm.defines.remove(name);
 }
 
-/// `.purgem name` and `.mdelete name`: the macro is no more.
+/// `.purgem name` and `.mdelete name`: delete the macro.
 pub(super) fn purge(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     for part in required_arguments(asm, call) {
         let name = call.get(part.clone());
@@ -371,7 +371,7 @@ pub(super) fn if_true(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> bool
     asm.evaluate_number(call.text, call.rest.clone()).is_some_and(|n| n != 0)
 }
 
-/// The value and 0; the value and another where two are given.
+/// Compares the value with 0, or with a second value if there are two.
 fn compare(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, holds: fn(i64) -> bool) -> bool {
     let parts = required_arguments(asm, call);
     let mut numbers = parts.iter().map(|part| asm.evaluate_number(call.text, part.clone()).unwrap_or(0));
@@ -403,7 +403,7 @@ fn times(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> RepeatIterations 
     RepeatIterations { name: None, texts: Vec::new(), count: n.max(0) as u64 }
 }
 
-/// The name that a repetition gives its texts, and the arguments behind it.
+/// Returns the name that a repetition replaces, and the arguments after it.
 fn name_and_arguments(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> (String, Vec<Range<usize>>) {
     required_arguments(asm, call);
     let join = ArgumentJoin::of(asm.dialect, call.get(call.word.clone()));
@@ -414,7 +414,7 @@ fn name_and_arguments(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> (Str
 
 fn each(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> RepeatIterations {
     let (name, list) = name_and_arguments(asm, call);
-    // `irp x, <1, 2>`: the list in angles.
+    // `irp x, <1, 2>`: the list in angle brackets.
     let list = match list.as_slice() {
         [all] if asm.dialect.hooks.angle_arguments && byte(call.text, all.start.wrapping_sub(1)) == b'<' => {
             cut(call.text, all.clone())

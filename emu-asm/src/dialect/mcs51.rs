@@ -1,12 +1,12 @@
-//! The 8051 as as31, sdas8051 and the assemblers after Intel's ASM51 take it.
+//! The 8051 dialect of as31, of sdas8051 and of assemblers compatible with Intel's ASM51.
 //!
 //! ```text
-//!   mcs51.rs       the dialect as data, sections, names of its own
-//!   mcs51/area.rs  areas of sdas8051       mcs51/layout.rs  where sdld puts them, and BL51 segments
+//!   mcs51.rs       the dialect as data, sections, predefined names
+//!   mcs51/area.rs  areas of sdas8051       mcs51/layout.rs  where sdld and BL51 place areas and segments
 //!   mcs51/segment.rs  sections and segments of ASM51 and AX51
 //!   mcs51/asxxxx.rs  directives that only sdas8051 has
-//!   mcs51/class.rs  names of bytes where bits are wanted, and the other way round
-//!   mcs51/text.rs  texts and characters in quotes as sdas8051 takes them, and where
+//!   mcs51/class.rs  byte names used as bits, and bit names used as bytes
+//!   mcs51/text.rs  quoted texts and characters of sdas8051
 //! ```
 
 mod area;
@@ -32,20 +32,20 @@ use crate::fault::LineFault;
 use crate::lines::{cut, trim};
 use crate::symbols::AsmSymbolKind;
 
-/// What is kept during a pass.
+/// State of the dialect during a pass.
 #[derive(Debug, Default)]
 pub(crate) struct Mcs51PassState {
-    /// The bank of R0 to R7 by `using`.
+    /// The register bank that `using` selects for R0 to R7.
     bank: i64,
-    /// A bit for each bank by `using`.
+    /// Banks selected by `using`: bit `n` is bank `n`.
     used_banks: u8,
-    /// Its areas.
+    /// The areas of the source.
     areas: area::PassAreas,
-    /// Names of bytes and bits, as the pass before had them too.
+    /// Whether a name is a byte or a bit; kept from pass to pass.
     classes: Classes,
-    /// It is what SDCC writes, which assembles with undefined names as those of other modules.
+    /// SDCC wrote the source. SDCC's assembler run treats undefined names as external.
     is_from_sdcc: bool,
-    /// Names that it says other modules have.
+    /// Names that the source declares as those of other modules.
     declared_externals: std::collections::BTreeSet<String>,
 }
 
@@ -65,7 +65,8 @@ pub(super) const MCS51: AsmDialect = AsmDialect {
     location_counter_names: &["$", ".", "*"],
     counter_at_line_start: true,
     counter_after_instruction: false,
-    // Signs in the order of sdas8051; words as in Intel's ASM51 ("MCS-51 Macro Assembler User's Guide", operators).
+    // Precedence of the signs as in sdas8051, of the words as in Intel's ASM51 ("MCS-51 Macro Assembler
+    // User's Guide", operators).
     operators: &[
         (".", 12, AsmOperator::BitOf),
         ("*", 10, AsmOperator::Mul), ("/", 10, AsmOperator::Div), ("%", 10, AsmOperator::Mod), ("mod", 10, AsmOperator::Mod),
@@ -137,7 +138,7 @@ pub(super) const MCS51: AsmDialect = AsmDialect {
         AsmDirective::run("even", |asm, call| super::common::parity(asm, call, 0)),
         AsmDirective::run("odd", |asm, call| super::common::parity(asm, call, 1)),
         AsmDirective::run("radix", radix),
-        // The conditions of ASEM-51 (its manual, "Conditional assembly").
+        // Conditions of ASEM-51 (its manual, "Conditional assembly").
         AsmDirective::flow("ifn", ReadFlow::If(|asm, call| !if_true(asm, call))),
         AsmDirective::flow("elseifn", ReadFlow::Elif(|asm, call| !if_true(asm, call))),
         AsmDirective::flow("elseifdef", ReadFlow::Elif(|asm, call| is_defined(asm, call, true))),
@@ -178,7 +179,7 @@ pub(super) const MCS51: AsmDialect = AsmDialect {
         AsmDirective::run("extrn", segment::extrn),
         AsmDirective::run("extern", segment::extrn),
         AsmDirective::run("using", using),
-        // Controls of AX51 that give names values, and then those without effect, such as `$MOD52` and `$NOLIST`.
+        // Controls of AX51 that define names, then controls without effect, such as `$MOD52` and `$NOLIST`.
         AsmDirective::run("$set", |asm, call| set_names(asm, call, None)),
         AsmDirective::run("$reset", |asm, call| set_names(asm, call, Some(0))),
         AsmDirective::run("$", control),
@@ -195,8 +196,9 @@ pub(super) const MCS51: AsmDialect = AsmDialect {
     ],
 };
 
-/// The same for as31: a source with directives that have a dot in front. Its values have signs, and its operators an order of their own:
-/// shifts, then `&` and `|` alike, then `* / %`, and a sign in front of a value last, with `+` and `-`: `-1&3` is `-(1&3)`.
+/// The variant for as31: a source whose directives begin with a dot. Its values are signed. The operators
+/// have an order of their own: shifts bind first, then `&` and `|` alike, then `* / %`; a sign before a value
+/// binds last, with `+` and `-`: `-1&3` is `-(1&3)`.
 #[rustfmt::skip]
 const AS31: AsmDialect = AsmDialect {
     operators: &[
@@ -223,7 +225,7 @@ const AS31: AsmDialect = AsmDialect {
     ..MCS51
 };
 
-/// The same for sdas8051: a source with directives that as31 and ASM51 lack.
+/// The variant for sdas8051: a source with directives that as31 and ASM51 do not have.
 const SDAS: AsmDialect = AsmDialect {
     comments: &[";"],
     true_value: 1,
@@ -239,8 +241,8 @@ const SDAS: AsmDialect = AsmDialect {
     ..MCS51
 };
 
-/// Lists of registers by their makers' names, such as `reg52.inc`, `regx52.h`, `at89x51.h` and `89c2051.mcu`, stand for what the chip
-/// has.
+/// Returns what an include provides. The chip's data replaces vendor register lists such as `reg52.inc`,
+/// `regx52.h`, `at89x51.h` and `89c2051.mcu`.
 fn provides(_: &Chip, include: &str) -> ProvidedInclude {
     let stem = include.split('.').next().unwrap_or(include);
     let makers = ["at", "reg", "reg_c", "regx", "mod", "sfr", "stc", "i", "p"];
@@ -250,15 +252,15 @@ fn provides(_: &Chip, include: &str) -> ProvidedInclude {
     if known && LISTS.contains(&number) { ProvidedInclude::Chip } else { ProvidedInclude::NotProvided }
 }
 
-/// Chips by what the names of such files have behind the maker.
+/// Chips as the names of such files spell them, after the vendor's prefix.
 #[rustfmt::skip]
 const LISTS: &[&str] = &[
     "51", "52", "8031", "8032", "8051", "8052", "8751", "8752", "80c31", "80c32", "80c51", "80c52", "87c51", "87c52", "89c51", "89c52",
     "51f", "8051sfr", "83c51", "83c52", "89c51rc", "89c52rc", "89c5xrc", "892051", "894051", "89s8252", "89s8253", "89s51", "89s52", "89c1051", "89c2051", "89c4051", "89x51", "89x52", "89x051", "1051", "2051", "4051",
 ];
 
-/// Controls of the listing, of the object file and of the chip's names that stand at the head of public sources (A51, "Control
-/// directives"; ASEM-51, "Assembler controls"). Others are told.
+/// Ignored controls, which are common at the start of public sources: of the listing, the object file and the
+/// chip's names (A51, "Control directives"; ASEM-51, "Assembler controls"). Other controls are reported.
 #[rustfmt::skip]
 const CONTROLS: &[&str] = &[
     "builtin", "case", "co", "cond", "condonly", "da", "date", "db", "debug", "ej", "eject", "ep", "erf", "errorprint", "ge", "gen", "genonly", "go",
@@ -299,7 +301,7 @@ fn set_names(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, fixed: Option<i6
     }
 }
 
-/// `name LIT 'text'`: the text stands for the name, in any case of its letters.
+/// `name LIT 'text'`: the name is replaced by the text; case is ignored.
 fn literal(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let rest = trim(call.text, call.rest.clone());
     let written = call.get(rest.clone());
@@ -314,7 +316,7 @@ fn literal(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// `name equ A`: the accumulator, the carry or DPTR by another name; any other value.
+/// `name equ A`: another name for the accumulator, the carry or DPTR; otherwise an ordinary value.
 fn equate(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, kind: AsmSymbolKind) {
     let written = call.get(trim(call.text, call.rest.clone()));
     let core = ["a", "ab", "c", "dptr"].iter().any(|name| written.eq_ignore_ascii_case(name));
@@ -340,7 +342,7 @@ fn doubles(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// A condition; `nul argument` holds where the argument is blank (A51, "Macro operators").
+/// Evaluates a condition; `nul argument` holds if the argument is blank (A51, "Macro operators").
 fn condition(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> bool {
     let written = call.get(trim(call.text, call.rest.clone()));
     let nul = written.get(..3).filter(|word| word.eq_ignore_ascii_case("nul")).and_then(|_| written.get(3..));
@@ -351,7 +353,7 @@ fn condition(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> bool {
     }
 }
 
-/// `using 1`: the bank of which AR0 to AR7 are the addresses.
+/// `using 1`: selects the bank whose addresses AR0 to AR7 are.
 fn using(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let Some(bank) = asm.evaluate_number(call.text, call.rest.clone()) else { return };
     if !(0..4).contains(&bank) {
@@ -367,14 +369,15 @@ fn using(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     asm.family_state.mcs51.used_banks |= 1 << bank;
 }
 
-/// Where the interrupts of the 8051 begin, by the names that ASEM-51 gives them (its manual, predefined symbols).
+/// Interrupt vectors of the 8051, with the names of ASEM-51 (its manual, predefined symbols).
 #[rustfmt::skip]
 const VECTORS: &[(&str, i64)] = &[
     ("RESET", 0), ("EXTI0", 0x03), ("TIMER0", 0x0B), ("EXTI1", 0x13), ("TIMER1", 0x1B), ("SINT", 0x23), ("TIMER2", 0x2B),
 ];
 
-/// `AR0` to `AR7`: the addresses of R0 to R7 in the bank by `using`. `s_CSEG` and `l_CSEG`: first address and size of an area;
-/// the name of a segment is its first address.
+/// Returns the value of a predefined name. `AR0` to `AR7` are the addresses of R0 to R7 in the bank that
+/// `using` selects. `s_CSEG` and `l_CSEG` are the first address and the size of an area; the name of a
+/// segment is its first address.
 fn own_name(own: &FamilyState, name: &str) -> Option<i64> {
     match name.as_bytes() {
         [b'a' | b'A', b'r' | b'R', digit @ b'0'..=b'7'] => Some(own.mcs51.bank * 8 + i64::from(digit - b'0')),
@@ -385,7 +388,7 @@ fn own_name(own: &FamilyState, name: &str) -> Option<i64> {
     }
 }
 
-/// What only sources for sdas8051 have; the lines before it are read anew with that in mind.
+/// Switches to the sdas8051 variant for a directive that only sdas8051 has; the pass is read again with it.
 fn of_sdas(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     if call.get(call.word.clone()).starts_with('.') {
         asm.chip_name_redefined |= !asm.dialect.hooks.is_sdas;
@@ -393,19 +396,20 @@ fn of_sdas(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// `.optsdcc -mmcs51`: the source is what SDCC has written.
+/// `.optsdcc -mmcs51`: SDCC wrote the source.
 fn of_sdcc(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     of_sdas(asm, call);
     asm.family_state.mcs51.is_from_sdcc = true;
 }
 
-/// `.globl name`: a name of this module for others, or of others for this one.
+/// `.globl name`: declares a name of this module for others, or a name of another module.
 fn declare(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let names = cut(call.text, call.rest.clone()).into_iter().map(|part| call.get(part));
     asm.family_state.mcs51.declared_externals.extend(names.map(|name| name.to_ascii_lowercase()));
 }
 
-/// A name that no line gives is one of another module; so are first address and size of an area that is not in this one.
+/// Reports whether an undefined name is external: also the first address and size of an area that this module
+/// does not have.
 fn external(asm: &Assembler<'_>, name: &str) -> bool {
     let state = &asm.family_state.mcs51;
     let linkers = |name: &str| {

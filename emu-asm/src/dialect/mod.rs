@@ -1,7 +1,7 @@
-//! What the assemblers of the families do differently, as data.
+//! The differences between the assemblers of the families, as data.
 //!
-//! One engine reads all of them; a dialect is a row of tables: comment marks, forms of numbers, operators with their
-//! precedence, and directives by name.
+//! One engine reads all of them. A dialect is a row of tables: comment marks, number forms, operators with
+//! their precedence, and directives by name.
 
 mod ap101;
 pub(crate) mod avr;
@@ -19,145 +19,146 @@ use crate::fault::LineFault;
 use crate::lines::AsmLine;
 use crate::reader::LineBlock;
 
-/// A unary operator or a function of one value: token, how strongly what follows must bind, what it does.
+/// A unary operator or a function of one value: token, binding strength for its operand, and implementation.
 pub(crate) type UnaryOperator = (&'static str, u8, fn(i64) -> i64);
 
-/// What a dialect tells of an instruction with the values of its operands and where they stand.
+/// A check of a dialect on an instruction, with the values and positions of its operands.
 pub(crate) type CheckInstruction = fn(&InstructionRow, &[(i32, Range<usize>)]) -> Option<LineFault>;
 
-/// What a dialect makes of a value beyond the field of an operand of a kind: the value that fits, and code, cause and hint of a
-/// warning. `None` where the value is taken as it is, or refused as any other.
+/// Truncates a value that is too large for an operand field: returns the value that fits, and code, cause and
+/// hint of a warning. `None` if the value is taken as it is or refused as usual.
 pub(crate) type CutToField = fn(&Chip, kind: &str, value: i64) -> Option<(i64, Option<AsmRefusal>)>;
 
-/// A dialect.
+/// An assembler dialect.
 pub(crate) struct AsmDialect {
     /// Characters that begin a comment anywhere outside quotes.
     pub comments: &'static [&'static str],
-    /// Characters that begin a comment at the beginning of a line.
+    /// Characters that begin a comment at the start of a line.
     pub line_comments: &'static [&'static str],
     /// Characters that end a statement, so that another may follow on the line.
     pub separators: &'static [u8],
-    /// `/* .. */` is a comment, over several lines.
+    /// `/* .. */` is a comment; it may extend over several lines.
     pub block_comments: bool,
     /// A word in column 1 that is no instruction, directive or macro is a label without a colon.
     pub labels_in_column_one: bool,
-    /// An instruction or directive in column 1 is told.
+    /// An instruction or directive in column 1 causes a warning.
     pub warns_in_column_one: bool,
-    /// The forms of numbers, the first that fits wins.
+    /// The forms of numbers; the first that fits is used.
     pub numbers: &'static [NumberForm],
-    /// Radix of a plain number, until a directive changes it.
+    /// Radix of a plain number until a directive changes it.
     pub radix: u32,
-    /// `byte.bit` is a bit address, so that names have no dots inside.
+    /// `byte.bit` is a bit address, so names have no dots inside.
     pub dot_is_bit: bool,
     /// Names of the location counter.
     pub location_counter_names: &'static [&'static str],
-    /// Within an instruction the location counter stands behind it.
+    /// Within an instruction, the location counter is the address after the instruction.
     pub counter_after_instruction: bool,
-    /// Within a list of values the location counter stands where the line begins; but not `.`, which moves with each value.
+    /// Within a list of values, the location counter is the address of the line; but `.` advances with each
+    /// value.
     pub counter_at_line_start: bool,
-    /// Binary operators: token, how strongly it binds, meaning.
+    /// Binary operators: token, binding strength, meaning.
     pub operators: &'static [(&'static str, u8, AsmOperator)],
-    /// Unary operators and functions of one value: token, how strongly what follows must bind, what it does.
+    /// Unary operators and functions of one value.
     pub unary: &'static [UnaryOperator],
-    /// What a comparison that holds gives.
+    /// The value of a comparison that holds.
     pub true_value: i64,
     /// How values are divided, shifted and compared.
     pub arithmetic: AsmArithmetic,
     /// Lines that begin with `$` and a word are controls of the assembler.
     pub controls: bool,
-    /// Labels are numbers, `1f` and `1b` mean the next and the last of them.
+    /// Labels may be numbers; `1f` and `1b` mean the next and the previous one.
     pub numbered_labels: bool,
-    /// Labels are numbers with a `$` behind, known between two labels with names.
+    /// Labels may be numbers followed by `$`, known between two labels with names.
     pub dollar_labels: bool,
-    /// Names of symbols are the same in upper and lower case where no other is meant.
+    /// Symbol names ignore case unless two symbols differ in case only.
     pub ignores_case: bool,
-    /// Macro arguments stand in the body by their names alone, without a backslash.
+    /// Macro parameters are replaced in the body by their bare names, without a backslash.
     pub plain_arguments: bool,
     /// Words of several bytes begin with the high byte.
     pub big_endian: bool,
-    /// A value that `org` puts into what it leaps over within the program.
+    /// The fill value for the gap that `org` skips within the program.
     pub org_fills: Option<u8>,
-    /// Macro arguments may stand with spaces between them.
+    /// Macro arguments may be separated by spaces.
     pub spaced_arguments: bool,
-    /// Memory that is reserved gets bytes of 0 (else none).
+    /// Reserved memory is filled with bytes of 0 (otherwise not filled).
     pub space_fills: bool,
-    /// A letter with a value in brackets is the name of a place: `M(256+n)`.
+    /// A letter with a value in parentheses is the name of an address: `M(256+n)`.
     pub zones: bool,
-    /// Literals of the syntax that a value may stand for.
+    /// Literals of the syntax, with the values that may be written instead.
     pub literals: &'static [(&'static str, i64)],
-    /// What few dialects have.
+    /// Features that few dialects have.
     pub hooks: DialectHooks,
-    /// Directives of this dialect alone, looked up before the common ones.
+    /// Directives of this dialect, looked up before the common ones.
     pub directives: &'static [AsmDirective],
-    /// Includes that the chip's data stand for: the name without path and `<>`, in lower case.
+    /// Returns what an include provides; `include` is the name in lower case, without path and `<>`.
     pub include_provided: fn(chip: &Chip, include: &str) -> ProvidedInclude,
-    /// Names and texts that are defined before the first line.
+    /// Returns names and texts that are defined before the first line.
     pub predefined: fn(chip: &Chip) -> Vec<(String, String)>,
-    /// An instruction that the dialect does not take with these operands: code, cause and hint.
+    /// Refuses an instruction that the dialect does not take with these operands: code, cause and hint.
     pub refuse_instruction: fn(mnemonic: &str, operands: &str) -> Option<AsmRefusal>,
-    /// What is done at the end of each pass.
+    /// Called at the end of each pass.
     pub finish_pass: fn(&mut Assembler<'_>),
-    /// The sections in the order in which they lie; the program begins in `text`, or else in the first.
+    /// The sections in memory order. The program begins in `text`, or else in the first.
     pub sections: &'static [SectionRow],
 }
 
-/// Where a value in quotes ends, and the value; none where nothing stands behind the quote.
+/// Returns the end and the value of a quoted value; `None` if nothing follows the quote.
 pub(crate) type QuotedValueAt = fn(text: &str, at: usize) -> Option<(usize, u16)>;
 
-/// What few dialects have.
+/// Features that few dialects have.
 #[derive(Clone, Copy)]
 pub(crate) struct DialectHooks {
-    /// Looks at an instruction that fits: its row, and the operands that stand in its pattern with their places.
+    /// Checks an instruction that fits: its row, and the operands in its pattern with their positions.
     pub check: CheckInstruction,
-    /// The warning about a name as an operand of a kind, with its value.
+    /// Returns the warning about a name used as an operand of a kind, with its value.
     pub mismatch: fn(&Assembler<'_>, name: &str, kind: &str, value: i32) -> Option<AsmRefusal>,
-    /// The value that an operand has where the one that is written does not fit its field, and the warning that says so.
+    /// Truncates a value that does not fit its operand field, with a warning.
     pub cut: CutToField,
-    /// Directives without effect that are known with a dot alone, here without it.
+    /// Ignored directives that are known only with a dot; listed without it.
     pub ignored_dotted: &'static [&'static str],
-    /// Directives behind those of the dialect, for dialects with many.
+    /// More directives of the dialect, looked up after `directives`.
     pub more: &'static [AsmDirective],
-    /// Directives that the family's usual assembler has not: alone in column 1 they are labels.
+    /// Directives that the family's usual assembler does not have: alone in column 1 they are labels.
     pub foreign: &'static [&'static str],
-    /// Operands of an instruction that takes none are left out, with a warning.
+    /// Operands of an instruction that takes none are dropped, with a warning.
     pub drops_operands: bool,
-    /// Puts sections in their places at the end of a pass; true where one has moved, so that another pass is wanted.
+    /// Places sections at the end of a pass; returns true if one has moved, which requires another pass.
     pub place_sections: fn(&mut Assembler<'_>) -> bool,
-    /// `#v(expression)` within a name stands for its value.
+    /// `#v(expression)` within a name is replaced by its value.
     pub value_names: bool,
-    /// Names whose values hang on what the program has said before.
+    /// Returns the value of a name that depends on earlier directives.
     pub own_name_value: fn(&FamilyState, &str) -> Option<i64>,
-    /// A name that no line gives is one of another module.
+    /// Reports whether an undefined name belongs to another module.
     pub is_external: fn(&Assembler<'_>, &str) -> bool,
-    /// The source is one for Atmel's assembler for the AVR.
+    /// The source is for Atmel's AVR assembler.
     pub is_atmel: bool,
-    /// The dialect of a source that has a directive with a dot in front.
+    /// Returns the dialect of a source whose directives begin with a dot.
     pub with_dots: fn() -> Option<&'static AsmDialect>,
-    /// The source is one for sdas8051, where the low byte of an address stands for it in constants and bytes.
+    /// The source is for sdas8051, which uses the low byte of an address in constants and bytes.
     pub is_sdas: bool,
-    /// The value in quotes that begins at a byte of the text, and where it ends.
+    /// Returns the end and the value of the quoted value at a position.
     pub quoted: Option<QuotedValueAt>,
-    /// The line with what stands for backslashes that are plain characters; none where there are none.
+    /// Returns the line with plain backslashes marked; `None` if it has none.
     pub plain_backslashes: fn(&AsmLine) -> Option<AsmLine>,
-    /// Where the comment of a line begins.
+    /// Returns where the comment of a line begins.
     pub code_end: Option<fn(&str) -> usize>,
-    /// Why bytes have no place in the current section: cause and hint.
+    /// Returns cause and hint if the current section cannot hold bytes.
     pub no_bytes: fn(&Assembler<'_>) -> Option<(String, String)>,
-    /// Digits of a number may stand in groups: `1010$1010b`.
+    /// Digits of a number may be in groups: `1010$1010b`.
     pub digit_groups: bool,
-    /// Values have 32 bits with a sign, and what is above is cut off; those of others have 64.
+    /// Values are signed with 32 bits, and higher bits are dropped; otherwise values have 64 bits.
     pub is_32: bool,
     /// Values may be complements of any value that fits: `not 0F0h` is a byte.
     pub complements: bool,
-    /// Arguments of macros may stand in angles.
+    /// Macro arguments may be in angle brackets.
     pub angle_arguments: bool,
-    /// Instructions with one operand that stand for the first of others that reaches it; the last of them where the operand is not known
-    /// by then.
+    /// General instructions with one operand: each is replaced by the first instruction in its list that
+    /// reaches the operand, or by the last if the operand is not yet known.
     pub general_instructions: &'static [(&'static str, &'static [&'static str])],
 }
 
 impl DialectHooks {
-    /// None of it.
+    /// No features.
     pub const NONE: DialectHooks = DialectHooks {
         check: |_, _| None,
         mismatch: |_, _, _, _| None,
@@ -198,34 +199,36 @@ const C_OPERATORS: &[(&str, u8, AsmOperator)] = &[
     ("&", 5, AsmOperator::And), ("^", 4, AsmOperator::Xor), ("|", 3, AsmOperator::Or), ("&&", 2, AsmOperator::BothTrue), ("||", 1, AsmOperator::EitherTrue),
 ];
 
-/// The signs of C, and the bytes of a number.
+/// The unary operators of C, and functions that return a byte of a number.
 #[rustfmt::skip]
 const C_UNARY: &[UnaryOperator] = &[
     ("-", 11, |n| n.wrapping_neg()), ("+", 11, |n| n), ("~", 11, |n| !n), ("!", 11, |n| if n == 0 { 1 } else { 0 }),
     ("low", 11, |n| n & 0xFF), ("high", 11, |n| n >> 8 & 0xFF),
 ];
 
-/// What becomes of an include.
+/// How an include is resolved.
 pub(crate) enum ProvidedInclude {
-    /// The chip's own names stand for it.
+    /// The chip's own names replace it.
     Chip,
-    /// It is one for another chip: its cause and hint.
+    /// It is for another chip: cause and hint.
     OtherChip(String, String),
-    /// It is one for the chip of this name, whose names it gives: cause, and hint where that chip is not known.
+    /// It is for the chip of this name and provides that chip's names: then cause and hint for when that chip
+    /// is unknown.
     NamedChip(String, String, String),
     /// It is a file.
     NotProvided,
 }
 
-/// A section as a row.
+/// A section as a table row.
 pub(crate) struct SectionRow {
-    /// Its name; with a `*` at its end it stands for all sections that begin so, in the order in which they are named.
+    /// Its name. A name that ends with `*` covers all sections with that prefix, in the order in which the
+    /// source names them.
     pub name: &'static str,
-    /// Name of the memory that its labels are in; empty where the windows of the image file say it.
+    /// Name of the memory of its labels; empty if the windows of the image file determine it.
     pub space: &'static str,
     /// What it holds.
     pub content: SectionContent,
-    /// It lies behind the sections before it in the same memory, from a multiple of this on.
+    /// It follows the previous sections of its memory, at a multiple of this.
     pub align_after_previous: Option<i64>,
 }
 
@@ -236,9 +239,9 @@ pub(crate) enum SectionContent {
     Image,
     /// Bytes of one memory of the image.
     Memory,
-    /// Nothing: labels get addresses.
+    /// Nothing: only labels get addresses.
     Addresses,
-    /// Bytes that lie behind the program, while labels have addresses of RAM.
+    /// Bytes stored after the program, whose labels have addresses of RAM.
     Copied,
 }
 
@@ -273,21 +276,21 @@ pub(crate) enum NumberForm {
     DecimalDot,
     /// `H'1F'`, `D'31'`, `O'17'`, `B'101'`, `A'c'`
     Quoted,
-    /// Digits in the radix that holds.
+    /// Digits in the current radix.
     Plain,
 }
 
 /// How values are divided, shifted to the right and compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum AsmArithmetic {
-    /// With their signs, in 64 bits.
+    /// Signed, in 64 bits.
     Signed,
-    /// Negative ones as their complements of so many bits.
+    /// Unsigned: negative values become their two's complement of this many bits.
     Unsigned(u32),
 }
 
 impl AsmArithmetic {
-    /// The value as it is divided, shifted or compared.
+    /// Returns the value as an operand of a division, shift or comparison.
     pub fn operand(self, n: i64) -> i64 {
         match self {
             AsmArithmetic::Unsigned(bits) if n < 0 => n & ((1 << bits.min(62)) - 1),
@@ -322,29 +325,29 @@ pub(crate) enum AsmOperator {
     BitOf,
 }
 
-/// A directive: its name without a dot, and what it does.
+/// A directive: its name without a dot, and its action.
 pub(crate) struct AsmDirective {
     /// Name in lower case.
     pub name: &'static str,
-    /// What it does with a word in front of it.
+    /// The role of a word before it.
     pub label: LabelUse,
-    /// What it does.
+    /// Its action.
     pub action: DirectiveAction,
 }
 
-/// What a word in front of a directive is.
+/// The role of a word before a directive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum LabelUse {
     /// A label for the address.
     Address,
-    /// What the directive is about.
+    /// The name that the directive defines.
     Name,
 }
 
 /// What a directive does.
 #[derive(Clone, Copy)]
 pub(crate) enum DirectiveAction {
-    /// Something with the line.
+    /// Acts on the line.
     Run(fn(&mut Assembler<'_>, &DirectiveCall<'_>)),
     /// Decides which lines are read.
     Flow(ReadFlow),
@@ -355,25 +358,25 @@ pub(crate) enum DirectiveAction {
 pub(crate) enum ReadFlow {
     /// Begins a condition.
     If(fn(&mut Assembler<'_>, &DirectiveCall<'_>) -> bool),
-    /// Another condition where those before did not hold.
+    /// Another condition, tested if the previous ones did not hold.
     Elif(fn(&mut Assembler<'_>, &DirectiveCall<'_>) -> bool),
-    /// The lines where none held.
+    /// The lines for the case that no condition held.
     Else,
-    /// Lines of the same condition, read by whether it holds.
+    /// Lines of the current condition, read depending on whether it holds.
     Within(fn(bool) -> bool),
-    /// A statement on the same line, read by whether the condition around it holds.
+    /// A statement on the same line, read depending on whether the enclosing condition holds.
     WithinLine(fn(bool) -> bool),
     /// Ends a condition.
     Endif,
     /// Begins a macro.
     Macro,
-    /// Begins a repetition: the texts that stand for a name in each turn (or how many turns).
+    /// Begins a repetition: the texts that replace a name in each iteration, or the number of iterations.
     Repeat(fn(&mut Assembler<'_>, &DirectiveCall<'_>) -> RepeatIterations),
     /// Begins a repetition while a condition holds.
     While,
     /// Begins lines that the directive reads itself.
     Block(fn(&mut Assembler<'_>, &DirectiveCall<'_>, LineBlock)),
-    /// Ends them.
+    /// Ends such lines.
     EndBlock,
     /// Ends a macro.
     Endm,
@@ -383,46 +386,46 @@ pub(crate) enum ReadFlow {
     Endw,
 }
 
-/// The turns of a repetition.
+/// The iterations of a repetition.
 pub(crate) struct RepeatIterations {
-    /// The name that stands for another text in each turn; none where all turns are alike.
+    /// The name that is replaced in each iteration; `None` if all iterations are equal.
     pub name: Option<String>,
-    /// The texts that it stands for.
+    /// The texts that replace it.
     pub texts: Vec<String>,
-    /// The number of turns that are alike.
+    /// The number of iterations if all are equal.
     pub count: u64,
 }
 
-/// What families keep during a pass.
+/// The state of each family during a pass.
 #[derive(Debug, Default)]
 pub(crate) struct FamilyState {
-    /// The PIC16's.
+    /// State of the PIC16 dialect.
     pub pic16: pic16::Pic16PassState,
-    /// The 8051's.
+    /// State of the 8051 dialect.
     pub mcs51: mcs51::Mcs51PassState,
-    /// AP101's.
+    /// State of the AP101 dialect.
     pub ap101: ap101::Ap101PassState,
 }
 
 impl FamilyState {
-    /// What the next pass takes over from this one.
+    /// Returns the state that the next pass takes over.
     pub fn state_for_next_pass(self) -> FamilyState {
         FamilyState { mcs51: self.mcs51.next(), ..FamilyState::default() }
     }
 }
 
 impl AsmDirective {
-    /// A directive in front of which a label may stand.
+    /// Returns a directive that may have a label before it.
     pub const fn run(name: &'static str, run: fn(&mut Assembler<'_>, &DirectiveCall<'_>)) -> AsmDirective {
         AsmDirective { name, label: LabelUse::Address, action: DirectiveAction::Run(run) }
     }
 
-    /// A directive that is about the word in front of it.
+    /// Returns a directive that defines the name before it.
     pub const fn named(name: &'static str, run: fn(&mut Assembler<'_>, &DirectiveCall<'_>)) -> AsmDirective {
         AsmDirective { name, label: LabelUse::Name, action: DirectiveAction::Run(run) }
     }
 
-    /// A directive that decides which lines are read.
+    /// Returns a directive that decides which lines are read.
     pub const fn flow(name: &'static str, flow: ReadFlow) -> AsmDirective {
         let label = if matches!(flow, ReadFlow::Macro) { LabelUse::Name } else { LabelUse::Address };
         AsmDirective { name, label, action: DirectiveAction::Flow(flow) }
@@ -430,12 +433,12 @@ impl AsmDirective {
 }
 
 impl AsmDialect {
-    /// A value with the bits that values have.
+    /// Wraps a value to the number of bits that values have.
     pub fn wrap_value(&self, n: i64) -> i64 {
         if self.hooks.is_32 { i64::from(n as i32) } else { n }
     }
 
-    /// The dialect of a chip.
+    /// Returns the dialect of a chip.
     pub fn of(chip: &Chip) -> &'static AsmDialect {
         match chip.family {
             ChipFamily::Avr => &avr::AVR,
@@ -445,12 +448,12 @@ impl AsmDialect {
         }
     }
 
-    /// The directive `name`, in lower case and without a dot.
+    /// Returns the directive `name`, which is in lower case and without a dot.
     pub fn find_directive(&self, name: &str) -> Option<&'static AsmDirective> {
         self.all_directives().find(|directive| directive.name == name)
     }
 
-    /// Names of all directives.
+    /// Returns the names of all directives.
     pub fn names(&self) -> impl Iterator<Item = &'static str> {
         self.all_directives().map(|directive| directive.name)
     }

@@ -1,10 +1,12 @@
-//! The mid-range PIC16 as gpasm and Microchip's MPASM take it.
+//! The mid-range PIC16 dialect of gpasm and Microchip's MPASM.
 //!
 //! ```text
-//!   pic16.rs  the dialect as data, and the names that a program gives    chip.rs  the chip: list, banks, pages, configuration
-//!   fields.rs values beyond the field of an operand
-//!   link.rs   sections of relocatable sources, and where they lie
-//!   data.rs   words of all kinds: dw, db, da, de, dt, fill      special.rs  mnemonics that stand for other instructions
+//!   pic16.rs    the dialect as data, and the names that a program defines
+//!   chip.rs     the chip: list, banks, pages, configuration
+//!   fields.rs   values too large for an operand field
+//!   link.rs     sections of relocatable sources, and their addresses
+//!   data.rs     words of all kinds: dw, db, da, de, dt, fill
+//!   special.rs  mnemonics that expand to other instructions
 //! ```
 
 mod chip;
@@ -29,31 +31,31 @@ use crate::symbols::AsmSymbolKind;
 
 pub(crate) use chip::bare_chip_name;
 
-/// What is kept during a pass.
+/// State of the dialect during a pass.
 #[derive(Debug, Default)]
 pub(crate) struct Pic16PassState {
-    /// What the next name of a block of constants gets.
+    /// The value for the next name of a block of constants.
     next_constant: i64,
-    /// The configuration words by `config`.
+    /// The configuration words set by `config`.
     settings: Option<[u16; 2]>,
-    /// The sections of a relocatable source, in the order in which it begins them.
+    /// The sections of a relocatable source, in source order.
     modules: Vec<link::ModuleSection>,
-    /// The include of a chip was read: its names are defined.
+    /// The chip's include was read, so the chip's names are defined.
     includes_chip: bool,
-    /// What `ifdef` and `ifndef` asked for that was not defined there.
+    /// Names that `ifdef` and `ifndef` tested before they were defined.
     undefined_checks: Vec<chip::UndefinedCheck>,
-    /// `list f=inhx8m`.
+    /// The source contains `list f=inhx8m`.
     pub is_inhx8m: bool,
 }
 
-/// Directives of all dialects that gpasm has not.
+/// Common directives that gpasm does not have.
 #[rustfmt::skip]
 const FOREIGN: &[&str] = &[
     "ds", "byte", "word", "ascii", "asciz", "rept", "irp", "irpc", "endr", "warning", "undef", "undefine",
     "ifeq", "ifne", "ifgt", "ifge", "iflt", "ifle", "ifb", "ifnb", "ifc", "ifnc", "ifnotdef", "elif", "elseif",
 ];
 
-/// Directives for debuggers, and the macros of gputils' `coff.inc` that tell gpsim something.
+/// Directives for debuggers, and the gpsim macros of gputils' `coff.inc`.
 const DOTTED: &[&str] = &["line", "eof", "file", "ident", "type", "def", "dim", "direct", "sim", "assert", "command"];
 
 /// The dialect.
@@ -65,14 +67,14 @@ pub(super) const PIC16: AsmDialect = AsmDialect {
     block_comments: false,
     labels_in_column_one: true,
     warns_in_column_one: true,
-    // A number of hexadecimal digits may end with b or d, so what is said by these letters comes last.
+    // A hexadecimal number may end with b or d, so the forms with these suffixes come last.
     numbers: &[NumberForm::Hex0x, NumberForm::Quoted, NumberForm::DecimalDot, NumberForm::HexH, NumberForm::OctalOQ, NumberForm::Plain, NumberForm::BinaryB, NumberForm::DecimalD],
     radix: 16,
     dot_is_bit: false,
     location_counter_names: &["$"],
     counter_at_line_start: false,
     counter_after_instruction: false,
-    // Comparisons are of one strength, and so are & ^ and |.
+    // All comparisons have equal precedence, and so have & ^ and |.
     operators: &[
         ("*", 10, AsmOperator::Mul), ("/", 10, AsmOperator::Div), ("%", 10, AsmOperator::Mod),
         ("+", 9, AsmOperator::Add), ("-", 9, AsmOperator::Sub),
@@ -178,7 +180,8 @@ pub(super) const PIC16: AsmDialect = AsmDialect {
     sections: &[SectionRow { name: "code", space: "", content: SectionContent::Image, align_after_previous: None }],
 };
 
-/// An instruction has seven bits for a file register; an address with more is that of another bank.
+/// Notes a file register address of more than seven bits: the instruction holds seven, so the register is in
+/// another bank.
 fn check(row: &InstructionRow, values: &[(i32, Range<usize>)]) -> Option<LineFault> {
     let slots = row.operands.iter().filter(|slot| row.pattern.has_letter(slot.letter));
     let (value, at) = slots.zip(values).find(|(slot, (n, _))| slot.kind.name == "file register" && n & 0x180 != 0)?.1;
@@ -187,7 +190,7 @@ fn check(row: &InstructionRow, values: &[(i32, Range<usize>)]) -> Option<LineFau
     Some(LineFault::new("ASM042", at.clone(), cause, hint).note())
 }
 
-/// `org address`; a label in front of it has the new address.
+/// `org address`; a label before it gets the new address.
 fn org(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     if !asm.family_state.pic16.modules.is_empty() {
         asm.out.enter_section(link::ABSOLUTE);
@@ -198,7 +201,7 @@ fn org(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// `cblock start`, and up to `endc` names, each with the next number: `a`, `b:2, c`.
+/// `cblock start`: assigns consecutive numbers to the names up to `endc`: `a`, `b:2, c`.
 fn constants(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, body: LineBlock) {
     if !trim(call.text, call.rest.clone()).is_empty() {
         let Some(start) = asm.evaluate_number(call.text, call.rest.clone()) else { return };
@@ -207,7 +210,7 @@ fn constants(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, body: LineBlock)
     let begun = asm.line.take();
     for line in body.iter() {
         asm.line = Some(line.clone());
-        // Texts of `#define` stand here for their names too.
+        // Texts of `#define` replace their names here too.
         let put = asm.expand_defines(line, code_end(asm.dialect, &line.text));
         let line = put.as_ref().unwrap_or(line);
         asm.line = Some(line.clone());
@@ -240,7 +243,7 @@ fn constants(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, body: LineBlock)
     asm.line = begun;
 }
 
-/// `variable a = 1, b`: names with their values, 0 where none is given.
+/// `variable a = 1, b`: names with their values, 0 if none is given.
 fn each_name(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, kind: AsmSymbolKind) {
     let local = call.get(call.word.clone()).eq_ignore_ascii_case("local");
     for part in cut(call.text, call.rest.clone()) {
@@ -249,7 +252,7 @@ fn each_name(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, kind: AsmSymbolK
         let name = call.get(part.start..end);
         let equals = byte(call.text, behind.start) == b'=';
         match behind.is_empty() {
-            // A local label gets its value as any other.
+            // A local label gets its value as any other label.
             true if local => {}
             true => asm.define_symbol(name, AsmValue::of(0), kind.clone(), part),
             false if equals && !name.is_empty() => {
@@ -263,7 +266,7 @@ fn each_name(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, kind: AsmSymbolK
     }
 }
 
-/// `name += value` and its like.
+/// `name += value` and similar directives.
 fn step(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, new: fn(i64, i64) -> i64) {
     let Some(label) = call.label.clone() else { return };
     let name = call.get(label.clone());
@@ -281,12 +284,12 @@ fn step(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, new: fn(i64, i64) -> 
     asm.define_symbol(name, value, AsmSymbolKind::Set, label);
 }
 
-/// Shifted by 32 or more, or by a negative count, a value is its sign.
+/// Shifts a value. Shifted by 32 or more, or by a negative count, it becomes its sign.
 fn shift(n: i64, by: i64, shift: fn(i64, u32) -> Option<i64>) -> i64 {
     u32::try_from(by).ok().filter(|by| *by < 32).and_then(|by| shift(n, by)).unwrap_or(n >> 63)
 }
 
-/// What stands in for bytes of RAM.
+/// Returns cause and hint for bytes in a section of RAM, which cannot hold them.
 fn no_bytes(_: &Assembler<'_>) -> Option<(String, String)> {
     let cause = "nothing that a program holds can lie in a section of variables";
     Some((cause.to_owned(), "reserve room with res, or give the values in an idata section".to_owned()))

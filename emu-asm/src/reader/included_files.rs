@@ -1,4 +1,4 @@
-//! Files that a source names: texts that are read at that place, and files whose bytes it takes.
+//! Included files: texts that are read at that point, and files whose bytes are inserted.
 
 use std::ops::Range;
 use std::rc::Rc;
@@ -8,13 +8,13 @@ use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
 
 impl Assembler<'_> {
-    /// There is a file of this name for the text that is being read.
+    /// Reports whether the text that is being read can open a file of this name.
     pub fn can_open(&mut self, name: &str) -> bool {
         let from = self.line.as_ref().map_or(0, |line| line.file);
         self.files.open(name, self.texts.name(from)).is_ok()
     }
 
-    /// The bytes of a file that is no source; told where it cannot be read.
+    /// Returns the bytes of a binary file; reports an error if it cannot be read.
     pub fn binary(&mut self, name: &str, at: Range<usize>) -> Option<Rc<[u8]>> {
         let from = self.line.as_ref().map_or(0, |line| line.file);
         let key = (name.to_owned(), from);
@@ -23,7 +23,7 @@ impl Assembler<'_> {
         }
         match self.files.open(name, self.texts.name(from)) {
             Ok((path, bytes)) => {
-                // Known by its name, so that no output takes its place.
+                // Recorded by name, so that no output overwrites it.
                 self.texts.add(&path, &[], false);
                 let bytes: Rc<[u8]> = bytes.into();
                 self.binaries.insert(key, bytes.clone());
@@ -42,7 +42,7 @@ impl Assembler<'_> {
         }
     }
 
-    /// Reads a file at this place.
+    /// Reads a file at this point.
     pub fn include(&mut self, name: &str, call: &DirectiveCall<'_>) {
         let from = self.line.as_ref().map_or(0, |line| line.file);
         let depth = self.frames.iter().filter(|frame| matches!(frame.at_end, FrameEnd::File)).count();

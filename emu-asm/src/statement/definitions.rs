@@ -1,4 +1,4 @@
-//! Names that a directive gives a value: what `equ`, `set` and `=` define, and what the listing shows of it.
+//! Names that directives define: `equ`, `set` and `=`, and their values in the listing.
 
 use std::ops::Range;
 
@@ -9,14 +9,14 @@ use crate::lines::trim;
 use crate::symbols::AsmSymbolKind;
 
 impl Assembler<'_> {
-    /// The line of the listing shows this value.
+    /// Shows this value in the line of the listing.
     pub fn list_value(&mut self, value: AsmValue) {
         if let Some(last) = self.out.list.last_mut() {
             last.value = Some(value.number);
         }
     }
 
-    /// Gives the name `label` of a directive a value.
+    /// Defines the name `label` of a directive.
     pub fn define_from_directive(&mut self, call: &DirectiveCall<'_>, kind: AsmSymbolKind) {
         let Some(label) = call.label.clone() else {
             let word = call.get(call.word.clone());
@@ -28,7 +28,7 @@ impl Assembler<'_> {
         self.define_value(name, label, call.text, rest, kind);
     }
 
-    /// Gives a name the value of `text[rest]`, or makes it another name of a register of the core.
+    /// Defines a name as the value of `text[rest]`, or as another name of a core register.
     pub fn define_value(&mut self, name: &str, at: Range<usize>, text: &str, rest: Range<usize>, kind: AsmSymbolKind) {
         let rest = trim(text, rest);
         let written = text.get(rest.clone()).unwrap_or_default();

@@ -1,4 +1,5 @@
-//! The bench: parts and nets around the chip, the names of the script, and the commands that change them.
+//! The test bench: parts and nets around the chip, the names of the script, and the commands that change
+//! them.
 
 use std::collections::BTreeMap;
 
@@ -16,16 +17,16 @@ use super::value::CodValue;
 use crate::address_names::AddressNames;
 use crate::devices::cells::SharedBytes;
 
-/// Names of gpsim for registers, and what data sheets call them.
+/// Register names of gpsim, and the names in data sheets.
 #[rustfmt::skip]
 const ALIASES: [(&str, &str); 5] = [
     ("option_reg", "OPTION"), ("option", "OPTION_REG"), ("adres", "ADRESH"), ("vrcon", "CVRCON"), ("cvrcon", "VRCON"),
 ];
 
-/// Attributes that say where things are drawn, or what the simulator around the run does.
+/// Attributes for the drawing, or for the simulator itself.
 const IGNORED: [&str; 4] = ["xpos", "ypos", "BreakOnReset", "WarnMode"];
 
-/// A stimulus that is being read.
+/// A stimulus while it is being read.
 #[derive(Debug, Clone, Default)]
 struct StimulusDraft {
     wave: StimulusWave,
@@ -35,9 +36,9 @@ struct StimulusDraft {
     data: Vec<f64>,
 }
 
-/// The bench.
+/// The test bench.
 pub struct CodCircuit<'n> {
-    /// What names of the program and the chip stand for.
+    /// Resolves names of the program and the chip.
     pub names: AddressNames<'n>,
     /// The nets.
     pub nets: Vec<CodNet>,
@@ -47,11 +48,11 @@ pub struct CodCircuit<'n> {
     pub hz: u64,
     /// The cycle at which the run ends.
     pub limit: u64,
-    /// What the outside puts on each pin of the chip, and millivolts there.
+    /// The level that the outside drives on each chip pin, and its voltage in millivolts.
     pub external_levels: Vec<(PinLevel, Option<i64>)>,
-    /// Two pins of the chip drive one net: that one of them lets go then shows on no pin.
+    /// Two chip pins drive one net, so a change of one from output to input is not visible at a pin.
     pub shared: bool,
-    /// What is odd about the commands, though not wrong.
+    /// Remarks about commands that are unusual but not wrong.
     pub warnings: Vec<String>,
     symbols: BTreeMap<String, CodValue>,
     saved_eeproms: BTreeMap<String, Vec<u8>>,
@@ -59,7 +60,7 @@ pub struct CodCircuit<'n> {
 }
 
 impl<'n> CodCircuit<'n> {
-    /// A bench with nothing on it.
+    /// Returns an empty test bench.
     #[must_use]
     pub fn new(names: AddressNames<'n>, hz: u64, limit: u64) -> Self {
         CodCircuit {
@@ -77,7 +78,7 @@ impl<'n> CodCircuit<'n> {
         }
     }
 
-    /// Carries out a command.
+    /// Executes a command.
     ///
     /// # Errors
     /// A name, a pin or an attribute that is unknown.
@@ -145,7 +146,7 @@ impl<'n> CodCircuit<'n> {
         for name in pins {
             match self.member(name) {
                 Some(member) => members.push(member),
-                // So does gpsim, which goes on without it.
+                // gpsim also continues without it.
                 None if self.part(name).is_some() => {
                     self.warnings.push(format!("`{name}` is a part and no pin of one"))
                 }
@@ -157,7 +158,7 @@ impl<'n> CodCircuit<'n> {
         Ok(())
     }
 
-    /// A pin by its name: of a part (`SW1.A`), a stimulus (its name), or the chip (`portb0`, `RB0`).
+    /// Finds a pin by its name: of a part (`SW1.A`), a stimulus (its name), or the chip (`portb0`, `RB0`).
     fn member(&self, name: &str) -> Option<NetMember> {
         let of_part = name.split_once('.').and_then(|(part, pin)| Some((self.part(part)?, pin)));
         if let Some((at, pin)) = of_part {
@@ -172,7 +173,7 @@ impl<'n> CodCircuit<'n> {
         chip_pin(self.names.chip, name).map(NetMember::Pin)
     }
 
-    /// A stimulus has begun that has not ended.
+    /// Reports whether a stimulus was begun but not ended.
     pub fn has_unfinished_stimulus(&self) -> bool {
         self.draft.is_some()
     }
@@ -203,7 +204,7 @@ impl<'n> CodCircuit<'n> {
         Ok(())
     }
 
-    /// Puts a stimulus on the bench.
+    /// Adds a stimulus to the bench.
     fn finish(&mut self, mut draft: StimulusDraft) -> Result<(), CodError> {
         let millivolts = |value: f64| match draft.analog {
             true => (value * 1000.0) as i64,
@@ -249,7 +250,7 @@ impl<'n> CodCircuit<'n> {
         if cpu.poke(space, addr, byte) { Ok(()) } else { Err(CodError::Unwritable { name: name.to_owned() }) }
     }
 
-    /// The value of an expression now.
+    /// Evaluates an expression now.
     ///
     /// # Errors
     /// As [`CodExpression::eval`].
@@ -262,7 +263,7 @@ impl<'n> CodCircuit<'n> {
         value.and_then(|value| u64::try_from(value).ok()).ok_or(CodError::NegativeNumber)
     }
 
-    /// What a name of the program or the chip stands for.
+    /// Resolves a name of the program or the chip.
     fn place(&self, name: &str) -> Option<CodPlace> {
         let chip = self.names.chip;
         if let Some(addr) = super::command::address(name) {
@@ -281,7 +282,7 @@ impl<'n> CodCircuit<'n> {
     }
 }
 
-/// Where a name stands.
+/// The location that a name refers to.
 enum CodPlace {
     /// A byte of a memory.
     Byte(&'static str, u32),
@@ -289,7 +290,7 @@ enum CodPlace {
     Word(u32),
 }
 
-/// A pin of the chip: by its own name, or as `portb0`.
+/// Returns a chip pin by its own name, or as `portb0`.
 fn chip_pin(chip: &Chip, name: &str) -> Option<PinId> {
     let lower = name.to_ascii_lowercase();
     let by_port = || {
@@ -299,7 +300,7 @@ fn chip_pin(chip: &Chip, name: &str) -> Option<PinId> {
     chip.pin(name).or_else(by_port)
 }
 
-/// What expressions see.
+/// The values that expressions can read.
 struct CodMachineView<'a, 'n, C> {
     bench: &'a CodCircuit<'n>,
     cpu: &'a C,

@@ -1,4 +1,4 @@
-//! Messages taken apart: assertions and commands.
+//! Parses messages: assertions and commands.
 
 use super::error::CodError;
 use super::expr::{CodExpression, CodTextReader};
@@ -6,16 +6,16 @@ use super::expr::{CodExpression, CodTextReader};
 /// An assertion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CodAssertion {
-    /// What must hold; where there is nothing, the run always halts.
+    /// The condition that must hold; without one, the run always halts.
     pub condition: Option<CodExpression>,
-    /// What is said when the run halts.
+    /// The text to print when the run halts.
     pub text: String,
 }
 
-/// `count == 3, 'text'`, `'text'` or nothing at all.
+/// Parses `count == 3, 'text'`, `'text'` or an empty text.
 ///
 /// # Errors
-/// No expression, or something behind it.
+/// No expression, or text after it.
 pub fn parse_assertion(text: &str) -> Result<CodAssertion, CodError> {
     let mut reader = CodTextReader::new(text);
     if reader.rest().is_empty() {
@@ -25,7 +25,7 @@ pub fn parse_assertion(text: &str) -> Result<CodAssertion, CodError> {
     if let Some(text) = whole.quoted().filter(|_| whole.rest().is_empty()) {
         return Ok(CodAssertion { condition: None, text: text.to_owned() });
     }
-    // Macros may leave the comma where there is no expression.
+    // Macros may leave the comma without an expression.
     let holds = if reader.rest().starts_with(',') { None } else { Some(reader.expr()?) };
     let said = if reader.take(",") { reader.quoted().unwrap_or("").to_owned() } else { String::new() };
     if !reader.rest().is_empty() {
@@ -39,7 +39,7 @@ pub fn parse_assertion(text: &str) -> Result<CodAssertion, CodError> {
 #[derive(Debug, Clone, PartialEq)]
 #[rustfmt::skip]
 pub enum CodCommand {
-    /// Nothing that matters to a run.
+    /// Nothing that affects a run.
     None,
     /// `module load TYPE NAME`.
     Module { kind: String, name: String },
@@ -55,11 +55,12 @@ pub enum CodCommand {
     Symbol { name: String, value: CodExpression },
     /// `NAME = VALUE`, for registers, symbols and attributes.
     Assign { name: String, value: CodExpression },
-    /// A line of a stimulus: `stimulus asynchronous_stimulus`, `period N`, `{ cycle, value }` and so on, up to `end`.
+    /// A line of a stimulus: `stimulus asynchronous_stimulus`, `period N`, `{ cycle, value }` and so on, up
+    /// to `end`.
     Stimulus(CodStimulusLine),
-    /// `dump e MODULE FILE`: keeps what an EEPROM holds under a name.
+    /// `dump e MODULE FILE`: saves the contents of an EEPROM under a name.
     SaveEeprom { module: String, file: String },
-    /// `load e MODULE FILE`: fills an EEPROM with what was kept.
+    /// `load e MODULE FILE`: fills an EEPROM with the saved contents.
     LoadEeprom { module: String, file: String },
 }
 
@@ -77,10 +78,10 @@ pub enum CodStimulusLine {
     End,
 }
 
-/// Reads a command.
+/// Parses a command.
 ///
 /// # Errors
-/// It is damaged, or one that is not carried out here.
+/// It is malformed or not supported.
 pub fn parse_command(text: &str) -> Result<CodCommand, CodError> {
     let text = text.trim();
     if text.is_empty() || text.starts_with('#') || text == "echo" || text.starts_with("echo ") {
@@ -143,7 +144,7 @@ pub fn parse_command(text: &str) -> Result<CodCommand, CodError> {
             | "start_cycle" | "period" | "name" | "icd" | "list" | "dump" | "quit",
             _,
         ) => Err(CodError::UnsupportedCommand { text: text.to_owned() }),
-        // A bare expression shows its value.
+        // A bare expression only prints its value.
         _ => {
             let mut again = CodTextReader::new(text);
             again.expr()?;
@@ -156,14 +157,14 @@ pub fn parse_command(text: &str) -> Result<CodCommand, CodError> {
     }
 }
 
-/// `reg(ADDRESS) = VALUE`: the register, and the value.
+/// Splits `reg(ADDRESS) = VALUE` into the register and the value.
 fn register(text: &str) -> Option<(&str, &str)> {
     let (name, value) = text.split_once('=').filter(|(_, value)| !value.starts_with('='))?;
     let name = name.trim_end();
     (address(name).is_some()).then_some((name, value))
 }
 
-/// The address of `reg(ADDRESS)`.
+/// Returns the address of `reg(ADDRESS)`.
 pub(super) fn address(name: &str) -> Option<u32> {
     let text = name.strip_prefix("reg")?.trim_start().strip_prefix('(')?.strip_suffix(')')?;
     match CodTextReader::new(text).expr() {
@@ -177,7 +178,7 @@ fn whole(mut reader: CodTextReader<'_>) -> Result<CodExpression, CodError> {
     if reader.rest().is_empty() { Ok(expr) } else { Err(CodError::TrailingText { rest: reader.rest().to_owned() }) }
 }
 
-/// `open` and `closed`, the states of a switch by name.
+/// Parses `open` and `closed`, the named states of a switch.
 fn bare_word(text: &str) -> Option<CodExpression> {
     use super::value::CodValue;
     match text {
@@ -187,7 +188,7 @@ fn bare_word(text: &str) -> Option<CodExpression> {
     }
 }
 
-/// `{ cycle, value, .. }`, all of it or a part of it: the braces and lines of one list may stand in several messages.
+/// Parses `{ cycle, value, .. }` or a part of it: a list with its braces may extend over several messages.
 fn data(reader: &mut CodTextReader<'_>) -> Result<Option<CodStimulusLine>, CodError> {
     let opened = reader.take("{");
     if reader.rest() == "}" {

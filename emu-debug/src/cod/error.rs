@@ -1,29 +1,29 @@
-//! What is wrong with a message of a program that checks itself.
+//! Errors in the messages of a self-checking program.
 
 use std::borrow::Cow;
 
-/// Why a message cannot be carried out. `Display` is the cause, without a full stop.
+/// Why a message cannot be executed. `Display` is the cause, without a full stop.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum CodError {
-    /// A message is longer than any in a file.
+    /// A message is longer than any file can hold.
     #[error("it has more than {most} bytes")]
     MessageTooLong {
-        /// Most bytes.
+        /// Maximum number of bytes.
         most: usize,
     },
-    /// Something is behind an expression.
+    /// Text follows an expression.
     #[error("`{rest}` behind the expression")]
     TrailingText {
-        /// What is there.
+        /// The text.
         rest: String,
     },
-    /// A message is no command.
+    /// A message is not a command.
     #[error("`{text}` is no command")]
     UnknownCommand {
         /// The message.
         text: String,
     },
-    /// A command of gpsim has no meaning here.
+    /// A gpsim command is not supported.
     #[error("`{text}` is not carried out")]
     UnsupportedCommand {
         /// The message.
@@ -38,7 +38,7 @@ pub enum CodError {
     /// A list lacks a comma.
     #[error("`{rest}` in a list, wanted a comma")]
     MissingComma {
-        /// What is there.
+        /// The text that was found.
         rest: String,
     },
     /// A part of an expression is missing.
@@ -47,40 +47,40 @@ pub enum CodError {
         if .found.is_empty() { Cow::from("the text ends") } else { format!("found `{found}`").into() }
     )]
     Unexpected {
-        /// What is there; empty at the end.
+        /// The text that was found; empty at the end.
         found: String,
-        /// What is wanted.
+        /// The expected part.
         wanted: &'static str,
     },
-    /// An expression has too many operands within each other.
+    /// An expression is nested too deeply.
     #[error("the expression is nested too deeply")]
     NestedTooDeeply,
-    /// Digits are no number.
+    /// Digits are not a number.
     #[error("`{digits}` is no number{}", .radix.map_or(String::new(), |radix| format!(" to the base {radix}")))]
     BadNumber {
         /// The digits.
         digits: String,
-        /// The base, where it is given.
+        /// The base, if it is given.
         radix: Option<u32>,
     },
-    /// A text stands where another value is wanted.
+    /// A text is used where another value is expected.
     #[error("a text is no {wanted}")]
     TextIsNo {
-        /// What is wanted, such as `address`.
+        /// The expected kind of value, such as `address`.
         wanted: &'static str,
     },
-    /// An operator has no meaning before a value.
+    /// An operator cannot be applied to a value.
     #[error("`{operator}` before a {operand}")]
     BadOperand {
         /// The operator.
         operator: char,
-        /// What is behind it: `text` or `decimal`.
+        /// The kind of the operand: `text` or `decimal`.
         operand: &'static str,
     },
-    /// Two texts are operands of something else than a comparison.
+    /// Two texts are operands of an operator that is not a comparison.
     #[error("texts can only be compared")]
     TextsInArithmetic,
-    /// An operator on bits has a decimal as an operand.
+    /// A bitwise operator has a decimal as an operand.
     #[error("bits of a decimal")]
     BitsOfDecimal,
     /// The divisor is 0.
@@ -92,19 +92,19 @@ pub enum CodError {
     /// A frequency is 0.
     #[error("a clock of 0 Hz")]
     ZeroFrequency,
-    /// A module of gpsim has no model here.
+    /// A gpsim module has no model here.
     #[error("there is no model of the module `{kind}`")]
     UnknownModule {
         /// The kind of module.
         kind: String,
     },
-    /// Two parts have one name.
+    /// Two parts have the same name.
     #[error("there is a part `{name}` already")]
     DuplicatePart {
         /// The name.
         name: String,
     },
-    /// A name is that of nothing of its kind.
+    /// There is no object of this kind with this name.
     #[error("there is no {kind} `{name}`")]
     NoSuch {
         /// The kind: `pin`, `node` or `EEPROM`.
@@ -112,7 +112,7 @@ pub enum CodError {
         /// The name.
         name: String,
     },
-    /// A name stands for nothing.
+    /// A name is not defined.
     #[error("there is nothing called `{name}`")]
     UnknownName {
         /// The name.
@@ -130,7 +130,7 @@ pub enum CodError {
         /// The register.
         name: String,
     },
-    /// An attribute does not take a value.
+    /// An attribute does not accept a value.
     #[error("`{name}` cannot be set to that")]
     BadAttributeValue {
         /// The attribute.
@@ -142,13 +142,13 @@ pub enum CodError {
         /// The address.
         addr: i64,
     },
-    /// A file is loaded to which nothing was saved.
+    /// A file is loaded but was never saved.
     #[error("nothing was kept as `{file}`")]
     NothingKept {
         /// The file.
         file: String,
     },
-    /// A line of a stimulus is outside of one.
+    /// A line of a stimulus is outside a stimulus.
     #[error("there is no stimulus that this would belong to")]
     OutsideStimulus,
     /// A stimulus has a cycle without a value.

@@ -1,4 +1,4 @@
-//! Expressions: their text read, and their value found.
+//! Expressions: parsing and evaluation.
 
 use super::error::CodError;
 use super::value::{CodOperator, CodValue};
@@ -6,44 +6,44 @@ use super::value::{CodOperator, CodValue};
 /// An expression.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CodExpression {
-    /// A number, a truth or a text.
+    /// A number, a truth value or a text.
     Value(CodValue),
     /// A name.
     Name(String),
-    /// `&name`: the address of what the name stands for.
+    /// `&name`: the address of the named object.
     Address(String),
     /// `*expression` or `reg(expression)`: the register at an address.
     At(Box<CodExpression>),
     /// `- ~ !` before an expression.
     Unary(char, Box<CodExpression>),
-    /// An operator between two.
+    /// An operator with two operands.
     Binary(CodOperator, Box<CodExpression>, Box<CodExpression>),
 }
 
-/// How deep expressions may be nested.
+/// Maximum nesting of expressions.
 const MAX_DEPTH: usize = 60;
 
-/// What names stand for.
+/// Resolves names in expressions.
 pub trait CodWorld {
-    /// The value of a name.
+    /// Returns the value of a name.
     ///
     /// # Errors
-    /// Nothing has that name, or it has no value.
+    /// The name is not defined, or it has no value.
     fn value(&self, name: &str) -> Result<CodValue, CodError>;
-    /// The address of what a name stands for.
+    /// Returns the address of a named object.
     ///
     /// # Errors
-    /// Nothing has that name, or it has no address.
+    /// The name is not defined, or it has no address.
     fn address(&self, name: &str) -> Result<i64, CodError>;
-    /// The register at an address.
+    /// Returns the value of the register at an address.
     ///
     /// # Errors
-    /// There is none.
+    /// There is no such register.
     fn at(&self, addr: i64) -> Result<CodValue, CodError>;
 }
 
 impl CodExpression {
-    /// The names in it, in their order.
+    /// Returns the names in the expression, in order.
     #[must_use]
     pub fn names(&self) -> Vec<&str> {
         match self {
@@ -54,7 +54,7 @@ impl CodExpression {
         }
     }
 
-    /// The value.
+    /// Evaluates the expression.
     ///
     /// # Errors
     /// A name that is unknown, or an operation without a result.
@@ -79,7 +79,7 @@ impl CodExpression {
     }
 }
 
-/// A text being read.
+/// A text that is being parsed.
 #[derive(Debug, Clone, Copy)]
 pub struct CodTextReader<'t> {
     rest: &'t str,
@@ -87,19 +87,19 @@ pub struct CodTextReader<'t> {
 }
 
 impl<'t> CodTextReader<'t> {
-    /// Reads from the beginning of a text.
+    /// Returns a reader at the start of a text.
     #[must_use]
     pub fn new(text: &'t str) -> Self {
         CodTextReader { rest: text.trim(), depth: 0 }
     }
 
-    /// What has not been read.
+    /// Returns the text that has not been read.
     #[must_use]
     pub fn rest(&self) -> &'t str {
         self.rest
     }
 
-    /// Passes over `token` if it comes next.
+    /// Skips `token` if it comes next; returns whether it did.
     pub fn take(&mut self, token: &str) -> bool {
         match self.rest.strip_prefix(token) {
             Some(rest) => {
@@ -110,7 +110,7 @@ impl<'t> CodTextReader<'t> {
         }
     }
 
-    /// The next characters as far as they are of a kind.
+    /// Reads characters while `of` is true.
     pub fn take_while(&mut self, of: impl Fn(char) -> bool) -> &'t str {
         let end = self.rest.find(|c| !of(c)).unwrap_or(self.rest.len());
         let (found, rest) = self.rest.split_at(end);
@@ -118,13 +118,13 @@ impl<'t> CodTextReader<'t> {
         found
     }
 
-    /// A name: letters, digits, underscores and points, no digit first.
+    /// Reads a name: letters, digits, underscores and dots, not beginning with a digit.
     pub fn name(&mut self) -> Option<&'t str> {
         let starts = self.rest.starts_with(|c: char| c.is_ascii_alphabetic() || matches!(c, '_' | '.'));
         starts.then(|| self.take_while(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '$')))
     }
 
-    /// A text between quotes of one kind, up to the last such quote: a text may hold quotes.
+    /// Reads a text between two quotes of one kind, up to the last such quote: a text may contain quotes.
     pub fn quoted(&mut self) -> Option<&'t str> {
         let mut rest = self.rest;
         rest = rest.strip_prefix('\\').unwrap_or(rest);
@@ -135,15 +135,16 @@ impl<'t> CodTextReader<'t> {
         inner.get(..end).map(|text| text.strip_suffix('\\').unwrap_or(text))
     }
 
-    /// An expression.
+    /// Reads an expression.
     ///
     /// # Errors
-    /// What stands next is none.
+    /// The next text is not an expression.
     pub fn expr(&mut self) -> Result<CodExpression, CodError> {
         self.binding(1)
     }
 
-    /// An expression of operators that bind at least so tightly; those of one strength group to the left.
+    /// Reads an expression whose operators bind at least with strength `least`; operators of equal strength
+    /// associate to the left.
     fn binding(&mut self, least: u8) -> Result<CodExpression, CodError> {
         let mut left = self.unary()?;
         loop {
@@ -212,7 +213,7 @@ impl<'t> CodTextReader<'t> {
         CodError::Unexpected { found: self.rest.chars().take(20).collect(), wanted }
     }
 
-    /// `25 0x19 $19 0b11001 b'11001' d'25' 2.5 1e6`; nothing where no number begins.
+    /// Reads `25 0x19 $19 0b11001 b'11001' d'25' 2.5 1e6`; `None` if no number begins here.
     fn number(&mut self) -> Result<Option<CodValue>, CodError> {
         let lower = self.rest.get(..2).unwrap_or(self.rest).to_ascii_lowercase();
         let radix = match lower.as_str() {
@@ -239,7 +240,7 @@ impl<'t> CodTextReader<'t> {
 
     fn decimal(&mut self) -> Result<CodValue, CodError> {
         let mut sign = false;
-        // A sign belongs to a number only after its exponent mark.
+        // Within a number, a sign is only valid after the exponent mark.
         let end = self.rest.find(|c: char| {
             let part = c.is_ascii_digit() || c == '.' || matches!(c, 'e' | 'E') || (sign && matches!(c, '+' | '-'));
             sign = matches!(c, 'e' | 'E');

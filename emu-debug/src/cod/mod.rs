@@ -1,15 +1,16 @@
-//! Programs that check themselves: what gpasm's `.direct` leaves in a `.cod` file for gpsim, carried out on any
+//! Self-checking programs: executes what gpasm's `.direct` stores in a `.cod` file for gpsim, on any
 //! [`Cpu`](emu_core::Cpu).
 //!
 //! ```text
-//!   script.rs   messages read: commands for the start, assertions and commands at addresses      command.rs  one message
-//!   bench.rs    parts, nets, symbols, and the commands that change them                          expr.rs     expressions
-//!   nets.rs      voltages of nets                                                                 value.rs    their values
-//!   wiring.rs   the chip's pins on the nets                                                      parts/      the parts
+//!   script.rs   messages: start commands, assertions and commands at addresses
+//!   command.rs  parses one message           expr.rs     expressions
+//!   circuit.rs  parts, nets, symbols, and the commands that change them
+//!   nets.rs     voltages of nets             value.rs    values of expressions
+//!   wiring.rs   the chip's pins on the nets  parts/      the parts
 //!   run.rs      the run: from edge to edge, from message to message
 //! ```
 //!
-//! What is understood, and what each of it means, stands in `docs/formats/cod.md`.
+//! `docs/formats/cod.md` lists the supported messages and their meaning.
 //!
 //! ```no_run
 //! # use emu_core::{Cpu, image::{SymbolAt, SymbolFile, load_messages}};

@@ -1,15 +1,15 @@
-//! Wires: which pins of the chip and of parts hang together, and the voltage that follows.
+//! Nets: connected pins of the chip and of parts, and the resulting voltage.
 
 use emu_core::pins::PinId;
 
 use super::parts::{CodPart, CodPartKind, VoltageSource, conductance};
 
-/// What hangs on a net.
+/// A pin on a net.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NetMember {
     /// A pin of the chip.
     Pin(PinId),
-    /// A pin of a part: position of the part, position of the pin.
+    /// A pin of a part: index of the part, index of the pin.
     Part(usize, usize),
 }
 
@@ -18,34 +18,35 @@ pub enum NetMember {
 pub struct CodNet {
     /// Its name.
     pub name: String,
-    /// What hangs on it.
+    /// The pins on it.
     pub members: Vec<NetMember>,
 }
 
-/// Least voltage that counts as high, in millivolts: VIH of a TTL input buffer (DS30292, table 15.1, D040).
+/// Lowest voltage that counts as high, in millivolts: VIH of a TTL input buffer (DS30292, table 15.1, D040).
 pub const HIGH_MILLIVOLTS: i64 = 2000;
 
-/// Everything that is needed to find voltages at one moment.
+/// The data for the voltages at one moment.
 pub struct NetSolver<'a> {
     /// The nets.
     pub nets: &'a [CodNet],
     /// The parts.
     pub parts: &'a [CodPart],
-    /// What a pin of the chip puts on its net.
+    /// Returns what a chip pin drives on its net.
     pub chip_source: &'a dyn Fn(PinId) -> Option<VoltageSource>,
-    /// What a pin of a part puts on its net.
+    /// Returns what a pin of a part drives on its net.
     pub part_source: &'a dyn Fn(usize, usize) -> Option<VoltageSource>,
 }
 
 impl NetSolver<'_> {
-    /// Millivolts of a net without one of its members; nothing where nobody drives it.
+    /// Returns the voltage of a net in millivolts without one of its members; `None` if nothing drives it.
     #[must_use]
     pub fn voltage(&self, net: usize, without: Option<NetMember>) -> Option<i64> {
         let mut visited = Vec::new();
         self.source(net, without, &mut visited).map(|source| source.millivolts)
     }
 
-    /// All that drives a net as one source. `visited` are the switches through which it was reached: each is passed once.
+    /// Combines all drivers of a net into one source. `visited` are the switches on the way here, so each is
+    /// passed only once.
     fn source(&self, net: usize, without: Option<NetMember>, visited: &mut Vec<usize>) -> Option<VoltageSource> {
         let (mut current, mut sum) = (0i128, 0i128);
         for &member in &self.nets.get(net)?.members {
@@ -71,7 +72,7 @@ impl NetSolver<'_> {
         Some(VoltageSource { millivolts, conductance: i64::try_from(sum).unwrap_or(i64::MAX) })
     }
 
-    /// What the other side of a switch puts on this one, behind its resistance.
+    /// Returns the source at the other side of a switch, after the switch's resistance.
     fn source_through_switch(
         &self,
         switch: usize,
@@ -90,7 +91,7 @@ impl NetSolver<'_> {
         let source = source?;
         let (a, b) = (i128::from(source.conductance), i128::from(conductance(ohms)));
         let both = i64::try_from(a * b / (a + b)).unwrap_or(i64::MAX);
-        // A source behind an open switch and a large resistor is still one.
+        // A source after an open switch and a large resistor still counts.
         Some(VoltageSource { millivolts: source.millivolts, conductance: both.max(1) })
     }
 }

@@ -13,17 +13,17 @@ use super::wiring::SetAnalogInput;
 use crate::address_names::AddressNames;
 use crate::dyn_probe;
 
-/// Machine cycles before what a part will do by itself at which the run stops, so that it can be put in the chip's queue in
-/// time: no instruction and no interrupt entry is longer.
+/// Machine cycles before a part's own next change at which the run stops, so that the change is queued in the
+/// chip in time: no instruction and no interrupt entry is longer.
 const LEAD_CYCLES: u64 = 8;
 
-/// Stops within one machine cycle after which the run is given up.
+/// Number of stops within one machine cycle after which the run is given up.
 const MAX_STEPS_WITHOUT_TIME: u32 = 10_000;
 
-/// Where a run begins and ends.
+/// The limits of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct CodRunLimits {
-    /// The machine cycle at which it ends at the latest; `break c` may end it before.
+    /// The machine cycle at which it ends at the latest; `break c` may end it earlier.
     pub cycle: u64,
     /// Clock of the chip in Hz.
     pub hz: u64,
@@ -36,14 +36,14 @@ pub enum CodVerdict {
     Message {
         /// Its text.
         text: String,
-        /// The assertion that does not hold, if it was one, and the values of the names in it.
+        /// The assertion that failed, if the message was one, and the values of its names.
         failed_assertion: Option<(String, Vec<(String, String)>)>,
         /// Program word address.
         pc: u32,
         /// Machine cycle.
         cycle: u64,
     },
-    /// The limit was reached: that of the host, or one of the program.
+    /// The limit of the caller or of the program was reached.
     Limit {
         /// Machine cycle.
         cycle: u64,
@@ -55,23 +55,23 @@ pub enum CodVerdict {
         /// Machine cycle.
         cycle: u64,
     },
-    /// No instruction.
+    /// An illegal instruction was reached.
     Illegal {
         /// Program word address.
         pc: u32,
         /// The word there.
         word: u16,
     },
-    /// The program did what cannot be carried out.
+    /// The program did something that cannot be executed.
     Fault {
         /// Program word address.
         pc: u32,
-        /// What it was.
+        /// The fault.
         fault: ProgramFault,
     },
-    /// A message cannot be carried out.
+    /// A message cannot be executed.
     Refused(CodRefusal),
-    /// Chip and bench answer each other without end, as in a ring of gates through a comparator.
+    /// Chip and bench react to each other without end, as in a ring of gates through a comparator.
     Unsettled {
         /// Machine cycle.
         cycle: u64,
@@ -79,25 +79,25 @@ pub enum CodVerdict {
 }
 
 impl CodVerdict {
-    /// True when the first message that halted the run says PASSED.
+    /// Reports whether the first message that halted the run contains PASSED.
     #[must_use]
     pub fn passed(&self) -> bool {
         matches!(self, CodVerdict::Message { text, .. } if text.contains("PASSED"))
     }
 }
 
-/// What a run came to.
+/// The outcome of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CodOutcome {
     /// How it ended.
     pub verdict: CodVerdict,
-    /// Assertions that were looked at.
+    /// Number of assertions checked.
     pub assertions_checked: u64,
-    /// What is odd about the commands, though not wrong.
+    /// Remarks about commands that are unusual but not wrong.
     pub warnings: Vec<String>,
 }
 
-/// Collects the edges of the pins on nets.
+/// Collects the edges of pins on nets.
 struct EdgeProbe {
     attached: Vec<bool>,
     seen: Vec<ChipEvent>,
@@ -115,7 +115,8 @@ impl Probe for EdgeProbe {
     }
 }
 
-/// Runs `cpu`, which is just switched on, under the messages of its program. Voltages go to `analog` as they change.
+/// Runs `cpu`, which has just been powered up, with the messages of its program. `analog` receives voltages
+/// when they change.
 pub fn run_script<C: Cpu>(
     cpu: &mut C,
     script: &CodScript,
@@ -179,7 +180,8 @@ impl CodRun<'_> {
             match stop {
                 StopReason::Limit | StopReason::Probe => {}
                 StopReason::Halted => {
-                    // Something on the bench may wake it yet: the next change there, which not everything is that is due.
+                    // Something on the bench may still wake the chip: the next change there, which not every
+                    // scheduled event is.
                     let mut t = now(cpu);
                     loop {
                         match self.next_drive(cpu, t) {
@@ -203,13 +205,13 @@ impl CodRun<'_> {
         }
     }
 
-    /// The next clock after `t` at which a part drives something by itself.
+    /// Returns the next clock after `t` at which a part changes an output by itself.
     fn next_drive<C: Cpu>(&self, cpu: &C, t: u64) -> Option<u64> {
         let cycle = u64::from(cpu.clocks_per_cycle());
         self.bench.parts.iter().filter_map(|part| part.next_drive(t, cycle, self.bench.hz)).min()
     }
 
-    /// Puts what the parts drive at `t` on the nets. True when the chip gets something else by it.
+    /// Drives the outputs of the parts at `t` on the nets; returns true if an input of the chip changes.
     fn drive<C: Cpu>(&mut self, cpu: &mut C, t: u64, analog: SetAnalogInput<'_, C>) -> bool {
         for part in &mut self.bench.parts {
             part.advance(t, self.bench.hz);
@@ -217,15 +219,15 @@ impl CodRun<'_> {
         self.bench.settle(cpu, t, &[], analog)
     }
 
-    /// Queues what the parts drive within the next cycles, each change at its own time, and gives the cycle up to which the chip
-    /// may run before they have to be asked again.
+    /// Queues what the parts drive within the next cycles, each change at its own time; returns the cycle up
+    /// to which the chip may run before the parts must be evaluated again.
     fn run_limit<C: Cpu>(&mut self, cpu: &mut C, analog: SetAnalogInput<'_, C>) -> u64 {
         let cycle = u64::from(cpu.clocks_per_cycle());
         let mut t = cpu.cycle().saturating_mul(cycle);
         let mut queued = None;
         let next = loop {
             let Some(next) = self.next_drive(cpu, t) else { break u64::MAX };
-            // One change at a time: the chip may answer to it.
+            // One change at a time: the chip may react to it.
             if next / cycle > cpu.cycle().saturating_add(LEAD_CYCLES) || queued.is_some() {
                 break next / cycle;
             }
@@ -234,14 +236,14 @@ impl CodRun<'_> {
             t = next;
         };
         let looks = self.bench.parts.iter().filter_map(|part| part.next_sample(self.bench.hz)).min();
-        // Looking is done behind the chip, driving before it.
+        // Samples are taken after the chip has passed them, drives are queued before.
         let look = looks.map_or(u64::MAX, |t| t.div_ceil(cycle));
         let until = queued.map_or_else(|| next.saturating_sub(LEAD_CYCLES), |t| t.div_ceil(cycle));
         let one = cpu.cycle().saturating_add(1);
         if self.bench.shared { one } else { until.min(look).max(one) }
     }
 
-    /// Lets the bench see the edges of the last stretch in their order, and what was due in it.
+    /// Passes the edges of the last stretch to the bench in order, with everything that was due in it.
     fn apply_edges<C: Cpu>(&mut self, cpu: &mut C, analog: SetAnalogInput<'_, C>) {
         let cycle = u64::from(cpu.clocks_per_cycle());
         let clocks = |at: CycleTime| at.cycle.saturating_mul(cycle).saturating_add(at.phase.into());
@@ -267,7 +269,7 @@ impl CodRun<'_> {
         }
     }
 
-    /// Carries out the messages at an address; a verdict where one of them ends the run.
+    /// Executes the messages at an address; returns a verdict if one of them ends the run.
     fn messages<C: Cpu>(
         &mut self,
         cpu: &mut C,
@@ -317,7 +319,7 @@ impl CodRun<'_> {
         after.into_iter().find_map(|(action, message)| self.execute_action(cpu, action, message, &mut *analog))
     }
 
-    /// The names in an expression with their values now.
+    /// Returns the names in an expression with their current values.
     fn values<C: Cpu>(&self, expr: &CodExpression, cpu: &C) -> Vec<(String, String)> {
         let value = |name: &str| self.bench.eval(&CodExpression::Name(name.to_owned()), cpu);
         let named = |name: &str| Some((name.to_owned(), value(name).ok()?.to_string()));

@@ -1,4 +1,4 @@
-//! The messages of a program as what is to be done when.
+//! The messages of a program as actions at the start and at addresses.
 
 use std::collections::BTreeMap;
 
@@ -8,10 +8,10 @@ use super::command::{CodAssertion, CodCommand, parse_assertion, parse_command};
 use super::error::CodError;
 use super::expr::CodExpression;
 
-/// Longest message in bytes; a file holds at most 255.
+/// Maximum message length in bytes; a file holds at most 255.
 const LONGEST: usize = 1000;
 
-/// What is to be done when the instruction at an address is reached.
+/// An action when the instruction at an address is reached.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CodAction {
     /// Something must hold before the instruction.
@@ -22,7 +22,7 @@ pub enum CodAction {
     After(CodCommand),
 }
 
-/// A message that cannot be carried out.
+/// A message that cannot be executed.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("message {kind} at 0x{addr:04x}, `{text}`: {cause}")]
 pub struct CodRefusal {
@@ -32,25 +32,25 @@ pub struct CodRefusal {
     pub kind: char,
     /// Its text.
     pub text: String,
-    /// Why.
+    /// The reason.
     #[source]
     pub cause: CodError,
 }
 
-/// The messages of a program, read.
+/// The parsed messages of a program.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct CodScript {
-    /// Commands for the start, with the messages that they came from.
+    /// Commands for the start, with their messages.
     pub start: Vec<(CodCommand, SimulatorMessage)>,
-    /// What is to be done at program words, with its messages.
+    /// Actions at program words, with their messages.
     pub by_address: BTreeMap<u32, Vec<(CodAction, SimulatorMessage)>>,
 }
 
 impl CodScript {
-    /// Reads messages. Kinds other than A, C and E are for other tools and are passed over.
+    /// Parses messages. Kinds other than A, C and E are for other tools and are skipped.
     ///
     /// # Errors
-    /// The messages that cannot be carried out.
+    /// The messages that cannot be executed.
     pub fn read(messages: &[SimulatorMessage]) -> Result<CodScript, Vec<CodRefusal>> {
         let mut script = CodScript::default();
         let mut refusals = Vec::new();
@@ -82,8 +82,8 @@ impl CodScript {
         if refusals.is_empty() { Ok(script) } else { Err(refusals) }
     }
 
-    /// The frequency of the oscillator in Hz that the program asks for at the start; a chip whose times in seconds matter is
-    /// to be built for it.
+    /// Returns the oscillator frequency in Hz that the program requests at the start. A chip with times in
+    /// seconds must be built for it.
     #[must_use]
     pub fn frequency(&self) -> Option<u64> {
         let asked = self.start.iter().filter_map(|(command, _)| frequency(command));
@@ -94,13 +94,13 @@ impl CodScript {
         hz.rfind(|hz| *hz > 0)
     }
 
-    /// Leaves out what asks for a frequency at the start: somebody else has chosen one.
+    /// Removes requests for a frequency at the start, because the user has chosen one.
     pub fn ignore_frequency(&mut self) {
         self.start.retain(|(command, _)| frequency(command).is_none());
     }
 }
 
-/// The lines of a message: a stimulus may stand in one, from its first word to its `end`.
+/// Returns the lines of a message: a message may contain a whole stimulus, from its first word to its `end`.
 fn lines(text: &str) -> Vec<&str> {
     const WORDS: [&str; 8] = ["initial_state", "start_cycle", "start", "period", "name", "digital", "analog", "end"];
     let text = text.trim();
@@ -121,7 +121,7 @@ fn lines(text: &str) -> Vec<&str> {
     lines
 }
 
-/// Reads a command; a clock that stands still is none.
+/// Parses a command; refuses a clock of 0 Hz.
 fn parse_run_command(text: &str) -> Result<CodCommand, CodError> {
     let command = parse_command(text)?;
     match frequency(&command) {
@@ -130,7 +130,7 @@ fn parse_run_command(text: &str) -> Result<CodCommand, CodError> {
     }
 }
 
-/// The frequency that a command asks for.
+/// Returns the frequency that a command requests.
 fn frequency(command: &CodCommand) -> Option<&CodExpression> {
     match command {
         CodCommand::Frequency(expr) => Some(expr),
@@ -139,7 +139,7 @@ fn frequency(command: &CodCommand) -> Option<&CodExpression> {
     }
 }
 
-/// The refusal of a message.
+/// Returns the refusal of a message.
 pub(super) fn refusal(message: &SimulatorMessage, cause: CodError) -> CodRefusal {
     CodRefusal { addr: message.addr, kind: message.kind, text: message.text.clone(), cause }
 }

@@ -1,4 +1,4 @@
-//! The parts against models that tick, and random texts.
+//! Compares the parts with models that tick, and parses random texts.
 
 use emu_core::rng::Rng;
 
@@ -8,8 +8,8 @@ use super::parts::wave::StimulusWave;
 use super::value::CodValue;
 use crate::devices::eeprom24::Eeprom24;
 
-/// A waveform, cycle by cycle: at every cycle of a lap that has a point the level becomes that of the point; a new lap may begin
-/// with the initial level.
+/// A waveform computed cycle by cycle: at each cycle with a point, the level becomes that of the point; a new
+/// period may begin with the initial level.
 fn ticked_wave(wave: &StimulusWave, points: &[(u64, i64)], cycles: u64) -> Vec<i64> {
     let (mut level, mut phase, mut lap) = (wave.initial, 0, 0u64);
     let mut levels = Vec::new();
@@ -51,7 +51,7 @@ fn waves_are_what_a_ticking_one_is() {
         let levels = ticked_wave(&wave, &points, 300);
         let told: Vec<i64> = (0..300).map(|cycle| wave.at(cycle)).collect();
         assert_eq!(told, levels, "seed {seed:#x} turn {turn}: {wave:?}");
-        // No change is missed between two moments that are announced.
+        // No change is missed between two announced times.
         for cycle in 0..299 {
             let next = wave.next(cycle).unwrap_or(u64::MAX);
             assert!(next > cycle);
@@ -67,7 +67,7 @@ fn frame(byte: u8, hz: u64, baud: u64) -> Vec<bool> {
     let bits: Vec<bool> = std::iter::once(false).chain((0..8).map(|b| byte >> b & 1 == 1)).chain([true]).collect();
     let mut clocks = Vec::new();
     for n in 0.. {
-        // So many whole bits have passed after n clocks.
+        // Number of whole bits after n clocks.
         let passed = n * baud / hz;
         match bits.get(passed as usize) {
             Some(bit) => clocks.push(*bit),
@@ -102,7 +102,7 @@ fn bytes_are_sent_as_a_ticking_port_sends_them() {
                 usart.advance(t, hz);
                 next = usart.next_drive(t, hz);
             }
-            // Asked only where it says that it changes, it is right all along.
+            // The level is right at all times, although it is only queried at announced changes.
             assert_eq!(usart.tx_level(t, hz), *level, "seed {seed:#x} turn {turn} clock {clock}");
         }
     }
@@ -117,7 +117,7 @@ fn bytes_are_taken_in_from_a_line_that_ticks() {
         let mut usart = CodUsart::default();
         usart.rxbaud = baud;
         let byte = rng.below(256) as u8;
-        // The sender may be some hundredths off.
+        // The sender may be off by up to 3 %.
         let off = baud * (970 + rng.below(60)) / 1000;
         let (mut level, mut t) = (true, 100 + rng.below(100));
         for bit in frame(byte, hz, off) {
@@ -133,7 +133,7 @@ fn bytes_are_taken_in_from_a_line_that_ticks() {
     }
 }
 
-/// The master of the bus, edge by edge.
+/// The bus master, edge by edge.
 struct Master(Eeprom24);
 
 impl Master {
@@ -149,7 +149,7 @@ impl Master {
         }
     }
 
-    /// One clock with SDA let go or pulled; the level of the wire while SCL is high.
+    /// One clock with SDA released or pulled low; returns the level of the wire while SCL is high.
     fn clock(&mut self, high: bool) -> bool {
         self.0.on_pin_change(0, high && !self.0.pulls_sda, 0, 1_000_000);
         self.0.on_pin_change(1, true, 0, 1_000_000);
@@ -158,7 +158,7 @@ impl Master {
         seen
     }
 
-    /// True where it is acknowledged.
+    /// Returns true if the byte is acknowledged.
     fn send(&mut self, byte: u8) -> bool {
         for bit in (0..8).rev() {
             self.clock(byte >> bit & 1 == 1);
@@ -173,7 +173,8 @@ impl Master {
     }
 }
 
-/// Random transfers against a list of bytes: pages roll over when written, the whole memory when read.
+/// Random transfers compared with a list of bytes: writes wrap around within a page, reads within the whole
+/// memory.
 #[test]
 fn eeproms_keep_what_is_written() {
     let seed = 0x24C0;
@@ -227,7 +228,7 @@ fn eeproms_keep_what_is_written() {
     }
 }
 
-/// Whatever a message says, the answer is a command or a sentence.
+/// Any message gives either a command or an error message.
 #[test]
 fn random_messages_are_answered() {
     let words = [

@@ -1,13 +1,13 @@
-//! What expressions are made of: whole numbers, decimals, truths and texts.
+//! Values of expressions: integers, decimals, truth values and texts.
 
 use super::error::CodError;
 
 /// A value.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CodValue {
-    /// A whole number.
+    /// An integer.
     Int(i64),
-    /// A decimal, as frequencies, resistances and voltages are written.
+    /// A decimal, for frequencies, resistances and voltages.
     Real(f64),
     /// True or false.
     Bool(bool),
@@ -28,7 +28,7 @@ impl std::fmt::Display for CodValue {
 }
 
 impl CodValue {
-    /// As a whole number: decimals lose their fraction, truth is 1; nothing for a text.
+    /// Converts to an integer: decimals lose their fraction, true is 1; `None` for a text.
     #[must_use]
     pub fn to_integer(&self) -> Option<i64> {
         match self {
@@ -40,7 +40,7 @@ impl CodValue {
         }
     }
 
-    /// As a decimal; nothing for a text.
+    /// Converts to a decimal; `None` for a text.
     #[must_use]
     pub fn to_real(&self) -> Option<f64> {
         match self {
@@ -49,14 +49,14 @@ impl CodValue {
         }
     }
 
-    /// True for what is not 0; nothing for a text.
+    /// Returns whether the value is not 0; `None` for a text.
     #[must_use]
     pub fn to_bool(&self) -> Option<bool> {
         self.to_real().map(|r| r != 0.0)
     }
 }
 
-/// An operator between two values.
+/// An operator with two operands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum CodOperator {
@@ -80,8 +80,8 @@ pub enum CodOperator {
 }
 
 impl CodOperator {
-    /// The operator as it is written, longest spellings first, and how tightly it binds. This is gpsim's order, in which
-    /// comparisons bind tightest and `& | ^` as loosely as `+`.
+    /// The spellings of the operators, longest first, with their binding strength. This is gpsim's order, in
+    /// which comparisons bind most tightly and `& | ^` as loosely as `+`.
     pub(super) const ALL: [(&'static str, CodOperator, u8); 17] = [
         ("<<", CodOperator::Shl, 3),
         (">>", CodOperator::Shr, 3),
@@ -102,7 +102,7 @@ impl CodOperator {
         ("/", CodOperator::Div, 2),
     ];
 
-    /// The result; the reason where there is none.
+    /// Computes the result; the error is the reason why there is none.
     pub(super) fn apply(self, a: &CodValue, b: &CodValue) -> Result<CodValue, CodError> {
         if let (CodValue::Text(a), CodValue::Text(b)) = (a, b) {
             return match self {

@@ -1,7 +1,7 @@
-//! The chip on the bench: what it puts on its pins, and what the bench puts there.
+//! The chip on the bench: what it drives on its pins, and what the bench drives there.
 //!
-//! The core tells only the level of a pin, which the chip wins where both sides drive. What the chip alone would do is tried on
-//! a copy of the machine, which is cheap and disturbs nothing.
+//! The core only reports the level of a pin, and the chip wins if both sides drive. What the chip alone would
+//! drive is measured on a copy of the machine, which is cheap and has no side effects.
 
 use emu_core::cpu::Cpu;
 use emu_core::pins::{CycleTime, PinId, PinLevel};
@@ -10,19 +10,19 @@ use super::circuit::CodCircuit;
 use super::nets::{HIGH_MILLIVOLTS, NetMember, NetSolver};
 use super::parts::{SUPPLY_MILLIVOLTS, VoltageSource, conductance};
 
-/// How the voltage of a pin reaches a chip whose inputs know voltages: cpu, when, pin, millivolts.
+/// Passes the voltage of a pin to a chip with analog inputs: cpu, time, pin, millivolts.
 pub type SetAnalogInput<'a, C> = &'a mut dyn FnMut(&mut C, CycleTime, PinId, i64);
 
-/// Turns in which parts may answer each other before a ring of gates is taken for one.
+/// Passes in which parts may react to each other before they count as a ring of gates.
 const MAX_SETTLE_PASSES: usize = 64;
 
-/// What the chip puts on a pin: an output of 150 ohms or a pull-up of 20 kilohms (gpsim's; DS30292, table 15.1: IPURB 50 to
-/// 400 uA).
+/// Returns what the chip drives on a pin: an output of 150 ohms or a pull-up of 20 kilohms (gpsim's values;
+/// DS30292, table 15.1: IPURB 50 to 400 uA).
 fn output(high: bool) -> VoltageSource {
     VoltageSource { millivolts: if high { SUPPLY_MILLIVOLTS } else { 0 }, conductance: conductance(150.0) }
 }
 
-/// The chip's own part in the level of a pin. `outside` is what the bench puts there.
+/// Returns the chip's own share in the level of a pin. `outside` is the level that the bench drives.
 pub fn chip_pin_source<C: Cpu>(cpu: &C, pin: PinId, outside: PinLevel) -> Option<VoltageSource> {
     let with = |level: PinLevel| {
         let mut copy = cpu.clone();
@@ -42,15 +42,16 @@ pub fn chip_pin_source<C: Cpu>(cpu: &C, pin: PinId, outside: PinLevel) -> Option
 }
 
 impl CodCircuit<'_> {
-    /// True for a pin that hangs on a net.
+    /// Reports whether a pin is on a net.
     #[must_use]
     pub fn is_attached(&self, pin: PinId) -> bool {
         self.nets.iter().any(|net| net.members.contains(&NetMember::Pin(pin)))
     }
 
-    /// Lets parts and chip see what everybody drives at the clock `t`, until nothing changes any more. `then` are the
-    /// levels of the pins at that time, where the chip has gone on since; the chip then gets nothing yet, since that would be
-    /// an answer to what has passed: it gets what is left of it in the end. True when the chip gets something else now.
+    /// Passes all drives at the clock `t` to parts and chip until nothing changes; returns true if an input
+    /// of the chip changes now. `then` are the levels of the pins at that time, if the chip has advanced
+    /// since. In that case its inputs are not changed yet, because that would be an answer to the past; the
+    /// chip gets the final levels later.
     pub fn settle<C: Cpu>(&mut self, cpu: &mut C, t: u64, then: &[PinLevel], analog: SetAnalogInput<'_, C>) -> bool {
         let cycle = u64::from(cpu.clocks_per_cycle());
         let mut own_of: Vec<Option<VoltageSource>> = Vec::with_capacity(self.external_levels.len());
@@ -71,7 +72,7 @@ impl CodCircuit<'_> {
                 let drives = |part: usize, pin: usize| self.parts.get(part)?.source_of_pin(pin, t, cycle, self.hz);
                 let wires = NetSolver { nets: &self.nets, parts: &self.parts, chip_source: &own, part_source: &drives };
                 for (at, net) in self.nets.iter().enumerate() {
-                    // What nobody drives keeps its charge.
+                    // A net without a driver keeps its charge.
                     let Some(millivolts) = wires.voltage(at, None) else { continue };
                     let high = millivolts >= HIGH_MILLIVOLTS;
                     for member in &net.members {
@@ -109,7 +110,8 @@ impl CodCircuit<'_> {
                 for &member in &net.members {
                     let NetMember::Pin(pin) = member else { continue };
                     let others = wires.voltage(at, Some(member));
-                    // A pull-up of the chip may be stronger than a resistor; a driver of the chip always wins.
+                    // A pull-up of the chip may be stronger than a resistor; an output of the chip always
+                    // wins.
                     let weak = own(pin).is_some_and(|source| source.conductance < conductance(1e3));
                     let counts = if weak { wires.voltage(at, None) } else { others };
                     let level = counts
@@ -120,7 +122,7 @@ impl CodCircuit<'_> {
             }
         }
         self.shared = shared;
-        // The time at which it happens, if that has not passed.
+        // The time of the change, if it has not passed.
         let at = CycleTime { cycle: t / cycle, phase: (t % cycle) as u8 };
         let mut changed = false;
         for (pin, level, millivolts) in changes {

@@ -4,7 +4,7 @@ use emu_core::chip::Chip;
 use emu_core::image::Image;
 use emu_core::table::{DisassembledInstruction, FlowKind};
 
-/// Erased bytes in a row from which on they are no program.
+/// Number of consecutive erased bytes that do not count as program.
 const ERASED_RUN: usize = 8;
 
 /// An instruction of an image.
@@ -14,32 +14,32 @@ pub struct ImageInstruction {
     pub pc: u32,
     /// Length in program words.
     pub len: u32,
-    /// What it may do to the order in which the program runs.
+    /// How it can change the order of execution.
     pub flow: FlowKind,
     /// Its text.
     pub text: String,
 }
 
-/// Program memory by words; nothing where the image fills nothing.
+/// Program memory by words; `None` where the image has no data.
 pub(super) struct ProgramWords {
     chip: &'static Chip,
     words: Vec<Option<u16>>,
 }
 
 impl ProgramWords {
-    /// Of an image for a chip.
+    /// Returns the program words of an image for a chip.
     pub fn of(chip: &'static Chip, image: &Image) -> ProgramWords {
         ProgramWords { chip, words: words(chip, image) }
     }
 
-    /// The instruction at a program word, where there is one.
+    /// Returns the instruction at a program word, if there is one.
     pub fn line(&self, pc: u32) -> Option<DisassembledInstruction> {
         let here: Vec<u16> = self.words.iter().skip(pc as usize).take(4).map_while(|word| *word).collect();
         (!here.is_empty()).then(|| (self.chip.isa.disassemble)(&here, pc))
     }
 
-    /// The instructions, one behind the other; where one was `executed` another begins anew. Words that are no instruction are left
-    /// out, and so are erased ones that were not executed.
+    /// Returns the instructions in sequence; at each `executed` word a new instruction begins. Illegal words
+    /// are left out, and so are erased words that were not executed.
     pub fn instructions(&self, executed: impl Fn(u32) -> bool) -> Vec<ImageInstruction> {
         let erased = |at: usize| self.words.get(at) == Some(&Some(self.chip.isa.erased_word));
         let (mut found, mut at) = (Vec::new(), 0);
@@ -52,7 +52,8 @@ impl ProgramWords {
             let pc = at as u32;
             let line = self.line(pc);
             let len = line.as_ref().map_or(1, |line| line.len.max(1));
-            // An instruction within it was executed: this is none, unless it was executed too.
+            // An instruction within this one was executed: then this is not an instruction, unless it was
+            // executed too.
             let broken = !executed(pc) && (at + 1..at + len).any(|at| executed(at as u32));
             match line.and_then(|line| Some((line.row?, line.text))) {
                 Some((row, text)) if !broken => {

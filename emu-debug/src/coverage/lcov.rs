@@ -1,4 +1,5 @@
-//! The account as a tracefile of lcov (geninfo(1), "TRACEFILE FORMAT"), which `genhtml` and most tools for coverage read.
+//! The coverage as an lcov tracefile (geninfo(1), "TRACEFILE FORMAT"), which `genhtml` and most coverage
+//! tools read.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -9,7 +10,7 @@ use crate::program_source::ProgramSource;
 /// A function, or a rung.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FunctionCount {
-    /// Line where it begins.
+    /// Its first line.
     pub line: u32,
     /// Name.
     pub name: String,
@@ -17,18 +18,19 @@ pub struct FunctionCount {
     pub count: u64,
 }
 
-/// The two ways of something.
+/// The two outcomes of a branch.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BranchCount {
     /// Its line.
     pub line: u32,
-    /// Tells it from others of the line: the address of the instruction in program words, or the number of the element.
+    /// Distinguishes it from others on the line: the address of the instruction in program words, or the
+    /// number of the element.
     pub block: u32,
-    /// How often each way was gone; nothing where it never came to that.
+    /// How often each outcome occurred; `None` if the branch was never executed.
     pub counts_by_outcome: Option<[u64; 2]>,
 }
 
-/// What is told of a file.
+/// The record of a file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct LcovRecord {
     /// Its name.
@@ -37,18 +39,18 @@ pub struct LcovRecord {
     pub functions: Vec<FunctionCount>,
     /// Branches by line.
     pub branches: Vec<BranchCount>,
-    /// How often each line was executed that has code: as often as the instruction of it that was executed most often.
+    /// How often each line with code was executed: the highest count of its instructions.
     pub lines: BTreeMap<u32, u64>,
 }
 
 impl LcovRecord {
-    /// A file of which nothing is told yet.
+    /// Returns an empty record for a file.
     #[must_use]
     pub fn new(file: impl Into<String>) -> LcovRecord {
         LcovRecord { file: file.into(), ..LcovRecord::default() }
     }
 
-    /// An instruction belongs to a line.
+    /// Adds an instruction to a line.
     pub fn add_instruction(&mut self, line: u32, reached: &CoveredInstruction) {
         let count = self.lines.entry(line).or_default();
         *count = (*count).max(reached.count);
@@ -59,7 +61,7 @@ impl LcovRecord {
     }
 }
 
-/// The records of the source files of a program, by name. Empty where nothing is known of lines.
+/// Returns the records of a program's source files, by name. Empty if there is no line information.
 #[must_use]
 pub fn source_records(reached: &[CoveredInstruction], source: &ProgramSource<'_>) -> Vec<LcovRecord> {
     let mut files: BTreeMap<&str, LcovRecord> = BTreeMap::new();
@@ -80,15 +82,15 @@ pub fn source_records(reached: &[CoveredInstruction], source: &ProgramSource<'_>
     records
 }
 
-/// Names of functions by program word: symbols with a size, where the program has such; else none, since labels are not told
-/// from functions.
+/// Returns names of functions by program word: the symbols that have a size. Without sizes the result is
+/// empty, because labels and functions cannot be distinguished.
 pub(crate) fn function_names<'a>(source: &ProgramSource<'a>) -> BTreeMap<u32, &'a str> {
     let chip = source.names.chip;
     let sized = source.names.symbols.iter().filter(|symbol| symbol.space == chip.code_space && symbol.size > 0);
     sized.map(|symbol| (symbol.addr / chip.word_bytes.max(1), symbol.name.as_str())).collect()
 }
 
-/// A listing with a line for each instruction, and what is told of it as of a file of this name.
+/// Returns a listing with one line per instruction, and its record as a file of this name.
 #[must_use]
 pub fn listing_record(reached: &[CoveredInstruction], source: &ProgramSource<'_>, file: &str) -> (String, LcovRecord) {
     let (mut text, mut record) = (String::new(), LcovRecord::new(file));
@@ -113,7 +115,7 @@ pub fn listing_record(reached: &[CoveredInstruction], source: &ProgramSource<'_>
     (text, record)
 }
 
-/// The tracefile.
+/// Returns the tracefile.
 #[must_use]
 pub fn format_tracefile(records: &[LcovRecord]) -> String {
     let mut out = String::new();

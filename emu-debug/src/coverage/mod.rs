@@ -1,12 +1,12 @@
-//! What of a program a run has executed: instructions, and both ways of those that have a condition.
+//! Coverage of a run: the instructions executed, and both outcomes of those with a condition.
 //!
 //! ```text
-//!   mod.rs     the probe                      code.rs   program memory as instructions
-//!   lcov.rs    the account as a tracefile     totals.rs the account in figures
+//!   mod.rs     the probe                        code.rs   program memory as instructions
+//!   lcov.rs    the coverage as a tracefile      totals.rs the coverage in numbers
 //! ```
-//! The probe keeps where the program went elsewhere than on to the next instruction, and so costs next to nothing where it did not.
-//! How often an instruction was executed is how often the program came there from elsewhere, and from the instruction before it,
-//! which is as often as that was executed and not left.
+//! The probe only records where the program continued at another than the next instruction, so sequential
+//! execution costs next to nothing. The execution count of an instruction is the number of arrivals from
+//! elsewhere plus the number of times that the previous instruction was executed and did not branch away.
 
 pub mod code;
 pub mod lcov;
@@ -20,40 +20,40 @@ use emu_core::table::FlowKind;
 pub use code::ImageInstruction;
 pub use totals::{CoverageTotals, CoveredShare};
 
-/// Places: one for each program word that a counter of 16 bits reaches.
+/// Number of entries: one for each program word that a 16-bit counter reaches.
 const WORD_COUNT: usize = 0x1_0000;
 
-/// What happened in front of an instruction.
+/// Events before an instruction.
 #[derive(Debug, Clone, Copy, Default)]
 struct WordCounts {
-    /// How often the program came from elsewhere, less how often it stood here and something else than an instruction took it
-    /// elsewhere.
+    /// How often the program arrived from elsewhere, minus how often it was here when something other than an
+    /// instruction (an interrupt) took it away.
     arrivals: i64,
-    /// How often the instruction before it went elsewhere.
+    /// How often the previous instruction branched away.
     departures: i64,
 }
 
-/// Counts where the program goes. Turns of a loop that only waits are jumped over as in a run that nobody looks at, so a count is of
-/// the turns that were made one by one.
+/// Counts where the program goes. Iterations of a waiting loop that are skipped, as in a run without probes,
+/// are not counted.
 #[derive(Debug, Clone)]
 pub struct CodeCoverage {
     places: Box<[WordCounts; WORD_COUNT]>,
 }
 
-/// An instruction and what became of it.
+/// An instruction with its counts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CoveredInstruction {
     /// The instruction.
     pub instruction: ImageInstruction,
     /// How often it was executed.
     pub count: u64,
-    /// How often it went on to the next instruction, and how often elsewhere, where it has a condition.
+    /// How often the next instruction followed, and how often another one, if it has a condition.
     pub counts_by_outcome: Option<[u64; 2]>,
 }
 
 impl Default for CodeCoverage {
     fn default() -> Self {
-        // Nothing is touched that no program reaches.
+        // Memory that no program reaches is not touched.
         let places = vec![WordCounts::default(); WORD_COUNT].into_boxed_slice().try_into();
         CodeCoverage { places: places.unwrap_or_else(|_| Box::new([WordCounts::default(); WORD_COUNT])) }
     }
@@ -78,7 +78,8 @@ impl Probe for CodeCoverage {
 }
 
 impl CodeCoverage {
-    /// How often the instruction at each program word was executed. `length`: of the instruction at a word, in words.
+    /// Returns how often the instruction at each program word was executed. `length` returns the length in
+    /// words of the instruction at a word.
     fn counts(&self, length: impl Fn(u32) -> u32) -> Vec<u64> {
         let mut counts = vec![0u64; WORD_COUNT];
         for (at, place) in self.places.iter().enumerate() {
@@ -93,8 +94,8 @@ impl CodeCoverage {
         counts
     }
 
-    /// All instructions of an image, by address. Of instructions that overlap and end at one word it is not known which of them went
-    /// elsewhere.
+    /// Returns all instructions of an image, by address. If instructions overlap and end at the same word, it
+    /// is not known which of them branched away.
     #[must_use]
     pub fn covered_instructions(&self, chip: &'static Chip, image: &Image) -> Vec<CoveredInstruction> {
         let words = code::ProgramWords::of(chip, image);
@@ -115,12 +116,12 @@ impl CodeCoverage {
 mod tests {
     use super::*;
 
-    /// An instruction of one word, one of two that has a condition, an interrupt, and an end.
+    /// An instruction of one word, one of two words with a condition, an interrupt, and an end.
     #[test]
     fn counts_are_read_off_the_ways() {
         let mut coverage = CodeCoverage::default();
         coverage.on_flow_start(0);
-        // 0 1 3, 0 1, interrupt 8, 0 1 3 and there it ends.
+        // 0 1 3, 0 1, interrupt 8, 0 1 3, end.
         coverage.on_branch(4, 0, true);
         coverage.on_branch(3, 0, true);
         coverage.on_flow_end(1);

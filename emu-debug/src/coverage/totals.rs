@@ -1,19 +1,19 @@
-//! The account in figures.
+//! The coverage in numbers.
 
 use super::CoveredInstruction;
 use super::lcov::LcovRecord;
 
-/// How much of something was seen.
+/// A covered share of a total.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct CoveredShare {
-    /// So many were seen,
+    /// Number covered.
     pub covered: u64,
-    /// of so many.
+    /// Total number.
     pub total: u64,
 }
 
 impl CoveredShare {
-    /// The part of some things for which `seen` is true.
+    /// Returns the share of things for which `seen` is true.
     pub fn of<T>(things: impl IntoIterator<Item = T>, seen: impl Fn(&T) -> bool) -> CoveredShare {
         let mut part = CoveredShare::default();
         for thing in things {
@@ -23,7 +23,8 @@ impl CoveredShare {
         part
     }
 
-    /// In tenths of a percent, rounded down, so that only all is 100 percent; nothing of nothing.
+    /// Returns the share in tenths of a percent, rounded down, so that only full coverage is 100 percent;
+    /// `None` if the total is 0.
     #[must_use]
     pub fn permille(self) -> Option<u64> {
         (u128::from(self.covered) * 1000).checked_div(u128::from(self.total)).map(|part| part as u64)
@@ -37,23 +38,23 @@ impl std::fmt::Display for CoveredShare {
     }
 }
 
-/// All figures.
+/// All totals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct CoverageTotals {
-    /// Instructions that were executed.
+    /// Instructions executed.
     pub instructions: CoveredShare,
-    /// Ways of instructions with a condition; each has two.
+    /// Outcomes of conditional instructions; each has two.
     pub branches: CoveredShare,
-    /// Lines of sources of which an instruction was executed; or of the listing, or of the ladder program.
+    /// Lines with an executed instruction: of source files, of the listing, or of the ladder program.
     pub lines: CoveredShare,
-    /// Functions that were entered, or rungs.
+    /// Functions entered, or rungs.
     pub functions: CoveredShare,
-    /// Values of the symbols of elements, of which each has two.
+    /// Values of the symbols of elements; each has two.
     pub elements: Option<CoveredShare>,
 }
 
 impl CoverageTotals {
-    /// Of instructions and what is written of them.
+    /// Computes the totals from instructions and records.
     #[must_use]
     pub fn of(reached: &[CoveredInstruction], records: &[LcovRecord]) -> CoverageTotals {
         let ways = reached.iter().filter_map(|one| one.counts_by_outcome).flatten();

@@ -1,4 +1,4 @@
-//! Backwards: from the nearest copy before the wanted position, forwards again.
+//! Running backwards: take the nearest copy before the wanted position, and run it forwards again.
 
 use std::collections::BTreeSet;
 use std::time::Instant;
@@ -14,31 +14,33 @@ use super::history::LeftPosition;
 use super::points::{DebugPoints, PointTrigger, breakpoint_words};
 use super::session::{DebugSession, HOST_TIME_BETWEEN_COPIES, HaltReason, HaltResult, KeepRunning, PointHit};
 
-/// Machine cycles that an instruction takes at most, in most cases.
+/// Maximum duration of most instructions in machine cycles.
 const TYPICAL_CYCLES: u64 = 8;
 
-/// Steps that are made before somebody is asked whether to go on.
+/// Number of steps between two calls of `go_on`.
 const STEPS_BETWEEN_CHECKS: u64 = 1 << 16;
 
-/// Steps back of which each position is noted, and cycles that a search looks at first.
+/// Number of steps back up to which every position is recorded, and of cycles that a search examines first.
 const NEAR_STEPS: u64 = 1 << 12;
 
-/// A position that a search backwards comes by. In the stretches between two copies it goes forwards.
+/// A position that a search backwards visits. Within the stretch between two copies it goes forwards.
 pub struct PassedPosition<'a> {
     /// The machine.
     pub target: &'a dyn DynMachine,
-    /// The first position of a stretch: what went before is unknown, and the answer does not count.
+    /// The first position of a stretch: what preceded it is unknown, and the result of the test does not
+    /// count.
     pub first: bool,
-    /// What the instruction that led here did to the stack of calls.
+    /// What the instruction that led here did to the call stack.
     pub flow: CallFlow,
     /// Program word of that instruction.
     pub from_word: u32,
 }
 
 impl DebugSession {
-    /// Goes `n` steps back, or to the beginning of the history. From within a step the first leads to where that begins; as many
-    /// steps forward right afterwards end there again.
-    /// Far back it goes a stretch between two copies at a time, and asks `go_on` in between; interrupted it stays.
+    /// Goes `n` steps back, or to the beginning of the history. From within a step, the first step back leads
+    /// to the start of that step; the same number of steps forward right afterwards returns to the original
+    /// position. Far back, it goes one stretch between two copies at a time and calls `go_on` in between; if
+    /// interrupted, it does not move.
     pub fn step_back(&mut self, n: u64, go_on: KeepRunning<'_>) -> HaltResult {
         let now = self.current.cycle();
         let left = self.left_position.filter(|left| left.returned_to == now).map(|left| left.cycle);
@@ -51,7 +53,7 @@ impl DebugSession {
         halt
     }
 
-    /// Goes `n` steps back, and forgets from where.
+    /// Goes `n` steps back, and forgets the original position.
     fn step_back_counted(&mut self, n: u64) -> HaltResult {
         let now = self.current.cycle();
         let wanted = usize::try_from(n).unwrap_or(usize::MAX);
@@ -61,7 +63,8 @@ impl DebugSession {
             let Some(mut line) = self.replayed(from) else { return HaltResult { reason: HaltReason::Beginning } };
             let begins = line.cycle() <= self.history.first_cycle();
             let base = line.fork();
-            // Where a run was stopped by its limit may be in the middle of a sleep; where a step ends is a position.
+            // A run that was stopped by its limit may be in the middle of a sleep; only the end of a step is
+            // a position.
             let mut found: Vec<u64> = if begins { vec![line.cycle()] } else { Vec::new() };
             self.visit_positions(&mut line, now, &mut |line| found.push(line.cycle()));
             found.retain(|cycle| *cycle < now);
@@ -77,7 +80,8 @@ impl DebugSession {
         }
     }
 
-    /// As [`DebugSession::step_back_counted`], for many: positions are counted, not noted.
+    /// Works as [`DebugSession::step_back_counted`], for many steps: it counts positions instead of recording
+    /// them.
     fn step_back_far(&mut self, n: u64, go_on: KeepRunning<'_>) -> HaltResult {
         let (now, first) = (self.current.cycle(), self.history.first_cycle());
         let starts: Vec<u64> = self.history.copies_before(now).map(FollowedMachine::cycle).collect();
@@ -88,7 +92,7 @@ impl DebugSession {
             let mut positions = u64::from(begins && base.cycle() < now);
             self.visit_positions(&mut base.fork(), end, &mut |line| positions += u64::from(line.cycle() < now));
             if positions >= rest {
-                // So many positions of this stretch are passed over.
+                // Number of positions of this stretch to skip.
                 let (mut before, mut found) = (positions - rest, None);
                 let mut tell = |line: &FollowedMachine| {
                     if before == 0 {
@@ -116,8 +120,8 @@ impl DebugSession {
         HaltResult { reason: HaltReason::Beginning }
     }
 
-    /// Goes to a cycle, in the past or in the future, or where an instruction spans it to the position before that; points are passed
-    /// over.
+    /// Goes to a cycle, in the past or in the future, and ignores points. If an instruction spans the cycle,
+    /// goes to the position before it.
     pub fn goto_cycle(&mut self, cycle: u64, go_on: KeepRunning<'_>) -> HaltResult {
         let (cycle, first) = (cycle.min(LAST_CYCLE), self.history.first_cycle());
         if cycle >= self.current.cycle() {
@@ -131,7 +135,7 @@ impl DebugSession {
         } else if let Some(line) = self.replayed(cycle.max(first)) {
             self.arrive(line);
         }
-        // It has overshot: then it goes to where the step before that ended. In sleep it stays at the cycle.
+        // It went past the cycle: return to the end of the previous step. In sleep, stay at the cycle.
         if self.current.cycle() > first.max(cycle) {
             let now = self.current.cycle();
             self.step_back_counted(1);
@@ -140,8 +144,8 @@ impl DebugSession {
         HaltResult { reason: if cycle < first { HaltReason::Beginning } else { HaltReason::Done } }
     }
 
-    /// Goes back to the last position at which a run forwards would have been stopped by a point. Counts to be ignored do not
-    /// matter, conditions do.
+    /// Goes back to the last position at which a point would have stopped a forward run. Ignore counts have
+    /// no effect, conditions do.
     pub fn run_back(&mut self, go_on: KeepRunning<'_>) -> HaltResult {
         let points = self.points.clone();
         match self.last_hit(&points, false, go_on) {
@@ -159,11 +163,11 @@ impl DebugSession {
         }
     }
 
-    /// The last time up to now that one of `wanted` was accessed or changed, the instruction that ended here counted: the cycle behind that instruction, and what was seen.
-    /// The machine stays where it is.
+    /// Finds the last time up to now at which `wanted` was accessed or changed, including the instruction
+    /// that ended here: the cycle after that instruction, and the hit. The machine does not move.
     ///
     /// # Errors
-    /// [`HaltReason::Interrupted`] where `go_on` said so.
+    /// [`HaltReason::Interrupted`] if `go_on` returned false.
     pub fn last_access(
         &mut self,
         wanted: PointTrigger,
@@ -175,13 +179,14 @@ impl DebugSession {
         Ok(found.and_then(|(line, hits)| Some((line.cycle(), *hits.first()?))))
     }
 
-    /// What a place was at a cycle, behind what was done from outside then. The machine stays where it is.
+    /// Returns the value of a place at a cycle, after the user's actions at that cycle. The machine does not
+    /// move.
     #[must_use]
     pub fn value_at(&self, place: ExpressionPlace, cycle: u64) -> Option<i64> {
         place.value(&*self.replayed(cycle)?.machine)
     }
 
-    /// The program word of the step that ends at a cycle. The machine stays where it is.
+    /// Returns the program word of the step that ends at a cycle. The machine does not move.
     #[must_use]
     pub fn step_ending_at(&self, cycle: u64) -> Option<u32> {
         let mut reach = TYPICAL_CYCLES;
@@ -202,8 +207,9 @@ impl DebugSession {
         }
     }
 
-    /// Goes back to the last position before this one at which `test` holds. A stretch is what lies between two copies, or less: near
-    /// ones are looked at before those behind them. `ended` is asked behind each; with false the search is over, and the machine stays.
+    /// Goes back to the last earlier position at which `test` holds. A stretch is the range between two
+    /// copies, or less; recent stretches are searched first. `ended` is called after each; if it returns
+    /// false, the search is over and the machine does not move.
     pub fn run_back_until(
         &mut self,
         go_on: KeepRunning<'_>,
@@ -268,8 +274,9 @@ impl DebugSession {
         super::call_flow(chip, |word| super::session::word(&*line.machine, word), pc).0
     }
 
-    /// The last position before this one at which points would have stopped a run. The past is run through once, its newest stretches
-    /// first, and more of them at a time the further it goes back: setting breakpoints in a copy costs as much as a stretch.
+    /// Returns the last earlier position at which points would have stopped a run. The past is run through
+    /// once, newest stretches first, and more of them at a time the further back it goes, because setting
+    /// breakpoints in a copy costs as much as a stretch.
     fn last_hit(
         &mut self,
         points: &DebugPoints,
@@ -283,10 +290,10 @@ impl DebugSession {
         let mut count = 1;
         while !left.is_empty() {
             let (stretches, older) = left.split_at(count.min(left.len()));
-            // A copy that stands at a breakpoint does not see it; the stretch before comes to it.
+            // A copy at a breakpoint does not see it; the previous stretch reaches it.
             let reach = if end < now { end + 1 } else { end };
             let mut bounds: Vec<u64> = stretches.iter().rev().copied().chain([reach]).collect();
-            // Once to find the cycle of the last, once to stop there.
+            // The first pass finds the cycle of the last hit, the second stops there.
             let mut last: Option<(u64, u64)> = None;
             self.hits_between(&bounds, points, go_on, &mut |line, _| {
                 let at = line.cycle();
@@ -316,8 +323,8 @@ impl DebugSession {
         Ok(None)
     }
 
-    /// Runs from the first of these cycles to the last, and tells each time that points would have stopped the machine, until that is
-    /// answered with false. All but the last are cycles of copies.
+    /// Runs from the first of these cycles to the last, and calls `tell` each time points would have stopped
+    /// the machine, until it returns false. All cycles but the last are those of copies.
     fn hits_between(
         &self,
         bounds: &[u64],
@@ -351,7 +358,7 @@ impl DebugSession {
                 if !matches!(stop, StopReason::Limit | StopReason::Breakpoint { .. } | StopReason::Probe) {
                     break;
                 }
-                // What was jumped over when the machine ran first may be long when it is looked at.
+                // Loops that were skipped in the first run may take long when they are observed.
                 slice = match start.elapsed() < HOST_TIME_BETWEEN_COPIES.end {
                     true if stop == StopReason::Limit => slice.saturating_mul(2),
                     true => slice,
@@ -364,7 +371,7 @@ impl DebugSession {
             if !go_on() {
                 return Err(HaltReason::Interrupted);
             }
-            // What could not be carried out ended the run there, too, until something was done from outside.
+            // A fault ended the run here too, until the user did something.
             if line.cycle() < end && bounds.last() != Some(&end) {
                 let Some(next) = self.replayed(end) else { return Ok(None) };
                 line = next;
@@ -375,7 +382,7 @@ impl DebugSession {
         Ok(Some(line))
     }
 
-    /// A copy of the machine as it was at a cycle, or at the first boundary behind it.
+    /// Returns a copy of the machine at a cycle, or at the first boundary after it.
     fn replayed(&self, cycle: u64) -> Option<FollowedMachine> {
         let mut line = self.history.copy_at(cycle)?.fork();
         let none = BTreeSet::new();
@@ -388,7 +395,7 @@ impl DebugSession {
         Some(line)
     }
 
-    /// Steps a copy up to a cycle, and tells of each position behind its first.
+    /// Steps a copy up to a cycle, and calls `tell` at each position after its first.
     fn visit_positions(&self, line: &mut FollowedMachine, end: u64, tell: &mut dyn FnMut(&FollowedMachine)) {
         line.set_breakpoints(&BTreeSet::new());
         while line.cycle() < end {
@@ -402,7 +409,7 @@ impl DebugSession {
         }
     }
 
-    /// Steps the machine itself on as long as it comes to no later cycle.
+    /// Steps the machine itself as long as it does not pass a cycle.
     fn step_to(&mut self, cycle: u64) {
         self.current.set_breakpoints(&BTreeSet::new());
         let mut scout = self.current.fork();

@@ -1,12 +1,13 @@
-//! Where breakpoints of functions and of source lines lie, as gdb has it.
+//! Locations of breakpoints on functions and source lines, as in gdb.
 
 use emu_core::image::{BlockInfo, FunctionInfo};
 
 use super::scope::NameScope;
 
 impl NameScope {
-    /// The program words of a function by its name, or `file.c:name`: of all that are called so, behind their prologues where their
-    /// variables are in their places only there, and of what was put in place of a call of them. None where no function has that name.
+    /// Returns the program words of a function by its name, or by `file.c:name`: of all functions with that
+    /// name, and of inlined copies. If variables have their locations only after the prologue, the word is
+    /// after the prologue. Empty if there is no such function.
     #[must_use]
     pub fn function_words(&self, text: &str) -> Vec<u32> {
         let (file, name) = text.rsplit_once(':').map_or((None, text), |(file, name)| (Some(file), name));
@@ -27,7 +28,8 @@ impl NameScope {
         self.words_of(found)
     }
 
-    /// The program words of a source line, from the byte addresses at which its code begins: the first of each block of a function.
+    /// Returns the program words of a source line from the byte addresses at which its code begins: the first
+    /// of each block of a function.
     #[must_use]
     pub fn line_words(&self, bytes: &[u32]) -> Vec<u32> {
         let info = &self.calls().info;
@@ -49,7 +51,8 @@ impl NameScope {
         self.words_of(found)
     }
 
-    /// The word behind the prologue of the function that begins at a word; nothing where none begins there, or it has no second row.
+    /// Returns the word after the prologue of the function that begins at a word; `None` if no function
+    /// begins there, or if it has no second row in the line table.
     #[must_use]
     pub fn word_after_prologue(&self, word: u32) -> Option<u32> {
         let (byte, width) = (word.saturating_mul(self.chip().word_bytes), self.chip().word_bytes.max(1));
@@ -62,7 +65,8 @@ impl NameScope {
         self.second_row(function, byte).filter(|_| has).unwrap_or(byte)
     }
 
-    /// The second row of the table of lines of a function, of whatever line, where `byte` is its first address.
+    /// Returns the second row of a function's line table, for any line, if `byte` is the function's first
+    /// address.
     fn second_row(&self, function: &FunctionInfo, byte: u32) -> Option<u32> {
         let code = function.block.ranges.iter().find(|range| range.start == byte)?;
         if self.lines.is_doubled(byte) {
@@ -82,7 +86,7 @@ impl NameScope {
     }
 }
 
-/// The first byte of a block.
+/// Returns the first byte of a block.
 fn first_byte(block: &BlockInfo) -> Option<u32> {
     block.ranges.iter().map(|range| range.start).min()
 }

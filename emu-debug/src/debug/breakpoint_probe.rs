@@ -1,4 +1,4 @@
-//! The probe of the debugger: it sees what the points wait for.
+//! The probe of the debugger: it observes what the points wait for.
 
 use std::collections::BTreeSet;
 
@@ -15,43 +15,43 @@ use crate::access_monitor::AccessWatch;
 use crate::address_names::AddressRange;
 use crate::bit_space::{self, BIT_SPACE};
 
-/// Something that a point waited for.
+/// An observation for a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Observation {
     /// Number of the point.
     pub id: u32,
-    /// Program word of the instruction; for a pin the one before which it was seen.
+    /// Program word of the instruction; for a pin, of the next instruction.
     pub pc: u32,
     /// Byte read or written.
     pub value: Option<u8>,
     pub write: bool,
 }
 
-/// What is looked at, and what was seen since the last look.
+/// What is observed, and what was seen since the last check.
 pub(super) struct BreakpointProbe {
     chip: &'static Chip,
     accesses: Vec<(u32, AddressRange, AccessKind)>,
-    /// Pins with the level that is waited for, and the one that they have.
+    /// Pins with the awaited level and the current one.
     pins: Vec<(u32, PinId, Option<PinLevel>, PinLevel)>,
-    /// Expressions with the value that they had.
+    /// Expressions with their previous values.
     changes: Vec<(u32, DebugExpression, Option<i64>)>,
-    /// All of them are of RAM, so that nothing but a write can change them.
+    /// Whether all expressions depend only on RAM, so that only writes can change them.
     ram_only: bool,
-    /// Where those bytes are kept.
+    /// Canonical addresses of those bytes of RAM.
     watched_ram: BTreeSet<u32>,
-    /// What was seen in this instruction.
+    /// Observations of this instruction.
     pub observations: Vec<Observation>,
-    /// Events, when somebody keeps them.
+    /// The event log, if one is kept.
     pub events: Option<SessionEvents>,
     pc: u32,
-    /// The instruction before which the last stop came: it is not stopped before again.
+    /// The cycle of the last stop before an instruction: the run does not stop again there.
     stopped_before: Option<u64>,
-    /// Interrupts entered.
+    /// Number of interrupts entered.
     pub interrupts_entered: u32,
 }
 
 impl BreakpointProbe {
-    /// For all points that are enabled; expressions have changed when they are no longer what they are now.
+    /// Returns a probe for all enabled points; expressions count as changed relative to their current values.
     pub fn new(points: &DebugPoints, target: &dyn DynMachine) -> BreakpointProbe {
         let mut eyes = BreakpointProbe {
             chip: target.chip(),
@@ -83,7 +83,7 @@ impl BreakpointProbe {
         eyes
     }
 
-    /// How closely a run must be looked at for all of this.
+    /// Returns how closely a run must be observed.
     pub fn observe_level(&self) -> ObserveLevel {
         let any = !self.changes.is_empty();
         let only_writes =
@@ -101,14 +101,14 @@ impl BreakpointProbe {
         }
     }
 
-    /// The byte of RAM is a part of a watched expression.
+    /// Reports whether the byte of RAM is part of a watched expression.
     fn is_watched(&self, space: &'static str, addr: u32) -> bool {
         let (space, addr, _) = byte_of(self.chip, space, addr);
         space == self.chip.ram_space && self.watched_ram.contains(&addr)
     }
 
-    /// Points whose expression has another value now than at the last look, with both, or whose pin has another level: what is done to
-    /// a machine that stands (a reset) makes no event.
+    /// Returns points whose expression has changed since the last check, with both values, or whose pin has
+    /// changed. An action on a stopped machine (a reset) produces no event, so pins are compared here too.
     pub fn take_changes(&mut self, target: &dyn DynMachine) -> Vec<(u32, Option<i64>, Option<i64>)> {
         let mut found = Vec::new();
         for (id, expr, old) in &mut self.changes {
@@ -168,7 +168,7 @@ impl Probe for BreakpointProbe {
     }
 }
 
-/// The byte of memory that holds a bit of the memory `bit`, else the place itself.
+/// Returns the byte that contains a bit of the memory `bit`; otherwise the location itself.
 pub(super) fn byte_of(chip: &Chip, space: &'static str, addr: u32) -> (&'static str, u32, Option<u8>) {
     match (space == BIT_SPACE).then(|| bit_space::byte_of_bit(chip, addr)).flatten() {
         Some((space, byte, bit)) => (space, byte, Some(bit as u8)),
@@ -176,7 +176,7 @@ pub(super) fn byte_of(chip: &Chip, space: &'static str, addr: u32) -> (&'static 
     }
 }
 
-/// Points that saw something, each once, whatever their conditions.
+/// Returns the points with an observation, each once, regardless of their conditions.
 pub(super) fn candidate_hits(
     points: &DebugPoints,
     target: &dyn DynMachine,

@@ -1,4 +1,4 @@
-//! Objects of C: variables, what pointers point to, members, elements; and values with a type of C.
+//! C objects: variables, pointer targets, members, elements; and values with a C type.
 
 mod byte_locations;
 
@@ -18,40 +18,41 @@ use super::expression::{BinaryOperator, DebugExpression};
 use super::expression_place::ExpressionPlace;
 use super::expression_value::ExpressionValue;
 
-/// What an object is taken from.
+/// The base of an object.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum ObjectBase {
-    /// A variable: the code in which it is known (everywhere where there is none), and the level of frames to begin with.
+    /// A variable: the code where it is in scope (everywhere if empty), and the level of the first frame to
+    /// search.
     Variable { variable: Arc<VariableInfo>, known: Vec<Range<u32>>, level: usize },
     /// Memory at an address.
     At(Box<DebugExpression>),
-    /// A value that is in no place.
+    /// A value without a location.
     Value(Box<DebugExpression>),
     /// The address of an object.
     AddressOf(Box<ObjectExpr>),
-    /// The code of a function, from a byte address on.
+    /// The code of a function, from this byte address on.
     Function(u32),
-    /// Bytes as they were when the value history took them.
+    /// Bytes as they were when the value history recorded them.
     Kept(Vec<ObjectByteLocation>),
 }
 
-/// An object of C, or a value with a type.
+/// A C object, or a value with a type.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ObjectExpr {
     pub(super) calls: CallStack,
     base: ObjectBase,
     /// Its type.
     pub ctype: CTypeRef,
-    /// Bytes from the beginning of the base.
+    /// Offset in bytes from the base.
     offset: u32,
-    /// Elements from there on, and the bytes of one.
+    /// Array indices, each with the size of an element in bytes.
     indices: Vec<(DebugExpression, u32)>,
-    /// A bit field: its first bit, and bits.
+    /// A bit field: its first bit and its number of bits.
     bits: Option<(u32, u32)>,
 }
 
 impl ObjectExpr {
-    /// A variable.
+    /// Returns a variable.
     pub(super) fn variable(
         calls: CallStack,
         variable: &VariableInfo,
@@ -62,23 +63,23 @@ impl ObjectExpr {
         ObjectExpr::of(calls, ObjectBase::Variable { variable: Arc::new(variable.clone()), known, level }, kind)
     }
 
-    /// Memory at an address.
+    /// Returns memory at an address.
     pub(super) fn at(calls: CallStack, addr: DebugExpression, kind: CTypeRef) -> ObjectExpr {
         ObjectExpr::of(calls, ObjectBase::At(Box::new(addr)), kind)
     }
 
-    /// A value.
+    /// Returns a value with a type.
     pub(super) fn value_of(calls: CallStack, value: DebugExpression, kind: CTypeRef) -> ObjectExpr {
         ObjectExpr::of(calls, ObjectBase::Value(Box::new(value)), kind)
     }
 
-    /// A function of the program.
+    /// Returns a function of the program.
     pub(super) fn function(calls: CallStack, function: &FunctionInfo) -> Option<ObjectExpr> {
         let first = function.block.ranges.iter().map(|range| range.start).min()?;
         Some(ObjectExpr::of(calls, ObjectBase::Function(first), CTypeRef::new(Some(function.of))))
     }
 
-    /// Its value now, for good: what the value history keeps.
+    /// Returns the current value as a constant, for the value history.
     pub(super) fn kept(&self, target: &dyn DynMachine) -> ObjectExpr {
         let base = match self.code_address(target).and_then(|byte| u32::try_from(byte).ok()) {
             Some(byte) => ObjectBase::Function(byte),
@@ -87,20 +88,20 @@ impl ObjectExpr {
         ObjectExpr { base, offset: 0, indices: Vec::new(), ..self.clone() }
     }
 
-    /// It is a function.
+    /// Reports whether it is a function.
     #[must_use]
     pub fn is_function(&self) -> bool {
         matches!(self.resolved_type(), Some(CType::Function { .. }))
     }
 
-    /// It is a pointer to a function, which counts program words.
+    /// Reports whether it is a pointer to a function, which holds a word address.
     #[must_use]
     pub fn is_function_pointer(&self) -> bool {
         let to = self.element_type().filter(|_| !self.is_array());
         to.is_some_and(|to| matches!(self.info().resolve_type(to), Some(CType::Function { .. })))
     }
 
-    /// The byte address of a function; nothing where it is none.
+    /// Returns the byte address of a function; `None` for other objects.
     pub(super) fn code_address(&self, target: &dyn DynMachine) -> Option<i64> {
         match &self.base {
             _ if !self.is_function() => None,
@@ -114,19 +115,20 @@ impl ObjectExpr {
         ObjectExpr { calls, base, ctype: kind, offset: 0, indices: Vec::new(), bits: None }
     }
 
-    /// The types and functions of the program.
+    /// Returns the types and functions of the program.
     #[must_use]
     pub fn info(&self) -> &DebugInfo {
         &self.calls.info
     }
 
-    /// Its type without names and qualifiers; nothing for pointers that the program does not have, and for `void`.
+    /// Returns its type without typedef names and qualifiers; `None` for `void` and for pointer types that
+    /// the program does not define.
     #[must_use]
     pub fn resolved_type(&self) -> Option<&CType> {
         self.info().resolve_type(self.ctype)
     }
 
-    /// What a pointer points to, or the elements of an array; nothing where it is neither.
+    /// Returns the type of a pointer's target or of an array's elements; `None` for other objects.
     #[must_use]
     pub fn element_type(&self) -> Option<CTypeRef> {
         if let Some(stars) = self.ctype.pointer_depth.checked_sub(1) {
@@ -141,16 +143,16 @@ impl ObjectExpr {
         }
     }
 
-    /// It is an array, whose value is the address of its first element.
+    /// Reports whether it is an array, whose value is the address of its first element.
     #[must_use]
     pub fn is_array(&self) -> bool {
         matches!(self.resolved_type(), Some(CType::Array { .. }))
     }
 
-    /// `*p`, or the element `[index]`.
+    /// Returns `*p`, or the element `[index]`.
     ///
     /// # Errors
-    /// It is no pointer and no array, or the size of what it points to is not known.
+    /// It is neither a pointer nor an array, or the size of its target is not known.
     pub(super) fn element(&self, index: DebugExpression) -> Result<ObjectExpr, DebugError> {
         let kind = self
             .element_type()
@@ -178,14 +180,14 @@ impl ObjectExpr {
         Ok(ObjectExpr::at(self.calls.clone(), addr, kind))
     }
 
-    /// A pointer so many elements further on or back.
+    /// Returns a pointer moved by a number of elements.
     fn scaled_offset(&self, operator: BinaryOperator, by: DebugExpression, size: u32) -> DebugExpression {
         let by =
             DebugExpression::Binary(BinaryOperator::Mul, Box::new(by), Box::new(DebugExpression::Number(size.into())));
         DebugExpression::Binary(operator, Box::new(DebugExpression::Object(Box::new(self.clone()))), Box::new(by))
     }
 
-    /// `p + n`, `p - n` for pointers and arrays; nothing where it is neither.
+    /// Returns `p + n` or `p - n` for pointers and arrays; `None` for other objects.
     pub(super) fn offset_by(&self, operator: BinaryOperator, by: &DebugExpression) -> Option<ObjectExpr> {
         let kind = self.element_type().filter(|_| !self.is_function() && !self.is_function_pointer())?;
         let size = self.info().size_of(kind).unwrap_or(1).max(1);
@@ -194,7 +196,7 @@ impl ObjectExpr {
         Some(ObjectExpr::value_of(self.calls.clone(), from.scaled_offset(operator, by.clone(), size), kind))
     }
 
-    /// Its address.
+    /// Returns its address.
     ///
     /// # Errors
     /// It is a value, or a bit field.
@@ -208,10 +210,10 @@ impl ObjectExpr {
         Ok(ObjectExpr::of(self.calls.clone(), ObjectBase::AddressOf(Box::new(self.clone())), kind))
     }
 
-    /// A member, also one of an unnamed struct or union within it; of what it points to where it is a pointer.
+    /// Returns a member, also of an unnamed struct or union in it; for a pointer, a member of its target.
     ///
     /// # Errors
-    /// It has none, or none of that name.
+    /// It has no members, or none with that name.
     pub(super) fn member(&self, name: &str) -> Result<ObjectExpr, DebugError> {
         let Some(CType::Record { .. }) = self.resolved_type() else {
             if self.element_type().is_some() && !self.is_array() {
@@ -230,7 +232,7 @@ impl ObjectExpr {
         Ok(ObjectExpr { ctype: CTypeRef::new(of), offset, bits, ..self.clone() })
     }
 
-    /// Bytes of it; those that a bit field lies in.
+    /// Returns its size in bytes; for a bit field, the bytes that contain it.
     #[must_use]
     pub fn bytes(&self) -> Option<u32> {
         match self.bits {
@@ -239,8 +241,9 @@ impl ObjectExpr {
         }
     }
 
-    /// The value of a number, character, pointer, enumeration or truth value, or of the first bytes of anything else: a number or
-    /// nothing. An array is the address of its first element where its address is meant.
+    /// Returns its value if it is a number, character, pointer, enumeration or truth value; for other types
+    /// the number in its first bytes, if there is one. An array gives the address of its first element where
+    /// C does.
     #[must_use]
     pub fn number(&self, target: &dyn DynMachine) -> Option<i64> {
         match &self.base {
@@ -274,7 +277,7 @@ impl ObjectExpr {
         }
     }
 
-    /// The value as C has it: an array is the address of its first element, a struct or union has none.
+    /// Returns the value as in C: an array is the address of its first element, a struct or union has none.
     #[must_use]
     pub(super) fn amount(&self, target: &dyn DynMachine) -> Option<ExpressionValue> {
         match self.resolved_type() {
@@ -290,13 +293,13 @@ impl ObjectExpr {
         }
     }
 
-    /// A number with a point.
+    /// Reports whether it is a floating-point number.
     #[must_use]
     pub fn is_real(&self) -> bool {
         matches!(self.resolved_type(), Some(CType::Base { encoding: BaseEncoding::Float, .. }))
     }
 
-    /// A value that nothing can change.
+    /// Reports whether its value cannot change.
     pub(super) fn is_constant(&self) -> bool {
         match &self.base {
             ObjectBase::Value(value) => value.is_constant(),
@@ -305,7 +308,7 @@ impl ObjectExpr {
         }
     }
 
-    /// The address of its first byte: in data memory without the offset of the ELF file.
+    /// Returns the address of its first byte; in data memory without the offset of the ELF file.
     fn first_address(&self, target: &dyn DynMachine) -> Option<i64> {
         let chip = target.chip();
         if let Some(byte) = self.code_address(target) {
@@ -333,7 +336,7 @@ impl ObjectExpr {
         }
     }
 
-    /// The place that it is now, if it is one of up to four bytes or a bit.
+    /// Returns its current location if it is up to four bytes or one bit.
     #[must_use]
     pub fn place(&self, target: &dyn DynMachine) -> Option<ExpressionPlace> {
         let cells = self.byte_locations(target);
@@ -351,7 +354,7 @@ impl ObjectExpr {
         }
     }
 
-    /// The writes that give it another value: places of single bytes and bits, and what each gets.
+    /// Returns the writes that assign a value: single bytes and bits, with their new values.
     ///
     /// # Errors
     /// It cannot be set, or not to this value.
@@ -408,7 +411,7 @@ impl ObjectExpr {
             .collect()
     }
 
-    /// It has one value, but lies in no place of up to four bytes.
+    /// Reports whether it has one value but no location of up to four bytes.
     pub(super) fn is_wider_than_place(&self, target: &dyn DynMachine) -> bool {
         match self.resolved_type() {
             Some(CType::Record { .. } | CType::Array { .. } | CType::Function { .. }) => true,
@@ -417,7 +420,7 @@ impl ObjectExpr {
         }
     }
 
-    /// A variable that is known where the machine is.
+    /// Reports whether it is in scope at the machine's location.
     #[must_use]
     pub fn is_known(&self, target: &dyn DynMachine) -> bool {
         match &self.base {
@@ -428,12 +431,12 @@ impl ObjectExpr {
         }
     }
 
-    /// The bit field that it is.
+    /// Returns its bit field, if it is one.
     pub(super) fn bit_field(&self) -> Option<(u32, u32)> {
         self.bits
     }
 
-    /// A variable that only a call in progress has, or computed from one.
+    /// Reports whether it is a local variable of a call, or computed from one.
     pub(super) fn is_local(&self) -> bool {
         let own = match &self.base {
             ObjectBase::Variable { variable, known, .. } => !known.is_empty() && !variable.is_everywhere(),
@@ -444,7 +447,7 @@ impl ObjectExpr {
         own || self.indices.iter().any(|(index, _)| index.is_local())
     }
 
-    /// The address that it is computed from, or that of its base.
+    /// Reports whether its address depends only on time.
     pub(super) fn is_of_time(&self) -> bool {
         match &self.base {
             ObjectBase::At(of) | ObjectBase::Value(of) => of.depends_only_on_time(),
@@ -453,7 +456,7 @@ impl ObjectExpr {
     }
 }
 
-/// The number that up to eight bytes are, the lowest first; of a bit field its bits.
+/// Returns the number in up to eight bytes, the lowest first; of a bit field, the number in its bits.
 pub(super) fn number_from_bytes(bytes: &[u8], bits: Option<(u32, u32)>, signed: bool) -> Option<i64> {
     if bytes.is_empty() || bytes.len() > 8 {
         return None;

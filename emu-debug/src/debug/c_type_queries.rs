@@ -1,30 +1,30 @@
-//! Questions about types of C.
+//! Queries on C types.
 
 use emu_core::image::{CType, DebugInfo, TypeId};
 
-/// A type, and how many pointers to it that the program need not have: `&x` is one.
+/// A type, with pointers around it that the program need not define: `&x` is one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct CTypeRef {
-    /// The type; nothing stands for `void`.
+    /// The type; `None` is `void`.
     pub id: Option<TypeId>,
-    /// Pointers around it.
+    /// Number of pointers around it.
     pub pointer_depth: u32,
-    /// Of an array: dimensions that an index was taken of.
+    /// For an array: the number of dimensions that are already indexed.
     pub indexed_dimensions: usize,
 }
 
 impl CTypeRef {
-    /// A type of the program.
+    /// Returns a type of the program.
     #[must_use]
     pub fn new(id: Option<TypeId>) -> CTypeRef {
         CTypeRef { id, pointer_depth: 0, indexed_dimensions: 0 }
     }
 }
 
-/// Bytes of a pointer of AVR-GCC.
+/// Size of a pointer in bytes (AVR-GCC).
 const POINTER_BYTES: u32 = 2;
 
-/// Questions about types.
+/// Queries on types.
 pub(super) trait CTypeQueries {
     fn resolve_type(&self, kind: CTypeRef) -> Option<&CType>;
     fn size_of(&self, kind: CTypeRef) -> Option<u32>;
@@ -35,7 +35,7 @@ pub(super) trait CTypeQueries {
     fn type_name(&self, kind: CTypeRef) -> String;
 }
 
-/// Bytes before a member, its bit field, its type.
+/// Offset of a member in bytes, its bit field, its type.
 type FoundMember = (u32, Option<(u32, u32)>, Option<TypeId>);
 
 impl CTypeQueries for DebugInfo {
@@ -53,7 +53,7 @@ impl CTypeQueries for DebugInfo {
         }
     }
 
-    /// The elements of an array, and how many of them by dimension.
+    /// Returns the element type of an array, and its element counts by dimension.
     fn array(&self, kind: CTypeRef) -> Option<(Option<TypeId>, &[Option<u32>])> {
         match self.resolve_type(kind)? {
             CType::Array { of, counts } => Some((*of, counts.get(kind.indexed_dimensions..)?)),

@@ -1,28 +1,29 @@
-//! Types of C as text, as gdb writes them.
+//! C types as text in the notation of gdb.
 
 use emu_core::image::{CType, DebugInfo, TypeId};
 
 use super::c_type_queries::{CTypeQueries as _, CTypeRef};
 
-/// Deepest nesting of types, so that no file can exhaust the stack.
+/// Maximum nesting of types, so that no file can exhaust the stack.
 const MAX_DEPTH: u32 = 32;
 
-/// The name of a type around the name of what has it: `int (*f)(void)`.
+/// Returns a type around the name that it declares: `int (*f)(void)`.
 pub(super) fn declaration(info: &DebugInfo, kind: CTypeRef, inner: &str) -> String {
     of_kind(info, kind, inner, Style::AddressNames)
 }
 
-/// A type without its names, with the members of a struct or union and the constants of an enumeration, as `ptype` has it.
+/// Returns a type with typedefs resolved, including the members of a struct or union and the constants of an
+/// enumeration, as `ptype` prints it.
 pub(super) fn type_definition(info: &DebugInfo, kind: CTypeRef) -> String {
     of_kind(info, kind, "", Style::Whole)
 }
 
-/// What is written for a type that has a name.
+/// How a type with a name is printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Style {
-    /// The name.
+    /// By its name.
     AddressNames,
-    /// What it stands for.
+    /// By its definition.
     Whole,
 }
 
@@ -40,7 +41,7 @@ fn of_kind(info: &DebugInfo, kind: CTypeRef, inner: &str, style: Style) -> Strin
     of_type(info, kind.id, inner, (style, MAX_DEPTH))
 }
 
-/// It is written as an array or a function, not by a name: a pointer to it has parentheses.
+/// Reports whether it prints as an array or a function and not as a name: a pointer to it needs parentheses.
 fn is_direct(info: &DebugInfo, id: Option<TypeId>, style: Style) -> bool {
     let id = if style == Style::Whole { info.resolve_typedefs(id) } else { id };
     matches!(id.and_then(|id| info.type_info(id)), Some(CType::Array { .. } | CType::Function { .. }))
@@ -70,12 +71,12 @@ fn of_type(info: &DebugInfo, id: Option<TypeId>, inner: &str, (style, depth): (S
         CType::Qualified { word, of } => {
             let of = if style == Style::Whole { info.resolve_typedefs(*of) } else { *of };
             match of.and_then(|of| info.type_info(of)) {
-                // Of a pointer it comes behind the star.
+                // After the star of a pointer.
                 Some(CType::Pointer { to, .. }) => {
                     let own = format!("* {}", joined(word, inner));
                     below(*to, &if is_direct(info, *to, style) { format!("({own})") } else { own })
                 }
-                // What qualifies an array qualifies its elements.
+                // A qualifier of an array applies to its elements.
                 _ => match below(of, inner) {
                     own if own.starts_with(&format!("{word} ")) => own,
                     own => format!("{word} {own}"),
@@ -84,7 +85,7 @@ fn of_type(info: &DebugInfo, id: Option<TypeId>, inner: &str, (style, depth): (S
         }
         CType::Array { of, counts } => below(*of, &format!("{inner}{}", dimensions(counts))),
         CType::Function { result, parameters, prototyped } => {
-            // Parameters keep their names.
+            // Parameters keep their type names.
             let own = |of: &Option<TypeId>| of_type(info, *of, "", (Style::AddressNames, depth - 1));
             let list: Vec<String> = parameters.iter().map(own).collect();
             let list = if list.is_empty() && *prototyped { "void".to_owned() } else { list.join(", ") };
@@ -100,7 +101,7 @@ fn tag(keyword: &str, name: Option<&str>) -> String {
     }
 }
 
-/// A struct or union with its members, an enumeration with its constants.
+/// Returns a struct or union with its members, or an enumeration with its constants.
 fn body(info: &DebugInfo, kind: &CType, depth: u32) -> String {
     match kind {
         CType::Record { keyword, name, members, .. } => {
@@ -142,7 +143,7 @@ fn body(info: &DebugInfo, kind: &CType, depth: u32) -> String {
     }
 }
 
-/// The constant of an enumeration that has this name, and its type.
+/// Returns the value and the type of the enumeration constant with this name.
 pub(super) fn find_enumerator(info: &DebugInfo, wanted: &str) -> Option<(i64, CTypeRef)> {
     info.types().find_map(|(id, kind)| match kind {
         CType::Enum { values, .. } => {
@@ -153,7 +154,7 @@ pub(super) fn find_enumerator(info: &DebugInfo, wanted: &str) -> Option<(i64, CT
     })
 }
 
-/// The type that a text names: `uint8_t`, `struct order *`, `unsigned char`. Nothing where it names none.
+/// Parses a type name: `uint8_t`, `struct order *`, `unsigned char`. `None` if there is no such type.
 pub(super) fn find_type(info: &DebugInfo, text: &str) -> Option<CTypeRef> {
     let text = text.trim();
     let bare = text.trim_end_matches(|c: char| c == '*' || c.is_whitespace());
@@ -173,14 +174,15 @@ pub(super) fn find_type(info: &DebugInfo, text: &str) -> Option<CTypeRef> {
         CType::Enum { name: Some(name), .. } => words == ["enum", name.as_str()],
         _ => false,
     };
-    // Start-up code has types of its own that are called as those of headers are.
+    // Start-up code has types with the same names as those of headers.
     let found = || info.types().filter(|(_, kind)| is(kind));
     let find_type = found().find(|(_, kind)| matches!(kind, CType::Named { .. }));
     let found = find_type.or_else(|| found().next()).map(|(id, _)| id)?;
     Some(CTypeRef { id: Some(found), pointer_depth: stars, indexed_dimensions: 0 })
 }
 
-/// `long unsigned int` and `unsigned long` are one type: its words in order, without `int` where others say enough.
+/// Returns the words of a type in a canonical order, without a redundant `int`: `long unsigned int` and
+/// `unsigned long` are the same type.
 fn canonical(words: &[&str]) -> Vec<String> {
     let mut words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
     let is_char = words.iter().any(|word| word == "char");

@@ -1,4 +1,4 @@
-//! Values of C as text, as gdb prints them.
+//! C values as text in the notation of gdb.
 
 use emu_core::image::{BaseEncoding, CType, DebugInfo};
 
@@ -10,16 +10,16 @@ use super::error::DebugError;
 use super::scope::NameScope;
 use crate::number_formats::{format_character, format_number};
 
-/// Most elements of arrays and characters that are shown.
+/// Maximum number of array elements and characters that are shown.
 const MAX_ELEMENTS: usize = 200;
 
-/// Equal elements in a row of which only their count is shown, if there are more.
+/// Equal elements in a row beyond this number are shown once, with their count.
 const REPEAT_THRESHOLD: usize = 10;
 
-/// Deepest nesting of values.
+/// Maximum nesting of values.
 const MAX_DEPTH: u32 = 16;
 
-/// How values are shown, and what they are taken from.
+/// The format of values, and the machine that they are read from.
 struct CValueFormatter<'a> {
     scope: &'a NameScope,
     info: &'a DebugInfo,
@@ -28,7 +28,7 @@ struct CValueFormatter<'a> {
 }
 
 impl ObjectExpr {
-    /// The value as gdb prints it; `letter` is a format: x d u o t c a.
+    /// Returns the value as gdb prints it; `letter` is a format: x d u o t c a.
     #[must_use]
     pub fn text(&self, scope: &NameScope, target: &dyn DynMachine, letter: Option<char>) -> String {
         let shown = CValueFormatter { scope, info: self.info(), target, letter };
@@ -42,7 +42,7 @@ impl ObjectExpr {
         let cells = self.byte_locations(target);
         let value = shown.value(self.ctype, self.bit_field(), &cells, MAX_DEPTH);
         let is_pointer = self.ctype.pointer_depth > 0 || matches!(self.resolved_type(), Some(CType::Pointer { .. }));
-        // Of a `char *` its place and its characters say enough.
+        // For a `char *`, the address and the characters suffice, without the type.
         let is_char = || {
             let named = self.ctype.pointer_depth == 0
                 && matches!(self.ctype.id.and_then(|id| self.info().type_info(id)), Some(CType::Named { .. }));
@@ -55,7 +55,7 @@ impl ObjectExpr {
         }
     }
 
-    /// The values of so many objects of its kind side by side, of which it is the first.
+    /// Returns the values of `count` adjacent objects of its type, beginning with this one.
     ///
     /// # Errors
     /// It is in no memory.
@@ -85,26 +85,27 @@ impl ObjectExpr {
         Ok(format!("{{{}}}", parts.join(", ")))
     }
 
-    /// The value without the type of a pointer.
+    /// Returns the value without the type of a pointer.
     #[must_use]
     pub fn text_without_type(&self, scope: &NameScope, target: &dyn DynMachine) -> String {
         let shown = CValueFormatter { scope, info: self.info(), target, letter: None };
         shown.value(self.ctype, self.bit_field(), &self.byte_locations(target), MAX_DEPTH)
     }
 
-    /// It has no parts of its own.
+    /// Reports whether it has no parts.
     #[must_use]
     pub fn is_scalar(&self) -> bool {
         !matches!(self.resolved_type(), Some(CType::Record { .. } | CType::Array { .. }))
     }
 
-    /// The name of its type.
+    /// Returns the name of its type.
     #[must_use]
     pub fn type_name(&self) -> String {
         c_types::declaration(self.info(), self.ctype, "")
     }
 
-    /// The name of its type; of a `typedef` what that stands for, as `whatis` has it of the name of a type.
+    /// Returns the name of its type; for a `typedef` the type behind the name, as `whatis` prints it for the
+    /// name of a type.
     #[must_use]
     pub fn aliased_kind(&self) -> String {
         match self.ctype.id.filter(|_| self.ctype.pointer_depth == 0).and_then(|id| self.info().type_info(id)) {
@@ -113,13 +114,14 @@ impl ObjectExpr {
         }
     }
 
-    /// Its type with all members.
+    /// Returns its type with all members.
     #[must_use]
     pub fn type_definition(&self) -> String {
         c_types::type_definition(self.info(), self.ctype)
     }
 
-    /// The parts of a struct, union or array by name, or what a pointer points to; none where it has no parts.
+    /// Returns the named parts of a struct, union or array, or the target of a pointer; empty for other
+    /// types.
     #[must_use]
     pub fn parts(&self) -> Vec<(String, ObjectExpr)> {
         let member = |name: &str| Some((name.to_owned(), self.member(name).ok()?));
@@ -180,7 +182,7 @@ impl CValueFormatter<'_> {
         self.single(kind, bits, cells)
     }
 
-    /// Elements of this type in a row are a text.
+    /// Reports whether a sequence of elements of this type is a text.
     fn is_text(&self, element: CTypeRef) -> bool {
         let is_char = matches!(
             self.info.resolve_type(element),
@@ -198,7 +200,7 @@ impl CValueFormatter<'_> {
         if self.is_text(element)
             && let Some(bytes) = cells.iter().map(|cell| cell.value(self.target)).collect::<Option<Vec<u8>>>()
         {
-            // The 0 at its end goes without saying.
+            // The 0 at the end is not shown.
             let shown = match bytes.split_last() {
                 Some((0, before)) if !before.is_empty() => before,
                 _ => &bytes,
@@ -216,7 +218,7 @@ impl CValueFormatter<'_> {
         format!("{{{}}}", parts.join(", "))
     }
 
-    /// Anything that has no parts.
+    /// Formats a value without parts.
     fn single(&self, kind: CTypeRef, bits: Option<(u32, u32)>, cells: &[ObjectByteLocation]) -> String {
         if cells.contains(&ObjectByteLocation::OptimizedAway) {
             return "<optimized out>".to_owned();
@@ -271,7 +273,7 @@ impl CValueFormatter<'_> {
         }
     }
 
-    /// An address, with what is there where that has a name or is a text.
+    /// Formats an address, with its symbol or text if there is one.
     fn pointer(&self, value: i64, to: CTypeRef) -> String {
         match self.info.resolve_type(to) {
             Some(CType::Function { .. }) => return self.code_word(value),
@@ -307,7 +309,7 @@ impl CValueFormatter<'_> {
         matches!(self.info.resolve_type(to), Some(CType::Function { .. }))
     }
 
-    /// What a pointer to a function points to: it counts words.
+    /// Formats the target of a pointer to a function, which holds a word address.
     fn code_word(&self, value: i64) -> String {
         let byte = value.saturating_mul(self.scope.chip().word_bytes.into());
         self.code(byte).unwrap_or_else(|| format!("0x{byte:x}"))
@@ -322,7 +324,7 @@ impl CValueFormatter<'_> {
         name.map_or(String::new(), |name| format!(" <{name}>"))
     }
 
-    /// A byte address of program memory.
+    /// Formats a byte address of program memory.
     fn code(&self, value: i64) -> Option<String> {
         let byte = u32::try_from(value).ok()?;
         let name = self.scope.source().names.nearest_symbol(byte)?;
@@ -330,7 +332,7 @@ impl CValueFormatter<'_> {
     }
 }
 
-/// A name of an enumeration, or several that make the value together, else the number.
+/// Returns the name of an enumeration constant, or several whose bits form the value, or the number.
 fn enumerator(values: &[(String, i64)], value: i64) -> String {
     if let Some((name, _)) = values.iter().find(|(_, own)| *own == value) {
         return name.clone();
@@ -347,7 +349,7 @@ fn enumerator(values: &[(String, i64)], value: i64) -> String {
     }
 }
 
-/// A number with a point to as many digits as it holds.
+/// Formats a floating-point number with all its significant digits.
 fn float(bytes: &[u8]) -> String {
     match *bytes {
         [a, b, c, d] => format_significant(f32::from_le_bytes([a, b, c, d]).into(), 9),
@@ -356,7 +358,7 @@ fn float(bytes: &[u8]) -> String {
     }
 }
 
-/// A number to so many digits, as `%g` of C has it.
+/// Formats a number with this many significant digits, as `%g` in C.
 pub(super) fn format_significant(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return if value.is_nan() {
@@ -381,7 +383,7 @@ pub(super) fn format_significant(value: f64, digits: usize) -> String {
     trimmed(&format!("{value:.*}", usize::try_from(digits as i32 - 1 - exponent).unwrap_or(0)))
 }
 
-/// Bytes as a text of C; many equal ones in a row by their count.
+/// Formats bytes as a C string; long repetitions are shown as a count.
 fn text(bytes: &[u8], more: bool) -> String {
     let each: Vec<u8> = bytes.to_vec();
     let (mut parts, mut open): (Vec<String>, Option<String>) = (Vec::new(), None);
@@ -403,7 +405,7 @@ fn text(bytes: &[u8], more: bool) -> String {
     format!("{}{}", parts.join(", "), if more { "..." } else { "" })
 }
 
-/// Values in their order, of which many equal ones in a row become one.
+/// Returns values in order, with long repetitions collapsed into one.
 fn collapse_repeats(each: &[String], many: impl Fn(&str, usize) -> String) -> Vec<String> {
     let (mut parts, mut at) = (Vec::new(), 0);
     while let Some(value) = each.get(at) {

@@ -1,8 +1,8 @@
-//! The calls that are not over: what the machine looks like from each of them.
+//! The active calls, and the state of the machine as seen from each of them.
 //!
-//! On an AVR a frame tells where the registers of its caller lie. What the compiler says of that (`.debug_frame`) holds between the
-//! prologue and the epilogue; where it says nothing, or leads to no call, the stack is searched for the return address, and the
-//! prologue tells what was pushed below it.
+//! On an AVR, a frame records where the registers of its caller are saved. The compiler's description
+//! (`.debug_frame`) holds between the prologue and the epilogue. If there is none, or if it does not lead to
+//! a call, the stack is searched for the return address, and the prologue shows what was pushed below it.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -17,41 +17,42 @@ use super::dyn_machine::DynMachine;
 use super::expression::DebugExpression;
 use super::session;
 
-/// Most calls.
+/// Maximum number of calls.
 const MAX_CALLS: usize = 64;
 
-/// Bytes of a stack that are searched for a return address.
+/// Number of stack bytes that are searched for a return address.
 const MAX_STACK_BYTES: u32 = 4096;
 
-/// Registers of an AVR.
+/// Number of registers of an AVR.
 const REGISTERS: usize = 32;
 
-/// Instructions of a prologue that are looked at.
+/// Maximum number of prologue instructions that are examined.
 const MAX_PROLOGUE: u32 = 64;
 
-/// A call that is not over, or where the machine is.
+/// An active call, or the location of the machine.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CallFrame {
-    /// The program word that is next in it: of a caller the return address.
+    /// The next program word in it: for a caller, the return address.
     pub word: u32,
-    /// The program word of its present instruction: of a caller the call.
+    /// The program word of its current instruction: for a caller, the call.
     pub call_word: u32,
-    /// Functions put in place of their calls that are left out of it: the function itself has the calls of all.
+    /// Number of inlined functions left out of this frame: the function itself has the frames of all of them.
     pub inlined_skipped: usize,
-    /// What the stack pointer is in it.
+    /// The stack pointer in this frame.
     pub sp: u32,
-    /// On an AVR what the stack pointer is again when it has returned, where that is known.
+    /// On an AVR, the stack pointer after the frame has returned, if it is known.
     pub cfa: Option<u32>,
-    /// On an AVR the addresses in RAM where its registers lie; nothing for those that are still in the machine.
+    /// On an AVR, the addresses in RAM of its saved registers; `None` for those that are still in the
+    /// machine.
     pub saved_registers: [Option<u32>; REGISTERS],
 }
 
-/// What is known of a program, to find the calls of a machine that runs it.
+/// The information on a program that finds the active calls of a machine.
 #[derive(Debug, Clone, Default)]
 pub struct CallStack {
-    /// Its functions, variables and types.
+    /// Functions, variables and types.
     pub info: Arc<DebugInfo>,
-    /// Program words of its functions, and their names.
+    /// Program words and names of the functions.
     functions: Arc<Vec<(Range<u32>, String)>>,
 }
 
@@ -71,7 +72,8 @@ pub(super) struct MachineFrame<'a> {
 
 impl FrameView for MachineFrame<'_> {
     fn pc_byte(&self) -> u32 {
-        // A call may be the last instruction of its block: what holds is what holds there.
+        // A call may be the last instruction of its block, so the address of the call counts, not the return
+        // address.
         let CallFrame { word, call_word: at, .. } = self.frame;
         let bytes = self.target.chip().word_bytes;
         if word == at { word.saturating_mul(bytes) } else { word.saturating_mul(bytes).saturating_sub(1) }
@@ -95,7 +97,7 @@ impl FrameView for MachineFrame<'_> {
     }
 }
 
-/// The memory in which an address of an ELF file lies, and the address there.
+/// Returns the memory and the address there of an address of an ELF file.
 pub(super) fn memory_at(chip: &Chip, address: u32) -> Option<(&'static str, u32)> {
     match address.checked_sub(AVR_DATA) {
         Some(addr) if chip.family == ChipFamily::Avr && addr < 0x1_0000 => Some((chip.ram_space, addr)),
@@ -108,20 +110,20 @@ pub(super) fn memory_at(chip: &Chip, address: u32) -> Option<(&'static str, u32)
 }
 
 impl CallStack {
-    /// For a program; `functions`: program words and names of its functions.
+    /// Returns the call stack of a program; `functions` gives program words and names of its functions.
     #[must_use]
     pub fn new(info: Arc<DebugInfo>, functions: Vec<(Range<u32>, String)>) -> CallStack {
         CallStack { info, functions: Arc::new(functions) }
     }
 
-    /// The function at a program word: its words and its name.
+    /// Returns words and name of the function at a program word.
     #[must_use]
     pub fn function(&self, word: u32) -> Option<&(Range<u32>, String)> {
         self.functions.iter().filter(|(words, _)| words.contains(&word)).max_by_key(|(words, _)| words.start)
     }
 
-    /// What a function has just returned, whose result is of a type: a number of up to eight bytes, in r25 downwards, the first byte in
-    /// a register of even number (AVR-GCC, "Calling convention").
+    /// Returns the result of a function that has just returned: a number of up to eight bytes, in r25
+    /// downwards, with the first byte in a register of even number (AVR-GCC, "Calling convention").
     #[must_use]
     pub fn result(&self, id: TypeId) -> Option<ObjectExpr> {
         let bytes = self.info.size(Some(id)).filter(|bytes| (1..=8).contains(bytes))?;
@@ -129,7 +131,7 @@ impl CallStack {
         Some(ObjectExpr::at(self.clone(), DebugExpression::Number(first.into()), CTypeRef::new(Some(id))))
     }
 
-    /// The calls that are not over, the innermost first; the first is where the machine is.
+    /// Returns the active calls, the innermost first; the first is the location of the machine.
     #[must_use]
     pub fn frames(&self, target: &dyn DynMachine) -> Vec<CallFrame> {
         let mut found = Vec::new();
@@ -144,24 +146,25 @@ impl CallStack {
         found
     }
 
-    /// The frame at a level, 0 the innermost.
+    /// Returns the frame at a level; 0 is the innermost.
     #[must_use]
     pub fn frame(&self, target: &dyn DynMachine, level: usize) -> Option<CallFrame> {
         match level {
             0 => Some(self.innermost_frame(target)),
-            // Functions that were put in place of their calls are frames, too.
+            // Inlined functions are frames too.
             _ => self.frames(target).into_iter().nth(level),
         }
     }
 
-    /// Blocks around a byte address that are functions put in place of their calls, the innermost first.
+    /// Returns the inlined functions around a byte address, the innermost first.
     #[must_use]
     pub fn inlined(&self, byte: u32) -> Vec<&BlockInfo> {
         let around = self.info.function_at(byte).map_or(Vec::new(), |function| function.block.blocks_around(byte));
         around.into_iter().filter(|block| block.inlined.is_some()).collect()
     }
 
-    /// How many functions put in place of their calls begin at a byte address: a debugger that stops there may stand before those calls.
+    /// Returns how many inlined functions begin at a byte address: a debugger that stops there may be before
+    /// those calls.
     #[must_use]
     pub fn call_sites(&self, byte: u32) -> usize {
         let around = self.info.function_at(byte).map_or(Vec::new(), |function| function.block.blocks_around(byte));
@@ -173,7 +176,7 @@ impl CallStack {
         inlined.take_while(|block| begins(block)).count()
     }
 
-    /// The name of the function of a frame, and the file and line of the call in it, where that was put in place of a call.
+    /// Returns the function name of a frame; if the function was inlined, also file and line of its call.
     #[must_use]
     pub fn frame_name(&self, target: &dyn DynMachine, frame: &CallFrame) -> Option<(&str, Option<&(String, u32)>)> {
         let byte = MachineFrame { target, frame }.pc_byte();
@@ -194,7 +197,7 @@ impl CallStack {
         frame
     }
 
-    /// The frame around one, which is at a level.
+    /// Returns the frame that called this one, which is at `level`.
     fn caller_frame(&self, target: &dyn DynMachine, frame: &CallFrame, level: usize) -> Option<CallFrame> {
         let call = |word: u32| call_before(target, word);
         let outer = |(at, word): (u32, u32), sp| CallFrame {
@@ -207,7 +210,7 @@ impl CallStack {
         };
         match target.chip().family {
             ChipFamily::Avr => {
-                // What called it is start-up code.
+                // The caller is start-up code.
                 if self.function(frame.call_word).is_some_and(|(_, name)| name == "main") {
                     return None;
                 }
@@ -238,14 +241,14 @@ impl CallStack {
         }
     }
 
-    /// The call behind which a return address lies, if it may have led to a frame.
+    /// Returns the call before a return address, if it can have led to the frame.
     fn call_site(&self, target: &dyn DynMachine, frame: &CallFrame, word: u32) -> Option<u32> {
         let (at, goal) = call_before(target, word)?;
         let begins = self.function(frame.call_word).map(|(words, _)| words.start);
         (goal.is_none() || begins.is_none() || goal == begins).then_some(at)
     }
 
-    /// How to get from a frame of an AVR to that of its caller, and the return address.
+    /// Returns how to get from an AVR frame to its caller's, and the return address.
     fn unwind_frame(&self, target: &dyn DynMachine, frame: &CallFrame) -> Option<(UnwoundFrame, u32)> {
         let ram = target.chip().ram_space;
         let pair =
@@ -272,14 +275,14 @@ impl CallStack {
             })
         };
         let (cfa, word) = match service {
-            // Whatever was interrupted need not be a call.
+            // An interrupt may occur anywhere, not only at a call.
             true => {
                 let low = frame.sp + pushed.len() as u32 + 2;
                 (low, pair(low)?)
             }
             false => found(true).or_else(|| found(false))?,
         };
-        // The first was pushed right below the return address.
+        // The first was pushed directly below the return address.
         let saved = (0..).zip(&pushed).filter_map(|(n, register)| {
             let addr = cfa.checked_sub(2 + n)?;
             (addr > frame.sp).then_some((*register, addr))
@@ -287,12 +290,12 @@ impl CallStack {
         Some((UnwoundFrame { cfa, saved: saved.collect() }, word))
     }
 
-    /// The registers that the prologue of a function has pushed up to where a frame is in it.
+    /// Returns the registers that the prologue of a function has pushed before the frame's location.
     fn pushed_registers(&self, target: &dyn DynMachine, frame: &CallFrame) -> Vec<u16> {
         let Some((words, _)) = self.function(frame.call_word) else { return Vec::new() };
         let mut found = Vec::new();
         for word in words.start..frame.call_word.min(words.start.saturating_add(MAX_PROLOGUE)) {
-            // PUSH; between pushes a service routine has IN and CLR.
+            // PUSH; a service routine has IN and CLR between pushes.
             match session::word(target, word) {
                 code if code & 0xFE0F == 0x920F => found.push(code >> 4 & 0x1F),
                 code if code & 0xF800 == 0xB000 || code == 0x2411 => {}
@@ -303,7 +306,7 @@ impl CallStack {
     }
 }
 
-/// The call behind which a program word is, and the word where it goes, if it says so.
+/// Returns the call directly before a program word, and its destination, if the instruction contains it.
 fn call_before(target: &dyn DynMachine, word: u32) -> Option<(u32, Option<u32>)> {
     const LONGEST: u32 = 3;
     let chip = target.chip();

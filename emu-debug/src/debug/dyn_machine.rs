@@ -1,4 +1,4 @@
-//! Any machine without its type.
+//! Any machine as a trait object of one type.
 
 use std::collections::BTreeSet;
 
@@ -13,79 +13,80 @@ use crate::dyn_probe;
 pub use crate::dyn_probe::{DynProbe, ObserveLevel};
 use crate::stimulus::{TimedDrive, queue_drives};
 
-/// A chip and the devices at its pins, whatever the family.
+/// A chip of any family, with the devices at its pins.
 pub trait DynMachine {
-    /// The chip's row of data.
+    /// Returns the chip row.
     fn chip(&self) -> &'static Chip;
-    /// Oscillator clocks per machine cycle.
+    /// Returns the oscillator clocks per machine cycle.
     fn clocks_per_cycle(&self) -> u32;
-    /// Machine cycles since power-up.
+    /// Returns the machine cycles since power-up.
     fn cycle(&self) -> u64;
-    /// Instructions executed since power-up.
+    /// Returns the instructions executed since power-up.
     fn instructions(&self) -> u64;
-    /// Program counter in program words.
+    /// Returns the program counter in program words.
     fn pc(&self) -> u32;
-    /// [`Cpu::reg`].
+    /// Returns the value of a core register: [`Cpu::reg`].
     fn reg(&self, name: &str) -> Option<u32>;
-    /// [`Cpu::set_reg`].
+    /// Sets a core register; returns false if there is none of that name: [`Cpu::set_reg`].
     fn set_reg(&mut self, name: &str, value: u32) -> bool;
-    /// [`Cpu::peek`].
+    /// Returns a byte of a memory without side effects: [`Cpu::peek`].
     fn peek(&self, space: &str, addr: u32) -> Option<u8>;
-    /// [`Cpu::poke`].
+    /// Sets a byte of a memory; returns false if there is none: [`Cpu::poke`].
     fn poke(&mut self, space: &str, addr: u32, value: u8) -> bool;
-    /// [`Cpu::poke_bit`].
+    /// Sets one bit of a byte of a memory; returns false if there is none: [`Cpu::poke_bit`].
     fn poke_bit(&mut self, space: &str, addr: u32, bit: u8, value: bool) -> bool;
-    /// [`Cpu::has_pin`].
+    /// Reports whether the machine, as configured, has a pin: [`Cpu::has_pin`].
     fn has_pin(&self, pin: PinId) -> bool;
-    /// [`Cpu::pin_level`].
+    /// Returns the level of a pin: [`Cpu::pin_level`].
     fn pin_level(&self, pin: PinId) -> PinLevel;
-    /// [`Cpu::canonical_ram_address`].
+    /// Returns the canonical address of a byte of RAM: [`Cpu::canonical_ram_address`].
     fn canonical_ram_address(&self, addr: u32) -> Option<u32>;
-    /// Return addresses of a stack that lies in no memory ([`Cpu::return_stack`]).
+    /// Returns the return addresses of a stack that is in no memory ([`Cpu::return_stack`]).
     fn return_stack(&self) -> Vec<u32>;
-    /// [`Cpu::stack_depth`].
+    /// Returns the depth of the stack: [`Cpu::stack_depth`].
     fn stack_depth(&self) -> u32;
-    /// [`Cpu::interrupt_flags`].
+    /// Returns the interrupt flags that are set and enabled: [`Cpu::interrupt_flags`].
     fn interrupt_flags(&self) -> Vec<&'static str>;
-    /// Does something from outside.
+    /// Queues a drive from outside.
     ///
     /// # Errors
-    /// The machine cannot: one sentence.
+    /// The machine does not accept it: one sentence.
     fn queue_drive(&mut self, drive: TimedDrive) -> Result<(), InputError>;
-    /// [`Cpu::reset`].
+    /// Resets the machine: [`Cpu::reset`].
     fn reset(&mut self, why: ResetCause);
-    /// Nothing stands at its pins that has a state of its own.
+    /// Reports whether no device with a state of its own is attached.
     fn has_no_devices(&self) -> bool;
-    /// [`Cpu::save`]: the chip alone.
+    /// Calls [`Cpu::save`]: saves the chip without devices.
     fn save(&self) -> Vec<u8>;
-    /// [`Cpu::restore`]: the chip alone; breakpoints stay.
+    /// Calls [`Cpu::restore`]: restores the chip without devices; breakpoints stay.
     ///
     /// # Errors
-    /// The bytes are no state of such a chip, which is as it was then.
+    /// The bytes are not a state of this chip, which then does not change.
     fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotDamaged>;
-    /// Sets breakpoints at these program words and at no others.
+    /// Sets breakpoints at these program words and removes all others.
     fn set_breakpoints(&mut self, words: &BTreeSet<u32>);
-    /// [`Cpu::run`], looked at by `seer` as closely as `look` says.
+    /// Calls [`Cpu::run`]; `seer` observes as closely as `look` requires.
     fn run(&mut self, until: u64, look: ObserveLevel, seer: &mut dyn DynProbe) -> StopReason;
-    /// [`Cpu::step`].
+    /// Executes one step: [`Cpu::step`].
     fn step(&mut self, look: ObserveLevel, seer: &mut dyn DynProbe) -> StopReason {
         self.step_until(LAST_CYCLE, look, seer)
     }
-    /// [`Cpu::step_until`].
+    /// Executes one step, in which sleep ends at the cycle `until` at the latest: [`Cpu::step_until`].
     fn step_until(&mut self, until: u64, look: ObserveLevel, seer: &mut dyn DynProbe) -> StopReason;
-    /// [`Cpu::is_asleep`].
+    /// Reports whether the core sleeps: [`Cpu::is_asleep`].
     fn is_asleep(&self) -> bool;
-    /// [`Cpu::set_run_while_halted`].
+    /// Lets time pass even if nothing can wake the chip: [`Cpu::set_run_while_halted`].
     fn set_run_while_halted(&mut self, on: bool);
-    /// [`Cpu::is_blocked_on_input`], breakpoints considered. Devices at its pins do nothing by themselves.
+    /// Calls [`Cpu::is_blocked_on_input`], with the breakpoints taken into account. Devices at the pins do
+    /// nothing by themselves.
     fn is_blocked_on_input(&self) -> bool;
-    /// A copy that goes its own way.
+    /// Returns an independent copy.
     fn fork(&self) -> Box<dyn DynMachine>;
-    /// Bytes that a copy takes at most.
+    /// Returns the maximum size of a copy in bytes.
     fn size_in_bytes(&self) -> usize;
 }
 
-/// A machine with its board as a [`DynMachine`].
+/// A machine with its attached devices as a [`DynMachine`].
 #[derive(Debug, Clone)]
 pub struct MachineWithDevices<C> {
     cpu: C,
@@ -94,7 +95,7 @@ pub struct MachineWithDevices<C> {
 }
 
 impl<C: Cpu> MachineWithDevices<C> {
-    /// The machine after power-up, and the board to whose devices it is connected already.
+    /// Returns the machine after power-up; the devices of `board` are already connected to it.
     pub fn new(cpu: C, board: AttachedDevices) -> MachineWithDevices<C> {
         MachineWithDevices { cpu, devices: board, breakpoints: BTreeSet::new() }
     }
@@ -107,7 +108,7 @@ impl<C: Cpu> MachineWithDevices<C> {
         if self.devices.devices().next().is_none() {
             return self.cpu.step_until(until, probe);
         }
-        // The board runs to a cycle; a copy knows how far a step goes.
+        // The devices run to a given cycle; a copy determines where the step ends.
         let mut copy = self.cpu.clone();
         match copy.step_until(until, &mut ()) {
             StopReason::Limit => self.devices.run(&mut self.cpu, copy.cycle(), probe),

@@ -1,34 +1,35 @@
-//! Why the debugger refuses an expression, or does not change what it stands for.
+//! Errors of expressions and assignments in the debugger.
 
 use crate::InputError;
 
-/// Why an expression cannot be read, or a value not be set. `Display` is the cause, one sentence without a full stop.
+/// Why an expression cannot be read or a value cannot be set. `Display` is the cause, one sentence without a
+/// full stop.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DebugError {
-    /// A name, an address or a text in it cannot be read, or the machine does not take a drive.
+    /// A name, an address or a text cannot be read, or the machine does not accept a drive.
     #[error(transparent)]
     Input(#[from] InputError),
-    /// Something is behind the end of an expression.
+    /// Text follows the end of an expression.
     #[error("`{rest}` in `{text}` makes no sense there")]
     TrailingText {
-        /// What is behind it.
+        /// The text after the expression.
         rest: String,
         /// The whole text.
         text: String,
     },
-    /// An expression has too many operands within each other.
+    /// An expression is nested too deeply.
     #[error("the expression is nested too deeply")]
     NestedTooDeeply,
     /// An expression has too many operators.
     #[error("the expression has more than {most} operators")]
     TooManyOperators {
-        /// Most that it may have.
+        /// The maximum number.
         most: u32,
     },
-    /// A closing sign is missing.
+    /// A closing bracket or quote is missing.
     #[error("a {sign} is missing in `{text}`")]
     MissingSign {
-        /// The sign.
+        /// The missing sign.
         sign: &'static str,
         /// The expression.
         text: String,
@@ -38,7 +39,7 @@ pub enum DebugError {
     MissingOperand {
         /// The expression.
         text: String,
-        /// The character that is there.
+        /// The character that was found.
         found: String,
     },
     /// A text in single quotes is not one byte.
@@ -53,32 +54,32 @@ pub enum DebugError {
          `jump` there"
     )]
     Call,
-    /// Something else than a function is called.
+    /// Something other than a function is called.
     #[error("`{text}` is no function")]
     NotAFunction {
         /// The expression.
         text: String,
     },
-    /// There is no number of a bit behind a point.
+    /// A dot is not followed by a bit number.
     #[error("no bit is named behind the . in `{text}`")]
     MissingBitNumber {
         /// The expression.
         text: String,
     },
-    /// A value has fewer bits.
+    /// The value has fewer bits.
     #[error("`{name}` has no bit {bit}: its bits are 0 to {most}")]
     NoSuchBit {
         /// The value.
         name: String,
         /// The number of the bit.
         bit: u8,
-        /// The number of its last bit.
+        /// The number of the highest bit.
         most: u8,
     },
-    /// `&` is before what has no address.
+    /// The operand of `&` has no address.
     #[error("{}has no address", .text.as_ref().map_or("it ".to_owned(), |text| format!("`{text}` ")))]
     NoAddress {
-        /// The operand, where it is known as text.
+        /// The operand, if its text is known.
         text: Option<String>,
     },
     /// The size of a type is not in the debugging information.
@@ -87,7 +88,7 @@ pub enum DebugError {
         /// What has the type.
         what: &'static str,
     },
-    /// `sizeof` of what has no size.
+    /// The operand of `sizeof` has no size.
     #[error("it has no size")]
     NoSize,
     /// A file has no such variable.
@@ -98,7 +99,7 @@ pub enum DebugError {
         /// The file.
         file: String,
     },
-    /// Nothing has this name where the program is.
+    /// No symbol has this name at the program's location.
     #[error("no symbol `{name}` is known here; {example} is memory")]
     UnknownSymbolHere {
         /// The name.
@@ -106,25 +107,25 @@ pub enum DebugError {
         /// A place in memory, as an example.
         example: String,
     },
-    /// A name with `$` is none of the debugger's own.
+    /// A name with `$` is not known to the debugger.
     #[error("nothing is called `{name}`; `info registers` lists registers")]
     UnknownDebuggerName {
         /// The name, with its `$`.
         name: String,
     },
-    /// `*` or an index is behind what has no elements.
+    /// `*` or an index is applied to something without elements.
     #[error("`{type_name}` is no pointer and no array")]
     NotAPointer {
         /// The type of the operand.
         type_name: String,
     },
-    /// An index is behind a number.
+    /// An index is applied to a number.
     #[error("only memory has elements")]
     NoElements,
-    /// An element lies behind the last address.
+    /// An element is beyond the last address.
     #[error("that index is too large")]
     IndexTooLarge,
-    /// A member of what has no members.
+    /// A member of something without members.
     #[error("there is no member `{name}`: its type is {type_name}")]
     NoMembers {
         /// The member.
@@ -142,10 +143,10 @@ pub enum DebugError {
         /// The members that it has.
         known: Vec<String>,
     },
-    /// A member lies behind the last address.
+    /// A member is beyond the last address.
     #[error("that member is too far away")]
     MemberTooFar,
-    /// An entry of the value history is a row of objects.
+    /// An entry of the value history is a sequence of objects.
     #[error("`{name}` is a row of objects; print the first one and its count again")]
     RowInHistory {
         /// The name of the entry.
@@ -162,7 +163,7 @@ pub enum DebugError {
     NotInHistory {
         /// The name of the entry.
         name: String,
-        /// How many entries there are.
+        /// Number of entries.
         count: usize,
     },
     /// Accesses to a symbol of the ladder program are not reported.
@@ -174,52 +175,52 @@ pub enum DebugError {
         space: &'static str,
         /// Its address.
         addr: u32,
-        /// Why they are not.
+        /// The reason.
         source: Box<InputError>,
     },
-    /// A struct, union or array gets a single value.
+    /// A single value is assigned to a struct, union or array.
     #[error("{what} gets no single value; set its {parts}")]
     NoSingleValue {
-        /// What gets it, such as `an array`.
+        /// What it is assigned to, such as `an array`.
         what: String,
         /// What can be set: `members` or `elements`.
         parts: &'static str,
     },
-    /// A function gets a value.
+    /// A value is assigned to a function.
     #[error("a function gets no value")]
     FunctionNotSettable,
-    /// A value does not fit its place.
+    /// A value does not fit its location.
     #[error("{value} does not fit: the values are {least} to {most}")]
     ValueOutOfRange {
         /// The value.
         value: i64,
-        /// The least that fits.
+        /// The lowest allowed value.
         least: i64,
-        /// The most that fits.
+        /// The highest allowed value.
         most: i64,
     },
-    /// The compiler has left no place for a variable here.
+    /// The compiler has kept no location for a variable here.
     #[error("the compiler has optimized it away: there is no place to set")]
     OptimizedAway,
-    /// A value lies in no memory.
+    /// A value is in no memory.
     #[error("it is in no memory")]
     InNoMemory,
-    /// The cycle or the number of instructions gets a value.
+    /// A value is assigned to the cycle or the number of instructions.
     #[error("time cannot be set; run-to-cycle and goto-cycle go there")]
     TimeNotSettable,
     /// The machine has no such register, byte or bit.
     #[error("the machine has no such place")]
     NoSuchPlace,
-    /// The program counter gets an address within a word.
+    /// An address within a word is assigned to the program counter.
     #[error("0x{addr:x} is not the start of a word; program addresses are even")]
     WithinWord {
         /// The address.
         addr: u32,
     },
-    /// An expression that stands for no place gets a value.
+    /// A value is assigned to an expression that is not a location.
     #[error("it is no place that can be set")]
     NotAPlace,
-    /// A snapshot of a machine with devices is wanted.
+    /// A snapshot of a machine with devices is requested.
     #[error("the devices at its pins have a state of their own, which no snapshot holds")]
     DevicesHaveState,
 }

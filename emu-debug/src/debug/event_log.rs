@@ -1,4 +1,4 @@
-//! What the chip has done that can be told.
+//! The log of chip events that can be reported.
 
 use std::collections::VecDeque;
 
@@ -7,10 +7,11 @@ use emu_core::pins::ChipEvent;
 
 use super::session::DebugSession;
 
-/// Edges that are kept, and as many of all else: the newest.
+/// Maximum number of edges that are kept, and of all other events: the newest.
 const MAX_EVENTS: usize = 1 << 16;
 
-/// What left the chip, in order of time. Edges, of which there may be many, drive nothing else out.
+/// Events of the chip, in order of time. Edges are stored apart, because many of them must not displace other
+/// events.
 #[derive(Debug, Clone, Default)]
 pub(super) struct SessionEvents {
     edges: VecDeque<ChipEvent>,
@@ -26,7 +27,7 @@ impl SessionEvents {
         kept.push_back(event);
     }
 
-    /// Forgets what lies behind a cycle.
+    /// Forgets events after a cycle.
     pub fn forget_after(&mut self, now: u64) {
         for kept in [&mut self.edges, &mut self.others] {
             while kept.back().is_some_and(|event| event.time().cycle > now) {
@@ -37,18 +38,19 @@ impl SessionEvents {
 }
 
 impl DebugSession {
-    /// What left the chip up to now besides edges, in order of time: the newest of it.
+    /// Returns the newest events up to now except edges, in order of time.
     pub fn events(&self) -> impl DoubleEndedIterator<Item = &ChipEvent> {
         self.events.others.iter()
     }
 
-    /// How its pins moved up to now, in order of time: the newest of it.
+    /// Returns the newest pin edges up to now, in order of time.
     pub fn edges(&self) -> impl DoubleEndedIterator<Item = &ChipEvent> {
         self.events.edges.iter()
     }
 
-    /// Resets behind the machine cycle `cycle`: `reset by its watchdog (3 times)`. One that a user makes falls into the cycle in which the
-    /// machine stands, and so is none of these when that is asked for.
+    /// Describes resets after the machine cycle `cycle`: `reset by its watchdog (3 times)`. A reset by the
+    /// user occurs in the cycle at which the machine is stopped, so a query from that cycle on does not
+    /// include it.
     #[must_use]
     pub fn resets_since(&self, cycle: u64) -> Option<String> {
         const CAUSES: [(ResetCause, &str); 4] = [

@@ -1,22 +1,22 @@
-//! Expressions as C and gdb write them, over places of the machine.
+//! Expressions in the notation of C and gdb, over locations of the machine.
 
 use super::c_objects::ObjectExpr;
 use super::dyn_machine::DynMachine;
 use super::expression_place::ExpressionPlace;
 use super::expression_value::ExpressionValue;
 
-/// An expression: numbers, places, and the operators of C on 64-bit integers.
+/// An expression: numbers, locations, and the operators of C on 64-bit integers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum DebugExpression {
     /// A number.
     Number(i64),
-    /// A number with a point, by the bits of its `f64`.
+    /// A floating-point number, as the bits of its `f64`.
     Real(u64),
-    /// The value of a place.
+    /// The value of a location.
     Place(ExpressionPlace),
-    /// The byte of data memory at an address that is computed.
+    /// The byte of data memory at a computed address.
     At(&'static str, Box<DebugExpression>),
-    /// An object of C.
+    /// A C object.
     Object(Box<ObjectExpr>),
     /// One bit of a value.
     Bit(Box<DebugExpression>, u8),
@@ -33,14 +33,14 @@ pub enum DebugExpression {
 pub enum BinaryOperator { Or, And, BitOr, BitXor, BitAnd, Eq, Ne, Le, Ge, Lt, Gt, Shl, Shr, Add, Sub, Mul, Div, Rem }
 
 impl DebugExpression {
-    /// The value now as a whole number: of one with a point what is before it. Nothing where something in it has none: a pin that
-    /// floats, memory that is not there, a division by 0.
+    /// Returns the current value as an integer; floating-point values lose their fraction. `None` if a part
+    /// has no value: a floating pin, missing memory, a division by 0.
     #[must_use]
     pub fn value(&self, target: &dyn DynMachine) -> Option<i64> {
         self.evaluate(target).map(ExpressionValue::to_integer)
     }
 
-    /// The value now; nothing as for [`DebugExpression::evaluate`].
+    /// Returns the current value; `None` as for [`DebugExpression::value`].
     #[must_use]
     pub fn evaluate(&self, target: &dyn DynMachine) -> Option<ExpressionValue> {
         let truth = |of: &DebugExpression| Some(of.evaluate(target)?.is_true());
@@ -57,7 +57,7 @@ impl DebugExpression {
                 ExpressionValue::Real(..) => return None,
             },
             DebugExpression::Unary(sign, of) => of.evaluate(target)?.apply_unary(*sign)?,
-            // Nobody is asked for what makes no difference.
+            // Operands without influence on the result are not evaluated.
             DebugExpression::Binary(BinaryOperator::And, a, b) => {
                 ExpressionValue::Whole(i64::from(truth(a)? && truth(b)?))
             }
@@ -70,7 +70,7 @@ impl DebugExpression {
         })
     }
 
-    /// What a watchpoint compares: of an object of C its bits, of anything else its value.
+    /// Returns the value that a watchpoint compares: the bits of a C object, or the value of anything else.
     pub(super) fn watched_value(&self, target: &dyn DynMachine) -> Option<i64> {
         match self {
             DebugExpression::Object(object) => object.number(target),
@@ -78,7 +78,7 @@ impl DebugExpression {
         }
     }
 
-    /// Nothing can change its value.
+    /// Reports whether its value cannot change.
     #[must_use]
     pub fn is_constant(&self) -> bool {
         match self {
@@ -90,7 +90,7 @@ impl DebugExpression {
         }
     }
 
-    /// Nothing but the program's writes can change its value: all places in it are bytes of RAM.
+    /// Reports whether only writes of the program can change its value: all locations in it are bytes of RAM.
     pub(super) fn depends_only_on_ram(&self, target: &dyn DynMachine) -> bool {
         let kept = |space: &str, addr: u32, bytes: u32| {
             space == target.chip().ram_space
@@ -102,14 +102,14 @@ impl DebugExpression {
                 kept(space, *addr, (*bytes).into())
             }
             DebugExpression::Place(ExpressionPlace::Bit { space, addr, .. }) => kept(space, *addr, 1),
-            // Where it points may be anything.
+            // The target of a pointer may be anything.
             DebugExpression::Place(_) | DebugExpression::At(..) | DebugExpression::Object(_) => false,
             DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) => of.depends_only_on_ram(target),
             DebugExpression::Binary(_, a, b) => a.depends_only_on_ram(target) && b.depends_only_on_ram(target),
         }
     }
 
-    /// A variable is in it that only a call in progress has.
+    /// Reports whether it contains a local variable of a call.
     #[must_use]
     pub fn is_local(&self) -> bool {
         match self {
@@ -120,7 +120,7 @@ impl DebugExpression {
         }
     }
 
-    /// Time alone changes its value.
+    /// Reports whether only time changes its value.
     #[must_use]
     pub fn depends_only_on_time(&self) -> bool {
         match self {
@@ -134,7 +134,7 @@ impl DebugExpression {
         }
     }
 
-    /// Tells the addresses of all bytes of memory in it.
+    /// Calls `tell` with the addresses of all bytes of memory in it.
     pub(super) fn visit_byte_addresses(&self, tell: &mut dyn FnMut(u32)) {
         match self {
             DebugExpression::Place(ExpressionPlace::Memory { addr, bytes, .. }) => {
@@ -154,7 +154,7 @@ impl DebugExpression {
         }
     }
 
-    /// The place that it is, if it is one and nothing more.
+    /// Returns its location, if it is a location and nothing else.
     #[must_use]
     pub fn place(&self, target: &dyn DynMachine) -> Option<ExpressionPlace> {
         match self {
@@ -181,8 +181,8 @@ impl DebugExpression {
 }
 
 impl DebugExpression {
-    /// The same with the place that an object of C has now, which it keeps: a local variable of a call is watched where that call has
-    /// it.
+    /// Returns the expression with a C object replaced by its current location: a local variable of a call is
+    /// watched where that call has it.
     #[must_use]
     pub fn bind_to_place(self, target: &dyn DynMachine) -> DebugExpression {
         match &self {
@@ -191,7 +191,7 @@ impl DebugExpression {
         }
     }
 
-    /// The object of C that it is.
+    /// Returns its C object, if it is one.
     #[must_use]
     pub fn object(&self) -> Option<&ObjectExpr> {
         match self {

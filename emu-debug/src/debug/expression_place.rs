@@ -1,4 +1,4 @@
-//! What has a value: registers, memory, bits, pins, time.
+//! Locations that have a value: registers, memory, bits, pins, time.
 
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 
@@ -6,20 +6,20 @@ use super::dyn_machine::DynMachine;
 use super::error::DebugError;
 use crate::stimulus::{ExternalDrive, TimedDrive};
 
-/// Something of the machine that has a value, and may get another.
+/// A location of the machine with a value, which can usually be set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ExpressionPlace {
-    /// A register of the core, as [`Chip::cpu_regs`](emu_core::Chip::cpu_regs) names it.
+    /// A core register, as [`Chip::cpu_regs`](emu_core::Chip::cpu_regs) names it.
     Reg(&'static str),
     /// Bytes of a memory, the lowest first.
     Memory {
         /// The memory, as [`Chip::spaces`](emu_core::Chip::spaces) names it.
         space: &'static str,
-        /// Address as [`Cpu::peek`](emu_core::Cpu::peek) counts it.
+        /// Address in the unit of [`Cpu::peek`](emu_core::Cpu::peek).
         addr: u32,
-        /// Bytes, 1 to 4.
+        /// Number of bytes, 1 to 4.
         bytes: u8,
-        /// The highest bit is a sign.
+        /// The highest bit is the sign.
         signed: bool,
     },
     /// One bit of a byte.
@@ -31,25 +31,25 @@ pub enum ExpressionPlace {
         /// Position, 0 to 7.
         bit: u8,
     },
-    /// One bit of a register of the core.
+    /// One bit of a core register.
     RegBit {
         /// The register.
         name: &'static str,
         /// Position, from 0.
         bit: u8,
     },
-    /// The level of a pin: 1 where it is high, 0 where it is low; one that floats has no value.
+    /// The level of a pin: 1 if it is high, 0 if it is low; a floating pin has no value.
     Pin(PinId),
     /// Machine cycles since power-up.
     Cycle,
     /// Instructions since power-up.
     Instructions,
-    /// The program counter as the chip's users write it (bytes on AVR and 8051, words on PIC16 and AP101).
+    /// The program counter in the unit of the chip's users (bytes on AVR and 8051, words on PIC16 and AP101).
     Pc,
 }
 
 impl ExpressionPlace {
-    /// The value now; nothing where there is no such place, or a pin floats.
+    /// Returns the current value; `None` if the location does not exist, or if a pin floats.
     #[must_use]
     pub fn value(self, target: &dyn DynMachine) -> Option<i64> {
         Some(match self {
@@ -77,7 +77,7 @@ impl ExpressionPlace {
         })
     }
 
-    /// The values that fit, both included; nothing for what cannot be set.
+    /// Returns the lowest and highest allowed value; `None` for a location that cannot be set.
     #[must_use]
     pub fn value_range(self, target: &dyn DynMachine) -> Option<(i64, i64)> {
         Some(match self {
@@ -96,20 +96,20 @@ impl ExpressionPlace {
     }
 }
 
-/// The highest value that a register of the core keeps: found by what a copy of the machine reads back.
+/// Returns the highest value that a core register holds, measured on a copy of the machine.
 pub(super) fn max_register_value(target: &dyn DynMachine, name: &str) -> i64 {
     let mut copy = target.fork();
     copy.set_reg(name, u32::MAX);
     let kept = copy.reg(name).unwrap_or(0);
-    // Bits that always read as one value are still bits of it.
+    // Bits that always read as the same value still belong to it.
     i64::from(kept.checked_next_power_of_two().map_or(u32::MAX, |power| if power == kept { kept } else { power - 1 }))
 }
 
 impl ExpressionPlace {
-    /// Gives it another value.
+    /// Sets the value.
     ///
     /// # Errors
-    /// It cannot be set, or not to this value.
+    /// The location cannot be set, or not to this value.
     pub fn set(self, target: &mut dyn DynMachine, value: i64) -> Result<(), DebugError> {
         let Some((least, most)) = self.value_range(target) else {
             return Err(DebugError::TimeNotSettable);

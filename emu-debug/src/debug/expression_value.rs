@@ -1,21 +1,22 @@
-//! Values of expressions: whole numbers, and numbers with a point.
+//! Values of expressions: integers and floating-point numbers.
 
 use super::expression::BinaryOperator;
 
-/// Bytes of a `double` of AVR-GCC, if nothing says otherwise (AVR-GCC, "-mdouble").
+/// Size of a `double` in bytes by default (AVR-GCC, "-mdouble").
 const DOUBLE_BYTES: u32 = 4;
 
 /// The value of an expression.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ExpressionValue {
-    /// A whole number.
+    /// An integer.
     Whole(i64),
-    /// A number with a point, and the bytes of its type: 4, 8, or 0 where it is written out and takes the type of what it meets.
+    /// A floating-point number, and the size of its type in bytes: 4, 8, or 0 for a literal, which takes the
+    /// type of the other operand.
     Real(f64, u32),
 }
 
 impl ExpressionValue {
-    /// Anything but 0.
+    /// Reports whether the value is not 0.
     #[must_use]
     pub fn is_true(self) -> bool {
         match self {
@@ -24,7 +25,7 @@ impl ExpressionValue {
         }
     }
 
-    /// The whole number that it becomes where one is wanted, as C has it: towards 0.
+    /// Converts to an integer, as in C: towards 0.
     #[must_use]
     pub fn to_integer(self) -> i64 {
         match self {
@@ -33,7 +34,7 @@ impl ExpressionValue {
         }
     }
 
-    /// The number as a type of so many bytes has it.
+    /// Rounds to a floating-point type of this size in bytes.
     pub(super) fn to_real(self, bytes: u32) -> f64 {
         let value = match self {
             ExpressionValue::Whole(value) => value as f64,
@@ -42,7 +43,7 @@ impl ExpressionValue {
         if bytes > DOUBLE_BYTES { value } else { f64::from(value as f32) }
     }
 
-    /// The bits of a number with a point of so many bytes.
+    /// Returns the bits of a floating-point number of this size in bytes.
     pub(super) fn to_bits(self, bytes: u32) -> i64 {
         match bytes {
             0..=4 => i64::from((self.to_real(bytes) as f32).to_bits()),
@@ -50,7 +51,7 @@ impl ExpressionValue {
         }
     }
 
-    /// The number whose bits these are; nothing where no such number has so many bytes.
+    /// Returns the number with these bits; `None` if no floating-point type has this size.
     pub(super) fn from_bits(bits: i64, bytes: u32) -> Option<ExpressionValue> {
         match bytes {
             4 => Some(ExpressionValue::Real(f32::from_bits(bits as u32).into(), bytes)),
@@ -59,7 +60,7 @@ impl ExpressionValue {
         }
     }
 
-    /// `-`, `!` or `~`; nothing where there is no such operator for it.
+    /// Applies `-`, `!` or `~`; `None` if the operator does not apply.
     pub(super) fn apply_unary(self, sign: char) -> Option<ExpressionValue> {
         Some(match (sign, self) {
             ('!', _) => ExpressionValue::Whole(i64::from(!self.is_true())),
@@ -70,7 +71,7 @@ impl ExpressionValue {
         })
     }
 
-    /// Two operands; nothing where there is no such operator for them, or no result.
+    /// Applies an operator with two operands; `None` if it does not apply or has no result.
     pub(super) fn apply_binary(self, operator: BinaryOperator, other: ExpressionValue) -> Option<ExpressionValue> {
         let bytes = match (self, other) {
             (ExpressionValue::Whole(a), ExpressionValue::Whole(b)) => {
@@ -99,7 +100,7 @@ impl ExpressionValue {
         Some(ExpressionValue::Real(ExpressionValue::Real(value, bytes).to_real(bytes), bytes))
     }
 
-    /// A number with a point to as many digits as it holds.
+    /// Formats the value; a floating-point number with all its significant digits.
     #[must_use]
     pub fn text(self) -> String {
         match self {

@@ -1,4 +1,5 @@
-//! A machine on its way: it runs, what was done from outside is done to it at its cycles, and who follows the program is told.
+//! A machine at a position of its history: runs it, applies the user's actions at their cycles, and notifies
+//! the follower of the program.
 
 use std::collections::BTreeSet;
 
@@ -8,34 +9,35 @@ use super::dyn_machine::{DynMachine, DynProbe, ObserveLevel};
 use super::error::DebugError;
 use super::history::{InputEvent, UserAction};
 
-/// Follows a program at points of its own, such as the rungs of a ladder program, with a state that goes back in time with the
-/// machine.
+/// Follows a program at words of its own, such as the rungs of a ladder program. Its state goes back in time
+/// with the machine.
 pub trait ProgramFollower {
-    /// Program words at which it wants to be told; always the same.
+    /// Returns the program words at which it is notified; always the same.
     fn followed_words(&self) -> &[u32];
-    /// The machine has come to the program word `pc`, one of [`ProgramFollower::followed_words`]; the instruction there is next.
+    /// Called when the machine reaches the program word `pc`, one of [`ProgramFollower::followed_words`]; the
+    /// instruction there is next.
     fn on_reached(&mut self, target: &dyn DynMachine, pc: u32);
-    /// The chip was switched off and on: what the program remembers is gone.
+    /// Called after a power cycle: the program's memory is lost.
     fn on_power_cycle(&mut self) {}
-    /// Scans begun since power-up, where the program has scans.
+    /// Returns the scans begun since power-up, if the program has scans.
     fn scan(&self) -> Option<u64>;
-    /// A copy that goes its own way.
+    /// Returns an independent copy.
     fn fork(&self) -> Box<dyn ProgramFollower>;
-    /// Bytes that a copy takes at most.
+    /// Returns the maximum size of a copy in bytes.
     fn size_in_bytes(&self) -> usize;
-    /// For those who know what follows.
+    /// Returns the follower for downcasts.
     fn as_any(&self) -> &dyn std::any::Any;
 }
 
-/// A machine somewhere in its history, with who follows it.
+/// A machine at a position of its history, with its follower.
 pub(super) struct FollowedMachine {
     pub machine: Box<dyn DynMachine>,
     pub follower: Option<Box<dyn ProgramFollower>>,
-    /// Deeds of the history that were done to it.
+    /// Number of actions of the history that were applied to it.
     pub events_applied: usize,
-    /// The follower was told of the instruction that is next.
+    /// The follower was notified of the next instruction.
     follower_notified: bool,
-    /// Time passes here whatever can wake the chip, since it is known how far.
+    /// Time passes even if nothing can wake the chip, because the end of the run is known.
     pub runs_while_halted: bool,
     /// A step has ended here, not a limit within one.
     pub at_step_end: bool,
@@ -76,7 +78,7 @@ impl FollowedMachine {
             + size_of::<FollowedMachine>()
     }
 
-    /// Stops at these program words from now on.
+    /// Sets breakpoints at these program words and removes all others.
     pub fn set_breakpoints(&mut self, words: &BTreeSet<u32>) {
         match &self.follower {
             Some(follow) if !follow.followed_words().is_empty() => {
@@ -87,8 +89,8 @@ impl FollowedMachine {
         }
     }
 
-    /// Runs to the cycle `until`. Traps of the follower are its own business: it is told, and the run goes on, unless the word is one
-    /// of `words` too.
+    /// Runs to the cycle `until`. At a word of the follower the follower is notified and the run continues,
+    /// unless the word is also in `words`.
     pub fn run(
         &mut self,
         deeds: &[InputEvent],
@@ -104,13 +106,13 @@ impl FollowedMachine {
             if before >= goal {
                 return StopReason::Limit;
             }
-            // What is still to be done wakes it.
+            // A pending action wakes it.
             self.machine.set_run_while_halted(self.runs_while_halted || next != u64::MAX);
             let stop = self.machine.run(goal, look, seer);
             if self.cycle() > before {
                 self.follower_notified = false;
             }
-            // Time that has passed here may be a part of what the next step passes.
+            // The time that has passed here may belong to the next step.
             self.at_step_end &= self.cycle() == before;
             if let StopReason::Breakpoint { pc } = stop {
                 self.note_arrival(pc)
@@ -118,7 +120,7 @@ impl FollowedMachine {
                 self.end_step()
             }
             if self.cycle() >= next {
-                // Whatever has stopped it, the machine is another now.
+                // Whatever stopped the machine, its state changes now.
                 self.apply_due_events(deeds, look, seer);
                 if self.cycle() >= until {
                     return StopReason::Limit;
@@ -133,8 +135,8 @@ impl FollowedMachine {
         }
     }
 
-    /// Runs to the end of the next step: an instruction, or the entry of an interrupt, and the sleep before it. `limit`: a cycle at
-    /// which sleep is left in any case. Breakpoints are passed.
+    /// Runs to the end of the next step: an instruction or the entry of an interrupt, with the sleep before
+    /// it. `limit` is a cycle at which sleep ends in any case. Breakpoints are ignored.
     pub fn step(
         &mut self,
         deeds: &[InputEvent],
@@ -148,7 +150,7 @@ impl FollowedMachine {
         loop {
             let before = self.cycle();
             let next = self.next_event_cycle(deeds);
-            // Sleep does not go beyond what wakes it in this history.
+            // Sleep ends at the next action of this history.
             self.machine.set_run_while_halted(self.runs_while_halted || next != u64::MAX);
             let stop = self.machine.step_until(next.min(limit), look, seer);
             match stop {
@@ -169,7 +171,7 @@ impl FollowedMachine {
             }
             self.apply_due_events(deeds, look, seer);
             let moved = self.machine.pc() != pc || self.machine.instructions() != counted;
-            // Where nothing is ever due it sleeps cycle by cycle, and somebody is asked in between.
+            // If nothing is ever due, it sleeps cycle by cycle, and the caller can interrupt it in between.
             let endless = next.min(limit) >= LAST_CYCLE && self.cycle() == before + 1;
             if moved || self.cycle() >= limit || stop == StopReason::Probe || endless {
                 self.at_step_end = moved;
@@ -179,8 +181,8 @@ impl FollowedMachine {
         }
     }
 
-    /// One step of the machine, which ends before it where a trap is come to; of those the ones in `words` are told. `limit`: a cycle at
-    /// which sleep is left in any case.
+    /// Executes one step of the machine, which ends early at a breakpoint; those in `words` are reported.
+    /// `limit` is a cycle at which sleep ends in any case.
     pub fn step_to_breakpoint(
         &mut self,
         deeds: &[InputEvent],
@@ -204,7 +206,7 @@ impl FollowedMachine {
         }
     }
 
-    /// The machine stands before the instruction at `pc`, one at which it was stopped.
+    /// Records that the machine has stopped before the instruction at `pc`.
     fn note_arrival(&mut self, pc: u32) {
         if let Some(follow) =
             self.follower.as_mut().filter(|f| !self.follower_notified && f.followed_words().contains(&pc))
@@ -214,7 +216,8 @@ impl FollowedMachine {
         }
     }
 
-    /// A step has ended: the follower is told at once, if it is one of its words and no interrupt comes first.
+    /// Ends a step: notifies the follower at once if the next word is one of its words and no interrupt comes
+    /// first.
     fn end_step(&mut self) {
         let pc = self.machine.pc();
         if self.follower.as_ref().is_some_and(|follow| follow.followed_words().contains(&pc)) {
@@ -222,12 +225,12 @@ impl FollowedMachine {
         }
     }
 
-    /// Tells the follower if one of its words is next, and now.
+    /// Notifies the follower if one of its words is next at this cycle.
     fn notify_follower(&mut self) {
         let Some(follow) = self.follower.as_ref().filter(|_| !self.follower_notified) else { return };
         let mut copy = self.machine.fork();
         copy.set_breakpoints(&follow.followed_words().iter().copied().collect());
-        // A run of a controller at rest ends before it looks at traps; a step does not.
+        // A run of a halted controller ends before it checks breakpoints; a step does not.
         if let StopReason::Breakpoint { pc } = copy.step(ObserveLevel::Nothing, &mut ())
             && copy.cycle() == self.cycle()
         {
@@ -235,28 +238,29 @@ impl FollowedMachine {
         }
     }
 
-    /// The cycle of what is done from outside next: a run that ends there shows what that has changed.
+    /// Returns the cycle of the next action: a run that ends there shows its effect.
     pub fn next_event_cycle(&self, deeds: &[InputEvent]) -> u64 {
         deeds.get(self.events_applied).map_or(u64::MAX, |deed| deed.cycle)
     }
 
-    /// Does what was done from outside up to now.
+    /// Applies the actions that are due up to now.
     pub fn apply_due_events(&mut self, deeds: &[InputEvent], look: ObserveLevel, seer: &mut dyn DynProbe) {
         while let Some(deed) = deeds.get(self.events_applied).filter(|deed| deed.cycle <= self.cycle()) {
-            // What failed has failed when it was done first, and was not noted.
+            // An action that fails had failed when it was first applied, and was not recorded.
             _ = self.apply(&deed.action, look, seer);
             self.events_applied += 1;
         }
     }
 
-    /// Does something from outside, and lets the chip see it: no time passes.
+    /// Applies an action and lets the chip react to it; no time passes.
     pub fn apply(
         &mut self,
         action: &UserAction,
         look: ObserveLevel,
         seer: &mut dyn DynProbe,
     ) -> Result<(), DebugError> {
-        // However the machine came here, who follows is told of this word before. A controller comes round only when it is looked at.
+        // The follower is notified of this word first, however the machine got here. A controller updates its
+        // inputs only when it runs.
         self.notify_follower();
         let pc = self.machine.pc();
         action.apply(&mut *self.machine)?;

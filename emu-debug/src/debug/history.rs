@@ -1,4 +1,4 @@
-//! What the debugger remembers: copies of the machine, and everything that was done to it from outside.
+//! The history of the debugger: copies of the machine, and all actions of the user.
 
 use std::time::Duration;
 
@@ -10,22 +10,22 @@ use super::expression_place::ExpressionPlace;
 use super::followed_machine::FollowedMachine;
 use crate::stimulus::TimedDrive;
 
-/// Something done to the machine by the user, not by the program.
+/// An action of the user on the machine.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum UserAction {
     /// A level or a voltage on a pin, or the supply, from a time on.
     Drive(TimedDrive),
     /// A reset.
     Reset(ResetCause),
-    /// Another value of a place; the program counter in program words.
+    /// A new value of a location; the program counter in program words.
     Set(ExpressionPlace, i64),
 }
 
 impl UserAction {
-    /// Does it.
+    /// Applies the action.
     ///
     /// # Errors
-    /// The machine has no such thing, or it cannot have that value.
+    /// The machine has no such location, or it cannot have that value.
     pub fn apply(&self, target: &mut dyn DynMachine) -> Result<(), DebugError> {
         match *self {
             UserAction::Drive(drive) => Ok(target.queue_drive(drive)?),
@@ -38,48 +38,48 @@ impl UserAction {
     }
 }
 
-/// An action, and the cycle at which the machine stood when it was done.
+/// An action, and the cycle of the machine when it was applied.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct InputEvent {
     pub cycle: u64,
     pub action: UserAction,
 }
 
-/// A copy of the machine, and what it costs to run from it to the next copy.
+/// A copy of the machine, and the host time to run from it to the next copy.
 struct MachineCopy {
     machine: FollowedMachine,
     cost: Duration,
 }
 
-/// A place within a step, such as sleep, in which a run was stopped, and which was left by steps back.
+/// A position within a step, such as sleep, at which a run was stopped and which steps back have left.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LeftPosition {
     /// Its cycle.
     pub cycle: u64,
-    /// The cycle to which steps back and forth have led: whatever else moves the machine from there forgets the place.
+    /// The cycle that steps back and forth have reached; any other movement from there discards the position.
     pub returned_to: u64,
 }
 
-/// Newest copies that are never thinned out, so that steps near the end are quick.
+/// Number of newest copies that are never removed, so that steps near the end are fast.
 const NEWEST_KEPT: usize = 32;
 
-/// Copies and deeds.
+/// Copies and actions.
 pub(super) struct MachineHistory {
     copies: Vec<MachineCopy>,
     pub input_events: Vec<InputEvent>,
-    /// Bytes that copies may take.
+    /// Maximum size of all copies in bytes.
     budget: usize,
     used: usize,
 }
 
 impl MachineHistory {
-    /// A history that begins with `line`, and keeps at most `budget` bytes of copies besides that first one.
+    /// Returns a history that begins with `line` and keeps at most `budget` bytes of further copies.
     pub fn new(line: &FollowedMachine, budget: usize) -> MachineHistory {
         let first = MachineCopy { machine: line.fork(), cost: Duration::ZERO };
         MachineHistory { copies: vec![first], input_events: Vec::new(), budget, used: 0 }
     }
 
-    /// Keeps a copy; `cost`: how long the run took that led here from the copy before.
+    /// Keeps a copy; `cost` is the host time of the run from the previous copy.
     pub fn keep_copy(&mut self, line: &FollowedMachine, cost: Duration) {
         if let Some(last) = self.copies.last_mut() {
             if last.machine.cycle() >= line.cycle() {
@@ -93,7 +93,7 @@ impl MachineHistory {
         while self.used > self.budget && self.drop_cheapest() {}
     }
 
-    /// Drops the copy whose absence costs least. The first one, where all begins, stays.
+    /// Removes the copy whose absence costs least. The first copy stays, because everything begins there.
     fn drop_cheapest(&mut self) -> bool {
         let last = self.copies.len().saturating_sub(NEWEST_KEPT.min(self.copies.len() / 2)).max(2);
         let pairs = self.copies.windows(2).take(last - 1).enumerate();
@@ -107,32 +107,32 @@ impl MachineHistory {
         true
     }
 
-    /// Copies at cycles below `cycle`, the newest first.
+    /// Returns the copies at cycles below `cycle`, the newest first.
     pub fn copies_before(&self, cycle: u64) -> impl Iterator<Item = &FollowedMachine> {
         self.copies.iter().rev().map(|moment| &moment.machine).filter(move |line| line.cycle() < cycle)
     }
 
-    /// The newest copy at or before a cycle; the first where there is none.
+    /// Returns the newest copy at or before a cycle, or the first copy if there is none.
     pub fn copy_at(&self, cycle: u64) -> Option<&FollowedMachine> {
         let found = self.copies.iter().rev().find(|moment| moment.machine.cycle() <= cycle);
         found.or(self.copies.first()).map(|moment| &moment.machine)
     }
 
-    /// The cycle at which it begins.
+    /// Returns the cycle at which the history begins.
     pub fn first_cycle(&self) -> u64 {
         self.copies.first().map_or(0, |moment| moment.machine.cycle())
     }
 
-    /// Copies, and the bytes that they take.
+    /// Returns the number of copies, and their size in bytes.
     pub fn size(&self) -> (usize, usize) {
         (self.copies.len(), self.used)
     }
 
-    /// Everything from `line` on is different from now on: forgets what was to come, and notes a deed.
+    /// Discards everything after `line` and records an action: the future is different from now on.
     pub fn branch(&mut self, line: &FollowedMachine, action: UserAction) {
         self.input_events.truncate(line.events_applied);
         self.input_events.push(InputEvent { cycle: line.cycle(), action });
-        // A copy at this very cycle is of before the deed, which is done to it again when it runs on.
+        // A copy at this very cycle is from before the action, which is applied again when the copy runs.
         while let Some(gone) = self.copies.pop_if(|moment| moment.machine.cycle() > line.cycle()) {
             self.used = self.used.saturating_sub(gone.machine.size_in_bytes());
         }

@@ -1,27 +1,35 @@
-//! The debugger without a face: a machine that can be stopped, looked at, and run forwards and backwards. The command line, the gdb
-//! server, the DAP server and the screen are four faces of one [`DebugSession`].
+//! The debugger core: a machine that can be stopped, inspected, and run forwards and backwards. The command
+//! line, the gdb server, the DAP server and the screen are four front ends of one [`DebugSession`].
 //!
 //! ```text
-//!   target.rs   any Cpu without its type         session.rs  running forwards: steps, points, limits
-//!   place.rs    what has a value: Place          back.rs     running backwards: nearest snapshot, then replay
-//!   scope.rs    names to places                  history.rs  snapshots and what was done from outside
-//!   expr.rs     expressions over places          followed_machine.rs     a machine on its way through that history
-//!   points.rs   breakpoints and watchpoints      breakpoint_probe.rs     the probe that sees what points wait for
-//!   flow.rs     calls and returns                event_log.rs   what the chip has done, in words
-//!   calls.rs    the calls that are not over      step_until.rs   running step by step
-//!   c_objects.rs   variables and values of C        parse.rs    expressions out of their text
-//!   c_type_queries.rs    questions about types of C      expression_value.rs   values: whole numbers, and those with a point
-//!   breakpoint_locations.rs    where breakpoints of functions and lines lie
-//!   values.rs   the value history, and variables of the user
-//!   c_values.rs    those as text                    c_types.rs    types of C as text
+//!   dyn_machine.rs                 any Cpu as a trait object
+//!   session.rs                     running forwards: steps, points, limits
+//!   step_until.rs                  running step by step
+//!   backwards.rs                   running backwards: nearest copy, then replay
+//!   history.rs                     copies of the machine, user actions
+//!   followed_machine.rs            a machine with its follower
+//!   points.rs                      breakpoints and watchpoints
+//!   breakpoint_probe.rs            observes what points wait for
+//!   breakpoint_locations.rs        breakpoints on functions and source lines
+//!   event_log.rs                   the events of the chip
+//!   call_flow.rs, call_stack.rs    calls and returns, the active calls
+//!   scope.rs                       names to locations
+//!   parse_expression.rs            text to expressions
+//!   expression.rs                  expressions over locations
+//!   expression_place.rs            locations that have a value
+//!   expression_value.rs            values of expressions
+//!   values.rs                      the value history, user variables
+//!   c_objects.rs, c_values.rs      variables and values of C, as text
+//!   c_types.rs, c_type_queries.rs  types of C, as text
 //! ```
 //!
-//! **Positions.** The debugger stands between two instructions. A step ends behind an instruction or behind the entry of an
-//! interrupt, and time that passes in sleep belongs to the step that ends it. So the positions of a run are the same however it was
-//! reached, and n steps back followed by n steps forward come out where they began.
+//! **Positions.** The debugger stops between two instructions. A step ends after an instruction or after the
+//! entry of an interrupt; time that passes in sleep belongs to the step that ends it. So the positions of a
+//! run do not depend on how they were reached, and n steps back followed by n steps forward return to the
+//! start.
 //!
-//! **Going back** takes the nearest snapshot before the wanted position and runs a copy of it forwards again, with everything that
-//! was done from outside put in at its own cycle. Nothing of a machine can run backwards, and nothing has to.
+//! **Going back** takes the nearest copy before the wanted position and runs it forwards again, with all user
+//! actions applied at their own cycles. No part of a machine can run backwards, and none has to.
 
 mod backwards;
 mod breakpoint_locations;

@@ -1,4 +1,4 @@
-//! Expressions out of their text.
+//! Parses expressions.
 
 use super::c_objects::ObjectExpr;
 use super::c_type_queries::{CTypeQueries as _, CTypeRef};
@@ -10,13 +10,13 @@ use super::scope::{FrameContext, NameScope};
 use crate::input_error::malformed;
 use crate::text_escapes::unescape;
 
-/// Deepest nesting, so that no text can exhaust the stack.
+/// Maximum nesting, so that no text can exhaust the stack.
 const MAX_DEPTH: u32 = 100;
 
-/// Most operators, for the same reason: a row of them is a tree as deep as it is long.
+/// Maximum number of operators, for the same reason: a sequence of them is a tree as deep as it is long.
 const MAX_OPERATORS: u32 = 1_000;
 
-/// Operators by how tightly they bind; longer spellings before those that they begin with.
+/// Operators with their binding strength; longer spellings come before their own prefixes.
 #[rustfmt::skip]
 const OPERATORS: &[(&str, BinaryOperator, u8)] = &[
     ("||", BinaryOperator::Or, 1), ("&&", BinaryOperator::And, 2),
@@ -26,10 +26,10 @@ const OPERATORS: &[(&str, BinaryOperator, u8)] = &[
     ("+", BinaryOperator::Add, 9), ("-", BinaryOperator::Sub, 9), ("*", BinaryOperator::Mul, 10), ("/", BinaryOperator::Div, 10), ("%", BinaryOperator::Rem, 10),
 ];
 
-/// Reads an expression.
+/// Parses an expression.
 ///
 /// # Errors
-/// What is wrong with it.
+/// The first fault in it.
 pub(super) fn parse(scope: &NameScope, here: Option<&FrameContext>, text: &str) -> Result<DebugExpression, DebugError> {
     let mut parser = DebugExpressionParser { scope, here, text, rest: text.trim(), depth: 0, operators: 0 };
     let expr = parser.binary(0)?;
@@ -41,7 +41,7 @@ pub(super) fn parse(scope: &NameScope, here: Option<&FrameContext>, text: &str) 
 
 struct DebugExpressionParser<'a> {
     scope: &'a NameScope,
-    /// Where the machine is, for what has a name there only.
+    /// The location of the machine, for names with a local scope.
     here: Option<&'a FrameContext>,
     text: &'a str,
     rest: &'a str,
@@ -134,7 +134,7 @@ impl<'a> DebugExpressionParser<'a> {
         if self.take(sign) { Ok(()) } else { Err(DebugError::MissingSign { sign, text: self.text.to_owned() }) }
     }
 
-    /// `(type)`; nothing where what is in the parentheses is none.
+    /// Parses `(type)`; `None` if the parentheses contain anything else.
     fn cast(&mut self) -> Option<(&'a FrameContext, CTypeRef)> {
         let here = self.here?;
         let (inner, rest) = self.rest.strip_prefix('(')?.split_once(')')?;
@@ -143,7 +143,7 @@ impl<'a> DebugExpressionParser<'a> {
         Some((here, kind))
     }
 
-    /// `&x`.
+    /// Parses `&x`.
     fn address(&mut self) -> Result<DebugExpression, DebugError> {
         let width = |space: &str| i64::from(self.scope.chip().bytes_per_address(space).max(1));
         let nothing = DebugError::NoAddress { text: Some(self.rest.to_owned()) };
@@ -155,13 +155,13 @@ impl<'a> DebugExpressionParser<'a> {
                 Ok(DebugExpression::Number(i64::from(addr) / width(space)))
             }
             DebugExpression::At(_, addr) => Ok(*addr),
-            // A function or label stands for its address.
+            // A function or label represents its address.
             DebugExpression::Number(number) => Ok(DebugExpression::Number(number)),
             _ => Err(nothing),
         }
     }
 
-    /// What may follow an object: `.member`, `->member`, `[index]`, and `.3` for a bit.
+    /// Parses what may follow an object: `.member`, `->member`, `[index]`, and `.3` for a bit.
     fn postfix(&mut self, mut of: DebugExpression) -> Result<DebugExpression, DebugError> {
         loop {
             of = match of {
@@ -193,7 +193,7 @@ impl<'a> DebugExpressionParser<'a> {
         }
     }
 
-    /// `.3` behind an object, or something in parentheses.
+    /// Parses `.3` after an object or after parentheses.
     fn bit_suffix(&mut self, of: DebugExpression) -> Result<DebugExpression, DebugError> {
         let Some(rest) = self.rest.strip_prefix('.') else { return Ok(of) };
         let digits = rest.len() - rest.trim_start_matches(|c: char| c.is_ascii_digit()).len();
@@ -203,7 +203,7 @@ impl<'a> DebugExpressionParser<'a> {
             .ok_or_else(|| DebugError::MissingBitNumber { text: self.text.to_owned() })
     }
 
-    /// `sizeof x`, `sizeof (type)`.
+    /// Parses `sizeof x` and `sizeof (type)`.
     fn size(&mut self) -> Result<DebugExpression, DebugError> {
         if let Some((here, kind)) = self.cast() {
             let size = here.calls.info.size_of(kind).ok_or(DebugError::UnknownSize { what: "that type" })?;
@@ -217,7 +217,7 @@ impl<'a> DebugExpressionParser<'a> {
         bytes.map(|bytes| DebugExpression::Number(bytes.into())).ok_or(DebugError::NoSize)
     }
 
-    /// `1.5`, `1.`, `1.5e-3`, `2.5f`.
+    /// Parses `1.5`, `1.`, `1.5e-3`, `2.5f`.
     fn real(&mut self, name: &str) -> Result<DebugExpression, DebugError> {
         let mut text = name.trim_end_matches(['f', 'F']).to_owned();
         // The sign of an exponent ends a word.
@@ -236,7 +236,7 @@ impl<'a> DebugExpressionParser<'a> {
 
     fn atom(&mut self) -> Result<DebugExpression, DebugError> {
         if let Some(rest) = self.rest.strip_prefix('\'') {
-            // Behind a backslash a ' ends nothing, and neither does a backslash begin anything.
+            // After a backslash, neither `'` nor a backslash has its special meaning.
             let mut escaped = false;
             let end = rest.char_indices().find_map(|(at, c)| {
                 let ends = c == '\'' && !escaped && at > 0;
@@ -269,7 +269,7 @@ impl<'a> DebugExpressionParser<'a> {
         let end = self.rest.find(|c: char| !word(c)).unwrap_or(self.rest.len());
         let end = self.scope.mangled_name_length(self.rest).map_or(end, |name| name.max(end));
         let (name, rest) = self.rest.split_at(end);
-        // What is behind a variable of C is a member of it, or a bit.
+        // What follows a C variable is a member of it, or a bit.
         let (head, _) = name.split_at(name.find('.').unwrap_or(name.len()));
         if let Some(object) = self.here.and_then(|here| self.scope.find_variable(here, head)) {
             self.rest = self.rest[head.len()..].trim_start();
@@ -300,7 +300,7 @@ impl<'a> DebugExpressionParser<'a> {
         }
         let plain = name.chars().all(|c| c.is_alphanumeric() || c == '_');
         match self.scope.find_name(name) {
-            // As gdb says it, where the program tells of its variables.
+            // The wording of gdb, for programs with information on their variables.
             Err(_) if self.here.is_some() && plain => Err(DebugError::UnknownSymbolHere {
                 name: name.to_owned(),
                 example: self.scope.source().names.example_address(),
@@ -310,7 +310,7 @@ impl<'a> DebugExpressionParser<'a> {
     }
 }
 
-/// A number: decimal, 0x, 0b or 0o, with underscores; a 0 in front makes it octal, as in C.
+/// Parses a number: decimal, 0x, 0b or 0o, with underscores; a leading 0 makes it octal, as in C.
 fn number(text: &str) -> Result<i64, DebugError> {
     let plain = text.replace('_', "").to_ascii_lowercase();
     let radix = [("0x", 16), ("0b", 2), ("0o", 8)];
@@ -327,7 +327,7 @@ fn number(text: &str) -> Result<i64, DebugError> {
     i64::from_str_radix(digits, radix).map_err(|_| wrong())
 }
 
-/// Two operands; to a pointer whole elements are added.
+/// Applies an operator to two operands; pointers move by whole elements.
 fn combine(operator: BinaryOperator, left: DebugExpression, right: DebugExpression) -> DebugExpression {
     let pointer = |of: &DebugExpression| of.object().filter(|object| object.element_type().is_some()).cloned();
     let moved = match (operator, pointer(&left), pointer(&right)) {
@@ -350,7 +350,7 @@ fn combine(operator: BinaryOperator, left: DebugExpression, right: DebugExpressi
     }
 }
 
-/// An element; of memory without a type it is a byte.
+/// Returns an element; of memory without a type it is a byte.
 fn index_into(of: DebugExpression, index: DebugExpression) -> Result<DebugExpression, DebugError> {
     match (of, index) {
         (DebugExpression::Object(object), index) => Ok(DebugExpression::Object(Box::new(object.element(index)?))),

@@ -7,66 +7,68 @@ use super::expression::DebugExpression;
 use super::expression_value::ExpressionValue;
 use crate::address_names::AddressRange;
 
-/// Accesses that a watchpoint waits for.
+/// The accesses that a watchpoint waits for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AccessKind {
-    /// Reads, also those that go before a write.
+    /// Reads, including those before a write.
     Read,
     /// Reads and writes.
     Any,
-    /// Writes, whether they change anything or not.
+    /// Writes, even if they change nothing.
     Write,
 }
 
-/// What a point waits for.
+/// The event that a point waits for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum PointTrigger {
     /// One of these program words is next.
     Code(Vec<u32>),
-    /// The program accesses one of these bytes, as the probe of the machine sees it.
+    /// The program accesses one of these bytes, as reported by the probe of the machine.
     Access(AddressRange, AccessKind),
-    /// The value of an expression has changed; looked at behind every instruction.
+    /// The value of an expression has changed; checked after every instruction.
     Change(DebugExpression),
-    /// A pin comes to a level, or to any other than it had.
+    /// A pin reaches a level, or (without one) changes its level.
     Pin(PinId, Option<PinLevel>),
 }
 
 /// A breakpoint or watchpoint.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DebugPoint {
-    /// Its number, from 1; never used twice in a session.
+    /// Its number, from 1; never reused in a session.
     pub id: u32,
-    /// What it waits for.
+    /// The event that it waits for.
     pub trigger: PointTrigger,
-    /// What the user called it.
+    /// The user's text for it.
     pub text: String,
     /// It is deleted when it stops the machine.
     pub temporary: bool,
-    /// It counts.
+    /// It is active.
     pub enabled: bool,
-    /// It stops the machine only where this is not 0.
+    /// It stops the machine only if this is not 0.
     pub condition: Option<DebugExpression>,
-    /// That as it was written; empty where there is none.
+    /// The condition as written; empty if there is none.
     pub condition_text: String,
-    /// It passes over this many hits.
+    /// Number of hits to ignore.
     pub ignore: u64,
-    /// Hits so far, those passed over counted too; going backwards counts none.
+    /// Number of hits so far, including ignored ones; running backwards counts none.
     pub hits: u64,
-    /// Where the call goes on that has called the one whose variables it watches, and the stack pointer there: it is deleted then.
+    /// The word and the stack pointer after the return of the call whose variables it watches; there it is
+    /// deleted.
     pub call_end: Option<(u32, u32)>,
-    /// Commands that the command line carries out when it has stopped the machine.
+    /// Commands that the command line executes when it has stopped the machine.
     pub commands: Vec<String>,
 }
 
 impl DebugPoint {
-    /// The call whose variables it watches has just returned.
+    /// Reports whether the call whose variables it watches has just returned.
     #[must_use]
     pub fn has_left(&self, target: &dyn DynMachine) -> bool {
         self.call_end
             .is_some_and(|(word, sp)| target.pc() == word && target.reg("SP").is_some_and(|present| present >= sp))
     }
 
-    /// The condition, if there is one, holds now. One that has no value (a pin that floats) holds: better to stop than to miss it.
+    /// Reports whether the condition holds now, or there is none. A condition without a value (a floating
+    /// pin) holds: a superfluous stop is better than a missed one.
     #[must_use]
     pub fn condition_holds(&self, target: &dyn DynMachine) -> bool {
         self.condition.as_ref().is_none_or(|condition| condition.evaluate(target).is_none_or(ExpressionValue::is_true))
@@ -81,7 +83,7 @@ pub struct DebugPoints {
 }
 
 impl DebugPoints {
-    /// Adds a point; gives its number.
+    /// Adds a point; returns its number.
     pub fn add(&mut self, what: PointTrigger, text: &str, temporary: bool) -> u32 {
         self.last_id += 1;
         self.all.push(DebugPoint {
@@ -100,42 +102,42 @@ impl DebugPoints {
         self.last_id
     }
 
-    /// All of them.
+    /// Returns all points.
     #[must_use]
     pub fn all(&self) -> &[DebugPoint] {
         &self.all
     }
 
-    /// The point of that number.
+    /// Returns the point with this number.
     #[must_use]
     pub fn get(&self, id: u32) -> Option<&DebugPoint> {
         self.all.iter().find(|point| point.id == id)
     }
 
-    /// The point of that number, to be changed.
+    /// Returns the point with this number for modification.
     pub fn get_mut(&mut self, id: u32) -> Option<&mut DebugPoint> {
         self.all.iter_mut().find(|point| point.id == id)
     }
 
-    /// Deletes a point; false where there is none of that number.
+    /// Deletes a point; returns false if there is none with this number.
     pub fn remove(&mut self, id: u32) -> bool {
         let before = self.all.len();
         self.all.retain(|point| point.id != id);
         self.all.len() < before
     }
 
-    /// Deletes all.
+    /// Deletes all points.
     pub fn clear(&mut self) {
         self.all.clear();
     }
 
-    /// Those that count.
+    /// Returns the enabled points.
     pub fn enabled(&self) -> impl Iterator<Item = &DebugPoint> {
         self.all.iter().filter(|point| point.enabled)
     }
 }
 
-/// Program words at which points stop the machine.
+/// Returns the program words at which points stop the machine.
 pub(super) fn breakpoint_words(points: &DebugPoints) -> impl Iterator<Item = u32> + '_ {
     points.enabled().flat_map(|point| match &point.trigger {
         PointTrigger::Code(words) => words.clone(),

@@ -1,4 +1,5 @@
-//! Names in expressions and commands: registers, pins, memory, symbols of the program, symbols of a ladder program.
+//! Names in expressions and commands: registers, pins, memory, symbols of the program, symbols of a ladder
+//! program.
 
 use std::sync::{Arc, OnceLock};
 
@@ -20,7 +21,7 @@ use crate::bit_space;
 use crate::program_source::ProgramSource;
 use crate::stimulus;
 
-/// Everything that has a name.
+/// All names of a program on a chip.
 #[derive(Debug, Clone)]
 pub struct NameScope {
     chip: &'static Chip,
@@ -28,29 +29,29 @@ pub struct NameScope {
     pub symbols: Vec<SymbolAt>,
     /// Source lines of the image.
     pub lines: SourceLines,
-    /// Symbols of a ladder program, and where the chip keeps them.
+    /// Symbols of a ladder program, with their locations on the chip.
     pub ladder: Vec<(String, ExpressionPlace)>,
-    /// Values that were printed, and variables of the user: `$1`, `$i`.
+    /// Printed values, and user variables: `$1`, `$i`.
     pub values: Values,
     calls: OnceLock<CallStack>,
 }
 
-/// Where the machine is, for names of variables of C.
+/// The location of the machine, for the scopes of C variables.
 #[derive(Debug)]
 pub(super) struct FrameContext {
     pub calls: CallStack,
-    /// Byte address of the frame that is looked at.
+    /// Byte address in the selected frame.
     byte: u32,
-    /// Its level, 0 the innermost.
+    /// Its level; 0 is the innermost.
     level: usize,
-    /// Functions put in place of their calls that are left out of it.
+    /// Number of inlined functions left out of it.
     inlined_skipped: usize,
-    /// That frame, where it is a caller.
+    /// The frame, if it is a caller.
     frame: Option<CallFrame>,
 }
 
 impl NameScope {
-    /// What a chip has names for, and nothing else.
+    /// Returns a scope with only the names of a chip.
     #[must_use]
     pub fn new(chip: &'static Chip) -> NameScope {
         NameScope {
@@ -63,30 +64,31 @@ impl NameScope {
         }
     }
 
-    /// The chip.
+    /// Returns the chip.
     #[must_use]
     pub fn chip(&self) -> &'static Chip {
         self.chip
     }
 
-    /// What is known of program addresses.
+    /// Returns the information on program addresses.
     #[must_use]
     pub fn source(&self) -> ProgramSource<'_> {
         ProgramSource { names: AddressNames { chip: self.chip, symbols: &self.symbols }, lines: &self.lines }
     }
 
-    /// Reads an expression without variables of C.
+    /// Parses an expression without C variables.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The first fault in it.
     pub fn parse_expression(&self, text: &str) -> Result<DebugExpression, DebugError> {
         parse_expression::parse(self, None, text)
     }
 
-    /// Reads an expression in the frame at a level, 0 the innermost: variables of C that are known there have their names and types.
+    /// Parses an expression in the frame at a level (0 is the innermost): C variables that are in scope there
+    /// have their names and types.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The first fault in it.
     pub fn parse_expression_in_frame(
         &self,
         text: &str,
@@ -96,10 +98,10 @@ impl NameScope {
         parse_expression::parse(self, self.frame_context(target, level).as_ref(), text)
     }
 
-    /// Reads an expression as the machine is when it comes to a program word: for conditions of breakpoints.
+    /// Parses an expression for the machine at a program word: for conditions of breakpoints.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The first fault in it.
     pub fn parse_expression_at_word(&self, text: &str, word: u32) -> Result<DebugExpression, DebugError> {
         let here = FrameContext {
             calls: self.calls().clone(),
@@ -111,7 +113,7 @@ impl NameScope {
         parse_expression::parse(self, Some(&here), text)
     }
 
-    /// Functions, variables and calls of the program.
+    /// Returns functions, variables and calls of the program.
     pub fn calls(&self) -> &CallStack {
         self.calls.get_or_init(|| {
             let (info, word) = (self.lines.debug_info(), self.chip.word_bytes.max(1));
@@ -146,7 +148,7 @@ impl NameScope {
         })
     }
 
-    /// The variable of C that a name stands for in a frame.
+    /// Returns the C variable with this name in a frame.
     pub(super) fn find_variable(&self, here: &FrameContext, name: &str) -> Option<ObjectExpr> {
         let info = &here.calls.info;
         let locals = self.blocks(here);
@@ -156,7 +158,7 @@ impl NameScope {
         if let Some((variable, known)) = own {
             return Some(ObjectExpr::variable(here.calls.clone(), variable, known.clone(), here.level));
         }
-        // Registers of the chip are described, too, in start-up code; the chip's row knows them better.
+        // Start-up code also declares chip registers; the chip row describes them better.
         let is_chip = self.chip.reg(name).is_some() && !self.symbols.iter().any(|symbol| symbol.is_named(name));
         if is_chip || self.ladder.iter().any(|(known, _)| known == name) {
             return None;
@@ -167,7 +169,7 @@ impl NameScope {
         ObjectExpr::function(here.calls.clone(), info.function(name, here.byte)?)
     }
 
-    /// `$pc`, `$sp` and `$r16` of a frame that has called another; a constant of an enumeration, which no symbol hides.
+    /// Finds `$pc`, `$sp` and `$r16` of a calling frame; or an enumeration constant that no symbol hides.
     pub(super) fn find_in_frame(&self, here: &FrameContext, name: &str) -> Option<DebugExpression> {
         if let Some(own) = name.strip_prefix('$') {
             let frame = here.frame.as_ref()?;
@@ -194,7 +196,7 @@ impl NameScope {
         Some(DebugExpression::Object(Box::new(value)))
     }
 
-    /// `function::variable`, from wherever it is.
+    /// Finds `function::variable`, from any location.
     pub(super) fn find_qualified(&self, here: &FrameContext, name: &str) -> Option<DebugExpression> {
         let (function, name) = name.split_once("::")?;
         let function = here.calls.info.functions.iter().find(|own| own.name == function)?;
@@ -214,7 +216,8 @@ impl NameScope {
         None
     }
 
-    /// The blocks around a frame, the innermost first, and the code in which what they have is known.
+    /// Returns the blocks around a frame, the innermost first, with the code where their variables are in
+    /// scope.
     fn blocks<'a>(&self, here: &'a FrameContext) -> Vec<(&'a BlockInfo, Vec<std::ops::Range<u32>>)> {
         let Some(function) = here.calls.info.function_at(here.byte) else { return Vec::new() };
         let around = function.block.blocks_around(here.byte);
@@ -222,7 +225,7 @@ impl NameScope {
             true => function.block.ranges.clone(),
             false => block.ranges.clone(),
         };
-        // What was put in place of a call is a function of its own.
+        // An inlined function is a function of its own.
         let (mut left, mut own) = (here.inlined_skipped, Vec::new());
         for block in around {
             if left == 0 {
@@ -236,7 +239,8 @@ impl NameScope {
         own
     }
 
-    /// Parameters, or other variables, of the function of a frame that are known there, by name: those of the innermost block first.
+    /// Returns parameters, or other variables, of a frame's function that are in scope, by name; those of the
+    /// innermost block first.
     #[must_use]
     pub fn locals(&self, target: &dyn DynMachine, level: usize, parameters: bool) -> Vec<(String, ObjectExpr)> {
         let Some(here) = self.frame_context(target, level) else { return Vec::new() };
@@ -251,7 +255,8 @@ impl NameScope {
         all.map(object).collect()
     }
 
-    /// Parameters and variables of the function at a program word, those of the innermost block first.
+    /// Returns parameters and variables of the function at a program word, those of the innermost block
+    /// first.
     #[must_use]
     pub fn variables_at(&self, word: u32) -> Vec<(String, ObjectExpr)> {
         let byte = word.saturating_mul(self.chip.word_bytes);
@@ -264,7 +269,7 @@ impl NameScope {
         all.map(object).collect()
     }
 
-    /// The type that a text names.
+    /// Returns the type with this name.
     #[must_use]
     pub fn type_named(&self, text: &str) -> Option<ObjectExpr> {
         let calls = self.calls();
@@ -272,10 +277,11 @@ impl NameScope {
         Some(ObjectExpr::at(calls.clone(), DebugExpression::Number(0), kind))
     }
 
-    /// Bytes of a memory as [`AddressNames::parse_range`] reads them; a symbol of the ladder program or a bit of a byte stands for its bytes.
+    /// Parses a range of a memory as [`AddressNames::parse_range`]; also the name of a ladder symbol, or a
+    /// bit of a byte, for its bytes.
     ///
     /// # Errors
-    /// No such memory or place.
+    /// There is no such memory or location.
     pub fn parse_range(&self, text: &str) -> Result<AddressRange, InputError> {
         match self.ladder.iter().find(|(name, _)| name == text.trim()).map(|found| found.1) {
             Some(ExpressionPlace::Bit { space, addr, .. }) => Ok(AddressRange { space, start: addr, end: addr + 1 }),
@@ -287,11 +293,11 @@ impl NameScope {
         }
     }
 
-    /// Memory of whose accesses the machine tells, as [`NameScope::parse_range`] reads it, and what that is called. Of a bit that has no address of
-    /// its own it is its byte.
+    /// Parses a range whose accesses the machine reports, as [`NameScope::parse_range`], and returns its
+    /// description. For a bit without an address of its own, the range is its byte.
     ///
     /// # Errors
-    /// No such memory or place, or one of which it does not.
+    /// There is no such memory or location, or its accesses are not reported.
     pub fn parse_watched_range(
         &self,
         text: &str,
@@ -336,11 +342,11 @@ impl NameScope {
         Ok((range, name))
     }
 
-    /// What a name in an expression stands for. Names with `$` are the debugger's own, as in gdb: `$pc`, `$cycle`, `$r16`. Of the
-    /// others those of the ladder program come first, then those of the image, then the chip's.
+    /// Resolves a name in an expression. Names with `$` belong to the debugger, as in gdb: `$pc`, `$cycle`,
+    /// `$r16`. For other names, the ladder program overrides the image, and the image overrides the chip.
     ///
     /// # Errors
-    /// Nothing has that name.
+    /// The name is not defined.
     pub(super) fn find_name(&self, name: &str) -> Result<DebugExpression, DebugError> {
         if let Some(own) = name.strip_prefix('$') {
             let place = match own.to_ascii_lowercase().as_str() {
@@ -357,7 +363,7 @@ impl NameScope {
         if let Some((_, place)) = self.ladder.iter().find(|(known, _)| known == name) {
             return Ok(DebugExpression::Place(*place));
         }
-        // Headers name the registers of a chip by constants.
+        // Headers define chip registers as constants.
         let own = self.symbols.iter().any(|symbol| symbol.space != CONSTANT_SPACE && symbol.is_named(name));
         if !own && let Some(place) = self.register(name).or_else(|| self.pin(name)) {
             return Ok(DebugExpression::Place(place));
@@ -365,7 +371,8 @@ impl NameScope {
         self.memory(name).or_else(|why| self.bit(name).unwrap_or(Err(why)))
     }
 
-    /// Length of the longest name of a C++ or Rust symbol with which a text begins: those have brackets and spaces in them.
+    /// Returns the length of the longest name of a C++ or Rust symbol at the start of a text; such names
+    /// contain brackets and spaces.
     pub(super) fn mangled_name_length(&self, text: &str) -> Option<usize> {
         let names = self.symbols.iter().filter_map(|s| Some([s.name.as_str(), &s.mangled.as_ref()?.path]));
         names.flatten().filter(|name| text.starts_with(*name)).map(str::len).max()
@@ -387,7 +394,7 @@ impl NameScope {
         stimulus::find_pin(self.chip, name).ok().filter(|_| self.chip.reg(name).is_none()).map(ExpressionPlace::Pin)
     }
 
-    /// `data:0x100`, `buf`, `TCNT1`, `P1`, `main` (its address), a constant (its value).
+    /// Resolves `data:0x100`, `buf`, `TCNT1`, `P1`, `main` (its address), or a constant (its value).
     fn memory(&self, name: &str) -> Result<DebugExpression, DebugError> {
         let names = self.source().names;
         let known = |space: &str| self.symbols.iter().find(|s| s.space == space && s.is_named(name));
@@ -406,7 +413,8 @@ impl NameScope {
         Ok(DebugExpression::Place(self.place_of(&range)))
     }
 
-    /// The value that stands in a range: up to four bytes without a sign, a bit where the memory holds bits.
+    /// Returns the value in a range as a location: up to four bytes, unsigned, or a bit if the memory holds
+    /// bits.
     #[must_use]
     pub fn place_of(&self, range: &AddressRange) -> ExpressionPlace {
         let width = self.chip.bytes_per_address(range.space);
@@ -420,7 +428,7 @@ impl NameScope {
         }
     }
 
-    /// `PORTB.5`, `data:0x20.3`, `buf.0`: a bit of a byte by its place. Nothing where the text has no such shape.
+    /// Resolves `PORTB.5`, `data:0x20.3`, `buf.0`: a bit of a byte. `None` if the text has another form.
     fn bit(&self, name: &str) -> Option<Result<DebugExpression, DebugError>> {
         let (byte, bit) = name.rsplit_once('.')?;
         let bit: u8 = bit.parse().ok()?;

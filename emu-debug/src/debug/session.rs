@@ -1,4 +1,4 @@
-//! A session: a machine, where it has been, and what stops it.
+//! A session: a machine, its history, and its points.
 
 use std::collections::{BTreeSet, HashMap};
 use std::time::{Duration, Instant};
@@ -20,92 +20,95 @@ use super::points::{DebugPoints, breakpoint_words};
 use super::scope::NameScope;
 use crate::time::CycleClock;
 
-/// How long a stretch of a run takes between two copies, on the host.
+/// Target duration of a stretch between two copies, in time of the host.
 pub(super) const HOST_TIME_BETWEEN_COPIES: std::ops::Range<Duration> =
     Duration::from_micros(300)..Duration::from_millis(1);
 
-/// Machine cycles of a stretch.
+/// Length of a stretch in machine cycles.
 const CYCLES_BETWEEN_COPIES: std::ops::RangeInclusive<u64> = 1 << 10..=1 << 40;
 
-/// Machine cycles of the first stretch, and of the last of a program that waits: by then it stands in its waiting loop.
+/// Length in machine cycles of the first stretch, and of the last one of a waiting program: after it the
+/// program is in its waiting loop.
 pub(super) const FIRST_STRETCH: u64 = 1 << 12;
 
-/// Steps in which a controller at rest comes round: two program cycles of all that its memory holds.
+/// Steps within which a halted controller repeats: two program cycles of a full memory.
 const MAX_PERIOD_STEPS: u32 = 2 << 12;
 
-/// What a session begins with.
+/// The start parameters of a session.
 pub struct SessionOptions {
-    /// How long a cycle is.
+    /// The length of a cycle.
     pub clock: CycleClock,
-    /// Bytes that copies of the machine may take.
+    /// Maximum size of the copies of the machine, in bytes.
     pub history_bytes: usize,
-    /// Who follows the program, such as a ladder view.
+    /// The follower of the program, such as a ladder view.
     pub follower: Option<Box<dyn ProgramFollower>>,
 }
 
-/// Where a run is to stop, besides at points.
+/// Where a run stops, apart from points.
 #[derive(Debug, Clone, Default)]
 pub struct RunGoal {
     /// At this machine cycle at the latest.
     pub until: Option<u64>,
     /// Before one of these program words.
     pub words: BTreeSet<u32>,
-    /// Time passes up to that cycle even where nothing can wake the chip, instead of [`HaltReason::Halted`].
+    /// Time passes up to `until` even if nothing can wake the chip; otherwise the run stops with
+    /// [`HaltReason::Halted`].
     pub runs_while_halted: bool,
 }
 
-/// What a point has seen.
+/// The hit of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PointHit {
     /// Number of the point.
     pub id: u32,
-    /// The value before, of a watched expression.
+    /// The previous value of a watched expression.
     pub old: Option<i64>,
-    /// The value now; of an access the byte read or written.
+    /// The current value; for an access, the byte read or written.
     pub new: Option<i64>,
-    /// Of an access: a write.
+    /// For an access: whether it is a write.
     pub write: Option<bool>,
-    /// Program word of the instruction that did it; of a breakpoint the one that is next.
+    /// Program word of the instruction that caused it; for a breakpoint, the next instruction.
     pub pc: u32,
 }
 
-/// Why the machine stands.
+/// Why the machine has stopped.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum HaltReason {
-    /// What was asked for is done.
+    /// The request is done.
     Done,
     /// Points have stopped it.
     Points(Vec<PointHit>),
-    /// The cycle asked for was reached.
+    /// The requested cycle was reached.
     Limit,
     /// Nothing can wake the chip any more.
     Halted,
-    /// Only something from outside can change what the program does: it waits for a pin, or sleeps with its receiver open.
+    /// Only a stimulus can change what the program does: it waits for a pin, or sleeps with its receiver
+    /// enabled.
     BlockedOnInput,
-    /// No instruction.
+    /// An illegal instruction was reached.
     Illegal {
         /// Program word address.
         pc: u32,
         /// The word there.
         word: u16,
     },
-    /// The program did what cannot be carried out.
+    /// The program did something that cannot be executed.
     Fault {
         /// Program word address.
         pc: u32,
-        /// What it was.
+        /// The fault.
         fault: ProgramFault,
     },
-    /// The user has interrupted it.
+    /// The user has interrupted the run.
     Interrupted,
-    /// Going back: the history begins here.
+    /// Running backwards reached the beginning of the history.
     Beginning,
 }
 
 /// How a command of the session has ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct HaltResult {
-    /// Why.
+    /// The reason.
     pub reason: HaltReason,
 }
 
@@ -114,7 +117,8 @@ pub struct DebugSession {
     pub(super) current: FollowedMachine,
     pub(super) history: MachineHistory,
     pub(super) left_position: Option<LeftPosition>,
-    /// Who follows a program of which nothing is known yet, and the bytes that copies may take: for another history.
+    /// For a new history: the follower before it has followed anything, and the maximum size of copies in
+    /// bytes.
     fresh_history: (Option<Box<dyn ProgramFollower>>, usize),
     /// Breakpoints and watchpoints.
     pub points: DebugPoints,
@@ -122,16 +126,16 @@ pub struct DebugSession {
     pub scope: NameScope,
     clock: CycleClock,
     pub(super) events: SessionEvents,
-    /// Cycles of the next stretch.
+    /// Length of the next stretch in cycles.
     stretch: u64,
     flows: HashMap<u32, (u16, CallFlow, u32)>,
 }
 
-/// Asked now and then whether to go on.
+/// Called periodically; returns whether to continue.
 pub(super) type KeepRunning<'a> = &'a mut dyn FnMut() -> bool;
 
 impl DebugSession {
-    /// A session with a machine as it is now, which is where its history begins.
+    /// Returns a session with a machine in its current state, where the history begins.
     #[must_use]
     pub fn new(target: Box<dyn DynMachine>, scope: NameScope, options: SessionOptions) -> DebugSession {
         let first = (options.follower.as_ref().map(|follow| follow.fork()), options.history_bytes);
@@ -150,59 +154,60 @@ impl DebugSession {
         }
     }
 
-    /// The machine now.
+    /// Returns the machine in its current state.
     #[must_use]
     pub fn machine(&self) -> &dyn DynMachine {
         &*self.current.machine
     }
 
-    /// Who follows the program.
+    /// Returns the follower of the program.
     #[must_use]
     pub fn follower(&self) -> Option<&dyn ProgramFollower> {
         self.current.follower.as_deref()
     }
 
-    /// A step has ended here; else a limit, or the user, has stopped a run in the middle of one, such as in sleep.
+    /// Reports whether a step has ended here; otherwise a limit or the user has stopped a run within a step,
+    /// such as in sleep.
     #[must_use]
     pub fn is_at_step_end(&self) -> bool {
         self.current.at_step_end
     }
 
-    /// How long a cycle is.
+    /// Returns the length of a cycle.
     #[must_use]
     pub fn clock(&self) -> CycleClock {
         self.clock
     }
 
-    /// Scans begun since power-up, or since the state that was loaded last, where the program has scans.
+    /// Returns the scans begun since power-up, or since the last loaded state, if the program has scans.
     #[must_use]
     pub fn scan(&self) -> Option<u64> {
         self.current.follower.as_ref().and_then(|follow| follow.scan())
     }
 
-    /// Copies of the machine that are kept, and the bytes that they take.
+    /// Returns the number of copies kept, and their size in bytes.
     #[must_use]
     pub fn history_size(&self) -> (usize, usize) {
         self.history.size()
     }
 
-    /// The cycle at which the history begins: there is no way back behind it.
+    /// Returns the cycle at which the history begins: the session cannot go back further.
     #[must_use]
     pub fn first_cycle(&self) -> u64 {
         self.history.first_cycle()
     }
 
-    /// What was done from outside, in order, each with the cycle at which the machine stood.
+    /// Returns the user's actions in order, each with the cycle of the machine.
     pub fn input_events(&self) -> impl Iterator<Item = (u64, &UserAction)> {
         self.history.input_events.iter().map(|deed| (deed.cycle, &deed.action))
     }
 
-    /// Does something from outside, now. What was to come in this history is forgotten.
+    /// Applies an action of the user now, and discards the future of this history.
     ///
     /// # Errors
-    /// The machine cannot; nothing has changed.
+    /// The machine does not accept it; nothing has changed.
     pub fn apply_action(&mut self, action: UserAction) -> Result<(), DebugError> {
-        // A part of it may have been done when it fails.
+        // A failing action may have been applied in part.
         let before = self.current.machine.fork();
         let mut eyes = BreakpointProbe::new(&DebugPoints::default(), &*before);
         eyes.events = Some(std::mem::take(&mut self.events));
@@ -218,10 +223,10 @@ impl DebugSession {
         Ok(())
     }
 
-    /// Gives what an expression stands for another value: a place, or an object of C that lies in several.
+    /// Assigns a value to an expression: a location, or a C object that extends over several.
     ///
     /// # Errors
-    /// It has no place, or not this value.
+    /// It has no location, or cannot have this value.
     pub fn assign(&mut self, expr: &DebugExpression, value: ExpressionValue) -> Result<(), DebugError> {
         let object = expr.object().filter(|object| object.is_wider_than_place(self.machine()));
         let writes = match (object, expr.place(self.machine())) {
@@ -232,25 +237,26 @@ impl DebugSession {
         writes.into_iter().try_for_each(|(place, value)| self.apply_action(UserAction::Set(place, value)))
     }
 
-    /// Whether the machine can be saved and loaded.
+    /// Checks that the machine can be saved and loaded.
     ///
     /// # Errors
-    /// It cannot, since what stands at its pins has a state of its own.
+    /// It cannot, because the devices at its pins have a state of their own.
     pub fn check_snapshot_possible(&self) -> Result<(), DebugError> {
         if self.current.machine.has_no_devices() { Ok(()) } else { Err(DebugError::DevicesHaveState) }
     }
 
-    /// The state of the machine now, for [`DebugSession::load`]: of the chip alone ([`DebugSession::check_snapshot_possible`]).
+    /// Returns the state of the chip for [`DebugSession::load`], without devices
+    /// ([`DebugSession::check_snapshot_possible`]).
     #[must_use]
     pub fn save(&self) -> Vec<u8> {
         self.current.machine.save()
     }
 
-    /// Makes the chip the one whose state this is, at the machine cycle `cycle`. A history begins there; points stay, and who follows
-    /// the program begins anew.
+    /// Loads a state of the chip at the machine cycle `cycle`. A new history begins there; points stay, and
+    /// the follower of the program starts again.
     ///
     /// # Errors
-    /// It is no state of this chip at that cycle; nothing has changed.
+    /// It is not a state of this chip at that cycle; nothing has changed.
     pub fn load(&mut self, state: &[u8], cycle: u64) -> Result<(), SnapshotDamaged> {
         let mut target = self.current.machine.fork();
         target.restore(state)?;
@@ -265,13 +271,15 @@ impl DebugSession {
         Ok(())
     }
 
-    /// Steps `n` instructions (entries of interrupts count as one each), or fewer where a watchpoint stops it. Sleep is passed, up to
-    /// the cycle `limit`. A place within a step from which steps have led back ends one: so as many lead there again.
+    /// Steps `n` instructions (an interrupt entry counts as one), or fewer if a watchpoint stops the machine.
+    /// Sleep passes, up to the cycle `limit`. If steps back have left a position within a step, that position
+    /// also ends a step, so the same number of steps forward returns there.
     pub fn step_instructions(&mut self, n: u64, limit: u64, go_on: KeepRunning<'_>) -> HaltResult {
         self.step_remaining(&mut { n }, limit, false, go_on)
     }
 
-    /// The same; `rest` is what is left of the steps, and with `breaks` breakpoints stop it too.
+    /// Works as [`DebugSession::step_instructions`]; `rest` is the number of steps left, and with `breaks`
+    /// breakpoints stop the machine too.
     pub fn step_remaining(&mut self, rest: &mut u64, limit: u64, breaks: bool, go_on: KeepRunning<'_>) -> HaltResult {
         let stands = self.current.cycle();
         let mut left = self.left_position.take().filter(|left| left.returned_to == stands && left.cycle < limit);
@@ -309,7 +317,7 @@ impl DebugSession {
             let start = (Instant::now(), self.current.cycle());
             eyes.events = Some(std::mem::take(&mut self.events));
             let deeds = &self.history.input_events;
-            // A step passes them.
+            // A step ignores breakpoints.
             self.current.set_breakpoints(&words);
             let stop = if left_start {
                 let end = until.min(start.1.saturating_add(stretch)).min(self.current.next_event_cycle(deeds));
@@ -335,7 +343,7 @@ impl DebugSession {
                 StopReason::Breakpoint { pc } if goal.words.contains(&pc) => {
                     return HaltResult { reason: HaltReason::Done };
                 }
-                // With no end in sight the time of a program that waits would pass for ever, and in no time.
+                // Without an end, a waiting program would run forever, although its time costs nothing.
                 StopReason::Limit if goal.until.is_none() && self.is_blocked_on_input() => match waits {
                     true => return HaltResult { reason: HaltReason::BlockedOnInput },
                     false => (waits, stretch) = (true, FIRST_STRETCH),
@@ -345,7 +353,8 @@ impl DebugSession {
                 }
                 stop => return HaltResult { reason: halt_reason(stop) },
             }
-            // Whoever runs on from a word where it is to stop passes it: so it is not interrupted there before it was seen to stand there.
+            // A run that starts at a stop word passes it. Therefore the run is not interrupted at such a word
+            // before it has been reported.
             let unseen = stop == StopReason::Limit && words.contains(&self.current.machine.pc());
             if !unseen && !go_on() {
                 return HaltResult { reason: HaltReason::Interrupted };
@@ -353,7 +362,8 @@ impl DebugSession {
         }
     }
 
-    /// What the instruction at a program word does to the stack of calls, and its length in program words.
+    /// Returns what the instruction at a program word does to the call stack, and its length in program
+    /// words.
     pub fn call_flow(&mut self, pc: u32) -> (CallFlow, u32) {
         let (chip, target) = (self.scope.chip(), &*self.current.machine);
         let read = |word| self::word(target, word);
@@ -368,14 +378,15 @@ impl DebugSession {
         }
     }
 
-    /// A word of program memory; 0 beyond its end.
+    /// Returns a word of program memory; 0 beyond its end.
     #[must_use]
     pub fn word(&self, word: u32) -> u16 {
         self::word(&*self.current.machine, word)
     }
 
-    /// A controller that has settled is called halted, since nothing it does makes a difference any more; but its programs run on. So
-    /// where a word of the program is waited for, it is stepped on, for as long as it takes it to come round.
+    /// Runs a settled controller until it reaches one of `words`. Such a controller counts as halted, because
+    /// its actions no longer have an effect; but its programs still run, so it is stepped for one whole
+    /// repetition.
     fn run_settled_controller(&mut self, words: &BTreeSet<u32>, until: u64, eyes: &mut BreakpointProbe) -> StopReason {
         if self.scope.chip().family != ChipFamily::Ap101 || words.is_empty() {
             return StopReason::Halted;
@@ -391,21 +402,22 @@ impl DebugSession {
         StopReason::Halted
     }
 
-    /// Keeps a copy of the machine as it is now, and makes the next stretch longer or shorter; one that was cut short tells nothing of
-    /// how long a whole one takes.
+    /// Keeps a copy of the current machine, and adapts the length of the next stretch; a stretch that was cut
+    /// short does not show how long a whole one takes.
     pub(super) fn keep_copy(&mut self, took: Duration, cycles: u64) {
         if took >= HOST_TIME_BETWEEN_COPIES.end {
             self.stretch = (self.stretch / 2).max(*CYCLES_BETWEEN_COPIES.start());
         } else if took < HOST_TIME_BETWEEN_COPIES.start && cycles >= self.stretch {
             self.stretch = (self.stretch * 2).min(*CYCLES_BETWEEN_COPIES.end());
         }
-        // Runs that were stopped early leave no copy each.
+        // Runs that end early do not each leave a copy.
         if took >= HOST_TIME_BETWEEN_COPIES.start / 4 {
             self.history.keep_copy(&self.current, took);
         }
     }
 
-    /// The points that stop the machine here: what they saw, their conditions and counts considered.
+    /// Returns the points that stop the machine here: those with observations, after conditions and ignore
+    /// counts.
     pub(super) fn take_hits(
         &mut self,
         sights: &[Observation],
@@ -443,7 +455,7 @@ impl DebugSession {
         hits
     }
 
-    /// Forgets events behind the present.
+    /// Forgets events after the current cycle.
     pub(super) fn forget_events(&mut self) {
         self.events.forget_after(self.current.cycle());
     }

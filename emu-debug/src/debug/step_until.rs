@@ -1,4 +1,4 @@
-//! Running step by step, until somebody has seen enough; and whether that can be at all.
+//! Running step by step until a condition holds, and detecting that it never will.
 
 use std::collections::BTreeSet;
 use std::time::Instant;
@@ -14,8 +14,8 @@ use super::session::{
 };
 
 impl DebugSession {
-    /// Steps until `test` says so: it is given the machine, what the instruction did to the stack of calls, and whether it was the
-    /// entry of an interrupt instead. `breaks`: breakpoints stop it too.
+    /// Steps until `test` returns true. It gets the session, what the instruction did to the call stack, and
+    /// whether the step was an interrupt entry instead. With `breaks`, breakpoints stop the machine too.
     pub fn step_until(
         &mut self,
         limit: u64,
@@ -26,7 +26,8 @@ impl DebugSession {
         self.step_until_with((limit, breaks, limit == LAST_CYCLE), go_on, test)
     }
 
-    /// `searches`: nobody knows how many steps it takes, so it is looked whether they have an end.
+    /// Works as `step_until`; with `searches` the number of steps is unknown, so the run checks whether it
+    /// ever ends.
     pub(super) fn step_until_with(
         &mut self,
         (limit, breaks, searches): (u64, bool, bool),
@@ -68,7 +69,7 @@ impl DebugSession {
                 StopReason::Limit | StopReason::Breakpoint { .. } | StopReason::Probe => {}
                 stop => return HaltResult { reason: halt_reason(stop) },
             }
-            // Asked more and more seldom, as it may be long until it wakes.
+            // Checked at increasing intervals, because the wake may take long.
             slept = if self.current.at_step_end { 0 } else { slept + 1 };
             if slept.is_power_of_two() && limit == LAST_CYCLE && self.is_blocked_on_input() {
                 return HaltResult { reason: HaltReason::BlockedOnInput };
@@ -86,7 +87,9 @@ impl DebugSession {
         }
     }
 
-    /// Only something from outside can change what the program does ([`DynMachine::is_blocked_on_input`]), none is to come, and no point looks at the time.
+    /// Reports whether only a stimulus can change what the program does
+    /// ([`DynMachine::is_blocked_on_input`](super::DynMachine::is_blocked_on_input)), none is pending, and no
+    /// point depends on time.
     pub(super) fn is_blocked_on_input(&self) -> bool {
         let timed = |what: &PointTrigger| matches!(what, PointTrigger::Change(expr) if expr.depends_only_on_time());
         self.current.next_event_cycle(&self.history.input_events) == u64::MAX
@@ -94,7 +97,8 @@ impl DebugSession {
             && self.current.machine.is_blocked_on_input()
     }
 
-    /// What ends a search for good, as far as it can be told: within [`FIRST_STRETCH`] cycles the program goes round where nothing leads out.
+    /// Returns the reason why a search never ends, if it can be determined: within [`FIRST_STRETCH`] cycles
+    /// the program repeats in a loop without an exit.
     fn endless_loop(&self) -> Option<HaltReason> {
         if self.current.next_event_cycle(&self.history.input_events) != u64::MAX {
             return None;

@@ -1,4 +1,4 @@
-//! Values that a session remembers: the value history, and variables of the user.
+//! Values that a session remembers: the value history, and user variables.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use super::expression::DebugExpression;
 /// The value history, and the user's variables.
 #[derive(Debug, Clone, Default)]
 pub struct Values {
-    /// `$1`, `$2`, ..; nothing for a row of objects, which is no single value.
+    /// `$1`, `$2`, ..; `None` for a sequence of objects, which is not a single value.
     history: Vec<Option<DebugExpression>>,
     variables: BTreeMap<String, DebugExpression>,
 }
@@ -21,18 +21,18 @@ impl Values {
         self.history.len()
     }
 
-    /// The history has no value yet.
+    /// Reports whether the history is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.history.is_empty()
     }
 
-    /// Sets the variable `$name` of the user.
+    /// Sets the user variable `$name`.
     pub fn set(&mut self, name: &str, value: DebugExpression) {
         self.variables.insert(name.to_owned(), value);
     }
 
-    /// `$`, `$$`, `$$2`, `$1` or `$i`; nothing where the name is none of these.
+    /// Returns `$`, `$$`, `$$2`, `$1` or `$i`; `None` for other names.
     ///
     /// # Errors
     /// The history has no such value.
@@ -57,7 +57,7 @@ impl Values {
 }
 
 impl DebugExpression {
-    /// Its value now, for good; nothing where it has none.
+    /// Returns the current value as a constant; `None` if it has none.
     #[must_use]
     pub fn kept(&self, target: &dyn DynMachine) -> Option<DebugExpression> {
         match self {

@@ -1,10 +1,12 @@
-//! A serial EEPROM of the 24Cxx kind at a two-wire bus: SDA, SCL, A0 to A2, WP.
+//! A serial EEPROM of the 24Cxx type at a two-wire bus: SDA, SCL, A0 to A2, WP.
 //!
-//! Sources: Atmel AT24C01A/02/04/08A/16A (0180), AT24C32/64 (0336), AT24C128/256 (0670), AT24C512 (1116), AT24C1024 (1471);
-//! Microchip 24AA024 (DS21710), 24AA16 (DS21703), 24AA256 (DS21203): device addressing, write and read operations.
+//! Sources: Atmel AT24C01A/02/04/08A/16A (0180), AT24C32/64 (0336), AT24C128/256 (0670), AT24C512 (1116),
+//! AT24C1024 (1471); Microchip 24AA024 (DS21710), 24AA16 (DS21703), 24AA256 (DS21203): device addressing,
+//! write and read operations.
 //!
-//! Bytes that are written wait in the page buffer; a stop condition between bytes starts the write cycle, in which no address is
-//! acknowledged (polling). A start condition in the place of the stop, or a stop within a byte, drops them.
+//! Written bytes wait in the page buffer. A stop condition between bytes starts the write cycle, during which
+//! no address is acknowledged (polling). A start condition instead of the stop, or a stop within a byte,
+//! discards them.
 
 use super::cells::SharedBytes;
 
@@ -14,15 +16,15 @@ struct Eeprom24Kind {
     name: &'static str,
     size: usize,
     page: usize,
-    /// Bytes of the address that follow the control byte.
+    /// Number of address bytes after the control byte.
     address: u8,
-    /// Bits of the control byte that A2 to A0 must equal.
+    /// Bits of the control byte that must equal A2 to A0.
     select: u8,
     /// Bits of the control byte that are the upper bits of the address.
     block: u8,
 }
 
-/// By name; the size is in bytes.
+/// The types by name; the size is in bytes.
 #[rustfmt::skip]
 const KINDS: [Eeprom24Kind; 11] = [
     Eeprom24Kind { name: "24c01",   size: 0x80,     page: 8,   address: 1, select: 0x0E, block: 0x00 },
@@ -46,19 +48,19 @@ const MODULES: [(&[&str], Eeprom24Kind); 3] = [
     (&["e24xx256", "I2C-EEPROM256k"],  Eeprom24Kind { name: "", size: 32768, page: 64, address: 2, select: 0x0E, block: 0x00 }),
 ];
 
-/// The write cycle in microseconds: tWR, the longest that the sheets give.
+/// The write cycle in microseconds: tWR, the maximum in the data sheets.
 const WRITE_US: u64 = 5_000;
 
-/// Where a transfer stands.
+/// The phase of a transfer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum TransferPhase {
-    /// Waits for a start.
+    /// Waiting for a start.
     Idle,
-    /// Takes in the control byte, address bytes still to come, or data.
+    /// Receiving the control byte, remaining address bytes, or data.
     Control,
     Address(u8),
     Data,
-    /// Sends data.
+    /// Sending data.
     Send,
 }
 
@@ -66,41 +68,42 @@ enum TransferPhase {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Eeprom24 {
     kind: Eeprom24Kind,
-    /// What it holds.
+    /// Its contents.
     pub cells: SharedBytes,
-    /// Bytes that wait for the write cycle, by their place in the page.
+    /// Bytes waiting for the write cycle, by their position in the page.
     buffer: Vec<(usize, u8)>,
-    /// The write cycle in microseconds, and the clock at which the one that goes on ends.
+    /// The write cycle in microseconds, and the clock at which the current one ends.
     write_us: u64,
     busy_until: u64,
     phase: TransferPhase,
-    /// Bits of the byte that is on its way, and how many have been clocked: 8 is the acknowledge.
+    /// Bits of the current byte, and how many have been clocked: 8 is the acknowledge.
     shift: u8,
     bits: u8,
     at: usize,
-    /// It pulls SDA low.
+    /// Whether it pulls SDA low.
     pub pulls_sda: bool,
-    /// The master has acknowledged the byte sent last.
+    /// Whether the master has acknowledged the last sent byte.
     acknowledged: bool,
     sda: bool,
     scl: bool,
-    /// A0, A1, A2 in bits 1 to 3, as they stand in the control byte.
+    /// A0, A1, A2 in bits 1 to 3, as in the control byte.
     select: u8,
     protected: bool,
 }
 
-/// The pins, in the order of the terminals.
+/// The pins, in the order of the package terminals.
 pub const PINS: [&str; 6] = ["SDA", "SCL", "A0", "A1", "A2", "WP"];
 
 impl Eeprom24 {
-    /// An EEPROM by its name, `24c01` to `24c1024`, erased; its address is given by the lines A0 to A2.
+    /// Returns an erased EEPROM by its name, `24c01` to `24c1024`; the lines A0 to A2 give its address.
     #[must_use]
     pub fn new(name: &str) -> Option<Eeprom24> {
         let kind = KINDS.iter().find(|kind| kind.name.eq_ignore_ascii_case(name))?;
         Some(Eeprom24::of(*kind, 0xFF, WRITE_US))
     }
 
-    /// An EEPROM by the name of gpsim's module: `e24xx024`, `e24xx16b`, `e24xx256`. It holds zeros, and writes take no time.
+    /// Returns an EEPROM by the name of gpsim's module: `e24xx024`, `e24xx16b`, `e24xx256`. It contains
+    /// zeros, and writes take no time.
     #[must_use]
     pub fn module(name: &str) -> Option<Eeprom24> {
         let (_, kind) = MODULES.iter().find(|(names, _)| names.contains(&name))?;
@@ -127,26 +130,27 @@ impl Eeprom24 {
         }
     }
 
-    /// Names of all kinds.
+    /// Returns the names of all types.
     pub fn names() -> impl Iterator<Item = &'static str> {
         KINDS.iter().map(|kind| kind.name)
     }
 
-    /// Ties A0 to A2 so that it answers to an address of seven bits; false where no tying does that.
+    /// Ties A0 to A2 so that it answers to a seven-bit address; returns false if that is not possible.
     pub fn tie_address(&mut self, address: u8) -> bool {
         let control = address << 1;
         self.select = control & 0x0E;
         address < 0x80 && control & 0xF0 == 0xA0 && control & 0x0E & !self.kind.select == 0
     }
 
-    /// It answers to an address of seven bits, as its lines A0 to A2 stand: kinds with fewer of them answer to several.
+    /// Reports whether it answers to a seven-bit address with the current levels of A0 to A2; types with
+    /// fewer of these lines answer to several.
     #[must_use]
     pub fn is_addressed_by(&self, address: u8) -> bool {
         let control = address << 1;
         address < 0x80 && control & 0xF0 == 0xA0 && (control ^ self.select) & self.kind.select == 0
     }
 
-    /// The level of a pin has changed at the clock `t`, of `hz` to a second.
+    /// Reports a level change of a pin at the clock `t`; there are `hz` clocks per second.
     pub fn on_pin_change(&mut self, pin: usize, high: bool, t: u64, hz: u64) {
         match pin {
             0 => self.on_sda(high, t, hz),
@@ -160,7 +164,8 @@ impl Eeprom24 {
         if std::mem::replace(&mut self.sda, high) == high || !self.scl {
             return;
         }
-        // A change of SDA while SCL is high is a stop or a start. The clock pulse of which it is a part has begun a bit.
+        // A change of SDA while SCL is high is a stop or a start. The clock pulse around it has already begun
+        // a bit.
         if high && self.phase == TransferPhase::Data && self.bits <= 1 && !self.buffer.is_empty() {
             self.write(t, hz);
         }
@@ -169,7 +174,7 @@ impl Eeprom24 {
         (self.bits, self.shift, self.pulls_sda) = (0, 0, false);
     }
 
-    /// The write cycle begins.
+    /// Begins the write cycle.
     fn write(&mut self, t: u64, hz: u64) {
         for &(at, byte) in &self.buffer {
             self.cells.set(at, byte);
@@ -185,7 +190,7 @@ impl Eeprom24 {
         if high { self.on_scl_rising() } else { self.on_scl_falling(t) }
     }
 
-    /// The master's bits are taken at the rising edge.
+    /// Samples the master's bit at the rising edge.
     fn on_scl_rising(&mut self) {
         match self.bits {
             0..=7 if self.phase != TransferPhase::Send => {
@@ -201,7 +206,7 @@ impl Eeprom24 {
         }
     }
 
-    /// What the memory puts on SDA changes after the falling edge.
+    /// Updates the output on SDA after the falling edge.
     fn on_scl_falling(&mut self, t: u64) {
         match (self.bits, self.phase) {
             (8, TransferPhase::Send) => self.pulls_sda = false,
@@ -227,7 +232,7 @@ impl Eeprom24 {
         self.pulls_sda = self.shift & 0x80 == 0;
     }
 
-    /// Takes a byte of the master at the clock `t`; true where it is acknowledged.
+    /// Receives a byte of the master at the clock `t`; returns whether it is acknowledged.
     fn receive_byte(&mut self, byte: u8, t: u64) -> bool {
         match self.phase {
             TransferPhase::Control => {
@@ -252,7 +257,7 @@ impl Eeprom24 {
                     self.buffer.retain(|waiting| waiting.0 != at);
                     self.buffer.push((at, byte));
                 }
-                // Within a page the address rolls over.
+                // The address wraps around within a page.
                 let page = self.at / self.kind.page * self.kind.page;
                 self.at = page + (self.at + 1) % self.kind.page;
             }

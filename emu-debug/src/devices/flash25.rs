@@ -1,17 +1,18 @@
-//! A serial flash memory of the 25Qxx kind at an SPI bus: CS, SCK, MOSI, MISO; modes 0 and 3.
+//! A serial flash memory of the 25Qxx type at an SPI bus: CS, SCK, MOSI, MISO; modes 0 and 3.
 //!
-//! Source: Winbond W25Q80DV, W25Q16JV, W25Q32JV, W25Q64JV, W25Q128JV: instruction set tables, AC characteristics (typical times).
-//! Known are WREN, WRDI, RDSR (05h, 35h, 15h), READ, FAST_READ, PP, the erases of 4, 32 and 64 KB and of the chip, RDID, 90h, and
-//! power-down with its release. Other instructions are ignored up to the end of the transfer, those of the status registers'
-//! protection too: nothing is protected.
+//! Source: Winbond W25Q80DV, W25Q16JV, W25Q32JV, W25Q64JV, W25Q128JV: instruction set tables, AC
+//! characteristics (typical times). It supports WREN, WRDI, RDSR (05h, 35h, 15h), READ, FAST_READ, PP, the
+//! erases of 4, 32 and 64 KB and of the chip, RDID, 90h, and power-down with its release. Other instructions
+//! are ignored up to the end of the transfer, including those for the protection bits of the status
+//! registers: nothing is protected.
 
 use super::cells::SharedBytes;
 
-/// Size, and the times of a kind.
+/// Size and timing of a type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Flash25Kind {
     name: &'static str,
-    /// 2 to the power of this many bytes, as the third byte of RDID has it.
+    /// Base-2 logarithm of the size in bytes, as in the third byte of RDID.
     log2: u8,
     /// Microseconds of tPP, tSE, tBE1, tBE2, tCE.
     program_us: u64,
@@ -19,7 +20,7 @@ struct Flash25Kind {
     erase_all_us: u64,
 }
 
-/// By name.
+/// The types by name.
 #[rustfmt::skip]
 const KINDS: [Flash25Kind; 5] = [
     Flash25Kind { name: "25q80",  log2: 20, program_us: 700, erase_us: [30_000, 120_000, 150_000], erase_all_us:  2_000_000 },
@@ -33,7 +34,7 @@ const KINDS: [Flash25Kind; 5] = [
 const WINBOND: u8 = 0xEF;
 const MEMORY_TYPE: u8 = 0x40;
 
-/// Bytes of a page, which is programmed at a time.
+/// Bytes of a page, which is programmed at once.
 const PAGE: usize = 256;
 
 /// Instructions.
@@ -56,38 +57,38 @@ mod opcode {
 const BUSY: u8 = 1;
 const WEL: u8 = 1 << 1;
 
-/// The memory.
+/// The flash memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Flash25 {
     kind: Flash25Kind,
-    /// What it holds.
+    /// Its contents.
     pub cells: SharedBytes,
     selected: bool,
     sck: bool,
     mosi: bool,
-    /// What it puts on MISO.
+    /// The level that it drives on MISO.
     pub out: Option<bool>,
-    /// Bits that have come in, of the byte that is on its way; whole bytes before it; the first of them.
+    /// Bits of the current byte, their number, and the number of whole bytes before it; then the instruction.
     shift: u8,
     bits: u8,
     count: usize,
     command: Option<u8>,
     addr: usize,
-    /// The byte that goes out while the next one comes in.
+    /// The byte that is sent while the next one is received.
     answer: Option<u8>,
-    /// Bytes to be programmed, by their place in the page.
+    /// Bytes to program, by their position in the page.
     page: Vec<Option<u8>>,
     write_enabled: bool,
     powered_down: bool,
-    /// The clock at which what goes on ends.
+    /// The clock at which the current operation ends.
     busy_until: u64,
 }
 
-/// The pins, in the order of the terminals.
+/// The pins, in the order of the package terminals.
 pub const PINS: [&str; 4] = ["CS", "SCK", "MOSI", "MISO"];
 
 impl Flash25 {
-    /// A memory by its name, `25q80` to `25q128`, erased and not selected.
+    /// Returns an erased, unselected memory by its name, `25q80` to `25q128`.
     #[must_use]
     pub fn new(name: &str) -> Option<Flash25> {
         let kind = *KINDS.iter().find(|kind| kind.name.eq_ignore_ascii_case(name))?;
@@ -111,12 +112,12 @@ impl Flash25 {
         })
     }
 
-    /// Names of all kinds.
+    /// Returns the names of all types.
     pub fn names() -> impl Iterator<Item = &'static str> {
         KINDS.iter().map(|kind| kind.name)
     }
 
-    /// The level of a pin has changed at the clock `t`, of `hz` to a second.
+    /// Reports a level change of a pin at the clock `t`; there are `hz` clocks per second.
     pub fn on_pin_change(&mut self, pin: usize, high: bool, t: u64, hz: u64) {
         match pin {
             0 if self.selected == high => {
@@ -141,7 +142,7 @@ impl Flash25 {
         self.page.clear();
     }
 
-    /// Bits are taken at the rising edge.
+    /// Samples a bit at the rising edge.
     fn on_sck_rising(&mut self, t: u64) {
         self.shift = self.shift << 1 | u8::from(self.mosi);
         self.bits += 1;
@@ -152,16 +153,17 @@ impl Flash25 {
         }
     }
 
-    /// What it puts out changes at the falling edge.
+    /// Updates the output at the falling edge.
     fn on_sck_falling(&mut self) {
         self.out = self.answer.map(|byte| byte >> (7 - self.bits) & 1 == 1);
     }
 
-    /// Takes a byte at the clock `t`; gives the next one to send.
+    /// Receives a byte at the clock `t`; returns the next byte to send.
     fn receive_byte(&mut self, byte: u8, t: u64) -> Option<u8> {
         let busy = t < self.busy_until;
         if self.count == 0 {
-            // What goes on leaves the status registers alone to be read, power-down nothing but its release.
+            // During an operation only the status registers can be read; in power-down only the release is
+            // accepted.
             let heard = (!busy || opcode::STATUS.contains(&byte)) && (!self.powered_down || byte == opcode::RELEASE);
             self.command = Some(byte).filter(|_| heard);
             self.addr = 0;
@@ -175,7 +177,7 @@ impl Flash25 {
             opcode::FAST_READ if count >= 4 => Some(self.next_cell()),
             opcode::PROGRAM if count >= 4 => {
                 self.page.resize(PAGE, None);
-                // Beyond its end the page begins anew; of more bytes than it has the last count.
+                // The page wraps around; if there are more bytes than it holds, the last ones count.
                 let at = (self.addr + count - 4) % PAGE;
                 if let Some(place) = self.page.get_mut(at) {
                     *place = Some(byte);
@@ -185,7 +187,7 @@ impl Flash25 {
             opcode::ID => Some(*[WINBOND, MEMORY_TYPE, self.kind.log2].get(count)?),
             opcode::MANUFACTURER if count >= 3 => id.get((count - 3 + (self.addr & 1)) % 2).copied(),
             opcode::RELEASE if count >= 3 => Some(id[1]),
-            // The write enable is taken back when that is over for which it was given.
+            // The write enable is cleared at the end of the operation for which it was set.
             _ if command == opcode::STATUS[0] && busy => Some(BUSY | WEL),
             _ if command == opcode::STATUS[0] => Some(if self.write_enabled { WEL } else { 0 }),
             _ if opcode::STATUS.contains(&command) => Some(0),
@@ -199,7 +201,7 @@ impl Flash25 {
         byte
     }
 
-    /// Instructions that change something act at the end, if that is the end of a byte.
+    /// Ends a transfer: instructions that change something act now, if the transfer ends at a byte boundary.
     fn deselect(&mut self, t: u64, hz: u64) {
         self.out = None;
         let Some(command) = self.command.filter(|_| self.bits == 0) else { return };
@@ -212,7 +214,7 @@ impl Flash25 {
                 let first = self.addr % self.cells.len() / PAGE * PAGE;
                 for (at, byte) in self.page.iter().enumerate() {
                     let Some(byte) = byte else { continue };
-                    // Programming turns ones to zeros only.
+                    // Programming only changes ones to zeros.
                     let old = self.cells.get(first + at);
                     self.cells.set(first + at, old & byte);
                 }
@@ -233,7 +235,7 @@ impl Flash25 {
         }
     }
 
-    /// Something that takes time begins; the write enable does not outlive it.
+    /// Begins an operation that takes time, and clears the write enable.
     fn start_operation(&mut self, us: u64, t: u64, hz: u64) {
         let clocks = u128::from(us) * u128::from(hz) / 1_000_000;
         self.busy_until = t.saturating_add(u64::try_from(clocks).unwrap_or(u64::MAX));

@@ -1,7 +1,7 @@
-//! Devices at the pins of a chip, whatever the chip, as models that are told of edges. They move lines only in answer to edges.
+//! Devices at the pins of any chip, as models that react to edges. They change lines only in answer to edges.
 //!
 //! ```text
-//!   eeprom24.rs  24Cxx at a two-wire bus     cells.rs  what they hold, shared by clones
+//!   eeprom24.rs  24Cxx at a two-wire bus     cells.rs  their contents, shared by clones
 //!   flash25.rs   25Qxx at an SPI bus
 //! ```
 
@@ -14,20 +14,21 @@ use eeprom24::Eeprom24;
 use emu_core::pins::PinLevel;
 use flash25::Flash25;
 
-/// A device.
+/// An attached device.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ExternalDevice {
-    /// At a two-wire bus.
+    /// An EEPROM at a two-wire bus.
     Eeprom(Eeprom24),
-    /// At an SPI bus.
+    /// A flash memory at an SPI bus.
     Flash(Flash25),
 }
 
-/// Nanoseconds from the edge of SCL to that of SDA: between tDH and tAA of the data sheets, 50 to 900 ns.
+/// Nanoseconds from an edge of SCL to the following edge of SDA: between tDH and tAA of the data sheets, 50
+/// to 900 ns.
 const SDA_NS: u64 = 300;
 
 impl ExternalDevice {
-    /// Names of its pins.
+    /// Returns the names of its pins.
     #[must_use]
     pub fn pins(&self) -> &'static [&'static str] {
         match self {
@@ -36,7 +37,7 @@ impl ExternalDevice {
         }
     }
 
-    /// The pin that it drives.
+    /// Returns the pin that it drives.
     #[must_use]
     pub fn driven_pin(&self) -> usize {
         match self {
@@ -45,7 +46,7 @@ impl ExternalDevice {
         }
     }
 
-    /// What it does to that pin. The lines of a two-wire bus have resistors to the supply.
+    /// Returns the level of the driven pin. The lines of a two-wire bus have pull-up resistors.
     #[must_use]
     pub fn driven_level(&self) -> PinLevel {
         match self {
@@ -55,8 +56,8 @@ impl ExternalDevice {
         }
     }
 
-    /// Nanoseconds from an edge to its answer; the answer to an edge of SCL must not come with that edge, since it would be a start
-    /// or a stop.
+    /// Returns the delay of an answer after its edge in nanoseconds. The answer to an edge of SCL must come
+    /// later than the edge; otherwise it would be a start or a stop.
     #[must_use]
     pub fn delay_ns(&self) -> u64 {
         match self {
@@ -65,7 +66,7 @@ impl ExternalDevice {
         }
     }
 
-    /// The level of a pin has changed at the clock `t`, of `hz` to a second.
+    /// Reports a level change of a pin at the clock `t`; there are `hz` clocks per second.
     pub fn on_pin_change(&mut self, pin: usize, high: bool, t: u64, hz: u64) {
         match self {
             ExternalDevice::Eeprom(eeprom) => eeprom.on_pin_change(pin, high, t, hz),
@@ -73,7 +74,7 @@ impl ExternalDevice {
         }
     }
 
-    /// What it holds.
+    /// Returns its contents.
     #[must_use]
     pub fn cells(&self) -> &SharedBytes {
         match self {
@@ -82,7 +83,7 @@ impl ExternalDevice {
         }
     }
 
-    /// What it holds, to be set.
+    /// Returns its contents for modification.
     pub fn cells_mut(&mut self) -> &mut SharedBytes {
         match self {
             ExternalDevice::Eeprom(eeprom) => &mut eeprom.cells,

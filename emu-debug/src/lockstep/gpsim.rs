@@ -1,16 +1,18 @@
-//! gpsim (Debian's `gpsim`): typed commands. `step` executes an instruction, without start-up timers before the first one;
-//! `cycles` tells the cycle counter, whatever went wrong before it, so that it ends every answer. What it does not understand it
-//! says in lines of their own behind the prompt. A `step` in sleep takes one cycle of it; `run` goes on to a break.
+//! gpsim (Debian's `gpsim`), controlled by typed commands.
+//!
+//! `step` executes an instruction, without start-up timers before the first one. `cycles` prints the cycle
+//! counter even after errors, so it ends every answer. gpsim reports unknown commands in separate lines after
+//! the prompt. A `step` in sleep takes one cycle of it; `run` continues up to a break.
 
 use std::io;
 
 use super::pipe::{PeerPipe, number_after};
 use super::{PassedSleep, PeerSimulator, PeerStart, RegisterView, endless_sleep, invalid_answer, unknown_chip};
 
-/// The program and the package.
+/// The program and its package.
 pub const PROGRAM: (&str, &str) = ("gpsim", "gpsim");
 
-/// Where nothing says how W is printed, it is among the registers of the chip.
+/// Prints the chip registers, which include W, if W cannot be printed alone.
 const DUMP_REGISTERS: &str = "dump s";
 
 /// gpsim with a program.
@@ -21,8 +23,8 @@ pub struct GpsimPeer {
     w: &'static str,
 }
 
-/// The chip of gpsim that is the same machine as `chip` under another name: the 16F84A differs from the 16F84 in its speed alone
-/// (DS35007, section 1), the 16F871 has ports D and E beside what the 16F870 has (DS30569, table 1-1).
+/// Returns the chip of gpsim that is equivalent to `chip`: the 16F84A differs from the 16F84 only in its
+/// speed (DS35007, section 1), and the 16F871 is a 16F870 with ports D and E (DS30569, table 1-1).
 #[must_use]
 pub fn equivalent_chip(chip: &str) -> Option<&'static str> {
     match chip {
@@ -33,10 +35,10 @@ pub fn equivalent_chip(chip: &str) -> Option<&'static str> {
 }
 
 impl GpsimPeer {
-    /// Starts it with a program.
+    /// Starts gpsim with a program.
     ///
     /// # Errors
-    /// As [`PeerPipe::start`]; the chip is not known there.
+    /// As [`PeerPipe::start`]; or gpsim does not know the chip.
     pub fn new(start: &PeerStart<'_>) -> io::Result<GpsimPeer> {
         let name = equivalent_chip(start.chip).map_or_else(|| start.chip.replacen("pic", "p", 1), str::to_owned);
         let mut pipe = PeerPipe::start(start, &["-i"])?;
@@ -57,7 +59,7 @@ impl GpsimPeer {
         Ok(GpsimPeer { pipe, w })
     }
 
-    /// What it shows after these commands.
+    /// Returns the registers after these commands.
     fn query_view(&mut self, commands: &str) -> io::Result<RegisterView> {
         self.pipe.write_commands(&format!("{commands}pc\nstatus\nfsr\n{}\ncycles\n", self.w))?;
         let lines = self.pipe.read_until(is_last_line)?;
@@ -65,12 +67,12 @@ impl GpsimPeer {
     }
 }
 
-/// The answer to the last command: the cycle counter, as `N = 0xN`.
+/// Reports whether the line answers the last command: the cycle counter, as `N = 0xN`.
 fn is_last_line(line: &str) -> bool {
     line.split_once(" = 0x").is_some_and(|(name, _)| !name.is_empty() && name.bytes().all(|b| b.is_ascii_digit()))
 }
 
-/// What is wrong in an answer.
+/// Returns the error message of an answer.
 fn error_message(lines: &[String]) -> String {
     let found = lines.iter().find(|line| line.contains("ERROR") || line.contains("failed"));
     found.map_or_else(|| format!("it answers `{}`", lines.join(" / ")), |line| format!("it says `{line}`"))
@@ -83,7 +85,7 @@ impl PeerSimulator for GpsimPeer {
 
     fn pass_sleep(&mut self, nap: PassedSleep) -> io::Result<RegisterView> {
         self.query_view("step 1\n")?;
-        // A break at a cycle would end a sleep without a wake, but it cannot be taken back (0.31).
+        // A break at a cycle would end a sleep without a wake, but it cannot be removed (0.31).
         let view =
             self.query_view(&format!("break e 0x{:x}\nrun\n", nap.pc)).map_err(|error| endless_sleep(error, nap))?;
         self.pipe.write_commands("clear 0\ncycles\n")?;
@@ -92,7 +94,7 @@ impl PeerSimulator for GpsimPeer {
     }
 }
 
-/// Reads what the commands have printed.
+/// Parses the output of the commands.
 fn parse_view(lines: &[String]) -> Option<RegisterView> {
     let value = |key: &str| {
         lines

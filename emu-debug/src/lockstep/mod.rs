@@ -1,10 +1,10 @@
-//! A machine beside a simulator of somebody else, instruction by instruction, up to the first difference.
+//! Compares a machine with another simulator, instruction by instruction, up to the first difference.
 //!
 //! ```text
-//!   mod.rs    the two side by side            pipe.rs   a program with commands in and text out
+//!   mod.rs    the comparison                  pipe.rs   a program with commands in and text out
 //!   s51.rs    s51 of uCsim, for the 8051      gpsim.rs  gpsim, for PIC16
 //!   simavr.rs simavr, for AVR, by the remote protocol of gdb
-//!   process.rs a process that ends with all that it has started
+//!   process.rs a process that ends with all its children
 //! ```
 
 pub mod gpsim;
@@ -25,73 +25,74 @@ use emu_core::cpu::{Cpu, Probe, StopReason};
 
 use crate::dyn_probe;
 
-/// What a machine shows at an instruction boundary.
+/// The registers of a machine at an instruction boundary.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct RegisterView {
-    /// Machine cycles since the start, where the peer tells them.
+    /// Machine cycles since the start, if the peer reports them.
     pub cycle: Option<u64>,
-    /// Registers by their names in [`emu_core::chip::Chip::cpu_regs`], as the peer gives them. PC is as the chip's addresses are
-    /// written.
+    /// Registers by their names in [`emu_core::chip::Chip::cpu_regs`], with the peer's values. PC is in the
+    /// unit of the chip's addresses.
     pub regs: Vec<(&'static str, u32)>,
 }
 
 impl RegisterView {
-    /// The program counter.
+    /// Returns the program counter.
     #[must_use]
     pub fn pc(&self) -> Option<u32> {
         self.regs.iter().find(|(name, _)| *name == "PC").map(|(_, value)| *value)
     }
 }
 
-/// How a peer is started.
+/// The start parameters of a peer.
 #[derive(Debug, Clone, Copy)]
 pub struct PeerStart<'a> {
     /// Its program, by name or path.
     pub program: &'a Path,
-    /// The folder that it runs in.
+    /// Its working folder.
     pub folder: &'a Path,
-    /// The HEX file there.
+    /// The HEX file in that folder.
     pub hex: &'a str,
-    /// What we call the chip.
+    /// The chip, by the name in this project.
     pub chip: &'a str,
     /// The stack pointer after reset, in memory; simavr begins at the end of RAM on all chips.
     pub sp: u32,
-    /// The oscillator in Hz.
+    /// The oscillator frequency in Hz.
     pub hz: u64,
-    /// Clocks of the oscillator in a machine cycle.
+    /// Oscillator clocks per machine cycle.
     pub clocks_per_cycle: u32,
-    /// How long an answer may take.
+    /// Maximum time for an answer.
     pub timeout: Duration,
-    /// Set where the run is to end: what waits for the peer ends then with [`io::ErrorKind::Interrupted`].
+    /// Set to end the run: a wait for the peer then fails with [`io::ErrorKind::Interrupted`].
     pub interrupt: &'a Arc<AtomicBool>,
 }
 
 /// A sleep that our machine has passed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PassedSleep {
-    /// Where it goes on, as the chip's addresses are written.
+    /// The address where it continues, in the unit of the chip's addresses.
     pub pc: u32,
-    /// Machine cycles from the start to the wake, as the peer counts them.
+    /// Machine cycles from the start to the wake, in the peer's count.
     pub cycle: u64,
 }
 
 /// A simulator with the same program, at its start.
 pub trait PeerSimulator {
-    /// Executes an instruction and shows what has become of it.
+    /// Executes an instruction and returns the registers after it.
     ///
     /// # Errors
-    /// The simulator has ended, says what cannot be understood, or does not answer in time ([`io::ErrorKind::TimedOut`]).
+    /// The simulator has ended, gives an unknown answer, or does not answer in time
+    /// ([`io::ErrorKind::TimedOut`]).
     fn step(&mut self) -> io::Result<RegisterView>;
 
-    /// Executes an instruction that puts our machine to sleep, passes the sleep, and shows what it is then. A peer that wakes
-    /// elsewhere or later shows where it is.
+    /// Executes an instruction that puts our machine to sleep, passes the sleep, and returns the registers
+    /// after it. A peer that wakes elsewhere or later returns its own location.
     ///
     /// # Errors
     /// As [`PeerSimulator::step`].
     fn pass_sleep(&mut self, nap: PassedSleep) -> io::Result<RegisterView>;
 }
 
-/// What is compared, and how far.
+/// What is compared, and up to where.
 #[derive(Debug, Clone, Default)]
 pub struct CompareOptions {
     /// Registers that may differ.
@@ -100,9 +101,9 @@ pub struct CompareOptions {
     pub ignore_cycles: bool,
     /// Machine cycle at which it ends.
     pub until: u64,
-    /// Instructions after which it ends.
+    /// Number of instructions after which it ends.
     pub max_steps: u64,
-    /// Instructions that are kept for the message.
+    /// Number of instructions kept for the message.
     pub kept_instructions: usize,
 }
 
@@ -113,11 +114,11 @@ pub struct ExecutedInstruction {
     pub pc: u32,
     /// The machine cycle in which it began.
     pub cycle: u64,
-    /// The interrupt that was entered right behind it.
+    /// The interrupt that was entered directly after it.
     pub interrupt: Option<u8>,
 }
 
-/// How it ended.
+/// How the comparison ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LockstepOutcome {
     /// No difference up to the end.
@@ -127,47 +128,47 @@ pub enum LockstepOutcome {
     },
     /// The first difference.
     Differs {
-        /// Our registers before the instruction, and after it.
+        /// Our registers before the instruction.
         before: RegisterView,
-        /// See `before`.
+        /// Our registers after the instruction.
         ours: RegisterView,
-        /// The peer's after it.
+        /// The peer's registers after the instruction.
         theirs: RegisterView,
-        /// Names of what differs; `cycles` for those.
+        /// Names of the differing registers; `cycles` for cycles.
         differing_names: Vec<&'static str>,
-        /// The interrupt that both enter hereabouts, at different instructions.
+        /// The interrupt that both enter nearby, at different instructions.
         shared_interrupt: Option<u8>,
     },
 }
 
-/// Why nothing more is compared.
+/// Why the comparison ended without a difference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LockstepEnd {
     /// [`CompareOptions::until`] or [`CompareOptions::max_steps`].
     Limit,
-    /// [`Start::interrupt_name`].
+    /// [`PeerStart::interrupt`].
     Interrupted,
-    /// Our machine has ended, or what it stands at is no instruction.
+    /// Our machine has ended, or is at an illegal instruction.
     Stopped(StopReason),
 }
 
-/// How a run side by side went.
+/// The report of a comparison.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LockstepReport {
     /// How it ended.
     pub outcome: LockstepOutcome,
-    /// Instructions compared.
+    /// Number of instructions compared.
     pub steps: u64,
     /// Our machine cycle at the end.
     pub cycle: u64,
-    /// The last instructions, the one that differs at the end.
+    /// The last instructions; the differing one is at the end.
     pub last_instructions: VecDeque<ExecutedInstruction>,
-    /// Sleeps that the peer passes in more or fewer cycles: those are not compared, what is behind them is.
+    /// Number of sleeps with another length in the peer: the length is not compared, what follows is.
     pub sleeps_of_other_length: u64,
 }
 
 impl LockstepReport {
-    /// Of a run that was to end before the peer had begun; `cycle` is ours.
+    /// Returns the report of a run that was interrupted before the peer started; `cycle` is ours.
     #[must_use]
     pub fn interrupted(cycle: u64) -> LockstepReport {
         let outcome = LockstepOutcome::Same { end: LockstepEnd::Interrupted };
@@ -175,7 +176,7 @@ impl LockstepReport {
     }
 }
 
-/// The name under which cycles are told, and may be ignored.
+/// The name of the cycle count in reports, and in the list of ignored registers.
 pub const CYCLES_NAME: &str = "cycles";
 
 /// Runs both until they differ, or to the end.
@@ -188,7 +189,7 @@ pub fn compare<C: Cpu>(
     terms: &CompareOptions,
 ) -> io::Result<LockstepReport> {
     let (mut last, mut steps, mut other_sleeps) = (VecDeque::new(), 0, 0);
-    // Our cycle where the peer's count is 0.
+    // Our cycle when the peer's count is 0.
     let mut begun = cpu.cycle();
     loop {
         let report = |outcome, cycle, last| {
@@ -201,7 +202,8 @@ pub fn compare<C: Cpu>(
         let before = cpu.clone();
         let mut entered = InterruptEntryProbe(None);
         let executed = cpu.instructions();
-        // What keeps the core from its next instruction (a memory that is read) is passed along with it.
+        // A stall of the core before its next instruction (a memory that is being read) passes together with
+        // it.
         let mut kept = 0;
         while cpu.instructions() == executed && entered.0.is_none() && cpu.cycle() < terms.until {
             kept = cpu.cycle() - cycle;
@@ -256,9 +258,9 @@ pub fn compare<C: Cpu>(
     }
 }
 
-/// Passes the sleep that the machine is in, up to its next instruction, that of an interrupt perhaps.
+/// Passes the sleep of the machine up to its next instruction, which may belong to an interrupt.
 fn pass_own_sleep<C: Cpu>(cpu: &mut C, until: u64, entered: &mut InterruptEntryProbe) -> Result<(), LockstepEnd> {
-    // Nothing is driven from outside, so nothing wakes it.
+    // There are no stimuli, so nothing wakes it.
     if cpu.clone().is_blocked_on_input() {
         return Err(LockstepEnd::Stopped(StopReason::Halted));
     }
@@ -269,7 +271,7 @@ fn pass_own_sleep<C: Cpu>(cpu: &mut C, until: u64, entered: &mut InterruptEntryP
     }
 }
 
-/// Stops before the first instruction, and notes the interrupt that it belongs to.
+/// Stops before the first instruction, and records the interrupt that it belongs to.
 struct WakeProbe<'a>(&'a mut InterruptEntryProbe);
 
 impl Probe for WakeProbe<'_> {
@@ -284,9 +286,10 @@ impl Probe for WakeProbe<'_> {
     }
 }
 
-/// Looks for the peer's state where ours differs at first: it may enter an interrupt along with the instruction before it, or along
-/// with its first instruction, or both, and after a sleep its cycles may be others. Gives our machine there, the interrupt, and our
-/// cycle where the peer's count is 0.
+/// Searches for the peer's state near a first difference. The peer may enter an interrupt together with the
+/// instruction before it, with the first instruction of the service routine, or both; and after a sleep its
+/// cycle count may be different. Returns our machine there, the interrupt, and our cycle when the peer's
+/// count is 0.
 fn match_peer_state<C: Cpu>(
     cpu: &C,
     interrupt: Option<u8>,
@@ -303,7 +306,7 @@ fn match_peer_state<C: Cpu>(
         return Some((further, interrupt, shift));
     }
     let mut entered = InterruptEntryProbe(interrupt);
-    // The entry, unless it is behind us already; then an instruction.
+    // The entry, unless it has already passed; then an instruction.
     for _ in 0..1 + u32::from(interrupt.is_none()) {
         if further.step(&mut dyn_probe::probe_events(&mut entered)) != StopReason::Limit || entered.0.is_none() {
             return None;
@@ -315,11 +318,12 @@ fn match_peer_state<C: Cpu>(
     None
 }
 
-/// Words that a PIC16 ignores behind a read or write of its program memory (DS30292, 4.4 and 4.5).
+/// Words that a PIC16 ignores after a read or write of its program memory (DS30292, 4.4 and 4.5).
 const IGNORED_WORDS: u64 = 2;
 
-/// Lets the peer step over the words that a PIC16 has ignored in the `kept` cycles before its instruction, where the peer executes them one by
-/// one. Returns the peer's view after them, or `view` where the peer is not behind.
+/// Steps the peer over the words that a PIC16 has ignored in the `kept` cycles before its instruction, if the
+/// peer executes them one by one. Returns the peer's view after them, or `view_before` if the peer did not
+/// have to catch up.
 fn catch_up<C: Cpu>(
     cpu: &C,
     peer: &mut dyn PeerSimulator,
@@ -343,10 +347,11 @@ fn catch_up<C: Cpu>(
     Ok(theirs)
 }
 
-/// Instructions within which an interrupt is looked for that one of the two has entered.
+/// Number of instructions within which the other machine must enter the interrupt too.
 const MAX_INTERRUPT_DISTANCE: u32 = 16;
 
-/// The interrupt that one of the two has entered just now, and the other enters soon: `entered` by us, else by the peer.
+/// Returns the interrupt that one of the two has just entered and the other enters soon; `entered` is ours,
+/// otherwise the peer entered it.
 fn find_shared_interrupt<C: Cpu>(
     cpu: &C,
     entered: Option<u8>,
@@ -364,7 +369,7 @@ fn find_shared_interrupt<C: Cpu>(
     let address = |cpu: &C| Some(cpu.chip().code_address(cpu.pc()));
     let first = address(&ours);
     ours.step(&mut ());
-    // A peer may execute the first instruction along with the entry.
+    // A peer may execute the first instruction together with the entry.
     let there = [first, address(&ours)];
     if entered.is_none() {
         return there.contains(&theirs.pc()).then_some(vector);
@@ -372,7 +377,7 @@ fn find_shared_interrupt<C: Cpu>(
     (0..MAX_INTERRUPT_DISTANCE).any(|_| peer.step().is_ok_and(|view| there.contains(&view.pc()))).then_some(vector)
 }
 
-/// Our registers, those that the peer tells.
+/// Returns those of our registers that the peer reports.
 fn own_view<C: Cpu>(cpu: &C, theirs: &RegisterView, begun: u64) -> RegisterView {
     let own = |name: &'static str| match name {
         "PC" => cpu.chip().code_address(cpu.pc()),
@@ -384,7 +389,7 @@ fn own_view<C: Cpu>(cpu: &C, theirs: &RegisterView, begun: u64) -> RegisterView 
     }
 }
 
-/// Names of what differs and may not.
+/// Returns the names of differing registers that are not ignored.
 fn differences(ours: &RegisterView, theirs: &RegisterView, terms: &CompareOptions) -> Vec<&'static str> {
     let free = |name: &str| terms.ignore.iter().any(|ignored| ignored.eq_ignore_ascii_case(name));
     let pairs = ours.regs.iter().zip(&theirs.regs).filter(|(ours, theirs)| ours.1 != theirs.1);
@@ -395,7 +400,7 @@ fn differences(ours: &RegisterView, theirs: &RegisterView, terms: &CompareOption
     what
 }
 
-/// Notes the interrupt that is entered.
+/// Records the interrupt that is entered.
 struct InterruptEntryProbe(Option<u8>);
 
 impl Probe for InterruptEntryProbe {
@@ -404,27 +409,27 @@ impl Probe for InterruptEntryProbe {
     }
 }
 
-/// How long what waits for a peer waits before it looks whether the run is to end.
+/// Interval at which a wait for a peer checks for an interrupt of the run.
 const INTERRUPT_POLL: Duration = Duration::from_millis(50);
 
-/// An error where the run is to end.
+/// Returns an error if the run is interrupted.
 fn check_interrupt(interrupt: &AtomicBool) -> io::Result<()> {
     if interrupt.load(Ordering::Relaxed) { Err(io::ErrorKind::Interrupted.into()) } else { Ok(()) }
 }
 
-/// What a peer has said, as far as a message has room for it.
+/// Shortens a peer's output for a message.
 fn shorten(what: &str) -> String {
     const ROOM: usize = 300;
     let (brief, more) = (what.chars().take(ROOM).collect::<String>(), what.chars().nth(ROOM).is_some());
     if more { brief + ".." } else { brief }
 }
 
-/// What cannot be understood of a peer.
+/// Returns the error for an answer that is not understood.
 pub(crate) fn invalid_answer(what: impl Into<String>) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, shorten(&what.into()))
 }
 
-/// A sleep that has no end there.
+/// Returns the error for a sleep that does not end in the peer.
 pub(crate) fn endless_sleep(error: io::Error, nap: PassedSleep) -> io::Error {
     match error.kind() {
         io::ErrorKind::TimedOut => {
@@ -435,13 +440,13 @@ pub(crate) fn endless_sleep(error: io::Error, nap: PassedSleep) -> io::Error {
     }
 }
 
-/// An answer that does not come in time.
+/// Returns the error for an answer that does not come in time.
 pub(crate) fn timed_out(patience: Duration, what: impl AsRef<str>) -> io::Error {
     let what = format!("no answer within {} s; {}", patience.as_secs(), shorten(what.as_ref()));
     io::Error::new(io::ErrorKind::TimedOut, what)
 }
 
-/// A chip that a peer does not have.
+/// Returns the error for a chip that a peer does not have.
 pub(crate) fn unknown_chip(chip: &str) -> io::Error {
     io::Error::new(io::ErrorKind::Unsupported, chip)
 }

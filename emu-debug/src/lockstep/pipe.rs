@@ -1,4 +1,5 @@
-//! A program that takes commands on its standard input and answers in lines of text, each answer within a time.
+//! A program that reads commands from its standard input and answers in lines of text, with a time limit per
+//! answer.
 
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::process::{ChildStdin, Command, Stdio};
@@ -11,21 +12,21 @@ use std::time::{Duration, Instant};
 use super::process::PeerProcess;
 use super::{INTERRUPT_POLL, PeerStart, check_interrupt, invalid_answer, timed_out};
 
-/// Lines of an answer before it is taken for one without an end.
+/// Maximum number of lines of an answer.
 const MAX_LINES: usize = 100_000;
 
-/// Bytes of a line before it is taken for one without an end.
+/// Maximum length of a line in bytes.
 const MAX_LINE_BYTES: u64 = 1 << 16;
 
-/// Lines that wait to be read; a program that writes more waits itself.
+/// Maximum number of unread lines; a program that writes more has to wait.
 const MAX_QUEUED_LINES: usize = 4096;
 
-/// The program. It is ended when this is dropped.
+/// The running program. Dropping this ends it.
 #[derive(Debug)]
 pub struct PeerPipe {
     _child: PeerProcess,
     stdin: Option<ChildStdin>,
-    /// Lines of its output; the end of it closes the channel.
+    /// Lines of its output; the end of the output closes the channel.
     output_lines: Receiver<String>,
     timeout: Duration,
     interrupt: Arc<AtomicBool>,
@@ -35,7 +36,7 @@ impl PeerPipe {
     /// Starts the program of `start` in its folder.
     ///
     /// # Errors
-    /// As [`Command::spawn`]; `NotFound` where it is not installed.
+    /// As [`Command::spawn`]; `NotFound` if it is not installed.
     pub fn start(start: &PeerStart<'_>, args: &[&str]) -> io::Result<PeerPipe> {
         let mut command = Command::new(start.program);
         command.args(args).current_dir(start.folder).stderr(Stdio::null());
@@ -43,26 +44,26 @@ impl PeerPipe {
         let to = child.0.stdin.take();
         let out = child.0.stdout.take().ok_or_else(|| invalid_answer("no standard output"))?;
         let (lines, from) = sync_channel(MAX_QUEUED_LINES);
-        // It ends with the program, or as soon as nobody takes lines any more.
+        // The thread ends with the program, or when the receiver is dropped.
         thread::spawn(move || forward_lines(BufReader::new(out), &lines));
         let (patience, interrupt) = (start.timeout, Arc::clone(start.interrupt));
         Ok(PeerPipe { _child: child, stdin: to, output_lines: from, timeout: patience, interrupt })
     }
 
-    /// Gives it commands, each with its line break; few enough to fit into a pipe.
+    /// Writes commands, each with its line break; they must be few enough to fit into a pipe.
     ///
     /// # Errors
-    /// It has ended.
+    /// The program has ended.
     pub fn write_commands(&mut self, commands: &str) -> io::Result<()> {
         let to = self.stdin.as_mut().ok_or(io::ErrorKind::BrokenPipe)?;
         to.write_all(commands.as_bytes()).and_then(|()| to.flush()).map_err(|_| invalid_answer("it has ended"))
     }
 
-    /// The lines that it answers, up to the first for which `ends` is true.
+    /// Returns the lines of the answer, up to the first for which `ends` returns true.
     ///
     /// # Errors
-    /// It has ended before, answers without an end, or not within the time ([`io::ErrorKind::TimedOut`]); the run is interrupted
-    /// ([`io::ErrorKind::Interrupted`]).
+    /// The program has ended, the answer is too long, or it does not come in time
+    /// ([`io::ErrorKind::TimedOut`]); or the run is interrupted ([`io::ErrorKind::Interrupted`]).
     pub fn read_until(&mut self, ends: impl Fn(&str) -> bool) -> io::Result<Vec<String>> {
         let (mut lines, until) = (Vec::new(), Instant::now() + self.timeout);
         while lines.len() < MAX_LINES {
@@ -78,10 +79,11 @@ impl PeerPipe {
         Err(invalid_answer(format!("its answer has no end; {}", quote_lines(&lines))))
     }
 
-    /// All lines up to its end.
+    /// Returns all lines up to the end of the program.
     ///
     /// # Errors
-    /// It does not end within the time ([`io::ErrorKind::TimedOut`]), or the run is interrupted ([`io::ErrorKind::Interrupted`]).
+    /// It does not end in time ([`io::ErrorKind::TimedOut`]), or the run is interrupted
+    /// ([`io::ErrorKind::Interrupted`]).
     pub fn read_to_end(&mut self) -> io::Result<Vec<String>> {
         drop(self.stdin.take());
         let (mut lines, until) = (Vec::new(), Instant::now() + self.timeout);
@@ -91,7 +93,7 @@ impl PeerPipe {
         Ok(lines)
     }
 
-    /// The line behind `lines`; nothing where it has ended.
+    /// Returns the next line after `lines`; `None` if the program has ended.
     fn next_line(&self, until: Instant, lines: &[String]) -> io::Result<Option<String>> {
         loop {
             check_interrupt(&self.interrupt)?;
@@ -108,13 +110,13 @@ impl PeerPipe {
     }
 }
 
-/// What it has said, as far as a message needs it.
+/// Quotes the last output for a message.
 fn quote_lines(lines: &[String]) -> String {
     let last = lines.iter().rev().find(|line| !line.trim().is_empty());
     last.map_or("it says nothing".to_owned(), |last| format!("its last line: {}", last.trim()))
 }
 
-/// Gives on line by line.
+/// Forwards lines one by one.
 fn forward_lines(mut from: impl BufRead, to: &SyncSender<String>) {
     loop {
         let mut line = Vec::new();
@@ -129,7 +131,7 @@ fn forward_lines(mut from: impl BufRead, to: &SyncSender<String>) {
     }
 }
 
-/// The number behind the first `key` in a text, with these digits.
+/// Returns the number after the first `key` in a text, in this radix.
 pub(crate) fn number_after(text: &str, key: &str, radix: u32) -> Option<u64> {
     let rest = text.split_once(key)?.1.trim_start();
     let rest = rest.strip_prefix("0x").unwrap_or(rest);

@@ -1,15 +1,15 @@
-//! A peer's process. Whatever it has started ends with it, so on Unix it leads a process group of its own: a signal of the terminal does
-//! not reach it there, and [`super::Start::interrupt_name`] ends the run instead.
+//! A peer's process. All its children end with it, so on Unix it leads a process group of its own. Signals of
+//! the terminal do not reach that group; [`super::PeerStart::interrupt`] ends the run instead.
 
 use std::io;
 use std::process::{Child, Command};
 
-/// A process that is ended with its group when this is dropped. Elsewhere than on Unix it is ended alone.
+/// A process that ends when this is dropped; on Unix with its whole group, elsewhere without its children.
 #[derive(Debug)]
 pub(super) struct PeerProcess(pub Child);
 
 impl PeerProcess {
-    /// Starts it.
+    /// Starts the process.
     ///
     /// # Errors
     /// As [`Command::spawn`].

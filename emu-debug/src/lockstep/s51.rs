@@ -1,17 +1,19 @@
-//! s51 of uCsim (Debian's `sdcc-ucsim`): typed commands. `step` prints the registers, `state` the clocks since power-up; setting
-//! up takes none. Memories are random there at first, so they are filled; a stack that comes round is no error on silicon. It looks
-//! for commands ten times a second, so many steps are asked for at once. A `step` in idle mode takes one cycle of it; `run` goes on
-//! to a breakpoint.
+//! s51 of uCsim (Debian's `sdcc-ucsim`), controlled by typed commands.
+//!
+//! `step` prints the registers, `state` the clocks since power-up; the set-up commands take no clocks. The
+//! initial contents of memories are random there, so they are filled. Stack wrap-around is disabled as an
+//! error, because silicon allows it. s51 reads commands ten times per second, so many steps are requested at
+//! once. A `step` in idle mode takes one cycle of it; `run` continues up to a breakpoint.
 
 use std::io;
 
 use super::pipe::{PeerPipe, number_after};
 use super::{PassedSleep, PeerSimulator, PeerStart, RegisterView, endless_sleep, invalid_answer};
 
-/// The program and the package.
+/// The program and its package.
 pub const PROGRAM: (&str, &str) = ("s51", "sdcc-ucsim");
 
-/// Steps that are asked for at once; few enough that the commands fit into a pipe while the answers wait.
+/// Number of steps requested at once; few enough that the commands fit into a pipe while the answers wait.
 const STEPS_AHEAD: u32 = 200;
 
 /// The names of R0 to R7.
@@ -22,12 +24,12 @@ const BANK: [&str; 8] = ["r0", "r1", "r2", "r3", "r4", "r5", "r6", "r7"];
 pub struct S51Peer {
     pipe: PeerPipe,
     clocks_per_cycle: u64,
-    /// Steps asked for whose answers were not read.
+    /// Number of requested steps with unread answers.
     ahead: u32,
 }
 
-/// The type that s51 calls it, with timer 2 or without, CMOS (with idle and power-down) or not. What Atmel's chips have beyond
-/// those (watchdog, second data pointer) no type has.
+/// Returns the CPU type of s51: with timer 2 or without, CMOS (with idle and power-down) or not. No type has
+/// the additions of Atmel's chips (watchdog, second data pointer).
 #[must_use]
 pub fn type_name_of(chip: &str) -> &'static str {
     match chip {
@@ -39,7 +41,7 @@ pub fn type_name_of(chip: &str) -> &'static str {
 }
 
 impl S51Peer {
-    /// Starts it with a program.
+    /// Starts s51 with a program.
     ///
     /// # Errors
     /// As [`PeerPipe::start`].
@@ -54,7 +56,7 @@ impl S51Peer {
         Ok(S51Peer { pipe, clocks_per_cycle: start.clocks_per_cycle.max(1).into(), ahead: 0 })
     }
 
-    /// The next answer to `step` and `state`, or to what prints the same.
+    /// Returns the next answer to `step` and `state`, or to commands with the same output.
     fn next_view(&mut self) -> io::Result<RegisterView> {
         let lines = self.pipe.read_until(is_last_line)?;
         parse_view(&lines, self.clocks_per_cycle)
@@ -62,7 +64,7 @@ impl S51Peer {
     }
 }
 
-/// The last line of what `state` prints.
+/// Reports whether the line is the last that `state` prints.
 fn is_last_line(line: &str) -> bool {
     line.starts_with("Simulation:")
 }
@@ -79,7 +81,7 @@ impl PeerSimulator for S51Peer {
 
     fn pass_sleep(&mut self, nap: PassedSleep) -> io::Result<RegisterView> {
         let asleep = self.step()?;
-        // Steps that were asked for already are cycles of the sleep, up to the one that wakes.
+        // Steps that are already requested pass cycles of the sleep, up to the step that wakes.
         while self.ahead > 0 {
             let view = self.step()?;
             if view.pc() != asleep.pc() {
@@ -93,9 +95,9 @@ impl PeerSimulator for S51Peer {
     }
 }
 
-/// Reads what `step` and `state` have printed.
+/// Parses the output of `step` and `state`.
 fn parse_view(lines: &[String], clocks_per_cycle: u64) -> Option<RegisterView> {
-    // The first dump of registers is that of `step`; `state` shows the same again.
+    // The first register dump is that of `step`; `state` repeats it.
     let head = lines.iter().position(|line| line.contains("R0 R1 R2"))?;
     let bank = lines.get(head + 1)?.split_whitespace().map(|cell| u32::from_str_radix(cell, 16).ok());
     let mut regs: Vec<(&'static str, u32)> =

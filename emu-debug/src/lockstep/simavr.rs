@@ -1,5 +1,6 @@
-//! simavr (Debian's `simavr`) by the remote protocol of gdb, which it serves at port 1234 of this machine. It tells no cycles. A step
-//! over SLEEP ends the sleep there, so it is continued to a breakpoint at the instruction behind the wake.
+//! simavr (Debian's `simavr`), controlled by the remote protocol of gdb at port 1234 of this machine. It does
+//! not report cycles. A step over SLEEP ends the sleep there, so it is continued to a breakpoint at the
+//! instruction after the wake.
 
 use std::io::{self, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
@@ -16,20 +17,20 @@ use super::{
     invalid_answer, timed_out, unknown_chip,
 };
 
-/// The program and the package.
+/// The program and its package.
 pub const PROGRAM: (&str, &str) = ("simavr", "simavr");
 
-/// Where it listens.
+/// The port at which it listens.
 const PORT: u16 = 1234;
 
-/// How a read ends that has brought nothing yet.
+/// Errors of a read that has not received anything yet.
 const RETRY_ERRORS: [io::ErrorKind; 3] =
     [io::ErrorKind::WouldBlock, io::ErrorKind::TimedOut, io::ErrorKind::Interrupted];
 
-/// Most bytes of a packet.
+/// Maximum size of a packet in bytes.
 const MAX_PACKET_BYTES: usize = 4096;
 
-/// The number of the stack pointer among gdb's registers.
+/// The number of the stack pointer in gdb's register list.
 const SP: u8 = 33;
 
 /// The names of the registers.
@@ -39,19 +40,19 @@ const REGS: [&str; 32] = [
     "r16", "r17", "r18", "r19", "r20", "r21", "r22", "r23", "r24", "r25", "r26", "r27", "r28", "r29", "r30", "r31",
 ];
 
-/// simavr with a program. It is ended when this is dropped.
+/// simavr with a program. Dropping this ends it.
 #[derive(Debug)]
 pub struct SimavrPeer {
     child: PeerProcess,
     connection: TcpStream,
-    /// What has come and was not read.
+    /// Received bytes that were not read.
     inbox: Vec<u8>,
     timeout: Duration,
     interrupt: Arc<AtomicBool>,
 }
 
-/// The chip of simavr that is the same machine as `chip` under another name: to the ATmega48A, 88A and 168A the sheet of the 48PA
-/// family (DS40002061) gives the registers and figures of the chips without a letter.
+/// Returns the chip of simavr that is equivalent to `chip`: the data sheet of the 48PA family (DS40002061)
+/// gives the ATmega48A, 88A and 168A the registers and characteristics of the chips without a letter.
 #[must_use]
 pub fn equivalent_chip(chip: &str) -> Option<&'static str> {
     match chip {
@@ -63,13 +64,13 @@ pub fn equivalent_chip(chip: &str) -> Option<&'static str> {
 }
 
 impl SimavrPeer {
-    /// Starts it with a program.
+    /// Starts simavr with a program.
     ///
     /// # Errors
-    /// As [`Command::spawn`]; its port is taken, it does not know the chip, or cannot be reached.
+    /// As [`Command::spawn`]; or its port is taken, it does not know the chip, or cannot be reached.
     pub fn new(start: &PeerStart<'_>) -> io::Result<SimavrPeer> {
         let place = SocketAddr::from((Ipv4Addr::LOCALHOST, PORT));
-        // Whoever listens there already would be taken for it.
+        // Another program that listens there would be mistaken for it.
         TcpListener::bind(place)
             .map_err(|error| invalid_answer(format!("port {PORT}, at which it listens, is taken: {error}")))?;
         let chip = equivalent_chip(start.chip).unwrap_or(start.chip);
@@ -97,7 +98,7 @@ impl SimavrPeer {
         Err(timed_out(start.timeout, format!("it cannot be reached at port {PORT}")))
     }
 
-    /// Sends a packet and takes the answer, without what frames it.
+    /// Sends a packet and returns the answer without its frame.
     fn exchange_packet(&mut self, packet: &str) -> io::Result<String> {
         let sum = packet.bytes().fold(0u8, u8::wrapping_add);
         self.connection.write_all(format!("${packet}#{sum:02x}").as_bytes())?;
@@ -128,12 +129,12 @@ impl SimavrPeer {
         Ok(answer)
     }
 
-    /// How the process ended, in words.
+    /// Describes how the process ended.
     fn exit_status(&mut self) -> String {
         self.child.0.try_wait().ok().flatten().map_or(String::new(), |status| format!(", {status}"))
     }
 
-    /// Lets it go on, by `s` or `c`, up to where it stops, and shows it.
+    /// Resumes with `s` or `c` until the next stop; returns the registers there.
     fn resume(&mut self, how: &str) -> io::Result<RegisterView> {
         let stopped = self.exchange_packet(how)?;
         if !stopped.starts_with('T') && !stopped.starts_with('S') {
@@ -144,7 +145,7 @@ impl SimavrPeer {
     }
 }
 
-/// The first whole packet, and what follows it.
+/// Returns the first complete packet, and what follows it.
 fn split_packet(bytes: &[u8]) -> Option<(String, Vec<u8>)> {
     let from = bytes.iter().position(|&byte| byte == b'$')? + 1;
     let len = bytes.get(from..)?.iter().position(|&byte| byte == b'#')?;
@@ -152,7 +153,7 @@ fn split_packet(bytes: &[u8]) -> Option<(String, Vec<u8>)> {
     Some((String::from_utf8_lossy(bytes.get(from..from + len)?).into_owned(), rest.to_vec()))
 }
 
-/// It lists the chip among those that it knows.
+/// Reports whether simavr lists the chip as known.
 fn is_chip_known(start: &PeerStart<'_>, chip: &str) -> io::Result<bool> {
     let mut pipe = PeerPipe::start(start, &["--list-cores"])?;
     let lines = pipe.read_to_end()?;
@@ -172,7 +173,7 @@ impl PeerSimulator for SimavrPeer {
     }
 }
 
-/// Reads the registers: 32 of a byte, SREG, SP in two bytes and PC in four, the lowest first.
+/// Parses the registers: 32 of one byte, SREG, SP in two bytes and PC in four, the lowest byte first.
 fn parse_view(answer: &str) -> Option<RegisterView> {
     let byte = |at: usize| u32::from_str_radix(answer.get(2 * at..2 * at + 2)?, 16).ok();
     let number = |at: usize, len: usize| (0..len).rev().try_fold(0, |high, i| Some(high << 8 | byte(at + i)?));

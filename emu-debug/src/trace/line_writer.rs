@@ -1,4 +1,4 @@
-//! Steps of a machine as lines of text, or as JSON, one document a line.
+//! Writes steps of a machine as lines of text, or as JSON with one document per line.
 
 use std::collections::HashMap;
 use std::io::Write;
@@ -10,28 +10,28 @@ use super::signals::register_bits;
 use crate::bit_space::BIT_SPACE;
 use crate::program_source::ProgramSource;
 
-/// Version of both shapes.
+/// Version of both formats.
 const VERSION: u32 = 1;
 
-/// Column in which what has changed begins.
+/// Column at which the changes begin.
 const CHANGES_COLUMN: usize = 56;
 
-/// Most program words of an instruction.
+/// Maximum number of program words of an instruction.
 const MAX_INSTRUCTION_WORDS: u32 = 3;
 
-/// Registers that say where the program is, which the line does anyway.
+/// Registers with the program's location, which the line shows anyway.
 const POSITION_REGISTERS: &[&str] = &["PC", "NA", "RIC"];
 
-/// How lines are written.
+/// The format of lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TraceFormat {
-    /// For people.
+    /// For humans.
     Text,
-    /// A JSON document a line.
+    /// One JSON document per line.
     Json,
 }
 
-/// What a step of the machine was.
+/// The kind of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TraceEventKind {
     /// The instruction at a program word.
@@ -45,11 +45,11 @@ pub enum TraceEventKind {
 pub struct TracedAccess {
     /// Position of the memory in [`Chip::spaces`].
     pub space: u8,
-    /// Address in it.
+    /// Address in the memory.
     pub addr: u16,
     /// The byte.
     pub value: u8,
-    /// It was written.
+    /// Whether it was written.
     pub write: bool,
 }
 
@@ -58,29 +58,29 @@ pub struct TracedAccess {
 pub struct TraceLine<'a> {
     /// Machine cycle in which it begins.
     pub at: u64,
-    /// What it was.
+    /// Its kind.
     pub kind: TraceEventKind,
-    /// Values of [`Chip::cpu_regs`] before it; empty where they are not known.
+    /// Values of [`Chip::cpu_regs`] before the step; empty if they are not known.
     pub before: &'a [u32],
-    /// Values behind it.
+    /// Values after the step.
     pub after: &'a [u32],
-    /// Its accesses to data memory, in their order.
+    /// Its accesses to data memory, in order.
     pub accesses: &'a [TracedAccess],
 }
 
-/// Writes steps as lines. Every program word is disassembled once, and again where it has changed.
+/// Writes steps as lines. Every program word is disassembled once, and again after it has changed.
 #[derive(Debug)]
 pub struct TraceLineWriter<'a> {
     source: ProgramSource<'a>,
     chip: &'static Chip,
     format: TraceFormat,
-    /// Names of the registers that are shown, and their hexadecimal digits; in the order of the chip's registers.
+    /// Names and hexadecimal digits of the registers that are shown, in the order of the chip's registers.
     regs: Vec<Option<(&'static str, usize)>>,
     code: Vec<Option<CachedInstruction>>,
     places: HashMap<(u8, u16), String>,
 }
 
-/// An instruction as it stands in its line.
+/// An instruction as printed in its line.
 #[derive(Debug)]
 struct CachedInstruction {
     bytes: Vec<u8>,
@@ -88,7 +88,7 @@ struct CachedInstruction {
 }
 
 impl<'a> TraceLineWriter<'a> {
-    /// Lines in a format, with the names of `source`.
+    /// Returns a writer for a format, with the names of `source`.
     #[must_use]
     pub fn new(source: ProgramSource<'a>, format: TraceFormat) -> TraceLineWriter<'a> {
         let chip = source.names.chip;
@@ -101,7 +101,7 @@ impl<'a> TraceLineWriter<'a> {
         TraceLineWriter { source, chip, format, regs, code, places: HashMap::new() }
     }
 
-    /// The head of a trace.
+    /// Writes the header of a trace.
     pub fn write_header(&self, out: &mut Vec<u8>, hz: u64) {
         let name = self.chip.name;
         let line = match self.format {
@@ -111,7 +111,7 @@ impl<'a> TraceLineWriter<'a> {
         out.extend_from_slice(line.as_bytes());
     }
 
-    /// The end of a trace.
+    /// Writes the end of a trace.
     pub fn write_end(&self, out: &mut Vec<u8>, cycle: u64, why: &str) {
         let line = match self.format {
             TraceFormat::Text => format!("{cycle:>10}  end: {why}\n"),
@@ -120,7 +120,7 @@ impl<'a> TraceLineWriter<'a> {
         out.extend_from_slice(line.as_bytes());
     }
 
-    /// The line of a step that the machine has just done.
+    /// Writes the line of a step that the machine has just executed.
     pub fn write_step<C: Cpu>(&mut self, out: &mut Vec<u8>, cpu: &C, step: &TraceLine<'_>) {
         let json = self.format == TraceFormat::Json;
         let begin = out.len();
@@ -143,7 +143,7 @@ impl<'a> TraceLineWriter<'a> {
                 }
                 match self.code.get(index) {
                     Some(Some(code)) => out.extend_from_slice(code.text.as_bytes()),
-                    // Behind the end of program memory.
+                    // After the end of program memory.
                     _ => out.extend_from_slice(self.disassemble_at(cpu, pc).text.as_bytes()),
                 }
             }
@@ -224,7 +224,7 @@ impl<'a> TraceLineWriter<'a> {
         out.push(b'}');
     }
 
-    /// The instruction at a program word: its address, the symbol that it belongs to, and its text.
+    /// Returns the instruction at a program word: its address, its symbol, and its text.
     fn disassemble_at<C: Cpu>(&self, cpu: &C, pc: u32) -> CachedInstruction {
         let chip = self.chip;
         let addr = chip.code_address(pc);
@@ -250,7 +250,7 @@ impl<'a> TraceLineWriter<'a> {
 }
 
 impl CachedInstruction {
-    /// Program memory still holds it.
+    /// Reports whether program memory still contains it.
     fn is_current<C: Cpu>(&self, cpu: &C, pc: u32) -> bool {
         let chip = cpu.chip();
         let byte = pc.saturating_mul(chip.word_bytes);
@@ -258,7 +258,7 @@ impl CachedInstruction {
     }
 }
 
-/// The place of an access, made once.
+/// Returns the location text of an access; it is formatted once.
 fn place_name<'p>(
     places: &'p mut HashMap<(u8, u16), String>,
     source: &ProgramSource<'_>,
@@ -283,13 +283,13 @@ fn place_name<'p>(
     })
 }
 
-/// An address of this memory holds a single bit.
+/// Reports whether an address of this memory is a single bit.
 fn is_of_bits(chip: &Chip, space: u8) -> bool {
     let space = chip.spaces.get(usize::from(space));
     space.is_some_and(|&(name, _, width)| name == BIT_SPACE || chip.family == ChipFamily::Ap101 && width == 1)
 }
 
-/// A text as a JSON string.
+/// Returns a text as a JSON string.
 fn quote_json(text: &str) -> String {
     let mut out = String::from('"');
     for c in text.chars() {
@@ -303,7 +303,7 @@ fn quote_json(text: &str) -> String {
     out
 }
 
-/// A number in so many hexadecimal digits, more where it has more.
+/// Writes a number with at least this many hexadecimal digits.
 fn write_hex(out: &mut Vec<u8>, value: u32, digits: usize) {
     let needed = (8 - value.leading_zeros() as usize / 4).max(digits).max(1);
     for digit in (0..needed.min(8)).rev() {
@@ -312,7 +312,7 @@ fn write_hex(out: &mut Vec<u8>, value: u32, digits: usize) {
     }
 }
 
-/// A decimal number, with spaces before it up to a width.
+/// Writes a decimal number, padded with spaces to a width.
 fn write_decimal(out: &mut Vec<u8>, value: u64, width: usize) {
     let (mut digits, mut at, mut rest) = ([b' '; 20], 20, value);
     loop {
@@ -326,7 +326,8 @@ fn write_decimal(out: &mut Vec<u8>, value: u64, width: usize) {
     out.extend_from_slice(&digits[at.min(20 - width.min(20))..]);
 }
 
-/// What has interrupted, by name: that of the vector, or where several sources share it those of all flags that are set and enabled.
+/// Returns the name of an interrupt: that of the vector, or if several sources share it, of all flags that
+/// are set and enabled.
 fn interrupt_name<C: Cpu>(cpu: &C, chip: &Chip, vector: u8) -> String {
     let flags = cpu.interrupt_flags();
     if flags.is_empty() {

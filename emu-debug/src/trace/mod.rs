@@ -1,16 +1,18 @@
-//! Traces: what every instruction does, as lines, and values of registers and memory as signals of a waveform.
+//! Traces: what every instruction does, as lines, and values of registers and memory as signals of a
+//! waveform.
 //!
 //! ```text
-//!   words.rs    the program words that are looked at       lines.rs    steps as lines: text or JSON
-//!   trace_probe.rs     the probe, and the run that steps          signals.rs  registers and memory as signals
-//!   sink.rs     all lines, or the last of them
+//!   word_set.rs     the traced program words          line_writer.rs  steps as lines: text or JSON
+//!   trace_probe.rs  the probe, and the stepping run   signals.rs      registers and memory as signals
+//!   output.rs       all lines, or the last ones
 //! ```
 //!
-//! What an instruction has changed is known at the boundary behind it, and only who holds the machine can read it there. So the
-//! machine is run one instruction at a time where it is looked at (`go`), and at full speed elsewhere: the probe only says where it
-//! has to stop for that. Any slicing of a run gives the same machine.
+//! The changes of an instruction are known at the boundary after it, and only the owner of the machine can
+//! read them there. So the machine runs one instruction at a time where it is traced (`run_traced`), and at
+//! full speed elsewhere: the probe only decides where it must stop for that. Any slicing of a run gives the
+//! same machine.
 //!
-//! [`TraceLineWriter`] has no probe: a debugger that steps may ask it for the line of a step of its own.
+//! [`TraceLineWriter`] has no probe: a debugger that steps can use it for the line of its own step.
 
 mod line_writer;
 mod output;

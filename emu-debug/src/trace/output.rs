@@ -1,4 +1,4 @@
-//! Where the lines of a trace go.
+//! The output of trace lines.
 
 use std::collections::VecDeque;
 use std::io::{self, Write};
@@ -7,32 +7,32 @@ use emu_core::cpu::Cpu;
 
 use super::line_writer::{TraceLine, TraceLineWriter};
 
-/// Bytes that are collected before they are written.
+/// Number of bytes that are collected before they are written.
 const BUFFER_BYTES: usize = 1 << 16;
 
-/// Where lines go.
+/// Which lines are written.
 pub enum TraceSink {
-    /// All of them are written as they come.
+    /// All lines, as they come.
     All,
-    /// The last of them, so many at most, are written at the end.
+    /// At most this many of the last lines, at the end.
     Last(usize),
 }
 
-/// A trace that is written.
+/// A trace that is being written.
 pub struct TraceOutput<'a> {
     /// The writer of lines.
     pub lines: TraceLineWriter<'a>,
     out: Box<dyn Write>,
     sink: TraceSink,
-    /// Lines that are not written yet: one after the other, or each for itself.
+    /// Lines that are not written yet: as one buffer, or one by one.
     chunk: Vec<u8>,
     ring: VecDeque<Vec<u8>>,
-    /// The first thing that could not be written.
+    /// The first write error.
     first_error: Option<io::Error>,
 }
 
 impl<'a> TraceOutput<'a> {
-    /// An empty trace, which begins with a head line for a chip whose oscillator has so many Hz.
+    /// Returns an empty trace; it begins with a header line for a chip with an oscillator of `hz` Hz.
     #[must_use]
     pub fn new(lines: TraceLineWriter<'a>, out: Box<dyn Write>, sink: TraceSink, hz: u64) -> TraceOutput<'a> {
         let mut chunk = Vec::with_capacity(BUFFER_BYTES);
@@ -40,7 +40,7 @@ impl<'a> TraceOutput<'a> {
         TraceOutput { lines, out, sink, chunk, ring: VecDeque::new(), first_error: None }
     }
 
-    /// Something could not be written.
+    /// Reports whether a write failed.
     #[must_use]
     pub fn has_failed(&self) -> bool {
         self.first_error.is_some()
@@ -56,7 +56,7 @@ impl<'a> TraceOutput<'a> {
                 }
             }
             TraceSink::Last(most) => {
-                // The oldest line gives its room to the newest.
+                // The newest line reuses the buffer of the oldest.
                 let mut line = if self.ring.len() >= most { self.ring.pop_front() } else { None }.unwrap_or_default();
                 line.clear();
                 self.lines.write_step(&mut line, cpu, step);
@@ -72,10 +72,10 @@ impl<'a> TraceOutput<'a> {
         self.chunk.clear();
     }
 
-    /// Ends the trace at machine cycle `cycle` with a line that says why the run has ended.
+    /// Ends the trace at machine cycle `cycle` with a line that gives the reason why the run ended.
     ///
     /// # Errors
-    /// The first thing that could not be written.
+    /// The first write error.
     pub fn finish(mut self, cycle: u64, why: &str) -> io::Result<()> {
         for line in std::mem::take(&mut self.ring) {
             self.chunk.extend_from_slice(&line);

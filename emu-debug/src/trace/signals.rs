@@ -6,7 +6,7 @@ use emu_core::cpu::Cpu;
 use crate::bit_space::{self, BIT_SPACE};
 use crate::waveform::{WaveColumn, WaveWriter};
 
-/// Bits of a register of the core.
+/// Returns the number of bits of a core register.
 #[must_use]
 pub fn register_bits(chip: &Chip, name: &str) -> u32 {
     match (chip.family, name) {
@@ -16,12 +16,12 @@ pub fn register_bits(chip: &Chip, name: &str) -> u32 {
     }
 }
 
-/// Where a signal gets its value from.
+/// The source of a signal's value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SignalSource {
-    /// The register of the core with this position in [`Chip::cpu_regs`].
+    /// The core register at this position in [`Chip::cpu_regs`].
     Register(usize),
-    /// So many bytes of a memory, at most 8, the lowest first. The address counts bytes.
+    /// Up to 8 bytes of a memory, the lowest first: memory, byte address, number of bytes.
     Bytes(&'static str, u32, u32),
     /// A bit of a byte of a memory, 0 to 7.
     Bit(&'static str, u32, u8),
@@ -32,9 +32,9 @@ pub enum SignalSource {
 pub struct TraceSignal {
     /// Name, without white space.
     pub name: String,
-    /// Bits, 1 to 64.
+    /// Number of bits, 1 to 64.
     pub bits: u32,
-    /// Where its value comes from.
+    /// The source of its value.
     pub source: SignalSource,
 }
 
@@ -51,23 +51,23 @@ impl TraceSignal {
     }
 }
 
-/// Signals, and what they were when they were last looked at.
+/// Signals with their last sampled values.
 #[derive(Debug, Clone)]
 pub struct TraceSignals {
     list: Vec<TraceSignal>,
     values: Vec<Option<u64>>,
     regs: Vec<u32>,
-    /// Addresses of RAM that change only when the program writes them, and are signals.
+    /// Addresses of RAM in signals that only change when the program writes them.
     written: Vec<bool>,
     ram: u8,
     bit: Option<u8>,
     chip: &'static Chip,
-    /// Some signal may change with any instruction.
+    /// Whether any instruction may change a signal.
     any_instruction: bool,
 }
 
 impl TraceSignals {
-    /// Signals of a machine, with their values now.
+    /// Returns the signals of a machine, with their current values.
     #[must_use]
     pub fn new<C: Cpu>(list: Vec<TraceSignal>, cpu: &C) -> TraceSignals {
         let chip = cpu.chip();
@@ -105,7 +105,7 @@ impl TraceSignals {
         signals
     }
 
-    /// The columns of a waveform with these signals.
+    /// Returns the columns of a waveform with these signals.
     #[must_use]
     pub fn columns(&self) -> Vec<WaveColumn> {
         let column = |(signal, value): (&TraceSignal, &Option<u64>)| WaveColumn {
@@ -116,13 +116,14 @@ impl TraceSignals {
         self.list.iter().zip(&self.values).map(column).collect()
     }
 
-    /// A signal may change with any instruction, and with none: it has to be looked at behind each.
+    /// Reports whether a signal may change with any instruction, or without one, so that it must be sampled
+    /// after each.
     #[must_use]
     pub fn changes_with_any_instruction(&self) -> bool {
         self.any_instruction
     }
 
-    /// A write to an address of a memory may change a signal.
+    /// Reports whether a write to an address of a memory may change a signal.
     #[must_use]
     pub fn is_changed_by_write(&self, space: u8, addr: u16) -> bool {
         let at = |addr: u32| self.written.get(addr as usize) == Some(&true);
@@ -133,7 +134,7 @@ impl TraceSignals {
         Some(space) == self.bit && bit().is_some_and(|(space, byte, _)| space == self.chip.ram_space && at(byte))
     }
 
-    /// Writes what has changed, at the cycle that the machine has reached.
+    /// Writes the changes at the current cycle of the machine.
     pub fn sample<C: Cpu>(&mut self, cpu: &C, wave: &mut WaveWriter) {
         cpu.read_regs(&mut self.regs);
         for (i, (signal, last)) in self.list.iter().zip(&mut self.values).enumerate() {

@@ -1,4 +1,4 @@
-//! The probe that wants to see instructions, and the run that shows them to it.
+//! The probe of a trace, and the run that shows instructions to it.
 
 use emu_core::cpu::{Cpu, Probe, StopReason};
 
@@ -9,34 +9,35 @@ use super::word_set::WordCache;
 use crate::combined_probe::CombinedProbe;
 use crate::run_probes::RunProbes;
 
-/// Steps after which the host is asked whether to go on.
+/// Number of steps between two decisions of the controller.
 const STEPS_BETWEEN_DECISIONS: u32 = 1 << 16;
 
-/// What is looked at, instruction by instruction.
+/// Observes instructions one by one.
 pub struct TraceProbe<'a> {
     /// The trace that is written.
     pub trace: Option<TraceOutput<'a>>,
     /// The signals of a waveform.
     pub signals: Option<TraceSignals>,
-    /// The words of which a trace is written; all of them where there is no such set.
+    /// The traced words; `None` for all.
     traced_words: Option<WordCache>,
-    /// Every instruction is looked at, wherever it stands.
+    /// Every instruction is observed, at any address.
     every_instruction: bool,
-    /// The machine does one step at a time.
+    /// The machine executes one step at a time.
     stepping: bool,
-    /// It runs on from a place that is looked at, and has executed no instruction since: it slept, and may be woken.
+    /// The machine runs from an observed location but has not executed an instruction since: it slept, and
+    /// may wake.
     idle: bool,
-    /// What it does in this step, or the interrupt that it has entered in front of the next instruction.
+    /// The current step, or the interrupt that was entered before the next instruction.
     current: Option<(u64, TraceEventKind)>,
     accesses: Vec<TracedAccess>,
-    /// Registers before the step, if they are known, and behind it.
+    /// Registers before the step, if they are known, and after it.
     before: Vec<u32>,
     before_known: bool,
     after: Vec<u32>,
 }
 
 impl<'a> TraceProbe<'a> {
-    /// Looks at all that a trace wants, of the words `only` or of all, and at signals.
+    /// Returns a probe for a trace of the words `only`, or of all words, and for signals.
     #[must_use]
     pub fn new(
         trace: Option<TraceOutput<'a>>,
@@ -60,23 +61,23 @@ impl<'a> TraceProbe<'a> {
         }
     }
 
-    /// The trace cannot be written.
+    /// Reports whether the trace cannot be written.
     #[must_use]
     pub fn has_failed(&self) -> bool {
         self.trace.as_ref().is_some_and(TraceOutput::has_failed)
     }
 
-    /// A line is written for the instruction at `pc`.
+    /// Reports whether a line is written for the instruction at `pc`.
     fn is_traced(&self, pc: u32) -> bool {
         self.trace.is_some() && self.traced_words.as_ref().is_none_or(|only| only.contains(pc))
     }
 
-    /// The step at `pc` is looked at.
+    /// Reports whether the step at `pc` is observed.
     fn needs_step(&self, pc: u32) -> bool {
         self.every_instruction || self.is_traced(pc)
     }
 
-    /// Before a step, or a run.
+    /// Prepares for a step, or a run.
     fn begin_step<C: Cpu>(&mut self, cpu: &C, stepping: bool) {
         self.stepping = stepping;
         if !self.before_known && self.trace.is_some() && stepping {
@@ -85,13 +86,14 @@ impl<'a> TraceProbe<'a> {
         }
     }
 
-    /// Behind a step, or where a run has stopped. True if there was one. `from`: where the program was before it.
+    /// Handles the end of a step, or the stop of a run; returns whether there was a step. `from` is the
+    /// location before it.
     fn end_step<C: Cpu>(&mut self, cpu: &C, from: u32) -> bool {
         self.stepping = false;
         let Some((at, what)) = self.current.take() else { return false };
         let wanted = match what {
             TraceEventKind::Instruction(pc) => self.is_traced(pc),
-            // Seen from where it came, or where it goes to.
+            // Traced if its origin or its destination is.
             TraceEventKind::Interrupt(_) => self.is_traced(from) || self.is_traced(cpu.pc()),
         };
         if self.before_known {
@@ -119,7 +121,7 @@ impl Probe for TraceProbe<'_> {
         if self.needs_step(pc) || self.idle && self.current.is_some() {
             return true;
         }
-        // It runs on unseen.
+        // It continues without observation.
         self.current = None;
         self.accesses.clear();
         (self.idle, self.before_known) = (false, false);
@@ -130,7 +132,7 @@ impl Probe for TraceProbe<'_> {
         if self.current.is_some() && self.trace.is_some() {
             self.accesses.push(TracedAccess { space, addr, value, write });
         }
-        // Where it steps there is a look at the end of the instruction anyway.
+        // A step is observed at the end of the instruction anyway.
         write && !self.stepping && self.signals.as_ref().is_some_and(|signals| signals.is_changed_by_write(space, addr))
     }
 
@@ -140,8 +142,8 @@ impl Probe for TraceProbe<'_> {
     }
 }
 
-/// Runs the machine as [`Cpu::run`] does, and shows it to the [`TraceProbe`] of the tools. It may also stop without being asked to, so that
-/// the tools are asked what they have seen.
+/// Runs the machine as [`Cpu::run`] does, and shows it to the [`TraceProbe`] of the tools. It may also stop
+/// without a request, so that the observations of the tools are checked.
 pub(crate) fn run_traced<C: Cpu>(
     cpu: &mut C,
     until: u64,
@@ -154,7 +156,7 @@ pub(crate) fn run_traced<C: Cpu>(
         }
         let from = cpu.pc();
         let steps = look.needs_step(from);
-        // Where nothing has happened in its cycle, or nobody looks, it goes on at full speed.
+        // If nothing has happened in its cycle, or nothing is observed, it continues at full speed.
         if steps {
             look.begin_step(cpu, true);
             let stop = cpu.run(until.min(cpu.cycle() + 1), tools);
@@ -172,11 +174,11 @@ pub(crate) fn run_traced<C: Cpu>(
         }
         let stop = cpu.run(until, tools);
         finish_step(cpu, tools, |look| {
-            // An interrupt that was entered, and no instruction since.
+            // An interrupt was entered, and no instruction has followed.
             if look.current.is_some() {
                 look.end_step(cpu, from);
             } else {
-                // What may have changed meanwhile, as by a reset, no instruction did.
+                // Changes in the meantime, as by a reset, were not made by an instruction.
                 look.before_known = false;
             }
             look.idle = false;
@@ -187,7 +189,7 @@ pub(crate) fn run_traced<C: Cpu>(
     StopReason::Probe
 }
 
-/// Lets the [`TraceProbe`] end its step, and then writes what has changed into the waveform.
+/// Lets the [`TraceProbe`] end its step, then writes the changes to the waveform.
 fn finish_step<C: Cpu>(
     cpu: &C,
     tools: &mut RunProbes<&mut CombinedProbe<'_, '_>>,

@@ -1,19 +1,19 @@
 //! A set of program words.
 
-/// Program words that are looked at.
+/// A set of observed program words.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct WordCache {
     bits: Vec<u64>,
 }
 
 impl WordCache {
-    /// No word of a program memory of so many words.
+    /// Returns the empty set for a program memory of `words` words.
     #[must_use]
     pub fn none(words: u32) -> WordCache {
         WordCache { bits: vec![0; words.div_ceil(64) as usize] }
     }
 
-    /// Adds the words from `start` to the one before `end`; what lies beyond the memory is left out.
+    /// Adds the words from `start` to the one before `end`; ignores those beyond the memory.
     pub fn add(&mut self, start: u32, end: u32) {
         let end = end.min(self.bits.len() as u32 * 64);
         for word in start..end {
@@ -23,13 +23,13 @@ impl WordCache {
         }
     }
 
-    /// The word is in the set.
+    /// Reports whether the word is in the set.
     #[must_use]
     pub fn contains(&self, word: u32) -> bool {
         self.bits.get(word as usize / 64).is_some_and(|bits| bits >> (word % 64) & 1 != 0)
     }
 
-    /// No word is in the set.
+    /// Reports whether the set is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.bits.iter().all(|bits| *bits == 0)

@@ -1,9 +1,9 @@
-//! The programs of `examples`, and the chips they are for.
+//! The programs of `examples`, and the chips for them.
 
 use emu_core::Chip;
 use emu_core::image::{self, ElfMachine, Image};
 
-/// The image of a program: a file of the folder, or a source that is assembled.
+/// Returns the image of a program: a file of the folder, or a source that is assembled.
 pub fn load(chip: &'static Chip, file: &str) -> Image {
     let path = format!("{}/../examples/{file}", env!("CARGO_MANIFEST_DIR"));
     let bytes = std::fs::read(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
@@ -17,12 +17,12 @@ pub fn load(chip: &'static Chip, file: &str) -> Image {
     }
 }
 
-/// A chip of the 8051 family.
+/// Returns a chip of the 8051 family.
 pub fn chip_8051(name: &str) -> &'static Chip {
     emu_8051::chips::chips().find(|chip| chip.name == name).expect("a chip")
 }
 
-/// A chip of the PIC16 family.
+/// Returns a chip of the PIC16 family.
 pub fn chip_pic(name: &str) -> &'static Chip {
     emu_pic16::chips::chips().find(|chip| chip.name == name).expect("a chip")
 }

@@ -185,7 +185,7 @@ s step  n next  c continue  space run  b break  u back  : command  ? help
     assert_eq!(picture, wanted, "{picture}");
 }
 
-/// Random keys on screens of any size give a picture of that size without a panic.
+/// Random keys on screens of any size produce a picture of that size without a panic.
 #[test]
 fn any_keys_on_any_screen() {
     let mut seed = 7_u64;

@@ -158,7 +158,7 @@ fn every_way_to_leave() {
     assert_eq!(typing.handle_key(ScreenKey::Ctrl('c'), AREA), ViewRequest::Quit);
 }
 
-/// Random keys on screens of any size give a picture of that size without a panic.
+/// Random keys on screens of any size produce a picture of that size without a panic.
 #[test]
 fn any_keys_on_any_screen() {
     let mut seed = 1_u64;

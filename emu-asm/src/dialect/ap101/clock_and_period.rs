@@ -1,4 +1,5 @@
-//! Directives that give a frequency or a time: the clock and the period of a scan, and how a number with a unit is read.
+//! Directives with a frequency or a time: the clock and the period of a scan, and how a number with a unit is
+//! read.
 
 use super::{TimeLength, check_given_once, report_bad_argument, state};
 use crate::engine::{Assembler, DirectiveCall};
@@ -36,13 +37,13 @@ pub(super) fn period(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// A number and how often its unit holds the smallest one: `10ms`, `1.5MHz`, `n*1000c`, or a name. None where it is none, or comes to
-/// no whole number above 0.
+/// Returns a number in the smallest unit, and the index of its unit: `10ms`, `1.5MHz`, `n*1000c`, or a name.
+/// `None` if it is not a whole number above 0.
 fn define_quantity(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, units: &[(&str, u64)]) -> Option<(u64, usize)> {
     let all = trim(call.text, call.rest.clone());
     let text = call.get(all.clone());
     let lower = text.to_ascii_lowercase();
-    // A unit stands behind a digit, a bracket or a space; else its letters are the end of a name.
+    // A unit follows a digit, a bracket or a space; otherwise its letters are the end of a name.
     let before =
         |unit: &str| lower.strip_suffix(unit).filter(|n| unit.is_empty() || n.ends_with(|c: char| !is_name(c)));
     let at = units.iter().position(|(unit, _)| before(unit).is_some())?;
@@ -64,7 +65,7 @@ fn define_quantity(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, units: &[(
     (n > 0).then_some((n, at))
 }
 
-/// Letters of names, which are no digits.
+/// Reports whether a character belongs to a name and is not a digit.
 fn is_name(c: char) -> bool {
     c.is_ascii_alphabetic() || c == '_'
 }

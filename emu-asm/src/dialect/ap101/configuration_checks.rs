@@ -1,4 +1,4 @@
-//! What a program gives behind the end of program memory, and what it uses although its configuration has none of it.
+//! Checks for words beyond program memory, and for uses of parts that the configuration does not have.
 
 use std::ops::Range;
 
@@ -9,12 +9,12 @@ use crate::lines::{AsmLine, trim};
 use crate::output::ListedLine;
 use crate::statement::code_end;
 
-/// The last operation that has the address of a bit.
+/// The last operation with the address of a bit.
 const XOR: u16 = 0xA;
-/// The bit of an address relative to RX, which is known only while the program runs.
+/// The bit for an address relative to RX, which is known only while the program runs.
 const INDEXED: u16 = 0x800;
 
-/// Tells the first line that has run out of program memory into the block; true where there is one.
+/// Reports the first line that overruns program memory into the block; returns whether there is one.
 pub(super) fn report_overrun(asm: &mut Assembler<'_>, orgs: &[(usize, bool)]) -> bool {
     let mut orgs = orgs.iter().copied().peekable();
     let mut raw = false;
@@ -33,8 +33,8 @@ pub(super) fn report_overrun(asm: &mut Assembler<'_>, orgs: &[(usize, bool)]) ->
     true
 }
 
-/// Warns of channels and modules beyond the configuration, and of programs that end behind the last word. Nothing is said where
-/// the words of the block are given themselves, and where an error has left words open.
+/// Warns of channels and modules beyond the configuration, and of programs that end after the last word. Does
+/// nothing if the source gives the words of the block itself, or if an error has left words undefined.
 pub(super) fn warn_beyond_configuration(asm: &mut Assembler<'_>, state: &Ap101PassState) {
     let ends = asm.out.list.iter().filter(|listed| listed.unit == 2 && !listed.bytes.is_empty());
     let end = ends.map(|listed| listed.addr + listed.bytes.len() as i64 / 2).max().unwrap_or(0);
@@ -59,13 +59,13 @@ pub(super) fn warn_beyond_configuration(asm: &mut Assembler<'_>, state: &Ap101Pa
     }
 }
 
-/// The first word of a line.
+/// Returns the first word of a line.
 fn word(asm: &Assembler<'_>, listed: &ListedLine) -> Option<u16> {
     let bytes = asm.out.bytes.get(listed.bytes.clone())?;
     Some(u16::from_le_bytes([*bytes.first()?, *bytes.get(1)?]))
 }
 
-/// The operands of the instruction of a line; data has none.
+/// Returns the operands of the instruction of a line; data has none.
 fn operand(asm: &Assembler<'_>, listed: &ListedLine) -> Option<Range<usize>> {
     let text: &str = &listed.line.text;
     let (end, mut from) = (code_end(asm.dialect, text), 0);
@@ -83,7 +83,7 @@ fn operand(asm: &Assembler<'_>, listed: &ListedLine) -> Option<Range<usize>> {
     }
 }
 
-/// What is wrong with the address in a word.
+/// Returns what is wrong with the address in a word.
 fn address_fault(state: &Ap101PassState, word: u16, at: Range<usize>) -> Option<LineFault> {
     if word >> 12 > XOR || word & INDEXED != 0 {
         return None;

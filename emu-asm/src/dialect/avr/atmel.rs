@@ -1,5 +1,6 @@
-//! The AVR as Atmel's assembler (AVRASM2; avra) takes it: program memory counts words, `.byte` reserves room, `PC` is the address of the
-//! line, `@0` an argument of a macro ("AVR Assembler User Guide", Microchip DS40001917).
+//! The AVR dialect of Atmel's assembler (AVRASM2; avra). Program memory counts in words, `.byte` reserves
+//! memory, `PC` is the address of the line, and `@0` is a macro argument ("AVR Assembler User Guide",
+//! Microchip DS40001917).
 
 use emu_core::chip::Chip;
 
@@ -21,7 +22,7 @@ const WORD: u32 = 2;
 /// Arguments of a macro, `@0` to `@9`.
 pub(crate) const ARGUMENTS: usize = 10;
 
-/// The signs of C, and parts of values.
+/// The unary operators of C, and functions that return a part of a value.
 #[rustfmt::skip]
 const UNARY: &[UnaryOperator] = &[
     ("-", 11, |n| n.wrapping_neg()), ("+", 11, |n| n), ("~", 11, |n| !n), ("!", 11, |n| i64::from(n == 0)),
@@ -82,7 +83,7 @@ pub(super) const ATMEL: AsmDialect = AsmDialect {
     ..AVR
 };
 
-/// The source is one for Atmel's assembler: what comes before is read anew with that in mind.
+/// Switches to this dialect; the pass is read again with it.
 pub(super) fn switch(asm: &mut Assembler<'_>) {
     if asm.dialect.hooks.is_atmel {
         return;
@@ -93,13 +94,13 @@ pub(super) fn switch(asm: &mut Assembler<'_>) {
     sections.filter(|section| section.holds == SectionContent::Image).for_each(|section| section.unit = WORD);
 }
 
-/// `.cseg` and its like.
+/// `.cseg` and the other segment directives.
 pub(super) fn segment(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, name: &str) {
     switch(asm);
     section(asm, call, name);
 }
 
-/// `.equ name = value`, which only Atmel's assembler writes so; `.equ name, value`.
+/// `.equ name = value`, which only Atmel's assembler has; `.equ name, value`.
 pub(super) fn equate(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     if call.label.is_none() && call.get(call.rest.clone()).contains('=') && !call.get(call.rest.clone()).contains(',') {
         switch(asm);
@@ -107,7 +108,7 @@ pub(super) fn equate(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     constant(asm, call, AsmSymbolKind::Equ);
 }
 
-/// `.include "m328Pdef.inc"`, whose names the chip gives, and other files.
+/// `.include "m328Pdef.inc"`, whose names come from the chip's data, and other files.
 pub(super) fn including(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let rest = trim(call.text, call.rest.clone());
     let written = call.get(rest.clone()).trim_matches(['"', '<', '>']);
@@ -123,7 +124,7 @@ pub(super) fn including(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     include(asm, call);
 }
 
-/// Names that Atmel's files have beyond those of the registers: sizes in words, and the addresses of interrupts.
+/// Returns names of Atmel's files other than registers: sizes in words, and interrupt addresses.
 fn names(chip: &Chip) -> Vec<(String, i64)> {
     let constant = |wanted: &str| {
         (chip.constants)().into_iter().find(|(name, _)| *name == wanted).map_or(0, |(_, value)| i64::from(value))
@@ -147,7 +148,7 @@ fn names(chip: &Chip) -> Vec<(String, i64)> {
     fixed.into_iter().map(|(name, value)| (name.to_owned(), value)).chain(vectors).collect()
 }
 
-/// What Atmel's files call an interrupt, before `addr`.
+/// Returns the name that Atmel's files give an interrupt, without the `addr` at its end.
 fn interrupt(name: &str) -> Option<String> {
     let known = match name {
         "WDT" => "WDT",
@@ -183,7 +184,7 @@ fn interrupt(name: &str) -> Option<String> {
     Some(what)
 }
 
-/// `.byte 2`: room in RAM or EEPROM.
+/// `.byte 2`: reserves RAM or EEPROM.
 fn reserve(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     if asm.out.holds() == SectionContent::Image {
         let cause = "`byte` reserves room, and program memory is not reserved";
@@ -193,7 +194,7 @@ fn reserve(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     reserve_room(asm, call, 1);
 }
 
-/// Bytes; in program memory a row of them takes whole words.
+/// Emits bytes; in program memory it pads a list of them to whole words.
 fn padded(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, give: fn(&mut Assembler<'_>, &DirectiveCall<'_>)) {
     give(asm, call);
     let odd = asm.out.section().is_some_and(|section| section.holds == SectionContent::Image && section.pos % 2 != 0);
@@ -202,7 +203,8 @@ fn padded(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, give: fn(&mut Assem
     }
 }
 
-/// A target counts words here, where the instructions count bytes; a constant beyond 8 bits is cut, with a warning.
+/// Converts a target from words to bytes, because instructions count bytes here. A constant of more than 8
+/// bits is truncated, with a warning.
 fn cut(_: &Chip, kind: &str, value: i64) -> Option<(i64, Option<AsmRefusal>)> {
     match kind {
         "target" => Some((value.saturating_mul(WORD.into()), None)),
@@ -214,7 +216,7 @@ fn cut(_: &Chip, kind: &str, value: i64) -> Option<(i64, Option<AsmRefusal>)> {
     }
 }
 
-/// A line of a macro with its arguments for `@0` to `@9`, and with other names for its labels.
+/// Returns a macro line with its arguments substituted for `@0` to `@9`, and its labels renamed.
 pub(crate) fn substitute_numbered(dialect: &AsmDialect, line: &AsmLine, values: &[(String, String)]) -> AsmLine {
     let text: &str = &line.text;
     let (mut out, mut at, mut done) = (RewrittenText::default(), 0, 0);

@@ -1,4 +1,4 @@
-//! Directives of the GNU assembler beyond those that sources for the AVR often have ("Using as", "Assembler Directives").
+//! The less common directives of the GNU assembler ("Using as", "Assembler Directives").
 
 use super::super::common::{Alignment, align_to, required_arguments, value_of};
 use super::super::{AsmDirective, ReadFlow};
@@ -65,11 +65,12 @@ pub(super) const WITHOUT_EFFECT: &[&str] = &[
     "cfi_window_save", "cfi_escape", "cfi_personality", "cfi_lsda",
 ];
 
-/// The number `text`, which may have more bits than values have elsewhere; `None` for anything else than hexadecimal or decimal digits.
+/// Parses a number that may be wider than an ordinary value. `None` unless `text` is hexadecimal or decimal
+/// digits.
 fn long_number(text: &str) -> Option<Result<u128, ()>> {
     let lower = text.to_ascii_lowercase();
     let (digits, radix) = lower.strip_prefix("0x").map_or((lower.as_str(), 10), |digits| (digits, 16));
-    // A number that begins with 0 is octal, and is read as others are.
+    // A number that begins with 0 is octal; the ordinary reader takes it.
     let plain =
         !digits.is_empty() && digits.chars().all(|c| c.is_digit(radix)) && (radix == 16 || !digits.starts_with('0'));
     plain.then(|| u128::from_str_radix(digits, radix).map_err(|_| ()))
@@ -80,7 +81,7 @@ pub(super) fn quads(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     integers(asm, call, 8);
 }
 
-/// Values of so many bytes each, low byte first.
+/// Values of `size` bytes each, low byte first.
 fn integers(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, size: usize) {
     for part in required_arguments(asm, call) {
         let n = match long_number(call.get(part.clone())).filter(|_| size > 4) {
@@ -97,7 +98,7 @@ fn integers(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, size: usize) {
     }
 }
 
-/// `.dcb.w count, value` and `.ds.w count, value`: values of so many bytes each, 0 where none is given.
+/// `.dcb.w count, value` and `.ds.w count, value`: values of `size` bytes each, 0 if no value is given.
 fn blocks(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, size: usize) {
     let mut parts = required_arguments(asm, call).into_iter();
     let (Some(count), value) = (parts.next(), parts.next()) else { return };
@@ -111,7 +112,7 @@ fn blocks(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, size: usize) {
     asm.emit(&one.get(..size).unwrap_or_default().repeat(n as usize), count);
 }
 
-/// Values in groups of 7 bits, the lowest first; bit 7 of a byte says that another follows.
+/// Emits LEB128: groups of 7 bits, the lowest first; bit 7 of a byte is set if another byte follows.
 fn leb128(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, signed: bool) {
     for part in required_arguments(asm, call) {
         let mut left = asm.evaluate(call.text, part.clone()).map_or(0, |value| value.number);
@@ -130,7 +131,7 @@ fn leb128(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, signed: bool) {
     }
 }
 
-/// Texts of which each character takes so many bytes, with a 0 behind.
+/// Text in which each character takes `size` bytes, with a terminating 0.
 fn wide_text(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, size: usize) {
     for part in required_arguments(asm, call) {
         let Some(mut text) = read_string(call.text, part.start, part.end) else {
@@ -167,7 +168,8 @@ fn incbin(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// `.align n, fill, most`: goes on at the next multiple, of a power of two where `power`; the pattern that fills has so many bytes.
+/// `.align n, fill, most`: advances to the next multiple of `n`, or of 2 to the power of `n` if `power`. The
+/// fill pattern has `size` bytes.
 fn align(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, power: bool, size: usize) {
     let parts = required_arguments(asm, call);
     let Some(n) = parts.first().and_then(|part| asm.evaluate_number(call.text, part.clone())) else { return };
@@ -182,7 +184,7 @@ fn align(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, power: bool, size: u
     align_to(asm, call, &Alignment { step, fill, size, most });
 }
 
-/// `.struct 0` and `.offset 0`: labels are numbers from there on, until another section begins.
+/// `.struct 0` and `.offset 0`: labels are numbers from here until another section begins.
 fn absolute(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let rest = trim(call.text, call.rest.clone());
     let at = if rest.is_empty() { Some(0) } else { asm.evaluate_number(call.text, rest) };

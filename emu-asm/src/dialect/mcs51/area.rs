@@ -1,7 +1,7 @@
-//! Areas of sdas8051: what `.area` begins, and where the linker sdld puts the areas of one module.
+//! Areas of sdas8051: `.area`, and how the linker sdld places the areas of one module.
 //!
-//! Parts of an area with the same name lie behind each other; those with OVR begin at the same address. Areas with ABS lie where
-//! their `.org` says. What sdld does with all others is in [`layout`](super::layout).
+//! Parts of an area with the same name follow each other; with OVR they all begin at the same address. Areas
+//! with ABS are at the addresses of their `.org`. [`layout`](super::layout) places all others as sdld does.
 
 use std::collections::BTreeMap;
 
@@ -15,36 +15,37 @@ use crate::sections::AsmSection;
 /// An area of the pass.
 #[derive(Debug, Clone)]
 struct PassArea {
-    /// Its section.
+    /// Number of its section.
     section: usize,
     shape: AreaShape,
-    /// The line that names it first, for complaints.
+    /// The line that first names it, for diagnostics.
     line: Option<AsmLine>,
-    /// The place of its name in that line.
+    /// The position of its name in that line.
     at: std::ops::Range<usize>,
 }
 
-/// The areas so far.
+/// The areas read so far.
 #[derive(Debug, Default)]
 pub(super) struct PassAreas {
     all: Vec<PassArea>,
-    /// The area that is open, and where its part began.
+    /// The open area, and the address where its current part began.
     open: Option<(usize, i64)>,
-    /// Where the part of a section of ASM51 began that is open where no area is, and the parts that are closed.
+    /// If no area is open: where the open part of an ASM51 section began; then the closed parts.
     part_start: i64,
     absolute_parts: Vec<(AreaMemory, i64, i64)>,
-    /// `s_NAME` and `l_NAME`, first address and size of each area, and segments by their names, as the pass before had them.
+    /// Values of the previous pass: `s_NAME` and `l_NAME` (first address and size of each area), and segment
+    /// names.
     limits: BTreeMap<String, i64>,
 }
 
 impl PassAreas {
-    /// First address or size of an area by the linker's name for it; that of a segment by its own, in any case of its letters.
+    /// Returns the value of `s_NAME` or `l_NAME`, or the first address of a segment, whose name ignores case.
     pub fn limit(&self, name: &str) -> Option<i64> {
         self.limits.get(name).or_else(|| self.limits.get(&name.to_ascii_lowercase())).copied()
     }
 }
 
-/// An attribute in the brackets of `.area`.
+/// Applies one attribute in the parentheses of `.area`.
 fn attribute(shape: &mut AreaShape, memory: &mut Option<AreaMemory>, word: &str) -> bool {
     match word.to_ascii_uppercase().as_str() {
         "REL" | "CON" | "NOPAG" => {}
@@ -83,7 +84,7 @@ pub(super) fn area(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
             return asm.report(LineFault::new("ASM023", at, cause, hint));
         }
     }
-    // The area in front of the first directive.
+    // The area before the first directive.
     if name == "_CODE" {
         let _ = asm.out.enter_named("code");
         return;
@@ -101,7 +102,7 @@ pub(super) fn area(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// Adds an area; told where there are too many.
+/// Adds an area; reports an error if there are too many.
 pub(super) fn add(asm: &mut Assembler<'_>, shape: AreaShape, at: std::ops::Range<usize>) -> Option<usize> {
     let Some(section) = section(asm, &shape) else {
         let hint = "join areas under one name";
@@ -113,14 +114,15 @@ pub(super) fn add(asm: &mut Assembler<'_>, shape: AreaShape, at: std::ops::Range
     Some(areas.len() - 1)
 }
 
-/// The number of the segment of AX51 with this name, in any case of its letters.
+/// Returns the number of the AX51 segment with this name; case is ignored.
 pub(super) fn segment(asm: &Assembler<'_>, name: &str) -> Option<usize> {
     let is_it = |area: &PassArea| area.shape.class.is_some() && area.shape.name.eq_ignore_ascii_case(name);
     asm.family_state.mcs51.areas.all.iter().position(is_it)
 }
 
-/// The memory of an area whose line names none: RAM, as SDCC has it for its own names and as sdld takes every other. With ABS the
-/// code of an area lies where `.org` puts it, whatever memory sdld counts it to.
+/// Returns the memory of an area whose line names none: RAM for SDCC's names, as SDCC uses them, and for any
+/// other name, as in sdld. With ABS, the code of an area is at its `.org`, whichever memory sdld assigns it
+/// to.
 fn default_memory(name: &str, absolute: bool) -> AreaMemory {
     let data = ["DSEG", "ISEG", "OSEG", "SSEG", "RSEG", "IABS", "DABS", "BIT_BANK"];
     let data = data.contains(&name) || name.starts_with("REG_BANK_");
@@ -132,7 +134,7 @@ fn default_memory(name: &str, absolute: bool) -> AreaMemory {
     }
 }
 
-/// The section of an area, made in the first pass.
+/// Returns the section of an area; the first pass creates it.
 fn section(asm: &mut Assembler<'_>, shape: &AreaShape) -> Option<usize> {
     let (space, holds) = match shape.memory {
         AreaMemory::Code => ("", SectionContent::Image),
@@ -146,7 +148,7 @@ fn section(asm: &mut Assembler<'_>, shape: &AreaShape) -> Option<usize> {
     asm.out.add_section(made, asm.dialect.sections.len())
 }
 
-/// Goes on in an area.
+/// Continues in an area.
 pub(super) fn enter_area(asm: &mut Assembler<'_>, number: usize) {
     let Some(area) = asm.family_state.mcs51.areas.all.get(number) else { return };
     asm.out.enter_section(area.section);
@@ -159,7 +161,7 @@ pub(super) fn enter_area(asm: &mut Assembler<'_>, number: usize) {
     asm.family_state.mcs51.areas.open = Some((number, asm.out.next_address()));
 }
 
-/// Ends the part of an area that is open.
+/// Closes the open part of an area.
 pub(super) fn leave_area(asm: &mut Assembler<'_>) {
     let Some((number, from)) = asm.family_state.mcs51.areas.open.take() else { return leave_fixed(asm) };
     let Some(area) = asm.family_state.mcs51.areas.all.get_mut(number) else { return };
@@ -172,7 +174,7 @@ pub(super) fn leave_area(asm: &mut Assembler<'_>) {
     }
 }
 
-/// Ends the part of a section of ASM51 that is open.
+/// Closes the open part of an ASM51 section.
 fn leave_fixed(asm: &mut Assembler<'_>) {
     let memory = match asm.out.section().map_or("", |section| section.space) {
         "" => AreaMemory::Code,
@@ -188,12 +190,12 @@ fn leave_fixed(asm: &mut Assembler<'_>) {
     areas.part_start = here;
 }
 
-/// A part of a section of ASM51 begins here.
+/// Begins a part of an ASM51 section.
 pub(super) fn begin_fixed(asm: &mut Assembler<'_>) {
     asm.family_state.mcs51.areas.part_start = asm.out.next_address();
 }
 
-/// `.org` in an area: its next part, which only one with ABS may have.
+/// `.org` in an area: begins its next part. Only an area with ABS may have one.
 pub(super) fn org(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let Some((number, _)) = asm.family_state.mcs51.areas.open else {
         leave_fixed(asm);
@@ -214,7 +216,7 @@ pub(super) fn org(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     asm.family_state.mcs51.areas.open = Some((number, asm.out.next_address()));
 }
 
-/// Bytes for an area of RAM: why there is no place for them, and what to do.
+/// Returns cause and hint for bytes in an area of RAM, which cannot hold them.
 pub(super) fn why_no_bytes(asm: &Assembler<'_>) -> Option<(String, String)> {
     let (number, _) = asm.family_state.mcs51.areas.open?;
     let AreaShape { name, class, .. } = &asm.family_state.mcs51.areas.all.get(number)?.shape;
@@ -272,7 +274,7 @@ fn complaint_fault(name: &str, at: std::ops::Range<usize>, complaint: &Placement
 }
 
 impl super::Mcs51PassState {
-    /// What the next pass takes over from this one.
+    /// Returns the state that the next pass takes over.
     pub fn next(self) -> super::Mcs51PassState {
         let areas = PassAreas { limits: self.areas.limits, ..PassAreas::default() };
         super::Mcs51PassState { areas, classes: self.classes, ..super::Mcs51PassState::default() }

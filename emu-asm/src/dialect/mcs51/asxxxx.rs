@@ -1,4 +1,4 @@
-//! Directives of sdas8051 beyond those that sources often have (`asmain.c` and `asmcro.c` of SDCC 4.2).
+//! The less common directives of sdas8051 (`asmain.c` and `asmcro.c` of SDCC 4.2).
 
 use super::super::common::{constant, purge, required_arguments};
 use super::super::{AsmDirective, ReadFlow};
@@ -36,7 +36,7 @@ pub(super) const DIRECTIVES: &[AsmDirective] = &[
     AsmDirective::run("iifle", |asm, call| run_one_line(asm, call, |n| n <= 0)),
 ];
 
-/// `.iif condition, statement`: a statement that is read only where the condition holds.
+/// `.iif condition, statement`: reads the statement only if the condition holds.
 fn run_one_line(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, holds: fn(i64) -> bool) {
     let Some((value, behind)) = asm.front_value(call.text, call.rest.clone()) else { return };
     let comma = skip_space(call.text, behind);
@@ -46,7 +46,7 @@ fn run_one_line(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, holds: fn(i64
     }
 }
 
-/// Goes on at the next multiple of a number, as it counts from the begin of the area.
+/// Advances to the next multiple of a number, counted from the start of the area.
 fn boundary(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let Some(step) = asm.evaluate_number(call.text, call.rest.clone()) else { return };
     if !(1..=0x1_0000).contains(&step) {
@@ -58,7 +58,7 @@ fn boundary(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     asm.out.set_address(here + (base - here).rem_euclid(step));
 }
 
-/// The text of an argument without the marks around it: `^/text/`.
+/// Returns the text of an argument without its delimiters: `^/text/`.
 fn inside(text: &str) -> &str {
     let mut chars = text.chars();
     let delimited = chars.next() == Some('^');
@@ -68,7 +68,7 @@ fn inside(text: &str) -> &str {
     }
 }
 
-/// `.narg name` and `.nchr name, text`: the name gets a number.
+/// `.narg name` and `.nchr name, text`: define the name as a number.
 fn define_quantity(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, of: fn(&Assembler<'_>, &str) -> Option<i64>) {
     let parts = cut(call.text, call.rest.clone());
     let Some(name) = parts.first().cloned() else {

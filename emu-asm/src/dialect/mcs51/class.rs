@@ -1,7 +1,7 @@
-//! Names of bytes where a bit is wanted, and of bits where a byte is: `cpl P1`, `mov a,TI`.
+//! Byte names used as bits, and bit names used as bytes: `cpl P1`, `mov a,TI`.
 //!
-//! as31 and sdas8051 take the address as it is; AX51 and ASEM-51 refuse it (A51, "Type mismatch"). It is taken here, with a warning,
-//! but in sources for sdas8051, whose names have no class.
+//! as31 and sdas8051 take the address as it is; AX51 and ASEM-51 refuse it (A51, "Type mismatch"). This
+//! assembler takes it with a warning; in sources for sdas8051, whose names have no class, without one.
 
 use std::collections::BTreeMap;
 
@@ -11,17 +11,18 @@ use crate::dialect::AsmRefusal;
 use crate::engine::{Assembler, DirectiveCall};
 use crate::symbols::AsmSymbolKind;
 
-/// What an address counts.
+/// What an address refers to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum AddressClass {
     Byte,
     Bit,
 }
 
-/// Names that `bit`, `data` and their like give, in lower case.
+/// Names defined by `bit`, `data` and similar directives, in lower case.
 pub(super) type Classes = BTreeMap<String, AddressClass>;
 
-/// `name bit address` and `name data address`; without a name in front, as Raisonance's assembler has it, `data at 30h` begins a section.
+/// `name bit address` and `name data address`. Without a name, as in Raisonance's assembler, `data at 30h`
+/// begins a section.
 pub(super) fn typed(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, class: AddressClass) {
     let section = if class == AddressClass::Bit { "bit" } else { "idata" };
     if segment::begins(asm, call, section) {
@@ -33,7 +34,7 @@ pub(super) fn typed(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, class: Ad
     constant(asm, call, AsmSymbolKind::Equ);
 }
 
-/// What the name counts, and what it is in words.
+/// Returns the class of a name, and a description of it.
 fn class_of(asm: &Assembler<'_>, name: &str) -> Option<(Option<AddressClass>, String)> {
     if let Some(symbol) = asm.symbols.get(name, asm.dialect.ignores_case) {
         return match symbol.kind {
@@ -59,7 +60,7 @@ fn class_of(asm: &Assembler<'_>, name: &str) -> Option<(Option<AddressClass>, St
     is_bit.then(|| (Some(AddressClass::Bit), format!("`{name}` is a bit")))
 }
 
-/// The warning for the name as an operand of a kind with this value.
+/// Returns the warning for a name used as an operand of the other class.
 pub(super) fn mismatch(asm: &Assembler<'_>, name: &str, kind: &str, n: i32) -> Option<AsmRefusal> {
     let wanted = match kind {
         _ if asm.dialect.hooks.is_sdas => return None,

@@ -1,8 +1,10 @@
-//! Where sdld puts the areas of one module (SDCC 4.2, `sdld` without `-b`, asked area by area).
+//! Placement of the areas of one module, as sdld does it (SDCC 4.2, `sdld` without `-b`, measured area by
+//! area).
 //!
-//! RAM is filled by names in this order: bytes for the bits of BSEG from 20h, the register banks, BIT_BANK from 20h, DSEG, OSEG,
-//! ISEG, SSEG. Each takes the first gap that is large enough; SSEG takes the largest gap of all. Areas of code and of XDATA come in the
-//! order of the source, each in the first gap behind the one before; what has ABS is taken already.
+//! RAM is filled by name in this order: bytes for the bits of BSEG from 20h, the register banks, BIT_BANK
+//! from 20h, DSEG, OSEG, ISEG, SSEG. Each takes the first gap that is large enough; SSEG takes the largest
+//! gap of all. Areas of code and of XDATA come in source order, each in the first gap after the previous one;
+//! addresses of ABS areas are already taken.
 
 use std::collections::BTreeMap;
 
@@ -16,18 +18,18 @@ pub(super) enum AreaMemory {
     Bit,
 }
 
-/// A segment of AX51: what its line says of its place.
+/// A segment of AX51: the constraints of its directive on its address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct SegmentClass {
-    /// RAM that only pointers reach is as good.
+    /// RAM with indirect addressing only is allowed.
     pub indirect: bool,
-    /// Its bytes have bits with addresses.
+    /// Its bytes are bit-addressable.
     pub bits: bool,
     /// It begins at a multiple of this; 0 for any address.
     pub align: i64,
-    /// It crosses no multiple of this; 0 for none.
+    /// It does not cross a multiple of this; 0 for no limit.
     pub within: i64,
-    /// It lies there.
+    /// Its fixed address.
     pub at: Option<i64>,
 }
 
@@ -41,53 +43,53 @@ pub(super) struct AreaShape {
     pub paged: bool,
     /// It is a segment of AX51.
     pub class: Option<SegmentClass>,
-    /// Addresses that it takes where it is not absolute.
+    /// Number of addresses that it takes if it is not absolute.
     pub size: i64,
     /// Parts of an absolute area: first address and size.
     pub parts: Vec<(i64, i64)>,
 }
 
 impl AreaShape {
-    /// It has the same attributes.
+    /// Reports whether both have equal attributes.
     pub fn is_like(&self, other: &AreaShape) -> bool {
         let of = |shape: &AreaShape| (shape.memory, shape.absolute, shape.overlaid, shape.paged);
         of(self) == of(other)
     }
 }
 
-/// What is wrong with the place of an area.
+/// What is wrong with the address of an area.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum PlacementFault {
     /// No gap has so many addresses.
     Full(i64),
-    /// From this address on it lies over another area or the end of RAM.
+    /// From this address on it overlaps another area or the end of RAM.
     Shared(i64, String),
-    /// It has PAG, and is on two pages.
+    /// It has PAG and extends over two pages.
     Page,
 }
 
-/// Where areas lie.
+/// Addresses of the areas.
 #[derive(Debug, Default)]
 pub(super) struct AreaLayout {
     /// First address of each.
     pub bases: Vec<i64>,
-    /// `s_NAME` and `l_NAME`.
+    /// Values of `s_NAME` and `l_NAME`.
     pub limits: BTreeMap<String, i64>,
-    /// Area and complaint.
+    /// Number of the area, and its fault.
     pub complaints: Vec<(usize, PlacementFault)>,
 }
 
-/// Areas that sdld knows by name, in its order; all are in RAM but for BSEG.
+/// Areas that sdld knows by name, in its order; all except BSEG are in RAM.
 const KNOWN: [&str; 10] =
     ["REG_BANK_0", "REG_BANK_1", "REG_BANK_2", "REG_BANK_3", "BSEG", "BIT_BANK", "DSEG", "OSEG", "ISEG", "SSEG"];
 
-/// Addresses of program memory and of XDATA.
+/// Number of addresses of program memory and of XDATA.
 const LARGE_MEMORY: usize = 0x1_0000;
 
-/// Addresses that sdld looks at together.
+/// Size of the blocks that sdld searches.
 const SEARCH_BLOCK: usize = 32;
 
-/// Who has each address of a memory.
+/// The area that owns each address of a memory.
 struct AddressOwners(Vec<Option<usize>>);
 
 impl AddressOwners {
@@ -96,7 +98,7 @@ impl AddressOwners {
         self.0.iter_mut().skip(from).take(size.max(0) as usize).for_each(|cell| *cell = Some(by));
     }
 
-    /// The first gap of `size` addresses within `within`.
+    /// Returns the first gap of `size` addresses within `within`.
     fn first_gap(&self, within: std::ops::Range<usize>, size: i64) -> Option<i64> {
         let size = usize::try_from(size).ok().filter(|size| *size > 0)?;
         let mut free = 0;
@@ -109,8 +111,8 @@ impl AddressOwners {
         None
     }
 
-    /// Where an area of `size` addresses begins that may begin at `start`. sdld looks at blocks of 32 addresses, and goes on behind the
-    /// last address of a block that is taken.
+    /// Returns the first address from `start` on where an area of `size` addresses fits. sdld searches blocks
+    /// of 32 addresses, and continues after the last taken address of a block.
     fn first_free_from(&self, start: i64, size: i64) -> Option<i64> {
         let (mut start, size) = (usize::try_from(start).ok()?, usize::try_from(size).ok()?);
         loop {
@@ -121,13 +123,14 @@ impl AddressOwners {
             let taken = (start..end).find(|at| self.is_taken(*at));
             let Some(block) = taken.map(|at| at / SEARCH_BLOCK) else { return i64::try_from(start).ok() };
             let last = (block * SEARCH_BLOCK..(block + 1) * SEARCH_BLOCK).rev().find(|at| self.is_taken(*at))?;
-            // In the block where the area ends sdld goes on from the block, in one before it from the begin of the area.
+            // In the block where the area ends, sdld continues from the block; in an earlier block, from the
+            // start of the area.
             let from = if block == end / SEARCH_BLOCK { 0 } else { start % SEARCH_BLOCK };
             start = last + 1 + from;
         }
     }
 
-    /// The first gap that a segment may have.
+    /// Returns the first gap that meets the constraints of a segment.
     fn first_gap_for(&self, mut within: std::ops::Range<usize>, size: i64, class: SegmentClass) -> Option<i64> {
         loop {
             let at = self.first_gap(within.clone(), size)?;
@@ -149,13 +152,14 @@ impl AddressOwners {
         self.0.get(at).is_some_and(Option::is_some)
     }
 
-    /// The size of the largest gap.
+    /// Returns the size of the largest gap.
     fn largest_gap(&self, within: usize) -> i64 {
         let cells: Vec<_> = self.0.iter().take(within).collect();
         cells.split(|cell| cell.is_some()).map(<[_]>::len).max().unwrap_or(0) as i64
     }
 
-    /// The first address of these that another has, and who; none of what lies behind the end of the memory.
+    /// Returns the first of these addresses that another area owns, and that area; no area means the end of
+    /// the memory.
     fn first_conflict(&self, at: i64, size: i64, own: usize) -> Option<(i64, Option<usize>)> {
         (at..at + size).find_map(|addr| match self.0.get(usize::try_from(addr).ok()?) {
             Some(Some(by)) if *by != own => Some((addr, Some(*by))),
@@ -165,7 +169,7 @@ impl AddressOwners {
     }
 }
 
-/// The work.
+/// The state of the placement.
 struct AreaLinker<'a> {
     shapes: &'a [AreaShape],
     ram: AddressOwners,
@@ -176,8 +180,8 @@ struct AreaLinker<'a> {
     out: AreaLayout,
 }
 
-/// Places areas in a RAM of so many bytes. `fixed` are the parts of ASM51's absolute sections and `banks` the register banks in use, which
-/// segments of AX51 leave free.
+/// Places areas in a RAM of `ram` bytes. `fixed` are the parts of ASM51's absolute sections and `banks` the
+/// register banks in use; segments of AX51 leave both free.
 pub(super) fn layout(shapes: &[AreaShape], fixed: &[(AreaMemory, i64, i64)], banks: u8, ram: usize) -> AreaLayout {
     let mut linker = AreaLinker {
         shapes,
@@ -236,7 +240,7 @@ impl AreaLinker<'_> {
         }
     }
 
-    /// Room in the bytes from 20h for the bits of BSEG.
+    /// Reserves bytes from 20h on for the bits of BSEG.
     fn bit_bytes(&mut self) {
         self.next = [0x20, 0, 0, 0];
         let found = self.shapes.iter().position(|shape| shape.name == "BSEG" && !shape.absolute);
@@ -252,7 +256,8 @@ impl AreaLinker<'_> {
         }
     }
 
-    /// An area that sdld knows by name; its place among them counts although the module has none.
+    /// Places an area that sdld knows by name. Its turn in the order counts even if the module has no such
+    /// area.
     fn place_known_area(&mut self, rank: usize, name: &str, number: Option<usize>) {
         let mut size = number.and_then(|number| self.shapes.get(number)).map_or(0, |shape| shape.size);
         if name == "BSEG" {
@@ -293,7 +298,7 @@ impl AreaLinker<'_> {
         }
     }
 
-    /// An area of another name.
+    /// Places an area with any other name.
     fn place_other_area(&mut self, number: usize, shape: &AreaShape) {
         let index = match shape.memory {
             AreaMemory::Data => 0,
@@ -323,7 +328,7 @@ impl AreaLinker<'_> {
             },
             _ => next,
         };
-        // A stack in XDATA goes on to the end of its page.
+        // A stack in XDATA extends to the end of its page.
         if shape.name == "XSTK" && size == 1 {
             size = 0x100 - (base & 0xFF);
         }
@@ -346,10 +351,10 @@ impl AreaLinker<'_> {
         }
     }
 
-    /// Segments of AX51 in the order in which BL51 takes them (its manual, "Locating segments"): bits and what has bits from 20h on, DATA, IDATA,
-    /// the stack behind all others; each in the first gap.
+    /// Places segments of AX51 in the order of BL51 (its manual, "Locating segments"), each in the first gap:
+    /// bits and bit-addressable bytes from 20h, DATA, IDATA, and the stack after all others.
     fn place_segments(&mut self, fixed: &[(AreaMemory, i64, i64)], banks: u8) {
-        // Nobody's: of no segment.
+        // An owner that is not a segment.
         let nobody = self.shapes.len();
         for bank in (0..4).filter(|bank| banks >> bank & 1 == 1) {
             self.ram.take(bank * 8, 8, nobody);
@@ -426,7 +431,7 @@ impl AreaLinker<'_> {
         }
     }
 
-    /// Bits lie in bytes 20h to 2Fh, also where those are given to others.
+    /// Reports bits outside bytes 20h to 2Fh, or in bytes of another area.
     fn check_bits(&mut self) {
         let areas =
             self.shapes.iter().enumerate().filter(|(_, s)| s.memory == AreaMemory::Bit && !s.absolute && s.size > 0);

@@ -24,7 +24,8 @@ pub(super) fn absolute(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, name: 
     area::begin_fixed(asm);
 }
 
-/// `code at 100h` and `code`, with no name in front: begins a section, as `cseg` does; false for anything else.
+/// `code at 100h` and `code` without a name before them: begins a section, as `cseg` does. Returns false for
+/// anything else.
 pub(super) fn begins(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, name: &str) -> bool {
     let written = call.get(trim(call.text, call.rest.clone())).to_ascii_lowercase();
     let is_it =
@@ -42,7 +43,7 @@ pub(super) fn place(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, name: &st
     }
 }
 
-/// Where the word `at` stands in the class of a segment.
+/// Returns the position of the word `at` in the class of a segment.
 fn find_at(text: &str, rest: Range<usize>) -> Option<Range<usize>> {
     let mut at = rest.start;
     while at < rest.end {
@@ -115,7 +116,7 @@ pub(super) fn rseg(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// `extrn code (a, b), bit (c)`: names of other modules.
+/// `extrn code (a, b), bit (c)`: declares names of other modules.
 pub(super) fn extrn(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let rest = call.get(call.rest.clone());
     let (mut at, mut open) = (0, !rest.contains('('));
@@ -134,7 +135,7 @@ pub(super) fn extrn(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// `name proc`: a label for the address.
+/// `name proc`: defines a label.
 pub(super) fn procedure(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     match call.label.clone() {
         Some(label) => asm.define_label(call.get(label.clone()), label),

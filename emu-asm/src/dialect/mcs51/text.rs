@@ -1,10 +1,12 @@
-//! Texts and characters in quotes as sdas8051 takes them (`asmain.c` and `aslex.c` of SDCC 4.2: directives of text, `getmap`).
+//! Quoted texts and characters of sdas8051 (`asmain.c` and `aslex.c` of SDCC 4.2: text directives, `getmap`).
 //!
-//! A text begins and ends with the same character, whichever that is: `.ascii /it's/`. A backslash makes an escape of `b f n r t` and
-//! of up to three octal digits; in front of all else it stands for itself, and takes nothing along. As a value `'c` is one
-//! character and `"cc` two, the first being the high byte; the quote behind them may be left out.
+//! A text begins and ends with the same character, whichever it is: `.ascii /it's/`. A backslash begins an
+//! escape with `b f n r t` or up to three octal digits; before any other character it is an ordinary
+//! character. As a value, `'c` is one character and `"cc` is two, the first of which is the high byte; the
+//! closing quote may be left out.
 //!
-//! as31 and the assemblers after ASM51 take `.db "ab"` as a text. Which of the two a line is for is known by what only one has.
+//! as31 and assemblers compatible with ASM51 take `.db "ab"` as a text. Directives that only one of the two
+//! has show which one a line is written for.
 
 use std::ops::Range;
 
@@ -16,7 +18,7 @@ use crate::fault::LineFault;
 use crate::lines::{AsmLine, BACKSLASH, RewrittenText, byte, cut, skip_space, step, trim};
 use crate::number::{read_byte, read_string};
 
-/// What stands at the end of a text in memory.
+/// What ends a text in memory.
 #[derive(Clone, Copy)]
 pub(super) enum TextEnd {
     /// Nothing.
@@ -27,7 +29,7 @@ pub(super) enum TextEnd {
     HighBit,
 }
 
-/// What a value fills.
+/// The size of a value.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum DataSize {
     Byte,
@@ -37,7 +39,7 @@ pub(super) enum DataSize {
 /// Directives whose text may have any delimiter.
 const TEXTS: &[&str] = &["ascii", "asciz", "ascis", "str", "strz", "strs", "fcc"];
 
-/// Where the text ends that such a directive gives in this line, its delimiter included.
+/// Returns the end of the text of such a directive in this line, including its delimiter.
 fn text_end(line: &str) -> Option<usize> {
     let mut at = skip_space(line, 0);
     loop {
@@ -48,7 +50,7 @@ fn text_end(line: &str) -> Option<usize> {
             let from = skip_space(line, at + len);
             return closing_delimiter(line, from..line.len()).map(|close| close + 1);
         }
-        // A label stands in front.
+        // A label precedes it.
         let behind = rest.get(len..)?.trim_start_matches(':');
         if word.is_empty() || behind.len() == rest.len() - len {
             return None;
@@ -57,7 +59,7 @@ fn text_end(line: &str) -> Option<usize> {
     }
 }
 
-/// Where the comment of a line begins in a source for any assembler.
+/// Returns where the comment of a line begins in a source for any assembler.
 pub(super) fn any_code_end(line: &str) -> usize {
     let mut at = text_end(line).unwrap_or(0);
     while at < line.len() {
@@ -69,7 +71,7 @@ pub(super) fn any_code_end(line: &str) -> usize {
     line.len()
 }
 
-/// Where the comment of a line begins in a source for sdas8051.
+/// Returns where the comment of a line begins in a source for sdas8051.
 pub(super) fn code_end(line: &str) -> usize {
     let mut at = text_end(line).unwrap_or(0);
     while at < line.len() {
@@ -82,12 +84,13 @@ pub(super) fn code_end(line: &str) -> usize {
     line.len()
 }
 
-/// The value in quotes that begins at a byte of the text, and where it ends.
+/// Returns the end and the value of the quoted value that begins at `at`.
 pub(super) fn quoted_at(text: &str, at: usize) -> Option<(usize, u16)> {
     quoted(text, at..text.len())
 }
 
-/// Where the delimiter stands that ends the text that begins at the front of `range`. Within single quotes a doubled one is one.
+/// Returns the position of the delimiter that closes the text at the start of `range`. Within single quotes a
+/// doubled quote is one quote.
 fn closing_delimiter(line: &str, range: Range<usize>) -> Option<usize> {
     let mark = line.get(range.clone())?.chars().next().filter(char::is_ascii)?;
     let mut from = range.start + 1;
@@ -100,8 +103,10 @@ fn closing_delimiter(line: &str, range: Range<usize>) -> Option<usize> {
     }
 }
 
-/// The line of a source for ASM51 and its like, where a backslash in quotes is a character like others. Lines with a directive of
-/// text, or with a dot in front, are as31's or sdas8051's; `'\n'` alone is a character of as31 in the operands of instructions.
+/// Returns the line with plain backslashes marked, for a source for ASM51 and similar assemblers, where a
+/// backslash in quotes is an ordinary character. `None` if nothing changes. Lines with a text directive or
+/// with a leading dot belong to as31 or sdas8051. Only `'\n'` is a character of as31 in the operands of
+/// instructions.
 pub(super) fn plain_backslashes(line: &AsmLine) -> Option<AsmLine> {
     let text: &str = &line.text;
     if !text.contains('\\') {
@@ -141,7 +146,7 @@ pub(super) fn plain_backslashes(line: &AsmLine) -> Option<AsmLine> {
 /// Directives without a dot that take texts of ASM51.
 const DATA: &[&str] = &["db", "defb", "dw", "defw", "byte", "word", "fcb", "fdb"];
 
-/// The first character, an escape taken as what it stands for: its length and code.
+/// Returns the length and the code of the first character; an escape counts as one.
 fn character(bytes: &[u8]) -> Option<(usize, u8)> {
     let (first, rest) = bytes.split_first()?;
     if *first != b'\\' {
@@ -160,7 +165,7 @@ fn character(bytes: &[u8]) -> Option<(usize, u8)> {
     })
 }
 
-/// The bytes that a text between its delimiters stands for.
+/// Returns the bytes of a text between its delimiters.
 fn unescape(text: &str) -> Vec<u8> {
     let bytes = encode_text(text);
     let (mut out, mut rest) = (Vec::with_capacity(bytes.len()), bytes.as_slice());
@@ -171,7 +176,7 @@ fn unescape(text: &str) -> Vec<u8> {
     out
 }
 
-/// `.ascii /text/`; several in quotes with commas between them.
+/// `.ascii /text/`; or several quoted texts with commas between them.
 pub(super) fn text(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, end: TextEnd) {
     let all = trim(call.text, call.rest.clone());
     if all.is_empty() {
@@ -213,7 +218,8 @@ pub(super) fn text(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, end: TextE
     }
 }
 
-/// Bytes or words; `own` where as31 and ASM51 have no such directive with a dot, or take no characters there.
+/// Emits bytes or words. `own` if as31 and ASM51 have no such directive with a dot, or take no characters in
+/// it.
 pub(super) fn data(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, size: DataSize, own: bool) {
     let dotted = call.get(call.word.clone()).starts_with('.');
     let marked = || cut(call.text, call.rest.clone()).iter().any(|part| byte(call.text, part.start) == b'#');
@@ -232,7 +238,7 @@ pub(super) fn data(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, size: Data
     }
 }
 
-/// The bytes of a text of A51 with quotes in it, which are doubled: `"say ""hello"""`.
+/// Returns the bytes of an A51 text with doubled quotes: `"say ""hello"""`.
 fn doubled_quotes(written: &str) -> Option<Vec<u8>> {
     let inside = written.strip_prefix('"')?.strip_suffix('"').filter(|inside| inside.contains("\"\""))?;
     let mut bytes = Vec::new();
@@ -286,7 +292,8 @@ fn begins_operator(c: u8) -> bool {
     matches!(c, b'+' | b'-' | b'*' | b'/' | b'%' | b'&' | b'|' | b'^' | b'<' | b'>' | b'=' | b'!')
 }
 
-/// The value in quotes at the front of `range`, and where it ends; nothing where there is none, or too few characters.
+/// Returns the end and the value of the quoted value at the start of `range`; `None` if there is none, or if
+/// it has too few characters.
 fn quoted(text: &str, range: Range<usize>) -> Option<(usize, u16)> {
     let mark = byte(text, range.start);
     let count = match mark {
@@ -309,13 +316,14 @@ fn quoted(text: &str, range: Range<usize>) -> Option<(usize, u16)> {
     Some((at + usize::from(closed), value))
 }
 
-/// Values between top-level commas, without white space around them, but for a blank that is a character.
+/// Returns the values between top-level commas without white space around them, but keeps a blank that is a
+/// character.
 fn cut_values(text: &str, range: Range<usize>) -> Vec<Range<usize>> {
     let (mut parts, mut start, mut at, mut depth) = (Vec::new(), range.start, range.start, 0u32);
     if trim(text, range.clone()).is_empty() {
         return parts;
     }
-    // Where the last character in quotes ends.
+    // Where the last quoted character ends.
     let mut kept = range.start;
     let whole = |from: usize, to: usize, kept: usize| {
         let part = trim(text, from..to);

@@ -1,4 +1,4 @@
-//! What a source says of the chip, and what the chip says of a source: its name, its configuration, banks and pages.
+//! Directives about the chip: its name, its configuration words, its banks and pages.
 
 use std::ops::Range;
 
@@ -12,30 +12,31 @@ use crate::fault::LineFault;
 use crate::lines::{AsmLine, cut, trim};
 use crate::symbols::AsmSymbolKind;
 
-/// Address of STATUS, and its bits that select a bank: RP0, RP1 for direct addresses, IRP for indirect ones.
+/// Address of STATUS. Its bits select a bank: RP0 and RP1 for direct addresses, IRP for indirect ones.
 const STATUS: u16 = 0x03;
 const RP0: u16 = 5;
 const RP1: u16 = 6;
 const IRP: u16 = 7;
 /// Address of PCLATH; its bits 3 and 4 select a page of program memory.
 const PCLATH: u16 = 0x0A;
-/// Where the words for the identity lie, and the first configuration word.
+/// Addresses of the ID words and of the first configuration word.
 pub(super) const ID: i64 = 0x2000;
 const CONFIG: i64 = 0x2007;
 
-/// `bcf` or `bsf`.
+/// Encodes `bcf` or `bsf`.
 fn bit(file: u16, bit: u16, set: bool) -> u16 {
     (if set { 0x1400 } else { 0x1000 }) | bit << 7 | file
 }
 
-/// A chip's name without what some put in front of it: `16f873`.
+/// Returns a chip's name without a prefix: `16f873`.
 pub fn bare_chip_name(name: &str) -> String {
     let lower = name.trim().trim_matches('"').to_ascii_lowercase();
     let rest = lower.strip_prefix("pic").or_else(|| lower.strip_prefix('p'));
     rest.unwrap_or(&lower).to_owned()
 }
 
-/// Names that gpasm gives with the chip: the chip's own, where its memories begin and end, its vectors.
+/// Returns the names that gpasm defines for the chip: the chip itself, the bounds of its memories, its
+/// vectors.
 pub(in crate::dialect) fn defines(chip: &Chip) -> Vec<(String, String)> {
     let mut names = vec![(format!("__{}", bare_chip_name(chip.name).to_ascii_uppercase()), 1)];
     names.extend([
@@ -53,12 +54,12 @@ pub(in crate::dialect) fn defines(chip: &Chip) -> Vec<(String, String)> {
     names.into_iter().map(|(name, value)| (name, format!("0x{value:X}"))).collect()
 }
 
-/// The value of `p=`.
+/// Returns the value of `p=`.
 fn processor_of(part: &str) -> Option<&str> {
     part.split_once('=').filter(|(key, _)| key.trim().eq_ignore_ascii_case("p")).map(|(_, value)| value)
 }
 
-/// Tells where a source is for another chip.
+/// Warns if the source names another chip.
 fn warn_other_chip(asm: &mut Assembler<'_>, name: &str, call: &DirectiveCall<'_>) {
     let (named, here) = (bare_chip_name(name), asm.chip.name);
     if named != bare_chip_name(here) {
@@ -73,7 +74,7 @@ pub(super) fn processor(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     warn_other_chip(asm, call.get(call.rest.clone()), call);
 }
 
-/// `list p=16f873, r=dec`; the rest is for listings.
+/// `list p=16f873, r=dec`; other options only affect listings.
 pub(super) fn list(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     for part in cut(call.text, call.rest.clone()) {
         let text = call.get(part.clone());
@@ -113,14 +114,15 @@ fn set_radix(asm: &mut Assembler<'_>, name: &str, at: Range<usize>) {
     };
 }
 
-/// Messages of gpasm and MPASM by number, and ours that say the same.
+/// Message numbers of gpasm and MPASM, and the codes of this assembler with the same meaning.
 #[rustfmt::skip]
 const MESSAGES: &[(u32, &str)] = &[
     (203, "ASM040"), (205, "ASM041"), (302, "ASM042"), (223, "ASM043"), (312, "ASM044"), (303, "ASM045"), (301, "ASM025"), (202, "ASM046"),
     (219, "ASM047"), (211, "ASM051"),
 ];
 
-/// `errorlevel -302`: a message is not told, `+302`: it is again; 0, 1 and 2 leave out nothing, notes, and warnings too.
+/// `errorlevel -302` suppresses a message and `+302` enables it again. 0 shows everything, 1 hides notes, 2
+/// hides warnings too.
 pub(super) fn errorlevel(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     for part in cut(call.text, call.rest.clone()) {
         let text = call.get(part.clone());
@@ -141,7 +143,7 @@ pub(super) fn errorlevel(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// Gives words at an address of the image, and goes back to where the program was.
+/// Emits words at another address of the image, then returns to the current address.
 pub(super) fn emit_at(asm: &mut Assembler<'_>, addr: i64, give: impl FnOnce(&mut Assembler<'_>)) {
     let current = std::mem::replace(&mut asm.out.current, ABSOLUTE);
     let here = asm.out.next_address();
@@ -151,7 +153,7 @@ pub(super) fn emit_at(asm: &mut Assembler<'_>, addr: i64, give: impl FnOnce(&mut
     asm.out.current = current;
 }
 
-/// `__config value` for the first configuration word, `__config address, value` for any.
+/// `__config value` sets the first configuration word, `__config address, value` any of them.
 pub(super) fn config(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let parts = cut(call.text, call.rest.clone());
     let (addr, value) = match parts.as_slice() {
@@ -167,10 +169,11 @@ pub(super) fn config(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     emit_at(asm, addr, |asm| asm.emit_words(&[word & 0x3FFF], value.clone()));
 }
 
-/// Settings that lie in the second configuration word, where a chip has two.
+/// Settings in the second configuration word, on chips that have two.
 const SECOND: [&str; 2] = ["fcmen", "ieso"];
 
-/// `config FOSC = HS, WDTE = OFF`: settings by the names of the makers' constants, here `_FOSC_HS` and `_WDTE_OFF`.
+/// `config FOSC = HS, WDTE = OFF`: settings by the names of the vendor's constants, here `_FOSC_HS` and
+/// `_WDTE_OFF`.
 pub(super) fn settings(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     for part in required_arguments(asm, call) {
         let text = call.get(part.clone());
@@ -195,14 +198,14 @@ pub(super) fn settings(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// Gives the configuration words that `config` has put together.
+/// Emits the configuration words that `config` has set.
 fn give_settings(asm: &mut Assembler<'_>) {
     let Some(words) = asm.family_state.pic16.settings.take() else { return };
     let count = if asm.chip_names.get("_CONFIG2").is_some() { 2 } else { 1 };
     emit_at(asm, CONFIG, |asm| words.iter().take(count).for_each(|word| asm.emit_words(&[*word], 0..0)));
 }
 
-/// `__idlocs value`: its four hexadecimal digits, one in each word for the identity.
+/// `__idlocs value`: its four hexadecimal digits, one in each ID word.
 pub(super) fn idlocs(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let rest = trim(call.text, call.rest.clone());
     let value = value_of(asm, call.text, rest.clone(), 16) as u16;
@@ -211,7 +214,7 @@ pub(super) fn idlocs(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     });
 }
 
-/// Two banks of registers, or four: where registers or RAM lie in the upper two.
+/// Returns the number of register banks: 4 if there are registers or RAM in the upper two, else 2.
 fn banks(chip: &Chip) -> u32 {
     let upper = chip.regs.iter().any(|reg| reg.addr >= 0x100) || chip.ram_len > 0xC0;
     if upper { 4 } else { 2 }
@@ -226,13 +229,13 @@ pub(super) fn banksel(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// Selects the two banks of an address that FSR will have.
+/// Selects the pair of banks for an address that FSR will hold.
 pub(super) fn bankisel(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let Some(addr) = asm.evaluate_number(call.text, call.rest.clone()) else { return };
     asm.emit_words(&[bit(STATUS, IRP, addr & 0x100 != 0)], call.word.clone());
 }
 
-/// Program words of the chip above one page; told where there are none.
+/// Reports whether the chip has more than one page of program words; adds a note if it has one.
 fn has_pages(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> bool {
     let more = asm.chip.flash_bytes / asm.chip.word_bytes > 0x800;
     if !more {
@@ -242,7 +245,7 @@ fn has_pages(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> bool {
     more
 }
 
-/// Selects the page of an address with single bits.
+/// Selects the page of an address with bit instructions.
 pub(super) fn pagesel(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let Some(addr) = asm.evaluate_number(call.text, call.rest.clone()) else { return };
     if !has_pages(asm, call) {
@@ -254,7 +257,7 @@ pub(super) fn pagesel(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// Selects the page of an address by way of W.
+/// Selects the page of an address through W.
 pub(super) fn pageselw(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let Some(addr) = asm.evaluate_number(call.text, call.rest.clone()) else { return };
     if has_pages(asm, call) {
@@ -263,7 +266,7 @@ pub(super) fn pageselw(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// `include <p16f873.inc>`: from here on the names of the chip are defined.
+/// `include <p16f873.inc>`: defines the names of the chip from here on.
 pub(super) fn include(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let written = call.get(trim(call.text, call.rest.clone())).to_ascii_lowercase();
     let name = written.trim_matches(|c| matches!(c, '"' | '\'' | '<' | '>' | ' '));
@@ -272,23 +275,24 @@ pub(super) fn include(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     super::super::common::include(asm, call);
 }
 
-/// The chip that an include is for: `16f873` of `p16f873.inc`.
+/// Returns the chip that an include is for: `16f873` of `p16f873.inc`.
 fn chip_of(include: &str) -> Option<&str> {
     let named = include.strip_prefix('p')?.strip_suffix(".inc")?;
     named.starts_with(|c: char| c.is_ascii_digit()).then_some(named)
 }
 
-/// A name that was not defined where the program asked for it.
+/// A name that was not defined when the program tested it.
 #[derive(Debug)]
 pub(super) struct UndefinedCheck {
     name: String,
     at: Range<usize>,
     line: Option<AsmLine>,
-    /// By `ifdef`, not by `ifndef`.
+    /// Tested by `ifdef`, not by `ifndef`.
     wanted: bool,
 }
 
-/// A name is defined or not, as it is wanted; the chip's own are from its include on.
+/// Reports whether a name is defined, or undefined if `wanted` is false. The chip's names are defined from
+/// its include on.
 pub(super) fn is_defined(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, wanted: bool) -> bool {
     let at = trim(call.text, call.rest.clone());
     let name = call.get(at.clone());
@@ -302,8 +306,8 @@ pub(super) fn is_defined(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, want
     found == wanted
 }
 
-/// Tells of names that are given behind the line which asks for them: gpasm knows them there, as it reads a source twice. A number
-/// that `ifndef` itself guards is the same in both, so labels alone count there.
+/// Warns of names that are defined after the line that tests them. gpasm, which reads a source twice, knows
+/// them there. A number that `ifndef` itself guards is equal in both passes, so only labels count there.
 fn warn_late_definitions(asm: &mut Assembler<'_>) {
     for UndefinedCheck { name, at, line, wanted } in std::mem::take(&mut asm.family_state.pic16.undefined_checks) {
         let symbol = asm.symbols.get(&name, asm.dialect.ignores_case).filter(|symbol| symbol.pass == asm.pass);
@@ -319,13 +323,13 @@ fn warn_late_definitions(asm: &mut Assembler<'_>) {
     asm.line = None;
 }
 
-/// What is done at the end of a pass.
+/// Ends a pass.
 pub(super) fn finish(asm: &mut Assembler<'_>) {
     give_settings(asm);
     warn_late_definitions(asm);
 }
 
-/// What to write where a source for pic-as has something else.
+/// The hint for sources written for pic-as.
 const PIC_AS: &str = "sources are those of gpasm and MPASM here: `include <p16f877a.inc>`, `code` and `udata` for sections, `res` for room";
 
 /// `psect` of pic-as.
@@ -334,7 +338,8 @@ pub(super) fn psect(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     asm.report(LineFault::new("ASM023", call.word.clone(), cause, PIC_AS));
 }
 
-/// `p16f873.inc` gives the names that the chip has anyway; what `coff.inc` defines is for gpsim and debuggers.
+/// Returns what an include provides. `p16f873.inc` gives names that the chip's data already has; `coff.inc`
+/// defines names for gpsim and debuggers.
 pub(super) fn provides(chip: &Chip, include: &str) -> ProvidedInclude {
     if include == "coff.inc" {
         return ProvidedInclude::Chip;

@@ -1,4 +1,4 @@
-//! Words of program memory and EEPROM that a source gives by their values.
+//! Words of program memory and EEPROM given as values.
 
 use std::ops::Range;
 
@@ -10,18 +10,18 @@ use crate::number::read_string;
 
 /// Bits of a program word.
 const WORD: u32 = 14;
-/// Where the EEPROM begins, in words.
+/// The first word address of the EEPROM.
 pub(super) const EEPROM: i64 = 0x2100;
 /// `retlw 0`.
 const RETLW: u16 = 0x3400;
 
-/// A text that is more than a character in single quotes, which is a number.
+/// Returns a quoted text. A single character in single quotes is a number instead.
 fn text_in(call: &DirectiveCall<'_>, part: &Range<usize>) -> Option<Vec<u8>> {
     let text = read_string(call.text, part.start, part.end)?;
     (byte(call.text, part.start) == b'"' || text.len() != 1).then_some(text)
 }
 
-/// Gives a word, cut to the bits that program memory has.
+/// Emits a word, truncated to the 14 bits of program memory.
 fn give(asm: &mut Assembler<'_>, word: u16, part: Range<usize>) {
     if word >> WORD != 0 {
         let cause = format!("0x{word:04X} has more than {WORD} bits: its upper bits are left out");
@@ -31,7 +31,7 @@ fn give(asm: &mut Assembler<'_>, word: u16, part: Range<usize>) {
     asm.emit_words(&[word & ((1 << WORD) - 1)], part);
 }
 
-/// Values one in a word, texts two characters in a word.
+/// Emits values, one per word, and texts, two characters per word.
 pub(super) fn words(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     if super::link::in_initial(asm) {
         return initial_words(asm, call);
@@ -47,7 +47,7 @@ pub(super) fn words(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// Words that variables begin with, low byte first; a text has one for each character and a 0 behind.
+/// Emits initial values of variables, low byte first; a text has one word per character and a terminating 0.
 fn initial_words(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     for part in required_arguments(asm, call) {
         let words = match text_in(call, &part) {
@@ -63,7 +63,7 @@ fn give_initial_words(asm: &mut Assembler<'_>, words: Vec<u16>) {
     super::link::give_initial(asm, &bytes);
 }
 
-/// Two characters in a word, the first above.
+/// Emits two characters per word, the first in the upper half.
 fn pairs(asm: &mut Assembler<'_>, text: &[u8], bits: u32, part: Range<usize>) {
     for pair in text.chunks(2) {
         let code = |i: usize| u16::from(pair.get(i).copied().unwrap_or(0)) & ((1 << bits) - 1);
@@ -71,7 +71,7 @@ fn pairs(asm: &mut Assembler<'_>, text: &[u8], bits: u32, part: Range<usize>) {
     }
 }
 
-/// The bytes of all values and texts, with their places.
+/// Returns the bytes of all values and texts, with their positions.
 fn all_bytes(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> Vec<(u8, Range<usize>)> {
     let mut bytes = Vec::new();
     for part in required_arguments(asm, call) {
@@ -83,7 +83,7 @@ fn all_bytes(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> Vec<(u8, Rang
     bytes
 }
 
-/// Bytes two in a word, the first above; in the EEPROM one in a word.
+/// Emits bytes, two per word with the first in the upper half; in the EEPROM one per word.
 pub(super) fn bytes(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     if super::link::in_initial(asm) {
         let bytes: Vec<u8> = all_bytes(asm, call).into_iter().map(|(byte, _)| byte).collect();
@@ -99,7 +99,7 @@ pub(super) fn bytes(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// Values one in a word, texts two characters of 7 bits in a word.
+/// Emits values, one per word, and texts, two 7-bit characters per word.
 pub(super) fn packed(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     if super::link::in_initial(asm) {
         return initial_words(asm, call);
@@ -115,7 +115,7 @@ pub(super) fn packed(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// Bytes one in a word.
+/// Emits bytes, one per word.
 pub(super) fn cells(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     if super::link::in_initial(asm) {
         let words = all_bytes(asm, call).into_iter().map(|(byte, _)| byte.into()).collect();
@@ -126,7 +126,7 @@ pub(super) fn cells(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// A RETLW for each byte; where variables begin with them too, as gpasm has it.
+/// Emits a RETLW for each byte; as in gpasm, also for initial values of variables.
 pub(super) fn table(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     if super::link::in_initial(asm) {
         let words = all_bytes(asm, call).into_iter().map(|(byte, _)| RETLW | u16::from(byte)).collect();
@@ -166,7 +166,7 @@ pub(super) fn fill(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
         }
         None => {
             let word = value_of(asm, call.text, what.clone(), 16) as u16;
-            // What is cut off is noted once.
+            // Truncation is reported once.
             if n > 0 {
                 give(asm, word, what.clone());
             }
@@ -175,7 +175,7 @@ pub(super) fn fill(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// Mnemonic and operands of an instruction in brackets.
+/// Returns mnemonic and operands of an instruction in parentheses.
 fn instruction_in(
     asm: &Assembler<'_>,
     call: &DirectiveCall<'_>,

@@ -1,21 +1,22 @@
-//! Values beyond the field of an operand: they are cut to it, with a warning.
+//! Truncates values that are too large for an operand field, with a warning.
 //!
-//! gpasm counts with 32 bits, says warning 202 of a constant below -255 or above 255 and of a bit or destination with more than its
-//! field, 219 of a register behind the last of the chip, and nothing of a jump.
+//! gpasm computes with 32 bits. Its warning 202 covers a constant below -255 or above 255 and a bit or
+//! destination outside its field, its warning 219 a register beyond the last of the chip. It reports nothing
+//! for a jump.
 
 use emu_core::chip::Chip;
 
 use crate::dialect::AsmRefusal;
 use crate::matching::{DESTINATION, LITERAL};
 
-/// Addresses of file registers that the banks have.
+/// Number of file register addresses in all banks.
 const FILE_ADDRESSES: i64 = 0x200;
 /// Words that CALL and GOTO reach with the page that PCLATH selects.
 const REACHABLE_WORDS: i64 = 0x2000;
 
-/// See [`crate::dialect::CutToField`].
+/// Implements [`crate::dialect::CutToField`] for the PIC16.
 pub(super) fn cut_to_field(chip: &Chip, kind: &str, value: i64) -> Option<(i64, Option<AsmRefusal>)> {
-    // 32 bits with a sign: 0xFFFFFFFF is -1.
+    // Signed 32 bits: 0xFFFFFFFF is -1.
     let n = i64::from(value as i32);
     let warned = |code, fits: i64, of: &str| {
         let cause = format!("{n} (0x{:X}) does not fit into {of}: 0x{fits:X} is left of it", n as i32);
@@ -26,7 +27,7 @@ pub(super) fn cut_to_field(chip: &Chip, kind: &str, value: i64) -> Option<(i64, 
         "constant" => warned("ASM046", n & 0xFF, "a constant of 8 bits"),
         "bit" if !(0..8).contains(&n) => warned("ASM046", n & 7, "the number of a bit, 0 to 7"),
         DESTINATION if n != n & 1 => warned("ASM046", n & 1, "a destination, W (0) or F (1)"),
-        // TRIS has five bits of the address of its register.
+        // TRIS has five bits for the address of its register.
         LITERAL => Some((n & 0x1F, None)),
         "file register" if !(0..FILE_ADDRESSES).contains(&n) => {
             warned("ASM047", n & (FILE_ADDRESSES - 1), "the address of a register")

@@ -1,9 +1,10 @@
-//! Sections of relocatable sources, and where they lie: as gplink puts those of one module with its default script for the chip.
+//! Sections of relocatable sources, placed as gplink places one module with its default script for the chip.
 //!
-//! gplink places sections that have no address by their size in bytes, the largest first and of equal ones the first, each in the
-//! smallest free stretch that holds it: `code` within a page of program memory, `udata` within a bank of RAM, `udata_shr` where all
-//! banks have the same cells. What `idata` begins with lies in program memory as RETLWs, and so does a list of it, `.cinit`.
-//! Its scripts say what the chip's map of RAM says, so nothing is read from them.
+//! gplink places sections without an address by their size in bytes, the largest first and equal ones in
+//! source order. Each takes the smallest free range that holds it: `code` within a page of program memory,
+//! `udata` within a bank of RAM, `udata_shr` in the cells that all banks share. The initial values of `idata`
+//! are stored in program memory as RETLWs, and so is `.cinit`, a list of them. gplink's scripts agree with
+//! the chip's map of RAM, so they are not read.
 
 use std::ops::Range;
 
@@ -16,12 +17,12 @@ use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
 use crate::lines::{AsmLine, trim};
 
-/// The section of what has an address by `org` or lies in front of all sections.
+/// The section for everything with an address by `org`, and for everything before the first section.
 pub(super) const ABSOLUTE: usize = 0;
 /// Words of a page of program memory, and addresses of a bank of RAM.
 const PAGE: i64 = 0x800;
 const BANK: u16 = 0x80;
-/// Addresses that a section may have.
+/// Number of addresses that a section may have.
 const LIMIT: i64 = 0x1_0000;
 /// `retlw 0`, and an erased word.
 const RETLW: u16 = 0x3400;
@@ -34,11 +35,11 @@ enum SectionKind {
     Code,
     /// Variables in one bank.
     Banked,
-    /// Variables that all banks share.
+    /// Variables in RAM that all banks share.
     Shared,
-    /// Variables that several stretches of the source share.
+    /// Variables that overlay each other.
     Overlay,
-    /// Variables that begin with values.
+    /// Variables with initial values.
     Initial,
 }
 
@@ -48,22 +49,22 @@ pub(super) struct ModuleSection {
     /// Its number among the sections.
     number: usize,
     kind: SectionKind,
-    /// It has an address.
+    /// It has a fixed address.
     fixed: bool,
-    /// Addresses of the longest stretch so far, where several lie over each other.
+    /// Length of its longest part in addresses, if the parts overlay each other.
     longest: i64,
-    /// What its variables begin with.
+    /// Initial values of its variables.
     initial: Vec<u8>,
     /// The line that begins it.
     line: Option<AsmLine>,
 }
 
-/// A directive that begins a section.
+/// Returns the directive that begins a section.
 pub(super) const fn section(name: &'static str) -> AsmDirective {
     AsmDirective::named(name, begin)
 }
 
-/// `name code address`; name and address may be left out.
+/// `name code address`; name and address are optional.
 fn begin(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let word = call.get(call.word.clone()).trim_start_matches('.').to_ascii_lowercase();
     let kind = match word.as_str() {
@@ -114,14 +115,14 @@ fn begin(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     asm.family_state.pic16.modules.push(ModuleSection { number, kind, fixed, longest: 0, initial: Vec::new(), line });
 }
 
-/// `extern a, b`: names that another module gives.
+/// `extern a, b`: declares names of another module.
 pub(super) fn external(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     for part in super::cut(call.text, call.rest.clone()) {
         asm.externs.insert(call.get(part).to_owned());
     }
 }
 
-/// `res count`: room for so many addresses; in program memory it is filled with erased words, which gpasm writes too.
+/// `res count`: reserves addresses; in program memory it fills them with erased words, as gpasm does.
 pub(super) fn reserve(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let before = asm.out.next_address();
     super::super::common::space(asm, call);
@@ -132,13 +133,13 @@ pub(super) fn reserve(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-/// The current section is one whose variables begin with values.
+/// Reports whether the variables of the current section have initial values.
 pub(super) fn in_initial(asm: &Assembler<'_>) -> bool {
     let current = asm.out.current;
     asm.family_state.pic16.modules.iter().any(|known| known.number == current && known.kind == SectionKind::Initial)
 }
 
-/// Gives the next variables of the section values.
+/// Gives the next variables of the section initial values.
 pub(super) fn give_initial(asm: &mut Assembler<'_>, bytes: &[u8]) {
     let extent = asm.out.extent(asm.out.current);
     let current = asm.out.current;
@@ -152,9 +153,9 @@ pub(super) fn give_initial(asm: &mut Assembler<'_>, bytes: &[u8]) {
 /// All addresses.
 const EVERYWHERE: Range<i64> = 0..i64::MAX;
 
-/// Sections whose name says where they lie, as gplink's scripts have it: PROG1, PROG2, .. are pages (PROG0 is the first on the
-/// PIC16F87 and 88 alone), PROG is the page of chips that have one (but for the PIC16F870 to 872, where it is PROG1), IDLOCS the
-/// words for the identity, DEEPROM the EEPROM.
+/// Returns the address range of a section whose name determines it, as in gplink's scripts. PROG1, PROG2, ..
+/// are pages (only the PIC16F87 and 88 have PROG0 for the first); PROG is the page of chips with one page
+/// (except for the PIC16F870 to 872, where it is PROG1); IDLOCS is the ID words, DEEPROM the EEPROM.
 fn limits_of(asm: &Assembler<'_>, section: &ModuleSection) -> Option<Range<i64>> {
     let name = asm.out.initial_sections.get(section.number).map_or("", |first| &first.name);
     let pages = i64::from(asm.chip.flash_bytes / asm.chip.word_bytes.max(1)).div_euclid(PAGE).max(1);
@@ -171,21 +172,21 @@ fn limits_of(asm: &Assembler<'_>, section: &ModuleSection) -> Option<Range<i64>>
     }
 }
 
-/// Free stretches of a memory.
+/// Free ranges of a memory.
 #[derive(Debug, Default)]
 struct FreeSpace {
     stretches: Vec<Range<i64>>,
-    /// Where pages and banks end.
+    /// Ends of pages or banks.
     ends: Vec<i64>,
 }
 
 impl FreeSpace {
-    /// Pages or banks, all free.
+    /// Returns pages or banks that are all free.
     fn of(stretches: Vec<Range<i64>>) -> FreeSpace {
         FreeSpace { ends: stretches.iter().map(|stretch| stretch.end).collect(), stretches }
     }
 
-    /// Takes a stretch out.
+    /// Removes a range.
     fn remove(&mut self, taken: &Range<i64>) {
         if taken.is_empty() {
             return;
@@ -194,8 +195,8 @@ impl FreeSpace {
         self.stretches = self.stretches.iter().flat_map(around).filter(|piece| !piece.is_empty()).collect();
     }
 
-    /// The begin of the smallest stretch of this length or more within `limits`, which is taken out. The last address of a page or
-    /// bank alone, which gplink overlooks, is the last choice.
+    /// Takes the smallest free range of at least `length` within `limits`; returns its start. A range that is
+    /// only the last address of a page or bank is the last choice, because gplink overlooks it.
     fn take(&mut self, length: i64, limits: &Range<i64>) -> Option<i64> {
         let inside = self.stretches.iter().filter(|free| limits.contains(&free.start));
         let fits = inside.filter(|free| free.end - free.start >= length);
@@ -206,8 +207,8 @@ impl FreeSpace {
     }
 }
 
-/// RAM that all banks have at the same place of the bank, first and last address in bank 0. Where no cell is so, the last 16 of the
-/// bank are meant: gputils counts them as common on the PIC16F873 too.
+/// Returns the RAM that all banks share: its first and last address in bank 0. If there is none, returns the
+/// last 16 addresses of the bank: gputils counts them as common on the PIC16F873 too.
 pub(super) fn common_ram(chip: &Chip) -> Option<(u16, u16)> {
     let in_all = |addr: &u16| (0..4).all(|bank| canonical_cell(chip, bank * BANK + addr) == Some(*addr));
     let mut all = (0..BANK).filter(in_all);
@@ -218,13 +219,13 @@ pub(super) fn common_ram(chip: &Chip) -> Option<(u16, u16)> {
     }
 }
 
-/// The address under which a cell of RAM is kept.
+/// Returns the canonical address of a cell of RAM.
 fn canonical_cell(chip: &Chip, addr: u16) -> Option<u16> {
     let range = chip.ram_ranges.iter().find(|range| (range.first..=range.last).contains(&addr))?;
     Some(range.canonical + (addr - range.first))
 }
 
-/// RAM of the chip: cells with one address, cells with several, those that all banks have.
+/// Returns the RAM of the chip: cells with one address, cells with several, cells that all banks share.
 fn ram(chip: &Chip) -> [FreeSpace; 3] {
     let mut spaces = [const { Vec::<Range<i64>>::new() }; 3];
     let common = common_ram(chip).map_or(0..0, |(first, last)| first..last + 1);
@@ -246,18 +247,18 @@ fn ram(chip: &Chip) -> [FreeSpace; 3] {
     spaces.map(FreeSpace::of)
 }
 
-/// What is placed in program memory.
+/// Something to place in program memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ProgramPiece {
-    /// A section of code, by its place in the list.
+    /// A section of code, by its index.
     Code(usize),
-    /// The values of a section.
+    /// The initial values of a section.
     Values(usize),
-    /// The list of sections with values.
+    /// The list of sections with initial values.
     List,
 }
 
-/// Puts all sections in their places; true where one has moved.
+/// Places all sections; returns true if one has moved.
 pub(super) fn place(asm: &mut Assembler<'_>) -> bool {
     let mut sections = std::mem::take(&mut asm.family_state.pic16.modules);
     if sections.is_empty() {
@@ -276,8 +277,8 @@ pub(super) fn place(asm: &mut Assembler<'_>) -> bool {
     moved | moved_code
 }
 
-/// Addresses of the sections in the list `wanted` of lengths and what they are for, the largest first. Those of `idata` alone
-/// count where they are empty, as gplink lists them all in `.cinit`.
+/// Sorts lengths and what they are for, the largest first. Empty entries are dropped, except those of
+/// `idata`, which gplink lists in `.cinit` anyway.
 fn by_size<T>(mut wanted: Vec<(i64, T)>, is_initial: impl Fn(&T) -> bool) -> impl Iterator<Item = (i64, T)> {
     wanted.retain(|(length, of)| *length > 0 || is_initial(of));
     wanted.sort_by_key(|(length, _)| -length);
@@ -334,7 +335,7 @@ fn place_code(asm: &mut Assembler<'_>, sections: &[ModuleSection]) -> (Vec<(Prog
     if lists > 0 {
         wanted.push((2 + 6 * lists as i64, ProgramPiece::List));
     }
-    // Those whose name says where they lie come first.
+    // Sections whose name determines their address come first.
     let section_of = |piece: &ProgramPiece| match piece {
         ProgramPiece::Code(i) | ProgramPiece::Values(i) => sections.get(*i),
         ProgramPiece::List => sections.first(),
@@ -362,8 +363,8 @@ fn place_code(asm: &mut Assembler<'_>, sections: &[ModuleSection]) -> (Vec<(Prog
     (places, moved)
 }
 
-/// Gives the values that variables begin with, and the list of them: how many, then for each where the values lie, where the
-/// variables do, and how many bytes.
+/// Emits the initial values and the list of them: a count, then for each section the address of the values,
+/// the address of the variables, and the number of bytes.
 fn give_values(asm: &mut Assembler<'_>, sections: &[ModuleSection], pieces: &[(ProgramPiece, i64)]) {
     let retlw = |byte: &u8| RETLW | u16::from(*byte);
     let mut list: Vec<u8> = Vec::new();
@@ -381,7 +382,7 @@ fn give_values(asm: &mut Assembler<'_>, sections: &[ModuleSection], pieces: &[(P
     }
 }
 
-/// Reports that a section finds no place; what lies wrong for that reason is not reported.
+/// Reports that a section finds no room; faults that follow from that are not reported.
 fn no_room(asm: &mut Assembler<'_>, section: &ModuleSection, what: &str) {
     asm.address_unknown = true;
     let name = name_of(asm, section);
@@ -389,7 +390,7 @@ fn no_room(asm: &mut Assembler<'_>, section: &ModuleSection, what: &str) {
     report_at_section(asm, section, "ASM050", cause, "divide it into several sections, or make it smaller");
 }
 
-/// Reports that two sections of variables lie at an address.
+/// Reports that two sections of variables overlap at an address.
 fn report_shared_address(asm: &mut Assembler<'_>, section: &ModuleSection, with: &ModuleSection, at: i64) {
     let (name, other) = (name_of(asm, section), name_of(asm, with));
     let cause = format!("the section `{name}` has 0x{at:02X}, where the section `{other}` lies");
@@ -400,7 +401,7 @@ fn name_of(asm: &Assembler<'_>, section: &ModuleSection) -> String {
     asm.out.initial_sections.get(section.number).map_or_else(String::new, |first| first.name.clone())
 }
 
-/// Reports something at the line that begins a section.
+/// Reports a fault at the line that begins a section.
 fn report_at_section(asm: &mut Assembler<'_>, section: &ModuleSection, code: &'static str, cause: String, hint: &str) {
     let before = std::mem::replace(&mut asm.line, section.line.clone());
     let at =

@@ -1,19 +1,20 @@
-//! Mnemonics that stand for other instructions, as gpasm and Microchip's MPASM have them ("special instruction mnemonics").
+//! Mnemonics that expand to other instructions, as in gpasm and Microchip's MPASM ("special instruction
+//! mnemonics").
 
 use crate::dialect::AsmDirective;
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
 use crate::lines::cut;
 
-/// A part of what a mnemonic stands for.
+/// A part of an expansion.
 enum SpecialPart {
-    /// This word: an instruction on a bit of STATUS.
+    /// A fixed word: an instruction on a bit of STATUS.
     Word(u16),
-    /// This instruction with the operands as written.
+    /// An instruction with the operands as written.
     Same(&'static str),
-    /// This instruction on the first operand, with W (0) or the register (1) as its destination.
+    /// An instruction on the first operand, with W (0) or the register (1) as its destination.
     To(&'static str, u8),
-    /// The page of the operand.
+    /// The selection of the operand's page.
     Page,
 }
 
@@ -27,7 +28,7 @@ const IF_NDC: SpecialPart = Word(0x1C83);
 const IF_Z: SpecialPart = Word(0x1903);
 const IF_NZ: SpecialPart = Word(0x1D03);
 
-/// All of them: their operands (at least, at most) and what they stand for.
+/// All special mnemonics: minimum and maximum number of operands, and the expansion.
 #[rustfmt::skip]
 const SPECIALS: &[(&str, usize, usize, &[SpecialPart])] = &[
     ("skpc", 0, 0, &[IF_NC]), ("skpnc", 0, 0, &[IF_C]), ("skpz", 0, 0, &[IF_NZ]), ("skpnz", 0, 0, &[IF_Z]),
@@ -43,17 +44,17 @@ const SPECIALS: &[(&str, usize, usize, &[SpecialPart])] = &[
     ("lcall", 1, 1, &[Page, Same("call")]), ("lgoto", 1, 1, &[Page, Same("goto")]),
 ];
 
-/// The word is a mnemonic that stands for other instructions.
+/// Reports whether the word is a special mnemonic.
 pub(crate) fn is_special(word: &str) -> bool {
     SPECIALS.iter().any(|(name, ..)| name.eq_ignore_ascii_case(word))
 }
 
-/// The directive of a special mnemonic.
+/// Returns the directive of a special mnemonic.
 pub(super) const fn named(name: &'static str) -> AsmDirective {
     AsmDirective::run(name, special)
 }
 
-/// Gives the instructions that the word stands for.
+/// Emits the expansion of the mnemonic.
 fn special(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let word = call.get(call.word.clone()).trim_start_matches('.').to_ascii_lowercase();
     let Some((name, least, most, parts)) = SPECIALS.iter().find(|row| row.0 == word) else { return };
@@ -65,7 +66,7 @@ fn special(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
         asm.report(LineFault::new("ASM002", call.word.clone(), cause, "docs/formats/asm.md lists what it stands for"));
     }
     for part in *parts {
-        // An instruction that is wrong keeps its place, as any other; what is wrong with the operands is told once.
+        // A wrong instruction keeps its length, as any other; faults of its operands are reported once.
         let told = asm.error_count();
         let give = |asm: &mut Assembler<'_>, text: &str, mnemonic, end| {
             let word = call.word.clone();
@@ -77,7 +78,8 @@ fn special(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
             Word(word) => asm.emit_words(&[*word], call.word.clone()),
             Same(mnemonic) => give(asm, call.text, mnemonic, call.rest.end),
             To(mnemonic, to) => {
-                // Behind the operand where it stands, so that what is wrong with it is told there.
+                // The destination is appended after the operand, so a fault of the operand is reported at its
+                // position.
                 let end = operands.first().map_or(call.rest.end, |first| first.end);
                 let text = format!("{},{to}", call.get(0..end));
                 give(asm, &text, mnemonic, text.len());

@@ -1,4 +1,4 @@
-//! The parts that a program may have around the chip: gpsim's library modules, as far as programs use them to check themselves.
+//! Parts around the chip: the modules of gpsim's library that self-checking programs use.
 
 pub mod usart;
 pub mod wave;
@@ -8,7 +8,7 @@ use crate::devices::eeprom24::{self, Eeprom24};
 use usart::CodUsart;
 use wave::StimulusWave;
 
-/// A source behind a resistance, as one pin of a part shows it to the net.
+/// A voltage source with a series resistance, as a pin of a part drives its net.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct VoltageSource {
     /// Voltage without load, in millivolts.
@@ -21,17 +21,17 @@ pub struct VoltageSource {
 pub const SUPPLY_MILLIVOLTS: i64 = 5000;
 
 impl VoltageSource {
-    /// An output of a part: 250 ohms, as gpsim's.
+    /// Returns an output of a part: 250 ohms, as in gpsim.
     #[must_use]
     pub fn output(millivolts: i64) -> VoltageSource {
         VoltageSource { millivolts, conductance: conductance(250.0) }
     }
 }
 
-/// Conductance in nanosiemens of a resistance in ohms, at least 1.
+/// Returns the conductance in nanosiemens of a resistance in ohms, at least 1.
 #[must_use]
 pub fn conductance(ohms: f64) -> i64 {
-    // The conversion saturates, so an absurd resistance gives an absurd but whole conductance.
+    // The conversion saturates, so an absurd resistance gives a finite conductance.
     ((1e9 / ohms.max(1e-3)) as i64).max(1)
 }
 
@@ -40,13 +40,13 @@ pub fn conductance(ohms: f64) -> i64 {
 pub struct CodPart {
     /// The name that the program gave it.
     pub name: String,
-    /// What it is.
+    /// The kind of the part.
     pub kind: CodPartKind,
     /// Levels of its pins as it sees them.
     pub pin_levels: Vec<bool>,
 }
 
-/// What a part is.
+/// The kind of a part.
 #[derive(Debug, Clone, PartialEq)]
 #[rustfmt::skip]
 pub enum CodPartKind {
@@ -75,7 +75,7 @@ pub enum LogicGate {
 }
 
 impl CodPart {
-    /// A part by the name of its module; nothing where there is none of that name.
+    /// Returns a part by the name of its module; `None` if there is no such module.
     #[must_use]
     pub fn new(module: &str, name: &str) -> Option<CodPart> {
         let kind = match module {
@@ -93,17 +93,17 @@ impl CodPart {
         Some(CodPart::of(name, kind))
     }
 
-    /// A part of a kind.
+    /// Returns a part of a kind.
     #[must_use]
     pub fn of(name: &str, kind: CodPartKind) -> CodPart {
         let mut part = CodPart { name: name.to_owned(), kind, pin_levels: Vec::new() };
-        // Buses and serial lines rest high.
+        // Buses and serial lines are high when idle.
         let rest = matches!(part.kind, CodPartKind::Usart(_) | CodPartKind::Eeprom(_));
         part.pin_levels = part.pins().iter().enumerate().map(|(pin, _)| rest && pin < 2).collect();
         part
     }
 
-    /// Names of its pins.
+    /// Returns the names of its pins.
     #[must_use]
     pub fn pins(&self) -> &'static [&'static str] {
         match self.kind {
@@ -116,8 +116,8 @@ impl CodPart {
         }
     }
 
-    /// What it puts on a pin at a clock; nothing where it only listens. `cycle` is the clocks of a machine cycle, `hz` those of
-    /// a second.
+    /// Returns the source at a pin at a clock; `None` if the pin is only an input. `cycle` is the number of
+    /// clocks per machine cycle, `hz` the clocks per second.
     #[must_use]
     pub fn source_of_pin(&self, pin: usize, t: u64, cycle: u64, hz: u64) -> Option<VoltageSource> {
         let level = |high: bool| if high { SUPPLY_MILLIVOLTS } else { 0 };
@@ -149,7 +149,7 @@ impl CodPart {
         }
     }
 
-    /// A pin has another level at a clock.
+    /// Reports a new level of a pin at a clock.
     pub fn on_pin_change(&mut self, pin: usize, high: bool, t: u64, hz: u64) {
         if let Some(seen) = self.pin_levels.get_mut(pin) {
             *seen = high;
@@ -161,7 +161,7 @@ impl CodPart {
         }
     }
 
-    /// The next clock after `t` at which it drives something by itself.
+    /// Returns the next clock after `t` at which the part changes an output by itself.
     #[must_use]
     pub fn next_drive(&self, t: u64, cycle: u64, hz: u64) -> Option<u64> {
         match &self.kind {
@@ -171,7 +171,7 @@ impl CodPart {
         }
     }
 
-    /// The next clock at which it looks at a line by itself.
+    /// Returns the next clock at which the part samples a line by itself.
     #[must_use]
     pub fn next_sample(&self, hz: u64) -> Option<u64> {
         match &self.kind {
@@ -180,21 +180,21 @@ impl CodPart {
         }
     }
 
-    /// Looks wherever that is due up to `t`.
+    /// Takes all samples that are due up to `t`.
     pub fn sample(&mut self, t: u64, hz: u64) {
         if let CodPartKind::Usart(usart) = &mut self.kind {
             usart.sample(t, hz);
         }
     }
 
-    /// Is at `t` now, as far as it drives by itself.
+    /// Advances the outputs that the part drives by itself to `t`.
     pub fn advance(&mut self, t: u64, hz: u64) {
         if let CodPartKind::Usart(usart) = &mut self.kind {
             usart.advance(t, hz);
         }
     }
 
-    /// The value of an attribute; nothing where it has none of that name.
+    /// Returns the value of an attribute; `None` if there is no such attribute.
     #[must_use]
     pub fn attribute(&self, name: &str) -> Option<CodValue> {
         let whole = |value: u64| CodValue::Int(i64::try_from(value).unwrap_or(i64::MAX));
@@ -213,10 +213,10 @@ impl CodPart {
         })
     }
 
-    /// Sets an attribute at a clock. False where it has none of that name, or not of such values.
+    /// Sets an attribute at a clock; returns false if there is no such attribute or the value does not fit.
     pub fn assign(&mut self, name: &str, value: &CodValue, t: u64, hz: u64) -> bool {
         if matches!(name, "xpos" | "ypos" | "capacitance") && value.to_real().is_some() {
-            // Where it is drawn; and charges, which are not modelled.
+            // Positions in the drawing, and capacitances, which are not modelled.
             return true;
         }
         match (&mut self.kind, name, value.to_real()) {

@@ -1,27 +1,28 @@
-//! A serial port on the other side of the wires: 8 data bits, no parity, one stop bit.
+//! A serial port at the other end of the wires: 8 data bits, no parity, one stop bit.
 
 use std::collections::VecDeque;
 
 use crate::cod::value::CodValue;
 
-/// Bits of a byte on its way: start, 8 data bits, stop.
+/// Bits of a frame: start, 8 data bits, stop.
 const BITS_PER_FRAME: u64 = 10;
 
-/// The port. Times are clocks of the chip's oscillator.
+/// The serial port. Times are clocks of the chip's oscillator.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CodUsart {
-    /// Bits per second that it sends.
+    /// Bits per second when sending.
     pub txbaud: u64,
-    /// Bits per second that it takes in.
+    /// Bits per second when receiving.
     pub rxbaud: u64,
-    /// It sends back what it takes in.
+    /// Whether it sends back each byte it receives.
     pub echo: bool,
-    /// The byte taken in last.
+    /// The last received byte.
     pub rx: u8,
     send_queue: VecDeque<u8>,
-    /// The byte being sent and the clock at which its start bit begins.
+    /// The byte being sent, and the clock at which its start bit begins.
     sending: Option<(u8, u64)>,
-    /// The clock at which a start bit began that is being taken in, how many of its bits were looked at, and what they were.
+    /// The frame being received: the clock at which its start bit began, the number of bits sampled, and
+    /// their values.
     receiving: Option<(u64, u64, u8)>,
     /// Level of the line, high while nothing is sent.
     line: bool,
@@ -42,15 +43,16 @@ impl Default for CodUsart {
     }
 }
 
-/// Clocks from the beginning of a byte to the end of so many half bits; every bit is placed by itself, so that no error adds up.
+/// Returns the clocks from the start of a frame to the end of `halves` half bits. Each bit is computed from
+/// the start, so errors do not add up.
 fn half_bits(halves: u64, hz: u64, baud: u64) -> u64 {
     let clocks = (u128::from(halves) * u128::from(hz)).div_ceil(2 * u128::from(baud.max(1)));
-    // Never without time, whatever the rate.
+    // At least one clock per half bit, at any rate.
     u64::try_from(clocks).unwrap_or(u64::MAX).max(halves)
 }
 
 impl CodUsart {
-    /// Level of the sending pin at a clock.
+    /// Returns the level of the sending pin at a clock.
     #[must_use]
     pub fn tx_level(&self, t: u64, hz: u64) -> bool {
         let Some((byte, start)) = self.sending else { return true };
@@ -67,7 +69,7 @@ impl CodUsart {
         }
     }
 
-    /// The next clock after `t` at which the sending pin may change, or the next byte may begin.
+    /// Returns the next clock after `t` at which the sending pin may change, or the next byte may begin.
     #[must_use]
     pub fn next_drive(&self, t: u64, hz: u64) -> Option<u64> {
         let (_, start) = self.sending?;
@@ -86,7 +88,7 @@ impl CodUsart {
         }
     }
 
-    /// Sends a byte: after those that wait, else one bit from now.
+    /// Sends a byte: after the queued bytes, or one bit time from now.
     pub fn send(&mut self, byte: u8, t: u64, hz: u64) {
         if self.sending.is_some() {
             self.send_queue.push_back(byte);
@@ -95,14 +97,14 @@ impl CodUsart {
         }
     }
 
-    /// The clock at which the line is looked at next.
+    /// Returns the next clock at which the line is sampled.
     #[must_use]
     pub fn next_sample(&self, hz: u64) -> Option<u64> {
         let (start, looked, _) = self.receiving?;
         Some(start.saturating_add(half_bits(2 * looked + 1, hz, self.rxbaud)))
     }
 
-    /// Looks at the line wherever that is due up to `t`, its level being the same all along.
+    /// Takes all samples that are due up to `t`; the level of the line is constant until then.
     pub fn sample(&mut self, t: u64, hz: u64) {
         while let (Some(due), Some((start, looked, byte))) = (self.next_sample(hz), self.receiving) {
             if due > t {
@@ -123,9 +125,9 @@ impl CodUsart {
         }
     }
 
-    /// The line has changed at `t`.
+    /// Reports a change of the line at `t`.
     pub fn on_rx_change(&mut self, high: bool, t: u64, hz: u64) {
-        // What was due before saw the level that was.
+        // Earlier samples see the old level.
         self.sample(t.saturating_sub(1), hz);
         if high == self.line {
             return;
@@ -136,8 +138,8 @@ impl CodUsart {
         }
     }
 
-    /// Sets `txbaud`, `rxbaud`, `loop`, or sends by `tx` a byte or a text. False where there is none of that name or the value
-    /// is of another kind.
+    /// Sets `txbaud`, `rxbaud` or `loop`, or sends a byte or a text with `tx`. Returns false if there is no
+    /// such attribute or the value has another type.
     pub fn assign(&mut self, attribute: &str, value: &CodValue, t: u64, hz: u64) -> bool {
         match (attribute, value, value.to_integer()) {
             ("tx", CodValue::Text(text), _) => unescaped(text).into_iter().for_each(|byte| self.send(byte, t, hz)),
@@ -145,7 +147,7 @@ impl CodUsart {
             ("txbaud", _, Some(baud @ 1..)) => self.txbaud = baud.unsigned_abs(),
             ("rxbaud", _, Some(baud @ 1..)) => self.rxbaud = baud.unsigned_abs(),
             ("loop", _, Some(on)) => self.echo = on != 0,
-            // What they change is only shown.
+            // Only affects the display.
             ("console" | "crlf" | "hex", _, Some(_)) => {}
             _ => return false,
         }
@@ -153,7 +155,7 @@ impl CodUsart {
     }
 }
 
-/// The bytes of a text with `\r \n \t \\` in it.
+/// Returns the bytes of a text with the escapes `\r \n \t \\`.
 fn unescaped(text: &str) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut from = text.bytes();

@@ -5,20 +5,20 @@ use crate::cod::value::CodValue;
 /// The voltage of a pin, in millivolts, as a function of time in machine cycles.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct StimulusWave {
-    /// Cycle from which the times of points and laps count.
+    /// Cycle from which the times of points and periods count.
     pub start: u64,
-    /// Cycles of a lap; 0 where there is only one.
+    /// Length of a period in cycles; 0 if the wave does not repeat.
     pub period: u64,
     /// Millivolts before the first point.
     pub initial: i64,
-    /// Every lap begins with `initial` again; else the last voltage stays.
+    /// Every period begins with `initial` again; otherwise the last voltage stays.
     pub holds_last: bool,
-    /// Millivolts from a cycle of the lap on, in order of cycles, one for each.
+    /// Millivolts from a cycle of the period on, sorted by cycle, one for each.
     points: Vec<(u64, i64)>,
 }
 
 impl StimulusWave {
-    /// From `cycle` of each lap on the pin is at `millivolts`.
+    /// Sets the pin to `millivolts` from `cycle` of each period on.
     pub fn set(&mut self, cycle: u64, millivolts: i64) {
         match self.points.binary_search_by_key(&cycle, |(at, _)| *at) {
             Ok(at) => {
@@ -30,18 +30,18 @@ impl StimulusWave {
         }
     }
 
-    /// Takes the point at `cycle` away.
+    /// Removes the point at `cycle`.
     pub fn delete(&mut self, cycle: u64) {
         self.points.retain(|(at, _)| *at != cycle);
     }
 
-    /// The points that are reached within a lap.
+    /// Returns the points within a period.
     fn reached(&self) -> impl DoubleEndedIterator<Item = (u64, i64)> + '_ {
         let end = if self.period == 0 { u64::MAX } else { self.period };
         self.points.iter().copied().filter(move |(at, _)| *at < end)
     }
 
-    /// Millivolts at a cycle.
+    /// Returns the millivolts at a cycle.
     #[must_use]
     pub fn at(&self, cycle: u64) -> i64 {
         let Some(since) = cycle.checked_sub(self.start) else { return self.initial };
@@ -52,7 +52,7 @@ impl StimulusWave {
         point.or_else(before).map_or(self.initial, |(_, level)| level)
     }
 
-    /// The next cycle after `cycle` at which the voltage may change.
+    /// Returns the next cycle after `cycle` at which the voltage may change.
     #[must_use]
     pub fn next(&self, cycle: u64) -> Option<u64> {
         let first = self.reached().next()?.0;
@@ -67,8 +67,8 @@ impl StimulusWave {
         if self.holds_last { Some(over) } else { over.checked_add(first) }
     }
 
-    /// Sets an attribute of a pulse generator: `set`, `clear`, `delete`, `period` (cycles) and `initial` (volts). False where
-    /// there is none of that name or the value is of another kind.
+    /// Sets an attribute of a pulse generator: `set`, `clear`, `delete`, `period` (cycles) or `initial`
+    /// (volts). Returns false if there is no such attribute or the value has another type.
     pub fn assign(&mut self, attribute: &str, value: &CodValue) -> bool {
         let cycle = || value.to_integer().and_then(|i| u64::try_from(i).ok());
         match (attribute, cycle()) {

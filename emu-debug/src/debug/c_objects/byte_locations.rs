@@ -1,4 +1,4 @@
-//! Where each byte of an object of C is on a machine, and what the byte is now.
+//! Locations of the bytes of a C object on a machine, and their current values.
 
 use std::ops::Range;
 
@@ -8,21 +8,21 @@ use super::{ObjectBase, ObjectExpr};
 use crate::debug::call_stack::{CallFrame, MachineFrame, memory_at};
 use crate::debug::dyn_machine::DynMachine;
 
-/// Where a byte of an object is on a machine.
+/// The location of a byte of an object on a machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ObjectByteLocation {
-    /// In a memory.
+    /// In a memory: its name, and the address.
     Memory(&'static str, u32),
-    /// Nowhere, but its value is known.
+    /// No location, but a known value.
     Value(u8),
     /// The compiler has optimized it away.
     OptimizedAway,
-    /// No memory has such an address, or no call is in the function that has it.
+    /// No memory has this address, or the function of the variable is not being called.
     Missing,
 }
 
 impl ObjectExpr {
-    /// The frame in which a variable is known.
+    /// Returns the frame in which a variable is in scope.
     pub(super) fn frame(&self, target: &dyn DynMachine, known: &[Range<u32>], level: usize) -> Option<CallFrame> {
         let is_known = |frame: &CallFrame| {
             let byte = emu_core::image::FrameView::pc_byte(&MachineFrame { target, frame });
@@ -36,7 +36,7 @@ impl ObjectExpr {
         self.calls.frames(target).into_iter().skip(level).find(is_known)
     }
 
-    /// Where its bytes are.
+    /// Returns the locations of its bytes.
     #[must_use]
     pub fn byte_locations(&self, target: &dyn DynMachine) -> Vec<ObjectByteLocation> {
         const MOST: u32 = 1 << 16;
@@ -88,7 +88,7 @@ impl ObjectExpr {
                     ByteLocation::Value(value) => ObjectByteLocation::Value(value),
                     ByteLocation::OptimizedOut => ObjectByteLocation::OptimizedAway,
                 };
-                // What lies behind the end of an array in memory is memory too.
+                // Bytes after the end of an array in memory are memory too.
                 let at = |n: u32| {
                     let n = first.checked_add(n.into())?;
                     match (usize::try_from(n).ok().and_then(|n| all.get(n)), all.first()) {
@@ -107,7 +107,7 @@ impl ObjectExpr {
 }
 
 impl ObjectByteLocation {
-    /// The byte now, for good.
+    /// Returns the current value of the byte as a constant.
     pub(super) fn frozen(self, target: &dyn DynMachine) -> ObjectByteLocation {
         match self {
             ObjectByteLocation::Memory(space, addr) => {
@@ -117,7 +117,7 @@ impl ObjectByteLocation {
         }
     }
 
-    /// The byte now.
+    /// Returns the current value of the byte.
     #[must_use]
     pub fn value(self, target: &dyn DynMachine) -> Option<u8> {
         match self {
