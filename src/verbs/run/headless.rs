@@ -40,21 +40,29 @@ use crate::verbs::run::{cod, lint, summary};
 
 /// A run with all its inputs.
 pub struct HeadlessRun<'a> {
+    /// The flags.
     pub args: &'a RunArgs,
+    /// The program.
     pub image: &'a Image,
     /// The messages of a self-checking program.
     pub script: Option<CodScript>,
+    /// Oscillator frequency in Hz.
     pub hz: u64,
+    /// Settings of an AVR.
     pub avr: avr::AvrWiring,
+    /// Options of a PIC16.
     pub pic16: emu_pic16::Options,
     /// The file of the EEPROM, and its contents if it exists.
     pub eeprom: Option<(MemoryFile, Option<Vec<u8>>)>,
+    /// The snapshots that the run reads and writes.
     pub snapshots: RunSnapshots,
     /// Writes the snapshots that a scenario requests.
     pub snapshot_writer: SnapshotWriter,
+    /// Devices on the pins.
     pub devices: AttachedStores,
     /// Standard output carries a result other than the summary.
     pub to_stdout: bool,
+    /// The style of messages.
     pub terminal: &'a MessageStyle,
 }
 

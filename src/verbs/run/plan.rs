@@ -10,9 +10,13 @@ use crate::shared::machine;
 
 /// The flags of `emu run`, resolved for the chosen chip.
 pub struct PlannedRun {
+    /// Converts times to cycles.
     pub clock: CycleClock,
+    /// Limits and conditions of the run.
     pub plan: RunPlan,
+    /// External drives of pins and supply, with their times.
     pub drives: Vec<TimedDrive>,
+    /// Memory ranges to show at the end, with their text as typed.
     pub peek: Vec<(String, AddressRange)>,
 }
 

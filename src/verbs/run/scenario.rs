@@ -43,7 +43,9 @@ pub struct ScenarioHost<'a> {
     /// The tick at which the players run next.
     next_look: u64,
     started: bool,
+    /// The verdict, once the deciding scenario has ended.
     pub verdict: Option<ScenarioVerdict>,
+    /// Records the actions, if `--record` is given.
     pub recorder: Option<Recorder>,
     snapshot_writer: SnapshotWriter,
     /// The drives of pins and supply, if the caller wants to repeat them.
@@ -54,13 +56,19 @@ pub struct ScenarioHost<'a> {
 
 /// The parts from which a [`ScenarioHost`] is built.
 pub struct ScenarioSetup {
+    /// The resolved names of pins and memory.
     pub table: ChipBindings,
     /// Changes of the supply from other flags: time, and voltage in millivolts.
     pub supplies: Vec<(CycleTime, u32)>,
+    /// The scenario that gives the verdict, if there is one.
     pub deciding: Option<BoundScenario>,
+    /// Stimuli that run in parallel and give no verdict.
     pub stimuli: Vec<BoundScenario>,
+    /// Bits per second of sent bytes, unless the scenario gives another rate.
     pub baud: u64,
+    /// Records the actions, if `--record` is given.
     pub recorder: Option<Recorder>,
+    /// Writes the snapshots that a scenario requests.
     pub snapshot_writer: SnapshotWriter,
 }
 
