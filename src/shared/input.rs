@@ -239,7 +239,7 @@ impl ReadProgram {
     }
 }
 
-/// Reads a ladder program and prints its warnings. With `checked`, also reports suspicious constructs.
+/// Reads a ladder program and prints its warnings. With `checked`, also runs the checks of the language.
 pub fn read_program(
     file: &str,
     dialect: Option<LadderDialect>,
