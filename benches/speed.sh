@@ -1,10 +1,10 @@
 #!/bin/sh
-# The same HEX files on simavr and on this emulator in the same minute: emulated Mcycles per second of CPU, and the ratio; then
-# the time that a clone of the whole machine takes.
+# Runs the same HEX files on simavr and on this emulator in the same minute and prints emulated Mcycles per CPU second and the ratio, then
+# the time of a clone of the whole machine.
 #
 # Usage: benches/speed.sh [ROUNDS]   (needs cc, libsimavr-dev, libelf-dev; builds with cargo). Every program runs ROUNDS times
-# (3) on each side in turn; the best round of each side counts, since what disturbs a run only slows it down.
-# EMU_SIMAVR=FOLDER adds another simavr: the folder with sim/ and a library that was built (`make RELEASE=1 libsimavr`).
+# (3) on each side in turn; the best round of each side counts, because disturbances only slow a run down.
+# EMU_SIMAVR=FOLDER adds another simavr: the folder with sim/ and a built library (`make RELEASE=1 libsimavr`).
 set -eu
 cd "$(dirname "$0")/.."
 rounds=${1:-3}
@@ -38,7 +38,7 @@ echo "emu: release build, atmega328p at 16 MHz, all peripherals, jumping over po
 echo "emulated Mcycles per second of CPU of one thread, best of $rounds"
 printf '%-6s %10s %10s %10s %12s %8s %8s %8s\n' program simavr limit other emu ratio "limit" "other"
 
-# Best rate of the lines "cycles seconds .." on stdin, in millions a second.
+# Best rate of the lines "cycles seconds .." on stdin, in millions per second.
 best() { awk '{ r = $1 / ($2 > 0 ? $2 : 1e-6) / 1e6; if (r > m) m = r } END { printf "%.1f", m }'; }
 ratio() { echo "$1 $2" | awk '{ if ($2 > 0) printf "%.2f", $1 / $2; else printf "-" }'; }
 

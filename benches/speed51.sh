@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# The same HEX files on s51 and on this emulator in the same minute: emulated million machine cycles per second of CPU (user time), and the ratio.
+# Runs the same HEX files on s51 and on this emulator in the same minute and prints emulated million machine cycles per CPU second (user time) and the ratio.
 #
 # Usage: benches/speed51.sh [ROUNDS]   (needs sdcc-ucsim; builds with cargo). Every program runs ROUNDS times (3) on
-# each side in turn; the best round of each side counts, since what disturbs a run only slows it down. s51 runs for 3 seconds of
-# the clock, and then is asked how far it came.
+# each side in turn; the best round of each side counts, because disturbances only slow a run down. s51 runs for 3 seconds of
+# wall-clock time, and then reports its number of cycles.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 rounds=${1:-3}
@@ -23,10 +23,10 @@ echo "s51 $(dpkg-query -W -f '${Version}' sdcc-ucsim 2>/dev/null || echo unknown
 echo "emu: release build, at89c52, all peripherals; million machine cycles/s, best of $rounds"
 printf '%-6s %10s %12s %8s\n' program s51 emu ratio
 
-# Best rate of the lines "cycles seconds .." on stdin, in millions a second.
+# Best rate of the lines "cycles seconds .." on stdin, in millions per second.
 best() { awk '{ r = $1 / $2 / 1e6; if (r > m) m = r } END { printf "%.1f", m }'; }
 
-# "cycles seconds" of s51 on a HEX file; its state says the clocks, 12 a machine cycle.
+# "cycles seconds" of s51 on a HEX file; its state gives the clocks, 12 per machine cycle.
 s51_run() {
 	local clocks spent
 	TIMEFORMAT=%U

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# The same HEX files on gpsim and on this emulator in the same minute: emulated million instruction cycles per second of CPU
+# Runs the same HEX files on gpsim and on this emulator in the same minute and prints emulated million instruction cycles per CPU second
 # (user time), and the ratio.
 #
 # Usage: benches/speedpic.sh [ROUNDS]   (needs gpsim; builds with cargo unless EMU_SPEEDPIC says "gpsim only"). Every
-# program runs ROUNDS times (3) on each side in turn; the best round of each side counts, since what disturbs a run only
-# slows it down. A run of gpsim ends at a breakpoint on the cycle counter; its start, some 0.02 s, is part of it.
+# program runs ROUNDS times (3) on each side in turn; the best round of each side counts, because disturbances only
+# slow a run down. A run of gpsim ends at a breakpoint on the cycle counter; its start, about 0.02 s, is part of it.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 rounds=${1:-3}
@@ -28,7 +28,7 @@ echo "$(gpsim --version 2>&1 | head -n 1 | sed 's/ *#.*//'): -i, p16f873, 20 MHz
 echo "emu: release build, pic16f873 at 20 MHz, all peripherals; million instruction cycles/s, best of $rounds"
 printf '%-9s %10s %12s %8s\n' program gpsim emu ratio
 
-# Best rate of the lines "cycles seconds .." on stdin, in millions a second.
+# Best rate of the lines "cycles seconds .." on stdin, in millions per second.
 best() { awk '{ r = $1 / $2 / 1e6; if (r > m) m = r } END { printf "%.1f", m }'; }
 
 # "cycles seconds" of gpsim on a HEX file.

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Fuzzes one target with libFuzzer, or all of them one after the other: fuzz/run.sh TARGET|all SECONDS [flags of libFuzzer].
+# Fuzzes one target with libFuzzer, or all of them in sequence: fuzz/run.sh TARGET|all SECONDS [flags of libFuzzer].
 #
-# The compiler is the stable one: coverage is a pass of LLVM (sancov) and wants no flag of nightly. No sanitizer is on, for the code has no
-# `unsafe` of its own; overflow checks and debug assertions are. libFuzzer itself is C++, so a C++ compiler must be there.
+# The compiler is the stable one: coverage is a pass of LLVM (sancov) and needs no nightly flag. No sanitizer is enabled, because the code has no
+# `unsafe` of its own; overflow checks and debug assertions are enabled. libFuzzer itself is C++, so it needs a C++ compiler.
 # The corpus grows in fuzz/corpus/TARGET, findings are files in fuzz/found/TARGET.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -11,11 +11,11 @@ wanted=$1 seconds=$2
 shift 2
 
 host=$(rustc -vV | sed -n 's/^host: //p')
-# A folder of its own: these flags would build everything else anew.
+# A separate target folder, because these flags would rebuild everything else.
 build=${EMU_FUZZ_TARGET_DIR:-${CARGO_TARGET_DIR:-target}/fuzz}
 flags="-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 -Cllvm-args=-sanitizer-coverage-inline-8bit-counters"
 flags+=" -Cllvm-args=-sanitizer-coverage-pc-table -Cllvm-args=-sanitizer-coverage-trace-compares --cfg fuzzing"
-# With --target the flags are not those of build scripts.
+# With --target the flags do not apply to build scripts.
 RUSTFLAGS=$flags cargo build --release --manifest-path fuzz/libfuzzer/Cargo.toml --target "$host" --target-dir "$build"
 fuzzer=$build/$host/release/emu-libfuzzer
 driver() { cargo run --quiet --release -p emu-fuzz -- "$@"; }
@@ -28,7 +28,7 @@ for target in $targets; do
     mkdir -p "$corpus" "fuzz/found/$target"
     driver seeds "$target" "$corpus"
     driver dictionary "$target" > "fuzz/corpus/$target.dict"
-    # libFuzzer refuses an empty one.
+    # libFuzzer refuses an empty file.
     words=()
     [ ! -s "fuzz/corpus/$target.dict" ] || words=(-dict="fuzz/corpus/$target.dict")
     echo "== $target, $seconds s"

@@ -1,4 +1,4 @@
-//! Verbs and the flags that several of them share.
+//! The verbs of the command line, and the flags that several verbs share.
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use emu_core::chip::Chip;
@@ -34,10 +34,10 @@ Exit codes:
 #[derive(Debug, Parser)]
 #[command(name = "emu", version, after_help = TOUR, max_term_width = 100, arg_required_else_help = true)]
 pub struct CommandLine {
-    /// Colours in messages: auto, always or never; auto looks at the terminal, NO_COLOR and CLICOLOR_FORCE.
+    /// Colours in messages: auto, always or never. With auto, the terminal, NO_COLOR and CLICOLOR_FORCE decide.
     #[arg(long, global = true, value_name = "WHEN", default_value = "auto", hide_possible_values = true)]
     pub color: ColorChoice,
-    /// Draw warnings and notes with their source lines, as errors are, not one line each.
+    /// Draw warnings and notes with their source lines, as errors are drawn, instead of one line each.
     #[arg(long, global = true)]
     pub verbose: bool,
     /// What to do.
@@ -45,10 +45,10 @@ pub struct CommandLine {
     pub verb: CliVerb,
 }
 
-/// When messages are coloured.
+/// When messages have colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ColorChoice {
-    /// On a terminal.
+    /// Only on a terminal.
     Auto,
     /// Everywhere.
     Always,
@@ -56,7 +56,7 @@ pub enum ColorChoice {
     Never,
 }
 
-/// What `emu` can do.
+/// The verbs of `emu`.
 #[derive(Debug, Subcommand)]
 pub enum CliVerb {
     /// Compile a ladder program, run it on the chip, compare every scan with the reference.
@@ -65,7 +65,7 @@ pub enum CliVerb {
     Run(Box<run::RunArgs>),
     /// Step through a program on an emulated chip, forwards and backwards.
     Debug(Box<debug::DebugArgs>),
-    /// Serve an editor that debugs (Debug Adapter Protocol).
+    /// Start a debug adapter for an editor (Debug Adapter Protocol).
     Dap(dap::DapArgs),
     /// Compile a ladder program to Intel HEX.
     Compile(compile::CompileArgs),
@@ -75,13 +75,13 @@ pub enum CliVerb {
     Sim(sim::SimArgs),
     /// Draw a waveform (VCD), as text or as a picture.
     Wave(wave::WaveArgs),
-    /// Find the first difference of two traces.
+    /// Find the first difference between two traces.
     Diff(diff::DiffArgs),
     /// Print the instructions of an image.
     Disasm(disasm::DisasmArgs),
     /// Check random ladder programs on chips of all families.
     Fuzz(fuzz::FuzzArgs),
-    /// Run an image beside another simulator, up to the first instruction at which they differ.
+    /// Run an image next to another simulator, up to the first instruction at which they differ.
     Lockstep(lockstep::LockstepArgs),
     /// Draw the rungs of a ladder program as text.
     Draw(draw::DrawArgs),
@@ -89,7 +89,7 @@ pub enum CliVerb {
     Migrate(migrate::MigrateArgs),
     /// List the chips.
     Chips(chips::ChipsArgs),
-    /// Say more about the code of a message.
+    /// Explain the code of a message.
     Explain(explain::ExplainArgs),
     /// Print completions for a shell.
     Completions(shell::CompletionsArgs),
@@ -98,7 +98,7 @@ pub enum CliVerb {
 }
 
 impl CliVerb {
-    /// True when the result, errors included, is to be JSON.
+    /// Returns true when the result, including errors, must be JSON.
     pub fn json(&self) -> bool {
         match self {
             CliVerb::Run(args) => args.json,
@@ -117,7 +117,7 @@ impl CliVerb {
         }
     }
 
-    /// The verb as typed.
+    /// Returns the verb as the user types it.
     pub fn name(&self) -> &'static str {
         match self {
             CliVerb::Run(_) => "run",
@@ -142,28 +142,29 @@ impl CliVerb {
     }
 }
 
-/// The chip of an image.
+/// The flag that names the chip of an image.
 #[derive(Debug, Args)]
 pub struct McuFlags {
-    /// The chip, such as `atmega328p` (`emu chips` lists them). Default: the one that the file names: an ELF file of avr-gcc, a HEX
-    /// file in a comment, a source by `list p=`, `.device` or the maker's file that it includes.
+    /// The chip, such as `atmega328p` (`emu chips` lists them). Default: the chip that the file names. An ELF
+    /// file of avr-gcc names it, a HEX file names it in a comment, a source by `list p=`, `.device` or the
+    /// include file of the manufacturer.
     #[arg(long = "mcu", value_name = "CHIP", value_parser = family::ChipParser, hide_possible_values = true)]
     pub chip: Option<&'static Chip>,
 }
 
-/// How a ladder program is read.
+/// The program and its dialect, for verbs that read a ladder program.
 #[derive(Debug, Args)]
 pub struct LadderFlags {
     /// The program, a .ld file; - is standard input.
     #[arg(value_name = "PROGRAM.ld")]
     pub file: String,
-    /// What its elements mean: ldmicro-2.3 or ldmicro-5. By default what its header stands for (0.1: ldmicro-2.3,
-    /// 0.2: ldmicro-5).
+    /// The dialect that gives the elements their meaning: ldmicro-2.3 or ldmicro-5. Default: the dialect of
+    /// the program's header (0.1: ldmicro-2.3, 0.2: ldmicro-5).
     #[arg(long, value_name = "DIALECT", value_parser = parse_dialect)]
     pub dialect: Option<LadderDialect>,
 }
 
-/// A dialect by its name.
+/// Parses the name of a dialect.
 pub fn parse_dialect(name: &str) -> Result<LadderDialect, String> {
     match name {
         "ldmicro-2.3" => Ok(LadderDialect::Ldmicro23),

@@ -1,4 +1,5 @@
-//! The readers of the command line as functions without files and without output, for the fuzz targets in `fuzz/`.
+//! Entry points for the fuzz targets in `fuzz/`: the readers of the command line as functions that write no
+//! files and print nothing.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,32 +15,35 @@ use crate::verbs::debug::open::{DebugSubject, open_session};
 use crate::verbs::debug::shell::{DebugShell, ShellFlow};
 use crate::verbs::{diff, wave};
 
-/// How long a command of the debugger runs before it is interrupted, as by Ctrl-C.
+/// Time after which a debugger command is interrupted, as by Ctrl-C.
 const COMMAND_TIME_LIMIT: Duration = Duration::from_millis(5);
 
-/// Commands that read or write the file that they name. Text that nobody has looked at must not choose files.
+/// Debugger commands that read or write the file that they name. Generated text must not choose files.
 const FILE_COMMANDS: &[&str] = &["save", "load", "source", "record"];
 
-/// Reads a trace as `emu diff` does. Returns its number of lines, or `None` where it is refused.
+/// Reads a trace as `emu diff` does. Returns its number of lines, or `None` if the trace is refused.
 #[must_use]
 pub fn read_trace(bytes: &[u8]) -> Option<u64> {
     diff::lines_of(bytes).ok()
 }
 
-/// Reads a waveform as `emu wave` does and draws it, as text and as SVG. Returns the text, or `None` where it is refused.
+/// Reads a waveform as `emu wave` does and draws it as text and as SVG. Returns the text, or `None` if the
+/// waveform is refused.
 #[must_use]
 pub fn draw_wave(bytes: &[u8]) -> Option<String> {
     wave::draw_as_text(bytes).ok()
 }
 
-/// Parses the arguments of `emu` and carries out nothing. Returns whether they are accepted.
+/// Parses the arguments of `emu` without executing them. Returns true if they are accepted.
 #[must_use]
 pub fn parse_arguments(words: &[&str]) -> bool {
     CommandLine::try_parse_from(std::iter::once("emu").chain(words.iter().copied())).is_ok()
 }
 
-/// Carries out commands of `emu debug`, one a line, on the program that `subject` names by the flags of that verb. Commands that name
-/// files are left out; one that runs for long is interrupted. Returns what they print, or `None` where the program is refused.
+/// Executes commands of `emu debug`, one per line, on the program that the flags in `subject` name.
+///
+/// Commands that name files are skipped, and a command that takes longer than 5 ms is interrupted. Returns
+/// what the commands print, or `None` if the program is refused.
 #[must_use]
 pub fn run_debugger(subject: &[&str], lines: &str) -> Option<String> {
     #[derive(Debug, Parser)]
@@ -64,7 +68,7 @@ pub fn run_debugger(subject: &[&str], lines: &str) -> Option<String> {
     });
     let mut out = String::new();
     for line in lines.lines().filter(|line| !names_a_file(line)) {
-        // The clock ends only with its channel.
+        // The timer thread ends only when its channel closes, so this send cannot fail.
         _ = begin.send(());
         shell.forget_interrupt();
         match shell.execute(line, &mut out) {
@@ -78,7 +82,8 @@ pub fn run_debugger(subject: &[&str], lines: &str) -> Option<String> {
     Some(out)
 }
 
-/// Also within the commands of a breakpoint, for those are lines too.
+/// Returns true if a command line names a file. Each line of a breakpoint's command list passes through here
+/// as well.
 fn names_a_file(line: &str) -> bool {
     let found = commands::split_command(line).and_then(|(word, _)| commands::find_command(word).ok());
     found.is_some_and(|command| FILE_COMMANDS.contains(&command.name))
@@ -88,7 +93,7 @@ fn names_a_file(line: &str) -> bool {
 mod tests {
     use super::*;
 
-    /// A command that takes a file and is not listed would let a fuzzer write anywhere.
+    /// A command that takes a file and is not in the list would let a fuzzer write to any path.
     #[test]
     fn commands_that_name_files_are_left_out() {
         let files = commands::COMMANDS.iter().filter(|command| command.syntax.contains("FILE"));

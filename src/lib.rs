@@ -1,9 +1,11 @@
-//! The command line: a shelf of verbs and a shelf of what they share. `src/bin/emu.rs` runs it; `fuzz/` reaches its readers by [`fuzzing`].
+//! The command line of `emu`: verbs in `verbs/`, and the modules that several verbs use in `shared/`.
+//!
+//! `src/bin/emu.rs` is the program around this library. `fuzz/` reaches the readers through [`fuzzing`].
 //!
 //! ```text
 //!   args.rs     the verbs and the flags that several of them share
-//!   verbs/      one file or folder a verb: its flags, and what it does
-//!   shared/     what several verbs use: files in, results out, chips, messages, exit codes
+//!   verbs/      one file or folder per verb: its flags and its implementation
+//!   shared/     what several verbs use: input files, results, chips, messages, exit codes
 //!   fuzzing.rs  the readers of the command line for the fuzz targets
 //! ```
 
@@ -27,7 +29,7 @@ use verbs::{
     asm, check, chips, compile, dap, debug, diff, disasm, draw, explain, fuzz, lockstep, migrate, run, shell, sim, wave,
 };
 
-/// Runs the command line of this process; the exit codes are those of docs/cli.md.
+/// Runs the command line of this process. `docs/cli.md` lists the exit codes.
 #[must_use]
 pub fn main() -> ExitCode {
     panic::set_hook(Box::new(|what| {
@@ -46,7 +48,7 @@ fn run_command_line() -> u8 {
     let cli = match CommandLine::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
-            // Help and version come this way too.
+            // clap reports `--help` and `--version` as errors too.
             return match error.print() {
                 _ if error.use_stderr() => exit::USAGE,
                 Ok(()) => exit::OK,

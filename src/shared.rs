@@ -1,4 +1,4 @@
-//! What several verbs use: files in and results out, chips and their flags, messages and exit codes.
+//! Modules that several verbs use: input files, results, chips and their flags, messages and exit codes.
 
 pub mod ap101;
 pub mod attach;

@@ -1,4 +1,5 @@
-//! The programs of the benches compute what their heads say; a bench of a program that went astray would measure nothing.
+//! The benchmark programs compute the results that their headers state. A program that runs off its code
+//! would make its benchmark meaningless.
 
 #[path = "../benches/programs/assemble.rs"]
 mod programs;
@@ -21,7 +22,8 @@ fn data(avr: &Avr, addr: u32, len: u32) -> Vec<u8> {
 
 #[test]
 fn alu_adds_and_shifts() {
-    // 7 instructions in front, then turns of 14 cycles: the sum is the turns times 9E35C64D plus what r3:0 held.
+    // 7 instructions before the loop, then iterations of 14 cycles: the sum is the number of iterations times
+    // 9E35C64D plus the initial value of r3:0.
     let (start, end) = (after("alu", 7), after("alu", 7 + 14 * 1000));
     let sum = |avr: &Avr| u32::from_le_bytes(data(avr, 0, 4).try_into().unwrap_or_default());
     assert_eq!(sum(&end), sum(&start).wrapping_add(0x9E35_C64Du32.wrapping_mul(1000)));
@@ -34,7 +36,7 @@ fn alu_adds_and_shifts() {
 
 #[test]
 fn copy_copies() {
-    // 5 + 256 * 7 - 1 + 3 cycles a round.
+    // 5 + 256 * 7 - 1 + 3 cycles per round.
     let avr = after("copy", 1799);
     let from = data(&avr, 0x100, 256);
     assert!(from.iter().any(|&b| b != from[0]));
@@ -52,7 +54,7 @@ fn crc_is_the_crc() {
 
 #[test]
 fn poll_counts_overflows() {
-    // The timer overflows every 256 * 1024 cycles; r20 starts with what reset left there.
+    // The timer overflows every 256 * 1024 cycles; r20 keeps its value after reset at the start.
     let overflows = |cycles| after("poll", cycles).reg("r20").unwrap_or(0);
     let start = overflows(1000);
     assert_eq!(overflows(10 * 262_144 + 500), (start + 10) & 0xFF);
@@ -69,7 +71,8 @@ fn sieve_finds_the_primes() {
 
 #[test]
 fn irq_counts_milliseconds() {
-    // The timer begins some twenty cycles after the start; an interrupt is over a hundred cycles after its match.
+    // The timer starts about 20 cycles after the program; a service routine ends more than 100 cycles after
+    // its match.
     let count = |cycles| u32::from_le_bytes(data(&after("irq", cycles), 0x200, 4).try_into().unwrap_or_default());
     for ms in [1, 255, 256, 300] {
         assert_eq!((count(16_000 * ms), count(16_000 * ms + 200)), (ms as u32 - 1, ms as u32), "{ms}");

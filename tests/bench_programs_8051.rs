@@ -1,4 +1,4 @@
-//! The programs of the benches of the 8051 compute what their heads say.
+//! The benchmark programs of the 8051 compute the results that their headers state.
 
 #[path = "../benches/programs51/assemble.rs"]
 mod assemble;
@@ -27,7 +27,7 @@ fn word(mcs51: &Mcs51, addr: u32) -> u32 {
 
 #[test]
 fn alu_computes() {
-    // 12 cycles in front, then turns of 50; the 256th and the 512th turn have 3 more.
+    // 12 cycles before the loop, then iterations of 50; iterations 256 and 512 have 3 more.
     for turns in [1u32, 2, 99, 100, 255, 600] {
         let mcs51 = after("alu", 12 + 50 * u64::from(turns) + 3 * u64::from(turns / 256));
         let (mut sum, mut cells, mut decimal) = (0u32, [0u8; 4], 0u32);
@@ -58,7 +58,7 @@ fn ticks_come_every_thousand_cycles_and_disturb_nothing() {
     // The timer starts within the first hundred cycles.
     let mut mcs51 = after("tick", 5_000_500);
     assert_eq!(word(&mcs51, 0x30), 5000);
-    // Elsewhere than at the head of the loop the register and the count need not fit.
+    // Only at the head of the loop do the register and the count match.
     while mcs51.pc() != SHIFT {
         assert_eq!(mcs51.step(&mut ()), StopReason::Limit);
         assert!(mcs51.cycle() < 5_001_000, "never again at the head of the loop");
@@ -72,7 +72,7 @@ fn ticks_come_every_thousand_cycles_and_disturb_nothing() {
     assert_eq!(word(&mcs51, 2), u32::from(register));
 }
 
-/// Where `tick.s` has the label `shift`: 0Eh and the lengths of the 14 instructions of its head.
+/// Address of the label `shift` in `tick.s`: 0Eh plus the lengths of the 14 instructions before the label.
 const SHIFT: u32 = 0x0E + 1 + 2 * 5 + 2 + 1 + 3 * 5 + 2;
 
 #[test]
@@ -107,7 +107,8 @@ fn the_ladder_goes_by_its_rungs() {
 
 #[test]
 fn idle_wakes() {
-    // The timer is loaded some cycles after it overflowed: at least 10,000 cycles a wake, at most 20 more.
+    // The program reloads the timer some cycles after it overflowed: a wake takes at least 10,000 cycles, and
+    // at most 20 more.
     let wakes = word(&after("idle", 100_000_000), 0x30);
     assert!((9980..=10_000).contains(&wakes), "{wakes}");
 }

@@ -1,13 +1,13 @@
-//! The command line, as transcripts: `tests/cli/*.txt`.
+//! Tests of the command line with transcripts: `tests/cli/*.txt`.
 //!
 //! ```text
 //! # a comment                     | a line of standard output
 //! $ emu chips                     ! a line of standard error
 //! < a line of standard input      = exit code
 //! ```
-//! `|...` and `!...` stand for any number of lines. Every file runs in a folder of its own that begins as a copy of
-//! `tests/cli/in`; `$ cat FILE` and `$ ls` look into it. With EMU_BLESS=1 in the environment the transcripts are written
-//! anew (those without `...`), to be read and committed.
+//! `|...` and `!...` match any number of lines. Every file runs in a separate folder that starts as a copy of
+//! `tests/cli/in`; `$ cat FILE` and `$ ls` examine the folder. With EMU_BLESS=1 in the environment the
+//! transcripts are rewritten (except those with `...`); review them before committing.
 
 mod cli {
     pub mod transcript;
@@ -33,7 +33,7 @@ fn text_files(folder: &str, ending: &str) -> Vec<PathBuf> {
     files
 }
 
-/// A fresh folder with the inputs.
+/// Creates an empty folder with the input files.
 fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("cli-{name}"));
     _ = fs::remove_dir_all(&folder);
@@ -49,7 +49,8 @@ fn emu(folder: &Path, args: &[String], input: &[u8]) -> Output {
     run(folder, args, input, false)
 }
 
-/// With `peers` it finds the compilers of others; else it sees none, so that every machine says the same.
+/// Runs `emu`. With `peers`, the PATH has compilers of other projects; without, it is empty, so that every
+/// machine prints the same.
 fn run(folder: &Path, args: &[String], input: &[u8], peers: bool) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_emu"));
     for name in ["NO_COLOR", "CLICOLOR_FORCE", "COLUMNS"] {
@@ -98,7 +99,8 @@ fn replayed(texts: &str, peers: bool) {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// The HEX files of the transcripts come from the sources beside them, through our own assembler and writer.
+/// The HEX files of the transcripts equal the output of our assembler and writer for the sources next to
+/// them.
 #[test]
 fn images_are_what_their_sources_say() {
     let families: [(&str, &'static Chip); 3] = [
@@ -121,8 +123,8 @@ fn images_are_what_their_sources_say() {
     }
 }
 
-/// Every faulty image of the loader's tests, by every verb that takes images: its code, exit 3, nothing on standard
-/// output. One line a case: file, code.
+/// Every faulty image of the loader's tests, with every verb that takes images, gives its code, exit code 3,
+/// and nothing on standard output. Each line is a case: file, code.
 #[test]
 fn faulty_images_give_their_code_and_exit_3() {
     let folder = root().join("emu-core/tests/image");
@@ -145,7 +147,7 @@ fn faulty_images_give_their_code_and_exit_3() {
     }
 }
 
-/// Every flag that `--help` tells stands in docs/cli.md, and every verb has an example.
+/// Every flag that `--help` lists is in docs/cli.md, and every verb has an example.
 #[test]
 fn every_flag_is_documented() {
     let page = fs::read_to_string(root().join("docs/cli.md")).expect("docs/cli.md");
@@ -165,7 +167,7 @@ fn every_flag_is_documented() {
     }
 }
 
-/// When nobody reads the result any more, that is no failure. The verb waits for its input until the pipe is closed.
+/// A result that nobody reads is no failure. The verb waits for its input until the pipe is closed.
 #[test]
 fn a_closed_pipe_is_no_failure() {
     for verb in [&["draw", "-"][..], &["sim", "-", "--json"], &["compile", "-", "--mcu", "atmega328p"]] {
@@ -180,7 +182,7 @@ fn a_closed_pipe_is_no_failure() {
     }
 }
 
-/// Damaged files are run or refused; nothing else ever happens.
+/// A damaged file is run or refused, without any other outcome.
 #[test]
 fn damaged_files_never_break_emu() {
     let folder = folder("damaged");
@@ -212,7 +214,8 @@ fn damaged_files_never_break_emu() {
     }
 }
 
-/// A damaged ELF file is taken or refused, and where only its source lines are damaged it is taken with a warning.
+/// A damaged ELF file is accepted or refused. If only its source lines are damaged, it is accepted with a
+/// warning.
 #[test]
 fn damaged_elf_files_never_break_emu() {
     let folder = folder("damaged-elf");

@@ -1,4 +1,4 @@
-//! What is told of a program for another chip of the same family, and for which chips there is a compiler.
+//! Messages about programs for another chip of the same family, and the list of chips with a compiler.
 
 use std::fs;
 use std::path::Path;
@@ -9,14 +9,14 @@ fn emu(args: &[&str]) -> String {
     String::from_utf8_lossy(&[out.stdout, out.stderr].concat()).into_owned()
 }
 
-/// Where `e_flags` begins in the header of an ELF32 file (System V ABI, chapter 4).
+/// Offset of `e_flags` in the header of an ELF32 file (System V ABI, chapter 4).
 const E_FLAGS: usize = 0x24;
 
 #[test]
 fn elf_files_for_another_core_are_told() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let bytes = fs::read(root.join("tests/cli/in/main.elf")).expect("an image");
-    // Core in the file, chip, what is told.
+    // Core in the file, chip, expected message.
     let cases = [
         (5, "atmega328p", None),
         (5, "atmega64", None),
@@ -41,7 +41,8 @@ fn elf_files_for_another_core_are_told() {
     }
 }
 
-/// Asks for `bytes`, an ELF file, on a chip, and compares what is told of the chip; `None` is nothing.
+/// Disassembles the ELF file `bytes` for a chip, and compares the message about the chip; `None` means no
+/// message.
 fn compare(name: &str, bytes: &[u8], mcu: &str, wanted: Option<&str>) {
     let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     fs::write(&file, bytes).expect("written");
@@ -52,7 +53,7 @@ fn compare(name: &str, bytes: &[u8], mcu: &str, wanted: Option<&str>) {
     }
 }
 
-/// Puts bytes in place of the only others that are as these.
+/// Replaces the only occurrence of `old`.
 fn patched(bytes: &[u8], old: &[u8], new: &[u8]) -> Vec<u8> {
     let places: Vec<usize> = (0..bytes.len()).filter(|&at| bytes[at..].starts_with(old)).collect();
     assert_eq!((places.len(), old.len()), (1, new.len()), "{old:?}");
@@ -61,7 +62,7 @@ fn patched(bytes: &[u8], old: &[u8], new: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// The chip's name in the note that compilers write.
+/// The name of the chip in the note that compilers write.
 #[test]
 fn elf_files_for_another_chip_are_told() {
     let bytes = fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/avr/millis.elf")).expect("an image");
@@ -70,7 +71,7 @@ fn elf_files_for_another_chip_are_told() {
         compare("device.elf", &bytes, mcu, Some(&format!("this is a program for atmega328p, not for {mcu}")));
         compare("device.elf", &bytes, mcu, Some(&hint(mcu)));
     }
-    // Name in the note, chip, what is told.
+    // Name in the note, chip, expected message.
     let cases: [(&[u8; 11], &str, Option<&str>); 11] = [
         (b"atmega328p\0", "atmega328p", None),
         (b"atmega328p\0", "atmega328", None),
@@ -81,7 +82,7 @@ fn elf_files_for_another_chip_are_told() {
         (b"atmega64a\0\0", "atmega328p", Some("hint: --mcu atmega64, or build it with -mmcu=atmega328p")),
         (b"attiny85\0\0\0", "atmega328p", Some("for attiny85, of which there is no model, not for atmega328p")),
         (b"attiny85\0\0\0", "atmega32", Some("hint: build it with -mmcu=atmega32)")),
-        // Names that are none leave the core.
+        // Without a valid name, the core decides.
         (b"atmega 328p", "atmega32", None),
         (b"\0\0\0\0\0\0\0\0\0\0\0", "atmega128", Some("this is a program for avr5 cores")),
     ];
@@ -90,7 +91,7 @@ fn elf_files_for_another_chip_are_told() {
     }
 }
 
-/// A note of which any word is anything is read or not, and the program loads.
+/// A note in which any word has any value is read or ignored, and the program loads.
 #[test]
 fn damaged_notes_leave_the_core() {
     let bytes = fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/avr/millis.elf")).expect("an image");
@@ -101,7 +102,7 @@ fn damaged_notes_leave_the_core() {
             let mut bytes = bytes.clone();
             bytes[start + word..][..4].copy_from_slice(&u32::to_le_bytes(value));
             let whole = value == 1 && (word == 8 || word == 44);
-            // An offset into the name gives its end.
+            // An offset into the name gives the rest of the name.
             let found = emu_core::image::avr_device(&bytes);
             match (word, value) {
                 _ if whole => assert_eq!(found.as_deref(), Some("atmega328p")),
@@ -117,7 +118,7 @@ fn damaged_notes_leave_the_core() {
     }
 }
 
-/// The signature that a program gives, where it has no note.
+/// The signature of the program decides if it has no note.
 #[test]
 fn signatures_are_told() {
     let bytes = fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/avr/millis.elf")).expect("an image");
@@ -128,7 +129,7 @@ fn signatures_are_told() {
     let header = word(&bytes, 0x20) + 9 * 40;
     let at = word(&bytes, header + 16);
     bytes[header + 20..][..4].copy_from_slice(&3u32.to_le_bytes());
-    // In the order of the file, the last byte first.
+    // In the order of the file, last byte first.
     let cases: [([u8; 3], &str, Option<&str>); 6] = [
         ([0x0F, 0x95, 0x1E], "atmega328p", None),
         ([0x0F, 0x95, 0x1E], "atmega328", None),
@@ -143,7 +144,7 @@ fn signatures_are_told() {
     }
 }
 
-/// There are more chips to run programs on than to compile ladder programs for.
+/// More chips can run programs than have a compiler for ladder programs.
 #[test]
 fn the_compiler_names_its_chips() {
     let program = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/welder.ld");

@@ -1,10 +1,11 @@
-//! `emu run --cod`: verdict, exit code and documents of programs that check themselves.
+//! `emu run --cod`: verdict, exit code and JSON documents of self-checking programs.
 
 use std::process::Command;
 
 const DIR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/emu-debug/tests/cod");
 
-/// Runs a program of `emu-debug/tests/cod` with more flags; standard output, standard error, exit code.
+/// Runs a program of `emu-debug/tests/cod` with additional flags. Returns standard output, standard error,
+/// and the exit code.
 fn emu(name: &str, flags: &[&str]) -> (String, String, i32) {
     let [hex, cod] = ["hex", "cod"].map(|kind| format!("{DIR}/{name}.{kind}"));
     let base = ["run", &hex, "--mcu", "pic16f873", "--config", "0x3FFB", "--cod", &cod];

@@ -1,4 +1,4 @@
-//! Results of the command line at unusual places: standard output by its other names, devices, long names.
+//! Results of the command line in unusual places: other names of standard output, devices, long names.
 #![cfg(target_os = "linux")]
 
 use std::fs::{self, File};
@@ -15,7 +15,8 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// Runs `emu run hello.hex` with its streams in the files `so` (/dev/full for FULL) and `se`; exit code, and what the two hold then.
+/// Runs `emu run hello.hex` with its streams in the files `so` (/dev/full for FULL) and `se`. Returns the
+/// exit code and the contents of both.
 fn run(folder: &Path, flags: &str) -> (Option<i32>, String, String) {
     let (so, se) = (folder.join("so"), folder.join("se"));
     let out = if flags.contains("FULL") { Path::new("/dev/full") } else { &so };
@@ -30,7 +31,7 @@ fn run(folder: &Path, flags: &str) -> (Option<i32>, String, String) {
     (status.code(), text(&so), text(&se))
 }
 
-/// Flags | exit code | standard output begins with | standard error has.
+/// Flags | exit code | start of standard output | text in standard error.
 #[test]
 fn streams_by_their_other_names() {
     let folder = folder("names");
@@ -92,7 +93,7 @@ fn permissions_of_a_replaced_file_are_kept() {
     assert_eq!(left.count(), 0);
 }
 
-/// What one result cannot be written for is no reason to lose the others.
+/// If one result cannot be written, the others are still written.
 #[test]
 fn the_other_results_are_kept() {
     let folder = folder("others");
@@ -105,7 +106,7 @@ fn the_other_results_are_kept() {
     }
 }
 
-/// A waveform that cannot be written ends the run, which would not end by itself.
+/// A waveform that cannot be written ends the run, which would never end otherwise.
 #[test]
 fn a_full_disk_ends_the_run() {
     let folder = folder("full");
@@ -116,7 +117,7 @@ fn a_full_disk_ends_the_run() {
     assert!(err.contains("/dev/full: cannot be written"), "{err}");
 }
 
-/// What is refused before the machine runs leaves its files as they are.
+/// A run that is refused before the machine starts leaves its files unchanged.
 #[test]
 fn a_run_that_has_not_begun_writes_nothing() {
     let folder = folder("unbegun");

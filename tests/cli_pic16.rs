@@ -1,4 +1,4 @@
-//! A guess at another chip (CLI004) is never made about an image that is for the chip that was named.
+//! The guess of another chip (CLI004) never appears for an image of the chip that was named.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ fn hex_files(folder: &str) -> Vec<PathBuf> {
     files.filter(|file| file.extension().is_some_and(|ending| ending == "hex")).collect()
 }
 
-/// Folder, part of the name, chips whose images they are.
+/// Folder, part of the file name, chips that the images are for.
 const IMAGES: &[(&str, &str, &[&str])] = &[
     ("examples/8051", "", &["8051", "8052", "at89s52"]),
     ("examples/pic16", "blink", &["pic16f873", "pic16f84a", "pic16f628a", "pic16f877a"]),
@@ -34,7 +34,7 @@ const IMAGES: &[(&str, &str, &[&str])] = &[
 fn no_false_alarms() {
     let mut tried = 0;
     let mut look = |file: &Path, mcu: &str| {
-        // A comment names the chip, which is no guess.
+        // A comment that names the chip is no guess.
         if fs::read(file).is_ok_and(|text| text.split(|c| *c == b'\n').any(|line| line.starts_with(b";"))) {
             return;
         }
@@ -56,7 +56,8 @@ fn no_false_alarms() {
     assert!(tried > 100, "only {tried} were tried");
 }
 
-/// Programs of the ladder compiler are AVR programs of some size that begin without a jump: right in an AVR, wrong in a PIC16.
+/// Programs of the ladder compiler are AVR programs of some size that begin without a jump: no warning for an
+/// AVR, a warning for a PIC16.
 #[test]
 fn compiled_programs() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
@@ -70,7 +71,7 @@ fn compiled_programs() {
     }
 }
 
-/// Names of gputils are addresses, in each memory in its own counting.
+/// Names of gputils are addresses, in the unit of each memory.
 #[test]
 fn symbols_of_gputils() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

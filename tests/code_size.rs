@@ -1,13 +1,15 @@
-//! Sizes and times beside LDmicro's, on its own programs: the table of docs/code-size.md. `EMU_BLESS=1` writes it anew.
+//! Sizes and times compared with LDmicro on its own programs: the table of docs/code-size.md. `EMU_BLESS=1`
+//! rewrites it.
 //!
-//! The programs are LDmicro's and not part of this repository: the folder `EMU_CORPUS` has them, else `../shared/ld`; without
-//! one the page is left as it is.
+//! The programs belong to LDmicro and are not part of this repository. They are in the folder `EMU_CORPUS`,
+//! by default `../shared/ld`; without the folder the page stays unchanged.
 
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A program on a chip, with LDmicro's bytes (release 5.4 and 2.3, by running both) and mean clocks of a scan, where known.
+/// A program on a chip, with LDmicro's bytes (releases 5.4 and 2.3, measured by running both) and mean clocks
+/// per scan, where known.
 struct Row {
     program: &'static str,
     mcu: &'static str,
@@ -49,7 +51,7 @@ fn corpus() -> Option<PathBuf> {
     folder.is_dir().then_some(folder)
 }
 
-/// Bytes in the data records of an Intel HEX file.
+/// Returns the number of bytes in the data records of an Intel HEX file.
 fn payload(hex: &str) -> u32 {
     let records = hex.lines().filter(|line| line.get(7..9) == Some("00"));
     records.map(|line| u32::from_str_radix(&line[1..3], 16).expect("a length")).sum()

@@ -1,4 +1,5 @@
-//! Coverage and profiles on the programs of the benches: what is told is what has happened, and looking changes nothing.
+//! Coverage and profiles of the benchmark programs: the reports match the execution, and observation changes
+//! nothing.
 
 use std::collections::BTreeMap;
 
@@ -20,7 +21,8 @@ mod programs51;
 /// Machine cycles of a run.
 const CYCLES: u64 = 300_000;
 
-/// Coverage that sees every turn, and every instruction counted one by one with the one that came behind it.
+/// Coverage that sees every iteration, plus a count of every instruction and of every pair of successive
+/// instructions.
 #[derive(Default)]
 struct Every {
     coverage: CodeCoverage,
@@ -56,13 +58,13 @@ impl Probe for Every {
     }
 }
 
-/// What a machine and a probe of it are at the end.
+/// Returns the state of a machine at the end, for comparisons.
 fn ended<C: Cpu>(cpu: &C) -> (u64, u64, u32, Vec<Option<u32>>) {
     let regs = cpu.chip().cpu_regs.iter().map(|name| cpu.reg(name)).collect();
     (cpu.cycle(), cpu.instructions(), cpu.pc(), regs)
 }
 
-/// Instructions that were executed, and which of their ways were gone.
+/// Returns the instructions, whether each was executed, and which outcomes of conditional ones occurred.
 fn seen<C: Cpu>(cpu: &C, coverage: &CodeCoverage, image: &Image) -> Vec<(u32, bool, Option<[bool; 2]>)> {
     let reached = coverage.covered_instructions(cpu.chip(), image);
     reached
@@ -78,13 +80,13 @@ fn looked_at<C: Cpu>(name: &str, start: &C, image: &Image) {
     let mut coverage = CodeCoverage::default();
     quick.run(begun + CYCLES, &mut coverage);
     let mut every = Every::default();
-    // In slices: what goes on in the next is counted once.
+    // In slices: an execution that continues in the next slice is counted once.
     for slice in 1..=7 {
         slow.run(begun + CYCLES / 7 * slice, &mut every);
     }
     slow.run(begun + CYCLES, &mut every);
     let mut profile = CycleProfile::new(start.chip(), image, begun);
-    // In slices: a profile does not notice.
+    // In slices, which must not change a profile.
     for slice in 1..=10 {
         timed.run(begun + CYCLES / 10 * slice, &mut profile);
     }
@@ -103,7 +105,7 @@ fn looked_at<C: Cpu>(name: &str, start: &C, image: &Image) {
         let (pc, next) = (one.instruction.pc, one.instruction.pc + one.instruction.len);
         let Some([_, elsewhere]) = one.counts_by_outcome else { continue };
         let seen: u64 = every.ways.range((pc, 0)..(pc + 1, 0)).filter(|(way, _)| way.1 != next).map(|(_, n)| n).sum();
-        // Where it went in front of an interrupt, or of the end, only the probe of ways knows.
+        // The successor before an interrupt or the end is known only to the coverage.
         let unseen = every.interrupted.get(&pc).copied().unwrap_or(0) + u64::from(every.last == Some(pc));
         assert!((seen..=seen + unseen).contains(&elsewhere), "{name} {pc:x}: {elsewhere}, not {seen} and {unseen}");
     }
@@ -146,7 +148,7 @@ fn ap101() {
     looked_at("ton101", &Ap101::new(&image), &image);
 }
 
-/// Names of the conditional instructions of each family, read off the tables.
+/// The conditional instructions of each family, as the tables list them.
 #[test]
 fn conditional_instructions_are_these() {
     let of = |chip: &emu_core::Chip| {

@@ -35,7 +35,7 @@ fn message(from: &mut impl BufRead) -> Option<Value> {
     Some(serde_json::from_slice(&body).expect("JSON"))
 }
 
-/// Reads messages up to an event, and gives its body.
+/// Reads messages up to an event, and returns its body.
 fn event(from: &mut impl BufRead, name: &str) -> Value {
     while let Some(message) = message(from) {
         assert_ne!(message["success"], false, "{message}");
@@ -46,7 +46,7 @@ fn event(from: &mut impl BufRead, name: &str) -> Value {
     panic!("no {name} came");
 }
 
-/// A response to a request.
+/// Reads messages up to the response to a request, and returns it.
 fn answer(from: &mut impl BufRead, command: &str) -> Value {
     while let Some(message) = message(from) {
         if message["command"] == command {
@@ -56,7 +56,7 @@ fn answer(from: &mut impl BufRead, command: &str) -> Value {
     panic!("no answer to {command} came");
 }
 
-/// A whole session: a breakpoint by rung, a pause of a program that runs for ever, a disconnect.
+/// Runs a complete session: a breakpoint on a rung, a pause of an endless program, a disconnect.
 fn session(to: &mut impl Write, from: &mut impl BufRead) {
     send(to, 1, "initialize", json!({ "adapterID": "emu" }));
     send(to, 2, "launch", json!({ "program": "garage.ld", "mcu": "atmega328p", "history": "1M" }));
@@ -114,7 +114,7 @@ fn the_input_ends() {
     assert_eq!(child.wait().expect("an end").code(), Some(0));
 }
 
-/// What was not read when a connection is closed is told to the other side as a reset.
+/// Unread data in a closed connection reaches the other side as a reset.
 #[test]
 fn the_connection_is_reset() {
     let mut child = emu(&["--listen", ":0"]);

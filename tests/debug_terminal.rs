@@ -1,10 +1,10 @@
-//! `emu debug` and full screens at a terminal: keys typed at a pseudo terminal, which Python has in its library.
+//! `emu debug` and full screens on a terminal: a Python script types keys on a pseudo terminal.
 
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// Types what a script does, at `emu` with some arguments.
+/// Runs a script that types keys, on `emu` with these arguments.
 fn typed(script: &str, arguments: &[&str]) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let state = Path::new(env!("CARGO_TARGET_TMPDIR")).join(script);

@@ -1,5 +1,5 @@
-//! What `emu disasm` prints assembles back to the image that it was given: random words with holes between them on every chip, and
-//! every image of the tree on every chip that takes it.
+//! The output of `emu disasm` assembles back to the same image: random words with gaps on every chip, and
+//! every image of the tree on every chip that accepts it.
 
 use std::fs;
 use std::io::Write;
@@ -10,7 +10,7 @@ use emu_core::chip::Chip;
 use emu_core::image::{ElfMachine, Image, ImageSpace, Segment, WordBits, load, write_hex};
 use emu_core::rng::Rng;
 
-/// Images a chip; more of them by EMU_DISASM_ROUNDS.
+/// Number of images per chip. EMU_DISASM_ROUNDS gives more.
 const ROUNDS: u64 = 2;
 
 fn chips() -> Vec<&'static Chip> {
@@ -19,7 +19,7 @@ fn chips() -> Vec<&'static Chip> {
     avr.chain(others).collect()
 }
 
-/// What `emu disasm` prints for a file, or for a text on its standard input.
+/// Returns the output of `emu disasm` for a file, or for text on its standard input.
 fn disasm(chip: &Chip, file: &str, input: &[u8]) -> Result<String, String> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_emu"));
     command.args(["disasm", file, "--mcu", chip.name]);
@@ -31,7 +31,8 @@ fn disasm(chip: &Chip, file: &str, input: &[u8]) -> Result<String, String> {
     if run.status.success() { Ok(text(run.stdout)) } else { Err(text(run.stderr)) }
 }
 
-/// The bytes of an image, in one order, with the bits that the memory keeps. RAM, which only a debugger fills, is left out.
+/// Returns the bytes of an image in a canonical order, with only the bits that the memory keeps. RAM is
+/// omitted, because only a debugger fills it.
 fn bytes(chip: &Chip, image: &Image) -> Vec<Segment> {
     let mut segments = image.segments.clone();
     segments.retain(|segment| segment.space != chip.ram_space);
@@ -47,7 +48,7 @@ fn bytes(chip: &Chip, image: &Image) -> Vec<Segment> {
     segments
 }
 
-/// Assembles the text and compares; the complaint shows where they part.
+/// Assembles the text and compares the images; the error shows the first difference.
 fn compare(chip: &'static Chip, text: &str, wanted: &Image) -> Result<(), String> {
     let ours = emu_asm::assemble_text(chip, text).map_err(|refused| refused.to_string())?;
     let (ours, wanted) = (bytes(chip, &ours), bytes(chip, wanted));
@@ -63,7 +64,7 @@ fn compare(chip: &'static Chip, text: &str, wanted: &Image) -> Result<(), String
     Err(format!("{:x?} in place of {:x?}", ours.get(at), wanted.get(at)))
 }
 
-/// Bytes of a memory with holes, some of them erased, within what its words have bits for.
+/// Adds random bytes of a memory with gaps, some of them erased, within the bits of its words.
 fn random(rng: &mut Rng, chip: &Chip, space: &ImageSpace, into: &mut Vec<(u32, Vec<u8>)>) {
     let (size, erased) = (space.word.max(chip.word_bytes), chip.isa.erased_word);
     let words = space.len / size;
@@ -85,7 +86,7 @@ fn random(rng: &mut Rng, chip: &Chip, space: &ImageSpace, into: &mut Vec<(u32, V
         }
         at += count + 1 + below(words / 5 + 1);
     }
-    // The last word of all.
+    // Always include the last word of the memory.
     if at < words {
         into.push((space.start + (words - 1) * size, word(below(0x1_0000) as u16 & mask)));
     }
@@ -105,7 +106,7 @@ fn random_words_come_back() {
             let mut rng = Rng::new(seed);
             let mut parts = Vec::new();
             for space in chip.hex_spaces {
-                // A block that says how the machine is put together is whole and in order, or the image is refused.
+                // The configuration block of AP101 must be complete and valid, or the image is refused.
                 if chip.name == "ap101" && space.name == "config" {
                     let mut block = vec![0; space.len as usize];
                     block[..4].copy_from_slice(b"AP\x01\0");
@@ -132,7 +133,7 @@ fn random_words_come_back() {
     assert!(wrong.is_empty(), "{} of {}\n{}", wrong.len(), chips().len() as u64 * rounds, wrong.join("\n"));
 }
 
-/// HEX and ELF files below a folder.
+/// Collects HEX and ELF files below a folder.
 fn images(dir: &Path, out: &mut Vec<PathBuf>) {
     let Ok(entries) = fs::read_dir(dir) else { return };
     let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
@@ -158,7 +159,7 @@ fn images_of_the_tree_come_back() {
         for name in ["atmega328p", "atmega128", "8052", "pic16f877a", "pic16f84", "ap101"] {
             let chip = chips().into_iter().find(|chip| chip.name == name).expect("a chip");
             let Some(image) = loaded(chip, "image", &bytes) else { continue };
-            // What was linked for another AVR is refused by the verb.
+            // The verb refuses images that were linked for another AVR.
             let Ok(text) = disasm(chip, &file.to_string_lossy(), &[]) else { continue };
             (taken, count) = (true, count + 1);
             if let Err(why) = compare(chip, &text, &image) {

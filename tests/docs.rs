@@ -1,10 +1,11 @@
-//! Every command of the README, of `docs/cli.md`, of the full screens' pages and of the tutorials runs as typed.
+//! Every command of the README, of `docs/cli.md`, of the full-screen pages and of the tutorials runs as
+//! typed.
 //!
-//! A `console` block is a run of `$ emu ..` lines, each followed by what it prints (standard output, then
-//! standard error). A line of `...` stands for any number of lines. A `sh` block has a command a line, of which
-//! those of `emu` are run: the exit code must be 0, or the one that the line's comment names (`# exit code 1`).
-//! Blocks of one page share a folder in which `examples` is that of the repository. `EMU_BLESS=1` writes the
-//! pages anew, but for blocks with `...`, and the pictures of `docs/pictures`.
+//! A `console` block is a list of `$ emu ..` lines, each followed by its output (standard output, then
+//! standard error). A line of `...` matches any number of lines. A `sh` block has one command per line, and
+//! those of `emu` are run: the exit code must be 0, or the code in the comment of the line (`# exit code 1`).
+//! Blocks of one page share a folder in which `examples` is that of the repository. `EMU_BLESS=1` rewrites
+//! the pages, except blocks with `...`, and the pictures of `docs/pictures`.
 
 mod docs {
     pub mod picture;
@@ -18,7 +19,7 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Splits a command line as a shell splits simple ones: spaces, quotes around words, a comment at the end.
+/// Splits a simple command line as a shell does: spaces, quotes around words, a comment at the end.
 fn words(line: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut quote = None;
@@ -36,7 +37,7 @@ fn words(line: &str) -> Vec<String> {
     words
 }
 
-/// Runs a command of `emu` in a folder: what it prints, and its exit code.
+/// Runs a command of `emu` in a folder. Returns its output and its exit code.
 fn run(line: &str, dir: &Path) -> (String, Option<i32>) {
     let words = words(line);
     assert_eq!(words[0], "emu", "pages run emu only: {line}");
@@ -52,7 +53,7 @@ fn run(line: &str, dir: &Path) -> (String, Option<i32>) {
     (text, output.status.code())
 }
 
-/// True when `found` is `wanted`, where a wanted line of `...` stands for any lines.
+/// Returns true if `found` matches `wanted`, in which a line of `...` matches any number of lines.
 fn fits(wanted: &[&str], found: &[&str]) -> bool {
     match wanted.split_first() {
         None => found.is_empty(),
@@ -61,7 +62,7 @@ fn fits(wanted: &[&str], found: &[&str]) -> bool {
     }
 }
 
-/// Copies a folder with all that is in it.
+/// Copies a folder with all its contents.
 fn copy(from: &Path, to: &Path) {
     fs::create_dir_all(to).expect("a folder");
     for entry in fs::read_dir(from).expect("a folder").flatten() {
@@ -74,7 +75,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// A fresh folder in which `examples` is that of the repository.
+/// Creates an empty folder with a copy of the repository's `examples`.
 fn folder(name: &str) -> PathBuf {
     let dir = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("page-{name}"));
     let _ = fs::remove_dir_all(&dir);
@@ -82,7 +83,7 @@ fn folder(name: &str) -> PathBuf {
     dir
 }
 
-/// The pages whose commands run.
+/// Returns the pages whose commands run.
 fn pages() -> Vec<PathBuf> {
     let mut pages: Vec<PathBuf> =
         ["README.md", "docs/cli.md", "docs/watch.md", "docs/tui.md"].iter().map(|page| root().join(page)).collect();
@@ -91,7 +92,7 @@ fn pages() -> Vec<PathBuf> {
     pages
 }
 
-/// The command of `emu` in a line of a `sh` block and the exit code that the line wants; `None` for other
+/// Returns the command of `emu` in a line of a `sh` block and its expected exit code, or `None` for other
 /// programs.
 fn shell_command(line: &str) -> Option<(String, i32)> {
     let line = line.replacen("cargo run --release -- ", "emu ", 1);
@@ -104,7 +105,8 @@ fn shell_command(line: &str) -> Option<(String, i32)> {
     Some((line, code.unwrap_or(0)))
 }
 
-/// What was found on a page: its text with what the commands print, the number of commands, and what differs.
+/// The result of replaying a page: its text with the actual output, the number of commands, and the
+/// differences.
 struct Replayed {
     text: String,
     commands: usize,
@@ -141,7 +143,7 @@ fn replay(page: &Path) -> Replayed {
 }
 
 impl Replayed {
-    /// Runs a line `$ emu ..` and compares what it prints.
+    /// Runs a line `$ emu ..` and compares its output.
     fn console(&mut self, command: &str, wanted: &[&str], page: &Path, dir: &Path) {
         self.commands += 1;
         let (printed, _) = run(&command[2..], dir);
@@ -182,7 +184,7 @@ fn every_command_of_the_pages_runs_as_typed() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
-/// Commands of other programs, which make what the tutorials run.
+/// Commands of other programs, which build the inputs of the tutorials.
 #[test]
 #[ignore = "needs sdcc, avr-gcc and gpasm"]
 fn every_command_of_other_tools_runs_as_typed() {
@@ -204,7 +206,7 @@ fn every_command_of_other_tools_runs_as_typed() {
     assert!(run >= tools.len(), "only {run} commands of other tools");
 }
 
-/// The README has no room for evidence: that is on the pages it links to.
+/// The README stays short; evidence belongs on the pages that it links to.
 #[test]
 fn the_readme_is_short() {
     let lines = fs::read_to_string(root().join("README.md")).expect("the README").lines().count();
@@ -240,7 +242,7 @@ fn links_between_pages_lead_somewhere() {
     assert!(dead.is_empty(), "{}", dead.join("\n"));
 }
 
-/// The picture of the README is what `emu draw` prints.
+/// The pictures of the README equal the output of `emu draw` and `emu wave`.
 #[test]
 fn pictures_are_what_emu_draws() {
     let dir = folder("pictures");

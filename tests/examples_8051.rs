@@ -1,4 +1,4 @@
-//! The examples of the 8051 are the HEX files of their sources, and do what their heads say.
+//! The HEX files of the 8051 examples match their sources, and the programs do what their headers state.
 
 #[path = "../benches/programs51/assemble.rs"]
 mod assemble;
@@ -18,7 +18,7 @@ fn read(name: &str) -> String {
     std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
-/// With EMU_WRITE set, the HEX files are written anew.
+/// With EMU_WRITE set, the test rewrites the HEX files.
 #[test]
 fn the_hex_files_belong_to_their_sources() {
     for name in ["hello", "blink", "mode0"] {
@@ -32,7 +32,7 @@ fn the_hex_files_belong_to_their_sources() {
     }
 }
 
-/// Keeps bytes sent, and cycles at which the lamp at P1.0 changed.
+/// Records sent bytes, and the cycles at which the lamp on P1.0 changed.
 struct Seen {
     lamp: PinId,
     text: Vec<u8>,
@@ -63,7 +63,7 @@ fn after(name: &str, mcu: &str, cycles: u64) -> Seen {
 fn they_do_what_their_heads_say() {
     assert_eq!(String::from_utf8_lossy(&after("hello.hex", "8052", 40_000).text), "Hello from an 8051\n");
     assert_eq!(String::from_utf8_lossy(&after("mode0.hex", "8052", 1_000).text), "6\n");
-    // Ten wakes for a change, each up to 20 cycles late: reset drives the pin high before the first one.
+    // Ten wakes per change, each up to 20 cycles late. Reset drives the pin high before the first one.
     let edges = after("blink.hex", "at89s52", 1_000_000).edges;
     let between: Vec<u64> = edges.windows(2).map(|pair| pair[1] - pair[0]).collect();
     assert_eq!(between.len(), 8, "{edges:?}");

@@ -1,4 +1,5 @@
-//! The examples of the AVR print what their heads say, move their pins when they should, and keep what they store.
+//! The AVR examples print what their headers state, switch their pins at the right times, and keep the data
+//! that they store.
 
 #[path = "peers/avr_programs/mod.rs"]
 mod avr_programs;
@@ -17,7 +18,8 @@ fn they_print_what_is_known() {
     }
 }
 
-/// Probes, conditions and what RAM holds at first change nothing of what a program does, nor when.
+/// Probes, conditions and the initial contents of RAM change neither the results of a program nor their
+/// times.
 #[test]
 fn they_end_in_the_same_cycle_whoever_looks() {
     let wave = file("avr-wave.vcd").to_string_lossy().into_owned();
@@ -51,8 +53,8 @@ fn all_of_them_are_run() {
     assert_eq!(names, run);
 }
 
-/// The lamp turns within the millisecond that it should, always at the same time in it: a count of the timer decides, and the
-/// code behind it takes the same way each time.
+/// The lamp switches within the right millisecond, always at the same offset: a timer count decides, and the
+/// code after it always takes the same path.
 #[test]
 fn the_lamp_of_the_clock_turns_every_100_ms() {
     let edges = edges(&example("millis.elf"), "PB5");
@@ -64,8 +66,8 @@ fn the_lamp_of_the_clock_turns_every_100_ms() {
     assert!(turns.windows(2).all(|pair| pair[1] - pair[0] == 1_600_000), "{edges:?}");
 }
 
-/// The width of each pulse is the entry of the sine of two overflows before: the service routine computes the next one, which the
-/// timer takes over at the end of its period.
+/// The width of each pulse is the table entry of the sine from two overflows before: the service routine
+/// computes the next one, and the timer loads it at the end of its period.
 #[test]
 fn the_tone_is_a_sine_of_1_khz() {
     let rises = pulses(&edges(&example("tone.elf"), "PD3"));
@@ -75,7 +77,7 @@ fn the_tone_is_a_sine_of_1_khz() {
         let phase = ((n * 1_049) >> 11) % 32;
         (128.0 + 120.0 * (phase as f64 / 32.0 * std::f64::consts::TAU).sin()).round() as u64
     };
-    // A pulse is high from BOTTOM to the match and the clock of it: OCR + 1.
+    // A pulse is high from BOTTOM through the clock of the match: OCR + 1 clocks.
     let wanted: Vec<u64> = (0..1_200).map(|n| sine(n) + 1).collect();
     let found: Vec<u64> = rises.iter().map(|rise| rise.1).collect();
     let start = found.windows(20).position(|widths| widths == &wanted[..20]).expect("the beginning of the sine");
@@ -110,7 +112,7 @@ fn the_boot_loader_needs_its_fuses() {
     let image = example("boot.elf");
     let fused = emu(&image, &["--until", "pc=0x7000", "--peek", "fuse:0..3", "--no-start-up"]);
     assert_eq!((&fused["cycles"], &fused["peek"]["fuse:0..3"]), (&0.into(), &"ffd8ff".into()));
-    // Without BOOTRST the chip begins at 0, where flash is erased still.
+    // Without BOOTRST the chip starts at 0, where flash is still erased.
     let plain = emu(&image, &["--until", "pc=0x7000", "--fuse", "high=0xD9"]);
     assert_eq!((&plain["stop"]["reason"], &plain["stop"]["pc"]), (&"illegal".into(), &0.into()));
 }

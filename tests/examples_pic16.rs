@@ -1,4 +1,5 @@
-//! The examples of the PIC16 do what their heads say, and their HEX files are what our assembler and gpasm make of their sources.
+//! The PIC16 examples do what their headers state, and their HEX files equal the output of our assembler and
+//! of gpasm for their sources.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -16,7 +17,7 @@ fn read(name: &str) -> String {
     std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
-/// Keeps bytes sent with the cycles of their ends, and cycles at which the lamp at RB0 changed.
+/// Records sent bytes with the cycles of their ends, and the cycles at which the lamp on RB0 changed.
 struct Seen {
     lamp: PinId,
     text: Vec<u8>,
@@ -46,7 +47,7 @@ fn after(name: &str, mcu: &str, cycles: u64) -> (Seen, StopReason) {
     let mut seen = Seen { lamp: chip.pin("RB0").expect("RB0"), text: Vec::new(), ends: Vec::new(), edges: Vec::new() };
     let mut cpu = Pic16::new(chip, &loaded.image, RamInit::Random(1));
     let stop = cpu.run(cycles, &mut seen);
-    // TRMT is set in the middle of the stop bit; a program that sleeps then leaves the line as it is.
+    // TRMT is set in the middle of the stop bit; a program that sleeps then leaves the line unchanged.
     seen.text.extend(cpu.byte_in_stop_bit());
     (seen, stop)
 }
@@ -55,10 +56,11 @@ fn after(name: &str, mcu: &str, cycles: u64) -> (Seen, StopReason) {
 fn they_do_what_their_heads_say() {
     let (hello, stop) = after("hello.hex", "pic16f877a", 200_000);
     assert_eq!((String::from_utf8_lossy(&hello.text).as_ref(), stop), ("Hello from a PIC16\n", StopReason::Halted));
-    // A bit takes 16 * 26 clocks, a byte ten bits; TXREG is filled again in time, so that bytes follow each other.
+    // A bit takes 16 * 26 clocks, and a byte ten bits. The program refills TXREG in time, so there is no gap
+    // between bytes.
     assert!(hello.ends.windows(2).all(|pair| pair[1] - pair[0] == 10 * 16 * 26 / 4), "{:?}", hello.ends);
-    // The power-up timer takes 72 ms of the second, in the rest there are 56 overflows. The first edge is that of the pin as
-    // it becomes an output. GOTO takes two cycles, so an interrupt may be a cycle late.
+    // The power-up timer takes 72 ms of the second; the rest has 56 overflows. The first edge occurs when the
+    // pin becomes an output. GOTO takes two cycles, so an interrupt may be one cycle late.
     let (blink, stop) = after("blink.hex", "pic16f873", 1_000_000);
     assert_eq!((blink.edges.len(), stop), (1 + 56, StopReason::Limit), "{:?}", blink.edges);
     let first = blink.edges[1];
@@ -67,7 +69,8 @@ fn they_do_what_their_heads_say() {
     }
 }
 
-/// The files of the examples and of the benches, which gpasm has written, hold what our assembler makes of their sources.
+/// The files of examples and benchmarks, which gpasm wrote, equal the output of our assembler for their
+/// sources.
 #[test]
 fn the_hex_files_belong_to_their_sources() {
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));

@@ -1,4 +1,5 @@
-//! The chip gives the hand-written traces of `tests/ladder`: compiled, run from random RAM, pins driven and read.
+//! The chip reproduces the hand-written traces of `tests/ladder`: each program is compiled and runs from
+//! random RAM, with its pins driven and read.
 
 #[path = "ladder/mod.rs"]
 mod table;
@@ -30,13 +31,13 @@ impl Bench {
         assert_eq!(self.cpu.run(limit, &mut ()), StopReason::Breakpoint { pc: addr / 2 });
     }
 
-    /// The pin of an input or output.
+    /// Returns the pin of an input or output.
     fn pin(&self, name: &str) -> Option<PinId> {
         let pin = self.map.pins.iter().find(|p| p.name == name)?;
         self.cpu.chip().pin(&pin.pin)
     }
 
-    /// Data address, bit and width in bytes of a symbol.
+    /// Returns the data address of a symbol, and the number of its bit unless it is an integer.
     fn place(&self, name: &str) -> (u32, Option<u8>) {
         let symbol = self.map.symbols.iter().find(|s| s.name == name).unwrap_or_else(|| panic!("no {name} in the map"));
         match &symbol.place {
@@ -45,7 +46,7 @@ impl Bench {
         }
     }
 
-    /// Width of an integer.
+    /// Returns the width of an integer in bytes.
     fn bytes(&self, name: &str) -> u8 {
         match self.map.symbols.iter().find(|s| s.name == name).map(|s| &s.place) {
             Some(CellLocation::Word { bytes, .. }) => *bytes,
@@ -109,7 +110,7 @@ fn symbol(column: &Column) -> Option<String> {
     }
 }
 
-/// The tables that the compiler for this chip does not follow yet; a line goes when it does.
+/// Tables that the compiler for this chip does not support yet. Remove a line when it does.
 const NOT_YET: &[&str] = &["tables.txt", "ldmicro5.txt"];
 
 #[test]
@@ -120,7 +121,7 @@ fn the_chip_gives_every_line_of_every_trace() {
             later += 1;
             continue;
         }
-        // Serial line, converter, pulse width output and EEPROM are driven and read by the checker, in its own tests.
+        // The checker drives and reads serial line, converter, PWM output and EEPROM in its own tests.
         let symbols = |columns: &[Column]| -> Option<Vec<String>> { columns.iter().map(symbol).collect() };
         let (Some(given_names), Some(wanted_names)) = (symbols(&case.given), symbols(&case.wanted)) else {
             outside += 1;
@@ -135,7 +136,7 @@ fn the_chip_gives_every_line_of_every_trace() {
                 continue;
             }
         };
-        // Inputs that a case leaves alone at first are low.
+        // Inputs that a case does not set are low.
         let inputs: Vec<String> =
             bench.map.pins.iter().filter(|p| p.name.starts_with('X')).map(|p| p.name.clone()).collect();
         let mut values: Vec<(&str, i32)> = inputs.iter().map(|n| (n.as_str(), 0)).collect();
@@ -154,11 +155,12 @@ fn the_chip_gives_every_line_of_every_trace() {
         }
     }
     assert!(faults.is_empty(), "{faults:#?}");
-    // A coil in the middle of a rung has a meaning and is still refused: that is a rule of the language (LD101 ..).
+    // A coil in the middle of a rung has a meaning but is still refused: that is a rule of the language
+    // (LD101 ..).
     println!(
         "{lines} lines on the chip; {later} cases not compiled yet, {outside} with other columns than symbols; refused by the checks: {refused:#?}"
     );
-    // LC002 are elements that have no code for this chip yet.
+    // LC002: elements that have no code for this chip yet.
     let known = |reason: &String| reason.contains(": LD1") || reason.ends_with(": LC002");
     assert!(lines > 250 && refused.iter().all(known), "{lines} lines, refused: {refused:#?}");
 }

@@ -1,4 +1,4 @@
-//! The compiler's own images run without a lint: every example, inputs driven at random, from RAM that nobody has written.
+//! Images of our compiler run without a lint: every example, with random inputs and uninitialised RAM.
 
 use emu_avr::{Avr, chips};
 use emu_core::lint::Lint;
@@ -19,7 +19,7 @@ impl Probe for Seen {
     }
 }
 
-/// Scans that each example is run for.
+/// Number of scans for each example.
 const SCANS: u64 = 20;
 
 #[test]
@@ -56,7 +56,7 @@ fn every_example_runs_without_a_lint() {
             let stop = cpu.run(cpu.cycle() + scan, &mut seen);
             assert_eq!(stop, StopReason::Limit, "{name}");
         }
-        // Inputs have pull-ups; without those, and with nothing at the pins, it would be another matter.
+        // The inputs have pull-ups. Without them an undriven pin would cause a lint.
         for &pin in &inputs {
             cpu.drive(CycleTime::at(cpu.cycle()), pin, PinLevel::Float);
         }

@@ -1,7 +1,7 @@
-//! Judges from outside: simavr and the GNU assembler, disassembler and compiler for the AVR.
+//! Comparisons of the AVR with external tools: simavr, and the GNU assembler, disassembler and compiler.
 //!
-//! All of it is ignored by a plain `cargo test`; `.ci/peers` installs the peers and runs it. Random tests take their seed
-//! from the variable EMU_SEED and print it.
+//! A plain `cargo test` ignores them; `.ci/peers` installs the peers and runs them. Random tests take their
+//! seed from the variable EMU_SEED and print it.
 
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -21,7 +21,7 @@ mod uart;
 
 use tools::{folder, run, source};
 
-/// A program around simavr's library, built by the first test that asks.
+/// Returns the path of a program that wraps simavr's library. The first test that needs one builds them all.
 fn harness(name: &str) -> PathBuf {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     let built = BUILT.get_or_init(|| {

@@ -1,7 +1,7 @@
-//! A judge from outside for the 8051: s51 of uCsim (Debian's sdcc-ucsim).
+//! Comparisons of the 8051 with s51 of uCsim (Debian's sdcc-ucsim).
 //!
-//! All of it is ignored by a plain `cargo test`; `.ci/peers` installs the peer and runs it. Random tests take their seed
-//! from the variable EMU_SEED and print it.
+//! A plain `cargo test` ignores them; `.ci/peers` installs the peer and runs them. Random tests take their
+//! seed from the variable EMU_SEED and print it.
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ mod opcodes;
 #[path = "peers/s51/program.rs"]
 mod program;
 
-/// A folder of its own for files that a test makes.
+/// Creates a separate folder for the files of a test.
 fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::create_dir_all(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));

@@ -1,7 +1,9 @@
-//! C programs compiled by SDCC in three memory models print and end here as they do on s51.
+//! C programs compiled by SDCC in three memory models print the same here as on s51, and end at the same
+//! time.
 //!
-//! Ignored by a plain `cargo test`; `.ci/peers` installs sdcc and s51 and runs it. What the programs have in common stands in
-//! `peers/s51_programs/print.h`, with the four ways of writing that the tests name.
+//! A plain `cargo test` ignores them; `.ci/peers` installs sdcc and s51 and runs them.
+//! `peers/s51_programs/print.h` contains the code that the programs share, with the four output methods that
+//! the tests name.
 
 #[path = "peers/s51_programs/driver.rs"]
 mod driver;
@@ -15,8 +17,8 @@ const PLAIN: &str = "sort sieve crc format longs floats recurse structs tables b
 
 const MODELS: [&str; 3] = ["small", "medium", "large"];
 
-/// Builds and runs a program in every memory model. Both must print the same; gives the model, the length of the text, the
-/// machine cycles of s51, and how many more it took here.
+/// Builds and runs a program in every memory model, and requires the same output. Returns the model, the
+/// length of the output, the machine cycles of s51, and the additional cycles here.
 fn compare(name: &str, way: &str) -> Vec<(&'static str, i64, u64, i64)> {
     let pairs = MODELS.into_iter().map(|model| {
         let hex = build(name, model, way);
@@ -37,7 +39,7 @@ fn compare(name: &str, way: &str) -> Vec<(&'static str, i64, u64, i64)> {
     pairs.collect()
 }
 
-/// Lines that do not need an emulator to be known: `program: line`.
+/// Lines that are known without an emulator: `program: line`.
 const KNOWN: &str = "
 sieve: primes=550
 sieve: last=3989
@@ -63,7 +65,8 @@ fn known(name: &str) -> impl Iterator<Item = &'static str> {
     KNOWN.lines().filter_map(|line| line.split_once(": ")).filter(move |(n, _)| *n == name).map(|(_, line)| line)
 }
 
-/// No interrupts, and nothing that depends on where the dividers of the serial port stand: the same cycle.
+/// Requires the same end cycle for programs without interrupts and without dependence on the phase of the
+/// serial port's dividers.
 fn exact(way: &str) {
     let differing: Vec<_> = PLAIN
         .split(' ')
@@ -90,10 +93,12 @@ fn programs_in_the_style_of_compiler_tests_end_at_the_same_cycle() {
     exact("MODE0");
 }
 
-/// Timer 1 runs on, and the divider by 16 behind it (manual, "More about mode 1": transmission begins at the rollover after the write, TI
-/// is set at the 10th one). Bytes that follow each other closely take ten bits each, 480 cycles. s51 begins with the write
-/// and counts 160 overflows from there: a byte takes what the program needs between TI and the next write longer, and one
-/// that comes late need not wait for a rollover, a bit of 48 cycles at most.
+/// Bytes at full speed while timer 1 and the divider by 16 after it run continuously.
+///
+/// The transmission begins at the rollover after the write, and TI is set at the 10th one (manual, "More
+/// about mode 1"). Consecutive bytes take ten bits each, 480 cycles. s51 begins with the write and counts 160
+/// overflows from there: a byte takes longer by the program's time between TI and the next write, and a late
+/// byte need not wait for a rollover, which saves at most one bit of 48 cycles.
 #[test]
 #[ignore = "needs sdcc and s51: .ci/peers installs them"]
 fn programs_that_send_while_the_divider_runs_print_the_same() {
@@ -105,10 +110,12 @@ fn programs_that_send_while_the_divider_runs_print_the_same() {
     }
 }
 
-/// `program way: least most`: machine cycles that the program ends later here than on s51, and why.
+/// `program method: minimum maximum`: by how many machine cycles the program ends later here than on s51, and
+/// why.
 ///
-/// The manual ("How interrupts are handled"): a flag set in S5P2 of cycle n is polled in n + 1, and if that ends an instruction the call
-/// takes n + 2 and n + 3. s51 looks at the flags after every instruction and calls at once, one to four cycles earlier.
+/// The manual ("How interrupts are handled") says: a flag set in S5P2 of cycle n is polled in n + 1; if that
+/// cycle ends an instruction, the call takes n + 2 and n + 3. s51 checks the flags after every instruction
+/// and calls at once, one to four cycles earlier.
 const INTERRUPTS: &str = "
 irq_tick   LOCKED:     0 1000  200 interrupts reload their timer, so that what each comes later adds up: up to five cycles each
 irq_modes  LOCKED:     0   30  three waits for the last of many interrupts, at timers that reload themselves; a turn of the wait each

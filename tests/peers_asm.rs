@@ -1,7 +1,8 @@
-//! Judges from outside for the assembler: as31 and sdas8051 for the 8051, gpasm for the PIC16, avr-as and avra for the AVR.
+//! Comparisons of the assembler with external ones: as31 and sdas8051 for the 8051, gpasm for the PIC16,
+//! avr-as and avra for the AVR.
 //!
-//! What needs them is ignored by a plain `cargo test`; `.ci/peers` installs them and runs it. Random tests take their seed
-//! from the variable EMU_SEED and print it.
+//! A plain `cargo test` ignores the tests that need them; `.ci/peers` installs them and runs these tests.
+//! Random tests take their seed from the variable EMU_SEED and print it.
 
 use std::path::{Path, PathBuf};
 
@@ -26,7 +27,7 @@ mod random;
 #[path = "peers/asm/text.rs"]
 mod text;
 
-/// A folder of its own for files that a test makes.
+/// Creates a separate folder for the files of a test.
 fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::create_dir_all(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));

@@ -1,8 +1,11 @@
-//! The programs of examples/avr, built anew at four levels of optimisation, print here what is known, and under simavr the same
-//! where simavr is right. What is known stands in `peers/avr_programs/table.rs` and is computed without either; the images that are
-//! committed are held to it as well (`examples_avr.rs`), so all of them mean the same whatever version of the compiler made them.
+//! The programs of examples/avr, rebuilt at four levels of optimisation, print the expected output here, and
+//! under simavr where simavr is right.
 //!
-//! Ignored by a plain `cargo test`; `.ci/peers` installs avr-gcc and simavr and runs it.
+//! `peers/avr_programs/table.rs` computes the expected output without either machine. `examples_avr.rs`
+//! checks the committed images against the same output, so all images are equivalent, whatever compiler
+//! version built them.
+//!
+//! A plain `cargo test` ignores these tests; `.ci/peers` installs avr-gcc and simavr and runs them.
 
 #[path = "peers/avr_programs/mod.rs"]
 mod avr_programs;
@@ -24,14 +27,17 @@ use tools::{folder, run, source};
 
 const LEVELS: [&str; 4] = ["-O0", "-Os", "-O2", "-O3"];
 
-/// Cycles that a program may take.
+/// Limit of a program in cycles.
 const CYCLES: u64 = 400_000_000;
 
 /// GPIOR0 (DS40002061, 8.6.6).
 const GPIOR0: u16 = 0x3E;
 
-/// `name | what simavr_program is told besides | what simavr does otherwise than the data sheet (DS40002061), by section`.
-/// Where the last field is empty simavr must print what is known. A name may have a level behind it, for that one alone.
+/// `name | additional arguments of simavr_program | deviation of simavr from the data sheet (DS40002061), by
+/// section`.
+///
+/// If the last field is empty, simavr must print the expected output. A name may have a level as suffix; the
+/// line then applies to that level only.
 const SIMAVR: &str = "
 printf   | |
 muldiv   | |
@@ -49,10 +55,11 @@ filter   | 0:adc0=1250 648000:adc0=3100 | a match of timer 1 starts no conversio
 nap      | 1600000:D2=0 1680000:D2=1 6400000:D2=0 8000000:D2=1 10240000:D2=0 | INT0 by level comes once, not again (13.2.1)
 ";
 
-/// Cycles after which a program that does not end under simavr is given up: more than it takes here.
+/// Cycle limit for programs that never end under simavr: more than they take here.
 const PATIENCE: u64 = 20_000_000;
 
-/// `HELLO`: the bytes that the echo gets, each 4,200 cycles behind the one before it, a little slower than 38400 baud.
+/// Returns the arguments for `HELLO`: the bytes that the echo program receives, 4,200 cycles apart, slightly
+/// slower than 38400 baud.
 fn hello() -> Vec<String> {
     let texts = [(16_000, "Hello, world\n"), (320_000, "again\x04")];
     let byte = |(from, text): (usize, &'static str)| {
@@ -61,7 +68,8 @@ fn hello() -> Vec<String> {
     texts.into_iter().flat_map(byte).collect()
 }
 
-/// Builds a program by the line in its head, at a level, with more flags, into a folder of its own; once for all tests.
+/// Builds a program with the command in its header, at a level, with additional flags, in a separate folder.
+/// Each build runs once for all tests.
 fn build(name: &str, level: &str, more: &[&str]) -> PathBuf {
     static BUILT: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
     let folder_name = format!("avr_programs/{name}{level}{}", more.concat());
@@ -89,7 +97,7 @@ fn build(name: &str, level: &str, more: &[&str]) -> PathBuf {
     elf
 }
 
-/// What `simavr_program` tells: kind of line, value, cycle.
+/// Returns the output of `simavr_program`: kind of line, value, cycle.
 fn under_simavr(elf: &Path, cycles: u64, what: &str) -> Vec<(char, u8, u64)> {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     let built = BUILT.get_or_init(|| {
@@ -111,7 +119,7 @@ fn under_simavr(elf: &Path, cycles: u64, what: &str) -> Vec<(char, u8, u64)> {
     said.lines().filter_map(line).collect()
 }
 
-/// The row of a name: what it is told, and what is wrong.
+/// Returns the row of a name: arguments and deviation.
 fn simavr(name: &str) -> Option<(&'static str, &'static str)> {
     SIMAVR.lines().find_map(|line| {
         let fields: Vec<&str> = line.split('|').map(str::trim).collect();
@@ -147,7 +155,7 @@ fn they_print_what_is_known_here_and_under_simavr() {
     println!("{here} images print what is known, {there} of them under simavr too");
 }
 
-/// Keeps what is written to GPIOR0, with cycles.
+/// Records writes to GPIOR0, with cycles.
 #[derive(Default)]
 struct Sink(Vec<(u8, u64)>);
 
@@ -161,8 +169,8 @@ impl Probe for Sink {
     }
 }
 
-/// Without interrupts and parts of the chip simavr's cycles are those of the instruction manual. Every byte must be written in the same
-/// one.
+/// Without interrupts and peripherals, simavr's cycles are those of the instruction manual. Every byte must
+/// be written in the same cycle.
 #[test]
 #[ignore = "needs avr-gcc and simavr: .ci/peers installs them"]
 fn programs_that_only_compute_write_each_byte_at_simavrs_cycle() {
@@ -189,7 +197,8 @@ fn programs_that_only_compute_write_each_byte_at_simavrs_cycle() {
     }
 }
 
-/// The turns of a lamp, which lie as far apart there, and the duties of the PWM, told by simavr when they change.
+/// The edges of a lamp, which have the same distances under simavr, and the duties of the PWM, which simavr
+/// reports when they change.
 #[test]
 #[ignore = "needs avr-gcc and simavr: .ci/peers installs them"]
 fn pins_do_what_they_do_under_simavr() {
@@ -198,7 +207,7 @@ fn pins_do_what_they_do_under_simavr() {
         let elf = build("millis", level, &[]);
         let theirs: Vec<u64> = of(under_simavr(&elf, CYCLES, ""), 'p').map(|line| line.2).collect();
         let ours: Vec<u64> = edges(&elf, "PB5").into_iter().map(|edge| edge.0).collect();
-        // The first edge is that of the pin as it becomes an output.
+        // The first edge occurs when the pin becomes an output.
         let apart = |cycles: &[u64]| cycles[1..].windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<u64>>();
         assert_eq!(ours.len(), 11, "{level}: {ours:?}");
         assert_eq!(apart(&ours), apart(&theirs), "millis {level}");

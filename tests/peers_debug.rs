@@ -1,8 +1,8 @@
-//! avr-gdb over our own server and our own debugger, at the same stops of a C program of three files, with the same commands; the
-//! compiler tells of it in DWARF and in stabs.
+//! avr-gdb with our server compared with our own debugger: the same commands at the same stops of C programs
+//! with three files each, compiled with DWARF and with stabs.
 //!
-//! The values of all variables, parameters and calls are to be the same. What differs on purpose is taken out: avr-gdb puts data at
-//! 0x800000, and reads what is computed from `DW_OP_entry_value` as `name@entry`.
+//! The values of all variables, parameters and calls must be the same. Intended differences are removed:
+//! avr-gdb puts data at 0x800000, and prints values computed from `DW_OP_entry_value` as `name@entry`.
 
 use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader, Write};
@@ -10,17 +10,17 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::{Mutex, PoisonError};
 
-/// Where it stops, by level of optimisation.
+/// The stops.
 const STOPS: [&str; 6] = ["main", "label", "price", "scale", "price.c:8", "main.c:25"];
 
-/// What is asked at each stop.
+/// The commands at each stop.
 #[rustfmt::skip]
 const ASKED: [&str; 17] = [
     "bt", "info args", "info locals", "print last", "print/x last", "print sum", "print turns", "print rate", "ptype last",
     "whatis &last", "print sizeof(last)", "up", "info args", "info locals", "up", "info locals", "frame 0",
 ];
 
-/// A program that ends with this test.
+/// A process that is killed when the value is dropped.
 struct Ending(Child);
 
 impl Drop for Ending {
@@ -34,11 +34,11 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/in")
 }
 
-/// The programs, of three files each.
+/// The programs, with three files each.
 const SHOP: [&str; 3] = ["main.c", "price.c", "text.c"];
 const PLANT: [&str; 3] = ["plant.c", "valve.c", "walk.c"];
 
-/// Compiles a program, once for all tests of this file; gives its file.
+/// Compiles a program, once for all tests of this file. Returns the path of the ELF file.
 fn built(files: [&str; 3], level: &str, format: &str) -> PathBuf {
     static BUILT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     let elf = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}{level}{format}.elf", files[0]));
@@ -64,7 +64,7 @@ fn commands() -> Vec<String> {
     STOPS.into_iter().flat_map(stop).collect()
 }
 
-/// What avr-gdb says to each command.
+/// Returns the output of avr-gdb for each command.
 fn gdb(elf: &Path, commands: &[String]) -> Vec<Vec<String>> {
     let emu = Command::new(env!("CARGO_BIN_EXE_emu"))
         .arg("debug")
@@ -78,7 +78,7 @@ fn gdb(elf: &Path, commands: &[String]) -> Vec<Vec<String>> {
     let told = BufReader::new(emu.0.stderr.take().expect("its standard error"));
     let address =
         told.lines().map_while(Result::ok).find_map(|line| Some(line.strip_prefix("listening on ")?.to_owned()));
-    // avr-gdb 13.1 may die as it ends; no core file stays behind.
+    // avr-gdb 13.1 may crash when it ends; do not leave a core file.
     let mut gdb = Command::new("sh");
     gdb.args(["-c", "ulimit -c 0; exec timeout 100 \"$@\"", "sh", "avr-gdb", "-nx", "-batch", "-ex", "set width 0"]);
     gdb.args(["-ex", &format!("target remote {}", address.expect("an address"))]);
@@ -87,7 +87,7 @@ fn gdb(elf: &Path, commands: &[String]) -> Vec<Vec<String>> {
     answers(&String::from_utf8_lossy(&out.stdout))
 }
 
-/// What our debugger says to each.
+/// Returns the output of our debugger for each command.
 fn own(elf: &Path, commands: &[String]) -> Vec<Vec<String>> {
     let emu = Command::new(env!("CARGO_BIN_EXE_emu"))
         .arg("debug")
@@ -103,7 +103,7 @@ fn own(elf: &Path, commands: &[String]) -> Vec<Vec<String>> {
     answers(&String::from_utf8_lossy(&emu.wait_with_output().expect("emu ends").stdout))
 }
 
-/// The lines behind each command.
+/// Returns the lines after each command.
 fn answers(text: &str) -> Vec<Vec<String>> {
     let mut found: Vec<Vec<String>> = Vec::new();
     for line in text.lines() {
@@ -116,7 +116,8 @@ fn answers(text: &str) -> Vec<Vec<String>> {
     found
 }
 
-/// A line without the offset of data memory, numbers of the history, and zeros at the front of addresses.
+/// Removes the offset of data memory, the numbers of the value history, and leading zeros of addresses from a
+/// line.
 fn plain(line: &str) -> String {
     let line = line.split_once(" = ").filter(|(head, _)| head.starts_with('$')).map_or(line, |(_, value)| value);
     let mut parts = line.split("0x");
@@ -128,7 +129,7 @@ fn plain(line: &str) -> String {
         text.push_str(&format!("0x{number:x}{}", &part[end..]));
     }
     let text = text.replace(" <__vectors>", "");
-    // `x=x@entry=3` is `x=3`.
+    // `x=x@entry=3` becomes `x=3`.
     let parts: Vec<&str> = text.split("@entry=").collect();
     let last = parts.len() - 1;
     let name = |part: &str| part.rfind('=').map_or(0, |at| at);
@@ -138,7 +139,7 @@ fn plain(line: &str) -> String {
         .collect()
 }
 
-/// An answer without variables that are gone: those of a function put in place of its call gdb lists twice.
+/// Removes variables that are optimised out from an answer; gdb lists those of an inlined function twice.
 fn without_gone(command: &str, lines: &[String]) -> Vec<String> {
     let gone = |line: &&String| command == "info locals" && line.ends_with("= <optimized out>");
     lines.iter().filter(|line| !gone(line)).cloned().collect()
@@ -150,7 +151,8 @@ fn same(elf: &Path) {
     let mut compared = 0;
     for (n, command) in commands.iter().enumerate() {
         let (Some(theirs), Some(ours)) = (theirs.get(n), ours.get(n)) else { panic!("no answer to {command} ({n})") };
-        // A variable that is in no memory yet, and what the moves between frames print, have words of their own.
+        // Not compared: variables that are not in memory yet, and the output of commands that move between
+        // frames, whose wording differs.
         let moves = ["tbreak", "continue", "up", "frame"].iter().any(|word| command.starts_with(word));
         let unknown = theirs.iter().any(|line| line.contains("Cannot access memory"));
         let (theirs, ours) = (without_gone(command, theirs), without_gone(command, ours));
@@ -172,7 +174,7 @@ fn variables_as_avr_gdb_has_them() {
     }
 }
 
-/// The function and the line of the call that `frame` tells, `turn valve.c:20`.
+/// Returns function and line of the call in the output of `frame`: `turn valve.c:20`.
 fn stands(answer: &[String]) -> String {
     let found = answer.iter().find_map(|line| {
         let (head, place) = line.strip_prefix("#0  ")?.rsplit_once(" at ")?;
@@ -182,7 +184,8 @@ fn stands(answer: &[String]) -> String {
     found.unwrap_or_else(|| format!("no call: {answer:?}"))
 }
 
-/// 200 steps lead both to the same functions and lines, into and over calls, those of functions put in place of their calls too.
+/// 200 steps into and over calls, including inlined functions, lead both debuggers to the same functions and
+/// lines.
 #[test]
 #[ignore = "needs gdb-avr, gcc-avr and avr-libc"]
 fn steps_as_avr_gdb_makes_them() {
@@ -213,7 +216,8 @@ fn steps_as_avr_gdb_makes_them() {
     }
 }
 
-/// Functions, pointers to them, types behind their names, the value history, calls of functions put in place of their calls.
+/// Commands about functions, function pointers, named types, the value history, and calls of inlined
+/// functions.
 #[rustfmt::skip]
 const TOLD: [&str; 61] = [
     "print turn", "print *turn", "print &turn", "print step", "print *step", "print valve->step", "print *valve", "print table",
@@ -227,7 +231,7 @@ const TOLD: [&str; 61] = [
     "info line climb", "up", "info locals", "print valves[1].tag[0]@3", "print $sp",
 ];
 
-/// A line with offsets in decimal, as avr-gdb writes them: `<valves+18>`.
+/// Converts the offsets in a line to decimal, as avr-gdb writes them: `<valves+18>`.
 fn decimal(line: &str) -> String {
     let mut parts = line.split("+0x");
     let first = parts.next().unwrap_or_default().to_owned();
@@ -260,7 +264,7 @@ fn values_of_functions_and_types_as_avr_gdb_has_them() {
     }
 }
 
-/// Calls that are finished, again and again: where that leads, what they gave, and the variables of what called them.
+/// Repeated `finish` commands: the resulting location, the returned value, and the variables of the caller.
 #[test]
 #[ignore = "needs gdb-avr, gcc-avr and avr-libc"]
 fn finishes_as_avr_gdb_makes_them() {
@@ -280,7 +284,7 @@ fn finishes_as_avr_gdb_makes_them() {
             let all = std::iter::once(format!("tbreak {stop}")).chain(asked.iter().map(|asked| (*asked).to_owned()));
             all.collect()
         };
-        // Behind its last answer avr-gdb says that it leaves.
+        // After its last answer avr-gdb prints a message about its end.
         let last = std::iter::once("print 1".to_owned());
         let commands: Vec<String> = stops.into_iter().cycle().take(12).flat_map(stop).chain(last).collect();
         let (theirs, ours) = (gdb(&elf, &commands), own(&elf, &commands));
@@ -288,7 +292,7 @@ fn finishes_as_avr_gdb_makes_them() {
             let (theirs, ours) = (theirs.get(n).expect("an answer"), ours.get(n).expect("an answer"));
             match command.as_str() {
                 "frame" => assert_eq!(theirs.first(), ours.first(), "{}: {command} ({n})", elf.display()),
-                // The first call may give nothing.
+                // The first call may return no value.
                 "print $" if theirs.is_empty() => {}
                 "print $" | "info locals" | "info args" => {
                     let (theirs, ours) = (without_gone(command, theirs), without_gone(command, ours));

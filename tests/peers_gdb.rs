@@ -1,4 +1,4 @@
-//! avr-gdb at `emu debug --gdb`: the talk of emu-gdb/tests/avr.gdb, by way of the command line.
+//! avr-gdb with `emu debug --gdb`: the session of emu-gdb/tests/avr.gdb, through the command line.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;

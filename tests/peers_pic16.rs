@@ -1,7 +1,7 @@
-//! A judge from outside for the PIC16: gpsim (Debian's gpsim), with programs assembled by gpasm (gputils).
+//! Comparisons of the PIC16 with gpsim (Debian's gpsim), with programs assembled by gpasm (gputils).
 //!
-//! What needs them is ignored by a plain `cargo test`; `.ci/peers` installs them and runs it. Random tests take their seed
-//! from the variable EMU_SEED and print it.
+//! A plain `cargo test` ignores the tests that need them; `.ci/peers` installs them and runs these tests.
+//! Random tests take their seed from the variable EMU_SEED and print it.
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ mod instructions;
 #[path = "peers/gpsim/programs.rs"]
 mod programs;
 
-/// A folder of its own for files that a test makes.
+/// Creates a separate folder for the files of a test.
 fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::create_dir_all(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));

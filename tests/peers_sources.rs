@@ -1,8 +1,8 @@
-//! Emitted sources in the hands of others' compilers: C by gcc, avr-gcc and sdcc, byte code with its interpreter, sketches by
-//! avr-g++ with the core of the Arduino; each does what the evaluator does.
+//! Emitted sources compiled by other compilers: C by gcc, avr-gcc and sdcc, byte code with its interpreter,
+//! sketches by avr-g++ with the Arduino core. Each must agree with the evaluator.
 //!
-//! All of it is ignored by a plain `cargo test`; `.ci/peers` installs the compilers and runs it. Random tests take their seed
-//! from the variable EMU_SEED.
+//! A plain `cargo test` ignores all of it; `.ci/peers` installs the compilers and runs it. Random tests take
+//! their seed from the variable EMU_SEED.
 
 #[path = "peers/sources/code.rs"]
 mod code;

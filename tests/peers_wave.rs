@@ -1,7 +1,7 @@
-//! Judges from outside for waveforms: the readers of sigrok (Debian's sigrok-cli) and of GTKWave (vcd2fst, fst2vcd). What they read in a
-//! file is what our own reader has: every signal at every moment.
+//! Waveforms compared in other readers: sigrok (Debian's sigrok-cli) and GTKWave (vcd2fst, fst2vcd). They
+//! must read every signal at every time as our own reader does.
 //!
-//! They are ignored by a plain `cargo test`; `.ci/peers` installs what they need and runs them.
+//! A plain `cargo test` ignores the tests; `.ci/peers` installs the tools and runs them.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -10,7 +10,7 @@ use std::process::Command;
 
 use vcd::{Command as Line, Parser};
 
-/// An image of `tests/cli/in`, its chip, how it is run, and steps of the file's time in a machine cycle.
+/// An image of `tests/cli/in`, its chip, the flags of the run, and ticks of the file per machine cycle.
 const RUNS: &[(&str, &str, &[&str], u64)] = &[
     (
         "hello.hex",
@@ -40,7 +40,7 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// Runs a program that has to end well; what it printed.
+/// Runs a program, requires exit code 0, and returns its output.
 fn run(program: &str, args: &[&str]) -> String {
     let output = Command::new(program).args(args).output().unwrap_or_else(|why| panic!("{program}: {why}"));
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -59,7 +59,7 @@ fn record(folder: &Path, (image, mcu, args, _): &(&str, &str, &[&str], u64), bit
     file
 }
 
-/// The changes of every signal by its name, and the last moment.
+/// Returns the changes of every signal by its name, and the last time.
 fn changes(file: &Path) -> (BTreeMap<String, Vec<(u64, String)>>, u64) {
     let text = fs::read(file).expect("a waveform");
     let (mut names, mut all, mut now) = (BTreeMap::new(), BTreeMap::new(), 0);
@@ -82,7 +82,7 @@ fn changes(file: &Path) -> (BTreeMap<String, Vec<(u64, String)>>, u64) {
         let fill = if value.starts_with(['x', 'z']) { value[..1].to_owned() } else { "0".to_owned() };
         let value = fill.repeat(bits.saturating_sub(value.len())) + &value;
         let list: &mut Vec<(u64, String)> = all.get_mut(name).expect("a declared signal");
-        // A change to the same value is none; of two at a moment the last one counts.
+        // A change to the same value does not count; of two changes at one time, the last one counts.
         list.retain(|(at, _)| *at != now);
         if list.last().is_none_or(|(_, last)| *last != value) {
             list.push((now, value));
@@ -109,7 +109,7 @@ fn sigrok_reads_the_same_bits() {
             for (name, read) in names.iter().zip(line.split(',')) {
                 let (_, list) = ours.iter().find(|(own, _)| own == name).unwrap_or_else(|| panic!("{}: {name}", row.0));
                 let value = list.iter().take_while(|(when, _)| *when <= at).last().map(|(_, value)| value.as_str());
-                // It takes for 0 what is not known.
+                // sigrok reads unknown values as 0.
                 let value = if value == Some("1") { "1" } else { "0" };
                 assert_eq!(value, read, "{}: {name} at {at}", row.0);
             }
@@ -133,7 +133,7 @@ fn gtkwave_reads_the_same_values() {
             run("vcd2fst", &[&name(&file), &name(&fst)]);
             fs::write(&back, run("fst2vcd", &["-f", &name(&fst)])).expect("written");
             let ((mut ours, _), (theirs, _)) = (changes(&file), changes(&back));
-            // An event has no value; they keep it in a way of their own.
+            // An event has no value; the GTKWave tools store it differently.
             ours.retain(|name, _| name != "uart0_sent");
             assert!(ours.values().map(Vec::len).sum::<usize>() > ours.len(), "{}: nothing happens", row.0);
             for (name, list) in &ours {

@@ -1,4 +1,5 @@
-//! `emu run` and signals: the first ends a run well, with all that it was to write. So it does in the debugger, and beside a peer.
+//! `emu run` and signals: the first signal ends a run cleanly, with complete output files. The same holds for
+//! the debugger and for a run with a peer.
 #![cfg(unix)]
 
 use std::fs;
@@ -17,7 +18,8 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// A run without end, for all that the test waits: 60 s of a program that never halts take longer than the kill.
+/// Starts a run that does not end during the test: 60 s of a program that never halts take longer than the
+/// time until the kill.
 fn endless(folder: &Path, flags: &[&str]) -> Child {
     let mut command = Command::new(env!("CARGO_BIN_EXE_emu"));
     command.args(["run"]).arg(root().join("tests/cli/in/spin.hex")).args(["--mcu", "atmega328p", "--for", "1000000s"]);
@@ -30,19 +32,19 @@ fn kill(child: &Child, signal: &str) {
     assert!(sent.expect("kill runs").success());
 }
 
-/// Two of its files lie beside their places. One may do so before the run listens to signals.
+/// Waits until two temporary output files exist. One may exist before the run handles signals.
 fn begun(folder: &Path) {
     let there = || fs::read_dir(folder).expect("the folder").count() > 1;
     while !there() {
         std::thread::sleep(Duration::from_millis(5));
     }
-    // The run begins behind its files.
+    // The run starts after it created its files.
     std::thread::sleep(Duration::from_millis(200));
 }
 
 #[test]
 fn a_signal_ends_a_run_with_all_its_files() {
-    // Who ignores a hangup passes that on, as nohup does, and the run goes on then.
+    // A process that ignores hang-ups passes that on, as nohup does, and the run then continues.
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).map(str::trim);
     let hears = ignored.and_then(|mask| u64::from_str_radix(mask, 16).ok()).is_some_and(|mask| mask & 1 == 0);
@@ -60,7 +62,7 @@ fn a_signal_ends_a_run_with_all_its_files() {
             fs::read_dir(&folder).expect("the folder").map(|e| e.expect("an entry").file_name()).collect();
         names.sort();
         assert_eq!(names, ["run.bin", "run.eep", "run.txt", "run.vcd"], "{signal}");
-        // The waveform reaches to the cycle of the end.
+        // The waveform extends to the cycle of the end.
         let vcd = fs::read_to_string(folder.join("run.vcd")).expect("a text");
         assert!(vcd.contains("$enddefinitions $end\n") && vcd.ends_with('\n'), "{signal}: {vcd}");
         let last = vcd.lines().rev().find_map(|line| line.strip_prefix('#')?.parse::<u64>().ok());
@@ -70,7 +72,7 @@ fn a_signal_ends_a_run_with_all_its_files() {
     }
 }
 
-/// A snapshot of the moment of the signal, from which the run goes on.
+/// A signal leaves a snapshot of its moment, from which a run can continue.
 #[test]
 fn a_signal_leaves_a_snapshot() {
     let folder = folder("snapshot");
@@ -85,7 +87,7 @@ fn a_signal_leaves_a_snapshot() {
     assert_eq!(again.status.code(), Some(0), "{}", String::from_utf8_lossy(&again.stderr));
 }
 
-/// A signal during a script of the debugger stops the script, wherever its lines come from.
+/// A signal during a debugger script stops the script, whatever the source of its lines.
 #[test]
 fn a_signal_stops_a_script_of_the_debugger() {
     let folder = folder("script");
@@ -107,7 +109,7 @@ fn a_signal_stops_a_script_of_the_debugger() {
             .stderr(Stdio::piped())
             .spawn()
             .expect("emu starts");
-        // What a nested script prints comes with its end.
+        // The output of a nested script appears at its end.
         let mut first = [0; 5];
         if script.contains(&"outer") {
             std::thread::sleep(Duration::from_secs(1));
@@ -124,7 +126,7 @@ fn a_signal_stops_a_script_of_the_debugger() {
     }
 }
 
-/// Lines of a pipe that are no text are carried out like others, and what cannot be read is told.
+/// Lines from a pipe that are not text are executed like others, and read errors are reported.
 #[test]
 fn lines_that_are_no_text() {
     let folder = folder("bytes");
@@ -140,7 +142,7 @@ fn lines_that_are_no_text() {
     }
 }
 
-/// A peer that says nothing, and has a program of its own running; the number of that is in the file `child`.
+/// Creates a peer that prints nothing and has a child process; the file `child` contains its process ID.
 fn silent_peer(folder: &Path) -> PathBuf {
     use std::os::unix::fs::PermissionsExt;
     let file = folder.join("peer");
@@ -158,7 +160,7 @@ fn beside(folder: &Path, peer: &Path, flags: &[&str]) -> Child {
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("emu starts")
 }
 
-/// Waits until what the peer has started has ended; it may wait for its parent to hear of that.
+/// Waits until the peer's child process has ended; it may be a zombie until its parent reads its status.
 fn ends(folder: &Path) {
     let number = fs::read_to_string(folder.join("child")).expect("the peer has begun");
     let stat = PathBuf::from(format!("/proc/{}/stat", number.trim()));
@@ -167,7 +169,7 @@ fn ends(folder: &Path) {
     }
 }
 
-/// A signal ends the peer with all that it has started, and leaves no folder.
+/// A signal ends the peer with all its child processes, and leaves no folder.
 #[test]
 fn a_signal_ends_a_run_beside_a_peer() {
     for (signal, flag) in [("TERM", "--cycles-free"), ("INT", "--json")] {
@@ -187,7 +189,7 @@ fn a_signal_ends_a_run_beside_a_peer() {
     }
 }
 
-/// So does an answer that does not come in time.
+/// A timeout ends the peer with all its child processes.
 #[test]
 fn a_peer_that_is_late_ends_with_what_it_has_started() {
     let folder = folder("peer-late");

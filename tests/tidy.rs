@@ -1,11 +1,11 @@
-//! The house rules that a compiler does not keep: who may use whom, how long a file may be, no unsafe code, and that every
-//! crate of chips says what it does not model, and that errors are enums.
+//! Rules of the code base that the compiler does not check: dependencies between crates, length of files, no
+//! unsafe code, a list of unmodelled features in each chip crate, and error enums.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// `crate: crates it may use`. Dev-dependencies are free: tests look at everything.
+/// `crate: crates it may use`. Dev-dependencies are not restricted, because tests may use everything.
 const ARROWS: &str = "
 diag:
 emu-core:       diag
@@ -28,28 +28,28 @@ emu-tui:        ladder ladder-eval
 fuzz:           emu emu-core emu-asm emu-avr emu-8051 emu-pic16 emu-ap101 emu-debug emu-gdb emu-dap ladder ladder-eval ladder-compile ladder-view scenario
 ";
 
-/// The wall: what the compiler may name of the emulators. Tables, chip data and images, never a machine.
+/// The parts of the emulators that the compiler may name: tables, chip data and images, never a machine.
 #[rustfmt::skip]
 const COMPILER_MAY_NAME: &[&str] = &[
     "emu_core::table", "emu_core::chip", "emu_core::image", "emu_core::Chip",
     "emu_avr::isa", "emu_8051::isa", "emu_pic16::isa", "emu_ap101::isa",
     "emu_avr::chips", "emu_8051::chips", "emu_pic16::chips", "emu_ap101::chips",
-    // What rows of chips are made of: prescalers, names of registers, and the configuration of AP101 with its zones.
+    // Parts of chip rows: prescalers, names of registers, and the configuration of AP101 with its areas.
     "emu_avr::periph::timers::ClockTap", "emu_pic16::periph::map::Sfr", "emu_ap101::config", "emu_ap101::operands",
 ];
 
-/// Crates of the tree that are no members of the workspace, and why each may be none.
+/// Crates of the tree that are not members of the workspace, each with the reason.
 const OUTSIDE: &[(&str, &str)] =
     &[("fuzz/libfuzzer", "the macro of libfuzzer-sys expands to unsafe code; it is built by fuzz/run.sh alone")];
 
-/// Lines per file.
+/// Maximum number of lines per file.
 const LONGEST: usize = 500;
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The crates of the workspace and their folders, read from its Cargo.toml.
+/// Returns the crates of the workspace and their folders, from its Cargo.toml.
 fn crates() -> Vec<(String, PathBuf)> {
     let text = fs::read_to_string(root().join("Cargo.toml")).expect("Cargo.toml");
     let table: toml::Table = text.parse().expect("Cargo.toml is TOML");
@@ -109,7 +109,7 @@ fn the_compiler_sees_tables_only() {
     let mut wrong = Vec::new();
     for file in files {
         let text = fs::read_to_string(&file).expect("source");
-        // Tests behind the last `#[cfg(test)]` may run what was compiled.
+        // Tests after the first `#[cfg(test)]` may run what was compiled.
         let text = text.split("#[cfg(test)]").next().unwrap_or("");
         for (n, line) in text.lines().enumerate().filter(|(_, l)| !l.trim_start().starts_with("//")) {
             let names = ["emu_core::", "emu_avr::", "emu_8051::", "emu_pic16::", "emu_ap101::"];
@@ -137,17 +137,18 @@ fn files_fit_in_the_head() {
     assert!(long.is_empty(), "longer than {LONGEST} lines: {long:#?}");
 }
 
-/// Public type names that may stand in more than two crates: each is named with its crate where two meet.
+/// Public type names that may exist in more than two crates: each is qualified with its crate where two of
+/// them meet.
 const NAMES_OF_MANY_CRATES: &[&str] = &["Options", "Error", "Chip"];
 
-/// The name of the type that a line makes public, if it makes one.
+/// Returns the name of the public type that a line defines, if any.
 fn public_type(line: &str) -> Option<&str> {
     let rest = line.trim_start().strip_prefix("pub ")?;
     let rest = ["struct ", "enum ", "trait ", "type ", "union "].iter().find_map(|word| rest.strip_prefix(word))?;
     rest.split(|c: char| !c.is_alphanumeric() && c != '_').next().filter(|name| !name.is_empty())
 }
 
-/// A name says what it is where it is used, without its path.
+/// A type name must be clear where it is used, without its path.
 #[test]
 fn public_type_names_are_of_at_most_two_crates() {
     let mut homes: BTreeMap<String, Vec<String>> = BTreeMap::new();
@@ -168,13 +169,14 @@ fn public_type_names_are_of_at_most_two_crates() {
     assert!(homes.is_empty(), "public type names in more than two crates: {homes:#?}");
 }
 
-/// How many types `Result<_, String>` a source has, whatever stands for `_`, and over several lines as well.
+/// Counts the types `Result<_, String>` in a source, with any type for `_`, also across several lines.
 fn count_string_errors(source: &str) -> usize {
     let code: String = source.lines().filter(|line| !line.trim_start().starts_with("//")).collect();
     code.split("Result<").skip(1).filter(|behind| type_arguments(behind).last() == Some(&"String")).count()
 }
 
-/// The arguments of a type, of which there are several, with which a text begins up to its `>`; else nothing.
+/// Returns the arguments of a generic type from a text that starts after `<`, up to its `>`. Empty if there
+/// are fewer than two.
 fn type_arguments(text: &str) -> Vec<&str> {
     let (mut depth, mut start, mut found) = (1, 0, Vec::new());
     for (at, c) in text.char_indices() {
@@ -229,7 +231,8 @@ fn unsafe_code_is_forbidden() {
     }
 }
 
-/// Nobody hides from the rules by being no member: such crates are listed, have one small file, and write no unsafe code themselves.
+/// A crate outside the workspace does not escape the rules: such crates are listed, have one small file, and
+/// contain no unsafe code of their own.
 #[test]
 fn crates_outside_of_the_workspace_are_listed() {
     fn manifests(dir: &Path, out: &mut Vec<PathBuf>) {
@@ -266,7 +269,8 @@ fn chips_say_what_is_not_modelled() {
     }
 }
 
-/// A new ladder element must not pass a reader of elements by: an arm for all others says above it why they do not matter.
+/// Code that reads ladder elements must not forget a new one: a wildcard arm says above it why the other
+/// elements do not matter.
 #[test]
 fn arms_for_all_other_elements_say_why() {
     let mut silent = Vec::new();

@@ -1,4 +1,4 @@
-; Copies 256 bytes from data 0x0100 to data 0x0300, again and again.
+; Copies 256 bytes from data 0x0100 to data 0x0300, in an endless loop.
 ; start
         ldi  r26, 0x00          ; X = 0x0100
         ldi  r27, 0x01

@@ -1,4 +1,4 @@
-; Waits for timer 0 (prescaler 1024) to overflow, over and over; r20 counts the overflows.
+; Waits for overflows of timer 0 (prescaler 1024) in an endless loop; r20 counts them.
         ldi  r16, 0x05
         out  0x25, r16          ; TCCR0B: clk/1024
         ldi  r17, 0x01

@@ -1,4 +1,4 @@
-; The primes below 1024 by the sieve of Eratosthenes over bytes at data 0x0100 to 0x04FF, 1 for a prime; then their number to
+; Computes the primes below 1024 with the sieve of Eratosthenes in bytes at data 0x0100 to 0x04FF, 1 for a prime, and writes their number to
 ; data 0x0500 and 0x0501, low byte first.
         ldi  r16, 1
         ldi  r20, 0

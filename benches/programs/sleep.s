@@ -1,4 +1,4 @@
-; Sleeps (idle) between the overflows of timer 0, every 256 * 1024 cycles; r20 counts the wake-ups, its interrupt does nothing.
+; Sleeps (idle) between the overflows of timer 0, every 256 * 1024 cycles; r20 counts the wake-ups; the interrupt has no effect.
         rjmp .+64               ; to main
         nop
         nop

@@ -1,5 +1,5 @@
-; Arithmetic on registers: a 32-bit sum, products, quotients, decimal corrections and rotations, for ever. A turn takes 50
-; cycles; R2 to R5 hold the sum (least byte first), R6 and R7 count the turns, 30h to 33h hold the rest.
+; Arithmetic on registers: a 32-bit sum, products, quotients, decimal corrections and rotations, in an endless loop of 50
+; cycles; R2 to R5 hold the sum (low byte first), R6 and R7 count the iterations, 30h to 33h hold the other results.
         clr  A
         mov  R2, A
         mov  R3, A

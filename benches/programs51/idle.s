@@ -1,4 +1,4 @@
-; Sleeps; timer 0 wakes it every 10,000 cycles, at 12 MHz a hundred times a second. 30h and 31h count the wakes.
+; Sleeps; timer 0 wakes it every 10,000 cycles, at 12 MHz 100 times per second. 30h and 31h count the wake-ups.
         ljmp main
         .org 0x0B
         clr  TR0

@@ -1,4 +1,4 @@
-; The sieve of the odd numbers 3 to 16385 in 8 KB of XDATA, for ever: 1899 primes, whose count goes to 30h (low) and 31h;
+; The sieve of the odd numbers 3 to 16385 in 8 KB of XDATA, in an endless loop: 30h (low) and 31h hold the number of primes, 1899;
 ; 32h counts the rounds.
         mov  0x32, #0
 round:  mov  DPTR, #0

@@ -1,4 +1,4 @@
-; A timer interrupt every 1,000 cycles, at 12 MHz a kilohertz, while the program shifts a register: R3:R2 is the register, 32h to
+; A timer interrupt every 1,000 cycles, at 12 MHz 1 kHz, while the program shifts a register: R3:R2 is the register, 32h to
 ; 34h count its shifts, 30h and 31h the ticks.
         ljmp main
         .org 0x0B

@@ -1,5 +1,5 @@
-; Registers only: a 16-bit sum of 9E35h a turn, its rotation, parity folding, and a count of turns; no waiting, no peripherals.
-; sumL,sumH at 20h; fold at 22h; turn at 23h,24h; 15 cycles a turn, one more every 256 turns.
+; Registers only: a 16-bit sum of 9E35h per iteration, its rotation, parity folding, and a count of iterations; no waits, no peripherals.
+; sumL,sumH at 20h; fold at 22h; turn at 23h,24h; 15 cycles per iteration, one more every 256 iterations.
         processor 16f873
         include <p16f873.inc>
         __config _WDT_OFF & _PWRTE_OFF & _CP_OFF & _LVP_OFF & _BODEN_OFF & _HS_OSC

@@ -1,5 +1,5 @@
-; A block of 64 bytes at 30h is filled by a shift register through FSR and INDF, and its CRC-16 (polynomial A001h, start 0)
-; taken bit by bit in a subroutine, again and again. crcL,crcH at 20h: the last whole one; rounds at 22h; the shift register
+; A shift register fills a block of 64 bytes at 30h through FSR and INDF, and a subroutine computes its CRC-16 (polynomial A001h,
+; start 0) bit by bit, in an endless loop. crcL,crcH at 20h: the last complete CRC; rounds at 22h; the shift register
 ; (Galois, B8h, start 1) at 23h.
         processor 16f873
         include <p16f873.inc>
@@ -50,7 +50,7 @@ sum     movf INDF,w
         incf rounds,f
         goto round
 
-; The byte in W goes into the sum.
+; Adds the byte in W to the CRC.
 byte    xorwf workL,f
         movlw 8
         movwf bits

@@ -1,6 +1,6 @@
-; A ladder of 32 rungs over bits: contacts a, b, c of every rung are bits of 30h to 37h, its coil one of 32h to 37h; the inputs
-; 30h and 31h are the count of scans, which stands at 20h,21h too. A scan begins with a look at port B, kept at 22h, and ends
-; with 36h on port C. About 215 cycles a scan.
+; A ladder of 32 rungs over bits: contacts a, b, c of every rung are bits of 30h to 37h, its coil is a bit of 32h to 37h; the inputs
+; 30h and 31h are the count of scans, which is also at 20h,21h. A scan begins with a read of port B, kept at 22h, and ends
+; with 36h on port C. A scan takes about 215 cycles.
 ;
 ; A rung of kind `and`: coil = a and b and not c. `or`: coil = (a or b) and not c. `set`: set by a and b, reset by c.
         processor 16f873

@@ -1,4 +1,4 @@
-; Asleep until timer 1 on its crystal of 32768 Hz has counted 256 (7.8 ms); wakes are counted at 20h,21h.
+; Sleeps until timer 1 on its crystal of 32768 Hz has counted 256 (7.8 ms); 20h,21h count the wake-ups.
         processor 16f873
         include <p16f873.inc>
         __config _WDT_OFF & _PWRTE_OFF & _CP_OFF & _LVP_OFF & _BODEN_OFF & _HS_OSC

@@ -1,4 +1,4 @@
-; Asleep until the watchdog (1:1, 18 ms) wakes it; wakes are counted at 20h,21h.
+; Sleeps until the watchdog (1:1, 18 ms) wakes it; 20h,21h count the wake-ups.
         processor 16f873
         include <p16f873.inc>
         __config _WDT_ON & _PWRTE_OFF & _CP_OFF & _LVP_OFF & _BODEN_OFF & _HS_OSC

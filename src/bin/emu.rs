@@ -1,4 +1,4 @@
-//! The program `emu`: the library of the same name with the process around it.
+//! The program `emu`: the process around the library of the same name.
 
 #![forbid(unsafe_code)]
 

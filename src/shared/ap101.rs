@@ -1,4 +1,4 @@
-//! The flags of `emu run` that belong to AP101, and what its images must be.
+//! Flags of `emu run` for AP101, and the check of the configuration in an AP101 image.
 
 use clap::{Args, ValueEnum};
 use diag::text::readable;
@@ -10,31 +10,33 @@ use emu_core::image::Image;
 
 use crate::shared::fail::VerbFailure;
 
-/// Bytes of a line of Intel HEX before its data: the colon, and length, address and type in two digits a byte.
+/// Characters of an Intel HEX line before its data: the colon, then length, address and type with two digits
+/// per byte.
 const HEX_RECORD_HEAD: u32 = 9;
 
-/// The flags.
+/// Flags that only AP101 accepts.
 #[derive(Debug, Args)]
 #[group(id = "ap101")]
 #[command(next_help_heading = "Only for AP101")]
 pub struct Ap101Flags {
-    /// When inputs are read: scan, all at once as a program cycle begins, or live, each as an instruction reads it. Default: as
-    /// the configuration in the image says, else scan.
+    /// When inputs are read: scan, all inputs when a program cycle begins, or live, each input when an
+    /// instruction reads it. Default: the setting of the configuration in the image, otherwise scan.
     #[arg(long, value_name = "WHEN", hide_possible_values = true)]
     inputs: Option<InputReading>,
 }
 
-/// See [`InputSampling`].
+/// The values of `--inputs`; see [`InputSampling`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum InputReading {
-    /// As a program cycle begins.
+    /// When a program cycle begins.
     Scan,
-    /// As they are read.
+    /// When an instruction reads them.
     Live,
 }
 
 impl Ap101Flags {
-    /// What is otherwise than the image says, with a clock of `hz` where one was asked for; refuses flags that are not for the chip.
+    /// Returns what overrides the configuration in the image: the clock `hz` and the flags. Refuses the flags
+    /// if `chip` is not an AP101.
     pub fn options(&self, chip: &Chip, hz: Option<u64>) -> Result<Options, VerbFailure> {
         if self.inputs.is_some() && chip.family != ChipFamily::Ap101 {
             return Err(VerbFailure::Usage(format!("--inputs is for AP101; {} is none", chip.name)));
@@ -45,13 +47,14 @@ impl Ap101Flags {
     }
 }
 
-/// The clock of a machine with that image, if it is an AP101.
+/// Returns the clock in Hz of an AP101 with this image, or `None` for other families.
 pub fn clock_hz(chip: &Chip, image: &Image, options: &Options) -> Option<u64> {
     let own = || Ap101Config::read_config(image).unwrap_or_default().hz;
     (chip.family == ChipFamily::Ap101).then(|| options.hz.unwrap_or_else(own))
 }
 
-/// What is wrong with the configuration in an image, which came from the lines of Intel HEX in `text`.
+/// Returns the errors in the configuration of an AP101 image. `text` is the Intel HEX file that the image was
+/// read from.
 pub fn configuration_faults(file: &str, text: &[u8], chip: &Chip, image: &Image) -> Vec<Diagnostic> {
     if chip.family != ChipFamily::Ap101 {
         return Vec::new();
@@ -71,7 +74,8 @@ pub fn configuration_faults(file: &str, text: &[u8], chip: &Chip, image: &Image)
     damages.into_iter().map(fault).collect()
 }
 
-/// The digits of the byte at an address below 64 K, where they stand in a file of Intel HEX without other addresses.
+/// Finds the two digits of the byte at `addr` in an Intel HEX file that has addresses below 64 K only
+/// (records of type 0).
 fn position_in_hex(text: &[u8], addr: u32) -> Option<Pos> {
     (1..).zip(readable(text).lines()).find_map(|(number, line)| {
         let indent = (line.len() - line.trim_start().len()) as u32;

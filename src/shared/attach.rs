@@ -1,4 +1,4 @@
-//! `--attach`: devices at the pins of the chip, and the files that keep what they hold.
+//! `--attach`: devices on the pins of the chip, and the files that hold their contents.
 
 use emu_avr::chips::unit_index;
 use emu_avr::periph;
@@ -16,10 +16,10 @@ use crate::shared::fail::VerbFailure;
 use crate::shared::store::MemoryFile;
 use diag::nearest;
 
-/// The address of a two-wire device where none is given: A0 to A2 tied low.
+/// The default address of an I2C device: A0 to A2 tied low.
 const ADDRESS: u8 = 0x50;
 
-/// A bus.
+/// The bus that connects a device to the chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum AttachBus {
     I2c,
@@ -27,7 +27,8 @@ enum AttachBus {
 }
 
 impl AttachBus {
-    /// What the wires of a device are called, in the order of its pins; empty names cannot be given.
+    /// Names of the device's wires, in the order of its pins. A wire with an empty name has no setting on the
+    /// command line.
     fn wires(self) -> &'static [&'static str] {
         match self {
             AttachBus::I2c => &["sda", "scl", "", "", "", "wp"],
@@ -35,7 +36,7 @@ impl AttachBus {
         }
     }
 
-    /// The pin of a wire where none is named: that of the chip's own interface.
+    /// Returns the default pin of a wire: the pin of the chip's own I2C or SPI interface.
     fn default_pin(self, chip: &Chip, wire: &str) -> Option<PinId> {
         let (unit, avr, pic16) = match (self, wire) {
             (AttachBus::I2c, "sda") => (unit_index::TWI, periph::AvrLine::Sda, Pic16Line::Sdi),
@@ -56,19 +57,19 @@ impl AttachBus {
     }
 }
 
-/// A device as the command line gives it.
+/// A device as `--attach` describes it.
 #[derive(Debug, Clone)]
 pub struct AttachedDevice {
     text: String,
     bus: AttachBus,
     device: ExternalDevice,
-    /// The file of what it holds.
+    /// The file that holds the device's contents.
     pub file: Option<String>,
-    /// Wires by position, with the pins as typed.
+    /// Wires by their index in [`AttachBus::wires`], with the pins as typed.
     pins: Vec<(usize, String)>,
 }
 
-/// Reads `i2c:24c64@0x50,file=x.bin` or `spi:25q32,cs=PB2`.
+/// Parses `i2c:24c64@0x50,file=x.bin` or `spi:25q32,cs=PB2`.
 pub fn parse_attach(text: &str) -> Result<AttachedDevice, String> {
     let wanted = || "write i2c:24c64@0x50,file=data.bin or spi:25q32,cs=PB2,file=data.bin".to_owned();
     let (head, rest) = text.split_once(',').unwrap_or((text, ""));
@@ -129,15 +130,16 @@ fn parse_spi(name: &str) -> Result<ExternalDevice, String> {
         .ok_or_else(|| unknown_device_message(name, Flash25::names().collect()))
 }
 
-/// Devices with the files of those that have one, by position.
+/// Attached devices, and the files of those that have one. Files refer to devices by index.
 pub struct AttachedStores {
     devices: Vec<WiredDevice>,
     stores: Vec<(usize, MemoryFile)>,
 }
 
 impl AttachedStores {
-    /// The devices on the pins of `chip`, holding what their files hold.
-    /// `reset` is the pin that resets the chip, which is no line of a bus.
+    /// Connects the devices to the pins of `chip` and fills them from their files.
+    ///
+    /// `reset` is the pin that resets the chip; it cannot be a bus line.
     pub fn new(list: &[AttachedDevice], chip: &Chip, reset: Option<PinId>) -> Result<AttachedStores, VerbFailure> {
         let mut bench = AttachedStores { devices: Vec::new(), stores: Vec::new() };
         for attached in list {
@@ -162,7 +164,8 @@ impl AttachedStores {
         Ok(bench)
     }
 
-    /// The board, for a chip whose cycles are as long as `clock` says; refuses drives of pins that devices drive.
+    /// Builds the set of attached devices for a chip whose cycles have the length that `clock` gives. Refuses
+    /// drives of pins that a device drives.
     pub fn connect(
         &self,
         chip: &Chip,
@@ -187,7 +190,7 @@ impl AttachedStores {
         }
     }
 
-    /// Writes what the devices of the board hold into their files.
+    /// Writes the contents of the devices into their files.
     pub fn write_back(self, board: &AttachedDevices) -> Result<(), VerbFailure> {
         let devices: Vec<&ExternalDevice> = board.devices().collect();
         for (at, store) in self.stores {
@@ -199,8 +202,8 @@ impl AttachedStores {
     }
 }
 
-/// Why two devices cannot be at the chip together: they answer at once, or a pin is wires of different kinds. Wires of one
-/// kind may share a pin, other than those that select a device.
+/// Returns why two devices cannot be connected together: both answer to one address, or one pin has wires of
+/// different kinds. Wires of one kind may share a pin, except those that select a device.
 fn conflict(chip: &Chip, one: (&AttachedDevice, &WiredDevice), two: (&AttachedDevice, &WiredDevice)) -> Option<String> {
     let wires = |(attached, fitted): (&AttachedDevice, &WiredDevice)| -> Vec<(PinId, &'static str)> {
         let named = fitted.wires.iter().zip(attached.bus.wires());
@@ -229,7 +232,7 @@ fn pin_name(chip: &Chip, pin: PinId) -> &'static str {
     chip.pins.get(usize::from(pin)).map_or("?", |pin| pin.name)
 }
 
-/// The pins of the chip at the wires of a device.
+/// Resolves the wires of a device to pins of the chip.
 fn wires(attached: &AttachedDevice, chip: &Chip) -> Result<Vec<Option<PinId>>, String> {
     let bus = attached.bus;
     let wire = |(at, name): (usize, &&str)| {

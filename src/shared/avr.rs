@@ -1,4 +1,4 @@
-//! The flags of `emu run` that belong to the AVR family, and what its users call things.
+//! Flags of `emu run` for the AVR family, and the names that AVR users expect.
 
 use clap::Args;
 use emu_avr::Options;
@@ -12,32 +12,34 @@ use emu_debug::address_names;
 use crate::shared::fail::VerbFailure;
 use crate::shared::output;
 
-/// Names of the fuse bytes, in their order: of data sheets, and of avr-libc and avrdude.
+/// Names of the fuse bytes, in order: first the name in data sheets, then the name in avr-libc and avrdude.
 const FUSES: [[&str; 2]; 3] = [["low", "lfuse"], ["high", "hfuse"], ["extended", "efuse"]];
 
-/// CLKPS in CLKPR (DS40002061, 9.12.2).
+/// Bits CLKPS in CLKPR (DS40002061, 9.12.2).
 const CLKPS: u8 = 0x0F;
 
-/// The flags.
+/// Flags that only the AVR family accepts.
 #[derive(Debug, Args)]
 #[group(id = "avr")]
 #[command(next_help_heading = "Only for the AVR family")]
 pub struct AvrFlags {
-    /// Fuse bytes in place of those of the image (`.fuse` of an ELF file): low=0x62,high=0xD9,extended=0xFF; lfuse, hfuse and
-    /// efuse mean the same. With fuses, here or in the image, the clock is the one that CKSEL chooses, and every reset takes its
-    /// start-up time. Default: as delivered, but for a clock from outside that is not divided.
+    /// Fuse bytes that replace those of the image (`.fuse` of an ELF file): low=0x62,high=0xD9,extended=0xFF.
+    /// The names lfuse, hfuse and efuse mean the same. With fuses, here or in the image, CKSEL chooses the
+    /// clock, and every reset takes its start-up time. Default: the fuses of a new chip, but with an external
+    /// clock that is not divided.
     #[arg(long, value_name = "BYTE=VALUE", value_parser = parse_fuse, value_delimiter = ',')]
     fuse: Vec<FuseByte>,
-    /// The lock bits in place of those of the image (`.lock` of an ELF file): 0xFF.
+    /// Lock bits that replace those of the image (`.lock` of an ELF file): 0xFF.
     #[arg(long, value_name = "VALUE", value_parser = |text: &str| parse_byte("lock bits are", text))]
     lock: Option<u8>,
-    /// The package: DIP28, TQFP32, MLF32 or MLF28 on ATmega48 to 328 (`emu chips CHIP` lists them), also as 28-PDIP or TQFP-32. It refuses pins that the package
-    /// does not have, and --lint reports their channels. Default: the pins of all packages.
+    /// The package: DIP28, TQFP32, MLF32 or MLF28 on ATmega48 to 328 (`emu chips CHIP` lists them), also
+    /// written as 28-PDIP or TQFP-32. With a package, pins that it does not have are refused, and --lint
+    /// reports reads of their channels. Default: the pins of all packages.
     #[arg(long, value_name = "NAME")]
     package: Option<String>,
 }
 
-/// A fuse byte: which, and its value.
+/// A fuse byte: its index in [`FUSES`], and its value.
 #[derive(Debug, Clone, Copy)]
 struct FuseByte(usize, u8);
 
@@ -57,7 +59,8 @@ fn parse_fuse(text: &str) -> Result<FuseByte, String> {
 }
 
 fn parse_byte(what: &str, text: &str) -> Result<u8, String> {
-    // Everybody writes these bytes in hexadecimal, so digits alone are not taken for a decimal number.
+    // Fuse bytes are always written in hexadecimal, so digits without a prefix are not read as a decimal
+    // number.
     let digits = text.trim().trim_end_matches(['h', 'H']);
     if !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_hexdigit()) {
         let mut meant: Vec<String> =
@@ -75,19 +78,19 @@ fn parse_byte(what: &str, text: &str) -> Result<u8, String> {
     byte.ok_or_else(|| format!("{what} 0x00 to 0xFF"))
 }
 
-/// How a machine is wired, and what that means for time.
+/// The settings of an AVR, and what they mean for its clock.
 #[derive(Debug, Clone, Copy)]
 pub struct AvrWiring {
-    /// The machine's.
+    /// Options of the machine.
     pub options: Options,
-    /// Clocks of the oscillator to a cycle after a reset (CKDIV8).
+    /// Oscillator clocks per cycle after a reset: 8 if CKDIV8 is programmed, otherwise 1.
     pub divider: u32,
-    /// The fuses are those of the command line or the image.
+    /// True if the fuses come from the command line or the image.
     fuses_given: bool,
 }
 
 impl AvrFlags {
-    /// The name of the package, as the chip's row has it.
+    /// Returns the name of the package as the chip's row spells it.
     fn package(&self, chip: &Chip) -> Result<Option<&'static str>, VerbFailure> {
         let Some(name) = &self.package else { return Ok(None) };
         if chip.packages.is_empty() {
@@ -103,8 +106,8 @@ impl AvrFlags {
         })
     }
 
-    /// How the machine of `chip` with `image` is wired, with an oscillator of `clock` Hz if that is given; refuses flags that are
-    /// not for the chip.
+    /// Returns the settings of a machine of `chip` with `image`. `clock` is the oscillator frequency in Hz,
+    /// if given. Refuses flags that do not apply to the chip.
     pub fn wiring(
         &self,
         chip: &Chip,
@@ -146,13 +149,13 @@ impl AvrFlags {
     }
 }
 
-/// What only this family's rows have.
+/// Returns the row of AVR-only data of a chip, or `None` for other families.
 fn part(chip: &Chip) -> Option<&'static AvrPart> {
     chips::part(chip.name).filter(|_| chip.family == ChipFamily::Avr)
 }
 
-/// The clock that CKSEL chooses (DS40002061, table 9-1; of chips without CKDIV8 "Clock sources" in their data sheets), and its
-/// frequency where it does not come from outside.
+/// Returns the clock source that CKSEL chooses (DS40002061, table 9-1; for chips without CKDIV8, "Clock
+/// sources" in their data sheets), and its frequency in Hz unless the clock is external.
 fn clock_source(part: &AvrPart, fuses: [u8; 3]) -> (&'static str, Option<u64>) {
     const CRYSTAL: u64 = 32_768;
     let cksel = FuseLayout::value(fuses, part.fuses.cksel);
@@ -169,7 +172,7 @@ fn clock_source(part: &AvrPart, fuses: [u8; 3]) -> (&'static str, Option<u64>) {
     }
 }
 
-/// The pin that resets the chip: none where it has been made one of a port (RSTDISBL), and none of other families.
+/// Returns the reset pin of an AVR, or `None` if RSTDISBL makes it a port pin. `None` for other families.
 pub fn reset_pin(chip: &Chip, wiring: &AvrWiring) -> Option<PinId> {
     let fuses = part(chip)?.fuses;
     let bytes = wiring.options.fuses.unwrap_or(fuses.default_bytes);
@@ -177,7 +180,7 @@ pub fn reset_pin(chip: &Chip, wiring: &AvrWiring) -> Option<PinId> {
     (!FuseLayout::is_programmed(bytes, fuses.rstdisbl)).then_some(at as PinId)
 }
 
-/// Says on standard error what clock the fuses of a chip come to, where that is not what it would be without them.
+/// Prints a note on standard error if the fuses choose a clock other than the default.
 pub fn report_fuse_clock(chip: &Chip, wiring: &AvrWiring, clock: Option<u64>) {
     let (Some(part), Some(fuses)) = (part(chip).filter(|_| wiring.fuses_given), wiring.options.fuses) else { return };
     let (name, own) = clock_source(part, fuses);
@@ -197,7 +200,8 @@ pub fn report_fuse_clock(chip: &Chip, wiring: &AvrWiring, clock: Option<u64>) {
     output::print_to_stderr(&format!("note: the fuses choose {name}, {hz} Hz{divided}{hint}\n"));
 }
 
-/// What can be done about a run that met erased memory, as the end of a hint; nothing on chips of other families.
+/// Returns the end of a hint for a run that reached erased memory: what the user can do about it. Empty for
+/// other families.
 pub fn erased_memory_hint(chip: &Chip, image: &Image, wiring: &AvrWiring) -> String {
     let Some(part) = part(chip) else { return String::new() };
     let first =
@@ -215,7 +219,8 @@ pub fn erased_memory_hint(chip: &Chip, image: &Image, wiring: &AvrWiring) -> Str
     format!("{loader}; --reading erased=nop runs on through it, as the chip does")
 }
 
-/// Says on standard error when the program runs at another clock in the end than it did at first, since times are counted by that.
+/// Prints a note on standard error if the clock prescaler at the end of the run differs from that at its
+/// start, because all times are counted with the initial clock.
 pub fn warn_clock_change<C: Cpu>(cpu: &C, wiring: &AvrWiring) {
     let chip = cpu.chip();
     let clkpr = chip.reg("CLKPR").filter(|_| chip.family == ChipFamily::Avr);
@@ -233,7 +238,8 @@ pub fn warn_clock_change<C: Cpu>(cpu: &C, wiring: &AvrWiring) {
     }
 }
 
-/// `A0=1.25V` with the chip's own name of the pin in place of `A0` or `ADC0`, as `PC0=1.25V`; other text as it is.
+/// Replaces `A0` or `ADC0` by the chip's own name of the pin: `A0=1.25V` becomes `PC0=1.25V`. Returns other
+/// text unchanged.
 pub fn chip_pin_text(chip: &Chip, text: &str) -> String {
     let (name, rest) = text.split_at(text.find('=').unwrap_or(text.len()));
     let upper = name.trim().to_ascii_uppercase();

@@ -1,6 +1,6 @@
-//! Which chip a file was made for, where it does not look like one for the chip that was named.
+//! Guesses which chip a file was made for, when it does not fit the chip that the user named.
 //!
-//! Only what leaves little doubt counts: a false alarm costs more than a guess that is not made.
+//! A guess is made only on strong evidence: a false alarm costs more than a missing guess.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -18,26 +18,28 @@ use crate::shared::image_origin::{base_name, by_signature, other_avr_diagnostic}
 use crate::shared::input::ELF_MAGIC;
 use diag::distance;
 
-/// Most chips that are listed.
+/// Maximum number of chips listed in a message.
 const MAX_CHIPS_LISTED: usize = 4;
 
-/// Words of 16 bits that tell a program for other families where nothing else does.
+/// Minimum number of words with 16 significant bits that identify a file as not for a PIC16, when nothing
+/// else does.
 const MIN_WIDE_WORDS: usize = 4;
 
-/// Where a HEX file for a PIC16 has what it is told by: byte addresses (DS39025, "Program memory map").
+/// Byte addresses in a HEX file for a PIC16 that identify the chip (DS39025, "Program memory map").
 const PIC_FLASH: std::ops::Range<u32> = 0..0x4000;
 const PIC_DEVICE_ID: u32 = 0x400C;
 const PIC_CONFIG: u32 = 0x400E;
 const PIC_CONFIG_2: u32 = 0x4010;
 const PIC_EEPROM: std::ops::Range<u32> = 0x4200..0x4400;
-/// Where avr-objcopy leaves the signature.
+/// Address at which avr-objcopy puts the signature.
 const AVR_SIGNATURE: u32 = 0x84_0000;
-/// The largest word.
+/// The largest value of a 14-bit word.
 const PIC_WORD: u16 = 0x3FFF;
-/// The bits of a device ID that are not its revision.
+/// The bits of a device ID without its revision.
 const PIC_DEVICE: u16 = 0x3FE0;
 
-/// What is told of a file: as a note beside the faults for which it was refused, else as a warning.
+/// Returns a diagnostic if the file looks like a program for another chip: a note if the file was refused,
+/// otherwise a warning.
 pub fn guess_chip(file: &str, bytes: &[u8], chip: &Chip, refused: bool) -> Option<Diagnostic> {
     let severity = if refused { Severity::Note } else { Severity::Warning };
     if bytes.starts_with(ELF_MAGIC) {
@@ -67,14 +69,14 @@ pub fn guess_chip(file: &str, bytes: &[u8], chip: &Chip, refused: bool) -> Optio
     if family == chip.family {
         fitting = nearest_first(fitting, chip);
     } else {
-        // Of another family the largest go first, which can hold whatever the others can.
+        // Among chips of another family, list the largest first: they hold whatever the smaller ones hold.
         fitting.sort_by_key(|c| Reverse(c.flash_bytes));
     }
     let (names, first) = name_chips(fitting)?;
     tell(format!("this looks like a program for {names}, not for {}", chip.name), format!("--mcu {first}"))
 }
 
-/// A chip that a comment names, where it is another one than `chip`: cause and hint.
+/// Returns cause and hint if a comment names a chip other than `chip`.
 fn other_name(named: &NamedChip, chip: &Chip) -> Option<(String, String)> {
     let (name, place) = (&named.name, &named.place);
     match named.chip {
@@ -90,18 +92,19 @@ fn other_name(named: &NamedChip, chip: &Chip) -> Option<(String, String)> {
     }
 }
 
-/// The signature of an AVR in a HEX file where avr-objcopy leaves it, in the order of data sheets.
+/// Returns the signature of an AVR in a HEX file, at the address where avr-objcopy puts it, in the byte order
+/// of data sheets.
 pub fn hex_signature(bytes: &[u8]) -> Option<[u8; 3]> {
     HexContents::of("", bytes)?.signature()
 }
 
-/// Those whose names are most like the name of `chip` first.
+/// Sorts chips by the similarity of their names to the name of `chip`, most similar first.
 pub fn nearest_first<'a>(mut chips: Vec<&'a Chip>, chip: &Chip) -> Vec<&'a Chip> {
     chips.sort_by_key(|c| distance(c.name, chip.name));
     chips
 }
 
-/// Names of chips in words, and the first one.
+/// Returns the names of chips as text, and the name of the first chip.
 pub fn name_chips(chips: Vec<&Chip>) -> Option<(String, &str)> {
     let names: Vec<&str> = chips.into_iter().map(|c| c.name).collect();
     let first = *names.first()?;
@@ -113,23 +116,23 @@ pub fn name_chips(chips: Vec<&Chip>) -> Option<(String, &str)> {
     Some((words, first))
 }
 
-/// What a file looks like.
+/// What a file appears to be.
 enum ChipGuess {
     /// A program for this family.
     Family(ChipFamily),
-    /// A program for a family whose words have 16 bits.
+    /// A program for a family with 16-bit words.
     WideWords,
-    /// Nothing in particular.
+    /// No strong evidence.
     Unknown,
 }
 
-/// The bytes of a file at the addresses that it gives them.
+/// The bytes of a HEX file by address.
 struct HexContents {
     bytes: BTreeMap<u32, u8>,
 }
 
 impl HexContents {
-    /// What a HEX file has, if it is sound.
+    /// Reads a HEX file. Returns `None` if it is malformed.
     fn of(file: &str, bytes: &[u8]) -> Option<HexContents> {
         const WHOLE: ImageSpace =
             ImageSpace { name: "file", start: 0, len: u32::MAX, word: 1, word_bits: WordBits::All };
@@ -137,7 +140,7 @@ impl HexContents {
         Some(HexContents { bytes: loaded.image.bytes_in(WHOLE.name).collect() })
     }
 
-    /// The last byte of it comes first in the file.
+    /// Returns the signature. The HEX file holds its bytes in reverse order.
     fn signature(&self) -> Option<[u8; 3]> {
         let byte = |at: u32| self.byte(AVR_SIGNATURE + at);
         Some([byte(2)?, byte(1)?, byte(0)?])
@@ -155,7 +158,7 @@ impl HexContents {
         self.bytes.contains_key(&addr)
     }
 
-    /// The family that the file is for, as far as it shows.
+    /// Returns the family that the file is for, as far as its contents show.
     fn family(&self, chip: &Chip) -> ChipGuess {
         match chip.family {
             _ if self.has_ap101_block() => ChipGuess::Family(ChipFamily::Ap101),
@@ -174,7 +177,8 @@ impl HexContents {
         }
     }
 
-    /// Where an AP101 has its configuration there is one, and nothing lies where it has no memory.
+    /// Returns true if the file has an AP101 configuration block at its address and no bytes beyond the AP101
+    /// memory.
     fn has_ap101_block(&self) -> bool {
         let block = config::CONFIG_ADDRESS..config::CONFIG_ADDRESS + config::CONFIG_BYTES;
         let magic = [b'A', b'P', 1];
@@ -182,28 +186,30 @@ impl HexContents {
             && self.bytes.keys().all(|addr| *addr < block.end)
     }
 
-    /// Whole words where a PIC16 has its program.
+    /// Returns the complete words in the program memory range of a PIC16.
     fn words(&self) -> impl Iterator<Item = u16> {
         self.bytes.range(PIC_FLASH).filter_map(|(&addr, _)| if addr % 2 == 0 { self.word(addr) } else { None })
     }
 
-    /// Program memory has words, and none of them has more bits than on a PIC16.
+    /// Returns true if program memory has words and none of them exceeds 14 bits.
     fn words_of_14_bits(&self) -> bool {
         let mut words = self.words().peekable();
         words.peek().is_some() && words.all(|word| word <= PIC_WORD)
     }
 
-    /// More than a quarter of the program's words have more bits than on a PIC16. FFFF is erased or fills.
+    /// Returns true if more than a quarter of the program words exceed 14 bits. FFFFh is excluded: it is
+    /// erased memory or padding.
     fn many_are_wide(&self) -> bool {
         4 * self.count_wide_words() > self.words().filter(|&word| word != u16::MAX).count()
     }
 
-    /// How many have.
+    /// Counts the program words that exceed 14 bits, without FFFFh.
     fn count_wide_words(&self) -> usize {
         self.words().filter(|&word| word > PIC_WORD && word != u16::MAX).count()
     }
 
-    /// A program, a configuration word, and nothing where a PIC16 has nothing.
+    /// Returns true if the file has a PIC16 program and configuration word, and no bytes where a PIC16 has no
+    /// memory.
     fn is_pic16(&self) -> bool {
         let config = PIC_FLASH.end..PIC_CONFIG_2 + 2;
         let known = |addr: &u32| PIC_FLASH.contains(addr) || config.contains(addr) || PIC_EEPROM.contains(addr);
@@ -212,7 +218,8 @@ impl HexContents {
             && self.bytes.keys().all(known)
     }
 
-    /// The first instruction is JMP or RJMP to a place that the file fills ("AVR Instruction Set Manual", DS40002198).
+    /// Returns true if the first instruction is JMP or RJMP to an address that the file fills ("AVR
+    /// Instruction Set Manual", DS40002198).
     fn starts_like_avr(&self) -> bool {
         let Some(word) = self.word(0) else { return false };
         let target = match word {
@@ -223,7 +230,8 @@ impl HexContents {
         target.is_some_and(|target| target > 0 && self.has(target))
     }
 
-    /// The first instruction is LJMP or AJMP to a place that the file fills (272383, chapter 2).
+    /// Returns true if the first instruction is LJMP or AJMP to an address that the file fills (272383,
+    /// chapter 2).
     fn starts_like_mcs51(&self) -> bool {
         let (Some(first), Some(second)) = (self.byte(0), self.byte(1)) else { return false };
         let target = match first {
@@ -234,7 +242,8 @@ impl HexContents {
         target.is_some_and(|target| target > 0 && self.has(target))
     }
 
-    /// The chip has a place for everything, and is not another one by its device ID or its configuration words.
+    /// Returns true if the chip has memory for every byte, and neither the device ID nor the configuration
+    /// words name another chip.
     fn fits(&self, chip: &Chip) -> bool {
         let spaces = image::hex_spaces(chip.hex_spaces, chip.elf_spaces);
         let beyond = |addr: u32| chip.family == ChipFamily::Avr && addr >= image::AVR_AREAS.end;
@@ -246,9 +255,10 @@ impl HexContents {
     fn fits_part(&self, part: &Pic16Part) -> bool {
         let erased = |word: &u16| *word == PIC_WORD || *word == 0;
         let id = self.word(PIC_DEVICE_ID).filter(|id| !erased(id));
-        // An erased one tells nothing in a file that gives all words from there on, as programmers read them out.
+        // An erased second configuration word is no evidence if the file also has the words after it, as in a
+        // read-out of a programmer.
         let second = self.word(PIC_CONFIG_2).filter(|word| !erased(word) || *word != 0 && !self.has(PIC_CONFIG_2 + 2));
-        // Chips without a device ID cannot be told by it.
+        // A chip without a device ID never matches one.
         let same = |id: u16| part.device_id.is_some_and(|own| id & PIC_DEVICE == own & PIC_DEVICE);
         id.is_none_or(same) && (second.is_none() || part.config.words.len() > 1)
     }

@@ -1,4 +1,4 @@
-//! Names of chips on the command line: those of the rows, and what is probably meant by others.
+//! Chip names on the command line: names of the rows, and suggestions for other names.
 
 use std::ffi::OsStr;
 
@@ -9,7 +9,7 @@ use emu_core::chip::Chip;
 use crate::shared::family::chips;
 use diag::{distance, nearest};
 
-/// Names that people give to chips and boards, the row that is nearest, and what the two have in common.
+/// Common names of chips and boards, the nearest row, and what the two have in common.
 const ALIASES: &[(&str, &str, &str)] = &[
     ("mcs51", "8051", "the first of the family"),
     ("mcs-51", "8051", "the first of the family"),
@@ -34,8 +34,11 @@ const ALIASES: &[(&str, &str, &str)] = &[
     ("pic16", "pic16f877a", "one of the family"),
 ];
 
-/// Chips that differ from a row in electrical figures alone, and that row: the newer process (A) and the low-voltage versions (L, V).
-/// Data sheets: Microchip DS40001974 (ATmega8A), Atmel 8154 (16A), 8155 (32A), 8160 (64A), 8151 (128A); those of the rows have L and V.
+/// Variants that differ from a row in electrical values only, and that row: the newer process (A) and the
+/// low-voltage versions (L, V).
+///
+/// Data sheets: Microchip DS40001974 (ATmega8A), Atmel 8154 (16A), 8155 (32A), 8160 (64A), 8151 (128A). The
+/// data sheets of the rows cover L and V.
 const CHIP_VERSIONS: &[(&str, &str)] = &[
     ("atmega8a", "atmega8"),
     ("atmega8l", "atmega8"),
@@ -53,27 +56,27 @@ const CHIP_VERSIONS: &[(&str, &str)] = &[
     ("atmega168v", "atmega168"),
 ];
 
-/// What makers' tools leave out of a name, or write instead: 89s52, 16f877a, m328p, mega328p.
+/// Prefixes that tools of the manufacturers omit or abbreviate: 89s52, 16f877a, m328p, mega328p.
 const PREFIXES: &[(&str, &str)] =
     &[("", ""), ("", "at"), ("", "pic"), ("p", "pic"), ("m", "atmega"), ("mega", "atmega")];
 
-/// The row of the chip `name` (case aside): its own, or that of the chip of which it is a version.
+/// Finds the row of the chip `name`, ignoring case. A variant in `CHIP_VERSIONS` gives the row of its chip.
 pub fn find_chip(name: &str) -> Option<&'static Chip> {
     let name = name.to_ascii_lowercase();
     let name = CHIP_VERSIONS.iter().find(|(version, _)| *version == name).map_or(name.as_str(), |(_, row)| row);
     chips().find(|chip| chip.name == name)
 }
 
-/// The chip `name` (case aside).
+/// Parses the name of a chip, ignoring case.
 ///
 /// # Errors
-/// There is none of this name; says which is meant or lists all.
+/// No chip has this name. The message suggests a chip or lists all of them.
 pub fn parse_chip(name: &str) -> Result<&'static Chip, String> {
     let name = name.trim().to_ascii_lowercase();
     if let Some(chip) = find_chip(&name) {
         return Ok(chip);
     }
-    // Names with more around them: PIC16F877-20/P, Arduino Uno.
+    // Names with additions around them: PIC16F877-20/P, Arduino Uno.
     let plain = name.split(['-', '/']).next().unwrap_or_default();
     let last = name.split_whitespace().next_back().unwrap_or_default();
     if let Some((_, chip, why)) = ALIASES.iter().find(|(alias, ..)| *alias == name || *alias == last) {
@@ -81,7 +84,7 @@ pub fn parse_chip(name: &str) -> Result<&'static Chip, String> {
     }
     let whole = |&(short, long): &(&str, &str)| find_chip(&format!("{long}{}", plain.strip_prefix(short)?));
     let whole = PREFIXES.iter().find_map(whole).map(|chip| chip.name);
-    // A number that is another by more than a letter is another chip.
+    // A name that differs by more than one letter is another chip, so it gives no suggestion.
     let near = || nearest(&name, chips().map(|chip| chip.name)).filter(|near| distance(&name, near) <= 1);
     match whole.or_else(near) {
         Some(near) => Err(format!("no chip of this name; did you mean `{near}`? (`emu chips` lists all)")),
@@ -92,7 +95,7 @@ pub fn parse_chip(name: &str) -> Result<&'static Chip, String> {
     }
 }
 
-/// Parses the name of a chip; completions get all names.
+/// Value parser for the name of a chip. Shell completions offer all names.
 #[derive(Debug, Clone, Copy)]
 pub struct ChipParser;
 
@@ -108,19 +111,19 @@ impl TypedValueParser for ChipParser {
     }
 }
 
-/// Chips of one value of the command line.
+/// A value of `--mcu`: one chip or all.
 #[derive(Debug, Clone, Copy)]
 pub enum ChipChoice {
-    /// `all`, which every verb defines for itself.
+    /// The value `all`. Each verb defines what it includes.
     All,
-    /// One by its name.
+    /// One chip.
     One(&'static Chip),
 }
 
-/// Parses the name of a chip or `all`; completions get all names.
+/// Value parser for the name of a chip or `all`. Shell completions offer all names.
 #[derive(Debug, Clone, Copy)]
 pub struct ChipChoiceParser {
-    /// Chips without a compiler are refused.
+    /// Refuse chips without a compiler.
     pub compiled: bool,
 }
 

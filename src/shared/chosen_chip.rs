@@ -1,4 +1,4 @@
-//! The chip of an image: that of `--mcu`, else the one that the file itself names; and what a program for simavr says beside it.
+//! The chip of an image: from `--mcu`, or from the file itself; and the requests to simavr in an ELF file.
 
 use diag::text::readable;
 use emu_core::chip::Chip;
@@ -11,37 +11,37 @@ use crate::shared::input::ELF_MAGIC;
 use crate::shared::{family, image_origin, input, output};
 use crate::verbs::asm;
 
-/// Where a program says to simavr what it wants.
+/// The ELF section in which a program sends requests to simavr, as messages name it.
 const SECTION: &str = "section .mmcu";
 
-/// The chip of an image.
+/// The chip of an image, with the image's requests to simavr.
 pub struct ChosenChip {
     /// The chip.
     pub chip: &'static Chip,
-    /// What the file says to simavr.
+    /// The contents of the `.mmcu` section.
     simavr: Option<SimavrSection>,
     file: String,
 }
 
-/// A chip that a file names, and where.
+/// A chip that a file names.
 pub struct NamedChip {
-    /// As it stands there.
+    /// The name as written in the file.
     pub name: String,
-    /// Where it stands: `comment on line 3`.
+    /// Where the name is in the file: `comment on line 3`.
     pub place: String,
-    /// Its row, if there is a model of it.
+    /// The row of the chip, if there is a model of it.
     pub chip: Option<&'static Chip>,
 }
 
 impl McuFlags {
-    /// The chip that is to run the image in `file`; where it is the file's own choice, a note says so.
+    /// Chooses the chip that runs the image in `file`. Prints a note if the file itself names the chip.
     pub fn choose_chip(&self, file: &str) -> Result<ChosenChip, VerbFailure> {
         self.choose_chip_or(file, None)
     }
 
-    /// The same, with a chip for files that name none.
+    /// Chooses the chip of an image, with a default for files that name no chip.
     pub fn choose_chip_or(&self, file: &str, default: Option<&'static Chip>) -> Result<ChosenChip, VerbFailure> {
-        // What cannot be read is told where it is loaded, if the chip is known.
+        // If the chip is known, an unreadable file is reported later, when the image is loaded.
         let bytes = match (input::read_bytes_twice(file), self.chip.or(default)) {
             (Ok(bytes), _) => bytes,
             (Err(_), Some(_)) => Vec::new(),
@@ -120,9 +120,9 @@ pub fn named_chip(file: &str, bytes: &[u8]) -> Option<NamedChip> {
     chip_in_comment(bytes).or_else(|| signed(hex_signature(bytes)?))
 }
 
-/// The chip that a comment of a HEX file names, as `;PIC16F877`.
+/// Returns the chip that a comment of a HEX file names, such as `;PIC16F877`.
 pub fn chip_in_comment(bytes: &[u8]) -> Option<NamedChip> {
-    // Files without comments are the rule, and may be large.
+    // Most files have no comments, and files may be large.
     if !bytes.contains(&b';') {
         return None;
     }
@@ -138,13 +138,13 @@ pub fn chip_in_comment(bytes: &[u8]) -> Option<NamedChip> {
     })
 }
 
-/// The name of some PIC: `PIC18F4550`, `PIC12F675`.
+/// Returns true for the name of any PIC: `PIC18F4550`, `PIC12F675`.
 fn is_pic(word: &str) -> bool {
     let rest = word.get(..3).filter(|front| front.eq_ignore_ascii_case("pic")).and_then(|_| word.get(3..));
     rest.is_some_and(|rest| rest.len() >= 5 && rest.starts_with(|c: char| c.is_ascii_digit()))
 }
 
-/// The name of some AVR: `ATmega2560`, `ATtiny85`, `AT90S8515`, `ATxmega128A1`.
+/// Returns true for the name of any AVR: `ATmega2560`, `ATtiny85`, `AT90S8515`, `ATxmega128A1`.
 fn is_avr(word: &str) -> bool {
     const FAMILIES: [&str; 4] = ["atmega", "attiny", "atxmega", "at90"];
     let word = word.to_ascii_lowercase();
@@ -152,7 +152,7 @@ fn is_avr(word: &str) -> bool {
     rest.is_some_and(|rest| rest.contains(|c: char| c.is_ascii_digit()))
 }
 
-/// Says on standard error what is odd about what a program says to simavr.
+/// Prints notes on standard error about inconsistent contents of the `.mmcu` section.
 fn report_simavr_oddities(file: &str, bytes: &[u8], simavr: &SimavrSection) {
     if let Some(tag) = simavr.truncated_bytes {
         output::print_to_stderr(&format!(
@@ -170,7 +170,7 @@ fn report_simavr_oddities(file: &str, bytes: &[u8], simavr: &SimavrSection) {
 }
 
 impl ChosenChip {
-    /// The clock: the one that was asked for, else the program's own, of which a note tells.
+    /// Returns the clock in Hz: `asked` if given, otherwise the clock in the `.mmcu` section, with a note.
     pub fn clock(&self, asked: Option<u64>) -> Option<u64> {
         let own = self.simavr.as_ref().and_then(|simavr| simavr.hz).map(u64::from);
         let (None, Some(hz)) = (asked, own) else { return asked };
@@ -186,7 +186,8 @@ impl ChosenChip {
         Some(hz)
     }
 
-    /// Says on standard error how what the program wants of simavr is had here; `vcd` is true where a waveform is written.
+    /// Prints notes on standard error that name the flags for the program's requests to simavr. `vcd` is true
+    /// if a waveform is written.
     pub fn report_simavr_requests(&self, image: &Image, vcd: bool) {
         let Some(simavr) = &self.simavr else { return };
         let file = &self.file;
@@ -227,7 +228,8 @@ impl ChosenChip {
         }
     }
 
-    /// What `--vcd-add` calls so many bytes of RAM: the variable there, if it has a name of one word and that size, else the address.
+    /// Returns the `--vcd-add` name for `bytes` bytes of RAM at `addr`: the variable of that address and size
+    /// if its name is one word, otherwise the address.
     fn ram_signal_name(&self, image: &Image, addr: u32, bytes: u32) -> String {
         let space = self.chip.reg_space;
         let own = image.symbols.iter().filter(|s| (s.space, s.addr, s.size) == (space, addr, bytes));

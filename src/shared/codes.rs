@@ -1,50 +1,50 @@
-//! The codes of the command line itself.
+//! Diagnostic codes of the command line itself, with their explanations.
 
 use diag::{Diagnostic, DiagnosticCode, Pos, Severity};
 
-/// A file could not be read.
+/// A file cannot be read.
 pub const UNREADABLE: &str = "CLI001";
-/// A file could not be written.
+/// A file cannot be written.
 pub const UNWRITABLE: &str = "CLI002";
 /// An element has no meaning in the evaluator.
 pub const UNSUPPORTED_ELEMENT: &str = "CLI003";
-/// An image that looks like one for another chip.
+/// The image looks like a program for another chip.
 pub const OTHER_CHIP: &str = "CLI004";
-/// A message of a program that checks itself cannot be carried out.
+/// A message of a self-checking program cannot be carried out.
 pub const COD_MESSAGE: &str = "CLI005";
 
-/// Symbols or messages of a program for another chip.
+/// Symbols or messages belong to a program for another chip.
 pub const OTHER_PROCESSOR: &str = "CLI006";
-/// Symbols of another program.
+/// Symbols belong to another program.
 pub const OTHER_PROGRAM: &str = "CLI007";
 
-/// The content of a memory does not fit into it.
+/// The contents of a file do not fit into the memory.
 pub const MEMORY_SIZE: &str = "CLI008";
 
-/// Source lines are asked for where there are none.
+/// Source lines are requested but not available.
 pub const NO_LINES: &str = "CLI009";
 
 /// A source gives bytes that its HEX file does not hold.
 pub const NOT_IN_HEX: &str = "CLI010";
 
-/// A source where an image is wanted.
+/// A source is given where an image is expected.
 pub const SOURCE_AS_IMAGE: &str = "CLI011";
 
-/// A file of inputs by scan is malformed.
+/// A table of inputs by scan is malformed.
 pub const INPUT_TABLE: &str = "CLI012";
 
-/// A chip is checked at its highest clock, below that of the program.
+/// A chip is checked at its highest clock, which is below the clock of the program.
 pub const SLOWED: &str = "CLI013";
 
-/// A record of a campaign cannot be used.
+/// A record of a fuzz campaign cannot be used.
 pub const CAMPAIGN_RECORD: &str = "CLI014";
 
-/// What an editor sends is not the protocol.
+/// The messages of an editor do not follow the Debug Adapter Protocol.
 pub const PROTOCOL: &str = "CLI040";
-/// A file is no map of the image.
+/// A file is not a map of the image.
 pub const NOT_A_MAP: &str = "TRC001";
 
-/// A file is no trace.
+/// A file is not a trace.
 pub const NOT_A_TRACE: &str = "TRC002";
 
 /// A line of a trace is malformed.
@@ -59,7 +59,7 @@ pub const CONTRADICTORY_WAVE: &str = "WAV002";
 /// A waveform is too large to be drawn.
 pub const TOO_LARGE_WAVE: &str = "WAV003";
 
-/// All of them.
+/// All codes of the command line, with title and explanation.
 #[rustfmt::skip]
 pub const CODES: &[DiagnosticCode] = &[
     DiagnosticCode { code: UNREADABLE, title: "a file cannot be read",
@@ -146,12 +146,12 @@ pub const CODES: &[DiagnosticCode] = &[
                   --only, or record a shorter time." },
 ];
 
-/// An error about a whole file.
+/// Builds an error about a whole file.
 pub fn file_error(code: &'static str, file: &str, cause: String, hint: &str) -> Diagnostic {
     Diagnostic::new(Severity::Error, code, file, Pos::default(), cause, hint)
 }
 
-/// What the system said, without its error number.
+/// Returns the text of a system error without its number.
 pub fn system_message(error: &std::io::Error) -> String {
     let text = error.to_string();
     text.split(" (os error").next().unwrap_or_default().to_lowercase()

@@ -7,9 +7,9 @@ use crate::shared::codes::{UNWRITABLE, file_error, system_message};
 use crate::shared::output;
 use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 
-/// Exit codes.
+/// Exit codes of `emu`.
 pub mod exit {
-    /// All went well.
+    /// Success.
     pub const OK: u8 = 0;
     /// An expectation failed, or states differ.
     pub const FAILED: u8 = 1;
@@ -19,25 +19,25 @@ pub mod exit {
     pub const REFUSED: u8 = 3;
     /// The program on the chip did something impossible.
     pub const FAULT: u8 = 4;
-    /// A limit came before what was waited for.
+    /// A limit came before the awaited event.
     pub const LIMIT: u8 = 5;
-    /// A fault of emu.
+    /// A fault of `emu` itself.
     pub const INTERNAL: u8 = 70;
 }
 
-/// Why a verb did not come to its end.
+/// Why a verb failed.
 #[derive(Debug)]
 pub enum VerbFailure {
     /// The command line makes no sense.
     Usage(String),
-    /// Files were refused: why, and their texts for drawing.
+    /// Files were refused: the diagnostics, and the file texts for drawing them.
     Refused(Vec<Diagnostic>, FileTexts),
-    /// Nobody reads standard output any more.
+    /// Nobody reads standard output any more (broken pipe).
     Pipe,
 }
 
 impl VerbFailure {
-    /// A result could not be written to `file`.
+    /// Returns the failure that a result could not be written to `file`.
     pub fn write_failed(file: &str, error: &std::io::Error) -> VerbFailure {
         if error.kind() == std::io::ErrorKind::BrokenPipe {
             return VerbFailure::Pipe;
@@ -47,7 +47,7 @@ impl VerbFailure {
         VerbFailure::Refused(vec![file_error(UNWRITABLE, file, cause, hint)], FileTexts::default())
     }
 
-    /// It in a sentence, for those who tell of it themselves.
+    /// Returns the failure as one sentence, for callers that report it themselves.
     pub fn sentence(&self) -> String {
         match self {
             VerbFailure::Usage(text) => text.clone(),
@@ -59,18 +59,18 @@ impl VerbFailure {
         }
     }
 
-    /// The command line makes no sense, as an error of a library says.
+    /// Returns a usage error with the message of a library error.
     pub fn usage(error: impl std::error::Error) -> VerbFailure {
         VerbFailure::Usage(error.to_string())
     }
 
-    /// The value of a flag makes no sense.
+    /// Returns a usage error for an invalid value of a flag.
     pub fn invalid_flag_value(flag: &str, value: &str, why: &dyn std::fmt::Display) -> VerbFailure {
         VerbFailure::Usage(format!("invalid value '{value}' for '{flag}': {why}"))
     }
 }
 
-/// Tells about a failure and gives the exit code.
+/// Reports the result of a verb, and returns the exit code.
 pub fn report_result(result: Result<u8, VerbFailure>, verb: &str, json: bool, terminal: &MessageStyle) -> u8 {
     match result {
         Ok(code) => code,
@@ -86,7 +86,7 @@ pub fn report_result(result: Result<u8, VerbFailure>, verb: &str, json: bool, te
             } else if let Err(VerbFailure::Refused(why, _)) =
                 output::print_json(&json!({ "schema": 1, "errors": diagnostics }))
             {
-                // Standard output takes nothing, so the document is told here, and why it is.
+                // Standard output failed, so report the diagnostics and the write error on standard error.
                 report_diagnostics(terminal, &diagnostics, &texts);
                 report_diagnostics(terminal, &why, FileTexts::NONE);
             }

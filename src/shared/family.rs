@@ -1,4 +1,5 @@
-//! The families of chips: the one place that lists them. Everything else reads a chip's row or is generic over its machine.
+//! The families of chips: the only place that lists them. All other code reads a chip's row or is generic
+//! over its machine.
 
 use emu_8051::Mcs51;
 use emu_ap101::Ap101;
@@ -13,13 +14,13 @@ use emu_pic16::Pic16;
 
 pub use crate::shared::chip_names::{ChipChoice, ChipChoiceParser, ChipParser, find_chip, parse_chip};
 
-/// All chips, family by family.
+/// Returns all chips, family by family.
 pub fn chips() -> impl Iterator<Item = &'static Chip> {
     let avr = emu_avr::chips::AVR_CHIPS.iter().copied();
     avr.chain(emu_8051::chips::chips()).chain(emu_pic16::chips::chips()).chain(emu_ap101::chips::chips())
 }
 
-/// Name of a family, for documents.
+/// Returns the name of a family for JSON documents.
 pub fn family_name(family: ChipFamily) -> &'static str {
     match family {
         ChipFamily::Avr => "avr",
@@ -29,7 +30,8 @@ pub fn family_name(family: ChipFamily) -> &'static str {
     }
 }
 
-/// Where the symbols go that linkers write into files of their own; nothing where the image brings its symbols along.
+/// Returns the memories for symbols from separate files of a linker, or `None` if the image contains its
+/// symbols.
 pub fn symbol_spaces(chip: &Chip) -> Option<SymbolSpaces> {
     match chip.family {
         ChipFamily::Avr | ChipFamily::Ap101 => None,
@@ -38,17 +40,17 @@ pub fn symbol_spaces(chip: &Chip) -> Option<SymbolSpaces> {
     }
 }
 
-/// The chip has a serial port whose bytes can be shown or waited for.
+/// Returns true if the chip has a serial port whose bytes can be shown or awaited.
 pub fn has_uart(chip: &Chip) -> bool {
     chip.family != ChipFamily::Ap101 && emu_pic16::chips::part(chip.name).is_none_or(|part| part.usart)
 }
 
-/// A memory of the chip whose addresses hold a bit each, and no byte.
+/// Returns true if each address of a memory holds one bit instead of a byte.
 pub fn is_of_bits(chip: &Chip, space: &str) -> bool {
     chip.family == ChipFamily::Ap101 && emu_ap101::chips::BIT_SPACES.contains(&space)
 }
 
-/// The pin at which the chip's first serial port receives.
+/// Returns the receive pin of the chip's first serial port.
 pub fn receive_pin(chip: &Chip) -> Option<PinId> {
     match chip.family {
         ChipFamily::Avr => {
@@ -63,7 +65,7 @@ pub fn receive_pin(chip: &Chip) -> Option<PinId> {
     }
 }
 
-/// The chip that a maker's tool calls `name`: 16F873, PIC16F873, P16LF873.
+/// Finds the chip that a tool of the manufacturer calls `name`: 16F873, PIC16F873, P16LF873.
 pub fn find_by_maker_name(name: &str) -> Option<&'static Chip> {
     let core = |name: &str| {
         let name = name.to_ascii_lowercase().replace("lf", "f");
@@ -72,32 +74,32 @@ pub fn find_by_maker_name(name: &str) -> Option<&'static Chip> {
     chips().find(|chip| core(chip.name) == core(name)).or_else(|| find_chip(name))
 }
 
-/// How a machine is built.
+/// The options for building a machine of any family.
 #[derive(Debug, Clone, Copy)]
 pub struct MachineSetup {
-    /// What RAM holds after power-up.
+    /// The contents of RAM after power-up.
     pub ram: RamInit,
-    /// The pins of an external bus are looked at.
+    /// Show the signals of the external bus on the pins (8051).
     pub bus: bool,
-    /// What only the AVR family has; with its oscillator.
+    /// Options of the AVR family, including its oscillator.
     pub avr: emu_avr::Options,
-    /// What only the 8051 family has.
+    /// Options of the 8051 family.
     pub mcs51: emu_8051::Options,
-    /// What only the PIC16 family has; with its oscillator.
+    /// Options of the PIC16 family, including its oscillator.
     pub pic16: emu_pic16::Options,
-    /// What overrides the configuration of an AP101.
+    /// Options that override the configuration of an AP101.
     pub ap101: emu_ap101::Options,
 }
 
-/// Something to do with a machine of whatever family.
+/// A job that runs on a machine of any family.
 pub trait MachineVisitor {
-    /// What comes of it.
+    /// The result of the job.
     type Output;
-    /// Does it, with a machine after power-up.
+    /// Runs the job on a machine after power-up.
     fn visit<C: Cpu + 'static>(self, cpu: C) -> Self::Output;
 }
 
-/// Builds the machine of `chip`, with `image` in its memories, and does `job` with it.
+/// Builds the machine of `chip` with `image` in its memories, and runs `job` on it.
 pub fn visit_machine<J: MachineVisitor>(chip: &'static Chip, image: &Image, setup: &MachineSetup, job: J) -> J::Output {
     match chip.family {
         ChipFamily::Avr => job.visit(Avr::with(chip, image, setup.ram, setup.avr)),
@@ -115,7 +117,7 @@ pub fn visit_machine<J: MachineVisitor>(chip: &'static Chip, image: &Image, setu
 mod tests {
     use super::*;
 
-    /// By the pin tables of the data sheets.
+    /// Checks the pins against the pin tables of the data sheets.
     #[test]
     fn the_first_serial_port_receives_at_its_pin() {
         let pins = [

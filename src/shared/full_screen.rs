@@ -1,4 +1,5 @@
-//! Full screens, or with `--keys` pictures of them in text; and `emu sim --watch`: a program under one's hands.
+//! Full-screen views on a terminal, or as text pictures with `--keys`; and `emu sim --watch`, the interactive
+//! panel of a program.
 
 use std::io::{self, IsTerminal};
 
@@ -13,50 +14,50 @@ use crate::shared::output;
 use crate::shared::report::MessageStyle;
 use crate::verbs::sim::inputs::{ScanChange, SimInput};
 
-/// Sizes of a picture.
+/// Valid widths and heights of a picture.
 const SIZES: std::ops::RangeInclusive<u16> = 1..=screen::MAX_SCREEN_SIDE;
 
-/// The usual size.
+/// The default size of a picture.
 const DEFAULT_SIZE: (u16, u16) = (80, 24);
 
 /// Flags of the full-screen view.
 #[derive(Debug, Args)]
 pub struct WatchArgs {
-    /// A full screen: inputs as switches under keys, outputs as lamps, timers, counters, rungs with power flow, a waveform.
-    /// A key runs a scan; ? tells the keys. --set goes with it.
+    /// Show a full screen: inputs as switches on keys, outputs as lamps, timers, counters, rungs with power
+    /// flow, and a waveform. A key runs a scan; ? lists the keys. --set works with it.
     #[arg(long = "watch", id = "full", conflicts_with_all = ["scans", "at", "inputs", "uart_in", "scenario", "stimulus", "csv", "vcd", "wave", "json"])]
     full: bool,
-    /// With --watch: begin running, a scan every cycle time of the wall clock.
+    /// With --watch: start running at once, one scan per cycle time of the wall clock.
     #[arg(long, requires = "full")]
     realtime: bool,
-    /// With --watch: how many times as fast as the wall clock, 0.001 to 1000.
+    /// With --watch: the speed relative to the wall clock, 0.001 to 1000.
     #[arg(long, requires = "full", value_name = "FACTOR", value_parser = parse_speed)]
     speed: Option<f64>,
     #[command(flatten)]
     played: ScriptedKeys,
 }
 
-/// A full-screen view without a terminal.
+/// Flags that run a full-screen view without a terminal.
 #[derive(Debug, Args)]
 pub struct ScriptedKeys {
-    /// With a full screen, without a terminal: play these keys and print the last picture. Words: 1, g, space, enter, pgdn, alt-1,
-    /// :Xa=1, wait:500ms; with *N as often: 'space*20 1 space'.
+    /// With a full screen, without a terminal: play these keys and print the last picture. Words: 1, g,
+    /// space, enter, pgdn, alt-1, :Xa=1, wait:500ms. A word with *N is played N times: 'space*20 1 space'.
     #[arg(long, requires = "full", value_name = "KEYS", value_parser = key::parse_keys, allow_hyphen_values = true)]
     keys: Option<std::vec::Vec<ScriptStep>>,
-    /// With --keys: columns and lines of the picture.
+    /// With --keys: width and height of the picture, in columns and lines.
     #[arg(long, requires = "keys", value_name = "WxH", value_parser = parse_size)]
     size: Option<(u16, u16)>,
 }
 
 impl ScriptedKeys {
-    /// Keys come from the command line.
+    /// Returns true if the command line gives the keys.
     pub fn is_given(&self) -> bool {
         self.keys.is_some()
     }
 }
 
 impl WatchArgs {
-    /// The view is asked for.
+    /// Returns true if the view is requested.
     pub fn is_requested(&self) -> bool {
         self.full
     }
@@ -73,7 +74,7 @@ fn parse_size(text: &str) -> Result<(u16, u16), String> {
     sides.ok_or_else(|| format!("columns x lines, as in 80x24, each {} to {}", SIZES.start(), SIZES.end()))
 }
 
-/// Shows a program, until it is left.
+/// Shows the panel of a program until the user leaves it.
 pub fn show_panel(
     args: &WatchArgs,
     program: &LadderProgram,
@@ -99,7 +100,8 @@ pub fn show_panel(
     show_view(&mut panel, &args.played, "--watch", terminal)
 }
 
-/// Shows a full-screen view until it is left, or the picture that comes of keys. `flag` asked for it.
+/// Shows a full-screen view until the user leaves it, or prints the picture after the scripted keys. `flag`
+/// is the flag that requested the view.
 pub fn show_view(
     app: &mut dyn ScreenView,
     played: &ScriptedKeys,

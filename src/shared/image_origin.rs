@@ -1,4 +1,4 @@
-//! For which AVR an ELF file was linked, against the one that it is to run on.
+//! Compares the AVR that an ELF file was linked for with the chip that runs it.
 
 use diag::{Diagnostic, Severity};
 use emu_avr::chips::part;
@@ -9,8 +9,8 @@ use crate::shared::chip_guess::{name_chips, nearest_first};
 use crate::shared::codes::{OTHER_CHIP, file_error};
 use crate::shared::family;
 
-/// What an ELF file for an AVR that is another one than `chip` says of that, as a note or a warning; nothing for other files, or
-/// where it fits. The name of its chip goes before the signature, and that before the core.
+/// Returns a diagnostic if an ELF file was linked for an AVR other than `chip`. Returns `None` if it fits,
+/// and for other files. The name of the chip overrides the signature, and the signature overrides the core.
 pub fn other_avr_diagnostic(file: &str, bytes: &[u8], chip: &Chip, severity: Severity) -> Option<Diagnostic> {
     let core = avr_core(bytes).filter(|_| chip.family == ChipFamily::Avr)?;
     let (cause, hint) =
@@ -18,7 +18,7 @@ pub fn other_avr_diagnostic(file: &str, bytes: &[u8], chip: &Chip, severity: Sev
     Some(Diagnostic { severity, ..file_error(OTHER_CHIP, file, cause, &hint) })
 }
 
-/// Cause and hint.
+/// Cause and hint of a diagnostic.
 pub type CauseAndHint = (String, String);
 
 fn by_name(bytes: &[u8], chip: &Chip) -> Option<CauseAndHint> {
@@ -38,17 +38,17 @@ fn by_name(bytes: &[u8], chip: &Chip) -> Option<CauseAndHint> {
     }
 }
 
-/// The row of the AVR of this name.
+/// Finds the row of an AVR by name.
 pub fn find_avr(name: &str) -> Option<&'static Chip> {
     family::find_chip(name).filter(|chip| chip.family == ChipFamily::Avr)
 }
 
-/// The AVRs with this signature.
+/// Returns the AVRs with this signature.
 pub fn avrs_with_signature(signature: [u8; 3]) -> Vec<&'static Chip> {
     family::chips().filter(|c| part(c.name).is_some_and(|part| part.signature == signature)).collect()
 }
 
-/// What a program with the signature `wanted` is for, where that is not `chip`: cause and hint.
+/// Returns cause and hint if the signature `wanted` of a program is not that of `chip`.
 pub fn by_signature(wanted: [u8; 3], chip: &Chip) -> Option<CauseAndHint> {
     let own = part(chip.name)?.signature;
     let text = |[a, b, c]: [u8; 3]| format!("{a:02X} {b:02X} {c:02X}");
@@ -79,13 +79,14 @@ fn by_core(core: u32, chip: &Chip) -> Option<CauseAndHint> {
     Some((cause, hint))
 }
 
-/// The name without the letters that tell processes and packages of one chip apart: `atmega328` of `atmega328p`.
+/// Returns the chip name without the suffix for process and package: `atmega328` for `atmega328p`.
 pub fn base_name(name: &str) -> &str {
     let bare = ["pa", "p", "a"].iter().find_map(|end| name.strip_suffix(end));
     bare.filter(|bare| bare.ends_with(|c: char| c.is_ascii_digit())).unwrap_or(name)
 }
 
-/// A program for `other` finds on `chip` all that it can use: the same registers and vectors, and memories at least as large.
+/// Returns true if `chip` runs programs for `other`: it has the same registers and vectors, and memories that
+/// are at least as large.
 fn is_superset_of(chip: &Chip, other: &Chip) -> bool {
     core_of(chip) == core_of(other)
         && chip.ram_start == other.ram_start
@@ -96,8 +97,8 @@ fn is_superset_of(chip: &Chip, other: &Chip) -> bool {
         && other.regs.iter().all(|reg| chip.regs.contains(reg))
 }
 
-/// The core that an ELF file for an AVR is for: 4, 5, 51 for avr4, avr5, avr51, and 0 where it does not say (EF_AVR_MACH in
-/// `e_flags`, binutils' elf/avr.h). Nothing for other files.
+/// Returns the core that an ELF file for an AVR is for: 4, 5, 51 for avr4, avr5, avr51, and 0 if the file
+/// does not say (EF_AVR_MACH in `e_flags`, elf/avr.h of binutils). Returns `None` for other files.
 fn avr_core(bytes: &[u8]) -> Option<u32> {
     const MACHINE: std::ops::Range<usize> = 0x12..0x14;
     const FLAGS: std::ops::Range<usize> = 0x24..0x28;
@@ -108,7 +109,8 @@ fn avr_core(bytes: &[u8]) -> Option<u32> {
     (bytes.starts_with(b"\x7FELF") && machine == EM_AVR).then_some(flags & EF_AVR_MACH)
 }
 
-/// The core of an AVR, as compilers number them by what there is to reach: avr4 to 8 KB, avr5 to 64 KB, avr51 to 128 KB.
+/// Returns the core of an AVR as compilers number it by flash size: avr4 up to 8 KB, avr5 up to 64 KB, avr51
+/// up to 128 KB.
 fn core_of(chip: &Chip) -> u32 {
     match chip.flash_bytes {
         0..=0x2000 => 4,

@@ -1,4 +1,4 @@
-//! Files in.
+//! Reads input files: images, symbols, sources and ladder programs.
 
 use std::collections::HashSet;
 use std::fs::File;
@@ -19,29 +19,29 @@ use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::{ap101, chosen_chip, family, output};
 use crate::verbs::asm;
 
-/// Largest file, in bytes.
+/// Maximum size of a file, in bytes.
 const MAX_BYTES: u64 = 64 << 20;
 
 /// The first bytes of every ELF file.
 pub const ELF_MAGIC: &[u8] = b"\x7fELF";
 
-/// Somebody else reads standard input: no file is.
+/// True if an editor uses standard input, so that `-` cannot be read as a file.
 static STDIN_TAKEN: AtomicBool = AtomicBool::new(false);
 
-/// The file that was looked at before it is read, and its bytes.
+/// The name and bytes of a file that was read once and will be read again.
 static PEEKED: Mutex<Option<(String, Vec<u8>)>> = Mutex::new(None);
 
-/// From now on `-` cannot be read.
+/// Reserves standard input: after this call, `-` cannot be read.
 pub fn reserve_stdin() {
     STDIN_TAKEN.store(true, Ordering::Relaxed);
 }
 
-/// All bytes of a file; `-` is standard input.
+/// Reads all bytes of a file; `-` is standard input.
 pub fn read_bytes(file: &str) -> Result<Vec<u8>, VerbFailure> {
     read_file(file).map_err(|error| unreadable_file(file, &error))
 }
 
-/// A file that cannot be read, and why.
+/// Returns the failure that a file cannot be read.
 pub fn unreadable_file(file: &str, error: &io::Error) -> VerbFailure {
     let cause = match error.kind() {
         io::ErrorKind::FileTooLarge => "is larger than 64 MB".to_owned(),
@@ -51,7 +51,8 @@ pub fn unreadable_file(file: &str, error: &io::Error) -> VerbFailure {
     VerbFailure::Refused(vec![file_error(UNREADABLE, file, cause, hint)], FileTexts::default())
 }
 
-/// All bytes of a file that is read again: what comes through a pipe is kept for that.
+/// Reads all bytes of a file that will be read once more. The bytes are kept, because a pipe can be read only
+/// once.
 pub fn read_bytes_twice(file: &str) -> Result<Vec<u8>, VerbFailure> {
     let bytes = read_bytes(file)?;
     if let Ok(mut kept) = PEEKED.lock() {
@@ -60,7 +61,7 @@ pub fn read_bytes_twice(file: &str) -> Result<Vec<u8>, VerbFailure> {
     Ok(bytes)
 }
 
-/// The same as [`read_bytes`], with the system's word where it fails.
+/// Reads all bytes of a file like [`read_bytes`], but returns the system error.
 pub fn read_file(file: &str) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     if let Ok(mut kept) = PEEKED.lock()
@@ -77,7 +78,7 @@ pub fn read_file(file: &str) -> io::Result<Vec<u8>> {
     if bytes.len() as u64 > MAX_BYTES { Err(io::ErrorKind::FileTooLarge.into()) } else { Ok(bytes) }
 }
 
-/// The image in a HEX, ELF or object file, or made of a source, for `chip`; warnings are told.
+/// Reads the image for `chip` from a HEX, ELF or object file, or assembles it from a source. Prints warnings.
 pub fn read_image(file: &str, chip: &'static Chip, terminal: &MessageStyle) -> Result<Image, VerbFailure> {
     let bytes = read_bytes(file)?;
     if asm::is_source(file) || file == "-" && is_text(&bytes) {
@@ -92,7 +93,7 @@ pub fn read_image(file: &str, chip: &'static Chip, terminal: &MessageStyle) -> R
                 return Err(VerbFailure::Refused(faults, FileTexts::one(file, bytes)));
             }
             loaded.warnings.extend(guess_chip(file, &bytes, chip, false));
-            // The lines of an ELF file are no text.
+            // The source lines of an ELF file are not in the file itself, so there is no text to draw.
             if bytes.starts_with(ELF_MAGIC) {
                 report_diagnostics(terminal, &loaded.warnings, FileTexts::NONE);
                 loaded.image.lines = SourceLines::from_elf(file, bytes);
@@ -109,7 +110,7 @@ pub fn read_image(file: &str, chip: &'static Chip, terminal: &MessageStyle) -> R
     }
 }
 
-/// Neither Intel HEX nor ELF, and a text; by its first line that is no comment.
+/// Returns true for text that is neither Intel HEX nor ELF. The first line that is not a comment decides.
 fn is_text(bytes: &[u8]) -> bool {
     let text = strip_line_decorations(bytes);
     let mut lines = text.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
@@ -118,7 +119,7 @@ fn is_text(bytes: &[u8]) -> bool {
     !text.trim_ascii().is_empty() && !first.starts_with(b":") && !text.starts_with(ELF_MAGIC) && !text.contains(&0)
 }
 
-/// A note for what looks like a text and not like an image.
+/// Returns a note if the file looks like assembly source instead of an image.
 fn source(file: &str, bytes: &[u8]) -> Option<Diagnostic> {
     let text = is_text(bytes).then(|| readable(bytes))?;
     let is_source = text.lines().any(|line| line.trim_start().starts_with([';', '.', '#']));
@@ -130,7 +131,7 @@ fn source(file: &str, bytes: &[u8]) -> Option<Diagnostic> {
     })
 }
 
-/// The image as [`image`] reads it, and with its symbols those of symbol files; warnings are told.
+/// Reads an image like [`read_image`], and adds the symbols of symbol files. Prints warnings.
 pub fn read_image_with_symbols(
     file: &str,
     symbols: &[String],
@@ -170,7 +171,7 @@ pub fn read_image_with_symbols(
     }
 }
 
-/// What shows that symbols are of another program, or of one for another chip.
+/// Returns warnings if the symbols belong to another program or to a program for another chip.
 fn foreign_symbol_warnings(found: &Symbols, files: &[String], image: &Image, chip: &Chip) -> Vec<Diagnostic> {
     let warning = |error: Diagnostic| Diagnostic { severity: Severity::Warning, ..error };
     let processors =
@@ -187,7 +188,7 @@ fn foreign_symbol_warnings(found: &Symbols, files: &[String], image: &Image, chi
     warnings
 }
 
-/// An error where a `.cod` file says that its program is for another chip.
+/// Returns an error if a `.cod` file says that its program is for another chip.
 pub fn other_processor_error(file: &str, made_for: &str, chip: &Chip) -> Option<Diagnostic> {
     let known = family::find_by_maker_name(made_for);
     if known.is_some_and(|known| known.name == chip.name) {
@@ -201,19 +202,19 @@ pub fn other_processor_error(file: &str, made_for: &str, chip: &Chip) -> Option<
     Some(file_error(OTHER_PROCESSOR, file, cause, &hint))
 }
 
-/// A ladder program and its text; warnings are told.
+/// A ladder program and its text.
 pub struct ReadProgram {
     /// The program.
     pub program: LadderProgram,
-    /// Its text, for drawing complaints.
+    /// The text, for drawing diagnostics.
     pub texts: FileTexts,
 }
 
 impl ReadProgram {
-    /// The chip that the program names.
+    /// Returns the chip that the program names.
     ///
     /// # Errors
-    /// It names none that is known.
+    /// The program names no chip, or a chip that is unknown.
     pub fn chip(&self) -> Result<&'static str, VerbFailure> {
         let micro = self.program.settings.micro.as_deref();
         micro.and_then(ladder::chip_of).ok_or_else(|| {
@@ -226,8 +227,8 @@ impl ReadProgram {
         })
     }
 
-    /// Prints a note where MICRO= names another chip than `chip`, which --mcu names. Versions of one chip, whose names begin alike
-    /// (atmega328, 328p), are no others.
+    /// Prints a note if MICRO= names a chip other than `chip`, the chip of --mcu. Variants of one chip, whose
+    /// names begin alike (atmega328, 328p), count as the same chip.
     pub fn note_other_chip(&self, chip: &str) {
         let named = self.program.settings.micro.as_deref().and_then(ladder::chip_of);
         let Some(named) = named.filter(|named| !named.starts_with(chip) && !chip.starts_with(named)) else { return };
@@ -238,7 +239,7 @@ impl ReadProgram {
     }
 }
 
-/// Reads a ladder program; with `checked`, also looks for what cannot be meant.
+/// Reads a ladder program and prints its warnings. With `checked`, also runs the checks of the language.
 pub fn read_program(
     file: &str,
     dialect: Option<LadderDialect>,
@@ -266,7 +267,7 @@ pub fn parse_program(
         Ok(parsed) => parsed,
         Err(faults) => return Err(VerbFailure::Refused(faults, texts)),
     };
-    // No verb writes a program back, so what writing would change is of no interest.
+    // No verb writes a program back, so warnings about rewriting do not apply.
     let mut told: Vec<_> = parsed.warnings.into_iter().filter(|d| d.code != ladder::REWRITTEN).collect();
     if checked {
         told.extend(ladder::check(&parsed.program));

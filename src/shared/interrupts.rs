@@ -1,24 +1,26 @@
-//! Signals that ask for the end.
+//! Signals that ask the process to end.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
-/// Set by the first signal that asks for the end, so that the run ends well; a second one does what it always does. Where the system
-/// refuses so does the first.
+/// Returns a flag that the first termination signal sets, so that a run ends cleanly. A second signal has its
+/// default effect. If the system refuses the handler, the first signal has its default effect too.
 pub fn listen_for_interrupts() -> Arc<AtomicBool> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let hangs_up = Some(SIGHUP).filter(|_| !ignores_hangup());
     for signal in [SIGINT, SIGTERM].into_iter().chain(hangs_up) {
-        // In this order: the first signal finds it unset.
+        // The order matters: the conditional default must run while the flag is still clear for the first
+        // signal.
         _ = signal_hook::flag::register_conditional_default(signal, Arc::clone(&interrupted));
         _ = signal_hook::flag::register(signal, Arc::clone(&interrupted));
     }
     interrupted
 }
 
-/// Who started `emu` wants it to go on when the terminal is gone, as `nohup` does. Where the system does not tell, so it is taken.
+/// Returns true if the parent process wants `emu` to survive a hang-up of the terminal, as `nohup` does. Also
+/// true on systems that do not say.
 fn ignores_hangup() -> bool {
     let Ok(status) = std::fs::read_to_string("/proc/self/status") else { return true };
     let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

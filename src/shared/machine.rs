@@ -1,4 +1,4 @@
-//! The machine of a command: its chip, how it is wired, and what is done at its pins from outside. `run` and `debug` share it.
+//! The machine of a command: its chip, its options, and what drives its pins. `run` and `debug` share it.
 
 use clap::Args;
 use emu_core::chip::{Chip, ChipFamily};
@@ -16,44 +16,49 @@ use crate::shared::family::MachineSetup;
 use crate::shared::store::MemoryFile;
 use crate::shared::{ap101, attach, avr, family, mcs51, pic16, readings, store};
 
-/// Flags of the machine.
+/// Flags that describe the machine.
 #[derive(Debug, Args)]
 pub struct MachineArgs {
     #[command(flatten)]
     pub mcu: McuFlags,
-    /// Oscillator: 16MHz, 32.768kHz, 8000000. Default: what the chip's row says (`emu chips --json`).
+    /// Oscillator frequency: 16MHz, 32.768kHz, 8000000. Default: the frequency in the chip's row (`emu chips
+    /// --json`).
     #[arg(long, value_name = "HZ", value_parser = time::parse_hertz)]
     pub clock: Option<u64>,
-    /// Leave out the start-up times of the oscillator and the power-up timer, on AVR and PIC16: the first instruction runs in cycle
-    /// 0.
+    /// Skip the start-up times of the oscillator and the power-up timer on AVR and PIC16: the first
+    /// instruction runs in cycle 0.
     #[arg(long)]
     pub no_start_up: bool,
-    /// Drive a pin from the start: PB0=1, P1.0=0, PB0=z (let go), RC3=pullup or pulldown (a resistor, which the chip
-    /// overcomes); on AVR and PIC16 also to a voltage: RA0=1.25V, and VDD=4.5V or VCC=4.5V sets the supply. On AVR A0 is the
-    /// pin of ADC0, and RESET the reset pin. Repeatable.
+    /// Drive a pin from the start: PB0=1, P1.0=0, PB0=z (released), RC3=pullup or pulldown (a resistor, which
+    /// the chip can overdrive). On AVR and PIC16 also to a voltage: RA0=1.25V; VDD=4.5V or VCC=4.5V sets the
+    /// supply. On AVR A0 is the pin of ADC0, and RESET the reset pin. Repeatable.
     #[arg(long, value_name = "PIN=LEVEL")]
     pub set: Vec<String>,
-    /// Drive a pin from a time on: 10ms:PB0=0, 1000c:PB0=z; levels and voltages as in --set. Repeatable.
+    /// Drive a pin from a given time: 10ms:PB0=0, 1000c:PB0=z. Levels and voltages are as in --set.
+    /// Repeatable.
     #[arg(long, value_name = "TIME:PIN=LEVEL")]
     pub at: Vec<String>,
-    /// Send bytes to the chip's first serial port from a time on: '10ms:hello\n' (escapes as in --expect-uart), as the edges that a
-    /// sender of --baud makes at its receive pin. Repeatable.
+    /// Send bytes to the chip's first serial port from a given time: '10ms:hello\n' (escapes as in
+    /// --expect-uart). The receive pin sees the edges of a sender with the rate --baud. Repeatable.
     #[arg(long, value_name = "TIME:TEXT")]
     pub uart_in: Vec<String>,
-    /// Bits per second of --uart-in; 8 bits, no parity, a stop bit. It is not the chip's: a wrong one is received wrong.
+    /// Bits per second of --uart-in, with 8 data bits, no parity and 1 stop bit. The chip has its own rate:
+    /// if the two differ, it receives wrong bytes.
     #[arg(long, value_name = "RATE", default_value = "9600", requires = "uart_in", value_parser = parse_baud)]
     pub baud: u64,
-    /// Names for addresses: for the 8051 family a .map, .cdb or .rst file of SDCC or a .m51 of Keil, for the PIC16 family a
-    /// .cod, .lst or .map file of gputils. Repeatable.
+    /// Symbol files: for the 8051 family a .map, .cdb or .rst file of SDCC or a .m51 of Keil, for the PIC16
+    /// family a .cod, .lst or .map file of gputils. Repeatable.
     #[arg(long, value_name = "FILE")]
     pub symbols: Vec<String>,
-    /// What the EEPROM holds: read before the run, where the file exists, and written back after it, however it ends (`emu debug`
-    /// writes nothing back). Intel HEX from address 0 on where the name ends in .hex or .eep, else plain bytes.
+    /// The file with the contents of the EEPROM. It is read before the run if it exists, and written after
+    /// the run, however the run ends (`emu debug` never writes it). Intel HEX from address 0 if the name ends
+    /// in .hex or .eep, otherwise plain bytes.
     #[arg(long, value_name = "FILE")]
     pub eeprom: Option<String>,
-    /// Put a device at the pins of the chip: i2c:24c64@0x50 (24c01 to 24c1024, with resistors at SDA and SCL) or spi:25q32,cs=PB2
-    /// (25q80 to 25q128). With ,file=NAME it holds what the file holds, which is written back as with --eeprom. Pins are those
-    /// of the chip's interface, or ,sda=PIN,scl=PIN,wp=PIN and ,sck=PIN,mosi=PIN,miso=PIN. Repeatable.
+    /// Connect a device to the pins of the chip: i2c:24c64@0x50 (24c01 to 24c1024, with pull-up resistors on
+    /// SDA and SCL) or spi:25q32,cs=PB2 (25q80 to 25q128). With ,file=NAME the device starts with the
+    /// contents of the file, and writes them back as --eeprom does. The default pins are those of the chip's
+    /// interface; ,sda=PIN,scl=PIN,wp=PIN and ,sck=PIN,mosi=PIN,miso=PIN choose others. Repeatable.
     #[arg(long, value_name = "DEVICE", value_parser = attach::parse_attach)]
     pub attach: Vec<AttachedDevice>,
     #[command(flatten)]
@@ -72,36 +77,36 @@ fn parse_baud(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| "write a whole number of bits per second, as 9600".to_owned())
 }
 
-/// What a command decides about its machine beside the flags.
+/// Settings that the command, not the user's flags, decides for its machine.
 pub struct MachineOptions {
-    /// What RAM holds after power-up.
+    /// The contents of RAM after power-up.
     pub ram: RamInit,
-    /// The pins of an external bus are looked at.
+    /// Show the signals of the external bus on the pins (8051).
     pub bus: bool,
-    /// The oscillator, where one is asked for.
+    /// The oscillator frequency in Hz, if requested.
     pub clock: Option<u64>,
-    /// Start-up times are taken.
+    /// Include start-up times.
     pub start_up: bool,
 }
 
-/// How the machine is built, what its image holds, and what stands around it.
+/// The options of a machine, its image, and its attached devices.
 pub struct WiredMachine {
     /// The program.
     pub image: Image,
-    /// How the machine is built.
+    /// The options for building the machine.
     pub setup: MachineSetup,
-    /// Oscillator, in Hz.
+    /// Oscillator frequency in Hz.
     pub hz: u64,
-    /// How an AVR is wired.
+    /// Settings of an AVR.
     pub avr: avr::AvrWiring,
-    /// The file of the EEPROM, and what it holds.
+    /// The file of the EEPROM, and its contents if it exists.
     pub eeprom: Option<(MemoryFile, Option<Vec<u8>>)>,
-    /// Devices at the pins.
+    /// Devices on the pins.
     pub devices: AttachedStores,
 }
 
 impl MachineArgs {
-    /// What the flags come to; they are looked at before the image is read, which `read` does. Notes are told.
+    /// Turns the flags into a machine. The flags are checked before `read` reads the image. Prints notes.
     pub fn wire_machine(
         &self,
         chip: &'static Chip,
@@ -118,7 +123,7 @@ impl MachineArgs {
         let ap101 = self.ap101.options(chip, asked)?;
         let mut pic16 = self.pic16.options(chip, asked.unwrap_or(chip.default_hz), how.start_up)?;
         pic16.readings = readings.pic16;
-        // Refused before the image is read, like the others.
+        // Check the flags before the image is read, like the others.
         self.avr.wiring(chip, &Image::default(), asked, how.start_up)?;
         let image = read()?;
         let mut avr = self.avr.wiring(chip, &image, asked, how.start_up)?;
@@ -136,7 +141,8 @@ impl MachineArgs {
         Ok(WiredMachine { image, setup, hz, avr, eeprom, devices: bench })
     }
 
-    /// What is done at the pins from outside; `alias` gives `PIN=LEVEL` for `NAME=LEVEL`, where a program has names for pins.
+    /// Returns the drives of `--set`, `--at` and `--uart-in`. `alias` turns `NAME=LEVEL` into `PIN=LEVEL` for
+    /// programs that name their pins.
     pub fn drives(
         &self,
         source: &ProgramSource<'_>,
@@ -165,7 +171,8 @@ impl MachineArgs {
         Ok(drives)
     }
 
-    /// What `--uart-in` does at the receive pin, which none of the `others` drives.
+    /// Returns the edges of `--uart-in` at the receive pin. Refuses them if one of the `others` drives that
+    /// pin.
     fn serial_drives(
         &self,
         chip: &Chip,
@@ -200,7 +207,8 @@ impl MachineArgs {
     }
 }
 
-/// Refuses pins that the machine does not have because its image or `--package` says so: those that are driven, and the `others`.
+/// Refuses pins that the machine does not have because of its image or `--package`: the driven pins and the
+/// `others`.
 pub fn check_pins_exist<C: Cpu>(
     cpu: &C,
     drives: &[TimedDrive],

@@ -1,4 +1,4 @@
-//! The flags of `emu run` that belong to the 8051 family.
+//! Flags of `emu run` for the 8051 family.
 
 use clap::{Args, ValueEnum};
 use emu_8051::Options;
@@ -9,18 +9,18 @@ use emu_core::image::Image;
 use crate::shared::fail::VerbFailure;
 use crate::shared::output;
 
-/// The flags.
+/// Flags that only the 8051 family accepts.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Only for the 8051 family")]
 pub struct Mcs51Flags {
-    /// Code and XDATA are one memory, as boards wire it that load programs into RAM.
+    /// Code and XDATA share one memory, as on boards that load programs into RAM.
     #[arg(long)]
     von_neumann: bool,
-    /// Level of the EA pin: low fetches the program from outside from address 0 on. Default: high where the chip has
-    /// program memory.
+    /// Level of the EA pin. When it is low, the chip fetches all code from external memory, from address 0.
+    /// Default: high if the chip has program memory.
     #[arg(long, value_name = "LEVEL")]
     ea: Option<EaLevel>,
-    /// Run at 6 clocks a machine cycle, on chips that can.
+    /// Run with 6 clocks per machine cycle, on chips that support it.
     #[arg(long)]
     x2: bool,
 }
@@ -28,14 +28,15 @@ pub struct Mcs51Flags {
 /// Level of the EA pin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum EaLevel {
-    /// Program memory on the chip.
+    /// Code comes from program memory on the chip.
     High,
-    /// Program memory outside.
+    /// Code comes from external memory.
     Low,
 }
 
 impl Mcs51Flags {
-    /// How the machine of `chip` is wired and how the manual is read; refuses flags that are not for it.
+    /// Returns the options of a machine of `chip`, with the readings of the manual. Refuses flags that do not
+    /// apply to the chip.
     pub fn options(&self, chip: &Chip, readings: emu_8051::Mcs51Readings) -> Result<Options, VerbFailure> {
         let part = (chip.family == ChipFamily::Mcs51).then(|| chips::part(chip.name)).flatten();
         let can = |able: fn(&Mcs51Part) -> bool| part.is_some_and(able);
@@ -55,13 +56,14 @@ impl Mcs51Flags {
             let why = format!("{flag} is for chips of the 8051 family{which}; {} is none", chip.name);
             return Err(VerbFailure::Usage(why));
         }
-        // Without program memory on the chip the pin is low, as data sheets ask for.
+        // Without program memory on the chip the pin is low, as data sheets require.
         let ea = self.ea.map_or(can(|part| part.chip.on_chip_flash_bytes > 0), |ea| ea == EaLevel::High);
         Ok(Options { von_neumann: self.von_neumann, ea, x2: self.x2, readings })
     }
 }
 
-/// Says on standard error when the program reaches beyond the memory on the chip, so that two ports become its bus.
+/// Prints a warning on standard error if the program extends beyond the memory on the chip, because two ports
+/// then become its bus.
 pub fn warn_external_memory(chip: &Chip, image: &Image, options: &Options) {
     let Some(part) =
         chips::part(chip.name).filter(|part| chip.family == ChipFamily::Mcs51 && part.has_bus && options.ea)

@@ -1,4 +1,4 @@
-//! Results out: on standard output, or to files that are there whole or not at all.
+//! Writes results: to standard output, or to files that appear complete or not at all.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -18,7 +18,7 @@ pub fn print(text: impl AsRef<[u8]>) -> Result<(), VerbFailure> {
     out.write_all(text.as_ref()).and_then(|()| out.flush()).map_err(|error| VerbFailure::write_failed("-", &error))
 }
 
-/// Writes to standard error. That nobody listens there is no reason to fail.
+/// Writes to standard error. Ignores write errors, because the result does not depend on messages.
 pub fn print_to_stderr(text: &str) {
     _ = io::stderr().write_all(text.as_bytes());
 }
@@ -30,7 +30,7 @@ pub fn print_json(document: &impl Serialize) -> Result<(), VerbFailure> {
     print(text)
 }
 
-/// Makes the folder `name` where it is not there, and sees that files can be made in it.
+/// Creates the folder `name` if it does not exist, and checks that files can be created in it.
 pub fn ensure_writable_folder(name: &str) -> Result<(), VerbFailure> {
     fs::create_dir_all(name).map_err(|error| {
         let cause = format!("the folder cannot be made: {}", codes::system_message(&error));
@@ -39,22 +39,24 @@ pub fn ensure_writable_folder(name: &str) -> Result<(), VerbFailure> {
             FileTexts::default(),
         )
     })?;
-    // Dropped, it leaves nothing behind.
+    // The pending file is dropped here, which removes it.
     PendingFile::new(&Path::new(name).join("emu.tmp").to_string_lossy()).map(drop)
 }
 
-/// A file that appears under its name only when it is complete. Until then it lies beside it; dropped, it disappears.
+/// A file that appears under its name only when it is complete. Until then it is a temporary file in the same
+/// folder; `drop` removes it.
 pub struct PendingFile {
     /// The open file.
     file: Option<File>,
-    /// Where it lies now; `None` for what is no regular file (a device, a pipe, standard error), which is written in place.
+    /// The temporary path, or `None` for a target that is no regular file (a device, a pipe, standard error)
+    /// and is written in place.
     temporary_path: Option<PathBuf>,
     target_path: PathBuf,
     name: String,
 }
 
 impl PendingFile {
-    /// Begins the file `name`.
+    /// Opens a temporary file for the target `name`.
     pub fn new(name: &str) -> Result<PendingFile, VerbFailure> {
         let fail = |error: io::Error| VerbFailure::write_failed(name, &error);
         let in_place = match output_target(name) {
@@ -64,7 +66,7 @@ impl PendingFile {
                 Some(File::options().append(true).open(name).map_err(fail)?)
             }
         };
-        // Through a link its target is written, and the link stays.
+        // For a symbolic link, write its target and keep the link.
         let place = fs::canonicalize(name).unwrap_or_else(|_| PathBuf::from(name));
         if in_place.is_some() {
             return Ok(PendingFile { file: in_place, temporary_path: None, target_path: place, name: name.to_owned() });
@@ -73,14 +75,14 @@ impl PendingFile {
             return Err(fail(io::Error::from(io::ErrorKind::IsADirectory)));
         }
         let (beside, file) = create_temporary(&place).map_err(fail)?;
-        // From here on it disappears when anything fails.
+        // From here on, `drop` removes the temporary file if a step fails.
         let pending =
             PendingFile { file: Some(file), temporary_path: Some(beside), target_path: place, name: name.to_owned() };
         pending.keep_permissions().map_err(fail)?;
         Ok(pending)
     }
 
-    /// Gives it the permissions of the file that it will replace.
+    /// Copies the permissions of the file that it will replace.
     fn keep_permissions(&self) -> io::Result<()> {
         let (Ok(old), Some(file)) = (fs::metadata(&self.target_path), &self.file) else { return Ok(()) };
         if file.metadata()?.permissions() == old.permissions() {
@@ -90,13 +92,13 @@ impl PendingFile {
         }
     }
 
-    /// Another handle to write through.
+    /// Returns a new buffered writer for the file.
     pub fn writer(&self) -> Result<Box<dyn Write>, VerbFailure> {
         let file = self.file.as_ref().map_or(Err(io::ErrorKind::NotFound.into()), File::try_clone);
         Ok(Box::new(io::BufWriter::new(file.map_err(|e| VerbFailure::write_failed(&self.name, &e))?)))
     }
 
-    /// Puts the file into its place.
+    /// Renames the temporary file to its final name.
     pub fn complete(mut self) -> Result<(), VerbFailure> {
         drop(self.file.take());
         match self.temporary_path.take() {
@@ -117,21 +119,23 @@ impl Drop for PendingFile {
     }
 }
 
-/// A new file in the folder of `place`. Its name does not grow with that of `place`, which may be as long as names can be.
+/// Creates a temporary file in the folder of `place`. The length of its name is independent of `place`, whose
+/// name may have the maximum length.
 fn create_temporary(place: &Path) -> io::Result<(PathBuf, File)> {
     static NUMBER: AtomicU32 = AtomicU32::new(0);
     loop {
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
         let beside = place.with_file_name(format!(".emu-{}-{number}.tmp", std::process::id()));
         match File::options().write(true).create_new(true).open(&beside) {
-            // Left behind by a process that had this number before.
+            // A leftover of an earlier process with the same process ID.
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists && number < u32::MAX => {}
             result => return result.map(|file| (beside, file)),
         }
     }
 }
 
-/// Standard error as a file. It shares the place of the messages, so that neither writes over the other.
+/// Returns standard error as a file. It shares the file position with the messages, so neither overwrites the
+/// other.
 #[cfg(unix)]
 fn stderr(_: &str) -> io::Result<File> {
     use std::os::fd::AsFd;
@@ -143,7 +147,7 @@ fn stderr(name: &str) -> io::Result<File> {
     File::options().append(true).open(name)
 }
 
-/// Writes several files, all of them or none; standard output comes last.
+/// Writes several files, all of them or none. Standard output is written last.
 pub fn write_files(files: &[(&str, &[u8])]) -> Result<(), VerbFailure> {
     let (printed, filed): (Vec<_>, Vec<_>) = files.iter().partition(|(name, _)| is_stdout(name));
     let mut pending = Vec::new();
@@ -162,12 +166,13 @@ pub fn write_files(files: &[(&str, &[u8])]) -> Result<(), VerbFailure> {
     printed.iter().try_for_each(|(_, bytes)| print(bytes))
 }
 
-/// True for `-` and for the other names of standard output.
+/// Returns true for `-` and for the other names of standard output.
 pub fn is_stdout(name: &str) -> bool {
     output_target(name) == OutputTarget::Stdout
 }
 
-/// Refuses outputs of which two would go to one place, standard output included: pairs of flag and file.
+/// Refuses outputs if two of them go to one place, including standard output. Each output is a pair of flag
+/// and file.
 pub fn check_distinct_outputs(outputs: &[(&str, &str)]) -> Result<(), VerbFailure> {
     for (i, (flag, file)) in outputs.iter().enumerate() {
         let same = |other: &&(&str, &str)| same_place(file, other.1) || is_stdout(file) && is_stdout(other.1);
@@ -189,7 +194,7 @@ pub fn check_input_not_overwritten(input: &str, outputs: &[(&str, &str)]) -> Res
     }
 }
 
-/// True for two names of one file.
+/// Returns true if two names refer to one file.
 pub fn same_place(a: &str, b: &str) -> bool {
     let whole = |file: &str| {
         let path = Path::new(file);

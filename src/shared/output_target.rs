@@ -1,25 +1,26 @@
-//! What the name of a result stands for: an open file of this process, a device, or a file to be put into its place.
+//! Classifies the name of a result file: an open file of this process, a device, or a regular file that is
+//! replaced.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Links that are followed one after the other; the system itself follows 40.
+/// Maximum number of symbolic links that are followed in sequence; Linux itself follows 40.
 const MOST_LINKS: usize = 40;
 
 /// Where a result goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OutputTarget {
-    /// Standard output, by whatever name.
+    /// Standard output, under any name.
     Stdout,
-    /// Standard error, by whatever name.
+    /// Standard error, under any name.
     Stderr,
     /// A device, a pipe or another open file: written in place.
     InPlace,
-    /// A regular file, there or not.
+    /// A regular file, which may exist or not.
     File,
 }
 
-/// What `name` stands for.
+/// Classifies the target `name`.
 pub fn output_target(name: &str) -> OutputTarget {
     if name == "-" {
         return OutputTarget::Stdout;
@@ -35,8 +36,9 @@ pub fn output_target(name: &str) -> OutputTarget {
     }
 }
 
-/// The number of the open file that `name` stands for, as /dev/stdout, /dev/fd/1 and /proc/self/fd/1 do, links to them
-/// too. To resolve such a name to the end would give the file that was opened, as if it had been named itself.
+/// Returns the file descriptor that `name` refers to, such as /dev/stdout, /dev/fd/1 and /proc/self/fd/1,
+/// also through links. A full resolution of such a name would give the underlying file instead of the
+/// descriptor.
 fn descriptor(name: &str) -> Option<u32> {
     let mut path = PathBuf::from(name);
     for _ in 0..MOST_LINKS {
@@ -51,7 +53,8 @@ fn descriptor(name: &str) -> Option<u32> {
     None
 }
 
-/// True for two names of one regular file or pipe. A device may well have several writers.
+/// Returns true if two names refer to one regular file or pipe. Devices are excluded, because several writers
+/// may share one.
 #[cfg(unix)]
 fn same_file(a: &str, b: &str) -> bool {
     use std::os::unix::fs::{FileTypeExt, MetadataExt};

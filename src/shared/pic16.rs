@@ -1,4 +1,4 @@
-//! The flags of `emu run` that belong to the PIC16 family.
+//! Flags of `emu run` for the PIC16 family.
 
 use clap::{Args, ValueEnum};
 use emu_core::chip::{Chip, ChipFamily};
@@ -10,46 +10,49 @@ use emu_pic16::{Options, TimingCorner};
 use crate::shared::fail::VerbFailure;
 use crate::shared::output;
 
-/// Bits of a word of program memory and of a configuration word.
+/// The bits of a program memory word and of a configuration word.
 const WORD: u32 = 0x3FFF;
 
 /// Word address at which the memory `config` begins (DS33023, section 27).
 const CONFIG: u16 = 0x2000;
 
-/// The flags.
+/// Flags that only the PIC16 family accepts.
 #[derive(Debug, Args)]
 #[group(id = "pic16")]
 #[command(next_help_heading = "Only for the PIC16 family")]
 pub struct Pic16Flags {
-    /// The configuration word at 2007h, in place of that of the image: 0x3F3A.
+    /// The configuration word at 2007h, which replaces that of the image: 0x3F3A.
     #[arg(long, value_name = "WORD", value_parser = parse_config_word)]
     config: Option<u16>,
-    /// Which of the times that data sheets give in bounds a run takes: of the watchdog, the power-up timer, writes to EEPROM
-    /// and flash, the ADC's own oscillator, and the brown-out voltage. Default: typ.
+    /// The corner of times that data sheets give as a range: min, typ or max. It applies to the watchdog, the
+    /// power-up timer, writes to EEPROM and flash, the ADC's own oscillator, and the brown-out voltage.
+    /// Default: typ.
     #[arg(long, value_name = "CORNER", hide_possible_values = true)]
     corner: Option<CornerChoice>,
-    /// The crystal at timer 1's oscillator: 32.768kHz, 100kHz, or none. Default: 32.768kHz.
+    /// The crystal of timer 1's oscillator: 32.768kHz, 100kHz, or none. Default: 32.768kHz.
     #[arg(long, value_name = "HZ", value_parser = parse_crystal)]
     timer1_crystal: Option<Timer1Crystal>,
 }
 
-/// See [`TimingCorner`].
+/// The values of `--corner`; see [`TimingCorner`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum CornerChoice {
     /// The shortest times.
     Min,
-    /// The typical ones.
+    /// The typical times.
     Typ,
-    /// The longest.
+    /// The longest times.
     Max,
 }
 
-/// The crystal of timer 1, in Hz, if there is one (a type of its own, since clap takes an option for a flag that may lack).
+/// The crystal of timer 1 in Hz, if there is one. It is a separate type because clap treats an `Option` as a
+/// flag that may be absent.
 #[derive(Debug, Clone, Copy)]
 struct Timer1Crystal(Option<u64>);
 
 fn parse_config_word(text: &str) -> Result<u16, String> {
-    // Everybody writes these words in hexadecimal, so digits alone are not taken for a decimal number.
+    // Configuration words are always written in hexadecimal, so digits without a prefix are not read as a
+    // decimal number.
     let digits = text.trim_end_matches(['h', 'H']);
     if !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_hexdigit()) {
         return Err(format!("a configuration word is written with 0x in front: 0x{}", digits.to_ascii_uppercase()));
@@ -63,7 +66,8 @@ fn parse_crystal(text: &str) -> Result<Timer1Crystal, InputError> {
 }
 
 impl Pic16Flags {
-    /// How the machine of `chip` is wired, with an oscillator of `hz`, waiting for it where `start_up` says so; refuses flags that are not for the chip.
+    /// Returns the options of a machine of `chip` with an oscillator of `hz` Hz. With `start_up`, the machine
+    /// waits for its oscillator to start. Refuses flags that do not apply to the chip.
     pub fn options(&self, chip: &Chip, hz: u64, start_up: bool) -> Result<Options, VerbFailure> {
         let part = part(chip);
         let can = |able: fn(&Pic16Part) -> bool| part.is_some_and(able);
@@ -94,12 +98,13 @@ impl Pic16Flags {
     }
 }
 
-/// What only this family's rows have.
+/// Returns the row of PIC16-only data of a chip, or `None` for other families.
 fn part(chip: &Chip) -> Option<&'static Pic16Part> {
     chips::part(chip.name).filter(|_| chip.family == ChipFamily::Pic16)
 }
 
-/// Says on standard error which settings a chip has whose image brings no configuration word and for which none was given.
+/// Prints a note on standard error if neither the image nor the command line gives a configuration word, with
+/// the settings of an erased one.
 pub fn warn_missing_config(chip: &Chip, image: &Image, options: &Options) {
     let Some(part) = part(chip).filter(|_| options.config.is_none()) else { return };
     let (Some(&addr), Some(&erased)) = (part.config.words.first(), part.config.erased.first()) else { return };
@@ -114,7 +119,7 @@ pub fn warn_missing_config(chip: &Chip, image: &Image, options: &Options) {
     ));
 }
 
-/// What a configuration word says, in words.
+/// Describes the settings of a configuration word.
 fn describe_config(part: &Pic16Part, word: u16) -> String {
     let layout = &part.config;
     let oscillator = match layout.oscillator_mode(word) {

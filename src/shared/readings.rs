@@ -1,4 +1,4 @@
-//! `--reading`: what is true where silicon and its data sheet differ, or where a sentence of a manual can be read two ways.
+//! `--reading`: choices where silicon and its data sheet differ, or where a manual can be read in two ways.
 
 use emu_core::chip::{Chip, ChipFamily};
 
@@ -7,24 +7,24 @@ use crate::shared::fail::VerbFailure;
 /// The readings of the machines of all families that have some.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct FamilyReadings {
-    /// Of an AVR.
+    /// Readings of an AVR.
     pub avr: emu_avr::AvrReadings,
-    /// Of an 8051.
+    /// Readings of an 8051.
     pub mcs51: emu_8051::Mcs51Readings,
-    /// Of a PIC16.
+    /// Readings of a PIC16.
     pub pic16: emu_pic16::Pic16Readings,
 }
 
-/// The field of [`FamilyReadings`] that a reading decides.
+/// The field of [`FamilyReadings`] that a reading sets.
 #[derive(Debug, Clone, Copy)]
 enum ReadingField {
-    /// One that every chip has alike.
+    /// A field with the same default for every chip.
     Plain(fn(&mut FamilyReadings) -> &mut bool),
-    /// One that the row of a chip decides where nobody else does.
+    /// A field whose default is in the row of the chip.
     ByChip(fn(&mut FamilyReadings) -> &mut Option<bool>),
 }
 
-/// A reading of the command line.
+/// One value of `--reading`.
 #[derive(Debug, Clone, Copy)]
 pub struct ReadingChoice {
     name: &'static str,
@@ -63,7 +63,7 @@ const fn row(
     ]
 }
 
-/// All readings: family, name, the choice that leaves the field false and the one that makes it true, the field.
+/// All readings: family, name, the choice for false and the choice for true, and the field.
 #[rustfmt::skip]
 const READINGS: [[ReadingChoice; 2]; 7] = [
     row(ChipFamily::Avr,   "int-wake",         ["level", "edge"],   ReadingField::ByChip(|of| &mut of.avr.edges_wake)),
@@ -79,31 +79,32 @@ fn rows() -> impl Iterator<Item = &'static ReadingChoice> {
     READINGS.iter().flatten()
 }
 
-/// The flag, of every command that builds a machine from an image.
+/// The flag `--reading`, for every command that builds a machine from an image.
 #[derive(Debug, clap::Args)]
 pub struct ReadingFlags {
-    /// What is true where silicon and its data sheet differ, or where a sentence of a manual can be read two ways. On AVR
-    /// int-wake=edge or level: an edge on INT0 and INT1 ends deep sleep too, or a low level alone (default: edge on ATmega328, 328P and
-    /// the A, P, PA variants); icr-write=any or top: ICR is written in any mode (default), or only where it is TOP;
-    /// erased=stop or nop: an erased word ends the run (default), or does nothing. On the 8051
-    /// interrupt-sample=previous or now, hold=write or access. On PIC16 trmt=middle or begin (of the stop bit); ss-raise=anew or keep: SS
-    /// raised within a byte has the SPI slave begin it anew, or leaves SSPSR as it is. Repeatable.
+    /// Choose between two readings, where silicon and its data sheet differ or where a manual can be read in
+    /// two ways. On AVR int-wake=edge or level: an edge on INT0 and INT1 also ends deep sleep, or only a low
+    /// level does (default: edge on ATmega328, 328P and the A, P, PA variants); icr-write=any or top: ICR can
+    /// be written in any mode (default), or only where it is TOP; erased=stop or nop: an erased word ends the
+    /// run (default), or does nothing. On the 8051 interrupt-sample=previous or now, hold=write or access. On
+    /// PIC16 trmt=middle or begin (of the stop bit); ss-raise=anew or keep: when SS rises within a byte, the
+    /// SPI slave begins the byte again, or keeps SSPSR as it is. Repeatable.
     #[arg(long, value_name = "NAME=READING", value_parser = parse_reading)]
     reading: Vec<ReadingChoice>,
 }
 
 impl ReadingFlags {
-    /// What the flags decide for `chip`.
+    /// Returns the readings that the flags choose for `chip`.
     ///
     /// # Errors
-    /// One is not for its family, or there are two of one name.
+    /// A reading is for another family, or two readings have one name.
     pub fn of(&self, chip: &Chip) -> Result<FamilyReadings, VerbFailure> {
         check_readings(&self.reading, chip)?;
         Ok(apply_readings(&self.reading))
     }
 }
 
-/// The reading `NAME=READING`.
+/// Parses the reading `NAME=READING`.
 fn parse_reading(text: &str) -> Result<ReadingChoice, String> {
     let found = text
         .split_once('=')
@@ -122,7 +123,7 @@ fn parse_reading(text: &str) -> Result<ReadingChoice, String> {
     })
 }
 
-/// Refuses readings that are not for the chip's family, and two of one name.
+/// Refuses readings for another family, and two readings with one name.
 fn check_readings(readings: &[ReadingChoice], chip: &Chip) -> Result<(), VerbFailure> {
     let twice =
         |(at, reading): &(usize, &ReadingChoice)| readings.iter().take(*at).any(|other| other.name == reading.name);
@@ -144,14 +145,14 @@ fn check_readings(readings: &[ReadingChoice], chip: &Chip) -> Result<(), VerbFai
     }
 }
 
-/// What the readings decide.
+/// Returns the default readings with these choices applied.
 fn apply_readings(readings: &[ReadingChoice]) -> FamilyReadings {
     let mut all = FamilyReadings::default();
     readings.iter().for_each(|reading| reading.apply(&mut all));
     all
 }
 
-/// The flags that choose the readings of a machine of `chip`, one for every name.
+/// Returns the flags that choose the readings of a machine of `chip`, one per name.
 pub fn reading_flags(chip: &Chip, readings: FamilyReadings) -> Vec<String> {
     let readings = FamilyReadings { avr: readings.avr.resolved(chip), ..readings };
     let rows = rows().filter(|row| row.family == chip.family && row.is_applied(readings));

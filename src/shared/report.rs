@@ -1,4 +1,4 @@
-//! Complaints for people: the source line with a caret, the code, the cause and a hint.
+//! Prints diagnostics for people: the source line with a caret, the code, the cause and a hint.
 
 use std::collections::BTreeSet;
 use std::io::{IsTerminal, Write};
@@ -10,28 +10,29 @@ use diag::{Diagnostic, Severity};
 use crate::args;
 use crate::verbs::explain;
 
-/// Longer lines are not drawn.
+/// Maximum length of a source line that is drawn, in bytes.
 const MAX_LENGTH: usize = 600;
 
-/// Lines further down are not drawn, since drawing one takes time in proportion to its number.
+/// Maximum number of a source line that is drawn, because the time for drawing grows with the line number.
 const MAX_NUMBER: u32 = 50_000;
 
-/// How messages look on standard error.
+/// The style of messages on standard error.
 #[derive(Debug, Clone, Copy)]
 pub struct MessageStyle {
-    /// With colours.
+    /// Use colours.
     pub color: bool,
     /// Standard error is a terminal.
     pub is_terminal: bool,
-    /// Warnings and notes are drawn as errors are.
+    /// Draw warnings and notes with their source lines, like errors.
     pub verbose: bool,
-    /// With colours on a full-screen view, which is on standard output.
+    /// Use colours in a full-screen view, which is on standard output.
     #[cfg(feature = "tui")]
     pub screen: bool,
 }
 
 impl MessageStyle {
-    /// As the user and the environment want it (<https://no-color.org>, <https://bixense.com/clicolors>).
+    /// Chooses the style from the flags and the environment (<https://no-color.org>,
+    /// <https://bixense.com/clicolors>).
     pub fn new(color: args::ColorChoice, verbose: bool) -> MessageStyle {
         let live = std::io::stderr().is_terminal();
         let set = |name| std::env::var_os(name).is_some_and(|v| !v.is_empty());
@@ -51,31 +52,31 @@ impl MessageStyle {
     }
 }
 
-/// The texts of files that complaints are about, by name, for drawing.
+/// The texts of files by name, for drawing diagnostics.
 #[derive(Debug, Default)]
 pub struct FileTexts(pub Vec<(String, Vec<u8>)>);
 
 impl FileTexts {
-    /// No text: complaints are told without lines.
+    /// No texts: diagnostics are printed without source lines.
     pub const NONE: &FileTexts = &FileTexts(Vec::new());
 
-    /// The text of one file.
+    /// Holds the text of one file.
     pub fn one(file: &str, text: Vec<u8>) -> FileTexts {
         FileTexts(vec![(file.to_owned(), text)])
     }
 
-    /// The text of a file; empty where it is not there.
+    /// Returns the text of a file, or an empty text if there is none.
     fn of(&self, file: &str) -> &[u8] {
         self.0.iter().find(|(name, _)| name == file).map_or(&[], |(_, text)| text)
     }
 }
 
-/// Prints diagnostics on standard error: an error drawn with its source line where that is there, a warning or note as one line,
-/// and how many of these there were at the end.
+/// Prints diagnostics on standard error: an error with its source line if available, a warning or note as one
+/// line. The last line counts the warnings and notes.
 pub fn report_diagnostics(terminal: &MessageStyle, diagnostics: &[Diagnostic], texts: &FileTexts) {
     let mut drawn = Vec::new();
     let mut hints = BTreeSet::new();
-    // Those of one file side by side share its lines.
+    // Diagnostics of one file in sequence share its split lines.
     for about in diagnostics.chunk_by(|a, b| a.file == b.file) {
         let text = about.first().map_or(&[][..], |first| texts.of(&first.file));
         let text = diag::text::readable(text);
@@ -98,7 +99,8 @@ pub fn report_diagnostics(terminal: &MessageStyle, diagnostics: &[Diagnostic], t
     _ = std::io::stderr().write_all(&drawn);
 }
 
-/// `file:line:column: warning[CODE]: cause (hint: ..)`; a hint is printed once, however many complaints have it.
+/// Writes `file:line:column: warning[CODE]: cause (hint: ..)`. A hint that several diagnostics share is
+/// printed once.
 fn one_line(terminal: &MessageStyle, diagnostic: &Diagnostic, with_hint: bool, out: &mut Vec<u8>) {
     let (name, _) = report_kind(diagnostic.severity);
     let (on, off) = ansi(terminal, diagnostic.severity);
@@ -109,7 +111,7 @@ fn one_line(terminal: &MessageStyle, diagnostic: &Diagnostic, with_hint: bool, o
     _ = writeln!(out, "{}: {on}{name}[{}]{off}: {}{hint}", place(diagnostic), diagnostic.code, diagnostic.cause);
 }
 
-/// `2 warnings and 1 note`, and where to read more; one alone needs no summary.
+/// Writes `2 warnings and 1 note` and the command that explains a code. Writes nothing for fewer than two.
 fn write_counts(diagnostics: &[Diagnostic], out: &mut Vec<u8>) {
     if diagnostics.iter().filter(|diagnostic| !diagnostic.is_error()).count() < 2 {
         return;
@@ -125,7 +127,7 @@ fn write_counts(diagnostics: &[Diagnostic], out: &mut Vec<u8>) {
     }
 }
 
-/// `file:line:column`, without what is 0.
+/// Returns `file:line:column`, without numbers that are 0.
 fn place(diagnostic: &Diagnostic) -> String {
     let mut place = printable(&diagnostic.file).into_owned();
     for number in [diagnostic.pos.line, diagnostic.pos.column].into_iter().take_while(|n| *n > 0) {
@@ -134,7 +136,7 @@ fn place(diagnostic: &Diagnostic) -> String {
     place
 }
 
-/// What begins and ends the colour of a severity.
+/// Returns the escape sequences that begin and end the colour of a severity.
 fn ansi(terminal: &MessageStyle, severity: Severity) -> (&'static str, &'static str) {
     match (terminal.color, severity) {
         (false, _) => ("", ""),
@@ -152,7 +154,7 @@ fn report_kind(severity: Severity) -> (&'static str, Color) {
     }
 }
 
-/// Without a source line.
+/// Writes a diagnostic without a source line.
 fn write_plain(terminal: &MessageStyle, diagnostic: &Diagnostic, out: &mut Vec<u8>) {
     let (name, _) = report_kind(diagnostic.severity);
     let (on, off) = ansi(terminal, diagnostic.severity);
@@ -163,8 +165,10 @@ fn write_plain(terminal: &MessageStyle, diagnostic: &Diagnostic, out: &mut Vec<u
     }
 }
 
-/// With its source line: the cause, the line, the title of the code at the caret. The drawing sees that line alone, below
-/// as many empty ones as give it its number, so nothing in the rest of the file can disturb it.
+/// Writes a diagnostic with its source line: the cause, the line, and the title of the code at the caret.
+///
+/// The drawing library sees only that line, after as many empty lines as its line number needs, so the rest
+/// of the file cannot affect the drawing.
 fn write_drawing(terminal: &MessageStyle, diagnostic: &Diagnostic, line: &str, out: &mut Vec<u8>) {
     let clean: String = line.trim_end().chars().map(|c| if c.is_control() || is_break(c) { ' ' } else { c }).collect();
     let length = clean.chars().count();
@@ -174,7 +178,7 @@ fn write_drawing(terminal: &MessageStyle, diagnostic: &Diagnostic, line: &str, o
         None => (length - clean.trim_start().chars().count(), length),
     };
     let above = (diagnostic.pos.line as usize).saturating_sub(1);
-    // A space more, so that what is missing at the end of a line can be marked.
+    // One space more, so that a caret can point after the end of the line.
     let source = Source::from(format!("{}{clean} ", "\n".repeat(above)));
     let end = (start + width).min(length).max(start + 1);
     let file = printable(&diagnostic.file);
@@ -199,7 +203,8 @@ fn write_drawing(terminal: &MessageStyle, diagnostic: &Diagnostic, line: &str, o
     }
 }
 
-/// The drawing leaves spaces at the ends of lines, and colours the kind of a message even where it is told not to.
+/// Removes trailing spaces, and colours that the library writes for the kind of a message even when colours
+/// are off.
 fn write_tidied(terminal: &MessageStyle, piece: &str, out: &mut Vec<u8>) {
     for line in piece.lines() {
         let mut rest = line;
@@ -214,7 +219,7 @@ fn write_tidied(terminal: &MessageStyle, piece: &str, out: &mut Vec<u8>) {
     }
 }
 
-/// Characters at which the drawing would break a line.
+/// Returns true for characters at which the drawing library would break a line.
 fn is_break(c: char) -> bool {
     matches!(c, '\u{2028}' | '\u{2029}')
 }

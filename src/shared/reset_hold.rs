@@ -1,4 +1,4 @@
-//! Why a chip that has halted can never go on, where it is held in reset.
+//! Explains why a halted chip never continues when it is held in reset.
 
 use emu_core::chip::ChipFamily;
 use emu_core::cpu::{Cpu, StopReason};
@@ -6,10 +6,11 @@ use emu_core::pins::{CycleTime, PinLevel};
 use emu_debug::TimedDrive;
 use emu_debug::stimulus::{ExternalDrive, find_pin, supply_name};
 
-/// The supply at which all chips run, in millivolts.
+/// A supply at which all chips run, in millivolts.
 const SUFFICIENT_SUPPLY_MV: u32 = 5_000;
 
-/// The reset pin of a family by its name, with the level that holds the chip and the one that lets it run.
+/// Returns the name of a family's reset pin, the level that holds the chip in reset, and the level that lets
+/// it run.
 fn reset_pin(family: ChipFamily) -> (&'static str, PinLevel, PinLevel) {
     match family {
         ChipFamily::Avr => ("RESET", PinLevel::Low, PinLevel::High),
@@ -19,14 +20,15 @@ fn reset_pin(family: ChipFamily) -> (&'static str, PinLevel, PinLevel) {
     }
 }
 
-/// What holds a halted chip in reset: its reset pin, or the supply that `drives` gave it last. What would happen without
-/// that is tried on a copy of the machine, since only the chip knows what its configuration makes of a pin or a voltage.
+/// Returns what holds a halted chip in reset: its reset pin, or the last supply in `drives`. A copy of the
+/// machine is run without that cause, because only the chip knows how its configuration treats a pin or a
+/// voltage.
 pub fn reset_hold<C: Cpu>(cpu: &C, drives: &[TimedDrive]) -> Option<String> {
     let now = CycleTime::at(cpu.cycle());
     let (name, holds, runs) = reset_pin(cpu.chip().family);
     let held = find_pin(cpu.chip(), name).ok().filter(|&pin| cpu.pin_level(pin) == holds);
     let reset = held.map(|pin| (name, pin, holds, runs));
-    // Of several supplies at one moment the one given last counts.
+    // If several drives of the supply have the same time, the last one counts.
     let supplies = drives.iter().filter_map(|drive| match drive.drive {
         ExternalDrive::Supply(millivolts) => Some((drive.at, millivolts)),
         _ => None,

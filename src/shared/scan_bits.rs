@@ -1,15 +1,15 @@
-//! Bits over scans as lines of text.
+//! Draws bits over scans as lines of text.
 
-/// Most columns of a line.
+/// Maximum number of columns in a line.
 const COLUMNS: usize = 80;
 
-/// A line for each bit: high, low, or hatched where it changes back and forth within a column. Columns stand for as many
-/// scans each as makes them fit; `bits` names the bits and their position in a row.
+/// Draws one line per bit: high, low, or hatched if it changes within a column. A column covers as many scans
+/// as needed to fit the width. `bits` gives the name of each bit and its position in a row.
 pub fn draw_scan_bits(bits: &[(&str, usize)], rows: &[Vec<Option<i32>>]) -> String {
     let per_column = rows.len().div_ceil(COLUMNS).max(1);
     let width = bits.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0).max(4);
     let mut out = format!("{:>width$}  ", "scan");
-    // A figure at every tenth column: the first scan of that column.
+    // A number at every tenth column: the first scan of that column.
     for column in (0..rows.len().div_ceil(per_column)).step_by(10) {
         out.push_str(&format!("{:<10}", column * per_column + 1));
     }
@@ -26,7 +26,7 @@ pub fn draw_scan_bits(bits: &[(&str, usize)], rows: &[Vec<Option<i32>>]) -> Stri
     out
 }
 
-/// A column of a bit: all of it is high, or some of it.
+/// Returns the character for a column of a bit: `all` or only `any` of its scans are high.
 pub fn glyph(all: bool, any: bool) -> char {
     match (all, any) {
         (true, _) => '▔',
@@ -49,7 +49,7 @@ scan  1         11
   Yb  ▁▁▁▁▁▁▁▁▁▁▁▔
 ";
         assert_eq!(draw_scan_bits(&[("Xa", 0), ("Yb", 2)], &rows), wanted);
-        // 160 scans take two a column; what changes within one is hatched.
+        // 160 scans take two per column; a change within a column is hatched.
         let rows: Vec<Vec<Option<i32>>> = (0..160).map(|i| vec![Some(i % 2)]).collect();
         assert_eq!(
             draw_scan_bits(&[("Ra", 0)], &rows).lines().nth(1),

@@ -1,4 +1,4 @@
-//! Files of scenarios and of waveforms, and what is told of the end of a scenario.
+//! Reads scenario and waveform files, and reports the verdict of a scenario.
 
 use diag::Diagnostic;
 use scenario::{Scenario, ScenarioOutcome, ScenarioStep, ScenarioVerdict, StepAction, Waveform};
@@ -7,22 +7,22 @@ use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::{input, output};
 
-/// A scenario that was read, and its text.
+/// A parsed scenario and its text.
 pub struct ScenarioFile {
     /// The scenario.
     pub scenario: Scenario,
     text: Vec<u8>,
 }
 
-/// How one ended.
+/// The outcome of a played scenario.
 pub struct PlayedScenario<'a> {
-    /// Steps of the file.
+    /// Number of steps in the file.
     pub steps: usize,
     /// The verdict.
     pub verdict: &'a ScenarioVerdict,
 }
 
-/// Reads a scenario.
+/// Reads a scenario file.
 pub fn read_scenario(file: &str) -> Result<ScenarioFile, VerbFailure> {
     let bytes = input::read_bytes(file)?;
     match scenario::parse_bytes(file, &bytes) {
@@ -31,14 +31,14 @@ pub fn read_scenario(file: &str) -> Result<ScenarioFile, VerbFailure> {
     }
 }
 
-/// A waveform that was read, and its text.
+/// A parsed waveform and its text.
 pub struct WaveStimulus {
     waveform: Waveform,
     file: String,
     text: Vec<u8>,
 }
 
-/// Reads a waveform.
+/// Reads a waveform file.
 pub fn read_waveform(file: &str) -> Result<WaveStimulus, VerbFailure> {
     let text = input::read_bytes(file)?;
     match scenario::read_vcd(file, &text) {
@@ -48,23 +48,23 @@ pub fn read_waveform(file: &str) -> Result<WaveStimulus, VerbFailure> {
 }
 
 impl WaveStimulus {
-    /// It has a wire of this name.
+    /// Returns true if the waveform has a wire of this name.
     pub fn has_wire(&self, wire: &str) -> bool {
         self.waveform.wires.iter().any(|name| name == wire)
     }
 
-    /// The stimuli of the wires that are `wanted`, and warnings.
+    /// Returns the stimuli of the wires that `wanted` accepts, and warnings.
     pub fn scenario(&self, wanted: &mut dyn FnMut(&str) -> bool) -> Result<(Scenario, Vec<Diagnostic>), VerbFailure> {
         self.waveform.to_scenario(wanted).map_err(|faults| self.binding_failure(faults))
     }
 
-    /// The failure that the waveform does not fit the machine.
+    /// Returns the failure that the waveform does not fit the machine.
     pub fn binding_failure(&self, faults: Vec<Diagnostic>) -> VerbFailure {
         VerbFailure::Refused(faults, FileTexts::one(&self.file, self.text.clone()))
     }
 }
 
-/// The exit code of a verdict.
+/// Returns the exit code of a verdict.
 pub fn verdict_exit_code(outcome: ScenarioOutcome) -> u8 {
     match outcome {
         ScenarioOutcome::Passed => exit::OK,
@@ -74,17 +74,17 @@ pub fn verdict_exit_code(outcome: ScenarioOutcome) -> u8 {
 }
 
 impl ScenarioFile {
-    /// The failure that the scenario does not fit the machine.
+    /// Returns the failure that the scenario does not fit the machine.
     pub fn binding_failure(&self, faults: Vec<Diagnostic>) -> VerbFailure {
         VerbFailure::Refused(faults, self.texts())
     }
 
-    /// Its text, for drawing.
+    /// Returns its text, for drawing diagnostics.
     pub fn texts(&self) -> FileTexts {
         FileTexts::one(&self.scenario.file, self.text.clone())
     }
 
-    /// Its steps, those of repetitions once.
+    /// Returns its number of steps; steps inside a repetition count once.
     pub fn steps(&self) -> usize {
         fn count(steps: &[ScenarioStep]) -> usize {
             let inner = |step: &ScenarioStep| match &step.action {
@@ -96,7 +96,7 @@ impl ScenarioFile {
         count(&self.scenario.steps)
     }
 
-    /// The verdict in a line.
+    /// Returns the verdict as one line of text.
     pub fn verdict_line(&self, played: &PlayedScenario<'_>) -> String {
         let PlayedScenario { steps, verdict } = played;
         let file = &self.scenario.file;
@@ -110,7 +110,7 @@ impl ScenarioFile {
         }
     }
 
-    /// The verdict in a document.
+    /// Returns the verdict as JSON.
     pub fn verdict_json(&self, verdict: &ScenarioVerdict) -> serde_json::Value {
         serde_json::json!({
             "file": self.scenario.file,
@@ -121,8 +121,10 @@ impl ScenarioFile {
         })
     }
 
-    /// Tells the verdict beside that of a run, `of_run`, which counts where it is a fault of the program, where the
-    /// scenario has passed, and where the run has failed before the scenario was over.
+    /// Reports the verdict next to the result of a run, and returns the exit code.
+    ///
+    /// The exit code `of_run` counts if it is a fault of the program, if the scenario passed, or if the run
+    /// failed before the scenario ended.
     pub fn report_beside_run(
         &self,
         verdict: &ScenarioVerdict,
@@ -134,7 +136,8 @@ impl ScenarioFile {
         Ok(if failed || code == exit::OK { of_run } else { code })
     }
 
-    /// Tells the verdict: as the result, or where something else is the result, to the user. Gives the exit code.
+    /// Reports the verdict and returns the exit code. The verdict goes to standard output, or to standard
+    /// error if `printed` says that standard output has another result.
     pub fn report_verdict(
         &self,
         played: &PlayedScenario<'_>,

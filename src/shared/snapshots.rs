@@ -1,4 +1,4 @@
-//! Snapshots of machines, for all who write and read them.
+//! Headers and files of snapshots, for all verbs that write or read them.
 
 use std::fs;
 use std::io::Read;
@@ -15,8 +15,10 @@ use crate::shared::family::MachineSetup;
 use crate::shared::readings::FamilyReadings;
 use crate::shared::{output, readings};
 
-/// What snapshots of a machine are of, their cycle aside. Its options are the flags that build the same machine, with all that the
-/// image and the row of the chip decide, so that equal machines have equal options however they came by them.
+/// Returns the header of a machine's snapshots, with cycle 0.
+///
+/// The options are the flags that build the same machine, including what the image and the chip's row decide.
+/// So equal machines have equal options, whatever their origin.
 pub fn snapshot_header(chip: &Chip, image: &Image, setup: &MachineSetup) -> SnapshotHeader {
     let mut flags = match chip.family {
         ChipFamily::Avr => avr_flags(chip, image, setup.avr),
@@ -56,7 +58,7 @@ fn clock(hz: u64) -> String {
 }
 
 fn avr_flags(chip: &Chip, image: &Image, options: emu_avr::Options) -> Vec<String> {
-    // A package changes nothing of the state.
+    // The package does not change the state.
     let emu_avr::Options { hz, fuses: given, lock, start_up, readings: _, package: _ } = options;
     let mut fuses = emu_avr::chips::part(chip.name).map_or([0xFF; 3], |part| part.fuses.default_bytes);
     image.fill("fuse", &mut fuses);
@@ -72,7 +74,7 @@ fn avr_flags(chip: &Chip, image: &Image, options: emu_avr::Options) -> Vec<Strin
 }
 
 fn pic16_flags(image: &Image, options: emu_pic16::Options) -> Vec<String> {
-    /// Where the configuration word at 2007h is in the memory `config`, which begins at 2000h.
+    /// Index of the configuration word at 2007h in the memory `config`, which begins at 2000h.
     const WORD: usize = 7;
     let emu_pic16::Options { hz, corner, config, start_up, timer1_hz, ideal_acquisition, readings: _ } = options;
     let mut bytes = [0xFF; 2 * WORD + 2];
@@ -94,18 +96,18 @@ fn pic16_flags(image: &Image, options: emu_pic16::Options) -> Vec<String> {
     flags
 }
 
-/// Where snapshots are written during a run.
+/// Writes snapshots during a run.
 #[derive(Debug, Clone)]
 pub struct SnapshotWriter {
-    /// What they are of.
+    /// The header of the snapshots.
     pub head: SnapshotHeader,
-    /// Files that are read or written otherwise, which no snapshot may replace.
+    /// Files that the run reads or writes, which no snapshot may replace.
     pub protected_files: Vec<String>,
 }
 
 impl SnapshotWriter {
-    /// Writes the state at a cycle to a file that a scenario names, whole or not at all. A scenario may come from somebody else, so it
-    /// writes only in the current folder and in folders within it.
+    /// Writes the state at a cycle to a file that a scenario names, completely or not at all. A scenario may
+    /// come from somebody else, so it may write only in the current folder and its subfolders.
     pub fn write_within(&self, file: &str, cycle: u64, state: &[u8]) -> Result<(), VerbFailure> {
         let within = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
         if Path::new(file).components().all(within) {
@@ -114,7 +116,8 @@ impl SnapshotWriter {
         Err(VerbFailure::Usage(format!("{file} is outside of the current folder, where a scenario writes nothing")))
     }
 
-    /// Writes the state at a cycle, whole or not at all. Of files that are there it replaces only snapshots.
+    /// Writes the state at a cycle, completely or not at all. Replaces an existing file only if it is a
+    /// snapshot.
     pub fn write(&self, file: &str, cycle: u64, state: &[u8]) -> Result<(), VerbFailure> {
         if file == "-" || output::is_stdout(file) {
             return Err(VerbFailure::Usage("a snapshot needs a file, which standard output is not here".to_owned()));
@@ -130,9 +133,9 @@ impl SnapshotWriter {
     }
 }
 
-/// There is no such file, or it is no plain one, or it is empty or a snapshot.
+/// Returns true if the file does not exist, is no regular file, is empty, or is a snapshot.
 fn is_replaceable(file: &str) -> bool {
-    // What cannot be looked at may be anything; the system says what is wrong with it.
+    // If the file cannot be examined, the later write reports the system's error.
     if !fs::metadata(file).is_ok_and(|found| found.is_file()) {
         return true;
     }

@@ -1,4 +1,4 @@
-//! Files that keep what a memory holds from run to run: read before, written back after.
+//! Files that keep the contents of a memory between runs: read before a run, written back after it.
 
 use std::io::{ErrorKind, Write as _};
 use std::path::Path;
@@ -13,13 +13,14 @@ use crate::shared::output::PendingFile;
 use crate::shared::report::FileTexts;
 use crate::shared::{input, output, output_target};
 
-/// What an erased cell reads as.
+/// The value of an erased cell.
 const ERASED: u8 = 0xFF;
 
-/// The memory of chips whose content outlives a run.
+/// The memory space whose contents outlive a run.
 const EEPROM: &str = "eeprom";
 
-/// A file beside a memory. Dropped without being kept, the file is as it was.
+/// A file that holds the contents of a memory. If it is dropped without [`MemoryFile::keep`], the file on
+/// disk stays unchanged.
 pub struct MemoryFile {
     name: String,
     pending: PendingFile,
@@ -27,8 +28,11 @@ pub struct MemoryFile {
 }
 
 impl MemoryFile {
-    /// The file `name` of the flag `flag`, for a memory of `size` bytes, and what it holds: nothing where it does not exist yet.
-    /// Intel HEX where its name ends in .hex or .eep, else plain bytes; what it leaves out is erased.
+    /// Opens the file `name` of the flag `flag` for a memory of `size` bytes. Returns its contents, or `None`
+    /// if it does not exist.
+    ///
+    /// Names that end in .hex or .eep are Intel HEX, others plain bytes. Bytes that the file omits are
+    /// erased.
     pub fn open(flag: &str, name: &str, size: usize) -> Result<(MemoryFile, Option<Vec<u8>>), VerbFailure> {
         if output_target::output_target(name) != output_target::OutputTarget::File {
             return Err(VerbFailure::Usage(format!(
@@ -42,7 +46,7 @@ impl MemoryFile {
         Ok((MemoryFile { name: name.to_owned(), pending: PendingFile::new(name)?, hex }, held))
     }
 
-    /// Writes what the memory holds now into the file.
+    /// Writes the contents of the memory into the file.
     pub fn keep(self, bytes: &[u8]) -> Result<(), VerbFailure> {
         let mut out = self.pending.writer()?;
         let text = if self.hex { write_hex(&[(0, bytes)]).into_bytes() } else { bytes.to_vec() };
@@ -54,13 +58,13 @@ impl MemoryFile {
     }
 }
 
-/// What a file holds, for a memory of `size` bytes.
+/// Reads the contents of a file for a memory of `size` bytes.
 fn content(name: &str, hex: bool, size: usize) -> Result<Vec<u8>, VerbFailure> {
     let file = input::read_bytes(name)?;
     let mut cells = vec![ERASED; size];
     if hex {
         let space = ImageSpace { name: EEPROM, start: 0, len: size as u32, word: 1, word_bits: WordBits::All };
-        // avr-objcopy leaves it where the ELF file has it, unless told otherwise.
+        // Without other options, avr-objcopy keeps the EEPROM at its address in the ELF file.
         let carried = ImageSpace { start: AVR_AREAS.start, ..space };
         match load_hex(name, &file, &[space, carried]) {
             Ok(loaded) => loaded.image.fill(EEPROM, &mut cells),
@@ -76,7 +80,7 @@ fn content(name: &str, hex: bool, size: usize) -> Result<Vec<u8>, VerbFailure> {
     Ok(cells)
 }
 
-/// The file of `--eeprom`, and what it holds.
+/// Opens the file of `--eeprom` and reads its contents.
 pub fn open_eeprom_file(name: &str, chip: &Chip, image: &Image) -> Result<(MemoryFile, Option<Vec<u8>>), VerbFailure> {
     if chip.eeprom_bytes == 0 {
         return Err(VerbFailure::Usage(format!("--eeprom is for chips with an EEPROM; {} has none", chip.name)));
@@ -88,7 +92,7 @@ pub fn open_eeprom_file(name: &str, chip: &Chip, image: &Image) -> Result<(Memor
     Ok(opened)
 }
 
-/// Puts bytes into the EEPROM of a chip.
+/// Writes bytes into the EEPROM of a chip. Cells that already hold their value are not written.
 pub fn load_eeprom<C: Cpu>(cpu: &mut C, held: &[u8]) {
     for (addr, &byte) in (0u32..).zip(held) {
         if cpu.peek(EEPROM, addr) != Some(byte) {
@@ -97,7 +101,7 @@ pub fn load_eeprom<C: Cpu>(cpu: &mut C, held: &[u8]) {
     }
 }
 
-/// What the EEPROM of a chip holds.
+/// Returns the contents of the EEPROM of a chip.
 pub fn eeprom_bytes<C: Cpu>(cpu: &C) -> Vec<u8> {
     (0..u32::from(cpu.chip().eeprom_bytes)).map(|addr| cpu.peek(EEPROM, addr).unwrap_or(ERASED)).collect()
 }

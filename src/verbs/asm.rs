@@ -1,4 +1,4 @@
-//! `emu asm`: assembly source to an image for a chip.
+//! `emu asm`: assembles a source to an image for a chip.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -24,44 +24,45 @@ Examples:
   emu asm app.s --mcu atmega328p -D F_CPU=8000000 -I include -o -
   emu run examples/and-or-not.asm --mcu ap101 --set I1=1 --for 1ms   (assembled on the fly)";
 
-/// The memory that `--eeprom` writes.
+/// The memory space that `--eeprom` writes.
 const EEPROM: &str = "eeprom";
 
-/// Endings of the names of files that hold source.
+/// File name extensions of assembly sources.
 const SOURCES: &[&str] = &["asm", "s", "a51", "src"];
 
 /// Flags of `emu asm`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct AsmArgs {
-    /// The source, in the manner of the chip's usual assembler (as31 and sdas8051, gpasm, avr-as; docs/formats/asm.md); - is
-    /// standard input.
+    /// The source, in the syntax of the chip's usual assembler (as31 and sdas8051, gpasm, avr-as;
+    /// docs/formats/asm.md); - is standard input.
     #[arg(value_name = "FILE.asm")]
     file: String,
     #[command(flatten)]
     mcu: McuFlags,
-    /// The Intel HEX file; - is standard output. Default: the source's name with .hex, in the current folder (standard output
-    /// for a source from standard input).
+    /// The Intel HEX file; - is standard output. Default: the name of the source with .hex, in the current
+    /// folder (standard output for a source from standard input).
     #[arg(short, long, value_name = "FILE")]
     output: Option<String>,
-    /// Write addresses and words beside the source, and the symbols below it; - is standard output.
+    /// Write a listing: addresses and words next to the source, and the symbols below it; - is standard
+    /// output.
     #[arg(long, value_name = "FILE")]
     listing: Option<String>,
-    /// Write what the source gives for the EEPROM of an AVR, as Intel HEX from address 0 on, which `emu run --eeprom` reads where
-    /// the name ends in .eep or .hex.
+    /// Write the EEPROM contents of an AVR source as Intel HEX from address 0. `emu run --eeprom` reads the
+    /// file if its name ends in .eep or .hex.
     #[arg(long, value_name = "FILE.eep")]
     eeprom: Option<String>,
     /// Define a name before the first line: NAME (1) or NAME=VALUE. Repeatable.
     #[arg(short = 'D', long = "define", value_name = "NAME=VALUE", value_parser = parse_define)]
     defines: Vec<(String, String)>,
-    /// Look for included files here too, after the folder of the file that includes them. Repeatable.
+    /// Search this folder for include files, after the folder of the including file. Repeatable.
     #[arg(short = 'I', long = "include", value_name = "FOLDER")]
     folders: Vec<PathBuf>,
-    /// Names that no line of an 8051 source gives are those of other modules, as with sdas8051 -g: 0 stands for them, and a warning
-    /// tells. Without it only names that `.globl` or `extrn` declares are.
+    /// Treat undefined names of an 8051 source as external, as sdas8051 -g does: their value is 0, and a
+    /// warning lists them. Without it only names that `.globl` or `extrn` declares are external.
     #[arg(short = 'g', long)]
     undefined_global: bool,
-    /// One JSON document on standard output: size of every memory that is used, symbols, warnings.
+    /// One JSON document on standard output: size of every memory in use, symbols, warnings.
     #[arg(long)]
     pub json: bool,
 }
@@ -76,7 +77,7 @@ fn parse_define(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// Assembles a source. When anything fails no file is written.
+/// Assembles a source. If any step fails, no file is written.
 pub fn asm(args: &AsmArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     let chip = args.mcu.choose_chip(&args.file)?.chip;
     if args.undefined_global && chip.family != ChipFamily::Mcs51 {
@@ -119,13 +120,13 @@ pub fn asm(args: &AsmArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     Ok(exit::OK)
 }
 
-/// True for a file whose name says that it holds source.
+/// Returns true if the extension of a file name is that of an assembly source.
 pub fn is_source(file: &str) -> bool {
     let ending = Path::new(file).extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
     ending.is_some_and(|ending| SOURCES.contains(&ending.as_str()))
 }
 
-/// The image of a source, with its symbols and lines; warnings are told.
+/// Assembles a source to an image with symbols and source lines. Prints warnings.
 pub fn assemble_image(
     file: &str,
     bytes: &[u8],
@@ -155,12 +156,12 @@ fn assemble(
         .map_err(|refused| VerbFailure::Refused(refused.diagnostics, texts(&refused.texts)))
 }
 
-/// The texts that were read.
+/// Returns the texts of the source and its include files, for drawing diagnostics.
 fn texts(read: &emu_asm::SourceTexts) -> FileTexts {
     FileTexts(read.all().map(|(name, bytes)| (name.to_owned(), bytes.to_vec())).collect())
 }
 
-/// Included files.
+/// Finds include files in the folder of the including file and in the folders of `-I`.
 struct IncludeFolders<'a> {
     folders: &'a [PathBuf],
 }
@@ -171,11 +172,11 @@ impl IncludeFiles for IncludeFolders<'_> {
         let folders = || std::iter::once(beside).chain(self.folders.iter().map(PathBuf::as_path));
         let mut first = None;
         let exact = folders().map(|folder| folder.join(name));
-        // Sources from Windows name files in any case of letters.
+        // Sources from Windows may spell file names with any letter case.
         for place in exact.chain(folders().filter_map(|folder| find_ignoring_case(folder, name))) {
             match input::read_file(&place.to_string_lossy()) {
                 Ok(bytes) => return Ok((place.to_string_lossy().into_owned(), bytes)),
-                // That it is nowhere is told as of the first place; that it cannot be read where it is goes before.
+                // "Not found" is reported for the first folder. Any other read error overrides it.
                 Err(error) if error.kind() == io::ErrorKind::NotFound => _ = first.get_or_insert(error),
                 Err(error) => return Err(error),
             }
@@ -184,7 +185,8 @@ impl IncludeFiles for IncludeFolders<'_> {
     }
 }
 
-/// The file `name` in a folder, with the letters of its path in any case; of several the first.
+/// Finds the file `name` in a folder, ignoring letter case in each part of the path. If several files match,
+/// the first in byte order counts.
 fn find_ignoring_case(folder: &Path, name: &str) -> Option<PathBuf> {
     name.split('/').try_fold(folder.to_owned(), |at, part| {
         if matches!(part, "" | "." | "..") || at.join(part).exists() {
@@ -197,27 +199,28 @@ fn find_ignoring_case(folder: &Path, name: &str) -> Option<PathBuf> {
     })
 }
 
-/// The image as Intel HEX, every memory in its window.
+/// Returns the image as Intel HEX, with each memory at its address range in the file.
 fn hex_of(assembled: &AssembledProgram, chip: &Chip) -> String {
     let placed = assembled.image.segments.iter().filter_map(|segment| {
         let window = chip.hex_spaces.iter().find(|window| window.name == segment.space)?;
         Some((window.start + segment.addr, segment.bytes.as_slice()))
     });
     let placed: Vec<_> = placed.collect();
-    // Byte for byte the file that the family's usual assembler writes.
+    // The bytes equal those of the file that the family's usual assembler writes.
     match chip.family {
         ChipFamily::Pic16 => write_hex_aligned(&placed, !assembled.is_inhx8m),
         _ => write_hex(&placed),
     }
 }
 
-/// What it holds for the EEPROM, as Intel HEX of its own.
+/// Returns the EEPROM contents of the image as a separate Intel HEX file.
 fn eeprom_of(image: &Image) -> String {
     let held = image.segments.iter().filter(|segment| segment.space == EEPROM);
     write_hex(&held.map(|segment| (segment.addr, segment.bytes.as_slice())).collect::<Vec<_>>())
 }
 
-/// Warns of memories that the source fills and that no file was written for: Intel HEX of an AVR is its flash alone.
+/// Warns of memories that the source fills but no file holds: the Intel HEX file of an AVR holds only its
+/// flash.
 fn warn_unwritten_memories(assembled: &mut AssembledProgram, chip: &Chip, args: &AsmArgs) {
     let written = |space: &str| {
         chip.hex_spaces.iter().any(|window| window.name == space) || space == EEPROM && args.eeprom.is_some()

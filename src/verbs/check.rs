@@ -1,4 +1,5 @@
-//! `emu check`: compile, run on the chip, compare every scan with the reference evaluator.
+//! `emu check`: compiles a program, runs it on the chip, and compares every scan with the reference
+//! evaluator.
 
 mod scenario;
 mod via;
@@ -37,7 +38,7 @@ Examples:
 Exit codes: 0 chip and reference agree; 1 they differ: the report says where and how to see it again; 3 the program is
 refused (with --mcu all: by every chip). The same seed gives the same run for ever.";
 
-/// Time after which a bar shows how far the check is.
+/// Time after which a progress bar appears.
 const PROGRESS_DELAY: Duration = Duration::from_secs(1);
 
 /// Flags of `emu check`.
@@ -47,43 +48,47 @@ pub struct CheckArgs {
     /// The programs, .ld files; - is standard input.
     #[arg(value_name = "PROGRAM.ld", required = true)]
     files: Vec<String>,
-    /// What their elements mean: ldmicro-2.3 or ldmicro-5. By default what a header stands for (0.1: ldmicro-2.3, 0.2:
-    /// ldmicro-5).
+    /// The dialect that gives the elements their meaning: ldmicro-2.3 or ldmicro-5. Default: the dialect of
+    /// the program's header (0.1: ldmicro-2.3, 0.2: ldmicro-5).
     #[arg(long, value_name = "DIALECT", value_parser = parse_dialect)]
     dialect: Option<LadderDialect>,
-    /// The chips, separated by commas, or `all` that there is a compiler for: a chip that lacks what a program needs is then
-    /// listed with the reason. Without it each program is checked on the chip that its MICRO= names.
+    /// The chips, separated by commas, or `all` for every chip with a compiler. With `all`, a chip that lacks
+    /// what a program needs is listed with the reason. Default: the chip in MICRO= of each program.
     #[arg(long, value_name = "CHIP", value_parser = ChipChoiceParser { compiled: false }, hide_possible_values = true, value_delimiter = ',')]
     mcu: Vec<ChipChoice>,
-    /// Check an emitted source instead of the image, compiled by compilers on the PATH: `native`, C by gcc on this computer;
-    /// `c`, by avr-gcc or sdcc on the chip; `bytecode` on the chip; `arduino`, a sketch on the atmega328p. Without --mcu the
-    /// chip is the atmega328p.
+    /// Check an emitted source instead of the image, with compilers on the PATH: `native`, C by gcc on this
+    /// computer; `c`, by avr-gcc or sdcc on the chip; `bytecode` on the chip; `arduino`, a sketch on the
+    /// atmega328p. Without --mcu the chip is the atmega328p.
     #[arg(long, value_name = "WAY", value_parser = crate::verbs::check::via::parse_via)]
     via: Option<emu_check::via::SourceRoute>,
-    /// Seed of everything random, stimulus and RAM: a number. It is fixed unless given, so that runs can be repeated.
+    /// Seed of all random choices, of stimulus and RAM: a number. The default is fixed, so that runs can be
+    /// repeated.
     #[arg(long, value_name = "N", default_value_t = CheckOptions::default().seed)]
     seed: u64,
-    /// Number of scans to compare, at least 1: 2,000 unless given; with --image 20,000 or more, as long as new states are seen.
+    /// Number of scans to compare, at least 1. Default: 2,000; with --image 20,000 or more, as long as new
+    /// states appear.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     scans: Option<u64>,
     #[command(flatten)]
     target: TargetFlags,
-    /// Check this HEX or ELF file, which another compiler made of the program, instead of an image of our own. The chip is that of
-    /// MICRO= unless --mcu names it, and else the one that the image names.
+    /// Check this HEX or ELF file, which another compiler made from the program, instead of our own image.
+    /// The chip is that of --mcu, otherwise that of MICRO=, otherwise the one that the image names.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["via", "junit", "report"])]
     image: Option<String>,
-    /// Where the symbols of that image are: a map as `emu compile --map` writes it. They are compared as well, then.
+    /// A map file as `emu compile --map` writes it, with the locations of the symbols in that image. The
+    /// symbols are then compared too.
     #[arg(long, value_name = "FILE", requires = "image")]
     map: Option<String>,
-    /// Play a scenario (docs/scenario.md) instead of random stimuli, on the evaluator and on the chips: the verdicts must be the
-    /// same, and so must everything that a check compares, scan by scan. Exit code 1 where an expectation was not met or the
-    /// verdicts differ, 5 where something was still waited for at the limit.
+    /// Play a scenario (docs/scenario.md) instead of random stimuli, on the evaluator and on the chips. The
+    /// verdicts must be the same, and so must everything that a check compares, scan by scan. Exit code 1 if
+    /// an expectation was not met or the verdicts differ, 5 if a step was still waiting at the limit.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["via", "image", "junit", "report"])]
     scenario: Option<String>,
-    /// Write the outcomes as JUnit XML, a test case for each program and chip.
+    /// Write the outcomes as JUnit XML, one test case for each program and chip.
     #[arg(long, value_name = "FILE", conflicts_with = "via")]
     junit: Option<String>,
-    /// Write the outcomes as one HTML page: verdicts, figures, the programs drawn, their symbols over the scans.
+    /// Write the outcomes as one HTML page: verdicts, statistics, the drawn programs, and their symbols over
+    /// the scans.
     #[arg(long, value_name = "FILE", conflicts_with = "via")]
     report: Option<String>,
     /// One JSON document.
@@ -207,7 +212,7 @@ pub fn check(args: &CheckArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
     }
 }
 
-/// The page of `--report`.
+/// Builds the HTML page of `--report`.
 fn report_page(pairs: &[(&ReadProgram, CheckOptions)], outcomes: &[CheckOutcome]) -> String {
     let entries: Vec<ReportEntry<'_>> = pairs
         .iter()
@@ -217,12 +222,12 @@ fn report_page(pairs: &[(&ReadProgram, CheckOptions)], outcomes: &[CheckOutcome]
     emu_check::html_report(&entries)
 }
 
-/// The chips that were named, else that of the program.
+/// Returns the chips that the user named, or otherwise the chip of the program.
 fn chips_of(named: &[&'static str], read: &ReadProgram) -> Result<Vec<&'static str>, VerbFailure> {
     if named.is_empty() { Ok(vec![read.chip()?]) } else { Ok(named.to_vec()) }
 }
 
-/// An image that another compiler made.
+/// Checks an image that another compiler made.
 fn check_foreign_image(
     args: &CheckArgs,
     file: &str,
@@ -274,7 +279,7 @@ fn check_foreign_image(
     }
 }
 
-/// The map in a file.
+/// Reads a map file.
 fn read_map_file(file: &str) -> Result<ladder_compile::ImageMap, VerbFailure> {
     emu_check::read_map(file, &input::read_bytes(file)?)
         .map_err(|fault| VerbFailure::Refused(vec![fault], FileTexts::default()))
@@ -292,20 +297,21 @@ fn options(args: &CheckArgs, chip: &str) -> CheckOptions {
     }
 }
 
-/// On all chips, one that the program's clock is too fast for runs at its highest, unless a clock is given.
+/// With `all`, a chip whose highest clock is below that of the program runs at its highest clock, unless the
+/// user gives a clock.
 fn with_possible_clock(options: CheckOptions, read: &ReadProgram, all: bool) -> CheckOptions {
     let highest = ladder_compile::find_chip(&options.mcu).map(|chip| chip.max_hz);
     let above = highest.filter(|highest| all && read.program.settings.crystal_hz > *highest);
     CheckOptions { clock_hz: options.clock_hz.or(above), ..options }
 }
 
-/// What to say of a clock that was not asked for.
+/// Returns a note about a clock that was lowered automatically.
 fn lowered_clock_note(args: &CheckArgs, options: &CheckOptions) -> Option<String> {
     let hz = options.clock_hz.filter(|_| args.target.clock.is_none())?;
     Some(format!("{} at {hz} Hz", options.mcu))
 }
 
-/// One program on one chip: its report alone.
+/// Reports one program on one chip: only its own report.
 fn report_single(
     args: &CheckArgs,
     outcome: CheckOutcome,
@@ -320,7 +326,7 @@ fn report_single(
     if args.json {
         output::print_json(&checked)?;
     } else {
-        // Fuses are for those who burn the image.
+        // Notes about fuses matter only when the user programs a real chip.
         let notes: Vec<_> = checked.notes.iter().filter(|n| n.code != ladder_compile::FUSES_NOTE).cloned().collect();
         report_diagnostics(terminal, &notes, &texts);
         output::print(checked.text())?;
@@ -328,7 +334,7 @@ fn report_single(
     Ok(if checked.agreed { exit::OK } else { exit::FAILED })
 }
 
-/// Several: the reports of those that differ, and a table of all.
+/// Reports several checks: the reports of those that differ, and a table of all.
 fn report_many(args: &CheckArgs, all: bool, outcomes: Vec<CheckOutcome>) -> Result<u8, VerbFailure> {
     let code = exit_code(&outcomes, all);
     if args.json {
@@ -343,8 +349,8 @@ fn report_many(args: &CheckArgs, all: bool, outcomes: Vec<CheckOutcome>) -> Resu
     Ok(code)
 }
 
-/// The exit code of several checks: a difference goes before a refusal. On all chips a refusal counts only where no chip takes the
-/// program, which then was not checked at all.
+/// Returns the exit code of several checks: a difference overrides a refusal. With `all`, a refusal counts
+/// only if no chip accepts the program, which was then not checked at all.
 fn exit_code(outcomes: &[CheckOutcome], all: bool) -> u8 {
     let report = |outcome: &'_ CheckOutcome| match outcome {
         CheckOutcome::Checked(report) => Some((report.program.clone(), report.agreed)),
@@ -361,7 +367,7 @@ fn exit_code(outcomes: &[CheckOutcome], all: bool) -> u8 {
     }
 }
 
-/// A bar over all checks, once they take long on a terminal.
+/// A progress bar over all checks, which appears on a terminal after [`PROGRESS_DELAY`].
 struct CheckProgress {
     start: Instant,
     live: bool,
@@ -381,7 +387,7 @@ impl CheckProgress {
         }
     }
 
-    /// There are to be so many scans.
+    /// Sets the total number of scans.
     fn add_total(&self, scans: u64) {
         self.total.store(scans, Ordering::Relaxed);
     }
@@ -417,7 +423,8 @@ fn progress_bar(total: u64) -> ProgressBar {
 mod tests {
     use super::*;
 
-    /// A check of a good image, or of one whose contact is a coil's complement, under the name `file`.
+    /// Returns the outcome of a check of a good image, or of a broken one whose coil is inverted, under the
+    /// name `file`.
     fn checked(file: &str, broken: bool) -> CheckOutcome {
         let text = |negated: &str| {
             format!(
@@ -443,7 +450,7 @@ mod tests {
         let (good, bad) = (checked("a.ld", false), checked("a.ld", true));
         #[rustfmt::skip]
         let cases: [(&[CheckOutcome], u8, u8); 6] = [
-            // Outcomes, code for a list of chips, code for all.
+            // Outcomes, exit code for a list of chips, exit code with `all`.
             (&[good.clone(), checked("b.ld", false)],   exit::OK,      exit::OK),
             (&[good.clone(), bad.clone()],              exit::FAILED,  exit::FAILED),
             (&[bad, refused("a.ld")],                   exit::FAILED,  exit::FAILED),

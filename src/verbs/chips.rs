@@ -1,4 +1,4 @@
-//! `emu chips`: the chips and what they have.
+//! `emu chips`: lists the chips and their properties.
 
 use clap::Args;
 use emu_core::chip::{Chip, ChipPackage, PinDef};
@@ -18,7 +18,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ChipsArgs {
-    /// One chip alone, with its pins and their numbers in each package.
+    /// Show only this chip, with its pins and their numbers in each package.
     #[arg(value_name = "CHIP", value_parser = family::parse_chip)]
     pub chip: Option<&'static Chip>,
     /// One JSON document with memories, packages, pins and vectors.
@@ -26,7 +26,7 @@ pub struct ChipsArgs {
     pub json: bool,
 }
 
-/// Lists the chips, or one with its pins.
+/// Lists all chips, or one chip with its pins.
 pub fn chips(args: &ChipsArgs) -> Result<u8, VerbFailure> {
     if args.json {
         let wanted = |chip: &&Chip| args.chip.is_none_or(|only| only.name == chip.name);
@@ -43,11 +43,11 @@ pub fn chips(args: &ChipsArgs) -> Result<u8, VerbFailure> {
     Ok(exit::OK)
 }
 
-/// The title of a chip, and its pins with their numbers.
+/// Returns the title of a chip, and a table of its pins with their numbers.
 fn table(chip: &Chip) -> String {
     const NUMBER: usize = 6;
     let names: Vec<&str> = chip.packages.iter().map(|package| package.name).collect();
-    // Without packages the row has the numbers of one, whose name it does not know.
+    // A row without packages has the pin numbers of one package, which it does not name.
     let numbers = |id: PinId, def: &PinDef| -> Vec<Option<u8>> {
         match chip.packages {
             [] => Some(def.dip).filter(|&dip| dip != Chip::NO_PACKAGE).map(Some).into_iter().collect(),
@@ -70,7 +70,7 @@ fn table(chip: &Chip) -> String {
     text
 }
 
-/// A package, and the numbers of its pins by their names.
+/// Returns a package as JSON: its name, and the numbers of its pins by pin name.
 fn package(chip: &Chip, package: &ChipPackage) -> Value {
     let number =
         |(id, def): (PinId, &PinDef)| package.pin_number(id).map(|number| (def.name.to_owned(), json!(number)));
@@ -97,7 +97,7 @@ fn document(chip: &Chip) -> Value {
     })
 }
 
-/// A pin, with its number where there is a package that gives it one.
+/// Returns a pin as JSON, with its number if a package gives it one.
 fn pin(pin: &PinDef) -> Value {
     match pin.dip {
         0 | Chip::NO_PACKAGE => json!({ "name": pin.name, "note": pin.note }),
@@ -105,7 +105,7 @@ fn pin(pin: &PinDef) -> Value {
     }
 }
 
-/// In what a memory is measured.
+/// Returns the unit of a memory's size.
 fn unit(chip: &Chip, space: &str) -> &'static str {
     if family::is_of_bits(chip, space) { "bits" } else { "bytes" }
 }

@@ -1,4 +1,4 @@
-//! `emu compile`: a ladder program to an image for a chip.
+//! `emu compile`: compiles a ladder program to an image for a chip.
 
 use std::path::Path;
 
@@ -27,45 +27,48 @@ Examples:
 pub struct CompileArgs {
     #[command(flatten)]
     program: LadderFlags,
-    /// The chip, such as `atmega328p` (`emu chips` lists them); without it the one that MICRO= names. Not for C and byte
-    /// code, not needed for sketches.
+    /// The chip, such as `atmega328p` (`emu chips` lists them). Default: the chip of MICRO=. C and byte code
+    /// have no chip, and sketches need none.
     #[arg(long, value_name = "CHIP", value_parser = family::ChipParser, hide_possible_values = true)]
     mcu: Option<&'static Chip>,
     /// What to write.
     #[arg(long, value_name = "KIND", value_enum, default_value_t = EmitKind::Hex)]
     emit: EmitKind,
-    /// The file to write; - is standard output. Default: the program's name with the ending of its kind, such as .hex, in the
-    /// current folder (standard output for a program from standard input).
+    /// The file to write; - is standard output. Default: the name of the program with the extension of its
+    /// kind, such as .hex, in the current folder (standard output for a program from standard input).
     #[arg(short, long, value_name = "FILE")]
     output: Option<String>,
-    /// Write the instructions below the rungs that they come from.
+    /// Write a listing with the instructions of each rung below the rung.
     #[arg(long, value_name = "FILE")]
     listing: Option<String>,
-    /// Write where everything is (rungs, elements, symbols, pins, scan), as JSON.
+    /// Write the locations of rungs, elements, symbols, pins and the scan, as JSON.
     #[arg(long, value_name = "FILE")]
     map: Option<String>,
-    /// How hard to work on small code: 1 is the default; with 0 every operation on bits is a template of its own.
+    /// Level of optimisation for size. 1 is the default. With 0 each operation on bits becomes a separate
+    /// template.
     #[arg(long, value_name = "LEVEL", default_value_t = 1, value_parser = clap::value_parser!(u8).range(0..=1))]
     optimise: u8,
     /// -O0 and -O1 are --optimise 0 and --optimise 1; -O alone is -O1.
     #[arg(short = 'O', conflicts_with = "optimise")]
     small: bool,
-    // The digits are flags behind -O rather than its value, which would be the word behind -O where no digit is.
+    // The digits are flags after -O instead of its value, because a value would take the next word when no
+    // digit follows.
     #[arg(short = '0', hide = true, requires = "small", conflicts_with = "one")]
     zero: bool,
     #[arg(short = '1', hide = true, requires = "small")]
     one: bool,
-    /// In a sketch: for how many milliseconds an input must be steady before it counts.
+    /// In a sketch: time in milliseconds for which an input must be stable before it counts.
     #[arg(long, value_name = "MS")]
     debounce: Option<u32>,
     #[command(flatten)]
     target: TargetFlags,
-    /// The figures as one JSON document on standard output: bytes, RAM, clocks of the longest scan and of every rung.
+    /// One JSON document on standard output with the statistics: bytes, RAM, cycles of the longest scan and
+    /// of every rung.
     #[arg(long)]
     pub json: bool,
 }
 
-/// What a program can be turned into.
+/// The kinds of output that a program can be turned into.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum EmitKind {
     /// Intel HEX.
@@ -78,7 +81,7 @@ enum EmitKind {
     Map,
     /// The intermediate code.
     Ir,
-    /// ANSI C, one call a scan.
+    /// ANSI C, one call per scan.
     C,
     /// Byte code for a small interpreter.
     Bytecode,
@@ -87,7 +90,7 @@ enum EmitKind {
 }
 
 impl EmitKind {
-    /// Ending of the name of its files.
+    /// Returns the file name extension of this kind.
     fn ending(self) -> &'static str {
         match self {
             EmitKind::Hex => "hex",
@@ -101,24 +104,24 @@ impl EmitKind {
         }
     }
 
-    /// No chip has to be named.
+    /// Returns true for sources, which need no chip.
     fn is_source(self) -> bool {
         matches!(self, EmitKind::C | EmitKind::Bytecode | EmitKind::Arduino)
     }
 }
 
-/// What a compiled program is told about its chip.
+/// Flags that assign pins and clock of the target chip.
 #[derive(Debug, Args)]
 pub struct TargetFlags {
-    /// Put an input or output at a pin: Xstart=PD2. Goes before the pins of the program. Repeatable.
+    /// Assign an input or output to a pin: Xstart=PD2. Overrides the pins of the program. Repeatable.
     #[arg(long = "pin", value_name = "NAME=PIN", value_parser = parse_pin_assignment)]
     pub pins: Vec<(String, String)>,
-    /// Oscillator, instead of the program's CRYSTAL: 16MHz, 8000000.
+    /// Oscillator frequency, instead of the program's CRYSTAL: 16MHz, 8000000.
     #[arg(long, value_name = "HZ", value_parser = time::parse_hertz)]
     pub clock: Option<u64>,
 }
 
-/// Reads `NAME=PIN`.
+/// Parses `NAME=PIN`.
 pub fn parse_pin_assignment(text: &str) -> Result<(String, String), String> {
     match text.split_once('=').map(|(name, pin)| (name.trim(), pin.trim())) {
         Some((name, pin)) if !name.is_empty() && !pin.is_empty() => Ok((name.to_owned(), pin.to_owned())),
@@ -127,13 +130,13 @@ pub fn parse_pin_assignment(text: &str) -> Result<(String, String), String> {
 }
 
 impl CompileArgs {
-    /// -O0 or --optimise 0 was not given.
+    /// Returns true unless -O0 or --optimise 0 is given.
     fn optimises(&self) -> bool {
         self.optimise > 0 && !self.zero
     }
 }
 
-/// Compiles a program. When anything fails no file is written.
+/// Compiles a program. If any step fails, no file is written.
 pub fn compile(args: &CompileArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     let main = args.output.clone().unwrap_or_else(|| output_name(&args.program.file, args.emit.ending()));
     let mut outputs = vec![("--output", main.as_str())];
@@ -187,13 +190,13 @@ pub fn compile(args: &CompileArgs, terminal: &MessageStyle) -> Result<u8, VerbFa
     Ok(exit::OK)
 }
 
-/// Writes a source that is for no chip.
+/// Writes an emitted source, which is not for a particular chip.
 fn write_source(args: &CompileArgs, main: &str, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     if args.listing.is_some() || args.map.is_some() || args.json {
         let why = "--listing, --map and --json tell about an image, and a source is none";
         return Err(VerbFailure::Usage(why.to_owned()));
     }
-    // What would change nothing is not taken in silence.
+    // Refuse flags that would have no effect, instead of ignoring them.
     let sketch = args.emit == EmitKind::Arduino;
     let idle = [
         ("--mcu", args.mcu.is_some() && !sketch, "C and byte code are for any chip"),
@@ -228,7 +231,7 @@ fn write_source(args: &CompileArgs, main: &str, terminal: &MessageStyle) -> Resu
     Ok(exit::OK)
 }
 
-/// What one buys a chip by, in two lines.
+/// Returns the sizes and times that decide the choice of a chip, in two lines.
 fn size_text(map: &ImageMap) -> String {
     let rung = map.rungs.iter().max_by_key(|rung| (rung.worst_cycles, std::cmp::Reverse(rung.rung)));
     let rung = rung.map_or(String::new(), |rung| format!(" (rung {} up to {})", rung.rung, rung.worst_cycles));
@@ -242,7 +245,7 @@ fn size_text(map: &ImageMap) -> String {
     )
 }
 
-/// The figures as one document.
+/// Returns the statistics as one JSON document.
 fn document(program: &str, compiled: &CompiledProgram) -> serde_json::Value {
     let map = &compiled.map;
     let rungs = map.rungs.iter();
@@ -265,12 +268,12 @@ fn document(program: &str, compiled: &CompiledProgram) -> serde_json::Value {
     })
 }
 
-/// The name of the image that is made of a program.
+/// Returns the default name of the image of a program.
 pub fn default_image_name(program: &str) -> String {
     output_name(program, "hex")
 }
 
-/// The name of what is made of a program.
+/// Returns the default name of an output file of a program.
 fn output_name(program: &str, ending: &str) -> String {
     let stem = Path::new(program).file_stem().map(|stem| stem.to_string_lossy());
     match stem {

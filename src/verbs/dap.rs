@@ -1,4 +1,4 @@
-//! `emu dap`: the debugger for editors.
+//! `emu dap`: the debug adapter for editors.
 
 use std::io;
 use std::net::{TcpListener, TcpStream};
@@ -23,13 +23,14 @@ protocol.";
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct DapArgs {
-    /// Wait for an editor at this address instead of talking over standard input and output: :4711 on this machine,
-    /// 0.0.0.0:4711 for everybody, :0 at a free port, which is told on standard error. One editor is served, then it ends.
+    /// Wait for an editor at this address instead of using standard input and output: :4711 on this machine,
+    /// 0.0.0.0:4711 for all machines, :0 for a free port, which is printed on standard error. The program
+    /// serves one editor and ends.
     #[arg(long, value_name = "ADDRESS")]
     listen: Option<String>,
 }
 
-/// What `launch` asks for, as the flags of `emu debug`.
+/// The flags of `emu debug`, as a `launch` request gives them.
 #[derive(Debug, Parser)]
 #[command(name = "launch", no_binary_name = true)]
 struct LaunchFlags {
@@ -37,7 +38,7 @@ struct LaunchFlags {
     subject: DebugSubject,
 }
 
-/// Serves an editor.
+/// Serves one editor.
 pub fn dap(args: &DapArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     crate::shared::input::reserve_stdin();
     let open = |arguments: &LaunchArguments| open_machine(arguments, terminal);
@@ -61,7 +62,7 @@ pub fn dap(args: &DapArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     }
 }
 
-/// Waits for the one client.
+/// Waits for one client connection.
 fn accept_client(address: &str) -> Result<TcpStream, VerbFailure> {
     let whole = if address.starts_with(':') { format!("127.0.0.1{address}") } else { address.to_owned() };
     let refused = |why: &io::Error| {
@@ -75,7 +76,7 @@ fn accept_client(address: &str) -> Result<TcpStream, VerbFailure> {
     Ok(stream)
 }
 
-/// Makes the machine; complaints are drawn on standard error, and told to the editor in a sentence each.
+/// Builds the machine. Diagnostics are drawn on standard error, and sent to the editor as one sentence each.
 fn open_machine(arguments: &LaunchArguments, terminal: &MessageStyle) -> Result<OpenedMachine, LaunchError> {
     let launch = LaunchFlags::try_parse_from(launch_flags(arguments)).map_err(|why| {
         let text = why.to_string();
@@ -85,7 +86,7 @@ fn open_machine(arguments: &LaunchArguments, terminal: &MessageStyle) -> Result<
     Ok(OpenedMachine { session: found.session, view: found.view })
 }
 
-/// The flags of `emu debug` that say the same.
+/// Returns the flags of `emu debug` for a `launch` request.
 fn launch_flags(arguments: &LaunchArguments) -> Vec<String> {
     let mut flags = Vec::new();
     let mut flag = |name: &str, value: &Option<String>| {
@@ -102,7 +103,7 @@ fn launch_flags(arguments: &LaunchArguments) -> Vec<String> {
     flags
 }
 
-/// Why there is no machine.
+/// Returns the text of a failure to build the machine, for the editor.
 fn failure_text(failure: &VerbFailure) -> String {
     match failure {
         VerbFailure::Usage(text) => text.clone(),

@@ -1,4 +1,4 @@
-//! `emu diff`: the first difference of two traces.
+//! `emu diff`: finds the first difference between two traces.
 
 mod read;
 
@@ -20,7 +20,7 @@ Examples:
 
 Exit codes: 0 they are equal, 1 they differ, 3 a file is no trace.";
 
-/// Most lines of context.
+/// Maximum number of context lines.
 const MAX_CONTEXT: usize = 10_000;
 
 /// Flags of `emu diff`.
@@ -30,22 +30,22 @@ pub struct DiffArgs {
     /// A trace, as `emu run --trace` writes it, as text or JSON lines; - is standard input.
     #[arg(value_name = "A.trace")]
     a: String,
-    /// The other one.
+    /// The other trace.
     #[arg(value_name = "B.trace")]
     b: String,
-    /// Leave something out of the comparison: cycle, address, symbol, text, registers, memory, or chip (mcu and hz of the head).
-    /// Repeatable.
+    /// Ignore a field in the comparison: cycle, address, symbol, text, registers, memory, or chip (mcu and hz
+    /// of the first line). Repeatable.
     #[arg(long, value_name = "FIELD", hide_possible_values = true)]
     ignore: Vec<IgnoredField>,
-    /// Lines before and after the first difference.
+    /// Number of lines to show before and after the first difference.
     #[arg(long, value_name = "N", default_value = "3", value_parser = context)]
     context: usize,
-    /// One JSON document: where the first difference is, and what differs there.
+    /// One JSON document: the place of the first difference, and the fields that differ.
     #[arg(long)]
     pub json: bool,
 }
 
-/// What lines may differ in.
+/// The fields that a comparison can ignore.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum IgnoredField {
     Cycle,
@@ -110,7 +110,7 @@ pub fn diff(args: &DiffArgs) -> Result<u8, VerbFailure> {
     Ok(exit::FAILED)
 }
 
-/// Number of lines of a trace.
+/// Returns the number of lines of a trace.
 pub fn lines_of(bytes: &[u8]) -> Result<u64, VerbFailure> {
     let mut reader = TraceReader::from_input("trace", Box::new(std::io::Cursor::new(bytes.to_vec())))?;
     while reader.next()?.is_some() {}
@@ -126,7 +126,7 @@ fn report_equal(args: &DiffArgs, lines: u64) -> Result<u8, VerbFailure> {
     Ok(exit::OK)
 }
 
-/// A line that differs, and those behind it. What cannot be read there does not matter any more.
+/// Returns a line that differs, and the lines after it. Errors in the later lines are ignored.
 fn lines_after(
     args: &DiffArgs,
     reader: &mut TraceReader,
@@ -142,7 +142,7 @@ fn lines_after(
     Ok(lines)
 }
 
-/// What differs, as it is in the one and in the other.
+/// A field that differs, with its value in the first and in the second trace.
 type FieldDifference = (&'static str, String, String);
 
 fn head_differences(args: &DiffArgs, a: &TraceReader, b: &TraceReader) -> Vec<FieldDifference> {
@@ -162,7 +162,7 @@ fn entry_differences(args: &DiffArgs, a: &TraceEntry, b: &TraceEntry) -> Vec<Fie
     };
     field(IgnoredField::Cycle, "cycle", &a.cycle.to_string(), &b.cycle.to_string());
     field(IgnoredField::Address, "address", &a.address, &b.address);
-    // A symbol that only one of them knows is no difference of the programs.
+    // A symbol that only one trace knows is no difference of the programs.
     if !a.symbol.is_empty() && !b.symbol.is_empty() {
         field(IgnoredField::Symbol, "symbol", &a.symbol, &b.symbol);
     }

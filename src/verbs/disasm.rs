@@ -1,4 +1,4 @@
-//! `emu disasm`: the instructions of an image.
+//! `emu disasm`: prints the instructions of an image.
 
 mod config;
 mod listing;
@@ -35,34 +35,35 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct DisasmArgs {
-    /// A HEX or ELF file, for the 8051 family also an absolute object file (OMF-51), or an assembly source by its name (.asm, .s,
-    /// .a51, .src); - is standard input.
+    /// A HEX or ELF file; for the 8051 family also an absolute object file (OMF-51); or an assembly source,
+    /// by its name (.asm, .s, .a51, .src). - is standard input.
     #[arg(value_name = "IMAGE")]
     image: String,
     #[command(flatten)]
     mcu: McuFlags,
-    /// Names for addresses: for the 8051 family a .map, .cdb or .rst file of SDCC or a .m51 of Keil, for the PIC16 family a
-    /// .cod, .lst or .map file of gputils. Repeatable.
+    /// Symbol files: for the 8051 family a .map, .cdb or .rst file of SDCC or a .m51 of Keil, for the PIC16
+    /// family a .cod, .lst or .map file of gputils. Repeatable.
     #[arg(long, value_name = "FILE")]
     symbols: Vec<String>,
-    /// First address: bytes (on PIC16 words), as a number (0x80, 128), a symbol of the program (main, main+0x10) or a source
-    /// line (main.c:12).
+    /// First address: a number in bytes (on PIC16 words: 0x80, 128), a symbol of the program (main,
+    /// main+0x10) or a source line (main.c:12).
     #[arg(long, value_name = "ADDRESS")]
     from: Option<String>,
-    /// Address after the last, as --from.
+    /// Address after the last one, written as for --from.
     #[arg(long, value_name = "ADDRESS")]
     to: Option<String>,
-    /// Show the source lines that the instructions were made of: file and line, and its text where the file is found (where it
-    /// was compiled, beside the image, or here). From the debugging information (DWARF, stabs) of an ELF file, or from --symbols.
+    /// Show the source line of each instruction: file and line, and its text if the file is found (where it
+    /// was compiled, next to the image, or in the current folder). The lines come from the debugging
+    /// information (DWARF, stabs) of an ELF file, or from --symbols.
     #[arg(long)]
     source: bool,
-    /// One JSON document: addresses in bytes (on PIC16 words), words as numbers, text, labels, names of operands, and with
-    /// --source lines and their texts.
+    /// One JSON document: addresses in bytes (on PIC16 words), words as numbers, text, labels, names of
+    /// operands, and with --source the lines and their texts.
     #[arg(long)]
     pub json: bool,
 }
 
-/// Prints the instructions of an image; those of an atmega328p where nothing names a chip.
+/// Prints the instructions of an image. The default chip is the ATmega328P.
 pub fn disasm(args: &DisasmArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     let chip = args.mcu.choose_chip_or(&args.image, Some(&ATMEGA328P))?.chip;
     let image = input::read_image_with_symbols(&args.image, &args.symbols, chip, terminal)?;
@@ -92,7 +93,7 @@ pub fn disasm(args: &DisasmArgs, terminal: &MessageStyle) -> Result<u8, VerbFail
     Ok(exit::OK)
 }
 
-/// The program words that are asked for: from the first, to the one after the last.
+/// Returns the range of program words to print: the first, and the one after the last.
 fn range(args: &DisasmArgs, source: &ProgramSource<'_>) -> Result<(u32, u32), VerbFailure> {
     let chip = source.names.chip;
     let first = |text: &str| source.parse_words(text).map(|words| words.into_iter().min().unwrap_or(0));
@@ -110,7 +111,7 @@ fn range(args: &DisasmArgs, source: &ProgramSource<'_>) -> Result<(u32, u32), Ve
     Ok((from, to))
 }
 
-/// What the image fills besides program memory.
+/// Returns the contents of all memories other than program memory.
 fn memories(chip: &Chip, image: &Image) -> Vec<Value> {
     let others = image.segments.iter().filter(|segment| segment.space != chip.code_space);
     let others = others.map(|segment| {

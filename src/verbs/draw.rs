@@ -1,4 +1,4 @@
-//! `emu draw`: the rungs of a ladder program as text.
+//! `emu draw`: draws the rungs of a ladder program as text.
 
 use clap::Args;
 
@@ -20,7 +20,7 @@ pub struct DrawArgs {
     program: LadderFlags,
 }
 
-/// Draws a program. Programs that cannot run can still be drawn.
+/// Draws a program, including programs with errors that prevent them from running.
 pub fn draw(args: &DrawArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     let read = input::read_program(&args.program.file, args.program.dialect, false, terminal)?;
     output::print(ladder::draw(&read.program))?;

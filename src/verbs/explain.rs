@@ -1,4 +1,4 @@
-//! `emu explain`: more about the code of a message.
+//! `emu explain`: explains the code of a message.
 
 use clap::Args;
 use diag::DiagnosticCode;
@@ -14,19 +14,19 @@ Examples:
   emu explain HEX        all codes that begin with HEX
   emu explain            all codes";
 
-/// Characters in a line of explanation.
+/// Maximum number of characters in a line of explanation.
 const WIDTH: usize = 100;
 
 /// Flags of `emu explain`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ExplainArgs {
-    /// A code such as HEX006, or the beginning of several; without it all codes are listed.
+    /// A code such as HEX006, or the first characters of several codes. Default: list all codes.
     #[arg(value_name = "CODE")]
     pub code: Option<String>,
 }
 
-/// Every code that `emu` prints, in order.
+/// Returns every diagnostic code of `emu`, sorted.
 pub fn all_codes() -> Vec<&'static DiagnosticCode> {
     let tables = [
         codes::CODES,
@@ -53,12 +53,12 @@ pub fn all_codes() -> Vec<&'static DiagnosticCode> {
     all
 }
 
-/// The row of a code.
+/// Finds the table row of a code.
 pub fn find_code(code: &str) -> Option<&'static DiagnosticCode> {
     all_codes().into_iter().find(|c| c.code == code)
 }
 
-/// Explains a code, or lists them.
+/// Explains a code, or lists codes.
 pub fn explain(args: &ExplainArgs) -> Result<u8, VerbFailure> {
     let wanted = args.code.as_deref().unwrap_or_default().trim().to_ascii_uppercase();
     let all = all_codes();

@@ -1,4 +1,5 @@
-//! `emu fuzz`: random programs, compiled and checked on a chip of each family, in shards whose records are added again.
+//! `emu fuzz`: compiles random programs and checks them on one chip of each family, in shards whose records
+//! can be merged.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -26,57 +27,62 @@ Program n of a seed is the same in any shard and with any number of jobs, so a c
 Exit codes: 0 no difference; 1 chip and reference differ somewhere, and the smallest program that shows it is told; 3 a record
 cannot be used; 5 the records that were added are not yet the whole campaign.";
 
-/// Time after which a bar shows how far the campaign is.
+/// Time after which a progress bar appears.
 const PROGRESS_DELAY: Duration = Duration::from_secs(1);
 
-/// Time after which what is done is written. With the batch that is running it is at most about a second's work that gets lost,
-/// or one program of each job.
+/// Interval at which the record is written. A crash loses at most about one second of work including the
+/// current batch, or one program per job.
 const SAVE_INTERVAL: Duration = Duration::from_millis(500);
 
-/// Most programs of a job before results are collected.
+/// Maximum number of programs per job between two collections of results.
 const BATCH: usize = 16;
 
-/// Programs beyond their time after which a campaign ends: each may keep a processor busy for as long as it goes on.
+/// Number of timed-out programs that ends a campaign. A program that timed out may keep a processor busy
+/// until the process ends.
 const TIMED_OUT_MAX: usize = 8;
 
-/// The largest figure of a record that is believed; sums of very many of them still fit.
+/// The largest number that is accepted in a record. It leaves room for sums of very many records.
 const FIGURE_MAX: u64 = 1 << 48;
 
 /// Flags of `emu fuzz`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct FuzzArgs {
-    /// The chips, separated by commas, or `all` for one of each family.
+    /// The chips, separated by commas, or `all` for one chip of each family.
     #[arg(long, value_name = "CHIP", value_parser = ChipChoiceParser { compiled: true }, hide_possible_values = true, value_delimiter = ',', required_unless_present = "merge")]
     mcu: Vec<ChipChoice>,
-    /// Number of programs, numbered from 0.
+    /// Number of programs; the first has number 0.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), required_unless_present = "merge")]
     programs: Option<u64>,
-    /// Seed of the programs and of everything random in their checks. It is fixed unless given, so that runs can be repeated.
+    /// Seed of the programs and of all random choices in their checks. The default is fixed, so that runs can
+    /// be repeated.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Scans of each check.
+    /// Number of scans in each check.
     #[arg(long, value_name = "K", default_value_t = 250, value_parser = clap::value_parser!(u64).range(1..))]
     scans: u64,
-    /// Programs at a time; by default as many as there are processors.
+    /// Number of programs that run in parallel. Default: the number of processors.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     jobs: Option<u16>,
-    /// Only every N-th program, beginning with the I-th.
+    /// Run only every N-th program, starting with the I-th.
     #[arg(long, value_name = "I/N", value_parser = shard, default_value = "1/1")]
     shard: CampaignShard,
-    /// Longest time for a program on a chip, in seconds; one that takes longer is saved and counted as a finding.
+    /// Maximum time for a program on a chip, in seconds. A program that takes longer is saved and counted as
+    /// a finding.
     #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "60")]
     timeout: Duration,
-    /// Folder for the programs that show a difference, each with the command that replays it. It is made at the start.
+    /// Folder for the programs that show a difference, each with the command that replays it. It is created
+    /// at the start.
     #[arg(long, value_name = "DIR")]
     save: Option<String>,
-    /// File for the record, written at the start, about every second and at the end, always whole.
+    /// File for the record. It is written at the start, about every second and at the end, and is always
+    /// complete.
     #[arg(long, value_name = "FILE.json")]
     out: Option<String>,
-    /// Go on where the record of --out stands, if there is one.
+    /// Continue from the record of --out, if it exists.
     #[arg(long, requires = "out")]
     resume: bool,
-    /// Add the records of shards instead, and tell whether they are the whole campaign.
+    /// Merge the records of shards instead, and report whether they form the complete campaign.
     #[arg(long, value_name = "FILE.json", num_args = 1.., conflicts_with_all = ["mcu", "programs", "resume", "shard"])]
     merge: Vec<String>,
     /// The record as one JSON document.
@@ -97,7 +103,7 @@ fn seconds(text: &str) -> Result<Duration, String> {
     limit.filter(|limit| !limit.is_zero()).ok_or_else(|| "write seconds above 0, such as 60 or 0.5".to_owned())
 }
 
-/// Runs a campaign or a shard of one, or adds records.
+/// Runs a campaign or one of its shards, or merges records.
 pub fn fuzz(args: &FuzzArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     let printed = if args.json { "--json" } else { "the figures" };
     let outputs: Vec<_> =
@@ -129,7 +135,7 @@ pub fn fuzz(args: &FuzzArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure>
     let pool = pool.map_err(|error| VerbFailure::Usage(format!("no threads for --jobs {jobs}: {error}")))?;
     let threads = pool.current_num_threads();
     make_save_folder(args)?;
-    // What was found before and could not be saved is saved now.
+    // Save findings that an interrupted run could not save.
     save_record(args, &record, &record.findings)?;
     if mine == 0 {
         let CampaignShard { index, of, .. } = args.shard;
@@ -144,7 +150,7 @@ pub fn fuzz(args: &FuzzArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure>
         let trial = |&number| fuzz::run_trial(plan, number, args.timeout);
         let trials: Vec<ProgramTrial> = pool.install(|| numbers.par_iter().map(trial).collect());
         timed_out += trials.iter().map(ProgramTrial::timed_out_chips).sum::<usize>();
-        // Jobs wait for each other at the end of a batch, so it is made longer, but not for long.
+        // The jobs wait for each other at the end of a batch, so batches grow while they stay short.
         batch = if begun.elapsed() > SAVE_INTERVAL / 2 { threads } else { (batch * 2).min(threads * BATCH) };
         trials.iter().for_each(|trial| record.add_trial(trial));
         let found: Vec<CampaignFinding> = trials.iter().flat_map(|trial| trial.findings().to_vec()).collect();
@@ -171,7 +177,7 @@ pub fn fuzz(args: &FuzzArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure>
     finish(args, &record)
 }
 
-/// Adds records.
+/// Merges records.
 fn merge(args: &FuzzArgs) -> Result<u8, VerbFailure> {
     let records =
         args.merge.iter().map(|file| read_record(file)).collect::<Result<Vec<CampaignRecord>, VerbFailure>>()?;
@@ -184,7 +190,7 @@ fn merge(args: &FuzzArgs) -> Result<u8, VerbFailure> {
     Ok(if code == exit::OK && !sum.complete { exit::LIMIT } else { code })
 }
 
-/// The result out.
+/// Prints the result and returns the exit code.
 fn finish(args: &FuzzArgs, record: &CampaignRecord) -> Result<u8, VerbFailure> {
     if args.json {
         output::print_json(record)?;
@@ -194,13 +200,13 @@ fn finish(args: &FuzzArgs, record: &CampaignRecord) -> Result<u8, VerbFailure> {
     Ok(if record.findings.is_empty() { exit::OK } else { exit::FAILED })
 }
 
-/// Makes the folder of --save. A campaign of days must not find out at its first difference that it cannot.
+/// Creates the folder of --save, so that a long campaign does not fail at its first difference.
 fn make_save_folder(args: &FuzzArgs) -> Result<(), VerbFailure> {
     args.save.as_deref().map_or(Ok(()), output::ensure_writable_folder)
 }
 
-/// Writes the record, whole or not at all, and then the programs that show something: where there is no room for them, the
-/// record has them.
+/// Writes the record, completely or not at all, then the programs of the findings. If there is no space for
+/// the programs, the record still contains them.
 fn save_record(args: &FuzzArgs, record: &CampaignRecord, found: &[CampaignFinding]) -> Result<(), VerbFailure> {
     if let Some(out) = &args.out {
         let text = serde_json::to_string_pretty(record).map_err(|e| VerbFailure::write_failed(out, &e.into()))?;
@@ -213,7 +219,7 @@ fn save_record(args: &FuzzArgs, record: &CampaignRecord, found: &[CampaignFindin
     })
 }
 
-/// A figure that is too large to be added up with others.
+/// Returns a number in a record that is too large for sums.
 fn oversized_figure(value: &serde_json::Value) -> Option<u64> {
     use serde_json::Value;
     match value {
@@ -238,7 +244,7 @@ fn read_record(file: &str) -> Result<CampaignRecord, VerbFailure> {
         let cause = format!("has the figure {figure}, which no campaign reaches");
         return Err(refused(file, cause, "give a file of emu fuzz --out"));
     }
-    // Programs are written into the folder of --save and nowhere else.
+    // Programs are written only into the folder of --save.
     let plain = |name: &str| Path::new(name).file_name().is_some_and(|own| own == name);
     if let Some(finding) = record.findings.iter().find(|finding| !plain(&finding.file)) {
         let cause = format!("has a program whose file is no plain name: {:?}", finding.file);
@@ -247,7 +253,7 @@ fn read_record(file: &str) -> Result<CampaignRecord, VerbFailure> {
     Ok(record)
 }
 
-/// The record of a shard that was begun, where it is the one that `wanted` begins.
+/// Reads the record of an interrupted shard. Refuses a record with a plan or shard other than `wanted`.
 fn resume_record(file: &str, wanted: CampaignRecord) -> Result<CampaignRecord, VerbFailure> {
     let found = read_record(file)?;
     let place = |record: &CampaignRecord| record.shards.iter().map(|shard| (shard.index, shard.of)).collect::<Vec<_>>();

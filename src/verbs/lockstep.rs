@@ -1,4 +1,4 @@
-//! `emu lockstep`: a machine beside a simulator of somebody else.
+//! `emu lockstep`: runs a machine in lockstep with another simulator.
 
 use std::fs;
 use std::io;
@@ -42,12 +42,12 @@ not have the chip, or did not answer in time; 5 a signal (Ctrl-C) ended it.";
 
 /// The peer does not do what it is asked.
 pub const PEER_FAILED: &str = "LCK001";
-/// The peer does not have the chip.
+/// The peer does not support the chip.
 pub const NO_CHIP: &str = "LCK002";
 /// The peer does not answer in time.
 pub const PEER_TIMED_OUT: &str = "LCK003";
 
-/// All codes.
+/// All codes of lockstep runs.
 #[rustfmt::skip]
 pub const CODES: &[DiagnosticCode] = &[
     DiagnosticCode { code: PEER_FAILED, title: "a simulator beside which a program was to run does not do what it is asked",
@@ -64,10 +64,10 @@ pub const CODES: &[DiagnosticCode] = &[
                   wakes. Fix: give more time, or start the simulator by hand with the same image, and see what it says." },
 ];
 
-/// Instructions after which a run without a limit ends.
+/// Default limit of a run without another limit, in instructions.
 const DEFAULT_STEPS: u64 = 100_000;
 
-/// Seconds that an answer of the peer may take.
+/// Default time limit for an answer of the peer, in seconds.
 const DEFAULT_TIMEOUT_S: u64 = 10;
 
 /// Words of the longest instruction of any family.
@@ -85,36 +85,36 @@ pub struct LockstepArgs {
     /// The simulator: s51 for the 8051 family, gpsim for PIC16, simavr for AVR.
     #[arg(long, value_name = "PEER", value_enum)]
     against: PeerChoice,
-    /// End after this much of the chip's time: 10ms, 1000c (machine cycles).
+    /// End after this much chip time: 10ms, 1000c (machine cycles).
     #[arg(long = "for", value_name = "TIME", conflicts_with = "cycles")]
     time: Option<String>,
     /// End after this many machine cycles.
     #[arg(long, value_name = "N")]
     cycles: Option<u64>,
-    /// End after this many instructions. Default 100000, or none where a time or cycles are given.
+    /// End after this many instructions. Default: 100000, or no limit if a time or cycles are given.
     #[arg(long, value_name = "N")]
     steps: Option<u64>,
-    /// Oscillator of both: 16MHz, 8000000. Default: what the chip's row says.
+    /// Oscillator frequency of both: 16MHz, 8000000. Default: the frequency in the chip's row.
     #[arg(long, value_name = "HZ", value_parser = time::parse_hertz)]
     clock: Option<u64>,
     #[command(flatten)]
     readings: readings::ReadingFlags,
-    /// Let a register differ, as `emu run` names it. Repeatable.
+    /// Ignore differences in this register, named as in `emu run`. Repeatable.
     #[arg(long, value_name = "REG")]
     ignore: Vec<String>,
-    /// Let the cycles differ. simavr does not tell them.
+    /// Ignore differences in cycles. simavr does not report cycles.
     #[arg(long)]
     cycles_free: bool,
-    /// Show so many instructions before the difference.
+    /// Number of instructions to show before the difference.
     #[arg(long, value_name = "N", default_value_t = 8)]
     last: usize,
-    /// End the peer where an answer takes longer than this, in seconds.
+    /// End the peer if an answer takes longer than this, in seconds.
     #[arg(long, value_name = "SECONDS", default_value_t = DEFAULT_TIMEOUT_S, value_parser = clap::value_parser!(u64).range(1..=86_400))]
     timeout: u64,
-    /// The peer's program, where it is not the one of its name on the PATH.
+    /// The peer's executable, if it is not on the PATH under its own name.
     #[arg(long, value_name = "FILE")]
     peer: Option<PathBuf>,
-    /// Names for addresses: files of SDCC or gputils, as in `emu run`. Repeatable.
+    /// Symbol files of SDCC or gputils, as in `emu run`. Repeatable.
     #[arg(long, value_name = "FILE")]
     symbols: Vec<String>,
     /// One JSON document on standard output.
@@ -122,19 +122,19 @@ pub struct LockstepArgs {
     pub json: bool,
 }
 
-/// A simulator.
+/// The peer simulators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum PeerChoice {
-    /// Of uCsim.
+    /// s51 of uCsim, for the 8051 family.
     S51,
-    /// Of GNU PIC.
+    /// gpsim of GNU PIC, for the PIC16 family.
     Gpsim,
-    /// For AVR.
+    /// simavr, for AVR.
     Simavr,
 }
 
 impl PeerChoice {
-    /// The program, the package, and the family.
+    /// Returns the program with its Debian package, and the family.
     fn package_and_family(self) -> ((&'static str, &'static str), ChipFamily) {
         match self {
             PeerChoice::S51 => (s51::PROGRAM, ChipFamily::Mcs51),
@@ -147,7 +147,8 @@ impl PeerChoice {
         self.package_and_family().0.0
     }
 
-    /// The chip that it takes for ours, where that has another name.
+    /// Returns the name of the equivalent chip that the peer simulates, if it does not have ours under its
+    /// own name.
     fn equivalent_chip(self, chip: &str) -> Option<&'static str> {
         match self {
             PeerChoice::S51 => None,
@@ -157,7 +158,7 @@ impl PeerChoice {
     }
 }
 
-/// Runs an image on both.
+/// Runs an image on both machines and compares them.
 pub fn lockstep(args: &LockstepArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     let chosen = args.mcu.choose_chip(&args.image)?;
     let chip = chosen.chip;
@@ -189,7 +190,7 @@ pub fn lockstep(args: &LockstepArgs, terminal: &MessageStyle) -> Result<u8, Verb
     visit_machine(chip, &image, &setup, OwnMachine { args, image: &image, hz })
 }
 
-/// Our side.
+/// The machine of `emu` in the comparison.
 struct OwnMachine<'a> {
     args: &'a LockstepArgs,
     image: &'a Image,
@@ -217,7 +218,7 @@ impl MachineVisitor for OwnMachine<'_> {
             max_steps: args.steps.unwrap_or(if limited { u64::MAX } else { DEFAULT_STEPS }),
             kept_instructions: args.last,
         };
-        // Before there is a folder that a signal would leave behind.
+        // Before the temporary folder exists, so that a signal cannot leave it on disk.
         let interrupt = listen_for_interrupts();
         let folder = TemporaryFolder::new()
             .map_err(|error| VerbFailure::write_failed("the folder for the peer's files", &error))?;
@@ -225,7 +226,7 @@ impl MachineVisitor for OwnMachine<'_> {
         let peer = self.start_peer(&folder.0, &hex, &cpu, &interrupt);
         let ran = peer.and_then(|mut peer| compare(&mut cpu, &mut *peer, &terms));
         let report = match ran {
-            // The peer has not begun.
+            // The signal came before the peer started.
             Err(error) if error.kind() == io::ErrorKind::Interrupted => LockstepReport::interrupted(cpu.cycle()),
             ran => ran.map_err(|error| self.peer_failure(&error))?,
         };
@@ -253,14 +254,14 @@ impl MachineVisitor for OwnMachine<'_> {
 }
 
 impl OwnMachine<'_> {
-    /// The program as a HEX file for the peer, in its folder.
+    /// Writes the program as a HEX file for the peer, in the temporary folder.
     fn write_hex(&self, chip: &Chip, folder: &Path) -> Result<String, VerbFailure> {
         const NAME: &str = "program.hex";
         let place = folder.join(NAME);
         let made = if chip.family == ChipFamily::Pic16 {
-            // The configuration words are at addresses of the file, which only the file has.
+            // Only the HEX file has the addresses of the configuration words.
             let text = readable(&input::read_bytes(&self.args.image)?);
-            // It takes nothing but records.
+            // gpsim accepts only records.
             let records: Vec<&str> = text.lines().map(str::trim).filter(|line| line.starts_with(':')).collect();
             if records.is_empty() {
                 let why = "gpsim reads Intel HEX; give it the HEX file (`emu asm` writes one)";
@@ -268,7 +269,7 @@ impl OwnMachine<'_> {
             }
             fs::write(&place, records.join("\n") + "\n")
         } else if chip.family == ChipFamily::Avr {
-            // simavr begins at the last stretch of a file with gaps.
+            // simavr starts at the last segment of a file with gaps.
             let mut code = vec![0xFF; self.image.end(chip.code_space) as usize];
             self.image.fill(chip.code_space, &mut code);
             fs::write(&place, write_hex(&[(0, &code)]))
@@ -287,7 +288,7 @@ impl OwnMachine<'_> {
         cpu: &C,
         interrupt: &Arc<AtomicBool>,
     ) -> io::Result<Box<dyn PeerSimulator>> {
-        // A path is meant from here, and the peer runs in a folder of its own.
+        // The path is relative to the current folder, but the peer runs in the temporary folder.
         let own = self.args.peer.as_deref();
         let program = own.map_or(Ok(PathBuf::from(self.args.against.name())), std::path::absolute)?;
         let start = PeerStart {
@@ -308,7 +309,7 @@ impl OwnMachine<'_> {
         })
     }
 
-    /// Why nothing was compared.
+    /// Returns the failure for an error of the peer.
     fn peer_failure(&self, error: &io::Error) -> VerbFailure {
         let ((program, package), _) = self.args.against.package_and_family();
         let (code, cause, hint) = match (error.kind(), &self.args.peer) {
@@ -343,7 +344,7 @@ impl OwnMachine<'_> {
     }
 }
 
-/// A folder of its own, which goes when this is dropped.
+/// A temporary folder that `drop` removes.
 struct TemporaryFolder(PathBuf);
 
 impl TemporaryFolder {
@@ -366,7 +367,7 @@ impl Drop for TemporaryFolder {
     }
 }
 
-/// How it is told.
+/// The report of a comparison, as text or JSON.
 struct LockstepText<'a, C> {
     source: ProgramSource<'a>,
     cpu: &'a C,
@@ -376,7 +377,7 @@ struct LockstepText<'a, C> {
 }
 
 impl<C: Cpu> LockstepText<'_, C> {
-    /// An instruction with its place.
+    /// Returns an executed instruction with its address.
     fn instruction_line(&self, done: &ExecutedInstruction) -> String {
         let chip = self.source.names.chip;
         let byte = |addr: u32| u16::from(self.cpu.peek(chip.code_space, addr % chip.flash_bytes).unwrap_or(0xFF));
@@ -430,7 +431,7 @@ impl<C: Cpu> LockstepText<'_, C> {
         }
         out.push_str(&format!("{:<10} {:>8}  {:>8}  {:>8}\n", "register", "before", "emu", self.peer));
         let rows = before.regs.iter().zip(&ours.regs).zip(&theirs.regs);
-        // What neither has changed says nothing.
+        // Registers that neither machine changed are omitted.
         for ((before, ours), theirs) in rows.filter(|((before, ours), theirs)| before.1 != ours.1 || ours.1 != theirs.1)
         {
             let mark = if what.contains(&ours.0) { "  <" } else { "" };

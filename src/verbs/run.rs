@@ -1,4 +1,4 @@
-//! `emu run`: an image on an emulated chip, headless.
+//! `emu run`: runs an image on an emulated chip without user interaction.
 
 mod cod;
 mod cover;
@@ -46,61 +46,63 @@ Exit codes: 0 halted, or what was waited for came, or a limit that was asked for
 halted while --until or --expect-uart still waited, or --lint=error found something, or an expectation of --scenario was not met; 4 a fault of the program; 5 a limit
 came while something still waited, or the default limit of 60 s of the chip's time, or --timeout, or Ctrl-C.";
 
-/// Simulated time after which a run without a limit ends.
+/// Default limit of a run, in simulated time.
 const DEFAULT_LIMIT: &str = "60s";
 
 /// Flags of `emu run`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct RunArgs {
-    /// A HEX or ELF file, for the 8051 family also an absolute object file (OMF-51), or an assembly source by its name (.asm, .s, .a51,
-    /// .src), which is assembled on the fly; - is standard
-    /// input.
+    /// A HEX or ELF file; for the 8051 family also an absolute object file (OMF-51); or an assembly source,
+    /// by its name (.asm, .s, .a51, .src), which is assembled first. - is standard input.
     #[arg(value_name = "IMAGE")]
     image: String,
     #[command(flatten)]
     machine: MachineArgs,
-    /// End after this much of the chip's time: 2s, 10ms, 2.5us, 100ns, or 1000c (machine cycles). Default 60s.
+    /// End after this much chip time: 2s, 10ms, 2.5us, 100ns, or 1000c (machine cycles). Default: 60s.
     #[arg(long = "for", value_name = "TIME", conflicts_with = "cycles")]
     time: Option<String>,
     /// End after this many machine cycles.
     #[arg(long, value_name = "N")]
     cycles: Option<u64>,
-    /// What RAM and registers hold after power-up: random:SEED, zero, or trap: zero, and reading RAM that the program has
-    /// not written ends the run with exit code 4.
+    /// The contents of RAM and registers after power-up: random:SEED, zero, or trap. With trap they are zero,
+    /// and a read of RAM that the program has not written ends the run with exit code 4.
     #[arg(long, value_name = "FILL", default_value = "zero", value_parser = parse_ram)]
     ram: RamChoice,
-    /// End when this comes true: pc=0x1a2 (byte address, on PIC16 a word address), pc=main or pc=main+0x4 (symbol), pc=main.c:12
-    /// (source line), fetch=2 (AP101: fetched and not yet executed), 'pin PB5=1' (or 0, or z), 'write data:0x100', 'read xdata:0x7654', 'write buf' (all bytes of a variable),
+    /// End when this condition becomes true: pc=0x1a2 (byte address, on PIC16 a word address), pc=main or
+    /// pc=main+0x4 (symbol), pc=main.c:12 (source line), fetch=2 (AP101: fetched and not yet executed), 'pin
+    /// PB5=1' (or 0, or z), 'write data:0x100', 'read xdata:0x7654', 'write buf' (all bytes of a variable),
     /// 'uart "text"'. Repeatable; any of them ends the run.
     #[arg(long, value_name = "COND")]
     until: Vec<String>,
-    /// Show memory at the end: data:0x100..0x120 (end excluded), flash:0, sfr:P1, bit:0x20.3; names of registers and of
-    /// the program are addresses too, with all bytes of a variable whose size is known: data:buf, data:buf+2, or buf where only
-    /// one memory has that name. Repeatable.
+    /// Show memory at the end: data:0x100..0x120 (end excluded), flash:0, sfr:P1, bit:0x20.3. Names of
+    /// registers and of the program are addresses too; a variable of known size gives all its bytes:
+    /// data:buf, data:buf+2, or buf if only one memory has that name. Repeatable.
     #[arg(long, value_name = "RANGE")]
     peek: Vec<String>,
-    /// Write the pins and the bytes sent as a waveform (VCD); - is standard output.
+    /// Write the pins and the sent bytes as a waveform (VCD); - is standard output.
     #[arg(long, value_name = "FILE")]
     vcd: Option<String>,
-    /// Write what the chip sends over its first serial port, raw, to a file; with - it alone is standard output.
+    /// Write the bytes that the chip sends on its first serial port to a file, unchanged. With - only these
+    /// bytes go to standard output.
     #[arg(long, value_name = "FILE")]
     uart: Option<String>,
-    /// End well when this was sent; \n \r \t \0 \\ \" \xNN are known. Exit code 1 or 5 when it never comes. With --scenario the run goes
-    /// on to the end of that.
+    /// End successfully when this text was sent; the escapes are \n \r \t \0 \\ \" \xNN. Exit code 1 or 5 if
+    /// it is never sent. With --scenario the run continues to the end of the scenario.
     #[arg(long, value_name = "TEXT", value_parser = |t: &str| unescape(t).map(EscapedBytes))]
     expect_uart: Option<EscapedBytes>,
-    /// End with exit code 1 when this was sent; escapes as in --expect-uart.
+    /// End with exit code 1 when this text was sent; escapes as in --expect-uart.
     #[arg(long, value_name = "TEXT", value_parser = |t: &str| unescape(t).map(EscapedBytes))]
     fail_uart: Option<EscapedBytes>,
-    /// End with exit code 5 after this much of the host's time: 30s, 500ms.
+    /// End with exit code 5 after this much host time: 30s, 500ms.
     #[arg(long, value_name = "TIME", value_parser = time::parse_duration)]
     timeout: Option<Duration>,
-    /// Tell what the program does that is allowed, but seldom meant, each with its code, place and count. HOW is warn, as it is
-    /// without it, or error: a run that would end with exit code 0 then ends with 1. On every chip: RAM that is read before it
-    /// was written. On AVR also registers, the stack over data or heap, reserved addresses and bits, baud rates, interrupts
-    /// without a service routine, pins that float. On PIC16 also analog pins that are read, latches changed along with others, the stack, PCLATH, service
-    /// routines that do not save W, STATUS or PCLATH, SLEEP that does nothing.
+    /// Report suspicious but legal behaviour of the program, each kind with its code, place and count. HOW is
+    /// warn, the default, or error: a run that would end with exit code 0 then ends with 1. On every chip:
+    /// reads of RAM before it was written. On AVR also registers, a stack over data or heap, reserved
+    /// addresses and bits, baud rates, interrupts without a service routine, floating pins. On PIC16 also
+    /// reads of analog pins, latches that read-modify-write changes as a side effect, the stack, PCLATH,
+    /// service routines that do not save W, STATUS or PCLATH, SLEEP without effect.
     #[arg(long, value_name = "HOW", num_args = 0..=1, require_equals = true, default_missing_value = "warn")]
     #[arg(hide_possible_values = true)]
     lint: Option<LintMode>,
@@ -115,28 +117,28 @@ pub struct RunArgs {
     trace: trace::TraceFlags,
     #[command(flatten)]
     snapshot: snapshot::SnapshotFlags,
-    /// Carry out the messages in this .cod file, as gpsim does: parts outside the chip, commands, assertions. The program passes
-    /// (exit code 0, else 1, and 4 when it does what is no instruction) when the first message that halts it says PASSED. Runs
-    /// without start-up times, at the frequency of --clock, else at the one that the messages give, else at 20 MHz or the chip's
-    /// most; the file gives the symbols too.
+    /// Execute the messages in this .cod file, as gpsim does: external parts, commands, assertions. The
+    /// program passes (exit code 0, otherwise 1, and 4 for an illegal instruction) when the first message
+    /// that halts it says PASSED. The run has no start-up times. Its frequency is that of --clock, otherwise
+    /// that of the messages, otherwise 20 MHz or the maximum of the chip. The file also gives the symbols.
     #[arg(long, value_name = "FILE", help_heading = "Only for the PIC16 family", conflicts_with_all = ["until", "peek", "vcd", "uart", "uart_in", "expect_uart", "fail_uart", "timeout", "lint", "attach", "trace"])]
     cod: Option<String>,
 }
 
-/// Bytes (a type of its own, since clap takes a list of bytes for a repeated flag).
+/// Bytes of a text with escapes. It is a separate type because clap treats `Vec<u8>` as a repeated flag.
 #[derive(Debug, Clone)]
 struct EscapedBytes(Vec<u8>);
 
-/// What RAM holds after power-up, as `--ram` gives it.
+/// The value of `--ram`: the contents of RAM after power-up.
 #[derive(Debug, Clone, Copy)]
 pub enum RamChoice {
-    /// Bytes that may be read.
+    /// RAM holds these bytes, and the program may read them.
     Fill(RamInit),
-    /// Bytes that must be written first.
+    /// The program must write a byte before it reads it.
     Trap,
 }
 
-/// Reads the value of `--ram`.
+/// Parses the value of `--ram`.
 pub fn parse_ram(text: &str) -> Result<RamChoice, String> {
     match text.split_once(':') {
         None if text == "zero" => Ok(RamChoice::Fill(RamInit::Zero)),
@@ -201,7 +203,7 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &MessageStyle) -> Result<u8, VerbFai
         })?;
     chosen.report_simavr_requests(&wired.image, args.vcd.is_some());
     let WiredMachine { image, mut setup, hz, avr, eeprom, devices: bench } = wired;
-    // gpsim's own programs convert without a wait.
+    // The test programs of gpsim convert without waiting for the acquisition time.
     setup.pic16.ideal_acquisition = script.is_some();
     let shelf = SnapshotWriter { head: snapshots::snapshot_header(chip, &image, &setup), protected_files: taken };
     let snapshots = RunSnapshots::open(&args.snapshot, shelf.head.clone())?;
@@ -223,7 +225,7 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &MessageStyle) -> Result<u8, VerbFai
     visit_machine(chip, &image, &setup, headless)
 }
 
-/// Refuses flags that wait for bytes of a serial port on a chip that has none.
+/// Refuses flags for serial bytes on a chip without a serial port.
 fn check_serial_flags(args: &RunArgs, chip: &Chip) -> Result<(), VerbFailure> {
     let given = [
         ("--uart", args.uart.is_some()),

@@ -1,4 +1,4 @@
-//! `emu completions` and `emu man`: what a package of emu installs beside it.
+//! `emu completions` and `emu man`: files that a package of `emu` installs with the program.
 
 use std::iter;
 use std::path::Path;
@@ -19,7 +19,7 @@ pub struct CompletionsArgs {
     pub shell: Shell,
 }
 
-/// Prints completions.
+/// Prints the completion script of a shell.
 pub fn completions(args: &CompletionsArgs) -> Result<u8, VerbFailure> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut CommandLine::command(), "emu", &mut script);
@@ -33,15 +33,15 @@ pub fn completions(args: &CompletionsArgs) -> Result<u8, VerbFailure> {
     after_help = "Examples:\n  emu man run | man -l -          the page of a verb\n  emu man --output man1          emu.1, emu-run.1, .."
 )]
 pub struct ManArgs {
-    /// The verb whose page is printed; without it that of emu.
+    /// The verb whose page is printed. Default: the page of emu.
     #[arg(value_name = "VERB", conflicts_with = "output")]
     verb: Option<String>,
-    /// Write the pages of emu and of every verb into this folder, which is made.
+    /// Write the pages of emu and of every verb into this folder, which is created.
     #[arg(short, long, value_name = "DIR")]
     output: Option<String>,
 }
 
-/// Prints a manual page, or writes all that refer to each other.
+/// Prints a manual page, or writes all pages.
 pub fn man(args: &ManArgs) -> Result<u8, VerbFailure> {
     let root = root_command();
     let Some(folder) = &args.output else {
@@ -64,24 +64,24 @@ pub fn man(args: &ManArgs) -> Result<u8, VerbFailure> {
     Ok(exit::OK)
 }
 
-/// The command line, with the names that its pages have.
+/// Returns the command line with the names that the manual pages use.
 fn root_command() -> Command {
     let mut root = CommandLine::command().disable_help_subcommand(true);
     root.build();
     root
 }
 
-/// The command and its verbs.
+/// Returns the root command and its verbs.
 fn commands(root: &Command) -> impl Iterator<Item = &Command> {
     iter::once(root).chain(root.get_subcommands())
 }
 
-/// Name of the file of a command's page: `emu-run.1`.
+/// Returns the file name of a command's page: `emu-run.1`.
 fn file_name(command: &Command) -> String {
     format!("{}.1", command.get_display_name().unwrap_or_else(|| command.get_name()))
 }
 
-/// The page of a command.
+/// Renders the page of a command.
 fn page(command: &Command) -> Result<Vec<u8>, VerbFailure> {
     let mut page = Vec::new();
     clap_mangen::Man::new(command.clone()).render(&mut page).map_err(|e| VerbFailure::write_failed("-", &e))?;
@@ -101,7 +101,7 @@ mod tests {
         assert!(script.contains("compgen -W \"all atmega328p "), "verbs of several");
     }
 
-    /// The page of emu refers to `emu-run(1)` and the like; each of them is written.
+    /// The page of emu refers to `emu-run(1)` and other pages; each of them is written.
     #[test]
     fn every_page_referred_to_is_written() {
         let root = root_command();

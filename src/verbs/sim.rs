@@ -1,4 +1,4 @@
-//! `emu sim`: what a ladder program means, scan by scan, without any chip.
+//! `emu sim`: runs a ladder program on the reference evaluator, scan by scan, without a chip.
 
 pub mod inputs;
 mod scenario;
@@ -32,13 +32,13 @@ Examples:
 Exit codes: 0 all well; with --scenario 1 where an expectation was not met and 5 where something was still waited for at its
 limit.";
 
-/// Most scans.
+/// Maximum number of scans.
 const MAX_SCANS: u64 = 1_000_000;
 
-/// Scans where nothing says how many.
+/// Default number of scans.
 const DEFAULT_SCANS: u64 = 20;
 
-/// How long a byte is on the serial line, for ten bits and in microseconds.
+/// Time of one byte (10 bits) on the serial line at 1 baud, in microseconds.
 const BYTE_US: u128 = 10_000_000;
 
 /// Flags of `emu sim`.
@@ -47,39 +47,42 @@ const BYTE_US: u128 = 10_000_000;
 pub struct SimArgs {
     #[command(flatten)]
     program: LadderFlags,
-    /// Number of scans, 1 to 1000000. Default 20, or as many as --inputs goes to.
+    /// Number of scans, 1 to 1000000. Default: 20, or the last scan of --inputs.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_SCANS))]
     scans: Option<u64>,
-    /// Give a symbol a value before the first scan: Xstart=1, Cparts=-5; an analog input that READ_ADC reads its level, 0 to
-    /// 1023: Alevel=512; a cell of the EEPROM that PERSIST uses a byte: eeprom:0=0x12. Repeatable.
+    /// Set a symbol before the first scan: Xstart=1, Cparts=-5. For an analog input that READ_ADC reads, set
+    /// its level, 0 to 1023: Alevel=512. For a cell of the EEPROM that PERSIST uses, set a byte:
+    /// eeprom:0=0x12. Repeatable.
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<String>,
-    /// Give a symbol, an analog input or a cell a value before a scan, counted from 1: 5:Xstart=0. Repeatable.
+    /// Set a symbol, an analog input or a cell before a scan, counted from 1: 5:Xstart=0. Repeatable.
     #[arg(long, value_name = "SCAN:NAME=VALUE")]
     at: Vec<String>,
-    /// Values of inputs by scan, as --csv writes them: a head line `scan,NAME,..`, then scans in rising order, from each on with
-    /// its values; columns of inputs X.. and analog inputs count, an empty value changes nothing. - is standard input.
+    /// Values of inputs by scan, as --csv writes them: a header line `scan,NAME,..`, then scans in ascending
+    /// order, each with its values. Columns of inputs X.. and analog inputs count, and an empty value changes
+    /// nothing. - is standard input.
     #[arg(long, value_name = "FILE")]
     inputs: Option<String>,
-    /// Bytes that arrive on the serial line: '5:hello\n' (escapes \n \r \t \0 \\ \" \xNN), the first completely before that scan, the others
-    /// as fast as the line is, or behind those before them. Repeatable.
+    /// Bytes that arrive on the serial line: '5:hello\n' (escapes \n \r \t \0 \\ \" \xNN). The first byte is
+    /// complete before that scan; the others follow at the speed of the line, or after earlier bytes.
+    /// Repeatable.
     #[arg(long, value_name = "SCAN:TEXT")]
     uart_in: Vec<String>,
-    /// Play a scenario: docs/scenario.md. Its verdict is the result; --csv, --vcd, --wave and --json write the scans as well, and --scans
-    /// is its limit.
+    /// Play a scenario: docs/scenario.md. Its verdict is the result. --csv, --vcd, --wave and --json write
+    /// the scans too, and --scans sets its limit.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["set", "at", "inputs", "uart_in"])]
     scenario: Option<String>,
-    /// Take a waveform (VCD) as stimulus: wires with the name of an input X.. or of an analog input drive it from the first scan on that
-    /// begins at their time or later.
+    /// Use a waveform (VCD) as stimulus: a wire with the name of an input X.. or of an analog input drives
+    /// it, from the first scan that begins at or after the time of the change.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["set", "at", "inputs", "uart_in"])]
     stimulus: Option<String>,
-    /// Write comma-separated values: a head line, then a line for each scan; - is standard output.
+    /// Write comma-separated values: a header line, then one line per scan; - is standard output.
     #[arg(long, value_name = "FILE")]
     csv: Option<String>,
-    /// Write a waveform (VCD), in which scan k shows what it left from k cycles on; - is standard output.
+    /// Write a waveform (VCD). The state after scan k starts at k cycle times; - is standard output.
     #[arg(long, value_name = "FILE")]
     vcd: Option<String>,
-    /// A waveform in text: a line for each input, output and relay.
+    /// Print a waveform as text: one line for each input, output and relay.
     #[arg(long, conflicts_with = "json")]
     wave: bool,
     /// One JSON document.
@@ -90,7 +93,7 @@ pub struct SimArgs {
     watch: crate::shared::full_screen::WatchArgs,
 }
 
-/// Most values of a trace, which is held in memory as a whole.
+/// Maximum number of values in a trace, which is kept in memory.
 const MAX_VALUES: u64 = 20_000_000;
 
 /// Runs a program on the reference evaluator and prints every symbol after every scan.
@@ -142,7 +145,7 @@ pub fn sim(args: &SimArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     Ok(exit::OK)
 }
 
-/// Writes what was asked for; `played`: the verdict of a scenario.
+/// Writes the requested results. `played` is the verdict of a scenario.
 fn write_results(
     args: &SimArgs,
     program: &LadderProgram,
@@ -166,7 +169,7 @@ fn write_results(
     Ok(())
 }
 
-/// The results other than the table, which must not meet.
+/// Returns the requested results other than the table. Refuses two of them in one place.
 fn check_outputs(args: &SimArgs) -> Result<Vec<(&'static str, &str)>, VerbFailure> {
     let printed = |flag| if flag { "-" } else { "" };
     let (csv, vcd) = (args.csv.as_deref().unwrap_or(""), args.vcd.as_deref().unwrap_or(""));
@@ -179,7 +182,7 @@ fn check_outputs(args: &SimArgs) -> Result<Vec<(&'static str, &str)>, VerbFailur
     Ok(used)
 }
 
-/// Writes a result to a file that was asked for, whole or not at all.
+/// Writes a requested result to a file, completely or not at all.
 fn write(file: Option<&str>, body: impl FnOnce(Box<dyn Write>) -> io::Result<()>) -> Result<(), VerbFailure> {
     let Some(name) = file else { return Ok(()) };
     let failed = |error: io::Error| VerbFailure::write_failed(name, &error);
@@ -191,14 +194,14 @@ fn write(file: Option<&str>, body: impl FnOnce(Box<dyn Write>) -> io::Result<()>
     pending.complete()
 }
 
-/// The refusal of an element with its place.
+/// Returns the refusal of an element, with its place in the program.
 pub fn unsupported(program: &LadderProgram, refusal: &UnsupportedElement) -> diag::Diagnostic {
     let pos = program.elements().find(|(id, ..)| *id == refusal.element).map_or(diag::Pos::default(), |(.., pos)| pos);
     let hint = "docs/semantics.md lists the elements that have a meaning";
     diag::Diagnostic::new(diag::Severity::Error, UNSUPPORTED_ELEMENT, &program.file, pos, refusal.to_string(), hint)
 }
 
-/// The number of scans, and all changes in the order in which they are made.
+/// Returns the number of scans, and all changes in the order in which they are applied.
 fn planned_changes(args: &SimArgs, evaluator: &Evaluator) -> Result<(u64, Vec<ScanChange>), VerbFailure> {
     let (last, mut changes) = match &args.inputs {
         Some(file) => inputs::read_input_table(file, evaluator)?,
@@ -215,12 +218,13 @@ fn planned_changes(args: &SimArgs, evaluator: &Evaluator) -> Result<(u64, Vec<Sc
         let (scan, rest) = split_scan(scans, text, "5:Xstart=0").map_err(refuse)?;
         changes.push(ScanChange { scan, input: SimInput::new(evaluator, rest).map_err(refuse)? });
     }
-    // What comes later on the command line, or in it rather than in the file, is made last in its scan.
+    // The sort is stable: within a scan, changes from the command line follow those from the file, in the
+    // order given.
     changes.sort_by_key(|change| change.scan);
     Ok((scans, changes))
 }
 
-/// The bytes that arrive, and before which scan each is complete.
+/// Returns the bytes that arrive, each with the scan before which it is complete.
 fn byte_arrivals(args: &SimArgs, scans: u64, program: &LadderProgram) -> Result<Vec<(u64, u8)>, VerbFailure> {
     let (mut bytes, mut free) = (Vec::new(), 1);
     let receives = program.uses_part(ChipPart::Receiver);
@@ -242,7 +246,7 @@ fn byte_arrivals(args: &SimArgs, scans: u64, program: &LadderProgram) -> Result<
     Ok(bytes)
 }
 
-/// Takes a scan off the front of a text.
+/// Splits the scan number from the front of a text.
 fn split_scan<'a>(scans: u64, text: &'a str, example: &str) -> Result<(u64, &'a str), String> {
     let (scan, rest) = text.split_once(':').ok_or_else(|| format!("give a scan, as in {example}"))?;
     match scan.trim().parse() {

@@ -1,4 +1,4 @@
-//! `emu wave`: a waveform (VCD) drawn as text or as a picture.
+//! `emu wave`: draws a waveform (VCD) as text or as a picture.
 
 mod read;
 mod scale;
@@ -18,10 +18,10 @@ Examples:
   emu wave blink.vcd --only PB5
   emu wave blink.vcd --only 'PB*' --only TCNT0 --from 10ms --to 12ms --svg blink.svg";
 
-/// Most signals that are drawn at once.
+/// Maximum number of signals in one drawing.
 const MAX_SIGNALS: usize = 1000;
 
-/// Columns of text, and pixels of a picture, unless --width says otherwise.
+/// Default width of the text in columns, and of the picture in pixels.
 const COLUMNS: u32 = 80;
 const PIXELS: u32 = 1200;
 
@@ -32,30 +32,30 @@ pub struct WaveArgs {
     /// A waveform in the VCD format, from emu or any other tool; - is standard input.
     #[arg(value_name = "FILE.vcd")]
     file: String,
-    /// Draw a picture (SVG, light and dark) to this file; - is standard output. Without it the waveform is drawn as text.
+    /// Draw a picture (SVG, light and dark) to this file; - is standard output. Default: draw as text.
     #[arg(long, value_name = "OUT")]
     svg: Option<String>,
-    /// Draw only this signal, by its name, with or without its scopes (PB5, signals.TCNT0); * stands for any text (PB*).
-    /// Repeatable; they are drawn in this order.
+    /// Draw only this signal, by its name, with or without its scopes (PB5, signals.TCNT0); * matches any
+    /// text (PB*). Repeatable; the signals are drawn in the given order.
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
-    /// Begin at this time: 10ms, 2.5us, or 1000c (steps of the file's time scale).
+    /// Start at this time: 10ms, 2.5us, or 1000c (ticks of the file's time scale).
     #[arg(long, value_name = "TIME")]
     from: Option<String>,
     /// End at this time.
     #[arg(long, value_name = "TIME")]
     to: Option<String>,
-    /// Columns of the text, or pixels of the picture: 80 and 1200 by default.
+    /// Width: columns of the text, 80 by default, or pixels of the picture, 1200 by default.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(20..=20_000))]
     width: Option<u32>,
 }
 
-/// What is drawn: signals from one moment to another, in steps of the file's time scale.
+/// The selected signals and time range, in ticks of the file's time scale.
 struct WaveDrawing<'a> {
     waves: &'a WaveFile,
     signals: Vec<&'a WaveSignal>,
     from: u64,
-    /// Above `from`.
+    /// Greater than `from`.
     to: u64,
 }
 
@@ -95,7 +95,7 @@ pub fn wave(args: &WaveArgs) -> Result<u8, VerbFailure> {
     Ok(exit::OK)
 }
 
-/// A whole waveform as text; the picture is drawn too.
+/// Draws a complete waveform as text. The picture is drawn too, but discarded.
 pub fn draw_as_text(bytes: &[u8]) -> Result<String, VerbFailure> {
     let waves = read::read_bytes("wave", bytes)?;
     let (from, to) = (waves.start, waves.end.max(waves.start.saturating_add(1)));
@@ -104,7 +104,7 @@ pub fn draw_as_text(bytes: &[u8]) -> Result<String, VerbFailure> {
     Ok(text::draw(&drawing, COLUMNS))
 }
 
-/// The signals that are drawn, in their order.
+/// Returns the selected signals in drawing order.
 fn chosen_signals<'a>(args: &WaveArgs, waves: &'a WaveFile) -> Result<Vec<&'a WaveSignal>, VerbFailure> {
     let mut chosen: Vec<&WaveSignal> = Vec::new();
     for pattern in &args.only {
@@ -145,7 +145,7 @@ mod tests {
         }
     }
 
-    /// A file of 1 MB must not take gigabytes: names in deep scopes, and values of wide signals.
+    /// A file of 1 MB must not need gigabytes of memory: names in deep scopes, and values of wide signals.
     #[test]
     fn what_a_small_file_makes_large_is_refused() {
         let scope = format!("$scope module {} $end\n", "s".repeat(1000));

@@ -1,16 +1,16 @@
-//! Transcripts: commands with what they say, replayed and compared.
+//! Transcripts: commands with their expected output, replayed and compared.
 
 use std::fs;
 use std::path::Path;
 use std::process::Output;
 
-/// What came of a transcript.
+/// The result of replaying a transcript.
 pub struct Replayed {
-    /// It with what was found in place of what was wanted (blocks with `...` stay).
+    /// The transcript with the actual output instead of the expected one (blocks with `...` stay unchanged).
     pub text: String,
-    /// What differs, one entry a command.
+    /// The differences, one entry per command.
     pub differs: Vec<String>,
-    /// One of them has `...`, so it must be mended by hand.
+    /// True if a command that differs has `...`, so that a person must fix it.
     pub by_hand: bool,
 }
 
@@ -97,7 +97,7 @@ fn prefixed(prefix: char, bytes: &[u8]) -> Vec<String> {
     String::from_utf8_lossy(bytes).lines().map(|line| format!("{prefix} {line}").trim_end().to_owned()).collect()
 }
 
-/// `|...` and `!...` match any number of lines of their kind.
+/// Compares expected and actual lines; `|...` and `!...` match any number of lines of their kind.
 fn matches(wanted: &[String], found: &[String]) -> bool {
     let Some((first, rest)) = wanted.split_first() else { return found.is_empty() };
     if let Some(kind) = first.strip_suffix("...").filter(|kind| kind.len() == 1) {
@@ -107,7 +107,7 @@ fn matches(wanted: &[String], found: &[String]) -> bool {
     found.first() == Some(first) && matches(rest, &found[1..])
 }
 
-/// Words as a shell takes them apart: quotes of both kinds, no escapes.
+/// Splits a command into words as a shell does: quotes of both kinds, no escapes.
 fn words(command: &str) -> Vec<String> {
     let (mut words, mut word, mut quote) = (Vec::new(), None::<String>, None);
     for c in command.chars() {

@@ -1,4 +1,4 @@
-//! A drawing in characters, as `emu draw` prints it, as an SVG picture: wires and rails become lines, all else
+//! Converts a text drawing of `emu draw` to an SVG picture: wires and rails become lines, everything else
 //! stays text.
 
 use std::fmt::Write as _;
@@ -11,7 +11,7 @@ const CELL: (usize, usize) = (9, 18);
 /// Free space around the drawing in pixels.
 const MARGIN: usize = 12;
 
-/// Colors for light and dark pages.
+/// Colours for light and dark pages.
 const STYLE: &str = "\
 text { font: 15px ui-monospace, 'DejaVu Sans Mono', Menlo, Consolas, monospace; fill: #1f2328; white-space: pre; }
 .paper { fill: #ffffff; }
@@ -27,7 +27,8 @@ text { fill: #e6e8eb; }
 }
 ";
 
-/// The picture of a drawing of at least one line, with a title for readers who cannot see it.
+/// Returns the picture of a drawing with at least one line. The title is for readers who cannot see the
+/// picture.
 pub fn svg(drawing: &str, title: &str) -> String {
     let lines: Vec<Vec<char>> = drawing.lines().map(|line| line.chars().collect()).collect();
     let columns = lines.iter().map(Vec::len).max().unwrap_or(0);

@@ -1,4 +1,5 @@
-//! Hand-written traces of small ladder programs: `tests/ladder/*.txt`. The evaluator must give them, and so must every chip.
+//! Hand-written traces of small ladder programs: `tests/ladder/*.txt`. The evaluator and every chip must
+//! reproduce them.
 //!
 //! A case is its name, rungs as `.ld` text, a line `scan` that names the columns, and one line per scan:
 //!
@@ -13,33 +14,34 @@
 //! *9 0 | 0    # nine scans; the values after the last
 //! ```
 //!
-//! Left of the bar: values given before the scan (`.` leaves a symbol alone); right: values wanted after it (`-` is none). Every
-//! case starts at power-up, with a cycle of 10 ms and 1000 baud. Lines before the first RUNG go into the head: another header
-//! (LDmicro0.2), CYCLE=, BAUD=, a VAR LIST. Every line of values cites a section of `docs/semantics.md`. A value is a number or
-//! a character in quotes. Columns that are no symbols:
+//! Left of the bar: values set before the scan (`.` leaves a symbol unchanged). Right: expected values after
+//! it (`-` for none). Every case starts at power-up, with a cycle of 10 ms and 1000 baud. Lines before the
+//! first RUNG go into the program header: another format line (LDmicro0.2), CYCLE=, BAUD=, a VAR LIST. Every
+//! line of values cites a section of `docs/semantics.md`. A value is a number or a character in quotes.
+//! Columns that are no symbols:
 //!
 //! ```text
-//! level(Ain)   given: what the converter reads at Ain      sent     wanted: the byte that the scan sent
-//! received     given: a byte that has arrived              duty     wanted: of the pulse width output, in percent
-//! cell(0)      given and wanted: a cell of the EEPROM
+//! level(Ain)   set: what the converter reads at Ain        sent     expected: the byte that the scan sent
+//! received     set: a byte that has arrived                duty     expected: the PWM duty, in percent
+//! cell(0)      set and expected: a cell of the EEPROM
 //! ```
 
 mod text;
 
 use text::{Text, texts};
 
-/// What a column is about.
+/// The meaning of a column.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Column {
     /// A symbol.
     Symbol(String),
-    /// What the converter reads at the input of this symbol.
+    /// The converter's result for the input of this symbol.
     Level(String),
     /// A byte that has arrived on the serial line.
     Received,
-    /// A byte sent.
+    /// A sent byte.
     Sent,
-    /// The duty of the pulse width output.
+    /// The duty of the PWM output.
     Duty,
     /// A cell of the EEPROM.
     Cell(usize),
@@ -59,15 +61,15 @@ impl Column {
     }
 }
 
-/// One case.
+/// One case of a table.
 pub struct Case {
     /// File and name, for messages.
     pub name: String,
-    /// A whole `.ld` text.
+    /// A complete `.ld` text.
     pub program: String,
-    /// What is given before a scan.
+    /// The columns that are set before a scan.
     pub given: Vec<Column>,
-    /// What is wanted after it.
+    /// The columns that are expected after it.
     pub wanted: Vec<Column>,
     /// The lines of values.
     pub rows: Vec<Row>,
@@ -75,17 +77,17 @@ pub struct Case {
 
 /// One line of values.
 pub struct Row {
-    /// As written, with file and line.
+    /// The line as written, with file and line number.
     pub text: String,
-    /// How many scans.
+    /// Number of scans.
     pub times: u32,
-    /// Given values; `None` leaves a symbol alone.
+    /// Values to set; `None` leaves a symbol unchanged.
     pub given: Vec<Option<i32>>,
-    /// Wanted values; `None` where there is to be none.
+    /// Expected values; `None` if there must be none.
     pub wanted: Vec<Option<i32>>,
 }
 
-/// All cases of all tables.
+/// Returns all cases of all tables.
 pub fn cases() -> Vec<Case> {
     let cases: Vec<Case> = texts().into_iter().map(case).collect();
     assert!(cases.iter().all(|c| !c.rows.is_empty()) && cases.iter().map(|c| c.rows.len()).sum::<usize>() > 500);
@@ -120,7 +122,7 @@ fn row(place: &str, line: &str) -> Row {
         Some(character) => i32::from(character.as_bytes()[0]),
         None => number(text),
     };
-    // A space in quotes is a value too.
+    // A quoted space is a value too.
     let words = |text: &str| -> Vec<String> {
         let text = text.replace("' '", "32");
         text.split_whitespace().map(str::to_owned).collect()

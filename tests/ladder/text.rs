@@ -1,4 +1,4 @@
-//! The tables of traces taken apart: programs, and the lines that say what they do.
+//! Splits the tables of traces into programs and lines of values.
 
 /// The tables.
 const FILES: &[(&str, &str)] = &[
@@ -12,10 +12,11 @@ const FILES: &[(&str, &str)] = &[
     ("ldmicro5.txt", include_str!("ldmicro5.txt")),
 ];
 
-/// A case: its name with the file's, a whole `.ld` text, and the lines of columns and values, each with its place.
+/// A case: its name with the name of the file, a complete `.ld` text, and the lines of columns and values,
+/// each with its place.
 pub type Text = (String, String, Vec<(String, String)>);
 
-/// All cases of all tables.
+/// Returns all cases of all tables.
 pub fn texts() -> Vec<Text> {
     let mut cases: Vec<Text> = Vec::new();
     for (file, text) in FILES {
@@ -41,7 +42,7 @@ pub fn texts() -> Vec<Text> {
     cases
 }
 
-/// A whole program from what stands in a case.
+/// Builds a complete program from the text of a case.
 fn program(text: &str) -> String {
     let (head, rungs) = text.split_at(text.find("RUNG\n").expect("a rung"));
     let (header, head) = head.strip_prefix("LDmicro0.2\n").map_or(("LDmicro0.1", head), |rest| ("LDmicro0.2", rest));

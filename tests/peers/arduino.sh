@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # arduino.sh SKETCH OUTPUT.elf: compiles a sketch for an ATmega328P of 16 MHz with the core of Debian's arduino-core-avr, as its
-# platform.txt does, without the IDE. The core is compiled once, into CORE (a folder; beside the output where that is unset).
+# platform.txt does, without the IDE. The core is compiled once, into the folder CORE (default: next to the output).
 set -euo pipefail
 sketch=$1 output=$2
 avr=${ARDUINO_AVR:-/usr/share/arduino/hardware/arduino/avr}

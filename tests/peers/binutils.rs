@@ -1,4 +1,4 @@
-//! The instruction table against GNU binutils: what its assembler makes of every row, what its disassembler makes of every
+//! The instruction table compared with GNU binutils: its assembler on every row, its disassembler on every
 //! word.
 
 use std::fmt::Write;
@@ -11,15 +11,15 @@ use emu_core::table::{BitPattern, InstructionLocation, InstructionRow};
 use crate::seed;
 use crate::tools::{folder, run};
 
-/// Instructions of one row at most; a row with fewer forms has all of them.
+/// Maximum number of instructions per row; a row with fewer forms is tested completely.
 const MOST: u32 = 4_096;
-/// Byte address of the first one, so far up that no relative target falls below 0.
+/// Byte address of the first instruction, high enough that no relative target is below 0.
 const START: u32 = 0x2000;
 
-/// Differences from avr-objdump that are meant, each with its reason.
+/// Intended differences from avr-objdump, each with its reason.
 const DIFFERENCES: &str = include_str!("../golden/avr-objdump.txt");
 
-/// The operand values of a row whose fields hold `raw`, in row order.
+/// Returns the operand values, in row order, of a row whose fields hold `raw`.
 fn values(row: &InstructionRow, raw: u32, pc: u32) -> Vec<i32> {
     let site = InstructionLocation { pc, len: row.len(), next_len: 1, pc_mask: PC_MASK };
     let mut rest = raw;
@@ -37,7 +37,8 @@ fn values(row: &InstructionRow, raw: u32, pc: u32) -> Vec<i32> {
         .collect()
 }
 
-/// A row's instruction as the GNU assembler reads it: registers by name, numbers in decimal, relative targets from `.`.
+/// Returns the instruction of a row in GNU assembler syntax: registers by name, numbers in decimal, relative
+/// targets from `.`.
 fn gas(row: &InstructionRow, values: &[i32], pc: u32) -> String {
     let mut text = format!("{} ", row.mnemonic);
     let slots: Vec<_> = row.operands.iter().filter(|s| row.pattern.has_letter(s.letter)).zip(values).collect();
@@ -57,7 +58,7 @@ fn gas(row: &InstructionRow, values: &[i32], pc: u32) -> String {
     text
 }
 
-/// Raw operand fields to try: all, or the edges and random ones.
+/// Returns the raw operand fields to try: all of them, or the edges and random ones.
 fn fields(row: &InstructionRow, rng: &mut Rng) -> Vec<u32> {
     let width: u32 = row.operands.iter().map(|s| row.pattern.extract_field(s.letter, 0).width).sum();
     if 1 << width <= MOST {
@@ -67,7 +68,7 @@ fn fields(row: &InstructionRow, rng: &mut Rng) -> Vec<u32> {
     edges.chain((0..MOST / 2).map(|_| rng.below(1 << width) as u32)).collect()
 }
 
-/// Assembles and links with the GNU tools; the words from `START` on.
+/// Assembles and links with the GNU tools, and returns the words from `START`.
 fn assembled(name: &str, kind: Kind, text: &str, dir: &Path) -> Vec<u16> {
     let core = if is_missing(2 * (PC_MASK + 1), kind) { "avr51" } else { "avr5" };
     std::fs::write(dir.join(format!("{name}.s")), text).expect("a source");
@@ -116,12 +117,13 @@ fn the_gnu_assembler_encodes_every_row_as_we_do() {
     println!("{all} instructions of {} rows", ROWS.len());
 }
 
-/// A number as both disassemblers write it.
+/// Parses a number as both disassemblers write it.
 fn number(text: &str) -> Option<i32> {
     emu_debug::address_names::parse_number(text).and_then(|number| i32::try_from(number).ok())
 }
 
-/// Operands without spaces, numbers in decimal, targets relative to the next instruction: one spelling for both sides.
+/// Normalises operands of both sides: no spaces, numbers in decimal, targets relative to the next
+/// instruction.
 fn normal(mnemonic: &str, operands: &str, pc: u32, relative: bool) -> String {
     let piece = |text: &str| -> String {
         let text = text.trim();
@@ -141,7 +143,7 @@ fn normal(mnemonic: &str, operands: &str, pc: u32, relative: bool) -> String {
     format!("{mnemonic} {}", operands.join(",")).trim().to_owned()
 }
 
-/// A line of the list: pattern, mnemonic of avr-objdump, ours, reason.
+/// A line of the list: pattern, mnemonic of avr-objdump, our mnemonic, reason.
 struct Difference {
     pattern: BitPattern,
     theirs: &'static str,
@@ -160,7 +162,8 @@ fn differences() -> Vec<Difference> {
         .collect()
 }
 
-/// Every first word, followed by a word that is an operand to some and an instruction (`cpse r3, r20`) to the others.
+/// Every first word, followed by a word that is an operand for some instructions and an instruction (`cpse
+/// r3, r20`) for the others.
 #[test]
 #[ignore = "needs binutils-avr: .ci/peers installs it"]
 fn the_gnu_disassembler_reads_every_word_as_we_do() {

@@ -35,7 +35,7 @@ def main():
     for command in [b"continue\r", b"\r", b"finishx\x7f\x15c\r"]:
         os.write(fd, command)
         expect(b"\n")
-        # It runs, and raw mode is off: the key comes as a signal.
+        # The program runs, and raw mode is off: the key arrives as a signal.
         while termios.tcgetattr(fd)[3] & termios.ISIG == 0:
             time.sleep(0.01)
         time.sleep(0.3)
@@ -57,7 +57,7 @@ def main():
     if status != 0:
         raise SystemExit(f"it has ended with {status}")
 
-    # Being told to end while it runs.
+    # A termination signal while the program runs.
     pid, fd = pty.fork()
     if pid == 0:
         os.environ["XDG_STATE_HOME"] = os.environ["EMU_TEST_STATE"]
@@ -73,7 +73,7 @@ def main():
     expect(b"Interrupted")
     os.waitpid(pid, 0)
 
-    # And while it waits at the prompt: by the signal, with the terminal as it was.
+    # The same at the prompt: it ends by the signal and restores the terminal.
     pid, fd = pty.fork()
     if pid == 0:
         os.environ["XDG_STATE_HOME"] = os.environ["EMU_TEST_STATE"]

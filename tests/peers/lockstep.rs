@@ -1,7 +1,8 @@
-//! One instruction at a time beside simavr: registers, SREG, SP, PC, data memory and cycles from the same random states.
+//! Single instructions compared with simavr: registers, SREG, SP, PC, data memory and cycles, from the same
+//! random states.
 //!
-//! Addresses stay at registers, SP, SREG, RAM and registers of the chip that do nothing but keep what is written (see
-//! `states.rs`): what lies behind other addresses differs by design and is compared elsewhere.
+//! The addresses are limited to registers, SP, SREG, RAM and peripheral registers that only store what is
+//! written (see `states.rs`). Other addresses differ by design and are compared elsewhere.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -16,17 +17,17 @@ use emu_core::{Cpu, StopReason};
 use crate::states::{Draw, at_the_ends, batch, machine, put};
 use crate::{harness, seed};
 
-/// Whole states that are compared of each row, at the least.
+/// Minimum number of complete states compared per row.
 const WANTED: usize = 10_000;
-/// States that share one flash: all side by side, and of one instruction at an end of flash.
+/// States that share one flash image: all states, and those of one instruction at an end of flash.
 const BATCH: usize = 2_400;
 const AT_AN_END: usize = 100;
-/// Instructions at the ends, of each row.
+/// Number of instructions per row at the ends of flash.
 const ENDS: usize = 8;
 const CHANGES: usize = 16;
 const OUTCOME: usize = 12 + 32 + 4 + 4 * CHANGES;
 
-/// What an instruction did. Data memory: only what changed, SP and SREG apart.
+/// The effects of an instruction. For data memory only the changes, without SP and SREG.
 #[derive(Debug, PartialEq, Eq)]
 struct Outcome {
     runs_on: bool,
@@ -42,7 +43,7 @@ struct Outcome {
 /// Rows that are not compared at all, with the reason.
 const ROWS_LEFT_OUT: &[(Kind, &str)] = &[(Kind::Elpm, NOT_THERE), (Kind::ElpmZ, NOT_THERE), (Kind::ElpmZi, NOT_THERE)];
 
-/// States that are not compared, with the reason. Each has a line in avr.txt.
+/// Returns why a state is not compared. Each reason has a line in avr.txt.
 fn left_out(kind: Kind, d: &Draw) -> Option<&'static str> {
     let next = d.pc + words(kind);
     if next > 0x4000 || next == 0x4000 && (pushes(kind) || skips(kind)) {
@@ -65,17 +66,17 @@ fn left_out(kind: Kind, d: &Draw) -> Option<&'static str> {
 const WRAP: &str =
     "across the end of flash: 14 bits of program counter (8.2); there what lies behind flash is fetched and pushed";
 
-/// Words of the instruction.
+/// Returns the length of the instruction in words.
 fn words(kind: Kind) -> u16 {
     ROWS.iter().zip(KINDS).find(|(_, k)| **k == kind).map_or(1, |(row, _)| row.len() as u16)
 }
 
-/// Pushes the address of the next instruction.
+/// Returns true if the instruction pushes the address of the next one.
 fn pushes(kind: Kind) -> bool {
     matches!(kind, Kind::Rcall | Kind::Icall | Kind::Call)
 }
 
-/// Looks at the next instruction.
+/// Returns true if the instruction examines the next one.
 fn skips(kind: Kind) -> bool {
     matches!(kind, Kind::Cpse | Kind::Sbrc | Kind::Sbrs | Kind::Sbic | Kind::Sbis)
 }
@@ -123,7 +124,8 @@ fn parse(bytes: &[u8]) -> Outcome {
         runs_on: bytes[0] == 0,
         sreg: bytes[1],
         sp: half(2),
-        // There the program counter goes beyond flash and comes back with the next instruction; it has 14 bits (8.2).
+        // In simavr the program counter exceeds flash and wraps with the next instruction; it has 14 bits
+        // (8.2).
         pc: whole(4) % 0x8000,
         cycles: whole(8),
         regs: bytes[12..44].to_vec(),
@@ -131,14 +133,14 @@ fn parse(bytes: &[u8]) -> Outcome {
     }
 }
 
-/// SP and SREG are looked at by themselves.
+/// SP and SREG are compared separately.
 const CORE: std::ops::RangeInclusive<usize> = 0x5D..=0x5F;
 
 fn data(avr: &Avr) -> Vec<u8> {
     (0..0x900).map(|a| avr.peek("data", a).unwrap_or(0)).collect()
 }
 
-/// `before` is the data memory of `base`.
+/// Runs one instruction on our machine; `before` is the data memory of `base`.
 fn ours(kind: Kind, base: &Avr, before: &[u8], d: &Draw) -> Outcome {
     let mut avr = put(base, d);
     let mut before = before.to_vec();
@@ -147,7 +149,7 @@ fn ours(kind: Kind, base: &Avr, before: &[u8], d: &Draw) -> Outcome {
     let cycle = avr.cycle();
     let stop = avr.step(&mut ());
     let after = data(&avr);
-    // Asleep: another step does nothing.
+    // The machine is asleep if another step executes no instruction.
     let asleep = kind == Kind::Sleep && {
         let done = avr.instructions();
         let mut next = avr.clone();
@@ -167,8 +169,8 @@ fn ours(kind: Kind, base: &Avr, before: &[u8], d: &Draw) -> Outcome {
     }
 }
 
-/// SLEEP with SE set and any mode, where both sleep: there it sleeps whatever SE says (10.11.1: only if it is one; line `sleep` in
-/// avr.txt).
+/// Sets SE with a random mode for SLEEP, where both machines sleep. simavr sleeps regardless of SE (10.11.1:
+/// only if SE is one; line `sleep` in avr.txt).
 fn with_modes(kind: Kind, mut drawn: (Vec<u8>, Vec<Draw>), rng: &mut Rng) -> (Vec<u8>, Vec<Draw>) {
     if kind == Kind::Sleep {
         drawn.1.iter_mut().for_each(|d| d.cells[0] = (SMCR, rng.below(8) as u8 * 2 + 1));
@@ -176,7 +178,7 @@ fn with_modes(kind: Kind, mut drawn: (Vec<u8>, Vec<Draw>), rng: &mut Rng) -> (Ve
     drawn
 }
 
-/// What has been compared.
+/// The results of the comparison.
 #[derive(Default)]
 struct Tally {
     same: usize,
@@ -191,7 +193,7 @@ impl Tally {
     }
 }
 
-/// Compares states that share a flash.
+/// Compares states that share a flash image.
 fn compare(kind: Kind, (flash, draws): (Vec<u8>, Vec<Draw>), tally: &mut Tally) {
     let base = machine(kind, flash.clone());
     let before = data(&base);
@@ -234,7 +236,7 @@ fn every_row_in_lock_step_with_simavr() {
     let rows: Vec<(usize, &InstructionRow, Kind)> =
         ROWS.iter().zip(KINDS).enumerate().map(|(n, (row, &k))| (n, row, k)).collect();
     let there = |kind: Kind| ROWS_LEFT_OUT.iter().all(|(left, _)| *left != kind);
-    // Each row has random numbers of its own, so that two can be compared at a time.
+    // Each row has its own random numbers, so that two rows can be compared in parallel.
     let work = |part: usize| -> Vec<(usize, Tally)> {
         let mine = rows.iter().filter(|(n, _, kind)| n % 2 == part && there(*kind));
         mine.map(|&(n, row, kind)| (n, check(row, kind, &mut Rng::new(seed << 8 | n as u64)))).collect()

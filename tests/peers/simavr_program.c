@@ -1,14 +1,14 @@
 /*
- * A program under simavr with something outside the chip: simavr_program FILE.elf CYCLES [WHAT..]
+ * Runs a program under simavr with external stimuli: simavr_program FILE.elf CYCLES [WHAT..]
  *
- *   pc=ADDRESS        begins there, since simavr takes no notice of BOOTRST
+ *   pc=ADDRESS        starts at this address, because simavr ignores BOOTRST
  *   eeprom            a two-wire EEPROM of 4 KB at address 50h
- *   CYCLE:uart=BYTE   a byte comes in over USART0
+ *   CYCLE:uart=BYTE   a byte arrives on USART0
  *   CYCLE:adcN=MV     a voltage at channel N of the converter
  *   CYCLE:XN=LEVEL    a level at pin N of port X
  *
- * Prints `u BYTE CYCLE` for each byte that goes out over USART0, `g BYTE CYCLE` for each that is written to GPIOR0, `p LEVEL CYCLE` for
- * changes of PB5, `w DUTY CYCLE` for new duties of OC2B, and at last `end STATE CYCLE PC`.
+ * Prints `u BYTE CYCLE` for each byte sent on USART0, `g BYTE CYCLE` for each byte written to GPIOR0, `p LEVEL CYCLE` for
+ * changes of PB5, `w DUTY CYCLE` for new duties of OC2B, and finally `end STATE CYCLE PC`.
  */
 #include <stdarg.h>
 #include <stdio.h>
@@ -41,7 +41,7 @@ static void no_sleep(avr_t *machine, avr_cycle_count_t cycles)
 	(void)machine, (void)cycles;
 }
 
-/* simavr tells what it loads on stdout, where only the lines above belong. */
+/* simavr prints what it loads on stdout, which must contain only the lines above. */
 static void to_stderr(avr_t *machine, const int level, const char *format, va_list ap)
 {
 	if (!machine || machine->log >= level)

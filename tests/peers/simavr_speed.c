@@ -1,8 +1,8 @@
 /*
- * How fast simavr's library runs a HEX file: simavr_speed FILE CYCLES [LIMIT].
+ * Measures how fast simavr's library runs a HEX file: simavr_speed FILE CYCLES [LIMIT].
  *
- * LIMIT is run_cycle_limit, the longest stretch that simavr runs without looking at its timers; without it the library's
- * own default stays. Prints the cycles run, the seconds of CPU, the state reached and run_cycle_limit, as one line.
+ * LIMIT is run_cycle_limit, the longest time in cycles that simavr runs without checking its timers; without it the library's
+ * default applies. Prints the executed cycles, the CPU seconds, the final state and run_cycle_limit on one line.
  */
 #include <inttypes.h>
 #include <stdio.h>

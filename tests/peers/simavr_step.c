@@ -1,8 +1,8 @@
 /*
- * One instruction at a time on simavr's atmega328p.
+ * Runs single instructions on simavr's atmega328p.
  *
- * Reads all of flash on stdin, then fixed-size cases; runs exactly one instruction of each case and writes a fixed-size
- * outcome on stdout. Numbers are little endian; the other side is tests/peers/lockstep.rs. RAM holds a background that
+ * Reads all of flash from stdin, then fixed-size cases; runs exactly one instruction per case and writes a fixed-size
+ * outcome to stdout. Numbers are little endian; the other side is tests/peers/lockstep.rs. RAM holds a pattern that
  * both sides compute, so that a stray read or write shows.
  */
 #include <stdint.h>
@@ -49,7 +49,7 @@ static void quiet(avr_t *avr, const int level, const char *format, va_list ap)
 	(void)avr, (void)level, (void)format, (void)ap;
 }
 
-/* SREG and SP are reported by themselves. */
+/* SREG and SP are reported separately. */
 static int counts(uint32_t addr)
 {
 	return addr >= 32 && (addr < R_SPL || addr > R_SREG);

@@ -1,6 +1,6 @@
 /*
- * What a program sends over USART0 under simavr: simavr_uart FILE CYCLES [wire]. The bytes go to stdout as they are, and with
- * `wire` also to the receiver. FILE.elf is loaded as simavr does, .text and .data alone; FILE.bin is all of flash.
+ * Prints what a program sends on USART0 under simavr: simavr_uart FILE CYCLES [wire]. The bytes go to stdout unchanged, and with
+ * `wire` also to the receiver. FILE.elf is loaded as simavr does, only .text and .data; FILE.bin is all of flash.
  */
 #include <stdarg.h>
 #include <stdio.h>
@@ -16,7 +16,7 @@ static void no_sleep(avr_t *avr, avr_cycle_count_t cycles)
 	(void)avr, (void)cycles;
 }
 
-/* simavr tells what it loads on stdout, where only the program's bytes belong. */
+/* simavr prints what it loads on stdout, which must contain only the program's bytes. */
 static void to_stderr(avr_t *avr, const int level, const char *format, va_list ap)
 {
 	if (!avr || avr->log >= level)
@@ -29,7 +29,7 @@ static void sent(avr_irq_t *irq, uint32_t value, void *param)
 	putchar((int)(value & 0xFF));
 }
 
-/* A program as flash holds it. */
+/* The contents of flash. */
 static int load(avr_t *avr, const char *name)
 {
 	static uint8_t flash[0x8000];

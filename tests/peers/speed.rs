@@ -1,8 +1,9 @@
-//! Our side of `speed.sh`: assembles the programs of `benches/programs`, and runs a HEX file for a number of cycles.
+//! Our side of `speed.sh`: assembles the programs of `benches/programs`, and runs a HEX file for a number of
+//! cycles.
 //!
-//! `speed hex FOLDER` writes every program, and a compiled ladder scan, as NAME.hex; `speed run FILE.hex CYCLES [skip]` prints the cycles run and the
-//! seconds of CPU, with polling loops jumped over only where `skip` is given; `speed clone FILE.hex` prints what a clone of the
-//! running machine takes.
+//! `speed hex FOLDER` writes every program, and a compiled ladder scan, as NAME.hex. `speed run FILE.hex
+//! CYCLES [skip]` prints the executed cycles and the CPU seconds; polling loops are skipped only with `skip`.
+//! `speed clone FILE.hex` prints the time of a clone of the running machine.
 
 #[path = "../../benches/programs/assemble.rs"]
 mod programs;
@@ -52,7 +53,7 @@ fn hex(folder: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Seconds that this thread has been on a CPU.
+/// Returns the CPU time of this thread in seconds.
 fn cpu_seconds() -> Result<f64, String> {
     let text = std::fs::read_to_string("/proc/self/schedstat").map_err(|e| format!("/proc/self/schedstat: {e}"))?;
     let nanoseconds = text.split_whitespace().next().and_then(|n| n.parse::<f64>().ok());
@@ -78,7 +79,7 @@ fn run(file: &str, cycles: &str, skip: bool) -> Result<(), String> {
     Ok(())
 }
 
-/// Snapshots of a machine that runs on, in a ring of 64 as a history keeps them.
+/// Takes snapshots of a running machine in a ring of 64, as a history does.
 fn clone(file: &str) -> Result<(), String> {
     let mut avr = machine(file)?;
     avr.run(1_000_000, &mut ());

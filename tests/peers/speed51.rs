@@ -1,6 +1,8 @@
-//! Our side of `speed51.sh`: assembles the programs of `benches/programs51`, and runs a HEX file for a number of cycles.
+//! Our side of `speed51.sh`: assembles the programs of `benches/programs51`, and runs a HEX file for a number
+//! of cycles.
 //!
-//! `speed51 hex FOLDER` writes every program as NAME.hex; `speed51 run FILE.hex CYCLES` prints the cycles run and the seconds of CPU.
+//! `speed51 hex FOLDER` writes every program as NAME.hex; `speed51 run FILE.hex CYCLES` prints the executed
+//! cycles and the CPU seconds.
 
 #[path = "../../benches/programs51/assemble.rs"]
 mod assemble;
@@ -42,7 +44,7 @@ fn hex(folder: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Seconds that this thread has been on a CPU.
+/// Returns the CPU time of this thread in seconds.
 fn cpu_seconds() -> Result<f64, String> {
     let text = std::fs::read_to_string("/proc/self/schedstat").map_err(|e| format!("/proc/self/schedstat: {e}"))?;
     let nanoseconds = text.split_whitespace().next().and_then(|n| n.parse::<f64>().ok());

@@ -1,6 +1,6 @@
 //! Our side of `speedpic.sh`: runs a HEX file for a number of instruction cycles.
 //!
-//! `speedpic FILE.hex CYCLES` prints the cycles run and the seconds of CPU.
+//! `speedpic FILE.hex CYCLES` prints the executed cycles and the CPU seconds.
 
 use std::process::ExitCode;
 
@@ -24,7 +24,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Seconds that this thread has been on a CPU.
+/// Returns the CPU time of this thread in seconds.
 fn cpu_seconds() -> Result<f64, String> {
     let text = std::fs::read_to_string("/proc/self/schedstat").map_err(|e| format!("/proc/self/schedstat: {e}"))?;
     let nanoseconds = text.split_whitespace().next().and_then(|n| n.parse::<f64>().ok());

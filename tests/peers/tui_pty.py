@@ -15,7 +15,7 @@ def main():
     pid, fd = pty.fork()
     if pid == 0:
         os.environ["TERM"] = "xterm"
-        # Its size is to be there when it is asked for.
+        # The size must be set before the program asks for it.
         fcntl.ioctl(0, termios.TIOCSWINSZ, struct.pack("HHHH", 30, 100, 0, 0))
         os.execv(sys.argv[1], sys.argv[1:])
     seen = b""

@@ -1,4 +1,4 @@
-//! A program of avr-gcc that prints over USART0 prints the same here as under simavr.
+//! A program of avr-gcc that prints on USART0 prints the same here as under simavr.
 
 use std::path::Path;
 
@@ -10,10 +10,10 @@ use emu_core::{ChipEvent, Cpu, CycleTime, PinId, PinLevel, Probe, RamInit, StopR
 use crate::harness;
 use crate::tools::{folder, run, source};
 
-/// Enough for the whole program, which then sleeps with interrupts off.
+/// Enough cycles for the complete program, which ends with a sleep with interrupts disabled.
 const CYCLES: u64 = 8_000_000;
 
-/// Keeps what is sent.
+/// Records sent bytes.
 #[derive(Default)]
 struct Sent(Vec<u8>);
 
@@ -27,11 +27,11 @@ impl Probe for Sent {
     }
 }
 
-/// PD0 and PD1, where RXD and TXD are.
+/// PD0 and PD1, the pins of RXD and TXD.
 const RXD: PinId = 16;
 const TXD: PinId = 17;
 
-/// Keeps what is sent, and stops where TXD changes.
+/// Records sent bytes, and stops when TXD changes.
 #[derive(Default)]
 struct Wire(Sent, Option<PinLevel>);
 
@@ -48,7 +48,8 @@ impl Probe for Wire {
     }
 }
 
-/// The same with a wire from TXD to RXD, whose level is at the end of an instruction what it was at its last edge.
+/// Returns the sent bytes with a wire from TXD to RXD. After each instruction RXD gets the level of TXD's
+/// last edge.
 pub fn sent_by_wire(elf: &Path, cycles: u64) -> Vec<u8> {
     let mut avr = machine(elf);
     let mut wire = Wire::default();
@@ -61,7 +62,7 @@ pub fn sent_by_wire(elf: &Path, cycles: u64) -> Vec<u8> {
     wire.0.0
 }
 
-/// What a program sends over USART0 until it ends, why it ended and when.
+/// Returns the bytes that a program sends on USART0 until it ends, the reason for the end, and its cycle.
 pub fn sent_here(elf: &Path, cycles: u64) -> (Vec<u8>, StopReason, u64) {
     let mut avr = machine(elf);
     let mut sent = Sent::default();

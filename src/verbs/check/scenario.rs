@@ -1,4 +1,4 @@
-//! `emu check --scenario`: a scenario on the evaluator and on every chip, with the same verdict.
+//! `emu check --scenario`: plays a scenario on the evaluator and on every chip, and expects the same verdict.
 
 use emu_check::{
     CheckOptions, RefusedCheck, ScenarioResult, play_on_chip, play_on_evaluator, scenario_report, verdict_diagnostic,
@@ -13,7 +13,7 @@ use crate::shared::input::ReadProgram;
 use crate::shared::report::{MessageStyle, report_diagnostics};
 use crate::shared::{output, scenarios};
 
-/// Plays it.
+/// Plays the scenario and reports the verdicts.
 pub fn check(
     args: &CheckArgs,
     name: &str,
@@ -62,7 +62,7 @@ pub fn check(
     })
 }
 
-/// A line for each machine, and what follows of them.
+/// Returns a table with one line per machine, and the summary below it.
 fn verdict_table(rows: &[emu_check::ScenarioReportRow], refused: &[RefusedCheck], agreed: bool) -> String {
     let wide = rows.iter().map(|row| row.on.len()).chain(refused.iter().map(|r| r.mcu.len())).max().unwrap_or(0);
     let mut out = String::new();
@@ -84,7 +84,7 @@ fn verdict_table(rows: &[emu_check::ScenarioReportRow], refused: &[RefusedCheck]
     out
 }
 
-/// A scenario is of one program, and excludes what a check is otherwise about.
+/// Checks that there is exactly one program and no flag that contradicts a scenario.
 pub fn check_flags(args: &CheckArgs, programs: usize) -> Result<(), VerbFailure> {
     if programs != 1 {
         return Err(VerbFailure::Usage("--scenario is for one program; give one".to_owned()));

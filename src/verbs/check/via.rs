@@ -1,4 +1,4 @@
-//! `emu check --via`: programs by way of an emitted source.
+//! `emu check --via`: checks programs through an emitted source instead of an image.
 
 use diag::Diagnostic;
 use emu_check::CheckOptions;
@@ -9,7 +9,7 @@ use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::input::ReadProgram;
 use crate::shared::output;
 
-/// Reads a way.
+/// Parses the value of `--via`.
 pub fn parse_via(text: &str) -> Result<SourceRoute, String> {
     match text {
         "native" => Ok(SourceRoute::Native),
@@ -20,7 +20,7 @@ pub fn parse_via(text: &str) -> Result<SourceRoute, String> {
     }
 }
 
-/// All checks as one document.
+/// The JSON document of all checks.
 #[derive(Serialize)]
 struct ViaDocument {
     schema: u32,
@@ -28,7 +28,7 @@ struct ViaDocument {
     refused: Vec<ViaRefusal>,
 }
 
-/// A program that there was nothing to check of.
+/// A program that was refused, so that nothing could be checked.
 #[derive(Serialize)]
 struct ViaRefusal {
     program: String,
@@ -36,8 +36,8 @@ struct ViaRefusal {
     errors: Vec<Diagnostic>,
 }
 
-/// Checks every program with every one of `options`, that is on every chip (`native`: once). With `all` a chip that cannot is
-/// listed, and no failure unless no chip can.
+/// Checks every program with each of `options`, one per chip (`native`: once). With `all`, a chip that
+/// refuses is listed, and it is a failure only if every chip refuses.
 pub fn check(
     via: SourceRoute,
     options: &[CheckOptions],

@@ -1,4 +1,4 @@
-//! Traces, read line by line.
+//! Reads traces line by line, in both formats.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
@@ -10,41 +10,41 @@ use crate::shared::codes::{NOT_A_TRACE, TRACE_LINE, UNREADABLE, file_error, syst
 use crate::shared::fail::VerbFailure;
 use crate::shared::report::FileTexts;
 
-/// Longest line, in bytes.
+/// Maximum length of a line, in bytes.
 const MAX_LINE_BYTES: u64 = 1 << 16;
 
-/// A line of a trace. What is numbers is written alike, from whichever shape it was read.
+/// A line of a trace. Numbers have the same text, whichever format the line was read from.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct TraceEntry {
-    /// As it stands in the file.
+    /// The line as written in the file.
     pub raw: String,
     /// Machine cycle.
     pub cycle: u64,
-    /// Address of an instruction.
+    /// Address of the instruction, as `0x0080`; empty for other lines.
     pub address: String,
-    /// Symbol at or before it.
+    /// Symbol at or before the address.
     pub symbol: String,
-    /// The instruction, the interrupt or the end.
+    /// The instruction, the interrupt or the end, as text.
     pub text: String,
-    /// Registers that changed.
+    /// Registers that changed, as `NAME=0x1`.
     pub registers: Vec<String>,
-    /// Memory read and written.
+    /// Memory reads and writes, as `read SPACE:0x1=0x2`.
     pub memory: Vec<String>,
 }
 
-/// A trace that is read.
+/// A reader of a trace.
 pub struct TraceReader {
     file: String,
     input: Box<dyn BufRead>,
     line: u64,
-    /// The chip, by the head line.
+    /// The chip, from the first line of the file.
     pub mcu: String,
-    /// Its clock.
+    /// The clock in Hz, from the first line of the file.
     pub hz: String,
 }
 
 impl TraceReader {
-    /// Opens a trace and reads its head.
+    /// Opens a trace and reads its first line.
     pub fn new(file: &str) -> Result<TraceReader, VerbFailure> {
         let input: Box<dyn BufRead> = match file {
             "-" => Box::new(BufReader::new(io::stdin())),
@@ -53,9 +53,9 @@ impl TraceReader {
         TraceReader::from_input(file, input)
     }
 
-    /// Reads the head of a trace; `file` is its name in messages.
+    /// Reads the first line of a trace; `file` is its name in messages.
     pub fn from_input(file: &str, mut input: Box<dyn BufRead>) -> Result<TraceReader, VerbFailure> {
-        // A directory can be opened, and then not read.
+        // A directory can be opened but not read.
         input.fill_buf().map_err(|error| unreadable(file, &error))?;
         let mut reader = TraceReader { file: file.to_owned(), input, line: 0, mcu: String::new(), hz: String::new() };
         let head = match reader.text()? {
@@ -69,12 +69,12 @@ impl TraceReader {
         Ok(reader)
     }
 
-    /// Lines that were read so far.
+    /// Returns the number of lines read so far.
     pub fn lines(&self) -> u64 {
         self.line
     }
 
-    /// The next line; none at the end.
+    /// Reads the next line. Returns `None` at the end.
     pub fn next(&mut self) -> Result<Option<TraceEntry>, VerbFailure> {
         let Some(raw) = self.text()? else { return Ok(None) };
         let entry = if raw.starts_with('{') { parse_json_line(&raw) } else { parse_text_line(&raw) };
@@ -118,7 +118,7 @@ fn unreadable(file: &str, error: &io::Error) -> VerbFailure {
     VerbFailure::Refused(vec![fault], FileTexts::default())
 }
 
-/// Chip and clock of a head line.
+/// Parses the first line of a trace: chip and clock.
 fn parse_head(line: &str) -> Result<(String, String), String> {
     let none = || "is no trace of emu".to_owned();
     let (version, mcu, hz) = if line.starts_with('{') {
@@ -138,7 +138,7 @@ fn parse_head(line: &str) -> Result<(String, String), String> {
     }
 }
 
-/// A line of text.
+/// Parses a line in the text format.
 fn parse_text_line(raw: &str) -> Option<TraceEntry> {
     let (cycle, rest) = raw.trim_start().split_once("  ")?;
     let cycle = cycle.parse().ok()?;
@@ -178,7 +178,7 @@ fn parse_text_line(raw: &str) -> Option<TraceEntry> {
     Some(entry)
 }
 
-/// A line that is a JSON document.
+/// Parses a line in the JSON format.
 fn parse_json_line(raw: &str) -> Option<TraceEntry> {
     let line: Value = serde_json::from_str(raw).ok()?;
     let string = |value: &Value, name: &str| value.get(name).and_then(Value::as_str).map(str::to_owned);
@@ -212,7 +212,7 @@ fn parse_json_line(raw: &str) -> Option<TraceEntry> {
 mod tests {
     use super::*;
 
-    /// The same line in both shapes.
+    /// Pairs of one line in the text format and in the JSON format.
     const SHAPES: &[(&str, &str)] = &[
         (
             "        12  0x0080 <main+0x4>  ldi   r16, 0x05          ; r16=05 SREG=80 write data:0x0024(DDRB)=20",

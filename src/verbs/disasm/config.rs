@@ -1,4 +1,4 @@
-//! The configuration block of AP101 as the directives that make it.
+//! Turns the configuration block of AP101 into the directives that produce it.
 
 use emu_ap101::InputSampling;
 use emu_ap101::config::{Ap101Config, HZ, INPUTS, OUTPUTS};
@@ -6,7 +6,8 @@ use emu_ap101::modules::{ModuleKind, ModuleTimeUnit};
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::image::{Image, Segment};
 
-/// The directives for the block, one a line; nothing for what is no such block, or for one that no directives make just so.
+/// Returns the directives for the block, one per line. Returns `None` if the segment is no such block, or if
+/// no directives produce exactly its bytes.
 pub(super) fn directives(chip: &'static Chip, segment: &Segment) -> Option<Vec<String>> {
     let only = Image { segments: vec![segment.clone()], ..Image::default() };
     let config = Ap101Config::read_config(&only).ok().filter(|_| chip.family == ChipFamily::Ap101)?;
@@ -18,7 +19,7 @@ pub(super) fn directives(chip: &'static Chip, segment: &Segment) -> Option<Vec<S
 fn lines(config: &Ap101Config) -> Vec<String> {
     let mut lines = Vec::new();
     let mut say = |wanted: bool, line: String| lines.extend(wanted.then_some(line));
-    // One directive has to stand there, or there is no block.
+    // At least one directive is necessary for the assembler to write a block.
     let channels = (config.input_channels, config.output_channels);
     say(true, format!("channels {}, {}", channels.0.min(INPUTS), channels.1.min(OUTPUTS)));
     say(config.hz != HZ, format!("clock {}", config.hz));

@@ -1,4 +1,4 @@
-//! Source lines between the instructions.
+//! Source lines between the instructions of a listing.
 
 use diag::{Diagnostic, Severity};
 use emu_core::image::SourceLines;
@@ -9,16 +9,17 @@ use crate::shared::codes::{NO_LINES, file_error};
 use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::sources::SourceFiles;
 
-/// Source lines between the instructions.
+/// Finds the source line of each instruction.
 pub(super) struct SourceLineListing<'a> {
     lines: &'a SourceLines,
     sources: SourceFiles,
-    /// The line of the instruction before.
+    /// The line of the previous instruction.
     last: Option<String>,
 }
 
 impl<'a> SourceLineListing<'a> {
-    /// The lines of the image that the arguments name.
+    /// Creates the listing for the image that the arguments name. Prints a warning if there are no source
+    /// lines.
     pub(super) fn new(args: &DisasmArgs, lines: &'a SourceLines, terminal: &MessageStyle) -> SourceLineListing<'a> {
         if lines.all_lines().is_empty() && lines.warnings().is_empty() {
             let hint = "give an ELF file that was compiled with -gdwarf-4, or files of symbols with --symbols";
@@ -29,13 +30,14 @@ impl<'a> SourceLineListing<'a> {
         SourceLineListing { lines, sources: SourceFiles::new(files), last: None }
     }
 
-    /// Line and text at a program word.
+    /// Returns the line of a program word, and its text if known.
     pub(super) fn line_at(&mut self, word: u32, source: &ProgramSource<'_>) -> Option<(String, Option<&str>)> {
         let line = source.line_at(word)?;
         Some((format!("{}:{}", line.file, line.line), self.sources.text(self.lines, line)))
     }
 
-    /// Line and text at a program word, where they are others than at the one before: `; main.c:12: x = 1;`.
+    /// Returns line and text of a program word as a comment, if they differ from those of the previous word:
+    /// `; main.c:12: x = 1;`.
     pub(super) fn heading(&mut self, word: u32, source: &ProgramSource<'_>) -> Option<String> {
         let (line, text) = self.line_at(word, source).map(|(line, text)| (Some(line), text)).unwrap_or_default();
         let heading = line.as_ref().map(|line| match text {

@@ -1,32 +1,32 @@
-//! Program memory cut into instructions, erased stretches and gaps.
+//! Divides program memory into instructions, erased areas and gaps.
 
 use emu_core::chip::Chip;
 use emu_core::image::Image;
 use emu_core::table::DisassembledInstruction;
 
-/// Erased bytes in a row from which on they are no longer printed one by one.
+/// Minimum length of an erased area that is not printed byte by byte.
 const ERASED_RUN: usize = 8;
 
-/// A stretch of program memory.
+/// A range of program memory.
 pub(super) enum CodePiece {
-    /// An instruction: word address, its words, what it is.
+    /// An instruction: word address, its words, and the decoded instruction.
     Instruction(u32, Vec<u16>, DisassembledInstruction),
-    /// Words that the image fills as if they were erased: first and after the last.
+    /// Words that the image fills with the erased value: the first word, and the one after the last.
     Erased(u32, u32),
-    /// Words that the image does not fill: first and after the last.
+    /// Words that the image does not fill: the first word, and the one after the last.
     Gap(u32, u32),
 }
 
-/// Program memory.
+/// Program memory with the contents of an image.
 pub(super) struct ProgramMemory {
     chip: &'static Chip,
     words: Vec<u16>,
-    /// For each word: the image has something there.
+    /// For each word: true if the image fills it.
     filled: Vec<bool>,
 }
 
 impl ProgramMemory {
-    /// The program memory of a chip with an image in it.
+    /// Loads an image into the program memory of a chip.
     pub(super) fn new(chip: &'static Chip, image: &Image) -> ProgramMemory {
         let size = chip.word_bytes as usize;
         let erased = chip.isa.erased_word.to_le_bytes();
@@ -42,7 +42,7 @@ impl ProgramMemory {
         code
     }
 
-    /// All pieces from one word to another. Neither an instruction nor an erased stretch reaches into a gap.
+    /// Returns all pieces of a range of words. Instructions and erased areas never extend into a gap.
     pub(super) fn pieces(&self, from: u32, to: u32) -> Vec<CodePiece> {
         let mut pieces = Vec::new();
         let mut at = from as usize;

@@ -1,4 +1,4 @@
-//! Names that are labels and names that are not, in text that assembles back.
+//! Tests which names can be labels in text that assembles back to the same image.
 
 use emu_core::chip::Chip;
 use emu_core::image::{Image, Segment, SourceLines, SymbolAt};
@@ -7,10 +7,10 @@ use emu_debug::{AddressNames, ProgramSource};
 use super::pieces::ProgramMemory;
 use super::text::AssemblableText;
 
-/// Chip, bytes of the program, names as `name@byte address`, and what is printed.
+/// Chip, bytes of the program, names as `name@byte address`, and the expected text.
 const CASES: &[(&str, &[u8], &str, &str)] = &[
-    // Instructions, registers, bits, directives and functions are no labels, whatever their case; nor is what the assembler cannot
-    // read as a name, or has read already.
+    // Names of instructions, registers, bits, directives and functions cannot be labels, in any letter case.
+    // Nor can names that the assembler cannot parse or that are already defined.
     (
         "atmega328p",
         &[0x00, 0x00, 0x0C, 0x94, 0x00, 0x00, 0x00, 0x00],
@@ -73,7 +73,7 @@ delay:
     ),
 ];
 
-/// An input cannot be set by a source, though a program may hold the word.
+/// A source cannot set an input, although a program may contain the word.
 #[test]
 fn words_that_no_source_may_say_are_words() {
     let chip = emu_ap101::chips::chips().next().expect("a chip");

@@ -1,5 +1,7 @@
-//! The instructions of an image as a text that can be assembled again: what a line is stands in front, where it lies and what it means
-//! behind it as a comment.
+//! Prints the instructions of an image as text that assembles back to the same image.
+//!
+//! Each line begins with an instruction or directive. A comment gives its address, its words and the names of
+//! its operands.
 
 use std::collections::HashSet;
 
@@ -15,33 +17,33 @@ use super::pieces::CodePiece;
 /// Column in which comments begin.
 const COMMENT_COLUMN: usize = 32;
 
-/// Bytes of other memories in a line.
+/// Bytes per line for memories other than program memory.
 const BYTES_PER_LINE: usize = 8;
 
-/// The text, line after line.
+/// The output text.
 pub(super) struct AssemblableText<'a> {
     chip: &'static Chip,
     source: &'a ProgramSource<'a>,
     out: String,
-    /// Labels that are given, in lower case.
+    /// Labels that the text defines, in lower case.
     defined_labels: HashSet<String>,
-    /// The word at which the assembler would go on.
+    /// The word address at which the assembler continues.
     next_word: u32,
 }
 
 impl<'a> AssemblableText<'a> {
-    /// An empty text.
+    /// Creates an empty text.
     pub(super) fn new(source: &'a ProgramSource<'a>) -> AssemblableText<'a> {
         let chip = source.names.chip;
         AssemblableText { chip, source, out: String::new(), defined_labels: HashSet::new(), next_word: 0 }
     }
 
-    /// The text as far as it goes.
+    /// Returns the text.
     pub(super) fn finish(self) -> String {
         self.out
     }
 
-    /// Program memory.
+    /// Writes program memory.
     pub(super) fn program(&mut self, pieces: &[CodePiece], mut listing: Option<SourceLineListing<'_>>) {
         for (i, piece) in pieces.iter().enumerate() {
             match piece {
@@ -74,8 +76,9 @@ impl<'a> AssemblableText<'a> {
         }
     }
 
-    /// What the image fills besides program memory: at their addresses in the HEX file, or in sections where it has no place for
-    /// them. Bytes of RAM, which an ELF file may have but no chip keeps, are only told.
+    /// Writes the contents of memories other than program memory: at their addresses in the HEX file, or in
+    /// sections if the HEX file has no place for them. Bytes of RAM, which an ELF file may contain, become
+    /// comments.
     pub(super) fn memories(&mut self, image: &Image) {
         for segment in image.segments.iter().filter(|segment| segment.space != self.chip.code_space) {
             if let Some(lines) = directives(self.chip, segment) {
@@ -108,7 +111,7 @@ impl<'a> AssemblableText<'a> {
         }
     }
 
-    /// What stands in front, and a comment behind it.
+    /// Writes a line of source with a comment.
     fn line(&mut self, text: &str, comment: &str) {
         let width = COMMENT_COLUMN - 4;
         let line = if comment.is_empty() { format!("    {text}") } else { format!("    {text:<width$}; {comment}") };
@@ -121,20 +124,20 @@ impl<'a> AssemblableText<'a> {
         self.next_word = word;
     }
 
-    /// What stands behind the address of an `.org`. On AVR it fills what it passes over, with zeros unless told otherwise; an
-    /// erased byte as filler leaves it as it is.
+    /// Returns the filler for an `.org`. On AVR `.org` fills the skipped bytes with zeros by default; the
+    /// erased value as filler leaves them unchanged.
     fn filler(&self) -> &'static str {
         if self.chip.family == ChipFamily::Avr { ", 0xFF" } else { "" }
     }
 
-    /// Goes on at a word.
+    /// Writes an `.org` unless the assembler is already at this word.
     fn advance_to(&mut self, word: u32) {
         if self.next_word != word {
             self.org(word, "");
         }
     }
 
-    /// The directive for a program word as it is.
+    /// Returns the directive for one raw program word.
     fn word(&self) -> &'static str {
         if self.chip.word_bytes == 1 { ".db" } else { ".word" }
     }
@@ -149,12 +152,12 @@ impl<'a> AssemblableText<'a> {
         format!("{from:04X} to {:04X} erased, {} {unit}", to - 1, to - from)
     }
 
-    /// Labels of the words of an instruction. What the assembler would take for something else, and what lies within the
-    /// instruction, is only told.
+    /// Writes the labels of an instruction's words. A name that the assembler would read as something else,
+    /// or that is inside the instruction, becomes a comment.
     fn labels(&mut self, word: u32, len: usize) {
         let start = self.chip.code_address(word);
         for symbol in labels_at(&self.source.names, word, len) {
-            // A label is what a linker calls it: other names of C++ are none.
+            // The label has the linker's name; a demangled C++ name becomes a comment.
             let name = symbol.linkage_name();
             let meant = if symbol.mangled.is_some() { format!("  ; {}", symbol.name) } else { String::new() };
             let line = match symbol.addr - word * self.chip.word_bytes {
@@ -166,7 +169,7 @@ impl<'a> AssemblableText<'a> {
         }
     }
 
-    /// A name can be a label, and becomes one.
+    /// Returns true if the name can be a label, and records it as defined.
     fn label(&mut self, name: &str) -> bool {
         is_identifier(name)
             && !emu_asm::is_taken(self.chip, name)
@@ -184,8 +187,8 @@ impl<'a> AssemblableText<'a> {
         let (text, why) = text.split_once(';').unwrap_or((text, ""));
         let mut meant = self.source.describe_operands(operands);
         meant.extend((!why.is_empty()).then(|| why.trim().to_owned()));
-        // On AP101 a program may hold words that no source may say, such as one that sets an input. Elsewhere the tests of the
-        // tables prove every word.
+        // On AP101 a program may contain words that no source can produce, such as one that sets an input.
+        // For other families the tests of the instruction tables cover every word.
         let back = self.chip.family != ChipFamily::Ap101
             || emu_asm::assemble_line(self.chip, text, at).is_ok_and(|back| back == words);
         let text = if back {
@@ -200,7 +203,7 @@ impl<'a> AssemblableText<'a> {
     }
 }
 
-/// The directive for some bytes, `unit` at an address, of which the memory keeps the bits under `mask`.
+/// Returns the directive for some bytes, `unit` bytes per address. The memory keeps only the bits in `mask`.
 fn values(bytes: &[u8], unit: u32, mask: u16) -> String {
     let (directive, digits) = if unit == 2 { (".word", 4) } else { (".byte", 2) };
     let words = bytes.chunks(unit.max(1) as usize);
@@ -209,7 +212,7 @@ fn values(bytes: &[u8], unit: u32, mask: u16) -> String {
     format!("{directive} {}", words.join(", "))
 }
 
-/// The symbols at the words of an instruction.
+/// Returns the symbols at the words of an instruction.
 pub(super) fn labels_at<'a>(
     names: &AddressNames<'a>,
     word: u32,
@@ -220,7 +223,7 @@ pub(super) fn labels_at<'a>(
     names.symbols.iter().filter(move |s| s.space == code && (start..end).contains(&s.addr))
 }
 
-/// What every dialect takes for a name.
+/// Returns true for a name that every dialect accepts as an identifier.
 fn is_identifier(name: &str) -> bool {
     let first = name.bytes().next().is_some_and(|byte| byte.is_ascii_alphabetic() || byte == b'_');
     first && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')

@@ -1,4 +1,4 @@
-//! `emu run --cod`: programs that check themselves by the messages in a `.cod` file, as gpsim runs them.
+//! `emu run --cod`: runs self-checking programs with the messages in a `.cod` file, as gpsim does.
 
 use diag::Diagnostic;
 use emu_core::chip::{Chip, ChipFamily};
@@ -14,7 +14,7 @@ use crate::shared::report::FileTexts;
 use crate::shared::reset_hold::reset_hold;
 use crate::shared::{input, output};
 
-/// Clock of the chip where neither the command line nor the program names one, as gpsim has it.
+/// Default clock of the chip in Hz, as in gpsim, if neither the command line nor the program gives one.
 pub const DEFAULT_HZ: u64 = 20_000_000;
 
 /// Reads the messages of the file `name`.
@@ -45,7 +45,8 @@ pub fn read_script(name: &str, chip: &Chip) -> Result<CodScript, VerbFailure> {
     CodScript::read(&messages).map_err(refused)
 }
 
-/// The clock of the chip in Hz, and it is told where `--clock` goes before what the messages of `file` ask for.
+/// Returns the clock of the chip in Hz. Prints a warning if `--clock` overrides the clock that the messages
+/// of `file` request.
 pub fn script_clock(script: &mut CodScript, file: &str, given: Option<u64>, chip: &Chip) -> Result<u64, VerbFailure> {
     match (given, script.frequency()) {
         (None, None) => Ok(DEFAULT_HZ.min(chip.max_hz)),
@@ -70,8 +71,8 @@ fn refused(name: &str, refusal: &CodRefusal) -> Diagnostic {
     file_error(COD_MESSAGE, name, refusal.to_string(), "docs/formats/cod.md lists what is carried out")
 }
 
-/// Runs the program under its messages, tells how it ended, and gives the exit code: 0 when the first message that halts it says
-/// PASSED.
+/// Runs the program with its messages, reports how it ended, and returns the exit code: 0 if the first
+/// message that halts it says PASSED.
 pub fn run_and_judge<C: Cpu>(
     cpu: &mut C,
     script: &CodScript,
@@ -100,7 +101,7 @@ pub fn run_and_judge<C: Cpu>(
     })
 }
 
-/// How the run ended, in a sentence; the text of the message where one halted it.
+/// Returns how the run ended in one sentence, or the text of the message that halted it.
 fn sentence<C: Cpu>(cpu: &C, outcome: &CodOutcome, source: &ProgramSource<'_>, drives: &[TimedDrive]) -> String {
     match &outcome.verdict {
         CodVerdict::Message { text, .. } => text.clone(),

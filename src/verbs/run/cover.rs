@@ -1,4 +1,4 @@
-//! What of a program a run has executed, and where its cycles went: `--coverage` and `--profile`.
+//! `--coverage` and `--profile`: what a run executed, and where its cycles went.
 
 use std::io::Write;
 
@@ -20,52 +20,53 @@ use crate::shared::output;
 use crate::shared::output::PendingFile;
 use crate::shared::report::MessageStyle;
 
-/// Flags of `emu run`.
+/// Flags of coverage and profile.
 #[derive(Debug, Args)]
 pub struct CoverArgs {
-    /// Write what the run has executed as a tracefile of lcov: lines, functions, and both ways of conditional instructions. Lines are
-    /// those of the sources where they are known (ELF, --symbols), of the ladder program with --map and --ladder, else of a listing
-    /// that is written beside it as FILE.lst.
+    /// Write the coverage of the run as an lcov tracefile: lines, functions, and both outcomes of conditional
+    /// instructions. The lines are those of the sources if known (ELF, --symbols), those of the ladder
+    /// program with --map and --ladder, otherwise those of a listing that is written next to the file as
+    /// FILE.lst.
     #[arg(long, value_name = "FILE")]
     pub coverage: Option<String>,
-    /// Tell where the cycles went: by function, rung (with --map) and interrupt, and how many the chip slept. With =FILE also as
-    /// folded stacks for flame graphs.
+    /// Report where the cycles went: by function, rung (with --map) and interrupt, and the cycles spent
+    /// asleep. With =FILE also as folded stacks for flame graphs.
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     pub profile: Option<String>,
-    /// The ladder program of --map, whose lines --coverage tells of.
+    /// The ladder program of --map, whose lines --coverage reports.
     #[arg(long, value_name = "PROGRAM", requires = "map", requires = "coverage")]
     pub ladder: Option<String>,
 }
 
 impl CoverArgs {
-    /// The files that are written, with their flags.
+    /// Returns the output files, with their flags.
     pub fn outputs(&self) -> [(&'static str, &str); 2] {
         [("--coverage", &self.coverage), ("--profile", &self.profile)]
             .map(|(flag, file)| (flag, file.as_deref().unwrap_or_default()))
     }
 
-    /// The files that are read.
+    /// Returns the input files.
     pub fn inputs(&self) -> impl Iterator<Item = &String> {
         self.ladder.iter()
     }
 }
 
-/// Text for people, and members of the document by name.
+/// Text for people, and named members of the JSON document.
 type CoverageReport = (String, Vec<(&'static str, Value)>);
 
-/// What is looked at, with its files begun.
+/// The coverage and profile of one run, with their open output files.
 pub struct CoverageRun<'a> {
     args: &'a CoverArgs,
     image: &'a Image,
     rungs: Option<MappedLadder>,
-    /// Files that are read or written otherwise.
+    /// Files that the run reads or writes for other flags.
     used_files: &'a [String],
-    /// Each file with its name.
+    /// Name and open file of the coverage output; no file means standard output.
     coverage: Option<(&'a str, Option<PendingFile>)>,
     folded: Option<(&'a str, Option<PendingFile>)>,
 }
 
-/// Instructions, and elements of a ladder program.
+/// Coverage of instructions, and of the elements of a ladder program.
 struct CoverageProbe {
     coverage: CodeCoverage,
     elements: Option<ElementCounts>,
@@ -96,7 +97,7 @@ impl RunProbe for CoverageProbe {
     }
 }
 
-/// What was seen: a probe where there is a profile.
+/// The collected coverage and profile. As a probe, it serves runs with a profile.
 #[derive(Default)]
 pub struct CoverAndProfile {
     covered: Option<CoverageProbe>,
@@ -146,7 +147,7 @@ impl RunProbe for CoverAndProfile {
 }
 
 impl<'a> CoverageRun<'a> {
-    /// Reads the map and begins the files.
+    /// Reads the map and opens the output files.
     pub fn new(
         args: &'a CoverArgs,
         map: Option<&str>,
@@ -179,7 +180,7 @@ impl<'a> CoverageRun<'a> {
         })
     }
 
-    /// [`run_with_probe`] with what looks at it.
+    /// Calls [`run_with_probe`] with the probe that the flags need.
     pub fn run<C: Cpu>(
         &self,
         (cpu, board): (&mut C, &mut AttachedDevices),
@@ -195,7 +196,7 @@ impl<'a> CoverageRun<'a> {
             cpu.set_breakpoint(elements.at(), true);
         }
         let profile = self.args.profile.is_some().then(|| CycleProfile::new(cpu.chip(), self.image, cpu.cycle()));
-        // Each has a loop of its own, which asks for nothing else.
+        // Each combination has its own run loop, which enables only the hooks that it needs.
         match (covered, profile) {
             (None, None) => {
                 let ended = run_with_probe((cpu, board), plan, wave, (&mut (), look), host);
@@ -216,7 +217,7 @@ impl<'a> CoverageRun<'a> {
         }
     }
 
-    /// Writes the files, and gives what is told of it to people and as members of the document.
+    /// Writes the files, and returns the reports as text and as members of the JSON document.
     pub fn write_reports(
         self,
         seen: &CoverAndProfile,
@@ -253,7 +254,7 @@ impl<'a> CoverageRun<'a> {
     }
 }
 
-/// Refuses a listing in the place of a file that is read or written otherwise.
+/// Refuses a listing whose path is a file that the run reads or writes for another flag.
 fn check_listing_place(listing: &str, taken: &[String]) -> Result<(), VerbFailure> {
     match taken.iter().find(|file| *file != "-" && output::same_place(file, listing)) {
         Some(_) => {
@@ -266,12 +267,13 @@ fn check_listing_place(listing: &str, taken: &[String]) -> Result<(), VerbFailur
     }
 }
 
-/// Lines of sources or of a ladder program are known.
+/// Returns true if lines of sources or of a ladder program are known.
 fn has_lines(source: &ProgramSource<'_>, rungs: Option<&MappedLadder>) -> bool {
     rungs.is_some_and(MappedLadder::has_lines) || !source.lines.all_lines().is_empty()
 }
 
-/// What is written of a run: by lines of the ladder program, of the sources, or of a listing, which comes along.
+/// Returns the coverage records: by lines of the ladder program, of the sources, or of a listing, which is
+/// then returned too.
 fn coverage_records(
     reached: &[CoveredInstruction],
     source: &ProgramSource<'_>,
@@ -295,7 +297,7 @@ fn write_to_pending(place: &PendingFile, file: &str, text: &str) -> Result<(), V
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|error| VerbFailure::write_failed(file, &error))
 }
 
-/// Writes a file that was begun, or standard output.
+/// Writes a file that was opened before, or standard output.
 fn write_begun_file(file: &str, place: Option<PendingFile>, text: &str) -> Result<(), VerbFailure> {
     match place {
         None => output::print(text),
@@ -306,7 +308,7 @@ fn write_begun_file(file: &str, place: Option<PendingFile>, text: &str) -> Resul
     }
 }
 
-/// The figures of the coverage, for people.
+/// Returns the coverage figures as text.
 fn figures(totals: &CoverageTotals) -> String {
     let CoverageTotals { instructions, branches, lines, functions, elements } = totals;
     let mut rows = vec![("instructions", instructions), ("branches", branches), ("lines", lines)];
@@ -319,7 +321,7 @@ fn figures(totals: &CoverageTotals) -> String {
     rows.collect()
 }
 
-/// The same as a member of the document.
+/// Returns the coverage figures as JSON.
 fn document(totals: &CoverageTotals) -> Value {
     let part = |part: &emu_debug::coverage::CoveredShare| json!({ "seen": part.covered, "all": part.total });
     let mut document = json!({

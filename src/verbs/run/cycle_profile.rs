@@ -1,4 +1,4 @@
-//! Where the cycles of a run went, as a table, as JSON, and folded for flame graphs.
+//! Reports where the cycles of a run went: as a table, as JSON, and as folded stacks for flame graphs.
 
 use std::collections::BTreeMap;
 
@@ -8,30 +8,30 @@ use serde_json::{Value, json};
 
 use super::rungs::MappedLadder;
 
-/// The cycles of a run by what people know of it.
+/// The cycles of a run, by function, rung and interrupt.
 pub struct CycleReport {
     total: u64,
     before_first: u64,
     idle: u64,
     entries: u64,
-    /// By function; the most first.
+    /// By function, in descending order of cycles.
     functions: Vec<(String, u64)>,
-    /// By rung from 1, nothing for what is in none; none at all without a map.
+    /// By rung, numbered from 1; `None` for code in no rung. Empty without a map.
     rungs: BTreeMap<Option<u32>, u64>,
     interrupts: Vec<(String, InterruptService)>,
     /// By interrupt and function.
     stacks: BTreeMap<(String, String), u64>,
 }
 
-/// What stands for the core that sleeps.
+/// The name for cycles in which the core sleeps or is held.
 const ASLEEP: &str = "(asleep or held)";
-/// What stands for entries that were interrupted themselves.
+/// The name for interrupt entries that were interrupted themselves.
 const ENTRIES: &str = "(entry of an interrupt)";
-/// What stands for code before the first name.
+/// The name for code before the first symbol.
 const NAMELESS: &str = "(no symbol)";
 
 impl CycleReport {
-    /// Adds up what was counted.
+    /// Adds up the counts of a profile.
     pub fn new(profile: &CycleProfile, source: &ProgramSource<'_>, rungs: Option<&MappedLadder>) -> CycleReport {
         let chip = source.names.chip;
         let vector =
@@ -67,7 +67,7 @@ impl CycleReport {
         }
     }
 
-    /// The table.
+    /// Returns the report as a table.
     pub fn text(&self) -> String {
         let share = |count: u64| {
             let part = (u128::from(count) * 1000).checked_div(u128::from(self.total)).unwrap_or(0);
@@ -102,7 +102,7 @@ impl CycleReport {
         out
     }
 
-    /// A member of the document.
+    /// Returns the report as a member of the JSON document.
     pub fn document(&self) -> Value {
         let function = |(name, cycles): &(String, u64)| json!({ "name": name, "cycles": cycles });
         let rung = |(rung, cycles): (&Option<u32>, &u64)| json!({ "rung": rung, "cycles": cycles });
@@ -118,7 +118,8 @@ impl CycleReport {
         })
     }
 
-    /// A line for each stack: its parts with `;` between them, and its cycles. All of them come to the sum.
+    /// Returns one line per stack: its parts separated by `;`, and its cycles. The cycles of all lines add up
+    /// to the total.
     pub fn folded_stacks(&self) -> String {
         let plain = |name: &str| name.replace([';', ' ', '\n'], "_");
         let line = |((serving, name), count): (&(String, String), &u64)| {

@@ -1,4 +1,5 @@
-//! The run without a user: the machine, what watches it, and what is told of it.
+//! Executes `emu run`: builds the run from the flags, runs the machine with its probes, and reports the
+//! result.
 
 use std::io::Write;
 use std::sync::atomic::Ordering;
@@ -37,23 +38,31 @@ use crate::shared::{avr, family, output, pic16, scenarios, store};
 use crate::verbs::run::summary::RunSummary;
 use crate::verbs::run::{cod, lint, summary};
 
-/// A run without a user.
+/// A run with all its inputs.
 pub struct HeadlessRun<'a> {
+    /// The flags.
     pub args: &'a RunArgs,
+    /// The program.
     pub image: &'a Image,
-    /// The messages of a program that checks itself.
+    /// The messages of a self-checking program.
     pub script: Option<CodScript>,
+    /// Oscillator frequency in Hz.
     pub hz: u64,
+    /// Settings of an AVR.
     pub avr: avr::AvrWiring,
+    /// Options of a PIC16.
     pub pic16: emu_pic16::Options,
-    /// The file of the EEPROM, and what it holds.
+    /// The file of the EEPROM, and its contents if it exists.
     pub eeprom: Option<(MemoryFile, Option<Vec<u8>>)>,
+    /// The snapshots that the run reads and writes.
     pub snapshots: RunSnapshots,
-    /// Where steps of a scenario write snapshots.
+    /// Writes the snapshots that a scenario requests.
     pub snapshot_writer: SnapshotWriter,
+    /// Devices on the pins.
     pub devices: AttachedStores,
-    /// Standard output carries something else than the summary.
+    /// Standard output carries a result other than the summary.
     pub to_stdout: bool,
+    /// The style of messages.
     pub terminal: &'a MessageStyle,
 }
 
@@ -68,7 +77,7 @@ impl MachineVisitor for HeadlessRun<'_> {
         let clock = CycleClock { hz: self.hz, clocks_per_cycle: cpu.clocks_per_cycle() * self.avr.divider };
         let source = self.source(cpu.chip());
         let job = plan_run(self.args, &source, clock);
-        // Asking for a line of the image may have shown that its debugging information is damaged.
+        // The lookup of a source line may have found damaged debugging information.
         report_diagnostics(self.terminal, self.image.lines.warnings(), FileTexts::NONE);
         let told = self.image.lines.warnings().len();
         let mut job = job?;
@@ -81,7 +90,7 @@ impl MachineVisitor for HeadlessRun<'_> {
         if !begun {
             return out;
         }
-        // However the run has ended, and whatever becomes of the others.
+        // These files are written however the run ended, and independently of each other.
         let stored = store.map_or(Ok(()), |store| store.keep(&store::eeprom_bytes(&cpu)));
         let held = self.devices.write_back(&board);
         let saved = self.snapshots.write_snapshot(&cpu);
@@ -90,12 +99,12 @@ impl MachineVisitor for HeadlessRun<'_> {
 }
 
 impl HeadlessRun<'_> {
-    /// What is known of the addresses of the program.
+    /// Returns names and source lines of the program's addresses.
     fn source(&self, chip: &'static Chip) -> ProgramSource<'_> {
         ProgramSource { names: AddressNames { chip, symbols: &self.image.symbols }, lines: &self.image.lines }
     }
 
-    /// The run, and what is told of it. `begun` becomes true when the machine is about to run.
+    /// Runs the machine and reports the result. Sets `begun` just before the machine runs.
     fn run_and_report<C: Cpu>(
         &self,
         (cpu, board): (&mut C, &mut AttachedDevices),
@@ -194,7 +203,7 @@ impl HeadlessRun<'_> {
     }
 }
 
-/// Runs and writes along what `--uart`, `--vcd`, `--trace`, `--coverage` and `--profile` ask for.
+/// Runs the machine and writes the outputs of `--uart`, `--vcd`, `--trace`, `--coverage` and `--profile`.
 fn run_recorded<C: Cpu>(
     args: &RunArgs,
     (cpu, board): (&mut C, &mut AttachedDevices),
@@ -220,7 +229,7 @@ fn run_recorded<C: Cpu>(
         Some(cast) => Some(ScenarioHost::new(chip, job.clock, cast, &mut patience)?),
         None => None,
     };
-    // Before the waveform begins, so that it begins with what is there from the first cycle on.
+    // Before the waveform starts, so that the waveform includes the state of the first cycle.
     if let Some(stage) = &mut stage {
         stage.start(cpu);
     }
@@ -262,7 +271,7 @@ fn run_recorded<C: Cpu>(
     if ended.reason == RunEnd::Declined && interrupted.load(Ordering::Relaxed) {
         ended.reason = RunEnd::Interrupted;
     }
-    // Each is kept, whatever becomes of the others.
+    // Each output is kept, even if another one fails.
     let sent = uart_file.map_or(Ok(()), |file| write_pending(file, args.uart.as_deref(), &ended.uart));
     let drawn = match (ended.wave_error.take(), vcd_file) {
         (Some(error), _) => Err(vcd_error(error)),
@@ -279,7 +288,7 @@ fn run_recorded<C: Cpu>(
     Ok(RecordedRun { ended, verdict, seen, files_written: kept })
 }
 
-/// Writes a file that was begun, and puts it into its place.
+/// Writes an open file and renames it to its final name.
 fn write_pending(file: PendingFile, name: Option<&str>, bytes: &[u8]) -> Result<(), VerbFailure> {
     let mut out = file.writer()?;
     let written = out.write_all(bytes).and_then(|()| out.flush());
@@ -288,7 +297,7 @@ fn write_pending(file: PendingFile, name: Option<&str>, bytes: &[u8]) -> Result<
     file.complete()
 }
 
-/// How a run ended, a scenario in it, and whether what it wrote is in its place.
+/// How a run and its scenario ended, and whether its output files are complete.
 struct RecordedRun {
     ended: RunResult,
     verdict: Option<ScenarioVerdict>,

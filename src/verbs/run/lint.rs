@@ -1,4 +1,4 @@
-//! `emu run --lint`: what a program did that is seldom meant, for people and as JSON.
+//! `emu run --lint`: reports suspicious but legal behaviour of a program, as text and as JSON.
 
 use clap::ValueEnum;
 use diag::{Diagnostic, Pos, Severity};
@@ -12,16 +12,16 @@ use crate::shared::report;
 use crate::shared::report::MessageStyle;
 use crate::verbs::run::summary::RunSummary;
 
-/// What comes of lints.
+/// The effect of lint findings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum LintMode {
-    /// They are told.
+    /// Findings are reported.
     Warn,
-    /// They are told, and a run that would end well ends with exit code 1.
+    /// Findings are reported, and a run that would end with exit code 0 ends with 1.
     Error,
 }
 
-/// Says on standard error what was found, in the order in which it came.
+/// Prints the findings on standard error, in the order in which they occurred.
 pub fn report_lints<C: Cpu>(story: &RunSummary<'_, C>, lint: LintMode, image: &str, terminal: &MessageStyle) {
     let severity = if lint == LintMode::Error { Severity::Error } else { Severity::Warning };
     let each = story.ended.lints.iter().map(|found| {
@@ -29,11 +29,11 @@ pub fn report_lints<C: Cpu>(story: &RunSummary<'_, C>, lint: LintMode, image: &s
         let cause = format!("at {place}: {what} ({})", times(found));
         Diagnostic::new(severity, found.lint.code(), image, Pos::default(), cause, found.lint.hint())
     });
-    // Images have no lines to draw.
+    // An image has no source lines to draw.
     report::report_diagnostics(terminal, &each.collect::<Vec<_>>(), report::FileTexts::NONE);
 }
 
-/// `4 times, first in cycle 12`.
+/// Returns the count of a finding: `4 times, first in cycle 12`.
 fn times(found: &LintFinding) -> String {
     match found.count {
         1 => format!("once, in cycle {}", found.first),
@@ -41,7 +41,7 @@ fn times(found: &LintFinding) -> String {
     }
 }
 
-/// What was found, as a list of objects.
+/// Returns the findings as a list of JSON objects.
 pub fn document<C: Cpu>(story: &RunSummary<'_, C>) -> Value {
     let each = story.ended.lints.iter().map(|found| {
         let mut object = json!({
@@ -65,7 +65,7 @@ pub fn document<C: Cpu>(story: &RunSummary<'_, C>) -> Value {
     Value::Array(each.collect())
 }
 
-/// The exit code of a run that would end with `code`: what is worse than lints keeps its own.
+/// Returns the exit code of a run that would end with `code`. Other failures keep their own code.
 pub fn exit_code_with_lints(lint: LintMode, found: &[LintFinding], code: u8) -> u8 {
     if lint == LintMode::Error && !found.is_empty() && code == exit::OK { exit::FAILED } else { code }
 }

@@ -1,4 +1,4 @@
-//! What the flags of `emu run` come to on the chosen chip.
+//! Turns the flags of `emu run` into a plan for the chosen chip.
 
 use emu_core::cpu::Cpu;
 use emu_debug::stop_condition::StopCondition;
@@ -8,14 +8,19 @@ use super::{DEFAULT_LIMIT, RamChoice, RunArgs};
 use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::machine;
 
-/// What the flags come to on the chosen chip.
+/// The flags of `emu run`, resolved for the chosen chip.
 pub struct PlannedRun {
+    /// Converts times to cycles.
     pub clock: CycleClock,
+    /// Limits and conditions of the run.
     pub plan: RunPlan,
+    /// External drives of pins and supply, with their times.
     pub drives: Vec<TimedDrive>,
+    /// Memory ranges to show at the end, with their text as typed.
     pub peek: Vec<(String, AddressRange)>,
 }
 
+/// Resolves the flags for the chip of `source`. Refuses values that make no sense on it.
 pub fn plan_run(args: &RunArgs, source: &ProgramSource<'_>, clock: CycleClock) -> Result<PlannedRun, VerbFailure> {
     let names = &source.names;
     let time = args.time.as_deref().unwrap_or(DEFAULT_LIMIT);
@@ -48,7 +53,7 @@ pub fn plan_run(args: &RunArgs, source: &ProgramSource<'_>, clock: CycleClock) -
     Ok(PlannedRun { clock, plan, drives, peek: peek.collect::<Result<_, _>>()? })
 }
 
-/// Refuses pins that the machine does not have because its image says so.
+/// Refuses pins that the machine does not have because of its image.
 pub fn check_pins_exist<C: Cpu>(job: &PlannedRun, cpu: &C) -> Result<(), VerbFailure> {
     let awaited = job.plan.until.iter().filter_map(|until| match until {
         StopCondition::Pin(pin, _) => Some(*pin),
@@ -57,13 +62,14 @@ pub fn check_pins_exist<C: Cpu>(job: &PlannedRun, cpu: &C) -> Result<(), VerbFai
     machine::check_pins_exist(cpu, &job.drives, awaited)
 }
 
-/// The text of --expect-uart, where it has not come.
+/// Returns the text of --expect-uart if it was not sent.
 pub fn missing_expected_text<'p>(plan: &'p RunPlan, ended: &RunResult) -> Option<&'p [u8]> {
     let text = plan.expect.as_deref()?;
     (!text.is_empty() && !ended.uart.windows(text.len()).any(|sent| sent == text)).then_some(text)
 }
 
-/// The exit code: a condition of --until, or the end of a scenario, ends the run well unless --expect-uart still waits.
+/// Returns the exit code. A condition of --until, or the end of a scenario, is success unless --expect-uart
+/// still waits.
 pub fn exit_code(plan: &RunPlan, ended: &RunResult, asked: bool) -> u8 {
     let waits = missing_expected_text(plan, ended).is_some() || !plan.until.is_empty();
     match ended.reason {

@@ -1,4 +1,4 @@
-//! A ladder program in an image, by its map: rungs as stretches of code, elements as lines of the program.
+//! A ladder program in an image, located by its map: rungs as code ranges, elements as lines of the program.
 
 use std::collections::BTreeMap;
 
@@ -17,10 +17,10 @@ use crate::shared::fail::VerbFailure;
 use crate::shared::input;
 use crate::shared::report::{FileTexts, MessageStyle};
 
-/// A ladder program that is not the one of the map.
+/// The ladder program is not the one of the map.
 pub const OTHER_LADDER: &str = "COV001";
 
-/// All of them, for `emu explain`.
+/// All codes of coverage by rungs, for `emu explain`.
 #[rustfmt::skip]
 pub const CODES: &[DiagnosticCode] = &[
     DiagnosticCode { code: OTHER_LADDER, title: "a ladder program that is not the one of the map",
@@ -28,23 +28,23 @@ pub const CODES: &[DiagnosticCode] = &[
                   told of code that is not theirs. Nothing was run. Mend: give the program that was compiled, or compile it again." },
 ];
 
-/// The map, and the program where it was given.
+/// The map, and the program if it is given.
 pub struct MappedLadder {
     chip: &'static Chip,
     map: ImageMap,
     program: Option<LadderProgram>,
 }
 
-/// The bits of elements, looked at once a scan.
+/// Counts the values of elements that are bits, sampled once per scan.
 pub struct ElementCounts {
-    /// The last instruction of a scan, a program word.
+    /// The program word of the last instruction of a scan.
     scan_end_word: u32,
-    /// By element, as the map lists them: the bit, and how often it was 0 and 1.
+    /// By index of the element in the map: the location of the bit, and how often it was 0 and 1.
     bits: BTreeMap<usize, (CellLocation, [u64; 2])>,
 }
 
 impl MappedLadder {
-    /// Reads the map, and the program that it is of.
+    /// Reads the map and its program. Refuses a program whose elements differ from those of the map.
     pub fn read(
         map: &str,
         ladder: Option<&str>,
@@ -67,18 +67,18 @@ impl MappedLadder {
         Ok(MappedLadder { chip, map: parsed, program })
     }
 
-    /// Lines of the program are known.
+    /// Returns true if the lines of the program are known.
     pub fn has_lines(&self) -> bool {
         self.program.is_some()
     }
 
-    /// The rung whose code an instruction is part of, from 1.
+    /// Returns the number of the rung, from 1, whose code contains an instruction.
     pub fn rung_at(&self, pc: u32) -> Option<u32> {
         let byte = pc * self.chip.word_bytes;
         self.map.rungs.iter().find(|rung| (rung.start..rung.end).contains(&byte)).map(|rung| rung.rung)
     }
 
-    /// Elements that are a bit: contacts and coils.
+    /// Returns counters for the elements that are bits: contacts and coils. `None` without a program.
     pub fn elements(&self) -> Option<ElementCounts> {
         let program = self.program.as_ref()?;
         let bits = program.elements().enumerate().filter_map(|(i, (_, element, _))| {
@@ -92,8 +92,8 @@ impl MappedLadder {
         Some(ElementCounts { scan_end_word: self.map.scan_end / self.chip.word_bytes, bits: bits.collect() })
     }
 
-    /// The record of the program, where it is known: a rung is a function, an element that is a bit has both its values as
-    /// branches.
+    /// Returns the coverage record of the program, if it is known: a rung is a function, and an element that
+    /// is a bit has its two values as branches.
     pub fn record(&self, reached: &[CoveredInstruction], elements: Option<&ElementCounts>) -> Option<LcovRecord> {
         let program = self.program.as_ref()?;
         let count = |start: u32, end: u32| {
@@ -102,12 +102,12 @@ impl MappedLadder {
         };
         let mut record = LcovRecord::new(program.file.clone());
         for (rung, at) in program.rungs.iter().zip(&self.map.rungs) {
-            // A rung of comments has no code.
+            // A rung that holds only comments has no code.
             let Some(count) = count(at.start, at.end) else { continue };
             record.functions.push(FunctionCount { line: rung.pos.line, name: format!("rung {}", at.rung), count });
         }
         for (i, ((_, _, pos), at)) in program.elements().zip(&self.map.elements).enumerate() {
-            // What needs no code of its own is done whenever its rung is.
+            // An element without code counts as executed whenever its rung is.
             let rung = self.map.rungs.iter().find(|rung| rung.rung == at.rung);
             let own = count(at.start, at.end).or_else(|| rung.and_then(|rung| count(rung.start, rung.end)));
             let Some(own) = own else { continue };
@@ -123,12 +123,12 @@ impl MappedLadder {
 }
 
 impl ElementCounts {
-    /// Where they are looked at: a program word.
+    /// Returns the program word at which the elements are sampled.
     pub fn at(&self) -> u32 {
         self.scan_end_word
     }
 
-    /// Looks at all of them, at the program word `pc`.
+    /// Samples all elements if `pc` is the sampling word.
     pub fn sample_elements(&mut self, memory: ReadMemory<'_>, pc: u32) {
         if pc != self.scan_end_word {
             return;
@@ -141,7 +141,7 @@ impl ElementCounts {
         }
     }
 
-    /// How many values were seen, of two for each.
+    /// Returns how many of the two values of each element occurred.
     pub fn covered_share(&self) -> CoveredShare {
         CoveredShare::of(self.bits.values().flat_map(|(_, seen)| seen), |count| **count > 0)
     }

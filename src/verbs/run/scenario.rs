@@ -1,7 +1,8 @@
 //! `emu run --scenario`, `--stimulus` and `--record`: scenarios on a chip with an image.
 //!
-//! A tick is a clock of the oscillator. Drives are queued ahead of their time, so that each acts in its own clock; conditions are
-//! looked at between two instructions: after each edge of a pin that they name, and after every instruction where they name memory.
+//! A tick is one clock of the oscillator. Drives are queued ahead of their time, so that each acts in its own
+//! clock. Conditions are evaluated between two instructions: after each edge of a pin that they name, and
+//! after every instruction if they name memory.
 
 mod stimuli;
 
@@ -24,50 +25,59 @@ use crate::shared::fail::VerbFailure;
 use crate::shared::snapshots::SnapshotWriter;
 use crate::shared::{family, output};
 
-/// Machine cycles by which drives are queued ahead of their time.
+/// Number of machine cycles by which drives are queued ahead of their time.
 const QUEUE_AHEAD_CYCLES: u64 = 1 << 10;
 
-/// Scenarios on one machine.
+/// Runs scenarios on one machine.
 pub struct ScenarioHost<'a> {
     chip: &'static Chip,
     clock: CycleClock,
     table: ChipBindings,
-    /// The one that decides, and stimuli beside it.
+    /// The scenario that gives the verdict; the stimuli run in parallel.
     deciding_player: Option<ScenarioPlayer>,
     stimulus_players: Vec<ScenarioPlayer>,
-    /// What sends to the chip's receiver.
+    /// Sends bytes to the chip's serial receiver.
     sender: Option<SerialLineSender>,
-    /// What the supply is set to, in millivolts, and when.
+    /// Changes of the supply: time, and voltage in millivolts.
     supplies: Vec<(CycleTime, u32)>,
-    /// The tick up to which the machine need not be asked.
+    /// The tick at which the players run next.
     next_look: u64,
     started: bool,
+    /// The verdict, once the deciding scenario has ended.
     pub verdict: Option<ScenarioVerdict>,
+    /// Records the actions, if `--record` is given.
     pub recorder: Option<Recorder>,
     snapshot_writer: SnapshotWriter,
-    /// What was done to the pins and the supply, where somebody wants to do it again.
+    /// The drives of pins and supply, if the caller wants to repeat them.
     pub drives: Option<Vec<TimedDrive>>,
-    /// Whether the user wants to wait any longer; told what was sent.
+    /// Returns false when the user stops the run. The argument is all bytes sent so far.
     pub keep_waiting: &'a mut dyn FnMut(&[u8]) -> bool,
 }
 
-/// What a stage is made of.
+/// The parts from which a [`ScenarioHost`] is built.
 pub struct ScenarioSetup {
+    /// The resolved names of pins and memory.
     pub table: ChipBindings,
-    /// What the supply is set to beside it, in millivolts, and when.
+    /// Changes of the supply from other flags: time, and voltage in millivolts.
     pub supplies: Vec<(CycleTime, u32)>,
+    /// The scenario that gives the verdict, if there is one.
     pub deciding: Option<BoundScenario>,
+    /// Stimuli that run in parallel and give no verdict.
     pub stimuli: Vec<BoundScenario>,
+    /// Bits per second of sent bytes, unless the scenario gives another rate.
     pub baud: u64,
+    /// Records the actions, if `--record` is given.
     pub recorder: Option<Recorder>,
+    /// Writes the snapshots that a scenario requests.
     pub snapshot_writer: SnapshotWriter,
 }
 
 impl<'a> ScenarioHost<'a> {
-    /// Nothing has happened yet.
+    /// Creates the host, before anything has happened.
     ///
     /// # Errors
-    /// `--baud` is a rate that no line has; that of a scenario was looked at as it was bound.
+    /// The rate of `--baud` is impossible for a serial line. The rate of a scenario was checked when the
+    /// scenario was bound.
     pub fn new(
         chip: &'static Chip,
         clock: CycleClock,
@@ -102,7 +112,7 @@ impl<'a> ScenarioHost<'a> {
         })
     }
 
-    /// What is done before the first cycle.
+    /// Performs the actions before the first cycle.
     pub fn start<C: Cpu>(&mut self, cpu: &mut C) {
         if let Some(sender) = &self.sender {
             let (at, pin) = (CycleTime::at(cpu.cycle()), sender.pin);
@@ -120,7 +130,7 @@ impl<'a> ScenarioHost<'a> {
         u64::from(self.clock.clocks_per_cycle.max(1))
     }
 
-    /// Lets all players look; sets when to look next, and the verdict at the end.
+    /// Polls all players. Sets the tick of the next poll, and the verdict when the deciding scenario ends.
     fn run_players<C: Cpu>(&mut self, cpu: &mut C, sent: &[u8]) {
         let (mut main, mut beside) = (self.deciding_player.take(), std::mem::take(&mut self.stimulus_players));
         let mut next = u64::MAX;
@@ -141,7 +151,7 @@ impl<'a> ScenarioHost<'a> {
         self.verdict = self.verdict.take().or(verdict);
     }
 
-    /// The verdict, where the run ended before the scenario did.
+    /// Returns the verdict; ends the scenario if the run ended first.
     pub fn end_scenario<C: Cpu>(&mut self, cpu: &mut C, sent: &[u8], why: &str) -> Option<ScenarioVerdict> {
         if self.verdict.is_none() {
             self.run_players(cpu, sent);
@@ -153,12 +163,12 @@ impl<'a> ScenarioHost<'a> {
         self.verdict.clone()
     }
 
-    /// The recording, which lasts up to now.
+    /// Returns the text of the recording up to now.
     pub fn recording<C: Cpu>(&self, cpu: &C) -> Option<String> {
         self.recorder.as_ref().map(|recorder| recorder.write(cpu.cycle().saturating_mul(self.clocks())))
     }
 
-    /// What the supply is at, in millivolts.
+    /// Returns the supply voltage at a time, in millivolts.
     fn supply(&self, time: CycleTime) -> u32 {
         let before = self.supplies.iter().filter(|(at, _)| *at <= time);
         before.max_by_key(|(at, _)| *at).map_or(INITIAL_SUPPLY_MV, |(_, millivolts)| *millivolts)
@@ -186,7 +196,7 @@ impl<C: Cpu> RunController<C> for ScenarioHost<'_> {
         if self.verdict.is_some() {
             return RunDecision::Finished;
         }
-        // Somebody still wants time to pass.
+        // A scenario that is not finished needs time to pass, even on a halted chip.
         cpu.set_run_while_halted(self.deciding_player.is_some() || self.next_look != u64::MAX);
         let now = cpu.cycle();
         watched.pins.clear();
@@ -197,7 +207,7 @@ impl<C: Cpu> RunController<C> for ScenarioHost<'_> {
             for output in player.watched_outputs() {
                 match self.table.observables.get(output) {
                     Some(ChipObservable::Pin(pin)) => watched.pins.push(*pin),
-                    // Registers of the chip change by themselves.
+                    // Registers of the chip can change without an instruction, so poll after each one.
                     Some(ChipObservable::Memory(..)) => until = now + 1,
                     None => {}
                 }
@@ -215,7 +225,7 @@ impl<C: Cpu> RunController<C> for ScenarioHost<'_> {
     }
 }
 
-/// A chip as its scenario sees it between two instructions.
+/// The chip as a scenario sees it between two instructions.
 struct CpuWorld<'f, 'a, C> {
     host: &'f mut ScenarioHost<'a>,
     cpu: &'f mut C,
@@ -223,7 +233,8 @@ struct CpuWorld<'f, 'a, C> {
 }
 
 impl<C: Cpu> CpuWorld<'_, '_, C> {
-    /// When something is done that is asked for at a tick: what stands behind a look at the machine comes behind its instruction.
+    /// Returns the tick and the time for an action requested at a tick. A tick that has passed becomes the
+    /// current one, after the last instruction.
     fn drive_time(&self, tick: u64) -> (u64, CycleTime) {
         let (tick, clocks) = (tick.max(self.now()), self.host.clocks());
         (tick, CycleTime { cycle: tick / clocks, phase: (tick % clocks) as u8 })

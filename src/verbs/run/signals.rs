@@ -1,4 +1,4 @@
-//! `--vcd-add`: names of registers, memory and ladder symbols as signals.
+//! `--vcd-add`: resolves names of registers, memory and ladder symbols to signals.
 
 use emu_core::chip::ChipFamily;
 use emu_core::cpu::Cpu;
@@ -9,10 +9,11 @@ use ladder_compile::{CellLocation, ImageMap};
 
 use diag::nearest;
 
-/// Most bytes of a signal.
+/// Maximum size of a signal, in bytes.
 const MAX_SIGNAL_BYTES: u32 = 8;
 
-/// The signal that a text stands for: a symbol of the ladder program, a register of the core, memory, or a bit of a byte.
+/// Resolves a text to a signal: a symbol of the ladder program, a register of the core, memory, or a bit of a
+/// byte.
 pub fn parse_signal<C: Cpu>(
     text: &str,
     cpu: &C,
@@ -41,7 +42,7 @@ pub fn parse_signal<C: Cpu>(
     }
     let range = match (source.names.parse_range(text), text.rsplit_once('.')) {
         (Ok(range), _) => range,
-        // A bit that has no address of its own.
+        // A bit without an address of its own.
         (Err(_), Some((byte, bit))) if matches!(bit.as_bytes(), [b'0'..=b'7']) => {
             let range = source.names.parse_range(byte)?;
             let bit = bit.bytes().next().unwrap_or(b'0') - b'0';
@@ -70,14 +71,14 @@ pub fn parse_signal<C: Cpu>(
     check_signal_exists(TraceSignal { name, bits: if one { 1 } else { len * 8 }, source }, cpu)
 }
 
-/// A memory of the chip by the name in a map.
+/// Finds a memory of the chip by the name in a map.
 fn find_space<C: Cpu>(cpu: &C, space: &str) -> Result<&'static str, String> {
     let chip = cpu.chip();
     let found = chip.spaces.iter().map(|(name, ..)| *name).find(|name| *name == space);
     found.ok_or_else(|| format!("the map has it in `{space}`, which {} has not", chip.name))
 }
 
-/// The machine has what the signal shows.
+/// Returns the signal if the machine has all its bytes, otherwise an error.
 fn check_signal_exists<C: Cpu>(signal: TraceSignal, cpu: &C) -> Result<TraceSignal, String> {
     let (space, addr, len) = match signal.source {
         SignalSource::Register(_) => return Ok(signal),

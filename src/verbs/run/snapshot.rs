@@ -1,4 +1,4 @@
-//! `--snapshot-in` and `--snapshot-out`: a run that goes on where another one has ended.
+//! `--snapshot-in` and `--snapshot-out`: continue a run from the state at the end of another run.
 
 use std::io::Write as _;
 
@@ -13,21 +13,22 @@ use crate::shared::output::PendingFile;
 use crate::shared::report::FileTexts;
 use crate::shared::{input, output};
 
-/// The flags.
+/// Flags of snapshots.
 #[derive(Debug, Args)]
 #[group(id = "snapshot")]
 pub struct SnapshotFlags {
-    /// Go on from a state that --snapshot-out has written, of the same chip, image and configuration. --for and --cycles count from
-    /// there, --set drives pins from there; --at and --uart-in are in the chip's time since power-up, and must not have passed. Drives
-    /// that were still to come when the state was written are in it.
+    /// Continue from a state that --snapshot-out wrote, for the same chip, image and configuration. --for and
+    /// --cycles count from that state, and --set drives pins from it. --at and --uart-in use chip time since
+    /// power-up, and must not be in the past. The state includes drives that were still pending.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["eeprom", "attach", "cod", "lint", "scenario", "stimulus", "record"])]
     pub snapshot_in: Option<String>,
-    /// Write the state of the machine at the end of the run, however it ends, for --snapshot-in; - is standard output.
+    /// Write the state of the machine at the end of the run, however it ends, for --snapshot-in; - is
+    /// standard output.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["attach", "cod"])]
     pub snapshot_out: Option<String>,
 }
 
-/// What is read and written for them.
+/// The snapshots that a run reads and writes.
 pub struct RunSnapshots {
     wanted: SnapshotHeader,
     input: Option<(String, Vec<u8>)>,
@@ -35,7 +36,7 @@ pub struct RunSnapshots {
 }
 
 impl RunSnapshots {
-    /// Reads what is to be read, and begins what is to be written.
+    /// Reads the input snapshot, and opens the output file.
     pub fn open(flags: &SnapshotFlags, wanted: SnapshotHeader) -> Result<RunSnapshots, VerbFailure> {
         let given = flags.snapshot_in.as_ref().map(|name| Ok((name.clone(), input::read_bytes(name)?))).transpose()?;
         let pending = |name: &String| if output::is_stdout(name) { Ok(None) } else { PendingFile::new(name).map(Some) };
@@ -43,7 +44,7 @@ impl RunSnapshots {
         Ok(RunSnapshots { wanted, input: given, out })
     }
 
-    /// Puts the machine where the snapshot left it, and what is to happen where it belongs then.
+    /// Restores the machine from the snapshot, and shifts limit and drives to its cycle.
     pub fn resume<C: Cpu>(&self, cpu: &mut C, job: &mut PlannedRun) -> Result<(), VerbFailure> {
         job.plan.continues = self.out.is_some();
         let Some((name, bytes)) = &self.input else { return Ok(()) };

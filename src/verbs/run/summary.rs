@@ -1,4 +1,4 @@
-//! How a run went, for people and as JSON.
+//! Summary of a run, as text and as JSON.
 
 use emu_core::chip::PinDef;
 use emu_core::cpu::{Cpu, ProgramFault};
@@ -9,31 +9,31 @@ use serde_json::{Map, Value, json};
 
 use crate::shared::{family, output};
 
-/// Pins of a chip of which all are shown.
+/// Maximum number of pins of a chip for which all levels are listed.
 const MAX_PINS_LISTED: usize = 100;
 
 /// Words of the longest instruction of any family.
 const MAX_INSTRUCTION_WORDS: u32 = 3;
 
-/// Everything that is told about a run.
+/// All data of a run's summary.
 pub struct RunSummary<'a, C> {
-    /// The chip at the end.
+    /// The chip at the end of the run.
     pub cpu: &'a C,
     /// Names and source lines of addresses.
     pub source: ProgramSource<'a>,
-    /// Seconds.
+    /// Converts cycles to seconds.
     pub clock: CycleClock,
-    /// What was waited for.
+    /// The plan, with the conditions of the run.
     pub plan: &'a RunPlan,
-    /// How it ended.
+    /// How the run ended.
     pub ended: &'a RunResult,
-    /// Memory to show, as typed.
+    /// Memory ranges to show, as typed.
     pub peek: &'a [(String, AddressRange)],
-    /// Why it can never go on, where it is held in reset.
+    /// Why the chip can never continue, if it is held in reset.
     pub reset_hold: Option<String>,
 }
 
-/// Why a run ended, in a word.
+/// Returns the reason for the end of a run as one word.
 pub fn reason_word(reason: RunEnd) -> &'static str {
     match reason {
         RunEnd::Limit => "limit",
@@ -50,12 +50,13 @@ pub fn reason_word(reason: RunEnd) -> &'static str {
 }
 
 impl<C: Cpu> RunSummary<'_, C> {
-    /// One word for the end.
+    /// Returns the reason for the end of the run as one word.
     fn reason(&self) -> &'static str {
         reason_word(self.ended.reason)
     }
 
-    /// Program word at which the run ended: of the instruction that did it, else of the next one.
+    /// Returns the program word at which the run ended: that of the instruction that ended it, otherwise the
+    /// next one.
     fn word(&self) -> u32 {
         match self.ended.reason {
             RunEnd::Illegal { pc, .. } | RunEnd::Fault { pc, .. } => pc,
@@ -63,17 +64,17 @@ impl<C: Cpu> RunSummary<'_, C> {
         }
     }
 
-    /// Its address as it is written for the chip.
+    /// Returns that address in the unit that the chip uses.
     fn pc(&self) -> u32 {
         self.source.names.chip.code_address(self.word())
     }
 
-    /// The byte address of a program word, by which symbols and lines go.
+    /// Returns the byte address of a program word, for lookups of symbols and lines.
     fn byte(&self, word: u32) -> u32 {
         word * self.source.names.chip.word_bytes
     }
 
-    /// More about the end, where there is more.
+    /// Returns details about the end of the run, if there are any.
     fn detail(&self) -> Option<String> {
         match self.ended.reason {
             RunEnd::Until(i, access) => {
@@ -100,8 +101,8 @@ impl<C: Cpu> RunSummary<'_, C> {
         }
     }
 
-    /// The symbol that an address of data memory belongs to, or the register of the chip there, ` (buf+0x2)`; nothing where it is
-    /// in none.
+    /// Returns the symbol that contains an address of data memory, or the register at that address, as `
+    /// (buf+0x2)`. Empty if there is none.
     fn object(&self, space: &str, addr: u32) -> String {
         let chip = self.source.names.chip;
         let register = || chip.regs.iter().find(|reg| space == chip.reg_space && u32::from(reg.addr) == addr);
@@ -109,7 +110,7 @@ impl<C: Cpu> RunSummary<'_, C> {
         object.map_or(String::new(), |object| format!(" ({object})"))
     }
 
-    /// The instruction at the end, as text.
+    /// Returns the instruction at the end of the run, as text.
     fn instruction(&self) -> String {
         let (chip, size) = (self.source.names.chip, self.source.names.chip.word_bytes);
         let byte = |addr: u32| u16::from(self.cpu.peek(chip.code_space, addr % chip.flash_bytes).unwrap_or(0xFF));
@@ -118,7 +119,8 @@ impl<C: Cpu> RunSummary<'_, C> {
         (chip.isa.disassemble)(&words, self.word()).text
     }
 
-    /// What stands at the addresses of a range, in hex: bytes, or words where its addresses count words (low byte first).
+    /// Returns the contents of a range in hexadecimal: bytes, or words if the memory has word addresses (low
+    /// byte first in memory).
     fn cells(&self, range: &AddressRange) -> Vec<String> {
         let width = self.source.names.chip.bytes_per_address(range.space);
         let byte = |addr: u32| self.cpu.peek(range.space, addr).map(|byte| format!("{byte:02x}"));
@@ -126,8 +128,8 @@ impl<C: Cpu> RunSummary<'_, C> {
         (range.start..range.end).filter_map(cell).collect()
     }
 
-    /// Name and level of the pins that are shown ([`Cpu::pins_to_show`]), or high; of those that are analog alone, the ones that something
-    /// drives.
+    /// Returns name and level of the pins to show: those of [`Cpu::pins_to_show`] and those that are high. Of
+    /// purely analog pins, only the driven ones.
     fn pins(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
         let pins = self.source.names.chip.pins.iter().zip(0..);
         let all = self.cpu.pins_to_show();
@@ -145,7 +147,8 @@ impl<C: Cpu> RunSummary<'_, C> {
         })
     }
 
-    /// Pins that chip and outside drove against each other, with the first cycle of that.
+    /// Returns the pins that chip and environment drove to opposite levels, with the first cycle of each
+    /// conflict.
     fn contention(&self) -> impl Iterator<Item = (&'static str, u64)> {
         let name = |pin: PinId| self.source.names.chip.pins.get(usize::from(pin)).map_or("?", |def| def.name);
         self.ended.contention.iter().map(move |&(pin, cycle)| (name(pin), cycle))
@@ -159,8 +162,8 @@ impl<C: Cpu> RunSummary<'_, C> {
     }
 }
 
-/// Says on standard error what pins were driven against each other, and what the program did wrong, if it did; `out_of_code` is what
-/// else there is to say where it met erased memory.
+/// Prints pin conflicts and faults of the program on standard error. `out_of_code` is added to the hint about
+/// erased memory.
 pub fn report_faults<C: Cpu>(story: &RunSummary<'_, C>, out_of_code: &str) {
     for (pin, cycle) in story.contention() {
         output::print_to_stderr(&format!(
@@ -189,7 +192,7 @@ pub fn report_faults<C: Cpu>(story: &RunSummary<'_, C>, out_of_code: &str) {
     output::print_to_stderr(&format!("error: {what} at {place}, cycle {cycle}: {detail}\n  hint: {hint}\n"));
 }
 
-/// The JSON document.
+/// Returns the summary as JSON.
 pub fn json_document<C: Cpu>(story: &RunSummary<'_, C>) -> Value {
     let cpu = story.cpu;
     let mut stop = json!({ "reason": story.reason(), "pc": story.pc() });
@@ -234,7 +237,7 @@ pub fn json_document<C: Cpu>(story: &RunSummary<'_, C>) -> Value {
     document
 }
 
-/// The summary for people.
+/// Returns the summary as text.
 pub fn summary_text<C: Cpu>(story: &RunSummary<'_, C>) -> String {
     let cpu = story.cpu;
     let mut out = format!("stop       {}", story.reason());
@@ -284,14 +287,14 @@ pub fn summary_text<C: Cpu>(story: &RunSummary<'_, C>) -> String {
     out
 }
 
-/// The pins that are high, where there are too many to show all.
+/// Returns the names of the pins that are high, for chips with too many pins to show all.
 fn high(pins: impl Iterator<Item = (&'static str, &'static str)>) -> String {
     let high: Vec<&str> = pins.filter(|(_, level)| *level == "1").map(|(name, _)| name).collect();
     if high.is_empty() { "none".to_owned() } else { high.join(" ") }
 }
 
-/// Ports with their pins from bit 7 down, `PB=zz1zzzzz P1=zzzz1111`, with `-` where one is missing in between; then the other
-/// pins.
+/// Returns ports with their pins from bit 7 down, `PB=zz1zzzzz P1=zzzz1111`, with `-` for a missing pin in
+/// between; then the other pins.
 fn pins(pins: impl Iterator<Item = (&'static str, &'static str)>) -> String {
     let (mut ports, mut others): (Vec<(&str, String)>, _) = (Vec::new(), Vec::new());
     for (name, level) in pins {
@@ -309,7 +312,8 @@ fn pins(pins: impl Iterator<Item = (&'static str, &'static str)>) -> String {
     ports.iter().map(|(port, levels)| format!("{port}={levels}")).chain(others).collect::<Vec<_>>().join(" ")
 }
 
-/// `PB5` is bit 5 of `PB`, `P1.0` bit 0 of `P1`. Other pins are in no port.
+/// Splits a pin name into port and bit: `PB5` is bit 5 of `PB`, `P1.0` bit 0 of `P1`. `None` for pins outside
+/// ports.
 fn port_and_bit(name: &str) -> Option<(&str, usize)> {
     let (port, bit) = name.split_at_checked(2)?;
     match bit.strip_prefix('.').unwrap_or(bit).as_bytes() {

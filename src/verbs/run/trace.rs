@@ -1,4 +1,4 @@
-//! `emu run --trace` and `--vcd-add`: what is looked at instruction by instruction.
+//! `emu run --trace` and `--vcd-add`: what the run records instruction by instruction.
 
 use std::io::{BufWriter, Write, stdout};
 
@@ -19,38 +19,41 @@ use crate::shared::report::FileTexts;
 use crate::shared::{input, output};
 use crate::verbs::run::summary;
 
-/// Most lines that `--trace-last` keeps.
+/// Maximum value of `--trace-last`, in lines.
 const MAX_TRACE_LAST: usize = 1_000_000;
 
-/// Flags of traces and of signals beside the pins.
+/// Flags of traces and of signals in addition to the pins.
 #[derive(Debug, Args)]
 #[group(id = "tracing")]
 pub struct TraceFlags {
-    /// Write a line for each instruction: machine cycle, address, symbol, text, registers that changed, memory read and written; and
-    /// for each interrupt that is entered. A JSON document a line where the name ends in .jsonl; - is standard output. Every turn of
-    /// a waiting loop is a line: give --for, or one of the next two.
+    /// Write one line for each instruction: machine cycle, address, symbol, text, changed registers, memory
+    /// reads and writes; and one for each interrupt entry. Each line is a JSON document if the name ends in
+    /// .jsonl; - is standard output. Every iteration of a polling loop gives lines: limit the trace with
+    /// --for or one of the next two flags.
     #[arg(long, value_name = "FILE")]
     pub trace: Option<String>,
-    /// Trace only instructions at these addresses: 0x80..0x100 (end excluded; bytes, on PIC16 and AP101 words), a symbol (main, the
-    /// whole function), source lines (main.c:10..20), or with --map a rung of a ladder program (rung:3). Repeatable.
+    /// Trace only instructions at these addresses: 0x80..0x100 (end excluded; bytes, on PIC16 and AP101
+    /// words), a symbol (main, the whole function), source lines (main.c:10..20), or with --map a rung of a
+    /// ladder program (rung:3). Repeatable.
     #[arg(long, value_name = "RANGE", requires = "trace")]
     trace_only: Vec<String>,
-    /// Keep only the last lines of the trace, so many at most: what came before a fault.
+    /// Keep only the last N lines of the trace: the history before a fault.
     #[arg(long, value_name = "N", requires = "trace", value_parser = parse_trace_last)]
     trace_last: Option<usize>,
-    /// How the trace is written, whatever its name: text or json.
+    /// The format of the trace, text or json, whatever the file name.
     #[arg(long, value_name = "FORMAT", requires = "trace", hide_possible_values = true)]
     trace_format: Option<TraceShape>,
-    /// The map of a ladder program, as `emu compile --map` writes it: --trace-only, --vcd-add, --coverage and
+    /// The map of a ladder program, as `emu compile --map` writes it. --trace-only, --vcd-add, --coverage and
     /// --profile then know its rungs and symbols.
     #[arg(long, value_name = "FILE")]
     pub map: Option<String>,
-    /// Put a signal beside the pins of --vcd: a register of the core (r16, ACC, W) or of the chip (TCNT0, P1), memory (data:0x100, a
-    /// symbol; at most 8 bytes), a bit of either (PORTB.5), or with --map a symbol of the ladder program (Ymotor). Repeatable.
+    /// Add a signal to the pins of --vcd: a register of the core (r16, ACC, W) or of the chip (TCNT0, P1),
+    /// memory (data:0x100, a symbol; at most 8 bytes), a bit of either (PORTB.5), or with --map a symbol of
+    /// the ladder program (Ymotor). Repeatable.
     #[arg(long, value_name = "WHAT", requires = "vcd")]
     vcd_add: Vec<String>,
-    /// Write single bits only to --vcd: each bit of a signal of several as a wire of its own (TCNT0_3). For readers that know no
-    /// vectors, as sigrok's.
+    /// Write only single bits to --vcd: each bit of a wider signal becomes a separate wire (TCNT0_3). For
+    /// viewers without support for vectors, such as sigrok.
     #[arg(long, requires = "vcd")]
     pub vcd_bits: bool,
 }
@@ -66,19 +69,19 @@ fn parse_trace_last(text: &str) -> Result<usize, String> {
     lines.ok_or_else(|| format!("write a number of lines, 1 to {MAX_TRACE_LAST}"))
 }
 
-/// What the flags come to on the chosen machine.
+/// The flags of traces, resolved for the chosen machine.
 pub struct TraceRequest {
     only: Option<WordCache>,
     signals: Option<TraceSignals>,
 }
 
 impl TraceFlags {
-    /// Files that are read.
+    /// Returns the input files.
     pub fn inputs(&self) -> impl Iterator<Item = &String> {
         self.map.iter()
     }
 
-    /// Reads the map, and finds all that is named.
+    /// Reads the map, and resolves all names.
     pub fn resolve<C: Cpu>(&self, cpu: &C, source: &ProgramSource<'_>) -> Result<TraceRequest, VerbFailure> {
         let map = self.map.as_deref().map(|file| read_map(file, cpu.chip())).transpose()?;
         let mut only = WordCache::none(cpu.chip().flash_bytes / cpu.chip().word_bytes);
@@ -102,12 +105,12 @@ impl TraceFlags {
         })
     }
 
-    /// The trace file, where it is not standard output.
+    /// Opens the trace file, unless it is standard output.
     pub fn pending(&self) -> Result<Option<PendingFile>, VerbFailure> {
         self.trace.as_deref().filter(|file| !output::is_stdout(file)).map(PendingFile::new).transpose()
     }
 
-    /// What looks at the run; nothing where nothing is asked for.
+    /// Returns the probe for the run, or `None` if nothing is requested.
     pub fn trace_probe<'a>(
         &self,
         asked: TraceRequest,
@@ -130,7 +133,7 @@ impl TraceFlags {
         Ok(Some(TraceProbe::new(Some(trace), asked.only, asked.signals)))
     }
 
-    /// Ends the trace, and puts it into its place.
+    /// Ends the trace and renames its file to the final name.
     pub fn finish_trace(
         &self,
         look: TraceProbe<'_>,
@@ -148,13 +151,13 @@ impl TraceFlags {
 }
 
 impl TraceRequest {
-    /// The columns of the waveform beside the pins.
+    /// Returns the columns of the waveform in addition to the pins.
     pub fn columns(&self) -> Vec<WaveColumn> {
         self.signals.as_ref().map_or_else(Vec::new, TraceSignals::columns)
     }
 }
 
-/// Reads a map, for a chip.
+/// Reads a map for a chip.
 pub fn read_map(file: &str, chip: &Chip) -> Result<ImageMap, VerbFailure> {
     let refuse = |cause: String| {
         let hint = "give the file that `emu compile --map` wrote together with the image";
@@ -171,7 +174,7 @@ pub fn read_map(file: &str, chip: &Chip) -> Result<ImageMap, VerbFailure> {
     Ok(map)
 }
 
-/// Adds the program words that a text stands for.
+/// Adds the program words of a `--trace-only` range.
 fn add_trace_range(
     words: &mut WordCache,
     text: &str,
@@ -208,7 +211,7 @@ fn add_trace_range(
             let here = code().filter(|s| s.addr == byte && (is(s) || start.starts_with(char::is_numeric)));
             let size = here.map(|symbol| symbol.size).max().unwrap_or(0);
             let named = code().any(is);
-            // Without a size a function reaches to the next symbol.
+            // A function without a size extends to the next symbol.
             let next = code().map(|s| s.addr).filter(|&addr| addr > byte).min();
             match (size, named) {
                 (0, true) => next.map_or(chip.flash_bytes / chip.word_bytes, |next| next.div_ceil(chip.word_bytes)),
@@ -224,7 +227,8 @@ fn add_trace_range(
     Ok(())
 }
 
-/// Adds the words of source lines, from the first to the one before the end; without an end of that line alone.
+/// Adds the words of source lines from the first to the one before the end. Without an end, adds those of the
+/// first line.
 fn add_line_words(
     words: &mut WordCache,
     (file, first): (&str, &str),
@@ -237,7 +241,7 @@ fn add_line_words(
     if first >= end {
         return Err("holds no line: its end is excluded".to_owned());
     }
-    // The file is there, and is named well enough.
+    // At least one line of the range exists, so the file name is valid.
     let known = (first..end).take(1 << 16).find_map(|line| source.lines.addresses_of_line(file, line).ok());
     if known.is_none() {
         return source.lines.addresses_of_line(file, first).map(|_| ()).map_err(|error| error.to_string());

@@ -1,4 +1,4 @@
-//! What `emu sim` gives to a program from outside: on the command line, and from a file of inputs by scan.
+//! Inputs of `emu sim`: from the command line, and from a table of inputs by scan.
 
 use diag::{Diagnostic, Pos, Severity};
 use ladder::SymbolKind;
@@ -10,27 +10,27 @@ use crate::shared::input;
 use crate::shared::report::FileTexts;
 use diag::nearest;
 
-/// Something is given a value before a scan, counted from 1.
+/// A value that is set before a scan.
 pub struct ScanChange {
-    /// The scan.
+    /// The scan, counted from 1.
     pub scan: u64,
-    /// What, and which value.
+    /// What is set, and its value.
     pub input: SimInput,
 }
 
-/// What can be given.
+/// An input and its value.
 #[derive(Debug, Clone, Copy)]
 pub enum SimInput {
     /// A symbol, by its index.
     Symbol(usize, i32),
-    /// The level at an analog input, by the index of its symbol.
+    /// The level of an analog input, by the index of its symbol.
     Level(usize, u16),
     /// A cell of the EEPROM, by its address.
     Cell(usize, u8),
 }
 
 impl ScanChange {
-    /// Gives it.
+    /// Applies the change to an evaluator.
     pub fn apply(&self, evaluator: &mut Evaluator) {
         match self.input {
             SimInput::Symbol(symbol, value) => evaluator.set(symbol, value),
@@ -41,13 +41,13 @@ impl ScanChange {
 }
 
 impl SimInput {
-    /// Reads `NAME=VALUE`.
+    /// Parses `NAME=VALUE`.
     pub fn new(evaluator: &Evaluator, text: &str) -> Result<SimInput, String> {
         let (name, value) = text.split_once('=').ok_or("give a value, as in Xstart=1")?;
         SimInput::of(evaluator, name.trim(), value.trim())
     }
 
-    /// `value` for `name`; the cause where that cannot be.
+    /// Returns the input `name` with `value`, or the reason why it is invalid.
     fn of(evaluator: &Evaluator, name: &str, value: &str) -> Result<SimInput, String> {
         let number = |low: i64, high: i64| {
             let number = value.strip_prefix("0x").map_or_else(|| value.parse(), |hex| i64::from_str_radix(hex, 16));
@@ -79,8 +79,8 @@ impl SimInput {
     }
 }
 
-/// Reads a file of inputs by scan: columns of X and of analog inputs count. Gives the last scan, where there is one, and the
-/// changes in their order. Its faults are told with their places.
+/// Reads a table of inputs by scan. Columns of inputs X.. and of analog inputs count. Returns the last scan,
+/// if there is one, and the changes in order. Errors carry their place in the file.
 pub fn read_input_table(file: &str, evaluator: &Evaluator) -> Result<(Option<u64>, Vec<ScanChange>), VerbFailure> {
     let bytes = input::read_bytes(file)?;
     let text = diag::text::readable(&bytes);
@@ -142,7 +142,7 @@ fn read(file: &str, text: &str, evaluator: &Evaluator) -> Result<(Option<u64>, V
     Ok(((before > 0).then_some(before), changes))
 }
 
-/// The values of a line, trimmed, each with its column from 1.
+/// Splits a line into trimmed values, each with its column, counted from 1.
 fn cells(line: &str) -> Vec<(&str, u32)> {
     let mut column = 1;
     let mut out = Vec::new();
@@ -154,7 +154,7 @@ fn cells(line: &str) -> Vec<(&str, u32)> {
     out
 }
 
-/// A word of the file as it may stand in a message.
+/// Returns a word of the file in a form that is safe in a message.
 fn shown(text: &str) -> String {
     text.chars().take(40).map(|c| if c.is_control() { '?' } else { c }).collect()
 }

@@ -1,4 +1,4 @@
-//! `emu sim --scenario` and `--stimulus`: the reference evaluator under a scenario, or under a waveform.
+//! `emu sim --scenario` and `--stimulus`: runs the reference evaluator with a scenario or a waveform.
 
 use emu_check::EvaluatorPlay;
 use ladder::ChipPart;
@@ -13,7 +13,7 @@ use crate::shared::scenarios::PlayedScenario;
 use crate::shared::{output, scenarios};
 use crate::verbs::sim::trace::ScanTraceTable;
 
-/// Plays it, and writes what was asked for.
+/// Plays the scenario or waveform, and writes the requested results.
 pub fn play(
     args: &SimArgs,
     read: &ReadProgram,
@@ -38,7 +38,7 @@ pub fn play(
         let (stimuli, told) = wave.scenario(&mut |wire| driven.iter().any(|name| name == wire))?;
         report_diagnostics(terminal, &told, FileTexts::NONE);
         let bound = bind(&stimuli, play.resolver(), None, None).map_err(|faults| wave.binding_failure(faults))?;
-        // It ends with its last change, unless a number of scans or a scenario says otherwise.
+        // A waveform alone ends with its last change, unless the user gives a number of scans.
         let alone = file.is_none() && args.scans.is_none();
         play.add_stimuli(bound.with_limit(Some(u64::MAX)), alone);
     }
@@ -46,7 +46,7 @@ pub fn play(
     let mut trace = ScanTraceTable::new(&symbols, &eval, program.uses_part(ChipPart::Transmitter));
     let traced = !used.is_empty() || file.is_none();
     let most = if traced { MAX_VALUES / (trace.width() as u64).max(1) } else { u64::MAX };
-    // A scenario has a limit of its own.
+    // A scenario has its own limit.
     let end = args.scans.filter(|_| file.is_none()).unwrap_or(u64::MAX);
     while play.scans() < end && play.scan() {
         play.take_log().iter().for_each(|line| output::print_to_stderr(&format!("{line}\n")));

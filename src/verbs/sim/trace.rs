@@ -1,4 +1,4 @@
-//! What `emu sim` saw, written as a table, comma-separated values, JSON or a waveform.
+//! The trace of `emu sim`, written as a table, comma-separated values, JSON or a waveform.
 
 use std::io::{self, Write};
 
@@ -6,22 +6,22 @@ use ladder_eval::{Evaluator, LadderSymbol};
 use serde_json::{Value as Json, json};
 use vcd::{IdCode, TimescaleUnit, Value, VarType, Writer};
 
-/// A program's columns: its symbols, and behind them what it sends, sets and writes.
+/// The trace of a program: a column for each symbol, then columns for sent bytes, duty and EEPROM cells.
 pub struct ScanTraceTable<'a> {
     /// The symbols.
     pub symbols: &'a [LadderSymbol],
-    /// Names of the columns behind them, which no symbol can have.
+    /// Names of the additional columns. They contain characters that no symbol can have.
     extra_columns: Vec<String>,
-    /// Frequency of the pulse width output.
+    /// Frequency of the PWM output in Hz.
     hertz: Option<u32>,
-    /// Whether the program can send.
+    /// True if the program can send bytes.
     sends: bool,
-    /// Per scan: the values of all columns; `None` where nothing was sent or set.
+    /// For each scan, the values of all columns; `None` if nothing was sent or set.
     pub rows: Vec<Vec<Option<i32>>>,
 }
 
 impl<'a> ScanTraceTable<'a> {
-    /// An empty trace. `sends`: the program has elements that send.
+    /// Creates an empty trace. `sends` is true if the program has elements that send.
     pub fn new(symbols: &'a [LadderSymbol], evaluator: &Evaluator, sends: bool) -> ScanTraceTable<'a> {
         let hertz = evaluator.pwm_hz();
         let mut others: Vec<String> = Vec::new();
@@ -31,12 +31,12 @@ impl<'a> ScanTraceTable<'a> {
         ScanTraceTable { symbols, extra_columns: others, hertz, sends, rows: Vec::new() }
     }
 
-    /// Number of columns.
+    /// Returns the number of columns.
     pub fn width(&self) -> usize {
         self.symbols.len() + self.extra_columns.len()
     }
 
-    /// Notes the state after a scan.
+    /// Adds the state after a scan.
     pub fn note_scan(&mut self, evaluator: &Evaluator) {
         let mut row: Vec<Option<i32>> = (0..self.symbols.len()).map(|symbol| Some(evaluator.get(symbol))).collect();
         row.extend(self.sends.then(|| evaluator.sent().map(i32::from)));
@@ -49,7 +49,8 @@ impl<'a> ScanTraceTable<'a> {
         self.symbols.iter().map(|s| s.name.as_str()).chain(self.extra_columns.iter().map(String::as_str))
     }
 
-    /// The document: `scans` holds the symbols; what else there is has a list of its own, a value a scan.
+    /// Returns the JSON document: `scans` holds the symbols; each additional column has its own list with one
+    /// value per scan.
     pub fn json(&self, file: &str, cycle_us: u64) -> Json {
         let list: Vec<_> = self.symbols.iter().map(|s| json!({ "name": s.name, "kind": s.kind })).collect();
         let count = self.symbols.len();
@@ -71,7 +72,8 @@ impl<'a> ScanTraceTable<'a> {
         out
     }
 
-    /// Comma-separated values: a head line, then a line for each scan; nothing where nothing was sent or set.
+    /// Returns comma-separated values: a header line, then one line per scan. A value is empty if nothing was
+    /// sent or set.
     pub fn csv(&self) -> String {
         let mut out = "scan".to_owned();
         self.names().for_each(|name| out.push_str(&format!(",{name}")));
@@ -86,7 +88,7 @@ impl<'a> ScanTraceTable<'a> {
         out
     }
 
-    /// A table for people; `-` where nothing was sent or set.
+    /// Returns a table for people, with `-` if nothing was sent or set.
     pub fn table(&self) -> String {
         let text = |value: &Option<i32>| value.map_or("-".to_owned(), |value| value.to_string());
         let digits = |column: usize| self.rows.iter().filter_map(|r| r.get(column)).map(|v| text(v).len()).max();
@@ -108,7 +110,8 @@ impl<'a> ScanTraceTable<'a> {
         out
     }
 
-    /// A waveform file (IEEE 1364-2005, section 18) in microseconds: scan k, from 1, shows what it left from k cycles on.
+    /// Writes a waveform file (IEEE 1364-2005, section 18) in microseconds: the state after scan k, from 1,
+    /// starts at k cycle times.
     pub fn vcd(&self, program: &str, cycle_us: u64, out: Box<dyn Write>) -> io::Result<()> {
         let mut out = Writer::new(out);
         out.version(concat!("emu ", env!("CARGO_PKG_VERSION")))?;
@@ -148,7 +151,7 @@ impl<'a> ScanTraceTable<'a> {
     }
 }
 
-/// Writes a value; a byte that is not there is x.
+/// Writes a value. A byte that was not sent or set is x.
 fn change(out: &mut Writer<Box<dyn Write>>, (id, bits): (IdCode, u32), value: Option<i32>) -> io::Result<()> {
     match (bits, value) {
         (0, value) => out.change_scalar(id, Value::from(value.is_some_and(|v| v != 0))),

@@ -1,4 +1,4 @@
-//! A VCD file (IEEE 1364-2005, section 18) in memory: the signals that are drawn, and their changes.
+//! Reads a VCD file (IEEE 1364-2005, section 18) into memory: the selected signals and their changes.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -16,22 +16,22 @@ use crate::shared::codes::{
 use crate::shared::fail::VerbFailure;
 use crate::shared::report::FileTexts;
 
-/// Most changes that are kept. A value that is a long text counts as several.
+/// Maximum number of changes that are kept. A value with a long text counts as several changes.
 const MAX_CHANGES: usize = 4_000_000;
 
-/// Bytes of a text that count as a change.
+/// Bytes of text that count as one change.
 const BYTES_PER_CHANGE: usize = 32;
 
-/// What some editors put before a text; the format is of plain ASCII.
+/// The UTF-8 byte order mark, which some editors add. VCD is plain ASCII.
 const BOM: &[u8] = b"\xEF\xBB\xBF";
 
-/// Most signals that a file declares.
+/// Maximum number of signals that a file may declare.
 const MAX_SIGNALS: usize = 100_000;
 
-/// Most bytes of all names with their scopes: in deep scopes every name is long.
+/// Maximum total size of all names with their scopes, in bytes. In deep scopes every name is long.
 const MAX_NAME_BYTES: usize = 64 << 20;
 
-/// Most characters of a name that are drawn.
+/// Maximum number of characters of a name that are drawn.
 const MAX_NAME_LENGTH: usize = 200;
 
 /// A value of a signal.
@@ -41,44 +41,44 @@ pub enum SignalValue {
     Low,
     /// A bit that is 1.
     High,
-    /// Not known; of several bits, all of them.
+    /// Unknown; of several bits, all are unknown.
     Unknown,
     /// Not driven.
     Floating,
     /// A number or a text.
     Word(Box<str>),
-    /// It happens at this moment.
+    /// An event at this time.
     Event,
 }
 
-/// A signal and its changes, in order of time.
+/// A signal and its changes in order of time.
 #[derive(Debug)]
 pub struct WaveSignal {
-    /// Name with its scopes, but for the outermost where all have the same.
+    /// The name with its scopes. The outermost scope is omitted if all signals share it.
     pub name: String,
-    /// Bits; 0 for numbers with a point and texts.
+    /// Number of bits; 0 for real numbers and texts.
     bits: u32,
-    /// It only happens, and has no value.
+    /// True for events, which have no value.
     pub event: bool,
-    /// When it changes, and to what.
+    /// The changes: tick and new value.
     pub changes: Vec<(u64, SignalValue)>,
 }
 
-/// What is drawn of a file.
+/// The contents of a VCD file.
 #[derive(Debug)]
 pub struct WaveFile {
-    /// The steps of its time.
+    /// The time scale.
     pub scale: WaveTimescale,
-    /// Its signals, in the order in which they are declared.
+    /// The signals in order of declaration.
     pub signals: Vec<WaveSignal>,
-    /// First and last moment.
+    /// The first time in the file, in ticks.
     pub start: u64,
-    /// Last moment.
+    /// The last time in the file, in ticks.
     pub end: u64,
 }
 
 impl WaveSignal {
-    /// Its name as it is drawn: of a long one the end.
+    /// Returns the name as it is drawn: of a long name only its end.
     pub fn drawn_name(&self) -> Cow<'_, str> {
         let name = self.name.as_str();
         match name.char_indices().rev().nth(MAX_NAME_LENGTH - 1) {
@@ -87,21 +87,21 @@ impl WaveSignal {
         }
     }
 
-    /// A pattern, in which * stands for any text, is its name with or without scopes.
+    /// Returns true if a pattern matches the name, with or without scopes; `*` matches any text.
     pub fn is_named(&self, pattern: &str) -> bool {
         let (name, mut parts) = (self.name.as_str(), pattern.split('*'));
         let (front, last) = (parts.next().unwrap_or_default(), parts.next_back());
         let Some(last) = last else {
             return name.strip_suffix(front).is_some_and(|scopes| scopes.is_empty() || scopes.ends_with('.'));
         };
-        // Where each part is found first, most is left for those behind it.
+        // The earliest match of each part leaves the most text for the parts after it.
         let rest = name.strip_prefix(front).or_else(|| Some(name.split_once(&format!(".{front}"))?.1));
         let rest = parts.try_fold(rest, |rest, part| rest.map(|rest| Some(rest.split_once(part)?.1)));
         rest.flatten().is_some_and(|rest| rest.ends_with(last))
     }
 }
 
-/// Reads a file. Of signals that none of the patterns names, if there are any, nothing is kept.
+/// Reads a file. If there are patterns, changes of signals that match none of them are dropped.
 pub fn read(file: &str, only: &[String]) -> Result<WaveFile, VerbFailure> {
     if file == "-" {
         return VcdReader::new(file, only).read_all(BufReader::new(io::stdin()));
@@ -121,20 +121,20 @@ fn unreadable(file: &str, error: &io::Error) -> VerbFailure {
     VerbFailure::Refused(vec![file_error(UNREADABLE, file, cause, hint)], FileTexts::default())
 }
 
-/// A file that is read.
+/// The state of a reader.
 struct VcdReader<'a> {
     file: &'a str,
     only: &'a [String],
     scale: Option<WaveTimescale>,
     scopes: Vec<String>,
     signals: Vec<WaveSignal>,
-    /// The signals that share a code.
+    /// The indexes of the signals that share an identifier code.
     codes: HashMap<IdCode, Vec<usize>>,
     declared: bool,
     start: Option<u64>,
     now: u64,
     changes_kept: usize,
-    /// Bytes of all names.
+    /// Total bytes of all names.
     name_bytes: usize,
 }
 
@@ -156,7 +156,7 @@ impl<'a> VcdReader<'a> {
     }
 
     fn read_all(mut self, mut input: impl BufRead) -> Result<WaveFile, VerbFailure> {
-        // A directory can be opened, and then not read.
+        // A directory can be opened but not read.
         let begin = input.fill_buf().map_err(|error| unreadable(self.file, &error))?;
         if begin.starts_with(BOM) {
             return Err(self.refuse(MALFORMED_WAVE, 1, "the file begins with a byte order mark".to_owned()));
@@ -193,7 +193,7 @@ impl<'a> VcdReader<'a> {
     }
 
     fn finish(mut self) -> WaveFile {
-        // The outermost scope says nothing where all signals lie in it.
+        // A scope that contains all signals carries no information.
         let first = self.signals.first().and_then(|signal| Some(signal.name.split_once('.')?.0.to_owned()));
         if let Some(prefix) = first.map(|scope| scope + ".")
             && self.signals.iter().all(|signal| signal.name.starts_with(&prefix))
@@ -244,7 +244,7 @@ impl<'a> VcdReader<'a> {
             Command::Enddefinitions => {
                 self.declared = true;
                 let only = self.only;
-                // Nobody asks for the others.
+                // Changes of signals that no pattern matches are dropped.
                 let unwanted = |signal: &WaveSignal| !only.is_empty() && !only.iter().any(|name| signal.is_named(name));
                 let unwanted: Vec<bool> = self.signals.iter().map(unwanted).collect();
                 for list in self.codes.values_mut() {
@@ -315,16 +315,17 @@ impl<'a> VcdReader<'a> {
 }
 
 impl WaveSignal {
-    /// A value of several bits, which may be written with fewer; none where there are more.
+    /// Returns a value of several bits, which may be written with fewer bits. `None` if the value has more
+    /// bits than the signal.
     fn vector(&self, value: &Vector) -> Option<SignalValue> {
         let bits: Vec<Value> = value.iter().collect();
         let wanted = self.bits.max(1) as usize;
         let (front, bits) = bits.split_at(bits.len().saturating_sub(wanted));
-        // Tools may write zeros in front.
+        // Tools may write leading zeros.
         front.iter().all(|bit| *bit == Value::V0).then(|| self.shown(bits))
     }
 
-    /// Some bits, the highest first, as they are shown.
+    /// Returns the value of some bits, most significant first, as it is drawn.
     fn shown(&self, bits: &[Value]) -> SignalValue {
         if self.event {
             return SignalValue::Event;
@@ -338,9 +339,9 @@ impl WaveSignal {
         }
     }
 
-    /// Bits in hexadecimal digits; x and z where a digit has such bits.
+    /// Returns bits as hexadecimal digits; x and z for digits with such bits.
     fn hex(&self, bits: &[Value]) -> String {
-        // What stands first goes on to the left, as the standard has it, but for 1.
+        // As the standard says, the first bit is extended to the left, except for 1.
         let fill = match bits.first() {
             Some(Value::X) => Value::X,
             Some(Value::Z) => Value::Z,
@@ -359,13 +360,13 @@ impl WaveSignal {
                 char::from_digit(number, 16).unwrap_or('?')
             }
         };
-        // Wide signals have mostly short values: what is in front of them is one digit again and again.
+        // Most values of a wide signal are short: the extension is one repeated digit.
         let again = width.saturating_sub(all.len() / 4);
         std::iter::repeat_n(digit(&[fill; 4]), again).chain(all.chunks(4).map(digit)).collect()
     }
 }
 
-/// What the parser says of a damaged place.
+/// Returns the parser's message about a malformed place.
 fn parser_message(error: &io::Error) -> String {
     let inner = error.get_ref().and_then(|inner| inner.downcast_ref::<vcd::ParseError>());
     inner.map_or_else(|| error.to_string(), |error| error.kind().to_string())
@@ -406,7 +407,7 @@ mod tests {
         assert_eq!(of(3), [(5, word("1.5"))]);
     }
 
-    /// Bodies that are refused, with code and line.
+    /// File bodies that are refused, with code and line.
     const DAMAGED: &[(&str, &str)] = &[
         ("#5\n1!\n#4\n", "WAV002 4"),
         ("#5\n1?\n", "WAV002 3"),
@@ -455,7 +456,7 @@ mod tests {
         ] {
             assert_eq!(bit(name).is_named(pattern), wanted, "{name} {pattern}");
         }
-        // Not to be tried in every way that there is.
+        // The matcher must not try all combinations.
         assert!(!bit(&"a".repeat(2000)).is_named(&("*a".repeat(40) + "b")));
     }
 

@@ -1,24 +1,24 @@
-//! Times of a waveform: steps of its scale, and figures of an axis.
+//! Times of a waveform: ticks of its time scale, and labels of the time axis.
 
 use emu_debug::CycleClock;
 use vcd::TimescaleUnit;
 
-/// Femtoseconds of a second.
+/// Femtoseconds per second.
 const SECOND: u128 = 1_000_000_000_000_000;
 
-/// Units by their femtoseconds, the longest first.
+/// Units with their length in femtoseconds, longest first.
 const UNITS: &[(&str, u128)] =
     &[("s", SECOND), ("ms", SECOND / 1000), ("us", 1_000_000_000), ("ns", 1_000_000), ("ps", 1000), ("fs", 1)];
 
-/// What a step of the time is.
+/// The time scale of a waveform.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WaveTimescale {
-    /// Femtoseconds, above 0.
+    /// Length of a tick in femtoseconds, greater than 0.
     step: u128,
 }
 
 impl WaveTimescale {
-    /// The scale of a file.
+    /// Creates the time scale of a file.
     pub fn new(number: u32, unit: TimescaleUnit) -> WaveTimescale {
         let unit = match unit {
             TimescaleUnit::S => SECOND,
@@ -31,18 +31,19 @@ impl WaveTimescale {
         WaveTimescale { step: unit * u128::from(number.max(1)) }
     }
 
-    /// The step at which a time begins: `10ms`, or `5c` for the step itself.
+    /// Parses a time and returns its tick: `10ms`, or `5c` for tick 5.
     pub fn ticks(self, text: &str) -> Result<u64, String> {
         if text.trim().ends_with('c') {
             return Ok(CycleClock { hz: 1, clocks_per_cycle: 1 }.parse_cycles(text)?);
         }
-        // Steps of more than a second are whole seconds.
+        // Ticks longer than a second are whole seconds.
         let per_second = u64::try_from(SECOND / self.step).unwrap_or(u64::MAX).max(1);
         let seconds = u64::try_from(self.step / SECOND).unwrap_or(u64::MAX).max(1);
         Ok(CycleClock { hz: per_second, clocks_per_cycle: 1 }.parse_cycles(text)? / seconds)
     }
 
-    /// Figures for an axis from one step to another, at most so many: the step and its text. They are a round number of steps apart.
+    /// Returns at most `most` labels for an axis: the tick and its text. Their distance is a round time (1, 2
+    /// or 5 times a power of ten).
     pub fn axis_figures(self, from: u64, to: u64, most: u32) -> Vec<(u64, String)> {
         let span = u128::from(to.saturating_sub(from).max(1)) * self.step;
         let least = span / u128::from(most.max(1));
@@ -67,20 +68,21 @@ impl WaveTimescale {
             .collect()
     }
 
-    /// A moment as it is told.
+    /// Returns the text of a tick's time.
     pub fn text(self, at: u64) -> String {
         let at = u128::from(at) * self.step;
         figure(at, self.unit(at, at))
     }
 
-    /// The unit in which steps of an axis have few digits: the longest that the end reaches.
+    /// Returns a unit in which the labels of an axis have few digits: the longest one that the end of the
+    /// axis reaches.
     fn unit(self, apart: u128, end: u128) -> (&'static str, u128) {
         let fits = |unit: &&(&str, u128)| end >= unit.1 && apart.saturating_mul(1000) >= unit.1;
         UNITS.iter().find(fits).copied().unwrap_or(("s", SECOND))
     }
 }
 
-/// A time in a unit, with the decimals that it needs.
+/// Returns a time in a unit, with the necessary decimals.
 fn figure(at: u128, (name, unit): (&str, u128)) -> String {
     if at == 0 {
         return "0".to_owned();
@@ -114,7 +116,7 @@ mod tests {
             println!("{number} {unit:?} {from} {to}: {}", texts.join(" "));
             assert_eq!(texts.join(" "), wanted);
         }
-        // 18,447 s: steps of 5,000 s would be four.
+        // 18,447 s: a distance of 5,000 s would give four labels.
         assert_eq!(WaveTimescale::new(1, TimescaleUnit::FS).axis_figures(0, u64::MAX, 3).len(), 2);
         assert!(WaveTimescale::new(100, TimescaleUnit::S).axis_figures(0, u64::MAX, 3).len() <= 4);
     }

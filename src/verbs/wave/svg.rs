@@ -1,4 +1,4 @@
-//! A waveform as a picture. It takes the colours of the reader's system, light or dark.
+//! Draws a waveform as an SVG picture that follows the reader's colour scheme, light or dark.
 
 use diag::escape_markup;
 use std::fmt::Write as _;
@@ -6,21 +6,21 @@ use std::fmt::Write as _;
 use super::WaveDrawing;
 use super::read::{SignalValue, WaveSignal};
 
-/// Height of a line, of what is drawn in it, and of the axis above.
+/// Height of a row, of the signal within it, and of the axis above.
 const ROW: f64 = 28.0;
 const HEIGHT: f64 = 18.0;
 const AXIS: f64 = 34.0;
 
-/// Width of a character, at most.
+/// Maximum width of a character, in pixels.
 const CHARACTER: f64 = 7.4;
 
-/// Pixels between two figures of the axis, at least.
+/// Minimum distance between two labels of the axis, in pixels.
 const MIN_FIGURE_DISTANCE: u32 = 110;
 
-/// What is narrower cannot be told apart, and is drawn as busy.
+/// Minimum width of a drawn value, in pixels. Narrower values merge into a busy area.
 const MIN_STRETCH_WIDTH: f64 = 1.5;
 
-// Readers that know no media queries keep the light colours.
+// Viewers without media queries keep the light colours.
 const STYLE: &str = "\
 :root { color-scheme: light dark; }
 text { font: 12px ui-monospace, 'DejaVu Sans Mono', Menlo, Consolas, monospace; fill: #1f2328; }
@@ -51,7 +51,7 @@ text { fill: #e6e8eb; }
 }
 ";
 
-/// Draws the picture, so many pixels wide.
+/// Draws the picture; `width` is in pixels.
 pub fn draw(drawing: &WaveDrawing<'_>, width: u32) -> String {
     let longest = drawing.signals.iter().map(|signal| signal.drawn_name().chars().count()).max().unwrap_or(0);
     let left = longest.max(4) as f64 * CHARACTER + 20.0;
@@ -59,7 +59,7 @@ pub fn draw(drawing: &WaveDrawing<'_>, width: u32) -> String {
     let plot = TimeAxis { left, width: width - left - right, from: drawing.from, span: drawing.to - drawing.from };
     let height = AXIS + ROW * drawing.signals.len() as f64 + 8.0;
     let mut out = String::new();
-    // Writing to a string does not fail.
+    // Writing to a string cannot fail.
     _ = writeln!(
         out,
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.0}\" height=\"{height:.0}\" viewBox=\"0 0 {width:.0} {height:.0}\" role=\"img\">"
@@ -102,7 +102,7 @@ pub fn draw(drawing: &WaveDrawing<'_>, width: u32) -> String {
     out
 }
 
-/// Where times lie.
+/// Maps ticks to x coordinates.
 struct TimeAxis {
     left: f64,
     width: f64,
@@ -116,10 +116,11 @@ impl TimeAxis {
     }
 }
 
-/// A stretch of a signal, from one place to another: its value, or none where it changes too often to be shown.
+/// A part of a signal: start and end coordinates, and its value, or `None` if it changes too often to be
+/// drawn.
 type SignalStretch<'a> = (f64, f64, Option<&'a SignalValue>);
 
-/// The stretches of a signal, those that are too narrow put together.
+/// Returns the parts of a signal; neighbours that are too narrow are merged.
 fn stretches<'a>(signal: &'a WaveSignal, plot: &TimeAxis) -> Vec<SignalStretch<'a>> {
     let (from, to) = (plot.from, plot.from + plot.span);
     let first = signal.changes.partition_point(|(at, _)| *at <= from).saturating_sub(1);
@@ -140,7 +141,7 @@ fn stretches<'a>(signal: &'a WaveSignal, plot: &TimeAxis) -> Vec<SignalStretch<'
             _ => all.push((x, end, Some(value).filter(|_| !narrow))),
         }
     }
-    // A single narrow one is a pulse that can well be seen.
+    // A single narrow part is a pulse that is still visible.
     let single = |(x, end, value): SignalStretch<'a>| {
         let here = || shown.iter().find(|(at, _)| (plot.x(*at) - x).abs() < 1e-9).map(|(_, value)| value);
         if value.is_none() && end - x < MIN_STRETCH_WIDTH { (x, end, here()) } else { (x, end, value) }
@@ -183,7 +184,7 @@ fn line(out: &mut String, signal: &WaveSignal, plot: &TimeAxis, top: f64) {
             }
             Some(SignalValue::Unknown) => draw_value_box(out, ("odd", "x"), (x, end), (top, bottom)),
             Some(SignalValue::Word(text)) => {
-                // A digit that is not known marks all of it; `x` and `z` are no digits of a number with a point.
+                // An unknown digit marks the whole value. In a real number, `x` and `z` are not digits.
                 let digits = text.chars().all(|c| c.is_ascii_hexdigit() || matches!(c, 'x' | 'z'));
                 let odd = digits && text.contains(['x', 'z']);
                 draw_value_box(out, (if odd { "odd" } else { "word" }, text), (x, end), (top, bottom));
@@ -202,7 +203,7 @@ fn line(out: &mut String, signal: &WaveSignal, plot: &TimeAxis, top: f64) {
     }
 }
 
-/// A box with pointed ends and a text in it, as far as that fits.
+/// Draws a box with pointed ends, and as much of its text as fits.
 fn draw_value_box(out: &mut String, (class, text): (&str, &str), (x, end): (f64, f64), (top, bottom): (f64, f64)) {
     let (wide, middle) = (end - x, (top + bottom) / 2.0);
     let tip = (wide / 2.0).min(4.0);

@@ -1,14 +1,14 @@
-//! A waveform as lines of text.
+//! Draws a waveform as lines of text.
 
 use super::WaveDrawing;
 use super::read::{SignalValue, WaveSignal};
 use crate::shared::scan_bits::glyph;
 
-/// Columns between two figures of the axis, at least.
+/// Minimum distance between two labels of the axis, in columns.
 const MIN_FIGURE_DISTANCE: u32 = 12;
 
-/// A line for each signal: bits are high, low, in the middle where they float, or hatched where they change within a column;
-/// values of several bits stand where they begin.
+/// Draws one line per signal. Bits are high, low, in the middle when floating, or hatched when they change
+/// within a column. Values of several bits appear where they begin.
 pub fn draw(drawing: &WaveDrawing<'_>, columns: u32) -> String {
     let name = |signal: &&WaveSignal| signal.drawn_name().chars().count();
     let width = drawing.signals.iter().map(name).max().unwrap_or(0).max(4);
@@ -31,14 +31,14 @@ pub fn draw(drawing: &WaveDrawing<'_>, columns: u32) -> String {
     out
 }
 
-/// The columns of a signal.
+/// Returns the columns of a signal.
 fn line(signal: &WaveSignal, drawing: &WaveDrawing<'_>, columns: usize, column: &dyn Fn(u64) -> usize) -> String {
     let mut line: Vec<char> = Vec::with_capacity(columns);
     let inside = |at: u64| at >= drawing.from && at < drawing.to;
     let first = signal.changes.partition_point(|(at, _)| *at < drawing.from);
     let mut last = first.checked_sub(1).and_then(|before| signal.changes.get(before)).map(|(_, value)| value);
     let mut rest = signal.changes.get(first..).unwrap_or_default().iter().take_while(|(at, _)| inside(*at)).peekable();
-    // What of a value is still to be written.
+    // The part of the current value that is still to be written, in reverse order.
     let mut word: Vec<char> = Vec::new();
     let label = |value: &SignalValue| match value {
         SignalValue::Word(text) => std::iter::once('|').chain(text.chars()).rev().collect(),
@@ -46,7 +46,8 @@ fn line(signal: &WaveSignal, drawing: &WaveDrawing<'_>, columns: usize, column: 
     };
     word.extend(last.map(label).unwrap_or_default().into_iter().filter(|c| *c != '|'));
     for here in 0..columns {
-        // The values of this column: the one that it begins with, where none begins at its start, and those that follow.
+        // The values of this column: the value at its start, unless a change is at its start, and the values
+        // that follow.
         let mut values: Vec<&SignalValue> = last.filter(|value| **value != SignalValue::Event).into_iter().collect();
         let mut changed = 0;
         while let Some((_, value)) = rest.next_if(|(at, _)| column(*at) == here) {
@@ -71,7 +72,7 @@ fn line(signal: &WaveSignal, drawing: &WaveDrawing<'_>, columns: usize, column: 
                 glyph(values.iter().all(high), values.iter().any(|value| matches!(value, SignalValue::High)))
             }
             _ => {
-                // Too short to be read; the last one goes on behind it.
+                // Too short to be legible; the text of the last value continues in the next column.
                 word.retain(|c| *c != '|');
                 '▒'
             }

@@ -1,4 +1,4 @@
-//! Sources for Atmel's assembler in the hands of avra.
+//! Sources for Atmel's assembler, assembled by avra.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -10,7 +10,7 @@ use crate::folder;
 use crate::judges::{Cells, Judge, cells};
 use crate::ours;
 
-/// What avra makes of a source: program memory and EEPROM.
+/// Returns avra's output for a source: program memory and EEPROM.
 fn avra(source: &Path, home: &Path, out: &Path, chip: &'static emu_core::Chip) -> Cells {
     let (hex, eeprom) = (out.join("product.hex"), out.join("product.eep"));
     for old in [&hex, &eeprom] {

@@ -1,5 +1,7 @@
-//! Sources of our own, in the habits of each assembler, with everything that its family's instruction table and our list of
-//! directives have. The head of a file names its chip, and what its assembler may say about it:
+//! Our own sources in the style of each assembler, which use the complete instruction table of its family and
+//! our list of directives.
+//!
+//! The header of a file names its chip, and the messages that its assembler may print:
 //!
 //! ```text
 //! ; chip: pic16f873
@@ -7,7 +9,7 @@
 //! ; linked
 //! ```
 //!
-//! The last line is for sources of gplink.
+//! The last line marks sources for gplink.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -20,17 +22,17 @@ use crate::folder;
 use crate::judges::{Cells, Judge, home};
 use crate::ours;
 
-/// A source.
+/// A source of the corpus.
 pub struct Source {
     pub judge: Judge,
     pub name: String,
     pub text: String,
     pub chip: &'static Chip,
-    /// Numbers of what the assembler may say.
+    /// Numbers of the messages that the assembler may print.
     pub told: Vec<String>,
 }
 
-/// The sources of an assembler, in the order of their names.
+/// Returns the sources of an assembler, in the order of their names.
 pub fn sources(judge: Judge) -> Vec<Source> {
     let mut files: Vec<PathBuf> =
         std::fs::read_dir(home(judge)).expect("a corpus").map(|entry| entry.expect("a file").path()).collect();
@@ -51,9 +53,10 @@ pub fn sources(judge: Judge) -> Vec<Source> {
 }
 
 impl Source {
-    /// What its assembler makes of it, which must be something, and must not be with complaints that the head does not have.
+    /// Returns the assembler's output. It must exist, and the assembler must print only messages that the
+    /// header lists.
     fn judged(&self) -> Cells {
-        // Tests that run side by side judge the same source, each in a folder of its own.
+        // Tests that run in parallel assemble the same source, each in its own folder.
         static NUMBER: AtomicU32 = AtomicU32::new(0);
         let what = format!("{}/{}", self.judge.name(), self.name);
         let own = folder(&format!("asm-{}/{what}", NUMBER.fetch_add(1, Ordering::Relaxed)));
@@ -70,7 +73,8 @@ impl Source {
     }
 }
 
-/// Where two fillings differ. A cell that one does not have is taken as erased.
+/// Returns the differences between two sets of cells. A cell that only one of them has counts as erased in
+/// the other.
 pub fn differences(chip: &Chip, theirs: &Cells, ours: &Cells) -> Vec<String> {
     let erased = |&(space, addr): &(&str, u32)| match space == chip.code_space {
         true => (chip.isa.erased_word >> (8 * (addr % chip.word_bytes))) as u8,
@@ -118,7 +122,8 @@ fn every_source_gives_the_bytes_of_its_assembler() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// The rows of a table that stand in a program from address 0 on, read as an unbroken row of instructions where it has bytes.
+/// Returns the table rows in a program from address 0, decoded as an unbroken sequence of instructions where
+/// it has bytes.
 fn rows_in(chip: &Chip, cells: &Cells) -> BTreeSet<usize> {
     let bytes: Vec<(u32, u8)> =
         cells.iter().filter(|((s, _), _)| *s == chip.code_space).map(|((_, a), b)| (*a, *b)).collect();

@@ -1,4 +1,5 @@
-//! The assembly sources of compiled programs: gpasm, as31, sdas8051 and avr-as make the bytes of our HEX of them.
+//! Assembly sources of compiled programs: gpasm, as31, sdas8051 and avr-as produce the same bytes as our HEX
+//! files.
 
 use std::path::{Path, PathBuf};
 
@@ -40,7 +41,7 @@ fn sources_assemble_elsewhere_too() {
                     if !fits {
                         continue;
                     }
-                    // sdas8051 links an area that begins nowhere to wherever it likes.
+                    // sdas8051 places an area without a start address anywhere.
                     let area = if judge == Judge::Sdas { "    .area CSEG (ABS,CODE)\n    .org 0\n" } else { "" };
                     std::fs::write(out.join("source.asm"), format!("{area}{source}")).expect("a file");
                     let verdict = judge.assemble(&out, "source.asm", target.chip, &out);

@@ -1,5 +1,7 @@
-//! Small sources that an assembler of others takes in a way of its own, or wrongly (faults.txt): what it makes of them, and what
-//! we make of them. The first is checked too, so that a line goes when that assembler is mended.
+//! Small sources that another assembler handles differently or incorrectly (faults.txt): its output, and
+//! ours.
+//!
+//! Its output is checked too, so that a line is removed when that assembler is fixed.
 
 use crate::corpus::Source;
 use crate::folder;
@@ -8,7 +10,7 @@ use crate::ours;
 
 const LINES: &str = include_str!("faults.txt");
 
-/// Bytes from address 0 on, as far as there are some; `-` for none.
+/// Returns the contiguous bytes from address 0; `-` for none.
 fn shown(cells: &Cells, code: &str) -> String {
     let bytes: Vec<String> = (0..)
         .map_while(|addr| cells.iter().find(|((s, a), _)| *s == code && *a == addr))

@@ -1,4 +1,4 @@
-//! The HEX files of PIC16: text for text those of gpasm, and of gplink where a source is relocatable.
+//! The HEX files of PIC16 have the same text as those of gpasm, and of gplink for relocatable sources.
 
 use std::process::Command;
 

@@ -1,7 +1,8 @@
-//! The assemblers of others: how each is called, what it says, and the memories that it fills.
+//! The external assemblers: how to call each, its messages, and the memories that it fills.
 //!
-//! as31 says what is wrong with a source as warnings, and writes what it has. sdas8051 writes relocatable code, which sdld puts
-//! in place. gpasm knows chips, and names what it says by numbers; gplink puts its relocatable code in place. avr-as leaves addresses to avr-ld.
+//! as31 reports errors of a source as warnings, and writes what it has. sdas8051 writes relocatable code,
+//! which sdld places. gpasm knows chips, and numbers its messages; gplink places its relocatable code. avr-as
+//! leaves addresses to avr-ld.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,10 +12,10 @@ use emu_core::Chip;
 use emu_core::chip::ChipFamily;
 use emu_core::image::{ElfMachine, Image, load};
 
-/// Cells of the memories of a chip that a program fills: memory and byte address.
+/// Memory cells of a chip that a program fills: memory and byte address.
 pub type Cells = BTreeMap<(&'static str, u32), u8>;
 
-/// An assembler, by the folder of its corpus.
+/// An assembler, named after the folder of its corpus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Judge {
     As31,
@@ -23,16 +24,16 @@ pub enum Judge {
     Avr,
 }
 
-/// What an assembler made of a source.
+/// The output of an assembler for a source.
 #[derive(Debug)]
 pub struct Verdict {
-    /// What it filled; none where it wrote nothing.
+    /// The filled cells; `None` if it wrote no file.
     pub cells: Option<Cells>,
-    /// Everything it said, line by line.
+    /// All messages, line by line.
     pub said: Vec<String>,
 }
 
-/// Cells that an image fills.
+/// Returns the cells that an image fills.
 pub fn cells(image: &Image) -> Cells {
     let of = |s: &emu_core::image::Segment| {
         let space = s.space;
@@ -44,7 +45,7 @@ pub fn cells(image: &Image) -> Cells {
 impl Judge {
     pub const ALL: [Judge; 4] = [Judge::As31, Judge::Sdas, Judge::Gpasm, Judge::Avr];
 
-    /// Its name, and that of its folder.
+    /// Returns the name of the assembler and of its folder.
     pub fn name(self) -> &'static str {
         match self {
             Judge::As31 => "as31",
@@ -54,7 +55,7 @@ impl Judge {
         }
     }
 
-    /// The chip of its family with this name.
+    /// Returns the chip of its family with this name.
     pub fn chip(self, name: &str) -> &'static Chip {
         let found = match self {
             Judge::As31 | Judge::Sdas => emu_8051::chips::chip(name),
@@ -64,9 +65,10 @@ impl Judge {
         found.unwrap_or_else(|| panic!("{}: no chip {name}", self.name()))
     }
 
-    /// Assembles `source`, a file in `home` where its includes lie, for `chip`; files that come of it go to `out`.
+    /// Assembles the file `source` in `home`, the folder of its includes, for `chip`. Output files go to
+    /// `out`.
     pub fn assemble(self, home: &Path, source: &str, chip: &'static Chip, out: &Path) -> Verdict {
-        // Some add this ending to what they are told.
+        // Some assemblers add this extension to the given name.
         let product = out.join(match self {
             Judge::Sdas => "product.ihx",
             Judge::Avr => "product.elf",
@@ -102,7 +104,8 @@ impl Judge {
                 } else {
                     call("avr-as", &[&format!("-mmcu={}", chip.name), "-o", &at(&object), source]);
                 }
-                // The linker's scripts know no chip: where RAM begins is told, and that nobody asks for a heap.
+                // The linker scripts are not specific to a chip, so the start of RAM is given, and no heap is
+                // requested.
                 let data = format!("-Tdata={:#x}", 0x80_0000 + u32::from(chip.ram_start));
                 let (product, object) = (at(&product), at(&object));
                 let args =
@@ -121,7 +124,7 @@ impl Judge {
     }
 }
 
-/// Runs a program in `home` and keeps what it says, without names of folders.
+/// Runs a program in `home` and adds its messages to `said`, without folder names.
 fn say(program: &str, args: &[&str], home: &Path, said: &mut Vec<String>) {
     let output = Command::new(program).args(args).current_dir(home).output();
     let output = output.unwrap_or_else(|e| panic!("{program}: {e}"));
@@ -133,24 +136,24 @@ fn say(program: &str, args: &[&str], home: &Path, said: &mut Vec<String>) {
     }
 }
 
-/// The head of a source of gpasm says that it is for gplink.
+/// Returns true if the header of a gpasm source says that it is for gplink.
 fn is_relocatable(source: &Path) -> bool {
     std::fs::read_to_string(source).is_ok_and(|text| text.lines().any(|line| line == "; linked"))
 }
 
-/// The HEX file that an assembler wrote last.
+/// Returns the HEX file that an assembler wrote last.
 pub fn product(out: &Path) -> String {
     std::fs::read_to_string(out.join("product.hex")).unwrap_or_else(|e| panic!("{}: {e}", out.display()))
 }
 
-/// What is said whether a source is good or not.
+/// Returns true for messages that appear for good sources too.
 fn is_chatter(line: &str) -> bool {
     ["Begin Pass", "including file:", "incLineCount=", "ASlink >>", "message: Using default linker script"]
         .iter()
         .any(|start| line.starts_with(start))
 }
 
-/// The folder of an assembler's corpus.
+/// Returns the folder of an assembler's corpus.
 pub fn home(judge: Judge) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peers/asm").join(judge.name())
 }

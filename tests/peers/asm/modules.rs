@@ -1,4 +1,5 @@
-//! Modules of SDCC: what `sdcc -S` writes for the sources of its own library, and random areas, each beside sdas8051 and sdld.
+//! Modules of SDCC compared with sdas8051 and sdld: the output of `sdcc -S` for its own library, and random
+//! areas.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -19,7 +20,8 @@ fn run(program: &str, args: &[&str], home: &Path) -> bool {
     output.unwrap_or_else(|e| panic!("{program}: {e}")).status.success()
 }
 
-/// What sdas8051 and sdld make of a module, with names of other modules as 0; none where sdas8051 refuses it.
+/// Returns the output of sdas8051 and sdld for a module, with names of other modules as 0, or `None` if
+/// sdas8051 refuses it.
 fn theirs(home: &Path, source: &str) -> Option<Cells> {
     let chip = Judge::Sdas.chip("at89s52");
     for old in ["module.rel", "module.ihx"] {
@@ -47,7 +49,7 @@ fn ours(text: &str) -> Result<Cells, String> {
     }
 }
 
-/// What is wrong with ours of the module in this file.
+/// Returns the differences of our output for the module in this file.
 fn compare(home: &Path, source: &str) -> Option<String> {
     let text = std::fs::read_to_string(home.join(source)).expect("a module");
     let theirs = theirs(home, source)?;
@@ -76,7 +78,7 @@ fn modules_of_sdccs_library_are_those_of_sdas8051_and_sdld() {
             let name = format!("{}-{model}.asm", source.file_stem().expect("a name").to_string_lossy());
             let path = source.to_string_lossy();
             let model = format!("--model-{model}");
-            // Some are for other processors.
+            // Some sources are for other processors.
             if !run("sdcc", &["-mmcs51", &model, "--std-c99", "-S", "-o", &name, &path], &home) {
                 continue;
             }
@@ -89,7 +91,8 @@ fn modules_of_sdccs_library_are_those_of_sdas8051_and_sdld() {
     }
 }
 
-/// Areas with their attributes. sdas8051 gives the second part of an area with ABS the attributes of another one, so those stand once.
+/// Areas with their attributes. sdas8051 gives the second part of an ABS area the attributes of another area,
+/// so ABS areas appear once.
 const AREAS: &[&str] = &[
     "REG_BANK_0 (REL,OVR,DATA)",
     "REG_BANK_1 (REL,OVR,DATA)",

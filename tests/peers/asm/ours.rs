@@ -1,4 +1,4 @@
-//! Our assembler on the same sources.
+//! Our assembler on the sources of the corpora.
 
 use std::io;
 use std::path::Path;
@@ -18,12 +18,12 @@ impl IncludeFiles for Folder<'_> {
     }
 }
 
-/// What our assembler fills, or all its errors.
+/// Returns the cells that our assembler fills, or all its errors.
 pub fn cells(source: &Source) -> Result<Cells, String> {
     cells_in(&home(source.judge), &source.name, &source.text, source.chip)
 }
 
-/// The same for a text whose includes lie in `home`.
+/// Returns the cells for a text whose includes are in `home`, or all errors.
 pub fn cells_in(home: &Path, name: &str, text: &str, chip: &'static Chip) -> Result<Cells, String> {
     let text = emu_asm::SourceText { name, bytes: text.as_bytes() };
     match assemble(&text, chip, &AssembleOptions::default(), &mut Folder(home)) {

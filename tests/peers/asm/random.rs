@@ -1,5 +1,5 @@
-//! Random programs: random instructions of the tables, with random operands that they can hold, written in each assembler's
-//! habits, with numbers in all their forms and as sums of two.
+//! Random programs: random instructions of the tables with random valid operands, written in the style of
+//! each assembler, with numbers in all notations and as sums of two.
 
 use std::fmt::Write;
 
@@ -13,7 +13,7 @@ use crate::folder;
 use crate::judges::Judge;
 use crate::{ours, seed};
 
-/// Writes a number that is not negative.
+/// Writes a non-negative number in one notation.
 type Form = fn(i32) -> String;
 
 const AS31: &[Form] = &[
@@ -54,7 +54,7 @@ impl Judge {
         }
     }
 
-    /// The location counter, and how far behind the address of its instruction it stands.
+    /// Returns the location counter, and its offset in bytes from the address of the instruction.
     fn here(self, row: &InstructionRow) -> (&'static str, i32) {
         match self {
             Judge::As31 => ("*", 0),
@@ -64,19 +64,20 @@ impl Judge {
         }
     }
 
-    /// The chip, its instructions in a program, and what stands before and behind them.
+    /// Returns the chip, the number of instructions in a program, and the text before and after them.
     fn program(self) -> (&'static str, usize, &'static str, &'static str) {
         match self {
             Judge::As31 => ("at89s52", 30_000, "        .org    0\n", "        .end\n"),
             Judge::Sdas => ("at89s52", 30_000, "        .area   CSEG (ABS,CODE)\n        .org    0\n", ""),
-            // Registers of other banks, TRIS and OPTION, and addresses without a register are told.
+            // Error level 2 hides messages about registers of other banks, TRIS and OPTION, and addresses
+            // without a register.
             Judge::Gpasm => ("pic16f877a", 8_000, "        list    p=16f877a\n        errorlevel 2\n", "        end\n"),
             Judge::Avr => ("atmega128", 40_000, "", ""),
         }
     }
 }
 
-/// A number, plain or as a sum or difference.
+/// Returns a number, plain or as a sum or difference.
 fn number(judge: Judge, n: i32, rng: &mut Rng) -> String {
     let forms = judge.forms();
     let form = |n: i32, rng: &mut Rng| forms[rng.below(forms.len() as u64) as usize](n);
@@ -96,7 +97,7 @@ fn number(judge: Judge, n: i32, rng: &mut Rng) -> String {
     }
 }
 
-/// The text of an operand.
+/// Returns the text of an operand.
 fn operand(
     judge: Judge,
     chip: &Chip,
@@ -112,21 +113,21 @@ fn operand(
         "target" if width < 14 && chip.family != ChipFamily::Pic16 => {
             let bytes = chip.word_bytes as i32;
             let (here, behind) = judge.here(row);
-            // The way round the end of memory is not one that all of them know.
+            // Not all assemblers support a jump across the end of memory, so the distance is not wrapped.
             let distance = (value - pc) * bytes - behind;
             format!("{here}{distance:+}")
         }
         "target" if chip.family == ChipFamily::Avr => number(judge, value * 2, rng),
         // Constants may be negative.
         "constant" if width == 8 && rng.one_in(8) && value > 128 => number(judge, value - 256, rng),
-        // as31 takes no expression for a bit.
+        // as31 accepts no expression for a bit.
         "bit address" if judge == Judge::As31 => judge.forms()[rng.below(AS31.len() as u64) as usize](value),
         _ => number(judge, value, rng),
     }
 }
 
-/// The text of an instruction of `row` at `pc`, in words, with random operands; `None` where they come out as what the
-/// assembler does not know.
+/// Returns the text of an instruction of `row` at `pc`, in words, with random operands, or `None` if the
+/// assembler does not support the operands.
 fn instruction(judge: Judge, chip: &Chip, row: &InstructionRow, pc: u32, rng: &mut Rng) -> Option<String> {
     let site = (chip.isa.locate)(pc, row.len());
     let mut bits = row.pattern.value;
@@ -155,7 +156,7 @@ fn instruction(judge: Judge, chip: &Chip, row: &InstructionRow, pc: u32, rng: &m
                         return None;
                     }
                 }
-                // sdld takes the page of the instruction for that of the next one (faults.txt).
+                // sdld uses the page of the instruction instead of that of the next one (faults.txt).
                 if judge == Judge::Sdas && kind == "target in the page" && pc >> 11 != (pc + 2) >> 11 {
                     return None;
                 }
@@ -210,7 +211,7 @@ fn random_programs_give_the_bytes_of_their_assemblers() {
             lines += written;
             std::fs::write(dir.join(&source.name), &source.text).expect("a source");
             let verdict = judge.assemble(&dir, &source.name, source.chip, &dir);
-            // What a register pair counted up and down does to itself (`ld r26, X+`) is for the program to know.
+            // Remarks about instructions that change their own pointer (`ld r26, X+`) do not matter here.
             let said: Vec<_> = verdict.said.iter().filter(|line| !is_remark(line)).collect();
             assert!(said.is_empty(), "seed {seed:#x}: {}: {:#?}", judge.name(), &said[..said.len().min(20)]);
             let theirs = verdict.cells.expect("bytes");

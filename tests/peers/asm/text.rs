@@ -1,4 +1,5 @@
-//! Texts of any encoding: every byte of a string, a character or a comment goes to the chip as each assembler has it.
+//! Texts in any encoding: each byte of a string, a character or a comment gives the same code bytes as in
+//! each assembler.
 
 use emu_asm::{AssembleOptions, assemble};
 
@@ -6,7 +7,7 @@ use crate::corpus::differences;
 use crate::folder;
 use crate::judges::{Judge, cells};
 
-/// Bytes that are no ASCII: of code pages, of UTF-8, of both.
+/// Bytes that are not ASCII: from code pages, from UTF-8, from both.
 const TEXTS: &[&[u8]] = &[
     b"\xBF",
     b"\xE9",
@@ -21,7 +22,7 @@ const TEXTS: &[&[u8]] = &[
     b"\xC3\xA9\xE9",
 ];
 
-/// Lines of each dialect; `@` stands for a text.
+/// Lines of each dialect; `@` is replaced by a text.
 const LINES: &[(Judge, &str, &str, &[&str])] = &[
     (
         Judge::Gpasm,
@@ -68,7 +69,7 @@ const LINES: &[(Judge, &str, &str, &[&str])] = &[
     ),
 ];
 
-/// Where the assembler takes a line, ours gives the same bytes.
+/// If the assembler accepts a line, ours gives the same bytes.
 #[test]
 #[ignore = "needs as31, sdcc, gputils, binutils-avr and avr-libc: .ci/peers installs them"]
 fn texts_of_any_encoding() {

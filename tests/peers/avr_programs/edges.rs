@@ -1,4 +1,4 @@
-//! What a program does to a pin, and when.
+//! Records the edges that a program makes on a pin.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use emu_core::{ChipEvent, Cpu, PinId, PinLevel, Probe, RamInit, StopReason};
 
 use super::MCU;
 
-/// Keeps the edges of a pin.
+/// Records the edges of a pin.
 struct Edges {
     pin: PinId,
     edges: Vec<(u64, bool)>,
@@ -26,7 +26,7 @@ impl Probe for Edges {
     }
 }
 
-/// The edges of a pin until the program ends: cycle, and whether it is high from there on.
+/// Returns the edges of a pin until the program ends: the cycle, and the new level.
 pub fn edges(image: &Path, pin: &str) -> Vec<(u64, bool)> {
     let chip = chips::chip(MCU).expect("the chip");
     let bytes = std::fs::read(image).unwrap_or_else(|e| panic!("{}: {e}", image.display()));
@@ -38,7 +38,7 @@ pub fn edges(image: &Path, pin: &str) -> Vec<(u64, bool)> {
     seen.edges
 }
 
-/// The pulses among edges that are shorter than 300 cycles: the cycle at which each begins, and how long it is high.
+/// Returns the pulses shorter than 300 cycles: the cycle at which each begins, and its length in cycles.
 pub fn pulses(edges: &[(u64, bool)]) -> Vec<(u64, u64)> {
     let pulse = |pair: &[(u64, bool)]| (pair[0].0, pair[1].0 - pair[0].0);
     edges.windows(2).filter(|pair| pair[0].1).map(pulse).filter(|pulse| pulse.1 < 300).collect()

@@ -1,4 +1,4 @@
-//! The programs of examples/avr, for the tests that run what is committed and for those that build it anew.
+//! The programs of examples/avr, for the tests that run the committed images and for those that rebuild them.
 
 pub mod edges;
 pub mod muldiv;
@@ -10,12 +10,12 @@ use std::process::Command;
 /// The chip of all programs.
 pub const MCU: &str = "atmega328p";
 
-/// A file of the examples.
+/// Returns the path of an example file.
 pub fn example(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/avr").join(name)
 }
 
-/// What `emu run` tells of an image, as its JSON document.
+/// Returns the JSON document of `emu run` for an image.
 pub fn emu(image: &Path, flags: &[&str]) -> serde_json::Value {
     let mut command = Command::new(env!("CARGO_BIN_EXE_emu"));
     command.arg("run").arg(image).args(["--mcu", MCU, "--json"]).args(flags);
@@ -25,7 +25,7 @@ pub fn emu(image: &Path, flags: &[&str]) -> serde_json::Value {
     serde_json::from_str(&document).unwrap_or_else(|e| panic!("{} {flags:?}: {e}\n{document}{errors}", image.display()))
 }
 
-/// What an image sends by its serial port until it ends by itself.
+/// Returns the text that an image sends on its serial port until it ends.
 pub fn sent(image: &Path, flags: &[&str]) -> String {
     let document = emu(image, flags);
     assert_eq!(document["stop"]["reason"], "halted", "{}: {document:#}", image.display());

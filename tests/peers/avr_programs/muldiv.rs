@@ -1,6 +1,6 @@
-//! What examples/avr/muldiv.c prints, by the arithmetic of the host.
+//! The expected output of examples/avr/muldiv.c, computed with the arithmetic of the host.
 
-/// Operands by xorshift32, and the FNV-1a sum of the results.
+/// Operands from xorshift32, and the FNV-1a hash of the results.
 struct Torture {
     state: u32,
     sum: u32,
@@ -20,21 +20,22 @@ impl Torture {
         (high << 32 | low) >> (64 - bits) >> (self.next() % bits)
     }
 
-    /// Adds the lowest `bits` of a value.
+    /// Adds the lowest `bits` of a value to the hash.
     fn add(&mut self, value: i128, bits: u32) {
         for byte in &value.to_le_bytes()[..bits as usize / 8] {
             self.sum = (self.sum ^ u32::from(*byte)).wrapping_mul(16_777_619);
         }
     }
 
-    /// Products, quotients and remainders of numbers of `bits`; the product of up to 32 bits in the doubled size as well.
+    /// Adds products, quotients and remainders of `bits`-bit numbers. Up to 32 bits, also adds the product at
+    /// twice the width.
     fn whole(&mut self, bits: u32, signed: bool, times: u32) {
         for _ in 0..times {
             let (mut a, mut b) = (self.operand(bits) as i128, self.operand(bits) as i128);
             if signed {
                 a = if self.next() & 1 == 1 { -a } else { a };
                 b = if self.next() & 1 == 1 { -b } else { b };
-                // What C's type of that size holds.
+                // Limit the operands to the range of C's type of that size.
                 (a, b) = (a << (128 - bits) >> (128 - bits), b << (128 - bits) >> (128 - bits));
             }
             self.add(a.wrapping_mul(b), bits);
@@ -71,7 +72,7 @@ impl Torture {
     }
 }
 
-/// All lines.
+/// Returns all lines of the output.
 pub fn text() -> String {
     let mut torture = Torture { state: 2_463_534_242, sum: 0 };
     let mut out = String::new();

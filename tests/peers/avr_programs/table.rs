@@ -1,8 +1,8 @@
-//! The programs of examples/avr: what they are run with, and what they must print, computed here or written down by hand.
+//! The programs of examples/avr: their flags, and their expected output, computed here or written by hand.
 
 use std::fmt::Write;
 
-/// A program and the flags that `emu run` gets for it.
+/// A program and its flags for `emu run`.
 pub struct Program {
     /// Name of the source and of the image.
     pub name: &'static str,
@@ -10,7 +10,7 @@ pub struct Program {
     pub flags: Vec<&'static str>,
 }
 
-/// `name: flags`.
+/// Lines of `name: flags`.
 const PROGRAMS: &str = r"
 printf:
 muldiv:
@@ -26,7 +26,7 @@ filter: --set A0=1.25V --at 40.5ms:A0=3.1V
 nap:    --at 100ms:PD2=0 --at 105ms:PD2=1 --at 400ms:PD2=0 --at 500ms:PD2=1 --at 640ms:PD2=0
 ";
 
-/// All programs.
+/// Returns all programs.
 pub fn programs() -> Vec<Program> {
     let row = |line: &'static str| {
         let (name, flags) = line.split_once(':').unwrap_or_else(|| panic!("{line}"));
@@ -35,7 +35,7 @@ pub fn programs() -> Vec<Program> {
     PROGRAMS.trim().lines().map(row).collect()
 }
 
-/// What a program prints.
+/// Returns the expected output of a program.
 pub fn text(name: &str) -> String {
     match name {
         "printf" => printf(),
@@ -51,13 +51,14 @@ pub fn text(name: &str) -> String {
             .to_owned(),
         "logger" => format!("a new log\n{}", log(3)),
         "filter" => filter(),
-        // Presses at 100, 400 and 640 ms, ticks every 64 ms; 22, 22 and 23 bytes of ten bits are told awake.
+        // Presses at 100, 400 and 640 ms, ticks every 64 ms; the chip is awake for 22, 22 and 23 bytes of ten
+        // bits.
         "nap" => "press 1 after 1 ticks\npress 2 after 6 ticks\npress 3 after 10 ticks\nawake for 17 ms\n".to_owned(),
         _ => panic!("{name} is not known"),
     }
 }
 
-/// The first records of the logger.
+/// Returns the first records of the logger.
 pub fn log(records: i32) -> String {
     (0..records).map(|n| format!("log {n}: {}\n", 1000 - 7 * n * n)).collect()
 }
@@ -69,7 +70,7 @@ fn printf() -> String {
     }
     let _ = writeln!(out, "{} {} {:x} abc {:>5}| %", -i32::MAX, u32::MAX, 0xDEAD_BEEFu32, "de");
     let reals = [0.0f32, 1.0, -2.5, std::f32::consts::PI, 1234.5678, 0.001_23];
-    // The shortest of %e and %f with six digits, by hand.
+    // The shorter of %e and %f with six digits, by hand.
     let short = ["0", "1", "-2.5", "3.14159", "1234.57", "0.00123"];
     for (x, short) in reals.into_iter().map(f64::from).zip(short) {
         let _ = writeln!(out, "{x:.4}|{x:10.2}|{}|{short}", scientific(x));
@@ -80,7 +81,7 @@ fn printf() -> String {
     out + "inf -inf nan\n"
 }
 
-/// `%.3e` as C has it: a sign and two digits of exponent.
+/// Formats a number like C's `%.3e`: exponent with a sign and two digits.
 fn scientific(x: f64) -> String {
     let text = format!("{x:.3e}");
     let (mantissa, exponent) = text.split_once('e').expect("an exponent");
@@ -107,8 +108,8 @@ fn sort() -> String {
     out
 }
 
-/// A sample each millisecond, of 1.25 V and from the 41st on of 3.1 V: medians of three, then a low pass of an eighth, in
-/// sixteenths, which divides towards zero.
+/// A sample every millisecond, of 1.25 V, from the 41st on of 3.1 V: medians of three, then a low-pass filter
+/// with factor 1/8, in sixteenths, with division towards zero.
 fn filter() -> String {
     let counts = |n: i32| if n <= 40 { 1250 * 1024 / 5000 } else { 3100 * 1024 / 5000 };
     let (mut out, mut low) = (String::new(), 0);

@@ -1,6 +1,6 @@
 /*
- * Self-programming. What writes flash lies in the boot section, from 0x7000 on with fuses as delivered. Each function gives the
- * figure of one fact, in r25:r24.
+ * Self-programming. The code that writes flash is in the boot section, from 0x7000 with the fuses of a new chip. Each function returns the
+ * value of one fact, in r25:r24.
  */
 #define __SFR_OFFSET 0
 #include <avr/io.h>
@@ -11,7 +11,7 @@ f_\name:
 .endm
 
 	.text
-/* LPM from r30 right behind BLBSET. */
+/* LPM from r30 directly after BLBSET. */
 read_bits:
 	clr	r31
 	ldi	r24, 1 << BLBSET | 1 << SELFPRGEN
@@ -36,13 +36,13 @@ point:	ldi	r30, lo8(target)
 	ldi	r31, hi8(target)
 	ret
 
-/* A command for the page that Z is in. */
+/* A command for the page that contains Z. */
 command:
 	out	SPMCSR, r24
 	spm
 	ret
 
-/* Until SPMCSR is free, 20 ms at most. */
+/* Waits until SPMCSR is free, 20 ms at most. */
 wait:	clr	r20
 	clr	r21
 1:	in	r22, SPMCSR
@@ -64,7 +64,7 @@ erase:	rcall	point
 	ldi	r24, 1 << PGERS | 1 << SELFPRGEN
 	rjmp	command
 
-/* RWWSB behind an SPM so many cycles after SPMCSR is written. */
+/* RWWSB after an SPM a given number of cycles after the write to SPMCSR. */
 .macro window name, count
 fact \name
 	rcall	point
@@ -87,7 +87,7 @@ fact \name
 	window	spm_window_4, 3
 	window	spm_window_5, 4
 
-/* Does r19:r18, at clk/8, lie between 3.7 and 4.5 ms? */
+/* Does r19:r18, at clk/8, have a value between 3.7 and 4.5 ms? */
 typical:
 	clr	r24
 	clr	r25
@@ -117,7 +117,7 @@ fact spm_time
 	rcall	finish
 	rjmp	typical
 
-/* A page of the section that cannot be read while it is written: the core stands. */
+/* A page of the section that cannot be read while it is written: the core halts. */
 fact spm_nrww
 	rcall	slow
 	ldi	r30, lo8(0x7F80)
@@ -141,7 +141,7 @@ fact spm_busy
 	clr	r25
 	ret
 
-/* RWWSB when it is erased (2), and behind RWWSRE (1). */
+/* RWWSB when it is erased (2), and after RWWSRE (1). */
 fact spm_rww
 	rcall	erase
 	rcall	wait
@@ -183,7 +183,7 @@ fact spm_write
 	lpm	r25, Z
 	ret
 
-/* EEPE behind a start while a page is erased. */
+/* EEPE after a start while a page is erased. */
 fact ee_spm
 	rcall	erase
 	sbi	EECR, EEMPE

@@ -1,6 +1,6 @@
 /*
- * Cycles of instructions and of interrupts. Each function gives the figure of one fact, in r25:r24. The stopwatch is timer 1,
- * which counts cycles while these run; addresses of registers are those of IN and OUT.
+ * Cycles of instructions and of interrupts. Each function returns the value of one fact, in r25:r24. The stopwatch is timer 1,
+ * which counts cycles while these run; register addresses are those of IN and OUT.
  */
 #define __SFR_OFFSET 0
 #include <avr/io.h>
@@ -10,7 +10,7 @@
 f_\name:
 .endm
 
-/* The stopwatch is read; the two loads of a reading lie between readings, and are taken off. */
+/* Reads the stopwatch; the two loads of a reading are between readings, and are subtracted. */
 .macro start
 	lds	r18, TCNT1L
 	lds	r19, TCNT1H
@@ -35,7 +35,7 @@ f_\name:
 	.endr
 .endm
 
-/* A fact whose figure is the cycles of up to five lines of code; registers stand as `begin` leaves them. */
+/* A fact whose value is the cycles of up to five lines of code; registers have the values from `begin`. */
 .macro cycles name, a, b, c, d, e
 	fact	\name
 	begin
@@ -116,7 +116,7 @@ fact icall
 2:	ret
 1:	finish
 
-/* When the watchdog's interrupt came, by the stopwatch, and how often; the count outlasts a reset. */
+/* The stopwatch time of the watchdog's interrupt, and the number of interrupts; the count survives a reset. */
 	.comm	wd_at, 2
 	.section .noinit, "aw", @nobits
 	.global	wd_count
@@ -169,7 +169,7 @@ INT0_vect:
 	inc	r20
 	reti
 
-/* Ends interrupts and timer 0, gives r24. */
+/* Stops interrupts and timer 0, and returns r24. */
 quiet:
 	out	TCCR0B, r1
 	out	TCCR0A, r1
@@ -177,7 +177,7 @@ quiet:
 	clr	r25
 	ret
 
-/* Leaves OCF0B and TOV0 set, timer 0 standing, and the interrupts of r22 enabled; counts from zero in r18. */
+/* Leaves OCF0B and TOV0 set, timer 0 stopped, and the interrupts of r22 enabled; counts from zero in r18. */
 	.global	pend
 pend:
 	out	TCCR0A, r1
@@ -226,7 +226,7 @@ fact irq
 	pop	r25
 	ret
 
-/* Instructions that run behind SEI before an interrupt that waits. */
+/* Instructions that run after SEI before a pending interrupt. */
 fact sei
 	ldi	r22, 1 << OCIE0B
 	rcall	pend
@@ -235,7 +235,7 @@ fact sei
 	mov	r24, r20
 	rjmp	quiet
 
-/* The same behind OUT that sets I. */
+/* Instructions that run after an OUT that sets I, before a pending interrupt. */
 fact out_sreg
 	ldi	r22, 1 << OCIE0B
 	rcall	pend
@@ -245,7 +245,7 @@ fact out_sreg
 	mov	r24, r20
 	rjmp	quiet
 
-/* Instructions between RETI and the next interrupt, which waits. */
+/* Instructions between RETI and the next, pending interrupt. */
 fact reti
 	ldi	r22, 1 << OCIE0B | 1 << TOIE0
 	rcall	pend
@@ -255,7 +255,7 @@ fact reti
 	sub	r24, r20
 	rjmp	quiet
 
-/* SLEEP behind SEI comes before the interrupt that waits: counted are instructions from SLEEP to the interrupt. */
+/* SLEEP after SEI precedes the pending interrupt: counts the instructions from SLEEP to the interrupt. */
 fact sei_sleep
 	ldi	r22, 1 << OCIE0B
 	rcall	pend
@@ -268,7 +268,7 @@ fact sei_sleep
 	mov	r24, r20
 	rjmp	quiet
 
-/* Of low level: one instruction runs between two interrupts, as often as the level is low. */
+/* Low level: one instruction runs between two interrupts while the level is low. */
 fact int_level
 	cbi	PORTD, 2
 	sbi	DDRD, 2
@@ -285,7 +285,7 @@ fact int_level
 	clr	r25
 	ret
 
-/* From the match to the stopwatch's reading in the service routine, behind entry, JMP and PUSH. */
+/* From the match to the stopwatch's reading in the service routine, after entry, JMP and PUSH. */
 fact latency
 	sts	TIMSK1, r1
 	sts	OCR1AH, r1
@@ -307,7 +307,7 @@ fact latency
 	clr	r25
 	ret
 
-/* When an interrupt is served, counted from a fixed point before it, with r22 as SMCR. */
+/* The time at which an interrupt is served, counted from a fixed point before it, with r22 as SMCR. */
 .macro arrival name, waiting:vararg
 	.global	\name
 \name:	ldi	r24, 100
@@ -350,7 +350,7 @@ fact flag_taken
 	clr	r25
 	ret
 
-/* OCF1A and OCF1B 40 cycles from now, or so. */
+/* OCF1A and OCF1B about 40 cycles from now. */
 match_40:
 	sts	TIMSK1, r1
 	ldi	r24, 60
@@ -364,7 +364,7 @@ match_40:
 	out	TIFR1, r24
 	ret
 
-/* An interrupt in each of the three cycles of LPM, which ends first: cycles of waiting beyond the least, summed. */
+/* An interrupt in each of the three cycles of LPM, which ends first: the sum of the waiting cycles above the minimum. */
 .macro phase count
 	rcall	match_40
 	ldi	r24, 1 << OCIE1A
@@ -396,7 +396,7 @@ fact irq_multi
 	clr	r25
 	ret
 
-/* Two interrupts wait: is that of the lower vector served first? */
+/* Two interrupts are pending: is the one with the lower vector served first? */
 fact priority
 	ldi	r22, 1 << OCIE0B | 1 << TOIE0
 	rcall	pend

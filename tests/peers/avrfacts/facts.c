@@ -1,6 +1,6 @@
 /*
- * Prints the cycle facts of the ATmega328P over USART0 (115200 baud 8N1 at 16 MHz), a line a fact: its name and its figure.
- * What the data sheet says of each stands in facts.txt. Every wait has an end, so that a fault prints a wrong figure.
+ * Prints the cycle facts of the ATmega328P over USART0 (115200 baud 8N1 at 16 MHz), one line per fact: its name and its value.
+ * facts.txt has the values of the data sheet. Every wait has a limit, so that a fault prints a wrong value.
  */
 #include <avr/interrupt.h>
 #include <avr/io.h>
@@ -31,7 +31,7 @@ static void say(const char *name, uint16_t figure)
 	while (n)
 		put(digits[--n]);
 	put('\n');
-	PAUSE(5000); /* both bytes are out */
+	PAUSE(5000); /* both bytes are sent */
 }
 
 FACT(sleep)
@@ -101,7 +101,7 @@ static void ee_wait(void)
 		;
 }
 
-/* Is a cell written by a start that comes so late? */
+/* Is a cell written if the start comes this late? */
 static uint8_t ee_starts(void (*start)(void))
 {
 	ee_wait();
@@ -192,7 +192,7 @@ FACT(wd_window_5)
 	return wdtcsr;
 }
 
-/* Milliseconds that timer 1 counts while the core sleeps through the watchdog's time. */
+/* Milliseconds that timer 1 counts while the core sleeps for the watchdog's time. */
 static uint16_t nap(uint8_t mode)
 {
 	wdt_reset();
@@ -221,8 +221,8 @@ FACT(power_down)
 }
 
 /*
- * From waking by the watchdog to its next interrupt, in idle, in cycles modulo 65536. Timer 0 ends it after 16.4 ms where the
- * watchdog does not come again.
+ * From waking by the watchdog to its next interrupt, in idle, in cycles modulo 65536. Timer 0 ends it after 16.4 ms if the
+ * watchdog interrupt does not repeat.
  */
 static uint16_t rest(uint8_t mode)
 {
@@ -248,7 +248,7 @@ static uint16_t rest(uint8_t mode)
 	return wd_at;
 }
 
-/* The later it wakes, the shorter the rest. */
+/* The later it wakes, the shorter the remaining time. */
 FACT(wake_down)
 {
 	uint16_t idle = rest(0);
@@ -285,7 +285,7 @@ static void full_clock(void)
 	CLKPR = 0;
 }
 
-/* The watchdog's time by a clock of half the speed. */
+/* The watchdog's time measured with a clock of half the speed. */
 FACT(wdt_clock)
 {
 	clk_0();

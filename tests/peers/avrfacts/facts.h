@@ -1,4 +1,4 @@
-/* The facts by name, and what their functions share. Each function gives the figure of one fact. */
+/* The names of the facts, and the code that their functions share. Each function returns the value of one fact. */
 #include <avr/io.h>
 #include <stdint.h>
 
@@ -36,8 +36,8 @@ void ee_0(void), ee_2(void), ee_3(void);
 uint8_t wd_2(void), wd_3(void), clk_0(void), clk_2(void), clk_3(void);
 
 /*
- * Timer 1 counts from zero with this clock, all of its flags are clear. Counters are written here while they run: what a
- * write does to one that stands is no matter of these facts, but not the same everywhere.
+ * Timer 1 counts from zero with this clock, and all its flags are clear. Counters are written here while they run: the effect
+ * of a write to a stopped counter is not part of these facts, and differs between peers.
  */
 static inline void stopwatch(uint8_t clock)
 {

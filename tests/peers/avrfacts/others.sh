@@ -1,6 +1,6 @@
 #!/bin/sh
-# The facts program on peers that no package of Debian has: a line a fact, its name and the figures of simavr (another than
-# Debian's), avr8js and yasimavr; `none` where that peer does not come to an end there. They are the last columns but one of
+# The facts program on peers that no package of Debian has: one line per fact, its name and the values of simavr (another than
+# Debian's), avr8js and yasimavr; `none` if the program does not end on that peer. They are the columns before the last one of
 # facts.txt. Needs avr-gcc, node with npm, python3 with pip, cc and libelf-dev.
 #
 # Usage: EMU_SIMAVR=FOLDER tests/peers/avrfacts/others.sh [WORK]   (FOLDER holds sim/ and a built libsimavr.a)
@@ -13,7 +13,7 @@ mkdir -p "$work/include"
 cp "$here"/*.c "$here"/*.S "$here"/*.h "$here"/*.mjs "$here"/*.py "$work"
 cd "$work"
 
-# The program without the facts named.
+# Builds the program without the named facts.
 build() {
 	cp "$here/facts.h" .
 	for fact; do
@@ -28,18 +28,18 @@ cc -std=gnu11 -O2 -Iinclude -Iinclude/simavr -I"$simavr" -o uart "$here/../simav
 build
 ./uart facts.bin $cycles wire >simavr.txt 2>/dev/null
 
-# An interrupt by level keeps the main program from its next instruction for ever.
+# A level interrupt prevents the next instruction of the main program forever.
 npm install --silent avr8js@0.21.1 >/dev/null
 build int_level
 node avr8js.mjs $cycles >avr8js.txt
 
-# SLEEP behind SEI is not left, conversions and SPM end the run.
+# SLEEP after SEI never ends; conversions and SPM end the run.
 pip install --quiet --target packages yasimavr==0.1.6 2>pip.txt
 build sei_sleep adc_first adc_next adc_free adc_trigger adc_edge adc_mux adlar adc_lock spm spm_window_4 spm_window_5 spm_time \
 	spm_busy spm_rww spm_erase spm_write spm_nrww ee_spm
 PYTHONPATH=packages python3 yasimavr_facts.py facts.elf $cycles >yasimavr.txt
 
-# Bytes that the facts themselves send may stand before a line.
+# Bytes that the facts send may precede a line.
 sed 's/^[^a-z]*//' simavr.txt | while read -r name figure; do
 	set -- "$figure"
 	for peer in avr8js yasimavr; do

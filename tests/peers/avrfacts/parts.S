@@ -1,4 +1,4 @@
-/* What the parts around the core do cycle by cycle. Each function gives the figure of one fact, in r25:r24. */
+/* The peripherals around the core, cycle by cycle. Each function returns the value of one fact, in r25:r24. */
 #define __SFR_OFFSET 0
 #include <avr/io.h>
 
@@ -109,7 +109,7 @@ fact tcnt_later
 	clr	r25
 	ret
 
-/* TCNT0 written with what OCR0A holds. */
+/* TCNT0 written with the value of OCR0A. */
 fact tcnt_hides
 	rcall	run0
 	ldi	r22, 60
@@ -121,7 +121,7 @@ fact tcnt_hides
 	out	TCCR0B, r1
 	give	1, r22
 
-/* OCF0A after OUT to TCNT0 of 50, OUT to TIFR0, and r24 NOPs, at least two; IJMP stands for two of them. */
+/* OCF0A after OUT to TCNT0 of 50, OUT to TIFR0, and r24 NOPs, at least two; IJMP replaces two of them. */
 	.global	match_after
 match_after:
 	mov	r23, r24
@@ -193,7 +193,7 @@ fact \name
 	tick	psr_before, 62
 	tick	psr_at, 63
 
-/* Both timers at clk/64, started 3 and 24 cycles behind PSRSYNC: their ticks up to 75 cycles behind it, added. */
+/* Both timers at clk/64, started 3 and 24 cycles after PSRSYNC: the sum of their ticks up to 75 cycles after it. */
 fact shared_psr
 	rcall	run0
 	out	TCCR0B, r1
@@ -329,7 +329,7 @@ clk_\count:
 	window	2
 	window	3
 
-/* SPIF so many cycles after SPDR, r24, at least two. */
+/* SPIF r24 cycles after SPDR, at least two. */
 	.global	spif_after
 spif_after:
 	ldi	r30, pm_lo8(1f)
@@ -343,7 +343,7 @@ spif_after:
 1:	in	r22, SPSR
 	give	SPIF, r22
 
-/* SPM out of the application section: erases a page, then the page is looked at. */
+/* SPM from the application section: erases a page, then checks the page. */
 fact spm
 	ldi	r30, lo8(page)
 	ldi	r31, hi8(page)
@@ -369,7 +369,7 @@ fact \name
 	first_byte signature, 0
 	first_byte sig_late, 5
 
-/* MCUCR after IVSEL in the cycle `count + 1` behind that of IVCE. */
+/* MCUCR after IVSEL in the cycle `count + 1` after that of IVCE. */
 .macro vectors name, count
 fact \name
 	ldi	r24, 1 << IVCE

@@ -4,7 +4,7 @@
 
 #include "facts.h"
 
-/* USART: what is sent here are blanks before the name of the fact. */
+/* USART: the bytes sent here are blanks before the name of the fact. */
 
 FACT(udre_first)
 {
@@ -48,7 +48,7 @@ FACT(txc_early)
 	return BIT(ucsra, TXC0);
 }
 
-/* The receiver. A wire leads from TXD to RXD; with the transmitter off PD1 is the port's, and says what frames look like. */
+/* The receiver. A wire leads from TXD to RXD; with the transmitter off, PD1 belongs to the port and generates the frames. */
 
 /* Waits for a byte, two frames at most. */
 static uint8_t received(void)
@@ -59,7 +59,7 @@ static uint8_t received(void)
 	return BIT(UCSR0A, RXC0);
 }
 
-/* Only the transmitter. */
+/* Enables only the transmitter. */
 static void deaf(void)
 {
 	UCSR0A = 0;
@@ -70,7 +70,7 @@ static void deaf(void)
 
 static const char blanks[] = { ' ', '\t', '\r', ' ' };
 
-/* So many bytes are sent, none is read. */
+/* Sends a number of bytes and reads none. */
 static void unread(uint8_t count)
 {
 	UCSR0B = 1 << RXEN0 | 1 << TXEN0;
@@ -88,7 +88,7 @@ FACT(rx_byte)
 	return byte;
 }
 
-/* How many of three are there. */
+/* The number of bytes received out of three. */
 FACT(rx_three)
 {
 	uint8_t right = 0;
@@ -133,7 +133,7 @@ static void listen(void)
 	PAUSE(400);
 }
 
-/* A flag of UCSR0A with the first byte (2) and with the second (1), the frames as given. */
+/* A flag of UCSR0A with the first byte (2) and with the second (1), with the given frames. */
 static uint8_t flags(uint16_t first, uint16_t second, uint8_t count, uint8_t flag)
 {
 	bits(first, count);
@@ -228,7 +228,7 @@ FACT(spi)
 	return cycles;
 }
 
-/* Converter: clock/128; conversions are counted in its clocks. */
+/* Converter: clock/128; conversions are measured in its clocks. */
 
 static uint16_t conversion(void)
 {
@@ -299,7 +299,7 @@ FACT(adc_trigger)
 	return cycles / 64;
 }
 
-/* ADATE while the flag that triggers is up already: does a conversion start? */
+/* ADATE while the trigger flag is already set: does a conversion start? */
 FACT(adc_edge)
 {
 	converter(1 << REFS0 | 15);
@@ -335,7 +335,7 @@ FACT(adc_free)
 	return clocks;
 }
 
-/* The band gap is converted, and ground chosen in the middle of it: is the result that of the band gap? */
+/* The band gap is converted, and ground selected during the conversion: is the result that of the band gap? */
 FACT(adc_mux)
 {
 	converter(1 << REFS0 | 14);
@@ -362,7 +362,7 @@ FACT(adlar)
 	return plain ? left / plain : 0;
 }
 
-/* ADC0 is driven high for so many cycles from the start on, and then low: is high what is converted? */
+/* ADC0 is driven high for a number of cycles from the start, and then low: is the result high? */
 static inline __attribute__((always_inline)) uint8_t sampled(uint8_t start, uint16_t cycles)
 {
 	PORTC |= 1;

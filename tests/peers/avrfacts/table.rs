@@ -1,5 +1,5 @@
-//! The cycle facts of the ATmega328P: a program that measures them runs here and under simavr; here all are as the data sheet
-//! says, and the page docs/chips/atmega328p.md shows them. `EMU_BLESS=1` writes its table anew.
+//! Cycle facts of the ATmega328P: a program measures them here and under simavr. Here all must match the data
+//! sheet. The page docs/chips/atmega328p.md shows them; `EMU_BLESS=1` rewrites its table.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -10,16 +10,16 @@ use crate::harness;
 use crate::tools::{folder, run, source};
 use crate::uart::sent_by_wire;
 
-/// Enough for the whole program, which then sleeps with interrupts off.
+/// Enough cycles for the complete program, which ends with a sleep with interrupts disabled.
 const CYCLES: u64 = 80_000_000;
-/// Where the boot section begins with fuses as delivered.
+/// Start of the boot section with the fuses of a new chip.
 const BOOT: &str = "-Wl,--section-start=.boot=0x7000";
-/// Between these the table stands on the page.
+/// The table on the page is between these lines.
 const BEGIN: &str = "<!-- facts: written by tests/peers/avrfacts -->\n";
 const END: &str = "<!-- end of facts -->\n";
-/// Columns of the peers that do not run here.
+/// Number of columns for peers that do not run in this test.
 const OTHERS: usize = 4;
-/// Those of them that ran this program.
+/// The peers among them that ran this program.
 const RAN: [&str; 3] = ["simavr 66eca78", "avr8js", "yasimavr"];
 
 struct Fact {
@@ -30,7 +30,7 @@ struct Fact {
     others: Vec<String>,
 }
 
-/// Headings and facts, in order.
+/// Returns headings and facts, in order.
 fn facts(text: &str) -> Vec<(String, Vec<Fact>)> {
     let mut parts: Vec<(String, Vec<Fact>)> = Vec::new();
     for line in text.lines() {
@@ -53,7 +53,7 @@ fn facts(text: &str) -> Vec<(String, Vec<Fact>)> {
     parts
 }
 
-/// Name and figure of every line that was sent.
+/// Returns name and value of every sent line.
 fn figures(sent: &[u8]) -> BTreeMap<String, String> {
     let text = String::from_utf8_lossy(sent);
     let mut figures = BTreeMap::new();
@@ -64,7 +64,7 @@ fn figures(sent: &[u8]) -> BTreeMap<String, String> {
     figures
 }
 
-/// A cell, in bold where it differs from the data sheet.
+/// Returns a table cell, in bold if it differs from the data sheet.
 fn cell(value: &str, wanted: &str) -> String {
     if value == wanted || value == "-" { value.to_owned() } else { format!("**{value}**") }
 }
@@ -78,7 +78,7 @@ fn every_cycle_fact_is_as_the_data_sheet_says() {
     let mut args = vec!["-mmcu=atmega328p", "-DF_CPU=16000000", "-Os", "-Wall", "-Wextra", BOOT, "-o", "facts.elf"];
     args.extend(sources.iter().map(|path| path.to_str().expect("a path")));
     run(Path::new("avr-gcc"), &args, &dir);
-    // simavr leaves out what an ELF file has beside .text and .data.
+    // simavr does not load sections of an ELF file other than .text and .data.
     run(Path::new("avr-objcopy"), &["-O", "binary", "facts.elf", "facts.bin"], &dir);
 
     let ours = figures(&sent_by_wire(&dir.join("facts.elf"), CYCLES));

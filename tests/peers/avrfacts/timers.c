@@ -9,7 +9,7 @@ static void stop0(void)
 	TIFR0 = 7;
 }
 
-/* Timer 0 in a mode with a top of 50 for a while: its flags. */
+/* The flags of timer 0 after some time in a mode with a top of 50. */
 static uint8_t flags0(uint8_t a, uint8_t b)
 {
 	stop0();
@@ -35,7 +35,7 @@ FACT(match)
 	return 0;
 }
 
-/* TOV0, OCF0A and OCF0B are set, and timer 0 stands. */
+/* TOV0, OCF0A and OCF0B are set, and timer 0 is stopped. */
 static void all_flags(void)
 {
 	stop0();
@@ -83,7 +83,7 @@ FACT(tov_bottom)
 	return flags0(1 << WGM00, 1 << WGM02);
 }
 
-/* OCR1A is written at TCNT1 = 50 or so; what matches at 100 and 500, and in the second period of 1001 cycles? */
+/* OCR1A is written at about TCNT1 = 50; which of 100 and 500 matches, also in the second period of 1001 cycles? */
 static uint8_t periods(uint8_t a, uint8_t b)
 {
 	uint8_t seen = 0;
@@ -222,7 +222,7 @@ FACT(icp_noise)
 	return capture(1 << ICNC1 | 1 << ICES1 | 1) - plain;
 }
 
-/* OC0A, which is set at first, after a forced match. */
+/* OC0A, initially set, after a forced match. */
 static uint8_t forced(uint8_t a)
 {
 	stop0();

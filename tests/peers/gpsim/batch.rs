@@ -1,5 +1,5 @@
-//! One batch: program memory with some 480 instructions, each at a place of its own behind code that makes its state, and
-//! what to do to run them, the same for both machines.
+//! A batch of about 480 test cases in one program memory, and the requests that run them on both machines.
+//! Each case has its own slot with code that sets up its state.
 
 use std::fmt::Write;
 
@@ -13,50 +13,51 @@ use emu_pic16::isa::{KINDS, ROWS, encode, find_row};
 
 use crate::drive::{self, LATER, VIEW, View};
 
-/// Words of a slot: a place for a CALL, 13 words that make a state, the instruction under test, two RETURNs. It is odd, so that
-/// the instruction stands at every alignment.
+/// Words per slot: a place for a CALL, 13 words that set up a state, the instruction under test, two RETURNs.
+/// The number is odd, so that the instruction occurs at every alignment.
 const SLOT: u16 = 17;
-/// Where in a slot the state begins.
+/// Offset of the setup code in a slot.
 const SETUP: u16 = 1;
-/// Where in a slot the instruction under test stands.
+/// Offset of the instruction under test in a slot.
 const SITE: u16 = 14;
-/// Slots of a program memory of 8 K words, and so cases of a batch.
+/// Number of slots in 8 K words of program memory, which is the number of cases in a batch.
 pub const CASES: usize = (0x2000 / SLOT) as usize;
-/// RETURN: what everything else is filled with, so that a CALL under test is seen to come back.
+/// RETURN: the filler word, so that the return from a CALL under test is visible.
 const SEA: u16 = 0x0008;
 
-/// The word that assemblers make of CLRW.
+/// The word that assemblers generate for CLRW.
 pub const CLRW: u16 = 0x0103;
 const CLRF_INTCON: u16 = 0x018B;
 const BSF_GIE: u16 = 0x178B;
 
-/// Watchdog off, or on; RC, since there a crystal starts at once after sleep (findings.txt), no brown-out reset, no LVP, no protection.
+/// Configuration words with the watchdog off and on: RC oscillator, because in gpsim a crystal starts at once
+/// after sleep (findings.txt); no brown-out reset, no LVP, no protection.
 const CONFIG: [u16; 2] = [0x3F3B, 0x3F3F];
 
-/// Registers that an instruction under test may name besides RAM and the registers of the core: plain storage in full width as
-/// long as their parts are off. Timer 1, CCP1, CCP2, PR2, SSPADD, SPBRG, EEDATA, EEADR.
+/// Registers that an instruction under test may name in addition to RAM and core registers. All 8 bits are
+/// plain storage while their peripherals are off: timer 1, CCP1, CCP2, PR2, SSPADD, SPBRG, EEDATA, EEADR.
 pub const STORAGE: &[u16] = &[0x0E, 0x0F, 0x15, 0x16, 0x1B, 0x1C, 0x92, 0x93, 0x99, 0x10C, 0x10D];
-/// PCL, STATUS, FSR, PCLATH: in every bank.
+/// PCL, STATUS, FSR, PCLATH, which exist in every bank.
 pub const CORE: &[u16] = &[2, 3, 4, 10];
-/// Bytes at which something happens.
+/// Byte values at boundaries of the arithmetic.
 const EDGES: &[u8] = &[0x00, 0x01, 0x0F, 0x10, 0x7F, 0x80, 0x81, 0x99, 0x9A, 0xFE, 0xFF];
 
-/// What is done to a machine.
+/// A request to a machine.
 #[derive(Debug, Clone, Copy)]
 pub enum Do {
-    /// The program counter is set.
+    /// Set the program counter.
     Goto(u16),
-    /// Instructions are run.
+    /// Run a number of instructions.
     Step(u32),
-    /// It sleeps until it comes to an address.
+    /// Sleep until an address is reached.
     Wake(u16),
-    /// Everything is looked at.
+    /// Record the complete state.
     View,
-    /// The program counter is.
+    /// Record the program counter.
     Later,
 }
 
-/// One instruction and what it starts from.
+/// One instruction and its initial state.
 #[derive(Debug, Clone)]
 pub struct Case {
     pub row: usize,
@@ -67,14 +68,14 @@ pub struct Case {
     pub status: u8,
     pub fsr: u8,
     pub pclath: u8,
-    /// The file register that it names, with its bank, and behind INDF.
+    /// The address of the file register that it names, including its bank and resolved through INDF.
     pub file: Option<u16>,
-    /// Byte put there, where it is RAM or storage.
+    /// The byte in that register, if it is RAM or storage.
     pub value: u8,
 }
 
 impl Case {
-    /// Whether GIE is set before it, where it comes back from a CALL.
+    /// Returns whether GIE is set before it, for instructions that return from a CALL.
     pub fn gie(&self) -> bool {
         self.value & 0x1F != 0x1A
     }
@@ -84,19 +85,19 @@ impl Case {
 pub struct Batch {
     pub words: Vec<u16>,
     pub watchdog: bool,
-    /// In the order in which they run.
+    /// The cases in execution order.
     pub cases: Vec<Case>,
     pub orders: Vec<Do>,
 }
 
 impl Batch {
-    /// Intel HEX, with the configuration word.
+    /// Returns the Intel HEX file, with the configuration word.
     pub fn hex(&self) -> String {
         let bytes: Vec<u8> = self.words.iter().flat_map(|w| w.to_le_bytes()).collect();
         write_hex(&[(0, &bytes), (0x400E, &CONFIG[usize::from(self.watchdog)].to_le_bytes())])
     }
 
-    /// The orders as commands to gpsim.
+    /// Returns the requests as gpsim commands.
     pub fn script(&self) -> String {
         let mut text = String::new();
         for order in &self.orders {
@@ -111,7 +112,7 @@ impl Batch {
         text
     }
 
-    /// The orders carried out by our machine.
+    /// Executes the requests on our machine, and returns the views.
     pub fn ours(&self, machine: &mut Pic16) -> Vec<View> {
         let mut views: Vec<View> = Vec::with_capacity(self.cases.len());
         let there = drive::there(machine.chip());
@@ -132,14 +133,14 @@ impl Batch {
     }
 }
 
-/// What cases are drawn from: a row, and the bits of its word that may be anything.
+/// The source of random cases: a row, and the don't-care bits of its word.
 #[derive(Clone, Copy)]
 pub struct Kind {
     pub row: usize,
     open: u16,
 }
 
-/// The rows, with the bits of their words that neither name the instruction nor its operands.
+/// Returns the rows, each with the bits of its word that select neither instruction nor operands.
 pub fn kinds() -> Vec<Kind> {
     (0..ROWS.len())
         .map(|row| {
@@ -164,7 +165,7 @@ fn word(row: usize, operand: impl Fn(u8) -> i32) -> u16 {
     encode(KINDS[row], &operands).unwrap_or_else(|e| panic!("{}: {e}", ROWS[row].name))
 }
 
-/// A byte, often one at which something happens.
+/// Returns a random byte, often a boundary value.
 fn byte(rng: &mut Rng) -> u8 {
     let drawn = rng.next_u64();
     if drawn & 1 == 0 { (drawn >> 8) as u8 } else { EDGES[(drawn >> 8) as usize % EDGES.len()] }
@@ -174,7 +175,7 @@ fn one_of<T: Copy>(list: &[T], rng: &mut Rng) -> T {
     list[rng.below(list.len() as u64) as usize]
 }
 
-/// Draws a batch from `kinds`, as often each as there is room. With the watchdog, every case is SLEEP or CLRWDT.
+/// Draws a batch from `kinds`, with equal shares for each. With the watchdog, every case is SLEEP or CLRWDT.
 pub fn batch(chip: &Chip, kinds: &[Kind], watchdog: bool, seed: u64) -> Batch {
     let mut rng = Rng::new(seed);
     let part = chips::part(chip.name).expect("a chip of the family");
@@ -186,7 +187,7 @@ pub fn batch(chip: &Chip, kinds: &[Kind], watchdog: bool, seed: u64) -> Batch {
     }
     let mut callers = slots.clone();
     if watchdog {
-        // The prescaler belongs to the watchdog, 1:1: movlw 0xF8, option.
+        // Assign the prescaler to the watchdog, 1:1: movlw 0xF8, option.
         let at = slots.pop().expect("more than one slot");
         callers.retain(|&caller| caller != at);
         maker.batch.words[usize::from(at)..][..2].copy_from_slice(&[0x30F8, 0x0062]);
@@ -205,7 +206,7 @@ struct Maker {
 }
 
 impl Maker {
-    /// Where an instruction under test may reach: mostly RAM.
+    /// Returns a random address for the instruction under test: mostly RAM.
     fn reach(&self, rng: &mut Rng) -> u16 {
         match rng.below(10) {
             0 => one_of(STORAGE, rng),
@@ -222,11 +223,11 @@ impl Maker {
         let through = has(b'f') && rng.one_in(5);
         let empty = through && rng.one_in(10);
         let pointer = if through { reach } else { rng.below(0x200) as u16 };
-        // INDF itself is there in every bank.
+        // INDF itself exists in every bank.
         let pointer = if empty { pointer & 0x180 } else { pointer };
         let named = if through { 0x80 * rng.below(4) as u16 } else { reach };
         let mut status = byte(rng) & 0x1F | (named >> 7 << 5) as u8 | (pointer >> 8 << 7) as u8;
-        // TO and PD written as anything.
+        // Write random values to TO and PD.
         status |= rng.next_u64() as u8 & 0x18;
         let mut pclath = rng.below(0x20) as u8;
         let mut target = rng.below(0x800) as u16;
@@ -246,7 +247,7 @@ impl Maker {
         let word = if rng.one_in(16) { word ^ rng.next_u64() as u16 & kind.open } else { word };
         let mut w = byte(rng);
         if row.name == "Option" {
-            // Timer 0 counts edges that do not come.
+            // Timer 0 counts edges that never occur.
             w |= 0x30;
         }
         let case = Case {
@@ -266,15 +267,15 @@ impl Maker {
         self.batch.cases.push(case);
     }
 
-    /// The words of a slot.
+    /// Writes the words of a slot.
     fn write(&mut self, setup: u16, case: &Case, back: bool, reach: u16) {
         let movlw = |k: u8| 0x3000 | u16::from(k);
         let movwf = |f: u16| 0x0080 | f;
         let (indf, core) = (0, |i: usize| CORE[i]);
-        // A cell of RAM or storage gets its byte through INDF; what belongs to the core has its own already.
+        // A cell of RAM or storage is set through INDF; core registers already have their values.
         let plain = !CORE.contains(&(reach & 0x7F));
         let to = if plain { reach } else { self.ram[0] };
-        // RETFIE sets what is set already, or something that is clear.
+        // RETFIE sets GIE when it is already set, or when it is clear.
         let last = match back {
             true if case.gie() => BSF_GIE,
             true => CLRF_INTCON,
@@ -300,7 +301,8 @@ impl Maker {
 
     fn order(&mut self, case: &Case, setup: u16, back: bool, callers: &mut Vec<u16>, rng: &mut Rng) {
         let orders = &mut self.batch.orders;
-        // One to three CALLs, so that the order of what comes back counts too. Where they go does not matter, only what they push.
+        // One to three CALLs, so that the order of the return addresses is tested too. Only the pushed
+        // addresses matter, not the targets.
         let deep = if back { 1 + usize::from(rng.one_in(4)) + usize::from(rng.one_in(8)) } else { 0 };
         let deep = deep.min(callers.len());
         for _ in 0..deep {

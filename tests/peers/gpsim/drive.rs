@@ -1,11 +1,15 @@
-//! How gpsim is driven, and what was learnt about it (0.31, Debian's gpsim).
+//! Controls gpsim (version 0.31, Debian's gpsim), with notes about its behaviour.
 //!
-//! - `-i -c FILE.stc` carries out commands in order and changes to the folder of the file; `run` and `step N` do not return
-//!   before they are done. `load PROCESSOR FILE.hex` takes 20 ms. The exit code says nothing, hence the checks here.
-//! - `dump r` prints all 512 addresses of data memory without side effects, with mirrors, then W and the program counter: 0.1 ms.
-//!   `step N` takes 5 us an instruction, `pc = N` 20 us and no cycle, `cycles` prints the cycle counter.
-//! - RAM starts as zeros. A read of an address where nothing is stops a run unless BreakOnInvalidRegisterRead is off.
-//! - `step` over SLEEP, and every `step` after it, takes a cycle of the sleep; `run` sleeps on to the wake.
+//! - `-i -c FILE.stc` executes commands in order and changes to the folder of the file; `run` and `step N`
+//!   return only when they are done. `load PROCESSOR FILE.hex` takes 20 ms. The exit code carries no
+//!   information, hence the checks here.
+//! - `dump r` prints all 512 addresses of data memory without side effects, with mirrors, then W and the
+//!   program counter, in 0.1 ms. `step N` takes 5 us per instruction, `pc = N` takes 20 us and no cycle,
+//!   `cycles` prints the cycle counter.
+//! - RAM starts as zeros. A read of an unimplemented address stops a run unless BreakOnInvalidRegisterRead is
+//!   off.
+//! - `step` over SLEEP, and every `step` after it, takes one cycle of the sleep; `run` continues until the
+//!   wake.
 //! - It starts at cycle 0 without start-up timers, at 20 MHz.
 
 use std::path::Path;
@@ -15,23 +19,23 @@ use emu_core::image::{Image, load_hex};
 use emu_core::{Chip, Cpu, RamInit};
 use emu_pic16::{Options, Pic16};
 
-/// What stands in front of every script, behind `load`: 20 MHz, and no stops at addresses where nothing is.
+/// The first lines of every script, after `load`: 20 MHz, and no stops at unimplemented addresses.
 const SETTLE: &str =
     "frequency 20000000\n{p}.BreakOnInvalidRegisterRead = false\n{p}.BreakOnInvalidRegisterWrite = false\n";
 
-/// The oscillator of both.
+/// The oscillator frequency of both machines in Hz.
 pub const HZ: u64 = 20_000_000;
 
-/// What a machine shows.
+/// The visible state of a machine.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct View {
     /// The cycle counter.
     pub cycle: u64,
-    /// Data memory by address; `None` where gpsim says that nothing is.
+    /// Data memory by address; `None` for addresses that gpsim reports as unimplemented.
     pub data: Vec<Option<u8>>,
     pub w: u8,
     pub pc: u16,
-    /// The program counter whenever it was asked for between this view and the next.
+    /// The program counter values that were requested between this view and the next.
     pub later: Vec<u16>,
 }
 
@@ -40,7 +44,7 @@ pub const VIEW: &str = "cycles\ndump r\n";
 /// The command for an entry of [`View::later`].
 pub const LATER: &str = "pc\n";
 
-/// Loads a HEX file of `folder`, carries out `script`, and collects the views.
+/// Loads a HEX file of `folder`, executes `script`, and collects the views.
 pub fn gpsim(chip: &Chip, hex: &str, script: &str, folder: &Path) -> Vec<View> {
     let processor = chip.name.replacen("pic", "p", 1);
     let settle = SETTLE.replace("{p}", &processor);
@@ -59,7 +63,7 @@ pub fn gpsim(chip: &Chip, hex: &str, script: &str, folder: &Path) -> Vec<View> {
     views(&text)
 }
 
-/// Reads what the commands [`VIEW`] and [`LATER`] printed.
+/// Parses the output of the commands [`VIEW`] and [`LATER`].
 fn views(text: &str) -> Vec<View> {
     let mut views: Vec<View> = Vec::new();
     let mut cycle = 0;
@@ -69,7 +73,7 @@ fn views(text: &str) -> Vec<View> {
         if line.trim_start().starts_with("00 01 02 03") {
             open = Some(View { cycle, data: Vec::with_capacity(512), w: 0, pc: 0, later: Vec::new() });
         } else if let (Some(view), Some(b':')) = (&mut open, line.as_bytes().get(4)) {
-            // Sixteen cells, and then the same as text, whatever that looks like.
+            // Sixteen cells, followed by the same cells as arbitrary text.
             let cells = line[5..].split_whitespace().take(16);
             view.data.extend(cells.map(|c| u8::from_str_radix(c, 16).ok()));
         } else if let Some((name, value)) = line.split_once(" = ") {
@@ -96,7 +100,7 @@ fn views(text: &str) -> Vec<View> {
     views
 }
 
-/// The same of our machine; `there` says which addresses its chip implements.
+/// Returns the view of our machine; `there` gives the addresses that its chip implements.
 pub fn view(machine: &Pic16, there: &[bool; 0x200]) -> View {
     let cell = |addr: u32| machine.peek("data", addr).expect("data memory");
     View {
@@ -108,19 +112,19 @@ pub fn view(machine: &Pic16, there: &[bool; 0x200]) -> View {
     }
 }
 
-/// Which addresses of data memory a chip implements.
+/// Returns which addresses of data memory a chip implements.
 pub fn there(chip: &Chip) -> [bool; 0x200] {
     let part = emu_pic16::chips::part(chip.name).expect("a chip of the family");
     part.file_slots().map(|place| place != emu_pic16::chips::FileSlot::None)
 }
 
-/// Our machine in the wiring that gpsim has.
+/// Builds our machine with the same settings as gpsim.
 pub fn machine(chip: &'static Chip, image: &Image) -> Pic16 {
     let options = Options { hz: HZ, start_up: false, ..Options::default() };
     Pic16::with(chip, image, RamInit::Zero, options)
 }
 
-/// Reads a HEX file as the image of a chip.
+/// Parses a HEX file as the image of a chip.
 pub fn image(chip: &Chip, name: &str, text: &str) -> Image {
     load_hex(name, text.as_bytes(), chip.hex_spaces).unwrap_or_else(|e| panic!("{name}: {e:?}")).image
 }

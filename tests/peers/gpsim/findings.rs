@@ -1,6 +1,7 @@
-//! Small programs, one a line, with what they must leave behind here and what they leave behind on gpsim: the faults for which
-//! cases are left out (findings.txt), and the table of facts in docs/chips/pic16f873.md (facts.txt). The second half is checked
-//! too, so that a line goes when gpsim is repaired.
+//! Small programs, one per line, with their expected results here and on gpsim: the faults for which cases
+//! are left out (findings.txt), and the table of facts in docs/chips/pic16f873.md (facts.txt).
+//!
+//! The results of gpsim are checked too, so that a line is removed when gpsim is fixed.
 
 use emu_core::image::{Image, Segment, write_hex};
 use emu_core::{Cpu, StopReason};
@@ -15,7 +16,7 @@ struct Line {
     what: &'static str,
     chip: &'static emu_core::Chip,
     code: Vec<Segment>,
-    /// Instruction cycles until everything has happened.
+    /// Number of instruction cycles after which the program is finished.
     cycles: u64,
     here: &'static str,
     gpsim: &'static str,
@@ -44,7 +45,7 @@ fn lines() -> Vec<Line> {
         .collect()
 }
 
-/// `0030 nop; movwf FSR`, `nop*5` for five of them; decimal numbers.
+/// Parses `0030 nop; movwf FSR`; `nop*5` stands for five NOPs. Numbers are decimal.
 fn segment(part: &'static chips::Pic16Part, text: &str) -> Segment {
     let (addr, lines) = text.split_once(' ').expect("an address and instructions");
     let addr = u32::from_str_radix(addr, 16).expect("an address in hexadecimal");
@@ -58,7 +59,8 @@ fn segment(part: &'static chips::Pic16Part, text: &str) -> Segment {
     emu_asm::assemble_text(&part.chip, &text).unwrap_or_else(|e| panic!("{text}: {e}")).segments.swap_remove(0)
 }
 
-/// What of a view `wanted` names, in the form of `wanted`: `W=07 PC=0012 20=01`, addresses of data memory in hexadecimal.
+/// Returns the values of a view that `wanted` names, in the same format: `W=07 PC=0012 20=01`, with
+/// hexadecimal addresses of data memory.
 fn values(wanted: &str, view: &View) -> String {
     let value = |name: &str| match name {
         "W" => format!("W={:02X}", view.w),

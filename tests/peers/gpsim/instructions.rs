@@ -1,5 +1,5 @@
-//! All rows beside gpsim, each from at least [`ENOUGH`] states: W, STATUS, FSR, PCLATH, all of RAM, registers that are storage, the
-//! program counter, what comes back from the stack, and cycles.
+//! All rows compared with gpsim, each from at least [`ENOUGH`] states: W, STATUS, FSR, PCLATH, all of RAM,
+//! storage registers, the program counter, the return addresses on the stack, and cycles.
 
 use std::path::Path;
 use std::sync::Mutex;
@@ -13,18 +13,18 @@ use crate::batch::{Batch, CASES, CLRW, CORE, Case, Kind, STORAGE, batch, kinds};
 use crate::drive::{View, gpsim, image, machine};
 use crate::{folder, seed};
 
-/// States of each row that are compared.
+/// Minimum number of states compared per row.
 const ENOUGH: u64 = 10_000;
-/// Processes of gpsim at a time.
+/// Number of gpsim processes in parallel.
 const WORKERS: u64 = 2;
-/// OPTION, TRISA, TRISB, TRISC, which OPTION and TRIS write.
+/// OPTION, TRISA, TRISB, TRISC, which the instructions OPTION and TRIS write.
 const CONTROL: &[u16] = &[0x81, 0x85, 0x86, 0x87];
 const PCL: u16 = 0x02;
 const STATUS: u16 = 0x03;
 const INTCON: u16 = 0x0B;
 const TRISA: u16 = 0x85;
 
-/// What is not compared, with the reason. Each has a line in findings.txt.
+/// Cases that are not compared, with the reason. Each has a line in findings.txt.
 const LEFT_OUT: &[&str] = &[
     "Z, DC, C where STATUS is the destination of an instruction that sets only some of them: there it writes none (DS39582, 2.2.2.1)",
     "CLRW with bits set that do not matter: there it is no instruction (DS33023, CLRW: 00 0001 0xxx xxxx)",
@@ -32,8 +32,8 @@ const LEFT_OUT: &[&str] = &[
     "GIE after RETFIE without an interrupt before it: there it stays clear (DS33023, RETFIE: 1 -> GIE)",
 ];
 
-/// Which of [`LEFT_OUT`] a case is, and what of it is compared all the same: whether anything is, and which bits of STATUS
-/// and INTCON are.
+/// Returns which of [`LEFT_OUT`] applies to a case, whether the case is still compared in part, and which
+/// bits of STATUS and INTCON are compared.
 fn left_out(case: &Case) -> Option<(usize, bool, u8, u8)> {
     let row = &ROWS[case.row];
     let into_file = row.name.ends_with('F') || row.name == "Clrf";
@@ -49,24 +49,25 @@ fn left_out(case: &Case) -> Option<(usize, bool, u8, u8)> {
     }
 }
 
-/// What is compared: addresses and their bits.
+/// Returns the addresses to compare, with their bits.
 fn looked_at(chip: &Chip) -> Vec<(usize, u8)> {
     let part = chips::part(chip.name).expect("a chip of the family");
     let mask = |addr: u16| match part.file_slot(addr) {
         FileSlot::Ram(_) => 0xFF,
-        // The program counter is compared by itself; gpsim shows the address of the instruction after next here.
+        // The program counter is compared separately; at this address gpsim shows the address of the
+        // instruction after the next one.
         _ if addr & 0x7F == PCL => 0,
-        // TRIS writes the two bits that do not exist there (DS39582, table 4-2).
+        // gpsim's TRIS writes the two unimplemented bits (DS39582, table 4-2).
         _ if addr == TRISA => 0x3F,
         _ if CORE.contains(&(addr & 0x7F)) || STORAGE.contains(&addr) || CONTROL.contains(&addr) => 0xFF,
-        // The three flags follow pins and a timer.
+        // The three flags depend on pins and a timer.
         _ if addr & 0x7F == INTCON => 0xF8,
         _ => 0,
     };
     (0..0x200).map(|addr| (usize::from(addr), mask(addr))).filter(|(_, mask)| *mask != 0).collect()
 }
 
-/// What was compared.
+/// The results of the comparison.
 struct Tally {
     compared: Vec<u64>,
     left_out: Vec<Vec<u64>>,
@@ -124,7 +125,7 @@ fn compare(batch: &Batch, ours: &[View], theirs: &[View], looked_at: &[(usize, u
             None => tally.compared[case.row] += 1,
         }
         if any && !list.is_empty() {
-            // Memory goes on from one case to the next: what comes after this need not be wrong.
+            // Memory persists from one case to the next, so later cases need not be wrong.
             tally.wrong.push(format!("batch {seed:#x}, case {i}: {}\n  {}", describe(case), list.join("\n  ")));
             return;
         }
@@ -168,7 +169,7 @@ fn all_rows_beside_gpsim() {
     let tally = Mutex::new(Tally { compared: none(), left_out: vec![none(); LEFT_OUT.len()], wrong: Vec::new() });
     let (asleep, awake): (Vec<Kind>, Vec<Kind>) = rows.iter().partition(|k| ROWS[k.row].name == "Sleep");
     run(&awake, false, seed, &tally);
-    // Besides SLEEP, where it wakes by the watchdog, CLRWDT after a wake.
+    // In addition to SLEEP with a wake by the watchdog, CLRWDT after a wake.
     let dog: Vec<Kind> = rows.iter().copied().filter(|k| ROWS[k.row].name == "Clrwdt").chain(asleep).collect();
     run(&dog, true, seed, &tally);
     let tally = tally.into_inner().expect("no worker panicked");

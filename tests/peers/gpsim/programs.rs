@@ -1,8 +1,8 @@
-//! Programs of every part, run on gpsim and here: the cells that they name are compared, and every difference stands in
-//! `programs/differences.txt` with the section of the data sheet that settles it.
+//! Programs for every peripheral, run on gpsim and here. The named cells are compared, and
+//! `programs/differences.txt` lists every difference with the section of the data sheet that decides it.
 //!
-//! A program says in its text for how many cycles it runs (`#define CYCLES`), which pins are joined (`;; wire FROM TO`), which are
-//! pulled up (`;; pullup PIN`), and, in its `cblock`, the names of its cells.
+//! The text of a program gives its number of cycles (`#define CYCLES`), the connected pins (`;; wire FROM
+//! TO`), the pins with pull-ups (`;; pullup PIN`), and, in its `cblock`, the names of its cells.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -71,7 +71,7 @@ fn programs() -> Vec<Program> {
     paths.iter().map(|p| program(p)).collect()
 }
 
-/// Assembles `NAME.asm` of `sources` to `NAME.hex` in `folder`, and gives its text.
+/// Assembles `NAME.asm` of `sources` to `NAME.hex` in `folder`, and returns the source text.
 fn assemble(sources: &Path, name: &str, folder: &Path) -> String {
     let hex = folder.join(format!("{name}.hex"));
     let output = Command::new("gpasm")
@@ -85,7 +85,7 @@ fn assemble(sources: &Path, name: &str, folder: &Path) -> String {
     std::fs::read_to_string(&hex).unwrap_or_else(|e| panic!("{}: {e}", hex.display()))
 }
 
-/// The cells after a run of gpsim.
+/// Returns the cells after a run of gpsim.
 fn theirs(chip: &Chip, program: &Program, folder: &Path) -> Vec<u8> {
     let node = |pin: &str| format!("port{}", pin[1..].to_lowercase());
     let mut script = String::new();
@@ -103,7 +103,7 @@ fn theirs(chip: &Chip, program: &Program, folder: &Path) -> Vec<u8> {
     program.cells.iter().map(|(addr, _)| views[0].data[usize::from(*addr)].expect("RAM")).collect()
 }
 
-/// The cells after a run here. Wires are followed after every instruction.
+/// Returns the cells after a run of our machine. Wires are updated after every instruction.
 fn ours(chip: &'static Chip, program: &Program, hex: &str) -> Vec<u8> {
     let mut machine = machine(chip, &image(chip, &program.name, hex));
     let pin = |name: &String| chip.pin(name).unwrap_or_else(|| panic!("{name}"));

@@ -1,25 +1,29 @@
-//! One batch: 64 KB of code memory with every opcode a few times, each at a place of its own, and a record for each.
+//! A batch: 64 KB of code memory with several cases per opcode, each at its own address, and a record for
+//! each case.
+//!
+//! "Sea" is code memory filled with the byte [`SEA`]; see `program.rs`.
 
 use emu_core::rng::Rng;
 
 use crate::program::{COLLECT, PAD, Program, RECORD, SEA, XDATA, at, program};
 
-/// Cases of an opcode in a batch.
+/// Number of cases per opcode in a batch.
 pub const EACH: usize = 8;
-/// Cases in a batch: all opcodes but A5h, which is no instruction.
+/// Number of cases in a batch: all opcodes except A5h, which is no instruction.
 pub const CASES: usize = 255 * EACH;
-/// Bytes for the records and a zero behind them: whole pages, since a page without its jump to the collector is no sea.
+/// Bytes for the records and the final zero. The size is a multiple of the page size, because a page without
+/// its jump to the collector cannot be sea.
 const RECORDS: usize = 0x8000;
 const _: () = assert!((CASES + 1) * RECORD <= RECORDS);
 
-/// One instruction and what it starts from.
+/// One instruction and its initial state.
 #[derive(Debug, Clone)]
 pub struct Case {
     /// Opcode and operands.
     pub bytes: Vec<u8>,
     /// Address of the opcode.
     pub site: u16,
-    /// The state, see [`at`].
+    /// The state; see [`at`].
     pub record: [u8; RECORD],
 }
 
@@ -27,13 +31,13 @@ pub struct Case {
 pub struct Batch {
     /// All of code memory.
     pub code: Vec<u8>,
-    /// In the order in which they run.
+    /// The cases in execution order.
     pub cases: Vec<Case>,
-    /// Where to start and where it ends.
+    /// The driver program, with its start and end addresses.
     pub program: Program,
 }
 
-/// What a byte behind an opcode is.
+/// The meaning of a byte after an opcode.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Part {
     Dir,
@@ -45,15 +49,15 @@ enum Part {
     Abs,
 }
 
-/// Registers that an instruction under test may name: plain storage in full width. The others count, send, interrupt, have bits
-/// that do not exist, or belong to the program that runs the cases.
+/// Registers that an instruction under test may name: all 8 bits are plain storage. The other registers
+/// count, send, interrupt, have unimplemented bits, or belong to the driver program.
 const DIRECT: &[u8] = &[0x81, 0x82, 0x83, 0x90, 0xB0, 0xD0, 0xE0, 0xF0];
-/// Those of them that have bits.
+/// Those of them that are bit addressable.
 const WITH_BITS: &[u8] = &[0x90, 0xB0, 0xD0, 0xE0, 0xF0];
-/// Bytes at which something happens.
+/// Byte values at boundaries of the arithmetic.
 const EDGES: &[u8] = &[0x00, 0x01, 0x0F, 0x10, 0x7F, 0x80, 0x81, 0x99, 0x9A, 0xFE, 0xFF];
 
-/// The bytes behind `opcode` (manual, "MCS-51 instruction set", table of opcodes).
+/// Returns the kinds of the bytes after `opcode` (manual, "MCS-51 instruction set", table of opcodes).
 fn parts(opcode: u8) -> &'static [Part] {
     use Part::{Abs, Bit, Dir, Imm, Page, Rel};
     match opcode {
@@ -74,17 +78,17 @@ fn parts(opcode: u8) -> &'static [Part] {
     }
 }
 
-/// What the bytes of code memory are for.
+/// The use of a byte of code memory.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Use {
-    /// Sea, free to be anything.
+    /// Sea that may be overwritten.
     Free,
     /// Sea that must remain.
     Landing,
     Taken,
 }
 
-/// Code memory while instructions are being put into it.
+/// Code memory while instructions are added.
 struct Sea {
     code: Vec<u8>,
     uses: Vec<Use>,
@@ -102,7 +106,8 @@ impl Sea {
         (0..len).all(|i| good.contains(&self.uses[usize::from(from.wrapping_add(i))]))
     }
 
-    /// True when two bytes of sea stand there, and the page that they call into has its jump to the collector.
+    /// Returns true if two bytes of sea are at `to`, and the page that they call into has its jump to the
+    /// collector.
     fn lands(&self, to: u16) -> bool {
         let pad = (to.wrapping_add(2) & 0xF800) + PAD;
         self.is(to, 2, &[Use::Free, Use::Landing]) && self.is(pad + 1, 2, &[Use::Landing])
@@ -112,7 +117,7 @@ impl Sea {
         self.put(to, &[SEA; 2], Use::Landing);
     }
 
-    /// A place to land on. Half of them are near an edge of a page.
+    /// Returns a landing address. Half of them are near a page boundary.
     fn landing(&mut self, rng: &mut Rng) -> u16 {
         loop {
             let drawn = rng.next_u64() as u16;
@@ -125,7 +130,7 @@ impl Sea {
     }
 }
 
-/// A byte, often one at which something happens.
+/// Returns a random byte, often a boundary value.
 fn byte(rng: &mut Rng) -> u8 {
     let drawn = rng.next_u64();
     if drawn & 1 == 0 { (drawn >> 8) as u8 } else { EDGES[(drawn >> 8) as usize % EDGES.len()] }
@@ -144,7 +149,7 @@ pub fn batch(seed: u64) -> Batch {
     for page in 0..32 {
         let to = COLLECT.to_be_bytes();
         sea.put(page * 0x800 + PAD, &[0x02, to[0], to[1]], Use::Landing);
-        // The two bytes before would take the opcode of that jump for their operand.
+        // The two bytes before the jump would take its opcode as their operand.
         sea.put(page * 0x800 + PAD - 1, &[SEA], Use::Taken);
         sea.uses[usize::from(page * 0x800 + PAD)] = Use::Taken;
     }
@@ -165,13 +170,13 @@ pub fn batch(seed: u64) -> Batch {
     Batch { code: sea.code, cases, program }
 }
 
-/// Puts an instruction somewhere into the sea so that whatever comes after it lands well. No jump reaches 0 over FFFFh: there
-/// s51 loses an instruction, and with it the rest of the batch (findings.txt).
+/// Places an instruction in the sea so that execution after it reaches sea. No relative jump goes to address
+/// 0 across FFFFh: there s51 loses an instruction, and with it the rest of the batch (findings.txt).
 fn place(opcode: u8, sea: &mut Sea, rng: &mut Rng) -> (u16, Vec<u8>) {
     loop {
         let drawn = rng.next_u64() as u16;
         let site = if rng.one_in(4) { (drawn & 0xFF00).wrapping_sub(drawn & 3) } else { drawn };
-        // A zero in the high byte of the address ends the run.
+        // A zero in the high byte of the address would end the run.
         if site < 0x100 {
             continue;
         }
@@ -191,7 +196,8 @@ fn place(opcode: u8, sea: &mut Sea, rng: &mut Rng) -> (u16, Vec<u8>) {
     }
 }
 
-/// An instruction with random operands, and where it jumps to if it names that: else the next instruction.
+/// Returns an instruction with random operands, and its jump target, or the next instruction if it names
+/// none.
 fn operands(opcode: u8, site: u16, sea: &mut Sea, rng: &mut Rng) -> (Vec<u8>, u16) {
     let parts = parts(opcode);
     let len = 1 + parts.len() as u16 + u16::from(parts.contains(&Part::Abs));
@@ -221,7 +227,8 @@ fn operands(opcode: u8, site: u16, sea: &mut Sea, rng: &mut Rng) -> (Vec<u8>, u1
     (bytes, target)
 }
 
-/// A state for the instruction at `site`: everything random, but what the instruction looks at is often at an edge.
+/// Returns a random state for the instruction at `site`; the values that the instruction reads are often
+/// boundary values.
 fn state(site: u16, bytes: &[u8], sea: &mut Sea, rng: &mut Rng) -> [u8; RECORD] {
     let mut record = [0; RECORD];
     rng.fill(&mut record);

@@ -1,17 +1,17 @@
-//! How s51 is driven, and what was learnt about it (0.6.4, Debian's sdcc-ucsim).
+//! Controls s51 (version 0.6.4, Debian's sdcc-ucsim), with notes about its behaviour.
 //!
-//! - `-t 8052` is its HMOS 8052 with 256 bytes of RAM and 64 KB each of code and XDATA. RAM and XDATA start with random
-//!   bytes; `fill` settles that.
-//! - Commands from a file (`-C`) are carried out in order, and `run` does not return before the breakpoint. What is typed is
-//!   echoed and every line of output is written by itself: some 80 us a line. A state set, stepped and dumped by commands
-//!   takes 4 ms, which is why the cases are made by a program instead.
-//! - `file` loads 64 KB of Intel HEX in 30 ms; `set memory` takes twelve times as long for as much.
-//! - `dump /b` writes raw bytes, about 1 us each, right behind the echo of the command.
-//! - A run executes about 5 million instructions a second. `state` tells the clocks since power-up; setting the program
-//!   counter and loading take none.
-//! - A push beyond FFh stops the run unless two classes of errors are switched off ([`SETTLE`]).
-//! - A dump of more than there is (RAM above 7Fh of an 8051) is short without a word.
-//! - A missing or broken file is not reported by its exit code, hence the checks here.
+//! - `-t 8052` is its HMOS 8052 with 256 bytes of RAM and 64 KB each of code and XDATA. RAM and XDATA start
+//!   with random bytes; `fill` sets them.
+//! - Commands from a file (`-C`) are executed in order, and `run` returns only at the breakpoint. Input is
+//!   echoed, and every line of output is written separately, which takes about 80 us per line. A state that
+//!   is set, stepped and dumped with commands takes 4 ms, so a program sets up the cases instead.
+//! - `file` loads 64 KB of Intel HEX in 30 ms; `set memory` takes twelve times as long for the same size.
+//! - `dump /b` writes raw bytes, in about 1 us each, directly after the echo of the command.
+//! - A run executes about 5 million instructions per second. `state` prints the clocks since power-up;
+//!   setting the program counter and loading take none.
+//! - A push beyond FFh stops the run unless two classes of errors are disabled ([`SETTLE`]).
+//! - A dump beyond the end of a memory (RAM above 7Fh of an 8051) is shorter, without a message.
+//! - The exit code does not report a missing or malformed file, hence the checks here.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -21,27 +21,28 @@ use emu_core::image::write_hex;
 use crate::batch::{Batch, CASES};
 use crate::program::{RESULT, XDATA};
 
-/// A stack that goes beyond FFh comes round to 0, on silicon and here, instead of stopping the run; RAM starts as zeros.
+/// A stack pointer beyond FFh wraps to 0, as on silicon and here, instead of stopping the run; RAM starts as
+/// zeros.
 const SETTLE: &str = "set error stack off\nset error stack_overflow off\nfill iram 0 255 0\n";
 
-/// What a machine left behind.
+/// The results of a run.
 #[derive(PartialEq, Eq)]
 pub struct Run {
-    /// The results of the cases, one behind the other.
+    /// The results of the cases, in sequence.
     pub results: Vec<u8>,
     /// The part of XDATA that MOVX reaches.
     pub xdata: Vec<u8>,
     /// Idata at the end.
     pub idata: Vec<u8>,
-    /// Machine cycles of the whole run.
+    /// Machine cycles of the complete run.
     pub cycles: u64,
 }
 
-/// What s51 said to a script.
+/// The output of s51 for a script.
 pub struct Said {
-    /// All of it, as far as it is text.
+    /// The complete output, as far as it is text.
     pub text: String,
-    /// The dumps asked for.
+    /// The requested dumps.
     pub dumps: Vec<Vec<u8>>,
     /// Clocks since power-up.
     pub clocks: u64,
@@ -59,7 +60,7 @@ pub fn s51(batch: &Batch, folder: &Path) -> Run {
     Run { results: next(), xdata: next(), idata: next(), cycles: said.clocks / 12 }
 }
 
-/// Loads code memory, carries out `script`, and dumps memories (name, first address, length).
+/// Loads code memory, executes `script`, and dumps memories (name, first address, length).
 pub fn s51_script(
     chip: &str,
     code: &[(u32, &[u8])],

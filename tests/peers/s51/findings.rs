@@ -1,5 +1,7 @@
-//! Where s51 and our machine differ, a line each in findings.txt: what our machine must give, and what s51 gives. The second
-//! half is checked too, so that a line goes when s51 is repaired.
+//! Differences between s51 and our machine, one per line in findings.txt: the result that our machine must
+//! give, and the result of s51.
+//!
+//! The results of s51 are checked too, so that a line is removed when s51 is fixed.
 
 use emu_8051::{Mcs51, chips};
 use emu_core::image::{Image, Segment};
@@ -9,7 +11,7 @@ use crate::drive::s51_script;
 use crate::folder;
 
 const LINES: &str = include_str!("findings.txt");
-/// All programs have come to their last jump, to itself, before that many instructions or cycles.
+/// Every program reaches its final jump to itself before this number of instructions or cycles.
 const LONG: u32 = 200;
 
 struct Finding {
@@ -34,7 +36,7 @@ fn findings() -> Vec<Finding> {
         .collect()
 }
 
-/// `0030 nop; sjmp $`
+/// Parses a program such as `0030 nop; sjmp $`.
 fn segment(text: &str) -> Segment {
     let (addr, lines) = text.split_once(' ').expect("an address and instructions");
     let addr = u32::from_str_radix(addr, 16).expect("an address in hexadecimal");
@@ -43,7 +45,7 @@ fn segment(text: &str) -> Segment {
     emu_asm::assemble_text(chip, &text).unwrap_or_else(|e| panic!("{text}: {e}")).segments.swap_remove(0)
 }
 
-/// The values of the registers that `wanted` names, in the form of `wanted`: `R7=01 PSW=00`.
+/// Returns the values of the registers that `wanted` names, in the same format: `R7=01 PSW=00`.
 fn values(wanted: &str, peek: impl Fn(&str, u8) -> u8) -> String {
     let value = |name: &str| match name.strip_prefix('R').and_then(|n| n.parse().ok()) {
         Some(register) => peek("idata", register),

@@ -1,5 +1,5 @@
-//! All opcodes beside s51, each from at least [`ENOUGH`] states: A, PSW, SP, where it went, cycles, the other registers that
-//! are storage, all of idata; and XDATA, idata and cycles of whole batches.
+//! All opcodes compared with s51, each from at least [`ENOUGH`] states: A, PSW, SP, the next address, cycles,
+//! the other storage registers, all of idata; and XDATA, idata and cycles of complete batches.
 
 use std::path::Path;
 use std::sync::Mutex;
@@ -15,27 +15,27 @@ use crate::drive::{Run, s51};
 use crate::program::{RESULT, XDATA, at, gave};
 use crate::{folder, seed};
 
-/// States of each opcode that are compared whole.
+/// Minimum number of states compared completely per opcode.
 const ENOUGH: u64 = 10_000;
-/// Batches: a little more than that takes, since some states are compared in part only.
+/// Number of batches: slightly more than the minimum, because some states are compared only in part.
 const BATCHES: u64 = ENOUGH / EACH as u64 * 11 / 10;
-/// Processes of s51 at a time.
+/// Number of s51 processes in parallel.
 const WORKERS: u64 = 2;
-/// A batch ends long before.
+/// Limit in machine cycles; a batch ends long before it.
 const LIMIT: u64 = 100_000_000;
 
-/// What is not compared, with the reason. Each has a line in findings.txt.
+/// Cases that are not compared, with the reason. Each has a line in findings.txt.
 const LEFT_OUT: &[&str] = &[
     "PSW.0 where an instruction writes PSW: there it is a bit like any other (manual, \"Program status word\": set and cleared by hardware)",
     "A and B of DIV by 0: undefined (manual, DIV AB)",
     "A of MOVC beyond FFFFh: there the address does not come round to 0 (manual, MOVC: a sum of 16 bits)",
 ];
 
-/// Which of [`LEFT_OUT`] a case is, and which bits of its result are compared all the same.
+/// Returns which of [`LEFT_OUT`] applies to a case, and which bits of its result are still compared.
 fn left_out(case: &Case) -> Option<(usize, [u8; RESULT])> {
     let mut mask = [0xFF; RESULT];
     if case.bytes[0] == 0x84 && case.record[at::B] == 0 {
-        // The parity of A in PSW is as undefined as A; the sum of registers has B in it.
+        // The parity of A in PSW is as undefined as A, and the sum of registers includes B.
         (mask[gave::A], mask[gave::PSW], mask[gave::SFRS]) = (0, 0xFE, 0);
         return Some((1, mask));
     }
@@ -45,7 +45,7 @@ fn left_out(case: &Case) -> Option<(usize, [u8; RESULT])> {
         (mask[gave::A], mask[gave::PSW]) = (0, 0xFE);
         return Some((2, mask));
     }
-    // The byte that names what is written, by opcode (manual, "MCS-51 instruction set").
+    // The byte that names the destination, by opcode (manual, "MCS-51 instruction set").
     let written = match case.bytes[0] {
         0x85 => 2,
         0x05 | 0x15 | 0x42 | 0x43 | 0x52 | 0x53 | 0x62 | 0x63 | 0x75 | 0x86..=0x8F | 0xC5 | 0xD0 | 0xD5 | 0xF5 => 1,
@@ -83,7 +83,7 @@ fn ours(batch: &Batch) -> Run {
     }
 }
 
-/// What was compared.
+/// The results of the comparison.
 struct Tally {
     whole: [u64; 256],
     in_part: Vec<[u64; 256]>,
@@ -128,7 +128,7 @@ fn compare(batch: &Batch, ours: &Run, theirs: &Run, seed: u64, tally: &mut Tally
         };
         if (0..RESULT).any(|k| (ours[k] ^ theirs[k]) & mask[k] != 0) {
             tally.wrong.push(format!("batch {seed:#x}, case {i}: {}", describe(case, ours, theirs)));
-            // Memory and cycles go on from one case to the next: what comes after this need not be wrong.
+            // Memory and cycles persist from one case to the next, so later cases need not be wrong.
             cycles_left_out = true;
             break;
         }

@@ -1,55 +1,59 @@
-//! The program that carries out cases, one after the other, on whichever machine it runs.
+//! The driver program that executes the cases in sequence, on either machine.
 //!
-//! It reads records of [`RECORD`] bytes from code memory, makes of each a state, jumps to the instruction under test with
-//! RET, and is called back from wherever that leads: code memory is a sea of the byte 11h, which at any alignment is
-//! `acall 0x011` of its page. The call leaves the place of landing on the stack and reaches an `ljmp` to [`COLLECT`], since
-//! every page has one at 011h. Of each case [`RESULT`] bytes go to XDATA from 0 on.
+//! It reads records of [`RECORD`] bytes from code memory, sets up a state from each, and jumps to the
+//! instruction under test with RET. After that instruction, control returns to the program from any address:
+//! the rest of code memory is a "sea" of the byte 11h, which at any alignment is `acall 0x011` within its
+//! page. The call pushes the landing address and reaches an `ljmp` to [`COLLECT`], because every page has one
+//! at 011h. For each case, [`RESULT`] bytes go to XDATA, from address 0.
 //!
-//! All 256 bytes of idata are under test, so the program keeps its own things in registers that no instruction under test
-//! names: RCAP2 points to the record, timer 2 to the result, timer 1 holds what has to wait, timer 0 counts the cycles.
+//! All 256 bytes of idata are under test, so the program keeps its own data in registers that no instruction
+//! under test names: RCAP2 points to the record, timer 2 to the result, timer 1 holds temporary values, timer
+//! 0 counts the cycles.
 
-/// The byte that the sea is made of.
+/// The filler byte of the sea.
 pub const SEA: u8 = 0x11;
-/// Where all landings end up. Its address consists of sea as well, so that the jumps to it can be landed on.
+/// The address that all landings reach. Its bytes are sea as well, so that control may land on the jumps to
+/// it.
 pub const COLLECT: u16 = 0x1111;
 /// Offset of the jump to [`COLLECT`] in every page of 2 KB.
 pub const PAD: u16 = 0x011;
-/// XDATA from here on belongs to MOVX under test.
+/// First address of the XDATA area for MOVX under test.
 pub const XDATA: u16 = 0xFC00;
 
-/// Bytes of a record, by the constants of [`at`].
+/// Size of a record in bytes; [`at`] gives its layout.
 pub const RECORD: usize = 16;
-/// Bytes of a result, by the constants of [`gave`].
+/// Size of a result in bytes; [`gave`] gives its layout.
 pub const RESULT: usize = 8;
 
-/// What stands where in a record.
+/// Layout of a record.
 pub mod at {
     /// Address of the instruction, low byte first; 0 in the high byte ends the run.
     pub const SITE: usize = 0;
-    /// Byte 0 of idata, which the program itself uses as R0 and therefore sets last.
+    /// Byte 0 of idata. The program uses it as R0 and therefore sets it last.
     pub const CELL0: usize = 2;
     pub const B: usize = 3;
     pub const PSW: usize = 4;
     pub const SP: usize = 5;
     pub const A: usize = 6;
     pub const DPL: usize = 7;
-    /// High byte of DPTR; P2 gets it too, with the bits set that take MOVX to its part of XDATA.
+    /// High byte of DPTR. P2 gets it too, with the bits set that direct MOVX to its part of XDATA.
     pub const DPH: usize = 8;
-    /// Three pairs of an address in idata and its byte.
+    /// Three pairs of an idata address and its byte.
     pub const POKES: usize = 9;
     pub const P1: usize = 15;
 }
 
-/// What stands where in a result, besides: at 2 the address two bytes behind the place of landing, high byte first; at 4 SP; at
-/// 5 the cycles, the same constant too many in every case; at 7 a sum over the 256 bytes of idata.
+/// Layout of a result. In addition to these constants: at 2 the landing address plus two, high byte first; at
+/// 4 SP; at 5 the cycles, with the same constant offset in every case; at 7 a checksum of the 256 bytes of
+/// idata.
 pub mod gave {
     pub const A: usize = 0;
     pub const PSW: usize = 1;
-    /// Sum over B, DPL, DPH, P1 and P3.
+    /// Checksum of B, DPL, DPH, P1 and P3.
     pub const SFRS: usize = 6;
 }
 
-/// The text of the program at [`COLLECT`], with labels, for records at `records`.
+/// Returns the source of the program at [`COLLECT`], with labels, for records at `records`.
 fn text(records: u16) -> String {
     let mut t = String::from(
         "
@@ -93,7 +97,7 @@ fn text(records: u16) -> String {
         clr A
     ",
     );
-    // The sum over idata. Exclusive-or and add with carry take turns, so that order counts.
+    // The checksum of idata. Exclusive-or and add with carry alternate, so that the order matters.
     let turns = ["xrl", "addc"];
     for cell in 0..0x80 {
         t += &format!("{} A, 0x{cell:02X}\n", turns[cell % 2]);
@@ -184,13 +188,13 @@ fn text(records: u16) -> String {
     t
 }
 
-/// The program as bytes.
+/// The assembled program.
 pub struct Program {
-    /// From [`COLLECT`] on.
+    /// The bytes from [`COLLECT`].
     pub bytes: Vec<u8>,
-    /// Where it starts.
+    /// Start address.
     pub start: u16,
-    /// Where it ends, a jump to itself.
+    /// End address: a jump to itself.
     pub stop: u16,
 }
 

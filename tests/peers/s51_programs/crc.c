@@ -1,4 +1,4 @@
-/* Check sums of one text in code memory and of its copy in external memory. */
+/* Checksums of one text in code memory and of its copy in external memory. */
 #include "print.h"
 
 static const __code char message[] = "The quick brown fox jumps over the lazy dog";

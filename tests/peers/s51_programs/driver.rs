@@ -1,7 +1,9 @@
-//! Builds a C program with SDCC, runs it on s51 and on this emulator, and says what each printed and when it ended.
+//! Builds a C program with SDCC, runs it on s51 and on this emulator, and returns the output and the end time
+//! of each.
 //!
-//! s51 is driven by its options alone: a breakpoint on the read of XDATA 7654h, `run`, `quit`, and the serial port written to a file.
-//! It stops when the instruction with the read has ended, and prints the clocks since reset, 12 a machine cycle.
+//! s51 is controlled by its options alone: a breakpoint on the read of XDATA 7654h, `run`, `quit`, and a file
+//! for the serial port. It stops after the instruction with the read, and prints the clocks since reset, 12
+//! per machine cycle.
 
 use std::path::Path;
 use std::process::Command;
@@ -12,19 +14,19 @@ use emu_core::{Chip, ChipEvent, Cpu, Probe, RamInit, StopReason};
 
 use crate::tools::{folder, run, source};
 
-/// Reading this address of XDATA ends a program.
+/// A read of this XDATA address ends a program.
 const END: u16 = 0x7654;
 
-/// Seconds that one program may take on s51.
+/// Time limit of one program on s51, in seconds.
 const PATIENCE: &str = "60";
 
-/// Machine cycles that one program may take: 60 s of the chip.
+/// Limit of one program in machine cycles: 60 s of chip time.
 const LIMIT: u64 = 60_000_000;
 
-/// How a run went.
+/// The result of a run.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Outcome {
-    /// What came out of the serial port.
+    /// The bytes sent on the serial port.
     pub text: String,
     /// Machine cycles when the program ended.
     pub cycles: u64,
@@ -35,7 +37,7 @@ fn chip() -> &'static Chip {
     chips::chip("at89c52").expect("an 8052 with idle mode")
 }
 
-/// Compiles `NAME.c` for a memory model, with one macro defined, to a HEX file in a folder of its own.
+/// Compiles `NAME.c` for a memory model, with one macro defined, to a HEX file in a separate folder.
 pub fn build(name: &str, model: &str, way: &str) -> String {
     let dir = folder(&format!("s51_programs/{name}-{model}-{way}"));
     let (c, include) = (source(&format!("tests/peers/s51_programs/{name}.c")), source("tests/peers/s51_programs"));
@@ -45,7 +47,7 @@ pub fn build(name: &str, model: &str, way: &str) -> String {
         "--iram-size",
         "256",
         "--disable-warning",
-        "283", // Lists of arguments that are empty.
+        "283", // Empty argument lists.
         &format!("-D{way}"),
         &format!("-I{}", include.display()),
         &c.to_string_lossy(),
@@ -84,7 +86,7 @@ fn image(hex: &str) -> Image {
     load_hex(hex, &bytes, chip().hex_spaces).unwrap_or_else(|e| panic!("{hex}: {e:?}")).image
 }
 
-/// Keeps what is sent, and stops at the read that ends a program.
+/// Records sent bytes, and stops at the read that ends a program.
 struct Watch {
     xdata: u8,
     text: Vec<u8>,
@@ -112,7 +114,7 @@ pub fn ours(hex: &str) -> Outcome {
     let stop = machine.run(LIMIT, &mut watch);
     assert_eq!(stop, StopReason::Probe, "{hex}: {:?}", String::from_utf8_lossy(&watch.text));
     let cycles = machine.cycle();
-    // The stop bit of the last byte, which s51 counts as gone.
+    // Run through the stop bit of the last byte, which s51 counts as already sent.
     let _ = machine.run(cycles + 500, &mut watch);
     Outcome { text: String::from_utf8_lossy(&watch.text).into_owned(), cycles }
 }

@@ -1,4 +1,4 @@
-/* Numbers as text: the library's sprintf, and a formatter of this file with a list of arguments of its own. */
+/* Numbers as text: the library's sprintf, and a separate formatter with variable arguments. */
 #include "print.h"
 #include <stdarg.h>
 #include <stdio.h>

@@ -7,7 +7,7 @@ static volatile __bit release, released;
 void int0(void) __interrupt(0) __using(1)
 {
     if (release) {
-        P3_2 = 1; /* Of the requests of one level, s51 keeps one more than there is. */
+        P3_2 = 1; /* s51 keeps one request of a level too many. */
         released = 1;
         return;
     }
@@ -23,7 +23,7 @@ void int1(void) __interrupt(2) __using(2)
         order[n++] = '1';
     P3_3 = 1;
     if (one == 3) {
-        P3_2 = 0; /* Of the higher level: taken at once, inside of this one. */
+        P3_2 = 0; /* Higher level: taken at once, nested in this one. */
         P3_2 = 1;
         if (n < 8)
             order[n++] = 'r';

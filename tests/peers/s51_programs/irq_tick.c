@@ -1,5 +1,5 @@
-/* Timer 0 interrupts once a millisecond (921 or 922 cycles) and timer 2 every 5,000 cycles, at two levels, while the program
- * computes; what is printed depends on the ticks only. */
+/* Timer 0 interrupts once per millisecond (921 or 922 cycles) and timer 2 every 5,000 cycles, at two levels, while the program
+ * computes; the output depends only on the ticks. */
 #include "print.h"
 
 static volatile uint16_t ticks;

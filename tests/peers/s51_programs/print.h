@@ -1,9 +1,9 @@
-/* Output and the end of a run, for the programs of this folder. All end by a read of XDATA 7654h. Ways to write, by a macro:
+/* Output and end of a run for the programs of this folder. All end with a read of XDATA 7654h. A macro selects the output method:
  *
- * POLLED  as programs do: serial mode 1, 19,200 baud from 11.0592 MHz, and TI awaited.
- * LOCKED  4,800 baud, with timer 1 running only while a byte is sent: every byte begins at the same state of the dividers.
- * PACED   57,600 baud, and a wait longer than a byte instead of TI: nothing that the program does depends on the serial port.
- * MODE0   as test suites of compilers do: serial mode 0, with TI set by hand at first.
+ * POLLED  the usual way: serial mode 1, 19,200 baud from 11.0592 MHz, with a wait for TI.
+ * LOCKED  4,800 baud, with timer 1 running only while a byte is sent: every byte starts at the same state of the dividers.
+ * PACED   57,600 baud, and a wait longer than a byte instead of TI: the program does not depend on the serial port.
+ * MODE0   the way of compiler test suites: serial mode 0, with TI set by the program first.
  */
 #include <8052.h>
 #include <stdint.h>
@@ -23,11 +23,11 @@ static void start(void)
     TMOD = 0x20 | (TMOD & 0x0F);
     PCON |= 0x80;
 #ifdef PACED
-    TH1 = TL1 = 0xFF; /* 16 machine cycles a bit. */
+    TH1 = TL1 = 0xFF; /* 16 machine cycles per bit. */
 #elif defined(LOCKED)
-    TH1 = TL1 = 0xF4; /* 192 machine cycles a bit; from TI to TR1 = 0 takes less than an overflow. */
+    TH1 = TL1 = 0xF4; /* 192 machine cycles per bit; TI to TR1 = 0 takes less than an overflow. */
 #else
-    TH1 = TL1 = 0xFD; /* 48 machine cycles a bit. */
+    TH1 = TL1 = 0xFD; /* 48 machine cycles per bit. */
 #endif
 #ifdef LOCKED
     SCON = 0x50;
@@ -50,7 +50,7 @@ static void put(char c)
     SBUF = c;
     TR1 = 1;
     /* s51 counts in the cycle of the instruction that starts a timer, the chip from the next one on (manual: the write falls at the end
-     * of the cycle). Begun at an odd distance, this loop of two cycles sees TI in the same turn either way. */
+     * of the cycle). From an odd distance, this loop of two cycles sees TI in the same iteration either way. */
     __asm__("nop");
     while (!TI)
         ;

@@ -1,4 +1,4 @@
-/* Primes below 4000, one bit a number, in external memory. */
+/* Primes below 4000, one bit per number, in external memory. */
 #include "print.h"
 
 #define LIMIT 4000

@@ -1,4 +1,4 @@
-/* Texts: words turned round, Roman numerals, base 64, run lengths, a search, a cipher. */
+/* Texts: reversed words, Roman numerals, base 64, run lengths, a search, a cipher. */
 #include "print.h"
 #include <string.h>
 

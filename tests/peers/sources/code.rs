@@ -1,4 +1,5 @@
-//! Random intermediate code as C and as byte code: every operation at every width does what its documents say.
+//! Random intermediate code as C and as byte code: every operation at every width does what its documentation
+//! says.
 
 use emu_check::via::script::{ScanRecord, ServeScript, SlotNumbering};
 use emu_check::via::serve::{ServedForm, run_interpreted, run_native, run_on_chip};
@@ -11,7 +12,7 @@ use crate::ir::programs::{IrLimits, ops, random_ir};
 
 const ALL: u32 = ops::INTEGERS | ops::LOGIC | ops::ADC | ops::PWM | ops::SEND | ops::RECEIVE | ops::EEPROM;
 
-/// What the programs are like, in turn.
+/// The properties of the programs, used in rotation.
 const WISHES: [IrLimits; 5] = [
     IrLimits::BITS,
     IrLimits::WORDS,
@@ -20,13 +21,13 @@ const WISHES: [IrLimits; 5] = [
     IrLimits { bits: 60, words: 30, rungs: 10, steps: 20, depth: 4, ops: ALL, adcs: 1, ..IrLimits::WIDTHS },
 ];
 
-/// A program without rungs, which gives its name to code that comes from no program.
+/// Returns a program without rungs, as the name of code that has no ladder program.
 fn nameless() -> ladder::LadderProgram {
     let text = "LDmicro0.1\nCYCLE=1000\nCRYSTAL=1000000\nBAUD=9600\nIO LIST\nEND\nPROGRAM\n";
     ladder::parse("random", text).unwrap_or_else(|e| panic!("{e:?}")).program
 }
 
-/// A script of so many scans, and what the interpreter of the intermediate code says to it.
+/// Returns a script of `scans` scans, and the results of the interpreter of the intermediate code.
 fn script(
     ir: &Ir,
     source: &EmittedSource,
@@ -66,7 +67,7 @@ fn script(
                 script.cell(cell, byte);
             }
         }
-        // Cells stand in the source as they are listed here: bits that last, then integers that last.
+        // The source declares the cells in this order: persistent bits, then persistent integers.
         for (n, slot) in shape.cells.iter().enumerate() {
             if !rng.one_in(3) {
                 continue;
@@ -105,7 +106,7 @@ struct Case {
     ir: Ir,
 }
 
-/// So many programs; EMU_SEED moves where their seeds begin.
+/// Returns `count` programs; EMU_SEED shifts their seeds.
 fn cases(count: u64) -> Vec<Case> {
     let first = crate::seed() * 1000;
     let wish = |seed: u64| WISHES[(seed % WISHES.len() as u64) as usize];

@@ -1,4 +1,4 @@
-//! A sketch's inputs count when they have been steady for as long as was asked for.
+//! A sketch's input counts only after it was stable for the requested time.
 
 use emu_avr::{Avr, chips::ATMEGA328P};
 use emu_core::image::{ElfMachine, load};
@@ -7,14 +7,14 @@ use ladder_compile::emit::arduino::{SketchOptions, emit};
 
 use crate::tools::{folder, run, source};
 
-/// `milliseconds | level of the input before each scan | output after it`, scans of 10 ms.
+/// `milliseconds | level of the input before each scan | output after it`, with scans of 10 ms.
 const CASES: &str = "
 0  | 1 0 1 1 0 0 | 1 0 1 1 0 0
 30 | 1 0 1 1 1 1 0 1 0 0 0 0 1 1 1 0 1 1 1 1 | 0 0 0 0 0 1 1 1 1 1 1 0 0 0 0 0 0 0 0 1
 11 | 1 1 0 1 1 1 0 0 1 0 0 0 | 0 0 0 0 0 1 1 1 1 1 1 0
 ";
 
-/// Clocks of a scan.
+/// Clocks per scan.
 const SCAN: u64 = 160_000;
 
 #[test]
@@ -37,7 +37,8 @@ fn inputs_are_debounced() {
         cpu.set_clock_hz(16_000_000);
         let pin = |name| ATMEGA328P.pin(name).expect("a pin");
         let mut found = Vec::new();
-        // Scan k begins soon after k cycles; its outputs, and the next inputs, are looked at in the middle of the wait behind it.
+        // Scan k begins soon after k cycle times; its outputs are read, and the next inputs set, in the
+        // middle of the wait after it.
         for (scan, level) in (1..).zip(fields[1].split(' ')) {
             cpu.drive(CycleTime::at(cpu.cycle()), pin("PD2"), PinLevel::from_bit(level == "1"));
             assert_eq!(cpu.run(scan * SCAN + SCAN / 2, &mut ()), StopReason::Limit, "{case}");

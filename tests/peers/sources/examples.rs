@@ -1,4 +1,5 @@
-//! The small mains of examples/c and examples/bytecode: they compile, and those for a computer do what they say.
+//! The small main programs of examples/c and examples/bytecode compile, and those for a computer give the
+//! right output.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -7,7 +8,8 @@ use ladder_compile::emit::{bytecode, c};
 
 use crate::tools::{folder, run, source};
 
-/// The welder in a folder of its own: the arc comes after a second of the trigger, the motor stays on for a second.
+/// Writes the welder source to a separate folder. The arc starts one second after the trigger, and the motor
+/// stays on for one second.
 fn welder(name: &str, file: &str, text: impl Fn(&ladder::LadderProgram) -> String) -> std::path::PathBuf {
     let ld = std::fs::read_to_string(source("examples/welder.ld")).unwrap_or_else(|e| panic!("{e}"));
     let program = ladder::parse("welder.ld", &ld).unwrap_or_else(|e| panic!("{e:?}")).program;
@@ -22,7 +24,8 @@ fn example(name: &str) -> String {
 
 const STRICT: [&str; 5] = ["-std=c89", "-pedantic", "-Wall", "-Wextra", "-Werror"];
 
-/// What the program at `path` answers to 101 scans with the trigger and 100 without, lines of levels only.
+/// Returns the output of the program at `path` for 101 scans with the trigger and 100 without: only the lines
+/// of levels.
 fn answers(path: &Path) -> Vec<String> {
     use std::io::Write;
     let mut child = Command::new(path).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().expect("it runs");
@@ -32,7 +35,8 @@ fn answers(path: &Path) -> Vec<String> {
     String::from_utf8_lossy(&output.stdout).lines().map(str::to_owned).collect()
 }
 
-/// `scans from scan 1 | Yarc Ymotor`: TON is true from the 100th scan with the trigger, TOF to the 99th without.
+/// `scans from scan 1 | Yarc Ymotor`: TON is true from the 100th scan with the trigger, TOF through the 99th
+/// without.
 const WANTED: &str = "
 99 | 01
 2  | 11

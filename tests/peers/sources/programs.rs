@@ -1,4 +1,5 @@
-//! Ladder programs by way of each source, against the evaluator: the examples, the programs of the tests, random ones.
+//! Ladder programs through each kind of source, compared with the evaluator: the examples, the programs of
+//! the tests, random ones.
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +19,7 @@ fn parse(file: &str, text: &str) -> LadderProgram {
     }
 }
 
-/// The programs of a folder of the workspace, by name.
+/// Returns the programs of a folder of the workspace, by name.
 fn folder(name: &str) -> Vec<LadderProgram> {
     let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
     let entries = std::fs::read_dir(&dir).unwrap_or_else(|e| panic!("{}: {e}", dir.display()));
@@ -52,8 +53,8 @@ fn agreed(program: &LadderProgram, report: &SourceCheckReport) {
     assert!(report.agreed, "{}\n{}", ladder::write(program), report.text());
 }
 
-/// All of `programs` in one executable. What the language itself refuses is left out: an element in the middle of a rung that
-/// must end it, which the traces of `tests/ladder` show all the same.
+/// Checks all `programs` in one executable. Programs that the language itself refuses are left out: those
+/// with an element in the middle of a rung that must end it, which the traces of `tests/ladder` still show.
 fn many(programs: &[LadderProgram], form: ServedForm, scans: u64) {
     let reports = check_many(programs, form, &options(scans)).unwrap_or_else(|e| panic!("{e}"));
     let mut compared = 0;

@@ -1,15 +1,15 @@
-//! Random ladder programs as text, over every element of LDmicro 2.3.
+//! Generates random ladder programs as text, with every element of LDmicro 2.3.
 
 use emu_core::rng::Rng;
 
-/// Draws programs.
+/// Generates programs.
 pub struct Generator {
     rng: Rng,
     cycle: u64,
 }
 
 impl Generator {
-    /// The same seed gives the same program.
+    /// Returns the program of a seed, always the same.
     pub fn program(seed: u64) -> String {
         let mut draw = Generator { rng: Rng::new(seed), cycle: 10_000 };
         draw.cycle = [10_000, 3_333, 50_000][draw.rng.below(3) as usize];
@@ -55,7 +55,7 @@ impl Generator {
         *text += "END\n";
     }
 
-    /// An element that may stand anywhere.
+    /// Writes an element that may be at any position.
     fn middle(&mut self, text: &mut String) {
         let line = match self.rng.below(18) {
             0..7 => {
@@ -89,7 +89,7 @@ impl Generator {
         text.push('\n');
     }
 
-    /// An element that ends a rung.
+    /// Writes an element that ends a rung.
     fn end(&mut self, text: &mut String) {
         let line = match self.rng.below(16) {
             0..5 => {

@@ -1,4 +1,4 @@
-//! What `emu run` is asked for in scenarios: flags, files, and what is known before the first cycle.
+//! Scenario flags of `emu run`, and the setup of scenarios before the first cycle.
 
 use clap::Args;
 use emu_core::chip::ChipFamily;
@@ -22,28 +22,30 @@ use crate::shared::{avr, family, scenarios};
 /// Flags of scenarios.
 #[derive(Debug, Args)]
 pub struct ScenarioFlags {
-    /// Play a scenario (docs/scenario.md): the run ends with it, with exit code 1 where an expectation was not met and 5 where
-    /// something was still waited for at its limit. --for and --cycles are its limit.
+    /// Play a scenario (docs/scenario.md). The run ends with the scenario, with exit code 1 if an expectation
+    /// was not met and 5 if a step was still waiting at the limit. --for and --cycles set the limit.
     #[arg(long, value_name = "FILE")]
     pub scenario: Option<String>,
-    /// Take a waveform (VCD) as stimulus: wires with the name of a pin drive it. Wires that name none are passed over.
+    /// Use a waveform (VCD) as stimulus: a wire with the name of a pin drives that pin. Other wires are
+    /// ignored.
     #[arg(long, value_name = "FILE")]
     pub stimulus: Option<String>,
-    /// Of the wires of --stimulus only these: PD2,PD3. Repeatable.
+    /// Use only these wires of --stimulus: PD2,PD3. Repeatable.
     #[arg(long, value_name = "PIN", value_delimiter = ',', requires = "stimulus")]
     pub drive: Vec<String>,
-    /// Write what was done to the chip (--set, --at, --uart-in, --scenario, --stimulus) as a scenario that does the same again.
+    /// Write the actions on the chip (--set, --at, --uart-in, --scenario, --stimulus) as a scenario that
+    /// repeats them.
     #[arg(long, value_name = "FILE")]
     pub record: Option<String>,
 }
 
 impl ScenarioFlags {
-    /// Anything of it.
+    /// Returns true if any of the flags is given.
     pub fn is_any_given(&self) -> bool {
         self.scenario.is_some() || self.stimulus.is_some() || self.record.is_some()
     }
 
-    /// Reads the files and looks their names up on a machine.
+    /// Reads the files, and resolves their names for a machine.
     pub fn scenario_setup<C: Cpu>(
         &self,
         cpu: &C,
@@ -98,7 +100,7 @@ impl ScenarioFlags {
                 asked && find_pin(chip, &own).is_ok_and(|pin| cpu.has_pin(pin))
             };
             let (stimuli, told) = wave.scenario(&mut { wanted })?;
-            // Wires that were left out on purpose are no news.
+            // With --drive, unused wires are intentional and need no warning.
             if self.drive.is_empty() {
                 report_diagnostics(terminal, &told, FileTexts::NONE);
             }
@@ -109,7 +111,7 @@ impl ScenarioFlags {
             let mut recorder = Recorder::new(Some(job.clock.clocks_per_cycle.max(1)));
             recorder.program = (args.image != "-").then(|| file_name(&args.image));
             recorder.mcu = Some(chip.name.to_owned());
-            // There what is driven acts as its cycle begins.
+            // On the 8051, drives act when a machine cycle begins.
             recorder.align_to_cycles = chip.family == ChipFamily::Mcs51;
             recorder.baud = (!args.machine.uart_in.is_empty()).then_some(args.machine.baud);
             recorded_flags(args, job, clocks).into_iter().for_each(|(tick, done)| recorder.push(tick, done));
@@ -129,12 +131,12 @@ impl ScenarioFlags {
     }
 }
 
-/// A path without its folders.
+/// Returns the last component of a path.
 fn file_name(path: &str) -> String {
     path.rsplit(['/', '\\']).next().unwrap_or(path).to_owned()
 }
 
-/// What --set, --at and --uart-in do.
+/// Returns the actions of --set, --at and --uart-in.
 fn recorded_flags(args: &RunArgs, job: &PlannedRun, clocks: u64) -> Vec<(u64, RecordedAction)> {
     let at = args.machine.at.iter().map(|text| text.split_once(':').map_or(text.as_str(), |(_, put)| put));
     let texts = args.machine.set.iter().map(String::as_str).chain(at);
@@ -153,7 +155,7 @@ fn recorded_flags(args: &RunArgs, job: &PlannedRun, clocks: u64) -> Vec<(u64, Re
             done.push((tick(at), true, RecordedAction::Send(bytes)));
         }
     }
-    // As they are queued: the supply before the pins.
+    // The order of the queue: the supply before the pins.
     done.sort_by_key(|(tick, pin, _)| (*tick, *pin));
     done.into_iter().map(|(tick, _, done)| (tick, done)).collect()
 }
