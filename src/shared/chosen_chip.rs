@@ -91,9 +91,12 @@ pub fn unknown_micro(micro: &str) -> String {
     }
 }
 
-/// The chip that an image or a source names: an ELF file by the note of avr-gcc, by what it says to simavr or by the signature; a HEX
-/// file in a comment, as CCS C writes it, or by the signature; a source for a PIC or an AVR by its directives and includes; a ladder
-/// program by MICRO=.
+/// Returns the chip that an image or a source names.
+///
+/// - An ELF file: the note of avr-gcc, the `.mmcu` section for simavr, or the signature.
+/// - A HEX file: a comment as CCS C writes it, or the signature.
+/// - A source for a PIC or an AVR: directives and includes.
+/// - A ladder program: MICRO=.
 pub fn named_chip(file: &str, bytes: &[u8]) -> Option<NamedChip> {
     let avr =
         |name: String, place: &str| NamedChip { chip: image_origin::find_avr(&name), name, place: place.to_owned() };
