@@ -4,6 +4,7 @@ use ladder::{CompareOp, ElementId, MathOp, ShiftOp, UnaryOp};
 
 use crate::arithmetic::{compare, count_step, math, truncate};
 use crate::bit_ops;
+use crate::flow_steps::{FlowStep, ScanPosition};
 use crate::peripheral_state::{FormattedText, PeripheralState, PiecewiseCurve};
 
 /// A program with its names resolved: its steps index its lists and the values of the state.
@@ -11,6 +12,10 @@ use crate::peripheral_state::{FormattedText, PeripheralState, PiecewiseCurve};
 pub(crate) struct FlatProgram {
     /// Steps of a scan, in order.
     pub steps: Vec<FlatStep>,
+    /// True if the program has jumps or subprograms.
+    pub has_jumps: bool,
+    /// Index of the first step of each rung, then the number of steps.
+    pub rung_starts: Vec<usize>,
     /// Value of each symbol at power-up.
     pub initial_values: Vec<i32>,
     /// For each symbol, 32 minus its width in bits: a shift left and right by this many bits truncates a
@@ -64,6 +69,7 @@ pub(crate) enum FlatStep {
 #[derive(Debug, Clone, Copy)]
 #[rustfmt::skip]
 pub(crate) enum ElementOp {
+    Flow(FlowStep),
     Short,
     Open,
     Contact  { bit: u32, negated: bool },
@@ -181,7 +187,9 @@ impl ScanState {
         self.parts.start_scan();
         self.master = true;
         let mut rung = true;
-        for step in &code.steps {
+        let mut position = ScanPosition::default();
+        while let Some(step) = code.steps.get(position.next) {
+            position.next += 1;
             match *step {
                 FlatStep::Rung => rung = self.master,
                 FlatStep::Split(depth) => self.groups[depth] = (rung, false),
@@ -196,6 +204,11 @@ impl ScanState {
                         self.store(code, var, self.read_symbol(from).into());
                     }
                 }
+                FlatStep::Do(id, ElementOp::Flow(step)) => {
+                    let (before, (after, next)) = (rung, position.follow(code, step, rung, &mut self.groups));
+                    watch(id, before, after, &self.values);
+                    rung = next;
+                }
                 FlatStep::Do(id, op) => {
                     let before = rung;
                     rung = self.execute_element(code, op, before);
@@ -209,7 +222,8 @@ impl ScanState {
     /// Executes one element with the rung bit `rung` and returns the rung bit after it.
     fn execute_element(&mut self, code: &FlatProgram, op: ElementOp, rung: bool) -> bool {
         match op {
-            ElementOp::Short => rung,
+            // The order of execution is not the state's.
+            ElementOp::Flow(_) | ElementOp::Short => rung,
             ElementOp::Open => false,
             ElementOp::Contact { bit, negated } => rung & ((self.read_symbol(bit) != 0) != negated),
             ElementOp::Coil { bit, negated } => {

@@ -4,6 +4,7 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
+use ladder::flow::ProgramFlow;
 use ladder::{
     CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LadderSymbol, LdFormat, RungNode,
     TimerKind,
@@ -24,6 +25,7 @@ pub(crate) fn flatten(
     let code = FlatProgram { cut_bits: widths, initial_values: vec![0; symbols.len()], ..FlatProgram::default() };
     let mut builder = FlatBuilder {
         program,
+        flow: ProgramFlow::new(program),
         symbols,
         by_name,
         code,
@@ -31,25 +33,30 @@ pub(crate) fn flatten(
         counter_starts: HashMap::new(),
         devices: DeviceSettings::default(),
     };
+    builder.code.has_jumps = builder.flow.is_used;
     builder.collect_devices_and_starts();
     for (number, rung) in (0..).zip(&program.rungs) {
         builder.next = ElementId { rung: number, index: 0 };
+        builder.code.rung_starts.push(builder.code.steps.len());
         builder.code.steps.push(FlatStep::Rung);
         builder.flatten_series(&rung.series, 0)?;
     }
+    builder.code.rung_starts.push(builder.code.steps.len());
     Ok(builder.code)
 }
 
 /// Builder of the flat form of one program.
 pub(crate) struct FlatBuilder<'a> {
     pub program: &'a LadderProgram,
+    /// Rungs of its labels and subprograms.
+    pub flow: ProgramFlow<'a>,
     symbols: &'a [LadderSymbol],
     /// Index of each symbol, by name.
     by_name: &'a HashMap<String, usize>,
     /// The flat form so far.
     pub code: FlatProgram,
     /// Identity of the next leaf in text order.
-    next: ElementId,
+    pub next: ElementId,
     /// Per counter: the start value that RES stores, with the rank of the kind that says it.
     counter_starts: HashMap<&'a str, (u8, LadderOperand)>,
     /// What the elements so far said about the parts that all of them share.
@@ -236,6 +243,7 @@ impl FlatBuilder<'_> {
                 ElementOp::Compare { op: *op, a: self.operand_source(op1)?, b: self.operand_source(op2)? }
             }
             Element::Placeholder => return Err(UnsupportedReason::EmptyPlace),
+            Element::Flow { .. } | Element::Return => ElementOp::Flow(self.flow_step(element)?),
             Element::ShiftRegister { .. }
             | Element::LookUpTable { .. }
             | Element::PiecewiseLinear { .. }

@@ -4,6 +4,7 @@ use diag::{Diagnostic, Pos, Severity};
 
 use crate::bit_checks;
 use crate::codes;
+use crate::flow_checks;
 use crate::integer_widths::{self, IntegerWidths};
 use crate::model::{Element, ElementId, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode, TimerKind};
 use crate::packages;
@@ -31,6 +32,7 @@ pub fn check(program: &LadderProgram) -> Vec<Diagnostic> {
         check_last_elements(&mut found, &rung.series, true, &mut next);
     }
     program_checks::check_names(&mut found);
+    flow_checks::check_flow(&mut found);
     peripheral_checks::check_pwm(&mut found);
     found.diagnostics.sort_by_key(|d| d.pos);
     found.diagnostics
@@ -178,6 +180,8 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
         | Element::Move { .. }
         | Element::Math { .. }
         | Element::Bus { .. }
+        | Element::Flow { .. }
+        | Element::Return
         | Element::Compare { .. }
         | Element::ShiftRegister { .. }
         | Element::Persist { .. } => {}

@@ -5,7 +5,7 @@
 
 use std::borrow::Cow;
 
-use crate::model::{CounterKind, Element, LadderOperand, MathOp, SymbolKind, TimerKind};
+use crate::model::{CounterKind, Element, FlowOp, LadderOperand, MathOp, SymbolKind, TimerKind};
 use crate::symbols::kind_by_letter;
 use crate::write;
 
@@ -275,6 +275,16 @@ impl Element {
             Element::Bus { dest, src, targets: _ } => {
                 row("BUS", Acts).writes(dest, Variable, Powered).operand(src).ldmicro5()
             }
+            Element::Flow { op, label: _ } => {
+                let power = match op {
+                    FlowOp::Label => Wire,
+                    // A jump back is not taken when the scan has taken all that it may.
+                    FlowOp::Goto => Narrows,
+                    FlowOp::Gosub | FlowOp::Subprogram | FlowOp::EndSubprogram => Acts,
+                };
+                row(write::flow_keyword(*op), power).ldmicro5()
+            }
+            Element::Return => row("RETURN", Acts).ldmicro5(),
             Element::Compare { op, op1, op2 } => row(write::compare_keyword(*op), Narrows).operand(op1).operand(op2),
             // The first stage is the input of the shift register, so it is never written; the last one is
             // never read.

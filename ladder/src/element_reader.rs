@@ -7,7 +7,7 @@ use crate::counted_elements;
 use crate::element_keywords::{ANY_COUNT, ELEMENT_KEYWORDS, ElementKeyword, UNSUPPORTED_KEYWORDS};
 use crate::lexer::{self, LdLine, LdToken};
 use crate::model::{
-    CompareOp, CounterKind, Element, LadderDialect, LadderOperand, MathOp, ShiftOp, TimerKind, UnaryOp,
+    CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, MathOp, ShiftOp, TimerKind, UnaryOp,
 };
 use crate::reader::{LdReader, message_text};
 
@@ -139,6 +139,12 @@ fn build_element(r: &mut LdReader<'_>, line: &LdLine<'_>, row: &ElementKeyword, 
             Element::BitTest { name: name?, bit: bit?, value: keyword == "IF_BIT_SET" }
         }
         ("BUS", [dest, src, targets @ ..]) => read_bus(r, keyword, *dest, *src, targets)?,
+        ("LABEL", [label]) => Element::Flow { op: FlowOp::Label, label: r.read_name(*label)? },
+        ("GOTO", [label]) => Element::Flow { op: FlowOp::Goto, label: read_target(r, *label)? },
+        ("GOSUB", [label]) => Element::Flow { op: FlowOp::Gosub, label: r.read_name(*label)? },
+        ("SUBPROG", [label]) => Element::Flow { op: FlowOp::Subprogram, label: r.read_name(*label)? },
+        ("ENDSUB", [label]) => Element::Flow { op: FlowOp::EndSubprogram, label: r.read_name(*label)? },
+        ("RETURN", _) => Element::Return,
         ("EQU", [a, b]) => read_compare(r, CompareOp::Equ, keyword, [*a, *b])?,
         ("NEQ", [a, b]) => read_compare(r, CompareOp::Neq, keyword, [*a, *b])?,
         ("GRT", [a, b]) => read_compare(r, CompareOp::Grt, keyword, [*a, *b])?,
@@ -166,6 +172,14 @@ fn build_element(r: &mut LdReader<'_>, line: &LdLine<'_>, row: &ElementKeyword, 
         // The argument count was checked against the row, so every valid line matches an arm above.
         _ => return None,
     })
+}
+
+/// A label, or the number of a rung.
+fn read_target(r: &mut LdReader<'_>, token: LdToken<'_>) -> Option<String> {
+    match token.text.starts_with(|c: char| c.is_ascii_digit()) {
+        true => r.read_u32(token, "the number of a rung", 1, u32::MAX).map(|_| token.text.to_owned()),
+        false => r.read_name(token),
+    }
 }
 
 fn read_contacts(r: &mut LdReader<'_>, name: LdToken<'_>, flags: &[LdToken<'_>]) -> Option<Element> {

@@ -1,6 +1,6 @@
 //! Appearance of each element in a drawing: one line of text above the wire and one in it.
 
-use crate::model::{CompareOp, CounterKind, Element, LadderOperand, MathOp};
+use crate::model::{CompareOp, CounterKind, Element, FlowOp, LadderOperand, MathOp};
 use crate::write;
 
 /// Returns the line above the wire and the line in the wire, which are drawn centred on each other.
@@ -67,6 +67,9 @@ pub(crate) fn element_symbol(element: &Element) -> (String, String) {
             let shifted = format!("{} by {}", write::operand_text(src), write::operand_text(count));
             in_brackets("{", &format!("{} {dest} :=", write::shift_keyword(*op)), &shifted, "}")
         }
+        Element::Flow { op: FlowOp::Label, label } => (label.clone(), "[LABEL:]".to_owned()),
+        Element::Flow { op, label } => (label.clone(), format!("{{{}}}", write::flow_keyword(*op))),
+        Element::Return => (String::new(), "{RETURN}".to_owned()),
         Element::BitWrite { name, bit, value } => {
             in_brackets("{", write::bit_write_keyword(*value), &format!("{name}.{}", write::operand_text(bit)), "}")
         }

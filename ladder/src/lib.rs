@@ -12,6 +12,8 @@ mod element_facts;
 mod element_keywords;
 mod element_reader;
 mod element_symbol;
+pub mod flow;
+mod flow_checks;
 pub mod format;
 mod integer_widths;
 mod lexer;

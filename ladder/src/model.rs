@@ -8,7 +8,7 @@ use diag::Pos;
 use serde::Serialize;
 
 use crate::element_facts::ChipPart;
-pub use crate::operations::{CounterKind, TimerKind};
+pub use crate::operations::{CounterKind, FlowOp, TimerKind};
 pub use crate::operators::{CompareOp, MathOp, ShiftOp, UnaryOp};
 
 /// Dialect: the set of rules that gives the elements their meaning. The same text may behave differently
@@ -313,6 +313,15 @@ pub enum Element {
         /// Per bit of the source's low byte, from bit 0: the bit of the destination that it goes to, 0 to 7.
         targets: [u8; 8],
     },
+    /// `LABEL|GOTO|GOSUB|SUBPROG|ENDSUB label` (LDmicro 5).
+    Flow {
+        /// Which of them.
+        op: FlowOp,
+        /// Name of the label or subprogram; of a GOTO also the number of a rung, from 1.
+        label: String,
+    },
+    /// `RETURN`: returns from the subprogram; outside of one it ends the scan (LDmicro 5).
+    Return,
     /// `EQU|NEQ|GRT|GEQ|LES|LEQ op1 op2`.
     Compare {
         /// Comparison.

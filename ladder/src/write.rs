@@ -5,7 +5,7 @@ use std::fmt::Write;
 use diag::text::{TextEncoding, to_code_page};
 
 use crate::model::{
-    CompareOp, CounterKind, Element, LadderOperand, LadderProgram, LdFormat, MathOp, ProgramSettings, RungNode,
+    CompareOp, CounterKind, Element, FlowOp, LadderOperand, LadderProgram, LdFormat, MathOp, ProgramSettings, RungNode,
     ShiftOp, TimerKind, UnaryOp,
 };
 
@@ -177,6 +177,8 @@ fn write_element(out: &mut String, element: &Element) -> std::fmt::Result {
             write!(out, "BUS {dest} {}", operand_text(src))?;
             targets.iter().rev().try_for_each(|bit| write!(out, " {bit}"))
         }
+        Element::Flow { op, label } => write!(out, "{} {label}", flow_keyword(*op)),
+        Element::Return => write!(out, "RETURN"),
         Element::Compare { op, op1, op2 } => {
             write!(out, "{} {} {}", compare_keyword(*op), operand_text(op1), operand_text(op2))
         }
@@ -293,6 +295,17 @@ pub(crate) const fn bit_write_keyword(value: bool) -> &'static str {
 
 pub(crate) const fn bit_test_keyword(value: bool) -> &'static str {
     if value { "IF_BIT_SET" } else { "IF_BIT_CLEAR" }
+}
+
+/// Keyword of an element that names a place of the program.
+pub(crate) const fn flow_keyword(op: FlowOp) -> &'static str {
+    match op {
+        FlowOp::Label => "LABEL",
+        FlowOp::Goto => "GOTO",
+        FlowOp::Gosub => "GOSUB",
+        FlowOp::Subprogram => "SUBPROG",
+        FlowOp::EndSubprogram => "ENDSUB",
+    }
 }
 
 /// Keyword of a comparison in `.ld` text.

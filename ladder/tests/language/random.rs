@@ -5,7 +5,7 @@
 use crate::common;
 use diag::Pos;
 use ladder::{
-    CompareOp, CounterKind, Element, IoEntry, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
+    CompareOp, CounterKind, Element, FlowOp, IoEntry, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
     ProgramSettings, Rung, RungNode, ShiftOp, SourceStyle, TimerKind, UnaryOp, VarEntry,
 };
 use proptest::collection::vec;
@@ -137,6 +137,7 @@ fn element() -> impl Strategy<Value = Element> {
                 targets,
             }),
         ),
+        boxed(flow_element()),
         boxed((compare, operand(), operand()).prop_map(|(op, op1, op2)| Element::Compare { op, op1, op2 })),
         boxed((integer(), 1u32..=256).prop_map(|(name, stages)| Element::ShiftRegister { name, stages })),
         boxed(
@@ -298,4 +299,16 @@ proptest! {
         let text = format!("{}RUNG\n{}", common::HEAD, String::from_utf8_lossy(&bytes).replace(char::is_control, "\n"));
         let _ = ladder::parse("t", &text);
     }
+}
+
+/// What names a place of the program, whether or not there is one.
+fn flow_element() -> impl Strategy<Value = Element> {
+    use FlowOp::{EndSubprogram, Gosub, Goto, Label, Subprogram};
+    let named =
+        (proptest::sample::select(vec![Label, Goto, Gosub, Subprogram, EndSubprogram]), "[A-Za-z_][A-Za-z0-9_]{0,8}");
+    prop_oneof![
+        4 => named.prop_map(|(op, label)| Element::Flow { op, label }),
+        1 => (1..1000u32).prop_map(|rung| Element::Flow { op: Goto, label: rung.to_string() }),
+        1 => Just(Element::Return),
+    ]
 }

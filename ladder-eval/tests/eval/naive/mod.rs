@@ -5,10 +5,12 @@
 //! closed form. It shares no code with the evaluator except the parser of strings, which is only syntax.
 
 mod bits;
+mod flow;
 mod parts;
 
 use std::collections::{HashMap, HashSet};
 
+use flow::Departure;
 use ladder::format::split_format_string;
 use ladder::{
     CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
@@ -37,6 +39,9 @@ pub struct NaiveInterpreter {
     armed: HashSet<(u32, u32)>,
     master_relay: bool,
     current_element: (u32, u32),
+    /// Set by an element that leaves its rung.
+    departure: Option<flow::Departure>,
+    jumps_back: u32,
     seen: Vec<ElementObservation>,
     /// Widths of the integers in bytes, and the values that RES stores.
     widths: HashMap<String, u32>,
@@ -89,10 +94,8 @@ impl NaiveInterpreter {
         self.seen.clear();
         self.now += 1;
         self.sent = None;
-        for (r, rung) in program.rungs.iter().enumerate() {
-            self.current_element = (r as u32, 0);
-            self.series(&rung.series, self.master_relay, program);
-        }
+        self.jumps_back = 0;
+        self.rungs_from(0, program);
         self.seen.clone()
     }
 
@@ -100,19 +103,26 @@ impl NaiveInterpreter {
         for node in series {
             power = match node {
                 RungNode::Leaf(element, _) => {
-                    let after = self.leaf(element, power, program);
                     let (rung, index) = self.current_element;
+                    let at = self.seen.len();
+                    let after = self.leaf(element, power, program);
                     if !matches!(element, Element::Comment(_)) {
-                        self.seen.push((ElementId { rung, index }, power, after));
+                        self.seen.insert(at, (ElementId { rung, index }, power, after));
                     }
-                    self.current_element.1 += 1;
+                    self.current_element = (rung, index + 1);
                     after
                 }
                 RungNode::Parallel(branches, _) => {
-                    let outs: Vec<bool> = branches.iter().map(|b| self.series(b, power, program)).collect();
-                    outs.contains(&true)
+                    let mut any = false;
+                    for branch in branches {
+                        any |= self.departure.is_none() && self.series(branch, power, program);
+                    }
+                    any
                 }
             };
+            if self.departure.is_some() {
+                return false;
+            }
         }
         power
     }
@@ -385,6 +395,11 @@ impl NaiveInterpreter {
                         CompareOp::Les => difference < 0,
                         CompareOp::Leq => difference <= 0,
                     }
+            }
+            Element::Flow { op, label } => self.flow(*op, label, power, program),
+            Element::Return => {
+                self.departure = power.then_some(Departure::Back);
+                power
             }
             Element::Placeholder => panic!("the generator gives no placeholder"),
         }
