@@ -147,7 +147,9 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
             (CoverageClass::Serial, goals)
         }
         Element::Flow { op: FlowOp::Goto | FlowOp::Gosub, .. } | Element::Return => (CoverageClass::Actions, acts()),
-        Element::Flow { .. } => return None,
+        Element::Segments { .. } | Element::TimeValue { .. } | Element::Random { .. } => (CoverageClass::Actions, acts()),
+        Element::SeedRandom { .. } | Element::Lock => (CoverageClass::Actions, acts()),
+        Element::Flow { .. } | Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => return None,
         Element::Comment(_) | Element::Short | Element::Open | Element::Placeholder => return None,
     })
 }

@@ -58,7 +58,9 @@ pub(crate) fn possible_outcomes(program: &LadderProgram) -> Vec<Vec<u8>> {
     // none, the loop ends with all OSFs that can fire.
     let mut falls = BTreeSet::new();
     // With jumps a rung may follow any other, and any number of times.
-    let jumps = program.elements().any(|(_, element, _)| matches!(element, Element::Flow { .. } | Element::Return));
+    let jumps = program
+        .elements()
+        .any(|(_, element, _)| matches!(element, Element::Flow { .. } | Element::Return | Element::Lock));
     loop {
         let pass = |world: u32| {
             let mut pass = ReachPass::new(&falls, program.dialect != LadderDialect::Ldmicro23);
@@ -172,7 +174,15 @@ impl<'a> ReachPass<'a> {
             }
             // Behind the most jumps back that a scan takes, the next is not taken.
             Element::Flow { op: FlowOp::Goto, .. } => when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE),
-            Element::Flow { .. } | Element::Return => same,
+            Element::Flow { .. } | Element::Return | Element::Lock => same,
+            Element::SeedRandom { .. } | Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => same,
+            Element::Segments { dest, src, .. } => {
+                self.integers.remove(dest);
+                if let LadderOperand::Var(name) = src {
+                    self.integers.remove(name);
+                }
+                same
+            }
             Element::Open => when(FALSE_FALSE, TRUE_FALSE),
             Element::MasterRelay => {
                 let (off, on) = (self.master & ZERO != 0, self.master & ONE != 0);
@@ -253,6 +263,8 @@ impl<'a> ReachPass<'a> {
             | Element::Shift { dest: name, .. }
             | Element::BitWrite { name, .. }
             | Element::Bus { dest: name, .. }
+            | Element::TimeValue { dest: name, .. }
+            | Element::Random { dest: name }
             | Element::LookUpTable { dest: name, .. }
             | Element::PiecewiseLinear { dest: name, .. }
             | Element::ReadAdc { name, .. }

@@ -6,6 +6,7 @@
 
 mod bit_elements;
 mod flow;
+mod more_elements;
 mod peripherals;
 mod three_address;
 mod timing;
@@ -47,7 +48,11 @@ pub fn lower_with_modules(program: &LadderProgram, modules: bool) -> Ir {
         if symbol.kind.is_bit() {
             lower.symbol_bit(&symbol.name);
         } else {
-            let initial = lower.counter_starts.get(symbol.name.as_str()).map_or(0, |start| start.power_up);
+            // A module has its own start.
+            let starts = !modules || symbol.kind != SymbolKind::Timer;
+            let start = lower.counter_starts.get(symbol.name.as_str()).filter(|_| starts);
+            let unused = 32 - 8 * u32::from(symbol.bytes.clamp(1, 4));
+            let initial = start.map_or(0, |start| start.power_up) << unused >> unused;
             lower.new_word(symbol.name, symbol.kind, symbol.bytes, initial);
         }
     }
@@ -89,6 +94,8 @@ struct Lowering<'a> {
     /// Input and output bit of the parallel groups, by the subprogram that they are in and the nesting depth: those of a rung
     /// that calls a subprogram are still needed when it returns.
     groups: HashMap<(Option<u32>, usize), (BitId, BitId)>,
+    /// State of each sequence of RANDOM, by the name of its destination.
+    seeds: HashMap<String, WordId>,
     /// Where jumps go, if the program has any.
     jumps: Option<JumpPlan<'a>>,
     /// The master relay, if the program uses it.
@@ -127,6 +134,7 @@ impl<'a> Lowering<'a> {
             words: HashMap::new(),
             groups: HashMap::new(),
             jumps: None,
+            seeds: HashMap::new(),
             master: None,
             duty: None,
             after_first_scan: None,
@@ -347,6 +355,13 @@ impl<'a> Lowering<'a> {
             Element::Bus { dest, src, targets } => self.bus(dest, src, *targets),
             Element::Flow { op, label } => self.flow(*op, label),
             Element::Return => self.return_from_subprogram(),
+            Element::Lock => self.lock(),
+            Element::Segments { display, dest, src, common } => self.segments(*display, dest, src, *common != 'C'),
+            Element::TimeValue { is_scans, dest, time } => self.time_value(*is_scans, dest, time),
+            Element::Random { dest } => self.random(dest),
+            Element::SeedRandom { dest, src } => self.seed_random(dest, src),
+            // They only pass time, or act on a part that is off.
+            Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => {}
             Element::Compare { op, op1, op2 } => {
                 let (a, b) = (self.value(op1), self.value(op2));
                 let ops = self.and_comparison(*op, a, b);

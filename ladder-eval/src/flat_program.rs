@@ -1,6 +1,6 @@
 //! The flat form of a program, and the execution of its steps on the state.
 
-use ladder::{CompareOp, ElementId, MathOp, ShiftOp, UnaryOp};
+use ladder::{CompareOp, ElementId, MathOp, SegmentDisplay, ShiftOp, UnaryOp};
 
 use crate::arithmetic::{compare, count_step, math, truncate};
 use crate::bit_ops;
@@ -39,6 +39,8 @@ pub(crate) struct FlatProgram {
     pub scans_per_eeprom_write: u32,
     /// Number of EEPROM cells in use.
     pub eeprom_cells: u32,
+    /// Number of sequences of RANDOM.
+    pub seeds: u32,
     /// Number of memory bits of all elements.
     pub memories: u32,
     /// Maximum nesting depth of parallel groups.
@@ -70,6 +72,9 @@ pub(crate) enum FlatStep {
 #[rustfmt::skip]
 pub(crate) enum ElementOp {
     Flow(FlowStep),
+    Segments { display: SegmentDisplay, dest: u32, src: ValueSource, inverted: bool },
+    Random   { dest: u32, seed: u32 },
+    Seed     { seed: u32, src: ValueSource },
     Short,
     Open,
     Contact  { bit: u32, negated: bool },
@@ -84,7 +89,7 @@ pub(crate) enum ElementOp {
     Osc      { memory: u32 },
     Toggle   { bit: u32, memory: u32 },
     Ton      { var: u32, preset: ValueSource },
-    Tof      { var: u32, preset: ValueSource, start: i32, first: u32 },
+    Tof      { var: u32, preset: ValueSource, first: Option<u32> },
     Rto      { var: u32, preset: ValueSource },
     Rtl      { var: u32, preset: ValueSource },
     Tcy      { var: u32, preset: ValueSource, memory: u32 },
@@ -160,6 +165,10 @@ pub(crate) struct ScanState {
     pub parts: PeripheralState,
     /// Memory bits of elements: the previous rung bit, or a flag that the element has run once.
     memories: Vec<bool>,
+    /// State of each sequence of RANDOM.
+    seeds: Vec<u32>,
+    /// True once LOCK has stopped the program.
+    is_locked: bool,
     /// For each nesting depth, the rung bit at the start of the group and the OR of its branches so far.
     groups: Vec<(bool, bool)>,
     /// The master relay; every scan starts with it on.
@@ -173,6 +182,8 @@ impl ScanState {
             values: code.initial_values.clone(),
             scans: 0,
             parts: PeripheralState::power_up(code),
+            seeds: vec![1; code.seeds as usize],
+            is_locked: false,
             memories: vec![false; code.memories as usize],
             groups: vec![(false, false); code.max_depth],
             master: true,
@@ -188,6 +199,9 @@ impl ScanState {
         self.master = true;
         let mut rung = true;
         let mut position = ScanPosition::default();
+        if self.is_locked {
+            position.next = code.steps.len();
+        }
         while let Some(step) = code.steps.get(position.next) {
             position.next += 1;
             match *step {
@@ -205,6 +219,7 @@ impl ScanState {
                     }
                 }
                 FlatStep::Do(id, ElementOp::Flow(step)) => {
+                    self.is_locked |= rung && matches!(step, FlowStep::Lock);
                     let (before, (after, next)) = (rung, position.follow(code, step, rung, &mut self.groups));
                     watch(id, before, after, &self.values);
                     rung = next;
@@ -275,9 +290,9 @@ impl ScanState {
                 }
                 !self.count_scan(code, var, preset)
             }
-            ElementOp::Tof { var, preset, start, first } => {
-                if !self.replace_memory(first, true) {
-                    self.store(code, var, start.into());
+            ElementOp::Tof { var, preset, first } => {
+                if first.is_some_and(|first| !self.replace_memory(first, true)) {
+                    self.store(code, var, self.read_value(preset).into());
                 }
                 if rung {
                     self.values[var as usize] = 0;
@@ -400,6 +415,25 @@ impl ScanState {
             }
             ElementOp::Bus { dest, src, targets } => {
                 self.store(code, dest, bit_ops::route_bits(self.read_value(src), targets));
+                true
+            }
+            ElementOp::Segments { display, dest, src, inverted } => {
+                let (code_point, segments) = bit_ops::segments(display, self.read_value(src), inverted);
+                if let ValueSource::Var(var) = src {
+                    self.store(code, var, code_point.into());
+                }
+                self.store(code, dest, segments);
+                true
+            }
+            ElementOp::Random { dest, seed } => {
+                let state = &mut self.seeds[seed as usize];
+                *state = state.wrapping_mul(1_103_515_245).wrapping_add(12_345);
+                let drawn = state.rotate_left(16);
+                self.store(code, dest, drawn.into());
+                true
+            }
+            ElementOp::Seed { seed, src } => {
+                self.seeds[seed as usize] = self.read_value(src) as u32;
                 true
             }
             ElementOp::LookUp { dest, index, table } => {

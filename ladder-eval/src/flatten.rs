@@ -6,8 +6,8 @@ use std::collections::HashMap;
 
 use ladder::flow::ProgramFlow;
 use ladder::{
-    CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LadderSymbol, LdFormat, RungNode,
-    TimerKind,
+    CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LadderSymbol, LdFormat,
+    ProgramSettings, RungNode, TimerKind,
 };
 
 use crate::arithmetic::truncate;
@@ -29,6 +29,7 @@ pub(crate) fn flatten(
         symbols,
         by_name,
         code,
+        seeds: HashMap::new(),
         next: ElementId { rung: 0, index: 0 },
         counter_starts: HashMap::new(),
         devices: DeviceSettings::default(),
@@ -55,6 +56,8 @@ pub(crate) struct FlatBuilder<'a> {
     by_name: &'a HashMap<String, usize>,
     /// The flat form so far.
     pub code: FlatProgram,
+    /// Index of each sequence of RANDOM, by the name of its destination.
+    seeds: HashMap<String, u32>,
     /// Identity of the next leaf in text order.
     pub next: ElementId,
     /// Per counter: the start value that RES stores, with the rank of the kind that says it.
@@ -68,6 +71,19 @@ impl FlatBuilder<'_> {
     fn collect_devices_and_starts(&mut self) {
         for (_, element, _) in self.program.elements() {
             match element {
+                // In LDmicro 5 a TOF begins with its preset, written in the same order of the text.
+                Element::Timer { kind: TimerKind::Tof, name, delay, adjust } if !self.is_release_23() => {
+                    let Some(&at) = self.by_name.get(name) else { continue };
+                    let preset = self.timer_preset(TimerKind::Tof, at as u32, delay, adjust.as_ref());
+                    // What is wrong with the timer is reported where it is flattened.
+                    let Ok(preset) = preset else { continue };
+                    let start = if let ValueSource::Const(preset) = preset { preset } else { -1 };
+                    if let (Some(width), Some(initial)) =
+                        (self.code.cut_bits.get(at), self.code.initial_values.get_mut(at))
+                    {
+                        *initial = truncate(start.into(), *width);
+                    }
+                }
                 Element::Counter { kind, name, init, .. } => {
                     let Some(&at) = self.by_name.get(name) else { continue };
                     let start = match init {
@@ -179,9 +195,9 @@ impl FlatBuilder<'_> {
                 match kind {
                     TimerKind::Ton => ElementOp::Ton { var, preset },
                     TimerKind::Tof => {
-                        // A delay in a variable is not known at power-up: LDmicro 5 begins with -1.
-                        let start = if let ValueSource::Const(preset) = preset { preset } else { -1 };
-                        ElementOp::Tof { var, preset, start, first: self.new_memory() }
+                        // Release 2.3 presets it when it is first executed.
+                        let first = if self.is_release_23() { Some(self.new_memory()) } else { None };
+                        ElementOp::Tof { var, preset, first }
                     }
                     TimerKind::Rto => ElementOp::Rto { var, preset },
                     TimerKind::Rtl => ElementOp::Rtl { var, preset },
@@ -196,7 +212,9 @@ impl FlatBuilder<'_> {
                 self.counter_op(*kind, name, max, init.as_ref(), *input)?
             }
             Element::Res { name } => {
-                let src = match self.counter_starts.get(name.as_str()) {
+                // LDmicro 5 knows a counter by the first letter of its name.
+                let starts = self.counter_starts.get(name.as_str()).filter(|_| name.starts_with('C'));
+                let src = match starts {
                     Some((_, start)) => self.operand_source(start)?,
                     None => ValueSource::Const(0),
                 };
@@ -243,7 +261,27 @@ impl FlatBuilder<'_> {
                 ElementOp::Compare { op: *op, a: self.operand_source(op1)?, b: self.operand_source(op2)? }
             }
             Element::Placeholder => return Err(UnsupportedReason::EmptyPlace),
-            Element::Flow { .. } | Element::Return => ElementOp::Flow(self.flow_step(element)?),
+            Element::Segments { display, dest, src, common } => {
+                let (dest, src) = (self.integer_index(dest)?, self.operand_source(src)?);
+                ElementOp::Segments { display: *display, dest, src, inverted: *common != 'C' }
+            }
+            Element::TimeValue { is_scans, dest, time } => {
+                let LadderOperand::Const { value: time, .. } = time else { return Err(UnsupportedReason::NoMeaning) };
+                let ProgramSettings { cycle_us, crystal_hz, .. } = self.program.settings;
+                let value = match is_scans {
+                    true => i128::from(*time).checked_div(cycle_us.into()).ok_or(UnsupportedReason::NoCycleTime)?,
+                    false => i128::from(*time) * i128::from(crystal_hz) / 1_000_000,
+                };
+                ElementOp::Move { dest: self.integer_index(dest)?, src: ValueSource::Const(value as i32) }
+            }
+            Element::Random { dest } => {
+                ElementOp::Random { dest: self.integer_index(dest)?, seed: self.seed_index(dest) }
+            }
+            Element::SeedRandom { dest, src } => {
+                ElementOp::Seed { seed: self.seed_index(dest), src: self.operand_source(src)? }
+            }
+            Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => ElementOp::Short,
+            Element::Flow { .. } | Element::Return | Element::Lock => ElementOp::Flow(self.flow_step(element)?),
             Element::ShiftRegister { .. }
             | Element::LookUpTable { .. }
             | Element::PiecewiseLinear { .. }
@@ -255,6 +293,14 @@ impl FlatBuilder<'_> {
             | Element::FormattedString { .. } => peripheral_ops::peripheral_op(self, element)?,
         };
         Ok(Some(op))
+    }
+
+    /// Index of the sequence that RANDOM of this name draws from.
+    fn seed_index(&mut self, name: &str) -> u32 {
+        let next = self.seeds.len() as u32;
+        let seed = *self.seeds.entry(name.to_owned()).or_insert(next);
+        self.code.seeds = self.code.seeds.max(seed + 1);
+        seed
     }
 
     /// Allocates a memory bit, which is 0 at power-up.
@@ -418,7 +464,9 @@ impl FlatBuilder<'_> {
             };
         };
         let cycle = self.cycle_us()?;
-        let count = i128::from(*value) / i128::from(cycle) + adjust;
+        let (delay, whole) = (i128::from(*value), i128::from(cycle));
+        // LDmicro 5 divides the sum, so that a negative one is rounded up.
+        let count = if self.is_release_23() { delay / whole + adjust } else { (delay + whole * adjust) / whole };
         let (least, most) = match self.program.dialect {
             LadderDialect::Ldmicro23 => {
                 (1, (1_i128 << (8 * u32::from(self.integer_bytes(timer))).saturating_sub(1)) - 1)

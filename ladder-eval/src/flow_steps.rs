@@ -18,6 +18,8 @@ pub(crate) enum FlowStep {
     Call { to: u32 },
     /// SUBPROG, which is never executed as a part of what is above it.
     Skip { to: u32 },
+    /// LOCK.
+    Lock,
     /// RETURN: true if only with power.
     Return { if_powered: bool },
 }
@@ -28,7 +30,9 @@ impl FlatBuilder<'_> {
         // The element itself has been counted already.
         let rung = self.next.rung;
         let around = self.flow.subprogram_around(rung);
-        let Element::Flow { op, label } = element else { return Ok(FlowStep::Return { if_powered: true }) };
+        let Element::Flow { op, label } = element else {
+            return Ok(if *element == Element::Lock { FlowStep::Lock } else { FlowStep::Return { if_powered: true } });
+        };
         let lost = || UnsupportedReason::NoTarget { label: label.clone() };
         Ok(match op {
             FlowOp::Label => FlowStep::Stay,
@@ -91,6 +95,7 @@ impl ScanPosition {
                 self.calls.push((self.next, groups.clone()));
                 self.next = start(to);
             }
+            FlowStep::Lock if rung => self.next = code.steps.len(),
             FlowStep::Skip { to } => self.next = start(to),
             FlowStep::Return { if_powered } if rung || !if_powered => match self.calls.pop() {
                 Some((behind, kept)) => {
@@ -100,7 +105,11 @@ impl ScanPosition {
                 }
                 None => self.next = code.steps.len(),
             },
-            FlowStep::Stay | FlowStep::Goto { .. } | FlowStep::Call { .. } | FlowStep::Return { .. } => {}
+            FlowStep::Stay
+            | FlowStep::Lock
+            | FlowStep::Goto { .. }
+            | FlowStep::Call { .. }
+            | FlowStep::Return { .. } => {}
         }
         (rung, rung)
     }

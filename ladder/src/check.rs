@@ -125,6 +125,14 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
         checker.error(codes::ELEMENT_LDMICRO5, at, cause, "choose the dialect ldmicro-5");
     }
     match at.element {
+        Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => {
+            let cause = "it has no effect here: outputs change at the end of a scan, and scans begin by a timer";
+            checker.report(Severity::Note, codes::NO_EFFECT, at, cause, "nothing to do");
+        }
+        Element::TimeValue { time: LadderOperand::Var(_), .. } => {
+            let cause = "the time is a variable, and LDmicro computes it when it compiles";
+            checker.error(codes::TIMER_RANGE, at, cause, "write the time as a number of microseconds");
+        }
         Element::Placeholder => {
             checker.error(codes::PLACEHOLDER, at, "an empty place is left", "put an element here or remove it");
         }
@@ -181,6 +189,11 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
         | Element::Math { .. }
         | Element::Bus { .. }
         | Element::Flow { .. }
+        | Element::Segments { .. }
+        | Element::TimeValue { .. }
+        | Element::Random { .. }
+        | Element::SeedRandom { .. }
+        | Element::Lock
         | Element::Return
         | Element::Compare { .. }
         | Element::ShiftRegister { .. }

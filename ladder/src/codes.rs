@@ -157,4 +157,6 @@ codes! {
         "A note: the rungs between the target and GOTO are executed again in the same scan. A scan takes at most 100 jumps back in all; a further one is not taken, so every scan ends. The time of a scan is reckoned with all of them.";
     RETURN_OUTSIDE "LD157" "RETURN outside of a subprogram"
         "It ends the scan, as in LDmicro 5's C output. The chips of LDmicro 5 run away there, because no return address is on the stack. Fix: GOTO with a number beyond the last rung.";
+    NO_EFFECT "LD158" "an element without effect"
+        "A note. DELAY and SLEEP pass time within a scan in LDmicro 5, and CLRWDT resets the watchdog. Here outputs change at the end of a scan, scans begin by a timer, and the watchdog is off, so none of them can be seen.";
 }

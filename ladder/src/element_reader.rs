@@ -7,7 +7,8 @@ use crate::counted_elements;
 use crate::element_keywords::{ANY_COUNT, ELEMENT_KEYWORDS, ElementKeyword, UNSUPPORTED_KEYWORDS};
 use crate::lexer::{self, LdLine, LdToken};
 use crate::model::{
-    CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, MathOp, ShiftOp, TimerKind, UnaryOp,
+    CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, MathOp, SegmentDisplay, ShiftOp, TimerKind,
+    UnaryOp,
 };
 use crate::reader::{LdReader, message_text};
 
@@ -145,6 +146,21 @@ fn build_element(r: &mut LdReader<'_>, line: &LdLine<'_>, row: &ElementKeyword, 
         ("SUBPROG", [label]) => Element::Flow { op: FlowOp::Subprogram, label: r.read_name(*label)? },
         ("ENDSUB", [label]) => Element::Flow { op: FlowOp::EndSubprogram, label: r.read_name(*label)? },
         ("RETURN", _) => Element::Return,
+        ("7SEGMENTS", [d, s, c]) => read_segments(r, SegmentDisplay::Seven, keyword, [*d, *s, *c])?,
+        ("9SEGMENTS", [d, s, c]) => read_segments(r, SegmentDisplay::Nine, keyword, [*d, *s, *c])?,
+        ("TIME2COUNT" | "TIME2DELAY", [dest, time]) => {
+            let (dest, time) = (read_destination(r, keyword, *dest), read_operand_in_range(r, keyword, *time, "the time in microseconds", 0, 1_000_000_000_000));
+            Element::TimeValue { is_scans: keyword == "TIME2COUNT", dest: dest?, time: time? }
+        }
+        ("RANDOM", [dest]) => Element::Random { dest: read_destination(r, keyword, *dest)? },
+        ("SEED_RANDOM", [dest, src]) => {
+            let (dest, src) = (read_destination(r, keyword, *dest), read_operand(r, keyword, *src));
+            Element::SeedRandom { dest: dest?, src: src? }
+        }
+        ("DELAY", [time]) => Element::Delay { time: read_operand(r, keyword, *time)? },
+        ("SLEEP", _) => Element::Sleep,
+        ("CLRWDT", _) => Element::ClearWatchdog,
+        ("LOCK", _) => Element::Lock,
         ("EQU", [a, b]) => read_compare(r, CompareOp::Equ, keyword, [*a, *b])?,
         ("NEQ", [a, b]) => read_compare(r, CompareOp::Neq, keyword, [*a, *b])?,
         ("GRT", [a, b]) => read_compare(r, CompareOp::Grt, keyword, [*a, *b])?,
@@ -311,6 +327,22 @@ fn read_shift(r: &mut LdReader<'_>, op: ShiftOp, keyword: &'static str, args: [L
     let (dest, src, count) =
         (read_destination(r, keyword, dest), read_operand(r, keyword, src), read_operand(r, keyword, count));
     Some(Element::Shift { op, dest: dest?, src: src?, count: count? })
+}
+
+fn read_segments(
+    r: &mut LdReader<'_>,
+    display: SegmentDisplay,
+    keyword: &'static str,
+    [dest, src, common]: [LdToken<'_>; 3],
+) -> Option<Element> {
+    let (dest, src) = (read_destination(r, keyword, dest), read_operand(r, keyword, src));
+    let mut letters = common.text.chars();
+    let (Some(letter), None) = (letters.next().filter(char::is_ascii_alphabetic), letters.next()) else {
+        let cause = format!("the kind of display is `{}`, a letter is needed", message_text(common.text));
+        r.error(codes::OUT_OF_RANGE, common.pos, cause, "write C for a common cathode, or A for a common anode");
+        return None;
+    };
+    Some(Element::Segments { display, dest: dest?, src: src?, common: letter })
 }
 
 /// The text begins with where bit 7 goes.

@@ -65,7 +65,7 @@ impl<'a> ProgramFlow<'a> {
         };
         let mut open: Option<(&str, u32)> = None;
         for (id, element, _) in program.elements() {
-            flow.is_used |= matches!(element, Element::Flow { .. } | Element::Return);
+            flow.is_used |= matches!(element, Element::Flow { .. } | Element::Return | Element::Lock);
             let Element::Flow { op, label } = element else { continue };
             match (op, open) {
                 (FlowOp::Label, _) => _ = flow.labels.entry(label).or_insert(id.rung),

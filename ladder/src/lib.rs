@@ -27,6 +27,8 @@ mod peripheral_checks;
 mod program_checks;
 mod program_head;
 mod reader;
+pub mod segments;
+mod symbol_model;
 pub mod symbols;
 mod write;
 

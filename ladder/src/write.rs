@@ -6,7 +6,7 @@ use diag::text::{TextEncoding, to_code_page};
 
 use crate::model::{
     CompareOp, CounterKind, Element, FlowOp, LadderOperand, LadderProgram, LdFormat, MathOp, ProgramSettings, RungNode,
-    ShiftOp, TimerKind, UnaryOp,
+    SegmentDisplay, ShiftOp, TimerKind, UnaryOp,
 };
 
 /// Writes a program as `.ld` text in LDmicro's layout.
@@ -179,6 +179,18 @@ fn write_element(out: &mut String, element: &Element) -> std::fmt::Result {
         }
         Element::Flow { op, label } => write!(out, "{} {label}", flow_keyword(*op)),
         Element::Return => write!(out, "RETURN"),
+        Element::Segments { display, dest, src, common } => {
+            write!(out, "{} {dest} {} {common}", segments_keyword(*display), operand_text(src))
+        }
+        Element::TimeValue { is_scans, dest, time } => {
+            write!(out, "{} {dest} {}", time_value_keyword(*is_scans), operand_text(time))
+        }
+        Element::Random { dest } => write!(out, "RANDOM {dest}"),
+        Element::SeedRandom { dest, src } => write!(out, "SEED_RANDOM {dest} {}", operand_text(src)),
+        Element::Delay { time } => write!(out, "DELAY {}", operand_text(time)),
+        Element::Sleep => write!(out, "SLEEP"),
+        Element::ClearWatchdog => write!(out, "CLRWDT"),
+        Element::Lock => write!(out, "LOCK"),
         Element::Compare { op, op1, op2 } => {
             write!(out, "{} {} {}", compare_keyword(*op), operand_text(op1), operand_text(op2))
         }
@@ -295,6 +307,18 @@ pub(crate) const fn bit_write_keyword(value: bool) -> &'static str {
 
 pub(crate) const fn bit_test_keyword(value: bool) -> &'static str {
     if value { "IF_BIT_SET" } else { "IF_BIT_CLEAR" }
+}
+
+/// Keyword of an element that writes a character as segments.
+pub(crate) const fn segments_keyword(display: SegmentDisplay) -> &'static str {
+    match display {
+        SegmentDisplay::Seven => "7SEGMENTS",
+        SegmentDisplay::Nine => "9SEGMENTS",
+    }
+}
+
+pub(crate) const fn time_value_keyword(is_scans: bool) -> &'static str {
+    if is_scans { "TIME2COUNT" } else { "TIME2DELAY" }
 }
 
 /// Keyword of an element that names a place of the program.

@@ -18,13 +18,15 @@ pub(super) fn add_flow(rng: &mut Rng, rungs: &mut Vec<Rung>, inputs: &[String], 
         if to <= from && (!full || rng.one_in(2)) {
             continue;
         }
-        let may_be_named = to < rungs.len() && to != body.start && to + 1 != body.end;
-        let label = if may_be_named && rng.one_in(2) {
+        // Numbers would change when rungs are added or removed; beyond the last rung is the end.
+        let label = if to == rungs.len() {
+            "9999".to_owned()
+        } else if to == body.start && !body.is_empty() || to + 1 == body.end {
+            continue;
+        } else {
             let name = format!("l{from}_{to}");
             insert(rng, &mut rungs[to].series, vec![flow(FlowOp::Label, &name)]);
             name
-        } else {
-            (to + 1).to_string()
         };
         let condition = contact(rng, inputs);
         insert(rng, &mut rungs[from].series, vec![condition, flow(FlowOp::Goto, &label)]);

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use ladder::{CounterKind, ElementId};
+use ladder::{CounterKind, ElementId, TimerKind};
 
 use super::layout::{module_kind, module_preset, used_modules};
 use crate::ir::{BranchCondition, Ir, IrOp, JumpKind, TimedModule, WordId, WordOperand, min_bytes};
@@ -116,6 +116,10 @@ impl LimitCheck<'_> {
         if module_kind(is).is_none() {
             let cause = format!("`{name}` is a {}, and AP101 has no module that does the same", module_keyword(is));
             return Some((cause, "express it with TON, TOF, RTO, CTU or CTD, or take another chip"));
+        }
+        if is == TimedModule::Timer(TimerKind::Tof) && self.ir.has_jumps() {
+            let cause = format!("`{name}` is a TOF, which its module presets in the first scan that executes it");
+            return Some((cause, "do without jumps, or take another chip"));
         }
         if let WordOperand::Cell(other) = limit {
             let cause = format!("the limit of `{name}` is the integer `{}`, {BITS}", self.name(other));

@@ -30,6 +30,8 @@ pub(super) struct JumpPlan<'a> {
     ends: HashMap<u32, (LabelId, LabelId)>,
     /// Number of jumps back that the scan may still take.
     left: Option<WordId>,
+    /// Set once LOCK has stopped the program.
+    lock: Option<BitId>,
     labels: u32,
 }
 
@@ -59,12 +61,19 @@ impl<'a> Lowering<'a> {
             sites: HashMap::new(),
             ends: HashMap::new(),
             left: None,
+            lock: None,
             labels: 0,
         };
         let end = self.program.rungs.len() as u32;
         for (id, element, _) in self.program.elements() {
             let target = match element {
                 Element::Return => Some(end),
+                Element::Lock => {
+                    if plan.lock.is_none() {
+                        plan.lock = Some(self.new_bit("locked".to_owned(), BitRole::Memory));
+                    }
+                    Some(end)
+                }
                 Element::Flow { op: FlowOp::Goto, label } => plan.flow.target(label),
                 Element::Flow { op: FlowOp::Subprogram, label } => {
                     let ends = (plan.label(), plan.label());
@@ -91,15 +100,24 @@ impl<'a> Lowering<'a> {
                 plan.rungs.insert(target, label);
             }
         }
-        if let Some(left) = plan.left {
-            let src = WordOperand::Const(MAX_JUMPS_BACK.into());
-            self.ir.prologue.push(IrOp::Move { dst: left, src });
-        }
         self.jumps = Some(plan);
     }
 
     /// The label at the start of a rung, if a jump goes there.
+    ///
+    /// What is done once in a scan comes before the label of the first rung, so that no jump leads to the first
+    /// instruction of the rungs, which tells tools that a scan begins.
     pub(super) fn place_rung_label(&mut self, rung: u32) {
+        if let Some(plan) = self.jumps.as_ref().filter(|_| rung == 0) {
+            let end = plan.rungs.get(&(self.program.rungs.len() as u32)).copied();
+            let left = plan.left.map(|dst| IrOp::Move { dst, src: WordOperand::Const(MAX_JUMPS_BACK.into()) });
+            let lock = plan.lock.zip(end).map(|(bit, to)| IrOp::If {
+                cond: BranchCondition::Bit(bit),
+                if_true: vec![IrOp::Jump { to, kind: JumpKind::Forward }],
+                if_false: Vec::new(),
+            });
+            left.into_iter().chain(lock).for_each(|op| self.push(op));
+        }
         if let Some(label) = self.jumps.as_ref().and_then(|plan| plan.rungs.get(&rung)) {
             self.push(IrOp::Label(*label));
         }
@@ -159,6 +177,17 @@ impl<'a> Lowering<'a> {
                 self.push(IrOp::Label(behind));
                 self.push(IrOp::SetAccumulator(false));
             }
+        }
+    }
+
+    /// LOCK: to the end of the scan, and no further scan executes anything.
+    pub(super) fn lock(&mut self) {
+        let Some(plan) = &self.jumps else { return };
+        let end = plan.rungs.get(&(self.program.rungs.len() as u32)).copied();
+        if let (Some(bit), Some(to)) = (plan.lock, end) {
+            let stop = vec![IrOp::SetBit { bit, value: true }, IrOp::Jump { to, kind: JumpKind::Forward }];
+            self.push(if_accumulator(stop));
+            self.push(IrOp::SetAccumulator(false));
         }
     }
 

@@ -126,7 +126,18 @@ fn bit_element() -> impl Strategy<Value = Element> {
     let order =
         prop_oneof![prop::array::uniform8(0..8u8), Just([0, 1, 2, 3, 4, 5, 6, 7]), Just([7, 6, 5, 4, 3, 2, 1, 0])];
     let bus = (integer(), operand(), order).prop_map(|(dest, src, targets)| Element::Bus { dest, src, targets });
-    prop_oneof![2 => math, 3 => unary, 3 => shift, 3 => bit, 1 => bus]
+    use ladder::SegmentDisplay::{Nine, Seven};
+    let code = prop_oneof![operand(), (-2..180i64).prop_map(constant)];
+    let segments = (select(vec![Seven, Nine]), integer(), code, select(vec!['C', 'A', 'x']))
+        .prop_map(|(display, dest, src, common)| Element::Segments { display, dest, src, common });
+    let time = prop_oneof![(0..9 * CYCLE).prop_map(constant), Just(constant(1_000_000_000_000))];
+    let time =
+        (any::<bool>(), integer(), time).prop_map(|(is_scans, dest, time)| Element::TimeValue { is_scans, dest, time });
+    let random = integer().prop_map(|dest| Element::Random { dest });
+    let seed = (integer(), operand()).prop_map(|(dest, src)| Element::SeedRandom { dest, src });
+    let other = select(vec![Element::Sleep, Element::ClearWatchdog, Element::Delay { time: constant(5) }]);
+    let new = prop_oneof![3 => segments, 1 => time, 2 => random, 1 => seed, 1 => other];
+    prop_oneof![2 => math, 3 => unary, 3 => shift, 3 => bit, 1 => bus, 4 => new]
 }
 
 /// The tables and the elements that use a part of the chip.

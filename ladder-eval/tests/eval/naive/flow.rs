@@ -46,6 +46,9 @@ impl NaiveInterpreter {
                 let place = self.current_element;
                 self.rungs_from(find(program, FlowOp::Subprogram, label).expect("a subprogram") + 1, program);
                 self.current_element = place;
+                if self.locked {
+                    self.departure = Some(Departure::To(program.rungs.len()));
+                }
             }
             FlowOp::Gosub => {}
             FlowOp::Subprogram => {

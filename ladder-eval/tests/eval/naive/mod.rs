@@ -42,6 +42,10 @@ pub struct NaiveInterpreter {
     /// Set by an element that leaves its rung.
     departure: Option<flow::Departure>,
     jumps_back: u32,
+    /// Set by LOCK.
+    locked: bool,
+    /// State of each RANDOM, by its destination.
+    sequences: HashMap<String, i64>,
     seen: Vec<ElementObservation>,
     /// Widths of the integers in bytes, and the values that RES stores.
     widths: HashMap<String, u32>,
@@ -65,6 +69,14 @@ impl NaiveInterpreter {
         let mut address = 0;
         for (ElementId { rung, index }, element, _) in program.elements() {
             match element {
+                // In LDmicro 5 a TOF begins at its end, or at -1 if that is not known.
+                Element::Timer { kind: TimerKind::Tof, name, delay, adjust }
+                    if program.dialect == LadderDialect::Ldmicro5 =>
+                {
+                    let known = matches!(delay, LadderOperand::Const { .. });
+                    let scans = if known { naive.scans_of(delay, adjust.as_ref(), program) } else { -1 };
+                    naive.store(name, scans);
+                }
                 Element::Counter { kind, name, init, .. } => {
                     // The last constant counts at power-up, the first counter of the first kind at RES.
                     let start = init.clone().unwrap_or(LadderOperand::Const { value: 0, text: String::new() });
@@ -95,7 +107,9 @@ impl NaiveInterpreter {
         self.now += 1;
         self.sent = None;
         self.jumps_back = 0;
-        self.rungs_from(0, program);
+        if !self.locked {
+            self.rungs_from(0, program);
+        }
         self.seen.clone()
     }
 
@@ -179,22 +193,15 @@ impl NaiveInterpreter {
                 power && !before
             }
             Element::Timer { kind, name, delay: LadderOperand::Var(scans), .. } => {
-                // The delay may be the timer itself, so it begins before its delay is read.
-                let begins = *kind == TimerKind::Tof && !before;
-                if begins {
-                    self.remembered.insert(self.current_element, true);
-                    self.store(name, -1);
-                }
                 let retentive = matches!(kind, TimerKind::Rto | TimerKind::Rtl);
                 let scans = if retentive { -1 } else { self.integer(scans) };
-                self.timer(*kind, name, (scans, -1), power, before || begins)
+                self.timer(*kind, name, scans, power, before || *kind == TimerKind::Tof)
             }
             Element::Timer { kind, name, delay, adjust } => {
-                let usual =
-                    if (program.dialect, program.format) == (LadderDialect::Ldmicro5, LdFormat::V02) { 0 } else { -1 };
-                let scans = self.operand_value(delay) / program.settings.cycle_us as i64;
-                let adjust = adjust.as_ref().map_or(usual, |adjust| self.operand_value(adjust));
-                self.timer(*kind, name, (scans + adjust, scans + adjust), power, before)
+                let scans = self.scans_of(delay, adjust.as_ref(), program);
+                // In LDmicro 5 a TOF has begun at power-up.
+                let begun = *kind == TimerKind::Tof && program.dialect == LadderDialect::Ldmicro5;
+                self.timer(*kind, name, scans, power, before || begun)
             }
             Element::Counter { kind, name, max, input, init } => {
                 self.remembered.insert(self.current_element, power);
@@ -239,7 +246,8 @@ impl NaiveInterpreter {
             }
             Element::Res { name } => {
                 if power {
-                    let start = self.starts.get(name).map_or(0, |(_, start)| self.operand_value(start));
+                    let counter = self.starts.get(name).filter(|_| name.as_bytes()[0] == b'C');
+                    let start = counter.map_or(0, |(_, start)| self.operand_value(start));
                     self.store(name, start);
                 }
                 power
@@ -395,6 +403,23 @@ impl NaiveInterpreter {
                         CompareOp::Les => difference < 0,
                         CompareOp::Leq => difference <= 0,
                     }
+            }
+            Element::Segments { .. }
+            | Element::TimeValue { .. }
+            | Element::Random { .. }
+            | Element::SeedRandom { .. }
+            | Element::Delay { .. }
+            | Element::Sleep
+            | Element::ClearWatchdog => {
+                if power {
+                    self.more(element, program);
+                }
+                power
+            }
+            Element::Lock => {
+                self.locked |= power;
+                self.departure = power.then_some(Departure::To(program.rungs.len()));
+                power
             }
             Element::Flow { op, label } => self.flow(*op, label, power, program),
             Element::Return => {
