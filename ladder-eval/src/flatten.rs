@@ -10,7 +10,6 @@ use ladder::{
     ProgramSettings, RungNode, TimerKind,
 };
 
-use crate::arithmetic::truncate;
 use crate::flat_program::{CountInput, CountMode, ElementOp, FlatProgram, FlatStep, ValueSource};
 use crate::peripheral_ops::{self, DeviceSettings};
 use crate::{UnsupportedElement, UnsupportedReason};
@@ -53,7 +52,7 @@ pub(crate) struct FlatBuilder<'a> {
     pub flow: ProgramFlow<'a>,
     symbols: &'a [LadderSymbol],
     /// Index of each symbol, by name.
-    by_name: &'a HashMap<String, usize>,
+    pub by_name: &'a HashMap<String, usize>,
     /// The flat form so far.
     pub code: FlatProgram,
     /// Index of each sequence of RANDOM, by the name of its destination.
@@ -61,59 +60,12 @@ pub(crate) struct FlatBuilder<'a> {
     /// Identity of the next leaf in text order.
     pub next: ElementId,
     /// Per counter: the start value that RES stores, with the rank of the kind that says it.
-    counter_starts: HashMap<&'a str, (u8, LadderOperand)>,
+    pub counter_starts: HashMap<&'a str, (u8, LadderOperand)>,
     /// What the elements so far said about the parts that all of them share.
     pub devices: DeviceSettings,
 }
 
 impl FlatBuilder<'_> {
-    /// Collects what must be known before the first element: start values of counters, and analog inputs.
-    fn collect_devices_and_starts(&mut self) {
-        for (_, element, _) in self.program.elements() {
-            match element {
-                // In LDmicro 5 a TOF begins with its preset, written in the same order of the text.
-                Element::Timer { kind: TimerKind::Tof, name, delay, adjust } if !self.is_release_23() => {
-                    let Some(&at) = self.by_name.get(name) else { continue };
-                    let preset = self.timer_preset(TimerKind::Tof, at as u32, delay, adjust.as_ref());
-                    // What is wrong with the timer is reported where it is flattened.
-                    let Ok(preset) = preset else { continue };
-                    let start = if let ValueSource::Const(preset) = preset { preset } else { -1 };
-                    if let (Some(width), Some(initial)) =
-                        (self.code.cut_bits.get(at), self.code.initial_values.get_mut(at))
-                    {
-                        *initial = truncate(start.into(), *width);
-                    }
-                }
-                Element::Counter { kind, name, init, .. } => {
-                    let Some(&at) = self.by_name.get(name) else { continue };
-                    let start = match init {
-                        None => LadderOperand::Const { value: 0, text: String::new() },
-                        Some(start) => start.clone(),
-                    };
-                    // At power-up an integer has the start of the last counter of its name that has a constant.
-                    if let LadderOperand::Const { value, .. } = start
-                        && let (Some(width), Some(initial)) =
-                            (self.code.cut_bits.get(at), self.code.initial_values.get_mut(at))
-                    {
-                        *initial = truncate(value, *width);
-                    }
-                    let of_kind = (reset_rank(*kind), start);
-                    let slot = self.counter_starts.entry(name).or_insert_with(|| of_kind.clone());
-                    if of_kind.0 < slot.0 {
-                        *slot = of_kind;
-                    }
-                }
-                Element::ReadAdc { name, .. } => {
-                    self.code.adc_symbols.extend(self.by_name.get(name).and_then(|at| u32::try_from(*at).ok()));
-                }
-                // No other element defines start values or analog inputs.
-                _ => {}
-            }
-        }
-        self.code.adc_symbols.sort_unstable();
-        self.code.adc_symbols.dedup();
-    }
-
     fn flatten_series(&mut self, series: &[RungNode], depth: usize) -> Result<(), UnsupportedElement> {
         for node in series {
             match node {
@@ -431,12 +383,12 @@ impl FlatBuilder<'_> {
         Ok(ElementOp::Count { kind, input, var, max, restart, memory: self.new_memory() })
     }
 
-    fn is_release_23(&self) -> bool {
+    pub(crate) fn is_release_23(&self) -> bool {
         self.program.dialect == LadderDialect::Ldmicro23
     }
 
     /// P: whole cycles in the delay, and the adjust; or a variable that holds scans.
-    fn timer_preset(
+    pub(crate) fn timer_preset(
         &self,
         kind: TimerKind,
         timer: u32,
@@ -498,15 +450,5 @@ pub(crate) fn require_absent_or_zero(what: &'static str, found: Option<u32>) -> 
     match found {
         None | Some(0) => Ok(()),
         Some(value) => Err(UnsupportedReason::ArgumentNotZero { what, value }),
-    }
-}
-
-/// Which of several counters of one name says what RES stores: the least.
-const fn reset_rank(kind: CounterKind) -> u8 {
-    match kind {
-        CounterKind::Ctu => 0,
-        CounterKind::Ctd => 1,
-        CounterKind::Ctc => 2,
-        CounterKind::Ctr => 3,
     }
 }

@@ -11,11 +11,13 @@
 
 mod arithmetic;
 mod bit_ops;
+mod element_op;
 mod flat_program;
 mod flatten;
 mod flow_steps;
 mod peripheral_ops;
 mod peripheral_state;
+mod power_up;
 mod unsupported;
 
 use std::collections::HashMap;
