@@ -189,7 +189,7 @@ impl BoundaryGoals {
         let with = scan(value);
         wish.is_reached = if let GoalTarget::WhenActing(..) = wish.target {
             // The result of the element is visible, so a true rung is enough.
-            with.trace.get(wish.position).is_some_and(|pair| pair.0)
+            with.trace.get(wish.position).copied().flatten().is_some_and(|pair| pair.0)
         } else {
             [value.wrapping_sub(1), value.wrapping_add(1)]
                 .into_iter()
@@ -212,12 +212,12 @@ fn deciding_distances(op: CompareOp) -> impl Iterator<Item = i32> {
 /// True if two scans, whose starts differ by one in the integer of the goal, differ both in what the element
 /// does and in what is stored because of it.
 fn is_visible(wish: &BoundaryGoal, stores: &[bool], one: &EvaluatedScan, other: &EvaluatedScan) -> bool {
-    let out = |seen: &EvaluatedScan| seen.trace.get(wish.position).map(|pair| pair.1);
+    let out = |seen: &EvaluatedScan| seen.trace.get(wish.position).copied().flatten().map(|pair| pair.1);
     // The change of the integer itself shows the difference, unless both scans change it by the same amount.
     let itself = one.change_of(wish.symbol) != other.change_of(wish.symbol);
     let stored = || {
         let later = one.trace.iter().zip(&other.trace).zip(stores).skip(wish.position);
-        later.filter(|(_, stores)| **stores).any(|((a, b), _)| a.0 != b.0)
+        later.filter(|(_, stores)| **stores).any(|((a, b), _)| a.map(|pair| pair.0) != b.map(|pair| pair.0))
     };
     let keeps = stores.get(wish.position).copied().unwrap_or(false);
     if keeps && itself {

@@ -12,8 +12,7 @@ use crate::possible_outcomes::{self, FALSE_FALSE, FALSE_TRUE, TRUE_FALSE, TRUE_T
 use crate::stimulus::ScanStimulus;
 use crate::value_hints::ValueHints;
 
-/// One scan of the evaluator: symbol values before and after, and the rung bit at every element in execution
-/// order.
+/// One scan of the evaluator: symbol values before and after, and the rung bit at every element in text order.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct EvaluatedScan {
     values_before: Vec<i32>,
@@ -22,8 +21,8 @@ pub(crate) struct EvaluatedScan {
     sent: bool,
     /// True if a write to the EEPROM began.
     wrote_eeprom: bool,
-    /// Rung bit before and after each element.
-    pub trace: Vec<(bool, bool)>,
+    /// Rung bit before and after each element, when it was executed last; `None` if it was not.
+    pub trace: Vec<Option<(bool, bool)>>,
 }
 
 impl EvaluatedScan {
@@ -33,7 +32,16 @@ impl EvaluatedScan {
         let before = (0..symbols).map(|i| eval.get(i)).collect();
         let mut trace = Vec::new();
         let busy = eval.eeprom_busy_scans();
-        eval.scan_watched(&mut |_, input, output| trace.push((input, output)));
+        if eval.has_jumps() {
+            let elements: Vec<ElementId> = eval.elements().collect();
+            trace = vec![None; elements.len()];
+            eval.scan_watched(&mut |id, input, output| {
+                let slot = elements.binary_search(&id).ok().and_then(|at| trace.get_mut(at));
+                slot.into_iter().for_each(|slot| *slot = Some((input, output)));
+            });
+        } else {
+            eval.scan_watched(&mut |_, input, output| trace.push(Some((input, output))));
+        }
         let after = (0..symbols).map(|i| eval.get(i)).collect();
         // The busy count falls by one per scan, so a higher count means that a write began.
         let wrote = eval.eeprom_busy_scans() > busy.saturating_sub(1);
@@ -200,11 +208,11 @@ impl CoverageGoals {
 
     fn is_reached(&self, goal: &CoverageGoal, seen: &EvaluatedScan) -> bool {
         let Some(item) = self.items.get(goal.item) else { return false };
-        let mut outs = item.trace_positions.iter().filter_map(|&at| seen.trace.get(at));
+        let mut outs = item.trace_positions.iter().filter_map(|&at| seen.trace.get(at).copied().flatten());
         if let OutcomeCondition::Branch(out) = goal.when {
             return outs.any(|pair| pair.1) == out;
         }
-        let Some(&(input, output)) = outs.next() else { return false };
+        let Some((input, output)) = outs.next() else { return false };
         let of = |values: &[i32], symbol: usize| values.get(symbol).copied().unwrap_or(0);
         let (before, after) = (|s| of(&seen.values_before, s), |s| of(&seen.values_after, s));
         goal.rung_pairs & pair_bit(input, output) != 0

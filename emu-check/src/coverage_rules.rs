@@ -1,6 +1,6 @@
 //! The coverage rules: which outcomes of each element a check should see.
 
-use ladder::{CounterKind, Element, LadderDialect, LadderOperand, LadderProgram, TimerKind};
+use ladder::{CounterKind, Element, FlowOp, LadderDialect, LadderOperand, LadderProgram, TimerKind};
 use ladder_eval::Evaluator;
 
 use crate::coverage::CoverageClass;
@@ -146,6 +146,10 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
             }
             (CoverageClass::Serial, goals)
         }
+        Element::Flow { op: FlowOp::Goto | FlowOp::Gosub, .. } | Element::Return => (CoverageClass::Actions, acts()),
+        Element::Segments { .. } | Element::TimeValue { .. } | Element::Random { .. } => (CoverageClass::Actions, acts()),
+        Element::SeedRandom { .. } | Element::Lock => (CoverageClass::Actions, acts()),
+        Element::Flow { .. } | Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => return None,
         Element::Comment(_) | Element::Short | Element::Open | Element::Placeholder => return None,
     })
 }

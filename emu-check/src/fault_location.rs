@@ -111,7 +111,8 @@ fn suspect_element(
     let elements = program.elements().filter(|(_, element, _)| !matches!(element, Element::Comment(_)));
     let mut writers = Vec::new();
     let mut last = None;
-    for ((id, element, _), (input, output)) in elements.zip(&seen.trace) {
+    for ((id, element, _), pair) in elements.zip(&seen.trace) {
+        let Some((input, output)) = pair else { continue };
         let Some(moment) = element.facts().write_moment(name) else { continue };
         writers.push(id);
         let has_written = match moment {

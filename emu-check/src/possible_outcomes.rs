@@ -8,7 +8,7 @@
 use std::collections::{BTreeSet, HashMap};
 
 use ladder::{
-    CompareOp, CounterKind, Element, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode, SymbolKind,
+    CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode, SymbolKind,
     TimerKind,
 };
 
@@ -57,6 +57,10 @@ pub(crate) fn possible_outcomes(program: &LadderProgram) -> Vec<Vec<u8>> {
     // a true rung while no OSF had fired, the second one while only the first had, and so on. Starting with
     // none, the loop ends with all OSFs that can fire.
     let mut falls = BTreeSet::new();
+    // With jumps a rung may follow any other, and any number of times.
+    let jumps = program
+        .elements()
+        .any(|(_, element, _)| matches!(element, Element::Flow { .. } | Element::Return | Element::Lock));
     loop {
         let pass = |world: u32| {
             let mut pass = ReachPass::new(&falls, program.dialect != LadderDialect::Ldmicro23);
@@ -66,6 +70,9 @@ pub(crate) fn possible_outcomes(program: &LadderProgram) -> Vec<Vec<u8>> {
                 pass.bits = levels.collect();
             }
             for rung in &program.rungs {
+                if jumps {
+                    pass.forget();
+                }
                 pass.series(&rung.series, pass.master);
             }
             (pass.pairs, pass.risen_edges)
@@ -112,6 +119,13 @@ impl<'a> ReachPass<'a> {
         }
     }
 
+    /// Forgets all that the scan wrote: only inputs have a known value.
+    fn forget(&mut self) {
+        self.master = BOTH;
+        self.bits.retain(|name, _| name.starts_with('X'));
+        self.integers.clear();
+    }
+
     fn series(&mut self, nodes: &[RungNode], mut rung: u8) -> u8 {
         for node in nodes {
             rung = match node {
@@ -152,6 +166,21 @@ impl<'a> ReachPass<'a> {
                     _ => rung,
                 };
                 self.bits.insert(name.clone(), new);
+                same
+            }
+            Element::Flow { op: FlowOp::Gosub, .. } => {
+                self.forget();
+                same
+            }
+            // Behind the most jumps back that a scan takes, the next is not taken.
+            Element::Flow { op: FlowOp::Goto, .. } => when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE),
+            Element::Flow { .. } | Element::Return | Element::Lock => same,
+            Element::SeedRandom { .. } | Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => same,
+            Element::Segments { dest, src, .. } => {
+                self.integers.remove(dest);
+                if let LadderOperand::Var(name) = src {
+                    self.integers.remove(name);
+                }
                 same
             }
             Element::Open => when(FALSE_FALSE, TRUE_FALSE),
@@ -234,6 +263,8 @@ impl<'a> ReachPass<'a> {
             | Element::Shift { dest: name, .. }
             | Element::BitWrite { name, .. }
             | Element::Bus { dest: name, .. }
+            | Element::TimeValue { dest: name, .. }
+            | Element::Random { dest: name }
             | Element::LookUpTable { dest: name, .. }
             | Element::PiecewiseLinear { dest: name, .. }
             | Element::ReadAdc { name, .. }

@@ -292,6 +292,7 @@ void PlcCycle(void)
         case 0x3D: persist(n); break;
         case 0x3E: value[n] = wrap((u32)value[n] + 1, width[n]); break;
         case 0x3F: value[n] = wrap((u32)value[n] - 1, width[n]); break;
+        case 0x50: pc = code + n; break;
         default: return; /* No byte code of this version. */
         }
     }

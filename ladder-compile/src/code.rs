@@ -4,6 +4,7 @@
 use std::fmt::Debug;
 
 use crate::CodegenError;
+use crate::jump_roles::JumpRole;
 use crate::target::CodeMark;
 
 /// Highest level of a jump form.
@@ -89,9 +90,8 @@ enum CodeItem<K, J> {
     LabelByte(K, Vec<i32>, usize, CodeLabel, u8, i32),
     /// An instruction with one operand that is computed from a label's address.
     LabelValue(K, Vec<i32>, usize, CodeLabel, fn(u32) -> i32),
-    /// A jump, its label, the maximum number of times in a row that it is taken back (1 if forward), and the
-    /// first level to try.
-    Jump(J, CodeLabel, u32, u8),
+    /// A jump, its label, its role, and the first level to try.
+    Jump(J, CodeLabel, JumpRole<CodeLabel>, u8),
     /// Data words.
     Data(Vec<u16>),
     /// The position of a label.
@@ -122,8 +122,8 @@ pub struct CodeInstruction {
     pub flow: ControlFlow,
     /// Machine cycles.
     pub cycles: CycleCounts,
-    /// Maximum number of times in a row that a jump back is taken; 1 for other instructions.
-    pub max_repeats: u32,
+    /// Role of a jump; `Repeats(1)` for other instructions.
+    pub role: JumpRole<u32>,
     /// Text from the disassembler.
     pub text: String,
 }
@@ -139,6 +139,14 @@ pub struct FinishedCode {
     pub marks: Vec<(CodeMark, u32)>,
     /// Word addresses of the labels.
     labels: Vec<u32>,
+}
+
+impl CodeInstruction {
+    /// Maximum number of times in a row that a jump back is taken; 1 for other instructions.
+    #[must_use]
+    pub const fn max_repeats(&self) -> u32 {
+        if let JumpRole::Repeats(times) = self.role { times } else { 1 }
+    }
 }
 
 impl<A: TargetArch> CodeWriter<A> {
@@ -197,19 +205,17 @@ impl<A: TargetArch> CodeWriter<A> {
 
     /// Adds a jump forward, or a call.
     pub fn jump(&mut self, jump: A::JumpForm, to: CodeLabel) {
-        self.jump_at_least(jump, to, 1, 0);
+        self.jump_with_role(jump, to, JumpRole::Repeats(1), 0);
     }
 
     /// Adds a jump back that is taken at most `times` times in a row.
     pub fn jump_back(&mut self, jump: A::JumpForm, to: CodeLabel, times: u32) {
-        self.jump_at_least(jump, to, times, 0);
+        self.jump_with_role(jump, to, JumpRole::Repeats(times), 0);
     }
 
-    /// Adds a jump with a minimum level of its form, for back ends that know their addresses.
-    ///
-    /// The jump is taken back at most `times` times in a row; 1 if it goes forward.
-    pub fn jump_at_least(&mut self, jump: A::JumpForm, to: CodeLabel, times: u32, level: u8) {
-        self.items.push(CodeItem::Jump(jump, to, times, level));
+    /// Adds a jump with a role, and a minimum level of its form for back ends that know their addresses.
+    pub fn jump_with_role(&mut self, jump: A::JumpForm, to: CodeLabel, role: JumpRole<CodeLabel>, level: u8) {
+        self.items.push(CodeItem::Jump(jump, to, role, level));
     }
 
     /// Adds data words.
@@ -236,28 +242,35 @@ impl<A: TargetArch> CodeWriter<A> {
                 CodeItem::Label(_) => {}
                 CodeItem::Mark(mark) => code.marks.push((*mark, code.words.len() as u32)),
                 CodeItem::Data(words) => code.words.extend_from_slice(words),
-                CodeItem::Op(kind, operands, extra) => self.push(&mut code, *kind, operands, (None, 1, *extra))?,
+                CodeItem::Op(kind, operands, extra) => {
+                    self.push(&mut code, *kind, operands, (None, NO_ROLE, *extra))?
+                }
                 CodeItem::LabelByte(kind, operands, at, label, byte, plus) => {
                     let mut operands = operands.clone();
                     let value = code.label_address(*label) as i32 + plus;
                     if let Some(operand) = operands.get_mut(*at) {
                         *operand = value >> (8 * byte) & 0xFF;
                     }
-                    self.push(&mut code, *kind, &operands, (None, 1, 0))?;
+                    self.push(&mut code, *kind, &operands, (None, NO_ROLE, 0))?;
                 }
                 CodeItem::LabelValue(kind, operands, at, label, value) => {
                     let mut operands = operands.clone();
                     if let Some(operand) = operands.get_mut(*at) {
                         *operand = value(code.label_address(*label));
                     }
-                    self.push(&mut code, *kind, &operands, (None, 1, 0))?;
+                    self.push(&mut code, *kind, &operands, (None, NO_ROLE, 0))?;
                 }
-                CodeItem::Jump(jump, to, times, _) => {
+                CodeItem::Jump(jump, to, role, _) => {
+                    let role = role.map(|label| code.label_address(label));
                     let (at, to) = (code.words.len() as u32, code.label_address(*to));
                     let steps = self.arch.jump_form(*jump, level, at, to).ok_or(CodegenError::JumpOutOfReach)?;
                     for step in steps {
-                        let times = if step.target.is_some_and(|target| target <= at) { *times } else { 1 };
-                        self.push(&mut code, step.kind, &step.operands, (step.target, times, 0))?;
+                        let role = match role {
+                            JumpRole::Repeats(_) if step.target.is_none_or(|target| target > at) => NO_ROLE,
+                            role if step.target == Some(to) => role,
+                            _ => NO_ROLE,
+                        };
+                        self.push(&mut code, step.kind, &step.operands, (step.target, role, 0))?;
                     }
                 }
             }
@@ -270,22 +283,14 @@ impl<A: TargetArch> CodeWriter<A> {
         code: &mut FinishedCode,
         kind: A::Opcode,
         operands: &[i32],
-        (target, times, extra): (Option<u32>, u32, u32),
+        (target, role, extra): (Option<u32>, JumpRole<u32>, u32),
     ) -> Result<(), CodegenError> {
         let addr = code.words.len() as u32;
         let words = self.arch.encode(kind, operands, addr)?;
         let (flow, cycles) = self.arch.flow_and_cycles(kind);
         let text = self.arch.disassemble(&words, addr);
         let cycles = cycles.map(|n| n + extra);
-        code.instructions.push(CodeInstruction {
-            addr,
-            len: words.len() as u32,
-            target,
-            flow,
-            cycles,
-            max_repeats: times,
-            text,
-        });
+        code.instructions.push(CodeInstruction { addr, len: words.len() as u32, target, flow, cycles, role, text });
         code.words.extend_from_slice(&words);
         Ok(())
     }
@@ -357,6 +362,9 @@ impl<A: TargetArch> CodeWriter<A> {
         }
     }
 }
+
+/// Role of what is no jump back.
+const NO_ROLE: JumpRole<u32> = JumpRole::Repeats(1);
 
 impl FinishedCode {
     /// Word address of the first mark equal to `mark`.

@@ -3,14 +3,14 @@
 //! The machine model is one that every target has in some form: *one bit accumulator* (the AVR's T flag, the
 //! 8051's carry, the result bit of a 1-bit controller) that holds the state of the rung, bit cells and word
 //! cells. Bit operations change or store the accumulator; word operations preserve it. Control flow is
-//! structured ([`IrOp::If`]) and has no loops, so the longest path of a scan is a matter of sums and maxima.
-
-use std::fmt;
+//! structured ([`IrOp::If`]) except for the jumps of programs that have jumps or subprograms ([`IrOp::Jump`]). Jumps
+//! back are counted, so the longest path of a scan is a matter of sums and maxima.
 
 use ladder::{ElementId, SymbolKind};
 
 pub use crate::arithmetic::{ArithmeticOp, min_bytes, shift_count};
 pub use crate::timed_module::TimedModule;
+pub use ladder::flow::MAX_JUMPS_BACK;
 
 /// Index of a bit cell in [`Ir::bits`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -19,6 +19,28 @@ pub struct BitId(pub u32);
 /// Index of a word cell in [`Ir::words`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct WordId(pub u32);
+
+/// Number of a position that jumps reach ([`IrOp::Label`]).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct LabelId(pub u32);
+
+/// What a jump is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JumpKind {
+    /// Goes forward.
+    Forward,
+    /// Goes back. All jumps back of a scan are counted, and at most [`MAX_JUMPS_BACK`] are executed.
+    Back,
+    /// Calls a subprogram: its code goes from the target of the jump to `end`, and it ends with a jump to `back`.
+    Call {
+        /// Position behind the subprogram.
+        end: LabelId,
+        /// Position behind the call.
+        back: LabelId,
+    },
+    /// Returns from a subprogram.
+    Return,
+}
 
 /// Purpose of a bit cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -279,6 +301,17 @@ pub enum IrOp {
         /// Limit: P of a timer, the maximum of a counter.
         limit: WordOperand,
     },
+    /// A position that jumps reach. Only in the list of a rung, not in an [`IrOp::If`].
+    ///
+    /// The accumulator is undefined after it: what follows sets it.
+    Label(LabelId),
+    /// Goes on at a label.
+    Jump {
+        /// The label.
+        to: LabelId,
+        /// What the jump is for.
+        kind: JumpKind,
+    },
     /// Executes one of two lists.
     If {
         /// Condition.
@@ -334,6 +367,12 @@ pub struct Ir {
 }
 
 impl Ir {
+    /// True if the program has jumps.
+    #[must_use]
+    pub fn has_jumps(&self) -> bool {
+        self.rungs.iter().flat_map(|rung| &rung.steps).any(|step| matches!(step.op, IrOp::Label(_)))
+    }
+
     /// True for bits used within one scan only.
     #[must_use]
     pub fn is_temporary(&self, bit: BitId) -> bool {
@@ -364,114 +403,5 @@ impl Ir {
             | ArithmeticOp::Xor
             | ArithmeticOp::Shr => self.bytes(dst),
         }
-    }
-
-    fn bit(&self, bit: BitId, negated: bool) -> String {
-        let name = self.bits.get(bit.0 as usize).map_or("?", |cell| &cell.name);
-        format!("{}{name}", if negated { "!" } else { "" })
-    }
-
-    fn word(&self, word: WordId) -> &str {
-        self.words.get(word.0 as usize).map_or("?", |cell| &cell.name)
-    }
-
-    fn value(&self, value: WordOperand) -> String {
-        match value {
-            WordOperand::Cell(word) => self.word(word).to_owned(),
-            WordOperand::Const(constant) => constant.to_string(),
-        }
-    }
-
-    fn compare(&self, c: &WordComparison) -> String {
-        let rel = match c.rel {
-            RelationOp::Eq => "==",
-            RelationOp::Ne => "!=",
-            RelationOp::Lt => "<",
-            RelationOp::Ge => ">=",
-        };
-        format!("{} {rel} {}", self.word(c.a), self.value(c.b))
-    }
-
-    /// Formats an operation as text; an [`IrOp::If`] gives several lines, with the inner ones indented.
-    #[must_use]
-    pub fn op_text(&self, op: &IrOp) -> String {
-        match op {
-            IrOp::SetAccumulator(value) => format!("acc {}", u8::from(*value)),
-            IrOp::Load { bit, negated } => format!("load {}", self.bit(*bit, *negated)),
-            IrOp::And { bit, negated } => format!("and {}", self.bit(*bit, *negated)),
-            IrOp::Or { bit, negated } => format!("or {}", self.bit(*bit, *negated)),
-            IrOp::Store { bit, negated } => format!("store {}", self.bit(*bit, *negated)),
-            IrOp::SetBit { bit, value } => format!("put {} {}", self.bit(*bit, false), u8::from(*value)),
-            IrOp::Rising(bit) => format!("rising {}", self.bit(*bit, false)),
-            IrOp::Falling(bit) => format!("falling {}", self.bit(*bit, false)),
-            IrOp::AndCompare(compare) => format!("and {}", self.compare(compare)),
-            IrOp::Move { dst, src } => format!("{} := {}", self.word(*dst), self.value(*src)),
-            IrOp::Math { op, dst, a, b } => {
-                format!("{} := {} {} {}", self.word(*dst), self.value(*a), op.sign(), self.value(*b))
-            }
-            IrOp::Logic { dst, function: is } => {
-                let bit = |bit: &BitId| self.bit(*bit, false);
-                let is = match is {
-                    LogicOp::Copy(a) => bit(a),
-                    LogicOp::Not(a) => format!("not {}", bit(a)),
-                    LogicOp::And(a, b) => format!("{} and {}", bit(a), bit(b)),
-                    LogicOp::Or(a, b) => format!("{} or {}", bit(a), bit(b)),
-                };
-                format!("{} := {is}", bit(dst))
-            }
-            IrOp::Lookup { dst, index, table } => {
-                let name = self.tables.get(*table as usize).map_or("?", |table| &table.name);
-                format!("{} := {name}[{}]", self.word(*dst), self.word(*index))
-            }
-            IrOp::ReadAdc { dst, input } => {
-                let name = self.adcs.get(*input as usize).map_or("?", String::as_str);
-                format!("{} := adc {name}", self.word(*dst))
-            }
-            IrOp::SetPwm { duty } => format!("pwm {}", self.value(*duty)),
-            IrOp::Send { value } => format!("send {}", self.value(*value)),
-            IrOp::Receive { dst } => format!("receive {}", self.word(*dst)),
-            IrOp::ReadEeprom { dst, addr } => format!("{} := eeprom {addr}", self.word(*dst)),
-            IrOp::WriteEeprom { src, addr, busy, scans } => {
-                format!("eeprom {addr} := {}, {} := {scans}", self.word(*src), self.word(*busy))
-            }
-            IrOp::Module { module: is, word, limit } => format!("{is} {}, {}", self.word(*word), self.value(*limit)),
-            IrOp::If { cond, if_true: then, if_false: otherwise } => {
-                let cond = match cond {
-                    BranchCondition::Acc => "acc".to_owned(),
-                    BranchCondition::Bit(bit) => self.bit(*bit, false),
-                    BranchCondition::Compare(compare) => self.compare(compare),
-                };
-                let block = |ops: &[IrOp]| -> String {
-                    ops.iter()
-                        .flat_map(|op| self.op_text(op).lines().map(|l| format!("  {l}\n")).collect::<Vec<_>>())
-                        .collect()
-                };
-                let other = if otherwise.is_empty() { String::new() } else { format!("else\n{}", block(otherwise)) };
-                format!("if {cond}\n{}{other}end", block(then))
-            }
-        }
-    }
-}
-
-/// Formats the whole scan: `rung 1`, then for each step the number of its element and the operation.
-impl fmt::Display for Ir {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let block = |f: &mut fmt::Formatter<'_>, title: &str, ops: &[IrOp]| -> fmt::Result {
-            if !ops.is_empty() {
-                writeln!(f, "{title}")?;
-            }
-            ops.iter().try_for_each(|op| self.op_text(op).lines().try_for_each(|line| writeln!(f, "     {line}")))
-        };
-        block(f, "begin", &self.prologue)?;
-        for (number, rung) in self.rungs.iter().enumerate() {
-            writeln!(f, "rung {}", number + 1)?;
-            for step in &rung.steps {
-                for (i, line) in self.op_text(&step.op).lines().enumerate() {
-                    let element = if i == 0 { (step.element.index + 1).to_string() } else { String::new() };
-                    writeln!(f, "{element:>3}  {line}")?;
-                }
-            }
-        }
-        block(f, "end", &self.epilogue)
     }
 }

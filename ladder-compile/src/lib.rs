@@ -20,6 +20,8 @@ mod codes;
 pub mod element_checks;
 pub mod emit;
 pub mod ir;
+mod ir_text;
+mod jump_roles;
 mod listing;
 pub mod longest_path;
 pub mod lower;

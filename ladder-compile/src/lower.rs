@@ -5,6 +5,8 @@
 //! [`crate::optimise`] removes what is not needed.
 
 mod bit_elements;
+mod flow;
+mod more_elements;
 mod peripherals;
 mod three_address;
 mod timing;
@@ -20,6 +22,7 @@ use crate::ir::{
     ArithmeticOp, BitCell, BitId, BitRole, BranchCondition, Ir, IrOp, IrStep, RungCode, WordCell, WordId, WordOperand,
     WordRole,
 };
+use flow::JumpPlan;
 use peripherals::TransmitterBusy;
 use timing::CounterStart;
 use word_elements::ReducedComparison;
@@ -45,12 +48,19 @@ pub fn lower_with_modules(program: &LadderProgram, modules: bool) -> Ir {
         if symbol.kind.is_bit() {
             lower.symbol_bit(&symbol.name);
         } else {
-            let initial = lower.counter_starts.get(symbol.name.as_str()).map_or(0, |start| start.power_up);
+            // A module has its own start.
+            let starts = !modules || symbol.kind != SymbolKind::Timer;
+            let start = lower.counter_starts.get(symbol.name.as_str()).filter(|_| starts);
+            let unused = 32 - 8 * u32::from(symbol.bytes.clamp(1, 4));
+            let initial = start.map_or(0, |start| start.power_up) << unused >> unused;
             lower.new_word(symbol.name, symbol.kind, symbol.bytes, initial);
         }
     }
+    lower.plan_jumps();
     if program.elements().any(|(_, element, _)| matches!(element, Element::MasterRelay)) {
-        let master = lower.new_bit("master".to_owned(), BitRole::Temporary);
+        // A jump back reads it in a rung above.
+        let role = if lower.jumps.is_some() { BitRole::Memory } else { BitRole::Temporary };
+        let master = lower.new_bit("master".to_owned(), role);
         lower.master = Some(master);
         lower.ir.prologue.push(IrOp::SetBit { bit: master, value: true });
     }
@@ -60,11 +70,15 @@ pub fn lower_with_modules(program: &LadderProgram, modules: bool) -> Ir {
         lower.element = ElementId { rung: number as u32, index: 0 };
         lower.next = 0;
         lower.steps = Vec::new();
+        lower.place_rung_label(number as u32);
         match lower.master {
             Some(bit) => lower.push(IrOp::Load { bit, negated: false }),
             None => lower.push(IrOp::SetAccumulator(true)),
         }
         lower.series(&rung.series, 0);
+        if number + 1 == program.rungs.len() {
+            lower.place_rung_label(number as u32 + 1);
+        }
         let steps = std::mem::take(&mut lower.steps);
         lower.ir.rungs.push(RungCode { element_count: lower.next, steps });
     }
@@ -77,8 +91,13 @@ struct Lowering<'a> {
     ir: Ir,
     bits: HashMap<String, BitId>,
     words: HashMap<String, WordId>,
-    /// Input and output bit of the parallel groups, by nesting depth.
-    groups: Vec<(BitId, BitId)>,
+    /// Input and output bit of the parallel groups, by the subprogram that they are in and the nesting depth: those of a rung
+    /// that calls a subprogram are still needed when it returns.
+    groups: HashMap<(Option<u32>, usize), (BitId, BitId)>,
+    /// State of each sequence of RANDOM, by the name of its destination.
+    seeds: HashMap<String, WordId>,
+    /// Where jumps go, if the program has any.
+    jumps: Option<JumpPlan<'a>>,
     /// The master relay, if the program uses it.
     master: Option<BitId>,
     /// If several elements set the duty cycle: the last value of this scan, and whether one was set.
@@ -113,7 +132,9 @@ impl<'a> Lowering<'a> {
             ir: Ir::default(),
             bits: HashMap::new(),
             words: HashMap::new(),
-            groups: Vec::new(),
+            groups: HashMap::new(),
+            jumps: None,
+            seeds: HashMap::new(),
             master: None,
             duty: None,
             after_first_scan: None,
@@ -210,16 +231,24 @@ impl<'a> Lowering<'a> {
         }
     }
 
+    /// Input and output bit of a parallel group.
+    fn group_bits(&mut self, depth: usize) -> (BitId, BitId) {
+        let around = self.jumps.as_ref().and_then(|plan| plan.subprogram(self.element.rung));
+        if let Some(bits) = self.groups.get(&(around, depth)) {
+            return *bits;
+        }
+        let of = around.map_or(String::new(), |first| format!(" of {}", first + 1));
+        let input = self.new_bit(format!("in{depth}{of}"), BitRole::Temporary);
+        let output = self.new_bit(format!("out{depth}{of}"), BitRole::Temporary);
+        self.groups.insert((around, depth), (input, output));
+        (input, output)
+    }
+
     /// Lowers a parallel group: each branch starts with the group's input, in order; the output is the OR of
     /// the branches.
     fn parallel(&mut self, branches: &[Vec<RungNode>], depth: usize) {
         self.element.index = self.next;
-        if self.groups.len() <= depth {
-            let input = self.new_bit(format!("in{depth}"), BitRole::Temporary);
-            let output = self.new_bit(format!("out{depth}"), BitRole::Temporary);
-            self.groups.push((input, output));
-        }
-        let (input, output) = self.groups[depth];
+        let (input, output) = self.group_bits(depth);
         // Branches that only narrow the rung state, with no other effect, can start with true and be combined
         // with the input afterwards. Simple ORs of contacts stay simple this way.
         let pure = branches.iter().flatten().all(only_narrows_rung);
@@ -324,6 +353,15 @@ impl<'a> Lowering<'a> {
             Element::BitWrite { name, bit, value } => self.write_bit(name, bit, *value),
             Element::BitTest { name, bit, value } => self.test_bit(name, bit, *value),
             Element::Bus { dest, src, targets } => self.bus(dest, src, *targets),
+            Element::Flow { op, label } => self.flow(*op, label),
+            Element::Return => self.return_from_subprogram(),
+            Element::Lock => self.lock(),
+            Element::Segments { display, dest, src, common } => self.segments(*display, dest, src, *common != 'C'),
+            Element::TimeValue { is_scans, dest, time } => self.time_value(*is_scans, dest, time),
+            Element::Random { dest } => self.random(dest),
+            Element::SeedRandom { dest, src } => self.seed_random(dest, src),
+            // They only pass time, or act on a part that is off.
+            Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => {}
             Element::Compare { op, op1, op2 } => {
                 let (a, b) = (self.value(op1), self.value(op2));
                 let ops = self.and_comparison(*op, a, b);

@@ -222,7 +222,13 @@ fn forward_op(op: IrOp, known: &mut KnownBits, temporary: &HashSet<BitId>, out: 
         IrOp::Move { .. } | IrOp::Math { .. } | IrOp::Lookup { .. } | IrOp::ReadAdc { .. } | IrOp::SetPwm { .. } => {
             out.push(op)
         }
-        IrOp::Send { .. } | IrOp::ReadEeprom { .. } | IrOp::WriteEeprom { .. } => out.push(op),
+        IrOp::Send { .. } | IrOp::ReadEeprom { .. } | IrOp::WriteEeprom { .. } | IrOp::Jump { .. } => out.push(op),
+        // Nothing is known of where a jump comes from.
+        IrOp::Label(_) => {
+            known.acc = known.new_unknown();
+            known.bits.clear();
+            out.push(op);
+        }
         IrOp::If { cond, if_true: then, if_false: otherwise } => {
             forward_branch(cond, then, otherwise, known, temporary, out)
         }
@@ -379,6 +385,15 @@ impl Liveness {
                 self.is_acc_read = true;
                 self.mark_operand_read(WordOperand::Cell(word));
                 self.mark_operand_read(limit);
+                Some(op)
+            }
+            IrOp::Label(_) => {
+                self.is_acc_read = false;
+                Some(op)
+            }
+            // Whatever is there may be read at its label.
+            IrOp::Jump { .. } => {
+                *self = Liveness { is_acc_read: false, dead_bits: HashSet::new(), dead_words: HashSet::new() };
                 Some(op)
             }
             IrOp::If { cond, if_true: then, if_false: otherwise } => {

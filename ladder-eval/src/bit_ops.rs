@@ -1,6 +1,6 @@
 //! Operations on the bits of integers (5.7), as numbers: each on the exact value or on the bits of a width.
 
-use ladder::{ShiftOp, UnaryOp};
+use ladder::{SegmentDisplay, ShiftOp, UnaryOp};
 
 /// The bits of a number of `bits` bits, as a number without sign.
 fn unsigned(value: i32, bits: u32) -> u64 {
@@ -69,4 +69,15 @@ pub(crate) fn has_bit(value: i32, bit: i32) -> bool {
 /// The low byte of a number with its bits in other places; of two bits for one place the higher counts.
 pub(crate) fn route_bits(value: i32, targets: [u8; 8]) -> i64 {
     (0..).zip(targets).fold(0, |out, (n, to)| out & !(1 << to) | i64::from(has_bit(value, n)) << to)
+}
+
+/// The character that a code means, and its segments; complemented for a common anode.
+pub(crate) fn segments(display: SegmentDisplay, source: i32, inverted: bool) -> (i32, i64) {
+    let code = match source {
+        176 => 128,
+        0..=128 => source,
+        _ => 32,
+    };
+    let lit = display.characters().get(code as usize).map_or(0, |lit| i64::from(*lit));
+    (code, if inverted { !lit } else { lit })
 }

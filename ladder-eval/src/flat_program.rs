@@ -1,9 +1,11 @@
 //! The flat form of a program, and the execution of its steps on the state.
 
-use ladder::{CompareOp, ElementId, MathOp, ShiftOp, UnaryOp};
+use ladder::ElementId;
 
 use crate::arithmetic::{compare, count_step, math, truncate};
 use crate::bit_ops;
+pub(crate) use crate::element_op::{CountInput, CountMode, ElementOp, ValueSource};
+use crate::flow_steps::{FlowStep, ScanPosition};
 use crate::peripheral_state::{FormattedText, PeripheralState, PiecewiseCurve};
 
 /// A program with its names resolved: its steps index its lists and the values of the state.
@@ -11,6 +13,10 @@ use crate::peripheral_state::{FormattedText, PeripheralState, PiecewiseCurve};
 pub(crate) struct FlatProgram {
     /// Steps of a scan, in order.
     pub steps: Vec<FlatStep>,
+    /// True if the program has jumps or subprograms.
+    pub has_jumps: bool,
+    /// Index of the first step of each rung, then the number of steps.
+    pub rung_starts: Vec<usize>,
     /// Value of each symbol at power-up.
     pub initial_values: Vec<i32>,
     /// For each symbol, 32 minus its width in bits: a shift left and right by this many bits truncates a
@@ -34,6 +40,8 @@ pub(crate) struct FlatProgram {
     pub scans_per_eeprom_write: u32,
     /// Number of EEPROM cells in use.
     pub eeprom_cells: u32,
+    /// Number of sequences of RANDOM.
+    pub seeds: u32,
     /// Number of memory bits of all elements.
     pub memories: u32,
     /// Maximum nesting depth of parallel groups.
@@ -59,90 +67,6 @@ pub(crate) enum FlatStep {
     Do(ElementId, ElementOp),
 }
 
-/// Operation of an element. `bit`, `var`, `dest` and `src` index the values, `memory` and `first` the memory
-/// bits, all other numbers the lists of the program.
-#[derive(Debug, Clone, Copy)]
-#[rustfmt::skip]
-pub(crate) enum ElementOp {
-    Short,
-    Open,
-    Contact  { bit: u32, negated: bool },
-    Coil     { bit: u32, negated: bool },
-    SetCoil  { bit: u32 },
-    ClearCoil{ bit: u32 },
-    MasterRelay,
-    Osr      { memory: u32 },
-    Osf      { memory: u32 },
-    Odr      { memory: u32 },
-    Odf      { memory: u32, seen: u32 },
-    Osc      { memory: u32 },
-    Toggle   { bit: u32, memory: u32 },
-    Ton      { var: u32, preset: ValueSource },
-    Tof      { var: u32, preset: ValueSource, start: i32, first: u32 },
-    Rto      { var: u32, preset: ValueSource },
-    Rtl      { var: u32, preset: ValueSource },
-    Tcy      { var: u32, preset: ValueSource, memory: u32 },
-    Thi      { var: u32, preset: ValueSource, memory: u32 },
-    Tlo      { var: u32, preset: ValueSource, memory: u32, seen: u32 },
-    Count    { kind: CountMode, input: CountInput, var: u32, max: ValueSource, restart: ValueSource, memory: u32 },
-    Move     { dest: u32, src: ValueSource },
-    Math     { op: MathOp, dest: u32, a: ValueSource, b: ValueSource },
-    Unary    { op: UnaryOp, dest: u32, src: ValueSource, bits: u32 },
-    ShiftBits{ op: ShiftOp, dest: u32, src: ValueSource, bits: u32, count: ValueSource },
-    WriteBit { var: u32, bit: ValueSource, value: bool },
-    TestBit  { var: u32, bit: ValueSource, value: bool },
-    Bus      { dest: u32, src: ValueSource, targets: [u8; 8] },
-    Compare  { op: CompareOp, a: ValueSource, b: ValueSource },
-    Shift    { stages: u32, memory: u32 },
-    LookUp   { dest: u32, index: ValueSource, table: u32 },
-    Curve    { dest: u32, index: ValueSource, curve: u32 },
-    ReadAdc  { dest: u32, input: u32 },
-    SetPwm   { duty: ValueSource },
-    Send     { src: u32 },
-    Receive  { dest: u32 },
-    Text     { text: u32 },
-    Persist  { var: u32, cell: u32, memory: u32 },
-}
-
-/// Source of an operand: the index of a variable, or a constant.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum ValueSource {
-    Var(u32),
-    Const(i32),
-}
-
-/// Direction and bound of a counter (2.3, 5.3).
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum CountMode {
-    /// Up, without a bound.
-    Up,
-    /// Down, without a bound.
-    Down,
-    /// Up to the limit.
-    UpTo,
-    /// Down to the limit.
-    DownTo,
-    /// Release 2.3: up to the limit and then from 0 again; gives on what it gets.
-    Circular,
-    /// LDmicro 5: up past the limit and then from the start again, with a carry.
-    UpAround,
-    /// LDmicro 5: down past the limit and then from the start again, with a carry.
-    DownAround,
-}
-
-/// Condition on the rung bit under which a counter counts.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum CountInput {
-    /// On a rising edge.
-    Rising,
-    /// On a falling edge.
-    Falling,
-    /// In every scan in which it is 1.
-    High,
-    /// In every scan in which it is 0.
-    Low,
-}
-
 /// All state that a scan can change.
 #[derive(Debug, Clone)]
 pub(crate) struct ScanState {
@@ -154,6 +78,10 @@ pub(crate) struct ScanState {
     pub parts: PeripheralState,
     /// Memory bits of elements: the previous rung bit, or a flag that the element has run once.
     memories: Vec<bool>,
+    /// State of each sequence of RANDOM.
+    seeds: Vec<u32>,
+    /// True once LOCK has stopped the program.
+    is_locked: bool,
     /// For each nesting depth, the rung bit at the start of the group and the OR of its branches so far.
     groups: Vec<(bool, bool)>,
     /// The master relay; every scan starts with it on.
@@ -167,6 +95,8 @@ impl ScanState {
             values: code.initial_values.clone(),
             scans: 0,
             parts: PeripheralState::power_up(code),
+            seeds: vec![1; code.seeds as usize],
+            is_locked: false,
             memories: vec![false; code.memories as usize],
             groups: vec![(false, false); code.max_depth],
             master: true,
@@ -181,7 +111,12 @@ impl ScanState {
         self.parts.start_scan();
         self.master = true;
         let mut rung = true;
-        for step in &code.steps {
+        let mut position = ScanPosition::default();
+        if self.is_locked {
+            position.next = code.steps.len();
+        }
+        while let Some(step) = code.steps.get(position.next) {
+            position.next += 1;
             match *step {
                 FlatStep::Rung => rung = self.master,
                 FlatStep::Split(depth) => self.groups[depth] = (rung, false),
@@ -196,6 +131,12 @@ impl ScanState {
                         self.store(code, var, self.read_symbol(from).into());
                     }
                 }
+                FlatStep::Do(id, ElementOp::Flow(step)) => {
+                    self.is_locked |= rung && matches!(step, FlowStep::Lock);
+                    let (before, (after, next)) = (rung, position.follow(code, step, rung, &mut self.groups));
+                    watch(id, before, after, &self.values);
+                    rung = next;
+                }
                 FlatStep::Do(id, op) => {
                     let before = rung;
                     rung = self.execute_element(code, op, before);
@@ -209,7 +150,8 @@ impl ScanState {
     /// Executes one element with the rung bit `rung` and returns the rung bit after it.
     fn execute_element(&mut self, code: &FlatProgram, op: ElementOp, rung: bool) -> bool {
         match op {
-            ElementOp::Short => rung,
+            // The order of execution is not the state's.
+            ElementOp::Flow(_) | ElementOp::Short => rung,
             ElementOp::Open => false,
             ElementOp::Contact { bit, negated } => rung & ((self.read_symbol(bit) != 0) != negated),
             ElementOp::Coil { bit, negated } => {
@@ -261,9 +203,9 @@ impl ScanState {
                 }
                 !self.count_scan(code, var, preset)
             }
-            ElementOp::Tof { var, preset, start, first } => {
-                if !self.replace_memory(first, true) {
-                    self.store(code, var, start.into());
+            ElementOp::Tof { var, preset, first } => {
+                if first.is_some_and(|first| !self.replace_memory(first, true)) {
+                    self.store(code, var, self.read_value(preset).into());
                 }
                 if rung {
                     self.values[var as usize] = 0;
@@ -386,6 +328,25 @@ impl ScanState {
             }
             ElementOp::Bus { dest, src, targets } => {
                 self.store(code, dest, bit_ops::route_bits(self.read_value(src), targets));
+                true
+            }
+            ElementOp::Segments { display, dest, src, inverted } => {
+                let (code_point, segments) = bit_ops::segments(display, self.read_value(src), inverted);
+                if let ValueSource::Var(var) = src {
+                    self.store(code, var, code_point.into());
+                }
+                self.store(code, dest, segments);
+                true
+            }
+            ElementOp::Random { dest, seed } => {
+                let state = &mut self.seeds[seed as usize];
+                *state = state.wrapping_mul(1_103_515_245).wrapping_add(12_345);
+                let drawn = state.rotate_left(16);
+                self.store(code, dest, drawn.into());
+                true
+            }
+            ElementOp::Seed { seed, src } => {
+                self.seeds[seed as usize] = self.read_value(src) as u32;
                 true
             }
             ElementOp::LookUp { dest, index, table } => {

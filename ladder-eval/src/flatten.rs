@@ -4,12 +4,12 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
+use ladder::flow::ProgramFlow;
 use ladder::{
-    CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LadderSymbol, LdFormat, RungNode,
-    TimerKind,
+    CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LadderSymbol, LdFormat,
+    ProgramSettings, RungNode, TimerKind,
 };
 
-use crate::arithmetic::truncate;
 use crate::flat_program::{CountInput, CountMode, ElementOp, FlatProgram, FlatStep, ValueSource};
 use crate::peripheral_ops::{self, DeviceSettings};
 use crate::{UnsupportedElement, UnsupportedReason};
@@ -24,73 +24,48 @@ pub(crate) fn flatten(
     let code = FlatProgram { cut_bits: widths, initial_values: vec![0; symbols.len()], ..FlatProgram::default() };
     let mut builder = FlatBuilder {
         program,
+        flow: ProgramFlow::new(program),
         symbols,
         by_name,
         code,
+        seeds: HashMap::new(),
         next: ElementId { rung: 0, index: 0 },
         counter_starts: HashMap::new(),
         devices: DeviceSettings::default(),
     };
+    builder.code.has_jumps = builder.flow.is_used;
     builder.collect_devices_and_starts();
     for (number, rung) in (0..).zip(&program.rungs) {
         builder.next = ElementId { rung: number, index: 0 };
+        builder.code.rung_starts.push(builder.code.steps.len());
         builder.code.steps.push(FlatStep::Rung);
         builder.flatten_series(&rung.series, 0)?;
     }
+    builder.code.rung_starts.push(builder.code.steps.len());
     Ok(builder.code)
 }
 
 /// Builder of the flat form of one program.
 pub(crate) struct FlatBuilder<'a> {
     pub program: &'a LadderProgram,
+    /// Rungs of its labels and subprograms.
+    pub flow: ProgramFlow<'a>,
     symbols: &'a [LadderSymbol],
     /// Index of each symbol, by name.
-    by_name: &'a HashMap<String, usize>,
+    pub by_name: &'a HashMap<String, usize>,
     /// The flat form so far.
     pub code: FlatProgram,
+    /// Index of each sequence of RANDOM, by the name of its destination.
+    seeds: HashMap<String, u32>,
     /// Identity of the next leaf in text order.
-    next: ElementId,
+    pub next: ElementId,
     /// Per counter: the start value that RES stores, with the rank of the kind that says it.
-    counter_starts: HashMap<&'a str, (u8, LadderOperand)>,
+    pub counter_starts: HashMap<&'a str, (u8, LadderOperand)>,
     /// What the elements so far said about the parts that all of them share.
     pub devices: DeviceSettings,
 }
 
 impl FlatBuilder<'_> {
-    /// Collects what must be known before the first element: start values of counters, and analog inputs.
-    fn collect_devices_and_starts(&mut self) {
-        for (_, element, _) in self.program.elements() {
-            match element {
-                Element::Counter { kind, name, init, .. } => {
-                    let Some(&at) = self.by_name.get(name) else { continue };
-                    let start = match init {
-                        None => LadderOperand::Const { value: 0, text: String::new() },
-                        Some(start) => start.clone(),
-                    };
-                    // At power-up an integer has the start of the last counter of its name that has a constant.
-                    if let LadderOperand::Const { value, .. } = start
-                        && let (Some(width), Some(initial)) =
-                            (self.code.cut_bits.get(at), self.code.initial_values.get_mut(at))
-                    {
-                        *initial = truncate(value, *width);
-                    }
-                    let of_kind = (reset_rank(*kind), start);
-                    let slot = self.counter_starts.entry(name).or_insert_with(|| of_kind.clone());
-                    if of_kind.0 < slot.0 {
-                        *slot = of_kind;
-                    }
-                }
-                Element::ReadAdc { name, .. } => {
-                    self.code.adc_symbols.extend(self.by_name.get(name).and_then(|at| u32::try_from(*at).ok()));
-                }
-                // No other element defines start values or analog inputs.
-                _ => {}
-            }
-        }
-        self.code.adc_symbols.sort_unstable();
-        self.code.adc_symbols.dedup();
-    }
-
     fn flatten_series(&mut self, series: &[RungNode], depth: usize) -> Result<(), UnsupportedElement> {
         for node in series {
             match node {
@@ -172,9 +147,9 @@ impl FlatBuilder<'_> {
                 match kind {
                     TimerKind::Ton => ElementOp::Ton { var, preset },
                     TimerKind::Tof => {
-                        // A delay in a variable is not known at power-up: LDmicro 5 begins with -1.
-                        let start = if let ValueSource::Const(preset) = preset { preset } else { -1 };
-                        ElementOp::Tof { var, preset, start, first: self.new_memory() }
+                        // Release 2.3 presets it when it is first executed.
+                        let first = if self.is_release_23() { Some(self.new_memory()) } else { None };
+                        ElementOp::Tof { var, preset, first }
                     }
                     TimerKind::Rto => ElementOp::Rto { var, preset },
                     TimerKind::Rtl => ElementOp::Rtl { var, preset },
@@ -189,7 +164,9 @@ impl FlatBuilder<'_> {
                 self.counter_op(*kind, name, max, init.as_ref(), *input)?
             }
             Element::Res { name } => {
-                let src = match self.counter_starts.get(name.as_str()) {
+                // LDmicro 5 knows a counter by the first letter of its name.
+                let starts = self.counter_starts.get(name.as_str()).filter(|_| name.starts_with('C'));
+                let src = match starts {
                     Some((_, start)) => self.operand_source(start)?,
                     None => ValueSource::Const(0),
                 };
@@ -236,6 +213,27 @@ impl FlatBuilder<'_> {
                 ElementOp::Compare { op: *op, a: self.operand_source(op1)?, b: self.operand_source(op2)? }
             }
             Element::Placeholder => return Err(UnsupportedReason::EmptyPlace),
+            Element::Segments { display, dest, src, common } => {
+                let (dest, src) = (self.integer_index(dest)?, self.operand_source(src)?);
+                ElementOp::Segments { display: *display, dest, src, inverted: *common != 'C' }
+            }
+            Element::TimeValue { is_scans, dest, time } => {
+                let LadderOperand::Const { value: time, .. } = time else { return Err(UnsupportedReason::NoMeaning) };
+                let ProgramSettings { cycle_us, crystal_hz, .. } = self.program.settings;
+                let value = match is_scans {
+                    true => i128::from(*time).checked_div(cycle_us.into()).ok_or(UnsupportedReason::NoCycleTime)?,
+                    false => i128::from(*time) * i128::from(crystal_hz) / 1_000_000,
+                };
+                ElementOp::Move { dest: self.integer_index(dest)?, src: ValueSource::Const(value as i32) }
+            }
+            Element::Random { dest } => {
+                ElementOp::Random { dest: self.integer_index(dest)?, seed: self.seed_index(dest) }
+            }
+            Element::SeedRandom { dest, src } => {
+                ElementOp::Seed { seed: self.seed_index(dest), src: self.operand_source(src)? }
+            }
+            Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => ElementOp::Short,
+            Element::Flow { .. } | Element::Return | Element::Lock => ElementOp::Flow(self.flow_step(element)?),
             Element::ShiftRegister { .. }
             | Element::LookUpTable { .. }
             | Element::PiecewiseLinear { .. }
@@ -247,6 +245,14 @@ impl FlatBuilder<'_> {
             | Element::FormattedString { .. } => peripheral_ops::peripheral_op(self, element)?,
         };
         Ok(Some(op))
+    }
+
+    /// Index of the sequence that RANDOM of this name draws from.
+    fn seed_index(&mut self, name: &str) -> u32 {
+        let next = self.seeds.len() as u32;
+        let seed = *self.seeds.entry(name.to_owned()).or_insert(next);
+        self.code.seeds = self.code.seeds.max(seed + 1);
+        seed
     }
 
     /// Allocates a memory bit, which is 0 at power-up.
@@ -377,12 +383,12 @@ impl FlatBuilder<'_> {
         Ok(ElementOp::Count { kind, input, var, max, restart, memory: self.new_memory() })
     }
 
-    fn is_release_23(&self) -> bool {
+    pub(crate) fn is_release_23(&self) -> bool {
         self.program.dialect == LadderDialect::Ldmicro23
     }
 
     /// P: whole cycles in the delay, and the adjust; or a variable that holds scans.
-    fn timer_preset(
+    pub(crate) fn timer_preset(
         &self,
         kind: TimerKind,
         timer: u32,
@@ -410,7 +416,9 @@ impl FlatBuilder<'_> {
             };
         };
         let cycle = self.cycle_us()?;
-        let count = i128::from(*value) / i128::from(cycle) + adjust;
+        let (delay, whole) = (i128::from(*value), i128::from(cycle));
+        // LDmicro 5 divides the sum, so that a negative one is rounded up.
+        let count = if self.is_release_23() { delay / whole + adjust } else { (delay + whole * adjust) / whole };
         let (least, most) = match self.program.dialect {
             LadderDialect::Ldmicro23 => {
                 (1, (1_i128 << (8 * u32::from(self.integer_bytes(timer))).saturating_sub(1)) - 1)
@@ -442,15 +450,5 @@ pub(crate) fn require_absent_or_zero(what: &'static str, found: Option<u32>) -> 
     match found {
         None | Some(0) => Ok(()),
         Some(value) => Err(UnsupportedReason::ArgumentNotZero { what, value }),
-    }
-}
-
-/// Which of several counters of one name says what RES stores: the least.
-const fn reset_rank(kind: CounterKind) -> u8 {
-    match kind {
-        CounterKind::Ctu => 0,
-        CounterKind::Ctd => 1,
-        CounterKind::Ctc => 2,
-        CounterKind::Ctr => 3,
     }
 }

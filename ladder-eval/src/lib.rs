@@ -11,10 +11,13 @@
 
 mod arithmetic;
 mod bit_ops;
+mod element_op;
 mod flat_program;
 mod flatten;
+mod flow_steps;
 mod peripheral_ops;
 mod peripheral_state;
+mod power_up;
 mod unsupported;
 
 use std::collections::HashMap;
@@ -109,8 +112,8 @@ impl Evaluator {
 
     /// Runs one scan and calls `watch` after each element with the rung bit before and after it.
     ///
-    /// Each element is reported exactly once, in order of execution, which is text order. Comments are not
-    /// reported.
+    /// Each element is reported when it is executed: exactly once, in text order, unless the program has jumps or
+    /// subprograms. Comments are not reported.
     pub fn scan_watched(&mut self, watch: &mut dyn FnMut(ElementId, bool, bool)) {
         self.state.scan(&self.code.flat, |id, before, after, _| watch(id, before, after));
     }
@@ -121,6 +124,20 @@ impl Evaluator {
     /// The values are in the order of [`Evaluator::symbols`].
     pub fn scan_traced(&mut self, watch: impl FnMut(ElementId, bool, bool, &[i32])) {
         self.state.scan(&self.code.flat, watch);
+    }
+
+    /// True if the program has jumps or subprograms, so that a scan may leave elements out, or execute them several times.
+    #[must_use]
+    pub fn has_jumps(&self) -> bool {
+        self.code.flat.has_jumps
+    }
+
+    /// All elements except comments, in text order.
+    pub fn elements(&self) -> impl Iterator<Item = ElementId> {
+        self.code.flat.steps.iter().filter_map(|step| match step {
+            flat_program::FlatStep::Do(id, _) => Some(*id),
+            _ => None,
+        })
     }
 
     /// Number of scans since power-up.

@@ -66,6 +66,24 @@ pub enum UnsupportedReason {
         /// Bits of what is shifted.
         bits: u32,
     },
+    /// The name of a jump, a call or an end of a subprogram leads nowhere.
+    #[error("`{label}` leads nowhere")]
+    NoTarget {
+        /// The name.
+        label: String,
+    },
+    /// A jump goes into a subprogram or out of one.
+    #[error("`{label}` is on the other side of a subprogram's border")]
+    JumpAcross {
+        /// The name.
+        label: String,
+    },
+    /// A subprogram calls itself, or calls nest too deep or multiply too much.
+    #[error("the subprogram `{label}` calls itself, or too many others")]
+    CallsTooDeep {
+        /// Name of the subprogram that is called.
+        label: String,
+    },
     /// A variable is used where only a constant is supported.
     #[error("the variable `{name}` as {role} has no meaning")]
     VariableAs {

@@ -78,6 +78,8 @@ struct ProgramFacts {
     initial_values: Vec<i32>,
     /// Elements that write symbols, with the symbols, in text order.
     writes: Vec<(ElementId, u32)>,
+    /// True if the program has jumps or subprograms.
+    has_jumps: bool,
     /// Symbols that only the serial line writes.
     received_symbols: Vec<usize>,
     /// Address and bit mask of the flag that signals a received byte.
@@ -163,6 +165,7 @@ impl LadderView {
             program,
             map,
             chip,
+            has_jumps: start.has_jumps(),
             power_up: start,
             places,
             initial_values: first,

@@ -170,12 +170,28 @@ impl ScanFollower {
         let mut power = Vec::with_capacity(self.last_scan.as_ref().map_or(0, |scan| scan.power.len()));
         let mut writes = Vec::with_capacity(self.facts.writes.len());
         let mut written = self.facts.writes.iter().peekable();
+        let is_jumping = self.facts.has_jumps;
+        let value_of = |values: &[i32], symbol: u32| values.get(symbol as usize).copied().unwrap_or(0);
         eval.scan_traced(|id, before, behind, values| {
             power.push((id, before, behind));
+            if is_jumping {
+                let own = self.facts.writes.iter().filter(|row| row.0 == id);
+                writes.extend(own.map(|(id, symbol)| (*id, *symbol, value_of(values, *symbol))));
+                return;
+            }
             while let Some((id, symbol)) = written.next_if(|row| row.0 <= id) {
-                writes.push((*id, *symbol, values.get(*symbol as usize).copied().unwrap_or(0)));
+                writes.push((*id, *symbol, value_of(values, *symbol)));
             }
         });
+        if is_jumping {
+            // What a scan executes several times is shown as it was last; what it left out is not shown.
+            power.reverse();
+            power.sort_by_key(|row| row.0);
+            power.dedup_by_key(|row| row.0);
+            writes.reverse();
+            writes.sort_by_key(|row| (row.0, row.1));
+            writes.dedup_by_key(|row| (row.0, row.1));
+        }
         (power, writes)
     }
 

@@ -4,6 +4,7 @@ use diag::{Diagnostic, Pos, Severity};
 
 use crate::bit_checks;
 use crate::codes;
+use crate::flow_checks;
 use crate::integer_widths::{self, IntegerWidths};
 use crate::model::{Element, ElementId, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode, TimerKind};
 use crate::packages;
@@ -31,6 +32,7 @@ pub fn check(program: &LadderProgram) -> Vec<Diagnostic> {
         check_last_elements(&mut found, &rung.series, true, &mut next);
     }
     program_checks::check_names(&mut found);
+    flow_checks::check_flow(&mut found);
     peripheral_checks::check_pwm(&mut found);
     found.diagnostics.sort_by_key(|d| d.pos);
     found.diagnostics
@@ -127,6 +129,14 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
         checker.error(codes::ELEMENT_LDMICRO5, at, cause, "choose the dialect ldmicro-5");
     }
     match at.element {
+        Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => {
+            let cause = "it has no effect here: outputs change at the end of a scan, and scans begin by a timer";
+            checker.report(Severity::Note, codes::NO_EFFECT, at, cause, "nothing to do");
+        }
+        Element::TimeValue { time: LadderOperand::Var(_), .. } => {
+            let cause = "the time is a variable, and LDmicro computes it when it compiles";
+            checker.error(codes::TIMER_RANGE, at, cause, "write the time as a number of microseconds");
+        }
         Element::Placeholder => {
             checker.error(codes::PLACEHOLDER, at, "an empty place is left", "put an element here or remove it");
         }
@@ -182,6 +192,13 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
         | Element::Move { .. }
         | Element::Math { .. }
         | Element::Bus { .. }
+        | Element::Flow { .. }
+        | Element::Segments { .. }
+        | Element::TimeValue { .. }
+        | Element::Random { .. }
+        | Element::SeedRandom { .. }
+        | Element::Lock
+        | Element::Return
         | Element::Compare { .. }
         | Element::ShiftRegister { .. }
         | Element::Persist { .. } => {}

@@ -141,4 +141,22 @@ codes! {
         "SET_BIT and CLEAR_BIT of a bit beyond the width of the integer, or of a negative number, do nothing. IF_BIT_SET and IF_BIT_CLEAR see the sign there, and 0 at a negative number.";
     OUTPUTS_DIFFER "LD130" "outputs of LDmicro 5 disagree about this element"
         "A note: what LDmicro 5 makes of this element differs between its simulator, its C, its AVR and its PIC code. The message names those that do something else than is done here.";
+    NO_TARGET "LD150" "a jump or a call leads nowhere"
+        "GOTO takes the name of a LABEL or the number of a rung, from 1; a number beyond the last rung is the end of the scan. GOSUB takes the name of a subprogram, which begins with SUBPROG and ends with ENDSUB.";
+    LABEL_TWICE "LD151" "a label or subprogram twice"
+        "Two LABEL, or two SUBPROG, have one name, so a jump or a call does not say which is meant. LDmicro 5 refuses this too. Fix: rename one.";
+    SUBPROGRAM_ENDS "LD152" "SUBPROG and ENDSUB do not pair"
+        "A subprogram begins with SUBPROG and ends with ENDSUB of the same name, each alone in its rung. Subprograms cannot contain each other.";
+    JUMP_ACROSS "LD153" "a jump into a subprogram or out of it"
+        "GOTO stays in the main program, or in one subprogram. A jump across would leave a return address behind, or need one that is not there. Fix: GOSUB to enter, RETURN to leave.";
+    RECURSION "LD154" "a subprogram calls itself, or calls nest too deep"
+        "A subprogram must not call itself, directly or through others, and at most 8 may be active at the same time, because a PIC16 holds eight return addresses. Memories of edges and timers exist once, so recursion has no use here. Fix: a loop with GOTO.";
+    ENDLESS_LOOP "LD155" "a loop without an end"
+        "GOTO jumps back without a condition, and nothing in the loop leaves it. On a chip of LDmicro the scan would never end. Fix: put a contact or a comparison before GOTO.";
+    JUMP_BACK "LD156" "a jump back"
+        "A note: the rungs between the target and GOTO are executed again in the same scan. A scan takes at most 100 jumps back in all; a further one is not taken, so every scan ends. The time of a scan is reckoned with all of them.";
+    RETURN_OUTSIDE "LD157" "RETURN outside of a subprogram"
+        "It ends the scan, as in LDmicro 5's C output. The chips of LDmicro 5 run away there, because no return address is on the stack. Fix: GOTO with a number beyond the last rung.";
+    NO_EFFECT "LD158" "an element without effect"
+        "A note. DELAY and SLEEP pass time within a scan in LDmicro 5, and CLRWDT resets the watchdog. Here outputs change at the end of a scan, scans begin by a timer, and the watchdog is off, so none of them can be seen.";
 }

@@ -5,7 +5,7 @@
 
 use std::borrow::Cow;
 
-use crate::model::{CounterKind, Element, LadderOperand, MathOp, SymbolKind, TimerKind};
+use crate::model::{CounterKind, Element, FlowOp, LadderOperand, MathOp, SymbolKind, TimerKind};
 use crate::symbols::kind_by_letter;
 use crate::write;
 
@@ -275,6 +275,33 @@ impl Element {
             Element::Bus { dest, src, targets: _ } => {
                 row("BUS", Acts).writes(dest, Variable, Powered).operand(src).ldmicro5()
             }
+            Element::Flow { op, label: _ } => {
+                let power = match op {
+                    FlowOp::Label => Wire,
+                    // A jump back is not taken when the scan has taken all that it may.
+                    FlowOp::Goto => Narrows,
+                    FlowOp::Gosub | FlowOp::Subprogram | FlowOp::EndSubprogram => Acts,
+                };
+                row(write::flow_keyword(*op), power).ldmicro5()
+            }
+            Element::Return => row("RETURN", Acts).ldmicro5(),
+            Element::Segments { display, dest, src, common: _ } => {
+                let row = row(write::segments_keyword(*display), Acts).writes(dest, Variable, Powered).ldmicro5();
+                match src {
+                    LadderOperand::Var(name) => row.symbol(name, Variable, true, Some(Powered)),
+                    LadderOperand::Const { .. } => row.operand(src),
+                }
+            }
+            // A variable as the time is refused.
+            Element::TimeValue { is_scans, dest, time: _ } => {
+                row(write::time_value_keyword(*is_scans), Acts).writes(dest, Variable, Powered).ldmicro5()
+            }
+            Element::Random { dest } => row("RANDOM", Acts).writes(dest, Variable, Powered).with_memory().ldmicro5(),
+            Element::SeedRandom { dest: _, src } => row("SEED_RANDOM", Acts).operand(src).ldmicro5(),
+            Element::Delay { time } => row("DELAY", Acts).operand(time).ldmicro5(),
+            Element::Sleep => row("SLEEP", Acts).ldmicro5(),
+            Element::ClearWatchdog => row("CLRWDT", Acts).ldmicro5(),
+            Element::Lock => row("LOCK", Acts).ldmicro5(),
             Element::Compare { op, op1, op2 } => row(write::compare_keyword(*op), Narrows).operand(op1).operand(op2),
             // The first stage is the input of the shift register, so it is never written; the last one is
             // never read.

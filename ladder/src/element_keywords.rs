@@ -8,7 +8,7 @@ pub(crate) const ANY_COUNT: usize = usize::MAX;
 
 /// All elements that the reader accepts.
 #[rustfmt::skip]
-pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 65] = [
+pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 81] = [
     ("COMMENT",          0, ANY_COUNT, "COMMENT text"),
     ("CONTACTS",         2, 3,   "CONTACTS name negated [set1]"),
     ("COIL",             4, 5,   "COIL name negated set reset [ttrigger]"),
@@ -59,6 +59,22 @@ pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 65] = [
     ("IF_BIT_SET",       2, 2,   "IF_BIT_SET name bit"),
     ("IF_BIT_CLEAR",     2, 2,   "IF_BIT_CLEAR name bit"),
     ("BUS",              10, 10, "BUS dest source p7 p6 p5 p4 p3 p2 p1 p0"),
+    ("LABEL",            1, 1,   "LABEL name"),
+    ("GOTO",             1, 1,   "GOTO name"),
+    ("GOSUB",            1, 1,   "GOSUB name"),
+    ("SUBPROG",          1, 1,   "SUBPROG name"),
+    ("ENDSUB",           1, 1,   "ENDSUB name"),
+    ("RETURN",           0, 0,   "RETURN"),
+    ("7SEGMENTS",        3, 3,   "7SEGMENTS dest source C or A"),
+    ("9SEGMENTS",        3, 3,   "9SEGMENTS dest source C or A"),
+    ("TIME2COUNT",       2, 2,   "TIME2COUNT dest microseconds"),
+    ("TIME2DELAY",       2, 2,   "TIME2DELAY dest microseconds"),
+    ("RANDOM",           1, 1,   "RANDOM dest"),
+    ("SEED_RANDOM",      2, 2,   "SEED_RANDOM dest source"),
+    ("DELAY",            1, 1,   "DELAY time"),
+    ("SLEEP",            0, 0,   "SLEEP"),
+    ("CLRWDT",           0, 0,   "CLRWDT"),
+    ("LOCK",             0, 0,   "LOCK"),
     ("EQU",              2, 2,   "EQU op1 op2"),
     ("NEQ",              2, 2,   "NEQ op1 op2"),
     ("GRT",              2, 2,   "GRT op1 op2"),
@@ -78,11 +94,10 @@ pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 65] = [
 
 /// Elements of LDmicro 5 that are not supported.
 #[rustfmt::skip]
-pub(crate) const UNSUPPORTED_KEYWORDS: [&str; 39] = [
-    "TIME2COUNT", "TIME2DELAY", "DELAY", "SLEEP", "CLRWDT", "LOCK", "GOTO", "GOSUB", "RETURN",
-    "LABEL", "SUBPROG", "ENDSUB", "NPULSE", "NPULSE_OFF", "PULSER", "STEPPER",
-    "QUAD_ENCOD", "7SEGMENTS", "9SEGMENTS", "14SEGMENTS",
-    "16SEGMENTS", "RANDOM", "SEED_RANDOM", "STRING", "SPI", "SPI_WR", "I2C_RD", "I2C_WR", "UART_RECV_AVAIL",
+pub(crate) const UNSUPPORTED_KEYWORDS: [&str; 23] = [
+    "NPULSE", "NPULSE_OFF", "PULSER", "STEPPER",
+    "QUAD_ENCOD", "14SEGMENTS",
+    "16SEGMENTS", "STRING", "SPI", "SPI_WR", "I2C_RD", "I2C_WR", "UART_RECV_AVAIL",
     "UART_SEND_READY", "UART_RECVn", "UART_SENDn", "CPRINTF", "SPRINTF", "FPRINTF", "PRINTF", "I2C_PRINTF", "ISP_PRINTF",
     "UART_PRINTF",
 ];

@@ -7,7 +7,8 @@ use crate::counted_elements;
 use crate::element_keywords::{ANY_COUNT, ELEMENT_KEYWORDS, ElementKeyword, UNSUPPORTED_KEYWORDS};
 use crate::lexer::{self, LdLine, LdToken};
 use crate::model::{
-    CompareOp, CounterKind, Element, LadderDialect, LadderOperand, MathOp, ShiftOp, TimerKind, UnaryOp,
+    CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, MathOp, SegmentDisplay, ShiftOp, TimerKind,
+    UnaryOp,
 };
 use crate::reader::{LdReader, message_text};
 
@@ -139,6 +140,27 @@ fn build_element(r: &mut LdReader<'_>, line: &LdLine<'_>, row: &ElementKeyword, 
             Element::BitTest { name: name?, bit: bit?, value: keyword == "IF_BIT_SET" }
         }
         ("BUS", [dest, src, targets @ ..]) => read_bus(r, keyword, *dest, *src, targets)?,
+        ("LABEL", [label]) => Element::Flow { op: FlowOp::Label, label: r.read_name(*label)? },
+        ("GOTO", [label]) => Element::Flow { op: FlowOp::Goto, label: read_target(r, *label)? },
+        ("GOSUB", [label]) => Element::Flow { op: FlowOp::Gosub, label: r.read_name(*label)? },
+        ("SUBPROG", [label]) => Element::Flow { op: FlowOp::Subprogram, label: r.read_name(*label)? },
+        ("ENDSUB", [label]) => Element::Flow { op: FlowOp::EndSubprogram, label: r.read_name(*label)? },
+        ("RETURN", _) => Element::Return,
+        ("7SEGMENTS", [d, s, c]) => read_segments(r, SegmentDisplay::Seven, keyword, [*d, *s, *c])?,
+        ("9SEGMENTS", [d, s, c]) => read_segments(r, SegmentDisplay::Nine, keyword, [*d, *s, *c])?,
+        ("TIME2COUNT" | "TIME2DELAY", [dest, time]) => {
+            let (dest, time) = (read_destination(r, keyword, *dest), read_operand_in_range(r, keyword, *time, "the time in microseconds", 0, 1_000_000_000_000));
+            Element::TimeValue { is_scans: keyword == "TIME2COUNT", dest: dest?, time: time? }
+        }
+        ("RANDOM", [dest]) => Element::Random { dest: read_destination(r, keyword, *dest)? },
+        ("SEED_RANDOM", [dest, src]) => {
+            let (dest, src) = (read_destination(r, keyword, *dest), read_operand(r, keyword, *src));
+            Element::SeedRandom { dest: dest?, src: src? }
+        }
+        ("DELAY", [time]) => Element::Delay { time: read_operand(r, keyword, *time)? },
+        ("SLEEP", _) => Element::Sleep,
+        ("CLRWDT", _) => Element::ClearWatchdog,
+        ("LOCK", _) => Element::Lock,
         ("EQU", [a, b]) => read_compare(r, CompareOp::Equ, keyword, [*a, *b])?,
         ("NEQ", [a, b]) => read_compare(r, CompareOp::Neq, keyword, [*a, *b])?,
         ("GRT", [a, b]) => read_compare(r, CompareOp::Grt, keyword, [*a, *b])?,
@@ -166,6 +188,14 @@ fn build_element(r: &mut LdReader<'_>, line: &LdLine<'_>, row: &ElementKeyword, 
         // The argument count was checked against the row, so every valid line matches an arm above.
         _ => return None,
     })
+}
+
+/// A label, or the number of a rung.
+fn read_target(r: &mut LdReader<'_>, token: LdToken<'_>) -> Option<String> {
+    match token.text.starts_with(|c: char| c.is_ascii_digit()) {
+        true => r.read_u32(token, "the number of a rung", 1, u32::MAX).map(|_| token.text.to_owned()),
+        false => r.read_name(token),
+    }
 }
 
 fn read_contacts(r: &mut LdReader<'_>, name: LdToken<'_>, flags: &[LdToken<'_>]) -> Option<Element> {
@@ -297,6 +327,22 @@ fn read_shift(r: &mut LdReader<'_>, op: ShiftOp, keyword: &'static str, args: [L
     let (dest, src, count) =
         (read_destination(r, keyword, dest), read_operand(r, keyword, src), read_operand(r, keyword, count));
     Some(Element::Shift { op, dest: dest?, src: src?, count: count? })
+}
+
+fn read_segments(
+    r: &mut LdReader<'_>,
+    display: SegmentDisplay,
+    keyword: &'static str,
+    [dest, src, common]: [LdToken<'_>; 3],
+) -> Option<Element> {
+    let (dest, src) = (read_destination(r, keyword, dest), read_operand(r, keyword, src));
+    let mut letters = common.text.chars();
+    let (Some(letter), None) = (letters.next().filter(char::is_ascii_alphabetic), letters.next()) else {
+        let cause = format!("the kind of display is `{}`, a letter is needed", message_text(common.text));
+        r.error(codes::OUT_OF_RANGE, common.pos, cause, "write C for a common cathode, or A for a common anode");
+        return None;
+    };
+    Some(Element::Segments { display, dest: dest?, src: src?, common: letter })
 }
 
 /// The text begins with where bit 7 goes.

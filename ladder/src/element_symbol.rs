@@ -1,6 +1,6 @@
 //! Appearance of each element in a drawing: one line of text above the wire and one in it.
 
-use crate::model::{CompareOp, CounterKind, Element, LadderOperand, MathOp};
+use crate::model::{CompareOp, CounterKind, Element, FlowOp, LadderOperand, MathOp};
 use crate::write;
 
 /// Returns the line above the wire and the line in the wire, which are drawn centred on each other.
@@ -29,16 +29,26 @@ pub(crate) fn element_symbol(element: &Element) -> (String, String) {
         Element::Odf => ("    _    ".to_owned(), "[ODF \\_/]".to_owned()),
         Element::Osl => ("    _    ".to_owned(), "[OSL \\_/]".to_owned()),
         Element::Osc => ("    _ _  ".to_owned(), "[OSC_| |_]".to_owned()),
-        Element::Timer { kind, name, delay, .. } => {
-            (name.clone(), format!("[{} {}]", write::timer_keyword(*kind), duration(delay)))
+        Element::Timer { kind, name, delay, adjust } => {
+            let adjust = match adjust {
+                Some(LadderOperand::Const { value, .. }) if *value > 0 => format!(" +{value}"),
+                Some(adjust) => format!(" {}", write::operand_text(adjust)),
+                None => String::new(),
+            };
+            (name.clone(), format!("[{} {}{adjust}]", write::timer_keyword(*kind), duration(delay)))
         }
-        Element::Counter { kind, name, max, init, .. } => {
+        Element::Counter { kind, name, max, init, input } => {
             let max = write::operand_text(max);
             let start = init.as_ref().map_or("0", write::operand_text);
+            let input = input.map_or(String::new(), String::from);
+            // What a CTU or CTD begins with is shown where it is not 0.
+            let from = if start == "0" { String::new() } else { format!("{start}: ") };
             let symbol = match kind {
-                CounterKind::Ctc => format!("{{CTC {start}:{max}}}"),
-                CounterKind::Ctr => format!("{{CTR {max}:{start}}}"),
-                CounterKind::Ctu | CounterKind::Ctd => format!("[{} >={max}]", write::counter_keyword(*kind)),
+                CounterKind::Ctc => format!("{{{input}CTC {start}:{max}}}"),
+                CounterKind::Ctr => format!("{{{input}CTR {max}:{start}}}"),
+                CounterKind::Ctu | CounterKind::Ctd => {
+                    format!("[{input}{} {from}>={max}]", write::counter_keyword(*kind))
+                }
             };
             (name.clone(), symbol)
         }
@@ -67,6 +77,24 @@ pub(crate) fn element_symbol(element: &Element) -> (String, String) {
             let shifted = format!("{} by {}", write::operand_text(src), write::operand_text(count));
             in_brackets("{", &format!("{} {dest} :=", write::shift_keyword(*op)), &shifted, "}")
         }
+        Element::Flow { op: FlowOp::Label, label } => (label.clone(), "[LABEL:]".to_owned()),
+        Element::Flow { op, label } => (label.clone(), format!("{{{}}}", write::flow_keyword(*op))),
+        Element::Segments { display, dest, src, common } => {
+            let shown = format!("{} {common}", write::operand_text(src));
+            in_brackets("{", &format!("{} {dest} :=", write::segments_keyword(*display)), &shown, "}")
+        }
+        Element::TimeValue { is_scans, dest, time } => {
+            in_brackets("{", &format!("{} {dest} :=", write::time_value_keyword(*is_scans)), &duration(time), "}")
+        }
+        Element::Random { dest } => (dest.clone(), "{RANDOM}".to_owned()),
+        Element::SeedRandom { dest, src } => {
+            in_brackets("{", &format!("SEED {dest} :="), write::operand_text(src), "}")
+        }
+        Element::Delay { time } => (write::operand_text(time).to_owned(), "{DELAY}".to_owned()),
+        Element::Sleep => (String::new(), "{SLEEP}".to_owned()),
+        Element::ClearWatchdog => (String::new(), "{CLRWDT}".to_owned()),
+        Element::Lock => (String::new(), "{LOCK}".to_owned()),
+        Element::Return => (String::new(), "{RETURN}".to_owned()),
         Element::BitWrite { name, bit, value } => {
             in_brackets("{", write::bit_write_keyword(*value), &format!("{name}.{}", write::operand_text(bit)), "}")
         }

@@ -84,7 +84,12 @@ pub(crate) fn timer_preset(
         Some(LadderOperand::Var(_)) => return None,
         None => default_adjust(program),
     };
-    i128::from(*delay).checked_div(i128::from(program.settings.cycle_us)).map(|scans| scans + adjust)
+    let (delay, cycle) = (i128::from(*delay), i128::from(program.settings.cycle_us));
+    match program.dialect {
+        LadderDialect::Ldmicro23 => delay.checked_div(cycle).map(|scans| scans + adjust),
+        // LDmicro 5 divides once, so a negative number is cut towards 0.
+        LadderDialect::Ldmicro5 => (delay + cycle * adjust).checked_div(cycle),
+    }
 }
 
 /// Adjust in scans of a timer without an adjust argument.

@@ -12,6 +12,8 @@ mod element_facts;
 mod element_keywords;
 mod element_reader;
 mod element_symbol;
+pub mod flow;
+mod flow_checks;
 pub mod format;
 mod integer_widths;
 mod lexer;
@@ -25,6 +27,8 @@ mod peripheral_checks;
 mod program_checks;
 mod program_head;
 mod reader;
+pub mod segments;
+mod symbol_model;
 pub mod symbols;
 mod write;
 

@@ -10,8 +10,10 @@ use diag::Pos;
 use serde::Serialize;
 
 use crate::element_facts::ChipPart;
-pub use crate::operations::{CounterKind, TimerKind};
+pub use crate::operations::{CounterKind, FlowOp, TimerKind};
 pub use crate::operators::{CompareOp, MathOp, ShiftOp, UnaryOp};
+pub use crate::segments::SegmentDisplay;
+pub use crate::symbol_model::{LadderSymbol, SymbolKind};
 
 /// Dialect: the set of rules that gives the elements their meaning. The same text may behave differently
 /// under each, so a program always states its dialect.
@@ -324,6 +326,58 @@ pub enum Element {
         /// Per bit of the source's low byte, from bit 0: the bit of the destination that it goes to, 0 to 7.
         targets: [u8; 8],
     },
+    /// `LABEL|GOTO|GOSUB|SUBPROG|ENDSUB label` (LDmicro 5).
+    Flow {
+        /// Which of them.
+        op: FlowOp,
+        /// Name of the label or subprogram; of a GOTO also the number of a rung, from 1.
+        label: String,
+    },
+    /// `7SEGMENTS|9SEGMENTS dest src C|A` (LDmicro 5).
+    Segments {
+        /// Which display.
+        display: SegmentDisplay,
+        /// Destination.
+        dest: String,
+        /// Code of the character; a variable is corrected if there is no such character.
+        src: LadderOperand,
+        /// `C` for a common cathode; any other letter complements the segments.
+        common: char,
+    },
+    /// `TIME2COUNT|TIME2DELAY dest microseconds` (LDmicro 5).
+    TimeValue {
+        /// True for a number of scans (TIME2COUNT), false for clocks of the crystal (TIME2DELAY).
+        is_scans: bool,
+        /// Destination.
+        dest: String,
+        /// Time in microseconds, a constant.
+        time: LadderOperand,
+    },
+    /// `RANDOM dest` (LDmicro 5).
+    Random {
+        /// Destination, which also names the sequence.
+        dest: String,
+    },
+    /// `SEED_RANDOM dest src` (LDmicro 5).
+    SeedRandom {
+        /// Destination of the RANDOM whose sequence begins anew.
+        dest: String,
+        /// Where it begins.
+        src: LadderOperand,
+    },
+    /// `DELAY time`: no effect here (LDmicro 5).
+    Delay {
+        /// Time in clocks.
+        time: LadderOperand,
+    },
+    /// `SLEEP`: no effect here (LDmicro 5).
+    Sleep,
+    /// `CLRWDT`: no effect here (LDmicro 5).
+    ClearWatchdog,
+    /// `LOCK`: stops the program (LDmicro 5).
+    Lock,
+    /// `RETURN`: returns from the subprogram; outside of one it ends the scan (LDmicro 5).
+    Return,
     /// `EQU|NEQ|GRT|GEQ|LES|LEQ op1 op2`.
     Compare {
         /// Comparison.
@@ -404,51 +458,6 @@ pub enum Element {
         /// True if written in quotes (LDmicro 5), false if written as decimal codes.
         quoted: bool,
     },
-}
-
-/// Kind of a symbol, derived from its first letter and its use.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum SymbolKind {
-    /// `X..`, one bit, at a pin.
-    Input,
-    /// `Y..`, one bit, at a pin.
-    Output,
-    /// `R..`, one bit without a pin.
-    Relay,
-    /// Accumulator of a TON, TOF or RTO, in scans.
-    Timer,
-    /// Accumulator of a CTU, CTD or CTC.
-    Counter,
-    /// `A..`, an integer that READ_ADC stores.
-    Adc,
-    /// Any other integer.
-    Variable,
-}
-
-impl SymbolKind {
-    /// True for kinds that hold one bit.
-    #[must_use]
-    pub const fn is_bit(self) -> bool {
-        matches!(self, SymbolKind::Input | SymbolKind::Output | SymbolKind::Relay)
-    }
-}
-
-/// A symbol of a program.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct LadderSymbol {
-    /// Full name with its first letter.
-    pub name: String,
-    /// Kind of the symbol.
-    pub kind: SymbolKind,
-    /// Package pin from `IO LIST`; 0 if not assigned or not a pin.
-    pub pin: u32,
-    /// Width in bytes, 1 to 4; 0 for a bit.
-    ///
-    /// Always 2 in dialect 2.3. In ldmicro-5, the width in `VAR LIST`. Without one, a counter has the fewest
-    /// bytes that hold its limit and its start value, and a timer the fewest that hold the scans that it
-    /// counts (the largest, if several elements share the name); all other integers have 2.
-    pub bytes: u8,
 }
 
 impl LadderProgram {

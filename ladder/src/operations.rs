@@ -31,3 +31,18 @@ pub enum CounterKind {
     /// Circular, down (LDmicro 5).
     Ctr,
 }
+
+/// LDmicro 5's elements that name a place of the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum FlowOp {
+    /// `LABEL`: marks its rung as a target.
+    Label,
+    /// `GOTO`: goes on at a rung.
+    Goto,
+    /// `GOSUB`: executes a subprogram.
+    Gosub,
+    /// `SUBPROG`: begins a subprogram.
+    Subprogram,
+    /// `ENDSUB`: ends a subprogram.
+    EndSubprogram,
+}

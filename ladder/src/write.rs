@@ -5,8 +5,8 @@ use std::fmt::Write;
 use diag::text::{TextEncoding, to_code_page};
 
 use crate::model::{
-    CompareOp, CounterKind, Element, LadderOperand, LadderProgram, LdFormat, MathOp, ProgramSettings, RungNode,
-    ShiftOp, TimerKind, UnaryOp,
+    CompareOp, CounterKind, Element, FlowOp, LadderOperand, LadderProgram, LdFormat, MathOp, ProgramSettings, RungNode,
+    SegmentDisplay, ShiftOp, TimerKind, UnaryOp,
 };
 
 /// Writes a program as `.ld` text in LDmicro's layout.
@@ -177,6 +177,20 @@ fn write_element(out: &mut String, element: &Element) -> std::fmt::Result {
             write!(out, "BUS {dest} {}", operand_text(src))?;
             targets.iter().rev().try_for_each(|bit| write!(out, " {bit}"))
         }
+        Element::Flow { op, label } => write!(out, "{} {label}", flow_keyword(*op)),
+        Element::Return => write!(out, "RETURN"),
+        Element::Segments { display, dest, src, common } => {
+            write!(out, "{} {dest} {} {common}", segments_keyword(*display), operand_text(src))
+        }
+        Element::TimeValue { is_scans, dest, time } => {
+            write!(out, "{} {dest} {}", time_value_keyword(*is_scans), operand_text(time))
+        }
+        Element::Random { dest } => write!(out, "RANDOM {dest}"),
+        Element::SeedRandom { dest, src } => write!(out, "SEED_RANDOM {dest} {}", operand_text(src)),
+        Element::Delay { time } => write!(out, "DELAY {}", operand_text(time)),
+        Element::Sleep => write!(out, "SLEEP"),
+        Element::ClearWatchdog => write!(out, "CLRWDT"),
+        Element::Lock => write!(out, "LOCK"),
         Element::Compare { op, op1, op2 } => {
             write!(out, "{} {} {}", compare_keyword(*op), operand_text(op1), operand_text(op2))
         }
@@ -293,6 +307,29 @@ pub(crate) const fn bit_write_keyword(value: bool) -> &'static str {
 
 pub(crate) const fn bit_test_keyword(value: bool) -> &'static str {
     if value { "IF_BIT_SET" } else { "IF_BIT_CLEAR" }
+}
+
+/// Keyword of an element that writes a character as segments.
+pub(crate) const fn segments_keyword(display: SegmentDisplay) -> &'static str {
+    match display {
+        SegmentDisplay::Seven => "7SEGMENTS",
+        SegmentDisplay::Nine => "9SEGMENTS",
+    }
+}
+
+pub(crate) const fn time_value_keyword(is_scans: bool) -> &'static str {
+    if is_scans { "TIME2COUNT" } else { "TIME2DELAY" }
+}
+
+/// Keyword of an element that names a place of the program.
+pub(crate) const fn flow_keyword(op: FlowOp) -> &'static str {
+    match op {
+        FlowOp::Label => "LABEL",
+        FlowOp::Goto => "GOTO",
+        FlowOp::Gosub => "GOSUB",
+        FlowOp::Subprogram => "SUBPROG",
+        FlowOp::EndSubprogram => "ENDSUB",
+    }
 }
 
 /// Keyword of a comparison in `.ld` text.

@@ -2,7 +2,7 @@
 //! that are also operands.
 
 use ladder::format::{StringPiece, split_format_string};
-use ladder::{CompareOp, CounterKind, Element, LadderOperand, MathOp, ShiftOp, TimerKind, UnaryOp};
+use ladder::{CompareOp, CounterKind, Element, LadderOperand, MathOp, SegmentDisplay, ShiftOp, TimerKind, UnaryOp};
 
 use super::generator::ProgramGenerator;
 use super::program_style::ElementSort;
@@ -89,7 +89,19 @@ pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> 
 /// What LDmicro 5 does with the bits of integers.
 fn random_bit_element(draw: &mut ProgramGenerator) -> Element {
     let (dest, src) = (random_integer(draw), random_operand(draw));
-    match draw.rng.below(8) {
+    match draw.rng.below(12) {
+        8 | 9 => {
+            let display = draw.pick(&[SegmentDisplay::Seven, SegmentDisplay::Nine]);
+            let code = constant_operand(draw.rng.below(180) as i64);
+            let src = if draw.rng.one_in(3) { code } else { src };
+            Element::Segments { display, dest, src, common: draw.pick(&['C', 'A']) }
+        }
+        10 if draw.rng.one_in(4) => Element::SeedRandom { dest, src },
+        10 => Element::Random { dest },
+        11 => {
+            let time = constant_operand(draw.rng.below(1_000_000) as i64);
+            Element::TimeValue { is_scans: draw.rng.one_in(2), dest, time }
+        }
         0 | 1 => {
             let op = draw.pick(&[MathOp::Mod, MathOp::And, MathOp::Or, MathOp::Xor]);
             Element::Math { op, dest, op1: src, op2: random_operand(draw) }

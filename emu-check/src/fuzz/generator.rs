@@ -5,6 +5,7 @@ use emu_core::rng::Rng;
 use ladder::{Element, LadderDialect, LadderProgram, LdFormat, ProgramSettings, Rung, RungNode, VarEntry};
 
 use super::element_generator::random_element;
+use super::flow_generator::add_flow;
 use super::program_style::{ElementSort, ProgramProfile, ProgramStyle};
 
 /// Generates program `number` (from 0) of the campaign with seed `seed`. The result depends only on these two
@@ -19,6 +20,11 @@ pub fn generate_program(seed: u64, number: u64) -> (LadderProgram, ProgramProfil
         ProgramGenerator { rng, style, modules: Vec::new(), constants: Vec::new(), remaining_elements: left };
     let mut rungs: Vec<Rung> = (0..draw.style.rungs).map(|_| draw.rung()).collect();
     draw.add_missing_modules(&mut rungs);
+    // Drawn from numbers of its own, so that the program is otherwise the same with and without jumps.
+    let mut rng = Rng::new(!program_seed(seed, number));
+    if draw.is_ldmicro5() && rng.one_in(4) {
+        add_flow(&mut rng, &mut rungs, &draw.style.inputs, !draw.is_module_machine());
+    }
     (complete_program(&mut draw, rungs), profile)
 }
 

@@ -12,6 +12,7 @@
 
 mod campaign;
 mod element_generator;
+mod flow_generator;
 mod generator;
 mod program_style;
 mod shrink_program;

@@ -173,7 +173,7 @@ pub(super) fn used_modules(ir: &Ir) -> Vec<(TimedModule, WordId, WordOperand)> {
 pub(super) fn for_each_op<'a>(ir: &'a Ir, look: &mut dyn FnMut(&'a IrOp, bool)) {
     let rungs = ir.rungs.iter().flat_map(|rung| &rung.steps).map(|step| &step.op);
     for op in ir.prologue.iter().chain(rungs).chain(&ir.epilogue) {
-        let mut always = true;
+        let mut always = !ir.has_jumps();
         for_each_nested_op(op, &mut |op| look(op, std::mem::replace(&mut always, false)));
     }
 }

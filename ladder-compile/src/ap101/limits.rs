@@ -2,10 +2,10 @@
 
 use std::collections::HashSet;
 
-use ladder::{CounterKind, ElementId};
+use ladder::{CounterKind, ElementId, TimerKind};
 
 use super::layout::{module_kind, module_preset, used_modules};
-use crate::ir::{BranchCondition, Ir, IrOp, TimedModule, WordId, WordOperand, min_bytes};
+use crate::ir::{BranchCondition, Ir, IrOp, JumpKind, TimedModule, WordId, WordOperand, min_bytes};
 use crate::target::{BuildRefusal, CompileJob};
 
 /// Returns all reasons for refusal, in order, at most one per element.
@@ -66,7 +66,19 @@ impl LimitCheck<'_> {
             | IrOp::SetBit { .. }
             | IrOp::Rising(_)
             | IrOp::Falling(_)
+            | IrOp::Label(_)
+            | IrOp::Jump { kind: JumpKind::Forward | JumpKind::Return, .. }
             | IrOp::Logic { .. } => None,
+            IrOp::Jump { kind: JumpKind::Back, .. } => {
+                Some(("a jump back needs an integer to count, and AP101 has none".to_owned(), "jump forward only"))
+            }
+            // A module counts once in a scan, however often it is written.
+            IrOp::Jump { kind: JumpKind::Call { .. }, .. } if !self.modules.is_empty() => Some((
+                "a subprogram may be called several times in a scan, and a timer or counter of AP101 counts once"
+                    .to_owned(),
+                "write the rungs of the subprogram in place of GOSUB, or take another chip",
+            )),
+            IrOp::Jump { .. } => None,
             IrOp::Move { dst, src: WordOperand::Const(0) } if self.modules.contains(dst) => None,
             IrOp::Move { .. } | IrOp::Math { .. } | IrOp::AndCompare(_) | IrOp::Lookup { .. } => {
                 Some((format!("`{}` computes with integers, {BITS}", text()), TIMERS))
@@ -82,7 +94,9 @@ impl LimitCheck<'_> {
             IrOp::Module { module: is, word, limit } => self.check_module(*is, *word, *limit),
             IrOp::If { cond, if_true: then, if_false: otherwise } => {
                 // The first reason in a branch is more specific than the condition.
-                let within = then.iter().chain(otherwise).find_map(|op| self.check_op(op));
+                let is_back = |op: &&IrOp| matches!(op, IrOp::Jump { kind: JumpKind::Back, .. });
+                let ops = || then.iter().chain(otherwise);
+                let within = ops().find(is_back).into_iter().chain(ops()).find_map(|op| self.check_op(op));
                 let compares = matches!(cond, BranchCondition::Compare(_));
                 let line = text().lines().next().unwrap_or_default().to_owned();
                 within.or_else(|| compares.then(|| (format!("`{line}` compares integers, {BITS}"), TIMERS)))
@@ -102,6 +116,10 @@ impl LimitCheck<'_> {
         if module_kind(is).is_none() {
             let cause = format!("`{name}` is a {}, and AP101 has no module that does the same", module_keyword(is));
             return Some((cause, "express it with TON, TOF, RTO, CTU or CTD, or take another chip"));
+        }
+        if is == TimedModule::Timer(TimerKind::Tof) && self.ir.has_jumps() {
+            let cause = format!("`{name}` is a TOF, which its module presets in the first scan that executes it");
+            return Some((cause, "do without jumps, or take another chip"));
         }
         if let WordOperand::Cell(other) = limit {
             let cause = format!("the limit of `{name}` is the integer `{}`, {BITS}", self.name(other));

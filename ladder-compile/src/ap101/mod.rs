@@ -5,6 +5,7 @@
 //! memory at a cold start by itself, so an image consists of the rungs and a configuration.
 //! docs/compile-ap101.md describes the layout.
 
+mod acc_use;
 mod config_source;
 mod layout;
 mod limits;

@@ -9,19 +9,12 @@ use std::collections::HashMap;
 use emu_ap101::isa::Kind;
 use ladder::CounterKind;
 
+use super::acc_use::{OpContinuation, prefers_inverted, reads_acc};
 use super::layout::{self, Ap101Layout, M_ZONE, R_ZONE, RESET_OFFSET};
 use super::{Ap101Arch, Ap101Jump};
-use crate::code::CodeWriter;
+use crate::code::{CodeLabel, CodeWriter};
 use crate::ir::{BitId, BranchCondition, IrOp, LogicOp, TimedModule, WordId};
-
-/// What follows an operation: the rest of its list, then the continuation of that list.
-#[derive(Clone, Copy)]
-struct OpContinuation<'a> {
-    /// Rest of the current list of operations.
-    ops: &'a [&'a IrOp],
-    /// Continuation after that list.
-    then: Option<&'a OpContinuation<'a>>,
-}
+use crate::jump_roles::JumpLabels;
 
 /// Selects instructions for a scan.
 pub(super) struct Ap101Selector<'a, 'b> {
@@ -41,6 +34,8 @@ pub(super) struct Ap101Selector<'a, 'b> {
     equal_bits: HashMap<BitId, (u16, bool)>,
     /// True if an elided load means that A does not really hold `held_bit`.
     holds_nothing_real: bool,
+    /// Labels of the program's jumps.
+    jump_labels: JumpLabels<CodeLabel>,
 }
 
 impl<'a, 'b> Ap101Selector<'a, 'b> {
@@ -56,6 +51,7 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
             held_bit: None,
             equal_bits: HashMap::new(),
             holds_nothing_real: false,
+            jump_labels: JumpLabels::default(),
         }
     }
 
@@ -141,6 +137,8 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
             }
             let mut written = false;
             layout::for_each_nested_op(op, &mut |op| {
+                // What is executed between a jump and its label may write anything.
+                written |= matches!(op, IrOp::Jump { .. } | IrOp::Label(_));
                 written |= layout::written_bit(op).is_some_and(|other| other == bit || self.bit(other) == addr);
             });
             if written {
@@ -267,6 +265,16 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
             IrOp::Logic { dst, function: is } => {
                 self.logic(self.bit(*dst), *is);
                 self.equal_bits.remove(dst);
+            }
+            IrOp::Label(label) => {
+                let label = self.jump_labels.label(*label, || self.asm.new_label());
+                self.asm.place_label(label);
+                (self.known, self.held_bit, self.inverted) = (None, None, false);
+            }
+            IrOp::Jump { to, kind } => {
+                let to = self.jump_labels.label(*to, || self.asm.new_label());
+                let role = self.jump_labels.role(*kind, || self.asm.new_label());
+                self.asm.jump_with_role(Ap101Jump::Unconditional, to, role, 0);
             }
             IrOp::If { cond, if_true: then, if_false: otherwise } => self.branch(*cond, then, otherwise, rest),
             // `limits` refused these operations before.
@@ -437,58 +445,4 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
         }
         self.inverted = false;
     }
-}
-
-/// How a list of operations uses the accumulator that it receives.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum AccumulatorUse {
-    /// Reads it.
-    Reads,
-    /// Overwrites it before any read.
-    Sets,
-    /// Neither reads nor overwrites it.
-    Leaves,
-}
-
-fn accumulator_use<'a>(mut ops: impl Iterator<Item = &'a IrOp>) -> AccumulatorUse {
-    let one = |op: &IrOp| match op {
-        IrOp::SetAccumulator(_) | IrOp::Load { .. } | IrOp::Logic { .. } => AccumulatorUse::Sets,
-        IrOp::SetBit { .. } | IrOp::Move { .. } => AccumulatorUse::Leaves,
-        IrOp::If { cond: BranchCondition::Bit(_), if_true: then, if_false: otherwise } => {
-            match (accumulator_use(then.iter()), accumulator_use(otherwise.iter())) {
-                (AccumulatorUse::Reads, _) | (_, AccumulatorUse::Reads) => AccumulatorUse::Reads,
-                (AccumulatorUse::Sets, AccumulatorUse::Sets) => AccumulatorUse::Sets,
-                _ => AccumulatorUse::Leaves,
-            }
-        }
-        _ => AccumulatorUse::Reads,
-    };
-    ops.find_map(|op| Some(one(op)).filter(|used| *used != AccumulatorUse::Leaves)).unwrap_or(AccumulatorUse::Leaves)
-}
-
-/// True if the accumulator is read before it is overwritten.
-fn reads_acc(rest: &OpContinuation<'_>) -> bool {
-    match accumulator_use(rest.ops.iter().copied()) {
-        AccumulatorUse::Leaves => rest.then.is_some_and(reads_acc),
-        used => used == AccumulatorUse::Reads,
-    }
-}
-
-/// True if the following code is shorter when A holds the complement of the accumulator.
-fn prefers_inverted(rest: &OpContinuation<'_>) -> bool {
-    let mut turned = false;
-    for op in rest.ops {
-        match op {
-            IrOp::And { .. } | IrOp::Or { .. } | IrOp::Store { .. } => {}
-            // A constant is written once for each value of A, which inverts A.
-            IrOp::SetBit { .. } | IrOp::Move { .. } => turned = !turned,
-            IrOp::Rising(_) => return !turned,
-            IrOp::Module { module: TimedModule::Counter { kind: CounterKind::Ctc, .. }, .. } => {}
-            IrOp::If { cond: BranchCondition::Acc, if_true: then, if_false: otherwise } => {
-                return turned != (then.is_empty() && !otherwise.is_empty());
-            }
-            _ => return turned,
-        }
-    }
-    turned
 }

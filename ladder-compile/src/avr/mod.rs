@@ -20,6 +20,7 @@ use ladder::ElementId;
 
 use crate::code::{CodeLabel, FinishedCode};
 use crate::ir::{ConstantTable, Ir, IrOp};
+use crate::jump_roles::JumpLabels;
 use crate::longest_path::longest_path;
 use crate::map::{CellLocation, SpecialPin};
 use crate::target::{BuildRefusal, BuiltImage, CodeMark, CompileJob, ImageLine};
@@ -146,6 +147,7 @@ fn emit_image(
         signed_divisors: plan.signed_divisors,
         known: AvrKnownState::default(),
         comparison_chain: ComparisonChain::default(),
+        jump_labels: JumpLabels::default(),
         routines: Vec::new(),
         inlined_routines: single,
         internal_error: None,

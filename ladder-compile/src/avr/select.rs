@@ -15,6 +15,7 @@ use super::runtime::{AvrRoutine, RoutineContext};
 use crate::CodegenError;
 use crate::code::CodeLabel;
 use crate::ir::{BitId, BranchCondition, Ir, IrOp, LogicOp, WordId};
+use crate::jump_roles::JumpLabels;
 
 /// Values known at compile time in straight-line code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -53,6 +54,8 @@ pub struct AvrSelector<'a> {
     pub known: AvrKnownState,
     /// Current chain of comparisons.
     pub comparison_chain: ComparisonChain,
+    /// Labels of the program's jumps.
+    pub jump_labels: JumpLabels<CodeLabel>,
     /// Subroutines requested so far.
     pub routines: Vec<RequestedRoutine>,
     /// Subroutines with a single call in the whole program, which are inlined.
@@ -116,6 +119,16 @@ impl AvrSelector<'_> {
             IrOp::Move { dst, src } => self.move_word(*dst, *src),
             IrOp::Math { op, dst, a, b } => self.math(*op, *dst, *a, *b),
             IrOp::If { cond, if_true: then, if_false: otherwise } => self.branch(*cond, then, otherwise),
+            IrOp::Label(label) => {
+                let label = self.jump_labels.label(*label, || self.asm.new_label());
+                self.asm.place_label(label);
+                self.known = AvrKnownState::default();
+            }
+            IrOp::Jump { to, kind } => {
+                let to = self.jump_labels.label(*to, || self.asm.new_label());
+                let role = self.jump_labels.role(*kind, || self.asm.new_label());
+                self.asm.jump_with_role(AvrJump::To, to, role, 0);
+            }
             IrOp::Logic { dst, function: is } => self.logic(*dst, *is),
             IrOp::Lookup { dst, index, table } => self.look_up(*dst, *index, *table),
             IrOp::ReadAdc { dst, input } => self.read_adc(*dst, *input),

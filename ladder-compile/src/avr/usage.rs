@@ -55,7 +55,7 @@ impl AvrUsage {
 
     fn op(&mut self, ir: &Ir, op: &IrOp) {
         match op {
-            IrOp::SetAccumulator(_) => {}
+            IrOp::SetAccumulator(_) | IrOp::Label(_) | IrOp::Jump { .. } => {}
             IrOp::Load { bit, .. } | IrOp::And { bit, .. } | IrOp::Or { bit, .. } | IrOp::Store { bit, .. } => {
                 self.bit(*bit)
             }

@@ -169,6 +169,9 @@ impl<'a> StatementWriter<'a> {
             IrOp::WriteEeprom { src, addr, busy, scans } => self.persist(*src, *addr, *busy, *scans),
             // Timers and counters stay modules only for chips that have such modules.
             IrOp::Module { .. } => self.line("#error \"a timer or counter was left whole\""),
+            // A label needs a statement behind it.
+            IrOp::Label(label) => self.line(&format!("plc_label_{}:;", label.0)),
+            IrOp::Jump { to, .. } => self.line(&format!("goto plc_label_{};", to.0)),
             IrOp::If { cond, if_true: then, if_false: otherwise } => {
                 let holds = match cond {
                     BranchCondition::Acc => "rung".to_owned(),

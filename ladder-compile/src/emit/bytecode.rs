@@ -1,5 +1,6 @@
 //! Emits byte code for the interpreter in `examples/bytecode`. `docs/emit.md` describes the format.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use diag::Diagnostic;
@@ -8,8 +9,8 @@ use ladder::LadderProgram;
 use super::names::comment_text;
 use super::{EmitContext, EmittedSource, lower_and_optimise};
 use crate::ir::{
-    ArithmeticOp, BitId, BitRole, BranchCondition, ConstantTable, Ir, IrOp, LogicOp, RelationOp, WordComparison,
-    WordId, WordOperand,
+    ArithmeticOp, BitId, BitRole, BranchCondition, ConstantTable, Ir, IrOp, LabelId, LogicOp, RelationOp,
+    WordComparison, WordId, WordOperand,
 };
 
 /// First bytes of an image: a signature and the version of the format.
@@ -54,6 +55,8 @@ mod code {
     /// Decrements a word.
     pub(super) const LESS: u8 = 0x3F;
     pub(super) const BITWISE: u8 = 0x40;
+    /// Goes on at a distance from the first operation, in three bytes.
+    pub(super) const JUMP: u8 = 0x50;
     pub(super) const SHORT_AND: u8 = 0x80;
     pub(super) const SHORT_AND_NOT: u8 = 0xA0;
     pub(super) const SHORT_LOAD: u8 = 0xC0;
@@ -186,6 +189,8 @@ struct BytecodeWriter {
     /// Offset of each table from the first one.
     tables: Vec<u64>,
     tables_len: u64,
+    /// Distance of each label from the first operation.
+    labels: BTreeMap<LabelId, u32>,
 }
 
 impl BytecodeWriter {
@@ -207,7 +212,18 @@ impl BytecodeWriter {
             tables.push(tables_len);
             tables_len += 1 + (value_shape(table).0 * table.values.len()) as u64;
         }
-        BytecodeWriter { bits, tables, tables_len }
+        let mut writer = BytecodeWriter { bits, tables, tables_len, labels: BTreeMap::new() };
+        // The length of a jump does not depend on where it goes.
+        let steps = ir.rungs.iter().flat_map(|rung| &rung.steps).map(|step| &step.op);
+        let (mut labels, mut at) = (BTreeMap::new(), 0);
+        for op in ir.prologue.iter().chain(steps) {
+            if let IrOp::Label(label) = op {
+                labels.insert(*label, at);
+            }
+            at += writer.ops(std::slice::from_ref(op)).len() as u32;
+        }
+        writer.labels = labels;
+        writer
     }
 
     fn bit(&self, bit: BitId) -> u32 {
@@ -332,6 +348,11 @@ impl BytecodeWriter {
             }
             // Timers and counters stay modules only for chips that have such modules; NONE is not executable.
             IrOp::Module { .. } => out.push(code::NONE),
+            IrOp::Label(_) => {}
+            IrOp::Jump { to, .. } => {
+                let to = self.labels.get(to).copied().unwrap_or(0);
+                out.extend([code::JUMP, to as u8 | 0x80, (to >> 7) as u8 | 0x80, (to >> 14) as u8 & 0x7F]);
+            }
             IrOp::If { cond, if_true: then, if_false: otherwise } => {
                 let (mut then, otherwise) = (self.ops(then), self.ops(otherwise));
                 if !otherwise.is_empty() {

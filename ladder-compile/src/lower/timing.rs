@@ -22,8 +22,12 @@ pub fn timer_scans(program: &LadderProgram, delay: &LadderOperand, adjust: Optio
         None if program.dialect == LadderDialect::Ldmicro5 && program.format == LdFormat::V02 => 0,
         None => -1,
     };
-    let whole = u64::try_from(*delay).ok()?.checked_div(program.settings.cycle_us)?;
-    let scans = i64::try_from(whole).ok()?.checked_add(adjust)?;
+    let (delay, cycle) = (i128::from(u64::try_from(*delay).ok()?), i128::from(program.settings.cycle_us));
+    let scans = match program.dialect {
+        LadderDialect::Ldmicro23 => delay.checked_div(cycle)? + i128::from(adjust),
+        // One division of the whole: below 0 it is cut towards 0.
+        LadderDialect::Ldmicro5 => (delay + i128::from(adjust) * cycle).checked_div(cycle)?,
+    };
     let scans = i32::try_from(scans).ok()?;
     (scans >= 1 || program.dialect == LadderDialect::Ldmicro5).then_some(scans)
 }
@@ -37,10 +41,17 @@ pub(super) struct CounterStart {
     pub reset: Option<(u8, LadderOperand)>,
 }
 
-/// The start values of the counters by name.
+/// The start values of the counters and, in `ldmicro-5`, of the TOF timers, by name.
 pub(super) fn counter_starts(program: &LadderProgram) -> HashMap<&str, CounterStart> {
     let mut starts: HashMap<&str, CounterStart> = HashMap::new();
     for (_, element, _) in program.elements() {
+        // At power-up LDmicro 5 writes these in order of the text too.
+        if let Element::Timer { kind: TimerKind::Tof, name, delay, adjust } = element
+            && program.dialect == LadderDialect::Ldmicro5
+        {
+            let start = starts.entry(name.as_str()).or_default();
+            start.power_up = tof_start(program, delay, adjust.as_ref()).unwrap_or(0);
+        }
         let Element::Counter { kind, name, init, .. } = element else { continue };
         let start = starts.entry(name.as_str()).or_default();
         let rank = match kind {
@@ -53,7 +64,8 @@ pub(super) fn counter_starts(program: &LadderProgram) -> HashMap<&str, CounterSt
         if let LadderOperand::Const { value, .. } = own {
             start.power_up = value as i32;
         }
-        if start.reset.as_ref().is_none_or(|(first, _)| rank < *first) {
+        // LDmicro 5 knows a counter by the first letter of its name.
+        if name.starts_with('C') && start.reset.as_ref().is_none_or(|(first, _)| rank < *first) {
             start.reset = Some((rank, own));
         }
     }
@@ -80,10 +92,10 @@ fn tof_start(program: &LadderProgram, delay: &LadderOperand, adjust: Option<&Lad
 impl Lowering<'_> {
     /// Presets the accumulators of TOF timers at their first execution.
     ///
-    /// Every element is executed in every scan, so this is in the first scan. If no earlier element uses the
-    /// accumulator, the preset is done before all rungs.
+    /// Every element of release 2.3 is executed in every scan, so this is in the first scan. If no earlier element uses
+    /// the accumulator, the preset is done before all rungs. In LDmicro 5 they have it from power-up on.
     pub(super) fn preset_off_delays(&mut self) {
-        if self.keep_modules {
+        if self.keep_modules || self.program.dialect == LadderDialect::Ldmicro5 {
             return;
         }
         let first = first_uses(self.program);

@@ -120,6 +120,8 @@ pub(super) fn reads_accumulator(ops: &[IrOp], after: bool) -> bool {
 fn is_accumulator_read(op: &IrOp, after: bool) -> bool {
     match op {
         IrOp::SetAccumulator(_) | IrOp::Load { .. } | IrOp::Receive { .. } | IrOp::Logic { .. } => false,
+        // Nobody reads it where a jump goes.
+        IrOp::Label(_) | IrOp::Jump { .. } => false,
         // Operations that only narrow or widen the accumulator are omitted if it is not read.
         IrOp::And { .. } | IrOp::Or { .. } | IrOp::AndCompare(_) => after,
         IrOp::Store { .. } | IrOp::Rising(_) | IrOp::Falling(_) | IrOp::Module { .. } => true,

@@ -230,10 +230,12 @@ impl Mcs51BuildPlan<'_> {
         // A byte is complete at the latest when the slowest scan sends without waiting, provided no byte
         // takes longer than the scans that the language allows for it (see `serial::plan_baud`). So a byte
         // can only be late if the previous one was late too.
-        let before =
-            sends.iter().map(|&send| longest_path(&code, start, code.label_address(send))).max().unwrap_or(0) + poll;
-        let behind = sends.iter().map(|&send| longest_path(&code, code.label_address(send), end)).max().unwrap_or(0)
-            + JUMP_CYCLES;
+        // With jumps a send may come before or behind anything.
+        let longest = |from: u32, to: u32| {
+            if self.job.ir.has_jumps() { longest_path(&code, start, end) } else { longest_path(&code, from, to) }
+        };
+        let before = sends.iter().map(|&send| longest(start, code.label_address(send))).max().unwrap_or(0) + poll;
+        let behind = sends.iter().map(|&send| longest(code.label_address(send), end)).max().unwrap_or(0) + JUMP_CYCLES;
         let wait = match (self.speed, sends.is_empty()) {
             (Some(speed), false) => {
                 let (byte, apart) = speed.byte_cycles(self.job.baud.unwrap_or(1), self.job.cycle_us, self.pace.period);

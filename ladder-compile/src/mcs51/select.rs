@@ -11,6 +11,7 @@ use super::layout::Mcs51Layout;
 use super::registers::Mcs51Registers;
 use crate::code::{CodeLabel, CodeWriter};
 use crate::ir::{Ir, IrOp};
+use crate::jump_roles::{JumpLabels, JumpRole};
 use crate::target::CodeMark;
 
 /// A line of code that has not been passed to the code writer yet.
@@ -22,6 +23,8 @@ pub enum PendingCode {
     Jump(Mcs51Jump, CodeLabel),
     /// The position of a label.
     Place(CodeLabel),
+    /// A jump of the program.
+    ProgramJump(CodeLabel, JumpRole<CodeLabel>),
     /// A jump back, taken at most this many times in a row.
     Repeat(Mcs51Jump, CodeLabel, u32),
 }
@@ -44,6 +47,8 @@ pub struct Mcs51Selector<'a> {
     pub divide: [Option<CodeLabel>; 5],
     /// Tables in use; each holds one byte of every value.
     pub tables: Vec<(CodeLabel, Vec<u8>)>,
+    /// Labels of the program's jumps.
+    jump_labels: JumpLabels<CodeLabel>,
     /// Labels before each write to the transmitter.
     pub send_labels: Vec<CodeLabel>,
     /// True if the previous byte may still be in transmission when a byte is sent.
@@ -63,6 +68,7 @@ impl<'a> Mcs51Selector<'a> {
             multiply: [None; 5],
             divide: [None; 5],
             tables: Vec::new(),
+            jump_labels: JumpLabels::default(),
             send_labels: Vec::new(),
             must_wait_for_transmitter: false,
         }
@@ -81,6 +87,9 @@ impl<'a> Mcs51Selector<'a> {
                 PendingCode::Op(kind, operands) => self.asm.op(kind, &operands),
                 PendingCode::Jump(jump, to) => self.asm.jump(jump, to),
                 PendingCode::Place(label) => self.asm.place_label(label),
+                PendingCode::ProgramJump(to, role) => {
+                    self.asm.jump_with_role(Mcs51Jump::Unconditional, to, role, 0);
+                }
                 PendingCode::Repeat(jump, to, times) => self.asm.jump_back(jump, to, times),
             }
         }
@@ -135,6 +144,16 @@ impl<'a> Mcs51Selector<'a> {
             IrOp::AndCompare(_) => {}
             IrOp::Move { dst, src } => self.move_word(*dst, *src, live),
             IrOp::Math { op, dst, a, b } => self.math(*op, *dst, *a, *b, live),
+            IrOp::Label(label) => {
+                let label = self.jump_labels.label(*label, || self.asm.new_label());
+                self.place(label);
+                self.state = SelectorState::default();
+            }
+            IrOp::Jump { to, kind } => {
+                let to = self.jump_labels.label(*to, || self.asm.new_label());
+                let role = self.jump_labels.role(*kind, || self.asm.new_label());
+                self.pending.push(PendingCode::ProgramJump(to, role));
+            }
             IrOp::Logic { dst, function: is } => self.logic(*dst, *is),
             IrOp::Lookup { dst, index, table } => self.lookup(*dst, *index, *table, live),
             IrOp::Send { value } => self.send(*value),

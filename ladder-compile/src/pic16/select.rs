@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use emu_pic16::periph::map::Sfr;
 
+use super::chip_data::ANY_BANK;
 use super::layout::Pic16Layout;
 use super::logic::GuardedInstruction;
 use super::peripherals::Pic16Peripherals;
@@ -16,6 +17,7 @@ use super::rung_formula::{BitLiteral, RungFormula};
 use super::touched_cells::{self, TouchedCells};
 use super::writer::{Pic16Label, Pic16Writer};
 use crate::ir::{BitId, BranchCondition, Ir, IrOp, LogicOp, WordId, WordOperand};
+use crate::jump_roles::JumpLabels;
 
 /// A subroutine, generated once if it is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -51,6 +53,8 @@ pub struct Pic16Selector<'a, 'c> {
     pub devices: &'a Pic16Peripherals,
     /// Subroutines in use, with their labels.
     pub routines: BTreeMap<Pic16Routine, Pic16Label>,
+    /// Labels of the program's jumps.
+    jump_labels: JumpLabels<Pic16Label>,
     /// Formula of the accumulator.
     pub(super) acc: RungFormula,
     /// Temporaries that have not been computed yet, with their formulas and the number of remaining reads.
@@ -69,6 +73,7 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
             layout,
             devices,
             routines: BTreeMap::new(),
+            jump_labels: JumpLabels::default(),
             acc: RungFormula::Const(false),
             pending: HashMap::new(),
             outermost: true,
@@ -115,6 +120,20 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
             }
             IrOp::Rising(memory) => return self.edge(*memory, true, rest, live, target),
             IrOp::Falling(memory) => return self.edge(*memory, false, rest, live, target),
+            IrOp::Label(label) => {
+                self.acc = RungFormula::Const(false);
+                self.compute(|_, _| true);
+                let label = self.jump_labels.label(*label, || self.out.label());
+                self.out.place(label);
+                self.out.assume_banks(ANY_BANK);
+            }
+            IrOp::Jump { to, kind } => {
+                self.acc = RungFormula::Const(false);
+                self.compute(|_, _| true);
+                let to = self.jump_labels.label(*to, || self.out.label());
+                let role = self.jump_labels.role(*kind, || self.out.label());
+                self.out.program_jump(to, role);
+            }
             IrOp::Logic { dst, function: is } => self.logic(*dst, *is),
             IrOp::If { cond, if_true: then, if_false: otherwise } => {
                 self.branch(*cond, then, otherwise, rest, live, target)
@@ -173,7 +192,7 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
         } else if self.reads(&self.acc, touched) {
             self.store_accumulator();
         }
-        self.compute(|select, e| select.reads(e, touched));
+        self.compute(|select, e| touched.leaves || select.reads(e, touched));
     }
 
     /// Computes the temporaries for which `wanted` is true.

@@ -15,6 +15,8 @@ pub struct TouchedCells {
     pub acc: bool,
     /// Bits that are read.
     pub read: BTreeSet<BitId>,
+    /// True if a jump may lead to code that reads and writes anything.
+    pub leaves: bool,
 }
 
 impl TouchedCells {
@@ -27,7 +29,7 @@ impl TouchedCells {
     /// True if the bit is read or written.
     #[must_use]
     pub fn uses(&self, bit: BitId) -> bool {
-        self.bits.contains(&bit) || self.read.contains(&bit)
+        self.leaves || self.bits.contains(&bit) || self.read.contains(&bit)
     }
 
     /// Adds the accesses of a list.
@@ -56,7 +58,8 @@ impl TouchedCells {
                 self.words.insert(*dst);
             }
             IrOp::WriteEeprom { busy, .. } => _ = self.words.insert(*busy),
-            IrOp::SetPwm { .. } | IrOp::Send { .. } => {}
+            IrOp::SetPwm { .. } | IrOp::Send { .. } | IrOp::Label(_) => {}
+            IrOp::Jump { .. } => self.leaves = true,
             IrOp::Logic { dst, function: is } => {
                 self.acc = true;
                 self.bits.insert(*dst);
@@ -92,6 +95,8 @@ pub fn reads_accumulator(ops: &[IrOp]) -> bool {
 fn accumulator_use(op: &IrOp) -> Option<bool> {
     match op {
         IrOp::SetAccumulator(_) | IrOp::Load { .. } | IrOp::Receive { .. } | IrOp::Logic { .. } => Some(false),
+        // Nobody reads it where a jump goes.
+        IrOp::Label(_) | IrOp::Jump { .. } => Some(false),
         IrOp::And { .. } | IrOp::Or { .. } | IrOp::AndCompare(_) | IrOp::Store { .. } => Some(true),
         IrOp::Rising(_) | IrOp::Falling(_) | IrOp::Module { .. } | IrOp::If { cond: BranchCondition::Acc, .. } => {
             Some(true)
@@ -118,7 +123,7 @@ pub fn count_reads(bit: BitId, ops: &[&IrOp]) -> Option<u32> {
                 reads += 1
             }
             IrOp::Store { bit: written, .. } | IrOp::SetBit { bit: written, .. } if *written == bit => break,
-            IrOp::If { .. } | IrOp::Logic { .. } | IrOp::Rising(_) | IrOp::Falling(_) => {
+            IrOp::If { .. } | IrOp::Logic { .. } | IrOp::Rising(_) | IrOp::Falling(_) | IrOp::Jump { .. } => {
                 let mut touched = TouchedCells::default();
                 touched.op(op);
                 if touched.uses(bit) {

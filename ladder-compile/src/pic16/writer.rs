@@ -1,8 +1,8 @@
 //! Writer of PIC16 code that tracks which banks may be selected and what W holds.
 //!
 //! Every access to a byte first ensures that its bank is selected, and emits no instruction if it is known to
-//! be. All jumps go forward, except those of loops, which do not change the bank. So the state known at a
-//! label is what all jumps to it and the preceding code agree on.
+//! be. All jumps go forward, except those of loops, which do not change the bank, and those of the program, whose labels
+//! any bank may reach. So the state known at another label is what all jumps to it and the preceding code agree on.
 
 use std::collections::BTreeMap;
 
@@ -12,6 +12,7 @@ use super::arch::{self, PAGE, Pic16Arch, Pic16Jump};
 use super::chip_data::{ANY_BANK, BankSet, Pic16ChipData};
 use crate::CodegenError;
 use crate::code::{CodeLabel, CodeWriter};
+use crate::jump_roles::JumpRole;
 use crate::target::CodeMark;
 
 /// Address of STATUS, in every bank.
@@ -38,6 +39,8 @@ pub enum Pic16Item {
     Goto(Pic16Label),
     /// GOTO backward, and the maximum number of times in a row that it is taken.
     GotoBack(Pic16Label, u32),
+    /// GOTO of the program, in any direction.
+    ProgramJump(Pic16Label, JumpRole<Pic16Label>),
     /// CALL.
     Call(Pic16Label),
     /// A label.
@@ -62,7 +65,9 @@ impl Pic16Item {
         match self {
             Pic16Item::Place(_) | Pic16Item::Mark(_) | Pic16Item::PageBoundary => 0,
             Pic16Item::Op(..) | Pic16Item::LabelByte(..) => 1,
-            Pic16Item::Goto(_) | Pic16Item::GotoBack(..) => arch::form_words(Pic16Jump::Goto, level),
+            Pic16Item::Goto(_) | Pic16Item::GotoBack(..) | Pic16Item::ProgramJump(..) => {
+                arch::form_words(Pic16Jump::Goto, level)
+            }
             Pic16Item::Call(_) => arch::form_words(Pic16Jump::Call, level),
         }
     }
@@ -70,7 +75,10 @@ impl Pic16Item {
     /// Label of a jump or call.
     fn target_label(&self) -> Option<Pic16Label> {
         match self {
-            Pic16Item::Goto(label) | Pic16Item::GotoBack(label, _) | Pic16Item::Call(label) => Some(*label),
+            Pic16Item::Goto(label)
+            | Pic16Item::GotoBack(label, _)
+            | Pic16Item::ProgramJump(label, _)
+            | Pic16Item::Call(label) => Some(*label),
             _ => None,
         }
     }
@@ -157,6 +165,13 @@ impl<'a> Pic16Writer<'a> {
     /// Emits a backward GOTO that is taken at most `times` times in a row.
     pub fn goto_back(&mut self, label: Pic16Label, times: u32) {
         self.items.push(Pic16Item::GotoBack(label, times));
+    }
+
+    /// Emits a GOTO to a label that any bank may reach, in any direction.
+    pub fn program_jump(&mut self, label: Pic16Label, role: JumpRole<Pic16Label>) {
+        self.items.push(Pic16Item::ProgramJump(label, role));
+        // The following code is reached only by jumps.
+        self.banks = 0;
     }
 
     /// Emits a call of a subroutine that requires one of the banks `entry` and returns with `exit`, or with
@@ -391,7 +406,7 @@ pub fn assemble(items: &[Pic16Item], labels: u32, asm: &mut CodeWriter<Pic16Arch
     for (n, (item, &level)) in items.iter().zip(&pages.levels).enumerate() {
         if let Some(&(_, from, to)) = changes.next_if(|(first, ..)| *first == n) {
             let (there, level) = (asm.new_label(), arch::shortest_level(from, to));
-            asm.jump_at_least(Pic16Jump::Goto, there, 1, level);
+            asm.jump_with_role(Pic16Jump::Goto, there, JumpRole::Repeats(1), level);
             asm.data(&vec![0x3FFF; (to - from).saturating_sub(arch::form_words(Pic16Jump::Goto, level)) as usize]);
             asm.place_label(there);
         }
@@ -399,9 +414,16 @@ pub fn assemble(items: &[Pic16Item], labels: u32, asm: &mut CodeWriter<Pic16Arch
             Pic16Item::Op(kind, operands, 0) => asm.op(*kind, operands),
             Pic16Item::Op(kind, operands, extra) => asm.op_with_extra_cycles(*kind, operands, *extra),
             Pic16Item::LabelByte(kind, lab, byte) => asm.op_with_label_byte(*kind, &[0], 0, name(lab)?, *byte, 0),
-            Pic16Item::Goto(lab) => asm.jump_at_least(Pic16Jump::Goto, name(lab)?, 1, level),
-            Pic16Item::GotoBack(lab, times) => asm.jump_at_least(Pic16Jump::Goto, name(lab)?, *times, level),
-            Pic16Item::Call(lab) => asm.jump_at_least(Pic16Jump::Call, name(lab)?, 1, level),
+            Pic16Item::Goto(lab) => asm.jump_with_role(Pic16Jump::Goto, name(lab)?, JumpRole::Repeats(1), level),
+            Pic16Item::GotoBack(lab, times) => {
+                asm.jump_with_role(Pic16Jump::Goto, name(lab)?, JumpRole::Repeats(*times), level)
+            }
+            Pic16Item::ProgramJump(lab, role) => {
+                let to = name(lab)?;
+                let role = role.map(|lab| name(&lab).unwrap_or(to));
+                asm.jump_with_role(Pic16Jump::Goto, to, role, level);
+            }
+            Pic16Item::Call(lab) => asm.jump_with_role(Pic16Jump::Call, name(lab)?, JumpRole::Repeats(1), level),
             Pic16Item::Place(lab) => asm.place_label(name(lab)?),
             Pic16Item::Mark(mark) => asm.mark(*mark),
             Pic16Item::PageBoundary => {}

@@ -6,6 +6,7 @@
 use crate::common::model;
 use crate::common::model::{constant, leaf, parallel, program, var};
 use crate::naive;
+use crate::random_flow::with_flow;
 use std::collections::HashMap;
 
 use ladder::{
@@ -125,7 +126,18 @@ fn bit_element() -> impl Strategy<Value = Element> {
     let order =
         prop_oneof![prop::array::uniform8(0..8u8), Just([0, 1, 2, 3, 4, 5, 6, 7]), Just([7, 6, 5, 4, 3, 2, 1, 0])];
     let bus = (integer(), operand(), order).prop_map(|(dest, src, targets)| Element::Bus { dest, src, targets });
-    prop_oneof![2 => math, 3 => unary, 3 => shift, 3 => bit, 1 => bus]
+    use ladder::SegmentDisplay::{Nine, Seven};
+    let code = prop_oneof![operand(), (-2..180i64).prop_map(constant)];
+    let segments = (select(vec![Seven, Nine]), integer(), code, select(vec!['C', 'A', 'x']))
+        .prop_map(|(display, dest, src, common)| Element::Segments { display, dest, src, common });
+    let time = prop_oneof![(0..9 * CYCLE).prop_map(constant), Just(constant(1_000_000_000_000))];
+    let time =
+        (any::<bool>(), integer(), time).prop_map(|(is_scans, dest, time)| Element::TimeValue { is_scans, dest, time });
+    let random = integer().prop_map(|dest| Element::Random { dest });
+    let seed = (integer(), operand()).prop_map(|(dest, src)| Element::SeedRandom { dest, src });
+    let other = select(vec![Element::Sleep, Element::ClearWatchdog, Element::Delay { time: constant(5) }]);
+    let new = prop_oneof![3 => segments, 1 => time, 2 => random, 1 => seed, 1 => other];
+    prop_oneof![2 => math, 3 => unary, 3 => shift, 3 => bit, 1 => bus, 4 => new]
 }
 
 /// The tables and the elements that use a part of the chip.
@@ -231,6 +243,13 @@ fn only_release_23(series: &mut [RungNode]) {
     }
 }
 
+fn maybe_with_flow(rungs: Vec<Vec<RungNode>>, seed: Option<u64>) -> Vec<Vec<RungNode>> {
+    match seed {
+        Some(seed) => with_flow(rungs, seed),
+        None => rungs,
+    }
+}
+
 fn node() -> impl Strategy<Value = RungNode> {
     element().prop_map(leaf).prop_recursive(3, 12, 4, |inner| {
         let series = prop::collection::vec(inner, 1..4);
@@ -256,13 +275,13 @@ proptest! {
     #[test]
     fn agrees_with_the_naive_interpreter(
         rungs in prop::collection::vec(prop::collection::vec(node(), 0..6), 1..5),
-        (five, old) in any::<(bool, bool)>(),
+        (five, old, flow) in any::<(bool, bool, Option<u64>)>(),
         widths in prop::collection::vec(1..=4u8, 0..7),
         baud in select(vec![2500u64, 1250, 1000, 700]),
         cells in prop::collection::vec(any::<u8>(), 0..6),
         stimulus in stimulus(),
     ) {
-        let program = in_dialect(rungs, five, old, widths, baud);
+        let program = in_dialect(maybe_with_flow(rungs, flow), five, old, widths, baud);
         let mut eval = Evaluator::new(&program).map_err(|e| TestCaseError::fail(e.to_string()))?;
         let mut naive = naive::NaiveInterpreter::new(&program);
         for (addr, &byte) in cells.iter().enumerate() {
@@ -318,11 +337,11 @@ proptest! {
     #[test]
     fn elements_do_what_their_rows_say(
         rungs in prop::collection::vec(prop::collection::vec(node(), 0..6), 1..5),
-        (five, old) in any::<(bool, bool)>(),
+        (five, old, flow) in any::<(bool, bool, Option<u64>)>(),
         cells in prop::collection::vec(any::<u8>(), 0..6),
         stimulus in stimulus(),
     ) {
-        let program = in_dialect(rungs, five, old, Vec::new(), 2500);
+        let program = in_dialect(maybe_with_flow(rungs, flow), five, old, Vec::new(), 2500);
         let mut eval = Evaluator::new(&program).map_err(|e| TestCaseError::fail(e.to_string()))?;
         cells.iter().enumerate().for_each(|(addr, &byte)| eval.set_eeprom(addr, byte));
         let elements: HashMap<ElementId, &Element> = program.elements().map(|(id, element, _)| (id, element)).collect();

@@ -5,8 +5,8 @@
 use crate::common;
 use diag::Pos;
 use ladder::{
-    CompareOp, CounterKind, Element, IoEntry, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
-    ProgramSettings, Rung, RungNode, ShiftOp, SourceStyle, TimerKind, UnaryOp, VarEntry,
+    CompareOp, CounterKind, Element, FlowOp, IoEntry, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
+    ProgramSettings, Rung, RungNode, SegmentDisplay, ShiftOp, SourceStyle, TimerKind, UnaryOp, VarEntry,
 };
 use proptest::collection::vec;
 use proptest::option;
@@ -137,6 +137,7 @@ fn element() -> impl Strategy<Value = Element> {
                 targets,
             }),
         ),
+        boxed(flow_element()),
         boxed((compare, operand(), operand()).prop_map(|(op, op1, op2)| Element::Compare { op, op1, op2 })),
         boxed((integer(), 1u32..=256).prop_map(|(name, stages)| Element::ShiftRegister { name, stages })),
         boxed(
@@ -298,4 +299,30 @@ proptest! {
         let text = format!("{}RUNG\n{}", common::HEAD, String::from_utf8_lossy(&bytes).replace(char::is_control, "\n"));
         let _ = ladder::parse("t", &text);
     }
+}
+
+/// What names a place of the program, whether or not there is one, and other elements of LDmicro 5.
+fn flow_element() -> impl Strategy<Value = Element> {
+    use FlowOp::{EndSubprogram, Gosub, Goto, Label, Subprogram};
+    let named =
+        (proptest::sample::select(vec![Label, Goto, Gosub, Subprogram, EndSubprogram]), "[A-Za-z_][A-Za-z0-9_]{0,8}");
+    prop_oneof![
+        4 => named.prop_map(|(op, label)| Element::Flow { op, label }),
+        1 => (1..1000u32).prop_map(|rung| Element::Flow { op: Goto, label: rung.to_string() }),
+        4 => proptest::sample::select(vec![Element::Return, Element::Sleep, Element::ClearWatchdog, Element::Lock]),
+        1 => integer().prop_map(|dest| Element::Random { dest }),
+        1 => (integer(), operand()).prop_map(|(dest, src)| Element::SeedRandom { dest, src }),
+        1 => operand().prop_map(|time| Element::Delay { time }),
+        2 => (any::<bool>(), integer(), delay()).prop_map(|(is_scans, dest, time)| Element::TimeValue {
+            is_scans,
+            dest,
+            time,
+        }),
+        2 => (any::<bool>(), integer(), operand(), "[A-Za-z]").prop_map(|(seven, dest, src, letter)| Element::Segments {
+            display: if seven { SegmentDisplay::Seven } else { SegmentDisplay::Nine },
+            dest,
+            src,
+            common: letter.chars().next().unwrap_or('C'),
+        }),
+    ]
 }

@@ -5,10 +5,12 @@
 //! closed form. It shares no code with the evaluator except the parser of strings, which is only syntax.
 
 mod bits;
+mod flow;
 mod parts;
 
 use std::collections::{HashMap, HashSet};
 
+use flow::Departure;
 use ladder::format::split_format_string;
 use ladder::{
     CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
@@ -37,6 +39,13 @@ pub struct NaiveInterpreter {
     armed: HashSet<(u32, u32)>,
     master_relay: bool,
     current_element: (u32, u32),
+    /// Set by an element that leaves its rung.
+    departure: Option<flow::Departure>,
+    jumps_back: u32,
+    /// Set by LOCK.
+    locked: bool,
+    /// State of each RANDOM, by its destination.
+    sequences: HashMap<String, i64>,
     seen: Vec<ElementObservation>,
     /// Widths of the integers in bytes, and the values that RES stores.
     widths: HashMap<String, u32>,
@@ -60,6 +69,14 @@ impl NaiveInterpreter {
         let mut address = 0;
         for (ElementId { rung, index }, element, _) in program.elements() {
             match element {
+                // In LDmicro 5 a TOF begins at its end, or at -1 if that is not known.
+                Element::Timer { kind: TimerKind::Tof, name, delay, adjust }
+                    if program.dialect == LadderDialect::Ldmicro5 =>
+                {
+                    let known = matches!(delay, LadderOperand::Const { .. });
+                    let scans = if known { naive.scans_of(delay, adjust.as_ref(), program) } else { -1 };
+                    naive.store(name, scans);
+                }
                 Element::Counter { kind, name, init, .. } => {
                     // The last constant counts at power-up, the first counter of the first kind at RES.
                     let start = init.clone().unwrap_or(LadderOperand::Const { value: 0, text: String::new() });
@@ -89,9 +106,9 @@ impl NaiveInterpreter {
         self.seen.clear();
         self.now += 1;
         self.sent = None;
-        for (r, rung) in program.rungs.iter().enumerate() {
-            self.current_element = (r as u32, 0);
-            self.series(&rung.series, self.master_relay, program);
+        self.jumps_back = 0;
+        if !self.locked {
+            self.rungs_from(0, program);
         }
         self.seen.clone()
     }
@@ -100,19 +117,26 @@ impl NaiveInterpreter {
         for node in series {
             power = match node {
                 RungNode::Leaf(element, _) => {
-                    let after = self.leaf(element, power, program);
                     let (rung, index) = self.current_element;
+                    let at = self.seen.len();
+                    let after = self.leaf(element, power, program);
                     if !matches!(element, Element::Comment(_)) {
-                        self.seen.push((ElementId { rung, index }, power, after));
+                        self.seen.insert(at, (ElementId { rung, index }, power, after));
                     }
-                    self.current_element.1 += 1;
+                    self.current_element = (rung, index + 1);
                     after
                 }
                 RungNode::Parallel(branches, _) => {
-                    let outs: Vec<bool> = branches.iter().map(|b| self.series(b, power, program)).collect();
-                    outs.contains(&true)
+                    let mut any = false;
+                    for branch in branches {
+                        any |= self.departure.is_none() && self.series(branch, power, program);
+                    }
+                    any
                 }
             };
+            if self.departure.is_some() {
+                return false;
+            }
         }
         power
     }
@@ -169,22 +193,15 @@ impl NaiveInterpreter {
                 power && !before
             }
             Element::Timer { kind, name, delay: LadderOperand::Var(scans), .. } => {
-                // The delay may be the timer itself, so it begins before its delay is read.
-                let begins = *kind == TimerKind::Tof && !before;
-                if begins {
-                    self.remembered.insert(self.current_element, true);
-                    self.store(name, -1);
-                }
                 let retentive = matches!(kind, TimerKind::Rto | TimerKind::Rtl);
                 let scans = if retentive { -1 } else { self.integer(scans) };
-                self.timer(*kind, name, (scans, -1), power, before || begins)
+                self.timer(*kind, name, scans, power, before || *kind == TimerKind::Tof)
             }
             Element::Timer { kind, name, delay, adjust } => {
-                let usual =
-                    if (program.dialect, program.format) == (LadderDialect::Ldmicro5, LdFormat::V02) { 0 } else { -1 };
-                let scans = self.operand_value(delay) / program.settings.cycle_us as i64;
-                let adjust = adjust.as_ref().map_or(usual, |adjust| self.operand_value(adjust));
-                self.timer(*kind, name, (scans + adjust, scans + adjust), power, before)
+                let scans = self.scans_of(delay, adjust.as_ref(), program);
+                // In LDmicro 5 a TOF has begun at power-up.
+                let begun = *kind == TimerKind::Tof && program.dialect == LadderDialect::Ldmicro5;
+                self.timer(*kind, name, scans, power, before || begun)
             }
             Element::Counter { kind, name, max, input, init } => {
                 self.remembered.insert(self.current_element, power);
@@ -229,7 +246,8 @@ impl NaiveInterpreter {
             }
             Element::Res { name } => {
                 if power {
-                    let start = self.starts.get(name).map_or(0, |(_, start)| self.operand_value(start));
+                    let counter = self.starts.get(name).filter(|_| name.as_bytes()[0] == b'C');
+                    let start = counter.map_or(0, |(_, start)| self.operand_value(start));
                     self.store(name, start);
                 }
                 power
@@ -385,6 +403,28 @@ impl NaiveInterpreter {
                         CompareOp::Les => difference < 0,
                         CompareOp::Leq => difference <= 0,
                     }
+            }
+            Element::Segments { .. }
+            | Element::TimeValue { .. }
+            | Element::Random { .. }
+            | Element::SeedRandom { .. }
+            | Element::Delay { .. }
+            | Element::Sleep
+            | Element::ClearWatchdog => {
+                if power {
+                    self.more(element, program);
+                }
+                power
+            }
+            Element::Lock => {
+                self.locked |= power;
+                self.departure = power.then_some(Departure::To(program.rungs.len()));
+                power
+            }
+            Element::Flow { op, label } => self.flow(*op, label, power, program),
+            Element::Return => {
+                self.departure = power.then_some(Departure::Back);
+                power
             }
             Element::Placeholder => panic!("the generator gives no placeholder"),
         }

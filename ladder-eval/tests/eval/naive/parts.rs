@@ -6,18 +6,62 @@ use ladder::{LadderProgram, TimerKind};
 use super::*;
 
 impl NaiveInterpreter {
-    /// One scan of a timer that counts to `scans` and, if it is a TOF, begins with `first`.
-    pub(super) fn timer(
-        &mut self,
-        kind: TimerKind,
-        name: &str,
-        (scans, first): (i64, i64),
-        power: bool,
-        memory: bool,
-    ) -> bool {
+    /// What LDmicro 5 does besides, with power.
+    pub(super) fn more(&mut self, element: &Element, program: &LadderProgram) {
+        match element {
+            Element::Segments { display, dest, src, common } => {
+                let wanted = self.operand_value(src);
+                let code =
+                    if wanted == 176 { 128 } else { Some(wanted).filter(|n| (0..129).contains(n)).unwrap_or(32) };
+                if let LadderOperand::Var(name) = src {
+                    self.store(name, code);
+                }
+                let lit: i64 = display.characters()[code as usize].into();
+                self.store(dest, if *common == 'C' { lit } else { -1 - lit });
+            }
+            Element::TimeValue { is_scans, dest, time } => {
+                let settings = &program.settings;
+                let (times, part) =
+                    if *is_scans { (1, settings.cycle_us as i64) } else { (settings.crystal_hz as i64, 1_000_000) };
+                let exact = i128::from(self.operand_value(time)) * i128::from(times) / i128::from(part);
+                self.store(dest, exact.rem_euclid(1 << 32) as i64);
+            }
+            Element::Random { dest } => {
+                let state = self.sequences.get(dest).copied().unwrap_or(1);
+                let next = (state * 1_103_515_245 + 12_345).rem_euclid(1 << 32);
+                self.sequences.insert(dest.clone(), next);
+                // The upper half comes first.
+                self.store(dest, next / 65_536 + next % 65_536 * 65_536);
+            }
+            Element::SeedRandom { dest, src } => {
+                let seed = self.operand_value(src).rem_euclid(1 << 32);
+                self.sequences.insert(dest.clone(), seed);
+            }
+            _ => {}
+        }
+    }
+
+    /// The number of scans that a constant delay gives.
+    pub(super) fn scans_of(
+        &self,
+        delay: &LadderOperand,
+        adjust: Option<&LadderOperand>,
+        program: &LadderProgram,
+    ) -> i64 {
+        let five = program.dialect == LadderDialect::Ldmicro5;
+        let usual = if five && program.format == LdFormat::V02 { 0 } else { -1 };
+        let (delay, cycle) = (self.operand_value(delay), program.settings.cycle_us as i64);
+        let adjust = adjust.map_or(usual, |adjust| self.operand_value(adjust));
+        // In LDmicro 5 the sum is divided, and what is left of it below 0 is cut off.
+        let sum = delay + adjust * cycle;
+        if five && sum < 0 { -(-sum / cycle) } else { delay.div_euclid(cycle) + adjust }
+    }
+
+    /// One scan of a timer that counts to `scans`; a TOF begins with that.
+    pub(super) fn timer(&mut self, kind: TimerKind, name: &str, scans: i64, power: bool, memory: bool) -> bool {
         if kind == TimerKind::Tof && !memory {
             self.remembered.insert(self.current_element, true);
-            self.store(name, first);
+            self.store(name, scans);
         }
         if kind == TimerKind::Tlo && power {
             self.armed.insert(self.current_element);

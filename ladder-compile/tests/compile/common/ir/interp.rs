@@ -4,7 +4,7 @@
 
 use emu_core::rng::Rng;
 use ladder_compile::ir::{
-    ArithmeticOp, BitId, BranchCondition, Ir, IrOp, LogicOp, RelationOp, WordComparison, WordId, WordOperand,
+    ArithmeticOp, BitId, BranchCondition, Ir, IrOp, LabelId, LogicOp, RelationOp, WordComparison, WordId, WordOperand,
 };
 
 /// State of bits, integers and peripherals; new ones are as after reset.
@@ -24,6 +24,8 @@ pub struct IrInterpreter<'a> {
     pub received: Option<u8>,
     pub eeprom: Vec<u8>,
     acc: bool,
+    /// Where the last operation went.
+    jump: Option<LabelId>,
 }
 
 impl<'a> IrInterpreter<'a> {
@@ -38,17 +40,23 @@ impl<'a> IrInterpreter<'a> {
             received: None,
             eeprom: vec![0xFF; ir.eeprom_bytes.into()],
             acc: false,
+            jump: None,
         }
     }
 
     /// Runs one scan; the inputs are already in their bits.
     pub fn scan(&mut self) {
         let ir = self.ir;
-        self.ops(&ir.prologue);
-        for rung in &ir.rungs {
-            rung.steps.iter().for_each(|step| self.op(&step.op));
+        let steps = ir.rungs.iter().flat_map(|rung| &rung.steps).map(|step| &step.op);
+        let all: Vec<&IrOp> = ir.prologue.iter().chain(steps).chain(&ir.epilogue).collect();
+        let mut at = 0;
+        while let Some(op) = all.get(at) {
+            self.op(op);
+            at = match self.jump.take() {
+                Some(to) => all.iter().position(|op| **op == IrOp::Label(to)).expect("the label of a jump"),
+                None => at + 1,
+            };
         }
-        self.ops(&ir.epilogue);
     }
 
     pub fn bit(&self, bit: BitId) -> bool {
@@ -81,7 +89,12 @@ impl<'a> IrInterpreter<'a> {
     }
 
     fn ops(&mut self, ops: &[IrOp]) {
-        ops.iter().for_each(|op| self.op(op));
+        for op in ops {
+            self.op(op);
+            if self.jump.is_some() {
+                return;
+            }
+        }
     }
 
     fn op(&mut self, op: &IrOp) {
@@ -155,6 +168,9 @@ impl<'a> IrInterpreter<'a> {
                 }
             }
             IrOp::Module { .. } => panic!("AP101 alone has modules, and its tests ask the evaluator"),
+            // What follows must set the accumulator.
+            IrOp::Label(_) => self.acc = !self.acc,
+            IrOp::Jump { to, .. } => self.jump = Some(*to),
             IrOp::If { cond, if_true: then, if_false: otherwise } => {
                 let holds = match cond {
                     BranchCondition::Acc => self.acc,

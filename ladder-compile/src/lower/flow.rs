@@ -1,0 +1,215 @@
+//! Lowers labels, jumps and subprograms to jumps of the intermediate code.
+//!
+//! A call sets a bit of its own and jumps to the subprogram, whose end jumps back to the call whose bit is set. So a call
+//! needs no stack, and works on every target. Subprograms do not call themselves, so each bit is needed once.
+
+use std::collections::HashMap;
+
+use ladder::flow::{ProgramFlow, Subprogram};
+use ladder::{Element, FlowOp};
+
+use super::{Lowering, if_accumulator};
+use crate::ir::{
+    ArithmeticOp, BitId, BitRole, BranchCondition, IrOp, JumpKind, LabelId, MAX_JUMPS_BACK, RelationOp, WordComparison,
+    WordId, WordOperand, WordRole,
+};
+
+/// A GOSUB: the bit that it sets, and the position behind it.
+type CallSite = (BitId, LabelId);
+
+/// Labels and cells of the jumps of a program.
+pub(super) struct JumpPlan<'a> {
+    flow: ProgramFlow<'a>,
+    /// By the index of a rung, where jumps go to its start; the number of rungs is the end.
+    rungs: HashMap<u32, LabelId>,
+    /// By the first rung of a subprogram: all its calls, in order of the text.
+    calls: HashMap<u32, Vec<CallSite>>,
+    /// By the rung of a GOSUB and its place among those of the rung.
+    sites: HashMap<(u32, u32), CallSite>,
+    /// By the first rung of a subprogram, where it ends: before and behind the jumps back.
+    ends: HashMap<u32, (LabelId, LabelId)>,
+    /// Number of jumps back that the scan may still take.
+    left: Option<WordId>,
+    /// Set once LOCK has stopped the program.
+    lock: Option<BitId>,
+    labels: u32,
+}
+
+impl JumpPlan<'_> {
+    fn label(&mut self) -> LabelId {
+        self.labels += 1;
+        LabelId(self.labels - 1)
+    }
+
+    /// The subprogram that contains a rung, by its first rung.
+    pub(super) fn subprogram(&self, rung: u32) -> Option<u32> {
+        self.flow.subprogram_around(rung).map(|sub| sub.first)
+    }
+}
+
+impl<'a> Lowering<'a> {
+    /// Gives labels to all targets of jumps; nothing if the program has none.
+    pub(super) fn plan_jumps(&mut self) {
+        let flow = ProgramFlow::new(self.program);
+        if !flow.is_used {
+            return;
+        }
+        let mut plan = JumpPlan {
+            flow,
+            rungs: HashMap::new(),
+            calls: HashMap::new(),
+            sites: HashMap::new(),
+            ends: HashMap::new(),
+            left: None,
+            lock: None,
+            labels: 0,
+        };
+        let end = self.program.rungs.len() as u32;
+        for (id, element, _) in self.program.elements() {
+            let target = match element {
+                Element::Return => Some(end),
+                Element::Lock => {
+                    if plan.lock.is_none() {
+                        plan.lock = Some(self.new_bit("locked".to_owned(), BitRole::Memory));
+                    }
+                    Some(end)
+                }
+                Element::Flow { op: FlowOp::Goto, label } => plan.flow.target(label),
+                Element::Flow { op: FlowOp::Subprogram, label } => {
+                    let ends = (plan.label(), plan.label());
+                    plan.ends.insert(id.rung, ends);
+                    // The body of a subprogram begins with the next rung.
+                    plan.flow.subprogram(label).map(|sub| sub.first + 1)
+                }
+                Element::Flow { op: FlowOp::Gosub, label } => {
+                    let Some(sub) = plan.flow.subprogram(label) else { continue };
+                    let name = format!("call({}.{})", id.rung + 1, id.index + 1);
+                    let site = (self.new_bit(name, BitRole::Memory), plan.label());
+                    plan.calls.entry(sub.first).or_default().push(site);
+                    plan.sites.insert((id.rung, id.index), site);
+                    None
+                }
+                _ => None,
+            };
+            let Some(target) = target else { continue };
+            if matches!(element, Element::Flow { op: FlowOp::Goto, .. }) && target <= id.rung && plan.left.is_none() {
+                plan.left = Some(self.new_word_cell("jumps left".to_owned(), WordRole::Memory, 1, 0));
+            }
+            if !plan.rungs.contains_key(&target) {
+                let label = plan.label();
+                plan.rungs.insert(target, label);
+            }
+        }
+        self.jumps = Some(plan);
+    }
+
+    /// The label at the start of a rung, if a jump goes there.
+    ///
+    /// What is done once in a scan comes before the label of the first rung, so that no jump leads to the first
+    /// instruction of the rungs, which tells tools that a scan begins.
+    pub(super) fn place_rung_label(&mut self, rung: u32) {
+        if let Some(plan) = self.jumps.as_ref().filter(|_| rung == 0) {
+            let end = plan.rungs.get(&(self.program.rungs.len() as u32)).copied();
+            let left = plan.left.map(|dst| IrOp::Move { dst, src: WordOperand::Const(MAX_JUMPS_BACK.into()) });
+            let lock = plan.lock.zip(end).map(|(bit, to)| IrOp::If {
+                cond: BranchCondition::Bit(bit),
+                if_true: vec![IrOp::Jump { to, kind: JumpKind::Forward }],
+                if_false: Vec::new(),
+            });
+            left.into_iter().chain(lock).for_each(|op| self.push(op));
+        }
+        if let Some(label) = self.jumps.as_ref().and_then(|plan| plan.rungs.get(&rung)) {
+            self.push(IrOp::Label(*label));
+        }
+    }
+
+    /// LABEL, GOTO, GOSUB, SUBPROG and ENDSUB. Every jump leaves the accumulator undefined.
+    pub(super) fn flow(&mut self, op: FlowOp, label: &str) {
+        let rung = self.element.rung;
+        let Some(plan) = &self.jumps else { return };
+        match op {
+            FlowOp::Label => {}
+            FlowOp::Goto => {
+                let target = plan.flow.target(label).unwrap_or(rung + 1);
+                let (Some(&to), left) = (plan.rungs.get(&target), plan.left) else { return };
+                let jump = match left.filter(|_| target <= rung) {
+                    Some(left) => counted_jump(left, to),
+                    None => IrOp::Jump { to, kind: JumpKind::Forward },
+                };
+                self.push(if_accumulator(vec![jump]));
+                self.push(IrOp::SetAccumulator(false));
+            }
+            FlowOp::Gosub => {
+                let Some(sub) = plan.flow.subprogram(label) else { return };
+                let site = plan.sites.get(&(rung, self.element.index));
+                let (Some(&(bit, back)), Some(&to), Some(&(_, end))) =
+                    (site, plan.rungs.get(&(sub.first + 1)), plan.ends.get(&sub.first))
+                else {
+                    return;
+                };
+                self.push(IrOp::Store { bit, negated: false });
+                self.push(if_accumulator(vec![IrOp::Jump { to, kind: JumpKind::Call { end, back } }]));
+                self.push(IrOp::Label(back));
+                self.push(IrOp::Load { bit, negated: false });
+                self.push(IrOp::SetBit { bit, value: false });
+            }
+            FlowOp::Subprogram => {
+                let Some(&(_, to)) = plan.ends.get(&rung) else { return };
+                self.push(IrOp::Jump { to, kind: JumpKind::Forward });
+            }
+            FlowOp::EndSubprogram => {
+                let Some(Subprogram { first, .. }) = plan.flow.subprogram_around(rung) else { return };
+                let Some(&(before, behind)) = plan.ends.get(&first) else { return };
+                let calls = plan.calls.get(&first).cloned().unwrap_or_default();
+                self.push(IrOp::Label(before));
+                // The last call needs no test.
+                if let Some((&(_, last), others)) = calls.split_last() {
+                    for &(bit, back) in others {
+                        let back = IrOp::Jump { to: back, kind: JumpKind::Return };
+                        self.push(IrOp::If {
+                            cond: BranchCondition::Bit(bit),
+                            if_true: vec![back],
+                            if_false: Vec::new(),
+                        });
+                    }
+                    self.push(IrOp::Jump { to: last, kind: JumpKind::Return });
+                }
+                self.push(IrOp::Label(behind));
+                self.push(IrOp::SetAccumulator(false));
+            }
+        }
+    }
+
+    /// LOCK: to the end of the scan, and no further scan executes anything.
+    pub(super) fn lock(&mut self) {
+        let Some(plan) = &self.jumps else { return };
+        let end = plan.rungs.get(&(self.program.rungs.len() as u32)).copied();
+        if let (Some(bit), Some(to)) = (plan.lock, end) {
+            let stop = vec![IrOp::SetBit { bit, value: true }, IrOp::Jump { to, kind: JumpKind::Forward }];
+            self.push(if_accumulator(stop));
+            self.push(IrOp::SetAccumulator(false));
+        }
+    }
+
+    /// RETURN: to the end of the subprogram, or of the scan.
+    pub(super) fn return_from_subprogram(&mut self) {
+        let rung = self.element.rung;
+        let Some(plan) = &self.jumps else { return };
+        let end = plan.subprogram(rung).and_then(|first| plan.ends.get(&first)).map(|(before, _)| *before);
+        if let Some(to) = end.or_else(|| plan.rungs.get(&(self.program.rungs.len() as u32)).copied()) {
+            self.push(if_accumulator(vec![IrOp::Jump { to, kind: JumpKind::Forward }]));
+            self.push(IrOp::SetAccumulator(false));
+        }
+    }
+}
+
+/// A jump back, as long as the scan may take one.
+fn counted_jump(left: WordId, to: LabelId) -> IrOp {
+    let one = WordOperand::Const(1);
+    let count = IrOp::Math { op: ArithmeticOp::Sub, dst: left, a: WordOperand::Cell(left), b: one };
+    IrOp::If {
+        cond: BranchCondition::Compare(WordComparison { a: left, rel: RelationOp::Ge, b: one }),
+        if_true: vec![count, IrOp::Jump { to, kind: JumpKind::Back }],
+        if_false: Vec::new(),
+    }
+}

@@ -1,0 +1,93 @@
+//! The operations of elements in the flat form.
+
+use ladder::{CompareOp, MathOp, SegmentDisplay, ShiftOp, UnaryOp};
+
+use crate::flow_steps::FlowStep;
+
+/// Operation of an element. `bit`, `var`, `dest` and `src` index the values, `memory` and `first` the memory
+/// bits, all other numbers the lists of the program.
+#[derive(Debug, Clone, Copy)]
+#[rustfmt::skip]
+pub(crate) enum ElementOp {
+    Flow(FlowStep),
+    Segments { display: SegmentDisplay, dest: u32, src: ValueSource, inverted: bool },
+    Random   { dest: u32, seed: u32 },
+    Seed     { seed: u32, src: ValueSource },
+    Short,
+    Open,
+    Contact  { bit: u32, negated: bool },
+    Coil     { bit: u32, negated: bool },
+    SetCoil  { bit: u32 },
+    ClearCoil{ bit: u32 },
+    MasterRelay,
+    Osr      { memory: u32 },
+    Osf      { memory: u32 },
+    Odr      { memory: u32 },
+    Odf      { memory: u32, seen: u32 },
+    Osc      { memory: u32 },
+    Toggle   { bit: u32, memory: u32 },
+    Ton      { var: u32, preset: ValueSource },
+    Tof      { var: u32, preset: ValueSource, first: Option<u32> },
+    Rto      { var: u32, preset: ValueSource },
+    Rtl      { var: u32, preset: ValueSource },
+    Tcy      { var: u32, preset: ValueSource, memory: u32 },
+    Thi      { var: u32, preset: ValueSource, memory: u32 },
+    Tlo      { var: u32, preset: ValueSource, memory: u32, seen: u32 },
+    Count    { kind: CountMode, input: CountInput, var: u32, max: ValueSource, restart: ValueSource, memory: u32 },
+    Move     { dest: u32, src: ValueSource },
+    Math     { op: MathOp, dest: u32, a: ValueSource, b: ValueSource },
+    Unary    { op: UnaryOp, dest: u32, src: ValueSource, bits: u32 },
+    ShiftBits{ op: ShiftOp, dest: u32, src: ValueSource, bits: u32, count: ValueSource },
+    WriteBit { var: u32, bit: ValueSource, value: bool },
+    TestBit  { var: u32, bit: ValueSource, value: bool },
+    Bus      { dest: u32, src: ValueSource, targets: [u8; 8] },
+    Compare  { op: CompareOp, a: ValueSource, b: ValueSource },
+    Shift    { stages: u32, memory: u32 },
+    LookUp   { dest: u32, index: ValueSource, table: u32 },
+    Curve    { dest: u32, index: ValueSource, curve: u32 },
+    ReadAdc  { dest: u32, input: u32 },
+    SetPwm   { duty: ValueSource },
+    Send     { src: u32 },
+    Receive  { dest: u32 },
+    Text     { text: u32 },
+    Persist  { var: u32, cell: u32, memory: u32 },
+}
+
+/// Source of an operand: the index of a variable, or a constant.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum ValueSource {
+    Var(u32),
+    Const(i32),
+}
+
+/// Direction and bound of a counter (2.3, 5.3).
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum CountMode {
+    /// Up, without a bound.
+    Up,
+    /// Down, without a bound.
+    Down,
+    /// Up to the limit.
+    UpTo,
+    /// Down to the limit.
+    DownTo,
+    /// Release 2.3: up to the limit and then from 0 again; gives on what it gets.
+    Circular,
+    /// LDmicro 5: up past the limit and then from the start again, with a carry.
+    UpAround,
+    /// LDmicro 5: down past the limit and then from the start again, with a carry.
+    DownAround,
+}
+
+/// Condition on the rung bit under which a counter counts.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum CountInput {
+    /// On a rising edge.
+    Rising,
+    /// On a falling edge.
+    Falling,
+    /// In every scan in which it is 1.
+    High,
+    /// In every scan in which it is 0.
+    Low,
+}
