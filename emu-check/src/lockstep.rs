@@ -2,6 +2,7 @@
 
 use emu_core::cpu::StopReason;
 use emu_core::pins::PinLevel;
+use ladder::SymbolKind;
 use ladder_eval::Evaluator;
 
 use crate::chip_runner::{ChipRunner, LostSync};
@@ -159,7 +160,12 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
         let mut compared = 2 + self.compare_pins()? + self.lines.deliver(&mut self.runner, &mut self.eval)?;
         if self.first {
             self.first = false;
-            let all = self.hints.bits.iter().chain(&self.hints.integers).copied();
+            // A module of AP101 that is a timer takes its start only when it is first executed.
+            let symbols = self.eval.symbols();
+            let is_late = |symbol: &usize| {
+                self.places.is_self_paced() && symbols.get(*symbol).is_some_and(|s| s.kind == SymbolKind::Timer)
+            };
+            let all = self.hints.bits.iter().chain(&self.hints.integers).copied().filter(|symbol| !is_late(symbol));
             compared += self.compare_symbols(DifferenceKind::Reset, all)? + self.compare_wiring(true)?;
         }
         step.apply(self.hints, &mut self.eval);

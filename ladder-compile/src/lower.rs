@@ -48,9 +48,7 @@ pub fn lower_with_modules(program: &LadderProgram, modules: bool) -> Ir {
         if symbol.kind.is_bit() {
             lower.symbol_bit(&symbol.name);
         } else {
-            // A module has its own start.
-            let starts = !modules || symbol.kind != SymbolKind::Timer;
-            let start = lower.counter_starts.get(symbol.name.as_str()).filter(|_| starts);
+            let start = lower.counter_starts.get(symbol.name.as_str());
             let unused = 32 - 8 * u32::from(symbol.bytes.clamp(1, 4));
             let initial = start.map_or(0, |start| start.power_up) << unused >> unused;
             lower.new_word(symbol.name, symbol.kind, symbol.bytes, initial);

@@ -303,7 +303,6 @@ impl ProofSpace {
                 self.set(ir, s, *word, value);
                 s.modules[at] = module;
             }
-            // The order of execution is beyond a formula.
             IrOp::Label(_) | IrOp::Jump { .. } => self.gave_up = true,
             IrOp::If { cond, if_true: then, if_false: otherwise } => {
                 let holds = match cond {

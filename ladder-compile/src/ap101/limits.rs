@@ -11,8 +11,12 @@ use crate::target::{BuildRefusal, CompileJob};
 /// Returns all reasons for refusal, in order, at most one per element.
 pub(super) fn unsupported_ops(job: &CompileJob<'_>) -> Vec<BuildRefusal> {
     let ir = job.ir;
-    let mut look =
-        LimitCheck { ir, modules: used_modules(ir).iter().map(|(_, word, _)| *word).collect(), seen_words: Vec::new() };
+    let mut look = LimitCheck {
+        ir,
+        modules: used_modules(ir).iter().map(|(_, word, _)| *word).collect(),
+        seen_words: Vec::new(),
+        reset_words: HashSet::new(),
+    };
     let mut reasons = Vec::new();
     for step in ir.rungs.iter().flat_map(|rung| &rung.steps) {
         if let Some((cause, hint)) = look.check_op(&step.op) {
@@ -47,6 +51,8 @@ struct LimitCheck<'a> {
     modules: HashSet<WordId>,
     /// Words whose timer or counter element was already checked.
     seen_words: Vec<WordId>,
+    /// Words that a RES so far resets.
+    reset_words: HashSet<WordId>,
 }
 
 impl LimitCheck<'_> {
@@ -79,7 +85,10 @@ impl LimitCheck<'_> {
                 "write the rungs of the subprogram in place of GOSUB, or take another chip",
             )),
             IrOp::Jump { .. } => None,
-            IrOp::Move { dst, src: WordOperand::Const(0) } if self.modules.contains(dst) => None,
+            IrOp::Move { dst, src: WordOperand::Const(0) } if self.modules.contains(dst) => {
+                self.reset_words.insert(*dst);
+                None
+            }
             IrOp::Move { .. } | IrOp::Math { .. } | IrOp::AndCompare(_) | IrOp::Lookup { .. } => {
                 Some((format!("`{}` computes with integers, {BITS}", text()), TIMERS))
             }
@@ -117,9 +126,11 @@ impl LimitCheck<'_> {
             let cause = format!("`{name}` is a {}, and AP101 has no module that does the same", module_keyword(is));
             return Some((cause, "express it with TON, TOF, RTO, CTU or CTD, or take another chip"));
         }
-        if is == TimedModule::Timer(TimerKind::Tof) && self.ir.has_jumps() {
-            let cause = format!("`{name}` is a TOF, which its module presets in the first scan that executes it");
-            return Some((cause, "do without jumps, or take another chip"));
+        // In LDmicro 5 a TOF has its preset at power-up already, where a RES or a jump may come before it.
+        let is_tof = is == TimedModule::Timer(TimerKind::Tof);
+        if is_tof && cell.initial != 0 && (self.ir.has_jumps() || self.reset_words.contains(&word)) {
+            let cause = format!("`{name}` is a TOF, which its module presets when it is first executed");
+            return Some((cause, "write RES below the TOF, and do without jumps, or take another chip"));
         }
         if let WordOperand::Cell(other) = limit {
             let cause = format!("the limit of `{name}` is the integer `{}`, {BITS}", self.name(other));
@@ -141,7 +152,7 @@ impl LimitCheck<'_> {
             );
             return Some((cause, "choose a limit within that; a timer of a longer delay needs a longer cycle"));
         }
-        (cell.initial != 0).then(|| {
+        (cell.initial != 0 && !is_tof).then(|| {
             let cause = format!("`{name}` starts at {}, a module at 0", cell.initial);
             (cause, "let it start at 0")
         })

@@ -62,3 +62,26 @@ pub fn shift(op: ShiftOp, value: i64, width: usize, count: i64) -> i64 {
     }
     number(&bits)
 }
+
+/// The number of `bits` bits that is congruent to `value`.
+pub fn wrap_to_bits(value: i64, bits: u32) -> i64 {
+    let half = 1 << (bits - 1);
+    (value + half).rem_euclid(2 * half) - half
+}
+
+/// Quotient of the magnitudes with the combined sign; division by zero gives -1, or 1 for a negative
+/// dividend.
+pub fn divide(a: i64, b: i64) -> i64 {
+    let sign = if (a < 0) == (b < 0) { 1 } else { -1 };
+    match (a, b) {
+        (0.., 0) => -1,
+        (_, 0) => 1,
+        _ => sign * (a.abs() / b.abs()),
+    }
+}
+
+/// Bit by bit, on enough bits for any operand.
+pub fn bitwise(a: i64, b: i64, is: impl Fn(bool, bool) -> bool) -> i64 {
+    let pairs = of(a, 40).into_iter().zip(of(b, 40));
+    number(&pairs.map(|(x, y)| is(x, y)).collect::<Vec<bool>>())
+}

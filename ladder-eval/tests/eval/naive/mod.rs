@@ -10,6 +10,7 @@ mod parts;
 
 use std::collections::{HashMap, HashSet};
 
+use bits::{bitwise, divide, wrap_to_bits};
 use flow::Departure;
 use ladder::format::split_format_string;
 use ladder::{
@@ -489,27 +490,4 @@ impl<'a> From<&'a LadderOperand> for NarrowOperand<'a> {
             LadderOperand::Const { value, .. } => NarrowOperand::Value(*value),
         }
     }
-}
-
-/// The number of `bits` bits that is congruent to `value`.
-fn wrap_to_bits(value: i64, bits: u32) -> i64 {
-    let half = 1 << (bits - 1);
-    (value + half).rem_euclid(2 * half) - half
-}
-
-/// Quotient of the magnitudes with the combined sign; division by zero gives -1, or 1 for a negative
-/// dividend.
-fn divide(a: i64, b: i64) -> i64 {
-    let sign = if (a < 0) == (b < 0) { 1 } else { -1 };
-    match (a, b) {
-        (0.., 0) => -1,
-        (_, 0) => 1,
-        _ => sign * (a.abs() / b.abs()),
-    }
-}
-
-/// Bit by bit, on enough bits for any operand.
-fn bitwise(a: i64, b: i64, is: impl Fn(bool, bool) -> bool) -> i64 {
-    let pairs = bits::of(a, 40).into_iter().zip(bits::of(b, 40));
-    bits::number(&pairs.map(|(x, y)| is(x, y)).collect::<Vec<bool>>())
 }
