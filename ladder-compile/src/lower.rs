@@ -6,6 +6,7 @@
 
 mod bit_elements;
 mod peripherals;
+mod ports;
 mod three_address;
 mod timing;
 mod word_elements;
@@ -14,6 +15,7 @@ use std::collections::HashMap;
 
 use ladder::{
     CompareOp, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode, SymbolKind,
+    registers::{self, PortRegister, RegisterKind, SharedPin},
 };
 
 use crate::ir::{
@@ -45,7 +47,12 @@ pub fn lower_with_modules(program: &LadderProgram, modules: bool) -> Ir {
         if symbol.kind.is_bit() {
             lower.symbol_bit(&symbol.name);
         } else {
-            let initial = lower.counter_starts.get(symbol.name.as_str()).map_or(0, |start| start.power_up);
+            let initial = match PortRegister::from_name(&symbol.name) {
+                Some(PortRegister { port, kind: RegisterKind::Direction }) => {
+                    i32::from(registers::initial_directions(program, port) as i8)
+                }
+                _ => lower.counter_starts.get(symbol.name.as_str()).map_or(0, |start| start.power_up),
+            };
             lower.new_word(symbol.name, symbol.kind, symbol.bytes, initial);
         }
     }
@@ -54,6 +61,7 @@ pub fn lower_with_modules(program: &LadderProgram, modules: bool) -> Ir {
         lower.master = Some(master);
         lower.ir.prologue.push(IrOp::SetBit { bit: master, value: true });
     }
+    lower.set_up_ports();
     lower.set_up_peripherals();
     lower.preset_off_delays();
     for (number, rung) in program.rungs.iter().enumerate() {
@@ -92,6 +100,8 @@ struct Lowering<'a> {
     eeprom_busy: Option<(WordId, i32)>,
     /// EEPROM cells of the remaining PERSIST elements.
     eeprom_cells: std::vec::IntoIter<(u16, u8)>,
+    /// Inputs and outputs at the ports whose registers the program names.
+    shared_pins: Vec<SharedPin>,
     /// What counters start with, and RES stores.
     counter_starts: HashMap<&'a str, CounterStart>,
     /// Timers and counters stay whole.
@@ -121,6 +131,7 @@ impl<'a> Lowering<'a> {
             transmitter_busy: None,
             eeprom_busy: None,
             eeprom_cells: eeprom_cells(program).into_iter(),
+            shared_pins: Vec::new(),
             counter_starts: timing::counter_starts(program),
             keep_modules: modules,
             bounded_counters: program.dialect == LadderDialect::Ldmicro5,
@@ -204,6 +215,7 @@ impl<'a> Lowering<'a> {
                     self.element.index = self.next;
                     self.next += 1;
                     self.element(element);
+                    self.share_outputs(element);
                 }
                 RungNode::Parallel(branches, _) => self.parallel(branches, depth),
             }

@@ -5,6 +5,7 @@ use ladder::{CompareOp, ElementId, MathOp, ShiftOp, UnaryOp};
 use crate::arithmetic::{compare, count_step, math, truncate};
 use crate::bit_ops;
 use crate::peripheral_state::{FormattedText, PeripheralState, PiecewiseCurve};
+use crate::ports::FlatPort;
 
 /// A program with its names resolved: its steps index its lists and the values of the state.
 #[derive(Debug, Default)]
@@ -26,6 +27,8 @@ pub(crate) struct FlatProgram {
     pub texts: Vec<FormattedText>,
     /// Symbols that READ_ADC uses, each once, in ascending order.
     pub adc_symbols: Vec<u32>,
+    /// Ports of which the program names a register.
+    pub ports: Vec<FlatPort>,
     /// Frequency of the PWM output in Hz; `None` without SET_PWM.
     pub pwm_hz: Option<u32>,
     /// Number of scans that a byte takes on the serial line.
@@ -152,6 +155,8 @@ pub(crate) struct ScanState {
     pub scans: u64,
     /// State of converter, PWM output, serial line, EEPROM and strings.
     pub parts: PeripheralState,
+    /// For each port: the latch when it and the outputs were last equal.
+    latches: Vec<u8>,
     /// Memory bits of elements: the previous rung bit, or a flag that the element has run once.
     memories: Vec<bool>,
     /// For each nesting depth, the rung bit at the start of the group and the OR of its branches so far.
@@ -167,6 +172,7 @@ impl ScanState {
             values: code.initial_values.clone(),
             scans: 0,
             parts: PeripheralState::power_up(code),
+            latches: vec![0; code.ports.len()],
             memories: vec![false; code.memories as usize],
             groups: vec![(false, false); code.max_depth],
             master: true,
@@ -180,6 +186,7 @@ impl ScanState {
     pub(crate) fn scan(&mut self, code: &FlatProgram, mut watch: impl FnMut(ElementId, bool, bool, &[i32])) {
         self.parts.start_scan();
         self.master = true;
+        code.ports.iter().for_each(|port| port.sample(&mut self.values));
         let mut rung = true;
         for step in &code.steps {
             match *step {
@@ -199,6 +206,7 @@ impl ScanState {
                 FlatStep::Do(id, op) => {
                     let before = rung;
                     rung = self.execute_element(code, op, before);
+                    self.share_outputs(code);
                     watch(id, before, rung, &self.values);
                 }
             }
@@ -419,6 +427,13 @@ impl ScanState {
                 }
                 true
             }
+        }
+    }
+
+    /// Makes the latches of ports and the outputs at their pins equal.
+    pub(crate) fn share_outputs(&mut self, code: &FlatProgram) {
+        for (port, held) in code.ports.iter().zip(&mut self.latches) {
+            port.share_outputs(&mut self.values, held);
         }
     }
 

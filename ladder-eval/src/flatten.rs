@@ -12,6 +12,7 @@ use ladder::{
 use crate::arithmetic::truncate;
 use crate::flat_program::{CountInput, CountMode, ElementOp, FlatProgram, FlatStep, ValueSource};
 use crate::peripheral_ops::{self, DeviceSettings};
+use crate::ports;
 use crate::{UnsupportedElement, UnsupportedReason};
 
 /// Flattens all rungs; fails at the first unsupported element.
@@ -21,7 +22,13 @@ pub(crate) fn flatten(
     by_name: &HashMap<String, usize>,
 ) -> Result<FlatProgram, UnsupportedElement> {
     let widths = symbols.iter().map(|s| if s.kind.is_bit() { 0 } else { 32 - 8 * s.bytes }).collect();
-    let code = FlatProgram { cut_bits: widths, initial_values: vec![0; symbols.len()], ..FlatProgram::default() };
+    let power_up = |symbol: &LadderSymbol| ports::power_up_directions(program, &symbol.name, symbol.kind).unwrap_or(0);
+    let code = FlatProgram {
+        cut_bits: widths,
+        initial_values: symbols.iter().map(power_up).collect(),
+        ports: ports::flatten_ports(program, |name| by_name.get(name).and_then(|at| u32::try_from(*at).ok())),
+        ..FlatProgram::default()
+    };
     let mut builder = FlatBuilder {
         program,
         symbols,

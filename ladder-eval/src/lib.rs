@@ -15,6 +15,7 @@ mod flat_program;
 mod flatten;
 mod peripheral_ops;
 mod peripheral_state;
+mod ports;
 mod unsupported;
 
 use std::collections::HashMap;
@@ -100,6 +101,7 @@ impl Evaluator {
             return;
         };
         *slot = if kind.is_bit() { i32::from(value != 0) } else { arithmetic::truncate(value.into(), width) };
+        self.state.share_outputs(&self.code.flat);
     }
 
     /// Runs one scan: all rungs from top to bottom. Inputs keep the values last set for the whole scan.

@@ -9,6 +9,7 @@ use crate::model::{Element, ElementId, LadderDialect, LadderOperand, LadderProgr
 use crate::packages;
 use crate::peripheral_checks;
 use crate::program_checks;
+use crate::register_checks;
 use crate::write::element_text;
 
 /// Checks a program against the rules of its dialect.
@@ -32,6 +33,7 @@ pub fn check(program: &LadderProgram) -> Vec<Diagnostic> {
     }
     program_checks::check_names(&mut found);
     peripheral_checks::check_pwm(&mut found);
+    register_checks::check_registers(&mut found);
     found.diagnostics.sort_by_key(|d| d.pos);
     found.diagnostics
 }

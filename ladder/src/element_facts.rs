@@ -208,9 +208,14 @@ impl Element {
         }
     }
 
-    /// What the element is: its row of the table.
+    /// What the element is: its row of the table. An operand that is a register of a port exists in LDmicro 5 only.
     #[must_use]
     pub fn facts(&self) -> ElementFacts<'_> {
+        let row = self.row();
+        if row.symbols.iter().any(|symbol| symbol.name.starts_with('#')) { row.ldmicro5() } else { row }
+    }
+
+    fn row(&self) -> ElementFacts<'_> {
         use PowerEffect::{Acts, Decides, Narrows, NoWire, Wire};
         use SymbolKind::{Adc, Counter, Timer, Variable};
         use WriteMoment::{Always, Passing, Powered};

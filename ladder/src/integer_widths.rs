@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use crate::model::{Element, LadderDialect, LadderOperand, LadderProgram, LdFormat};
+use crate::registers::PortRegister;
 
 /// Width in bytes of all integers of release 2.3, and of every integer without a more specific rule.
 const DEFAULT_BYTES: u8 = 2;
@@ -48,6 +49,9 @@ impl<'a> IntegerWidths<'a> {
 
     /// Width of an integer in bytes, 1 to 4.
     pub(crate) fn bytes_of_symbol(&self, name: &str) -> u8 {
+        if PortRegister::from_name(name).is_some() {
+            return 1;
+        }
         self.known.get(name).copied().unwrap_or(DEFAULT_BYTES)
     }
 

@@ -25,6 +25,8 @@ mod peripheral_checks;
 mod program_checks;
 mod program_head;
 mod reader;
+mod register_checks;
+pub mod registers;
 pub mod symbols;
 mod write;
 

@@ -49,6 +49,14 @@ const MEGA_328: &[PinRun] = &[
     (23, &["PC0", "PC1", "PC2", "PC3", "PC4", "PC5"]),
 ];
 #[rustfmt::skip]
+const MEGA_328_TQFP: &[PinRun] = &[
+    (1,  &["PD3", "PD4"]),
+    (7,  &["PB6", "PB7", "PD5", "PD6", "PD7"]),
+    (12, &["PB0", "PB1", "PB2", "PB3", "PB4", "PB5"]),
+    (23, &["PC0", "PC1", "PC2", "PC3", "PC4", "PC5"]),
+    (30, &["PD0", "PD1", "PD2"]),
+];
+#[rustfmt::skip]
 const MEGA_16: &[PinRun] = &[
     (1,  &["PB0", "PB1", "PB2", "PB3", "PB4", "PB5", "PB6", "PB7"]),
     (14, &["PD0", "PD1", "PD2", "PD3", "PD4", "PD5", "PD6", "PD7"]),
@@ -88,6 +96,7 @@ const PACKAGES: &[ChipPackage] = &[
     ChipPackage { word: "ATMEGA168", pins: 28, chip: "atmega168",  pin_runs: MEGA_328 },
     ChipPackage { word: "ATMEGA8",   pins: 28, chip: "atmega8",    pin_runs: MEGA_8   },
     ChipPackage { word: "ATMEGA328", pins: 28, chip: "atmega328p", pin_runs: MEGA_328 },
+    ChipPackage { word: "ATMEGA328", pins: 32, chip: "atmega328p", pin_runs: MEGA_328_TQFP },
     ChipPackage { word: "PIC16F628A", pins: 18, chip: "pic16f628a", pin_runs: PIC_18  },
     ChipPackage { word: "PIC16F873A", pins: 28, chip: "pic16f873a", pin_runs: PIC_28  },
     ChipPackage { word: "PIC16F874A", pins: 40, chip: "pic16f874a", pin_runs: PIC_40  },
@@ -130,13 +139,16 @@ pub fn has_pin_table(micro: &str) -> bool {
     find_package(micro).is_some_and(|p| !p.pin_runs.is_empty() && has_pin_count(micro, p))
 }
 
+/// The first package of the chip, or the one with the number of pins that the name states.
 fn find_package(micro: &str) -> Option<&'static ChipPackage> {
     let name = micro.to_uppercase();
-    PACKAGES.iter().find(|p| {
+    let is_named = |p: &&ChipPackage| {
         // ATMEGA16 must not match ATMEGA162, so no digit may follow.
         name.match_indices(p.word)
             .any(|(at, word)| !name.get(at + word.len()..).unwrap_or("").starts_with(|c: char| c.is_ascii_digit()))
-    })
+    };
+    let first = PACKAGES.iter().find(is_named)?;
+    Some(PACKAGES.iter().find(|p| p.word == first.word && has_pin_count(micro, p)).unwrap_or(first))
 }
 
 /// True unless the name states another number of pins (`32-TQFP`, `32-Pin packages`).

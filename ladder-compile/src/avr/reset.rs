@@ -126,7 +126,8 @@ fn clear_registers(asm: &mut AvrCodeWriter, used: &[u8]) {
 /// The ports have their reset values: inputs without pull-up.
 pub fn set_up_ports(asm: &mut AvrCodeWriter, regs: &AvrRegisters, layout: &AvrLayout, job: &CompileJob<'_>) {
     let jtag = JTAG_PINS.iter().find(|(chip, _)| *chip == job.target.chip.name).map_or(&[][..], |&(_, pins)| pins);
-    if job.pins.iter().any(|pin| jtag.contains(&pin.pin)) {
+    let named = |pin: &&str| job.ir.ports.iter().any(|cells| pin.chars().nth(1) == Some(cells.letter));
+    if job.pins.iter().any(|pin| jtag.contains(&pin.pin)) || jtag.iter().any(named) {
         // The bit takes effect only if it is written twice within four clocks.
         let control = regs.addr(&["MCUCSR"]);
         registers::read(asm, 24, control);

@@ -30,6 +30,9 @@ const VALUES: &[i64] = &[
     32766, 32767,
 ];
 
+/// Registers that may be written.
+const REGISTERS: &[&str] = &["#PORTB", "#TRISB", "#PORTC"];
+
 fn integer() -> impl Strategy<Value = String> {
     select(INTEGERS).prop_map(str::to_owned)
 }
@@ -101,8 +104,33 @@ fn element() -> impl Strategy<Value = Element> {
         .prop_map(|(op, op1, op2)| Element::Compare { op, op1, op2 });
     prop_oneof![
         6 => contact, 4 => coil, 4 => plain, 3 => timer, 3 => counter, 1 => res, 1 => mv, 3 => math, 2 => compare,
-        8 => device(), 5 => bits,
+        8 => device(), 5 => bits, 2 => register_element(),
     ]
+}
+
+/// Registers of ports as operands.
+fn register_element() -> impl Strategy<Value = Element> {
+    let source = prop_oneof![
+        select(REGISTERS).prop_map(var),
+        select(vec!["#PINB", "#PINC"]).prop_map(var),
+        any::<u8>().prop_map(|byte| constant(byte.into())),
+        select(INTEGERS).prop_map(var),
+    ];
+    let write =
+        (select(REGISTERS), source.clone()).prop_map(|(dest, src)| Element::Move { dest: dest.to_owned(), src });
+    let read = (integer(), source.clone()).prop_map(|(dest, src)| Element::Move { dest, src });
+    let math = (select(REGISTERS), source.clone(), source).prop_map(|(dest, op1, op2)| Element::Math {
+        op: MathOp::Add,
+        dest: dest.to_owned(),
+        op1,
+        op2,
+    });
+    let bit = (select(REGISTERS), 0..9i64, any::<bool>()).prop_map(|(name, bit, value)| Element::BitWrite {
+        name: name.to_owned(),
+        bit: constant(bit),
+        value,
+    });
+    prop_oneof![write, read, math, bit]
 }
 
 /// What LDmicro 5 does with the bits of integers.
@@ -194,6 +222,22 @@ fn in_dialect(rungs: Vec<Vec<RungNode>>, five: bool, old: bool, widths: Vec<u8>,
     program
 }
 
+/// Puts inputs and outputs on ports whose registers the elements name.
+fn name_pins(program: &mut LadderProgram, avr: bool) {
+    let (micro, pins) = match avr {
+        true => ("Atmel AVR ATmega328 28-PDIP", [14, 24, 16]),
+        false => ("Microchip PIC16F877 40-PDIP", [33, 16, 40]),
+    };
+    program.settings.micro = Some(micro.to_owned());
+    let entry = |(name, pin): (&str, u32)| ladder::IoEntry {
+        name: name.to_owned(),
+        pin,
+        modbus: None,
+        pos: Default::default(),
+    };
+    program.io = ["Xa", "Xb", "Ya"].into_iter().zip(pins).map(entry).collect();
+}
+
 /// Removes what only ldmicro-5 supports.
 fn only_release_23(series: &mut [RungNode]) {
     for node in series {
@@ -260,9 +304,13 @@ proptest! {
         widths in prop::collection::vec(1..=4u8, 0..7),
         baud in select(vec![2500u64, 1250, 1000, 700]),
         cells in prop::collection::vec(any::<u8>(), 0..6),
+        chip in prop::option::of(any::<bool>()),
         stimulus in stimulus(),
     ) {
-        let program = in_dialect(rungs, five, old, widths, baud);
+        let mut program = in_dialect(rungs, five, old, widths, baud);
+        if let Some(avr) = chip {
+            name_pins(&mut program, avr);
+        }
         let mut eval = Evaluator::new(&program).map_err(|e| TestCaseError::fail(e.to_string()))?;
         let mut naive = naive::NaiveInterpreter::new(&program);
         for (addr, &byte) in cells.iter().enumerate() {
@@ -350,6 +398,8 @@ proptest! {
                         WriteMoment::Powered => before,
                         WriteMoment::Passing => after,
                     });
+                    // The levels of pins are taken at the start of the scan.
+                    let may = may || symbol.name.starts_with("#PIN");
                     prop_assert!(old == new || may, "{element:?} writes {}: {old} {new}", symbol.name);
                 }
                 values = now;

@@ -6,6 +6,7 @@
 
 mod bits;
 mod parts;
+mod ports;
 
 use std::collections::{HashMap, HashSet};
 
@@ -47,6 +48,9 @@ pub struct NaiveInterpreter {
     now: u64,
     line_free: u64,
     cells_free: u64,
+    /// Bits of registers that are inputs and outputs, and whether a 1 directs outwards.
+    homes: Vec<ports::BitHome>,
+    avr: bool,
     /// For each string being sent: the index of the next character, and the number that it shows once read.
     texts: HashMap<(u32, u32), (usize, i64)>,
 }
@@ -57,6 +61,7 @@ impl NaiveInterpreter {
         let widths = program.symbols().into_iter().map(|s| (s.name, s.bytes.into())).collect();
         let mut naive = NaiveInterpreter { widths, ..NaiveInterpreter::default() };
 
+        naive.set_up_ports(program);
         let mut address = 0;
         for (ElementId { rung, index }, element, _) in program.elements() {
             match element {
@@ -89,6 +94,7 @@ impl NaiveInterpreter {
         self.seen.clear();
         self.now += 1;
         self.sent = None;
+        self.sample_pins();
         for (r, rung) in program.rungs.iter().enumerate() {
             self.current_element = (r as u32, 0);
             self.series(&rung.series, self.master_relay, program);
@@ -412,13 +418,14 @@ impl NaiveInterpreter {
     }
 
     pub fn integer(&self, name: &str) -> i64 {
-        self.integers.get(name).copied().unwrap_or(0)
+        self.with_outputs(name, self.integers.get(name).copied().unwrap_or(0))
     }
 
     /// Stores `value` reduced to the width of the integer.
     pub fn store(&mut self, name: &str, value: i64) {
         let bits = 8 * self.widths.get(name).copied().unwrap_or(2);
         self.integers.insert(name.to_owned(), wrap_to_bits(value, bits));
+        self.store_outputs(name, value);
     }
 
     /// True if an operand, or the variable with a name, has at most 16 bits.
