@@ -7,6 +7,7 @@
 mod bit_elements;
 mod peripherals;
 mod ports;
+mod pulses;
 mod three_address;
 mod timing;
 mod word_elements;
@@ -97,6 +98,8 @@ struct Lowering<'a> {
     preset: Vec<ElementId>,
     /// State of transmitter and EEPROM, if the program uses them.
     transmitter_busy: Option<TransmitterBusy>,
+    /// The byte that was received, and whether it waits, if the program tests that.
+    received: Option<(WordId, BitId)>,
     eeprom_busy: Option<(WordId, i32)>,
     /// EEPROM cells of the remaining PERSIST elements.
     eeprom_cells: std::vec::IntoIter<(u16, u8)>,
@@ -129,6 +132,7 @@ impl<'a> Lowering<'a> {
             after_first_scan: None,
             preset: Vec::new(),
             transmitter_busy: None,
+            received: None,
             eeprom_busy: None,
             eeprom_cells: eeprom_cells(program).into_iter(),
             shared_pins: Vec::new(),
@@ -347,10 +351,10 @@ impl<'a> Lowering<'a> {
             Element::ReadAdc { name, .. } => self.read_adc(name),
             Element::SetPwm { duty, .. } => self.set_pwm(duty),
             Element::UartSend { name, .. } => self.send(name),
-            Element::UartRecv { name, .. } => {
-                let dst = self.word(name);
-                self.push(if_accumulator(vec![IrOp::Receive { dst }]));
-            }
+            Element::UartRecv { name, .. } => self.receive(name),
+            Element::UartRecvAvail => self.test_received(),
+            Element::UartSendReady => self.test_transmitter(),
+            Element::Pulser { .. } | Element::Stepper { .. } | Element::QuadEncod { .. } => self.pulse_element(element),
             Element::FormattedString { var, text, quoted } => self.send_string(var.as_deref(), text, *quoted),
             Element::Persist { name } => self.persist(name),
             // SHORT passes power, COMMENT has no effect, and the checks refuse PLACEHOLDER.

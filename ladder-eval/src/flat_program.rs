@@ -6,6 +6,7 @@ use crate::arithmetic::{compare, count_step, math, truncate};
 use crate::bit_ops;
 use crate::peripheral_state::{FormattedText, PeripheralState, PiecewiseCurve};
 use crate::ports::FlatPort;
+use crate::pulse_ops::{EncoderState, FlatEncoder, FlatPulser, FlatStepper, PulserState};
 
 /// A program with its names resolved: its steps index its lists and the values of the state.
 #[derive(Debug, Default)]
@@ -27,6 +28,12 @@ pub(crate) struct FlatProgram {
     pub texts: Vec<FormattedText>,
     /// Symbols that READ_ADC uses, each once, in ascending order.
     pub adc_symbols: Vec<u32>,
+    /// The PULSER elements.
+    pub pulsers: Vec<FlatPulser>,
+    /// The STEPPER elements.
+    pub steppers: Vec<FlatStepper>,
+    /// The QUAD_ENCOD elements.
+    pub encoders: Vec<FlatEncoder>,
     /// Ports of which the program names a register.
     pub ports: Vec<FlatPort>,
     /// Frequency of the PWM output in Hz; `None` without SET_PWM.
@@ -105,6 +112,11 @@ pub(crate) enum ElementOp {
     Receive  { dest: u32 },
     Text     { text: u32 },
     Persist  { var: u32, cell: u32, memory: u32 },
+    Available,
+    Ready,
+    Pulser   { pulser: u32 },
+    Stepper  { stepper: u32, each: bool },
+    Encoder  { encoder: u32 },
 }
 
 /// Source of an operand: the index of a variable, or a constant.
@@ -155,6 +167,9 @@ pub(crate) struct ScanState {
     pub scans: u64,
     /// State of converter, PWM output, serial line, EEPROM and strings.
     pub parts: PeripheralState,
+    /// State of each PULSER and of each QUAD_ENCOD.
+    pub pulsers: Vec<PulserState>,
+    pub encoders: Vec<EncoderState>,
     /// For each port: the latch when it and the outputs were last equal.
     latches: Vec<u8>,
     /// Memory bits of elements: the previous rung bit, or a flag that the element has run once.
@@ -172,6 +187,8 @@ impl ScanState {
             values: code.initial_values.clone(),
             scans: 0,
             parts: PeripheralState::power_up(code),
+            pulsers: vec![PulserState::default(); code.pulsers.len()],
+            encoders: vec![EncoderState::default(); code.encoders.len()],
             latches: vec![0; code.ports.len()],
             memories: vec![false; code.memories as usize],
             groups: vec![(false, false); code.max_depth],
@@ -355,6 +372,11 @@ impl ScanState {
             ElementOp::TestBit { var, bit, value } => {
                 rung & (bit_ops::has_bit(self.read_symbol(var), self.read_value(bit)) == value)
             }
+            ElementOp::Available => rung & self.parts.received_byte.is_some(),
+            ElementOp::Ready => rung & (self.parts.transmitter_busy_scans == 0),
+            ElementOp::Pulser { pulser } => self.pulse(code, pulser, rung),
+            ElementOp::Stepper { stepper, each } => self.step_motor(code, stepper, each, rung),
+            ElementOp::Encoder { encoder } => self.count_steps(code, encoder, rung),
             ElementOp::Send { src } => self.parts.send(code, self.read_symbol(src), rung),
             ElementOp::Text { text } => self.parts.send_text(code, text as usize, &self.values, rung),
             // The edge memory is updated in every scan, whether or not the rung is true.
@@ -437,11 +459,11 @@ impl ScanState {
         }
     }
 
-    fn read_symbol(&self, symbol: u32) -> i32 {
+    pub(crate) fn read_symbol(&self, symbol: u32) -> i32 {
         self.values[symbol as usize]
     }
 
-    fn read_value(&self, value: ValueSource) -> i32 {
+    pub(crate) fn read_value(&self, value: ValueSource) -> i32 {
         match value {
             ValueSource::Var(var) => self.read_symbol(var),
             ValueSource::Const(value) => value,
@@ -449,7 +471,7 @@ impl ScanState {
     }
 
     /// Stores the low bytes of an exact result, truncated to the width of the symbol.
-    fn store(&mut self, code: &FlatProgram, symbol: u32, exact: i64) {
+    pub(crate) fn store(&mut self, code: &FlatProgram, symbol: u32, exact: i64) {
         self.values[symbol as usize] = truncate(exact, code.cut_bits[symbol as usize]);
     }
 
@@ -480,7 +502,7 @@ impl ScanState {
     }
 
     /// Stores a memory bit and gives what it held.
-    fn replace_memory(&mut self, memory: u32, now: bool) -> bool {
+    pub(crate) fn replace_memory(&mut self, memory: u32, now: bool) -> bool {
         std::mem::replace(&mut self.memories[memory as usize], now)
     }
 }

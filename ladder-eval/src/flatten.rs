@@ -13,6 +13,7 @@ use crate::arithmetic::truncate;
 use crate::flat_program::{CountInput, CountMode, ElementOp, FlatProgram, FlatStep, ValueSource};
 use crate::peripheral_ops::{self, DeviceSettings};
 use crate::ports;
+use crate::pulse_ops;
 use crate::{UnsupportedElement, UnsupportedReason};
 
 /// Flattens all rungs; fails at the first unsupported element.
@@ -243,7 +244,12 @@ impl FlatBuilder<'_> {
                 ElementOp::Compare { op: *op, a: self.operand_source(op1)?, b: self.operand_source(op2)? }
             }
             Element::Placeholder => return Err(UnsupportedReason::EmptyPlace),
+            Element::Pulser { .. } | Element::Stepper { .. } | Element::QuadEncod { .. } => {
+                pulse_ops::pulse_op(self, element)?
+            }
             Element::ShiftRegister { .. }
+            | Element::UartRecvAvail
+            | Element::UartSendReady
             | Element::LookUpTable { .. }
             | Element::PiecewiseLinear { .. }
             | Element::ReadAdc { .. }
@@ -262,7 +268,7 @@ impl FlatBuilder<'_> {
         self.code.memories - 1
     }
 
-    fn bit_index(&self, name: &str) -> Result<u32, UnsupportedReason> {
+    pub(crate) fn bit_index(&self, name: &str) -> Result<u32, UnsupportedReason> {
         match self.find_symbol(name)? {
             (index, true) => Ok(index),
             (_, false) => Err(UnsupportedReason::NotABit { name: name.to_owned() }),

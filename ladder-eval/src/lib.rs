@@ -16,6 +16,7 @@ mod flatten;
 mod peripheral_ops;
 mod peripheral_state;
 mod ports;
+mod pulse_ops;
 mod unsupported;
 
 use std::collections::HashMap;

@@ -164,6 +164,10 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
         | Element::SetPwm { .. }
         | Element::UartRecv { .. }
         | Element::UartSend { .. }
+        | Element::UartRecvAvail
+        | Element::UartSendReady
+        | Element::Stepper { .. }
+        | Element::Pulser { .. }
         | Element::FormattedString { .. } => peripheral_checks::check_peripheral_element(checker, at),
         Element::Comment(_)
         | Element::Contacts { .. }
@@ -182,6 +186,7 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
         | Element::Bus { .. }
         | Element::Compare { .. }
         | Element::ShiftRegister { .. }
+        | Element::QuadEncod { .. }
         | Element::Persist { .. } => {}
     }
 }

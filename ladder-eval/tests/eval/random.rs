@@ -195,7 +195,39 @@ fn device() -> impl Strategy<Value = Element> {
         2 => integer().prop_map(|name| Element::UartRecv { name, rest: None }),
         3 => text,
         2 => integer().prop_map(|name| Element::Persist { name }),
+        1 => select(vec![Element::UartRecvAvail, Element::UartSendReady]),
+        3 => pulse_element(),
     ]
+}
+
+/// PULSER, STEPPER and QUAD_ENCOD.
+fn pulse_element() -> impl Strategy<Value = Element> {
+    let few = || prop_oneof![4 => (-1..4i64).prop_map(constant), 1 => operand()];
+    let pulser = (few(), few(), few(), few(), select(COILS))
+        .prop_map(|(high, low, accel, count, coil)| Element::Pulser { high, low, accel, count, coil: coil.to_owned() });
+    let stepper = (select(vec!["q", "r"]), few(), few()).prop_map(|(name, max, period)| Element::Stepper {
+        name: name.to_owned(),
+        max,
+        period,
+        size: 0,
+        graph: 0,
+        coil: "Ya".to_owned(),
+    });
+    let name = |names: &'static [&'static str]| select(names).prop_map(str::to_owned);
+    let zero = prop::option::of(name(&["Xa", "Xb"]));
+    let kinds = (select(vec!['/', '\\', '-', 'o']), select(vec![0u32, 1, 2, 5, 127, 128]));
+    let encoder =
+        (integer(), name(&["Xa", "Xb"]), name(&["Xa", "Xb"]), zero, prop::option::of(name(&["Ra", "Ya"])), kinds)
+            .prop_map(|(counter, a, b, zero, dir, (zero_kind, turn))| Element::QuadEncod {
+                counter,
+                interrupt: 0,
+                inputs: [a, b],
+                zero,
+                dir,
+                zero_kind,
+                turn,
+            });
+    prop_oneof![pulser, stepper, encoder]
 }
 
 /// Creates a program of the dialect, with widths for some of its integers, and a rate of 1 to 4 scans per

@@ -7,6 +7,7 @@
 mod bits;
 mod parts;
 mod ports;
+mod pulses;
 
 use std::collections::{HashMap, HashSet};
 
@@ -48,6 +49,9 @@ pub struct NaiveInterpreter {
     now: u64,
     line_free: u64,
     cells_free: u64,
+    /// State of the elements of pulses.
+    pulsers: HashMap<(u32, u32), pulses::NaivePulser>,
+    encoders: HashMap<(u32, u32), pulses::NaiveEncoder>,
     /// Bits of registers that are inputs and outputs, and whether a 1 directs outwards.
     homes: Vec<ports::BitHome>,
     avr: bool,
@@ -298,6 +302,13 @@ impl NaiveInterpreter {
                 }
                 _ => false,
             },
+            Element::UartRecvAvail => power && self.received_byte.is_some(),
+            Element::UartSendReady => power && self.now >= self.line_free,
+            Element::Pulser { high, low, accel, count, coil } => self.pulser([high, low, accel, count], coil, power),
+            Element::Stepper { name, max, period, coil, .. } => {
+                self.stepper(name, [max, period], coil, (power, before))
+            }
+            Element::QuadEncod { .. } => power && self.encoder(element),
             Element::FormattedString { var, text, quoted } => {
                 self.remembered.insert(self.current_element, power);
                 let pieces = split_format_string(text, *quoted).expect("a sound text");
