@@ -2,7 +2,7 @@
 
 use ladder::{CompareOp, ElementId, MathOp, ShiftOp, UnaryOp};
 
-use crate::arithmetic::{compare, count_step, math, truncate};
+use crate::arithmetic::{CountInput, CountMode, compare, count_step, math, truncate};
 use crate::bit_ops;
 use crate::peripheral_state::{FormattedText, PeripheralState, PiecewiseCurve};
 use crate::ports::FlatPort;
@@ -124,38 +124,6 @@ pub(crate) enum ElementOp {
 pub(crate) enum ValueSource {
     Var(u32),
     Const(i32),
-}
-
-/// Direction and bound of a counter (2.3, 5.3).
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum CountMode {
-    /// Up, without a bound.
-    Up,
-    /// Down, without a bound.
-    Down,
-    /// Up to the limit.
-    UpTo,
-    /// Down to the limit.
-    DownTo,
-    /// Release 2.3: up to the limit and then from 0 again; gives on what it gets.
-    Circular,
-    /// LDmicro 5: up past the limit and then from the start again, with a carry.
-    UpAround,
-    /// LDmicro 5: down past the limit and then from the start again, with a carry.
-    DownAround,
-}
-
-/// Condition on the rung bit under which a counter counts.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum CountInput {
-    /// On a rising edge.
-    Rising,
-    /// On a falling edge.
-    Falling,
-    /// In every scan in which it is 1.
-    High,
-    /// In every scan in which it is 0.
-    Low,
 }
 
 /// All state that a scan can change.

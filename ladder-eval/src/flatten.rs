@@ -9,8 +9,8 @@ use ladder::{
     TimerKind,
 };
 
-use crate::arithmetic::truncate;
-use crate::flat_program::{CountInput, CountMode, ElementOp, FlatProgram, FlatStep, ValueSource};
+use crate::arithmetic::{CountInput, CountMode, truncate};
+use crate::flat_program::{ElementOp, FlatProgram, FlatStep, ValueSource};
 use crate::peripheral_ops::{self, DeviceSettings};
 use crate::ports;
 use crate::pulse_ops;

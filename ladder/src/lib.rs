@@ -28,6 +28,7 @@ mod pulse_elements;
 mod reader;
 mod register_checks;
 pub mod registers;
+mod symbol_kinds;
 pub mod symbols;
 mod write;
 

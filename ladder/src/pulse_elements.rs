@@ -63,6 +63,7 @@ pub(crate) fn pulse_element_text(element: &Element) -> String {
             let name = |name: &Option<String>| name.clone().unwrap_or_else(|| "(none)".to_owned());
             format!("QUAD_ENCOD {counter} {interrupt} {a} {b} {} {} {zero_kind} {turn}", name(zero), name(dir))
         }
+        // The caller passes only the elements above.
         _ => String::new(),
     }
 }

@@ -94,10 +94,10 @@ impl NaiveInterpreter {
         let mut marked = false;
         if let Some(name) = zero {
             let level = self.bit(name);
-            marked = match (zero_kind, now.zero, level) {
-                ('/', false, true) | ('\\', true, false) | ('-', _, true) | ('o', _, false) => true,
-                _ => false,
-            };
+            marked = matches!(
+                (zero_kind, now.zero, level),
+                ('/', false, true) | ('\\', true, false) | ('-', _, true) | ('o', _, false)
+            );
             now.zero = level;
         }
         if marked && turn == 0 {
