@@ -63,7 +63,7 @@ pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: CheckedEle
             note_outputs(
                 checker,
                 at,
-                "PULSER in its manual: pulses get shorter there, and one scan longer each in its code",
+                "PULSER: an older source shortens the pulses, 5.4.1.1 makes them one scan longer each in its code",
             );
         }
         Element::FormattedString { var, text, quoted } => {
