@@ -126,6 +126,13 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
         Element::ReadAdc { .. } | Element::SetPwm { .. } => (CoverageClass::Peripherals, acts()),
         Element::Persist { .. } => (CoverageClass::Peripherals, vec![("writes", IN, WroteEeprom), ("rests", NOT_IN, Always)]),
         Element::UartRecv { .. } => (CoverageClass::Serial, vec![("receives", TRUE_TRUE, Always), ("finds no byte", TRUE_FALSE, Always)]),
+        Element::UartRecvAvail => (CoverageClass::Serial, vec![("finds a byte", TRUE_TRUE, Always), ("finds no byte", TRUE_FALSE, Always)]),
+        Element::UartSendReady => (CoverageClass::Serial, vec![("finds it free", TRUE_TRUE, Always)]),
+        Element::Pulser { .. } | Element::Stepper { .. } => (CoverageClass::Peripherals, vec![("runs", OUT, Always), ("rests", NOT_OUT, Always)]),
+        Element::QuadEncod { counter, .. } => {
+            let c = symbol(counter);
+            (CoverageClass::Counters, vec![("steps", IN, Changed(c)), ("rests on a true rung", TRUE_FALSE, Always)])
+        }
         Element::UartSend { .. } => {
             let mut goals = vec![("sends", TRUE_TRUE, SentByte), ("rests", FALSE_FALSE, Always)];
             // If a byte takes less than a scan, the line is never busy in the next scan.

@@ -32,6 +32,7 @@ mod peripheral_lines;
 mod peripherals;
 mod pin_behaviour;
 mod pin_listener;
+mod port_pins;
 mod possible_outcomes;
 mod program_places;
 mod pwm_meter;

@@ -249,8 +249,14 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
                 differing.push(DifferingSymbol { symbol, expected, found });
             }
         }
-        let compared = self.places.outputs.len() as u64;
+        let mut compared = self.places.outputs.len() as u64;
         if differing.is_empty() {
+            for port in &self.places.ports {
+                let level = |pin| self.runner.cpu.pin_level(pin);
+                compared += port.compare(&self.eval, level).map_err(|(expected, found)| {
+                    Mismatch::of_text(DifferenceKind::Pin, self.runner.cpu.cycle(), expected, found)
+                })?;
+            }
             Ok(compared)
         } else {
             Err(Mismatch::of_values(DifferenceKind::Pin, self.runner.cpu.cycle(), differing))

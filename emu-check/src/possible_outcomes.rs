@@ -273,6 +273,21 @@ impl<'a> ReachPass<'a> {
                 same
             }
             Element::SetPwm { .. } | Element::Comment(_) => same,
+            Element::UartRecvAvail | Element::UartSendReady => when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE),
+            Element::Pulser { coil, .. } => {
+                self.bits.insert(coil.clone(), BOTH);
+                when(FALSE_FALSE | FALSE_TRUE, TRUE_FALSE | TRUE_TRUE)
+            }
+            Element::Stepper { name, coil, .. } => {
+                ladder::stepper_counters(name).iter().for_each(|counter| _ = self.integers.remove(counter));
+                self.bits.insert(coil.clone(), BOTH);
+                when(FALSE_FALSE | FALSE_TRUE, TRUE_FALSE | TRUE_TRUE)
+            }
+            Element::QuadEncod { counter, dir, .. } => {
+                self.integers.remove(counter);
+                dir.iter().for_each(|name| _ = self.bits.insert(name.clone(), BOTH));
+                when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE)
+            }
             Element::UartRecv { name, .. } => {
                 self.integers.remove(name);
                 when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE)

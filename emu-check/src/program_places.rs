@@ -13,6 +13,7 @@ use crate::codes;
 use crate::families::{self, PinBehaviour};
 use crate::map_contract::ScanPace;
 use crate::peripherals::CheckedPeripherals;
+use crate::port_pins::{self, PortPins};
 
 /// A point of a scan at which the chip is stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,6 +49,8 @@ pub(crate) struct ProgramPlaces {
     pub inputs: Vec<PinId>,
     /// The peripherals that the program uses in addition to ports.
     pub peripherals: CheckedPeripherals,
+    /// Ports whose registers the program names.
+    pub ports: Vec<PortPins>,
     /// Pins that the program does not name and the chip must not drive.
     pub unnamed_pins: Vec<PinId>,
     /// Pins that the program does not name and the board may drive.
@@ -102,7 +105,9 @@ impl ProgramPlaces {
         };
         let Some(peripherals) = peripherals.filter(|_| faults.is_empty()) else { return Err(faults) };
         let ports = inputs.iter().copied().chain(outputs.iter().map(|o: &(usize, PinId)| o.1));
-        let named: Vec<PinId> = ports.chain(peripherals.pins()).collect();
+        let mut named: Vec<PinId> = ports.chain(peripherals.pins()).collect();
+        let ports = port_pins::port_pins(program, chip, eval, &named);
+        named.extend(ports.iter().flat_map(|port| port.pins.iter().map(|pin| pin.1)));
         let (unnamed, spare) = families::unnamed_pins(chip, &named);
         let word = |byte: u32| byte / chip.word_bytes.max(1);
         let points = [map.timer_start, map.scan_start, map.scan_end].map(word);
@@ -121,6 +126,7 @@ impl ProgramPlaces {
             outputs,
             inputs,
             peripherals,
+            ports,
             unnamed_pins: unnamed,
             spare_pins: spare,
             chip,

@@ -6,7 +6,7 @@ use ladder::symbols::for_each_symbol_use;
 use ladder::{Element, LadderDialect, LadderOperand, LadderProgram, LdFormat, SymbolKind, UnaryOp};
 use ladder_eval::Evaluator;
 
-use crate::peripherals;
+use crate::{peripherals, port_pins};
 
 /// Values at which arithmetic on 8-bit machines tends to fail, in addition to the limits of the widths.
 #[rustfmt::skip]
@@ -93,7 +93,7 @@ impl ValueHints {
             integers: which(|kind| !kind.is_bit()),
             analog: eval.adc_symbols().collect(),
             receives: peripherals::uses_serial(program).1,
-            writable: vec![true; symbols.len()],
+            writable: symbols.iter().map(|symbol| !port_pins::is_shared(program, &symbol.name)).collect(),
             bytes,
             own_values: own,
             all_values: all,

@@ -1,6 +1,8 @@
 //! Finds all elements of a program that cannot be compiled, before any code is generated.
 
 use diag::{Diagnostic, Severity};
+use emu_core::chip::ChipFamily;
+use ladder::registers::{self, PortRegister, RegisterFamily, RegisterKind};
 use ladder::{ChipPart, Element, LadderDialect, LadderOperand, LadderProgram, SymbolKind};
 
 use crate::codes;
@@ -31,6 +33,12 @@ pub fn unsupported_elements(program: &LadderProgram, target: Option<&CompileTarg
             } else if needed > u32::from(target.eeprom) {
                 let cause = format!("PERSIST needs cells up to {needed} of the EEPROM, {chip} has {}", target.eeprom);
                 error(codes::LACKS, cause, "keep fewer variables");
+            }
+        }
+        for symbol in &facts.symbols {
+            let Some(register) = PortRegister::from_name(&symbol.name) else { continue };
+            if let Err((cause, hint)) = has_register(program, target, register) {
+                error(codes::LACKS, format!("{}: {cause}", facts.keyword), hint);
             }
         }
         for symbol in facts.symbols.iter().filter(|symbol| symbol.kind.is_bit() != is_bit(&symbol.name)) {
@@ -84,6 +92,34 @@ fn has_part(target: &CompileTarget, part: ChipPart) -> bool {
         ChipPart::Pwm => target.pwm.is_some(),
         ChipPart::Eeprom => target.eeprom > 0,
     }
+}
+
+/// Why a program for `target` cannot have a register of a port; sources have none.
+fn has_register(
+    program: &LadderProgram,
+    target: Option<&CompileTarget>,
+    register: PortRegister,
+) -> Result<(), (String, &'static str)> {
+    let name = register.name();
+    let Some(target) = target else {
+        return Err((format!("{name} is a register of a chip, which a source does not have"), "compile for a chip"));
+    };
+    let chip = target.chip;
+    let family = match chip.family {
+        ChipFamily::Avr => Some(RegisterFamily::Avr),
+        ChipFamily::Pic16 => Some(RegisterFamily::Pic16),
+        _ => None,
+    };
+    let is_here = |pin: &&str| pin.chars().nth(1) == Some(register.port);
+    if family.is_none() || !target.pins.iter().any(is_here) {
+        return Err((format!("{} has no {name}", chip.name), "take a chip that has this port"));
+    }
+    let named = program.settings.micro.as_deref().and_then(registers::register_family);
+    if register.kind == RegisterKind::Direction && named != family {
+        let cause = format!("{name} has the opposite meaning on {}, which is of another family than MICRO=", chip.name);
+        return Err((cause, "compile for a chip of the family that MICRO= names"));
+    }
+    Ok(())
 }
 
 /// Whether a timer can be compiled: its scans are a constant, or in ldmicro-5 a variable.

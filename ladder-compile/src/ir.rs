@@ -341,6 +341,17 @@ pub struct RungCode {
     pub steps: Vec<IrStep>,
 }
 
+/// Cells that a back end puts into the registers of a port at the end of the scan, after the outputs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PortCells {
+    /// Letter of the port.
+    pub letter: char,
+    /// The latch, for the pins that nothing else of the program uses.
+    pub latch: Option<WordId>,
+    /// The directions of these pins, as the chip's register holds them; without one they are inputs.
+    pub direction: Option<WordId>,
+}
+
 /// Intermediate code of a scan.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Ir {
@@ -358,6 +369,8 @@ pub struct Ir {
     pub uart: UartUse,
     /// Number of EEPROM bytes in use, from address 0.
     pub eeprom_bytes: u16,
+    /// Ports whose registers the program names, by letter.
+    pub ports: Vec<PortCells>,
     /// Operations after the inputs are latched and before the first rung.
     pub prologue: Vec<IrOp>,
     /// All rungs of the program, in order.
@@ -403,5 +416,11 @@ impl Ir {
             | ArithmeticOp::Xor
             | ArithmeticOp::Shr => self.bytes(dst),
         }
+    }
+
+    /// The register cells of a port, if the program names its registers.
+    #[must_use]
+    pub fn port_cells(&self, letter: char) -> Option<&PortCells> {
+        self.ports.iter().find(|cells| cells.letter == letter)
     }
 }

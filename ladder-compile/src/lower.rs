@@ -8,6 +8,8 @@ mod bit_elements;
 mod flow;
 mod more_elements;
 mod peripherals;
+mod ports;
+mod pulses;
 mod three_address;
 mod timing;
 mod word_elements;
@@ -16,6 +18,7 @@ use std::collections::HashMap;
 
 use ladder::{
     CompareOp, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode, SymbolKind,
+    registers::{self, PortRegister, RegisterKind, SharedPin},
 };
 
 use crate::ir::{
@@ -50,7 +53,12 @@ pub fn lower_with_modules(program: &LadderProgram, modules: bool) -> Ir {
         } else {
             let start = lower.counter_starts.get(symbol.name.as_str());
             let unused = 32 - 8 * u32::from(symbol.bytes.clamp(1, 4));
-            let initial = start.map_or(0, |start| start.power_up) << unused >> unused;
+            let initial = match PortRegister::from_name(&symbol.name) {
+                Some(PortRegister { port, kind: RegisterKind::Direction }) => {
+                    i32::from(registers::initial_directions(program, port) as i8)
+                }
+                _ => start.map_or(0, |start| start.power_up) << unused >> unused,
+            };
             lower.new_word(symbol.name, symbol.kind, symbol.bytes, initial);
         }
     }
@@ -62,6 +70,7 @@ pub fn lower_with_modules(program: &LadderProgram, modules: bool) -> Ir {
         lower.master = Some(master);
         lower.ir.prologue.push(IrOp::SetBit { bit: master, value: true });
     }
+    lower.set_up_ports();
     lower.set_up_peripherals();
     lower.preset_off_delays();
     for (number, rung) in program.rungs.iter().enumerate() {
@@ -106,9 +115,13 @@ struct Lowering<'a> {
     preset: Vec<ElementId>,
     /// State of transmitter and EEPROM, if the program uses them.
     transmitter_busy: Option<TransmitterBusy>,
+    /// The byte that was received, and whether it waits, if the program tests that.
+    received: Option<(WordId, BitId)>,
     eeprom_busy: Option<(WordId, i32)>,
     /// EEPROM cells of the remaining PERSIST elements.
     eeprom_cells: std::vec::IntoIter<(u16, u8)>,
+    /// Inputs and outputs at the ports whose registers the program names.
+    shared_pins: Vec<SharedPin>,
     /// What counters start with, and RES stores.
     counter_starts: HashMap<&'a str, CounterStart>,
     /// Timers and counters stay whole.
@@ -138,8 +151,10 @@ impl<'a> Lowering<'a> {
             after_first_scan: None,
             preset: Vec::new(),
             transmitter_busy: None,
+            received: None,
             eeprom_busy: None,
             eeprom_cells: eeprom_cells(program).into_iter(),
+            shared_pins: Vec::new(),
             counter_starts: timing::counter_starts(program),
             keep_modules: modules,
             bounded_counters: program.dialect == LadderDialect::Ldmicro5,
@@ -223,6 +238,7 @@ impl<'a> Lowering<'a> {
                     self.element.index = self.next;
                     self.next += 1;
                     self.element(element);
+                    self.share_outputs(element);
                 }
                 RungNode::Parallel(branches, _) => self.parallel(branches, depth),
             }
@@ -371,10 +387,10 @@ impl<'a> Lowering<'a> {
             Element::ReadAdc { name, .. } => self.read_adc(name),
             Element::SetPwm { duty, .. } => self.set_pwm(duty),
             Element::UartSend { name, .. } => self.send(name),
-            Element::UartRecv { name, .. } => {
-                let dst = self.word(name);
-                self.push(if_accumulator(vec![IrOp::Receive { dst }]));
-            }
+            Element::UartRecv { name, .. } => self.receive(name),
+            Element::UartRecvAvail => self.test_received(),
+            Element::UartSendReady => self.test_transmitter(),
+            Element::Pulser { .. } | Element::Stepper { .. } | Element::QuadEncod { .. } => self.pulse_element(element),
             Element::FormattedString { var, text, quoted } => self.send_string(var.as_deref(), text, *quoted),
             Element::Persist { name } => self.persist(name),
             // SHORT passes power, COMMENT has no effect, and the checks refuse PLACEHOLDER.

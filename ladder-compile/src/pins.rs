@@ -4,7 +4,8 @@
 use std::collections::HashMap;
 
 use diag::{Diagnostic, Pos, Severity};
-use emu_core::chip::Chip;
+use emu_core::chip::{Chip, ChipFamily};
+use ladder::registers::{self, SharedPin};
 use ladder::{ChipPart, Element, LadderProgram, SymbolKind};
 
 use crate::codes;
@@ -119,8 +120,14 @@ pub fn assign_pins(
         push_diagnostic(codes::PIN_TAKEN, *pos, cause, format!("put it at {home}"));
     }
 
-    // Pins of peripherals that the program uses are reserved.
-    let mut taken: HashMap<&'static str, &str> = peripheral_pins(program, target).into_iter().collect();
+    // Pins of peripherals that the program uses are reserved, and all of a port whose registers it names.
+    let shared = registers::shared_pins(program);
+    let ports: Vec<char> = registers::port_registers(program).iter().map(|register| register.port).collect();
+    let of_register = |pin: &str| pin.chars().nth(1).is_some_and(|letter| ports.contains(&letter));
+    let mut taken: HashMap<&'static str, &str> = HashMap::new();
+    taken.extend(target.pins.iter().filter(|pin| of_register(pin)).map(|pin| (*pin, "a register of its port")));
+    taken.extend(peripheral_pins(program, target));
+    let place = |pin: &SharedPin| format!("{}{}", pin.port, pin.bit);
     let mut homes: HashMap<&str, &'static str> = HashMap::new();
     let usable = |kind: SymbolKind| usable_pins(target, kind);
     for symbol in &wanted_pins {
@@ -142,11 +149,26 @@ pub fn assign_pins(
             push_diagnostic(code, *pos, cause, format!("usable are {}", pin_ranges(&all)));
             continue;
         };
+        let own = shared.iter().find(|pin| pin.name == symbol.name);
+        if own.is_some_and(|pin| !home.ends_with(&place(pin))) {
+            continue;
+        }
+        if own.is_some() || symbol.kind == SymbolKind::Adc && taken.get(home) == Some(&"a register of its port") {
+            taken.remove(home);
+        }
         if let Some(other) = taken.insert(home, &symbol.name) {
             let cause = format!("{home} is given to `{other}` and to `{}`", symbol.name);
             push_diagnostic(codes::PIN_TWICE, *pos, cause, "give each of them a pin of its own".to_owned());
         }
         homes.insert(&symbol.name, home);
+    }
+    // The checks of elements refuse registers on other families.
+    let has_registers = matches!(chip.family, ChipFamily::Avr | ChipFamily::Pic16);
+    for pin in shared.iter().filter(|pin| has_registers && !homes.contains_key(pin.name.as_str())) {
+        let cause =
+            format!("IO LIST puts `{}` at bit {} of port {}, whose register it shares", pin.name, pin.bit, pin.port);
+        let hint = "leave it there, and compile for the chip that MICRO= names".to_owned();
+        push_diagnostic(codes::PIN_TAKEN, none, cause, hint);
     }
     // Analog inputs have the fewest possible pins, so they are assigned first.
     let mut open: Vec<&PinRequest> = wanted_pins.iter().filter(|s| !wanted.contains_key(s.name.as_str())).collect();

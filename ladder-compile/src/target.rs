@@ -60,6 +60,28 @@ pub struct CompileJob<'a> {
     pub baud: Option<u64>,
 }
 
+impl CompileJob<'_> {
+    /// Mask of the bits of a port whose pins symbols or peripherals of the program use, or that no program can use.
+    #[must_use]
+    pub fn used_pins(&self, letter: char) -> u8 {
+        let (ir, target) = (self.ir, self.target);
+        let mask = |pin: &str| {
+            let bit = pin.chars().nth(2).and_then(|digit| digit.to_digit(8));
+            bit.filter(|_| pin.chars().nth(1) == Some(letter)).map_or(0, |bit| 1_u8 << bit)
+        };
+        let usable = target.pins.iter().fold(0, |all, pin| all | mask(pin));
+        let uart = target.uart.iter().flat_map(|&(transmit, receive)| {
+            [(ir.uart.send, transmit), (ir.uart.receive, receive)]
+                .into_iter()
+                .filter(|(used, _)| *used)
+                .map(|(_, pin)| pin)
+        });
+        let pins = self.pins.iter().map(|pin| pin.pin);
+        let used = pins.chain(uart).chain(target.pwm.filter(|_| ir.pwm_hz.is_some()));
+        used.fold(!usable, |all, pin| all | mask(pin))
+    }
+}
+
 /// Reason for which no image can be built.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum BuildRefusal {

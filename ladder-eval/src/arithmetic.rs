@@ -2,7 +2,37 @@
 
 use ladder::{CompareOp, MathOp};
 
-use crate::flat_program::CountMode;
+/// Direction and bound of a counter (2.3, 5.3).
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum CountMode {
+    /// Up, without a bound.
+    Up,
+    /// Down, without a bound.
+    Down,
+    /// Up to the limit.
+    UpTo,
+    /// Down to the limit.
+    DownTo,
+    /// Release 2.3: up to the limit and then from 0 again; gives on what it gets.
+    Circular,
+    /// LDmicro 5: up past the limit and then from the start again, with a carry.
+    UpAround,
+    /// LDmicro 5: down past the limit and then from the start again, with a carry.
+    DownAround,
+}
+
+/// Condition on the rung bit under which a counter counts.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum CountInput {
+    /// On a rising edge.
+    Rising,
+    /// On a falling edge.
+    Falling,
+    /// In every scan in which it is 1.
+    High,
+    /// In every scan in which it is 0.
+    Low,
+}
 
 /// Truncates an exact number to its low 32 - `cut` bits in two's complement.
 pub(crate) fn truncate(exact: i64, cut: u8) -> i32 {

@@ -2,6 +2,7 @@
 
 use ladder::{CompareOp, MathOp, SegmentDisplay, ShiftOp, UnaryOp};
 
+use crate::arithmetic::{CountInput, CountMode};
 use crate::flow_steps::FlowStep;
 
 /// Operation of an element. `bit`, `var`, `dest` and `src` index the values, `memory` and `first` the memory
@@ -51,6 +52,11 @@ pub(crate) enum ElementOp {
     Receive  { dest: u32 },
     Text     { text: u32 },
     Persist  { var: u32, cell: u32, memory: u32 },
+    Available,
+    Ready,
+    Pulser   { pulser: u32 },
+    Stepper  { stepper: u32, each: bool },
+    Encoder  { encoder: u32 },
 }
 
 /// Source of an operand: the index of a variable, or a constant.
@@ -58,36 +64,4 @@ pub(crate) enum ElementOp {
 pub(crate) enum ValueSource {
     Var(u32),
     Const(i32),
-}
-
-/// Direction and bound of a counter (2.3, 5.3).
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum CountMode {
-    /// Up, without a bound.
-    Up,
-    /// Down, without a bound.
-    Down,
-    /// Up to the limit.
-    UpTo,
-    /// Down to the limit.
-    DownTo,
-    /// Release 2.3: up to the limit and then from 0 again; gives on what it gets.
-    Circular,
-    /// LDmicro 5: up past the limit and then from the start again, with a carry.
-    UpAround,
-    /// LDmicro 5: down past the limit and then from the start again, with a carry.
-    DownAround,
-}
-
-/// Condition on the rung bit under which a counter counts.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum CountInput {
-    /// On a rising edge.
-    Rising,
-    /// On a falling edge.
-    Falling,
-    /// In every scan in which it is 1.
-    High,
-    /// In every scan in which it is 0.
-    Low,
 }

@@ -2,11 +2,13 @@
 
 use ladder::ElementId;
 
-use crate::arithmetic::{compare, count_step, math, truncate};
+use crate::arithmetic::{CountInput, CountMode, compare, count_step, math, truncate};
 use crate::bit_ops;
-pub(crate) use crate::element_op::{CountInput, CountMode, ElementOp, ValueSource};
+pub(crate) use crate::element_op::{ElementOp, ValueSource};
 use crate::flow_steps::{FlowStep, ScanPosition};
 use crate::peripheral_state::{FormattedText, PeripheralState, PiecewiseCurve};
+use crate::ports::FlatPort;
+use crate::pulse_ops::{EncoderState, FlatEncoder, FlatPulser, FlatStepper, PulserState};
 
 /// A program with its names resolved: its steps index its lists and the values of the state.
 #[derive(Debug, Default)]
@@ -32,6 +34,14 @@ pub(crate) struct FlatProgram {
     pub texts: Vec<FormattedText>,
     /// Symbols that READ_ADC uses, each once, in ascending order.
     pub adc_symbols: Vec<u32>,
+    /// The PULSER elements.
+    pub pulsers: Vec<FlatPulser>,
+    /// The STEPPER elements.
+    pub steppers: Vec<FlatStepper>,
+    /// The QUAD_ENCOD elements.
+    pub encoders: Vec<FlatEncoder>,
+    /// Ports of which the program names a register.
+    pub ports: Vec<FlatPort>,
     /// Frequency of the PWM output in Hz; `None` without SET_PWM.
     pub pwm_hz: Option<u32>,
     /// Number of scans that a byte takes on the serial line.
@@ -76,6 +86,11 @@ pub(crate) struct ScanState {
     pub scans: u64,
     /// State of converter, PWM output, serial line, EEPROM and strings.
     pub parts: PeripheralState,
+    /// State of each PULSER and of each QUAD_ENCOD.
+    pub pulsers: Vec<PulserState>,
+    pub encoders: Vec<EncoderState>,
+    /// For each port: the latch when it and the outputs were last equal.
+    latches: Vec<u8>,
     /// Memory bits of elements: the previous rung bit, or a flag that the element has run once.
     memories: Vec<bool>,
     /// State of each sequence of RANDOM.
@@ -97,6 +112,9 @@ impl ScanState {
             parts: PeripheralState::power_up(code),
             seeds: vec![1; code.seeds as usize],
             is_locked: false,
+            pulsers: vec![PulserState::default(); code.pulsers.len()],
+            encoders: vec![EncoderState::default(); code.encoders.len()],
+            latches: vec![0; code.ports.len()],
             memories: vec![false; code.memories as usize],
             groups: vec![(false, false); code.max_depth],
             master: true,
@@ -110,6 +128,7 @@ impl ScanState {
     pub(crate) fn scan(&mut self, code: &FlatProgram, mut watch: impl FnMut(ElementId, bool, bool, &[i32])) {
         self.parts.start_scan();
         self.master = true;
+        code.ports.iter().for_each(|port| port.sample(&mut self.values));
         let mut rung = true;
         let mut position = ScanPosition::default();
         if self.is_locked {
@@ -140,6 +159,7 @@ impl ScanState {
                 FlatStep::Do(id, op) => {
                     let before = rung;
                     rung = self.execute_element(code, op, before);
+                    self.share_outputs(code);
                     watch(id, before, rung, &self.values);
                 }
             }
@@ -289,6 +309,11 @@ impl ScanState {
             ElementOp::TestBit { var, bit, value } => {
                 rung & (bit_ops::has_bit(self.read_symbol(var), self.read_value(bit)) == value)
             }
+            ElementOp::Available => rung & self.parts.received_byte.is_some(),
+            ElementOp::Ready => rung & (self.parts.transmitter_busy_scans == 0),
+            ElementOp::Pulser { pulser } => self.pulse(code, pulser, rung),
+            ElementOp::Stepper { stepper, each } => self.step_motor(code, stepper, each, rung),
+            ElementOp::Encoder { encoder } => self.count_steps(code, encoder, rung),
             ElementOp::Send { src } => self.parts.send(code, self.read_symbol(src), rung),
             ElementOp::Text { text } => self.parts.send_text(code, text as usize, &self.values, rung),
             // The edge memory is updated in every scan, whether or not the rung is true.
@@ -383,11 +408,18 @@ impl ScanState {
         }
     }
 
-    fn read_symbol(&self, symbol: u32) -> i32 {
+    /// Makes the latches of ports and the outputs at their pins equal.
+    pub(crate) fn share_outputs(&mut self, code: &FlatProgram) {
+        for (port, held) in code.ports.iter().zip(&mut self.latches) {
+            port.share_outputs(&mut self.values, held);
+        }
+    }
+
+    pub(crate) fn read_symbol(&self, symbol: u32) -> i32 {
         self.values[symbol as usize]
     }
 
-    fn read_value(&self, value: ValueSource) -> i32 {
+    pub(crate) fn read_value(&self, value: ValueSource) -> i32 {
         match value {
             ValueSource::Var(var) => self.read_symbol(var),
             ValueSource::Const(value) => value,
@@ -395,7 +427,7 @@ impl ScanState {
     }
 
     /// Stores the low bytes of an exact result, truncated to the width of the symbol.
-    fn store(&mut self, code: &FlatProgram, symbol: u32, exact: i64) {
+    pub(crate) fn store(&mut self, code: &FlatProgram, symbol: u32, exact: i64) {
         self.values[symbol as usize] = truncate(exact, code.cut_bits[symbol as usize]);
     }
 
@@ -426,7 +458,7 @@ impl ScanState {
     }
 
     /// Stores a memory bit and gives what it held.
-    fn replace_memory(&mut self, memory: u32, now: bool) -> bool {
+    pub(crate) fn replace_memory(&mut self, memory: u32, now: bool) -> bool {
         std::mem::replace(&mut self.memories[memory as usize], now)
     }
 }

@@ -10,8 +10,11 @@ use ladder::{
     ProgramSettings, RungNode, TimerKind,
 };
 
-use crate::flat_program::{CountInput, CountMode, ElementOp, FlatProgram, FlatStep, ValueSource};
+use crate::arithmetic::{CountInput, CountMode};
+use crate::flat_program::{ElementOp, FlatProgram, FlatStep, ValueSource};
 use crate::peripheral_ops::{self, DeviceSettings};
+use crate::ports;
+use crate::pulse_ops;
 use crate::{UnsupportedElement, UnsupportedReason};
 
 /// Flattens all rungs; fails at the first unsupported element.
@@ -21,7 +24,13 @@ pub(crate) fn flatten(
     by_name: &HashMap<String, usize>,
 ) -> Result<FlatProgram, UnsupportedElement> {
     let widths = symbols.iter().map(|s| if s.kind.is_bit() { 0 } else { 32 - 8 * s.bytes }).collect();
-    let code = FlatProgram { cut_bits: widths, initial_values: vec![0; symbols.len()], ..FlatProgram::default() };
+    let power_up = |symbol: &LadderSymbol| ports::power_up_directions(program, &symbol.name, symbol.kind).unwrap_or(0);
+    let code = FlatProgram {
+        cut_bits: widths,
+        initial_values: symbols.iter().map(power_up).collect(),
+        ports: ports::flatten_ports(program, |name| by_name.get(name).and_then(|at| u32::try_from(*at).ok())),
+        ..FlatProgram::default()
+    };
     let mut builder = FlatBuilder {
         program,
         flow: ProgramFlow::new(program),
@@ -234,7 +243,12 @@ impl FlatBuilder<'_> {
             }
             Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => ElementOp::Short,
             Element::Flow { .. } | Element::Return | Element::Lock => ElementOp::Flow(self.flow_step(element)?),
+            Element::Pulser { .. } | Element::Stepper { .. } | Element::QuadEncod { .. } => {
+                pulse_ops::pulse_op(self, element)?
+            }
             Element::ShiftRegister { .. }
+            | Element::UartRecvAvail
+            | Element::UartSendReady
             | Element::LookUpTable { .. }
             | Element::PiecewiseLinear { .. }
             | Element::ReadAdc { .. }
@@ -261,7 +275,7 @@ impl FlatBuilder<'_> {
         self.code.memories - 1
     }
 
-    fn bit_index(&self, name: &str) -> Result<u32, UnsupportedReason> {
+    pub(crate) fn bit_index(&self, name: &str) -> Result<u32, UnsupportedReason> {
         match self.find_symbol(name)? {
             (index, true) => Ok(index),
             (_, false) => Err(UnsupportedReason::NotABit { name: name.to_owned() }),

@@ -17,7 +17,9 @@ mod flatten;
 mod flow_steps;
 mod peripheral_ops;
 mod peripheral_state;
+mod ports;
 mod power_up;
+mod pulse_ops;
 mod unsupported;
 
 use std::collections::HashMap;
@@ -103,6 +105,7 @@ impl Evaluator {
             return;
         };
         *slot = if kind.is_bit() { i32::from(value != 0) } else { arithmetic::truncate(value.into(), width) };
+        self.state.share_outputs(&self.code.flat);
     }
 
     /// Runs one scan: all rungs from top to bottom. Inputs keep the values last set for the whole scan.

@@ -53,6 +53,14 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
             check_pwm(builder, hertz, output.as_ref())?;
             ElementOp::SetPwm { duty: builder.operand_source(duty)? }
         }
+        Element::UartRecvAvail => {
+            check_serial(builder, None)?;
+            ElementOp::Available
+        }
+        Element::UartSendReady => {
+            check_serial(builder, None)?;
+            ElementOp::Ready
+        }
         Element::UartSend { name, rest } => {
             check_serial(builder, *rest)?;
             ElementOp::Send { src: builder.integer_index(name)? }

@@ -10,6 +10,7 @@ use crate::model::{Element, ElementId, LadderDialect, LadderOperand, LadderProgr
 use crate::packages;
 use crate::peripheral_checks;
 use crate::program_checks;
+use crate::register_checks;
 use crate::write::element_text;
 
 /// Checks a program against the rules of its dialect.
@@ -34,6 +35,7 @@ pub fn check(program: &LadderProgram) -> Vec<Diagnostic> {
     program_checks::check_names(&mut found);
     flow_checks::check_flow(&mut found);
     peripheral_checks::check_pwm(&mut found);
+    register_checks::check_registers(&mut found);
     found.diagnostics.sort_by_key(|d| d.pos);
     found.diagnostics
 }
@@ -176,6 +178,10 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
         | Element::SetPwm { .. }
         | Element::UartRecv { .. }
         | Element::UartSend { .. }
+        | Element::UartRecvAvail
+        | Element::UartSendReady
+        | Element::Stepper { .. }
+        | Element::Pulser { .. }
         | Element::FormattedString { .. } => peripheral_checks::check_peripheral_element(checker, at),
         Element::Comment(_)
         | Element::Contacts { .. }
@@ -201,6 +207,7 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
         | Element::Return
         | Element::Compare { .. }
         | Element::ShiftRegister { .. }
+        | Element::QuadEncod { .. }
         | Element::Persist { .. } => {}
     }
 }

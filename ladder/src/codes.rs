@@ -89,6 +89,8 @@ codes! {
         "Two spellings exist: a length followed by as many decimal character codes, or (LDmicro 5) one text between double quotes.";
     TAKEN_AS_LDMICRO5 "LD038" "taken as a program of LDmicro 5"
         "A note: the header is that of release 2.3, but the file has an element, a flag or an argument that only LDmicro 5 has. So the program gets the meanings of the dialect ldmicro-5. Choose a dialect on the command line to decide it yourself.";
+    REGISTER_ADDRESS "LD039" "a register is named by its address"
+        "A note: `#0x25` and the like are addresses in the data memory of the chip that MICRO= names. Those of the registers of ports are read as their names #PORTx, #PINx, #TRISx; others have no meaning here.";
     TIMER_RANGE "LD101" "a delay cannot be counted"
         "A timer counts scans: P = delay / cycle, rounded down, less 1, and P must lie in 1 to 32767. Shorter delays are under two scans, longer ones do not fit 16 bits. In ldmicro-5 the adjust takes the place of the 1, a timer with P under 1 has expired at once, and one with P beyond its width never does: both are warnings. Change the delay or CYCLE=.";
     NOT_LAST "LD102" "an element of the right rail is not last"
@@ -159,4 +161,10 @@ codes! {
         "It ends the scan, as in LDmicro 5's C output. The chips of LDmicro 5 run away there, because no return address is on the stack. Fix: GOTO with a number beyond the last rung.";
     NO_EFFECT "LD158" "an element without effect"
         "A note. DELAY and SLEEP pass time within a scan in LDmicro 5, and CLRWDT resets the watchdog. Here outputs change at the end of a scan, scans begin by a timer, and the watchdog is off, so none of them can be seen.";
+    REGISTER "LD141" "a register of a port cannot be used like this"
+        "#PORTx, #PINx and #TRISx name the latch, the levels and the directions of port x of the chip that MICRO= names; the chip must have the port. #PINx is read only. #TRISx needs a known chip, since 0 is an output on PIC and an input on AVR.";
+    DIRECTION "LD142" "a direction that means the opposite on the other family"
+        "#TRISx is TRISx on PIC, where a 0 makes an output, and DDRx on AVR, where a 1 does. So MOVE #TRISB 0 makes port B outputs on PIC and inputs on AVR. A warning on AVR, where it stores 0.";
+    REGISTER_EFFECT "LD143" "a register of a port that reaches no pin"
+        "#PORTx changes no direction: pins that neither IO LIST (a Y) nor #TRISx makes outputs stay inputs. #PINx reads inputs and outputs of IO LIST and pins that #TRISx makes outputs; all other pins read as 0.";
 }

@@ -208,9 +208,14 @@ impl Element {
         }
     }
 
-    /// What the element is: its row of the table.
+    /// What the element is: its row of the table. An operand that is a register of a port exists in LDmicro 5 only.
     #[must_use]
     pub fn facts(&self) -> ElementFacts<'_> {
+        let row = self.row();
+        if row.symbols.iter().any(|symbol| symbol.name.starts_with('#')) { row.ldmicro5() } else { row }
+    }
+
+    fn row(&self) -> ElementFacts<'_> {
         use PowerEffect::{Acts, Decides, Narrows, NoWire, Wire};
         use SymbolKind::{Adc, Counter, Timer, Variable};
         use WriteMoment::{Always, Passing, Powered};
@@ -327,6 +332,30 @@ impl Element {
             }
             Element::UartSend { name, rest: _ } => {
                 row("UART_SEND", Decides).with_memory().reads(name, Variable).uses_part(ChipPart::Transmitter)
+            }
+            Element::UartRecvAvail => row("UART_RECV_AVAIL", Narrows).uses_part(ChipPart::Receiver).ldmicro5(),
+            Element::UartSendReady => row("UART_SEND_READY", Narrows).uses_part(ChipPart::Transmitter).ldmicro5(),
+            Element::Pulser { high, low, accel, count, coil } => {
+                let row = row("PULSER", Decides).with_memory().ldmicro5();
+                let row = [high, low, accel, count].into_iter().fold(row, ElementFacts::operand);
+                row.writes(coil, kind_by_letter(coil), Always)
+            }
+            Element::Stepper { name, max, period, size: _, graph: _, coil } => {
+                let [left, scans] = crate::pulse_elements::stepper_counters(name);
+                row("STEPPER", Decides)
+                    .with_memory()
+                    .ldmicro5()
+                    .symbol(left, Counter, true, Some(Always))
+                    .symbol(scans, Counter, true, Some(Always))
+                    .operand(max)
+                    .operand(period)
+                    .writes(coil, kind_by_letter(coil), Always)
+            }
+            Element::QuadEncod { counter, interrupt: _, inputs, zero, dir, zero_kind: _, turn: _ } => {
+                let row = row("QUAD_ENCOD", Decides).with_memory().ldmicro5();
+                let row = row.symbol(counter, Variable, true, Some(Powered));
+                let row = inputs.iter().chain(zero).fold(row, |row, name| row.reads(name, kind_by_letter(name)));
+                dir.iter().fold(row, |row, name| row.writes(name, kind_by_letter(name), Powered))
             }
             // PERSIST loads the variable from the EEPROM the first time that it has power.
             Element::Persist { name } => {

@@ -8,7 +8,7 @@ pub(crate) const ANY_COUNT: usize = usize::MAX;
 
 /// All elements that the reader accepts.
 #[rustfmt::skip]
-pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 81] = [
+pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 86] = [
     ("COMMENT",          0, ANY_COUNT, "COMMENT text"),
     ("CONTACTS",         2, 3,   "CONTACTS name negated [set1]"),
     ("COIL",             4, 5,   "COIL name negated set reset [ttrigger]"),
@@ -88,16 +88,19 @@ pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 81] = [
     ("SET_PWM",          2, 4,   "SET_PWM duty hertz [name resolution]"),
     ("UART_RECV",        1, 3,   "UART_RECV name [bytes wait]"),
     ("UART_SEND",        1, 3,   "UART_SEND name [bytes wait]"),
+    ("UART_RECV_AVAIL",  0, 0,   "UART_RECV_AVAIL"),
+    ("UART_SEND_READY",  0, 0,   "UART_SEND_READY"),
+    ("PULSER",           5, 5,   "PULSER high low accel count coil"),
+    ("STEPPER",          6, 6,   "STEPPER name max period size graph coil"),
+    ("QUAD_ENCOD",       8, 8,   "QUAD_ENCOD counter interrupt A B Z dir kind turn"),
     ("PERSIST",          1, 1,   "PERSIST name"),
     ("FORMATTED_STRING", 2, ANY_COUNT, "FORMATTED_STRING name length c0 c1 .. or FORMATTED_STRING name \"text\" (name or (none))"),
 ];
 
 /// Elements of LDmicro 5 that are not supported.
 #[rustfmt::skip]
-pub(crate) const UNSUPPORTED_KEYWORDS: [&str; 23] = [
-    "NPULSE", "NPULSE_OFF", "PULSER", "STEPPER",
-    "QUAD_ENCOD", "14SEGMENTS",
-    "16SEGMENTS", "STRING", "SPI", "SPI_WR", "I2C_RD", "I2C_WR", "UART_RECV_AVAIL",
-    "UART_SEND_READY", "UART_RECVn", "UART_SENDn", "CPRINTF", "SPRINTF", "FPRINTF", "PRINTF", "I2C_PRINTF", "ISP_PRINTF",
+pub(crate) const UNSUPPORTED_KEYWORDS: [&str; 18] = [
+    "NPULSE", "NPULSE_OFF", "14SEGMENTS", "16SEGMENTS", "STRING", "SPI", "SPI_WR", "I2C_RD", "I2C_WR",
+    "UART_RECVn", "UART_SENDn", "CPRINTF", "SPRINTF", "FPRINTF", "PRINTF", "I2C_PRINTF", "ISP_PRINTF",
     "UART_PRINTF",
 ];

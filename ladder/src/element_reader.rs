@@ -10,6 +10,7 @@ use crate::model::{
     CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, MathOp, SegmentDisplay, ShiftOp, TimerKind,
     UnaryOp,
 };
+use crate::pulse_elements;
 use crate::reader::{LdReader, message_text};
 
 /// Reads one element; returns `None` after it has reported at least one error.
@@ -183,6 +184,9 @@ fn build_element(r: &mut LdReader<'_>, line: &LdLine<'_>, row: &ElementKeyword, 
             let (name, rest) = (r.read_integer_name(keyword, *name), read_uart_arguments(r, rest));
             Element::UartSend { name: name?, rest: rest? }
         }
+        ("UART_RECV_AVAIL", _) => Element::UartRecvAvail,
+        ("UART_SEND_READY", _) => Element::UartSendReady,
+        ("PULSER" | "STEPPER" | "QUAD_ENCOD", args) => pulse_elements::read_pulse_element(r, keyword, args)?,
         ("PERSIST", [name]) => Element::Persist { name: r.read_integer_name(keyword, *name)? },
         ("FORMATTED_STRING", [var, rest @ ..]) => counted_elements::read_formatted_string(r, line, row, *var, rest)?,
         // The argument count was checked against the row, so every valid line matches an arm above.
@@ -227,7 +231,7 @@ fn read_coil(r: &mut LdReader<'_>, name: LdToken<'_>, flags: &[LdToken<'_>]) -> 
     Some(Element::Coil { name, negated: is(0), set: is(1), reset: is(2), ttrigger: flags.get(3).copied() })
 }
 
-fn read_bit_name(
+pub(crate) fn read_bit_name(
     r: &mut LdReader<'_>,
     token: LdToken<'_>,
     letters: &[char],
@@ -284,17 +288,7 @@ fn read_counter(
     let name = r.read_integer_name(keyword, name);
     let max = rest.first().and_then(|t| read_constant(r, keyword, *t, "the counter's limit"));
     let init = rest.get(1).map(|t| read_operand(r, keyword, *t));
-    let input = rest.get(2).map(|t| match t.text {
-        "/" => Some('/'),
-        "\\" => Some('\\'),
-        "-" => Some('-'),
-        "o" => Some('o'),
-        other => {
-            let cause = format!("the counter's input kind is `{}`, allowed are / \\ - o", message_text(other));
-            r.error(codes::OUT_OF_RANGE, t.pos, cause, "write / for rising edges");
-            None
-        }
-    });
+    let input = rest.get(2).map(|t| read_input_kind(r, *t));
     Some(Element::Counter {
         kind,
         name: name?,
@@ -302,6 +296,21 @@ fn read_counter(
         init: transpose_optional(init)?,
         input: transpose_optional(input)?,
     })
+}
+
+/// Reads when an input counts.
+pub(crate) fn read_input_kind(r: &mut LdReader<'_>, token: LdToken<'_>) -> Option<char> {
+    match token.text {
+        "/" => Some('/'),
+        "\\" => Some('\\'),
+        "-" => Some('-'),
+        "o" => Some('o'),
+        other => {
+            let cause = format!("the counter's input kind is `{}`, allowed are / \\ - o", message_text(other));
+            r.error(codes::OUT_OF_RANGE, token.pos, cause, "write / for rising edges");
+            None
+        }
+    }
 }
 
 fn read_math(r: &mut LdReader<'_>, op: MathOp, keyword: &'static str, args: [LdToken<'_>; 3]) -> Option<Element> {

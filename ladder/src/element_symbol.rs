@@ -131,6 +131,19 @@ pub(crate) fn element_symbol(element: &Element) -> (String, String) {
         }
         Element::UartRecv { name, .. } => (name.clone(), "{UART RECV}".to_owned()),
         Element::UartSend { name, .. } => (name.clone(), "{UART SEND}".to_owned()),
+        Element::UartRecvAvail => (String::new(), "[UART AVAIL]".to_owned()),
+        Element::UartSendReady => (String::new(), "[UART READY]".to_owned()),
+        Element::Pulser { high, low, count, coil, .. } => {
+            let [high, low, count] = [high, low, count].map(write::operand_text);
+            in_brackets("[", &format!("PULSER {coil}"), &format!("{count} of {high}:{low}"), "]")
+        }
+        Element::Stepper { name, max, period, coil, .. } => {
+            let [max, period] = [max, period].map(write::operand_text);
+            in_brackets("[", &format!("STEPPER {name} {coil}"), &format!("{max} every {period}"), "]")
+        }
+        Element::QuadEncod { counter, inputs: [a, b], .. } => {
+            in_brackets("[", &format!("QUAD {counter}"), &format!("{a} {b}"), "]")
+        }
         Element::Persist { name } => (name.clone(), "{PERSIST}".to_owned()),
         Element::FormattedString { var, text, .. } => (var.clone().unwrap_or_default(), format!("{{\"{text}\"}}")),
     };

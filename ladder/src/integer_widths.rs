@@ -3,6 +3,8 @@
 use std::collections::HashMap;
 
 use crate::model::{Element, LadderDialect, LadderOperand, LadderProgram, LdFormat};
+use crate::pulse_elements::stepper_counters;
+use crate::registers::PortRegister;
 
 /// Width in bytes of all integers of release 2.3, and of every integer without a more specific rule.
 const DEFAULT_BYTES: u8 = 2;
@@ -11,19 +13,30 @@ const DEFAULT_BYTES: u8 = 2;
 pub(crate) struct IntegerWidths<'a> {
     /// Widths from `VAR LIST`, and of the accumulators that it does not list.
     known: HashMap<&'a str, u8>,
+    /// Widths of the counters of STEPPER elements.
+    steppers: HashMap<String, u8>,
 }
 
 impl<'a> IntegerWidths<'a> {
     /// Computes the widths of a program. In dialect 2.3 every integer has two bytes, whatever `VAR LIST`
     /// says.
     pub(crate) fn new(program: &'a LadderProgram) -> IntegerWidths<'a> {
-        let mut known = HashMap::new();
+        let (mut known, mut steppers) = (HashMap::new(), HashMap::new());
         if program.dialect == LadderDialect::Ldmicro23 {
-            return IntegerWidths { known };
+            return IntegerWidths { known, steppers };
         }
         known.extend(program.vars.iter().flatten().map(|v| (v.name.as_str(), v.bytes)));
         // Constants decide over VAR LIST, and of several elements of one name the last in text order decides.
         for (_, element, _) in program.elements() {
+            if let Element::Stepper { name, max, period, .. } = element {
+                for (counter, operand) in stepper_counters(name).into_iter().zip([max, period]) {
+                    let bytes = match operand {
+                        LadderOperand::Const { value, .. } => min_bytes(i128::from(*value)),
+                        LadderOperand::Var(name) => known.get(name.as_str()).copied().unwrap_or(DEFAULT_BYTES),
+                    };
+                    steppers.insert(counter, bytes);
+                }
+            }
             let (name, bytes) = match element {
                 Element::Timer { name, delay: LadderOperand::Const { value, .. }, .. } => {
                     (name, i128::from(*value).checked_div(i128::from(program.settings.cycle_us)).map(min_bytes))
@@ -43,12 +56,15 @@ impl<'a> IntegerWidths<'a> {
                 known.insert(name, bytes);
             }
         }
-        IntegerWidths { known }
+        IntegerWidths { known, steppers }
     }
 
     /// Width of an integer in bytes, 1 to 4.
     pub(crate) fn bytes_of_symbol(&self, name: &str) -> u8 {
-        self.known.get(name).copied().unwrap_or(DEFAULT_BYTES)
+        if PortRegister::from_name(name).is_some() {
+            return 1;
+        }
+        self.steppers.get(name).or_else(|| self.known.get(name)).copied().unwrap_or(DEFAULT_BYTES)
     }
 
     /// Width of an operand in bytes; for a constant, the fewest bytes that hold it.

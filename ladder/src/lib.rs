@@ -26,9 +26,12 @@ mod parse;
 mod peripheral_checks;
 mod program_checks;
 mod program_head;
+mod pulse_elements;
 mod reader;
+mod register_checks;
+pub mod registers;
 pub mod segments;
-mod symbol_model;
+mod symbol_kinds;
 pub mod symbols;
 mod write;
 
@@ -42,4 +45,5 @@ pub use parse::{
     MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, MAX_RUNGS, ParseOptions, ParsedProgram, parse, parse_bytes, parse_with,
 };
 pub use peripheral_checks::is_percent_resolution;
+pub use pulse_elements::stepper_counters;
 pub use write::{element_text, write, write_bytes};

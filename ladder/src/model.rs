@@ -13,7 +13,7 @@ use crate::element_facts::ChipPart;
 pub use crate::operations::{CounterKind, FlowOp, TimerKind};
 pub use crate::operators::{CompareOp, MathOp, ShiftOp, UnaryOp};
 pub use crate::segments::SegmentDisplay;
-pub use crate::symbol_model::{LadderSymbol, SymbolKind};
+pub use crate::symbol_kinds::{LadderSymbol, SymbolKind};
 
 /// Dialect: the set of rules that gives the elements their meaning. The same text may behave differently
 /// under each, so a program always states its dialect.
@@ -443,6 +443,55 @@ pub enum Element {
         name: String,
         /// LDmicro 5's byte count and wait flag, if written.
         rest: Option<(u32, u32)>,
+    },
+    /// `UART_RECV_AVAIL`: tests whether a received byte waits (LDmicro 5).
+    UartRecvAvail,
+    /// `UART_SEND_READY`: tests whether the transmitter is free (LDmicro 5).
+    UartSendReady,
+    /// `PULSER high low accel count coil` (LDmicro 5).
+    Pulser {
+        /// Scans for which the first pulse is 1, divided by the multiple.
+        high: LadderOperand,
+        /// Scans for which the first pulse is 0, divided by the multiple.
+        low: LadderOperand,
+        /// Multiple of both at the first pulse.
+        accel: LadderOperand,
+        /// Number of pulses.
+        count: LadderOperand,
+        /// Output or relay of the pulses.
+        coil: String,
+    },
+    /// `STEPPER name max period size graph coil` (LDmicro 5).
+    Stepper {
+        /// Stem of the counters `C<name>Dec` and `C<name>P`.
+        name: String,
+        /// Number of steps.
+        max: LadderOperand,
+        /// Scans of a step.
+        period: LadderOperand,
+        /// Size of the acceleration table.
+        size: u32,
+        /// Kind of acceleration; 0 is none.
+        graph: u32,
+        /// Output of the pulses.
+        coil: String,
+    },
+    /// `QUAD_ENCOD counter interrupt A B Z dir kind turn` (LDmicro 5).
+    QuadEncod {
+        /// Position.
+        counter: String,
+        /// Number of an interrupt, which LDmicro 5 does not use.
+        interrupt: u32,
+        /// Inputs A and B.
+        inputs: [String; 2],
+        /// Input of the zero mark.
+        zero: Option<String>,
+        /// Output or relay that is 1 after a step upwards.
+        dir: Option<String>,
+        /// When the zero mark counts: `/`, `\\`, `-` or `o`, as of a counter.
+        zero_kind: char,
+        /// Steps of a turn; 0 clears the counter at the zero mark.
+        turn: u32,
     },
     /// `PERSIST var`.
     Persist {

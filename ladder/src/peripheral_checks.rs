@@ -1,5 +1,7 @@
 //! Checks of tables, strings and the elements that use a part of the chip.
 
+use diag::Severity;
+
 use crate::check::{CheckedElement, Checker, check_default_argument};
 use crate::codes;
 use crate::format::{self, StringPiece};
@@ -49,6 +51,20 @@ pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: CheckedEle
                 check_default_argument(checker, at, "another choice than one byte without waiting");
             }
             check_baud(checker, at);
+        }
+        Element::UartRecvAvail | Element::UartSendReady => check_baud(checker, at),
+        Element::Stepper { graph, .. } => {
+            if *graph != 0 {
+                check_default_argument(checker, at, "an acceleration of STEPPER other than 0");
+            }
+            note_outputs(checker, at, "the pulses of STEPPER, which it ends at once: no scan shows them, here neither");
+        }
+        Element::Pulser { .. } => {
+            note_outputs(
+                checker,
+                at,
+                "PULSER: an older source shortens the pulses, 5.4.1.1 makes them one scan longer each in its code",
+            );
         }
         Element::FormattedString { var, text, quoted } => {
             check_string(checker, at, var.as_deref(), text, *quoted);
@@ -153,6 +169,11 @@ fn check_string(checker: &mut Checker<'_>, at: CheckedElement<'_>, var: Option<&
             }
         }
     }
+}
+
+fn note_outputs(checker: &mut Checker<'_>, at: CheckedElement<'_>, what: &str) {
+    let cause = format!("LDmicro 5 itself disagrees about {what}");
+    checker.report(Severity::Note, codes::OUTPUTS_DIFFER, at, &cause, "nothing to do if this is meant");
 }
 
 fn check_baud(checker: &mut Checker<'_>, at: CheckedElement<'_>) {

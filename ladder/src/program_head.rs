@@ -184,6 +184,7 @@ fn read_setting(reader: &mut LdReader<'_>, line: &LdLine<'_>, out: &mut ProgramH
     match name {
         "MICRO=" => {
             out.micro = Some(value.to_owned()).filter(|v| !v.is_empty());
+            reader.micro.clone_from(&out.micro);
             let (micro, pull_ups) = (out.micro.as_deref(), out.pull_ups.as_deref());
             if let (Some(micro), Some(pull_ups)) = (micro, pull_ups) {
                 check_earlier_pull_ups(reader, pull_ups, micro, line.pos);

@@ -8,6 +8,26 @@ use diag::{Diagnostic, Pos, Severity};
 use crate::codes;
 use crate::lexer::{self, LdToken};
 use crate::model::LadderDialect;
+use crate::registers::{self, PortRegister};
+
+/// Elements whose name cannot be a register: it is an accumulator, a stem of names, or kept when power is off.
+const NO_REGISTERS: [&str; 15] = [
+    "TON",
+    "TOF",
+    "RTO",
+    "RTL",
+    "TCY",
+    "THI",
+    "TLO",
+    "CTU",
+    "CTD",
+    "CTC",
+    "CTR",
+    "RES",
+    "SHIFT_REGISTER",
+    "PERSIST",
+    "READ_ADC",
+];
 
 /// Maximum number of errors reported for one file.
 const MAX_ERRORS: usize = 100;
@@ -21,6 +41,8 @@ pub(crate) struct LdReader<'a> {
     diagnostics: Vec<Diagnostic>,
     /// Number of errors among the diagnostics.
     errors: usize,
+    /// `MICRO=`, once it was read.
+    pub micro: Option<String>,
     /// Names used as bits.
     bits: BTreeSet<String>,
     /// Names of bits used as integers: name, position and keyword of the element.
@@ -34,6 +56,7 @@ impl<'a> LdReader<'a> {
             dialect: LadderDialect::Ldmicro23,
             diagnostics: Vec::new(),
             errors: 0,
+            micro: None,
             bits: BTreeSet::new(),
             misused_names: Vec::new(),
         }
@@ -85,8 +108,8 @@ impl<'a> LdReader<'a> {
             self.error(
                 codes::LDMICRO5_ONLY,
                 token.pos,
-                format!("`{shown}` is a special register of LDmicro 5, not supported here"),
-                "use a plain variable",
+                format!("`{shown}` is a register of LDmicro 5, which cannot be used in this place"),
+                "#PORTx, #PINx and #TRISx are integers for MOVE, arithmetic, comparisons and the like",
             );
         } else {
             self.error(
@@ -102,12 +125,48 @@ impl<'a> LdReader<'a> {
     /// Reads the name of an integer for the element `keyword`. Names of bits are reported at the end of the
     /// file.
     pub(crate) fn read_integer_name(&mut self, keyword: &'static str, token: LdToken<'_>) -> Option<String> {
+        if token.text.starts_with('#') && !NO_REGISTERS.contains(&keyword) {
+            return self.read_register(token);
+        }
         let name = self.read_name(token)?;
         if name.starts_with(['X', 'Y', 'R']) {
             self.misused_names.push((name, token.pos, keyword));
             return None;
         }
         Some(name)
+    }
+
+    /// Reads the name of a register: that of a port, or the address of one.
+    fn read_register(&mut self, token: LdToken<'_>) -> Option<String> {
+        if PortRegister::from_name(token.text).is_some() {
+            return Some(token.text.to_owned());
+        }
+        let shown = message_text(token.text);
+        let number = token.text.strip_prefix('#').and_then(lexer::split_c_number);
+        let Some((address, _)) = number.filter(|(_, rest)| rest.is_empty()) else {
+            let cause = format!("`{shown}` is a pointer in LDmicro 5, which stores at an address that nothing sets");
+            let hint = "registers are #PORTx, #PINx and #TRISx, with x the letter of a port: #TRISB is DDRB on AVR";
+            self.error(codes::LDMICRO5_ONLY, token.pos, cause, hint);
+            return None;
+        };
+        let micro = self.micro.clone().unwrap_or_default();
+        let register = u32::try_from(address).ok().and_then(|address| registers::register_at(&micro, address));
+        match register {
+            Some(register) => {
+                let cause = format!("`{shown}` is {} on the chip that MICRO= names", register.name());
+                let hint = format!("write {}", register.name());
+                self.report(Severity::Note, codes::REGISTER_ADDRESS, token.pos, cause, hint);
+                Some(register.name())
+            }
+            None => {
+                let chip =
+                    if micro.is_empty() { "no chip is named by MICRO=".to_owned() } else { message_text(&micro) };
+                let cause = format!("`{shown}` is no register of a port: {chip}");
+                let hint = "only the registers of ports have a meaning here: #PORTx, #PINx and #TRISx";
+                self.error(codes::LDMICRO5_ONLY, token.pos, cause, hint);
+                None
+            }
+        }
     }
 
     /// Reads a number from `low` to `high`; `what` names it in messages.

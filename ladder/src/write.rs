@@ -8,6 +8,7 @@ use crate::model::{
     CompareOp, CounterKind, Element, FlowOp, LadderOperand, LadderProgram, LdFormat, MathOp, ProgramSettings, RungNode,
     SegmentDisplay, ShiftOp, TimerKind, UnaryOp,
 };
+use crate::pulse_elements;
 
 /// Writes a program as `.ld` text in LDmicro's layout.
 ///
@@ -218,6 +219,11 @@ fn write_element(out: &mut String, element: &Element) -> std::fmt::Result {
         }
         Element::UartRecv { name, rest } => write_uart(out, "UART_RECV", name, rest.as_ref()),
         Element::UartSend { name, rest } => write_uart(out, "UART_SEND", name, rest.as_ref()),
+        Element::UartRecvAvail => write!(out, "UART_RECV_AVAIL"),
+        Element::UartSendReady => write!(out, "UART_SEND_READY"),
+        Element::Pulser { .. } | Element::Stepper { .. } | Element::QuadEncod { .. } => {
+            write!(out, "{}", pulse_elements::pulse_element_text(element))
+        }
         Element::Persist { name } => write!(out, "PERSIST {name}"),
         Element::FormattedString { var, text, quoted } => {
             write!(out, "FORMATTED_STRING {}", var.as_deref().unwrap_or("(none)"))?;

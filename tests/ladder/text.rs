@@ -48,5 +48,6 @@ fn program(text: &str) -> String {
     let (header, head) = head.strip_prefix("LDmicro0.2\n").map_or(("LDmicro0.1", head), |rest| ("LDmicro0.2", rest));
     let usual = |name: &str, line: &'static str| if head.contains(name) { "" } else { line };
     let (cycle, baud) = (usual("CYCLE=", "CYCLE=10000\n"), usual("BAUD=", "BAUD=1000\n"));
-    format!("{header}\n{cycle}{baud}CRYSTAL=4000000\n{head}IO LIST\nEND\nPROGRAM\n{rungs}\n")
+    let io = usual("IO LIST", "IO LIST\nEND\n");
+    format!("{header}\n{cycle}{baud}CRYSTAL=4000000\n{head}{io}PROGRAM\n{rungs}\n")
 }

@@ -71,6 +71,8 @@ pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> 
             Element::BitTest { name: random_integer(draw), bit: random_bit_number(draw), value: draw.rng.one_in(2) }
         }
         ElementSort::Bits => random_bit_element(draw),
+        ElementSort::Line => draw.pick(&[Element::UartRecvAvail, Element::UartSendReady]),
+        ElementSort::Pulse => random_pulse_element(draw),
         ElementSort::Shift => Element::ShiftRegister { name: "s".to_owned(), stages: 1 + draw.rng.below(5) as u32 },
         ElementSort::Table => random_table(draw),
         ElementSort::Curve => random_curve(draw),
@@ -126,6 +128,34 @@ fn random_bit_element(draw: &mut ProgramGenerator) -> Element {
                 }
             });
             Element::Bus { dest, src, targets }
+        }
+    }
+}
+
+/// PULSER, STEPPER and QUAD_ENCOD: mostly short ones.
+fn random_pulse_element(draw: &mut ProgramGenerator) -> Element {
+    let few = |draw: &mut ProgramGenerator| match draw.rng.below(5) {
+        0 => random_operand(draw),
+        _ => constant_operand(draw.rng.below(5) as i64),
+    };
+    let [high, low, accel, count] = [(); 4].map(|()| few(draw));
+    match draw.rng.below(3) {
+        0 => Element::Pulser { high, low, accel, count, coil: draw.pick(&draw.style.outputs.clone()) },
+        1 => {
+            let (name, coil) = (draw.pick(&["p", "q"]).to_owned(), draw.pick(&draw.style.outputs.clone()));
+            Element::Stepper { name, max: high, period: low, size: 0, graph: 0, coil }
+        }
+        _ => {
+            let inputs = draw.style.inputs.clone();
+            Element::QuadEncod {
+                counter: random_integer(draw),
+                interrupt: 0,
+                inputs: [draw.pick(&inputs), draw.pick(&inputs)],
+                zero: draw.rng.one_in(2).then(|| draw.pick(&inputs)),
+                dir: draw.rng.one_in(2).then(|| draw.pick(&draw.style.outputs.clone())),
+                zero_kind: draw.pick(&['/', '\\', '-', 'o']),
+                turn: draw.pick(&[0, 1, 2, 7, 200]),
+            }
         }
     }
 }

@@ -54,6 +54,10 @@ pub(super) enum ElementSort {
     Move,
     Math,
     BitTest,
+    /// Tests of the serial line.
+    Line,
+    /// PULSER, STEPPER and QUAD_ENCOD.
+    Pulse,
     Bits,
     Shift,
     Table,
@@ -78,6 +82,8 @@ const SORTS: &[(ElementSort, ProgramProfile, u64, bool)] = &[
     (ElementSort::Send,    ProgramProfile::Serial,  3, false),
     (ElementSort::Receive, ProgramProfile::Serial,  3, false),
     (ElementSort::Text,    ProgramProfile::Serial,  3, false),
+    (ElementSort::Line,    ProgramProfile::Serial,  2, false),
+    (ElementSort::Pulse,   ProgramProfile::Words,   3, false),
     (ElementSort::Coil,    ProgramProfile::Bits,   24, true),
     (ElementSort::Res,     ProgramProfile::Bits,    3, true),
     (ElementSort::Master,  ProgramProfile::Bits,    1, true),
@@ -223,7 +229,9 @@ impl ProgramStyle {
     /// Sets the weights of the sorts: those of [`SORTS`], some of them raised.
     fn set_weights(&mut self, rng: &mut Rng) {
         let five = self.dialect == LadderDialect::Ldmicro5;
-        let has_meaning = |sort| five || !matches!(sort, ElementSort::BitTest | ElementSort::Bits);
+        let has_meaning = |sort| {
+            five || !matches!(sort, ElementSort::BitTest | ElementSort::Bits | ElementSort::Line | ElementSort::Pulse)
+        };
         for &(sort, least, weight, last) in SORTS.iter().filter(|row| row.1 <= self.profile && has_meaning(row.0)) {
             // The sorts that a profile adds to the next smaller one get a higher weight.
             let own = if least == self.profile && least > ProgramProfile::Words { 3 } else { 1 };

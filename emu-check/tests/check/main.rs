@@ -13,5 +13,6 @@ mod pages;
 mod periods;
 mod peripherals;
 mod random;
+mod registers;
 mod report;
 mod waits;

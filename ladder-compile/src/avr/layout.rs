@@ -168,7 +168,8 @@ fn try_layout(job: &CompileJob<'_>, uses: &AvrUsage, fraction: u16, use_y: bool)
     let before = free.0;
 
     let receive = target.uart.filter(|_| ir.uart.receive).map(|(_, receive)| receive);
-    let mut ports = port_uses(pins, receive, target.pwm.filter(|_| ir.pwm_hz.is_some()));
+    let named: Vec<char> = ir.ports.iter().map(|cells| cells.letter).collect();
+    let mut ports = port_uses(pins, receive, target.pwm.filter(|_| ir.pwm_hz.is_some()), &named);
     for port in &mut ports {
         port.input = if port.inputs != 0 { free.take(BIT_REGISTERS, 1) } else { None };
         port.output = if port.outputs != 0 { free.take(BIT_REGISTERS, 1) } else { None };
@@ -247,8 +248,9 @@ fn try_layout(job: &CompileJob<'_>, uses: &AvrUsage, fraction: u16, use_y: bool)
 
 /// Returns the ports of these pins, by letter, without registers.
 ///
-/// `receive` and `pwm` are the pins of receiver and PWM output, if the program uses them.
-fn port_uses(pins: &[AssignedPin], receive: Option<&str>, pwm: Option<&str>) -> Vec<AvrPortUse> {
+/// `receive` and `pwm` are the pins of receiver and PWM output, if the program uses them, `named` the ports whose
+/// registers it names.
+fn port_uses(pins: &[AssignedPin], receive: Option<&str>, pwm: Option<&str>, named: &[char]) -> Vec<AvrPortUse> {
     let mut ports: Vec<AvrPortUse> = Vec::new();
     let mut add = |letter, inputs, outputs, pull_ups, driven| {
         let port = match ports.iter_mut().find(|port: &&mut AvrPortUse| port.letter == letter) {
@@ -280,6 +282,7 @@ fn port_uses(pins: &[AssignedPin], receive: Option<&str>, pwm: Option<&str>) -> 
         let (letter, bit) = port_and_mask(pin);
         if pull_up { add(letter, 0, 0, bit, 0) } else { add(letter, 0, 0, 0, bit) }
     }
+    named.iter().for_each(|&letter| add(letter, 0, 0, 0, 0));
     ports.sort_by_key(|port| port.letter);
     ports
 }

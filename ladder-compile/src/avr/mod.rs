@@ -19,14 +19,14 @@ use emu_avr::isa::{self, Kind};
 use ladder::ElementId;
 
 use crate::code::{CodeLabel, FinishedCode};
-use crate::ir::{ConstantTable, Ir, IrOp};
+use crate::ir::{ConstantTable, Ir, IrOp, PortCells};
 use crate::jump_roles::JumpLabels;
 use crate::longest_path::longest_path;
 use crate::map::{CellLocation, SpecialPin};
 use crate::target::{BuildRefusal, BuiltImage, CodeMark, CompileJob, ImageLine};
 use arch::{AvrArch, AvrCodeWriter, AvrJump};
 use compare::ComparisonChain;
-use layout::AvrLayout;
+use layout::{AvrCellPlace, AvrLayout, AvrPortUse};
 use pacing::AvrPacing;
 use peripheral_ops::AvrPeripherals;
 use registers::{AvrRegisters, is_bit_addressable};
@@ -161,8 +161,13 @@ fn emit_image(
     }
     asm.mark(CodeMark::Section("write the outputs"));
     for port in &layout.ports {
-        if let Some(reg) = port.output {
-            registers::write(&mut asm, regs.port("PORT", port.letter), reg.into());
+        match job.ir.port_cells(port.letter) {
+            Some(cells) => write_port_cells(&mut asm, (job, regs, layout), port, cells),
+            None => {
+                if let Some(reg) = port.output {
+                    registers::write(&mut asm, regs.port("PORT", port.letter), reg.into());
+                }
+            }
         }
     }
     asm.mark(CodeMark::ScanEnd);
@@ -179,6 +184,44 @@ fn emit_image(
         emit_tables(&mut asm, job.ir, &plan.devices.tables);
     }
     Ok((asm, wanted))
+}
+
+/// Emits the latch and the directions of a port whose registers the program names. Pins that the program uses otherwise
+/// keep their outputs, pull-ups and directions.
+fn write_port_cells(
+    asm: &mut AvrCodeWriter,
+    (job, regs, layout): (&CompileJob<'_>, &AvrRegisters, &AvrLayout),
+    port: &AvrPortUse,
+    cells: &PortCells,
+) {
+    let free = i32::from(!(job.used_pins(port.letter) | port.driven | port.pull_ups));
+    let load = |asm: &mut AvrCodeWriter, word| {
+        match layout.word(word) {
+            AvrCellPlace::Reg(reg) => asm.op(Kind::Mov, &[24, reg.into()]),
+            AvrCellPlace::Ram(addr) => layout.load(asm, 24, addr),
+        }
+        asm.op(Kind::Andi, &[24, free]);
+    };
+    match (cells.latch, port.output) {
+        (Some(latch), image) => {
+            load(asm, latch);
+            match image {
+                Some(image) => asm.op(Kind::Or, &[24, image.into()]),
+                None if port.pull_ups != 0 => asm.op(Kind::Ori, &[24, port.pull_ups.into()]),
+                None => {}
+            }
+            registers::write(asm, regs.port("PORT", port.letter), 24);
+        }
+        (None, Some(image)) => registers::write(asm, regs.port("PORT", port.letter), image.into()),
+        (None, None) => {}
+    }
+    if let Some(direction) = cells.direction {
+        load(asm, direction);
+        if port.driven != 0 {
+            asm.op(Kind::Ori, &[24, port.driven.into()]);
+        }
+        registers::write(asm, regs.port("DDR", port.letter), 24);
+    }
 }
 
 /// Emits the rungs, with a mark at every element of the program, also at elements without code.

@@ -2,6 +2,7 @@
 //! any state.
 
 use emu_avr::isa::Kind;
+use emu_core::chip::PinDef;
 
 use super::arch::{AvrCodeWriter, AvrJump};
 use super::layout::{AvrCellPlace, AvrLayout};
@@ -117,7 +118,9 @@ fn clear_registers(asm: &mut AvrCodeWriter, used: &[u8]) {
 /// The ports have their reset values: inputs without pull-up.
 pub fn set_up_ports(asm: &mut AvrCodeWriter, regs: &AvrRegisters, layout: &AvrLayout, job: &CompileJob<'_>) {
     let part = emu_avr::chips::part(job.target.chip.name);
-    if job.pins.iter().any(|pin| part.is_some_and(|part| part.is_jtag_pin(pin.pin))) {
+    let named = |pin: &PinDef| job.ir.ports.iter().any(|cells| pin.name.chars().nth(1) == Some(cells.letter));
+    let is_used = |pin: &PinDef| job.pins.iter().any(|used| used.pin == pin.name) || named(pin);
+    if part.is_some_and(|part| part.chip.pins.iter().any(|pin| part.is_jtag_pin(pin.name) && is_used(pin))) {
         // The bit takes effect only if it is written twice within four clocks.
         let control = regs.addr(&["MCUCSR"]);
         registers::read(asm, 24, control);

@@ -49,6 +49,14 @@ impl Lowering<'_> {
         let cycle = settings.cycle_us.max(1);
         self.ir.uart.send = program.uses_part(ChipPart::Transmitter);
         self.ir.uart.receive = program.uses_part(ChipPart::Receiver);
+        if program.elements().any(|(_, element, _)| matches!(element, Element::UartRecvAvail)) {
+            let word = self.new_word_cell("received".to_owned(), WordRole::Memory, 2, 0);
+            let waits = self.new_bit("byte waits".to_owned(), BitRole::Memory);
+            let take = vec![IrOp::Receive { dst: word }, IrOp::Store { bit: waits, negated: false }];
+            let cond = BranchCondition::Bit(waits);
+            self.ir.prologue.push(IrOp::If { cond, if_true: Vec::new(), if_false: take });
+            self.received = Some((word, waits));
+        }
         let mut duties = Vec::new();
         for (_, element, _) in program.elements() {
             if let Element::SetPwm { duty, .. } = element {
@@ -149,6 +157,39 @@ impl Lowering<'_> {
             Some(TransmitterBusy::Scans(word, _)) => {
                 self.push(IrOp::SetAccumulator(true));
                 self.push(IrOp::AndCompare(not_zero(word)));
+            }
+            None => {}
+        }
+    }
+
+    /// Lowers UART_RECV. A program that tests whether a byte waits has taken it from the receiver before the rungs.
+    pub(super) fn receive(&mut self, name: &str) {
+        let dst = self.word(name);
+        let Some((byte, bit)) = self.received else {
+            return self.push(if_accumulator(vec![IrOp::Receive { dst }]));
+        };
+        let take = vec![IrOp::Move { dst, src: WordOperand::Cell(byte) }, IrOp::SetBit { bit, value: false }];
+        self.push(if_accumulator(vec![IrOp::If {
+            cond: BranchCondition::Bit(bit),
+            if_true: take,
+            if_false: vec![IrOp::SetAccumulator(false)],
+        }]));
+    }
+
+    /// Lowers UART_RECV_AVAIL.
+    pub(super) fn test_received(&mut self) {
+        if let Some((_, bit)) = self.received {
+            self.push(IrOp::And { bit, negated: false });
+        }
+    }
+
+    /// Lowers UART_SEND_READY.
+    pub(super) fn test_transmitter(&mut self) {
+        match self.transmitter_busy {
+            Some(TransmitterBusy::Bit(bit)) => self.push(IrOp::And { bit, negated: true }),
+            Some(TransmitterBusy::Scans(a, _)) => {
+                let free = WordComparison { a, rel: RelationOp::Eq, b: WordOperand::Const(0) };
+                self.push(IrOp::AndCompare(free));
             }
             None => {}
         }

@@ -150,7 +150,7 @@ impl Pic16FreeRam {
 /// The number of bytes of RAM needed, if the chip has fewer.
 pub fn layout(ir: &Ir, pins: &[AssignedPin], chip: &Pic16ChipData, needs: Pic16RamNeeds) -> Result<Pic16Layout, u64> {
     let mut free = Pic16FreeRam::new(chip);
-    let mut ports = port_uses(pins, chip);
+    let mut ports = port_uses(ir, pins, chip);
     for port in &mut ports {
         if port.input_bits != 0 {
             port.input = free.take(1, 0);
@@ -191,7 +191,7 @@ pub fn layout(ir: &Ir, pins: &[AssignedPin], chip: &Pic16ChipData, needs: Pic16R
     Ok(Pic16Layout { ports, bits, words, scratch, fraction, extension, byte_received_flag: received, used: free.used })
 }
 
-fn port_uses(pins: &[AssignedPin], chip: &Pic16ChipData) -> Vec<Pic16PortUse> {
+fn port_uses(ir: &Ir, pins: &[AssignedPin], chip: &Pic16ChipData) -> Vec<Pic16PortUse> {
     const PORTS: [(char, Sfr); 5] =
         [('A', Sfr::PORTA), ('B', Sfr::PORTB), ('C', Sfr::PORTC), ('D', Sfr::PORTD), ('E', Sfr::PORTE)];
     let mut ports = Vec::new();
@@ -202,7 +202,7 @@ fn port_uses(pins: &[AssignedPin], chip: &Pic16ChipData) -> Vec<Pic16PortUse> {
             here.fold(0, |mask, pin| mask | 1 << pin.bit_number())
         };
         let (inputs, outputs) = (of(false), of(true));
-        if inputs | outputs == 0 {
+        if inputs | outputs == 0 && ir.port_cells(letter).is_none() {
             continue;
         }
         let bits =

@@ -30,7 +30,7 @@ use crate::map::CellLocation;
 use crate::target::{BuildRefusal, BuiltImage, CodeMark, CompileJob, ImageLine};
 use arch::{PAGE, Pic16Arch, Pic16Jump};
 use chip_data::Pic16ChipData;
-use layout::{Pic16Layout, Pic16RamNeeds};
+use layout::{Pic16Layout, Pic16PortUse, Pic16RamNeeds};
 use pacing::{FreeTimers, Pic16Pacing};
 use peripherals::Pic16Peripherals;
 use select::{Pic16Routine, Pic16Selector};
@@ -203,9 +203,8 @@ fn build_code(
     select_scan(job.ir, &mut select);
     let (mut out, mut routines) = (select.out, select.routines);
     out.mark(CodeMark::Section("write the outputs"));
-    for port in layout.ports.iter().filter(|port| port.output_bits != 0) {
-        out.byte_op(Kind::MovfW, port.output);
-        out.byte_op(Kind::Movwf, port.port);
+    for port in &layout.ports {
+        write_port(&mut out, job, layout, port);
     }
     out.select_bank(1);
     out.mark(CodeMark::ScanEnd);
@@ -249,6 +248,37 @@ fn build_code(
         return Err(BuildRefusal::Internal(CodegenError::LayoutMismatch { words: code.words.len(), planned: length }));
     }
     Ok((large || code.words.len() as u32 <= PAGE).then_some(code))
+}
+
+/// Emits the outputs of a port, and the latch and the directions if the program names them. Pins that the program uses
+/// otherwise keep their outputs and directions.
+fn write_port(out: &mut Pic16Writer<'_>, job: &CompileJob<'_>, layout: &Pic16Layout, port: &Pic16PortUse) {
+    let cells = job.ir.port_cells(port.letter);
+    let free = port.existing_bits & !job.used_pins(port.letter);
+    if let Some(latch) = cells.and_then(|cells| cells.latch) {
+        out.byte_op(Kind::MovfW, layout.word(latch));
+        out.literal_op(Kind::Andlw, free);
+        if port.output_bits != 0 {
+            out.byte_op(Kind::IorwfW, port.output);
+        }
+        out.byte_op(Kind::Movwf, port.port);
+    } else if port.output_bits != 0 {
+        out.byte_op(Kind::MovfW, port.output);
+        out.byte_op(Kind::Movwf, port.port);
+    }
+    if let Some(direction) = cells.and_then(|cells| cells.direction) {
+        out.byte_op(Kind::MovfW, layout.word(direction));
+        out.literal_op(Kind::Andlw, free);
+        let pwm = job.target.pwm.filter(|_| job.ir.pwm_hz.is_some()).map_or(0, |pin| pin_mask(pin, port.letter));
+        out.literal_op(Kind::Iorlw, port.existing_bits & !(free | port.output_bits | pwm));
+        out.byte_op(Kind::Movwf, port.tris);
+    }
+}
+
+/// Mask of a pin such as `RC2` in the port of a letter; 0 for a pin of another port.
+fn pin_mask(pin: &str, letter: char) -> u8 {
+    let bit = pin.chars().nth(2).and_then(|digit| digit.to_digit(8));
+    bit.filter(|_| pin.chars().nth(1) == Some(letter)).map_or(0, |bit| 1 << bit)
 }
 
 /// Selects all operations, with a mark at every rung and every element of the program, also at elements

@@ -36,7 +36,8 @@ pub fn emit_reset(
             }
         }
     }
-    for port in layout.ports.iter().filter(|port| port.output_bits != 0) {
+    let latched = |letter| job.ir.port_cells(letter).is_some_and(|cells| cells.latch.or(cells.direction).is_some());
+    for port in layout.ports.iter().filter(|port| port.output_bits != 0 || latched(port.letter)) {
         out.byte_op(Kind::Clrf, port.port);
     }
     let pwm = job.target.pwm.filter(|_| devices.pwm.is_some());

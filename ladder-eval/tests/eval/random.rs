@@ -31,6 +31,9 @@ const VALUES: &[i64] = &[
     32766, 32767,
 ];
 
+/// Registers that may be written.
+const REGISTERS: &[&str] = &["#PORTB", "#TRISB", "#PORTC"];
+
 fn integer() -> impl Strategy<Value = String> {
     select(INTEGERS).prop_map(str::to_owned)
 }
@@ -102,8 +105,33 @@ fn element() -> impl Strategy<Value = Element> {
         .prop_map(|(op, op1, op2)| Element::Compare { op, op1, op2 });
     prop_oneof![
         6 => contact, 4 => coil, 4 => plain, 3 => timer, 3 => counter, 1 => res, 1 => mv, 3 => math, 2 => compare,
-        8 => device(), 5 => bits,
+        8 => device(), 5 => bits, 2 => register_element(),
     ]
+}
+
+/// Registers of ports as operands.
+fn register_element() -> impl Strategy<Value = Element> {
+    let source = prop_oneof![
+        select(REGISTERS).prop_map(var),
+        select(vec!["#PINB", "#PINC"]).prop_map(var),
+        any::<u8>().prop_map(|byte| constant(byte.into())),
+        select(INTEGERS).prop_map(var),
+    ];
+    let write =
+        (select(REGISTERS), source.clone()).prop_map(|(dest, src)| Element::Move { dest: dest.to_owned(), src });
+    let read = (integer(), source.clone()).prop_map(|(dest, src)| Element::Move { dest, src });
+    let math = (select(REGISTERS), source.clone(), source).prop_map(|(dest, op1, op2)| Element::Math {
+        op: MathOp::Add,
+        dest: dest.to_owned(),
+        op1,
+        op2,
+    });
+    let bit = (select(REGISTERS), 0..9i64, any::<bool>()).prop_map(|(name, bit, value)| Element::BitWrite {
+        name: name.to_owned(),
+        bit: constant(bit),
+        value,
+    });
+    prop_oneof![write, read, math, bit]
 }
 
 /// What LDmicro 5 does with the bits of integers.
@@ -179,7 +207,39 @@ fn device() -> impl Strategy<Value = Element> {
         2 => integer().prop_map(|name| Element::UartRecv { name, rest: None }),
         3 => text,
         2 => integer().prop_map(|name| Element::Persist { name }),
+        1 => select(vec![Element::UartRecvAvail, Element::UartSendReady]),
+        3 => pulse_element(),
     ]
+}
+
+/// PULSER, STEPPER and QUAD_ENCOD.
+fn pulse_element() -> impl Strategy<Value = Element> {
+    let few = || prop_oneof![4 => (-1..4i64).prop_map(constant), 1 => operand()];
+    let pulser = (few(), few(), few(), few(), select(COILS))
+        .prop_map(|(high, low, accel, count, coil)| Element::Pulser { high, low, accel, count, coil: coil.to_owned() });
+    let stepper = (select(vec!["q", "r"]), few(), few()).prop_map(|(name, max, period)| Element::Stepper {
+        name: name.to_owned(),
+        max,
+        period,
+        size: 0,
+        graph: 0,
+        coil: "Ya".to_owned(),
+    });
+    let name = |names: &'static [&'static str]| select(names).prop_map(str::to_owned);
+    let zero = prop::option::of(name(&["Xa", "Xb"]));
+    let kinds = (select(vec!['/', '\\', '-', 'o']), select(vec![0u32, 1, 2, 5, 127, 128]));
+    let encoder =
+        (integer(), name(&["Xa", "Xb"]), name(&["Xa", "Xb"]), zero, prop::option::of(name(&["Ra", "Ya"])), kinds)
+            .prop_map(|(counter, a, b, zero, dir, (zero_kind, turn))| Element::QuadEncod {
+                counter,
+                interrupt: 0,
+                inputs: [a, b],
+                zero,
+                dir,
+                zero_kind,
+                turn,
+            });
+    prop_oneof![pulser, stepper, encoder]
 }
 
 /// Creates a program of the dialect, with widths for some of its integers, and a rate of 1 to 4 scans per
@@ -204,6 +264,22 @@ fn in_dialect(rungs: Vec<Vec<RungNode>>, five: bool, old: bool, widths: Vec<u8>,
     });
     program.vars = Some(entries.collect());
     program
+}
+
+/// Puts inputs and outputs on ports whose registers the elements name.
+fn name_pins(program: &mut LadderProgram, avr: bool) {
+    let (micro, pins) = match avr {
+        true => ("Atmel AVR ATmega328 28-PDIP", [14, 24, 16]),
+        false => ("Microchip PIC16F877 40-PDIP", [33, 16, 40]),
+    };
+    program.settings.micro = Some(micro.to_owned());
+    let entry = |(name, pin): (&str, u32)| ladder::IoEntry {
+        name: name.to_owned(),
+        pin,
+        modbus: None,
+        pos: Default::default(),
+    };
+    program.io = ["Xa", "Xb", "Ya"].into_iter().zip(pins).map(entry).collect();
 }
 
 /// Removes what only ldmicro-5 supports.
@@ -279,9 +355,13 @@ proptest! {
         widths in prop::collection::vec(1..=4u8, 0..7),
         baud in select(vec![2500u64, 1250, 1000, 700]),
         cells in prop::collection::vec(any::<u8>(), 0..6),
+        chip in prop::option::of(any::<bool>()),
         stimulus in stimulus(),
     ) {
-        let program = in_dialect(maybe_with_flow(rungs, flow), five, old, widths, baud);
+        let mut program = in_dialect(maybe_with_flow(rungs, flow), five, old, widths, baud);
+        if let Some(avr) = chip {
+            name_pins(&mut program, avr);
+        }
         let mut eval = Evaluator::new(&program).map_err(|e| TestCaseError::fail(e.to_string()))?;
         let mut naive = naive::NaiveInterpreter::new(&program);
         for (addr, &byte) in cells.iter().enumerate() {
@@ -369,6 +449,8 @@ proptest! {
                         WriteMoment::Powered => before,
                         WriteMoment::Passing => after,
                     });
+                    // The levels of pins are taken at the start of the scan.
+                    let may = may || symbol.name.starts_with("#PIN");
                     prop_assert!(old == new || may, "{element:?} writes {}: {old} {new}", symbol.name);
                 }
                 values = now;

@@ -7,6 +7,8 @@
 mod bits;
 mod flow;
 mod parts;
+mod ports;
+mod pulses;
 
 use std::collections::{HashMap, HashSet};
 
@@ -57,6 +59,12 @@ pub struct NaiveInterpreter {
     now: u64,
     line_free: u64,
     cells_free: u64,
+    /// State of the elements of pulses.
+    pulsers: HashMap<(u32, u32), pulses::NaivePulser>,
+    encoders: HashMap<(u32, u32), pulses::NaiveEncoder>,
+    /// Bits of registers that are inputs and outputs, and whether a 1 directs outwards.
+    homes: Vec<ports::BitHome>,
+    avr: bool,
     /// For each string being sent: the index of the next character, and the number that it shows once read.
     texts: HashMap<(u32, u32), (usize, i64)>,
 }
@@ -67,6 +75,7 @@ impl NaiveInterpreter {
         let widths = program.symbols().into_iter().map(|s| (s.name, s.bytes.into())).collect();
         let mut naive = NaiveInterpreter { widths, ..NaiveInterpreter::default() };
 
+        naive.set_up_ports(program);
         let mut address = 0;
         for (ElementId { rung, index }, element, _) in program.elements() {
             match element {
@@ -107,6 +116,7 @@ impl NaiveInterpreter {
         self.seen.clear();
         self.now += 1;
         self.sent = None;
+        self.sample_pins();
         self.jumps_back = 0;
         if !self.locked {
             self.rungs_from(0, program);
@@ -311,6 +321,13 @@ impl NaiveInterpreter {
                 }
                 _ => false,
             },
+            Element::UartRecvAvail => power && self.received_byte.is_some(),
+            Element::UartSendReady => power && self.now >= self.line_free,
+            Element::Pulser { high, low, accel, count, coil } => self.pulser([high, low, accel, count], coil, power),
+            Element::Stepper { name, max, period, coil, .. } => {
+                self.stepper(name, [max, period], coil, (power, before))
+            }
+            Element::QuadEncod { .. } => power && self.encoder(element),
             Element::FormattedString { var, text, quoted } => {
                 self.remembered.insert(self.current_element, power);
                 let pieces = split_format_string(text, *quoted).expect("a sound text");
@@ -453,13 +470,14 @@ impl NaiveInterpreter {
     }
 
     pub fn integer(&self, name: &str) -> i64 {
-        self.integers.get(name).copied().unwrap_or(0)
+        self.with_outputs(name, self.integers.get(name).copied().unwrap_or(0))
     }
 
     /// Stores `value` reduced to the width of the integer.
     pub fn store(&mut self, name: &str, value: i64) {
         let bits = 8 * self.widths.get(name).copied().unwrap_or(2);
         self.integers.insert(name.to_owned(), wrap_to_bits(value, bits));
+        self.store_outputs(name, value);
     }
 
     /// True if an operand, or the variable with a name, has at most 16 bits.

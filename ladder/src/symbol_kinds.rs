@@ -1,4 +1,4 @@
-//! The symbols of a program.
+//! Symbols of a program, and their kinds.
 
 use serde::Serialize;
 
