@@ -1,7 +1,7 @@
 //! Characters on displays of segments, as LDmicro 5 has them.
 //!
-//! The values are those that LDmicro's own output gave when it was run, but for the characters `; < = > \\`, of which there is
-//! no measurement: those are drawn as their neighbours suggest.
+//! The values are those that LDmicro's own output gave when it was run, except for character 29 and `; < = > C D \\ d k`, of which
+//! there is no measurement: these follow from their neighbours.
 
 /// A display with a table of characters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
