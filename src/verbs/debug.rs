@@ -2,6 +2,7 @@
 
 mod about;
 mod back;
+mod blocks;
 mod calls;
 mod code;
 pub mod commands;

@@ -214,7 +214,7 @@ impl ObjectExpr {
     /// It has none, or none of that name.
     pub(super) fn member(&self, name: &str) -> Result<ObjectExpr, DebugError> {
         let Some(CType::Record { .. }) = self.resolved_type() else {
-            if self.element_type().is_some() && !self.is_array() {
+            if self.element_type().is_some() && !self.is_array() && !self.is_function() {
                 return self.element(DebugExpression::Number(0))?.member(name);
             }
             return Err(DebugError::NoMembers { name: name.to_owned(), type_name: self.info().type_name(self.ctype) });
@@ -417,15 +417,18 @@ impl ObjectExpr {
         }
     }
 
-    /// A variable that is known where the machine is.
+    /// The variables in it are known where the machine is.
     #[must_use]
     pub fn is_known(&self, target: &dyn DynMachine) -> bool {
-        match &self.base {
+        let own = match &self.base {
             ObjectBase::Variable { known, level, .. } if !known.is_empty() => {
                 self.frame(target, known, *level).is_some()
             }
+            ObjectBase::At(of) | ObjectBase::Value(of) => of.is_known(target),
+            ObjectBase::AddressOf(of) => of.is_known(target),
             _ => true,
-        }
+        };
+        own && self.indices.iter().all(|(index, _)| index.is_known(target))
     }
 
     /// The bit field that it is.

@@ -120,6 +120,19 @@ impl DebugExpression {
         }
     }
 
+    /// The variables in it are known where the machine is.
+    #[must_use]
+    pub fn is_known(&self, target: &dyn DynMachine) -> bool {
+        match self {
+            DebugExpression::Number(_) | DebugExpression::Real(_) | DebugExpression::Place(_) => true,
+            DebugExpression::Object(object) => object.is_known(target),
+            DebugExpression::At(_, of) | DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) => {
+                of.is_known(target)
+            }
+            DebugExpression::Binary(_, a, b) => a.is_known(target) && b.is_known(target),
+        }
+    }
+
     /// Time alone changes its value.
     #[must_use]
     pub fn depends_only_on_time(&self) -> bool {

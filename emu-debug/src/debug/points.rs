@@ -44,6 +44,8 @@ pub struct DebugPoint {
     pub temporary: bool,
     /// It counts.
     pub enabled: bool,
+    /// It counts no more when it has stopped the machine so many times.
+    pub stops_left: Option<u64>,
     /// It stops the machine only where this is not 0.
     pub condition: Option<DebugExpression>,
     /// That as it was written; empty where there is none.
@@ -90,6 +92,7 @@ impl DebugPoints {
             text: text.to_owned(),
             temporary,
             enabled: true,
+            stops_left: None,
             condition: None,
             condition_text: String::new(),
             ignore: 0,
@@ -122,6 +125,20 @@ impl DebugPoints {
         let before = self.all.len();
         self.all.retain(|point| point.id != id);
         self.all.len() < before
+    }
+
+    /// Notes that points have stopped the machine: temporary ones are deleted, others may count no more.
+    pub(super) fn note_stops(&mut self, ids: impl Iterator<Item = u32>) {
+        for id in ids {
+            let Some(point) = self.get_mut(id) else { continue };
+            if let Some(left) = point.stops_left {
+                point.stops_left = Some(left.saturating_sub(1)).filter(|left| *left > 0);
+                point.enabled = point.stops_left.is_some();
+            }
+            if point.temporary {
+                self.remove(id);
+            }
+        }
     }
 
     /// Deletes all.

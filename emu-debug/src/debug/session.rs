@@ -435,11 +435,7 @@ impl DebugSession {
             self.points.remove(id);
             hits.push(PointHit { id, old: None, new: None, write: None, pc: machine.pc() });
         }
-        for hit in &hits {
-            if self.points.get(hit.id).is_some_and(|point| point.temporary) {
-                self.points.remove(hit.id);
-            }
-        }
+        self.points.note_stops(hits.iter().map(|hit| hit.id));
         hits
     }
 
