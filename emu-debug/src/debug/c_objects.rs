@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use emu_core::chip::ChipFamily;
-use emu_core::image::{BaseEncoding, CType, DebugInfo, FunctionInfo, VariableInfo};
+use emu_core::image::{AVR_DATA, BaseEncoding, CType, DebugInfo, FunctionInfo, VariableInfo};
 
 pub use byte_locations::ObjectByteLocation;
 
@@ -98,6 +98,40 @@ impl ObjectExpr {
     pub fn is_function_pointer(&self) -> bool {
         let to = self.element_type().filter(|_| !self.is_array());
         to.is_some_and(|to| matches!(self.info().resolve_type(to), Some(CType::Function { .. })))
+    }
+
+    /// The value of a pointer to data without the offset with which it is printed.
+    pub(super) fn without_link_offset(&self, value: i64) -> i64 {
+        let data = i64::from(AVR_DATA);
+        let is_linked = self.is_linked_pointer() && (data..data + 0x1_0000).contains(&value);
+        if is_linked { value - data } else { value }
+    }
+
+    /// The same, computed from the places that variables of calls have now.
+    pub(super) fn with_bound_value(mut self, target: &dyn DynMachine) -> ObjectExpr {
+        self.base = match self.base {
+            ObjectBase::Value(of) => ObjectBase::Value(Box::new(of.with_bound_operands(target))),
+            ObjectBase::At(of) => ObjectBase::At(Box::new(of.with_bound_operands(target))),
+            other => other,
+        };
+        self
+    }
+
+    /// The compiler has left out all of it, or something that it is computed from.
+    pub(super) fn is_optimized_out(&self, target: &dyn DynMachine) -> bool {
+        let cells = self.byte_locations(target);
+        !cells.is_empty() && cells.iter().all(|cell| *cell == ObjectByteLocation::OptimizedAway)
+    }
+
+    /// It is a value that lies nowhere, and so cannot be set.
+    #[must_use]
+    pub fn is_computed(&self) -> bool {
+        matches!(self.base, ObjectBase::Value(_) | ObjectBase::AddressOf(_) | ObjectBase::Kept(_))
+    }
+
+    /// It is a pointer to data, whose value is printed with the offset that ELF files of the AVR give data memory.
+    pub(super) fn is_linked_pointer(&self) -> bool {
+        self.element_type().is_some() && !self.is_array() && !self.is_function() && !self.is_function_pointer()
     }
 
     /// The byte address of a function; nothing where it is none.
@@ -371,6 +405,7 @@ impl ObjectExpr {
             _ => {}
         }
         let value = if self.is_real() { value.to_bits(self.bytes().unwrap_or(0)) } else { value.to_integer() };
+        let value = self.without_link_offset(value);
         let cells = self.byte_locations(target);
         let bits = self.bits.map_or(8 * cells.len() as u32, |(_, size)| size);
         let (least, most) = match bits {

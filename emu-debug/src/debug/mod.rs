@@ -23,6 +23,7 @@
 //! **Going back** takes the nearest snapshot before the wanted position and runs a copy of it forwards again, with everything that
 //! was done from outside put in at its own cycle. Nothing of a machine can run backwards, and nothing has to.
 
+mod arithmetic;
 mod backwards;
 mod breakpoint_locations;
 mod breakpoint_probe;
@@ -41,6 +42,7 @@ mod expression_value;
 mod followed_machine;
 mod history;
 mod parse_expression;
+mod parse_literals;
 mod points;
 mod scope;
 mod session;
@@ -50,6 +52,7 @@ mod values;
 pub use backwards::PassedPosition;
 pub use c_objects::{ObjectByteLocation, ObjectExpr};
 pub use c_type_queries::CTypeRef as CKind;
+pub use c_values::{PrintSettings, c_text, real_text};
 pub use call_flow::{CallFlow, call_flow};
 pub use call_stack::{CallFrame, CallStack};
 pub use dyn_machine::{DynMachine, DynProbe, MachineWithDevices, ObserveLevel};

@@ -226,7 +226,10 @@ impl DebugSession {
         let object = expr.object().filter(|object| object.is_wider_than_place(self.machine()));
         let writes = match (object, expr.place(self.machine())) {
             (Some(object), _) => object.writes_for(self.machine(), value)?,
-            (None, Some(place)) => vec![(place, value.to_integer())],
+            (None, Some(place)) => {
+                let value = value.to_integer();
+                vec![(place, expr.object().map_or(value, |object| object.without_link_offset(value)))]
+            }
             (None, None) => return Err(DebugError::NotAPlace),
         };
         writes.into_iter().try_for_each(|(place, value)| self.apply_action(UserAction::Set(place, value)))

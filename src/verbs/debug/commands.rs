@@ -3,7 +3,9 @@
 use diag::nearest;
 
 use super::shell::{CommandResult, DebugShell};
-use super::{back, blocks, calls, code, data, examine, files, info, points, record, rungs, running, texts, types};
+use super::{
+    back, blocks, calls, code, data, displays, examine, files, info, points, record, rungs, running, texts, types,
+};
 
 /// What an empty line does after a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -118,9 +120,9 @@ pub const COMMANDS: &[DebugCommand] = &[
     command(Data, "ptype",            &["pt"],        "EXPR or TYPE",         No, types::ptype,        "a type of C with its members"),
     command(Data, "whatis",           &["wha"],       "EXPR or TYPE",         No, types::whatis,       "the name of a type of C"),
     command(Data, "set",              &[],            "PLACE = EXPR",         No, data::set,           "give a place another value: set r16 = 5, set PB0 = 1, set VCC=4.5V, set buf = buf + 1"),
-    command(Data, "x",                &[],            "[/FORMAT] PLACE",      Continue, examine::examine,       "memory from a place on: x/8xb data:0x100; count, format (x z d u o t c a i s), unit (b h w)"),
-    command(Data, "display",          &[],            "[/FORMAT] [EXPR]",     No, data::display,       "show an expression at every stop; without one show them all now"),
-    command(Data, "undisplay",        &[],            "[NUMBER..]",           No, data::undisplay,     "show it no more; without numbers none"),
+    command(Data, "x",                &[],            "[/FORMAT] PLACE",      Continue, examine::examine,       "memory from a place on: x/8xb data:0x100; count, format (x z d u o t c a f i s), unit (b h w g)"),
+    command(Data, "display",          &[],            "[/FORMAT] [EXPR]",     No, displays::display,       "show an expression at every stop; without one show them all now"),
+    command(Data, "undisplay",        &[],            "[NUMBER..]",           No, displays::undisplay,     "show it no more; without numbers none"),
     command(Data, "assert",           &[],            "EXPR",                 No, data::assert,        "fail where EXPR is 0: a script ends with exit code 1"),
 
     command(Code, "info",             &["i"],         "WHAT [..]",            No, info::info,          "what is known: info without more lists what there is"),

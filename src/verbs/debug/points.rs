@@ -75,7 +75,11 @@ pub(super) fn watch(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
     }
     // A variable of a call ends with it, a place does not.
     let name = if by_place { format!("-location {text}") } else { text.to_owned() };
-    let end = if by_place { None } else { shell.parse_expression(text).is_ok_and(|expr| expr.is_local()).then(|| shell.call_end()).flatten() };
+    let end = if by_place {
+        None
+    } else {
+        shell.parse_expression(text).is_ok_and(|expr| expr.is_local()).then(|| shell.call_end()).flatten()
+    };
     let id = add_point(shell, what, &name, condition, false)?;
     if let Some(point) = shell.session.points.get_mut(id) {
         point.call_end = end;
@@ -117,11 +121,14 @@ fn parse_watch(shell: &DebugShell, text: &str) -> Result<PointTrigger, String> {
         DebugExpression::Place(ExpressionPlace::Cycle | ExpressionPlace::Instructions) => {
             return Err("time changes with every instruction; run-to-cycle stops at one".to_owned());
         }
+        expr if expr.object().is_some_and(|of| of.is_computed()) && expr.is_optimized_out(shell.session.machine()) => {
+            return Err("value has been optimized out".to_owned());
+        }
         expr if expr.depends_only_on_time() => {
             return Err("time goes on in sleep, where nothing is looked at; run-to-cycle stops at one".to_owned());
         }
         expr if expr.is_constant() => return Err(format!("cannot watch a constant: nothing changes `{text}`")),
-        expr if expr.object().is_none()
+        expr if expr.object().is_none_or(|of| of.is_computed())
             && matches!(expr.evaluate(shell.session.machine()), Some(ExpressionValue::Real(..))) =>
         {
             return Err("what is computed with a point is not watched; watch the variables in it".to_owned());
@@ -231,7 +238,7 @@ pub(super) fn commands(shell: &mut DebugShell, args: &str, _: &mut String) -> Co
 pub(super) fn delete(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
     // gdb has `delete breakpoints`, `delete display`.
     if let Some(displays) = args.strip_prefix("display") {
-        return super::data::undisplay(shell, displays.trim(), &mut String::new());
+        return super::displays::undisplay(shell, displays.trim(), &mut String::new());
     }
     let args = args.strip_prefix("breakpoints").unwrap_or(args).trim();
     if args.is_empty() {
@@ -259,7 +266,7 @@ pub(super) fn clear(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
 
 pub(super) fn enable(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
     if let Some(displays) = after_word(args, "display") {
-        return super::data::enable_displays(shell, displays, true);
+        return super::displays::enable_displays(shell, displays, true);
     }
     let args = after_word(args, "breakpoints").unwrap_or(args);
     if let Some(args) = after_word(args, "once") {
@@ -278,7 +285,7 @@ pub(super) fn enable(shell: &mut DebugShell, args: &str, _: &mut String) -> Comm
 
 pub(super) fn disable(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
     if let Some(displays) = after_word(args, "display") {
-        return super::data::enable_displays(shell, displays, false);
+        return super::displays::enable_displays(shell, displays, false);
     }
     set_enabled(shell, after_word(args, "breakpoints").unwrap_or(args), false)
 }

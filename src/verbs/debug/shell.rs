@@ -11,7 +11,7 @@ use ladder_view::LadderView;
 
 use super::blocks::{BlockKind, OpenBlock, UserCommand};
 use super::commands::{self, RepeatKind};
-use super::data::DisplayedExpression;
+use super::displays::DisplayedExpression;
 use super::open::OpenedSession;
 use crate::shared::fail::exit;
 use crate::shared::snapshots::SnapshotWriter;

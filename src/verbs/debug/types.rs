@@ -2,8 +2,9 @@
 
 use std::collections::BTreeSet;
 
+use emu_core::chip::ChipFamily;
 use emu_debug::address_names::decimal_offset;
-use emu_debug::debug::ObjectExpr;
+use emu_debug::debug::{DebugExpression, ExpressionPlace, ObjectExpr};
 use regex::Regex;
 
 use super::shell::{CommandResult, DebugShell};
@@ -31,8 +32,25 @@ fn parse_object_or_type(shell: &DebugShell, text: &str) -> Result<ObjectExpr, St
     }
 }
 
+/// The type of what is no object of C: a literal, what is computed, a register.
+fn computed_type(shell: &DebugShell, text: &str) -> Result<String, String> {
+    let expr = shell.parse_expression(text)?;
+    let is_avr = shell.session.scope.chip().family == ChipFamily::Avr;
+    let known = match &expr {
+        DebugExpression::Place(ExpressionPlace::Pc) if is_avr => Some("void (*)()".to_owned()),
+        DebugExpression::Place(ExpressionPlace::Reg("SP")) if is_avr => Some("void *".to_owned()),
+        DebugExpression::Place(ExpressionPlace::Reg(_)) if is_avr => Some("uint8_t".to_owned()),
+        expr => shell.session.scope.computed_type(expr),
+    };
+    known.ok_or_else(|| format!("the program does not tell the type of `{text}`"))
+}
+
 pub(super) fn ptype(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
-    out.push_str(&format!("type = {}\n", parse_object_or_type(shell, args)?.type_definition()));
+    let kind = match parse_object_or_type(shell, args) {
+        Ok(object) => object.type_definition(),
+        Err(why) => computed_type(shell, args).map_err(|_| why)?,
+    };
+    out.push_str(&format!("type = {kind}\n"));
     Ok(())
 }
 
@@ -40,7 +58,10 @@ pub(super) fn whatis(shell: &mut DebugShell, args: &str, out: &mut String) -> Co
     // Of the name of a type it is what that stands for.
     let kind = match shell.session.scope.type_named(args) {
         Some(named) => named.aliased_kind(),
-        None => parse_object_or_type(shell, args)?.type_name(),
+        None => match parse_object_or_type(shell, args) {
+            Ok(object) => object.type_name(),
+            Err(why) => computed_type(shell, args).map_err(|_| why)?,
+        },
     };
     out.push_str(&format!("type = {kind}\n"));
     Ok(())
