@@ -15,9 +15,14 @@ const STOPS: [&str; 6] = ["main", "label", "price", "scale", "price.c:8", "main.
 
 /// The commands at each stop.
 #[rustfmt::skip]
-const ASKED: [&str; 17] = [
+const ASKED: [&str; 45] = [
     "bt", "info args", "info locals", "print last", "print/x last", "print sum", "print turns", "print rate", "ptype last",
     "whatis &last", "print sizeof(last)", "up", "info args", "info locals", "up", "info locals", "frame 0",
+    "print 1 ? 2 : 3", "print (1, 2)", "print 'a'", "print \"abc\"", "print 1U", "print 1e3", "print '\\n'", "print 0x10",
+    "print {char}&last", "print ::last", "print sizeof(\"abc\")", "print -last.count", "print ~last.count", "print/f rate",
+    "print last.count - 20", "print last.count > -1", "print sum - 20", "print &last", "print/x -1", "print/x &last",
+    "print -5 % 3", "whatis last.count + 1", "whatis 1UL", "whatis 'a'", "whatis sum + 1", "whatis 1 == 1", "ptype struct order",
+    "info display",
 ];
 
 /// A process that is killed when the value is dropped.

@@ -409,3 +409,10 @@ pub fn parse_number(text: &str) -> Option<u32> {
         _ => None,
     }
 }
+
+/// A place at or behind a symbol as gdb writes it: `buf+0xa` as `buf+10`.
+#[must_use]
+pub fn decimal_offset(name: &str) -> String {
+    let parts = name.rsplit_once("+0x").and_then(|(name, by)| Some((name, u32::from_str_radix(by, 16).ok()?)));
+    parts.map_or_else(|| name.to_owned(), |(name, by)| format!("{name}+{by}"))
+}

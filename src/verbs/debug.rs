@@ -2,10 +2,12 @@
 
 mod about;
 mod back;
+mod blocks;
 mod calls;
 mod code;
 pub mod commands;
 mod data;
+mod displays;
 mod examine;
 mod files;
 mod frames;
@@ -21,6 +23,7 @@ mod repl;
 mod rungs;
 mod running;
 mod scenario;
+mod settings;
 pub mod shell;
 mod steps;
 mod stop;

@@ -152,6 +152,7 @@ impl DebugSession {
             Err(why) => HaltResult { reason: why },
             Ok(Some((line, hits))) => {
                 self.arrive(line);
+                self.points.note_stops(hits.iter().map(|hit| hit.id));
                 HaltResult { reason: HaltReason::Points(hits) }
             }
             Ok(None) => {

@@ -28,8 +28,17 @@ impl NameScope {
         self.words_of(found)
     }
 
-    /// Returns the program words of a source line from the byte addresses at which its code begins: the first
-    /// of each block of a function.
+    /// The first program words of the functions of a name, or of `file.c:name`.
+    #[must_use]
+    pub fn function_starts(&self, text: &str) -> Vec<u32> {
+        let (file, name) = text.rsplit_once(':').map_or((None, text), |(file, name)| (Some(file), name));
+        let info = &self.calls().info;
+        let named = info.functions.iter().filter(|own| own.name == name);
+        let named = named.filter(|own| file.is_none_or(|file| info.is_defined_in(own, file)));
+        self.words_of(named.filter_map(|own| first_byte(&own.block)).collect())
+    }
+
+    /// The program words of a source line, from the byte addresses at which its code begins: the first of each block of a function.
     #[must_use]
     pub fn line_words(&self, bytes: &[u32]) -> Vec<u32> {
         let info = &self.calls().info;

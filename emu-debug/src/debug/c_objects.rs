@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use emu_core::chip::ChipFamily;
-use emu_core::image::{BaseEncoding, CType, DebugInfo, FunctionInfo, VariableInfo};
+use emu_core::image::{AVR_DATA, BaseEncoding, CType, DebugInfo, FunctionInfo, VariableInfo};
 
 pub use byte_locations::ObjectByteLocation;
 
@@ -101,7 +101,41 @@ impl ObjectExpr {
         to.is_some_and(|to| matches!(self.info().resolve_type(to), Some(CType::Function { .. })))
     }
 
-    /// Returns the byte address of a function; `None` for other objects.
+    /// The value of a pointer to data without the offset with which it is printed.
+    pub(super) fn without_link_offset(&self, value: i64) -> i64 {
+        let data = i64::from(AVR_DATA);
+        let is_linked = self.is_linked_pointer() && (data..data + 0x1_0000).contains(&value);
+        if is_linked { value - data } else { value }
+    }
+
+    /// The same, computed from the places that variables of calls have now.
+    pub(super) fn with_bound_value(mut self, target: &dyn DynMachine) -> ObjectExpr {
+        self.base = match self.base {
+            ObjectBase::Value(of) => ObjectBase::Value(Box::new(of.with_bound_operands(target))),
+            ObjectBase::At(of) => ObjectBase::At(Box::new(of.with_bound_operands(target))),
+            other => other,
+        };
+        self
+    }
+
+    /// The compiler has left out all of it, or something that it is computed from.
+    pub(super) fn is_optimized_out(&self, target: &dyn DynMachine) -> bool {
+        let cells = self.byte_locations(target);
+        !cells.is_empty() && cells.iter().all(|cell| *cell == ObjectByteLocation::OptimizedAway)
+    }
+
+    /// It is a value that lies nowhere, and so cannot be set.
+    #[must_use]
+    pub fn is_computed(&self) -> bool {
+        matches!(self.base, ObjectBase::Value(_) | ObjectBase::AddressOf(_) | ObjectBase::Kept(_))
+    }
+
+    /// It is a pointer to data, whose value is printed with the offset that ELF files of the AVR give data memory.
+    pub(super) fn is_linked_pointer(&self) -> bool {
+        self.element_type().is_some() && !self.is_array() && !self.is_function() && !self.is_function_pointer()
+    }
+
+    /// The byte address of a function; nothing where it is none.
     pub(super) fn code_address(&self, target: &dyn DynMachine) -> Option<i64> {
         match &self.base {
             _ if !self.is_function() => None,
@@ -216,7 +250,7 @@ impl ObjectExpr {
     /// It has no members, or none with that name.
     pub(super) fn member(&self, name: &str) -> Result<ObjectExpr, DebugError> {
         let Some(CType::Record { .. }) = self.resolved_type() else {
-            if self.element_type().is_some() && !self.is_array() {
+            if self.element_type().is_some() && !self.is_array() && !self.is_function() {
                 return self.element(DebugExpression::Number(0))?.member(name);
             }
             return Err(DebugError::NoMembers { name: name.to_owned(), type_name: self.info().type_name(self.ctype) });
@@ -374,6 +408,7 @@ impl ObjectExpr {
             _ => {}
         }
         let value = if self.is_real() { value.to_bits(self.bytes().unwrap_or(0)) } else { value.to_integer() };
+        let value = self.without_link_offset(value);
         let cells = self.byte_locations(target);
         let bits = self.bits.map_or(8 * cells.len() as u32, |(_, size)| size);
         let (least, most) = match bits {
@@ -420,15 +455,18 @@ impl ObjectExpr {
         }
     }
 
-    /// Reports whether it is in scope at the machine's location.
+    /// The variables in it are known where the machine is.
     #[must_use]
     pub fn is_known(&self, target: &dyn DynMachine) -> bool {
-        match &self.base {
+        let own = match &self.base {
             ObjectBase::Variable { known, level, .. } if !known.is_empty() => {
                 self.frame(target, known, *level).is_some()
             }
+            ObjectBase::At(of) | ObjectBase::Value(of) => of.is_known(target),
+            ObjectBase::AddressOf(of) => of.is_known(target),
             _ => true,
-        }
+        };
+        own && self.indices.iter().all(|(index, _)| index.is_known(target))
     }
 
     /// Returns its bit field, if it is one.

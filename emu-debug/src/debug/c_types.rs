@@ -113,6 +113,9 @@ fn body(info: &DebugInfo, kind: &CType, depth: u32) -> String {
                     (None, Some(of @ CType::Record { .. })) if depth > 0 => {
                         body(info, of, depth - 1).replace('\n', "\n    ")
                     }
+                    (Some(name), Some(of @ CType::Record { name: None, .. })) if depth > 0 => {
+                        format!("{} {name}", body(info, of, depth - 1).replace('\n', "\n    "))
+                    }
                     (name, _) => of_type(
                         info,
                         member.member_type,
@@ -157,9 +160,14 @@ pub(super) fn find_enumerator(info: &DebugInfo, wanted: &str) -> Option<(i64, CT
 /// Parses a type name: `uint8_t`, `struct order *`, `unsigned char`. `None` if there is no such type.
 pub(super) fn find_type(info: &DebugInfo, text: &str) -> Option<CTypeRef> {
     let text = text.trim();
-    let bare = text.trim_end_matches(|c: char| c == '*' || c.is_whitespace());
-    let stars = text[bare.len()..].matches('*').count();
-    let words: Vec<&str> = bare.split_whitespace().filter(|word| !matches!(*word, "const" | "volatile")).collect();
+    let (bare, behind) = text.split_at(text.find('*').unwrap_or(text.len()));
+    if behind.split(['*', ' ']).any(|word| !matches!(word, "" | "const" | "volatile")) {
+        return None;
+    }
+    let stars = behind.matches('*').count();
+    let is_qualifier = |word: &str| matches!(word, "const" | "volatile");
+    let words: Vec<&str> = bare.split_whitespace().filter(|word| !is_qualifier(word)).collect();
+    let qualifier = bare.split_whitespace().find(|word| is_qualifier(word));
     let stars = u32::try_from(stars).ok()?;
     if words == ["void"] {
         return Some(CTypeRef { id: None, pointer_depth: stars, indexed_dimensions: 0 });
@@ -177,7 +185,24 @@ pub(super) fn find_type(info: &DebugInfo, text: &str) -> Option<CTypeRef> {
     // Start-up code has types with the same names as those of headers.
     let found = || info.types().filter(|(_, kind)| is(kind));
     let find_type = found().find(|(_, kind)| matches!(kind, CType::Named { .. }));
-    let found = find_type.or_else(|| found().next()).map(|(id, _)| id)?;
+    let found = find_type.or_else(|| found().next()).map(|(id, _)| id);
+    // The debugger's own spelling of what the compiler has as well: `unsigned long` is its `long unsigned int`.
+    let own = DebugInfo::builtin_type(&words.join(" "));
+    let own = own.filter(|own| found.is_none_or(|found| info.size(Some(found)) == info.size(Some(*own))));
+    let plain = found.and_then(|id| info.type_info(id)).is_none_or(|kind| matches!(kind, CType::Base { .. }));
+    let found = own.filter(|_| plain).or(found)?;
+    // What is qualified is a type of its own, where the program has it.
+    let same = |of: &Option<TypeId>| {
+        let of = of.and_then(|of| info.type_info(of));
+        of == info.type_info(found)
+            || matches!(of, Some(CType::Base { name, .. }) if canonical(&name.split_whitespace().collect::<Vec<_>>()) == wanted)
+    };
+    let found = qualifier
+        .and_then(|word| {
+            info.types()
+                .find(|(_, kind)| matches!(kind, CType::Qualified { word: own, of } if *own == word && same(of)))
+        })
+        .map_or(found, |(id, _)| id);
     Some(CTypeRef { id: Some(found), pointer_depth: stars, indexed_dimensions: 0 })
 }
 

@@ -1,6 +1,7 @@
 //! C values as text in the notation of gdb.
 
-use emu_core::image::{BaseEncoding, CType, DebugInfo};
+use emu_core::chip::ChipFamily;
+use emu_core::image::{AVR_DATA, BaseEncoding, CType, DebugInfo};
 
 use super::c_objects::{ObjectByteLocation, ObjectExpr, number_from_bytes};
 use super::c_type_queries::{CTypeQueries as _, CTypeRef};
@@ -8,6 +9,7 @@ use super::c_types;
 use super::dyn_machine::DynMachine;
 use super::error::DebugError;
 use super::scope::NameScope;
+use crate::address_names::decimal_offset;
 use crate::number_formats::{format_character, format_number};
 
 /// Maximum number of array elements and characters that are shown.
@@ -49,7 +51,11 @@ impl ObjectExpr {
             let to = self.element_type().map(|to| c_types::declaration(self.info(), to, "")).unwrap_or_default();
             !named && to.trim_start_matches("const ").trim_start_matches("volatile ") == "char"
         };
-        match is_pointer && letter.is_none() && !value.starts_with('<') && !(value.ends_with('"') && is_char()) {
+        match is_pointer
+            && letter.is_none()
+            && !value.starts_with('<')
+            && !(value.trim_end_matches('.').ends_with('"') && is_char())
+        {
             true => format!("({}) {value}", self.type_name()),
             false => value,
         }
@@ -67,7 +73,7 @@ impl ObjectExpr {
         letter: Option<char>,
     ) -> Result<String, DebugError> {
         let first = self.address()?;
-        let count = i64::try_from(count).unwrap_or(i64::MAX).min(MAX_ELEMENTS as i64);
+        let count = i64::try_from(count).unwrap_or(i64::MAX).min(scope.print.elements as i64);
         let elements: Result<Vec<ObjectExpr>, DebugError> =
             (0..count).map(|n| first.element(super::DebugExpression::Number(n))).collect();
         let (elements, shown) = (elements?, CValueFormatter { scope, info: self.info(), target, letter });
@@ -77,11 +83,13 @@ impl ObjectExpr {
         if shown.is_text(self.ctype)
             && let Some(bytes) = bytes()
         {
-            return Ok(text(&bytes, false));
+            return Ok(shown.text(&bytes, false));
         }
-        let each: Vec<String> =
-            elements.iter().map(|own| shown.value(own.ctype, None, &own.byte_locations(target), MAX_DEPTH)).collect();
-        let parts = collapse_repeats(&each, |same, count| format!("{same} <repeats {count} times>"));
+        let each: Vec<String> = elements
+            .iter()
+            .map(|own| shown.value(own.ctype, None, &own.byte_locations(target), MAX_DEPTH - 1))
+            .collect();
+        let parts = shown.collapsed(&each);
         Ok(format!("{{{}}}", parts.join(", ")))
     }
 
@@ -177,7 +185,13 @@ impl CValueFormatter<'_> {
                 let text = self.value(CTypeRef::new(member.member_type), member.bit_range, own, depth - 1);
                 member.name.as_ref().map_or(text.clone(), |name| format!("{name} = {text}"))
             });
-            return format!("{{{}}}", each.collect::<Vec<_>>().join(", "));
+            let each: Vec<String> = each.collect();
+            if self.scope.print.pretty && !each.is_empty() {
+                let blanks = "  ".repeat((MAX_DEPTH - depth) as usize);
+                let lines: Vec<String> = each.iter().map(|text| format!("{blanks}  {text}")).collect();
+                return format!("{{\n{}\n{blanks}}}", lines.join(",\n"));
+            }
+            return format!("{{{}}}", each.join(", "));
         }
         self.single(kind, bits, cells)
     }
@@ -205,12 +219,13 @@ impl CValueFormatter<'_> {
                 Some((0, before)) if !before.is_empty() => before,
                 _ => &bytes,
             };
-            return text(shown.get(..shown.len().min(MAX_ELEMENTS)).unwrap_or_default(), shown.len() > MAX_ELEMENTS);
+            let most = self.most();
+            return self.text(shown.get(..shown.len().min(most)).unwrap_or_default(), shown.len() > most);
         }
         let all = cells.chunks(size).take(count.unwrap_or(u32::MAX) as usize);
-        let each: Vec<String> = all.take(MAX_ELEMENTS).map(|own| self.value(element, None, own, depth - 1)).collect();
-        let mut parts = collapse_repeats(&each, |same, count| format!("{same} <repeats {count} times>"));
-        if cells.len() / size > MAX_ELEMENTS
+        let each: Vec<String> = all.take(self.most()).map(|own| self.value(element, None, own, depth - 1)).collect();
+        let mut parts = self.collapsed(&each);
+        if cells.len() / size > self.most()
             && let Some(last) = parts.last_mut()
         {
             last.push_str("...");
@@ -245,6 +260,7 @@ impl CValueFormatter<'_> {
         if let Some(letter) = self.letter {
             return match letter {
                 'a' if self.points_to_code(kind) => self.code_word(value),
+                'f' => real_text(&bytes).unwrap_or_else(|| value.to_string()),
                 'a' => self.code(value).unwrap_or_else(|| format!("0x{value:x}")),
                 _ => format_number(value, letter, size, false).unwrap_or_else(|| value.to_string()),
             };
@@ -285,17 +301,23 @@ impl CValueFormatter<'_> {
                 while let Some(byte) =
                     u32::try_from(value).ok().and_then(|start| self.target.peek(ram, start + found.len() as u32))
                 {
-                    if byte == 0 || found.len() >= MAX_ELEMENTS {
+                    if byte == 0 || found.len() >= self.most() {
                         break;
                     }
                     found.push(byte);
                 }
-                let more = found.len() >= MAX_ELEMENTS;
-                return format!("0x{value:x}{} {}", self.object(value), text(&found, more));
+                let more = found.len() >= self.most();
+                return format!("0x{:x}{} {}", self.linked(value), self.object(value), self.text(&found, more));
             }
             _ => {}
         }
-        format!("0x{value:x}{}", self.object(value))
+        format!("0x{:x}{}", self.linked(value), self.object(value))
+    }
+
+    /// An address of data as ELF files have it: of the AVR 0x800100. A null pointer stays one.
+    fn linked(&self, value: i64) -> i64 {
+        let is_data = self.scope.chip().family == ChipFamily::Avr && (1..0x1_0000).contains(&value);
+        if is_data { value + i64::from(AVR_DATA) } else { value }
     }
 
     fn points_to_code(&self, kind: CTypeRef) -> bool {
@@ -321,14 +343,14 @@ impl CValueFormatter<'_> {
             .ok()
             .filter(|addr| *addr > 0)
             .and_then(|addr| names.containing_symbol(names.chip.ram_space, addr));
-        name.map_or(String::new(), |name| format!(" <{name}>"))
+        name.map_or(String::new(), |name| format!(" <{}>", decimal_offset(&name)))
     }
 
     /// Formats a byte address of program memory.
     fn code(&self, value: i64) -> Option<String> {
         let byte = u32::try_from(value).ok()?;
         let name = self.scope.source().names.nearest_symbol(byte)?;
-        Some(format!("0x{byte:x} <{name}>"))
+        Some(format!("0x{byte:x} <{}>", decimal_offset(&name)))
     }
 }
 
@@ -383,14 +405,58 @@ pub(super) fn format_significant(value: f64, digits: usize) -> String {
     trimmed(&format!("{value:.*}", usize::try_from(digits as i32 - 1 - exponent).unwrap_or(0)))
 }
 
-/// Formats bytes as a C string; long repetitions are shown as a count.
-fn text(bytes: &[u8], more: bool) -> String {
+/// Bytes in the format `f`: four and eight are a number with a point; nothing of another size.
+#[must_use]
+pub fn real_text(bytes: &[u8]) -> Option<String> {
+    matches!(bytes.len(), 4 | 8).then(|| float(bytes))
+}
+
+impl CValueFormatter<'_> {
+    /// Most elements and characters that are shown.
+    fn most(&self) -> usize {
+        self.scope.print.elements
+    }
+
+    fn text(&self, bytes: &[u8], more: bool) -> String {
+        text(bytes, more, self.scope.print.repeats)
+    }
+
+    fn collapsed(&self, each: &[String]) -> Vec<String> {
+        collapse_repeats(each, self.scope.print.repeats, |same, count| format!("{same} <repeats {count} times>"))
+    }
+}
+
+/// How values are written: `set print`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PrintSettings {
+    /// Each member of a struct has a line of its own.
+    pub pretty: bool,
+    /// Most elements of arrays and characters that are shown.
+    pub elements: usize,
+    /// Equal elements in a row of which only their count is shown, if there are more.
+    pub repeats: usize,
+}
+
+impl Default for PrintSettings {
+    fn default() -> PrintSettings {
+        PrintSettings { pretty: false, elements: MAX_ELEMENTS, repeats: REPEAT_THRESHOLD }
+    }
+}
+
+/// Bytes as a text of C.
+#[must_use]
+pub fn c_text(bytes: &[u8]) -> String {
+    text(bytes, false, REPEAT_THRESHOLD)
+}
+
+/// Bytes as a text of C; many equal ones in a row by their count.
+fn text(bytes: &[u8], more: bool, repeats: usize) -> String {
     let each: Vec<u8> = bytes.to_vec();
     let (mut parts, mut open): (Vec<String>, Option<String>) = (Vec::new(), None);
     let mut at = 0;
     while let Some(byte) = each.get(at) {
         let count = each.iter().skip(at).take_while(|other| *other == byte).count();
-        if count > REPEAT_THRESHOLD {
+        if count > repeats {
             parts.extend(open.take().map(|text| format!("\"{text}\"")));
             parts.push(format!("'{}' <repeats {count} times>", format_character(*byte, '\'')));
             at += count;
@@ -405,12 +471,12 @@ fn text(bytes: &[u8], more: bool) -> String {
     format!("{}{}", parts.join(", "), if more { "..." } else { "" })
 }
 
-/// Returns values in order, with long repetitions collapsed into one.
-fn collapse_repeats(each: &[String], many: impl Fn(&str, usize) -> String) -> Vec<String> {
+/// Values in their order, of which many equal ones in a row become one.
+fn collapse_repeats(each: &[String], repeats: usize, many: impl Fn(&str, usize) -> String) -> Vec<String> {
     let (mut parts, mut at) = (Vec::new(), 0);
     while let Some(value) = each.get(at) {
         let count = each.iter().skip(at).take_while(|other| *other == value).count();
-        if count > REPEAT_THRESHOLD {
+        if count > repeats {
             parts.push(many(value, count));
             at += count;
         } else {

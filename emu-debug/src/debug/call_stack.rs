@@ -109,6 +109,20 @@ pub(super) fn memory_at(chip: &Chip, address: u32) -> Option<(&'static str, u32)
     }
 }
 
+/// Memory at an address with which only ELF files name it: of data memory of the AVR 0x800100.
+pub(super) fn linked_memory_at(chip: &Chip, address: u32) -> Option<(&'static str, u32)> {
+    memory_at(chip, address).filter(|_| chip.family == ChipFamily::Avr && address >= AVR_DATA)
+}
+
+/// How to get from a frame of an AVR to that of its caller.
+struct FrameUnwinding {
+    unwound: UnwoundFrame,
+    /// The return address.
+    word: u32,
+    /// Bytes between where the frame is said to begin and where it does.
+    undescribed: u32,
+}
+
 impl CallStack {
     /// Returns the call stack of a program; `functions` gives program words and names of its functions.
     #[must_use]
@@ -192,7 +206,7 @@ impl CallStack {
         let mut frame =
             CallFrame { word, call_word: word, inlined_skipped: 0, sp, cfa: None, saved_registers: [None; REGISTERS] };
         if target.chip().family == ChipFamily::Avr {
-            frame.cfa = self.unwind_frame(target, &frame).map(|(unwound, _)| unwound.cfa);
+            frame.cfa = self.unwind_frame(target, &frame).map(|unwinding| unwinding.unwound.cfa);
         }
         frame
     }
@@ -214,15 +228,18 @@ impl CallStack {
                 if self.function(frame.call_word).is_some_and(|(_, name)| name == "main") {
                     return None;
                 }
-                let (UnwoundFrame { cfa, saved }, word) = self.unwind_frame(target, frame)?;
-                let at = call(word).map_or(word, |(at, _)| at);
-                let mut next = outer((at, word), cfa);
-                for (register, addr) in saved {
+                let FrameUnwinding { unwound, word, undescribed } = self.unwind_frame(target, frame)?;
+                // What a service routine has interrupted is no call.
+                let at = call(word).filter(|_| !self.is_service(frame)).map_or(word, |(at, _)| at);
+                let mut next = outer((at, word), unwound.cfa.saturating_add(undescribed));
+                for (register, addr) in unwound.saved {
+                    // r1 and r0 are pushed before the flags.
+                    let addr = if register < 2 { addr.saturating_add(undescribed) } else { addr };
                     if let Some(place) = next.saved_registers.get_mut(usize::from(register)) {
                         *place = Some(addr);
                     }
                 }
-                next.cfa = self.unwind_frame(target, &next).map(|(unwound, _)| unwound.cfa);
+                next.cfa = self.unwind_frame(target, &next).map(|unwinding| unwinding.unwound.cfa);
                 Some(next)
             }
             ChipFamily::Mcs51 => {
@@ -248,17 +265,18 @@ impl CallStack {
         (goal.is_none() || begins.is_none() || goal == begins).then_some(at)
     }
 
-    /// Returns how to get from an AVR frame to its caller's, and the return address.
-    fn unwind_frame(&self, target: &dyn DynMachine, frame: &CallFrame) -> Option<(UnwoundFrame, u32)> {
+    /// How to get from a frame of an AVR to that of its caller, and the return address.
+    fn unwind_frame(&self, target: &dyn DynMachine, frame: &CallFrame) -> Option<FrameUnwinding> {
         let ram = target.chip().ram_space;
         let pair =
             |low: u32| Some(u32::from(target.peek(ram, low.checked_sub(1)?)?) << 8 | u32::from(target.peek(ram, low)?));
-        let service = self.function(frame.call_word).is_some_and(|(_, name)| name.starts_with("__vector_"));
+        let service = self.is_service(frame);
         if let Some(unwound) = self.info.unwind(&MachineFrame { target, frame })
-            && let Some(word) = pair(unwound.cfa)
+            && let undescribed = if service { self.undescribed_pushes(target, frame, &unwound) } else { 0 }
+            && let Some(word) = pair(unwound.cfa.saturating_add(undescribed))
             && (service || self.call_site(target, frame, word).is_some())
         {
-            return Some((unwound, word));
+            return Some(FrameUnwinding { unwound, word, undescribed });
         }
         let pushed = self.pushed_registers(target, frame);
         let chip = target.chip();
@@ -287,20 +305,41 @@ impl CallStack {
             let addr = cfa.checked_sub(2 + n)?;
             (addr > frame.sp).then_some((*register, addr))
         });
-        Some((UnwoundFrame { cfa, saved: saved.collect() }, word))
+        let unwound = UnwoundFrame { cfa, saved: saved.collect() };
+        Some(FrameUnwinding { unwound, word, undescribed: 0 })
+    }
+
+    fn is_service(&self, frame: &CallFrame) -> bool {
+        self.function(frame.call_word).is_some_and(|(_, name)| name.starts_with("__vector_"))
+    }
+
+    /// Bytes that a service routine has pushed and that `.debug_frame` does not tell of: GCC forgets that of the flags, which go through
+    /// r0.
+    fn undescribed_pushes(&self, target: &dyn DynMachine, frame: &CallFrame, unwound: &UnwoundFrame) -> u32 {
+        let pushed = self.pushed_registers(target, frame);
+        let Some((flags, _)) = (0..).zip(&pushed).filter(|(_, register)| **register == 0).nth(1) else { return 0 };
+        // Where the register behind the flags is said to be tells whether they are counted.
+        let later = (0u32..).zip(&pushed).skip(flags + 1).filter(|(_, register)| **register > 1);
+        let known = later.into_iter().find_map(|(n, register)| {
+            let (_, addr) = unwound.saved.iter().find(|(own, _)| own == register)?;
+            Some((2 + n).saturating_sub(unwound.cfa.saturating_sub(*addr)))
+        });
+        known.unwrap_or(1).min(1)
     }
 
     /// Returns the registers that the prologue of a function has pushed before the frame's location.
     fn pushed_registers(&self, target: &dyn DynMachine, frame: &CallFrame) -> Vec<u16> {
         let Some((words, _)) = self.function(frame.call_word) else { return Vec::new() };
-        let mut found = Vec::new();
-        for word in words.start..frame.call_word.min(words.start.saturating_add(MAX_PROLOGUE)) {
-            // PUSH; a service routine has IN and CLR between pushes.
+        let (mut found, mut word) = (Vec::new(), words.start);
+        while word < frame.call_word.min(words.start.saturating_add(MAX_PROLOGUE)) {
+            // PUSH; between pushes a service routine has IN or LDS, of two words, and CLR.
             match session::word(target, word) {
                 code if code & 0xFE0F == 0x920F => found.push(code >> 4 & 0x1F),
                 code if code & 0xF800 == 0xB000 || code == 0x2411 => {}
+                0x9000 => word += 1,
                 _ => break,
             }
+            word += 1;
         }
         found
     }

@@ -82,6 +82,20 @@ pub enum DebugError {
         /// The operand, if its text is known.
         text: Option<String>,
     },
+    /// No type has this name.
+    #[error("no type is called `{text}`")]
+    UnknownType {
+        /// The name.
+        text: String,
+    },
+    /// No struct, union or enumeration has this tag.
+    #[error("No {keyword} type named {name}.")]
+    UnknownTag {
+        /// `struct`, `union` or `enum`.
+        keyword: String,
+        /// The tag.
+        name: String,
+    },
     /// The size of a type is not in the debugging information.
     #[error("the size of {what} is not known")]
     UnknownSize {

@@ -24,6 +24,10 @@ pub enum DebugExpression {
     Unary(char, Box<DebugExpression>),
     /// Two operands.
     Binary(BinaryOperator, Box<DebugExpression>, Box<DebugExpression>),
+    /// `a ? b : c`.
+    Choice(Box<[DebugExpression; 3]>),
+    /// The characters of a string literal, without the 0 at its end.
+    Text(Vec<u8>),
 }
 
 /// An operator of two operands.
@@ -49,7 +53,8 @@ impl DebugExpression {
             DebugExpression::Real(bits) => ExpressionValue::Real(f64::from_bits(*bits), 0),
             DebugExpression::Place(place) => ExpressionValue::Whole(place.value(target)?),
             DebugExpression::At(space, addr) => {
-                ExpressionValue::Whole(target.peek(space, u32::try_from(addr.value(target)?).ok()?)?.into())
+                let (space, addr) = address_in(target, space, addr)?;
+                ExpressionValue::Whole(target.peek(space, addr)?.into())
             }
             DebugExpression::Object(object) => object.amount(target)?,
             DebugExpression::Bit(of, bit) => match of.evaluate(target)? {
@@ -67,6 +72,11 @@ impl DebugExpression {
             DebugExpression::Binary(operator, a, b) => {
                 a.evaluate(target)?.apply_binary(*operator, b.evaluate(target)?)?
             }
+            DebugExpression::Choice(parts) => {
+                let [condition, then, otherwise] = &**parts;
+                if truth(condition)? { then } else { otherwise }.evaluate(target)?
+            }
+            DebugExpression::Text(_) => return None,
         })
     }
 
@@ -78,15 +88,27 @@ impl DebugExpression {
         }
     }
 
-    /// Reports whether its value cannot change.
+    /// What it is computed from; of an object of C nothing.
+    pub(super) fn operands(&self) -> Vec<&DebugExpression> {
+        match self {
+            DebugExpression::At(_, of) | DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) => vec![of],
+            DebugExpression::Binary(_, a, b) => vec![a, b],
+            DebugExpression::Choice(parts) => parts.iter().collect(),
+            DebugExpression::Number(_)
+            | DebugExpression::Real(_)
+            | DebugExpression::Text(_)
+            | DebugExpression::Place(_)
+            | DebugExpression::Object(_) => Vec::new(),
+        }
+    }
+
+    /// Nothing can change its value.
     #[must_use]
     pub fn is_constant(&self) -> bool {
         match self {
-            DebugExpression::Number(_) | DebugExpression::Real(_) => true,
             DebugExpression::Place(_) | DebugExpression::At(..) => false,
             DebugExpression::Object(object) => object.is_constant(),
-            DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) => of.is_constant(),
-            DebugExpression::Binary(_, a, b) => a.is_constant() && b.is_constant(),
+            _ => self.operands().into_iter().all(DebugExpression::is_constant),
         }
     }
 
@@ -97,15 +119,13 @@ impl DebugExpression {
                 && (addr..addr + bytes).all(|addr| target.canonical_ram_address(addr).is_some())
         };
         match self {
-            DebugExpression::Number(_) | DebugExpression::Real(_) => true,
             DebugExpression::Place(ExpressionPlace::Memory { space, addr, bytes, .. }) => {
                 kept(space, *addr, (*bytes).into())
             }
             DebugExpression::Place(ExpressionPlace::Bit { space, addr, .. }) => kept(space, *addr, 1),
             // The target of a pointer may be anything.
             DebugExpression::Place(_) | DebugExpression::At(..) | DebugExpression::Object(_) => false,
-            DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) => of.depends_only_on_ram(target),
-            DebugExpression::Binary(_, a, b) => a.depends_only_on_ram(target) && b.depends_only_on_ram(target),
+            _ => self.operands().into_iter().all(|of| of.depends_only_on_ram(target)),
         }
     }
 
@@ -113,10 +133,26 @@ impl DebugExpression {
     #[must_use]
     pub fn is_local(&self) -> bool {
         match self {
-            DebugExpression::Number(_) | DebugExpression::Real(_) | DebugExpression::Place(_) => false,
             DebugExpression::Object(object) => object.is_local(),
-            DebugExpression::At(_, of) | DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) => of.is_local(),
-            DebugExpression::Binary(_, a, b) => a.is_local() || b.is_local(),
+            _ => self.operands().into_iter().any(DebugExpression::is_local),
+        }
+    }
+
+    /// The compiler has left out something that it is computed from.
+    #[must_use]
+    pub fn is_optimized_out(&self, target: &dyn DynMachine) -> bool {
+        match self {
+            DebugExpression::Object(object) => object.is_optimized_out(target),
+            _ => self.operands().into_iter().any(|of| of.is_optimized_out(target)),
+        }
+    }
+
+    /// The variables in it are known where the machine is.
+    #[must_use]
+    pub fn is_known(&self, target: &dyn DynMachine) -> bool {
+        match self {
+            DebugExpression::Object(object) => object.is_known(target),
+            _ => self.operands().into_iter().all(|of| of.is_known(target)),
         }
     }
 
@@ -125,12 +161,8 @@ impl DebugExpression {
     pub fn depends_only_on_time(&self) -> bool {
         match self {
             DebugExpression::Place(place) => matches!(place, ExpressionPlace::Cycle | ExpressionPlace::Instructions),
-            DebugExpression::Number(_) | DebugExpression::Real(_) => false,
             DebugExpression::Object(object) => object.is_of_time(),
-            DebugExpression::At(_, of) | DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) => {
-                of.depends_only_on_time()
-            }
-            DebugExpression::Binary(_, a, b) => a.depends_only_on_time() || b.depends_only_on_time(),
+            _ => self.operands().into_iter().any(DebugExpression::depends_only_on_time),
         }
     }
 
@@ -141,16 +173,8 @@ impl DebugExpression {
                 (0..u32::from(*bytes)).for_each(|n| tell(addr + n))
             }
             DebugExpression::Place(ExpressionPlace::Bit { addr, .. }) => tell(*addr),
-            DebugExpression::Number(_)
-            | DebugExpression::Real(_)
-            | DebugExpression::Place(_)
-            | DebugExpression::At(..)
-            | DebugExpression::Object(_) => {}
-            DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) => of.visit_byte_addresses(tell),
-            DebugExpression::Binary(_, a, b) => {
-                a.visit_byte_addresses(tell);
-                b.visit_byte_addresses(tell);
-            }
+            DebugExpression::At(..) => {}
+            _ => self.operands().into_iter().for_each(|of| of.visit_byte_addresses(tell)),
         }
     }
 
@@ -160,7 +184,7 @@ impl DebugExpression {
         match self {
             DebugExpression::Place(place) => Some(*place),
             DebugExpression::At(space, addr) => {
-                let addr = u32::try_from(addr.value(target)?).ok()?;
+                let (space, addr) = address_in(target, space, addr)?;
                 Some(ExpressionPlace::Memory { space, addr, bytes: 1, signed: false })
             }
             DebugExpression::Object(object) => object.place(target),
@@ -185,9 +209,27 @@ impl DebugExpression {
     /// watched where that call has it.
     #[must_use]
     pub fn bind_to_place(self, target: &dyn DynMachine) -> DebugExpression {
-        match &self {
-            DebugExpression::Object(object) => object.place(target).map_or(self, DebugExpression::Place),
-            _ => self,
+        match self {
+            DebugExpression::Object(object) => match object.place(target) {
+                Some(place) => DebugExpression::Place(place),
+                None => DebugExpression::Object(Box::new(object.with_bound_value(target))),
+            },
+            other => other.with_bound_operands(target),
+        }
+    }
+
+    /// The same with the places that variables of calls in it have now.
+    pub(super) fn with_bound_operands(self, target: &dyn DynMachine) -> DebugExpression {
+        let bound = |of: Box<DebugExpression>| Box::new(of.with_bound_operands(target));
+        match self {
+            DebugExpression::Object(object) if object.is_local() && !object.is_real() && object.is_scalar() => {
+                DebugExpression::Object(object).bind_to_place(target)
+            }
+            DebugExpression::At(space, of) => DebugExpression::At(space, bound(of)),
+            DebugExpression::Bit(of, bit) => DebugExpression::Bit(bound(of), bit),
+            DebugExpression::Unary(sign, of) => DebugExpression::Unary(sign, bound(of)),
+            DebugExpression::Binary(operator, a, b) => DebugExpression::Binary(operator, bound(a), bound(b)),
+            other => other,
         }
     }
 
@@ -201,7 +243,19 @@ impl DebugExpression {
     }
 }
 
+/// Memory at an address that is computed; one of data in an ELF file of the AVR, 0x800100, is taken as well.
+fn address_in(target: &dyn DynMachine, space: &'static str, addr: &DebugExpression) -> Option<(&'static str, u32)> {
+    let addr = u32::try_from(addr.value(target)?).ok()?;
+    Some(super::call_stack::linked_memory_at(target.chip(), addr).unwrap_or((space, addr)))
+}
+
 impl BinaryOperator {
+    /// The result says whether something holds.
+    pub(super) fn is_truth(self) -> bool {
+        use BinaryOperator::{And, Eq, Ge, Gt, Le, Lt, Ne, Or};
+        matches!(self, Or | And | Eq | Ne | Le | Ge | Lt | Gt)
+    }
+
     pub(super) fn apply(self, a: i64, b: i64) -> Option<i64> {
         let shift = u32::try_from(b).ok().filter(|shift| *shift < 64);
         Some(match self {

@@ -31,6 +31,7 @@
 //! **Going back** takes the nearest copy before the wanted position and runs it forwards again, with all user
 //! actions applied at their own cycles. No part of a machine can run backwards, and none has to.
 
+mod arithmetic;
 mod backwards;
 mod breakpoint_locations;
 mod breakpoint_probe;
@@ -49,6 +50,7 @@ mod expression_value;
 mod followed_machine;
 mod history;
 mod parse_expression;
+mod parse_literals;
 mod points;
 mod scope;
 mod session;
@@ -58,6 +60,7 @@ mod values;
 pub use backwards::PassedPosition;
 pub use c_objects::{ObjectByteLocation, ObjectExpr};
 pub use c_type_queries::CTypeRef as CKind;
+pub use c_values::{PrintSettings, c_text, real_text};
 pub use call_flow::{CallFlow, call_flow};
 pub use call_stack::{CallFrame, CallStack};
 pub use dyn_machine::{DynMachine, DynProbe, MachineWithDevices, ObserveLevel};

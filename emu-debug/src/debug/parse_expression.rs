@@ -1,14 +1,15 @@
 //! Parses expressions.
 
+use super::arithmetic;
 use super::c_objects::ObjectExpr;
+use emu_core::image::{AVR_DATA, DebugInfo};
+
 use super::c_type_queries::{CTypeQueries as _, CTypeRef};
 use super::c_types;
 use super::error::DebugError;
 use super::expression::{BinaryOperator, DebugExpression};
 use super::expression_place::ExpressionPlace;
 use super::scope::{FrameContext, NameScope};
-use crate::input_error::malformed;
-use crate::text_escapes::unescape;
 
 /// Maximum nesting, so that no text can exhaust the stack.
 const MAX_DEPTH: u32 = 100;
@@ -31,22 +32,24 @@ const OPERATORS: &[(&str, BinaryOperator, u8)] = &[
 /// # Errors
 /// The first fault in it.
 pub(super) fn parse(scope: &NameScope, here: Option<&FrameContext>, text: &str) -> Result<DebugExpression, DebugError> {
-    let mut parser = DebugExpressionParser { scope, here, text, rest: text.trim(), depth: 0, operators: 0 };
-    let expr = parser.binary(0)?;
+    let mut parser = DebugExpressionParser { scope, here, text, rest: text.trim(), depth: 0, operators: 0, choices: 0 };
+    let expr = parser.list()?;
     match parser.rest {
         "" => Ok(expr),
         rest => Err(DebugError::TrailingText { rest: rest.to_owned(), text: text.to_owned() }),
     }
 }
 
-struct DebugExpressionParser<'a> {
-    scope: &'a NameScope,
-    /// The location of the machine, for names with a local scope.
-    here: Option<&'a FrameContext>,
-    text: &'a str,
-    rest: &'a str,
+pub(super) struct DebugExpressionParser<'a> {
+    pub(super) scope: &'a NameScope,
+    /// Where the machine is, for what has a name there only.
+    pub(super) here: Option<&'a FrameContext>,
+    pub(super) text: &'a str,
+    pub(super) rest: &'a str,
     depth: u32,
     operators: u32,
+    /// `?` whose `:` has not come yet.
+    choices: u32,
 }
 
 impl<'a> DebugExpressionParser<'a> {
@@ -58,6 +61,39 @@ impl<'a> DebugExpressionParser<'a> {
             }
             None => false,
         }
+    }
+
+    /// Expressions with commas between them: the value is that of the last.
+    fn list(&mut self) -> Result<DebugExpression, DebugError> {
+        let mut last = self.choice()?;
+        while self.take(",") {
+            last = self.choice()?;
+        }
+        Ok(last)
+    }
+
+    /// `a ? b : c`.
+    fn choice(&mut self) -> Result<DebugExpression, DebugError> {
+        self.depth += 1;
+        if self.depth > MAX_DEPTH {
+            return Err(DebugError::NestedTooDeeply);
+        }
+        let condition = self.binary(0)?;
+        let found = if self.take("?") {
+            self.choices += 1;
+            let then = self.list()?;
+            self.choices -= 1;
+            self.expect(":")?;
+            DebugExpression::Choice(Box::new([condition, then, self.choice()?]))
+        } else {
+            condition
+        };
+        self.depth -= 1;
+        Ok(found)
+    }
+
+    pub(super) fn calls(&self) -> Option<&'a super::call_stack::CallStack> {
+        self.here.map(|here| &here.calls)
     }
 
     fn binary(&mut self, least: u8) -> Result<DebugExpression, DebugError> {
@@ -76,7 +112,7 @@ impl<'a> DebugExpressionParser<'a> {
             }
             self.take(sign);
             let right = self.binary(binds)?;
-            left = combine(operator, left, right);
+            left = combine(self.calls(), operator, left, right);
         }
         self.depth -= 1;
         Ok(left)
@@ -87,7 +123,7 @@ impl<'a> DebugExpressionParser<'a> {
         if self.depth > MAX_DEPTH {
             return Err(DebugError::NestedTooDeeply);
         }
-        let sign = ['-', '!', '~', '+', '*', '&', '('].into_iter().find(|sign| self.rest.starts_with(*sign));
+        let sign = ['-', '!', '~', '+', '*', '&', '(', '{'].into_iter().find(|sign| self.rest.starts_with(*sign));
         let expr = match sign {
             Some('(') => match self.cast() {
                 Some((here, kind)) => {
@@ -95,11 +131,20 @@ impl<'a> DebugExpressionParser<'a> {
                 }
                 None => {
                     self.take("(");
-                    let inner = self.binary(0)?;
+                    let inner = self.list()?;
                     self.expect(")")?;
                     self.postfix(inner)?
                 }
             },
+            Some('{') => {
+                let wrong = DebugError::MissingSign { sign: "}", text: self.text.to_owned() };
+                let (inner, rest) = self.rest[1..].split_once('}').ok_or(wrong)?;
+                self.rest = rest.trim_start();
+                let unknown = || DebugError::UnknownType { text: inner.trim().to_owned() };
+                let here = self.here.ok_or_else(unknown)?;
+                let kind = c_types::find_type(&here.calls.info, inner).ok_or_else(unknown)?;
+                DebugExpression::Object(Box::new(ObjectExpr::at(here.calls.clone(), self.unary()?, kind)))
+            }
             Some('*') => {
                 self.take("*");
                 match self.unary()? {
@@ -119,7 +164,7 @@ impl<'a> DebugExpressionParser<'a> {
             }
             Some(sign) => {
                 self.rest = self.rest[1..].trim_start();
-                DebugExpression::Unary(sign, Box::new(self.unary()?))
+                arithmetic::unary(self.calls(), sign, self.unary()?)
             }
             None => {
                 let atom = self.atom()?;
@@ -175,7 +220,7 @@ impl<'a> DebugExpressionParser<'a> {
                 DebugExpression::Number(_) if self.rest.starts_with('(') => return Err(DebugError::Call),
                 of if self.rest.starts_with('[') => {
                     self.take("[");
-                    let index = self.binary(0)?;
+                    let index = self.list()?;
                     self.expect("]")?;
                     index_into(of, index)?
                 }
@@ -212,62 +257,52 @@ impl<'a> DebugExpressionParser<'a> {
         let bytes = match self.unary()? {
             DebugExpression::Object(object) => object.bytes(),
             DebugExpression::Place(ExpressionPlace::Memory { bytes, .. }) => Some(bytes.into()),
-            _ => None,
+            DebugExpression::Text(text) => u32::try_from(text.len() + 1).ok(),
+            of => match (self.here, arithmetic::ArithmeticType::of(&of)) {
+                (Some(here), Some(kind)) => here.calls.info.size_of(kind.ctype()),
+                _ => None,
+            },
         };
         bytes.map(|bytes| DebugExpression::Number(bytes.into())).ok_or(DebugError::NoSize)
     }
 
-    /// Parses `1.5`, `1.`, `1.5e-3`, `2.5f`.
-    fn real(&mut self, name: &str) -> Result<DebugExpression, DebugError> {
-        let mut text = name.trim_end_matches(['f', 'F']).to_owned();
-        // The sign of an exponent ends a word.
-        if text.ends_with(['e', 'E'])
-            && let Some(sign) = self.rest.chars().next().filter(|sign| matches!(sign, '+' | '-'))
-        {
-            let digits = &self.rest[1..];
-            let end = digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());
-            text.push(sign);
-            text.push_str(&digits[..end]);
-            self.rest = digits[end..].trim_start();
+    /// `::x`: what has the name outside of functions.
+    fn global(&mut self, rest: &str) -> Result<DebugExpression, DebugError> {
+        let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
+        let (name, _) = rest.split_at(end);
+        self.rest = self.rest["::".len() + end..].trim_start();
+        let found = self.here.and_then(|here| self.scope.find_global(here, name));
+        match found {
+            Some(found) => Ok(DebugExpression::Object(Box::new(found))),
+            None => self.scope.find_name(name),
         }
-        let value: Option<f64> = text.parse().ok();
-        value.map(|value| DebugExpression::Real(value.to_bits())).ok_or_else(|| malformed(name, "number", "1.5").into())
+    }
+
+    /// Where a word ends that may have the `:` of a choice in it: `a?1:2`.
+    fn choice_end(&self, end: usize) -> usize {
+        let word = &self.rest[..end];
+        let single = word.match_indices(':').map(|(at, _)| at).find(|at| {
+            let near = |at: Option<usize>| at.and_then(|at| word.as_bytes().get(at)) == Some(&b':');
+            !near(at.checked_sub(1)) && !near(at.checked_add(1))
+        });
+        let is_space = |at: usize| self.scope.chip().spaces.iter().any(|space| space.0 == &word[..at]);
+        single.filter(|at| self.choices > 0 && !is_space(*at)).unwrap_or(end)
     }
 
     fn atom(&mut self) -> Result<DebugExpression, DebugError> {
+        if self.rest.starts_with('"') {
+            return self.text_literal();
+        }
+        if let Some(rest) = self.rest.strip_prefix("::").filter(|_| self.here.is_some()) {
+            return self.global(rest);
+        }
         if let Some(rest) = self.rest.strip_prefix('\'') {
-            // After a backslash, neither `'` nor a backslash has its special meaning.
-            let mut escaped = false;
-            let end = rest.char_indices().find_map(|(at, c)| {
-                let ends = c == '\'' && !escaped && at > 0;
-                escaped = c == '\\' && !escaped;
-                ends.then_some(at)
-            });
-            let end = end.ok_or_else(|| DebugError::MissingSign { sign: "'", text: self.text.to_owned() })?;
-            let bytes = unescape(&rest[..end])?;
-            self.rest = rest[end + 1..].trim_start();
-            if let (Some(here), Some(behind)) = (self.here, self.rest.strip_prefix("::")) {
-                let len = behind.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(behind.len());
-                let (file, name) = (&rest[..end], &behind[..len]);
-                self.rest = behind[len..].trim_start();
-                let found = here.calls.info.global_in_file(file, name);
-                let found = found
-                    .ok_or_else(|| DebugError::UnknownFileVariable { name: name.to_owned(), file: file.to_owned() })?;
-                return Ok(DebugExpression::Object(Box::new(ObjectExpr::variable(
-                    here.calls.clone(),
-                    found,
-                    Vec::new(),
-                    0,
-                ))));
-            }
-            return match bytes.as_slice() {
-                [byte] => Ok(DebugExpression::Number((*byte).into())),
-                _ => Err(DebugError::NotOneByte { text: rest[..end].to_owned() }),
-            };
+            return self.quoted(rest);
         }
         let word = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.' | ':' | '$' | '@' | '#');
         let end = self.rest.find(|c: char| !word(c)).unwrap_or(self.rest.len());
         let end = self.scope.mangled_name_length(self.rest).map_or(end, |name| name.max(end));
+        let end = self.choice_end(end);
         let (name, rest) = self.rest.split_at(end);
         // What follows a C variable is a member of it, or a bit.
         let (head, _) = name.split_at(name.find('.').unwrap_or(name.len()));
@@ -293,10 +328,15 @@ impl<'a> DebugExpressionParser<'a> {
             return Err(DebugError::MissingOperand { text: self.text.to_owned(), found });
         }
         if name.starts_with(|c: char| c.is_ascii_digit()) && !name.contains(':') {
-            if name.contains('.') {
+            let hex = name.starts_with("0x") || name.starts_with("0X");
+            if name.contains('.') || !hex && name.contains(['e', 'E']) {
                 return self.real(name);
             }
-            return number(name).map(DebugExpression::Number);
+            return self.whole(name);
+        }
+        if matches!(name, "struct" | "union" | "enum") {
+            let end = self.rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(self.rest.len());
+            return Err(DebugError::UnknownTag { keyword: name.to_owned(), name: self.rest[..end].to_owned() });
         }
         let plain = name.chars().all(|c| c.is_alphanumeric() || c == '_');
         match self.scope.find_name(name) {
@@ -310,43 +350,43 @@ impl<'a> DebugExpressionParser<'a> {
     }
 }
 
-/// Parses a number: decimal, 0x, 0b or 0o, with underscores; a leading 0 makes it octal, as in C.
-fn number(text: &str) -> Result<i64, DebugError> {
-    let plain = text.replace('_', "").to_ascii_lowercase();
-    let radix = [("0x", 16), ("0b", 2), ("0o", 8)];
-    let found = radix.into_iter().find_map(|(prefix, radix)| Some((plain.strip_prefix(prefix)?, radix)));
-    let (digits, radix) = match (found, plain.strip_prefix('0')) {
-        (Some(found), _) => found,
-        (None, Some(octal)) if !octal.is_empty() => (octal, 8),
-        (None, _) => (plain.as_str(), 10),
+/// Two operands; to a pointer whole elements are added.
+fn combine(
+    calls: Option<&super::call_stack::CallStack>,
+    operator: BinaryOperator,
+    left: DebugExpression,
+    right: DebugExpression,
+) -> DebugExpression {
+    // A pointer is compared with an address as it is printed.
+    let linked = |of: DebugExpression, other: &DebugExpression| match of {
+        DebugExpression::Number(value)
+            if other.object().is_some_and(ObjectExpr::is_linked_pointer)
+                && (AVR_DATA.into()..i64::from(AVR_DATA) + 0x1_0000).contains(&value) =>
+        {
+            DebugExpression::Number(value - i64::from(AVR_DATA))
+        }
+        of => of,
     };
-    let wrong = || DebugError::from(malformed(text, "number", "418, 0x1a2 or 0b101"));
-    if digits.starts_with(['+', '-']) {
-        return Err(wrong());
-    }
-    i64::from_str_radix(digits, radix).map_err(|_| wrong())
-}
-
-/// Applies an operator to two operands; pointers move by whole elements.
-fn combine(operator: BinaryOperator, left: DebugExpression, right: DebugExpression) -> DebugExpression {
+    let left = linked(left, &right);
+    let right = linked(right, &left);
     let pointer = |of: &DebugExpression| of.object().filter(|object| object.element_type().is_some()).cloned();
     let moved = match (operator, pointer(&left), pointer(&right)) {
         (BinaryOperator::Add | BinaryOperator::Sub, Some(pointer), None) => pointer.offset_by(operator, &right),
         (BinaryOperator::Add, None, Some(pointer)) => pointer.offset_by(operator, &left),
         (BinaryOperator::Sub, Some(of), Some(_)) => {
             let size = of.element_type().and_then(|kind| of.info().size_of(kind)).unwrap_or(1).max(1);
+            let calls = of.calls.clone();
             let bytes = DebugExpression::Binary(operator, Box::new(left), Box::new(right));
-            return DebugExpression::Binary(
-                BinaryOperator::Div,
-                Box::new(bytes),
-                Box::new(DebugExpression::Number(size.into())),
-            );
+            let size = DebugExpression::Number(size.into());
+            let count = DebugExpression::Binary(BinaryOperator::Div, Box::new(bytes), Box::new(size));
+            let kind = CTypeRef::new(DebugInfo::builtin_type("long"));
+            return DebugExpression::Object(Box::new(ObjectExpr::value_of(calls, count, kind)));
         }
         _ => None,
     };
     match moved {
         Some(moved) => DebugExpression::Object(Box::new(moved)),
-        None => DebugExpression::Binary(operator, Box::new(left), Box::new(right)),
+        None => arithmetic::binary(calls, operator, left, right),
     }
 }
 

@@ -44,7 +44,9 @@ pub struct DebugPoint {
     pub temporary: bool,
     /// It is active.
     pub enabled: bool,
-    /// It stops the machine only if this is not 0.
+    /// It counts no more when it has stopped the machine so many times.
+    pub stops_left: Option<u64>,
+    /// It stops the machine only where this is not 0.
     pub condition: Option<DebugExpression>,
     /// The condition as written; empty if there is none.
     pub condition_text: String,
@@ -92,6 +94,7 @@ impl DebugPoints {
             text: text.to_owned(),
             temporary,
             enabled: true,
+            stops_left: None,
             condition: None,
             condition_text: String::new(),
             ignore: 0,
@@ -126,7 +129,21 @@ impl DebugPoints {
         self.all.len() < before
     }
 
-    /// Deletes all points.
+    /// Notes that points have stopped the machine: temporary ones are deleted, others may count no more.
+    pub(super) fn note_stops(&mut self, ids: impl Iterator<Item = u32>) {
+        for id in ids {
+            let Some(point) = self.get_mut(id) else { continue };
+            if let Some(left) = point.stops_left {
+                point.stops_left = Some(left.saturating_sub(1)).filter(|left| *left > 0);
+                point.enabled = point.stops_left.is_some();
+            }
+            if point.temporary {
+                self.remove(id);
+            }
+        }
+    }
+
+    /// Deletes all.
     pub fn clear(&mut self) {
         self.all.clear();
     }

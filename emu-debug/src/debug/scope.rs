@@ -33,6 +33,8 @@ pub struct NameScope {
     pub ladder: Vec<(String, ExpressionPlace)>,
     /// Printed values, and user variables: `$1`, `$i`.
     pub values: Values,
+    /// How values are written.
+    pub print: super::c_values::PrintSettings,
     calls: OnceLock<CallStack>,
 }
 
@@ -60,6 +62,7 @@ impl NameScope {
             lines: SourceLines::default(),
             ladder: Vec::new(),
             values: Values::default(),
+            print: Default::default(),
             calls: OnceLock::new(),
         }
     }
@@ -133,7 +136,7 @@ impl NameScope {
 
     fn frame_context(&self, target: &dyn DynMachine, level: usize) -> Option<FrameContext> {
         let calls = self.calls();
-        if calls.info.functions.is_empty() && calls.info.globals.is_empty() {
+        if !self.has_debug_info() {
             return None;
         }
         let frame = calls.frame(target, level)?;
@@ -150,7 +153,6 @@ impl NameScope {
 
     /// Returns the C variable with this name in a frame.
     pub(super) fn find_variable(&self, here: &FrameContext, name: &str) -> Option<ObjectExpr> {
-        let info = &here.calls.info;
         let locals = self.blocks(here);
         let own = locals
             .iter()
@@ -158,7 +160,13 @@ impl NameScope {
         if let Some((variable, known)) = own {
             return Some(ObjectExpr::variable(here.calls.clone(), variable, known.clone(), here.level));
         }
-        // Start-up code also declares chip registers; the chip row describes them better.
+        self.find_global(here, name)
+    }
+
+    /// The variable or function outside of functions that a name stands for.
+    pub(super) fn find_global(&self, here: &FrameContext, name: &str) -> Option<ObjectExpr> {
+        let info = &here.calls.info;
+        // Registers of the chip are described, too, in start-up code; the chip's row knows them better.
         let is_chip = self.chip.reg(name).is_some() && !self.symbols.iter().any(|symbol| symbol.is_named(name));
         if is_chip || self.ladder.iter().any(|(known, _)| known == name) {
             return None;
@@ -277,8 +285,45 @@ impl NameScope {
         Some(ObjectExpr::at(calls.clone(), DebugExpression::Number(0), kind))
     }
 
-    /// Parses a range of a memory as [`AddressNames::parse_range`]; also the name of a ladder symbol, or a
-    /// bit of a byte, for its bytes.
+    /// The memory of an address with which only ELF files name it: of data memory of the AVR 0x800100.
+    #[must_use]
+    pub fn linked_memory_at(&self, address: u32) -> Option<(&'static str, u32)> {
+        super::call_stack::linked_memory_at(self.chip, address)
+    }
+
+    /// The program tells of its functions and variables.
+    #[must_use]
+    pub fn has_debug_info(&self) -> bool {
+        let info = &self.calls().info;
+        !(info.functions.is_empty() && info.globals.is_empty())
+    }
+
+    /// A number with the type that C gives it, where the program is one of C; anything else as it is.
+    #[must_use]
+    pub fn with_type(&self, expr: DebugExpression) -> DebugExpression {
+        let DebugExpression::Number(value) = expr else { return expr };
+        if !self.has_debug_info() {
+            return expr;
+        }
+        let kind = super::arithmetic::ArithmeticType::of_number(value).ctype();
+        DebugExpression::Object(Box::new(ObjectExpr::value_of(
+            self.calls().clone(),
+            DebugExpression::Number(value),
+            kind,
+        )))
+    }
+
+    /// The name of the type that C gives what is computed; nothing where it is none of C, such as a register.
+    #[must_use]
+    pub fn computed_type(&self, expr: &DebugExpression) -> Option<String> {
+        if let DebugExpression::Text(text) = expr {
+            return Some(format!("char [{}]", text.len() + 1));
+        }
+        let kind = super::arithmetic::ArithmeticType::of(expr)?.ctype();
+        Some(super::c_types::declaration(&self.calls().info, kind, ""))
+    }
+
+    /// Bytes of a memory as [`AddressNames::parse_range`] reads them; a symbol of the ladder program or a bit of a byte stands for its bytes.
     ///
     /// # Errors
     /// There is no such memory or location.
@@ -304,8 +349,8 @@ impl NameScope {
         target: &dyn DynMachine,
     ) -> Result<(AddressRange, String), DebugError> {
         let text = text.trim();
-        let expr = self.parse_expression_in_frame(text, target, 0).ok();
-        let bit = expr.as_ref().and_then(|expr| expr.place(target));
+        let expr = self.parse_expression_in_frame(text, target, 0);
+        let bit = expr.as_ref().ok().and_then(|expr| expr.place(target));
         let (range, name) = match bit {
             Some(ExpressionPlace::Bit { space, addr, bit }) => match bit_space::bits_of_byte(self.chip, space, addr) {
                 Some(AddressRange { space, start, .. }) => {
@@ -319,14 +364,19 @@ impl NameScope {
                 None => (AddressRange { space, start: addr, end: addr + 1 }, format!("the byte of {text}")),
             },
             Some(ExpressionPlace::Memory { space, addr, .. })
-                if expr.as_ref().is_some_and(|expr| expr.object().is_some()) =>
+                if expr.as_ref().is_ok_and(|expr| expr.object().is_some()) =>
             {
                 let width = self.chip.bytes_per_address(space).max(1);
-                let bytes = expr.as_ref().and_then(|expr| expr.object()?.bytes()).unwrap_or(1);
+                let bytes = expr.as_ref().ok().and_then(|expr| expr.object()?.bytes()).unwrap_or(1);
                 let end = addr.saturating_add(bytes).div_ceil(width);
                 (AddressRange { space, start: addr / width, end }, text.to_owned())
             }
-            _ => (self.parse_range(text)?, text.to_owned()),
+            _ => match (self.parse_range(text), expr) {
+                (Ok(range), _) => (range, text.to_owned()),
+                // Of what is only an expression of C the fault in that tells more.
+                (Err(_), Err(why)) if text.contains("->") || text.contains(['[', '*']) => return Err(why),
+                (Err(why), _) => return Err(why.into()),
+            },
         };
         self.source().names.check_observable(&range).map_err(|source| {
             match self.ladder.iter().any(|(name, _)| name == text) {

@@ -231,7 +231,10 @@ impl DebugSession {
         let object = expr.object().filter(|object| object.is_wider_than_place(self.machine()));
         let writes = match (object, expr.place(self.machine())) {
             (Some(object), _) => object.writes_for(self.machine(), value)?,
-            (None, Some(place)) => vec![(place, value.to_integer())],
+            (None, Some(place)) => {
+                let value = value.to_integer();
+                vec![(place, expr.object().map_or(value, |object| object.without_link_offset(value)))]
+            }
             (None, None) => return Err(DebugError::NotAPlace),
         };
         writes.into_iter().try_for_each(|(place, value)| self.apply_action(UserAction::Set(place, value)))
@@ -447,11 +450,7 @@ impl DebugSession {
             self.points.remove(id);
             hits.push(PointHit { id, old: None, new: None, write: None, pc: machine.pc() });
         }
-        for hit in &hits {
-            if self.points.get(hit.id).is_some_and(|point| point.temporary) {
-                self.points.remove(hit.id);
-            }
-        }
+        self.points.note_stops(hits.iter().map(|hit| hit.id));
         hits
     }
 

@@ -10,6 +10,7 @@ use super::shell::{CommandResult, DebugShell};
 
 /// `info types`: the types that have a name.
 pub(super) fn types(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let wanted = super::types::name_filter(args)?;
     let known = &shell.session.scope.calls().info;
     let named = known.types().filter_map(|(_, kind)| match kind {
         CType::Base { name, .. } => Some(name.clone()),
@@ -18,7 +19,7 @@ pub(super) fn types(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
         CType::Enum { name: Some(name), .. } => Some(format!("enum {name}")),
         _ => None,
     });
-    let names: BTreeSet<String> = named.filter(|name| name.contains(args)).collect();
+    let names: BTreeSet<String> = named.filter(|name| wanted.is_match(name)).collect();
     if names.is_empty() {
         out.push_str("no types\n");
     }

@@ -69,7 +69,7 @@ pub(super) fn up(shell: &mut DebugShell, args: &str, out: &mut String) -> Comman
     let count = usize::try_from(shell.parse_count(args)?).unwrap_or(usize::MAX);
     let last = shell.calls().len().saturating_sub(1);
     if shell.level >= last {
-        return Err("this is the outermost call; you cannot go up".to_owned());
+        return Err("Initial frame selected; you cannot go up.".to_owned());
     }
     shell.select_frame(shell.level.saturating_add(count).min(last), out)
 }
@@ -77,7 +77,7 @@ pub(super) fn up(shell: &mut DebugShell, args: &str, out: &mut String) -> Comman
 pub(super) fn down(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let count = usize::try_from(shell.parse_count(args)?).unwrap_or(usize::MAX);
     if shell.level <= shell.hidden {
-        return Err("this is the innermost call; you cannot go down".to_owned());
+        return Err("Bottom (innermost) frame selected; you cannot go down.".to_owned());
     }
     shell.select_frame(shell.level.saturating_sub(count).max(shell.hidden), out)
 }

@@ -1,27 +1,48 @@
 //! Commands about the program: instructions, source lines, the calls that led here.
 
+use std::ops::Range;
+
 use emu_core::chip::ChipFamily;
+use emu_debug::address_names::decimal_offset;
 use emu_debug::debug::CallFrame;
 use ladder_view::LadderView;
 
 use super::shell::{CommandResult, DebugShell};
 
 /// Instructions and lines that are shown at once.
-const LINES_SHOWN: u32 = 10;
+pub(super) const LINES_SHOWN: u32 = 10;
 
 /// Words before the next instruction in which a function begins that `disas` shows from its beginning.
 const MAX_FUNCTION_DISTANCE: u32 = 24;
 
-pub(super) fn disas(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
-    // `/s`, `/m` and `/r` of gdb: lines of the source, bytes of the code.
-    let (flags, args) = match args.strip_prefix('/') {
-        Some(rest) => rest.split_once(char::is_whitespace).unwrap_or((rest, "")),
-        None => ("", args),
-    };
-    if let Some(flag) = flags.chars().find(|flag| !matches!(flag, 's' | 'm' | 'r')) {
-        return Err(format!("`/{flag}` is unknown; /s shows lines of the source"));
+/// What `disas` writes besides the instructions.
+#[derive(Debug, Clone, Copy, Default)]
+struct ListingStyle {
+    /// Lines of the source.
+    lined: bool,
+    /// Bytes of the code.
+    raw: bool,
+}
+
+/// The flags `/s`, `/m` and `/r` of gdb, and what is behind them.
+fn listing_flags(args: &str) -> Result<(ListingStyle, &str), String> {
+    let (mut style, mut args) = (ListingStyle::default(), args);
+    while let Some(rest) = args.strip_prefix('/') {
+        let (flags, rest) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+        for flag in flags.chars() {
+            match flag {
+                's' | 'm' => style.lined = true,
+                'r' | 'b' => style.raw = true,
+                _ => return Err(format!("`/{flag}` is unknown; /s shows lines of the source, /r the bytes")),
+            }
+        }
+        args = rest.trim_start();
     }
-    let lined = flags.contains(['s', 'm']);
+    Ok((style, args))
+}
+
+pub(super) fn disas(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let (style, args) = listing_flags(args)?;
     if let Some((first, last)) = args.split_once(',') {
         let first = shell.parse_location(first)?.first().copied().unwrap_or_default();
         let last = last.trim();
@@ -32,24 +53,30 @@ pub(super) fn disas(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
             }
             None => shell.parse_location(last)?.first().copied().unwrap_or_default(),
         };
-        let (text, next) = shell.listing((first, end), u32::MAX, lined);
-        shell.set_disassembled(next);
-        out.push_str(&text);
+        let at = |word: u32| shell.session.scope.chip().code_address(word);
+        out.push_str(&format!("Dump of assembler code from 0x{:x} to 0x{:x}:\n", at(first), at(end)));
+        shell.dump(first..end, None, style, out);
         return Ok(());
     }
     let (place, count) = match args.trim().rsplit_once(char::is_whitespace) {
-        Some((place, count)) if count.parse::<u32>().is_ok() => (place.trim(), count.parse().unwrap_or(LINES_SHOWN)),
-        _ => (args.trim(), LINES_SHOWN),
+        Some((place, count)) if count.parse::<u32>().is_ok() => (place.trim(), count.parse().ok()),
+        _ => (args.trim(), None),
     };
-    let word = if !place.is_empty() {
-        shell.parse_location(place)?.first().copied().unwrap_or_default()
-    } else if let Some(next) = shell.next_disassembly() {
-        next
-    } else {
-        shell.function_start()
+    let next = shell.next_disassembly().filter(|_| place.is_empty() && shell.repeated);
+    let word = match (place, next) {
+        ("", Some(next)) => next,
+        ("", None) => shell.calls().get(shell.level).map_or(shell.session.machine().pc(), |frame| frame.word),
+        _ => shell.parse_location(place)?.first().copied().unwrap_or_default(),
     };
-    let (text, next) = shell.listing((word, u32::MAX), count, lined);
-    shell.set_disassembled(next);
+    let function = shell.session.scope.calls().function(word).cloned();
+    if let Some((words, name)) = function.filter(|_| count.is_none() && next.is_none()) {
+        out.push_str(&format!("Dump of assembler code for function {name}:\n"));
+        shell.dump(words, Some(&name), style, out);
+        return Ok(());
+    }
+    let start = if place.is_empty() && next.is_none() { shell.function_start() } else { word };
+    let (text, next) = shell.listing(start, count.unwrap_or(LINES_SHOWN), style);
+    shell.disassembly = Some((shell.session.machine().cycle(), next));
     out.push_str(&text);
     Ok(())
 }
@@ -60,10 +87,6 @@ impl DebugShell {
         self.disassembly.filter(|(at, _)| *at == self.session.machine().cycle()).map(|(_, next)| next)
     }
 
-    fn set_disassembled(&mut self, next: u32) {
-        self.disassembly = Some((self.session.machine().cycle(), next));
-    }
-
     /// Where the function of the next instruction begins, if that is near.
     fn function_start(&self) -> u32 {
         let (pc, chip) = (self.session.machine().pc(), self.session.scope.chip());
@@ -72,23 +95,83 @@ impl DebugShell {
         words.max().filter(|word| pc - word <= MAX_FUNCTION_DISTANCE).unwrap_or(pc)
     }
 
-    /// Some instructions as text, and the word behind them.
-    pub(super) fn instructions(&self, from: u32, count: u32) -> (String, u32) {
-        self.listing((from, u32::MAX), count, false)
+    /// Instructions between two words as gdb dumps them, with their distances from a function or from the nearest symbol.
+    fn dump(&mut self, words: Range<u32>, function: Option<&str>, style: ListingStyle, out: &mut String) {
+        let chip = self.session.scope.chip();
+        let (mut word, pc) = (words.start, self.session.machine().pc());
+        let end = words.end.min(chip.flash_bytes / chip.word_bytes.max(1));
+        let mut listed: Option<(String, u32)> = None;
+        while word < end {
+            if style.lined {
+                self.dump_lines(word, &mut listed, out);
+            }
+            let line = self.instruction(word);
+            let source = self.session.scope.source();
+            let distance = match function {
+                Some(_) => format!(" <+{}>", chip.code_address(word - words.start)),
+                None => source.names.nearest_symbol(word * chip.word_bytes).map_or(String::new(), |name| {
+                    let name = decimal_offset(&name);
+                    format!(" <{name}{}>", if name.contains('+') { "" } else { "+0" })
+                }),
+            };
+            let meant = source.describe_operands(&line.operands).join(", ");
+            let meant = if meant.is_empty() { meant } else { format!("  ; {meant}") };
+            let here = if word == pc { "=>" } else { "  " };
+            let raw = if style.raw { format!("{}  ", self.code_bytes(word, line.len as u32)) } else { String::new() };
+            out.push_str(&format!("{here} 0x{:04x}{distance}:  {raw}{}{meant}\n", chip.code_address(word), line.text));
+            word += line.len.max(1) as u32;
+        }
+        out.push_str("End of assembler dump.\n");
     }
 
-    /// Some instructions up to a word, with their source lines where they are wanted, and the word behind them.
-    fn listing(&self, (from, limit): (u32, u32), count: u32, lined: bool) -> (String, u32) {
+    /// The lines of the source from the one listed last up to the line of an instruction, with the name of their file where that is new.
+    fn dump_lines(&mut self, word: u32, listed: &mut Option<(String, u32)>, out: &mut String) {
+        let line = self.session.scope.source().line_at(word).map(|line| (line.file.to_string(), line.line));
+        let Some((file, number)) = line else { return };
+        let first = match listed {
+            Some((known, last)) if *known == file && *last == number => return,
+            // Lines without code belong to those that follow.
+            Some((known, last)) if *known == file && *last < number && number - *last < LINES_SHOWN => *last + 1,
+            Some((known, _)) if *known == file => number,
+            _ => {
+                out.push_str(&format!("{file}:\n"));
+                number
+            }
+        };
+        if let Some(lines) = self.sources.file(&self.session.scope.lines, &file) {
+            let texts = (1..).zip(lines).skip(first.saturating_sub(1) as usize).take((number - first + 1) as usize);
+            texts.for_each(|(number, text)| {
+                out.push_str(format!("{number}  {text}").trim_end());
+                out.push('\n');
+            });
+        }
+        *listed = Some((file, number));
+    }
+
+    /// The bytes of an instruction in hex.
+    fn code_bytes(&self, word: u32, words: u32) -> String {
+        let chip = self.session.scope.chip();
+        let bytes = word * chip.word_bytes..(word + words.max(1)) * chip.word_bytes;
+        let bytes = bytes.filter_map(|byte| self.session.machine().peek(chip.code_space, byte));
+        bytes.map(|byte| format!("{byte:02x}")).collect::<Vec<_>>().join(" ")
+    }
+
+    /// Some instructions as text, and the word behind them.
+    pub(super) fn instructions(&self, from: u32, count: u32) -> (String, u32) {
+        self.listing(from, count, ListingStyle::default())
+    }
+
+    /// Some instructions, with their source lines where they are wanted, and the word behind them.
+    fn listing(&self, from: u32, count: u32, style: ListingStyle) -> (String, u32) {
         let (chip, source) = (self.session.scope.chip(), self.session.scope.source());
         let (mut text, mut word, pc) = (String::new(), from, self.session.machine().pc());
         let end = chip.flash_bytes / chip.word_bytes.max(1);
-        let end = end.min(limit);
         let mut last = None;
         for _ in 0..count {
             if word >= end {
                 break;
             }
-            let line = source.line_at(word).filter(|_| lined).map(|line| (line.file.to_string(), line.line));
+            let line = source.line_at(word).filter(|_| style.lined).map(|line| (line.file.to_string(), line.line));
             if let Some((file, number)) = line.clone().filter(|_| line != last) {
                 text.push_str(&format!("{file}:{number}\n"));
             }
@@ -102,7 +185,8 @@ impl DebugShell {
             let here = if word == pc { "=>" } else { "  " };
             let meant = source.describe_operands(&line.operands).join(", ");
             let meant = if meant.is_empty() { meant } else { format!("  ; {meant}") };
-            text.push_str(&format!("{here} 0x{:04x}  {}{meant}\n", chip.code_address(word), line.text));
+            let raw = if style.raw { format!("{}  ", self.code_bytes(word, line.len as u32)) } else { String::new() };
+            text.push_str(&format!("{here} 0x{:04x}  {raw}{}{meant}\n", chip.code_address(word), line.text));
             word += line.len.max(1) as u32;
         }
         (text, word)
@@ -170,15 +254,16 @@ impl DebugShell {
     /// The file, the first line and the count of lines that `list` shows: the next ones, `-` for those before, a line, two lines
     /// with a comma, a location, or where the call that is looked at is.
     fn parse_list_range(&self, args: &str) -> Result<(String, u32, u32), String> {
-        let around = |(file, line): (String, u32)| (file, line.saturating_sub(LINES_SHOWN / 2).max(1), LINES_SHOWN);
+        let size = self.list_size;
+        let around = |(file, line): (String, u32)| (file, line.saturating_sub(size / 2).max(1), size);
         match (args, self.listed.clone()) {
-            ("", Some((file, next))) => return Ok((file, next, LINES_SHOWN)),
+            ("" | "+", Some((file, next))) => return Ok((file, next, size)),
             ("-", Some((file, next))) => {
-                let end = next.saturating_sub(LINES_SHOWN).max(1);
-                let first = end.saturating_sub(LINES_SHOWN).max(1);
+                let end = next.saturating_sub(size).max(1);
+                let first = end.saturating_sub(size).max(1);
                 return Ok((file, first, end - first));
             }
-            ("" | "-", _) => {
+            ("" | "+" | "-", _) => {
                 let here = self.current_line().or_else(|| self.main_line());
                 let here = here.ok_or("there is no source line here; disas shows the instructions")?;
                 return Ok(around(here));
@@ -188,13 +273,17 @@ impl DebugShell {
         if let Some((first, last)) = args.split_once(',') {
             if first.trim().is_empty() {
                 let (file, last) = self.parse_line(last.trim())?;
-                let first = last.saturating_sub(LINES_SHOWN - 1).max(1);
+                let first = last.saturating_sub(size.saturating_sub(1)).max(1);
                 return Ok((file, first, last.saturating_sub(first).saturating_add(1)));
             }
             let (file, first) = self.parse_line(first.trim())?;
             let last = match last.trim() {
-                "" => first + LINES_SHOWN - 1,
-                last => self.parse_line(last)?.1,
+                "" => first.saturating_add(size.saturating_sub(1)),
+                // Behind the comma a distance counts from the first line.
+                last => match last.strip_prefix('+').and_then(|by| by.trim().parse::<u32>().ok()) {
+                    Some(by) => first.saturating_add(by),
+                    None => self.parse_line(last)?.1,
+                },
             };
             return Ok((file, first, last.saturating_sub(first).saturating_add(1)));
         }

@@ -3,7 +3,9 @@
 use diag::nearest;
 
 use super::shell::{CommandResult, DebugShell};
-use super::{back, calls, code, data, examine, files, info, points, record, rungs, running, texts, types};
+use super::{
+    back, blocks, calls, code, data, displays, examine, files, info, points, record, rungs, running, texts, types,
+};
 
 /// What an empty line does after a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -110,21 +112,21 @@ pub const COMMANDS: &[DebugCommand] = &[
     command(Points, "ignore",         &[],            "NUMBER COUNT",         No, points::ignore,      "a point passes over the next COUNT hits"),
     command(Points, "commands",       &["comm"],      "[NUMBER]",             No, points::commands,    "the lines up to `end` are carried out when a point stops; `silent` first leaves out what a stop prints"),
     command(Points, "delete",         &["d"],         "[NUMBER..]",           No, points::delete,      "delete points; without numbers all"),
-    command(Points, "enable",         &[],            "[NUMBER..]",           No, points::enable,      "points count again"),
-    command(Points, "disable",        &["dis"],            "[NUMBER..]",           No, points::disable,     "points do not count"),
+    command(Points, "enable",         &[],            "[once|delete|count N|display] [NUMBER..]", No, points::enable, "points count again: `once`; until they stop, and are deleted then; for N stops; `display` means displays"),
+    command(Points, "disable",        &["dis"],       "[display] [NUMBER..]", No, points::disable,    "points do not count; `display` means displays"),
 
     command(Data, "print",            &["p"],         "[/FORMAT] EXPR",       No, data::print,         "the value of an expression: registers, memory, bits, pins, symbols, variables and operators of C (x.y, p->y, a[1], *p, &x, (char)x); /x /d /u /o /t /c /a; X = VALUE sets it"),
     command(Data, "call",             &[],            "EXPR",                 No, data::call,          "the same; functions of the program are not called"),
     command(Data, "ptype",            &["pt"],        "EXPR or TYPE",         No, types::ptype,        "a type of C with its members"),
     command(Data, "whatis",           &["wha"],       "EXPR or TYPE",         No, types::whatis,       "the name of a type of C"),
     command(Data, "set",              &[],            "PLACE = EXPR",         No, data::set,           "give a place another value: set r16 = 5, set PB0 = 1, set VCC=4.5V, set buf = buf + 1"),
-    command(Data, "x",                &[],            "[/FORMAT] PLACE",      Continue, examine::examine,       "memory from a place on: x/8xb data:0x100; count, format (x z d u o t c a i s), unit (b h w)"),
-    command(Data, "display",          &[],            "[/FORMAT] [EXPR]",     No, data::display,       "show an expression at every stop; without one show them all now"),
-    command(Data, "undisplay",        &[],            "[NUMBER..]",           No, data::undisplay,     "show it no more; without numbers none"),
+    command(Data, "x",                &[],            "[/FORMAT] PLACE",      Continue, examine::examine,       "memory from a place on: x/8xb data:0x100; count, format (x z d u o t c a f i s), unit (b h w g)"),
+    command(Data, "display",          &[],            "[/FORMAT] [EXPR]",     No, displays::display,       "show an expression at every stop; without one show them all now"),
+    command(Data, "undisplay",        &[],            "[NUMBER..]",           No, displays::undisplay,     "show it no more; without numbers none"),
     command(Data, "assert",           &[],            "EXPR",                 No, data::assert,        "fail where EXPR is 0: a script ends with exit code 1"),
 
     command(Code, "info",             &["i"],         "WHAT [..]",            No, info::info,          "what is known: info without more lists what there is"),
-    command(Code, "disas",            &["disassemble"], "[LOCATION] [COUNT]", Continue, code::disas,         "instructions from a location on; without one from where the function begins, or from the next one"),
+    command(Code, "disas",            &["disassemble"], "[/rs] [LOCATION] [COUNT]", Continue, code::disas,         "the function around a location, or around the next instruction; FIRST,LAST and FIRST,+BYTES a range, COUNT so many instructions; /s with lines of the source, /r with bytes"),
     command(Code, "list",             &["l"],         "[LOCATION]",           Continue, code::list,          "lines of the source: list, list 12, list 5,9, list main, list main.c:12, list - for those before"),
     command(Code, "bt",               &["backtrace", "where"], "[COUNT] [full]", No, calls::backtrace, "the calls that led here, as far as the stack tells; -2 for the outermost two; full: with their variables"),
     command(Code, "frame",            &["f"],         "[NUMBER]",           No, calls::frame,       "look at a call, 0 the innermost: print, info locals and list are about it then"),
@@ -147,13 +149,19 @@ pub const COMMANDS: &[DebugCommand] = &[
     command(Back, "last-write",       &["lw"],        "PLACE [go]", No,  back::last_write,   "who gave a place its value last; with `go` goes to behind that instruction"),
     command(Back, "reverse-last",     &["rl"],        "PLACE",     No,   back::reverse_last, "goes to where a place got its value last, as last-write with `go`"),
 
-    command(Session, "save",          &[],            "FILE",      No,   files::save,        "write the machine to a file, for `load` and for `emu run --snapshot-in`"),
+    command(Session, "save",          &[],            "FILE",      No,   files::save,        "write the machine to a file, for `load` and for `emu run --snapshot-in`; save breakpoints FILE writes commands that set the points, for `source`"),
     command(Session, "load",          &[],            "FILE",      No,   files::load,        "go on from a machine that `save` or `emu run --snapshot-out` has written; a history begins there"),
     command(Session, "source",        &[],            "FILE",      No,   files::source,      "carry out the commands of a file, up to the first that fails"),
     command(Session, "record",        &[],            "FILE",      No,   record::record,     "write what was done from outside up to now as a scenario that does it again"),
     command(Session, "echo",          &[],            "TEXT",      No,   texts::echo,        "print a text; \\n and the like are what they are in C"),
     command(Session, "output",        &[],            "[/FORMAT] EXPR", No, texts::output,   "print a value without its name"),
     command(Session, "printf",        &[],            "\"TEXT\", EXPR..", No, texts::printf, "print a text with values in it: printf \"%d of %s\\n\", i, name"),
+    command(Session, "define",        &[],            "NAME",      No,   blocks::define,     "the lines up to `end` become a command; $arg0, $arg1, .. are its arguments, $argc their count"),
+    command(Session, "document",      &[],            "NAME",      No,   blocks::document,   "the lines up to `end` are what `help` tells of a command that `define` made"),
+    command(Session, "while",         &[],            "EXPR",      No,   blocks::while_loop, "the lines up to `end` again and again while EXPR is not 0"),
+    command(Session, "if",            &[],            "EXPR",      No,   blocks::if_block,   "the lines up to `end` where EXPR is not 0, those behind `else` where it is"),
+    command(Session, "loop_break",    &[],            "",          No,   blocks::loop_break, "leave the loop of `while`"),
+    command(Session, "loop_continue", &[],            "",          No,   blocks::loop_continue, "go on with the next iteration of `while`"),
     command(Session, "help",          &["h", "?"],    "[COMMAND]", No,   help,               "what a command does"),
     command(Session, "quit",          &["q", "exit"], "[CODE]",    No,   files::quit,        "leave"),
 ];
@@ -167,7 +175,7 @@ pub fn split_command(line: &str) -> Option<(&str, &str)> {
     let end = line
         .char_indices()
         .skip(1)
-        .find(|(_, c)| !c.is_ascii_alphanumeric() && *c != '-')
+        .find(|(_, c)| !c.is_ascii_alphanumeric() && !matches!(c, '-' | '_'))
         .map_or(line.len(), |(at, _)| at);
     let (word, rest) = line.split_at(end);
     Some((word, rest.trim()))
@@ -183,10 +191,12 @@ const FOREIGN: &[(&str, &str)] = &[
     ("thread", "a chip has no threads"), ("show", "info and help show what there is"),
     ("pwd", "files are found from where emu was started"), ("cd", "files are found from where emu was started"),
     ("directory", "files are found from where emu was started"), ("layout", "emu debug --tui is the full screen"),
-    ("tui", "emu debug --tui is the full screen"), ("define", "source carries out a file of commands"),
+    ("tui", "emu debug --tui is the full screen"),
     ("checkpoint", "save and load keep the machine, goto-cycle goes back"), ("return", "finish lets the function end"),
     ("catch", "break on an interrupt's routine"), ("handle", "a chip has no signals"), ("signal", "a chip has no signals"),
-    ("python", "source carries out a file of commands"), ("thbreak", "tbreak is the same"),
+    ("python", "source carries out a file of commands"), ("py", "source carries out a file of commands"),
+    ("guile", "source carries out a file of commands"), ("gu", "source carries out a file of commands"),
+    ("compile", "the debugger compiles nothing"), ("thbreak", "tbreak is the same"),
 ];
 
 /// The command that a word stands for: a name, another name, or the beginning of one name only.
@@ -219,7 +229,11 @@ pub fn find_command(word: &str) -> Result<&'static DebugCommand, String> {
 }
 
 /// `help`.
-fn help(_: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+fn help(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    if let Some(user) = shell.user_commands.get(args) {
+        out.push_str(&format!("{}\n", user.help.as_deref().unwrap_or("User-defined.")));
+        return Ok(());
+    }
     if !args.is_empty() {
         let (word, rest) = split_command(args).unwrap_or((args, ""));
         if find_command(word).is_ok_and(|command| command.name == "info") && rest.is_empty() {

@@ -1,12 +1,15 @@
 //! Commands about values: print, set, display, assert.
 
 use emu_core::pins::{CycleTime, PinId};
-use emu_debug::debug::{BinaryOperator, DebugExpression, DynMachine, ExpressionPlace, ExpressionValue, UserAction};
+use emu_debug::debug::{
+    BinaryOperator, DebugExpression, DynMachine, ExpressionPlace, ExpressionValue, ObjectExpr, UserAction, c_text,
+};
 use emu_debug::number_formats::format_number;
 use emu_debug::stimulus::{TimedDrive, parse_drive};
 
 use super::examine;
 use super::numbers::{ExamineFormat, hex};
+use super::settings::set_setting;
 use super::shell::{CommandResult, DebugShell};
 use crate::shared::avr;
 
@@ -34,21 +37,6 @@ fn missing_value_reason(expr: &DebugExpression, target: &dyn DynMachine) -> Opti
         }
         _ => "memory that is not there",
     })
-}
-
-/// What gdb's `set` has settings for that scripts begin with.
-const IGNORED_GDB_SETTINGS: &[&str] =
-    &["confirm", "height", "width", "pagination", "print", "listsize", "style", "logging", "verbose"];
-
-/// An expression that every stop shows.
-pub struct DisplayedExpression {
-    id: u32,
-    text: String,
-    /// The format as it was written, `/x`; empty where there is none.
-    written: String,
-    format: ExamineFormat,
-    /// Nothing for a place that is examined as `x` does it.
-    expr: Option<DebugExpression>,
 }
 
 pub(super) fn print(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
@@ -80,7 +68,7 @@ pub(super) fn call(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
 
 /// `PLACE = VALUE` and `PLACE += VALUE`: the place and the value as an expression; nothing where a `=` is part of an operator.
 fn split_assignment(text: &str) -> Option<(&str, String)> {
-    let (place, value) = text.split_once('=')?;
+    let (place, value) = split_top(text, "=")?;
     if value.starts_with('=')
         || place.ends_with(['=', '!', '<', '>']) && !place.ends_with("<<") && !place.ends_with(">>")
     {
@@ -93,6 +81,29 @@ fn split_assignment(text: &str) -> Option<(&str, String)> {
         None => (place.trim(), value.trim().to_owned()),
     };
     (!place.is_empty()).then_some((place, value))
+}
+
+/// The text before and behind the first of a sign that is not in brackets or in quotes.
+fn split_top<'a>(text: &'a str, sign: &str) -> Option<(&'a str, &'a str)> {
+    let (mut depth, mut quote, mut escaped) = (0i32, None, false);
+    for (at, c) in text.char_indices() {
+        match quote {
+            Some(open) => {
+                if c == open && !escaped {
+                    quote = None;
+                }
+                escaped = c == '\\' && !escaped;
+            }
+            None if depth == 0 && text[at..].starts_with(sign) => return Some((&text[..at], &text[at + sign.len()..])),
+            None => match c {
+                '"' | '\'' => quote = Some(c),
+                '(' | '[' | '{' => depth += 1,
+                ')' | ']' | '}' => depth -= 1,
+                _ => {}
+            },
+        }
+    }
+    None
 }
 
 /// An expression that also counts a place up or down by one: `x++`, `*p++`, `--x`, `*--p`.
@@ -138,15 +149,22 @@ impl DebugShell {
         format: ExamineFormat,
         out: &mut String,
     ) -> Result<(String, Option<DebugExpression>), String> {
+        if split_top(text, ",").is_none()
+            && let Some((place, value)) = split_assignment(text)
+        {
+            set(self, &format!("{place} = {value}"), out)?;
+            return self.single(place, format);
+        }
         if let Some(counted) = counted(text).filter(|counted| self.parse_expression(counted.place).is_ok()) {
             let (place, sign) = (counted.place, counted.sign);
             let old = self.single(&counted.value_text(), format)?;
             set(self, &format!("{place} = {place} {sign} 1"), out)?;
             return if counted.first { self.single(&counted.value_text(), format) } else { Ok(old) };
         }
-        if let Some((place, value)) = split_assignment(text) {
-            set(self, &format!("{place} = {value}"), out)?;
-            return self.single(place, format);
+        // `p a = 1, b = 2`: the value is that of the last.
+        if let Some((first, last)) = split_top(text, ",") {
+            self.printed(first, format, out)?;
+            return self.printed(last, format, out);
         }
         // `p *buffer@4`: so many of them side by side.
         if let Some((first, count)) = text.rsplit_once('@')
@@ -159,13 +177,24 @@ impl DebugShell {
     }
 
     fn single(&self, text: &str, format: ExamineFormat) -> Result<(String, Option<DebugExpression>), String> {
-        let expr = self.parse_expression(text)?;
+        let expr = self.session.scope.with_type(self.parse_expression(text)?);
+        self.check_type_is_known(text, &expr)?;
         Ok((self.value_text(&expr, format), expr.kept(self.session.machine())))
     }
 
     /// The value of an expression: in hex and as a number, as far as those differ, or as a format has it.
     pub(super) fn value_text(&self, expr: &DebugExpression, format: ExamineFormat) -> String {
         let target = self.session.machine();
+        if let DebugExpression::Text(text) = expr {
+            return c_text(text);
+        }
+        if let DebugExpression::Choice(parts) = expr {
+            let [condition, then, otherwise] = &**parts;
+            return match condition.evaluate(target) {
+                Some(value) => self.value_text(if value.is_true() { then } else { otherwise }, format),
+                None => "nothing".to_owned(),
+            };
+        }
         if let Some(object) = expr.object() {
             return object.text(&self.session.scope, target, format.letter);
         }
@@ -193,6 +222,7 @@ impl DebugShell {
                 Some(word) => self.session.scope.source().describe_word(word),
                 None => hex(value, 2),
             },
+            Some('f') => value.to_string(),
             Some(letter) => format_number(value, letter, bytes, false).unwrap_or_else(|| value.to_string()),
             None if place == Some(ExpressionPlace::Pc) => {
                 match u32::try_from(value).ok().and_then(|address| self.program_word(address)) {
@@ -212,40 +242,29 @@ impl DebugShell {
         let word = address / chip.code_address(1).max(1);
         (word < chip.flash_bytes / chip.word_bytes.max(1)).then_some(word)
     }
-
-    /// What is shown at every stop.
-    pub(super) fn show_displays(&mut self, out: &mut String) {
-        for display in &self.displays {
-            match &display.expr {
-                // A variable of a call that is over has no value to show.
-                Some(expr) if expr.object().is_some_and(|object| !object.is_known(self.session.machine())) => {}
-                Some(expr) => {
-                    let value = self.value_text(expr, display.format);
-                    out.push_str(&format!("{}: {}{} = {value}\n", display.id, display.written, display.text));
-                }
-                None => {
-                    out.push_str(&format!("{}: x{}{}\n", display.id, display.written, display.text));
-                    let lines = self.examine_start(&display.text, display.format).and_then(|at| self.examine_lines(at));
-                    out.push_str(&lines.map_or_else(|why| format!("{why}\n"), |(text, _)| text));
-                }
-            }
-        }
-    }
 }
 
 pub(super) fn set(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let wanted = || "write what gets which value: set r16 = 5, set PB0 = 1, set VCC=4.5V".to_owned();
     // `set var x = 1`, as gdb has it.
     let args = ["var ", "variable "].iter().find_map(|word| args.strip_prefix(word)).unwrap_or(args);
-    if !args.contains('=') && IGNORED_GDB_SETTINGS.contains(&args.split_whitespace().next().unwrap_or_default()) {
-        shell.note_once("note: that setting of gdb makes no difference here", out);
+    if !args.contains('=') && set_setting(shell, args, out)? {
         return Ok(());
     }
     if let Some(CountedExpression { place, sign, .. }) = counted(args) {
         return set(shell, &format!("{place} = {place} {sign} 1"), out);
     }
     let (name, value) = split_assignment(args).ok_or_else(wanted)?;
-    let value = value.as_str();
+    let value = value.trim();
+    // `a = b = 5`: the inner one comes first, and its place has the value.
+    let inner = split_assignment(value);
+    let value = match &inner {
+        Some((place, _)) => {
+            set(shell, value, out)?;
+            place
+        }
+        None => value,
+    };
     if let Some(own) =
         name.strip_prefix('$').filter(|_| shell.parse_expression(name).map_or(true, |expr| expr.is_constant()))
     {
@@ -284,7 +303,7 @@ pub(super) fn set(shell: &mut DebugShell, args: &str, out: &mut String) -> Comma
     }
     let expr = expr?;
     let place = expr.place(shell.session.machine());
-    if place.is_none() && expr.object().is_none() {
+    if place.is_none() && expr.object().is_none_or(ObjectExpr::is_computed) {
         return Err(format!("`{name}` is no place that can be set"));
     }
     let is_code = |expr: &DebugExpression| expr.object().is_some_and(|of| of.is_function() || of.is_function_pointer());
@@ -302,6 +321,22 @@ pub(super) fn set(shell: &mut DebugShell, args: &str, out: &mut String) -> Comma
 }
 
 impl DebugShell {
+    /// A symbol alone, of which the program of C tells no type, has no value, as in gdb.
+    fn check_type_is_known(&self, text: &str, expr: &DebugExpression) -> CommandResult {
+        let DebugExpression::Place(ExpressionPlace::Memory { space, .. }) = expr else { return Ok(()) };
+        let (scope, name) = (&self.session.scope, text.trim());
+        let chip = scope.chip();
+        let is_symbol = *space == chip.ram_space
+            && chip.reg(name).is_none()
+            && self.view.is_none()
+            && !name.contains("::")
+            && scope.symbols.iter().any(|symbol| symbol.name == name);
+        match is_symbol && !scope.calls().info.globals.is_empty() {
+            true => Err(format!("'{name}' has unknown type; cast it to its declared type")),
+            false => Ok(()),
+        }
+    }
+
     /// `set $i = 5`: a variable of the user.
     fn remember(&mut self, name: &str, value: &str) -> CommandResult {
         let is_name = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
@@ -327,48 +362,6 @@ fn find_pin(shell: &DebugShell, name: &str) -> Option<PinId> {
         Ok(DebugExpression::Place(ExpressionPlace::Pin(pin))) => Some(pin),
         _ => None,
     }
-}
-
-pub(super) fn display(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
-    let (format, text) = ExamineFormat::parse_front(args)?;
-    if text.is_empty() {
-        shell.show_displays(out);
-        return Ok(());
-    }
-    let examined = format.letter == Some('i') || format.letter == Some('s') || format.count.is_some();
-    let expr = if examined {
-        shell.examine_start(text, format)?;
-        None
-    } else {
-        Some(shell.parse_expression(text)?)
-    };
-    shell.last_display += 1;
-    let id = shell.last_display;
-    let written = match args.strip_suffix(text).map(str::trim) {
-        Some(format) if !format.is_empty() => format!("{format} "),
-        _ => String::new(),
-    };
-    shell.displays.push(DisplayedExpression { id, text: text.to_owned(), written, format, expr });
-    let shown = shell.displays.split_off(shell.displays.len() - 1);
-    let others = std::mem::replace(&mut shell.displays, shown);
-    shell.show_displays(out);
-    let shown = std::mem::replace(&mut shell.displays, others);
-    shell.displays.extend(shown);
-    Ok(())
-}
-
-pub(super) fn undisplay(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
-    if args.is_empty() {
-        shell.displays.clear();
-    }
-    for number in args.split_whitespace() {
-        let before = shell.displays.len();
-        shell.displays.retain(|display| display.id.to_string() != number);
-        if shell.displays.len() == before {
-            return Err(format!("there is no display {number}; `display` shows them"));
-        }
-    }
-    Ok(())
 }
 
 pub(super) fn assert(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {

@@ -1,11 +1,17 @@
 //! The command `x`: memory from a place on as numbers, texts or instructions.
 
+use emu_core::chip::ChipFamily;
+use emu_core::image::AVR_DATA;
 use emu_debug::AddressRange;
-use emu_debug::debug::{DebugExpression, ObjectByteLocation};
+use emu_debug::address_names::decimal_offset;
+use emu_debug::debug::{DebugExpression, ObjectByteLocation, real_text};
 use emu_debug::number_formats::format_number;
 
 use super::numbers::{ExamineFormat, hex};
 use super::shell::{CommandResult, DebugShell};
+
+/// Bytes of a number with a point, where no unit is given.
+const REAL_BYTES: u32 = 4;
 
 /// Where `x` goes on.
 #[derive(Debug, Clone, Copy)]
@@ -50,11 +56,14 @@ impl DebugShell {
         if let Ok(AddressRange { space, start, .. }) = scope.parse_range(text)
             && !typed
         {
+            let linked = scope.linked_memory_at(start).filter(|_| space == chip.ram_space);
+            let (space, start) = linked.unwrap_or((space, start));
             return Ok(ExamineState { space, addr: start, format });
         }
         let value = self.integer_value(text)?;
         let addr = u32::try_from(value).map_err(|_| format!("`{text}` is no address: {value}"))?;
-        Ok(ExamineState { space: chip.ram_space, addr, format })
+        let (space, addr) = scope.linked_memory_at(addr).unwrap_or((chip.ram_space, addr));
+        Ok(ExamineState { space, addr, format })
     }
 
     /// The lines of an examination, and where it goes on.
@@ -87,7 +96,7 @@ impl DebugShell {
     ) -> Result<(String, u32), String> {
         let chip = self.session.scope.chip();
         let width = chip.bytes_per_address(space);
-        let unit = unit.unwrap_or(width).max(width);
+        let unit = unit.unwrap_or(if letter == 'f' { REAL_BYTES } else { width }).max(width);
         let (mut text, mut addr) = (String::new(), first);
         let columns = (16 / unit).clamp(1, 8);
         for n in 0..count {
@@ -108,18 +117,28 @@ impl DebugShell {
             if n % columns == 0 {
                 let end = if n == 0 { "" } else { "\n" };
                 let name = self.session.scope.source().names.containing_symbol(space, start);
-                let name = name.map_or(String::new(), |name| format!(" <{name}>"));
-                text.push_str(&format!("{end}{space}:0x{addr:04x}{name}:"));
+                text.push_str(&format!("{end}{}:", self.examined_place(space, addr, name)));
             }
             let value = bytes.iter().rev().fold(0i64, |high, low| high << 8 | i64::from(*low));
             let shown = match letter {
                 'a' => self.program_word(value as u32).map(|word| self.session.scope.source().describe_word(word)),
+                'f' => real_text(&bytes).or_else(|| format_number(value, 'd', unit, true)),
                 _ => format_number(value, letter, unit, true),
             };
             text.push_str(&format!(" {}", shown.unwrap_or_else(|| hex(value, 2))));
             addr += unit / width;
         }
         Ok((format!("{text}\n"), addr))
+    }
+
+    /// The place of a line: of data of a C program on the AVR as gdb and the ELF file have it.
+    fn examined_place(&self, space: &str, addr: u32, known: Option<String>) -> String {
+        let (scope, chip) = (&self.session.scope, self.session.scope.chip());
+        let name = |name: String| format!(" <{name}>");
+        match chip.family == ChipFamily::Avr && space == chip.ram_space && scope.has_debug_info() {
+            true => format!("0x{:x}{}", AVR_DATA + addr, known.map_or(String::new(), |own| name(decimal_offset(&own)))),
+            false => format!("{space}:0x{addr:04x}{}", known.map_or(String::new(), name)),
+        }
     }
 
     /// Texts that end with a 0.
@@ -147,7 +166,10 @@ impl DebugShell {
                     break;
                 }
             }
-            text.push_str(&format!("{}:0x{start:04x}: {}\n", at.space, emu_debug::text_escapes::escape(&bytes)));
+            let names = self.session.scope.source().names;
+            let name = names.containing_symbol(at.space, start).filter(|_| self.session.scope.has_debug_info());
+            let place = self.examined_place(at.space, start, name);
+            text.push_str(&format!("{place}: {}\n", emu_debug::text_escapes::escape(&bytes)));
         }
         Ok((text, ExamineState { addr, ..at }))
     }

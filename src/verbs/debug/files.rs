@@ -6,6 +6,7 @@ use super::shell::{CommandResult, DebugShell, ShellFlow};
 use crate::shared::codes::system_message;
 use crate::shared::fail::VerbFailure;
 use crate::shared::input;
+use crate::shared::output;
 use crate::shared::report::FileTexts;
 
 /// How deep scripts may call each other up.
@@ -63,10 +64,29 @@ impl DebugShell {
 
 /// `save`.
 pub(super) fn save(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let (word, rest) = args.split_once(char::is_whitespace).unwrap_or((args, ""));
+    if word == "breakpoints" || !word.is_empty() && !rest.is_empty() && "breakpoints".starts_with(word) {
+        return save_breakpoints(shell, rest.trim(), out);
+    }
     let (file, cycle) = (file_argument(args)?, shell.session.machine().cycle());
     shell.session.check_snapshot_possible()?;
     shell.snapshot_writer.write(file, cycle, &shell.session.save()).map_err(|failure| failure.sentence())?;
     out.push_str(&format!("{file} has the machine at cycle {cycle}\n"));
+    Ok(())
+}
+
+/// `save breakpoints FILE`.
+fn save_breakpoints(shell: &DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let file = file_argument(args)?;
+    if shell.session.points.all().is_empty() {
+        return Err("nothing to save: there are no breakpoints and no watchpoints".to_owned());
+    }
+    for own in &shell.snapshot_writer.protected_files {
+        output::check_input_not_overwritten(own, &[("save", file)]).map_err(|failure| failure.sentence())?;
+    }
+    let text = super::points::commands_that_set(shell);
+    output::write_files(&[(file, text.as_bytes())]).map_err(|failure| failure.sentence())?;
+    out.push_str(&format!("Saved to file '{file}'.\n"));
     Ok(())
 }
 

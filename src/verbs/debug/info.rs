@@ -18,8 +18,8 @@ struct InfoTopic {
 #[rustfmt::skip]
 const TOPICS: &[InfoTopic] = &[
     InfoTopic { name: "registers",   help: "registers of the core; with names those, of the chip too", write: registers },
-    InfoTopic { name: "breakpoints", help: "breakpoints and watchpoints",                             write: |shell, _, out| { points::list(shell, out); Ok(()) } },
-    InfoTopic { name: "watchpoints", help: "breakpoints and watchpoints",                             write: |shell, _, out| { points::list(shell, out); Ok(()) } },
+    InfoTopic { name: "breakpoints", help: "breakpoints and watchpoints",                             write: |shell, args, out| points::list(shell, args, false, out) },
+    InfoTopic { name: "watchpoints", help: "watchpoints",                                             write: |shell, args, out| points::list(shell, args, true, out) },
     InfoTopic { name: "locals",      help: "variables of the call that is looked at",                 write: |shell, _, out| calls::info_variables(shell, false, out) },
     InfoTopic { name: "args",        help: "its parameters",                                          write: |shell, _, out| calls::info_variables(shell, true, out) },
     InfoTopic { name: "frame",       help: "that call: its place, its caller, registers that it has saved", write: |shell, _, out| calls::info_frame(shell, out) },
@@ -34,9 +34,9 @@ const TOPICS: &[InfoTopic] = &[
     InfoTopic { name: "sources",     help: "the source files of the program; with a text those that have it", write: types::info_sources },
     InfoTopic { name: "line",        help: "the code of a source line: info line main.c:12",          write: types::info_line },
     InfoTopic { name: "symbol",      help: "what has its name at an address: info symbol 0x86",       write: types::info_symbol },
-    InfoTopic { name: "functions",   help: "symbols of program memory; with a text those that have it", write: |shell, args, out| types::info_kind(shell, args, true, out) },
-    InfoTopic { name: "variables",   help: "symbols of other memories; with a text those that have it", write: |shell, args, out| types::info_kind(shell, args, false, out) },
-    InfoTopic { name: "types",       help: "types of C; with a text those that have it",              write: about::types },
+    InfoTopic { name: "functions",   help: "functions; with a regular expression those whose names match it", write: |shell, args, out| types::info_kind(shell, args, true, out) },
+    InfoTopic { name: "variables",   help: "variables; with a regular expression those whose names match it", write: |shell, args, out| types::info_kind(shell, args, false, out) },
+    InfoTopic { name: "types",       help: "types of C; with a regular expression those whose names match it",              write: about::types },
     InfoTopic { name: "scope",       help: "variables that have a place at a location: info scope price", write: about::scope },
     InfoTopic { name: "address",     help: "where a variable or function is: info address x",         write: about::address },
     InfoTopic { name: "files",       help: "the program and the memories of the chip",                write: about::files },
@@ -47,7 +47,7 @@ const TOPICS: &[InfoTopic] = &[
     InfoTopic { name: "threads",     help: "there are none",                                          write: |_, _, out| about::none("threads", out) },
     InfoTopic { name: "signals",     help: "there are none",                                          write: |_, _, out| about::none("signals", out) },
     InfoTopic { name: "symbols",     help: "symbols of the program; with a text those that have it",  write: symbols },
-    InfoTopic { name: "display",     help: "what every stop shows",                                   write: |shell, _, out| { shell.show_displays(out); Ok(()) } },
+    InfoTopic { name: "display",     help: "what every stop shows",                                   write: |shell, _, out| { shell.list_displays(out); Ok(()) } },
 ];
 
 /// Parts of a chip, by their registers.

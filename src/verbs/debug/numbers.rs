@@ -19,7 +19,7 @@ const MAX_UNITS: u32 = 1 << 16;
 pub(super) struct ExamineFormat {
     /// How many.
     pub count: Option<u32>,
-    /// `x z d u o t c a s i`.
+    /// `x z d u o t c a f s i`.
     pub letter: Option<char>,
     /// Bytes of a unit.
     pub unit: Option<u32>,
@@ -43,12 +43,15 @@ impl ExamineFormat {
         }
         for letter in text[digits..].chars() {
             match letter {
-                'x' | 'z' | 'd' | 'u' | 'o' | 't' | 'c' | 'a' | 's' | 'i' => format.letter = Some(letter),
+                'x' | 'z' | 'd' | 'u' | 'o' | 't' | 'c' | 'a' | 'f' | 's' | 'i' => format.letter = Some(letter),
                 'b' => format.unit = Some(1),
                 'h' => format.unit = Some(2),
                 'w' => format.unit = Some(4),
+                'g' => format.unit = Some(8),
                 _ => {
-                    return Err(format!("`{letter}` is no format; there are x z d u o t c a s i, and the units b h w"));
+                    return Err(format!(
+                        "`{letter}` is no format; there are x z d u o t c a f s i, and the units b h w g"
+                    ));
                 }
             }
         }

@@ -1,6 +1,6 @@
 //! Commands about breakpoints and watchpoints.
 
-use emu_debug::debug::{AccessKind, DebugExpression, ExpressionPlace, ExpressionValue, PointTrigger};
+use emu_debug::debug::{AccessKind, DebugExpression, DebugPoint, ExpressionPlace, ExpressionValue, PointTrigger};
 use emu_debug::stimulus::parse_pin_level;
 
 use super::shell::{CommandResult, DebugShell};
@@ -52,6 +52,7 @@ fn add_point(
         point.condition = condition;
         point.condition_text = wanted.unwrap_or_default().to_owned();
     }
+    shell.session.scope.values.set("bpnum", DebugExpression::Number(id.into()));
     Ok(id)
 }
 
@@ -64,18 +65,33 @@ fn condition_at(shell: &DebugShell, text: &str, word: Option<u32>) -> Result<Deb
 
 pub(super) fn watch(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (text, condition) = split_condition(args);
+    let (text, by_place) = without_location_flag(text);
     if text.is_empty() {
         return Err("what is to be watched? memory, a register, a bit, a pin: watch buf".to_owned());
     }
     let what = parse_watch(shell, text)?;
-    // A variable of a call ends with it.
-    let end = shell.parse_expression(text).is_ok_and(|expr| expr.is_local()).then(|| shell.call_end()).flatten();
-    let id = add_point(shell, what, text, condition, false)?;
+    if by_place && !matches!(what, PointTrigger::Change(DebugExpression::Place(_)) | PointTrigger::Pin(..)) {
+        return Err(format!("`{text}` is in no memory of up to four bytes whose place could be watched"));
+    }
+    // A variable of a call ends with it, a place does not.
+    let name = if by_place { format!("-location {text}") } else { text.to_owned() };
+    let end = if by_place {
+        None
+    } else {
+        shell.parse_expression(text).is_ok_and(|expr| expr.is_local()).then(|| shell.call_end()).flatten()
+    };
+    let id = add_point(shell, what, &name, condition, false)?;
     if let Some(point) = shell.session.points.get_mut(id) {
         point.call_end = end;
     }
-    out.push_str(&format!("Watchpoint {id}: {text}\n"));
+    out.push_str(&format!("Watchpoint {id}: {name}\n"));
     Ok(())
+}
+
+/// The text behind `-l` or `-location`, and whether that was there.
+fn without_location_flag(text: &str) -> (&str, bool) {
+    let rest = ["-location ", "-l "].iter().find_map(|flag| text.strip_prefix(flag));
+    (rest.unwrap_or(text).trim(), rest.is_some())
 }
 
 impl DebugShell {
@@ -105,11 +121,14 @@ fn parse_watch(shell: &DebugShell, text: &str) -> Result<PointTrigger, String> {
         DebugExpression::Place(ExpressionPlace::Cycle | ExpressionPlace::Instructions) => {
             return Err("time changes with every instruction; run-to-cycle stops at one".to_owned());
         }
+        expr if expr.object().is_some_and(|of| of.is_computed()) && expr.is_optimized_out(shell.session.machine()) => {
+            return Err("value has been optimized out".to_owned());
+        }
         expr if expr.depends_only_on_time() => {
             return Err("time goes on in sleep, where nothing is looked at; run-to-cycle stops at one".to_owned());
         }
         expr if expr.is_constant() => return Err(format!("cannot watch a constant: nothing changes `{text}`")),
-        expr if expr.object().is_none()
+        expr if expr.object().is_none_or(|of| of.is_computed())
             && matches!(expr.evaluate(shell.session.machine()), Some(ExpressionValue::Real(..))) =>
         {
             return Err("what is computed with a point is not watched; watch the variables in it".to_owned());
@@ -128,6 +147,7 @@ pub(super) fn awatch(shell: &mut DebugShell, args: &str, out: &mut String) -> Co
 
 fn access(shell: &mut DebugShell, args: &str, access: AccessKind, out: &mut String) -> CommandResult {
     let (text, condition) = split_condition(args);
+    let text = without_location_flag(text).0;
     let found = shell.session.scope.parse_watched_range(text, shell.session.machine());
     let (range, name) = found.map_err(|why| format!("{why}; watch {text} sees its changes"))?;
     let id = add_point(shell, PointTrigger::Access(range, access), &name, condition, false)?;
@@ -146,7 +166,9 @@ fn find_point(shell: &DebugShell, number: &str) -> Result<u32, String> {
     if number.is_empty() {
         return Err("the number of a point is missing; `info break` lists them".to_owned());
     }
-    let id = number.parse().ok().filter(|id| shell.session.points.get(*id).is_some());
+    // `$bpnum`, as `save breakpoints` writes it.
+    let named = || u32::try_from(shell.integer_value(number.strip_prefix('$').map(|_| number)?).ok()?).ok();
+    let id = number.parse().ok().or_else(named).filter(|id| shell.session.points.get(*id).is_some());
     id.ok_or_else(|| format!("there is no point {number}; `info break` lists them"))
 }
 
@@ -195,7 +217,11 @@ pub(super) fn ignore(shell: &mut DebugShell, args: &str, out: &mut String) -> Co
     if let Some(point) = shell.session.points.get_mut(id) {
         point.ignore = count;
     }
-    out.push_str(&format!("Point {id} passes over the next {count} hits\n"));
+    out.push_str(&match count {
+        0 => format!("Will stop next time breakpoint {id} is reached.\n"),
+        1 => format!("Will ignore next crossing of breakpoint {id}.\n"),
+        _ => format!("Will ignore next {count} crossings of breakpoint {id}.\n"),
+    });
     Ok(())
 }
 
@@ -212,7 +238,7 @@ pub(super) fn commands(shell: &mut DebugShell, args: &str, _: &mut String) -> Co
 pub(super) fn delete(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
     // gdb has `delete breakpoints`, `delete display`.
     if let Some(displays) = args.strip_prefix("display") {
-        return super::data::undisplay(shell, displays.trim(), &mut String::new());
+        return super::displays::undisplay(shell, displays.trim(), &mut String::new());
     }
     let args = args.strip_prefix("breakpoints").unwrap_or(args).trim();
     if args.is_empty() {
@@ -239,11 +265,50 @@ pub(super) fn clear(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
 }
 
 pub(super) fn enable(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
+    if let Some(displays) = after_word(args, "display") {
+        return super::displays::enable_displays(shell, displays, true);
+    }
+    let args = after_word(args, "breakpoints").unwrap_or(args);
+    if let Some(args) = after_word(args, "once") {
+        return set_disposition(shell, args, |point| point.stops_left = Some(1));
+    }
+    if let Some(args) = after_word(args, "delete") {
+        return set_disposition(shell, args, |point| point.temporary = true);
+    }
+    if let Some(args) = after_word(args, "count") {
+        let (count, args) = args.split_once(char::is_whitespace).unwrap_or((args, ""));
+        let count = shell.parse_count(count)?;
+        return set_disposition(shell, args.trim(), |point| point.stops_left = Some(count));
+    }
     set_enabled(shell, args, true)
 }
 
 pub(super) fn disable(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
-    set_enabled(shell, args, false)
+    if let Some(displays) = after_word(args, "display") {
+        return super::displays::enable_displays(shell, displays, false);
+    }
+    set_enabled(shell, after_word(args, "breakpoints").unwrap_or(args), false)
+}
+
+/// What is behind a word at the beginning of some words.
+fn after_word<'a>(args: &'a str, word: &str) -> Option<&'a str> {
+    let rest = args.strip_prefix(word)?;
+    (rest.is_empty() || rest.starts_with(char::is_whitespace)).then(|| rest.trim())
+}
+
+/// Points count again, and something is to become of them when they stop.
+fn set_disposition(shell: &mut DebugShell, args: &str, set: impl Fn(&mut DebugPoint)) -> CommandResult {
+    if args.is_empty() {
+        return Err("the number of a point is missing; `info break` lists them".to_owned());
+    }
+    for id in numbers(shell, args)? {
+        if let Some(point) = shell.session.points.get_mut(id) {
+            point.enabled = true;
+            (point.temporary, point.stops_left) = (false, None);
+            set(point);
+        }
+    }
+    Ok(())
 }
 
 fn set_enabled(shell: &mut DebugShell, args: &str, on: bool) -> CommandResult {
@@ -259,35 +324,80 @@ fn set_enabled(shell: &mut DebugShell, args: &str, on: bool) -> CommandResult {
     Ok(())
 }
 
-/// `info break`.
-pub(super) fn list(shell: &DebugShell, out: &mut String) {
-    let points = shell.session.points.all();
-    if points.is_empty() {
-        out.push_str("no breakpoints and no watchpoints\n");
+/// `info breakpoints` and `info watchpoints`: all, or those of some numbers.
+pub(super) fn list(shell: &DebugShell, args: &str, watched: bool, out: &mut String) -> CommandResult {
+    let wanted = if args.is_empty() { None } else { Some(numbers(shell, args)?) };
+    let points = shell.session.points.all().iter();
+    let points = points.filter(|point| wanted.as_ref().is_none_or(|ids| ids.contains(&point.id)));
+    let points = points.filter(|point| !watched || !matches!(point.trigger, PointTrigger::Code(_)));
+    let before = out.len();
+    points.for_each(|point| describe(shell, point, out));
+    if out.len() == before {
+        out.push_str(if watched { "No watchpoints.\n" } else { "No breakpoints or watchpoints.\n" });
     }
-    for point in points {
-        let kind = match &point.trigger {
-            PointTrigger::Code(_) => "breakpoint",
-            PointTrigger::Access(_, AccessKind::Read) => "read watchpoint",
-            PointTrigger::Access(..) => "access watchpoint",
-            PointTrigger::Change(_) | PointTrigger::Pin(..) => "watchpoint",
+    Ok(())
+}
+
+/// A line of `info breakpoints`, and the commands of the point.
+fn describe(shell: &DebugShell, point: &DebugPoint, out: &mut String) {
+    let kind = match &point.trigger {
+        PointTrigger::Code(_) => "breakpoint",
+        PointTrigger::Access(_, AccessKind::Read) => "read watchpoint",
+        PointTrigger::Access(..) => "access watchpoint",
+        PointTrigger::Change(_) | PointTrigger::Pin(..) => "watchpoint",
+    };
+    let mut line = format!("{:<3} {kind} {}", point.id, point.text);
+    if let PointTrigger::Code(words) = &point.trigger {
+        let places: Vec<String> = words.iter().map(|word| shell.word_with_rung(*word)).collect();
+        line.push_str(&format!(" at {}", places.join(", ")));
+    }
+    let left = point.stops_left.unwrap_or(0);
+    let told = [
+        (point.temporary, "once".to_owned()),
+        (!point.enabled, "disabled".to_owned()),
+        (left > 0, format!("disabled after {left} more {}", if left == 1 { "stop" } else { "stops" })),
+        (point.condition.is_some(), format!("stop only if {}", point.condition_text)),
+        (point.ignore > 0, format!("passes over {}", point.ignore)),
+        (point.hits > 0, format!("hit {} times", point.hits)),
+    ];
+    for (_, text) in told.iter().filter(|(told, _)| *told) {
+        line.push_str(&format!(", {text}"));
+    }
+    out.push_str(&format!("{line}\n"));
+    point.commands.iter().for_each(|command| out.push_str(&format!("      {command}\n")));
+}
+
+/// The commands that set all points, for `source`.
+pub(super) fn commands_that_set(shell: &DebugShell) -> String {
+    let mut text = String::new();
+    for point in shell.session.points.all() {
+        let word = match (&point.trigger, point.temporary) {
+            (PointTrigger::Code(_), true) => "tbreak",
+            (PointTrigger::Code(_), false) => "break",
+            (PointTrigger::Access(_, AccessKind::Read), _) => "rwatch",
+            (PointTrigger::Access(..), _) => "awatch",
+            (PointTrigger::Change(_) | PointTrigger::Pin(..), _) => "watch",
         };
-        let mut line = format!("{:<3} {kind} {}", point.id, point.text);
-        if let PointTrigger::Code(words) = &point.trigger {
-            let places: Vec<String> = words.iter().map(|word| shell.word_with_rung(*word)).collect();
-            line.push_str(&format!(" at {}", places.join(", ")));
+        // A breakpoint at an instruction is called by its address and what that means.
+        let at_word = point.text.starts_with("0x").then(|| point.text.split(' ').next()).flatten();
+        let place = at_word.unwrap_or(&point.text);
+        let place = place.strip_prefix("the byte of ").unwrap_or(place);
+        text.push_str(&format!("{word} {place}\n"));
+        if point.condition.is_some() {
+            text.push_str(&format!("  condition $bpnum {}\n", point.condition_text));
         }
-        let told = [
-            (point.temporary, "once".to_owned()),
-            (!point.enabled, "disabled".to_owned()),
-            (point.condition.is_some(), format!("stop only if {}", point.condition_text)),
-            (point.ignore > 0, format!("passes over {}", point.ignore)),
-            (point.hits > 0, format!("hit {} times", point.hits)),
-        ];
-        for (_, text) in told.iter().filter(|(told, _)| *told) {
-            line.push_str(&format!(", {text}"));
+        if point.ignore > 0 {
+            text.push_str(&format!("  ignore $bpnum {}\n", point.ignore));
         }
-        out.push_str(&format!("{line}\n"));
-        point.commands.iter().for_each(|command| out.push_str(&format!("      {command}\n")));
+        if !point.commands.is_empty() {
+            let lines: String = point.commands.iter().map(|line| format!("    {line}\n")).collect();
+            text.push_str(&format!("  commands\n{lines}  end\n"));
+        }
+        match (point.enabled, point.stops_left) {
+            (false, _) => text.push_str("disable $bpnum\n"),
+            (true, Some(left)) => text.push_str(&format!("enable count {left} $bpnum\n")),
+            (true, None) => {}
+        }
     }
+    text
 }

@@ -305,6 +305,13 @@ impl DebugShell {
         if let Some(words) = self.rung_location(text) {
             return words;
         }
+        // `file.c:function`, which no symbol is called.
+        if text.contains(':')
+            && let words = self.session.scope.function_starts(text)
+            && !words.is_empty()
+        {
+            return Ok(words);
+        }
         let computed = text.strip_prefix('*').or_else(|| text.starts_with('$').then_some(text));
         let Some(expr) = computed else { return Ok(self.session.scope.source().parse_words(text)?) };
         let value = self.integer_value(expr)?;

@@ -1,7 +1,7 @@
 //! The executor of commands, without a terminal: a line in, text out. The prompt, scripts, blocks of `commands`, tests and other
 //! faces use it alike.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -9,8 +9,9 @@ use emu_debug::TimedDrive;
 use emu_debug::debug::{DebugExpression, DebugSession, HaltResult};
 use ladder_view::LadderView;
 
+use super::blocks::{BlockKind, OpenBlock, UserCommand};
 use super::commands::{self, RepeatKind};
-use super::data::DisplayedExpression;
+use super::displays::DisplayedExpression;
 use super::open::OpenedSession;
 use crate::shared::fail::exit;
 use crate::shared::snapshots::SnapshotWriter;
@@ -79,10 +80,16 @@ pub struct DebugShell {
     interrupt: Arc<AtomicBool>,
     /// The line that an empty one repeats.
     last_line: String,
-    /// The point whose commands are being typed.
-    block: Option<(u32, Vec<String>)>,
+    /// The empty line has repeated the command that is being carried out.
+    pub(super) repeated: bool,
+    /// Lines that `list` shows.
+    pub(super) list_size: u32,
+    /// The block whose lines are being typed.
+    pub(super) block: Option<OpenBlock>,
+    /// Commands that the user has defined.
+    pub(super) user_commands: BTreeMap<String, UserCommand>,
     pub(super) queue: VecDeque<String>,
-    queued_count: usize,
+    pub(super) queued_count: usize,
     /// Where the machine stood when they were counted from 0.
     queued_at: u64,
     pub(super) leave: Option<u8>,
@@ -118,7 +125,10 @@ impl DebugShell {
             faulted: false,
             interrupt,
             last_line: String::new(),
+            repeated: false,
+            list_size: super::code::LINES_SHOWN,
             block: None,
+            user_commands: BTreeMap::new(),
             queue: VecDeque::new(),
             queued_count: 0,
             queued_at: 0,
@@ -153,10 +163,12 @@ impl DebugShell {
     pub fn execute_line(&mut self, line: &str, out: &mut String) -> ShellFlow {
         self.queue.clear();
         (self.queued_count, self.queued_at) = (0, self.session.machine().cycle());
-        if self.collect_line(line) {
-            return ShellFlow::Next;
+        if let Some(done) = self.collect_line(line) {
+            self.last_line.clear();
+            return self.flow_of(done);
         }
         let line = line.trim();
+        self.repeated = line.is_empty();
         let line = if line.is_empty() { std::mem::take(&mut self.last_line) } else { line.to_owned() };
         self.last_line.clear();
         let flow = self.dispatch(&line, out);
@@ -175,24 +187,6 @@ impl DebugShell {
             };
         }
         flow
-    }
-
-    /// Takes a line that belongs to the commands of a point; among them may be commands of another point, with an `end` of their own.
-    fn collect_line(&mut self, line: &str) -> bool {
-        let Some((id, mut lines)) = self.block.take() else { return false };
-        let begins = |line: &String| {
-            commands::split_command(line)
-                .is_some_and(|(word, _)| commands::find_command(word).is_ok_and(|found| found.name == "commands"))
-        };
-        let open = lines.iter().filter(|line| begins(line)).count();
-        let closed = lines.iter().filter(|line| *line == "end").count();
-        if line.trim() != "end" || open > closed {
-            lines.push(line.trim().to_owned());
-            self.block = Some((id, lines));
-        } else if let Some(point) = self.session.points.get_mut(id) {
-            point.commands = lines;
-        }
-        true
     }
 
     /// Carries out the next of the commands that points want done.
@@ -214,7 +208,24 @@ impl DebugShell {
                 "{MAX_QUEUED_COMMANDS} commands of points in a row: they seem to call each other up without end"
             ));
         }
-        if line == "silent" || self.collect_line(&line) { self.flow_after() } else { self.dispatch(&line, out) }
+        if Self::is_mark(&line) {
+            return self.flow_after();
+        }
+        match self.collect_line(&line) {
+            Some(done) => self.flow_of(done),
+            None => self.dispatch(&line, out),
+        }
+    }
+
+    /// What comes after a command: where it has failed, what was queued is left out.
+    fn flow_of(&mut self, done: CommandResult) -> ShellFlow {
+        match done {
+            Ok(()) => self.flow_after(),
+            Err(why) => {
+                self.queue.clear();
+                ShellFlow::Failed(why)
+            }
+        }
     }
 
     fn flow_after(&self) -> ShellFlow {
@@ -227,25 +238,11 @@ impl DebugShell {
 
     fn dispatch(&mut self, line: &str, out: &mut String) -> ShellFlow {
         let Some((word, args)) = commands::split_command(line) else { return self.flow_after() };
+        if self.queue_user_command(word, args) || self.open_foreign_block(word, args) {
+            return self.flow_after();
+        }
         let done = commands::find_command(word).and_then(|command| (command.run)(self, args, out));
-        match done {
-            Ok(()) => self.flow_after(),
-            Err(why) => {
-                self.queue.clear();
-                ShellFlow::Failed(why)
-            }
-        }
-    }
-
-    /// The lines have come to their end.
-    ///
-    /// # Errors
-    /// They end within the commands of a point, which it does not get then.
-    pub fn end_of_lines(&mut self) -> CommandResult {
-        match self.block.take() {
-            Some((id, _)) => Err(format!("the commands of point {id} lack their `end`")),
-            None => Ok(()),
-        }
+        self.flow_of(done)
     }
 
     /// What the prompt is to be: lines of a block of commands have another.
@@ -260,7 +257,7 @@ impl DebugShell {
 
     /// The lines that follow are the commands of a point, up to `end`.
     pub(super) fn begin_commands(&mut self, id: u32) {
-        self.block = Some((id, Vec::new()));
+        self.open_block(BlockKind::Point(id));
     }
 
     /// Lets the machine run, and tells how it stands then.
@@ -284,11 +281,6 @@ impl DebugShell {
         self.next_hidden = hidden;
         self.report_stop(&halt, &points, out);
         halt
-    }
-
-    /// Commands of points that have stopped the machine are carried out next.
-    pub(super) fn enqueue(&mut self, lines: Vec<String>) {
-        self.queue = lines.into();
     }
 
     /// Notes whether the program has done what cannot be carried out.

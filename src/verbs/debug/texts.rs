@@ -1,6 +1,6 @@
 //! Commands that write texts, for scripts: echo, output, printf.
 
-use emu_debug::debug::ExpressionValue;
+use emu_debug::debug::{DebugExpression, ExpressionValue};
 use emu_debug::text_escapes::unescape;
 
 use super::numbers::ExamineFormat;
@@ -78,7 +78,7 @@ pub(super) fn printf(shell: &mut DebugShell, args: &str, out: &mut String) -> Co
 fn split(text: &str) -> Vec<String> {
     let (mut parts, mut depth, mut quoted) = (vec![String::new()], 0i32, false);
     for c in text.chars() {
-        quoted ^= c == '\'';
+        quoted ^= matches!(c, '\'' | '"');
         depth += i32::from(matches!(c, '(' | '[')) - i32::from(matches!(c, ')' | ']'));
         match parts.last_mut() {
             Some(_) if c == ',' && depth == 0 && !quoted => parts.push(String::new()),
@@ -127,6 +127,9 @@ fn format_field(shell: &DebugShell, flags: &str, letter: char, value: &str) -> R
 /// The text in RAM that a value is the address of, up to its 0.
 fn string(shell: &DebugShell, value: &str) -> Result<String, String> {
     let (chip, target) = (shell.session.scope.chip(), shell.session.machine());
+    if let DebugExpression::Text(text) = shell.parse_expression(value)? {
+        return Ok(String::from_utf8_lossy(&text).replace('\\', "\\\\"));
+    }
     let start = u32::try_from(shell.integer_value(value)?).map_err(|_| format!("`{value}` is no address"))?;
     let bytes = (0..MAX_FIELD_WIDTH as u32).map_while(|n| target.peek(chip.ram_space, start.checked_add(n)?));
     let bytes: Vec<u8> = bytes.take_while(|byte| *byte != 0).collect();

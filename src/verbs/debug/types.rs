@@ -2,9 +2,21 @@
 
 use std::collections::BTreeSet;
 
-use emu_debug::debug::ObjectExpr;
+use emu_core::chip::ChipFamily;
+use emu_debug::address_names::decimal_offset;
+use emu_debug::debug::{DebugExpression, ExpressionPlace, ObjectExpr};
+use regex::Regex;
 
 use super::shell::{CommandResult, DebugShell};
+
+/// The regular expression of `info functions` and the like, which matches any part of a name; none where there is no text.
+pub(super) fn name_filter(text: &str) -> Result<Regex, String> {
+    Regex::new(text).map_err(|why| {
+        let why = why.to_string();
+        let why = why.lines().last().unwrap_or_default().trim_start_matches("error: ").to_owned();
+        format!("`{text}` is no regular expression: {why}")
+    })
+}
 
 /// The object or type that a text names.
 fn parse_object_or_type(shell: &DebugShell, text: &str) -> Result<ObjectExpr, String> {
@@ -20,8 +32,25 @@ fn parse_object_or_type(shell: &DebugShell, text: &str) -> Result<ObjectExpr, St
     }
 }
 
+/// The type of what is no object of C: a literal, what is computed, a register.
+fn computed_type(shell: &DebugShell, text: &str) -> Result<String, String> {
+    let expr = shell.parse_expression(text)?;
+    let is_avr = shell.session.scope.chip().family == ChipFamily::Avr;
+    let known = match &expr {
+        DebugExpression::Place(ExpressionPlace::Pc) if is_avr => Some("void (*)()".to_owned()),
+        DebugExpression::Place(ExpressionPlace::Reg("SP")) if is_avr => Some("void *".to_owned()),
+        DebugExpression::Place(ExpressionPlace::Reg(_)) if is_avr => Some("uint8_t".to_owned()),
+        expr => shell.session.scope.computed_type(expr),
+    };
+    known.ok_or_else(|| format!("the program does not tell the type of `{text}`"))
+}
+
 pub(super) fn ptype(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
-    out.push_str(&format!("type = {}\n", parse_object_or_type(shell, args)?.type_definition()));
+    let kind = match parse_object_or_type(shell, args) {
+        Ok(object) => object.type_definition(),
+        Err(why) => computed_type(shell, args).map_err(|_| why)?,
+    };
+    out.push_str(&format!("type = {kind}\n"));
     Ok(())
 }
 
@@ -29,7 +58,10 @@ pub(super) fn whatis(shell: &mut DebugShell, args: &str, out: &mut String) -> Co
     // Of the name of a type it is what that stands for.
     let kind = match shell.session.scope.type_named(args) {
         Some(named) => named.aliased_kind(),
-        None => parse_object_or_type(shell, args)?.type_name(),
+        None => match parse_object_or_type(shell, args) {
+            Ok(object) => object.type_name(),
+            Err(why) => computed_type(shell, args).map_err(|_| why)?,
+        },
     };
     out.push_str(&format!("type = {kind}\n"));
     Ok(())
@@ -100,7 +132,8 @@ pub(super) fn info_line(shell: &mut DebugShell, args: &str, out: &mut String) ->
     let end = (word..chip.flash_bytes / chip.word_bytes.max(1)).find(|word| !is_line(*word)).unwrap_or(word);
     let at = |word: u32| {
         let name = scope.source().names.nearest_symbol(word * chip.word_bytes);
-        format!("0x{:x}{}", chip.code_address(word), name.map_or(String::new(), |name| format!(" <{name}>")))
+        let name = name.map_or(String::new(), |name| format!(" <{}>", decimal_offset(&name)));
+        format!("0x{:x}{name}", chip.code_address(word))
     };
     out.push_str(&format!("Line {number} of \"{file}\" starts at address {} and ends at {}.\n", at(word), at(end)));
     if words.len() > 1 {
@@ -132,17 +165,19 @@ pub(super) fn info_source(shell: &mut DebugShell, _: &str, out: &mut String) -> 
 
 /// `info sources`: the source files of the program.
 pub(super) fn info_sources(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let wanted = name_filter(args)?;
     let files: BTreeSet<&str> = shell.session.scope.lines.all_lines().iter().map(|line| &*line.file).collect();
-    let wanted: Vec<&str> = files.into_iter().filter(|file| file.contains(args)).collect();
-    if wanted.is_empty() {
+    let found: Vec<&str> = files.into_iter().filter(|file| wanted.is_match(file)).collect();
+    if found.is_empty() {
         out.push_str("no source files\n");
     }
-    wanted.iter().for_each(|file| out.push_str(&format!("{file}\n")));
+    found.iter().for_each(|file| out.push_str(&format!("{file}\n")));
     Ok(())
 }
 
-/// `info functions` and `info variables`: symbols of program memory, or of other memories; with a text those that have it.
+/// `info functions` and `info variables`: symbols of program memory, or of other memories, whose names match a regular expression.
 pub(super) fn info_kind(shell: &DebugShell, args: &str, code: bool, out: &mut String) -> CommandResult {
+    let wanted = name_filter(args)?;
     let scope = &shell.session.scope;
     let chip = scope.chip();
     // Bits and registers are the chip's own.
@@ -163,7 +198,7 @@ pub(super) fn info_kind(shell: &DebugShell, args: &str, code: bool, out: &mut St
         .symbols
         .iter()
         .filter(|symbol| fresh(&symbol.name))
-        .filter(|symbol| is(symbol.space) && symbol.name.contains(args));
+        .filter(|symbol| is(symbol.space) && wanted.is_match(&symbol.name));
     let line = |name: &str, space: &str, addr: u32| {
         let kind = shell.parse_expression(name).ok().and_then(|expr| Some(expr.object()?.type_name()));
         let kind = kind.map_or(String::new(), |kind| format!("  {kind}"));

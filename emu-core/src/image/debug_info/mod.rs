@@ -10,6 +10,7 @@
 //! A type is named by the place of its entry in `.debug_info` ([`TypeId`]), so that types that refer to each other need no second
 //! pass; those of stabs have numbers behind. Nothing here knows a machine: who asks for a place gives registers and memory as a [`FrameView`].
 
+mod builtin;
 mod place;
 mod read;
 mod stabs;
@@ -249,7 +250,14 @@ impl DebugInfo {
     /// Returns the type with this id.
     #[must_use]
     pub fn type_info(&self, id: TypeId) -> Option<&CType> {
-        self.types.get(self.same_types.get(&id.0).unwrap_or(&id.0))
+        let own = self.types.get(self.same_types.get(&id.0).unwrap_or(&id.0));
+        own.or_else(|| builtin::builtin_type(id))
+    }
+
+    /// The type of C that a debugger knows by itself, as the compiler of the AVR has it: `int`, `unsigned long`, `double`.
+    #[must_use]
+    pub fn builtin_type(name: &str) -> Option<TypeId> {
+        builtin::builtin_id(name)
     }
 
     /// All types, in the order of the file.

@@ -59,7 +59,11 @@ impl ObjectExpr {
                 (0..bytes).map(|n| in_memory(addr.saturating_add(n))).collect()
             }
             ObjectBase::Value(_) | ObjectBase::AddressOf(_) => {
-                let Some(value) = self.number(target) else { return missing() };
+                let Some(value) = self.number(target) else {
+                    let gone = matches!(&self.base, ObjectBase::Value(of) if of.is_optimized_out(target));
+                    let what = if gone { ObjectByteLocation::OptimizedAway } else { ObjectByteLocation::Missing };
+                    return vec![what; bytes as usize];
+                };
                 let value = value.to_le_bytes();
                 (0..bytes as usize)
                     .map(|n| value.get(n).copied().map_or(ObjectByteLocation::Missing, ObjectByteLocation::Value))
