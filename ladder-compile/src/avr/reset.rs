@@ -119,7 +119,7 @@ pub fn set_up_ports(asm: &mut AvrCodeWriter, regs: &AvrRegisters, layout: &AvrLa
     let part = emu_avr::chips::part(job.target.chip.name);
     if job.pins.iter().any(|pin| part.is_some_and(|part| part.is_jtag_pin(pin.pin))) {
         // The bit takes effect only if it is written twice within four clocks.
-        let control = regs.addr(&["MCUCSR"]);
+        let control = regs.addr(&["MCUCSR", "MCUCR"]);
         registers::read(asm, 24, control);
         asm.op(Kind::Ori, &[24, regs.mask(&[&["JTD"]])]);
         registers::write(asm, control, 24);
