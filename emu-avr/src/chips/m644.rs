@@ -92,6 +92,7 @@ const ATMEGA644P: Chip = chip!(
 /// Chip data of the ATmega644.
 const ATMEGA644: Chip = Chip {
     data_sheet: "Atmel 2593",
+    pins: &PINS_644,
     regs: first(REGS, REGS.len() - OF_USART_1.registers),
     vectors: first(VECTORS, VECTORS.len() - OF_USART_1.vectors),
     ..named_chip!("atmega644", "ATmega644: as ATmega644P, with one USART, other process", ATMEGA644P)
@@ -307,6 +308,14 @@ const PINS: &[PinDef] = pins! {
     "PC0" 22 ""  "PC1" 23 ""  "PC2" 24 ""  "PC3" 25 ""  "PC4" 26 ""  "PC5" 27 ""  "PC6" 28 ""  "PC7" 29 ""
     "PD0" 14 "RXD0"  "PD1" 15 "TXD0"  "PD2" 16 "RXD1"  "PD3" 17 "TXD1"  "PD4" 18 ""  "PD5" 19 ""  "PD6" 20 ""  "PD7" 21 ""
     "RESET" 9 "RESET"
+};
+
+/// Pins of the first ATmega644, where PD2 and PD3 are no serial line.
+const PINS_644: [PinDef; PINS.len()] = {
+    let mut pins = [PINS[0]; PINS.len()];
+    pins.copy_from_slice(PINS);
+    (pins[26].note, pins[27].note) = ("", "");
+    pins
 };
 
 /// Packages (pin configurations), in the order ports A, B, C, D, reset.
