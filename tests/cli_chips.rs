@@ -67,7 +67,9 @@ fn patched(bytes: &[u8], old: &[u8], new: &[u8]) -> Vec<u8> {
 fn elf_files_for_another_chip_are_told() {
     let bytes = fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/avr/millis.elf")).expect("an image");
     let hint = |mcu: &str| format!("hint: --mcu atmega328p, or build it with -mmcu={mcu}");
-    for mcu in ["atmega32", "atmega16", "atmega64", "atmega128", "atmega162", "atmega168", "atmega88", "atmega8"] {
+    for mcu in
+        ["atmega32", "atmega16", "atmega64", "atmega128", "atmega162", "atmega644", "atmega168", "atmega88", "atmega8"]
+    {
         compare("device.elf", &bytes, mcu, Some(&format!("this is a program for atmega328p, not for {mcu}")));
         compare("device.elf", &bytes, mcu, Some(&hint(mcu)));
     }

@@ -41,7 +41,7 @@ pub(crate) struct DataMemory {
 pub(crate) const RAM_START: usize = 0x100;
 
 /// RAM of the largest chip in bytes; a power of two.
-pub(crate) const MAX_RAM: usize = 0x1000;
+pub(crate) const MAX_RAM: usize = 0x4000;
 
 /// State of the core that every instruction uses.
 #[derive(Debug, Clone, Copy)]

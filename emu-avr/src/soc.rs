@@ -131,7 +131,7 @@ pub struct AvrSoc {
     mcusr: u8,
     mcucr: u8,
     smcr: u8,
-    prr: u8,
+    prr: u16,
     osccal: u8,
     rampz: u8,
     /// Bytes without function, which only store what is written.

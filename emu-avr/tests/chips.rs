@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use emu_avr::chips::{ATMEGA328P, AVR_CHIPS, AVR_PARTS, AvrPart, RegisterSlot, chip, part, unit_index};
 use emu_avr::soc::{AvrSoc, OutsideInput};
 use emu_avr::{Avr, Options};
-use emu_core::chip::{Chip, PinDef};
+use emu_core::chip::{Chip, ChipPackage, PinDef};
 use emu_core::cpu::{Bus, ResetCause};
 use emu_core::image::{Image, Segment};
 use emu_core::{Cpu, PinLevel, RamInit, StopReason};
@@ -34,6 +34,18 @@ const SIZES: &str = "
     atmega64    | Atmel 2490 |  64 | 256 | 8192 | 100 | 4096 | 2048 | ABCDEFG | 35 | 1E9602
     atmega128   | Atmel 2467 | 128 | 256 | 8192 | 100 | 4096 | 4096 | ABCDEFG | 35 | 1E9702
     atmega162   | Atmel 2513 |  16 | 128 | 2048 | 100 | 1024 |  512 | ABCDE   | 28 | 1E9404
+    atmega164p  | Atmel 8011 |  16 | 128 | 2048 | 100 | 1024 |  512 | ABCD    | 31 | 1E940A
+    atmega164pa | Atmel 8272 |  16 | 128 | 2048 | 100 | 1024 |  512 | ABCD    | 31 | 1E940A
+    atmega164a  | Atmel 8272 |  16 | 128 | 2048 | 100 | 1024 |  512 | ABCD    | 31 | 1E940F
+    atmega324p  | Atmel 8011 |  32 | 128 | 4096 | 100 | 2048 | 1024 | ABCD    | 31 | 1E9508
+    atmega324pa | Atmel 8272 |  32 | 128 | 4096 | 100 | 2048 | 1024 | ABCD    | 31 | 1E9511
+    atmega324a  | Atmel 8272 |  32 | 128 | 4096 | 100 | 2048 | 1024 | ABCD    | 31 | 1E9515
+    atmega644   | Atmel 2593 |  64 | 256 | 8192 | 100 | 4096 | 2048 | ABCD    | 28 | 1E9609
+    atmega644p  | Atmel 8011 |  64 | 256 | 8192 | 100 | 4096 | 2048 | ABCD    | 31 | 1E960A
+    atmega644pa | Atmel 8272 |  64 | 256 | 8192 | 100 | 4096 | 2048 | ABCD    | 31 | 1E960A
+    atmega644a  | Atmel 8272 |  64 | 256 | 8192 | 100 | 4096 | 2048 | ABCD    | 31 | 1E9609
+    atmega1284  | Atmel 8272 | 128 | 256 | 8192 | 100 | 16384 | 4096 | ABCD   | 35 | 1E9706
+    atmega1284p | Atmel 8272 | 128 | 256 | 8192 | 100 | 16384 | 4096 | ABCD   | 35 | 1E9705
 ";
 
 #[test]
@@ -116,6 +128,8 @@ const PACKAGES: &str = "
     atmega8    DIP28  | PC6 PD0 PD1 PD2 PD3 PD4 - - PB6 PB7 PD5 PD6 PD7 PB0 PB1 PB2 PB3 PB4 PB5 - - - PC0 PC1 PC2 PC3 PC4 PC5
     atmega8    TQFP32 | PD3 PD4 - - - - PB6 PB7 PD5 PD6 PD7 PB0 PB1 PB2 PB3 PB4 PB5 - ADC6 - - ADC7 PC0 PC1 PC2 PC3 PC4 PC5 PC6 PD0 PD1 PD2
     atmega8    MLF32  | PD3 PD4 - - - - PB6 PB7 PD5 PD6 PD7 PB0 PB1 PB2 PB3 PB4 PB5 - ADC6 - - ADC7 PC0 PC1 PC2 PC3 PC4 PC5 PC6 PD0 PD1 PD2
+    atmega644  DIP40  | PB0 PB1 PB2 PB3 PB4 PB5 PB6 PB7 RESET - - - - PD0 PD1 PD2 PD3 PD4 PD5 PD6 PD7 PC0 PC1 PC2 PC3 PC4 PC5 PC6 PC7 - - - PA7 PA6 PA5 PA4 PA3 PA2 PA1 PA0
+    atmega644  TQFP44 | PB5 PB6 PB7 RESET - - - - PD0 PD1 PD2 PD3 PD4 PD5 PD6 PD7 - - PC0 PC1 PC2 PC3 PC4 PC5 PC6 PC7 - - - PA7 PA6 PA5 PA4 PA3 PA2 PA1 PA0 - - PB0 PB1 PB2 PB3 PB4
 ";
 
 #[test]
@@ -134,9 +148,12 @@ fn packages_have_the_pins_of_the_data_sheets() {
     }
     for part in AVR_PARTS {
         let chip = part.chip;
-        let there = |name: &str| read.contains(&(name, chip.packages[0].name));
+        // Chips that differ only in other things share their packages.
+        let pins = |packages: &[ChipPackage]| packages.iter().map(|of| (of.name, of.pins)).collect::<Vec<_>>();
+        let same = |other: &Chip| pins(other.packages) == pins(chip.packages);
+        let there = read.iter().any(|(name, _)| emu_avr::chips::chip(name).is_some_and(same));
         assert!(chip.packages.iter().all(|package| package.pins.len() == chip.pins.len()), "{}", chip.name);
-        assert_eq!(chip.packages.len() == 1, !there(chip.name) && chip.data_sheet != "DS40002061", "{}", chip.name);
+        assert_eq!(chip.packages.len() == 1, !there, "{}", chip.name);
         // Every pin is in a package, and every channel of the converter has a pin.
         assert!((0..).zip(chip.pins).all(|(pin, def)| chip.has_pin(pin) || def.note == "absent"), "{}", chip.name);
         assert!(part.analog_pins.iter().all(|&pin| chip.has_pin(pin)), "{}", chip.name);
@@ -218,6 +235,14 @@ const CASES: &str = "
     atmega8   | 0:SFIOR=01 1:TCCR0=03 641:TCNT0?0A
 # TSM of the chips that have it.
     atmega64  | 0:SFIOR=81 1:TCCR2=02 100:TCNT2?00 100:SFIOR?81 101:SFIOR=00 182:TCNT2?0A
+# JTD and PUD of ATmega164 to 1284 stay; BODS only of the P and PA variants; PRR1, RAMPZ and timer 3 only of the largest.
+    atmega644  | 0:MCUCR=90 1:MCUCR?90 1:MCUCR=60 2:MCUCR?00 2:PRR0=FF 3:PRR0?EF
+    atmega644p | 0:PRR0=FF 1:PRR0?FF 1:UCSR1B=18 2:UCSR1B?00 2:PRR0=EF 3:UCSR1B=18 4:UCSR1B?18
+    atmega1284 | 0:PRR1=FF 1:PRR1?01 1:PRR0?00 1:TCCR3B=01 2:TCCR3B?00 2:PRR1=00 3:PRR1?00 3:TCCR3B=01 4:TCCR3B?01
+    atmega1284 | 0:PRR0=28 1:PRR0?28 1:PRR1=01 2:PRR0?28 2:PRR1?01 2:PRR0=00 3:PRR0?00 3:PRR1?01 3:RAMPZ=FF 4:RAMPZ?01
+    atmega1284 | 0:GTCCR=01 1:TCCR3B=02 81:TCNT3L?0A 82:DDRB=FF 82:TCCR3A=30 83:PB7?L 83:TCCR3C=40 84:PB7?H 84:PB6?L
+    atmega644  | 0:EICRA=FF 1:EICRA?3F 1:EIMSK=FF 2:EIMSK?07 2:PCICR=FF 3:PCICR?0F 3:PCMSK3=FF 4:PCMSK3?FF 4:DIDR0=FF 5:DIDR0?FF
+    atmega324a | 0:ADMUX=FF 1:ADMUX?FF 1:ADCSRB=FF 2:ADCSRB?47 2:EEARH=FF 3:EEARH?03 3:PIND=81 4:PORTD?81
 # The watchdog's window; the newer chips have an interrupt.
     atmega16  | 0:WDTCR=FF 1:WDTCR?1F 6:WDTCR?0F 7:WDTCR=00 8:WDTCR?08
 ";
@@ -320,6 +345,14 @@ const VECTORS: &str = "
     atmega88  | TIMSK0=01 TCNT0=F0 TCCR0B=01 | TIMER0_OVF
     atmega48  | UCSR0B=28 | USART_UDRE
     atmega168 | SPMCSR=80 | SPM_READY
+    atmega644 | SPMCSR=80 | SPM_READY
+    atmega644 | PCICR=08 PCMSK3=80 DDRD=80 PORTD=80 | PCINT3
+    atmega644 | EICRA=30 EIMSK=04 DDRB=04 PORTB=04 | INT2
+    atmega164a | UCSR1B=28 | USART1_UDRE
+    atmega324pa | UCSR0B=28 | USART0_UDRE
+    atmega644p | ADCSRA=C8 | ADC
+    atmega1284 | TIMSK3=01 TCNT3H=FF TCNT3L=F0 TCCR3B=01 | TIMER3_OVF
+    atmega1284p | TIMSK3=04 TCCR3B=01 | TIMER3_COMPB
 ";
 
 /// Returns a chip with these lines in flash, each at its program word.
@@ -438,6 +471,11 @@ fn resets_go_where_the_fuses_say() {
         ("atmega128", [0xE0, 0xD8, 0xFF], 0xF000),
         ("atmega128", [0xE0, 0xDE, 0xFF], 0xFE00),
         ("atmega162", [0xFF, 0xD8, 0xFF], 0x1C00),
+        ("atmega164a", [0xFF, 0xD8, 0xFF], 0x1C00),
+        ("atmega324p", [0xFF, 0xDE, 0xFF], 0x3F00),
+        ("atmega644", [0xFF, 0xD8, 0xFF], 0x7000),
+        ("atmega1284p", [0xFF, 0xD8, 0xFF], 0xF000),
+        ("atmega1284", [0xFF, 0xDE, 0xFF], 0xFE00),
     ];
     for &(name, fuses, wanted) in cases {
         let chip = chip(name).expect("a chip");
@@ -466,7 +504,9 @@ fn jtag_pins() {
     ];
     for part in AVR_PARTS {
         let named = part.chip.pins.iter().map(|pin| pin.name).filter(|name| part.is_jtag_pin(name));
-        let wanted = pins.iter().find(|(chip, _)| *chip == part.chip.name).map_or("", |row| row.1);
+        let of_644 = ["Atmel 8272", "Atmel 8011", "Atmel 2593"].contains(&part.chip.data_sheet);
+        let row = pins.iter().find(|(chip, _)| *chip == part.chip.name || of_644 && *chip == "atmega16");
+        let wanted = row.map_or("", |row| row.1);
         assert_eq!(named.collect::<Vec<_>>().join(" "), wanted, "{}", part.chip.name);
     }
 }

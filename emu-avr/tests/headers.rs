@@ -19,6 +19,13 @@ const BESIDES: &str = "
     UCSRC  shares an address with UBRRH, and the header of the ATmega32 has only that
     OCDR   of the on-chip debugger: shares an address with OSCCAL, and the header of the ATmega32 has only that
     MONDR  of the on-chip debugger
+    SPCR   the headers of the ATmega164PA, 324A, 324P and 324PA have only SPCR0
+    SPCR0  another name of SPCR
+    SPSR   the headers of the ATmega164PA, 324A, 324P and 324PA have only SPSR0
+    SPSR0  another name of SPSR
+    SPDR   the headers of the ATmega164PA, 324A, 324P and 324PA have only SPDR0
+    SPDR0  another name of SPDR
+    PRR    another name of PRR0: only older headers of the ATmega164 to 644 have it
     EEARH  the header of the ATmega48P leaves it out: there is no use for it
 ";
 
@@ -241,6 +248,10 @@ fn check_sizes(part: &AvrPart, header: &Header, wrong: &mut Vec<String>) {
     ];
     for (name, ours) in sizes {
         let theirs = header.names.get(name);
+        // The headers of the ATmega164A and 164P have each other's signature (Atmel 8272 and 8011, signature bytes).
+        if name == "SIGNATURE_2" && ["atmega164a", "atmega164p"].contains(&chip.name) {
+            continue;
+        }
         if theirs != Some(&ours) && (theirs.is_some() || name != "FUSE_MEMORY_SIZE") {
             wrong.push(format!("{}: {name} is {theirs:x?} in the header, ours {ours:#x}", chip.name));
         }
@@ -311,8 +322,15 @@ fn bits_land_where_they_belong() {
 }
 
 /// Registers whose bits differ between the headers of newer chips and the data sheet: TWAM0 is bit 1 in the
-/// headers, and the ATmega48 has neither EEAR8 and EEAR9 nor a boot section for the vectors.
-const OTHERWISE: &[(&str, &str)] = &[("atmega328p", "TWAMR"), ("atmega48pa", "EEARH"), ("atmega48pa", "MCUCR")];
+/// headers, the ATmega48 has neither EEAR8 and EEAR9 nor a boot section for the vectors, and the headers of the
+/// ATmega324PA and 644PA have the bits of EEARH of the ATmega1284.
+const OTHERWISE: &[(&str, &str)] = &[
+    ("atmega328p", "TWAMR"),
+    ("atmega48pa", "EEARH"),
+    ("atmega48pa", "MCUCR"),
+    ("atmega324pa", "EEARH"),
+    ("atmega644pa", "EEARH"),
+];
 
 /// Reserved bits are those without a name in the header, which lists the bits of newer chips after each
 /// register. Ports and flags are compared as a whole.
@@ -320,7 +338,9 @@ const OTHERWISE: &[(&str, &str)] = &[("atmega328p", "TWAMR"), ("atmega48pa", "EE
 #[ignore = "needs avr-gcc and avr-libc"]
 fn reserved_bits_have_no_names() {
     let (mut wrong, mut count) = (Vec::new(), 0);
-    for mcu in ["atmega48pa", "atmega88pa", "atmega168pa", "atmega328p"] {
+    let of_48 = ["atmega48pa", "atmega88pa", "atmega168pa", "atmega328p"];
+    let of_644 = ["atmega164pa", "atmega324p", "atmega324pa", "atmega324a", "atmega644pa", "atmega1284", "atmega1284p"];
+    for mcu in of_48.into_iter().chain(of_644) {
         let part = part(mcu).expect("a part");
         let presence = RegisterPresence::new(part);
         let text = gcc(mcu, &["-E", "-dD", "-x", "c", "-"], "#include <avr/io.h>\n");

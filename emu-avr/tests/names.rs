@@ -43,6 +43,19 @@ const SOME: &str = "
     atmega162   PE3             -
     atmega162   UBRR0           -
     atmega162   TOV1            7
+    atmega644   FUSE_JTAGEN     0xBF
+    atmega644   PRUSART1        -
+    atmega644   UBRR1           -
+    atmega644   EEAR11          -
+    atmega644p  PRUSART1        4
+    atmega644p  JTD             7
+    atmega644p  ISC21           5
+    atmega164a  PCINT31         7
+    atmega164a  RAMPZ0          -
+    atmega1284p RAMPZ0          0
+    atmega1284  TCNT3           0x94
+    atmega1284  LFUSE_DEFAULT   0x62
+    atmega1284  EEAR11          3
 ";
 
 fn number(text: &str) -> i32 {
@@ -88,6 +101,7 @@ const LEFT_OUT: &str = "
     _HAVE_AVR*            how the headers themselves are read
     _EEPROM_REG_LOCATIONS_ how avr-libc finds its functions
     EEPROM_REG_LOCATIONS  how avr-libc finds its functions
+    XRAMSTART             only the headers of the ATmega324PA and 644PA have it, as 0
     XRAMSIZE              only the header of the ATmega88PA has it, as 0
     SP1*                  bits of SPH counted from SPL: only the header of the ATmega162 has them
     SP8                   the same
@@ -111,6 +125,11 @@ const OTHERWISE: &str = "
     48p | BLB1_MODE_2 | 0xef | there is no boot section, so no such lock bits (28.1)
     48p | BLB1_MODE_3 | 0xcf | there is no boot section, so no such lock bits (28.1)
     48p | BLB1_MODE_4 | 0xdf | there is no boot section, so no such lock bits (28.1)
+    164a | SIGNATURE_2 | 0x0a | the headers of the ATmega164A and 164P have each other's signature (8272 and 8011, signature bytes)
+    164p | SIGNATURE_2 | 0x0f | the same
+    164a 164p 324pa 644 644a 644p 644pa 1284p | LFUSE_DEFAULT | 0x42 | SUT is 10 at delivery (8272, fuse bits), not 00
+    1284p | HFUSE_DEFAULT | 0x9d | BOOTSZ is 00 at delivery (8272, fuse bits), not 10
+    644pa 1284p | SPDR0 | 0 | bit 0 of SPDR: other headers name the register itself SPDR0
     162 | SLEEP_MODE_IDLE | 0 | a number of avr-libc's own: the bits stand in three registers
     162 | SLEEP_MODE_ADC | 3 | a number of avr-libc's own: the bits stand in three registers
     162 | SLEEP_MODE_PWR_DOWN | 1 | a number of avr-libc's own: the bits stand in three registers
@@ -127,6 +146,8 @@ const OURS: &str = "
     E2PAGESIZE    only newer headers have it
     RAMSIZE       only newer headers have it
     _VECTOR_SIZE  only newer headers have it
+    LFUSE_DEFAULT the header of the ATmega644 has another value (see above)
+    SIGNATURE_2   the header of the ATmega164A has another value (see above)
     SRW           an older name of SRW10: the header of the ATmega128 has it
 ";
 

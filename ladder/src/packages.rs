@@ -58,7 +58,7 @@ const MEGA_328_32: &[&str] = &[
     "GND", "ADC7", "PC0", "PC1", "PC2", "PC3", "PC4", "PC5", "RESET", "PD0",
     "PD1", "PD2",
 ];
-/// Source: Atmel 2466 (ATmega16), figure 1.
+/// Sources: Atmel 2466 (ATmega16) and 8272 (ATmega164A to 1284P), pin configurations.
 #[rustfmt::skip]
 const MEGA_16: &[&str] = &[
     "PB0", "PB1", "PB2", "PB3", "PB4", "PB5", "PB6", "PB7", "RESET", "VCC",
@@ -94,6 +94,10 @@ const PACKAGES: &[ChipPackage] = &[
     ChipPackage { word: "ATMEGA162",  chip: "atmega162",  pins: MEGA_162    },
     ChipPackage { word: "ATMEGA32",   chip: "atmega32",   pins: MEGA_16     },
     ChipPackage { word: "ATMEGA16",   chip: "atmega16",   pins: MEGA_16     },
+    ChipPackage { word: "ATMEGA164",  chip: "atmega164p", pins: MEGA_16     },
+    ChipPackage { word: "ATMEGA324",  chip: "atmega324p", pins: MEGA_16     },
+    ChipPackage { word: "ATMEGA644",  chip: "atmega644",  pins: MEGA_16     },
+    ChipPackage { word: "ATMEGA1284", chip: "atmega1284", pins: MEGA_16     },
     ChipPackage { word: "ATMEGA48",   chip: "atmega48",   pins: MEGA_328_28 },
     ChipPackage { word: "ATMEGA48",   chip: "atmega48",   pins: MEGA_328_32 },
     ChipPackage { word: "ATMEGA88",   chip: "atmega88",   pins: MEGA_328_28 },
@@ -137,10 +141,6 @@ const UNMODELLED: &[UnmodelledTarget] = &[
     UnmodelledTarget { word: "PIC12F6",     what: "a PIC12 of which there is no model", nearest: Some("pic16f628a") },
     UnmodelledTarget { word: "PIC10F",      what: "a baseline PIC, of which there is no model", nearest: Some("pic16f628a") },
     UnmodelledTarget { word: "PIC18F",      what: "a PIC18, of which there is no model", nearest: Some("pic16f877a") },
-    UnmodelledTarget { word: "ATMEGA164",   what: "an AVR of which there is no model", nearest: Some("atmega16") },
-    UnmodelledTarget { word: "ATMEGA324",   what: "an AVR of which there is no model", nearest: Some("atmega32") },
-    UnmodelledTarget { word: "ATMEGA644",   what: "an AVR of which there is no model", nearest: Some("atmega32") },
-    UnmodelledTarget { word: "ATMEGA1284",  what: "an AVR of which there is no model", nearest: Some("atmega32") },
     UnmodelledTarget { word: "ATMEGA2560",  what: "an AVR of which there is no model", nearest: Some("atmega128") },
     UnmodelledTarget { word: "ATMEGA32U4",  what: "an AVR of which there is no model", nearest: Some("atmega328p") },
     UnmodelledTarget { word: "AT90USB647",  what: "an AVR of which there is no model", nearest: Some("atmega64") },

@@ -54,6 +54,14 @@ const CHIP_VERSIONS: &[(&str, &str)] = &[
     ("atmega48v", "atmega48"),
     ("atmega88v", "atmega88"),
     ("atmega168v", "atmega168"),
+    ("atmega164", "atmega164p"),
+    ("atmega324", "atmega324p"),
+    ("atmega164v", "atmega164p"),
+    ("atmega324v", "atmega324p"),
+    ("atmega644v", "atmega644"),
+    ("atmega164pv", "atmega164p"),
+    ("atmega324pv", "atmega324p"),
+    ("atmega644pv", "atmega644p"),
 ];
 
 /// Prefixes that tools of the manufacturers omit or abbreviate: 89s52, 16f877a, m328p, mega328p.

@@ -128,6 +128,8 @@ mod tests {
             ("atmega64", "PE0"),
             ("atmega128", "PE0"),
             ("atmega162", "PD0"),
+            ("atmega644", "PD0"),
+            ("atmega1284p", "PD0"),
             ("8051", "P3.0"),
             ("at89c2051", "P3.0"),
             ("pic16f873", "RC7"),

@@ -89,7 +89,7 @@ pub(super) const PART_162: AvrPart = AvrPart {
     names: HeaderNames {
         bit_names: &[b::ANY, b::OLD, b::COMPARE_0, b::TIMERS_1_2, b::WDCE, b::M162],
         fuse_names: [
-            "FUSE_CKDIV8 FUSE_CKOUT FUSE_SUT1 FUSE_SUT0 FUSE_CKSEL3 FUSE_CKSEL2 FUSE_CKSEL1 FUSE_CKSEL0",
+            LOW_FUSES,
             "FUSE_OCDEN FUSE_JTAGEN FUSE_SPIEN FUSE_WDTON FUSE_EESAVE FUSE_BOOTSZ1 FUSE_BOOTSZ0 FUSE_BOOTRST",
             "- - - FUSE_M161C FUSE_BODLEVEL2 FUSE_BODLEVEL1 FUSE_BODLEVEL0 -",
         ],
@@ -100,6 +100,10 @@ pub(super) const PART_162: AvrPart = AvrPart {
         last_outside: 0xFFFF,
     },
 };
+
+/// Names of the fuses in the low byte, from bit 7 to bit 0.
+pub(super) const LOW_FUSES: &str =
+    "FUSE_CKDIV8 FUSE_CKOUT FUSE_SUT1 FUSE_SUT0 FUSE_CKSEL3 FUSE_CKSEL2 FUSE_CKSEL1 FUSE_CKSEL0";
 
 /// TIMSK or TIFR.
 macro_rules! timers {

@@ -9,6 +9,7 @@ mod fuses;
 mod m128;
 mod m16;
 mod m162;
+mod m644;
 mod m8;
 mod names;
 mod register_presence;
@@ -48,6 +49,18 @@ pub const AVR_PARTS: &[&AvrPart] = &[
     &m128::PART_64,
     &m128::PART_128,
     &m162::PART_162,
+    &m644::PART_164P,
+    &m644::PART_164PA,
+    &m644::PART_164A,
+    &m644::PART_324P,
+    &m644::PART_324PA,
+    &m644::PART_324A,
+    &m644::PART_644,
+    &m644::PART_644P,
+    &m644::PART_644PA,
+    &m644::PART_644A,
+    &m644::PART_1284,
+    &m644::PART_1284P,
 ];
 
 /// All chips of this crate.
@@ -93,7 +106,7 @@ pub struct AvrPart {
     /// True if SBI and CBI read a register and write all of it, including flags that read as one; otherwise
     /// they change only the one bit.
     pub bit_writes_whole_register: bool,
-    /// Existing bits of MCUCR, in the layout of the ATmega328P: BODS, BODSE, PUD, IVSEL, IVCE.
+    /// Existing bits of MCUCR, in the layout of the ATmega1284P: JTD, BODS, BODSE, PUD, IVSEL, IVCE.
     pub mcucr: u8,
     /// Source of each interrupt from vector 1 on: unit, and interrupt number in it.
     pub interrupt_sources: &'static [(usize, u8)],
@@ -115,7 +128,7 @@ pub struct AvrPart {
     pub external_kind: external::ExternalKind,
     /// Variant of the watchdog.
     pub watchdog_kind: watchdog::WatchdogKind,
-    /// Bits of PRR, each with the unit whose clock it stops.
+    /// Bits of PRR and, from 8 on, of PRR1, each with the unit whose clock it stops.
     pub power_reduction_bits: &'static [(u8, usize)],
     /// Signature bytes (28.3).
     pub signature: [u8; 3],
@@ -250,6 +263,7 @@ pub enum SocRegister {
     SMCR,
     CLKPR,
     PRR,
+    PRR1,
     OSCCAL,
     GTCCR,
     RAMPZ,

@@ -103,7 +103,7 @@ pub const PART_328P: AvrPart = AvrPart {
     reset_pin: 14,
     jtag_pins: &[],
     names: HeaderNames {
-        bit_names: &[b::ANY, b::X8, b::MUX4, b::TRIGGERED],
+        bit_names: &[b::ANY, b::NEW, b::DATA, b::X8, b::MUX4, b::TRIGGERED],
         fuse_names: [
             LOW_FUSES,
             "FUSE_RSTDISBL FUSE_DWEN FUSE_SPIEN FUSE_WDTON FUSE_EESAVE FUSE_BOOTSZ1 FUSE_BOOTSZ0 FUSE_BOOTRST",
@@ -117,7 +117,7 @@ pub const PART_328P: AvrPart = AvrPart {
 };
 
 /// Names of the fuses in the low byte. Some headers number CKSEL and SUT together.
-const LOW_FUSES: &str = "
+pub(super) const LOW_FUSES: &str = "
     FUSE_CKDIV8 FUSE_CKOUT FUSE_SUT1/FUSE_SUT_CKSEL5 FUSE_SUT0/FUSE_SUT_CKSEL4 FUSE_CKSEL3/FUSE_SUT_CKSEL3
     FUSE_CKSEL2/FUSE_SUT_CKSEL2 FUSE_CKSEL1/FUSE_SUT_CKSEL1 FUSE_CKSEL0/FUSE_SUT_CKSEL0";
 /// Names of the fuses in the high byte, on chips with BODLEVEL in that byte.

@@ -290,6 +290,7 @@ impl AvrAdc {
     fn code(&self, admux: u8) -> u16 {
         let reference = match admux >> 6 {
             1 => self.avcc,
+            2 => self.kind.low_reference_mv.unwrap_or(self.aref),
             3 => self.kind.reference_mv,
             _ => self.aref,
         };

@@ -140,7 +140,7 @@ impl ExternalInterrupts {
     #[must_use]
     pub fn wakes_by_edge(&self, irq: u8) -> bool {
         let clocked = self.kind.int_mask() & !self.low() & !self.kind.asynchronous;
-        self.kind.edges_wake && clocked.checked_shr(irq.into()).unwrap_or(0) & 1 == 1
+        self.kind.edges_wake && !self.kind.wake_by_sheet && clocked.checked_shr(irq.into()).unwrap_or(0) & 1 == 1
     }
 
     /// Returns INTF0. Call `run_due` first.

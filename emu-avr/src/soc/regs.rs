@@ -13,6 +13,7 @@ const PSRASY: u8 = 1 << 1;
 const PSRSYNC: u8 = 1 << 0;
 
 /// Bits of MCUCR.
+const JTD: u8 = 1 << 7;
 const BODS: u8 = 1 << 6;
 const BODSE: u8 = 1 << 5;
 const PUD: u8 = 1 << 4;
@@ -178,7 +179,8 @@ impl AvrSoc {
                 SocRegister::MCUSR => self.mcusr,
                 SocRegister::SMCR => self.smcr,
                 SocRegister::CLKPR => self.power.clkpr(t),
-                SocRegister::PRR => self.prr,
+                SocRegister::PRR => self.prr.to_le_bytes()[0],
+                SocRegister::PRR1 => self.prr.to_le_bytes()[1],
                 SocRegister::OSCCAL => self.osccal,
                 SocRegister::GTCCR => self.gtccr,
                 SocRegister::RAMPZ => self.rampz,
@@ -282,8 +284,13 @@ impl AvrSoc {
             }
             SocRegister::SMCR => self.smcr = kept(self.smcr, 0x0F),
             SocRegister::CLKPR => self.write_clkpr(value, t),
-            SocRegister::PRR => {
-                self.prr = kept(self.prr, self.part.power_reduction_bits.iter().fold(0, |bits, row| bits | 1 << row.0));
+            SocRegister::PRR | SocRegister::PRR1 => {
+                let there: u16 = self.part.power_reduction_bits.iter().fold(0, |bits, row| bits | 1 << row.0);
+                let ([low, high], [low_bits, high_bits]) = (self.prr.to_le_bytes(), there.to_le_bytes());
+                self.prr = u16::from_le_bytes(match own {
+                    SocRegister::PRR => [kept(low, low_bits), high],
+                    _ => [low, kept(high, high_bits)],
+                });
                 self.update_clocks(t);
             }
             SocRegister::OSCCAL => self.osccal = kept(self.osccal, 0xFF),
@@ -292,10 +299,10 @@ impl AvrSoc {
         }
     }
 
-    /// Writes MCUCR: PUD, and the timed sequences of IVSEL (12.5.1) and of BODS (10.11.2).
+    /// Writes MCUCR: PUD, JTD, which is only stored, and the timed sequences of IVSEL (12.5.1) and of BODS (10.11.2).
     fn write_mcucr(&mut self, value: u8, mask: u8, t: u64) {
         let value = self.mcucr & !mask | value & mask;
-        let mut new = self.mcucr & !PUD | value & PUD;
+        let mut new = self.mcucr & !(JTD | PUD) | value & (JTD | PUD);
         if mask & IVCE != 0 && value & IVCE != 0 {
             self.power.open_ivce(t);
         } else if self.power.ivce_open(t.saturating_sub(1)) && mask & IVSEL != 0 {

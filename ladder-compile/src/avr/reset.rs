@@ -122,7 +122,7 @@ pub fn set_up_ports(asm: &mut AvrCodeWriter, regs: &AvrRegisters, layout: &AvrLa
     let is_used = |pin: &PinDef| job.pins.iter().any(|used| used.pin == pin.name) || named(pin);
     if part.is_some_and(|part| part.chip.pins.iter().any(|pin| part.is_jtag_pin(pin.name) && is_used(pin))) {
         // The bit takes effect only if it is written twice within four clocks.
-        let control = regs.addr(&["MCUCSR"]);
+        let control = regs.addr(&["MCUCSR", "MCUCR"]);
         registers::read(asm, 24, control);
         asm.op(Kind::Ori, &[24, regs.mask(&[&["JTD"]])]);
         registers::write(asm, control, 24);

@@ -163,7 +163,7 @@ fn what_does_not_fit_is_refused_with_the_figures() {
 /// JTAG pins in use are freed by two consecutive writes; otherwise the interface stays on.
 #[test]
 fn the_debugging_interface_gives_up_its_pins() {
-    for (name, control) in [("atmega16", "0x34"), ("atmega64", "0x34"), ("atmega162", "0x34")] {
+    for (name, control) in [("atmega16", "0x34"), ("atmega64", "0x34"), ("atmega162", "0x34"), ("atmega644", "0x35")] {
         let target = target(name);
         for (outputs, wanted) in [(3, 0), (target.pins.len() as u32, 2)] {
             let cell = |n| BitCell { name: format!("Y{n:02}"), role: BitRole::Output };

@@ -58,7 +58,7 @@ fn pins_of_the_packages() {
 fn targets_without_a_model_name_the_nearest_chip() {
     let targets = [
         ("Microchip PIC16F887 40-PDIP", Some("pic16f877a")),
-        ("Atmel AVR ATmega1284 40-PDIP", Some("atmega32")),
+        ("Atmel AVR ATmega2560 100-TQFP", Some("atmega128")),
         ("Atmel AVR ATmega32U4 44-Pin packages", Some("atmega328p")),
         ("St ARM STM32F40X 144-LQFP", Some("atmega128")),
         ("ANSI C Code", None),

@@ -26,6 +26,8 @@ pub struct AvrAdcKind {
     pub bandgap_mv: u32,
     /// Voltage of the internal reference that REFS = 3 selects, in millivolts.
     pub reference_mv: u32,
+    /// Voltage of the internal reference that REFS = 2 selects, in millivolts; without one REFS = 2 selects AREF.
+    pub low_reference_mv: Option<u32>,
     /// True if ADTS selects trigger sources; otherwise bit 5 of ADCSRA is ADFR.
     pub triggers: bool,
     /// Existing bits of DIDR0.
@@ -40,6 +42,7 @@ impl AvrAdcKind {
         bandgap: 14,
         bandgap_mv: 1_100,
         reference_mv: 1_100,
+        low_reference_mv: None,
         triggers: true,
         didr0: 0x3F,
     };
@@ -56,6 +59,9 @@ impl AvrAdcKind {
     /// modelled and read 0.
     pub const MEGA16: AvrAdcKind =
         AvrAdcKind { mux: 0x1F, bandgap: 30, bandgap_mv: 1_220, triggers: true, ..AvrAdcKind::MEGA8 };
+    /// ATmega164, 324, 644 and 1284 (Atmel 8272, ADC); differential channels are not modelled and read 0.
+    pub const MEGA644: AvrAdcKind =
+        AvrAdcKind { bandgap_mv: 1_100, low_reference_mv: Some(1_100), didr0: 0xFF, ..AvrAdcKind::MEGA16 };
     /// ATmega128 (Atmel 2467, ADC): as ATmega16 without trigger sources.
     pub const MEGA128: AvrAdcKind = AvrAdcKind { triggers: false, bandgap_mv: 1_230, ..AvrAdcKind::MEGA16 };
 }

@@ -42,6 +42,8 @@ pub struct ExternalKind {
     /// True if clocked edges set their flag, and so wake the core, while the clock is stopped: the silicon
     /// differs from its data sheet.
     pub edges_wake: bool,
+    /// True if the data sheet itself says that these edges wake the core.
+    pub(super) wake_by_sheet: bool,
     /// Existing bits of PCMSK0 to PCMSK3; a group without bits does not exist.
     pub(super) masks: [u8; 4],
 }
@@ -49,8 +51,14 @@ pub struct ExternalKind {
 impl ExternalKind {
     /// The first ATmega48, 88 and 168 (Atmel 2545, external interrupts): interrupts 0 and 1 are INT0 and
     /// INT1, 2 to 4 PCINT0 to PCINT2.
-    pub const MEGA48: ExternalKind =
-        ExternalKind { ints: 2, asynchronous: 0, edge_only: 0, edges_wake: false, masks: [0xFF, 0x7F, 0xFF, 0] };
+    pub const MEGA48: ExternalKind = ExternalKind {
+        ints: 2,
+        asynchronous: 0,
+        edge_only: 0,
+        edges_wake: false,
+        wake_by_sheet: false,
+        masks: [0xFF, 0x7F, 0xFF, 0],
+    };
     /// ATmega328 and 328P, and the A, P and PA variants of the others (DS40002061, 13). Note 3 of table 10-1,
     /// that only a level wakes the core, is an error in the data sheet: boards wake on any edge, and the
     /// manufacturer has confirmed it.
@@ -62,6 +70,10 @@ impl ExternalKind {
     /// ATmega162 (Atmel 2513, external interrupts): interrupts 0 to 2 are INT0 to INT2, 3 and 4 PCINT0 and
     /// PCINT1.
     pub const MEGA162: ExternalKind = ExternalKind { masks: [0xFF, 0xFF, 0, 0], ..ExternalKind::MEGA16 };
+    /// ATmega164, 324, 644 and 1284 (Atmel 8272, external interrupts): interrupts 0 to 2 are INT0 to INT2, 3 to 6 PCINT0 to
+    /// PCINT3. The data sheet has edges registered without a clock, so they wake the core.
+    pub const MEGA644: ExternalKind =
+        ExternalKind { ints: 3, edges_wake: true, wake_by_sheet: true, masks: [0xFF; 4], ..ExternalKind::MEGA48 };
     /// ATmega64 and 128 (Atmel 2490 and 2467, external interrupts): INT0 to INT7.
     pub const MEGA128: ExternalKind = ExternalKind { ints: 8, asynchronous: 0x0F, ..ExternalKind::MEGA8 };
 

@@ -25,10 +25,14 @@ impl SpmKind {
         SpmKind { flash: 0x2000, page: 64, nrww: 0x1800, boot: true, signature_row: true, lock: 0x3F };
     /// ATmega48 and its variants (section 26): SPM works from anywhere and always halts the core.
     pub const MEGA48: SpmKind = SpmKind { flash: 0x1000, nrww: 0, boot: false, lock: 0x03, ..SpmKind::MEGA88 };
-    /// ATmega168 and its variants (tables 27-12 to 27-14).
+    /// ATmega168 and its variants (tables 27-12 to 27-14), ATmega164 (Atmel 8272).
     pub const MEGA168: SpmKind = SpmKind { flash: 0x4000, page: 128, nrww: 0x3800, ..SpmKind::MEGA88 };
-    /// ATmega328 and its variants (tables 27-15 to 27-17).
+    /// ATmega328 and its variants (tables 27-15 to 27-17), ATmega324 (Atmel 8272).
     pub const MEGA328: SpmKind = SpmKind { flash: 0x8000, page: 128, nrww: 0x7000, ..SpmKind::MEGA88 };
+    /// ATmega644 and its variants (Atmel 8272, boot loader parameters).
+    pub const MEGA644: SpmKind = SpmKind { flash: 0x1_0000, page: 256, nrww: 0xE000, ..SpmKind::MEGA88 };
+    /// ATmega1284 and 1284P (Atmel 8272, boot loader parameters).
+    pub const MEGA1284: SpmKind = SpmKind { flash: 0x2_0000, page: 256, nrww: 0x1_E000, ..SpmKind::MEGA88 };
     /// ATmega8 (Atmel 2486, boot loader support).
     pub const MEGA8: SpmKind = SpmKind { signature_row: false, lock: 0x3C, ..SpmKind::MEGA88 };
     /// ATmega16 (Atmel 2466) and ATmega162 (Atmel 2513).
