@@ -9,6 +9,7 @@ use emu_core::chip::ChipFamily;
 use emu_core::image::{AVR_DATA, BaseEncoding, CType, DebugInfo, FunctionInfo, VariableInfo};
 
 pub use byte_locations::ObjectByteLocation;
+pub(super) use byte_locations::number_from_bytes;
 
 use super::c_type_queries::{CTypeQueries as _, CTypeRef};
 use super::call_stack::CallStack;
@@ -492,16 +493,4 @@ impl ObjectExpr {
             _ => false,
         }
     }
-}
-
-/// Returns the number in up to eight bytes, the lowest first; of a bit field, the number in its bits.
-pub(super) fn number_from_bytes(bytes: &[u8], bits: Option<(u32, u32)>, signed: bool) -> Option<i64> {
-    if bytes.is_empty() || bytes.len() > 8 {
-        return None;
-    }
-    let all = bytes.iter().rev().fold(0u64, |high, byte| high << 8 | u64::from(*byte));
-    let (first, size) = bits.unwrap_or((0, 8 * bytes.len() as u32));
-    let unused = 64 - size.clamp(1, 64);
-    let low = all >> first.min(63) << unused;
-    Some(if signed { low as i64 >> unused } else { (low >> unused) as i64 })
 }

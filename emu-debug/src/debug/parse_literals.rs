@@ -60,10 +60,10 @@ impl<'a> DebugExpressionParser<'a> {
             ))));
         }
         let bytes = literal_bytes(&rest[..end])?;
-        return match bytes.as_slice() {
+        match bytes.as_slice() {
             [byte] => Ok(self.typed((*byte as i8).into(), "char").unwrap_or(DebugExpression::Number((*byte).into()))),
             _ => Err(DebugError::NotOneByte { text: rest[..end].to_owned() }),
-        };
+        }
     }
 
     /// A value of a type that the debugger knows by itself, where the program is one of C.

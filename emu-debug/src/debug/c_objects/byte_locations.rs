@@ -131,3 +131,15 @@ impl ObjectByteLocation {
         }
     }
 }
+
+/// The number that up to eight bytes are, the lowest first; of a bit field its bits.
+pub(in crate::debug) fn number_from_bytes(bytes: &[u8], bits: Option<(u32, u32)>, signed: bool) -> Option<i64> {
+    if bytes.is_empty() || bytes.len() > 8 {
+        return None;
+    }
+    let all = bytes.iter().rev().fold(0u64, |high, byte| high << 8 | u64::from(*byte));
+    let (first, size) = bits.unwrap_or((0, 8 * bytes.len() as u32));
+    let unused = 64 - size.clamp(1, 64);
+    let low = all >> first.min(63) << unused;
+    Some(if signed { low as i64 >> unused } else { (low >> unused) as i64 })
+}
