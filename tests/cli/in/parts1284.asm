@@ -26,10 +26,10 @@ start:
  nop
  nop
  nop
- sei
- nop
  ldi r16, 1
  out 0x33, r16
+ sei
+ sleep
  sts 0x71, r16
  ldi r17, 0xff
  sts 0x95, r17
