@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use emu_avr::chips::{ATMEGA328P, AVR_CHIPS, AVR_PARTS, AvrPart, RegisterSlot, chip, part, unit_index};
-use emu_avr::soc::{AvrSoc, OutsideInput};
+use emu_avr::soc::AvrSoc;
 use emu_avr::{Avr, Options};
 use emu_core::chip::{Chip, ChipPackage, PinDef};
 use emu_core::cpu::{Bus, ResetCause};

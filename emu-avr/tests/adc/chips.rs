@@ -4,6 +4,7 @@ use emu_avr::chips::chip;
 use emu_avr::soc::OutsideInput;
 use emu_avr::{Avr, Options};
 use emu_core::RamInit;
+use emu_core::cpu::Bus;
 use emu_core::image::Image;
 
 /// Returns the result of a conversion on the chip `name` with `millivolts` on a pin.
