@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use emu_avr::chips::{ATMEGA328P, AVR_CHIPS, AVR_PARTS, AvrPart, RegisterSlot, chip, part, unit_index};
-use emu_avr::soc::{AvrSoc, OutsideInput};
+use emu_avr::soc::AvrSoc;
 use emu_avr::{Avr, Options};
 use emu_core::chip::{Chip, ChipPackage, PinDef};
 use emu_core::cpu::{Bus, ResetCause};
@@ -157,25 +157,6 @@ fn packages_have_the_pins_of_the_data_sheets() {
         // Every pin is in a package, and every channel of the converter has a pin.
         assert!((0..).zip(chip.pins).all(|(pin, def)| chip.has_pin(pin) || def.note == "absent"), "{}", chip.name);
         assert!(part.analog_pins.iter().all(|&pin| chip.has_pin(pin)), "{}", chip.name);
-    }
-}
-
-/// ADC6 and ADC7 convert the voltages on their pins.
-#[test]
-fn channels_of_the_flat_packages_convert() {
-    for name in ["atmega328p", "atmega48", "atmega168a", "atmega8"] {
-        let chip = chip(name).expect("a chip");
-        let reg = |name: &str| chip.reg(name).expect("a register");
-        for (channel, millivolts, wanted) in [(6, 1_200, 245), (7, 3_700, 757)] {
-            let mut soc = soc(chip);
-            let pin = chip.pin(&format!("ADC{channel}")).expect("a pin");
-            soc.queue_input(0, 0, OutsideInput::Volts(pin, millivolts));
-            soc.write(reg("ADMUX"), 0x40 | channel, 1);
-            soc.write(reg("ADCSRA"), 0xC0, 2);
-            soc.fire(100);
-            let code = u16::from(soc.read(reg("ADCL"), 100).0) | u16::from(soc.read(reg("ADCH"), 101).0) << 8;
-            assert_eq!(code, wanted, "{name}: ADC{channel}");
-        }
     }
 }
 

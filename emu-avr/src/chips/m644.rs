@@ -151,7 +151,7 @@ pub(super) const PART_164P: AvrPart = AvrPart {
     ..PART_328P
 };
 
-/// Mask of MCUCR without BODS and BODSE, which only the P and PA variants have (8272, 10.12.2).
+/// Mask of MCUCR without BODS and BODSE, which only the P and PA variants have (8272, 10.3).
 const NO_BODS: u8 = 0x93;
 
 /// Names of the chips of Atmel 8272.

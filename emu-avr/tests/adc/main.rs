@@ -2,5 +2,6 @@
 //! steps cycle by cycle.
 
 mod cases;
+mod chips;
 mod model;
 mod random;

@@ -58,7 +58,7 @@ static void timers(void)
 static void serial_lines(void)
 {
 #ifdef UCSR1B
-    UBRR1 = 8;
+    UBRR1 = 103;
     UCSR1A = _BV(U2X1);
     UCSR1C = _BV(UPM11) | _BV(USBS1) | _BV(UCSZ11) | _BV(UCSZ10);
     UCSR1B = _BV(RXEN1) | _BV(TXEN1) | _BV(UDRIE1);

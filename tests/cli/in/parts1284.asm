@@ -1,9 +1,6 @@
-; PCINT3, timer 3 and the second serial port of an ATmega1284, each by its interrupt.
+; The flag of PCINT3, then timer 3 and the second serial port of an ATmega1284 by their interrupts.
 .org 0
  jmp start
-.org 0x1c
- inc r20
- reti
 .org 0x78
  inc r21
  reti
@@ -16,8 +13,6 @@ start:
  out 0x3e, r16
  ldi r16, 0xff
  out 0x3d, r16
- ldi r16, 8
- sts 0x68, r16
  ldi r16, 0x80
  sts 0x73, r16
  sbi 0x0a, 7
@@ -26,10 +21,10 @@ start:
  nop
  nop
  nop
- sei
- nop
+ in r20, 0x1b
  ldi r16, 1
  out 0x33, r16
+ sei
  sts 0x71, r16
  ldi r17, 0xff
  sts 0x95, r17
