@@ -48,7 +48,7 @@ pub(crate) fn scan_name(d: &AsmDialect, text: &str, at: usize) -> Result<usize, 
     }
     match behind_name(text, at, !d.dot_is_bit) {
         end if end > at => Ok(end),
-        _ => Err(step(text, at)),
+        _ => Err(step(d, text, at)),
     }
 }
 
@@ -76,14 +76,14 @@ pub(crate) fn split_arguments(
     let mut at = range.start;
     loop {
         let start = skip_space(text, at).min(range.end);
-        let next = match angle_contents(text, start..range.end) {
+        let next = match angle_contents(d, text, start..range.end) {
             Some(inside) => {
                 let behind = skip_space(text, inside.end + 1);
                 all.push(inside);
                 behind
             }
             None => {
-                let first = cut(text, start..range.end).first().map_or(start..range.end, |first| {
+                let first = cut(d, text, start..range.end).first().map_or(start..range.end, |first| {
                     let comma = skip_space(text, first.end);
                     start..comma
                 });
@@ -129,7 +129,7 @@ fn delimited(d: &AsmDialect, text: &str, range: Range<usize>) -> Vec<Range<usize
 
 /// Returns the text in the angle brackets at the start of `range`, if a comma or the end of `range` follows
 /// them.
-fn angle_contents(text: &str, range: Range<usize>) -> Option<Range<usize>> {
+fn angle_contents(d: &AsmDialect, text: &str, range: Range<usize>) -> Option<Range<usize>> {
     let (mut depth, mut at) = (0u32, range.start);
     while at < range.end {
         match byte(text, at) {
@@ -143,14 +143,14 @@ fn angle_contents(text: &str, range: Range<usize>) -> Option<Range<usize>> {
             let ends = behind >= range.end || byte(text, behind) == b',';
             return (at > range.start && ends).then_some(range.start + 1..at);
         }
-        at = step(text, at);
+        at = step(d, text, at);
     }
     None
 }
 
 /// Splits at commas; for avr-as and sdas8051 also at spaces that have no operator on either side.
 pub(crate) fn split_parts(d: &AsmDialect, text: &str, range: Range<usize>, join: ArgumentJoin) -> Vec<Range<usize>> {
-    let pieces = cut(text, range);
+    let pieces = cut(d, text, range);
     if !d.spaced_arguments && join != ArgumentJoin::Quote {
         return pieces;
     }
@@ -180,7 +180,7 @@ pub(crate) fn split_parts(d: &AsmDialect, text: &str, range: Range<usize>, join:
                 }
                 _ => {}
             }
-            at = step(text, at);
+            at = step(d, text, at);
         }
         all.push(start..piece.end);
     }

@@ -102,7 +102,7 @@ impl Assembler<'_> {
         if !word.eq_ignore_ascii_case("local") {
             return Vec::new();
         }
-        let names = cut(text, head.rest).into_iter();
+        let names = cut(self.dialect, text, head.rest).into_iter();
         names
             .map(|range| {
                 text.get(range.start..behind_name(text, range.start, !self.dialect.dot_is_bit))
@@ -238,7 +238,7 @@ impl Assembler<'_> {
             .flatten();
         let (params, from) = match close {
             Some(close) => {
-                let names = cut(call.text, end + 1..close).into_iter().map(|range| call.get(range).to_owned());
+                let names = cut(self.dialect, call.text, end + 1..close).into_iter().map(|range| call.get(range).to_owned());
                 (Some(names.collect()), close + 1)
             }
             None => (None, end),
@@ -361,7 +361,7 @@ impl Assembler<'_> {
                 b')' => depth -= 1,
                 _ => {}
             }
-            at = step(code, at);
+            at = step(self.dialect, code, at);
         }
         within.read += at - open + define.text.len() + 1;
         // Arguments are expanded first, so a text may contain itself: `X(X(2))`.
@@ -371,7 +371,7 @@ impl Assembler<'_> {
             self.expand_code(code.get(range).unwrap_or_default(), &mut changed, within, Some(0));
             changed.text
         };
-        let given: Vec<String> = cut(code, open + 1..at).into_iter().map(&mut put).collect();
+        let given: Vec<String> = cut(self.dialect, code, open + 1..at).into_iter().map(&mut put).collect();
         within.names.pop();
         let values: Vec<(String, String)> = params.iter().cloned().zip(given).collect();
         let line = AsmLine { text: define.text.as_str().into(), file: 0, number: 0, map: None };

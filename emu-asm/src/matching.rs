@@ -113,7 +113,7 @@ impl Assembler<'_> {
     ) -> Result<Vec<u16>, LineFault> {
         let table = self.table.clone();
         let forms = table.forms(mnemonic);
-        let mut operands = cut(text, rest.clone());
+        let mut operands = cut(self.dialect, text, rest.clone());
         if self.dialect.hooks.drops_operands && forms.iter().all(|form| form.pieces.is_empty()) && !operands.is_empty()
         {
             let cause = format!("{mnemonic} takes no operands: those here are left out");

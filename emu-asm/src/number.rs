@@ -4,7 +4,7 @@ use diag::text::byte_of;
 
 use crate::dialect::{AsmDialect, NumberForm};
 use crate::fault::LineFault;
-use crate::lines::{BACKSLASH, byte};
+use crate::lines::{BACKSLASH, byte, step};
 
 /// Reads the number at `at`: its length and value; `None` if none begins there.
 ///
@@ -159,7 +159,8 @@ pub(crate) fn read_quoted(d: &AsmDialect, text: &str, at: usize) -> Result<Optio
         value = value << 8 | i64::from(code);
         at_char += len;
         count += 1;
-        let ends = byte(text, at_char) == b',' || !text.get(at_char..).unwrap_or_default().contains('\'');
+        let comma = byte(text, at_char) == b',' && step(d, text, open) == at_char;
+        let ends = comma || !text.get(at_char..).unwrap_or_default().contains('\'');
         if count == 1 && mark == b'\'' && byte(text, at_char) != mark && ends {
             // 'c without a closing quote.
             let next = text.get(at_char..).map(|rest| rest.chars().next().unwrap_or(' '));

@@ -42,7 +42,7 @@ pub(crate) fn code_end(d: &AsmDialect, text: &str) -> usize {
         if d.comments.iter().any(|mark| mark.as_bytes().first() == Some(&c) && text[at..].starts_with(mark)) {
             return at;
         }
-        at = step(text, at);
+        at = step(d, text, at);
     }
     text.len()
 }
@@ -158,7 +158,7 @@ impl Assembler<'_> {
                 self.read_code(text, from, at);
                 from = at + 1;
             }
-            at = step(text, at);
+            at = step(self.dialect, text, at);
         }
         self.read_code(text, from, end);
     }

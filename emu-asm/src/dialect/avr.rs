@@ -293,7 +293,7 @@ fn enter(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, name: &str) {
 
 /// `.section .eeprom,"aw"`.
 fn section_named(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
-    let parts = cut(call.text, call.rest.clone());
+    let parts = cut(asm.dialect, call.text, call.rest.clone());
     let written = parts.first().map_or("", |part| call.get(part.clone())).trim_matches('"');
     enter(asm, call, written.strip_prefix('.').unwrap_or(written));
     // `.pushsection .text, 2`.

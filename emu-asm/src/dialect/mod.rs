@@ -144,6 +144,8 @@ pub(crate) struct DialectHooks {
     pub code_end: Option<fn(&str) -> usize>,
     /// Returns cause and hint if the current section cannot hold bytes.
     pub no_bytes: fn(&Assembler<'_>) -> Option<(String, String)>,
+    /// A text in single quotes may have a comma behind its first character: `'T,C'`.
+    pub commas_in_quotes: bool,
     /// Digits of a number may be in groups: `1010$1010b`.
     pub digit_groups: bool,
     /// Values are signed with 32 bits, and higher bits are dropped; otherwise values have 64 bits.
@@ -178,6 +180,7 @@ impl DialectHooks {
         plain_backslashes: |_| None,
         code_end: None,
         no_bytes: |_| None,
+        commas_in_quotes: false,
         digit_groups: false,
         is_32: false,
         complements: false,
