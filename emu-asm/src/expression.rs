@@ -18,12 +18,22 @@ pub(crate) struct AsmValue {
     pub is_register: bool,
     /// It is the address of a label, or computed from one.
     pub is_label: bool,
+    /// It is meant for its high byte, which sdas8051's linker takes of the whole sum: `>label+n`.
+    pub is_high: bool,
 }
 
 impl AsmValue {
     /// Returns a plain number.
     pub fn of(n: i64) -> AsmValue {
         AsmValue { number: n, ..AsmValue::default() }
+    }
+
+    /// Returns the value with its high byte taken, if that was left to the whole sum.
+    fn with_high_taken(self) -> AsmValue {
+        match self.is_high {
+            true => AsmValue { number: self.number >> 8 & 0xFF, is_high: false, ..self },
+            false => self,
+        }
     }
 }
 
@@ -73,7 +83,7 @@ pub(crate) fn evaluate(
             hint,
         ));
     }
-    Ok(value)
+    Ok(value.with_high_taken())
 }
 
 /// Evaluates the expression at the start of `text[range]`; returns its end too.
@@ -89,7 +99,7 @@ pub(crate) fn evaluate_front(
     let front = text.get(..range.end).unwrap_or_default();
     let mut parser = AsmExpressionParser { dialect, text: front, at: range.start, names, depth: 0, is_front: true };
     let value = parser.binary(0)?;
-    Ok((value, parser.at))
+    Ok((value.with_high_taken(), parser.at))
 }
 
 struct AsmExpressionParser<'p> {
@@ -137,6 +147,8 @@ impl AsmExpressionParser<'_> {
     }
 
     fn apply(&self, op: AsmOperator, left: AsmValue, right: AsmValue, at: Range<usize>) -> Result<AsmValue, LineFault> {
+        let is_sum = matches!(op, AsmOperator::Add) || matches!(op, AsmOperator::Sub) && !right.is_high;
+        let (left, right) = if is_sum { (left, right) } else { (left.with_high_taken(), right.with_high_taken()) };
         let unknown = left.is_unknown || right.is_unknown;
         let (a, b) = (left.number, right.number);
         let arithmetic = self.names.arithmetic();
@@ -184,7 +196,9 @@ impl AsmExpressionParser<'_> {
         // The difference of two addresses is a number.
         let label =
             if op == AsmOperator::Sub { left.is_label != right.is_label } else { left.is_label || right.is_label };
-        Ok(AsmValue { number: self.dialect.wrap_value(n), is_unknown: unknown, is_register: false, is_label: label })
+        let number = self.dialect.wrap_value(n);
+        let high = left.is_high || right.is_high;
+        Ok(AsmValue { number, is_unknown: unknown, is_register: false, is_label: label, is_high: high })
     }
 
     fn unary(&mut self) -> Result<AsmValue, LineFault> {
@@ -210,7 +224,11 @@ impl AsmExpressionParser<'_> {
         let value = match found {
             Some(&(token, power, fun)) => {
                 self.at += token.len();
-                let inner = self.binary(power)?;
+                let inner = self.binary(power)?.with_high_taken();
+                if token == ">" && self.dialect.hooks.is_sdas && inner.is_label {
+                    self.depth -= 1;
+                    return Ok(AsmValue { is_high: true, is_register: false, ..inner });
+                }
                 AsmValue { number: self.dialect.wrap_value(fun(inner.number)), is_register: false, ..inner }
             }
             None => self.primary()?,

@@ -278,8 +278,7 @@ fn step(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, new: fn(i64, i64) -> 
     };
     let Some(by) = by else { return };
     let n = asm.dialect.wrap_value(new(old.number, by.number));
-    let value =
-        AsmValue { number: n, is_unknown: old.is_unknown || by.is_unknown, is_register: false, is_label: false };
+    let value = AsmValue { is_unknown: old.is_unknown || by.is_unknown, ..AsmValue::of(n) };
     asm.list_value(value);
     asm.define_symbol(name, value, AsmSymbolKind::Set, label);
 }
