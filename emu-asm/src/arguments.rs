@@ -213,10 +213,32 @@ pub(crate) fn unescape(text: &str) -> String {
     out
 }
 
+/// Returns the text of an argument without the quotes around all of it, which avr-as removes; a doubled quote
+/// inside is one. In other dialects the quotes belong to the argument.
+pub(crate) fn unquoted_argument(d: &AsmDialect, text: &str) -> String {
+    let removes = d.spaced_arguments && !d.hooks.angle_arguments;
+    text.strip_prefix('"').filter(|_| removes).and_then(text_to_quote).unwrap_or_else(|| text.to_owned())
+}
+
+/// Returns the text up to the quote that ends all of `inside`.
+fn text_to_quote(inside: &str) -> Option<String> {
+    let mut out = String::with_capacity(inside.len());
+    let (mut rest, mut is_escaped) = (inside.chars().peekable(), false);
+    while let Some(c) = rest.next() {
+        if c == '"' && !is_escaped && rest.next_if_eq(&'"').is_none() {
+            return rest.next().is_none().then_some(out);
+        }
+        out.push(c);
+        is_escaped = c == '\\' && !is_escaped;
+    }
+    None
+}
+
 /// Parses a parameter: `a`, `a=1`, `a:req`, `a:vararg`, `\a`.
-pub(crate) fn parse_parameter(text: &str) -> MacroParameter {
-    let (name, default) =
-        text.split_once('=').map_or((text, None), |(name, value)| (name, Some(value.trim().to_owned())));
+pub(crate) fn parse_parameter(d: &AsmDialect, text: &str) -> MacroParameter {
+    let (name, default) = text
+        .split_once('=')
+        .map_or((text, None), |(name, value)| (name, Some(unquoted_argument(d, value.trim()))));
     let (name, kind) = name.split_once(':').unwrap_or((name, ""));
     let kind = kind.trim();
     MacroParameter {

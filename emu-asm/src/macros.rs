@@ -7,6 +7,7 @@ use std::rc::Rc;
 
 use crate::arguments::{
     ArgumentJoin, parse_parameter, scan_name, skip_comma, split_arguments, split_parts, substitute_parameters, unescape,
+    unquoted_argument,
 };
 use crate::dialect::avr::atmel::ARGUMENTS;
 use crate::dialect::{AsmDialect, ReadFlow};
@@ -76,10 +77,10 @@ impl Assembler<'_> {
         let written = call.get(name.clone()).to_owned();
         let join = ArgumentJoin::of(self.dialect, call.get(call.word.clone()));
         let params = match self.dialect.hooks.is_atmel {
-            true => (0..ARGUMENTS).map(|n| parse_parameter(&format!("@{n}"))).collect(),
+            true => (0..ARGUMENTS).map(|n| parse_parameter(self.dialect, &format!("@{n}"))).collect(),
             false => split_parts(self.dialect, text, params, join)
                 .into_iter()
-                .map(|part| parse_parameter(call.get(part)))
+                .map(|part| parse_parameter(self.dialect, call.get(part)))
                 .collect(),
         };
         let mut locals = Vec::new();
@@ -138,7 +139,7 @@ impl Assembler<'_> {
                     *value = Some(call.get(range.start..call.rest.end).trim().to_owned());
                     break;
                 }
-                Some((_, value)) => *value = Some(text.to_owned()),
+                Some((_, value)) => *value = Some(unquoted_argument(self.dialect, text)),
                 None => {
                     let cause = format!("`{}` takes {} arguments, and here are more", found.name, found.params.len());
                     self.report(LineFault::new(

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::{AsmDirective, ProvidedInclude, ReadFlow, RepeatIterations};
-use crate::arguments::{ArgumentJoin, split_arguments};
+use crate::arguments::{ArgumentJoin, split_arguments, unquoted_argument};
 use crate::chip_names::ChipNames;
 use crate::dialect::SectionContent;
 use crate::engine::{Assembler, DirectiveCall};
@@ -421,8 +421,13 @@ fn each(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> RepeatIterations {
         }
         _ => list,
     };
-    let parts = list.into_iter();
-    RepeatIterations { name: Some(name), texts: parts.map(|part| call.get(part).to_owned()).collect(), count: 0 }
+    let mut texts: Vec<String> =
+        list.into_iter().map(|part| unquoted_argument(asm.dialect, call.get(part))).collect();
+    // avr-as reads the lines once for an empty list.
+    if texts.is_empty() && asm.dialect.spaced_arguments {
+        texts.push(String::new());
+    }
+    RepeatIterations { name: Some(name), texts, count: 0 }
 }
 
 fn each_character(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> RepeatIterations {
