@@ -360,9 +360,14 @@ impl Assembler<'_> {
     /// Returns the flow directive of a line.
     pub fn flow_of(&self, line: &AsmLine) -> Option<ReadFlow> {
         let text: &str = &line.text;
-        let head = self.parse_head(text, 0, code_end(self.dialect, text));
-        let word = text.get(head.word)?;
-        match self.directive_of(word)?.action {
+        let end = code_end(self.dialect, text);
+        let word = text.get(self.parse_head(text, 0, end).word)?;
+        // `I&k MACRO v`: the name of a macro within a macro may have parameters.
+        let is_joined = |name: &&str| name.contains('&') && self.dialect.hooks.angle_arguments;
+        let mut words = text.get(..end)?.split_whitespace();
+        let second = words.next().filter(is_joined).and_then(|_| self.directive_of(words.next()?));
+        let directive = second.filter(|d| d.label == LabelUse::Name).or_else(|| self.directive_of(word))?;
+        match directive.action {
             DirectiveAction::Flow(flow) => Some(flow),
             DirectiveAction::Run(_) => None,
         }
