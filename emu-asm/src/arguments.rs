@@ -52,6 +52,18 @@ pub(crate) fn scan_name(d: &AsmDialect, text: &str, at: usize) -> Result<usize, 
     }
 }
 
+/// Returns the end of the word that begins at `at`, as [`scan_name`] does, by the rules of sdas8051: a word has
+/// letters, digits and `_ . $`, in quoted text too.
+fn scan_asxxxx_word(text: &str, at: usize) -> Result<usize, usize> {
+    let rest = text.get(at..).unwrap_or_default();
+    let end = at + rest.find(|c: char| !c.is_ascii_alphanumeric() && !"_.$".contains(c)).unwrap_or(rest.len());
+    match byte(text, at).is_ascii_digit() {
+        true => Err(end),
+        false if end > at => Ok(end),
+        false => Err(at + rest.chars().next().map_or(1, char::len_utf8)),
+    }
+}
+
 /// Reports whether a value may end with this character.
 fn ends_value(c: u8) -> bool {
     c.is_ascii_alphanumeric() || matches!(c, b'_' | b'?' | b'$' | b')' | b']') || c >= 0x80
@@ -166,7 +178,10 @@ pub(crate) fn split_parts(d: &AsmDialect, text: &str, range: Range<usize>, join:
                     let before = byte(text, at.saturating_sub(1));
                     let value =
                         |c: u8| c.is_ascii_alphanumeric() || matches!(c, b'_' | b'.' | b'"' | b'\'' | b'\\' | b'$');
-                    let begins = value(byte(text, next)) || matches!(byte(text, next), b'(' | b'#' | b'@');
+                    let mark = byte(text, next);
+                    let begins = value(mark)
+                        || matches!(mark, b'(' | b'#' | b'@')
+                        || mark == b'?' && join == ArgumentJoin::Quote;
                     let end_of = |from: usize| behind_name(text, from, false).min(piece.end);
                     let front = text.get(start..at).unwrap_or_default();
                     let operator =
@@ -251,7 +266,7 @@ pub(crate) fn parse_parameter(d: &AsmDialect, text: &str) -> MacroParameter {
 }
 
 /// Returns the line with values substituted for names: `\name` in all dialects, and in some of them the bare
-/// name outside quotes. `\@` becomes the number of the call; `\()` is removed.
+/// name outside quotes, in macros of sdas8051 inside them too. `\@` becomes the number of the call; `\()` is removed.
 pub(crate) fn substitute_parameters(
     d: &AsmDialect,
     line: &AsmLine,
@@ -272,12 +287,14 @@ pub(crate) fn substitute_parameters(
         values,
         out: RewrittenText::default(),
         copied_to: 0,
-        any_quote_joins: d.hooks.is_sdas,
+        any_quote_joins: join == ArgumentJoin::Quote,
     };
     let end = code_end(d, text);
-    let mut at = 0;
+    let is_quote = |at| matches!(byte(text, at), b'\'' | b'"');
+    // The end of the last quoted text whose words are replaced.
+    let (mut at, mut quoted_to) = (0, 0);
     while at < text.len() {
-        if byte(text, at) == b'\\' {
+        if byte(text, at) == b'\\' && !d.hooks.is_sdas {
             at = put.substitute_marked(at, number);
             continue;
         }
@@ -285,12 +302,20 @@ pub(crate) fn substitute_parameters(
             at += text.get(at..).and_then(|rest| rest.chars().next()).map_or(1, char::len_utf8);
             continue;
         }
-        at = match scan_name(d, text, at) {
+        let scanned = match d.hooks.is_sdas || at < quoted_to {
+            true => scan_asxxxx_word(text, at),
+            false => scan_name(d, text, at),
+        };
+        at = match scanned {
             Ok(name_end) => put.substitute_name(at..name_end, join),
             // `x'n`: the quote joins the two.
             Err(_) if join == ArgumentJoin::Quote && put.joins(at) => at + 1,
+            Err(behind) if join == ArgumentJoin::Quote && is_quote(at) => {
+                quoted_to = quoted_to.max(behind);
+                at + 1
+            }
             Err(behind) => {
-                if matches!(byte(text, at), b'\'' | b'"') {
+                if is_quote(at) {
                     put.substitute_in_quotes(at..behind, join, number);
                 }
                 behind

@@ -170,7 +170,7 @@ impl Assembler<'_> {
         }
         // sdas: a parameter with a question mark becomes a new label in each call that gives no value.
         for (i, (param, (_, value))) in found.params.iter().zip(&mut values).enumerate() {
-            if param.label && value.is_none() {
+            if param.label && value.as_ref().is_none_or(String::is_empty) {
                 *value = Some(format!("{}$", 10_000 + number as usize * 16 + i));
             }
         }

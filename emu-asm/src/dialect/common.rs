@@ -432,6 +432,8 @@ fn each(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> RepeatIterations {
 
 fn each_character(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> RepeatIterations {
     let (name, parts) = name_and_arguments(asm, call);
-    let text = parts.into_iter().next().map_or("", |part| call.get(part)).trim_matches('"');
+    let text = parts.into_iter().next().map_or("", |part| call.get(part));
+    // In sdas8051 the quotes are characters too.
+    let text = if asm.dialect.hooks.is_sdas { text } else { text.trim_matches('"') };
     RepeatIterations { name: Some(name), texts: text.chars().map(String::from).collect(), count: 0 }
 }
