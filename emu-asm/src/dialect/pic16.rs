@@ -214,6 +214,8 @@ fn constants(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, body: LineBlock)
         let put = asm.expand_defines(line, code_end(asm.dialect, &line.text));
         let line = put.as_ref().unwrap_or(line);
         asm.line = Some(line.clone());
+        let put = asm.expand_value_names(line);
+        let line = put.as_ref().unwrap_or(line);
         let text: &str = &line.text;
         let all = trim(text, 0..code_end(asm.dialect, text));
         for part in cut(asm.dialect, text, all).into_iter().filter(|part| !part.is_empty()) {
