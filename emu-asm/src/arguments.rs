@@ -4,7 +4,9 @@ use std::ops::Range;
 
 use crate::dialect::AsmDialect;
 use crate::dialect::avr::atmel::substitute_numbered;
-use crate::lines::{AsmLine, RewrittenText, begins_name, behind_name, byte, cut, skip_space, step, trim};
+use crate::lines::{
+    AsmLine, RewrittenText, begins_name, behind_dialect_name, behind_name, byte, cut, skip_space, step, trim,
+};
 use crate::macros::MacroParameter;
 use crate::statement::code_end;
 
@@ -46,7 +48,7 @@ pub(crate) fn scan_name(d: &AsmDialect, text: &str, at: usize) -> Result<usize, 
     if c == b'.' && d.dot_is_bit && ends_value(byte(text, at.wrapping_sub(1))) {
         return Err(at + 1);
     }
-    match behind_name(text, at, !d.dot_is_bit) {
+    match behind_dialect_name(d, text, at) {
         end if end > at => Ok(end),
         _ => Err(step(d, text, at)),
     }
@@ -251,9 +253,8 @@ fn text_to_quote(inside: &str) -> Option<String> {
 
 /// Parses a parameter: `a`, `a=1`, `a:req`, `a:vararg`, `\a`.
 pub(crate) fn parse_parameter(d: &AsmDialect, text: &str) -> MacroParameter {
-    let (name, default) = text
-        .split_once('=')
-        .map_or((text, None), |(name, value)| (name, Some(unquoted_argument(d, value.trim()))));
+    let (name, default) =
+        text.split_once('=').map_or((text, None), |(name, value)| (name, Some(unquoted_argument(d, value.trim()))));
     let (name, kind) = name.split_once(':').unwrap_or((name, ""));
     let kind = kind.trim();
     MacroParameter {

@@ -6,8 +6,8 @@ use std::ops::Range;
 use std::rc::Rc;
 
 use crate::arguments::{
-    ArgumentJoin, parse_parameter, scan_name, skip_comma, split_arguments, split_parts, substitute_parameters, unescape,
-    unquoted_argument,
+    ArgumentJoin, parse_parameter, scan_name, skip_comma, split_arguments, split_parts, substitute_parameters,
+    unescape, unquoted_argument,
 };
 use crate::dialect::avr::atmel::ARGUMENTS;
 use crate::dialect::{AsmDialect, ReadFlow};
@@ -174,7 +174,9 @@ impl Assembler<'_> {
                 *value = Some(format!("{}$", 10_000 + number as usize * 16 + i));
             }
         }
-        let locals = found.locals.iter().map(|name| (name.clone(), format!("{name}?{number}")));
+        // Atmel's assembler has an operator `?`.
+        let mark = if self.dialect.hooks.is_atmel { '$' } else { '?' };
+        let locals = found.locals.iter().map(|name| (name.clone(), format!("{name}{mark}{number}")));
         let values: Vec<(String, String)> =
             values.into_iter().map(|(name, value)| (name, value.unwrap_or_default())).chain(locals).collect();
         let lines = found
@@ -239,7 +241,8 @@ impl Assembler<'_> {
             .flatten();
         let (params, from) = match close {
             Some(close) => {
-                let names = cut(self.dialect, call.text, end + 1..close).into_iter().map(|range| call.get(range).to_owned());
+                let names =
+                    cut(self.dialect, call.text, end + 1..close).into_iter().map(|range| call.get(range).to_owned());
                 (Some(names.collect()), close + 1)
             }
             None => (None, end),

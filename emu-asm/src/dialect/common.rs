@@ -421,8 +421,7 @@ fn each(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> RepeatIterations {
         }
         _ => list,
     };
-    let mut texts: Vec<String> =
-        list.into_iter().map(|part| unquoted_argument(asm.dialect, call.get(part))).collect();
+    let mut texts: Vec<String> = list.into_iter().map(|part| unquoted_argument(asm.dialect, call.get(part))).collect();
     // avr-as reads the lines once for an empty list.
     if texts.is_empty() && asm.dialect.spaced_arguments {
         texts.push(String::new());

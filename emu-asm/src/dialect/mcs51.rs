@@ -84,6 +84,9 @@ pub(super) const MCS51: AsmDialect = AsmDialect {
         ("-", 11, |n| n.wrapping_neg()), ("+", 11, |n| n), ("~", 11, |n| !n), ("!", 11, |n| i64::from(n == 0)),
         ("not", 6, |n| !n), ("low", 11, |n| n & 0xFF), ("high", 11, |n| n >> 8 & 0xFF),
         ("<", 11, |n| n & 0xFF), (">", 11, |n| n >> 8 & 0xFF),
+        // Of AX51 (its manual, "Operators").
+        ("byte0", 11, |n| n & 0xFF), ("byte1", 11, |n| n >> 8 & 0xFF), ("byte2", 11, |n| n >> 16 & 0xFF), ("byte3", 11, |n| n >> 24 & 0xFF),
+        ("word0", 11, |n| n & 0xFFFF), ("word2", 11, |n| n >> 16 & 0xFFFF),
     ],
     true_value: -1,
     arithmetic: AsmArithmetic::Unsigned(16),
@@ -98,7 +101,7 @@ pub(super) const MCS51: AsmDialect = AsmDialect {
     space_fills: false,
     zones: false,
     literals: &[],
-    hooks: DialectHooks { own_name_value: own_name, is_external: external, mismatch: class::mismatch, with_dots: || Some(&AS31), more: asxxxx::DIRECTIVES, angle_arguments: true, complements: true, commas_in_quotes: true, digit_groups: true, code_end: Some(text::any_code_end), plain_backslashes: text::plain_backslashes, no_bytes: area::why_no_bytes, general_instructions: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..DialectHooks::NONE },
+    hooks: DialectHooks { own_name_value: own_name, is_external: external, mismatch: class::mismatch, with_dots: || Some(&AS31), more: asxxxx::DIRECTIVES, angle_arguments: true, complements: true, commas_in_quotes: true, digit_groups: Some('$'), code_end: Some(text::any_code_end), plain_backslashes: text::plain_backslashes, no_bytes: area::why_no_bytes, general_instructions: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..DialectHooks::NONE },
     directives: &[
         AsmDirective::run("defb", super::common::bytes),
         AsmDirective::run("db", |asm, call| text::data(asm, call, DataSize::Byte, false)),
