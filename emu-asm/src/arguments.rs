@@ -4,7 +4,9 @@ use std::ops::Range;
 
 use crate::dialect::AsmDialect;
 use crate::dialect::avr::atmel::substitute_numbered;
-use crate::lines::{AsmLine, RewrittenText, begins_name, behind_name, byte, cut, skip_space, step, trim};
+use crate::lines::{
+    AsmLine, RewrittenText, begins_name, behind_dialect_name, behind_name, byte, cut, skip_space, step, trim,
+};
 use crate::macros::MacroParameter;
 use crate::statement::code_end;
 
@@ -46,9 +48,21 @@ pub(crate) fn scan_name(d: &AsmDialect, text: &str, at: usize) -> Result<usize, 
     if c == b'.' && d.dot_is_bit && ends_value(byte(text, at.wrapping_sub(1))) {
         return Err(at + 1);
     }
-    match behind_name(text, at, !d.dot_is_bit) {
+    match behind_dialect_name(d, text, at) {
         end if end > at => Ok(end),
-        _ => Err(step(text, at)),
+        _ => Err(step(d, text, at)),
+    }
+}
+
+/// Returns the end of the word that begins at `at`, as [`scan_name`] does, by the rules of sdas8051: a word has
+/// letters, digits and `_ . $`, in quoted text too.
+fn scan_asxxxx_word(text: &str, at: usize) -> Result<usize, usize> {
+    let rest = text.get(at..).unwrap_or_default();
+    let end = at + rest.find(|c: char| !c.is_ascii_alphanumeric() && !"_.$".contains(c)).unwrap_or(rest.len());
+    match byte(text, at).is_ascii_digit() {
+        true => Err(end),
+        false if end > at => Ok(end),
+        false => Err(at + rest.chars().next().map_or(1, char::len_utf8)),
     }
 }
 
@@ -76,14 +90,14 @@ pub(crate) fn split_arguments(
     let mut at = range.start;
     loop {
         let start = skip_space(text, at).min(range.end);
-        let next = match angle_contents(text, start..range.end) {
+        let next = match angle_contents(d, text, start..range.end) {
             Some(inside) => {
                 let behind = skip_space(text, inside.end + 1);
                 all.push(inside);
                 behind
             }
             None => {
-                let first = cut(text, start..range.end).first().map_or(start..range.end, |first| {
+                let first = cut(d, text, start..range.end).first().map_or(start..range.end, |first| {
                     let comma = skip_space(text, first.end);
                     start..comma
                 });
@@ -129,7 +143,7 @@ fn delimited(d: &AsmDialect, text: &str, range: Range<usize>) -> Vec<Range<usize
 
 /// Returns the text in the angle brackets at the start of `range`, if a comma or the end of `range` follows
 /// them.
-fn angle_contents(text: &str, range: Range<usize>) -> Option<Range<usize>> {
+fn angle_contents(d: &AsmDialect, text: &str, range: Range<usize>) -> Option<Range<usize>> {
     let (mut depth, mut at) = (0u32, range.start);
     while at < range.end {
         match byte(text, at) {
@@ -143,14 +157,14 @@ fn angle_contents(text: &str, range: Range<usize>) -> Option<Range<usize>> {
             let ends = behind >= range.end || byte(text, behind) == b',';
             return (at > range.start && ends).then_some(range.start + 1..at);
         }
-        at = step(text, at);
+        at = step(d, text, at);
     }
     None
 }
 
 /// Splits at commas; for avr-as and sdas8051 also at spaces that have no operator on either side.
 pub(crate) fn split_parts(d: &AsmDialect, text: &str, range: Range<usize>, join: ArgumentJoin) -> Vec<Range<usize>> {
-    let pieces = cut(text, range);
+    let pieces = cut(d, text, range);
     if !d.spaced_arguments && join != ArgumentJoin::Quote {
         return pieces;
     }
@@ -166,7 +180,10 @@ pub(crate) fn split_parts(d: &AsmDialect, text: &str, range: Range<usize>, join:
                     let before = byte(text, at.saturating_sub(1));
                     let value =
                         |c: u8| c.is_ascii_alphanumeric() || matches!(c, b'_' | b'.' | b'"' | b'\'' | b'\\' | b'$');
-                    let begins = value(byte(text, next)) || matches!(byte(text, next), b'(' | b'#' | b'@');
+                    let mark = byte(text, next);
+                    let begins = value(mark)
+                        || matches!(mark, b'(' | b'#' | b'@')
+                        || mark == b'?' && join == ArgumentJoin::Quote;
                     let end_of = |from: usize| behind_name(text, from, false).min(piece.end);
                     let front = text.get(start..at).unwrap_or_default();
                     let operator =
@@ -180,7 +197,7 @@ pub(crate) fn split_parts(d: &AsmDialect, text: &str, range: Range<usize>, join:
                 }
                 _ => {}
             }
-            at = step(text, at);
+            at = step(d, text, at);
         }
         all.push(start..piece.end);
     }
@@ -213,10 +230,31 @@ pub(crate) fn unescape(text: &str) -> String {
     out
 }
 
+/// Returns the text of an argument without the quotes around all of it, which avr-as removes; a doubled quote
+/// inside is one. In other dialects the quotes belong to the argument.
+pub(crate) fn unquoted_argument(d: &AsmDialect, text: &str) -> String {
+    let removes = d.spaced_arguments && !d.hooks.angle_arguments;
+    text.strip_prefix('"').filter(|_| removes).and_then(text_to_quote).unwrap_or_else(|| text.to_owned())
+}
+
+/// Returns the text up to the quote that ends all of `inside`.
+fn text_to_quote(inside: &str) -> Option<String> {
+    let mut out = String::with_capacity(inside.len());
+    let (mut rest, mut is_escaped) = (inside.chars().peekable(), false);
+    while let Some(c) = rest.next() {
+        if c == '"' && !is_escaped && rest.next_if_eq(&'"').is_none() {
+            return rest.next().is_none().then_some(out);
+        }
+        out.push(c);
+        is_escaped = c == '\\' && !is_escaped;
+    }
+    None
+}
+
 /// Parses a parameter: `a`, `a=1`, `a:req`, `a:vararg`, `\a`.
-pub(crate) fn parse_parameter(text: &str) -> MacroParameter {
+pub(crate) fn parse_parameter(d: &AsmDialect, text: &str) -> MacroParameter {
     let (name, default) =
-        text.split_once('=').map_or((text, None), |(name, value)| (name, Some(value.trim().to_owned())));
+        text.split_once('=').map_or((text, None), |(name, value)| (name, Some(unquoted_argument(d, value.trim()))));
     let (name, kind) = name.split_once(':').unwrap_or((name, ""));
     let kind = kind.trim();
     MacroParameter {
@@ -229,7 +267,7 @@ pub(crate) fn parse_parameter(text: &str) -> MacroParameter {
 }
 
 /// Returns the line with values substituted for names: `\name` in all dialects, and in some of them the bare
-/// name outside quotes. `\@` becomes the number of the call; `\()` is removed.
+/// name outside quotes, in macros of sdas8051 inside them too. `\@` becomes the number of the call; `\()` is removed.
 pub(crate) fn substitute_parameters(
     d: &AsmDialect,
     line: &AsmLine,
@@ -250,12 +288,14 @@ pub(crate) fn substitute_parameters(
         values,
         out: RewrittenText::default(),
         copied_to: 0,
-        any_quote_joins: d.hooks.is_sdas,
+        any_quote_joins: join == ArgumentJoin::Quote,
     };
     let end = code_end(d, text);
-    let mut at = 0;
+    let is_quote = |at| matches!(byte(text, at), b'\'' | b'"');
+    // The end of the last quoted text whose words are replaced.
+    let (mut at, mut quoted_to) = (0, 0);
     while at < text.len() {
-        if byte(text, at) == b'\\' {
+        if byte(text, at) == b'\\' && !d.hooks.is_sdas {
             at = put.substitute_marked(at, number);
             continue;
         }
@@ -263,12 +303,20 @@ pub(crate) fn substitute_parameters(
             at += text.get(at..).and_then(|rest| rest.chars().next()).map_or(1, char::len_utf8);
             continue;
         }
-        at = match scan_name(d, text, at) {
+        let scanned = match d.hooks.is_sdas || at < quoted_to {
+            true => scan_asxxxx_word(text, at),
+            false => scan_name(d, text, at),
+        };
+        at = match scanned {
             Ok(name_end) => put.substitute_name(at..name_end, join),
             // `x'n`: the quote joins the two.
             Err(_) if join == ArgumentJoin::Quote && put.joins(at) => at + 1,
+            Err(behind) if join == ArgumentJoin::Quote && is_quote(at) => {
+                quoted_to = quoted_to.max(behind);
+                at + 1
+            }
             Err(behind) => {
-                if matches!(byte(text, at), b'\'' | b'"') {
+                if is_quote(at) {
                     put.substitute_in_quotes(at..behind, join, number);
                 }
                 behind

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::dialect::{AsmArithmetic, AsmDialect, AsmOperator};
 use crate::fault::LineFault;
-use crate::lines::{begins_name, behind_name, byte, piece, skip_space};
+use crate::lines::{begins_name, behind_dialect_name, byte, piece, skip_space};
 use crate::number::{self, read_quoted};
 
 /// The value of an expression.
@@ -18,12 +18,22 @@ pub(crate) struct AsmValue {
     pub is_register: bool,
     /// It is the address of a label, or computed from one.
     pub is_label: bool,
+    /// It is meant for its high byte, which sdas8051's linker takes of the whole sum: `>label+n`.
+    pub is_high: bool,
 }
 
 impl AsmValue {
     /// Returns a plain number.
     pub fn of(n: i64) -> AsmValue {
         AsmValue { number: n, ..AsmValue::default() }
+    }
+
+    /// Returns the value with its high byte taken, if that was left to the whole sum.
+    fn with_high_taken(self) -> AsmValue {
+        match self.is_high {
+            true => AsmValue { number: self.number >> 8 & 0xFF, is_high: false, ..self },
+            false => self,
+        }
     }
 }
 
@@ -60,7 +70,7 @@ pub(crate) fn evaluate(
     }
     let Some(front) = text.get(..range.end) else { return Ok(AsmValue::default()) };
     let mut parser = AsmExpressionParser { dialect: d, text: front, at: range.start, names, depth: 0, is_front: false };
-    let value = parser.binary(0)?;
+    let value = parser.conditional()?;
     parser.skip_space();
     if parser.at < front.len() {
         let rest = parser.at..front.len();
@@ -73,7 +83,7 @@ pub(crate) fn evaluate(
             hint,
         ));
     }
-    Ok(value)
+    Ok(value.with_high_taken())
 }
 
 /// Evaluates the expression at the start of `text[range]`; returns its end too.
@@ -88,8 +98,8 @@ pub(crate) fn evaluate_front(
 ) -> Result<(AsmValue, usize), LineFault> {
     let front = text.get(..range.end).unwrap_or_default();
     let mut parser = AsmExpressionParser { dialect, text: front, at: range.start, names, depth: 0, is_front: true };
-    let value = parser.binary(0)?;
-    Ok((value, parser.at))
+    let value = parser.conditional()?;
+    Ok((value.with_high_taken(), parser.at))
 }
 
 struct AsmExpressionParser<'p> {
@@ -125,6 +135,29 @@ impl AsmExpressionParser<'_> {
         found.filter(|&(_, power, _)| power >= least)
     }
 
+    /// Parses a whole expression, in sources for Atmel's assembler also `condition ? value : value`.
+    fn conditional(&mut self) -> Result<AsmValue, LineFault> {
+        let condition = self.binary(0)?;
+        self.skip_space();
+        if !self.dialect.hooks.is_atmel || byte(self.text, self.at) != b'?' {
+            return Ok(condition);
+        }
+        let mark = self.at;
+        self.at += 1;
+        self.depth += 1;
+        let yes = self.conditional()?;
+        self.skip_space();
+        if byte(self.text, self.at) != b':' {
+            let cause = "`?` is not followed by two values";
+            return Err(LineFault::new("ASM005", mark..mark + 1, cause, "write `condition ? value : value`"));
+        }
+        self.at += 1;
+        let no = self.conditional()?;
+        self.depth -= 1;
+        let chosen = if condition.number != 0 { yes } else { no };
+        Ok(AsmValue { is_unknown: condition.is_unknown || chosen.is_unknown, ..chosen })
+    }
+
     fn binary(&mut self, least: u8) -> Result<AsmValue, LineFault> {
         let start = self.at;
         let mut left = self.unary()?;
@@ -137,6 +170,8 @@ impl AsmExpressionParser<'_> {
     }
 
     fn apply(&self, op: AsmOperator, left: AsmValue, right: AsmValue, at: Range<usize>) -> Result<AsmValue, LineFault> {
+        let is_sum = matches!(op, AsmOperator::Add) || matches!(op, AsmOperator::Sub) && !right.is_high;
+        let (left, right) = if is_sum { (left, right) } else { (left.with_high_taken(), right.with_high_taken()) };
         let unknown = left.is_unknown || right.is_unknown;
         let (a, b) = (left.number, right.number);
         let arithmetic = self.names.arithmetic();
@@ -184,7 +219,9 @@ impl AsmExpressionParser<'_> {
         // The difference of two addresses is a number.
         let label =
             if op == AsmOperator::Sub { left.is_label != right.is_label } else { left.is_label || right.is_label };
-        Ok(AsmValue { number: self.dialect.wrap_value(n), is_unknown: unknown, is_register: false, is_label: label })
+        let number = self.dialect.wrap_value(n);
+        let high = left.is_high || right.is_high;
+        Ok(AsmValue { number, is_unknown: unknown, is_register: false, is_label: label, is_high: high })
     }
 
     fn unary(&mut self) -> Result<AsmValue, LineFault> {
@@ -205,18 +242,34 @@ impl AsmExpressionParser<'_> {
             .dialect
             .unary
             .iter()
-            .filter(|(token, ..)| starts_with_token(rest, token))
+            .filter(|(token, ..)| starts_with_token(rest, token) && self.is_function(rest, token))
             .max_by_key(|(token, ..)| token.len());
         let value = match found {
             Some(&(token, power, fun)) => {
                 self.at += token.len();
-                let inner = self.binary(power)?;
+                let inner = self.binary(power)?.with_high_taken();
+                if token == ">" && self.dialect.hooks.is_sdas && inner.is_label {
+                    self.depth -= 1;
+                    return Ok(AsmValue { is_high: true, is_register: false, ..inner });
+                }
                 AsmValue { number: self.dialect.wrap_value(fun(inner.number)), is_register: false, ..inner }
             }
             None => self.primary()?,
         };
         self.depth -= 1;
         Ok(value)
+    }
+
+    /// Reports whether the unary operator has a value behind it. `BYTE0` without one may be a name of the
+    /// program.
+    fn is_function(&self, rest: &str, token: &str) -> bool {
+        if !token.ends_with(|c: char| c.is_ascii_digit()) {
+            return true;
+        }
+        let next = rest.get(skip_space(rest, token.len())..).unwrap_or_default();
+        let c = byte(next, 0);
+        let is_operator = self.dialect.operators.iter().any(|(operator, ..)| starts_with_token(next, operator));
+        !is_operator && (begins_name(c) || c.is_ascii_digit() || matches!(c, b'(' | b'\'' | b'"' | b'$'))
     }
 
     fn primary(&mut self) -> Result<AsmValue, LineFault> {
@@ -250,7 +303,7 @@ impl AsmExpressionParser<'_> {
             return Ok(AsmValue { is_label: true, ..AsmValue::of(self.names.location_counter(token)) });
         }
         if begins_name(c) {
-            let end = behind_name(self.text, start, !self.dialect.dot_is_bit);
+            let end = behind_dialect_name(self.dialect, self.text, start);
             self.at = end;
             let name = self.text.get(start..end).unwrap_or_default();
             // `a.6` is a bit of the accumulator, whose address has another name.
@@ -290,7 +343,7 @@ impl AsmExpressionParser<'_> {
     fn brackets(&mut self) -> Result<AsmValue, LineFault> {
         let start = self.at;
         self.at += 1;
-        let value = self.binary(0)?;
+        let value = self.conditional()?;
         self.skip_space();
         if byte(self.text, self.at) != b')' {
             let hint = "count the brackets of the expression";

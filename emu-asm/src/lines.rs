@@ -3,6 +3,8 @@
 use std::ops::Range;
 use std::rc::Rc;
 
+use crate::dialect::AsmDialect;
+
 /// The character for a backslash that begins no escape, from the private-use range that [`diag::text`] does
 /// not use.
 pub(crate) const BACKSLASH: char = '\u{EF5C}';
@@ -111,20 +113,25 @@ pub(crate) fn behind_quote(text: &str, at: usize) -> Option<usize> {
 }
 
 /// Returns the position after the unit at `at` that must not be split: a quoted text, or one character.
-pub(crate) fn step(text: &str, at: usize) -> usize {
+pub(crate) fn step(d: &AsmDialect, text: &str, at: usize) -> usize {
     match byte(text, at) {
         b'"' => behind_quote(text, at).unwrap_or(text.len()),
-        b'\'' => behind_char(text, at),
+        b'\'' => behind_char(d, text, at),
         c if c < 0x80 => at + 1,
         _ => at + text.get(at..).and_then(|rest| rest.chars().next()).map_or(1, char::len_utf8),
     }
 }
 
-/// Returns the position after a single quote and its text: `'c'`, `'\n'`, `'c` at the end or before a comma,
-/// or a longer text in single quotes.
-fn behind_char(text: &str, at: usize) -> usize {
+/// Returns the position after a single quote and its text: `'c'`, `'\n'`, `'c` at the end, or a longer text in
+/// single quotes. `'c` before a comma is one character, unless the dialect takes `'c, d'` as a text.
+fn behind_char(d: &AsmDialect, text: &str, at: usize) -> usize {
     let alone = at + 1 + width(text, at + 1);
     match byte(text, alone) {
+        b',' if d.hooks.commas_in_quotes => match behind_quote(text, at) {
+            // `'a, 'b` has two characters.
+            Some(end) if !begins_name(byte(text, end)) => end,
+            _ => alone,
+        },
         b',' => alone,
         b'\'' if byte(text, alone + 1) != b'\'' => alone + 1,
         _ => behind_quote(text, at).unwrap_or(alone),
@@ -143,7 +150,7 @@ pub(crate) fn width(text: &str, at: usize) -> usize {
 
 /// Returns the pieces of `text[range]` between top-level commas, without surrounding white space; none if it
 /// is blank.
-pub(crate) fn cut(text: &str, range: Range<usize>) -> Vec<Range<usize>> {
+pub(crate) fn cut(d: &AsmDialect, text: &str, range: Range<usize>) -> Vec<Range<usize>> {
     let mut pieces = Vec::new();
     if trim(text, range.clone()).is_empty() {
         return pieces;
@@ -159,7 +166,7 @@ pub(crate) fn cut(text: &str, range: Range<usize>) -> Vec<Range<usize>> {
             b')' | b']' | b'}' => depth = depth.saturating_sub(1),
             _ => {}
         }
-        at = step(text, at);
+        at = step(d, text, at);
     }
     pieces.push(piece(text, start..range.end));
     pieces
@@ -196,6 +203,14 @@ pub(crate) fn behind_name(text: &str, at: usize, dots: bool) -> usize {
         end += 1;
     }
     end
+}
+
+/// Returns the position after the name at `at` by the rules of a dialect: for Atmel's assembler `?` is an
+/// operator.
+pub(crate) fn behind_dialect_name(d: &AsmDialect, text: &str, at: usize) -> usize {
+    let end = behind_name(text, at, !d.dot_is_bit);
+    let mark = text.get(at..end).and_then(|name| name.find('?')).filter(|_| d.hooks.is_atmel);
+    mark.map_or(end, |mark| at + mark)
 }
 
 /// Returns the position of the first character from `at` on that is not white space.

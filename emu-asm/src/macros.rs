@@ -6,7 +6,8 @@ use std::ops::Range;
 use std::rc::Rc;
 
 use crate::arguments::{
-    ArgumentJoin, parse_parameter, scan_name, skip_comma, split_arguments, split_parts, substitute_parameters, unescape,
+    ArgumentJoin, parse_parameter, scan_name, skip_comma, split_arguments, split_parts, substitute_parameters,
+    unescape, unquoted_argument,
 };
 use crate::dialect::avr::atmel::ARGUMENTS;
 use crate::dialect::{AsmDialect, ReadFlow};
@@ -76,10 +77,10 @@ impl Assembler<'_> {
         let written = call.get(name.clone()).to_owned();
         let join = ArgumentJoin::of(self.dialect, call.get(call.word.clone()));
         let params = match self.dialect.hooks.is_atmel {
-            true => (0..ARGUMENTS).map(|n| parse_parameter(&format!("@{n}"))).collect(),
+            true => (0..ARGUMENTS).map(|n| parse_parameter(self.dialect, &format!("@{n}"))).collect(),
             false => split_parts(self.dialect, text, params, join)
                 .into_iter()
-                .map(|part| parse_parameter(call.get(part)))
+                .map(|part| parse_parameter(self.dialect, call.get(part)))
                 .collect(),
         };
         let mut locals = Vec::new();
@@ -102,7 +103,7 @@ impl Assembler<'_> {
         if !word.eq_ignore_ascii_case("local") {
             return Vec::new();
         }
-        let names = cut(text, head.rest).into_iter();
+        let names = cut(self.dialect, text, head.rest).into_iter();
         names
             .map(|range| {
                 text.get(range.start..behind_name(text, range.start, !self.dialect.dot_is_bit))
@@ -138,7 +139,7 @@ impl Assembler<'_> {
                     *value = Some(call.get(range.start..call.rest.end).trim().to_owned());
                     break;
                 }
-                Some((_, value)) => *value = Some(text.to_owned()),
+                Some((_, value)) => *value = Some(unquoted_argument(self.dialect, text)),
                 None => {
                     let cause = format!("`{}` takes {} arguments, and here are more", found.name, found.params.len());
                     self.report(LineFault::new(
@@ -169,11 +170,13 @@ impl Assembler<'_> {
         }
         // sdas: a parameter with a question mark becomes a new label in each call that gives no value.
         for (i, (param, (_, value))) in found.params.iter().zip(&mut values).enumerate() {
-            if param.label && value.is_none() {
+            if param.label && value.as_ref().is_none_or(String::is_empty) {
                 *value = Some(format!("{}$", 10_000 + number as usize * 16 + i));
             }
         }
-        let locals = found.locals.iter().map(|name| (name.clone(), format!("{name}?{number}")));
+        // Atmel's assembler has an operator `?`.
+        let mark = if self.dialect.hooks.is_atmel { '$' } else { '?' };
+        let locals = found.locals.iter().map(|name| (name.clone(), format!("{name}{mark}{number}")));
         let values: Vec<(String, String)> =
             values.into_iter().map(|(name, value)| (name, value.unwrap_or_default())).chain(locals).collect();
         let lines = found
@@ -238,7 +241,8 @@ impl Assembler<'_> {
             .flatten();
         let (params, from) = match close {
             Some(close) => {
-                let names = cut(call.text, end + 1..close).into_iter().map(|range| call.get(range).to_owned());
+                let names =
+                    cut(self.dialect, call.text, end + 1..close).into_iter().map(|range| call.get(range).to_owned());
                 (Some(names.collect()), close + 1)
             }
             None => (None, end),
@@ -361,7 +365,7 @@ impl Assembler<'_> {
                 b')' => depth -= 1,
                 _ => {}
             }
-            at = step(code, at);
+            at = step(self.dialect, code, at);
         }
         within.read += at - open + define.text.len() + 1;
         // Arguments are expanded first, so a text may contain itself: `X(X(2))`.
@@ -371,7 +375,7 @@ impl Assembler<'_> {
             self.expand_code(code.get(range).unwrap_or_default(), &mut changed, within, Some(0));
             changed.text
         };
-        let given: Vec<String> = cut(code, open + 1..at).into_iter().map(&mut put).collect();
+        let given: Vec<String> = cut(self.dialect, code, open + 1..at).into_iter().map(&mut put).collect();
         within.names.pop();
         let values: Vec<(String, String)> = params.iter().cloned().zip(given).collect();
         let line = AsmLine { text: define.text.as_str().into(), file: 0, number: 0, map: None };

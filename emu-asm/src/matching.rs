@@ -113,7 +113,7 @@ impl Assembler<'_> {
     ) -> Result<Vec<u16>, LineFault> {
         let table = self.table.clone();
         let forms = table.forms(mnemonic);
-        let mut operands = cut(text, rest.clone());
+        let mut operands = cut(self.dialect, text, rest.clone());
         if self.dialect.hooks.drops_operands && forms.iter().all(|form| form.pieces.is_empty()) && !operands.is_empty()
         {
             let cause = format!("{mnemonic} takes no operands: those here are left out");
@@ -312,6 +312,9 @@ impl Assembler<'_> {
         {
             return OperandResult::Value(value, true);
         }
+        if let Some(found) = self.try_register_pair(piece, kind, &range) {
+            return found;
+        }
         let d = self.dialect;
         if let Some(found) = self.try_zone(text, range.clone(), kind) {
             return found;
@@ -352,6 +355,24 @@ impl Assembler<'_> {
                 LineFault::new("ASM003", range, cause.to_string(), format!("wanted here: {}", kind.name)),
             ),
         }
+    }
+
+    /// `ZH:ZL` and `r25:r24` of Atmel's assembler: resolves the pair to its lower register.
+    fn try_register_pair(&self, piece: &str, kind: &OperandKind, at: &Range<usize>) -> Option<OperandResult> {
+        let is_pair = self.dialect.hooks.is_atmel && kind.name.starts_with("register pair");
+        let (high, low) = piece.split_once(':').filter(|_| is_pair)?;
+        let register = |word: &str| match self.symbols.get(word, self.dialect.ignores_case).map(|own| &own.kind) {
+            Some(AsmSymbolKind::Alias { of, .. }) => (kind.parse_name)(of),
+            _ => (kind.parse_name)(word),
+        };
+        Some(match (register(high.trim()), register(low.trim())) {
+            (Some(high), Some(low)) if high == low + 1 => OperandResult::Value(low, true),
+            _ => {
+                let cause = format!("`{piece}` is no pair of registers");
+                let hint = "write the higher register, a colon and the one before it: r25:r24";
+                OperandResult::Wrong(3, LineFault::new("ASM003", at.clone(), cause, hint))
+            }
+        })
     }
 
     /// Returns the value of an operand in its field; notes truncation.

@@ -4,7 +4,7 @@ use diag::text::byte_of;
 
 use crate::dialect::{AsmDialect, NumberForm};
 use crate::fault::LineFault;
-use crate::lines::{BACKSLASH, byte};
+use crate::lines::{BACKSLASH, byte, step};
 
 /// Reads the number at `at`: its length and value; `None` if none begins there.
 ///
@@ -43,14 +43,19 @@ pub(crate) fn read_number(
     Err(LineFault::new("ASM010", at..at + run.len().max(1), format!("`{run}` is no number"), hint))
 }
 
-/// Returns length and bare digits of the number at the start whose digits are in groups with `$` between
-/// them.
+/// Returns length and bare digits of the number at the start whose digits are in groups.
 fn grouped_digits(d: &AsmDialect, rest: &str) -> Option<(usize, String)> {
-    let end = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '$').unwrap_or(rest.len());
-    let run = rest.get(..end)?;
-    let groups = d.hooks.digit_groups && run.starts_with(|c: char| c.is_ascii_digit()) && run.contains('$');
-    let whole = groups && !run.ends_with('$') && !run.contains("$$");
-    whole.then(|| (end, run.replace('$', "")))
+    let between = d.hooks.digit_groups?;
+    // Atmel's `$FF_FF`.
+    let mark = usize::from(between != '$' && rest.starts_with('$'));
+    let digits = rest.get(mark..)?;
+    let end = digits.find(|c: char| !c.is_ascii_alphanumeric() && c != between).unwrap_or(digits.len());
+    let run = digits.get(..end)?;
+    let begins = mark > 0 || run.starts_with(|c: char| c.is_ascii_digit());
+    let whole =
+        begins && run.contains(between) && !run.ends_with(between) && !run.contains(&format!("{between}{between}"));
+    let bare = || run.replace(between, "");
+    whole.then(|| (mark + end, format!("{}{}", rest.get(..mark).unwrap_or_default(), bare())))
 }
 
 /// Returns the letters and digits at the start.
@@ -159,7 +164,8 @@ pub(crate) fn read_quoted(d: &AsmDialect, text: &str, at: usize) -> Result<Optio
         value = value << 8 | i64::from(code);
         at_char += len;
         count += 1;
-        let ends = byte(text, at_char) == b',' || !text.get(at_char..).unwrap_or_default().contains('\'');
+        let comma = byte(text, at_char) == b',' && step(d, text, open) == at_char;
+        let ends = comma || !text.get(at_char..).unwrap_or_default().contains('\'');
         if count == 1 && mark == b'\'' && byte(text, at_char) != mark && ends {
             // 'c without a closing quote.
             let next = text.get(at_char..).map(|rest| rest.chars().next().unwrap_or(' '));

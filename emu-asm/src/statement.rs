@@ -42,7 +42,7 @@ pub(crate) fn code_end(d: &AsmDialect, text: &str) -> usize {
         if d.comments.iter().any(|mark| mark.as_bytes().first() == Some(&c) && text[at..].starts_with(mark)) {
             return at;
         }
-        at = step(text, at);
+        at = step(d, text, at);
     }
     text.len()
 }
@@ -66,8 +66,8 @@ fn is_hash_word(text: &str) -> bool {
 impl Assembler<'_> {
     /// Reads one line.
     pub fn read_statement(&mut self, line: &AsmLine) {
-        let named =
-            if self.dialect.hooks.value_names && self.is_reading() { self.expand_value_names(line) } else { None };
+        // The text of a `#define` keeps `#v(..)`, which is evaluated where the text is used.
+        let named = if self.defines_text(line) { None } else { self.expand_value_names(line) };
         let line = named.as_ref().unwrap_or(line);
         let end = code_end(self.dialect, &line.text);
         if line.text.get(..end).is_none_or(|code| code.trim().is_empty()) {
@@ -92,6 +92,8 @@ impl Assembler<'_> {
         let expanded = if keeps || !(self.is_reading() || asks) { None } else { self.expand_defines(line, end) };
         match expanded {
             Some(line) => {
+                self.line = Some(line.clone());
+                let line = self.expand_value_names(&line).unwrap_or(line);
                 let text = line.text.clone();
                 self.line = Some(line.clone());
                 self.begin_listing_line(&line);
@@ -106,9 +108,18 @@ impl Assembler<'_> {
         self.end_listing_line();
     }
 
+    /// Reports whether the line is a `#define`.
+    fn defines_text(&self, line: &AsmLine) -> bool {
+        let head = self.parse_head(&line.text, 0, line.text.len());
+        line.text.get(head.word).and_then(|word| self.directive_of(word)).is_some_and(|d| d.name == "define")
+    }
+
     /// Returns the line with the values of `#v(expression)` substituted.
-    fn expand_value_names(&mut self, line: &AsmLine) -> Option<AsmLine> {
+    pub fn expand_value_names(&mut self, line: &AsmLine) -> Option<AsmLine> {
         let text: &str = &line.text;
+        if !self.dialect.hooks.value_names || !self.is_reading() || find_value(text).is_none() {
+            return None;
+        }
         let end = code_end(self.dialect, text);
         let (mut changed, mut done) = (RewrittenText::default(), 0);
         while let Some(at) = text.get(done..end).and_then(find_value).map(|at| done + at) {
@@ -118,7 +129,12 @@ impl Assembler<'_> {
                 Some((*depth, at))
             });
             let (_, close) = close.into_iter().find(|(depth, _)| *depth == 0)?;
-            let n = self.evaluate_number(text, open + 1..close).unwrap_or(0);
+            let inner = AsmLine { text: text.get(open + 1..close)?.into(), ..line.clone() };
+            let n = match self.expand_defines(&inner, inner.text.len()) {
+                Some(inner) => self.evaluate_number(&inner.text, 0..inner.text.len()),
+                None => self.evaluate_number(text, open + 1..close),
+            };
+            let n = n.unwrap_or(0);
             changed.copy(text, done..at);
             changed.put(&n.to_string(), at);
             done = close + 1;
@@ -158,7 +174,7 @@ impl Assembler<'_> {
                 self.read_code(text, from, at);
                 from = at + 1;
             }
-            at = step(text, at);
+            at = step(self.dialect, text, at);
         }
         self.read_code(text, from, end);
     }
@@ -360,9 +376,14 @@ impl Assembler<'_> {
     /// Returns the flow directive of a line.
     pub fn flow_of(&self, line: &AsmLine) -> Option<ReadFlow> {
         let text: &str = &line.text;
-        let head = self.parse_head(text, 0, code_end(self.dialect, text));
-        let word = text.get(head.word)?;
-        match self.directive_of(word)?.action {
+        let end = code_end(self.dialect, text);
+        let word = text.get(self.parse_head(text, 0, end).word)?;
+        // `I&k MACRO v`: the name of a macro within a macro may have parameters.
+        let is_joined = |name: &&str| name.contains('&') && self.dialect.hooks.angle_arguments;
+        let mut words = text.get(..end)?.split_whitespace();
+        let second = words.next().filter(is_joined).and_then(|_| self.directive_of(words.next()?));
+        let directive = second.filter(|d| d.label == LabelUse::Name).or_else(|| self.directive_of(word))?;
+        match directive.action {
             DirectiveAction::Flow(flow) => Some(flow),
             DirectiveAction::Run(_) => None,
         }

@@ -253,7 +253,7 @@ fn choice(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, words: [&str; 2], s
 /// `channels INPUTS, OUTPUTS`.
 fn channels(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     check_given_once(asm, call, call.get(call.word.clone()));
-    let [inputs, outputs] = &cut(call.text, call.rest.clone())[..] else {
+    let [inputs, outputs] = &cut(asm.dialect, call.text, call.rest.clone())[..] else {
         return report_bad_argument(
             asm,
             call,
@@ -268,7 +268,7 @@ fn channels(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
 
 /// `program FIRST, LAST`, `program FIRST, LAST, RX, off`.
 fn program(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
-    let parts = cut(call.text, call.rest.clone());
+    let parts = cut(asm.dialect, call.text, call.rest.clone());
     let (Some(first), Some(last), true) = (parts.first(), parts.get(1), parts.len() <= 4) else {
         let hint = "write its first and last word, its RX, and `off` where it does not run from the start";
         return report_bad_argument(asm, call, "a program needs two addresses".to_owned(), hint);
@@ -343,7 +343,7 @@ fn module_number(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, part: Range<
 
 /// `module R1, TON, 100ms, 50`, `module R2, CTU, 10`.
 fn module(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
-    let parts = cut(call.text, call.rest.clone());
+    let parts = cut(asm.dialect, call.text, call.rest.clone());
     let (Some(which), Some(kind)) = (parts.first(), parts.get(1)) else {
         let hint = "write `module R1, TON, 100ms, 50` or `module R2, CTU, 10`";
         return report_bad_argument(asm, call, "a module, its type and its preset are wanted".to_owned(), hint);
@@ -391,7 +391,7 @@ fn module(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
 
 /// `TIM R1,#50`: the program sets the preset of a module.
 fn tim(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
-    let parts = cut(call.text, call.rest.clone());
+    let parts = cut(asm.dialect, call.text, call.rest.clone());
     let [which, value] = parts.as_slice() else {
         return report_bad_argument(asm, call, "a module and a preset are wanted".to_owned(), "write `TIM R1,#50`");
     };

@@ -8,7 +8,7 @@ use std::ops::Range;
 use emu_core::chip::Chip;
 use emu_core::image::CONSTANT_SPACE;
 
-use super::common::{constant, ignore_directive, purge, required_arguments, space, value_of};
+use super::common::{Alignment, align_to, constant, ignore_directive, purge, required_arguments, space, value_of};
 use super::{
     AsmDialect, AsmDirective, AsmOperator, DialectHooks, NumberForm, ProvidedInclude, ReadFlow, SectionContent,
     SectionRow,
@@ -293,7 +293,7 @@ fn enter(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, name: &str) {
 
 /// `.section .eeprom,"aw"`.
 fn section_named(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
-    let parts = cut(call.text, call.rest.clone());
+    let parts = cut(asm.dialect, call.text, call.rest.clone());
     let written = parts.first().map_or("", |part| call.get(part.clone())).trim_matches('"');
     enter(asm, call, written.strip_prefix('.').unwrap_or(written));
     // `.pushsection .text, 2`.
@@ -358,10 +358,11 @@ fn fill(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     asm.emit(&all, call.rest.clone());
 }
 
-/// `.comm name, size`: reserves RAM.
+/// `.comm name, size, alignment`: reserves RAM. Without an alignment, `.comm` aligns as avr-as does: to the
+/// size, rounded up to a power of 2, up to 16. `.lcomm` does not align.
 fn common(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, place: &str) {
     let parts = required_arguments(asm, call);
-    let [name, size, ..] = parts.as_slice() else {
+    let [name, size, more @ ..] = parts.as_slice() else {
         return asm.report(LineFault::new(
             "ASM023",
             call.rest.clone(),
@@ -371,9 +372,21 @@ fn common(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, place: &str) {
     };
     let now = (asm.out.current, asm.out.previous);
     let _ = asm.out.enter_named(place);
+    let size = asm.evaluate_number(call.text, size.clone()).unwrap_or(0).clamp(0, 0x1_0000);
+    let step = match more.first() {
+        Some(given) => asm.evaluate_number(call.text, given.clone()).unwrap_or(1),
+        None if place == "COMMON" => i64::from((size as u32).next_power_of_two().min(16)),
+        None => 1,
+    };
+    match (1..=0x1_0000).contains(&step) && (step as u64).is_power_of_two() {
+        true => align_to(asm, call, &Alignment { step, fill: 0, size: 1, most: None }),
+        false => {
+            let at = more.first().cloned().unwrap_or_else(|| call.rest.clone());
+            asm.report(LineFault::new("ASM003", at, format!("{step} is no alignment"), "give a number such as 2"));
+        }
+    }
     asm.define_label(call.get(name.clone()), name.clone());
-    let size = asm.evaluate_number(call.text, size.clone()).unwrap_or(0);
     let here = asm.out.next_address();
-    asm.out.set_address(here + size.clamp(0, 0x1_0000));
+    asm.out.set_address(here + size);
     (asm.out.current, asm.out.previous) = now;
 }

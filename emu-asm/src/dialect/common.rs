@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::{AsmDirective, ProvidedInclude, ReadFlow, RepeatIterations};
-use crate::arguments::{ArgumentJoin, split_arguments};
+use crate::arguments::{ArgumentJoin, split_arguments, unquoted_argument};
 use crate::chip_names::ChipNames;
 use crate::dialect::SectionContent;
 use crate::engine::{Assembler, DirectiveCall};
@@ -49,8 +49,8 @@ pub(super) const DIRECTIVES: &[AsmDirective] = &[
     AsmDirective::flow("ifle", ReadFlow::If(|asm, call| compare(asm, call, |n| n <= 0))),
     AsmDirective::flow("ifb", ReadFlow::If(|_, call| is_blank(call))),
     AsmDirective::flow("ifnb", ReadFlow::If(|_, call| !is_blank(call))),
-    AsmDirective::flow("ifc", ReadFlow::If(|_, call| are_alike(call))),
-    AsmDirective::flow("ifnc", ReadFlow::If(|_, call| !are_alike(call))),
+    AsmDirective::flow("ifc", ReadFlow::If(are_alike)),
+    AsmDirective::flow("ifnc", ReadFlow::If(|asm, call| !are_alike(asm, call))),
     AsmDirective::flow("elif", ReadFlow::Elif(if_true)),
     AsmDirective::flow("elseif", ReadFlow::Elif(if_true)),
     AsmDirective::flow("else", ReadFlow::Else),
@@ -191,7 +191,7 @@ pub(super) fn words(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
 
 /// Returns the arguments; reports an error if there are none.
 pub(super) fn required_arguments(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> Vec<Range<usize>> {
-    let parts = cut(call.text, call.rest.clone());
+    let parts = cut(asm.dialect, call.text, call.rest.clone());
     if parts.is_empty() {
         let cause = format!("`{}` stands without values", call.get(call.word.clone()));
         asm.report(LineFault::new(
@@ -383,8 +383,8 @@ pub(super) fn is_blank(call: &DirectiveCall<'_>) -> bool {
     matches!(call.get(trim(call.text, call.rest.clone())), "" | "<>")
 }
 
-fn are_alike(call: &DirectiveCall<'_>) -> bool {
-    let parts = cut(call.text, call.rest.clone());
+fn are_alike(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> bool {
+    let parts = cut(asm.dialect, call.text, call.rest.clone());
     let text = |i: usize| parts.get(i).map_or("", |part| call.get(part.clone()));
     text(0) == text(1)
 }
@@ -417,16 +417,22 @@ fn each(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> RepeatIterations {
     // `irp x, <1, 2>`: the list in angle brackets.
     let list = match list.as_slice() {
         [all] if asm.dialect.hooks.angle_arguments && byte(call.text, all.start.wrapping_sub(1)) == b'<' => {
-            cut(call.text, all.clone())
+            cut(asm.dialect, call.text, all.clone())
         }
         _ => list,
     };
-    let parts = list.into_iter();
-    RepeatIterations { name: Some(name), texts: parts.map(|part| call.get(part).to_owned()).collect(), count: 0 }
+    let mut texts: Vec<String> = list.into_iter().map(|part| unquoted_argument(asm.dialect, call.get(part))).collect();
+    // avr-as reads the lines once for an empty list.
+    if texts.is_empty() && asm.dialect.spaced_arguments {
+        texts.push(String::new());
+    }
+    RepeatIterations { name: Some(name), texts, count: 0 }
 }
 
 fn each_character(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> RepeatIterations {
     let (name, parts) = name_and_arguments(asm, call);
-    let text = parts.into_iter().next().map_or("", |part| call.get(part)).trim_matches('"');
+    let text = parts.into_iter().next().map_or("", |part| call.get(part));
+    // In sdas8051 the quotes are characters too.
+    let text = if asm.dialect.hooks.is_sdas { text } else { text.trim_matches('"') };
     RepeatIterations { name: Some(name), texts: text.chars().map(String::from).collect(), count: 0 }
 }

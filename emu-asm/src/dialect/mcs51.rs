@@ -84,6 +84,9 @@ pub(super) const MCS51: AsmDialect = AsmDialect {
         ("-", 11, |n| n.wrapping_neg()), ("+", 11, |n| n), ("~", 11, |n| !n), ("!", 11, |n| i64::from(n == 0)),
         ("not", 6, |n| !n), ("low", 11, |n| n & 0xFF), ("high", 11, |n| n >> 8 & 0xFF),
         ("<", 11, |n| n & 0xFF), (">", 11, |n| n >> 8 & 0xFF),
+        // Of AX51 (its manual, "Operators").
+        ("byte0", 11, |n| n & 0xFF), ("byte1", 11, |n| n >> 8 & 0xFF), ("byte2", 11, |n| n >> 16 & 0xFF), ("byte3", 11, |n| n >> 24 & 0xFF),
+        ("word0", 11, |n| n & 0xFFFF), ("word2", 11, |n| n >> 16 & 0xFFFF),
     ],
     true_value: -1,
     arithmetic: AsmArithmetic::Unsigned(16),
@@ -98,7 +101,7 @@ pub(super) const MCS51: AsmDialect = AsmDialect {
     space_fills: false,
     zones: false,
     literals: &[],
-    hooks: DialectHooks { own_name_value: own_name, is_external: external, mismatch: class::mismatch, with_dots: || Some(&AS31), more: asxxxx::DIRECTIVES, angle_arguments: true, complements: true, digit_groups: true, code_end: Some(text::any_code_end), plain_backslashes: text::plain_backslashes, no_bytes: area::why_no_bytes, general_instructions: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..DialectHooks::NONE },
+    hooks: DialectHooks { own_name_value: own_name, is_external: external, mismatch: class::mismatch, with_dots: || Some(&AS31), more: asxxxx::DIRECTIVES, angle_arguments: true, complements: true, commas_in_quotes: true, digit_groups: Some('$'), code_end: Some(text::any_code_end), plain_backslashes: text::plain_backslashes, no_bytes: area::why_no_bytes, general_instructions: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..DialectHooks::NONE },
     directives: &[
         AsmDirective::run("defb", super::common::bytes),
         AsmDirective::run("db", |asm, call| text::data(asm, call, DataSize::Byte, false)),
@@ -232,6 +235,7 @@ const SDAS: AsmDialect = AsmDialect {
     arithmetic: AsmArithmetic::Unsigned(32),
     hooks: DialectHooks {
         is_sdas: true,
+        commas_in_quotes: false,
         with_dots: || None,
         quoted: Some(text::quoted_at),
         code_end: Some(text::code_end),
@@ -289,7 +293,7 @@ fn set_names(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, fixed: Option<i6
         all if all.starts_with('(') && all.ends_with(')') => rest.start + 1..rest.end - 1,
         _ => rest,
     };
-    for part in cut(call.text, inner) {
+    for part in cut(asm.dialect, call.text, inner) {
         let equals = call.get(part.clone()).find('=').map_or(part.end, |at| part.start + at);
         let name = trim(call.text, part.start..equals);
         let value = match fixed {
@@ -404,7 +408,7 @@ fn of_sdcc(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
 
 /// `.globl name`: declares a name of this module for others, or a name of another module.
 fn declare(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
-    let names = cut(call.text, call.rest.clone()).into_iter().map(|part| call.get(part));
+    let names = cut(asm.dialect, call.text, call.rest.clone()).into_iter().map(|part| call.get(part));
     asm.family_state.mcs51.declared_externals.extend(names.map(|name| name.to_ascii_lowercase()));
 }
 

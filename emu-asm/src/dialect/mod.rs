@@ -144,8 +144,10 @@ pub(crate) struct DialectHooks {
     pub code_end: Option<fn(&str) -> usize>,
     /// Returns cause and hint if the current section cannot hold bytes.
     pub no_bytes: fn(&Assembler<'_>) -> Option<(String, String)>,
-    /// Digits of a number may be in groups: `1010$1010b`.
-    pub digit_groups: bool,
+    /// A text in single quotes may have a comma behind its first character: `'T,C'`.
+    pub commas_in_quotes: bool,
+    /// Digits of a number may be in groups with this between them: `1010$1010b`, `0b1010_1010`.
+    pub digit_groups: Option<char>,
     /// Values are signed with 32 bits, and higher bits are dropped; otherwise values have 64 bits.
     pub is_32: bool,
     /// Values may be complements of any value that fits: `not 0F0h` is a byte.
@@ -178,7 +180,8 @@ impl DialectHooks {
         plain_backslashes: |_| None,
         code_end: None,
         no_bytes: |_| None,
-        digit_groups: false,
+        commas_in_quotes: false,
+        digit_groups: None,
         is_32: false,
         complements: false,
         angle_arguments: false,

@@ -214,9 +214,11 @@ fn constants(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, body: LineBlock)
         let put = asm.expand_defines(line, code_end(asm.dialect, &line.text));
         let line = put.as_ref().unwrap_or(line);
         asm.line = Some(line.clone());
+        let put = asm.expand_value_names(line);
+        let line = put.as_ref().unwrap_or(line);
         let text: &str = &line.text;
         let all = trim(text, 0..code_end(asm.dialect, text));
-        for part in cut(text, all).into_iter().filter(|part| !part.is_empty()) {
+        for part in cut(asm.dialect, text, all).into_iter().filter(|part| !part.is_empty()) {
             let end = behind_name(text, part.start, true).min(part.end);
             let behind = trim(text, end..part.end);
             let name = text.get(part.start..end).unwrap_or_default();
@@ -246,7 +248,7 @@ fn constants(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, body: LineBlock)
 /// `variable a = 1, b`: names with their values, 0 if none is given.
 fn each_name(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, kind: AsmSymbolKind) {
     let local = call.get(call.word.clone()).eq_ignore_ascii_case("local");
-    for part in cut(call.text, call.rest.clone()) {
+    for part in cut(asm.dialect, call.text, call.rest.clone()) {
         let end = behind_name(call.text, part.start, true).min(part.end);
         let behind = trim(call.text, end..part.end);
         let name = call.get(part.start..end);
@@ -278,8 +280,7 @@ fn step(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, new: fn(i64, i64) -> 
     };
     let Some(by) = by else { return };
     let n = asm.dialect.wrap_value(new(old.number, by.number));
-    let value =
-        AsmValue { number: n, is_unknown: old.is_unknown || by.is_unknown, is_register: false, is_label: false };
+    let value = AsmValue { is_unknown: old.is_unknown || by.is_unknown, ..AsmValue::of(n) };
     asm.list_value(value);
     asm.define_symbol(name, value, AsmSymbolKind::Set, label);
 }

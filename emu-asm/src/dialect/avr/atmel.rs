@@ -50,6 +50,7 @@ pub(super) const ATMEL: AsmDialect = AsmDialect {
     space_fills: false,
     hooks: DialectHooks {
         is_atmel: true,
+        digit_groups: Some('_'),
         cut,
         no_bytes: |_| Some(("a program cannot fill RAM".to_owned(), "reserve room with .byte, as in `.byte 2`".to_owned())),
         ..DialectHooks::NONE

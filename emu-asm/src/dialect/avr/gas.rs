@@ -200,7 +200,7 @@ fn stop(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
 
 /// `.ifeqs "a", "b"`.
 fn texts_alike(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> Option<bool> {
-    let texts: Vec<_> = cut(call.text, call.rest.clone())
+    let texts: Vec<_> = cut(asm.dialect, call.text, call.rest.clone())
         .into_iter()
         .map(|part| read_string(call.text, part.start, part.end))
         .collect();

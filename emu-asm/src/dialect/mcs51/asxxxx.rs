@@ -70,7 +70,7 @@ fn inside(text: &str) -> &str {
 
 /// `.narg name` and `.nchr name, text`: define the name as a number.
 fn define_quantity(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, of: fn(&Assembler<'_>, &str) -> Option<i64>) {
-    let parts = cut(call.text, call.rest.clone());
+    let parts = cut(asm.dialect, call.text, call.rest.clone());
     let Some(name) = parts.first().cloned() else {
         required_arguments(asm, call);
         return;

@@ -66,7 +66,7 @@ pub(super) fn any_code_end(line: &str) -> usize {
         if line.get(at..).is_some_and(|rest| rest.starts_with(';') || rest.starts_with("//")) {
             return at;
         }
-        at = step(line, at);
+        at = step(&super::MCS51, line, at);
     }
     line.len()
 }
@@ -222,7 +222,8 @@ pub(super) fn text(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, end: TextE
 /// it.
 pub(super) fn data(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, size: DataSize, own: bool) {
     let dotted = call.get(call.word.clone()).starts_with('.');
-    let marked = || cut(call.text, call.rest.clone()).iter().any(|part| byte(call.text, part.start) == b'#');
+    let marked =
+        || cut(asm.dialect, call.text, call.rest.clone()).iter().any(|part| byte(call.text, part.start) == b'#');
     match size {
         _ if dotted && (own || asm.dialect.hooks.is_sdas || marked()) => values(asm, call, size),
         DataSize::Byte if dotted => bytes(asm, call),

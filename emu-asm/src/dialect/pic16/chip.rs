@@ -76,7 +76,7 @@ pub(super) fn processor(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
 
 /// `list p=16f873, r=dec`; other options only affect listings.
 pub(super) fn list(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
-    for part in cut(call.text, call.rest.clone()) {
+    for part in cut(asm.dialect, call.text, call.rest.clone()) {
         let text = call.get(part.clone());
         if let Some(name) = processor_of(text) {
             warn_other_chip(asm, name, call);
@@ -124,7 +124,7 @@ const MESSAGES: &[(u32, &str)] = &[
 /// `errorlevel -302` suppresses a message and `+302` enables it again. 0 shows everything, 1 hides notes, 2
 /// hides warnings too.
 pub(super) fn errorlevel(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
-    for part in cut(call.text, call.rest.clone()) {
+    for part in cut(asm.dialect, call.text, call.rest.clone()) {
         let text = call.get(part.clone());
         let number = text.trim_start_matches(['-', '+']).trim().parse::<u32>();
         let Ok(number) = number else {
@@ -155,7 +155,7 @@ pub(super) fn emit_at(asm: &mut Assembler<'_>, addr: i64, give: impl FnOnce(&mut
 
 /// `__config value` sets the first configuration word, `__config address, value` any of them.
 pub(super) fn config(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
-    let parts = cut(call.text, call.rest.clone());
+    let parts = cut(asm.dialect, call.text, call.rest.clone());
     let (addr, value) = match parts.as_slice() {
         [value] => (Some(CONFIG), value),
         [addr, value] => (asm.evaluate_address(call.text, addr.clone()), value),

@@ -117,7 +117,7 @@ fn begin(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
 
 /// `extern a, b`: declares names of another module.
 pub(super) fn external(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
-    for part in super::cut(call.text, call.rest.clone()) {
+    for part in super::cut(asm.dialect, call.text, call.rest.clone()) {
         asm.externs.insert(call.get(part).to_owned());
     }
 }

@@ -58,7 +58,7 @@ pub(super) const fn named(name: &'static str) -> AsmDirective {
 fn special(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let word = call.get(call.word.clone()).trim_start_matches('.').to_ascii_lowercase();
     let Some((name, least, most, parts)) = SPECIALS.iter().find(|row| row.0 == word) else { return };
-    let operands = cut(call.text, call.rest.clone());
+    let operands = cut(asm.dialect, call.text, call.rest.clone());
     let mut right = (*least..=*most).contains(&operands.len());
     if !right {
         let (n, given) = (if least == most { least.to_string() } else { format!("{least} or {most}") }, operands.len());
