@@ -7,9 +7,9 @@ use emu_core::lint::Lint;
 use crate::rig::{Block, image, words};
 
 #[derive(Default)]
-struct Told(Vec<String>);
+struct Reported(Vec<String>);
 
-impl Probe for Told {
+impl Probe for Reported {
     const LINT: bool = true;
     fn on_lint(&mut self, _: u64, pc: u32, lint: Lint) {
         assert!(!lint.hint().is_empty());
@@ -66,15 +66,15 @@ const CASES: &[(bool, &str, &[&str])] = &[
 ];
 
 #[test]
-fn what_is_told() {
+fn lints_are_reported() {
     for &(live, program, wanted) in CASES {
         let mut block = Block { live, ..Block::EMPTY };
         block.modules[1] = (1, 1, 5);
         let program = words(program);
-        let mut told = Told::default();
+        let mut reported = Reported::default();
         let mut machine = Ap101::new(&image(&program, Some(&block)));
-        machine.run(4 + program.len() as u64, &mut told);
-        assert_eq!(told.0, wanted, "{program:04x?}");
+        machine.run(4 + program.len() as u64, &mut reported);
+        assert_eq!(reported.0, wanted, "{program:04x?}");
         // A run without the probe does the same.
         let mut blind = Ap101::new(&image(&program, Some(&block)));
         blind.run(machine.cycle(), &mut ());
