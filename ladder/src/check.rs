@@ -261,7 +261,7 @@ fn check_timer(
     }
     if delay % cycle != 0 {
         let cause = format!(
-            "the delay of {delay} us is no multiple of the cycle of {cycle} us: it is cut to {} us",
+            "the delay of {delay} us is not a multiple of the cycle of {cycle} us: it is cut to {} us",
             scans * cycle
         );
         let hint = match scans {
