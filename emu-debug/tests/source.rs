@@ -74,7 +74,7 @@ fn words_as_addresses() {
     let refused = |text| source.parse_words(text).unwrap_err().to_string();
     assert_eq!(refused("main.c:12"), "`main.c` is one of several source files: lib/main.c, src/main.c");
     assert_eq!(refused("src/main.c:13"), "line 13 of src/main.c has no code; the next line that has is src/main.c:40");
-    assert_eq!(refused("src/main.c:40"), "`src/main.c:40` lies beyond flash");
+    assert_eq!(refused("src/main.c:40"), "`src/main.c:40` is beyond flash");
     assert!(refused(":3").contains("no symbol `:3`"));
     assert!(refused("main:").contains("no symbol `main:`"));
     let until = |text| source.parse_condition(text);

@@ -128,7 +128,7 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
     }
     match at.element {
         Element::Placeholder => {
-            checker.error(codes::PLACEHOLDER, at, "an empty place is left", "put an element here or remove it");
+            checker.error(codes::PLACEHOLDER, at, "a placeholder remains", "put an element here or remove it");
         }
         Element::Contacts { set1: Some(1..), .. } if is_23 => {
             let cause = "the flag `set1` has a meaning in LDmicro 5 only";

@@ -24,21 +24,21 @@ const CASES: &[(bool, &str, &[&str])] = &[
         false,
         "ld I8; sto I9",
         &[
-            "0 LINT016: I8 is used, and the controller does not have it",
-            "1 LINT016: I9 is used, and the controller does not have it",
+            "0 LINT016: I8 is used, but the controller does not have it",
+            "1 LINT016: I9 is used, but the controller does not have it",
         ],
     ),
-    (false, "ld E4", &["0 LINT016: E4 is used, and the controller does not have it"]),
-    (false, ".word 0x232C", &["0 LINT016: E300 is used, and the controller does not have it"]),
+    (false, "ld E4", &["0 LINT016: E4 is used, but the controller does not have it"]),
+    (false, ".word 0x232C", &["0 LINT016: E300 is used, but the controller does not have it"]),
     (
         false,
         "ld R2; .word 0x0590",
         &[
-            "0 LINT016: R2 is used, and the controller does not have it",
-            "1 LINT016: R400 is used, and the controller does not have it",
+            "0 LINT016: R2 is used, but the controller does not have it",
+            "1 LINT016: R400 is used, but the controller does not have it",
         ],
     ),
-    (false, "stc R2; ldc M0; stc R2", &["2 LINT016: R2 is used, and the controller does not have it"]),
+    (false, "stc R2; ldc M0; stc R2", &["2 LINT016: R2 is used, but the controller does not have it"]),
     (false, "sto I1; stoc I1", &[]),
     (true, "sto I1; ldc M0; stoc I1", &["0 LINT017: the input I1 is written", "2 LINT017: the input I1 is written"]),
     (
@@ -53,7 +53,7 @@ const CASES: &[(bool, &str, &[&str])] = &[
         "sto R257; .word 0xF805; sto R258",
         &[
             "0 LINT018: the preset port of R1: no NOP with data follows",
-            "2 LINT016: R258 is used, and the controller does not have it",
+            "2 LINT016: R258 is used, but the controller does not have it",
         ],
     ),
     (false, "stoc R257; .word 0xF005", &["0 LINT018: the preset port of R1: only STO gives a preset"]),
@@ -61,7 +61,7 @@ const CASES: &[(bool, &str, &[&str])] = &[
     (
         false,
         ".word 0xB001; .word 0xC800",
-        &["0 LINT019: 0xb001 has something in its field", "1 LINT019: 0xc800 has something in its field"],
+        &["0 LINT019: the operand field of 0xb001 is not 0", "1 LINT019: the operand field of 0xc800 is not 0"],
     ),
 ];
 
