@@ -34,7 +34,8 @@ Exit codes:
 #[derive(Debug, Parser)]
 #[command(name = "emu", version, after_help = TOUR, max_term_width = 100, arg_required_else_help = true)]
 pub struct CommandLine {
-    /// Colours in messages: auto, always or never. With auto, the terminal, NO_COLOR and CLICOLOR_FORCE decide.
+    /// Colours in messages: auto, always or never. With auto, the terminal, NO_COLOR and CLICOLOR_FORCE
+    /// decide.
     #[arg(long, global = true, value_name = "WHEN", default_value = "auto", hide_possible_values = true)]
     pub color: ColorChoice,
     /// Draw warnings and notes with their source lines, as errors are drawn, instead of one line each.

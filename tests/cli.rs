@@ -133,9 +133,9 @@ fn faulty_images_give_their_code_and_exit_3() {
         for verb in ["run", "disasm"] {
             let args = [verb, file, "--mcu", "atmega328p"].map(str::to_owned);
             let out = emu(&folder, &args, b"");
-            let told = String::from_utf8_lossy(&out.stderr);
-            assert_eq!(out.status.code(), Some(3), "{verb} {line}: {told}");
-            assert!(told.contains(&format!("[{code}] error: ")), "{verb} {line}: {told}");
+            let messages = String::from_utf8_lossy(&out.stderr);
+            assert_eq!(out.status.code(), Some(3), "{verb} {line}: {messages}");
+            assert!(messages.contains(&format!("[{code}] error: ")), "{verb} {line}: {messages}");
             assert!(out.stdout.is_empty(), "{verb} {line}");
         }
         let args = ["run", file, "--mcu", "atmega328p", "--json"].map(str::to_owned);
@@ -208,9 +208,9 @@ fn damaged_files_never_break_emu() {
         };
         let args: Vec<String> = args.iter().map(|&a| a.to_owned()).collect();
         let out = emu(&folder, &args, &bytes);
-        let told = String::from_utf8_lossy(&out.stderr);
-        assert!(matches!(out.status.code(), Some(0 | 3 | 4)), "seed {seed}: {:?} {told}", out.status);
-        assert_eq!(out.status.code() == Some(3), told.contains("] error: "), "seed {seed}: {told}");
+        let messages = String::from_utf8_lossy(&out.stderr);
+        assert!(matches!(out.status.code(), Some(0 | 3 | 4)), "seed {seed}: {:?} {messages}", out.status);
+        assert_eq!(out.status.code() == Some(3), messages.contains("] error: "), "seed {seed}: {messages}");
     }
 }
 
@@ -235,15 +235,15 @@ fn damaged_elf_files_never_break_emu() {
         };
         let args: Vec<String> = args.iter().map(|&a| a.to_owned()).collect();
         let out = emu(&folder, &args, &bytes);
-        let told = String::from_utf8_lossy(&out.stderr);
-        assert!(matches!(out.status.code(), Some(0 | 3 | 4)), "seed {seed}: {:?} {told}", out.status);
+        let messages = String::from_utf8_lossy(&out.stderr);
+        assert!(matches!(out.status.code(), Some(0 | 3 | 4)), "seed {seed}: {:?} {messages}", out.status);
         assert_eq!(
             out.status.code() == Some(3),
-            told.contains("] error: ") || out.stdout.starts_with(b"{\n  \"schema\": 1,\n  \"errors\""),
-            "seed {seed}: {told}"
+            messages.contains("] error: ") || out.stdout.starts_with(b"{\n  \"schema\": 1,\n  \"errors\""),
+            "seed {seed}: {messages}"
         );
         refused += u32::from(out.status.code() == Some(3));
-        warned += u32::from(told.contains("warning[ELF012]: "));
+        warned += u32::from(messages.contains("warning[ELF012]: "));
     }
     assert!(refused > 0 && warned > 0, "{refused} {warned}");
 }

@@ -13,7 +13,7 @@ fn emu(args: &[&str]) -> String {
 const E_FLAGS: usize = 0x24;
 
 #[test]
-fn elf_files_for_another_core_are_told() {
+fn elf_files_for_another_core_are_reported() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let bytes = fs::read(root.join("tests/cli/in/main.elf")).expect("an image");
     // Core in the file, chip, expected message.
@@ -33,10 +33,12 @@ fn elf_files_for_another_core_are_told() {
         bytes[E_FLAGS] = bytes[E_FLAGS] & 0x80 | core;
         let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("core-{core}.elf"));
         fs::write(&file, bytes).expect("written");
-        let told = emu(&["disasm", &file.to_string_lossy(), "--mcu", mcu]);
+        let messages = emu(&["disasm", &file.to_string_lossy(), "--mcu", mcu]);
         match wanted {
-            Some(wanted) => assert!(told.contains("CLI004") && told.contains(wanted), "{core} for {mcu}: {told}"),
-            None => assert!(!told.contains("CLI004"), "{core} for {mcu}: {told}"),
+            Some(wanted) => {
+                assert!(messages.contains("CLI004") && messages.contains(wanted), "{core} for {mcu}: {messages}")
+            }
+            None => assert!(!messages.contains("CLI004"), "{core} for {mcu}: {messages}"),
         }
     }
 }
@@ -46,10 +48,12 @@ fn elf_files_for_another_core_are_told() {
 fn compare(name: &str, bytes: &[u8], mcu: &str, wanted: Option<&str>) {
     let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     fs::write(&file, bytes).expect("written");
-    let told = emu(&["disasm", &file.to_string_lossy(), "--mcu", mcu]);
+    let messages = emu(&["disasm", &file.to_string_lossy(), "--mcu", mcu]);
     match wanted {
-        Some(wanted) => assert!(told.contains("[CLI004]") && told.contains(wanted), "{name} for {mcu}: {told}"),
-        None => assert!(!told.contains("CLI004"), "{name} for {mcu}: {told}"),
+        Some(wanted) => {
+            assert!(messages.contains("[CLI004]") && messages.contains(wanted), "{name} for {mcu}: {messages}")
+        }
+        None => assert!(!messages.contains("CLI004"), "{name} for {mcu}: {messages}"),
     }
 }
 
@@ -64,7 +68,7 @@ fn patched(bytes: &[u8], old: &[u8], new: &[u8]) -> Vec<u8> {
 
 /// The name of the chip in the note that compilers write.
 #[test]
-fn elf_files_for_another_chip_are_told() {
+fn elf_files_for_another_chip_are_reported() {
     let bytes = fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/avr/millis.elf")).expect("an image");
     let hint = |mcu: &str| format!("hint: --mcu atmega328p, or build it with -mmcu={mcu}");
     for mcu in
@@ -82,7 +86,7 @@ fn elf_files_for_another_chip_are_told() {
         (b"atmega168a\0", "atmega328p", None),
         (b"atmega64a\0\0", "atmega64", None),
         (b"atmega64a\0\0", "atmega328p", Some("hint: --mcu atmega64, or build it with -mmcu=atmega328p")),
-        (b"attiny85\0\0\0", "atmega328p", Some("for attiny85, of which there is no model, not for atmega328p")),
+        (b"attiny85\0\0\0", "atmega328p", Some("for attiny85, for which emu has no model, not for atmega328p")),
         (b"attiny85\0\0\0", "atmega32", Some("hint: build it with -mmcu=atmega32)")),
         // Without a valid name, the core decides.
         (b"atmega 328p", "atmega32", None),
@@ -122,7 +126,7 @@ fn damaged_notes_leave_the_core() {
 
 /// The signature of the program decides if it has no note.
 #[test]
-fn signatures_are_told() {
+fn signatures_are_reported() {
     let bytes = fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/avr/millis.elf")).expect("an image");
     let bytes = patched(&bytes, b"AVR\0\0\0\0\0", b"AVS\0\0\0\0\0");
     let mut bytes = patched(&bytes, b".debug_str", b".signature");
@@ -138,7 +142,7 @@ fn signatures_are_told() {
         ([0x06, 0x94, 0x1E], "atmega328p", None),
         ([0x0F, 0x95, 0x1E], "atmega32", Some("for the signature 1E 95 0F of atmega328p; atmega32 has 1E 95 02")),
         ([0x0F, 0x95, 0x1E], "atmega32", Some("hint: --mcu atmega328p, or build it with -mmcu=atmega32")),
-        ([0x0B, 0x93, 0x1E], "atmega328p", Some("1E 93 0B, of which there is no model; atmega328p has 1E 95 0F")),
+        ([0x0B, 0x93, 0x1E], "atmega328p", Some("1E 93 0B, for which emu has no model; atmega328p has 1E 95 0F")),
     ];
     for (signature, mcu, wanted) in cases {
         bytes[at..][..3].copy_from_slice(&signature);
@@ -152,9 +156,9 @@ fn the_compiler_names_its_chips() {
     let program = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/welder.ld");
     for mcu in ["atmega168pa", "80c51", "pic16f84a", "atmega48pa"] {
         for command in ["compile", "check"] {
-            let told = emu(&[command, &program.to_string_lossy(), "--mcu", mcu]);
-            let refused = told.contains("LC001") && told.contains("known are atmega328p, atmega328, atmega168");
-            assert!(refused, "{command} for {mcu}: {told}");
+            let messages = emu(&[command, &program.to_string_lossy(), "--mcu", mcu]);
+            let refused = messages.contains("LC001") && messages.contains("known are atmega328p, atmega328, atmega168");
+            assert!(refused, "{command} for {mcu}: {messages}");
         }
     }
 }

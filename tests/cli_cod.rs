@@ -27,7 +27,7 @@ fn programs_that_pass() {
 fn a_limit_before_the_verdict_is_a_failure() {
     let (out, _, code) = emu("assertions", &["--cycles", "10"]);
     assert_eq!(code, 1, "{out}");
-    assert!(out.contains("verdict    failed") && out.contains("the limit came at cycle 10"), "{out}");
+    assert!(out.contains("verdict    failed") && out.contains("the limit was reached at cycle 10"), "{out}");
 }
 
 #[test]

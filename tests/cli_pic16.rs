@@ -38,8 +38,8 @@ fn no_false_alarms() {
         if fs::read(file).is_ok_and(|text| text.split(|c| *c == b'\n').any(|line| line.starts_with(b";"))) {
             return;
         }
-        let told = emu(&["disasm", &file.to_string_lossy(), "--mcu", mcu]);
-        assert!(!told.contains("CLI004"), "{} for {mcu}: {told}", file.display());
+        let messages = emu(&["disasm", &file.to_string_lossy(), "--mcu", mcu]);
+        assert!(!messages.contains("CLI004"), "{} for {mcu}: {messages}", file.display());
         tried += 1;
     };
     for (folder, part, chips) in IMAGES {
@@ -66,8 +66,11 @@ fn compiled_programs() {
         let image = folder.join(format!("guess-{name}.hex")).to_string_lossy().into_owned();
         emu(&["compile", &program.to_string_lossy(), "--mcu", "atmega328p", "-o", &image]);
         assert!(!emu(&["disasm", &image, "--mcu", "atmega328p"]).contains("CLI004"), "{name}");
-        let told = emu(&["disasm", &image, "--mcu", "pic16f877a"]);
-        assert!(told.contains("looks like a program for an AVR or an 8051, not for pic16f877a"), "{name}: {told}");
+        let messages = emu(&["disasm", &image, "--mcu", "pic16f877a"]);
+        assert!(
+            messages.contains("looks like a program for an AVR or an 8051, not for pic16f877a"),
+            "{name}: {messages}"
+        );
     }
 }
 
@@ -81,7 +84,7 @@ fn symbols_of_gputils() {
         let flags = ["run", &image, "--mcu", "pic16f873", "--symbols", &names, "--no-start-up"];
         let ends =
             ["--until", "pc=start", "--peek", "flash:start", "--peek", "flash:loop..5", "--peek", "eeprom:cells"];
-        let told = emu(&[&flags[..], &ends[..]].concat());
+        let messages = emu(&[&flags[..], &ends[..]].concat());
         // The image has GOTO 10h at 0, nothing at 1 to 3 and MOVWF 20h at 4; its EEPROM is erased.
         for line in [
             "until: pc=0x0\n",
@@ -90,10 +93,10 @@ fn symbols_of_gputils() {
             "flash:loop..5 3fff 3fff 00a0\n",
             "eeprom:cells ff\n",
         ] {
-            assert!(told.contains(line), "{ending}, {line}: {told}");
+            assert!(messages.contains(line), "{ending}, {line}: {messages}");
         }
-        let told =
+        let messages =
             emu(&["disasm", &image, "--mcu", "pic16f873", "--symbols", &names, "--from", "deep", "--to", "0x802"]);
-        assert!(told.contains("; 0800 to 0801 erased, 2 words\n"), "{ending}: {told}");
+        assert!(messages.contains("; 0800 to 0801 erased, 2 words\n"), "{ending}: {messages}");
     }
 }

@@ -95,9 +95,9 @@ fn over_standard_input() {
 #[test]
 fn over_tcp() {
     let mut child = emu(&["--listen", ":0"]);
-    let mut told = String::new();
-    BufReader::new(child.stderr.take().expect("standard error")).read_line(&mut told).expect("a line");
-    let address = told.trim().strip_prefix("listening on ").unwrap_or_else(|| panic!("{told}"));
+    let mut messages = String::new();
+    BufReader::new(child.stderr.take().expect("standard error")).read_line(&mut messages).expect("a line");
+    let address = messages.trim().strip_prefix("listening on ").unwrap_or_else(|| panic!("{messages}"));
     assert!(address.starts_with("127.0.0.1:"), "{address}");
     let mut to = TcpStream::connect(address).expect("a connection");
     let mut from = BufReader::new(to.try_clone().expect("another end"));
@@ -118,31 +118,31 @@ fn the_input_ends() {
 #[test]
 fn the_connection_is_reset() {
     let mut child = emu(&["--listen", ":0"]);
-    let mut told = String::new();
+    let mut messages = String::new();
     let mut errors = BufReader::new(child.stderr.take().expect("standard error"));
-    errors.read_line(&mut told).expect("a line");
+    errors.read_line(&mut messages).expect("a line");
     let mut to =
-        TcpStream::connect(told.trim().strip_prefix("listening on ").expect("an address")).expect("a connection");
+        TcpStream::connect(messages.trim().strip_prefix("listening on ").expect("an address")).expect("a connection");
     send(&mut to, 1, "initialize", json!({}));
     to.peek(&mut [0]).expect("an answer");
     drop(to);
     assert_eq!(child.wait().expect("an end").code(), Some(0));
-    let mut told = String::new();
-    errors.read_to_string(&mut told).expect("a text");
-    assert_eq!(told, "");
+    let mut messages = String::new();
+    errors.read_to_string(&mut messages).expect("a text");
+    assert_eq!(messages, "");
 }
 
 #[test]
 fn no_protocol() {
     for (input, why) in
-        [("hello\n\n", "is no line of a head"), ("Content-Length: 9\r\n\r\n{}", "ends after 2 of the 9 bytes")]
+        [("hello\n\n", "is not a line of a head"), ("Content-Length: 9\r\n\r\n{}", "ends after 2 of the 9 bytes")]
     {
         let mut child = emu(&[]);
         child.stdin.take().expect("standard input").write_all(input.as_bytes()).expect("the input is taken");
-        let mut told = String::new();
-        child.stderr.take().expect("standard error").read_to_string(&mut told).expect("a text");
-        assert_eq!(child.wait().expect("an end").code(), Some(3), "{told}");
-        assert!(told.contains(why) && told.contains("CLI040"), "{told}");
+        let mut messages = String::new();
+        child.stderr.take().expect("standard error").read_to_string(&mut messages).expect("a text");
+        assert_eq!(child.wait().expect("an end").code(), Some(3), "{messages}");
+        assert!(messages.contains(why) && messages.contains("CLI040"), "{messages}");
     }
 }
 

@@ -17,8 +17,8 @@ fn typed(script: &str, arguments: &[&str]) {
         .env("EMU_TEST_STATE", &state)
         .output()
         .expect("python3 runs");
-    let told = String::from_utf8_lossy(&out.stderr);
-    assert_eq!(String::from_utf8_lossy(&out.stdout), "well\n", "{told}");
+    let messages = String::from_utf8_lossy(&out.stderr);
+    assert_eq!(String::from_utf8_lossy(&out.stdout), "well\n", "{messages}");
 }
 
 #[test]

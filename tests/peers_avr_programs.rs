@@ -47,7 +47,7 @@ tone     | |
 watchdog | |
 count    | |
 echo     | HELLO |
-echo-O2  | HELLO | CLI stands behind SLEEP, and runs before the interrupt that ended the sleep (10.1)
+echo-O2  | HELLO | CLI follows SLEEP, and runs before the interrupt that ended the sleep (10.1)
 echo-O3  | HELLO | as at -O2
 boot     | pc=0x7000 |
 logger   | eeprom | TWSR is 28h behind an address that was acknowledged, where table 22-2 has 18h

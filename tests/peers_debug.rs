@@ -80,9 +80,9 @@ fn gdb(elf: &Path, commands: &[String]) -> Vec<Vec<String>> {
         .stderr(Stdio::piped())
         .spawn();
     let mut emu = Ending(emu.expect("emu runs"));
-    let told = BufReader::new(emu.0.stderr.take().expect("its standard error"));
+    let messages = BufReader::new(emu.0.stderr.take().expect("its standard error"));
     let address =
-        told.lines().map_while(Result::ok).find_map(|line| Some(line.strip_prefix("listening on ")?.to_owned()));
+        messages.lines().map_while(Result::ok).find_map(|line| Some(line.strip_prefix("listening on ")?.to_owned()));
     // avr-gdb 13.1 may crash when it ends; do not leave a core file.
     let mut gdb = Command::new("sh");
     gdb.args(["-c", "ulimit -c 0; exec timeout 100 \"$@\"", "sh", "avr-gdb", "-nx", "-batch", "-ex", "set width 0"]);
@@ -180,7 +180,7 @@ fn variables_as_avr_gdb_has_them() {
 }
 
 /// Returns function and line of the call in the output of `frame`: `turn valve.c:20`.
-fn stands(answer: &[String]) -> String {
+fn stop_place(answer: &[String]) -> String {
     let found = answer.iter().find_map(|line| {
         let (head, place) = line.strip_prefix("#0  ")?.rsplit_once(" at ")?;
         let head = head.split_once(" in ").map_or(head, |(_, head)| head);
@@ -215,7 +215,7 @@ fn steps_as_avr_gdb_makes_them() {
             let (theirs, ours) = (gdb(&elf, &commands), own(&elf, &commands));
             for n in (0..commands.len()).filter(|n| commands[*n] == "frame") {
                 let (theirs, ours) = (theirs.get(n).expect("an answer"), ours.get(n).expect("an answer"));
-                assert_eq!(stands(theirs), stands(ours), "{} {verbs:?}, step {}", elf.display(), (n - 1) / 2);
+                assert_eq!(stop_place(theirs), stop_place(ours), "{} {verbs:?}, step {}", elf.display(), (n - 1) / 2);
             }
         }
     }
@@ -224,7 +224,7 @@ fn steps_as_avr_gdb_makes_them() {
 /// Commands about functions, function pointers, named types, the value history, and calls of inlined
 /// functions.
 #[rustfmt::skip]
-const TOLD: [&str; 61] = [
+const QUERIES: [&str; 61] = [
     "print turn", "print *turn", "print &turn", "print step", "print *step", "print valve->step", "print *valve", "print table",
     "print table[1]", "print *table@2", "print chosen", "print *chosen", "print **chosen", "print sink == step", "print step == climb",
     "print valve->step == &climb", "print/a step", "print (int)step", "ptype turn", "ptype &turn", "ptype step", "ptype *step", "ptype chosen",
@@ -254,7 +254,7 @@ fn values_of_functions_and_types_as_avr_gdb_has_them() {
     {
         let elf = built(PLANT, level, format);
         let moves = ["tbreak valve.c:19", "continue"].into_iter();
-        let commands: Vec<String> = moves.chain(TOLD).map(str::to_owned).collect();
+        let commands: Vec<String> = moves.chain(QUERIES).map(str::to_owned).collect();
         let (theirs, ours) = (gdb(&elf, &commands), own(&elf, &commands));
         for (n, command) in commands
             .iter()

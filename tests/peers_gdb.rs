@@ -26,11 +26,11 @@ fn avr_gdb_at_the_verb() {
         .stderr(Stdio::piped())
         .spawn()
         .expect("emu runs");
-    let mut told = BufReader::new(emu.stderr.take().expect("its standard error"));
+    let mut messages = BufReader::new(emu.stderr.take().expect("its standard error"));
     let mut line = String::new();
     let address = loop {
         line.clear();
-        assert_ne!(told.read_line(&mut line).expect("text"), 0, "emu listens nowhere");
+        assert_ne!(messages.read_line(&mut line).expect("text"), 0, "emu listens nowhere");
         if let Some(address) = line.trim_end().strip_prefix("listening on ") {
             break address.to_owned();
         }
@@ -42,7 +42,7 @@ fn avr_gdb_at_the_verb() {
         .output()
         .expect("avr-gdb");
     let mut rest = String::new();
-    told.read_to_string(&mut rest).expect("text");
+    messages.read_to_string(&mut rest).expect("text");
     let mut printed = String::new();
     emu.stdout.take().expect("its standard output").read_to_string(&mut printed).expect("text");
     assert_eq!(emu.wait().expect("it ends").code(), Some(0), "{rest}");

@@ -56,8 +56,8 @@ fn a_signal_ends_a_run_with_all_its_files() {
         kill(&child, signal);
         let out = child.wait_with_output().expect("emu ends");
         assert_eq!(out.status.code(), Some(5), "{signal}: {}", String::from_utf8_lossy(&out.stderr));
-        let told = String::from_utf8_lossy(&out.stdout);
-        assert!(told.starts_with("stop       interrupted\n"), "{signal}: {told}");
+        let reported = String::from_utf8_lossy(&out.stdout);
+        assert!(reported.starts_with("stop       interrupted\n"), "{signal}: {reported}");
         let mut names: Vec<_> =
             fs::read_dir(&folder).expect("the folder").map(|e| e.expect("an entry").file_name()).collect();
         names.sort();
@@ -119,9 +119,12 @@ fn a_signal_stops_a_script_of_the_debugger() {
         std::thread::sleep(Duration::from_millis(100));
         kill(&child, signal);
         let out = child.wait_with_output().expect("emu ends");
-        let (printed, told) = (String::from_utf8_lossy(&out.stdout), String::from_utf8_lossy(&out.stderr));
-        assert_eq!(out.status.code(), Some(5), "{script:?} {signal}: {printed}{told}");
-        assert!(format!("{printed}{told}").contains("interrupted: what was still"), "{script:?}: {printed}{told}");
+        let (printed, reported) = (String::from_utf8_lossy(&out.stdout), String::from_utf8_lossy(&out.stderr));
+        assert_eq!(out.status.code(), Some(5), "{script:?} {signal}: {printed}{reported}");
+        assert!(
+            format!("{printed}{reported}").contains("interrupted: what was still"),
+            "{script:?}: {printed}{reported}"
+        );
         assert!(!printed.contains("later\n"), "{script:?} {signal}: {printed}");
     }
 }
@@ -136,9 +139,9 @@ fn lines_that_are_no_text() {
         command.args(["debug", "--batch", "--mcu", "atmega328p"]).arg(root().join("tests/cli/in/spin.hex"));
         let input = fs::File::open(folder.join(file)).expect("a file");
         let out = command.stdin(input).output().expect("emu runs");
-        let told = String::from_utf8_lossy(&out.stderr);
-        assert_eq!(out.status.code(), Some(code), "{file}: {told}");
-        assert_eq!(String::from_utf8_lossy(&out.stdout), wanted, "{told}");
+        let reported = String::from_utf8_lossy(&out.stderr);
+        assert_eq!(out.status.code(), Some(code), "{file}: {reported}");
+        assert_eq!(String::from_utf8_lossy(&out.stdout), wanted, "{reported}");
     }
 }
 
@@ -181,9 +184,9 @@ fn a_signal_ends_a_run_beside_a_peer() {
         kill(&child, signal);
         let out = child.wait_with_output().expect("emu ends");
         assert_eq!(out.status.code(), Some(5), "{signal}: {}", String::from_utf8_lossy(&out.stderr));
-        let told = String::from_utf8_lossy(&out.stdout);
+        let reported = String::from_utf8_lossy(&out.stdout);
         let wanted = ["; interrupted\n", "\"interrupted\": true"];
-        assert!(wanted.iter().any(|wanted| told.contains(wanted)), "{signal}: {told}");
+        assert!(wanted.iter().any(|wanted| reported.contains(wanted)), "{signal}: {reported}");
         assert_eq!(fs::read_dir(folder.join("tmp")).expect("the folder").count(), 0, "{signal}");
         ends(&folder);
     }
@@ -194,8 +197,8 @@ fn a_signal_ends_a_run_beside_a_peer() {
 fn a_peer_that_is_late_ends_with_what_it_has_started() {
     let folder = folder("peer-late");
     let out = beside(&folder, &silent_peer(&folder), &["--timeout", "3"]).wait_with_output().expect("emu ends");
-    let told = String::from_utf8_lossy(&out.stderr);
-    assert!(out.status.code() == Some(3) && told.contains("LCK003"), "{told}");
+    let reported = String::from_utf8_lossy(&out.stderr);
+    assert!(out.status.code() == Some(3) && reported.contains("LCK003"), "{reported}");
     assert_eq!(fs::read_dir(folder.join("tmp")).expect("the folder").count(), 0);
     ends(&folder);
 }

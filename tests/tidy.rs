@@ -218,6 +218,109 @@ fn errors_of_libraries_are_enums() {
     }
 }
 
+/// Words and phrases that plain English does not need, each with its replacement.
+const BANNED_PHRASES: &[(&str, &str)] = &[
+    ("told", "is reported, reports, prints"),
+    ("tells of", "reports"),
+    ("goes before", "overrides"),
+    ("wrong usage", "usage error"),
+    ("seldom meant", "suspicious"),
+    ("mend", "fix"),
+    ("mends", "fixes"),
+    ("mended", "fixed"),
+    ("how the house stands", "architecture"),
+    ("a turn of a loop", "an iteration"),
+    ("comes round", "repeats"),
+    ("random lives", "random executions"),
+    ("random walks", "random executions"),
+    ("gdb's words", "gdb commands"),
+    ("the program's own figures", "the program's statistics"),
+    ("what stands in", "what is in"),
+    ("for ever", "without end"),
+];
+
+/// Files that may contain banned phrases or long comments, by the start of their path, each with the reason.
+const PROSE_EXCEPTIONS: &[(&str, &str)] = &[
+    ("tests/tidy.rs", "contains the list of banned phrases"),
+    ("src/verbs/debug", "to be removed: its texts are being rewritten"),
+    ("emu-debug/src/debug", "to be removed: its texts are being rewritten"),
+    ("docs/debug.md", "to be removed: describes src/verbs/debug"),
+    ("tests/cli/debug", "to be removed: transcripts of src/verbs/debug"),
+];
+
+/// Crates whose long comments are not checked yet: to be removed, their elements are being extended.
+const LONG_COMMENT_EXCEPTIONS: &[&str] = &["ladder/", "ladder-eval/", "ladder-compile/"];
+
+/// Maximum number of columns of a line with a comment only.
+const COMMENT_COLUMNS: usize = 110;
+
+/// Returns whether `text` contains `phrase` as whole words. `text` must be in lower case.
+fn has_phrase(text: &str, phrase: &str) -> bool {
+    let is_word = |c: char| c.is_alphanumeric() || c == '_';
+    text.match_indices(phrase).any(|(at, _)| {
+        !text[..at].chars().next_back().is_some_and(is_word)
+            && !text[at + phrase.len()..].chars().next().is_some_and(is_word)
+    })
+}
+
+/// Returns the files with prose and their paths from the root: sources, pages, and tables of tests.
+fn prose_files() -> Vec<(String, String)> {
+    fn visit(dir: &Path, out: &mut Vec<PathBuf>) {
+        for entry in fs::read_dir(dir).into_iter().flatten().flatten() {
+            let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
+            if path.is_dir() && name != "target" && !name.starts_with('.') {
+                visit(&path, out);
+            } else if [".rs", ".md", ".txt"].iter().any(|end| name.ends_with(end)) {
+                out.push(path);
+            }
+        }
+    }
+    let mut paths = Vec::new();
+    visit(&root(), &mut paths);
+    let relative =
+        |path: &Path| path.strip_prefix(root()).expect("below the root").to_string_lossy().replace('\\', "/");
+    // A few inputs of tests are not UTF-8.
+    paths.iter().filter_map(|path| Some((relative(path), fs::read_to_string(path).ok()?))).collect()
+}
+
+#[test]
+fn prose_uses_the_words_of_the_field() {
+    assert!(has_phrase("it is told.", "told") && has_phrase("told", "told"));
+    assert!(!has_phrase("untold", "told") && !has_phrase("told_you", "told"));
+    let files = prose_files();
+    assert!(files.len() > 1000, "files with prose are found: {}", files.len());
+    let mut wrong = Vec::new();
+    for (path, text) in &files {
+        if PROSE_EXCEPTIONS.iter().any(|(start, _)| path.starts_with(start)) {
+            continue;
+        }
+        for (n, line) in text.lines().enumerate() {
+            let line = line.to_lowercase();
+            let found = BANNED_PHRASES.iter().find(|(phrase, _)| has_phrase(&line, phrase));
+            wrong.extend(found.map(|(phrase, better)| format!("{path}:{}: `{phrase}`: write {better}", n + 1)));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    for (start, why) in PROSE_EXCEPTIONS {
+        assert!(files.iter().any(|(path, _)| path.starts_with(start)), "no file {start}, remove the exception: {why}");
+    }
+}
+
+#[test]
+fn comments_fit_in_their_columns() {
+    let mut wrong = Vec::new();
+    for (path, text) in prose_files().into_iter().filter(|(path, _)| path.ends_with(".rs")) {
+        let mut exceptions = PROSE_EXCEPTIONS.iter().map(|(start, _)| start).chain(LONG_COMMENT_EXCEPTIONS);
+        if exceptions.any(|start| path.starts_with(start)) {
+            continue;
+        }
+        let comments = text.lines().enumerate().filter(|(_, line)| line.trim_start().starts_with("//"));
+        let long = comments.filter(|(_, line)| line.chars().count() > COMMENT_COLUMNS);
+        wrong.extend(long.map(|(n, _)| format!("{path}:{}", n + 1)));
+    }
+    assert!(wrong.is_empty(), "comments over {COMMENT_COLUMNS} columns:\n{}", wrong.join("\n"));
+}
+
 #[test]
 fn unsafe_code_is_forbidden() {
     for (name, dir) in crates() {

@@ -38,7 +38,7 @@ count:  inc  0x32
         sjmp shift
 tick:   push ACC
         push PSW
-        clr  TR0                ; on from where it is: 1,000 cycles less the seven that it stands still
+        clr  TR0                ; on from where it is: 1,000 cycles less the seven in which it is stopped
         mov  A, TL0
         add  A, #0x1F
         mov  TL0, A

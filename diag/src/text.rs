@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn two_bytes_a_character_are_told() {
+    fn text_with_two_bytes_per_character_is_reported() {
         assert!(wide_encoding(b"\xFF\xFE;\0").is_some() && wide_encoding(b"\xFE\xFF\0;").is_some());
         assert!(wide_encoding(b"L\0D\0").is_some() && wide_encoding(b"\0L\0D").is_some());
         assert!(wide_encoding(b"LDmicro0.1").is_none() && wide_encoding(b"").is_none());

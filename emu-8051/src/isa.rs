@@ -382,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn kinds_stand_in_the_order_of_rows() {
+    fn kinds_are_in_the_order_of_rows() {
         assert!(KINDS.iter().enumerate().all(|(i, &kind)| kind as usize == i));
     }
 }

@@ -9,7 +9,7 @@ fn the_page_of_instructions_is_the_table() {
     let mut page = String::from(
         "# Instructions of the MCS-51 (8051, 8052 and their kin)\n\nRead off the table in `emu-8051/src/isa.rs`. In the column of bits a \
          letter is a bit of that operand; cycles are\nmachine cycles of 12 clocks, the same whether a jump is taken or not; flags are \
-         CY, AC (A) and OV (O). P always is the\nparity of A. A5h is no instruction. Source: Intel MCS 51 Microcontroller Family User's \
+         CY, AC (A) and OV (O). P always is the\nparity of A. A5h is not an instruction. Source: Intel MCS 51 Microcontroller Family User's \
          Manual 272383.\n\n",
     );
     page.push_str(&emu_core::table::instruction_list_markdown(emu_8051::isa::ROWS));

@@ -108,7 +108,7 @@ fn judge(case: &Case) -> Vec<String> {
             Some(cycle) => {
                 stop = mcs51.run(cycle, &mut log);
                 if mcs51.cycle() != cycle {
-                    wrong.push(format!("cycle {cycle} is no boundary, {} is; {stop:?}", mcs51.cycle()));
+                    wrong.push(format!("cycle {cycle} is not a boundary, {} is; {stop:?}", mcs51.cycle()));
                 }
                 items.remove(0);
             }

@@ -48,10 +48,10 @@ pub const DAMAGED: &str = "CFG001";
 pub const CONFIG_CODES: &[DiagnosticCode] = &[DiagnosticCode {
     code: DAMAGED,
     title: "the configuration block of an AP101 image is damaged",
-    explain: "Bytes 1000h to 12FFh of an image for AP101 hold its configuration: channels, clock, the table of programs, timers and \
-              counters. They are there whole or not at all, begin with AP and version 1, and what is reserved is 0. The message \
-              names the byte. docs/chips/ap101.md has the layout. Mend: let the assembler write the block (`channels`, \
-              `program`, `module`), or leave it out: then there are 512 inputs, 256 outputs and one program.",
+    explain: "Bytes 1000h to 12FFh of an image for AP101 contain its configuration: channels, clock, the table of programs, timers and \
+              counters. The block is complete or absent, begins with AP and version 1, and its reserved bytes are 0. The message \
+              names the wrong byte. docs/chips/ap101.md has the layout. Fix: let the assembler write the block (`channels`, \
+              `program`, `module`), or omit it: then there are 512 inputs, 256 outputs and one program.",
 }];
 
 /// When inputs are sampled.
@@ -164,7 +164,7 @@ impl ConfigReader<'_> {
     fn program(&mut self, entry: usize, enabled: &mut bool) -> Option<ProgramEntry> {
         let at = 0x20 + 8 * entry;
         let most = SPAN as u16 - 1;
-        let told = self.damages.len();
+        let damages_before = self.damages.len();
         let (what, hint) = (format!("program {entry}"), "words of program memory are 0 to 2047");
         let start = self.at_most(at, self.word(at), most, &format!("the first word of {what}"), hint);
         let last = self.at_most(at + 2, self.word(at + 2), most, &format!("the last word of {what}"), hint);
@@ -172,10 +172,10 @@ impl ConfigReader<'_> {
         let flags =
             self.at_most(at + 6, self.word(at + 6), 3, &format!("the flags of {what}"), "bit 0 present, bit 1 enabled");
         if self.word(at) > self.word(at + 2) && start < most {
-            let cause = format!("{what} begins at {start}, behind its last word {last}");
-            self.report_damage(at + 2, cause, "the first word of a program is not behind its last one");
+            let cause = format!("{what} begins at {start}, after its last word {last}");
+            self.report_damage(at + 2, cause, "the first word of a program must not be after its last one");
         }
-        if flags & 1 == 0 && self.damages.len() == told {
+        if flags & 1 == 0 && self.damages.len() == damages_before {
             for field in (at..at + 6).step_by(2).filter(|&field| self.word(field) != 0).collect::<Vec<_>>() {
                 let cause = format!("{what} is not present, and a field of it is {}", self.word(field));
                 self.report_damage(field, cause, "all fields of an absent program but its flags are 0");
@@ -198,12 +198,12 @@ impl ConfigReader<'_> {
             self.report_damage(at + 1, cause, "units are 0 program cycle, 1 1 ms, 2 10 ms, 3 100 ms");
         }
         if kind == Some(ModuleKind::None) && self.word(at + 2) != 0 {
-            let cause = format!("module {n} is none, and its preset is {}", self.word(at + 2));
+            let cause = format!("module {n} does not exist, but its preset is {}", self.word(at + 2));
             self.report_damage(at + 2, cause, "a module of type 0 has unit 0 and preset 0");
         }
         let timer = matches!(kind, None | Some(ModuleKind::Ton | ModuleKind::Tof | ModuleKind::Rto | ModuleKind::Tp));
         if let Some(unit) = unit.filter(|&unit| unit != ModuleTimeUnit::Cycle && !timer) {
-            let cause = format!("module {n} is no timer, and its unit is {}", unit as u8);
+            let cause = format!("module {n} is not a timer, and its unit is {}", unit as u8);
             self.report_damage(at + 1, cause, "only timers have a unit of time");
         }
         ModuleSettings {

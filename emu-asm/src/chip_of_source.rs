@@ -12,13 +12,13 @@ pub fn named_chip(source: &[u8]) -> Option<String> {
     let text = readable(source);
     let codes =
         || text.lines().filter_map(|line| line.split([';', '/']).next()?.trim().split_once(char::is_whitespace));
-    let told = codes().find_map(|(word, rest)| match word.to_ascii_lowercase().as_str() {
+    let named = codes().find_map(|(word, rest)| match word.to_ascii_lowercase().as_str() {
         "processor" => Some(format!("pic{}", bare_chip_name(rest))),
         "list" => Some(format!("pic{}", bare_chip_name(rest.split(',').find_map(processor_of)?))),
         ".device" => Some(rest.trim().to_ascii_lowercase()),
         _ => None,
     });
-    told.or_else(|| {
+    named.or_else(|| {
         codes().find_map(|(word, rest)| match word.trim_start_matches(['#', '.']).to_ascii_lowercase().as_str() {
             "include" => chip_of_include(rest),
             _ => None,

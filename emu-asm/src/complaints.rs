@@ -25,7 +25,7 @@ impl Assembler<'_> {
                 "write `name macro a, b` and `endm`",
             ),
             false => {
-                let cause = format!("`{what}` is no instruction, directive or label");
+                let cause = format!("`{what}` is not an instruction, directive or label");
                 (cause, "a line is `label: word operands ; comment`")
             }
         };
@@ -36,7 +36,7 @@ impl Assembler<'_> {
     pub fn warn_column_one(&mut self, directive: bool, call: &DirectiveCall<'_>) {
         let special = is_special(call.get(call.word.clone()));
         let (code, what) = if directive && !special { ("ASM041", "directive") } else { ("ASM040", "instruction") };
-        let cause = format!("the {what} `{}` stands in column 1, where labels stand", call.get(call.word.clone()));
+        let cause = format!("the {what} `{}` is in column 1, which is for labels", call.get(call.word.clone()));
         self.report(LineFault::new(code, call.word.clone(), cause, "put a space before it").warning());
     }
 
@@ -52,7 +52,7 @@ impl Assembler<'_> {
             && byte(call.text, end).is_ascii_whitespace()
             && self.directive_of(next).is_some();
         if meant {
-            let cause = format!("`{name}` is an instruction, and cannot be the name in front of `{next}`");
+            let cause = format!("`{name}` is an instruction and cannot be the name before `{next}`");
             self.report(LineFault::new("ASM008", call.word.clone(), cause, "choose another name"));
         }
         meant

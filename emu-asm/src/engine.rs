@@ -215,14 +215,14 @@ impl<'a> Assembler<'a> {
             let cause = format!("the value of `{}` hangs on itself", name.split('\u{1}').next().unwrap_or_default());
             self.report_unsettled(Some(&name), cause, "give one of the names that hang on each other a plain number");
         }
-        let told = self.faults.len();
+        let fault_count = self.faults.len();
         self.place();
         if self.address_unknown {
             // Addresses are not known, so faults that depend on them are not reported.
             let mut index = 0;
             self.faults.retain(|(fault, _)| {
                 index += 1;
-                index <= told || !matches!(fault.code, "ASM019" | "ASM020")
+                index <= fault_count || !matches!(fault.code, "ASM019" | "ASM020")
             });
         }
     }
@@ -304,7 +304,7 @@ impl<'a> Assembler<'a> {
         if !matches!(fault.code, "ASM001" | "ASM002" | "ASM005" | "ASM006") || !text.contains(is_it) {
             return fault;
         }
-        let cause = format!("`{}` has a no-break space in it, which is no blank", text.replace(is_it, "\u{2423}"));
+        let cause = format!("`{}` has a no-break space in it, which is not a blank", text.replace(is_it, "\u{2423}"));
         let hint = "put a plain space in its place; web pages and word processors give the other".to_owned();
         LineFault { cause, hint, misspelt_name: None, ..fault }
     }
@@ -339,7 +339,7 @@ impl<'a> Assembler<'a> {
         for (count, what) in [(self.unreported_errors, "errors"), (self.unreported_remarks, "warnings and notes")] {
             if count > 0 {
                 let cause = format!("{count} more {what} are not shown");
-                let (file, hint) = (self.texts.name(0), "mend the first ones");
+                let (file, hint) = (self.texts.name(0), "fix the first ones");
                 list.push(Diagnostic::new(Severity::Note, "ASM029", file, Pos::default(), cause, hint));
             }
         }
@@ -428,9 +428,8 @@ impl<'a> Assembler<'a> {
     fn report_externals(&mut self) {
         for (name, (line, at)) in std::mem::take(&mut self.externals) {
             self.line = line;
-            let cause = format!("`{name}` is a name of another module: 0 stands for it");
-            let hint =
-                "link the modules with their own linker and load the HEX file that comes of it, or give the name here";
+            let cause = format!("`{name}` is a name of another module, so its value is 0");
+            let hint = "link the modules with their own linker and load the resulting HEX file, or give the name here";
             self.report(LineFault::new("ASM036", at, cause, hint).warning());
         }
         self.line = None;

@@ -75,7 +75,7 @@ pub(crate) fn evaluate(
     if parser.at < front.len() {
         let rest = parser.at..front.len();
         let what = text.get(rest.clone()).unwrap_or_default();
-        let hint = "operators stand between values; see docs/formats/asm.md for those of this family";
+        let hint = "operators are between values; docs/formats/asm.md lists those of this family";
         return Err(LineFault::new(
             "ASM005",
             rest,
@@ -317,7 +317,7 @@ impl AsmExpressionParser<'_> {
         }
         let what: String = rest.chars().take(12).collect();
         let cause =
-            if rest.is_empty() { "a value is missing at the end".into() } else { format!("`{what}` is no value") };
+            if rest.is_empty() { "a value is missing at the end".into() } else { format!("`{what}` is not a value") };
         Err(LineFault::new(
             "ASM005",
             start..self.text.len().max(start),

@@ -141,13 +141,8 @@ impl Assembler<'_> {
                 }
                 Some((_, value)) => *value = Some(unquoted_argument(self.dialect, text)),
                 None => {
-                    let cause = format!("`{}` takes {} arguments, and here are more", found.name, found.params.len());
-                    self.report(LineFault::new(
-                        "ASM023",
-                        range,
-                        cause,
-                        "a text with commas in it stands in brackets or quotes",
-                    ));
+                    let cause = format!("`{}` takes {} arguments, but here are more", found.name, found.params.len());
+                    self.report(LineFault::new("ASM023", range, cause, "put a text with commas in brackets or quotes"));
                     return;
                 }
             }
@@ -159,7 +154,7 @@ impl Assembler<'_> {
                     "ASM023",
                     call.word.clone(),
                     cause,
-                    "give it behind the others, or by its name",
+                    "give it after the others, or by its name",
                 ));
             }
             // A blank argument is the default too.
@@ -233,7 +228,7 @@ impl Assembler<'_> {
         let end = behind_name(call.text, rest.start, true).min(rest.end);
         if end <= rest.start {
             let hint = "write `#define name text`";
-            return self.report(LineFault::new("ASM023", call.word.clone(), "a name is missing behind #define", hint));
+            return self.report(LineFault::new("ASM023", call.word.clone(), "a name is missing after #define", hint));
         }
         let name = call.get(rest.start..end).to_owned();
         let close = (byte(call.text, end) == b'(')
@@ -289,9 +284,8 @@ impl Assembler<'_> {
             return None;
         }
         if within.read >= MAX_BYTES_READ {
-            let cause =
-                format!("the texts that stand for names of the line come to more than {MAX_BYTES_READ} characters");
-            self.report(LineFault::new("ASM014", 0..end, cause, "look for texts that stand in each other"));
+            let cause = format!("the replacement texts of the line have more than {MAX_BYTES_READ} characters");
+            self.report(LineFault::new("ASM014", 0..end, cause, "look for texts that contain each other"));
             return None;
         }
         if changed.text.len() >= MAX_LINE_BYTES {

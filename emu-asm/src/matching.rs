@@ -91,9 +91,9 @@ impl Assembler<'_> {
             .iter()
             .find(|(name, _)| *name == mnemonic && !operand.starts_with('@'))?;
         let (last, shorter) = forms.split_last()?;
-        let (told, before) = (self.undefined.len(), std::mem::take(&mut self.has_forward_reference));
+        let (reported, before) = (self.undefined.len(), std::mem::take(&mut self.has_forward_reference));
         let found = evaluate(self.dialect, text, rest.clone(), self);
-        self.undefined.truncate(told);
+        self.undefined.truncate(reported);
         let early = std::mem::replace(&mut self.has_forward_reference, before);
         self.has_forward_reference |= early;
         if early || found.is_err() {
@@ -116,18 +116,18 @@ impl Assembler<'_> {
         let mut operands = cut(self.dialect, text, rest.clone());
         if self.dialect.hooks.drops_operands && forms.iter().all(|form| form.pieces.is_empty()) && !operands.is_empty()
         {
-            let cause = format!("{mnemonic} takes no operands: those here are left out");
+            let cause = format!("{mnemonic} takes no operands: those here are ignored");
             let all = trim(text, rest.clone());
             self.notes.push(LineFault::new("ASM051", all, cause, "put a `;` before a comment").warning());
             operands.clear();
         }
         let mut worst: Option<(u8, LineFault)> = None;
-        let (told, noted) = (self.undefined.len(), self.notes.len());
+        let (reported, noted) = (self.undefined.len(), self.notes.len());
         for form in forms {
             if form.pieces.len() != operands.len() {
                 continue;
             }
-            self.undefined.truncate(told);
+            self.undefined.truncate(reported);
             self.notes.truncate(noted);
             let tried = match form.meaning {
                 FormMeaning::Row(row) => self.try_form(text, row, form, &operands, &word),
@@ -146,7 +146,7 @@ impl Assembler<'_> {
             };
             match tried {
                 FormResult::Fits(words) => {
-                    let missing: Vec<LineFault> = self.undefined.drain(told..).collect();
+                    let missing: Vec<LineFault> = self.undefined.drain(reported..).collect();
                     missing.into_iter().for_each(|fault| self.report(fault));
                     return Ok(words);
                 }
@@ -154,14 +154,14 @@ impl Assembler<'_> {
                 FormResult::Wrong(rank, fault)
                     if worst
                         .as_ref()
-                        .is_none_or(|(best, told)| (rank, fault.range.start) > (*best, told.range.start)) =>
+                        .is_none_or(|(best, reported)| (rank, fault.range.start) > (*best, reported.range.start)) =>
                 {
                     worst = Some((rank, fault));
                 }
                 _ => {}
             }
         }
-        self.undefined.truncate(told);
+        self.undefined.truncate(reported);
         Err(match worst {
             Some((_, fault)) => fault,
             None => {
@@ -169,8 +169,8 @@ impl Assembler<'_> {
                     forms.iter().map(|f| format!("{mnemonic} {}", f.syntax).trim_end().to_owned()).collect();
                 let all = trim(text, rest);
                 let cause = match text.get(all.clone()) {
-                    Some("") | None => format!("{mnemonic} stands without operands"),
-                    Some(operands) => format!("`{operands}` fits no form of {mnemonic}"),
+                    Some("") | None => format!("{mnemonic} has no operands"),
+                    Some(operands) => format!("`{operands}` matches no form of {mnemonic}"),
                 };
                 let at = if all.is_empty() { word } else { all };
                 LineFault::new("ASM002", at, cause, format!("forms: {}", list.join("; ")))
@@ -276,11 +276,11 @@ impl Assembler<'_> {
         let Some(wanted) = number.or_else(|| self.dialect.literals.iter().find(|l| l.0 == literal).map(|l| l.1)) else {
             return false;
         };
-        let told = self.undefined.len();
+        let reported = self.undefined.len();
         let (d, at) = (self.dialect, range.clone());
         let found = evaluate(d, text, range, self);
-        let sure = self.undefined.len() == told;
-        self.undefined.truncate(told);
+        let sure = self.undefined.len() == reported;
+        self.undefined.truncate(reported);
         let Ok(value) = found else { return false };
         if value.is_unknown || !sure {
             return value.is_unknown && self.pass == 1;
@@ -334,8 +334,8 @@ impl Assembler<'_> {
         let bits = if kind.wide { 16 } else { 8 };
         let limit = 1i32 << bits;
         if is_constant && !value.is_label && !value.is_unknown && !(-limit..limit).contains(&n) {
-            let cause = format!("{n} does not fit into {bits} bits: its upper bits are left out");
-            let hint = "give the bits that are meant with & or `#<`";
+            let cause = format!("{n} does not fit into {bits} bits: its upper bits are dropped");
+            let hint = "select the bits with & or `#<`";
             self.notes.push(LineFault::new("ASM030", range.clone(), cause, hint).warning());
         }
         let n = if is_constant { n & (limit - 1) } else { n };

@@ -40,7 +40,7 @@ pub(crate) fn read_number(
     let run = leading_word(rest);
     let hint =
         format!("{} is the radix of a number that says nothing of it; see docs/formats/asm.md for the forms", radix);
-    Err(LineFault::new("ASM010", at..at + run.len().max(1), format!("`{run}` is no number"), hint))
+    Err(LineFault::new("ASM010", at..at + run.len().max(1), format!("`{run}` is not a number"), hint))
 }
 
 /// Returns length and bare digits of the number at the start whose digits are in groups.
@@ -146,7 +146,7 @@ pub(crate) fn read_quoted(d: &AsmDialect, text: &str, at: usize) -> Result<Optio
         return Ok(None);
     }
     if let Some(quoted) = d.hooks.quoted {
-        let cause = "a character is missing behind the quote";
+        let cause = "a character is missing after the quote";
         let hint = "'c is one character, \"cc are two; texts are for .ascii";
         let found = quoted(text, open).ok_or_else(|| LineFault::new("ASM011", open..text.len(), cause, hint))?;
         return Ok(Some((found.0 - at, i64::from(found.1))));
@@ -196,7 +196,7 @@ pub(crate) fn read_quoted(d: &AsmDialect, text: &str, at: usize) -> Result<Optio
             _ if closed => "the quote is not closed".to_owned(),
             _ => format!("the text `{written}` is not closed"),
         };
-        let hint = "a character as a number stands in single quotes: 'c'; texts are for db and ascii";
+        let hint = "write a character as a number in single quotes: 'c'; texts are for db and ascii";
         return Err(LineFault::new("ASM011", at..text.len(), cause, hint));
     }
     Ok(Some((at_char + 1 - at, value)))

@@ -338,7 +338,7 @@ impl Assembler<'_> {
             })
             .collect();
         let (first, last) = (at.start / unit, (at.end.max(at.start + 1) - 1) / unit);
-        let cause = format!("nothing can lie at 0x{first:04X} to 0x{last:04X} of the {}", self.chip.name);
+        let cause = format!("there is no memory at 0x{first:04X} to 0x{last:04X} of the {}", self.chip.name);
         self.report_at_line(line, "ASM020", cause, &format!("its memories: {}", list.join(", ")));
     }
 
@@ -347,8 +347,7 @@ impl Assembler<'_> {
         let place = other.map_or(String::new(), |o| format!("{}:{}", self.texts.name(o.line.file), o.line.number));
         let unit =
             if space.name == self.out.code { self.chip.bytes_per_address(self.chip.code_space) as usize } else { 1 };
-        let cause =
-            format!("something from {place} already lies in {} from 0x{:04X} on", space.name, addr / unit.max(1));
+        let cause = format!("an item of {place} is already in {} from 0x{:04X} on", space.name, addr / unit.max(1));
         self.report_at_line(line, "ASM019", cause, "move one of them with org");
     }
 

@@ -177,7 +177,7 @@ impl Assembler<'_> {
         if self.lines_read <= most {
             return true;
         }
-        let cause = format!("the program comes to more than {MAX_LINES} lines");
+        let cause = format!("the program has more than {MAX_LINES} lines");
         self.report(LineFault::new("ASM017", 0..0, cause, "look for a repetition or a macro that calls itself"));
         self.ended = true;
         false
@@ -221,8 +221,8 @@ impl Assembler<'_> {
                     .evaluate_number(&text, *from..crate::statement::code_end(self.dialect, &text))
                     .is_some_and(|n| n != 0);
                 if holds && *turns >= MAX_WHILE_ITERATIONS {
-                    let cause = format!("the repetition comes to more than {MAX_WHILE_ITERATIONS} turns");
-                    let hint = "its lines must change what the condition asks for";
+                    let cause = format!("the repetition has more than {MAX_WHILE_ITERATIONS} iterations");
+                    let hint = "its lines must change a value of the condition";
                     self.report(LineFault::new("ASM017", trim(&text, 0..text.len()), cause, hint));
                     self.ended = true;
                     return;
@@ -332,7 +332,7 @@ impl Assembler<'_> {
 
     fn report_unmatched(&mut self, call: &DirectiveCall<'_>, partner: &str) {
         let code = if partner == "if" { "ASM012" } else { "ASM013" };
-        let cause = format!("`{}` stands here without a `{partner}` before it", call.get(call.word.clone()));
+        let cause = format!("`{}` is here without a `{partner}` before it", call.get(call.word.clone()));
         self.report(LineFault::new(
             code,
             call.word.clone(),

@@ -269,7 +269,7 @@ impl Assembler<'_> {
     /// Warns of `org` in a section whose start depends on others.
     pub fn report_uncertain_org(&mut self, at: std::ops::Range<usize>) {
         let name = self.out.section().map_or("", |section| section.name.split(PART).next().unwrap_or_default());
-        let cause = format!("`org` in .{name}, which lies where other sections end");
+        let cause = format!("`org` in .{name}, which begins where other sections end");
         self.report(LineFault::new("ASM031", at, cause, "reserve room with .space, or take .balign"));
     }
 }

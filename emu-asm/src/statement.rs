@@ -232,7 +232,7 @@ impl Assembler<'_> {
     pub fn inner_statement(&mut self, call: &DirectiveCall<'_>, from: usize) {
         let end = call.rest.end.max(from);
         if call.get(from..end).to_ascii_lowercase().contains(".iif") {
-            let cause = "a condition of one line stands within another";
+            let cause = "a condition of one line is inside another";
             return self.report(LineFault::new(
                 "ASM023",
                 from..end,
@@ -268,7 +268,7 @@ impl Assembler<'_> {
         match directive {
             Some(AsmDirective { action: DirectiveAction::Run(run), .. }) => run(self, call),
             _ if self.table.forms(&lower).is_empty() => {
-                let cause = format!("`{word}` is no instruction, directive or macro");
+                let cause = format!("`{word}` is not an instruction, directive or macro");
                 let next = trim(call.text, call.rest.clone()).start;
                 let next = call.get(next..behind_name(call.text, next, true));
                 let hint = format!("if `{word}` is a label, it begins in column 1");
@@ -291,7 +291,7 @@ impl Assembler<'_> {
                     self.report(LineFault::new(
                         "ASM022",
                         call.word.clone(),
-                        "an instruction stands at an odd address",
+                        "an instruction is at an odd address",
                         hint,
                     ));
                 }

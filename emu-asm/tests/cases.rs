@@ -123,10 +123,10 @@ fn what_is_wrong() {
 
 #[test]
 fn many_warnings_hide_no_error() {
-    let told = found("8051", " rept 150\n warning \"w\"\n endr\n mov a,#300\n");
+    let reported = found("8051", " rept 150\n warning \"w\"\n endr\n mov a,#300\n");
     let codes: Vec<&str> =
-        told.lines().filter_map(|line| line.split([' ', ':']).find(|w| w.starts_with("ASM"))).collect();
-    assert_eq!(codes, [vec!["ASM025"; 100], vec!["ASM003", "ASM029"]].concat(), "{told}");
+        reported.lines().filter_map(|line| line.split([' ', ':']).find(|w| w.starts_with("ASM"))).collect();
+    assert_eq!(codes, [vec!["ASM025"; 100], vec!["ASM003", "ASM029"]].concat(), "{reported}");
 }
 
 #[test]
@@ -136,10 +136,10 @@ fn ends_of_lines_and_files() {
         (b" db 1\r db 2\r\n db 3\n", "= code 0000: 01 02 03\n"),
         (b" db 1\n db 2\n\x1A", "= code 0000: 01 02\n"),
         (b" db 1\r\n\x1A\r\n\0\0", "= code 0000: 01\n"),
-        (b" db 1\n\x1A\n db 2\n", "! 2:1 ASM005: `\\x1a` is no instruction, directive or label (a line is `label: word operands ; comment`)\n"),
+        (b" db 1\n\x1A\n db 2\n", "! 2:1 ASM005: `\\x1a` is not an instruction, directive or label (a line is `label: word operands ; comment`)\n"),
         (b"\xEF\xBB\xBF db 1\n", "= code 0000: 01\n"),
-        (b" db 1\r\r\n mvo a\r", "! 2:2 ASM001: `mvo` is no instruction, directive or macro (did you mean `mov`?)\n"),
-        (b" db 1\r\r mvo a\r", "! 3:2 ASM001: `mvo` is no instruction, directive or macro (did you mean `mov`?)\n"),
+        (b" db 1\r\r\n mvo a\r", "! 2:2 ASM001: `mvo` is not an instruction, directive or macro (did you mean `mov`?)\n"),
+        (b" db 1\r\r mvo a\r", "! 3:2 ASM001: `mvo` is not an instruction, directive or macro (did you mean `mov`?)\n"),
         (b"\xFE\xFF\0 \0n", "! 0:0 ASM035: `main.asm` is written in UTF-16 (high byte first) (save it as UTF-8)\n"),
         (b" include \"wide.inc\"\n", "! 1:10 ASM035: `wide.inc` is written in UTF-16 (low byte first) (save it as UTF-8)\n"),
     ];

@@ -24,7 +24,7 @@ fn its_examples_assemble() {
 }
 
 #[test]
-fn every_directive_stands_on_it() {
+fn the_page_lists_every_directive() {
     let page = page();
     let words: std::collections::BTreeSet<&str> =
         page.split(|c: char| !c.is_ascii_alphanumeric() && !"_$=".contains(c)).collect();

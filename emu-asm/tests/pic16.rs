@@ -2,8 +2,8 @@
 //! workspace compares whole programs with gpasm.
 //!
 //! A source follows `== CHIP: what it shows`. Then come lines `-- ADDR: WORDS` (hexadecimal; word addresses
-//! and words; everything that the source emits), `-- told LINE CODE` for each warning and note, and `-- error
-//! LINE CODE` for each error.
+//! and words; everything that the source emits), `-- remark LINE CODE` for each warning and note, and `--
+//! error LINE CODE` for each error.
 
 use std::io;
 
@@ -37,7 +37,7 @@ fn sources_give_these_words_and_these_complaints() {
         let found = assemble(&SourceText { name: "", bytes: text.as_bytes() }, chip, &options, &mut ());
         let tell = |list: &[diag::Diagnostic]| {
             let line = |d: &diag::Diagnostic| {
-                format!("-- {} {} {}", if d.is_error() { "error" } else { "told" }, d.pos.line, d.code)
+                format!("-- {} {} {}", if d.is_error() { "error" } else { "remark" }, d.pos.line, d.code)
             };
             list.iter().map(line).collect::<Vec<_>>()
         };

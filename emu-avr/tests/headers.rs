@@ -189,7 +189,7 @@ fn check_registers(part: &AvrPart, header: &Header, wrong: &mut Vec<String>) {
         }
         let site = part.register_slots[usize::from(reg.addr)];
         if site == RegisterSlot::Reserved && reg.name != "OCDR" || matches!(site, RegisterSlot::Low(_)) {
-            wrong.push(format!("{}: nothing stands at {}", chip.name, reg.name));
+            wrong.push(format!("{}: no register at {}", chip.name, reg.name));
         }
     }
     for (addr, site) in part.register_slots.iter().enumerate() {

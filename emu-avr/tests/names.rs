@@ -93,7 +93,7 @@ fn names_are_clear() {
 /// Names of the headers that are left out: the name, its end after `*`, or its beginning before `*`; then the
 /// reason.
 const LEFT_OUT: &str = "
-    *_vect_num            numbers of vectors: the names of the vectors stand in the row
+    *_vect_num            numbers of vectors: the names of the vectors are in the row
     *_BIT                 the bit of a pin by each of its functions: only the header of the ATmega88PA has them
     _AVR*                 guards of the headers
     _UBRR*                guards of the headers
@@ -130,12 +130,12 @@ const OTHERWISE: &str = "
     164a 164p 324pa 644 644a 644p 644pa 1284p | LFUSE_DEFAULT | 0x42 | SUT is 10 at delivery (8272, fuse bits), not 00
     1284p | HFUSE_DEFAULT | 0x9d | BOOTSZ is 00 at delivery (8272, fuse bits), not 10
     644pa 1284p | SPDR0 | 0 | bit 0 of SPDR: other headers name the register itself SPDR0
-    162 | SLEEP_MODE_IDLE | 0 | a number of avr-libc's own: the bits stand in three registers
-    162 | SLEEP_MODE_ADC | 3 | a number of avr-libc's own: the bits stand in three registers
-    162 | SLEEP_MODE_PWR_DOWN | 1 | a number of avr-libc's own: the bits stand in three registers
-    162 | SLEEP_MODE_PWR_SAVE | 2 | a number of avr-libc's own: the bits stand in three registers
+    162 | SLEEP_MODE_IDLE | 0 | a number of avr-libc's own: the bits are in three registers
+    162 | SLEEP_MODE_ADC | 3 | a number of avr-libc's own: the bits are in three registers
+    162 | SLEEP_MODE_PWR_DOWN | 1 | a number of avr-libc's own: the bits are in three registers
+    162 | SLEEP_MODE_PWR_SAVE | 2 | a number of avr-libc's own: the bits are in three registers
     162 | SLEEP_MODE_EXT_STANDBY | 5 | the same
-    162 | SLEEP_MODE_STANDBY | 4 | a number of avr-libc's own: the bits stand in three registers
+    162 | SLEEP_MODE_STANDBY | 4 | a number of avr-libc's own: the bits are in three registers
 ";
 
 /// Names that no header of the chip's data sheet has, with the reason.

@@ -104,8 +104,8 @@ impl DialectPair<'_> {
     }
 }
 
-/// Runs `before` and `after`, which are one program in two dialects, with the same random inputs from reset, `scans` scans in all.
-/// The inputs depend only on the program and `seed`.
+/// Runs `before` and `after`, which are one program in two dialects, with the same random inputs from reset,
+/// `scans` scans in all. The inputs depend only on the program and `seed`.
 ///
 /// # Errors
 /// One of the two has an element without a meaning in its dialect.
@@ -164,7 +164,8 @@ pub fn compare_dialects(
     Ok(result)
 }
 
-/// Lists what has another meaning in the dialect of `after`, which is the program `before` read in the other dialect.
+/// Lists what has another meaning in the dialect of `after`, which is the program `before` read in the other
+/// dialect.
 #[must_use]
 pub fn meaning_changes(before: &LadderProgram, after: &LadderProgram) -> Vec<MeaningChange> {
     let mut changes: Vec<MeaningChange> = Vec::new();
@@ -202,7 +203,8 @@ fn range_text(bytes: u8) -> String {
     format!("{bytes} {unit} (-{most} to {})", most - 1)
 }
 
-/// Says what an element does in the dialect `to` that it does not do in the other; `None` if it does the same.
+/// Says what an element does in the dialect `to` that it does not do in the other; `None` if it does the
+/// same.
 fn element_change(program: &LadderProgram, element: &Element, to: LadderDialect) -> Option<&'static str> {
     let counts = |name: &str| {
         let has_start =
@@ -234,7 +236,8 @@ fn element_change(program: &LadderProgram, element: &Element, to: LadderDialect)
         {
             Some("takes one scan less: the adjust is -1 in 2.3, and 0 in a file of 5.x")
         }
-        // Timers of old files compute the same; the widths of their integers are listed by symbol. What one dialect lacks is refused.
+        // Timers of old files compute the same; the widths of their integers are listed by symbol. What one
+        // dialect lacks is refused.
         _ => None,
     }
 }

@@ -32,7 +32,7 @@ pub enum CheckError {
         value: String,
     },
     /// A scenario sets an input that the program does not read.
-    #[error("`{name}` is no input of the program")]
+    #[error("`{name}` is not an input of the program")]
     NotAnInput {
         /// The symbol.
         name: String,
@@ -74,7 +74,7 @@ pub enum CheckError {
     },
     /// Two shards of different splits contain the same program.
     #[error(
-        "shards {}/{} and {}/{} hold the same programs, the first is program {first}",
+        "shards {}/{} and {}/{} contain the same programs, the first is program {first}",
         .a.index, .a.of, .b.index, .b.of
     )]
     OverlappingShards {
@@ -156,7 +156,7 @@ pub enum CheckError {
     #[error("the program halts before any scan")]
     HaltsBeforeScan,
     /// A foreign image executes a word that is not an instruction.
-    #[error("0x{word:04X} at program word 0x{pc:04X} is no instruction")]
+    #[error("0x{word:04X} at program word 0x{pc:04X} is not an instruction")]
     IllegalInstruction {
         /// The program word.
         word: u16,
@@ -172,7 +172,7 @@ pub enum CheckError {
         pc: u32,
     },
     /// A run stopped although no breakpoint is set.
-    #[error("the program stopped where nobody asked for")]
+    #[error("the program stopped without a request")]
     UnexpectedStop,
     /// A compiled sketch did not reach its next scan.
     #[error("{stop:?} at 0x{address:04X}")]

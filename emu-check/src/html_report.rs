@@ -249,6 +249,6 @@ fn symbol_drawing(entry: &ReportEntry<'_>, report: &CheckReport) -> String {
     };
     format!(
         "<h3>Symbols, scan {from} to {to}</h3>\n<p class=\"dim\">Solid: reference. Dashed: chip. An upright dashed line is a reset.{marks} \
-         Names and lines tell more where the pointer rests.</p>\n<div class=\"both\"><div class=\"names\">{names}</div><div{end}>{wave}</div></div>\n"
+         Point at a name or line for details.</p>\n<div class=\"both\"><div class=\"names\">{names}</div><div{end}>{wave}</div></div>\n"
     )
 }

@@ -283,13 +283,13 @@ fn lost_sync_mismatch(astray: &LostSync, places: &ProgramPlaces) -> Mismatch {
     let found = match astray.stop {
         StopReason::Limit => format!("no sign of it for several periods, the program is at {}", at(astray.pc)),
         StopReason::Halted => format!("the chip has halted at {}", at(astray.pc)),
-        StopReason::Illegal { pc, word } => format!("0x{word:04X} at {} is no instruction", at(pc)),
+        StopReason::Illegal { pc, word } => format!("0x{word:04X} at {} is not an instruction", at(pc)),
         StopReason::Fault { pc, fault } => format!("{fault}, at {}", at(pc)),
         StopReason::Breakpoint { pc } => {
             let point = points.into_iter().find(|p| places.point_word(*p) == Some(pc)).map_or("a trap", name);
             format!("{point}, at {}", at(pc))
         }
-        StopReason::Probe => "a stop that nobody asked for".to_owned(),
+        StopReason::Probe => "a stop without a request".to_owned(),
     };
     let mut mismatch =
         Mismatch::of_text(DifferenceKind::Stop, astray.cycle, format!("{}{wanted}", name(astray.wanted)), found);

@@ -111,7 +111,7 @@ fn check_special_pins(
     options: &CheckOptions,
     pace: &ScanPace,
     (map, chip): (&ImageMap, &Chip),
-    told: &mut Vec<(String, String)>,
+    differences: &mut Vec<(String, String)>,
 ) {
     let mut names: Vec<&str> = map.pins.iter().map(|pin| pin.pin.as_str()).collect();
     for special in &map.specials {
@@ -120,25 +120,25 @@ fn check_special_pins(
         | SpecialPin::Analog { pin, .. }
         | SpecialPin::Pwm { pin, .. }) = special;
         if names.iter().any(|name| name.eq_ignore_ascii_case(pin)) {
-            told.push((format!("one job for the pin {pin}"), "several".to_owned()));
+            differences.push((format!("one job for the pin {pin}"), "several".to_owned()));
         }
         names.push(pin);
         let rate = program.settings.baud.unwrap_or(0);
         match special {
             SpecialPin::Transmit { baud, .. } | SpecialPin::Receive { baud, .. } if *baud != rate => {
-                told.push((format!("a serial line of {rate} bits per second"), format!("{baud}")));
+                differences.push((format!("a serial line of {rate} bits per second"), format!("{baud}")));
             }
             SpecialPin::Analog { pin, name } => {
                 if let Some(wanted) =
                     requested_pin(program, options, chip, name).filter(|wanted| !wanted.eq_ignore_ascii_case(pin))
                 {
-                    told.push((format!("{name} at {wanted}"), format!("at {pin}")));
+                    differences.push((format!("{name} at {wanted}"), format!("at {pin}")));
                 }
             }
             SpecialPin::Pwm { hertz, period, steps, .. } => {
                 let asked = pwm_frequency(program);
                 if asked != Some(*hertz) {
-                    told.push((format!("a PWM output of {} Hz", asked.unwrap_or(0)), format!("{hertz} Hz")));
+                    differences.push((format!("a PWM output of {} Hz", asked.unwrap_or(0)), format!("{hertz} Hz")));
                 }
                 // The period must be clock / hertz clocks, within 5 %.
                 let clocks = u128::from(period.num) * u128::from(pace.clocks_per_cycle) * u128::from(*hertz);
@@ -146,7 +146,7 @@ fn check_special_pins(
                 if period.den == 0 || clocks.abs_diff(wanted) * 20 > wanted || *steps < MIN_PWM_STEPS {
                     let wanted = format!("PWM of {hertz} Hz within 5 %, of {MIN_PWM_STEPS} steps or more");
                     let (num, den) = (u128::from(period.num), u128::from(period.den));
-                    told.push((wanted, format!("a period of {} cycles, {steps} steps", ratio_text(num, den))));
+                    differences.push((wanted, format!("a period of {} cycles, {steps} steps", ratio_text(num, den))));
                 }
             }
             _ => {}
@@ -161,7 +161,7 @@ fn check_special_pins(
         let found = cells.next().map(|cells| (cells.name.as_str(), cells.addr, cells.bytes));
         if found != Some(wanted) {
             let text = |(name, addr, bytes): (&str, u16, u8)| format!("{bytes} cells from {addr} on for {name}");
-            told.push((text(wanted), found.map_or_else(|| "none".to_owned(), text)));
+            differences.push((text(wanted), found.map_or_else(|| "none".to_owned(), text)));
         }
         addr += u16::from(bytes);
     }
@@ -184,7 +184,7 @@ fn check_pins(
     program: &LadderProgram,
     options: &CheckOptions,
     (map, chip): (&ImageMap, &Chip),
-    told: &mut Vec<(String, String)>,
+    differences: &mut Vec<(String, String)>,
 ) {
     let symbols = program.symbols();
     for symbol in &symbols {
@@ -197,24 +197,25 @@ fn check_pins(
         let found: Vec<_> = map.pins.iter().filter(|p| p.name == name).collect();
         let pins: Vec<&str> = found.iter().map(|p| p.pin.as_str()).collect();
         if found.len() != 1 {
-            told.push((format!("one pin for {name}"), format!("{} pins {}", pins.len(), pins.join(" "))));
+            differences.push((format!("one pin for {name}"), format!("{} pins {}", pins.len(), pins.join(" "))));
         }
         if let Some(other) = found.iter().find(|p| p.direction != direction) {
-            told.push((format!("{name} as `{direction}`"), format!("`{}`", other.direction)));
+            differences.push((format!("{name} as `{direction}`"), format!("`{}`", other.direction)));
         }
         if let Some(wanted) = requested_pin(program, options, chip, name)
             && pins.iter().any(|pin| !pin.eq_ignore_ascii_case(wanted))
         {
-            told.push((format!("{name} at {wanted}"), format!("at {}", pins.join(" "))));
+            differences.push((format!("{name} at {wanted}"), format!("at {}", pins.join(" "))));
         }
     }
     for (n, pin) in map.pins.iter().enumerate() {
         if !symbols.iter().any(|s| s.name == pin.name && matches!(s.kind, SymbolKind::Input | SymbolKind::Output)) {
-            told.push(("pins for inputs and outputs only".to_owned(), format!("{} for `{}`", pin.pin, pin.name)));
+            differences
+                .push(("pins for inputs and outputs only".to_owned(), format!("{} for `{}`", pin.pin, pin.name)));
         }
         let earlier = map.pins.iter().take(n).find(|p| p.pin.eq_ignore_ascii_case(&pin.pin) && p.name != pin.name);
         if let Some(other) = earlier {
-            told.push((format!("a pin of its own for {}", pin.name), format!("{} as {}", pin.pin, other.name)));
+            differences.push((format!("a pin of its own for {}", pin.name), format!("{} as {}", pin.pin, other.name)));
         }
     }
 }

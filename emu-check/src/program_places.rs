@@ -71,7 +71,7 @@ impl ProgramPlaces {
     ) -> Result<ProgramPlaces, Vec<Diagnostic>> {
         let mut faults = Vec::new();
         let mut fault = |cause: String| {
-            let hint = "compile the program anew; map and image must come from one compilation";
+            let hint = "compile the program again; map and image must come from one compilation";
             faults.push(Diagnostic::new(Severity::Error, codes::BAD_MAP, &program.file, Pos::default(), cause, hint));
         };
         let mut symbols = Vec::new();

@@ -83,7 +83,7 @@ impl SerialListener {
                 let bits = (since + self.bit.half_bit_clocks(1)) * self.bit.baud / self.bit.hz.max(1);
                 let off = since.abs_diff(self.bit.bit_clocks(bits));
                 if off > since * MAX_EDGE_PERMILLE / 1000 + self.tolerance_clocks && fault.is_none() {
-                    *fault = Some(format!("with an edge {off} clocks beside bit {bits}"));
+                    *fault = Some(format!("with an edge {off} clocks away from bit {bits}"));
                 }
             }
             None if !high => {
@@ -246,8 +246,8 @@ mod tests {
             assert_eq!(found.map(|f| f.scan), wanted, "{period}");
             let Some(ByteArrival { start, scan }) = found else { continue };
             assert!(start >= busy);
-            let (middle, told) = (start + BIT.half_bit_clocks(37) / 2, start + BIT.half_bit_clocks(39) / 2);
-            assert!(middle >= starts(scan - 1) + busy && told < starts(scan), "{period}: {start}");
+            let (middle, detected) = (start + BIT.half_bit_clocks(37) / 2, start + BIT.half_bit_clocks(39) / 2);
+            assert!(middle >= starts(scan - 1) + busy && detected < starts(scan), "{period}: {start}");
         }
         // A chip that never waits cannot receive a byte.
         assert_eq!(plan_arrival(BIT, 0, 1, 1_000, |scan| scan * 1_000), None);

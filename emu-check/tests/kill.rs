@@ -71,8 +71,11 @@ fn kill_table() {
     for (mcu, (faults, share)) in shares {
         assert!(faults >= MIN_FAULTS, "{mcu}: {faults} faults");
         assert!(share >= MIN_SHARE_PERCENT, "{mcu}: {share:.1} % found");
-        let told = page::stated_share(&page, mcu);
-        assert!(told.is_none_or(|told| share > told - 0.1), "{mcu}: {share:.1} % found, docs/kill.md says {told:?}");
+        let stated = page::stated_share(&page, mcu);
+        assert!(
+            stated.is_none_or(|stated| share > stated - 0.1),
+            "{mcu}: {share:.1} % found, docs/kill.md says {stated:?}"
+        );
     }
     let unexplained = survivors.unexplained();
     assert!(unexplained.is_empty(), "not found, and without a reason in kill.txt: {unexplained:#?}");

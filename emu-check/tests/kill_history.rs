@@ -37,12 +37,12 @@ fn historic_faults_are_found() {
         let [id, what, chip, sound, faulty] = columns[..] else { panic!("five columns: {row}") };
         let (sound, faulty) = (program(id, sound), program(id, faulty));
         let options = CheckOptions { mcu: chip.to_owned(), ..CheckOptions::default() };
-        let told = |faults: Vec<diag::Diagnostic>| -> ! { panic!("{id}: {faults:?}") };
-        let own = check(&sound, &options, &mut |_, _| {}).unwrap_or_else(|faults| told(faults));
+        let fail = |faults: Vec<diag::Diagnostic>| -> ! { panic!("{id}: {faults:?}") };
+        let own = check(&sound, &options, &mut |_, _| {}).unwrap_or_else(|faults| fail(faults));
         assert!(own.agreed, "{id}: {}", own.text());
         let target = ladder_compile::CompileOptions { mcu: chip.to_owned(), ..Default::default() };
-        let image = ladder_compile::compile(&faulty, &target).unwrap_or_else(|faults| told(faults));
-        let report = check_compiled(&sound, &image, &options, &mut |_, _| {}).unwrap_or_else(|faults| told(faults));
+        let image = ladder_compile::compile(&faulty, &target).unwrap_or_else(|faults| fail(faults));
+        let report = check_compiled(&sound, &image, &options, &mut |_, _| {}).unwrap_or_else(|faults| fail(faults));
         // A fault that is now found must be removed from the list of gaps.
         if report.agreed != GAPS.contains(&id) {
             wrong.push(format!("{id}: {what}: {}\n", if report.agreed { "not found" } else { "found" }));

@@ -32,7 +32,7 @@ const SEED: u64 = 0x57A7_E5EE;
 fn env_number(name: &str, otherwise: u64) -> u64 {
     let Ok(text) = std::env::var(name) else { return otherwise };
     let (digits, radix) = text.strip_prefix("0x").map_or((&*text, 10), |digits| (digits, 16));
-    u64::from_str_radix(digits, radix).unwrap_or_else(|_| panic!("{name} is no number: {text}"))
+    u64::from_str_radix(digits, radix).unwrap_or_else(|_| panic!("{name} is not a number: {text}"))
 }
 
 /// Draws a random byte. About half of them are boundary values with at most one bit set or clear.

@@ -35,7 +35,7 @@ pub enum CoreError {
         number: i32,
     },
     /// A target byte address is in the middle of an instruction word.
-    #[error("target 0x{address:04X} is odd: instructions stand at even addresses")]
+    #[error("target 0x{address:04X} is odd: instructions are at even addresses")]
     OddTarget {
         /// The byte address.
         address: i32,

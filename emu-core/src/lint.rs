@@ -147,94 +147,95 @@ pub enum Lint {
 #[rustfmt::skip]
 pub const LINT_CODES: &[DiagnosticCode] = &[
     DiagnosticCode { code: "LINT001", title: "a port is read whose pins are analog inputs",
-        explain: "A pin that is an analog input reads 0 whatever its level. After power-up most pins that can be analog are. \
-                  BTFSC and BTFSS are held to the pin that they test, other instructions that read the port to all of its \
-                  pins. Mend: make the pins digital first: ADCON1, ANSEL or CMCON, by chip." },
-    DiagnosticCode { code: "LINT002", title: "bits of a port's latch are changed along with others",
-        explain: "BSF, BCF, IORWF, ANDWF and XORWF read all pins of a port and write all of its latch. A pin that is not at the \
-                  level of its latch (an input, a pin with a load, one that was written just before, an analog one) changes its \
-                  latch so, which shows when it becomes an output. Mend: keep a copy of the port in RAM, change that and write \
-                  it whole." },
+        explain: "A pin that is an analog input reads 0 at any level. After power-up most pins with an analog function are analog. \
+                  For BTFSC and BTFSS only the tested pin matters, for other instructions that read the port all of its \
+                  pins. Fix: make the pins digital first with ADCON1, ANSEL or CMCON, depending on the chip." },
+    DiagnosticCode { code: "LINT002", title: "an instruction changes other bits of a port's latch",
+        explain: "BSF, BCF, IORWF, ANDWF and XORWF read all pins of a port and write all of its latch. If the level of a pin differs \
+                  from its latch, the instruction changes that latch, which shows when the pin becomes an output. Such pins are \
+                  inputs, analog pins, pins with a load, and pins that were written just before. Fix: keep a copy of the port in \
+                  RAM, change the copy and write it to the port." },
     DiagnosticCode { code: "LINT003", title: "the stack is full",
-        explain: "The stack of a PIC16 has eight places, and a call or an interrupt takes one. The ninth overwrites the oldest \
-                  return address, and nothing tells the program. Mend: nest fewer calls, and leave a place for the interrupt." },
+        explain: "The stack of a PIC16 has eight entries, and each call or interrupt uses one. The ninth overwrites the oldest \
+                  return address, and no flag reports it. Fix: nest fewer calls, and leave an entry for the interrupt." },
     DiagnosticCode { code: "LINT004", title: "a return without a call",
-        explain: "RETURN, RETLW or RETFIE with an empty stack goes to whatever address its place holds: often an old one. Mend: \
-                  leave by GOTO what was reached by GOTO." },
-    DiagnosticCode { code: "LINT005", title: "a jump or call into a page that was not chosen here",
-        explain: "GOTO and CALL take the upper bits of their target from PCLATH. This one left its page, but PCLATH was last \
-                  written by code in another page: by a routine that was called, or by the caller. Mend: set PCLATH before the \
+        explain: "RETURN, RETLW or RETFIE with an empty stack jumps to the address in an unused entry, often an old return address. \
+                  Fix: use GOTO to leave code that was reached by GOTO." },
+    DiagnosticCode { code: "LINT005", title: "a jump or call into a page that this code did not select",
+        explain: "GOTO and CALL take the upper bits of their target from PCLATH. This one left its page, but code in another page \
+                  wrote PCLATH last: a called routine, or the caller. Fix: set PCLATH before the \
                   jump or call (pagesel), and again after a call into another page." },
-    DiagnosticCode { code: "LINT006", title: "a service routine changes what it interrupts",
-        explain: "After RETFIE a register holds something else than when the interrupt came, so the interrupted code goes on \
-                  with a wrong W, wrong flags or bank, or a wrong page. Mend: save W, STATUS and PCLATH first in the service \
-                  routine and restore them last, with SWAPF, which leaves the flags alone." },
+    DiagnosticCode { code: "LINT006", title: "a service routine changes a register of the interrupted code",
+        explain: "After RETFIE a register has another value than at the interrupt, so the interrupted code continues \
+                  with a wrong W, wrong flags or bank, or a wrong page. Fix: save W, STATUS and PCLATH first in the service \
+                  routine and restore them last, with SWAPF, which does not change the flags." },
     DiagnosticCode { code: "LINT007", title: "RAM or a register is read that was never written",
-        explain: "After power-up RAM holds anything, and something else on the next chip; so do the registers of an AVR. The \
-                  emulator fills them with zeros unless --ram says otherwise, so such a program may run well here and fail on \
-                  the desk. Bytes that the image fills count as written; every byte is told of once. On AVR values are \
-                  followed bit by bit, and it is told where they first make a difference: in a branch, an address, a register \
-                  of the chip. Mend: write it first." },
+        explain: "After power-up the contents of RAM are undefined and differ from chip to chip, and so are the registers of an AVR. The \
+                  emulator fills them with zeros unless --ram selects another fill, so such a program may work here and fail on \
+                  a board. Bytes that the image fills count as written. Each byte is reported once. On AVR the emulator tracks \
+                  each bit, and reports where an unwritten bit first has an effect: in a branch, an address, or a register \
+                  of the chip. Fix: write the byte or register first." },
     DiagnosticCode { code: "LINT008", title: "SLEEP does nothing",
-        explain: "SLEEP is a NOP while an interrupt flag and its enable bit are set, and with GIE clear nothing else tells of it. \
-                  A flag that nothing clears makes every SLEEP a NOP. Mend: clear the flag before SLEEP." },
-    DiagnosticCode { code: "LINT009", title: "the stack grows over what lies below it",
-        explain: "The stack grows down, and static data and the heap up. Where a push, a call, an interrupt or a frame reaches \
-                  below the end of static data (of the heap, where malloc has grown it), variables and return addresses \
-                  overwrite each other. Without symbols only the beginning of RAM is known. A stack that a program places in \
-                  static data itself, as those of tasks, is held to the beginning of RAM. Mend: smaller buffers and frames, \
-                  less recursion." },
-    DiagnosticCode { code: "LINT010", title: "a write to an address where nothing is",
-        explain: "The address is reserved, or beyond the end of RAM. Reserved addresses are never to be written, says the data \
-                  sheet. Often the image is for another chip, or a pointer is wild. Mend: look at the address." },
+        explain: "SLEEP is a NOP while an interrupt flag and its enable bit are set. With GIE clear nothing else shows it. \
+                  A flag that the program never clears makes every SLEEP a NOP. Fix: clear the flag before SLEEP." },
+    DiagnosticCode { code: "LINT009", title: "the stack grows over data below it",
+        explain: "The stack grows down, static data and the heap grow up. If a push, a call, an interrupt or a frame reaches \
+                  below the end of static data (or of the heap, after malloc), variables and return addresses \
+                  overwrite each other. Without symbols only the start of RAM is known. For a stack that the program places in \
+                  static data, such as the stack of a task, the limit is the start of RAM. Fix: use smaller buffers and frames, \
+                  and less recursion." },
+    DiagnosticCode { code: "LINT010", title: "a write to an unimplemented address",
+        explain: "The address is reserved, or beyond the end of RAM. The data sheet forbids writes to reserved \
+                  addresses. Often the image is for another chip, or a pointer is wrong. Fix: check the address." },
     DiagnosticCode { code: "LINT011", title: "reserved bits are written as ones",
-        explain: "Reserved bits are to be written as zeros, says the data sheet, for later chips give them a meaning. Often the \
-                  number of a bit is wrong, or the image is for another chip. Not told of absent pins of a port, and of flags \
-                  that ones clear. Mend: write zeros there." },
+        explain: "The data sheet requires zeros in reserved bits, because later chips use them. Often the \
+                  number of a bit is wrong, or the image is for another chip. The lint excludes absent pins of a port, and flags \
+                  that a one clears. Fix: write zeros there." },
     DiagnosticCode { code: "LINT012", title: "a baud rate is more than 2.5 % off",
-        explain: "Both sides of an asynchronous line may differ by a few percent in all before bits are read wrong, so each \
-                  should be within some 2 % of the rate; 2.1 %, as 115200 baud has at 16 MHz, is usual and accepted. The rate is worked out from the clock after CLKPR, UBRR and U2X, and held \
-                  against the nearest usual one (300 to 2000000 baud). Mend: U2X, another UBRR, or a crystal that divides well." },
+        explain: "Sender and receiver of an asynchronous line may differ by a few percent in total before bits are read wrongly, so each \
+                  should be within about 2 % of the rate. An error of 2.1 %, as for 115200 baud at 16 MHz, is usual and accepted. \
+                  The emulator computes the rate from the clock after CLKPR, UBRR and U2X, and compares it \
+                  with the nearest usual one (300 to 2000000 baud). Fix: use U2X, another UBRR, or a crystal with a suitable frequency." },
     DiagnosticCode { code: "LINT013", title: "an interrupt is taken that has no service routine",
-        explain: "Its vector is erased, or jumps back to the beginning, as avr-libc has it where a program defines no routine: the \
-                  program starts over without a reset. Mend: write an ISR for it (a misspelt name of a vector makes none), or do \
-                  not enable it." },
+        explain: "Its vector is erased, or jumps to the start of the program, as avr-libc does for vectors without a routine. The \
+                  program starts over without a reset. Fix: write an ISR for it, or do not enable it. An ISR with a misspelt \
+                  vector name does not count." },
     DiagnosticCode { code: "LINT014", title: "an interrupt is enabled that has no service routine",
-        explain: "Its enable bit is set, and so is I in SREG; when its flag comes, the program jumps into an erased vector or \
-                  back to the beginning. Mend: write an ISR for it, or do not enable it." },
-    DiagnosticCode { code: "LINT015", title: "a pin is read on which nothing stands",
-        explain: "The pin is an input without pull-up, and nothing outside drives it: on the desk it reads anything, and picks up \
-                  what is near it. Told where the bit makes a difference, once a pin: a port may be read whole if bits of such \
-                  pins are masked out. Mend: turn on its pull-up, or drive it (--set PD2=1, --set PD2=pullup)." },
+        explain: "Its enable bit and I in SREG are set. When its flag is set, the program jumps into an erased vector or \
+                  to its start. Fix: write an ISR for it, or do not enable it." },
+    DiagnosticCode { code: "LINT015", title: "a pin is read that nothing drives",
+        explain: "The pin is an input without pull-up, and nothing outside drives it. On a board it reads an undefined level and picks up \
+                  noise. The report is where the bit has an effect, once per pin: a program may read the whole port if it masks the \
+                  bits of such pins. Fix: enable the pull-up, or drive the pin (--set PD2=1, --set PD2=pullup)." },
     DiagnosticCode { code: "LINT016", title: "a bit that the controller does not have",
-        explain: "The address has no channel or no module behind it: E 256 to 511 and R 384 to 511 never have, inputs and outputs \
-                  only as many as the configuration says, R as it has modules. It reads 0, and what is written is lost. With an \
-                  index the address is meant that it leads to. Mend: configure the channel or module, or look at the address." },
+        explain: "The address has no channel or module. E 256 to 511 and R 384 to 511 never have one. The configuration sets the \
+                  number of inputs and outputs, and the modules set the addresses of R. Such a bit reads 0, and a write has no effect. \
+                  For an indexed operand the address includes the index. Fix: configure the channel or module, or check the address." },
     DiagnosticCode { code: "LINT017", title: "an input is written",
-        explain: "STO and STOC to an input change its latch until inputs are sampled again; where inputs are read live there is no \
-                  latch, and nothing happens. STC and RTC are for outputs, timers and memory only; a raw word that names an \
-                  input does the same. Mend: write an output or a bit of M." },
+        explain: "STO and STOC to an input change its latch until the next sampling of the inputs. If inputs are read live there is no \
+                  latch, and nothing happens. STC and RTC are only for outputs, timers and memory; a raw word that names an \
+                  input has the same effect. Fix: write an output or a bit of M." },
     DiagnosticCode { code: "LINT018", title: "a preset port is misused",
         explain: "R256 to R383 take the presets of modules 0 to 127: STO to the port, then a NOP with bit 11 clear, whose field is \
-                  the preset. Any other write does nothing, and the port reads 0. Mend: write TIM Rn,#d, which makes both words." },
-    DiagnosticCode { code: "LINT019", title: "a field of an instruction is not empty",
-        explain: "NOT and CLR have no operand, and execute whatever their lower twelve bits are. The words B000h and C000h are the \
-                  plain ones; others are often data that the program runs into. Mend: look at the address." },
-    DiagnosticCode { code: "LINT020", title: "a program relies on silicon against its data sheet",
-        explain: "It writes ICR1 or ICR3 in a mode that does not have that as TOP, or an edge on INT0 or INT1 wakes it from a sleep \
-                  in which the I/O clock stands. The data sheet says that the one has no effect and that only a low level does \
-                  the other; boards do both, and so does the emulator. --reading icr-write=top and --reading int-wake=level \
-                  take the sheet by its letter. Mend: choose the mode before ICR is written; wake by a level or a pin change." },
+                  the preset. Any other write does nothing, and the port reads 0. Fix: write TIM Rn,#d, which generates both words." },
+    DiagnosticCode { code: "LINT019", title: "the operand field of an instruction without operand is not 0",
+        explain: "NOT and CLR have no operand, and execute with any value of their lower twelve bits. The words B000h and C000h are the \
+                  normal ones. Other words are often data that the program executes by mistake. Fix: check the address." },
+    DiagnosticCode { code: "LINT020", title: "a program relies on silicon that differs from its data sheet",
+        explain: "The program writes ICR1 or ICR3 in a mode in which it is not TOP, or an edge on INT0 or INT1 wakes it from a sleep \
+                  in which the I/O clock is stopped. The data sheet says that the write has no effect and that only a low level wakes \
+                  the chip. Real chips do both, and so does the emulator. --reading icr-write=top and --reading int-wake=level \
+                  select the data sheet. Fix: select the mode before you write ICR; wake by a level or a pin change." },
     DiagnosticCode { code: "LINT021", title: "a channel of the converter has no pin in this package",
-        explain: "ADC6 and ADC7 of ATmega8 and ATmega48 to 328 are pins of the packages with 32 pins alone. In the package that \
-                  --package names the channel converts to 0 here, and to anything on a board. Mend: choose another channel, or \
-                  the package of the board; without --package the chip has the pins of all." },
-    DiagnosticCode { code: "LINT022", title: "a conversion begins before the acquisition time has passed",
-        explain: "The holding capacitor of the converter charges through the source of the selected channel, and what it holds as \
-                  GO is set is converted. The time runs from the write that turns the converter on or selects the channel, and \
-                  after a conversion from 2 TAD behind its end: 19.7 us with the 10 bits of most chips and 12 us with 8, by the \
-                  equation of the data sheet for a source of 10 kilohms at 50 degrees. Earlier the result leans to the channel \
-                  before. Fix: wait between the selection and GO." },
+        explain: "ADC6 and ADC7 of ATmega8 and ATmega48 to 328 exist only in packages with 32 pins. In the package of \
+                  --package the channel converts to 0 here, and to an undefined value on a board. Fix: choose another channel, or \
+                  the package of the board. Without --package the chip has the pins of all packages." },
+    DiagnosticCode { code: "LINT022", title: "a conversion starts before the acquisition time has passed",
+        explain: "The holding capacitor of the converter charges through the source of the selected channel. When GO is set, the \
+                  converter converts the voltage of the capacitor. The time starts at the write that turns the converter on or selects \
+                  the channel, and after a conversion 2 TAD after its end. It is 19.7 us with the 10 bits of most chips and 12 us \
+                  with 8 bits, by the equation of the data sheet for a source of 10 kilohms at 50 degrees Celsius. Before that, the result is \
+                  near the voltage of the previous channel. Fix: wait between the selection and GO." },
 ];
 
 /// The usual baud rates of serial lines, and those of MIDI, S.BUS and DMX512.
@@ -292,33 +293,33 @@ impl Lint {
     pub const fn hint(&self) -> &'static str {
         match self {
             Lint::AnalogRead { .. } => "make the pins digital first (ADCON1, ANSEL, CMCON)",
-            Lint::ForeignLatch { .. } => "keep a copy of the port in RAM, change that and write it whole",
-            Lint::StackOverflow => "the stack has eight places, interrupts included; nest fewer calls",
-            Lint::StackUnderflow => "return only from what was called",
+            Lint::ForeignLatch { .. } => "keep a copy of the port in RAM, change the copy and write it to the port",
+            Lint::StackOverflow => "the stack has eight entries, including those of interrupts; nest fewer calls",
+            Lint::StackUnderflow => "use a return only in a routine that was called",
             Lint::Page { .. } => "set PCLATH before the jump or call, and again after a call into another page",
             Lint::NotSaved { .. } => "save W, STATUS and PCLATH first in the service routine and restore them last",
-            Lint::UnknownRead { .. } => "write the cell first; after power-up RAM holds anything",
+            Lint::UnknownRead { .. } => "write the cell first; after power-up RAM is undefined",
             Lint::SleepIgnored => "clear the flag before SLEEP",
-            Lint::UnknownUse { .. } => "write it first; after power-up it holds anything",
-            Lint::StackMeets { .. } => "smaller buffers and frames, less recursion",
-            Lint::NothingThere { .. } => "look at the address; is the image for this chip?",
-            Lint::ReservedBits { .. } => "write reserved bits as zeros; is the image for this chip?",
-            Lint::Baud { .. } => "try U2X, another UBRR, or a crystal that divides well; --clock gives its frequency",
+            Lint::UnknownUse { .. } => "write it first; after power-up it is undefined",
+            Lint::StackMeets { .. } => "use smaller buffers and frames, and less recursion",
+            Lint::NothingThere { .. } => "check the address, and that the image is for this chip",
+            Lint::ReservedBits { .. } => "write reserved bits as zeros, and check that the image is for this chip",
+            Lint::Baud { .. } => "try U2X, another UBRR, or another crystal; --clock sets its frequency",
             Lint::NoHandler { .. } | Lint::Unhandled { .. } => "write a service routine for it, or do not enable it",
-            Lint::FloatingRead { .. } => "turn on the pull-up, or drive the pin (--set PIN=LEVEL)",
-            Lint::NoSuchBit { .. } => "configure the channel or module, or look at the address",
+            Lint::FloatingRead { .. } => "enable the pull-up, or drive the pin (--set PIN=LEVEL)",
+            Lint::NoSuchBit { .. } => "configure the channel or module, or check the address",
             Lint::InputWritten { .. } => "write an output or a bit of M",
-            Lint::PresetPort { .. } => "write STO to the port and behind it a NOP with the preset: TIM Rn,#d",
-            Lint::OddField { .. } => "look at the address: the program may run into data",
+            Lint::PresetPort { .. } => "write STO to the port and after it a NOP with the preset: TIM Rn,#d",
+            Lint::OddField { .. } => "check the address: the program may execute data",
             Lint::CaptureWritten { .. } => {
-                "choose the mode first: then silicon (--reading icr-write=any) and data sheet (top) agree"
+                "select the mode first: then silicon (--reading icr-write=any) and data sheet (top) agree"
             }
             Lint::EdgeWoke { .. } => {
-                "wake by a low level or a pin change; --reading int-wake=level does as the data sheet says"
+                "wake by a low level or a pin change; --reading int-wake=level selects the data sheet"
             }
             Lint::ChannelAbsent { .. } => "choose another channel, or the package of the board (--package)",
             Lint::EarlyConversion { .. } => {
-                "wait some 20 us after the channel is selected, and 2 TAD more after a conversion, before GO is set"
+                "wait about 20 us after the selection of the channel, and 2 TAD more after a conversion, before you set GO"
             }
         }
     }
@@ -328,28 +329,22 @@ impl fmt::Display for Lint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Lint::AnalogRead { port, bits } => {
-                write!(
-                    f,
-                    "the port at 0x{port:02x} is read, of which the bits 0x{bits:02x} are analog inputs and read 0"
-                )
+                write!(f, "the port at 0x{port:02x} is read; its bits 0x{bits:02x} are analog inputs and read 0")
             }
             Lint::ForeignLatch { port, bits } => {
-                write!(
-                    f,
-                    "the bits 0x{bits:02x} of the latch of the port at 0x{port:02x} are changed along with others"
-                )
+                write!(f, "the instruction also changes the bits 0x{bits:02x} of the latch of the port at 0x{port:02x}")
             }
             Lint::StackOverflow => f.write_str("the stack is full: the oldest return address is overwritten"),
             Lint::StackUnderflow => f.write_str("a return without a call"),
             Lint::Page { target } => {
-                write!(f, "goes to 0x{target:04x}, in a page that PCLATH was not set for in this one")
+                write!(f, "the jump goes to 0x{target:04x}, in another page, and this page did not set PCLATH")
             }
-            Lint::NotSaved { register } => write!(f, "the service routine returns with another value in {register}"),
+            Lint::NotSaved { register } => write!(f, "the service routine returns with a changed value in {register}"),
             Lint::UnknownRead { space, addr } => write!(f, "{space}:0x{addr:02x} is read before it was written"),
-            Lint::SleepIgnored => f.write_str("SLEEP does nothing: a flag that would end it is set already"),
+            Lint::SleepIgnored => f.write_str("SLEEP does nothing: a wake-up flag is already set"),
             Lint::UnknownUse { space, addr } => write!(f, "{space}:0x{addr:02x} is used before it was written"),
             Lint::StackMeets { limit } => write!(f, "the stack grows below 0x{limit:04x}"),
-            Lint::NothingThere { addr } => write!(f, "0x{addr:02x} is written, where nothing is"),
+            Lint::NothingThere { addr } => write!(f, "0x{addr:02x} is written, but is not implemented"),
             Lint::ReservedBits { addr, bits } => {
                 write!(f, "the reserved bits 0x{bits:02x} of the register at 0x{addr:02x} are written as ones")
             }
@@ -362,25 +357,25 @@ impl fmt::Display for Lint {
                 write!(f, "serial port {uart} runs at {baud} baud, {off} % off {usual}")
             }
             Lint::NoHandler { vector } => {
-                write!(f, "the interrupt of vector {vector} is taken, and has no service routine")
+                write!(f, "the interrupt of vector {vector} is taken, but has no service routine")
             }
             Lint::Unhandled { vector } => {
-                write!(f, "the interrupt of vector {vector} is enabled, and has no service routine")
+                write!(f, "the interrupt of vector {vector} is enabled, but has no service routine")
             }
             Lint::FloatingRead { port, bits } => {
-                write!(f, "the bits 0x{bits:02x} of the port at 0x{port:02x} are read, and nothing drives their pins")
+                write!(f, "the bits 0x{bits:02x} of the port at 0x{port:02x} are read, but nothing drives their pins")
             }
             Lint::NoSuchBit { space, addr } => {
-                write!(f, "{}{addr} is used, and the controller does not have it", space.to_ascii_uppercase())
+                write!(f, "{}{addr} is used, but the controller does not have it", space.to_ascii_uppercase())
             }
             Lint::InputWritten { addr } => write!(f, "the input I{addr} is written"),
             Lint::PresetPort { module, why } => write!(f, "the preset port of R{module}: {why}"),
-            Lint::OddField { word } => write!(f, "0x{word:04x} has something in its field"),
+            Lint::OddField { word } => write!(f, "the operand field of 0x{word:04x} is not 0"),
             Lint::CaptureWritten { addr } => {
-                write!(f, "the capture register at 0x{addr:02x} is written in a mode that does not have it as TOP")
+                write!(f, "the capture register at 0x{addr:02x} is written in a mode in which it is not TOP")
             }
             Lint::EdgeWoke { int } => {
-                write!(f, "an edge on INT{int} ends the sleep, where the data sheet has a low level alone do that")
+                write!(f, "an edge on INT{int} ends the sleep; by the data sheet only a low level does that")
             }
             Lint::ChannelAbsent { channel } => {
                 write!(f, "the converter is set to ADC{channel}, which the package does not have")

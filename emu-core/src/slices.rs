@@ -159,7 +159,7 @@ impl<C: Cpu> SliceSubject<C> {
             let mut stood = 0;
             let stop = loop {
                 let before = (cpu.cycle(), cpu.instructions());
-                assert!(stood < 1000, "stands still at {before:?}\n{}", plan.description);
+                assert!(stood < 1000, "no progress at {before:?}\n{}", plan.description);
                 match go(&mut cpu, until) {
                     StopReason::Breakpoint { pc } if set.contains(&pc) => shown.breakpoints_hit.push((cpu.cycle(), pc)),
                     StopReason::Breakpoint { pc } => assert!(more.contains(&pc), "{pc:04x} has no trap"),
@@ -273,7 +273,7 @@ impl<C: Cpu> SliceSubject<C> {
         };
         assert_same_trace("clones", plan, &wanted, &run(&[], true, &mut cloned));
 
-        let mut told = None;
+        let mut stopped_at = None;
         let mut saved = |cpu: &mut C, until: u64| {
             let bytes = cpu.save();
             (self.corrupt_state)(cpu);
@@ -290,10 +290,10 @@ impl<C: Cpu> SliceSubject<C> {
             let to = (cpu.cycle() + 50 * random_slice(rng)).min(until);
             let mut stop = cpu.run(to, &mut ());
             // That a breakpoint was already reported is not part of what is saved.
-            if matches!(stop, StopReason::Breakpoint { .. }) && told == Some((cpu.cycle(), cpu.instructions())) {
+            if matches!(stop, StopReason::Breakpoint { .. }) && stopped_at == Some((cpu.cycle(), cpu.instructions())) {
                 stop = cpu.run(to, &mut ());
             }
-            told = matches!(stop, StopReason::Breakpoint { .. }).then(|| (cpu.cycle(), cpu.instructions()));
+            stopped_at = matches!(stop, StopReason::Breakpoint { .. }).then(|| (cpu.cycle(), cpu.instructions()));
             stop
         };
         assert_same_trace("saved", plan, &wanted, &run(&[], true, &mut saved));

@@ -22,7 +22,7 @@ pub struct SnapshotDamaged;
 
 impl std::fmt::Display for SnapshotDamaged {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("the bytes are no state of this machine")
+        f.write_str("the bytes are not a state of this machine")
     }
 }
 

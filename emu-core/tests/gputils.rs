@@ -24,9 +24,9 @@ fn table(name: &str, columns: usize) -> Vec<Vec<String>> {
 
 fn load(files: &[(String, Vec<u8>)]) -> Result<Symbols, Vec<String>> {
     let files: Vec<SymbolFile> = files.iter().map(|(name, bytes)| SymbolFile { name, bytes }).collect();
-    let told =
+    let reported =
         |faults: Vec<diag::Diagnostic>| faults.iter().map(|d| format!("{} {} {}", d.file, d.code, d.cause)).collect();
-    load_symbols(&files, SymbolSpaces::PIC16).map_err(told)
+    load_symbols(&files, SymbolSpaces::PIC16).map_err(reported)
 }
 
 fn good(names: &str) -> Symbols {
@@ -100,10 +100,10 @@ fn content(cell: &str) -> Vec<u8> {
 #[test]
 fn faults_have_a_cause() {
     let mut wrong = Vec::new();
-    let mut told = String::new();
+    let mut reported = String::new();
     for row in table("faults.txt", 3) {
         let found = load(&[(row[0].clone(), content(&row[1]))]).err().unwrap_or_default();
-        told.push_str(&row[2]);
+        reported.push_str(&row[2]);
         if found != row[2].split(" == ").filter(|w| *w != "ok").collect::<Vec<_>>() {
             wrong.push((row, found));
         }
@@ -112,7 +112,7 @@ fn faults_have_a_cause() {
     let docs = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/formats/gputils.md");
     let docs = std::fs::read_to_string(docs).unwrap_or_else(|e| panic!("{docs}: {e}"));
     for row in SYMBOL_CODES.iter().filter(|row| ("SYM013".."SYM016").contains(&row.code)) {
-        assert!(told.contains(row.code) && docs.contains(row.code), "{}", row.code);
+        assert!(reported.contains(row.code) && docs.contains(row.code), "{}", row.code);
     }
 }
 

@@ -147,13 +147,17 @@ fn what_is_damaged_has_its_place() {
         found.strip_prefix(&format!("{line}:")).map_or(found.clone(), str::to_owned)
     };
     let table = [
-        ("C:0044H ", "C:0044  ", "3 SYM009 the value is no hexadecimal number with an H: \"C:0044\""),
+        ("C:0044H ", "C:0044  ", "3 SYM009 the value is not a hexadecimal number with an H: \"C:0044\""),
         ("C:0044H ", "Q:0044H ", "3 SYM009 the memory is unknown; wanted C, D, I, X, B or N: \"Q:0044H\""),
-        ("C:0044H ", "B1:0044H", "3 SYM009 the name lies in a bank of code, and banks are not emulated: \"B1:0044H\""),
-        ("LINE#         13", "LINE#         x", "33 SYM009 the number of a line is none: \"x\""),
+        ("C:0044H ", "B1:0044H", "3 SYM009 the name is in a bank of code, and banks are not emulated: \"B1:0044H\""),
+        ("LINE#         13", "LINE#         x", "33 SYM009 the number of a line is invalid: \"x\""),
         ("B:0020H.1 ", "B:0030H.1 ", "3 SYM009 no bit of the chip has this address: \"B:0030H.1\""),
         ("D:0008H ", "D:0108H ", "3 SYM009 the address is beyond internal RAM: \"D:0108H\""),
-        ("  C:0044H         LINE#         13", "  C:00", "3 SYM009 the line is none of a table of symbols: \"C:00\""),
+        (
+            "  C:0044H         LINE#         13",
+            "  C:00",
+            "3 SYM009 the line does not belong to a table of symbols: \"C:00\"",
+        ),
         ("SYMBOL TABLE OF", "TABLE OF", "0:0 SYM016 the map has no table of symbols"),
     ];
     for (from, to, wanted) in table {

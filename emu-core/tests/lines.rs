@@ -23,7 +23,7 @@ fn input(name: &str) -> Vec<u8> {
 }
 
 /// The line of the code at a byte address, such as `lines.c:12`, or `-` if none is known.
-fn told(lines: &SourceLines, byte: u32) -> String {
+fn line_of(lines: &SourceLines, byte: u32) -> String {
     lines.line_at(byte, 0).map_or("-".to_owned(), |line| format!("{}:{}", line.file, line.line))
 }
 
@@ -59,7 +59,7 @@ fn every_address_has_its_line() {
     assert!(lines.warnings().is_empty(), "nothing is read yet");
     for row in LISTED.lines().filter(|row| !row.is_empty()) {
         let (addr, line) = row.split_once(' ').unwrap();
-        assert_eq!(told(&lines, u32::from_str_radix(&addr[2..], 16).unwrap()), line, "{addr}");
+        assert_eq!(line_of(&lines, u32::from_str_radix(&addr[2..], 16).unwrap()), line, "{addr}");
     }
     assert_eq!(lines.warnings(), []);
     let kind = |byte| lines.line_at(byte, 0).map(|line| line.kind);
@@ -84,7 +84,7 @@ fn every_line_has_its_addresses() {
     assert_eq!(error("ines.c", 20), "the program has no source file `ines.c`; it has lines.c, lines.h, twice.S");
     let none = SourceLines::from_elf("nolines.elf", input("nolines.elf"));
     assert_eq!(none.addresses_of_line("lines.c", 20).unwrap_err().to_string(), "the program has no source lines");
-    assert_eq!((told(&none, 4).as_str(), none.warnings()), ("-", &[][..]));
+    assert_eq!((line_of(&none, 4).as_str(), none.warnings()), ("-", &[][..]));
 }
 
 #[test]

@@ -158,12 +158,12 @@ fn what_is_no_program_is_refused() {
         (
             "OMF001",
             text(&whole[..last - 1]),
-            format!("the record of type 0x04 at 0x{:X} goes beyond the end of the file", last - end),
+            format!("the record of type 0x04 at 0x{:X} extends beyond the end of the file", last - end),
         ),
         ("OMF001", text(&whole[..last - end]), "the file ends without a module end record (type 0x04)".to_owned()),
-        ("OMF001", text(&[2, 5]), "the record of type 0x02 at 0x0 goes beyond the end of the file".to_owned()),
-        ("OMF001", text(&[2, 0, 0]), "the record of type 0x02 at 0x0 goes beyond the end of the file".to_owned()),
-        ("OMF002", text(&wrong), "record 0x02 at 0x0 has the check sum 0xB1, its bytes want 0xB2".to_owned()),
+        ("OMF001", text(&[2, 5]), "the record of type 0x02 at 0x0 extends beyond the end of the file".to_owned()),
+        ("OMF001", text(&[2, 0, 0]), "the record of type 0x02 at 0x0 extends beyond the end of the file".to_owned()),
+        ("OMF002", text(&wrong), "record 0x02 at 0x0 has the checksum 0xB1, its bytes require 0xB2".to_owned()),
         (
             "OMF003",
             with(&|m| m.push(0x06, &[1, 0x90, 0, 0x22])),
@@ -189,7 +189,7 @@ fn what_is_no_program_is_refused() {
         (
             "OMF004",
             text(&record(0x70, &[1, 2, 3])),
-            "the file is of Keil's LX51, in a format of its own (OMF2), which is not read".to_owned(),
+            "the file is in the unsupported format of Keil's LX51 (OMF2)".to_owned(),
         ),
         (
             "OMF005",

@@ -264,7 +264,7 @@ impl<'a> DebugAdapter<'a> {
         if self.run.is_some() && !WHILE_RUNNING.contains(&wanted) {
             return Err(RequestError::new(
                 protocol::RUNNING,
-                format!("{command} is for a machine that stands; pause it first"),
+                format!("{command} needs a stopped machine; pause it first"),
             ));
         }
         Ok(())
@@ -379,7 +379,7 @@ impl<'a> DebugAdapter<'a> {
         if arguments.program.is_empty() {
             return Err(RequestError::new(
                 protocol::ARGUMENTS,
-                "launch wants `program`: a HEX or ELF image, or a ladder program",
+                "launch needs `program`: a HEX or ELF image, or a ladder program",
             )
             .shown_to_user());
         }

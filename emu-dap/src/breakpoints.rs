@@ -81,8 +81,8 @@ impl BreakpointTable {
 
     /// Disables log points, which do not stop the machine; returns their numbers in the session.
     pub fn disable_log_points(&self, session: &mut DebugSession) -> Vec<u32> {
-        let told = self.groups.values().flat_map(|(_, entries)| entries).filter(|entry| entry.log.is_some());
-        let points: Vec<u32> = told.filter_map(|entry| entry.point).collect();
+        let reported = self.groups.values().flat_map(|(_, entries)| entries).filter(|entry| entry.log.is_some());
+        let points: Vec<u32> = reported.filter_map(|entry| entry.point).collect();
         points.iter().for_each(|id| enable(session, *id, false));
         points
     }
@@ -162,17 +162,17 @@ impl DebugAdapter<'_> {
             old.iter().filter_map(|entry| entry.point).for_each(|id| _ = machine.session.points.remove(id));
         }
         let mut entries = Vec::new();
-        let mut told = Vec::new();
+        let mut reported = Vec::new();
         for wanted in wanted {
             points.last_id += 1;
             let mut entry =
                 BreakpointEntry { id: points.last_id, requested: wanted, point: None, count: None, log: None };
-            told.push(self.install_breakpoint(&group, &source, &mut entry));
+            reported.push(self.install_breakpoint(&group, &source, &mut entry));
             entries.push(entry);
         }
         points.groups.insert(group, (source, entries));
         self.points = points;
-        Ok(json!({ "breakpoints": told }))
+        Ok(json!({ "breakpoints": reported }))
     }
 
     /// Sets all breakpoints again in a new machine.
@@ -180,8 +180,8 @@ impl DebugAdapter<'_> {
         let mut points = std::mem::take(&mut self.points);
         for (group, (source, entries)) in &mut points.groups {
             for entry in entries {
-                let told = self.install_breakpoint(group, source, entry);
-                self.event("breakpoint", json!({ "reason": "changed", "breakpoint": told }));
+                let reported = self.install_breakpoint(group, source, entry);
+                self.event("breakpoint", json!({ "reason": "changed", "breakpoint": reported }));
             }
         }
         self.points = points;
@@ -195,12 +195,12 @@ impl DebugAdapter<'_> {
         entry: &mut BreakpointEntry,
     ) -> Value {
         entry.point = None;
-        let mut told = json!({ "id": entry.id, "verified": false });
+        let mut reported = json!({ "id": entry.id, "verified": false });
         let client = self.client.clone();
         let no_debug = self.is_without_breakpoints();
         let Some(machine) = self.machine.as_mut().filter(|_| !no_debug) else {
-            told["message"] = "the program runs without breakpoints (noDebug)".into();
-            return told;
+            reported["message"] = "the program runs without breakpoints (noDebug)".into();
+            return reported;
         };
         let own_line = client.line_from_client(entry.requested.line);
         let found = machine.locate_breakpoint(group, source, &entry.requested, own_line).and_then(|placed| {
@@ -224,17 +224,17 @@ impl DebugAdapter<'_> {
             Ok::<_, DapError>((placed, condition))
         });
         match found {
-            Err(error) => told["message"] = error.to_string().into(),
+            Err(error) => reported["message"] = error.to_string().into(),
             Ok((PlacedBreakpoint { what, text, line }, condition)) => {
-                told["verified"] = true.into();
+                reported["verified"] = true.into();
                 if let PointTrigger::Code(words) = &what
                     && let Some(word) = words.first()
                 {
                     let address = machine.session.scope.chip().code_address(*word);
-                    told["instructionReference"] = format!("0x{address:04x}").into();
+                    reported["instructionReference"] = format!("0x{address:04x}").into();
                 }
                 if let Some(line) = line {
-                    told["line"] = client.line(line).into();
+                    reported["line"] = client.line(line).into();
                 }
                 let id = machine.session.points.add(what, &text, false);
                 if let Some(point) = machine.session.points.get_mut(id) {
@@ -243,23 +243,23 @@ impl DebugAdapter<'_> {
                 entry.point = Some(id);
             }
         }
-        told
+        reported
     }
 
     /// The hits that count; log messages are sent.
     pub(crate) fn filter_hits(&mut self, mut hits: Vec<PointHit>) -> Vec<PointHit> {
-        let mut told = Vec::new();
+        let mut reported = Vec::new();
         let Some(machine) = &self.machine else { return hits };
         hits.retain(|hit| {
             let Some((_, entry)) = self.points.entry(hit.id) else { return true };
             let number = machine.session.points.get(hit.id).map_or(0, |point| point.hits);
             let counts = entry.count.is_none_or(|count| count.is_met(number));
             if let Some(pieces) = entry.log.as_ref().filter(|_| counts) {
-                told.push(pieces.iter().map(|piece| piece.text(&machine.session)).collect::<String>());
+                reported.push(pieces.iter().map(|piece| piece.text(&machine.session)).collect::<String>());
             }
             counts && entry.log.is_none()
         });
-        told.iter().for_each(|text| self.output("console", &format!("{text}\n")));
+        reported.iter().for_each(|text| self.output("console", &format!("{text}\n")));
         hits
     }
 
@@ -281,9 +281,9 @@ impl DebugAdapter<'_> {
                     expr,
                     DebugExpression::Place(ExpressionPlace::Memory { .. } | ExpressionPlace::Bit { .. })
                 );
-                let told =
+                let reported =
                     memory && machine.session.scope.parse_watched_range(&text, machine.session.machine()).is_ok();
-                let types: &[&str] = if told { &["read", "write", "readWrite"] } else { &["write"] };
+                let types: &[&str] = if reported { &["read", "write", "readWrite"] } else { &["write"] };
                 json!({ "dataId": text, "description": text, "accessTypes": types, "canPersist": true })
             }
         })
@@ -338,11 +338,11 @@ impl DapMachine {
                 let expr = scope
                     .parse_expression_in_frame(&wanted.data_id, self.session.machine(), 0)?
                     .bind_to_place(self.session.machine());
-                let told = || {
+                let reported = || {
                     let found = scope.parse_watched_range(&wanted.data_id, self.session.machine());
                     found.map_err(|error| DapError::NotAccessible(Box::new(error.into())))
                 };
-                let access = |access| told().map(|(range, text)| (PointTrigger::Access(range, access), text));
+                let access = |access| reported().map(|(range, text)| (PointTrigger::Access(range, access), text));
                 let (what, text) = match (wanted.access_type.as_deref(), expr.place(self.session.machine())) {
                     (Some("read"), _) => access(AccessKind::Read)?,
                     (Some("readWrite"), _) => access(AccessKind::Any)?,

@@ -25,25 +25,25 @@ pub enum DapError {
     #[error(transparent)]
     SourceLine(#[from] CoreError),
     /// The line of the ladder program is after the last rung.
-    #[error("no rung stands at or behind line {line}")]
+    #[error("there is no rung at or after line {line}")]
     NoRungAtLine {
         /// The line, from 1.
         line: u32,
     },
     /// Neither the rung nor any rung after it has code.
-    #[error("rung {rung} has no code, and neither has a rung behind it")]
+    #[error("rung {rung} has no code, and neither has a rung after it")]
     NoCodeFromRung {
         /// The rung, from 1.
         rung: u32,
     },
     /// The named rung has no code or does not exist.
-    #[error("rung {rung} has no code, or there is none")]
+    #[error("rung {rung} has no code or does not exist")]
     NoSuchRung {
         /// The rung, from 1.
         rung: u32,
     },
     /// The named element has no code or does not exist.
-    #[error("element {rung}.{element} has no code, or there is none")]
+    #[error("element {rung}.{element} has no code or does not exist")]
     NoSuchElement {
         /// The rung, from 1.
         rung: u32,
@@ -51,7 +51,7 @@ pub enum DapError {
         element: u32,
     },
     /// The line of the disassembly is after the last instruction.
-    #[error("no instruction stands at or behind line {line}")]
+    #[error("there is no instruction at or after line {line}")]
     NoInstructionAtLine {
         /// The line, from 1.
         line: u32,
@@ -63,7 +63,7 @@ pub enum DapError {
     #[error("rungs are not known: launch the .ld file itself, or the image with its `map` and `ladder`")]
     RungsUnknown,
     /// A data breakpoint requests an access other than read, write and readWrite.
-    #[error("`{access}` is no kind of access")]
+    #[error("`{access}` is not a kind of access")]
     UnknownAccess {
         /// The requested access.
         access: String,
@@ -84,7 +84,7 @@ pub enum DapError {
         text: String,
     },
     /// An address with its offset is outside of 32 bits.
-    #[error("{address} and {offset} more is no address")]
+    #[error("{address} and {offset} more is not an address")]
     AddressOverflow {
         /// The requested address.
         address: String,
@@ -106,16 +106,16 @@ pub enum DapError {
         length: u64,
     },
     /// The input has no message header.
-    #[error("the input is no frame of the protocol: a head is a few short lines and an empty one")]
+    #[error("the input is not a frame of the protocol: a head is a few short lines and an empty one")]
     NotFramed,
     /// A line of a header has no colon.
-    #[error("`{line}` is no line of a head")]
+    #[error("`{line}` is not a line of a head")]
     BadHeaderLine {
         /// The beginning of the line.
         line: String,
     },
     /// The Content-Length of a message is not a number.
-    #[error("`{text}` is no length of a message")]
+    #[error("`{text}` is not a length of a message")]
     BadLength {
         /// The beginning of the text.
         text: String,

@@ -112,9 +112,8 @@ impl DebugAdapter<'_> {
             "why" if !rest.is_empty() => return lines(self.explain_symbol(rest)?),
             "draw" => {
                 let rung = (!rest.is_empty()).then(|| rest.parse());
-                let rung = rung
-                    .transpose()
-                    .map_err(|_| RequestError::not_found(format!("`{rest}` is no number of a rung")))?;
+                let rung =
+                    rung.transpose().map_err(|_| RequestError::not_found(format!("`{rest}` is not a rung number")))?;
                 return lines(self.draw_rung(rung)?);
             }
             "drive" if !rest.is_empty() => {

@@ -43,7 +43,7 @@ pub fn read_message(input: &mut impl BufRead) -> Result<IncomingMessage, DapErro
     }
     Ok(match serde_json::from_slice(&body) {
         Ok(message) => IncomingMessage::Message(message),
-        Err(why) => IncomingMessage::Garbled(format!("the message is no JSON: {why}")),
+        Err(why) => IncomingMessage::Garbled(format!("the message is not JSON: {why}")),
     })
 }
 

@@ -84,7 +84,7 @@ impl DebugAdapter<'_> {
 
     pub(crate) fn write_memory(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let MemoryArguments { memory_reference, offset, data, allow_partial, .. } = request.parse_arguments()?;
-        let bytes = decode_base64(&data).ok_or_else(|| RequestError::not_possible("data is no base64"))?;
+        let bytes = decode_base64(&data).ok_or_else(|| RequestError::not_possible("data is not base64"))?;
         if bytes.len() as i64 > MAX_BYTES {
             return Err(RequestError::not_possible(format!("at most {MAX_BYTES} bytes are written at once")));
         }
@@ -97,7 +97,7 @@ impl DebugAdapter<'_> {
         };
         let places: Vec<u32> = (0..bytes.len()).map_while(there).collect();
         if places.len() < bytes.len() && !allow_partial {
-            let text = format!("{} of {} bytes lie beyond {space}", bytes.len() - places.len(), bytes.len());
+            let text = format!("{} of {} bytes are beyond {space}", bytes.len() - places.len(), bytes.len());
             return Err(RequestError::not_possible(text));
         }
         for (addr, byte) in places.iter().zip(&bytes) {
@@ -159,27 +159,27 @@ impl DapMachine {
 
     fn instruction(&self, word: u32, len: u32, text: &str, client: &crate::adapter::ClientCapabilities) -> Value {
         let scope = &self.session.scope;
-        let mut told = json!({
+        let mut body = json!({
             "address": format!("0x{:04x}", scope.chip().code_address(word)),
             "instructionBytes": hex_words(&self.session, word, len),
             "instruction": text,
         });
         let byte = word.saturating_mul(scope.chip().word_bytes);
         if let Some(name) = scope.source().names.nearest_symbol(byte).filter(|name| !name.contains("+0x")) {
-            told["symbol"] = name.into();
+            body["symbol"] = name.into();
         }
         let source = scope.source();
         let begins = source.line_at(word).filter(|line| line.addr == byte);
         if let Some(line) = begins {
-            told["location"] = self.source_of(line);
-            told["line"] = client.line(line.line).into();
+            body["location"] = self.source_of(line);
+            body["line"] = client.line(line.line).into();
         } else if let Some((ladder, line)) =
             self.ladder.as_ref().and_then(|ladder| Some((ladder, ladder.line_beginning_at(word)?)))
         {
-            told["location"] = ladder.source();
-            told["line"] = client.line(line).into();
+            body["location"] = ladder.source();
+            body["line"] = client.line(line).into();
         }
-        told
+        body
     }
 }
 

@@ -101,19 +101,19 @@ impl DapRequest {
     pub fn parse(message: &Value) -> Result<DapRequest, RejectedMessage> {
         let seq = message.get("seq").and_then(Value::as_i64);
         let command = message.get("command").and_then(Value::as_str);
-        let told = |text: String| RejectedMessage {
+        let rejected = |text: String| RejectedMessage {
             seq: seq.unwrap_or(0),
             command: command.unwrap_or("").to_owned(),
             error: RequestError::new(MALFORMED, text),
         };
-        let Some(fields) = message.as_object() else { return Err(told("a message is an object".to_owned())) };
+        let Some(fields) = message.as_object() else { return Err(rejected("a message is an object".to_owned())) };
         match fields.get("type").and_then(Value::as_str) {
             Some("request") => {}
-            Some(other) => return Err(told(format!("this side takes requests, not messages of type `{other}`"))),
-            None => return Err(told("the message has no type".to_owned())),
+            Some(other) => return Err(rejected(format!("this side takes requests, not messages of type `{other}`"))),
+            None => return Err(rejected("the message has no type".to_owned())),
         }
-        let Some(number) = seq else { return Err(told("seq of a request is a whole number".to_owned())) };
-        let Some(name) = command else { return Err(told("command of a request is a text".to_owned())) };
+        let Some(number) = seq else { return Err(rejected("seq of a request is a whole number".to_owned())) };
+        let Some(name) = command else { return Err(rejected("command of a request is a text".to_owned())) };
         let arguments = fields.get("arguments").cloned().unwrap_or(Value::Null);
         Ok(DapRequest { seq: number, command: name.to_owned(), arguments })
     }

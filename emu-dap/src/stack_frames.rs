@@ -95,7 +95,7 @@ impl DapMachine {
     /// The machine's location and its callers, innermost first: program word, name, source line.
     fn callers(&self) -> Vec<(u32, String, Option<SourceLine>)> {
         let (scope, target) = (&self.session.scope, self.session.machine());
-        let told = |frame: &CallFrame| {
+        let describe = |frame: &CallFrame| {
             let line = scope.source().line_at(frame.call_word).cloned();
             let Some((name, call)) = scope.calls().frame_name(target, frame) else {
                 return (frame.call_word, scope.source().describe_word(frame.call_word), line);
@@ -107,6 +107,6 @@ impl DapMachine {
             };
             (frame.call_word, name.to_owned(), line)
         };
-        scope.calls().frames(target).iter().take(MAX_FRAMES).map(told).collect()
+        scope.calls().frames(target).iter().take(MAX_FRAMES).map(describe).collect()
     }
 }

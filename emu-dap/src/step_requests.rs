@@ -77,7 +77,7 @@ impl DebugAdapter<'_> {
             }
             None | Some("line" | "statement") => Ok(StepUnit::Line),
             Some(other) => {
-                Err(RequestError::new(protocol::ARGUMENTS, format!("`{other}` is no granularity of a step")))
+                Err(RequestError::new(protocol::ARGUMENTS, format!("`{other}` is not a granularity of a step")))
             }
         }
     }
@@ -152,14 +152,14 @@ impl DebugAdapter<'_> {
             });
         }
         let no_ladder =
-            || RequestError::not_possible("the program is no ladder program, or was launched without its map");
+            || RequestError::not_possible("the program is not a ladder program, or was launched without its map");
         let ladder = machine.ladder.as_ref();
         let words = match unit {
             "element" => ladder.map(LadderSource::element_starts),
             "rung" => ladder.map(LadderSource::rung_starts),
             "scan" => ladder.map(|ladder| BTreeSet::from([ladder.scan_start()])),
             other => {
-                let text = format!("`{other}` is no unit; units are instruction, line, element, rung and scan");
+                let text = format!("`{other}` is not a unit; units are instruction, line, element, rung and scan");
                 return Err(RequestError::new(protocol::ARGUMENTS, text));
             }
         };
@@ -184,7 +184,7 @@ impl DebugAdapter<'_> {
         let ladder =
             machine.ladder.as_ref().ok_or_else(|| RequestError::not_possible("`why` is for ladder programs"))?;
         let follow =
-            machine.session.follower().ok_or_else(|| RequestError::not_possible("nobody follows the program"))?;
+            machine.session.follower().ok_or_else(|| RequestError::not_possible("no map of the program is loaded"))?;
         ladder.view().explain_value(follow, machine.session.machine(), symbol.trim()).map_err(RequestError::not_found)
     }
 

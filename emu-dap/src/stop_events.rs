@@ -85,7 +85,7 @@ impl DebugAdapter<'_> {
                 ..StopEvent::plain("halted")
             },
             HaltReason::Illegal { pc, word } => {
-                let text = format!("0x{word:04x} at {} is no instruction of this chip", place(*pc));
+                let text = format!("0x{word:04x} at {} is not an instruction of this chip", place(*pc));
                 exception("illegal", "Illegal instruction", text)
             }
             HaltReason::Fault { pc, fault } => exception("fault", "Fault", format!("{}: {fault}", place(*pc))),
@@ -118,7 +118,7 @@ impl DebugAdapter<'_> {
     pub(crate) fn exception_info(&mut self) -> Result<Value, RequestError> {
         let stop = &self.machine()?.stop;
         let id =
-            stop.exception.ok_or_else(|| RequestError::not_found("the machine does not stand because of a fault"))?;
+            stop.exception.ok_or_else(|| RequestError::not_found("the machine did not stop because of a fault"))?;
         Ok(json!({
             "exceptionId": id, "description": stop.text, "breakMode": "always",
         }))

@@ -63,15 +63,15 @@ pub(crate) struct DapVariable {
 
 impl DapVariable {
     fn to_json(&self) -> Value {
-        let mut told =
+        let mut described =
             json!({ "name": self.name, "value": self.value, "type": self.kind, "variablesReference": self.parts });
         if !self.text.is_empty() {
-            told["evaluateName"] = self.text.as_str().into();
+            described["evaluateName"] = self.text.as_str().into();
         }
         if let Some(memory) = &self.memory {
-            told["memoryReference"] = memory.as_str().into();
+            described["memoryReference"] = memory.as_str().into();
         }
-        told
+        described
     }
 }
 
@@ -108,7 +108,7 @@ impl DebugAdapter<'_> {
         let machine = self.machine()?;
         let from = arguments.start.unwrap_or(0);
         let count = arguments.count.filter(|count| *count > 0).unwrap_or(MAX_VARIABLES).min(MAX_VARIABLES);
-        let told: Vec<Value> = match arguments.variables_reference {
+        let described: Vec<Value> = match arguments.variables_reference {
             MEMORY_REFERENCE => machine.memories().into_iter().skip(from).take(count).collect(),
             number if arguments.filter.as_deref() == Some("named") && number >= FIRST_SPACE_REFERENCE => Vec::new(),
             number => {
@@ -117,7 +117,7 @@ impl DebugAdapter<'_> {
                 found.iter().map(DapVariable::to_json).collect()
             }
         };
-        Ok(json!({ "variables": told }))
+        Ok(json!({ "variables": described }))
     }
 
     pub(crate) fn set_variable(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
@@ -269,7 +269,7 @@ impl DapMachine {
         }));
         found.push(own("cycle", ExpressionPlace::Cycle));
         found.push(own("instructions", ExpressionPlace::Instructions));
-        let told = |name: &str, value: String| DapVariable {
+        let described = |name: &str, value: String| DapVariable {
             name: name.to_owned(),
             value,
             text: String::new(),
@@ -277,9 +277,9 @@ impl DapMachine {
             memory: None,
             parts: 0,
         };
-        found.push(told("time", format!("{:.9} s", session.clock().seconds(session.machine().cycle()))));
+        found.push(described("time", format!("{:.9} s", session.clock().seconds(session.machine().cycle()))));
         if let Some(scan) = session.scan() {
-            found.push(told("scan", scan.to_string()));
+            found.push(described("scan", scan.to_string()));
         }
         found
     }
@@ -356,7 +356,7 @@ impl DapMachine {
 
     fn memories(&self) -> Vec<Value> {
         let spaces = self.session.scope.chip().spaces.iter().zip(FIRST_SPACE_REFERENCE..);
-        let told = |((space, size, width), number): (&(&str, u32, u32), i64)| {
+        let described = |((space, size, width), number): (&(&str, u32, u32), i64)| {
             let unit = if *width == 1 { "addresses" } else { "words" };
             json!({
                 "name": space, "value": format!("{size} {unit}"), "variablesReference": number, "namedVariables": 0,
@@ -364,7 +364,7 @@ impl DapMachine {
                 "memoryReference": self.memory_reference(space, 0),
             })
         };
-        spaces.map(told).collect()
+        spaces.map(described).collect()
     }
 
     /// The rows of a memory.

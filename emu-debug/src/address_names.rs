@@ -123,8 +123,8 @@ impl AddressNames<'_> {
             Some(_) => Ok(()),
             None => {
                 let all = self.chip.spaces.iter().map(|(name, ..)| *name);
-                let told: Vec<&str> = all.filter(|name| self.chip.observable_from(name).is_some()).collect();
-                Err(InputError::MemoryNotWatched { watched: told.join(", "), space })
+                let list: Vec<&str> = all.filter(|name| self.chip.observable_from(name).is_some()).collect();
+                Err(InputError::MemoryNotWatched { watched: list.join(", "), space })
             }
         }
     }

@@ -9,7 +9,7 @@ use emu_core::CoreError;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum InputError {
     /// A text does not have the expected form.
-    #[error("`{text}` is no {wanted}; write {examples}")]
+    #[error("`{text}` is not {} {wanted}; write {examples}", article(wanted))]
     Malformed {
         /// The text.
         text: String,
@@ -45,7 +45,7 @@ pub enum InputError {
         text: String,
     },
     /// A frequency or voltage is not a multiple of its smallest unit.
-    #[error("`{text}` is no whole number of {unit}")]
+    #[error("`{text}` is not a whole number of {unit}")]
     NotWhole {
         /// The frequency or voltage.
         text: String,
@@ -53,7 +53,7 @@ pub enum InputError {
         unit: &'static str,
     },
     /// A frequency is 0.
-    #[error("the clock cannot stand still; write at least 1 Hz")]
+    #[error("the clock cannot be 0; write at least 1 Hz")]
     ZeroFrequency,
     /// A frequency has more than 64 bits.
     #[error("`{text}` is more than 2^64 Hz")]
@@ -80,13 +80,13 @@ pub enum InputError {
         known: String,
     },
     /// A controller has fewer channels than its chip.
-    #[error("{pin} is no channel of this machine: the configuration in its image has fewer")]
+    #[error("{pin} is not a channel of this machine: the configuration in its image has fewer")]
     MissingChannel {
         /// The channel.
         pin: &'static str,
     },
     /// The chip has the pin only in other packages.
-    #[error("{pin} is no pin of the chosen package; packages that have it are {}", .packages.join(", "))]
+    #[error("{pin} is not a pin of the chosen package; packages that have it are {}", .packages.join(", "))]
     NotInPackage {
         /// The pin.
         pin: &'static str,
@@ -110,22 +110,22 @@ pub enum InputError {
         most: u64,
     },
     /// Bytes on a serial line end after the last cycle that can be counted.
-    #[error("the text goes on for longer than 2^62 cycles")]
+    #[error("the text takes longer than 2^62 cycles")]
     SerialTextTooLong,
     /// `\x` is not followed by two digits.
-    #[error("`\\x{digits}` wants two hex digits, as in \\x0a")]
+    #[error("`\\x{digits}` needs two hex digits, as in \\x0a")]
     BadHexEscape {
         /// What follows it.
         digits: String,
     },
     /// A backslash with an unknown character.
-    #[error("`\\{letter}` is no escape; known are \\n \\r \\t \\0 \\\\ \\\" \\xNN")]
+    #[error("`\\{letter}` is not an escape; known are \\n \\r \\t \\0 \\\\ \\\" \\xNN")]
     UnknownEscape {
         /// The character.
         letter: char,
     },
     /// A text ends with a backslash.
-    #[error("a backslash at the end stands for nothing; write \\\\ for itself")]
+    #[error("a backslash at the end has no meaning; write \\\\ for a backslash")]
     BackslashAtEnd,
     /// A text has no characters.
     #[error("an empty text is always there; write at least one character")]
@@ -137,7 +137,7 @@ pub enum InputError {
         text: String,
     },
     /// A condition on fetches is not available for this chip.
-    #[error("`{text}` is for chips that fetch and execute one after the other, as ap101; {chip} is none")]
+    #[error("`{text}` is for chips that fetch and execute one after the other, as ap101; {chip} is not one")]
     NoFetchCycles {
         /// The condition.
         text: String,
@@ -193,7 +193,7 @@ pub enum InputError {
         hint: String,
     },
     /// A range ends at or before its start.
-    #[error("`{text}` holds no {unit}: its end is excluded")]
+    #[error("`{text}` contains no {unit}: its end is excluded")]
     EmptyRange {
         /// The range.
         text: String,
@@ -222,7 +222,7 @@ pub enum InputError {
     },
     /// Accesses to a register that instructions use implicitly are not reported.
     #[error(
-        "{space}:0x{addr:x} is a register of the core, which instructions use without naming it: only its changes are told"
+        "{space}:0x{addr:x} is a register of the core, which instructions use without naming it: only its changes are reported"
     )]
     AccessedImplicitly {
         /// The memory.
@@ -237,7 +237,7 @@ pub enum InputError {
         addr: u32,
     },
     /// The code of a source line is after the end of program memory.
-    #[error("`{text}` lies beyond {space}")]
+    #[error("`{text}` is beyond {space}")]
     LineBeyondMemory {
         /// File and line.
         text: String,
@@ -266,13 +266,13 @@ pub enum InputError {
         candidates: String,
     },
     /// The offset of a name is not a number.
-    #[error("`{text}` is no number of addresses")]
+    #[error("`{text}` is not a number of addresses")]
     BadOffset {
         /// The offset.
         text: String,
     },
     /// A name with its offset is not an address.
-    #[error("`{text}` is no address")]
+    #[error("`{text}` is not an address")]
     AddressOverflow {
         /// Name and number.
         text: String,
@@ -297,7 +297,7 @@ pub enum InputError {
         name: String,
     },
     /// A name is used with an image without symbols.
-    #[error("`{name}` is no address (the image has no symbols)")]
+    #[error("`{name}` is not an address (the image has no symbols)")]
     NoSymbols {
         /// The name.
         name: String,
@@ -311,7 +311,7 @@ pub enum InputError {
         space: String,
     },
     /// The byte of a named bit is not known.
-    #[error("`{text}` is no byte of {ram} or {registers}")]
+    #[error("`{text}` is not a byte of {ram} or {registers}")]
     UnknownByte {
         /// The byte.
         text: String,
@@ -334,7 +334,7 @@ pub enum InputError {
         registers: &'static str,
     },
     /// The number of a bit is not 0 to 7.
-    #[error("`{text}` is no bit of a byte; those are 0 to 7")]
+    #[error("`{text}` is not a bit of a byte; those are 0 to 7")]
     BadBitOfByte {
         /// The number.
         text: String,
@@ -350,7 +350,7 @@ pub enum InputError {
         most: u32,
     },
     /// The chip has no byte at an address of its memory.
-    #[error("{chip} has nothing at {space}:0x{addr:x}")]
+    #[error("{chip} has no memory at {space}:0x{addr:x}")]
     NothingAt {
         /// The chip.
         chip: &'static str,
@@ -360,7 +360,7 @@ pub enum InputError {
         addr: u32,
     },
     /// A name in a scenario is not defined on the chip.
-    #[error("`{name}` is no pin of {chip}, no symbol and no register")]
+    #[error("`{name}` is not a pin of {chip}, no symbol and no register")]
     UnknownName {
         /// The name.
         name: String,
@@ -399,6 +399,11 @@ pub enum InputError {
         /// The chip.
         chip: &'static str,
     },
+}
+
+/// Returns the indefinite article of a noun.
+pub(crate) fn article(noun: &str) -> &'static str {
+    if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" }
 }
 
 /// Returns the error for a text with the wrong form.

@@ -101,17 +101,17 @@ pub fn describe_lint(lint: Lint, names: &AddressNames<'_>) -> String {
     match lint {
         Lint::AnalogRead { port, bits } => {
             let (port, pins) = (register_name(names, port), port_pin_names(names, port, bits));
-            format!("{port} is read, where {pins} read 0 as analog inputs")
+            format!("{port} is read; {pins} are analog inputs and read 0")
         }
         Lint::ForeignLatch { port, bits } => {
             let (port, pins) = (register_name(names, port), port_pin_names(names, port, bits));
-            format!("the latch of {port} is changed at {pins} along with the bits that are meant")
+            format!("the instruction also changes the latch of {port} at {pins}")
         }
         Lint::Page { target } => {
             let byte = u32::from(target) * names.chip.word_bytes;
             let near = names.nearest_symbol(byte).map_or(String::new(), |near| format!(" ({near})"));
             let target = names.chip.code_address(target.into());
-            format!("goes to 0x{target:04x}{near}, in a page that PCLATH was not set for here")
+            format!("the jump goes to 0x{target:04x}{near}, in another page, and this page did not set PCLATH")
         }
         Lint::UnknownRead { space, addr } => format!("{} is read before it was written", cell_name(names, space, addr)),
         Lint::UnknownUse { space, addr } => format!("{} is used before it was written", cell_name(names, space, addr)),
@@ -124,28 +124,28 @@ pub fn describe_lint(lint: Lint, names: &AddressNames<'_>) -> String {
                 };
             format!("the stack grows below {limit}")
         }
-        Lint::NothingThere { addr } => format!("{}:0x{addr:02x} is written, where nothing is", names.chip.reg_space),
+        Lint::NothingThere { addr } => {
+            format!("{}:0x{addr:02x} is written, but is not implemented", names.chip.reg_space)
+        }
         Lint::ReservedBits { addr, bits } => {
             let list = (0..8).filter(|bit| bits >> bit & 1 == 1).map(|bit| bit.to_string()).collect::<Vec<_>>();
             let (what, verb) = if list.len() == 1 { ("bit", "is") } else { ("bits", "are") };
             format!("the reserved {what} {} of {} {verb} written as 1", list.join(", "), register_name(names, addr))
         }
         Lint::NoHandler { vector } => {
-            format!("the interrupt {} is taken, and has no service routine", interrupt_name(names, vector))
+            format!("the interrupt {} is taken, but has no service routine", interrupt_name(names, vector))
         }
         Lint::Unhandled { vector } => {
-            format!("the interrupt {} is enabled, and has no service routine", interrupt_name(names, vector))
+            format!("the interrupt {} is enabled, but has no service routine", interrupt_name(names, vector))
         }
         Lint::FloatingRead { port, bits } => {
             let (port, pins) = (register_name(names, port), port_pin_names(names, port, bits));
-            format!("{port} is read and used, and nothing drives {pins}")
+            format!("{port} is read and used, but nothing drives {pins}")
         }
         Lint::CaptureWritten { addr } => {
             let low = register_name(names, addr);
             let name = low.strip_suffix('L').unwrap_or(&low);
-            format!(
-                "{name} is written in a mode that does not have it as TOP, where the data sheet denies that it can be"
-            )
+            format!("{name} is written in a mode in which it is not TOP; by the data sheet that has no effect")
         }
         _ => lint.to_string(),
     }

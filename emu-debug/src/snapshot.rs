@@ -33,28 +33,27 @@ pub const NO_STATE: &str = "SNP008";
 /// All codes.
 #[rustfmt::skip]
 pub const CODES: &[DiagnosticCode] = &[
-    DiagnosticCode { code: NO_SNAPSHOT, title: "the file is no snapshot",
-        explain: "It does not begin as the files do that --snapshot-out writes. Mend: give the name of such a file." },
-    DiagnosticCode { code: CUT_SHORT, title: "a snapshot is cut short",
-        explain: "The file has fewer bytes than its head says: it was copied in part. emu itself writes a snapshot whole or not at \
-                  all. Mend: copy it again, or make it anew." },
+    DiagnosticCode { code: NO_SNAPSHOT, title: "the file is not a snapshot",
+        explain: "It does not begin like the files that --snapshot-out writes. Fix: give the name of such a file." },
+    DiagnosticCode { code: CUT_SHORT, title: "a snapshot is truncated",
+        explain: "The file has fewer bytes than its header says, so it was copied in part. emu itself writes a snapshot completely or not at \
+                  all. Fix: copy it again, or make it again." },
     DiagnosticCode { code: CHECKSUM, title: "a snapshot is damaged",
-        explain: "Its checksum (CRC-32 over all bytes before it) is another one: bytes were changed, most often by a copy as text. \
-                  Mend: copy it again, or make it anew." },
+        explain: "Its checksum (CRC-32 over all bytes before it) does not match: bytes were changed, usually by a copy as text. \
+                  Fix: copy it again, or make it again." },
     DiagnosticCode { code: OTHER_VERSION, title: "a snapshot of another version",
-        explain: "It was written by a version of emu whose snapshots hold other things. Mend: use that version, or make it anew." },
+        explain: "A version of emu with another snapshot format wrote it. Fix: use that version, or make it again." },
     DiagnosticCode { code: OTHER_CHIP, title: "a snapshot of another chip",
-        explain: "A state fits the chip that it was taken from and no other. Mend: name that chip with --mcu." },
+        explain: "A state only fits the chip that it was taken from. Fix: name that chip with --mcu." },
     DiagnosticCode { code: OTHER_PROGRAM, title: "a snapshot of another program",
-        explain: "The image holds other bytes than the one with which the snapshot was made; how it is stored (HEX or ELF) and its \
-                  symbols make no difference. Mend: give that image, or make the snapshot anew." },
-    DiagnosticCode { code: OTHER_OPTIONS, title: "a snapshot of a machine that was configured otherwise",
-        explain: "Clock, fuses, configuration word, wiring, and what RAM holds after power-up are part of a machine and no part of its \
-                  state. Mend: give the flags with which the snapshot was made; the message has \
-                  what differs." },
-    DiagnosticCode { code: NO_STATE, title: "a snapshot that holds no state of this machine",
-        explain: "The file is whole, and what it holds cannot be the state of such a machine: it was made by another build of emu, \
-                  or by another program. Mend: make it anew." },
+        explain: "The image contains other bytes than the image of the snapshot. The file format (HEX or ELF) and the \
+                  symbols do not matter. Fix: give the image of the snapshot, or make the snapshot again." },
+    DiagnosticCode { code: OTHER_OPTIONS, title: "a snapshot of a machine with another configuration",
+        explain: "Clock, fuses, configuration word, wiring, and the contents of RAM after power-up belong to a machine and not to its \
+                  state. The message gives the differences. Fix: give the flags with which the snapshot was made." },
+    DiagnosticCode { code: NO_STATE, title: "a snapshot without a state of this machine",
+        explain: "The file is complete, but its contents cannot be the state of such a machine. Another build of emu, \
+                  or another program, made it. Fix: make it again." },
 ];
 
 /// The header of a snapshot.
@@ -118,12 +117,12 @@ pub fn encode_snapshot(head: &SnapshotHeader, state: &[u8]) -> Vec<u8> {
 /// The fault of the file.
 pub fn decode_snapshot<'a>(name: &str, bytes: &'a [u8]) -> Result<(SnapshotHeader, &'a [u8]), Diagnostic> {
     let wrong = |code, cause: String, hint: &str| Err(fault(name, code, cause, hint));
-    const AGAIN: &str = "copy it again, or make it anew with --snapshot-out";
+    const AGAIN: &str = "copy it again, or make it again with --snapshot-out";
     let Some(rest) = bytes.strip_prefix(MAGIC) else {
         let cut = !bytes.is_empty() && MAGIC.starts_with(bytes);
         return match cut {
             true => wrong(CUT_SHORT, format!("ends after {} bytes, in the middle of its head", bytes.len()), AGAIN),
-            false => wrong(NO_SNAPSHOT, "is no snapshot".to_owned(), "give a file that --snapshot-out has written"),
+            false => wrong(NO_SNAPSHOT, "is not a snapshot".to_owned(), "give a file that --snapshot-out has written"),
         };
     };
     let mut fields = FieldReader(rest);
@@ -134,13 +133,13 @@ pub fn decode_snapshot<'a>(name: &str, bytes: &'a [u8]) -> Result<(SnapshotHeade
     let left = fields.0.len() as u64;
     if version != u64::from(VERSION) {
         let cause = format!("is a snapshot of version {version}, and this emu knows version {VERSION}");
-        return wrong(OTHER_VERSION, cause, "use the emu that wrote it, or make it anew");
+        return wrong(OTHER_VERSION, cause, "use the emu that wrote it, or make it again");
     }
     if left < wanted {
         return wrong(CUT_SHORT, format!("ends {} bytes early", wanted - left), AGAIN);
     }
     let Some((front, sum)) = bytes.split_last_chunk::<4>().filter(|_| left == wanted) else {
-        return wrong(CHECKSUM, format!("has {} bytes behind its end", left - wanted), AGAIN);
+        return wrong(CHECKSUM, format!("has {} bytes after its end", left - wanted), AGAIN);
     };
     let (found, wanted) = (crc32(front), u32::from_le_bytes(*sum));
     if found != wanted {
@@ -172,12 +171,12 @@ pub fn decode_snapshot_for<'a>(
         (OTHER_CHIP, cause, "name the chip of the snapshot with --mcu")
     } else if head.program != wanted.program {
         let cause = "is a snapshot of another program".to_owned();
-        (OTHER_PROGRAM, cause, "give the image with which it was made, or make it anew")
+        (OTHER_PROGRAM, cause, "give the image with which it was made, or make it again")
     } else if head.options != wanted.options {
         (
             OTHER_OPTIONS,
             option_difference(&head.options, &wanted.options),
-            "give the flags with which it was made, or make it anew",
+            "give the flags with which it was made, or make it again",
         )
     } else {
         return Ok((head.cycle, state));
@@ -203,7 +202,7 @@ fn option_difference(own: &str, wanted: &str) -> String {
 /// Returns the diagnostic for an intact file whose contents are not a state of the machine.
 #[must_use]
 pub fn invalid_state(name: &str) -> Diagnostic {
-    fault(name, NO_STATE, "holds what is no state of this machine".to_owned(), "make it anew with --snapshot-out")
+    fault(name, NO_STATE, "does not contain a state of this machine".to_owned(), "make it again with --snapshot-out")
 }
 
 fn fault(name: &str, code: &'static str, cause: String, hint: &str) -> Diagnostic {

@@ -84,7 +84,7 @@ fn a_point_that_is_long_past_is_found_with_few_copies() {
 }
 
 #[test]
-fn writes_are_waited_for_without_the_turns_of_waiting_loops() {
+fn writes_are_waited_for_without_the_iterations_of_waiting_loops() {
     struct Count(u64, u64);
     impl emu_core::Probe for Count {
         fn on_instruction(&mut self, _: u64, _: u32) -> bool {

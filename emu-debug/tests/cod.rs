@@ -231,7 +231,7 @@ fn a_wire_is_free_when_the_last_lets_go() {
 
 /// All voltages are reported to a chip with analog inputs.
 #[test]
-fn voltages_are_told() {
+fn voltages_are_reported() {
     let list = [
         (0, "module load pullup v"),
         (0, "v.voltage = 1.5"),
@@ -246,13 +246,13 @@ fn voltages_are_told() {
         .collect();
     let script = CodScript::read(&list).unwrap();
     let names = AddressNames { chip: chip(), symbols: &[] };
-    let mut told = Vec::new();
+    let mut driven = Vec::new();
     let mut cpu = nops();
     let limits = CodRunLimits { cycle: 10, hz: 4_000_000 };
     run_script(&mut cpu, &script, names, limits, &mut |cpu, at, pin, millivolts| {
-        told.push((cpu.chip().pins[usize::from(pin)].name, at.cycle, millivolts));
+        driven.push((cpu.chip().pins[usize::from(pin)].name, at.cycle, millivolts));
     });
-    assert_eq!(told, [("RA0", 0, 1500), ("RA0", 4, 3250)]);
+    assert_eq!(driven, [("RA0", 0, 1500), ("RA0", 4, 3250)]);
 }
 
 /// The programs of `tests/peers/cod`, assembled again, pass in gpsim and here.

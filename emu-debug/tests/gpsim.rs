@@ -40,7 +40,7 @@ impl Settings {
                 Some(("lvp", "off")) => settings.lvp_off = true,
                 Some(("hz", hz)) => settings.hz = hz.parse().ok(),
                 Some(("but", text)) => settings.but.push(text.to_owned()),
-                _ => panic!("`{item}` is no setting"),
+                _ => panic!("`{item}` is not a setting"),
             }
         }
         settings

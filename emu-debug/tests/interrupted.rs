@@ -75,7 +75,7 @@ fn breakpoints_make_no_run_deaf() {
 
 /// A program that only a stimulus can continue is stopped where it is, and not at the end of time.
 #[test]
-fn what_waits_for_ever_is_stopped() {
+fn endless_waits_are_stopped() {
     let rows = [
         ("loop: sbis 0x09, 2\nrjmp loop\n", HaltReason::BlockedOnInput),
         ("loop: sbis 0x09, 2\nrjmp loop\nend: rjmp end\n", HaltReason::BlockedOnInput),

@@ -87,16 +87,16 @@ fn names_of_registers_pins_and_symbols() {
     let names = AddressNames { chip: &emu_pic16::chips::PIC16F873.chip, symbols: &symbols };
     #[rustfmt::skip]
     let cases = [
-        (Lint::AnalogRead { port: 5, bits: 0x21 },             "PORTA is read, where RA0, RA5 read 0 as analog inputs"),
-        (Lint::ForeignLatch { port: 6, bits: 2 },              "the latch of PORTB is changed at RB1 along with the bits that are meant"),
-        (Lint::Page { target: 0x812 },                         "goes to 0x0812 (far+0x2), in a page that PCLATH was not set for here"),
-        (Lint::Page { target: 0x10 },                          "goes to 0x0010, in a page that PCLATH was not set for here"),
+        (Lint::AnalogRead { port: 5, bits: 0x21 },             "PORTA is read; RA0, RA5 are analog inputs and read 0"),
+        (Lint::ForeignLatch { port: 6, bits: 2 },              "the instruction also changes the latch of PORTB at RB1"),
+        (Lint::Page { target: 0x812 },                         "the jump goes to 0x0812 (far+0x2), in another page, and this page did not set PCLATH"),
+        (Lint::Page { target: 0x10 },                          "the jump goes to 0x0010, in another page, and this page did not set PCLATH"),
         (Lint::UnknownRead { space: "data", addr: 0x20 },      "data:0x20 (count) is read before it was written"),
         (Lint::UnknownRead { space: "data", addr: 0x21 },      "data:0x21 is read before it was written"),
-        (Lint::NotSaved { register: "W" },                     "the service routine returns with another value in W"),
+        (Lint::NotSaved { register: "W" },                     "the service routine returns with a changed value in W"),
         (Lint::StackOverflow,                                  "the stack is full: the oldest return address is overwritten"),
         // An address without a name in the chip row is printed as a number.
-        (Lint::AnalogRead { port: 0x20, bits: 1 },             "data:0x20 is read, where bit 0 read 0 as analog inputs"),
+        (Lint::AnalogRead { port: 0x20, bits: 1 },             "data:0x20 is read; bit 0 are analog inputs and read 0"),
     ];
     for (lint, wanted) in cases {
         assert_eq!(describe_lint(lint, &names), wanted);
@@ -114,14 +114,14 @@ fn names_of_registers_pins_and_symbols() {
         (Lint::StackMeets { limit: 0x120 },                    "the stack grows below 0x0120 (_end)"),
         (Lint::StackMeets { limit: 0x100 },                    "the stack grows below 0x0100, where RAM begins"),
         (Lint::StackMeets { limit: 0x180 },                    "the stack grows below 0x0180, up to where the heap reaches"),
-        (Lint::NothingThere { addr: 0xE0 },                    "data:0xe0 is written, where nothing is"),
+        (Lint::NothingThere { addr: 0xE0 },                    "data:0xe0 is written, but is not implemented"),
         (Lint::ReservedBits { addr: 0xC5, bits: 0x10 },        "the reserved bit 4 of UBRR0H is written as 1"),
         (Lint::ReservedBits { addr: 0x45, bits: 0x30 },        "the reserved bits 4, 5 of TCCR0B are written as 1"),
         (Lint::Baud { uart: 0, baud: 111_111 },                "serial port 0 runs at 111111 baud, -3.5 % off 115200"),
         (Lint::Baud { uart: 0, baud: 117_647 },                "serial port 0 runs at 117647 baud, +2.1 % off 115200"),
-        (Lint::NoHandler { vector: 16 },                       "the interrupt TIMER0_OVF is taken, and has no service routine"),
-        (Lint::Unhandled { vector: 1 },                        "the interrupt INT0 is enabled, and has no service routine"),
-        (Lint::FloatingRead { port: 0x29, bits: 0x84 },        "PIND is read and used, and nothing drives PD2, PD7"),
+        (Lint::NoHandler { vector: 16 },                       "the interrupt TIMER0_OVF is taken, but has no service routine"),
+        (Lint::Unhandled { vector: 1 },                        "the interrupt INT0 is enabled, but has no service routine"),
+        (Lint::FloatingRead { port: 0x29, bits: 0x84 },        "PIND is read and used, but nothing drives PD2, PD7"),
     ];
     for (lint, wanted) in cases {
         assert_eq!(describe_lint(lint, &names), wanted);

@@ -52,8 +52,8 @@ fn addresses_as_words() {
     let (symbols, lines) = avr();
     let source = ProgramSource { names: AddressNames { chip: &ATMEGA328P, symbols: &symbols }, lines: &lines };
     for row in PLACES.lines().filter(|row| !row.is_empty()) {
-        let (word, told) = row.split_once("   ").unwrap();
-        assert_eq!(source.describe_word(u32::from_str_radix(&word[2..], 16).unwrap()), told, "{word}");
+        let (word, wanted_text) = row.split_once("   ").unwrap();
+        assert_eq!(source.describe_word(u32::from_str_radix(&word[2..], 16).unwrap()), wanted_text, "{word}");
     }
     let object = |addr| source.names.containing_symbol("data", addr);
     let objects = [0xFF, 0x100, 0x103, 0x104, 0x105].map(|addr| object(addr).unwrap_or_default());
@@ -74,7 +74,7 @@ fn words_as_addresses() {
     let refused = |text| source.parse_words(text).unwrap_err().to_string();
     assert_eq!(refused("main.c:12"), "`main.c` is one of several source files: lib/main.c, src/main.c");
     assert_eq!(refused("src/main.c:13"), "line 13 of src/main.c has no code; the next line that has is src/main.c:40");
-    assert_eq!(refused("src/main.c:40"), "`src/main.c:40` lies beyond flash");
+    assert_eq!(refused("src/main.c:40"), "`src/main.c:40` is beyond flash");
     assert!(refused(":3").contains("no symbol `:3`"));
     assert!(refused("main:").contains("no symbol `main:`"));
     let until = |text| source.parse_condition(text);
@@ -99,8 +99,8 @@ fn lines_without_an_end() {
         line(0x22, asm, "library.asm", 9, 0),
     ]);
     let source = ProgramSource { names: AddressNames { chip, symbols: &symbols }, lines: &lines };
-    let told = [0x0F, 0x10, 0x1F, 0x20, 0x23].map(|word| source.line_text(word).unwrap_or_default());
-    assert_eq!(told, ["", "main.c:3", "main.c:3", "", "library.asm:9"]);
+    let wanted_text = [0x0F, 0x10, 0x1F, 0x20, 0x23].map(|word| source.line_text(word).unwrap_or_default());
+    assert_eq!(wanted_text, ["", "main.c:3", "main.c:3", "", "library.asm:9"]);
     let meant =
         source.describe_operands(&[("target", 0x12), ("direct address", 9), ("direct address", 0x90), ("constant", 8)]);
     assert_eq!(meant, ["main+0x2", "count+0x1"]);

@@ -8,7 +8,7 @@ use emu_debug::debug::DebugError;
 #[derive(Debug, thiserror::Error)]
 pub enum GdbError {
     /// A text is not an address, or its host is not found.
-    #[error("`{text}` is no address ({source}); write :1234 or 127.0.0.1:1234")]
+    #[error("`{text}` is not an address ({source}); write :1234 or 127.0.0.1:1234")]
     BadAddress {
         /// The text.
         text: String,
@@ -16,7 +16,7 @@ pub enum GdbError {
         source: io::Error,
     },
     /// A host has no address.
-    #[error("`{text}` is no address (it has none); write :1234 or 127.0.0.1:1234")]
+    #[error("`{text}` is not an address (it has none); write :1234 or 127.0.0.1:1234")]
     HostWithoutAddress {
         /// The text.
         text: String,

@@ -53,7 +53,7 @@ impl<'a> GdbTarget<'a> {
         monitor: Option<&'a mut MonitorHandler>,
     ) -> GdbTarget<'a> {
         let layout = GdbLayout::new(session.machine());
-        let why = "the client has just come".to_owned();
+        let why = "the client has just connected".to_owned();
         GdbTarget {
             session,
             input,

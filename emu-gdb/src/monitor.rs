@@ -13,11 +13,11 @@ use crate::gdb_target::GdbTarget;
 
 const HELP: &str = "\
 reset         resets the chip by its reset pin; `reset power` by its supply
-halt          says where the program stands; it stands whenever gdb listens
+halt          prints the position of the program, which is stopped while gdb waits
 cycle         machine cycles, instructions and time since power-up
 scan          scans begun, of a ladder program
-why           what has stopped the program last
-back N        goes N steps back, 1 if N is left out
+why           the reason of the last stop
+back N        goes N steps back, by default 1
 goto CYCLE    goes to a cycle, in the past or in the future
 peek PLACE    bytes of a memory: data:0x100..0x120, PORTB, a symbol
 print EXPR    an expression over registers, memory, pins, symbols: PORTB.5, $cycle
@@ -49,7 +49,7 @@ impl GdbTarget<'_> {
             "reset" => match rest {
                 "" => self.reset(ResetCause::External),
                 "power" => self.reset(ResetCause::PowerOn),
-                other => format!("`{other}` is no kind of reset; `reset` and `reset power` are"),
+                other => format!("`{other}` is not a kind of reset; `reset` and `reset power` are"),
             },
             "halt" => self.describe_place(),
             "cycle" => self.describe_time(),
@@ -82,7 +82,7 @@ impl GdbTarget<'_> {
 
     fn describe_place(&self) -> String {
         let target = self.session.machine();
-        format!("stands at {}, cycle {}", self.session.scope.source().describe_word(target.pc()), target.cycle())
+        format!("stopped at {}, cycle {}", self.session.scope.source().describe_word(target.pc()), target.cycle())
     }
 
     fn describe_time(&self) -> String {
@@ -100,7 +100,7 @@ impl GdbTarget<'_> {
 
     fn run_back_command(&mut self, rest: &str) -> String {
         let Some(n) = (if rest.is_empty() { Some(1) } else { rest.parse().ok() }) else {
-            return format!("`{rest}` is no number of steps");
+            return format!("`{rest}` is not a number of steps");
         };
         let input = &mut self.input;
         let halt = self.session.step_back(n, &mut || input.may_continue());
@@ -109,7 +109,7 @@ impl GdbTarget<'_> {
 
     fn run_goto_command(&mut self, rest: &str) -> String {
         let number = rest.strip_prefix("0x").map_or_else(|| rest.parse().ok(), |hex| u64::from_str_radix(hex, 16).ok());
-        let Some(cycle) = number else { return format!("`{rest}` is no cycle; write `goto 1000`") };
+        let Some(cycle) = number else { return format!("`{rest}` is not a cycle; write `goto 1000`") };
         let input = &mut self.input;
         let halt = self.session.goto_cycle(cycle, &mut || input.may_continue());
         self.describe_move(&halt.reason)

@@ -71,12 +71,12 @@ impl PacketDecoder {
             (DecoderState::Sum(high @ None), byte) => *high = Some(byte),
             (DecoderState::Sum(Some(high)), low) => {
                 let digit = |byte: u8| char::from(byte).to_digit(16).unwrap_or(0x100);
-                let told = digit(*high) << 4 | digit(low);
+                let wanted_sum = digit(*high) << 4 | digit(low);
                 self.state = DecoderState::Between;
                 if self.is_too_long {
                     return Some(ClientItem::TooLong);
                 }
-                let right = told == u32::from(checksum(&self.body));
+                let right = wanted_sum == u32::from(checksum(&self.body));
                 return Some(if right { ClientItem::Packet(frame_packet(&self.body)) } else { ClientItem::Broken });
             }
         }

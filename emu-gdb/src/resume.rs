@@ -76,7 +76,7 @@ impl GdbTarget<'_> {
                 Some("only something from outside can change what the program does".to_owned()),
             ),
             HaltReason::Illegal { pc, word } => {
-                let text = format!("0x{word:04x} at {} is no instruction of this chip", place(pc));
+                let text = format!("0x{word:04x} at {} is not an instruction of this chip", place(pc));
                 (signal(Signal::SIGILL), Some(text))
             }
             HaltReason::Fault { pc, fault } => {

@@ -75,7 +75,7 @@ pub fn serve(
     log(&format!("listening on {}", listener.local_addr()?));
     loop {
         let (stream, peer) = listener.accept()?;
-        log(&format!("a client has come from {peer}"));
+        log(&format!("a client has connected from {peer}"));
         let monitor = options.monitor.as_deref_mut();
         let ended =
             serve_client(session, stream, monitor).unwrap_or_else(|error| ClientEnd::ConnectionLost(error.to_string()));
@@ -145,7 +145,7 @@ fn run_protocol<'s>(mut machine: GdbStateMachine<'_, 's>, stub: &mut GdbTarget<'
                 // The program is stopped already.
                 Some(ClientItem::Interrupt) => idle.into(),
                 Some(ClientItem::Broken) if quiet => {
-                    return Ok(ClientEnd::ProtocolError("a packet with a wrong check sum".to_owned()));
+                    return Ok(ClientEnd::ProtocolError("a packet with a wrong checksum".to_owned()));
                 }
                 Some(item) => {
                     let output = idle.borrow_conn();

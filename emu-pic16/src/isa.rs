@@ -228,7 +228,7 @@ pub type Pic16Op = PredecodedOp<Kind>;
 #[cfg(test)]
 mod tests {
     #[test]
-    fn kinds_stand_in_the_order_of_rows() {
+    fn kinds_are_in_the_order_of_rows() {
         assert!(super::KINDS.iter().enumerate().all(|(i, &kind)| kind as usize == i));
     }
 }

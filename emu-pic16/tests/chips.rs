@@ -239,7 +239,7 @@ fn ram_is_where_the_figures_show_it() {
 }
 
 #[test]
-fn registers_stand_in_the_banks_of_the_figures() {
+fn registers_are_in_the_banks_of_the_figures() {
     for part in PIC16_PARTS {
         let text = if part.timers { MIRRORS } else { MIRRORS_84 };
         let rows: Vec<Vec<&str>> = text.split(['|', '\n']).map(|r| r.split_whitespace().collect()).collect();

@@ -35,7 +35,7 @@ pub enum TuiError {
         word: String,
     },
     /// A command does not exist in the panel.
-    #[error("`{line}` is no command: NAME=VALUE, send TEXT, scan N, back N, speed X")]
+    #[error("`{line}` is not a command: NAME=VALUE, send TEXT, scan N, back N, speed X")]
     UnknownCommand {
         /// The whole line.
         line: String,
@@ -74,7 +74,7 @@ pub enum TuiError {
         high: i64,
     },
     /// `\x` is not followed by two hexadecimal digits.
-    #[error("\\x wants two hexadecimal digits")]
+    #[error("\\x needs two hexadecimal digits")]
     BadHexEscape,
     /// A backslash is followed by an unknown character.
     #[error("after \\ comes n, r, t, 0, \\ or xNN")]

@@ -151,7 +151,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_number_stands_for_one_input() {
+    fn a_number_selects_one_input() {
         for target in ["gdb", "expression", "disasm-avr"].map(|name| crate::find_target(name).expect("a target")) {
             let (one, other) = (Mutator::new(target, 5, Vec::new()), Mutator::new(target, 5, Vec::new()));
             let inputs: Vec<Vec<u8>> = (0..300).map(|number| one.input(number)).collect();

@@ -58,7 +58,7 @@ fn nothing_is_said_where_nothing_is() {
 }
 
 #[test]
-fn usage_errors_are_told() {
+fn usage_errors_are_reported() {
     for arguments in [&["run", "nothing"][..], &["run", "--seed"], &["run", "--seed", "x"], &["fly"], &[]] {
         let ended = emu_fuzz(arguments);
         assert_eq!(ended.status.code(), Some(2), "{arguments:?}");

@@ -70,6 +70,6 @@ pub enum CodegenError {
         name: String,
     },
     /// An image was requested for a target that produces a source.
-    #[error("a sketch is no image")]
+    #[error("a sketch is not an image")]
     SketchIsNoImage,
 }

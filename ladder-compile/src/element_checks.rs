@@ -57,12 +57,12 @@ pub fn unsupported_elements(program: &LadderProgram, target: Option<&CompileTarg
         }
         match element {
             Element::Placeholder => {
-                error(codes::NOT_COMPILED, "PLACEHOLDER stands for nothing".to_owned(), "put an element here");
+                error(codes::NOT_COMPILED, "PLACEHOLDER has no meaning".to_owned(), "put an element here");
             }
             Element::Coil { name, .. } | Element::Contacts { name, .. }
                 if !ladder::symbols::kind_by_letter(name).is_bit() =>
             {
-                error(codes::MIXED_NAME, format!("`{name}` is no bit"), "bits begin with X, Y or R");
+                error(codes::MIXED_NAME, format!("`{name}` is not a bit"), "bits begin with X, Y or R");
             }
             Element::Coil { name, .. } if ladder::symbols::kind_by_letter(name) == SymbolKind::Input => {
                 error(codes::DRIVEN_INPUT, format!("the coil drives the input `{name}`"), "drive an output or a relay");
@@ -71,7 +71,7 @@ pub fn unsupported_elements(program: &LadderProgram, target: Option<&CompileTarg
                 error(
                     codes::TIMER_RANGE,
                     format!(
-                        "the scans of the delay are no constant of at least 1 (cycle {} us)",
+                        "the scans of the delay are not a constant of at least 1 (cycle {} us)",
                         program.settings.cycle_us
                     ),
                     "choose a delay of at least two cycles",

@@ -116,7 +116,7 @@ pub fn assign_pins(
         && let Some((pin, pos)) = wanted.get(name)
         && !pin.eq_ignore_ascii_case(home)
     {
-        let cause = format!("`{name}` stands at {pin}, but the PWM output of {} is {home}", chip.name);
+        let cause = format!("`{name}` is at {pin}, but the PWM output of {} is {home}", chip.name);
         push_diagnostic(codes::PIN_TAKEN, *pos, cause, format!("put it at {home}"));
     }
 

@@ -438,7 +438,7 @@ impl ScanState {
         }
     }
 
-    /// Counts one scan of a timer if its preset is not reached; tells whether it has counted.
+    /// Counts one scan of a timer if its preset is not reached; returns whether it has counted.
     fn count_scan(&mut self, code: &FlatProgram, var: u32, preset: ValueSource) -> bool {
         let n = self.read_symbol(var);
         let runs = n < self.read_value(preset);

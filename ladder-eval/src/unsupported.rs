@@ -23,13 +23,13 @@ pub enum UnsupportedReason {
     #[error("a coil is at most one of negated, set and reset")]
     ConflictingCoilModes,
     /// A name is not a symbol of the program.
-    #[error("`{name}` is no symbol of the program")]
+    #[error("`{name}` is not a symbol of the program")]
     UnknownSymbol {
         /// The name.
         name: String,
     },
     /// An integer is used as a bit.
-    #[error("`{name}` is not a bit: bits are named X, Y or R and are no integers elsewhere")]
+    #[error("`{name}` is not a bit: bits are named X, Y or R and are not integers elsewhere")]
     NotABit {
         /// Name of the integer.
         name: String,
@@ -128,7 +128,7 @@ pub enum UnsupportedReason {
         value: u32,
     },
     /// The symbol of READ_ADC is not an analog input.
-    #[error("its name is no analog input")]
+    #[error("its name is not an analog input")]
     NotAnalogInput,
     /// The text of a FORMATTED_STRING has an invalid escape.
     #[error(transparent)]

@@ -60,7 +60,9 @@ impl LadderView {
         let before =
             moment.last_scan.as_ref().filter(|past| past.number < prefix.0.number).map(|past| (past.clone(), None));
         let prefixes = [Some(prefix.clone()), before.clone()].into_iter().flatten();
-        let found = prefixes.filter_map(|told| Some((self.last_writer(&told.0, symbol, told.1)?, told.0))).next();
+        let found = prefixes
+            .filter_map(|reported| Some((self.last_writer(&reported.0, symbol, reported.1)?, reported.0)))
+            .next();
         match &found {
             Some((writer, scan)) => {
                 let place = self.element_text(*writer);

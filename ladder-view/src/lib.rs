@@ -45,10 +45,10 @@ pub const BAD_MAP: &str = "DBG001";
 /// Diagnostic codes of this crate.
 pub const CODES: &[DiagnosticCode] = &[DiagnosticCode {
     code: BAD_MAP,
-    title: "the map is not of this program",
-    explain: "A debugger finds rungs, elements and symbols on the chip by the map that was written with the image. This one names another \
-              chip, or lacks rungs or symbols of the ladder program. Mend: compile the program again and give the image, the map and \
-              the program that belong together, or give the program alone, which is compiled on the fly.",
+    title: "the map does not belong to this program",
+    explain: "A debugger finds rungs, elements and symbols on the chip with the map that was written with the image. This map names another \
+              chip, or does not have all rungs or symbols of the ladder program. Fix: compile the program again and give its image, map \
+              and source together, or give only the program: emu then compiles it automatically.",
 }];
 
 /// Status registers of the serial line, with the bit that signals a received byte. A chip has one of them.

@@ -78,7 +78,7 @@ fn run_command(command: &str, open_now: &mut Option<(DebugSession, LadderView)>,
             Ok(lines) => lines.iter().for_each(|line| _ = writeln!(out, "| {line}")),
             Err(why) => _ = writeln!(out, "| error: {why}"),
         },
-        _ => panic!("`{command}` is no command"),
+        _ => panic!("`{command}` is not a command"),
     }
 }
 

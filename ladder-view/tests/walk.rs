@@ -160,7 +160,7 @@ fn walk_back_and_forth(setup: ChipSetup, seed: u64) -> u32 {
 }
 
 #[test]
-fn back_and_forward_tell_the_same() {
+fn back_and_forward_give_the_same() {
     let setups = [
         ChipSetup { mcu: "atmega328p", clock_hz: Some(1_000_000), watchdog: false },
         ChipSetup { mcu: "at89s52", clock_hz: Some(12_000_000), watchdog: false },

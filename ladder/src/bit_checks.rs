@@ -6,7 +6,7 @@ use crate::check::{CheckedElement, Checker};
 use crate::codes;
 use crate::model::{Element, LadderOperand, MathOp, ShiftOp, UnaryOp};
 
-/// What can be told from one of these elements alone.
+/// What one of these elements shows by itself.
 pub(crate) fn check_bit_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
     match at.element {
         Element::Math { op: MathOp::Mod, op2, .. } => {

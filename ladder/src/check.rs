@@ -140,7 +140,7 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
             checker.error(codes::TIMER_RANGE, at, cause, "write the time as a number of microseconds");
         }
         Element::Placeholder => {
-            checker.error(codes::PLACEHOLDER, at, "an empty place is left", "put an element here or remove it");
+            checker.error(codes::PLACEHOLDER, at, "a placeholder remains", "put an element here or remove it");
         }
         Element::Contacts { set1: Some(1..), .. } if is_23 => {
             let cause = "the flag `set1` has a meaning in LDmicro 5 only";
@@ -285,7 +285,7 @@ fn check_timer(
     }
     if delay % cycle != 0 {
         let cause = format!(
-            "the delay of {delay} us is no multiple of the cycle of {cycle} us: it is cut to {} us",
+            "the delay of {delay} us is not a multiple of the cycle of {cycle} us: it is cut to {} us",
             scans * cycle
         );
         let hint = match scans {

@@ -72,14 +72,14 @@ pub fn split_format_string(text: &str, quoted: bool) -> Result<Vec<StringPiece>,
         if c != '\\' {
             let byte = code_page_byte(c).ok_or_else(|| BadEscape {
                 char_offset: at,
-                cause: format!("`{c}` is no single byte"),
+                cause: format!("`{c}` is not a single byte"),
                 hint: "write the bytes of the character as \\xHH",
             })?;
             out.push(StringPiece::Byte(byte));
             continue;
         }
         let Some((_, letter)) = chars.next() else {
-            return Err(bad("a backslash stands at the end".to_owned()));
+            return Err(bad("a backslash is at the end".to_owned()));
         };
         let byte = match letter {
             'r' => 13,
@@ -103,10 +103,10 @@ pub fn split_format_string(text: &str, quoted: bool) -> Result<Vec<StringPiece>,
                 let digits = digits.and_then(|d| d.to_digit(10)).filter(|d| (1..=MAX_DIGITS).contains(d));
                 let Some(digits) = digits else {
                     let found = crate::reader::message_text(&format!("\\{letter}"));
-                    return Err(bad(format!("`{found}` is no escape")));
+                    return Err(bad(format!("`{found}` is not an escape")));
                 };
                 if std::mem::replace(&mut number, true) {
-                    return Err(bad("a second number stands in the text".to_owned()));
+                    return Err(bad("the text contains a second number".to_owned()));
                 }
                 if sign {
                     out.push(StringPiece::Sign);

@@ -53,7 +53,7 @@ fn read_io_line(reader: &mut LdReader<'_>, line: &LdLine<'_>) -> Option<IoEntry>
     let (name, pin, rest) = match line.tokens.as_slice() {
         [name, at, pin, rest @ ..] if at.text == "at" => (*name, *pin, rest),
         _ => {
-            let cause = format!("`{}` is no line of IO LIST: it is skipped", message_text(line.text));
+            let cause = format!("`{}` is not a line of IO LIST: it is skipped", message_text(line.text));
             let hint = "write `name at pin`, such as Xbutton at 2";
             reader.report(Severity::Warning, codes::IO_LINE, line.pos, cause, hint);
             return None;
@@ -81,7 +81,7 @@ fn read_pin(reader: &mut LdReader<'_>, name: LdToken<'_>, pin: LdToken<'_>) -> O
         }
         Some(number) if !rest.is_empty() => {
             let (name, shown) = (message_text(name.text), message_text(pin.text));
-            let cause = format!("the pin `{shown}` is no number: {name} is at {number}");
+            let cause = format!("the pin `{shown}` is not a number: {name} is at {number}");
             let hint = "write the number of the package pin, or 0 for not assigned";
             reader.report(Severity::Warning, codes::NOT_A_NUMBER, pin.pos, cause, hint);
         }
@@ -115,7 +115,7 @@ fn read_modbus(reader: &mut LdReader<'_>, rest: &[LdToken<'_>]) -> Option<(u32, 
 
 fn check_io_line(reader: &mut LdReader<'_>, line: &LdLine<'_>, entry: &IoEntry, before: &[IoEntry]) {
     if let Some(other) = before.iter().find(|e| e.name == entry.name) {
-        let cause = format!("{} stands twice in IO LIST, first at pin {}", entry.name, other.pin);
+        let cause = format!("{} occurs twice in IO LIST, first at pin {}", entry.name, other.pin);
         reader.error(codes::IO_NAME_TWICE, line.pos, cause, "remove one of the lines");
     } else if let Some(other) = before.iter().find(|e| e.pin == entry.pin && e.pin != 0) {
         let cause = format!("{} and {} are both at pin {}", other.name, entry.name, entry.pin);
@@ -142,7 +142,7 @@ fn check_io_line(reader: &mut LdReader<'_>, line: &LdLine<'_>, entry: &IoEntry, 
 fn read_var_line(reader: &mut LdReader<'_>, line: &LdLine<'_>) -> Option<VarEntry> {
     let found = split_bytes_line(line.text).or_else(|| split_bits_line(line.text)).filter(|(size, ..)| *size > 0);
     let Some((size, unit, name)) = found else {
-        let cause = format!("`{}` is no line of VAR LIST", message_text(line.text));
+        let cause = format!("`{}` is not a line of VAR LIST", message_text(line.text));
         let hint = "write `2 bytes name` (1 to 4) or `name signed 16 bit variable` (8, 16, 24 or 32)";
         reader.error(codes::LIST_LINE, line.pos, cause, hint);
         return None;
@@ -187,12 +187,12 @@ fn split_bits_line(text: &str) -> Option<(i64, &'static str, &str)> {
 fn check_pull_up(reader: &mut LdReader<'_>, line: &LdLine<'_>, micro: Option<&str>) {
     let shown = message_text(line.text);
     let Some(port) = pull_up_port(line.text) else {
-        let cause = format!("`{shown}` is no line of PULL-UP LIST: it has no effect");
+        let cause = format!("`{shown}` is not a line of PULL-UP LIST: it has no effect");
         let hint = "write a port and a mask, such as PB: 0x0F";
         return reader.report(Severity::Warning, codes::LIST_LINE, line.pos, cause, hint);
     };
     let Some(micro) = micro else {
-        let cause = format!("`{shown}` has no effect, because MICRO= does not stand before the list");
+        let cause = format!("`{shown}` has no effect, because MICRO= is not before the list");
         let hint = "put MICRO= before PULL-UP LIST";
         return reader.report(Severity::Note, codes::LIST_LINE, line.pos, cause, hint);
     };
@@ -211,7 +211,7 @@ fn require_port(reader: &mut LdReader<'_>, port: [char; 2], micro: &str, pos: Po
     let wanted = if micro.contains("PIC1") { 'R' } else { 'P' };
     if prefix != wanted || !('A'..='P').contains(&letter.to_ascii_uppercase()) {
         let shown = message_text(&format!("{prefix}{letter}"));
-        let cause = format!("`{shown}` in PULL-UP LIST is no port of {}", message_text(micro));
+        let cause = format!("`{shown}` in PULL-UP LIST is not a port of {}", message_text(micro));
         reader.error(codes::LIST_LINE, pos, cause, format!("write a port such as {wanted}B"));
     }
 }

@@ -191,7 +191,7 @@ fn check_text(reader: &mut LdReader<'_>, text: &str) -> Option<()> {
     } else if let Some((at, bad)) =
         text.char_indices().find(|(_, c)| c.is_ascii_control() && !matches!(c, '\t' | '\n' | '\r'))
     {
-        let cause = format!("control character U+{:04X}: this is no text", bad as u32);
+        let cause = format!("control character U+{:04X}: this is not text", bad as u32);
         reader.error(codes::BINARY, end_position(text.get(..at).unwrap_or("")), cause, "give a .ld file");
     } else {
         return Some(());
@@ -281,7 +281,7 @@ fn read_rungs<'a>(reader: &mut LdReader<'_>, lines: &mut impl Iterator<Item = Ld
             }
             _ => match open.last_mut() {
                 None => {
-                    let cause = format!("`{}` stands outside a rung", message_text(line.keyword()));
+                    let cause = format!("`{}` is outside a rung", message_text(line.keyword()));
                     let hint = match nearest(line.keyword(), ["RUNG"].into_iter()) {
                         Some(near) => format!("did you mean {near}?"),
                         None => "put it between RUNG and END".to_owned(),
@@ -343,11 +343,11 @@ fn check_nesting(reader: &mut LdReader<'_>, open: &[OpenGroup], kind: GroupKind,
         reader.error(codes::TOO_DEEP, pos, cause, "split the rung, with relays between the parts");
     }
     if kind == GroupKind::Series && parent != GroupKind::Parallel {
-        let cause = format!("SERIES stands in {}, it may only stand in PARALLEL", parent.name());
+        let cause = format!("SERIES is in {}, it may only be in PARALLEL", parent.name());
         reader.error(codes::NESTING, pos, cause, "remove SERIES and its END: the elements are in series already");
     }
     if kind == GroupKind::Parallel && parent == GroupKind::Parallel {
-        let cause = "PARALLEL stands directly in PARALLEL";
+        let cause = "PARALLEL is directly in PARALLEL";
         reader.error(codes::NESTING, pos, cause, "put it into a SERIES of its own, or join the two");
     }
 }
@@ -355,7 +355,7 @@ fn check_nesting(reader: &mut LdReader<'_>, open: &[OpenGroup], kind: GroupKind,
 fn refuse_extra_words(reader: &mut LdReader<'_>, line: &LdLine<'_>, words: usize) {
     if let Some(extra) = line.tokens.get(words) {
         let cause = format!("`{}` follows {}", message_text(extra.text), line.keyword());
-        reader.error(codes::TOO_MANY, extra.pos, cause, format!("let {} stand alone in its line", line.keyword()));
+        reader.error(codes::TOO_MANY, extra.pos, cause, format!("put {} alone in its line", line.keyword()));
     }
 }
 

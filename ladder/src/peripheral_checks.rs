@@ -162,7 +162,7 @@ fn check_string(checker: &mut Checker<'_>, at: CheckedElement<'_>, var: Option<&
                         codes::STRING_VARIABLE,
                         at,
                         cause,
-                        "write \\5 or \\-5 where it is to stand, or (none) for it",
+                        "write \\5 or \\-5 for its place, or (none) for it",
                     );
                 }
                 _ => {}

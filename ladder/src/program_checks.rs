@@ -43,11 +43,11 @@ pub(crate) fn check_names(checker: &mut Checker<'_>) {
                 if !name.starts_with('X') && !driven.contains(name.as_str()) && contacts.insert(name) =>
             {
                 let cause = format!("no coil drives {name}, so it is always 0");
-                checker.warning(codes::NEVER_DRIVEN, at, cause, "add a coil, or mend the name");
+                checker.warning(codes::NEVER_DRIVEN, at, cause, "add a coil, or correct the name");
             }
             Element::Res { name } if !counted.contains(name.as_str()) => {
-                let cause = format!("{name} is no timer or counter");
-                let hint = format!("mend the name, or write MOVE {name} 0");
+                let cause = format!("{name} is not a timer or counter");
+                let hint = format!("correct the name, or write MOVE {name} 0");
                 checker.warning(codes::RES_TARGET, at, cause, hint);
             }
             // The other checks use the table of element facts.

@@ -153,7 +153,7 @@ fn section_keyword(line: &LdLine<'_>) -> Option<&'static str> {
 
 fn refuse_repeated(reader: &mut LdReader<'_>, out: &mut ProgramHead, name: &'static str, pos: Pos) {
     if out.seen.contains(&name) {
-        reader.error(codes::SETTING_TWICE, pos, format!("{name} stands twice"), "remove one of them");
+        reader.error(codes::SETTING_TWICE, pos, format!("{name} occurs twice"), "remove one of them");
     }
     out.seen.push(name);
 }
@@ -174,8 +174,8 @@ fn read_setting(reader: &mut LdReader<'_>, line: &LdLine<'_>, out: &mut ProgramH
             _ => Severity::Error,
         };
         let cause = match severity {
-            Severity::Error => format!("`{}` is no line of the head", message_text(line.text)),
-            _ => format!("`{}` is no line of the head and has no effect", message_text(line.text)),
+            Severity::Error => format!("`{}` is not a line of the head", message_text(line.text)),
+            _ => format!("`{}` is not a line of the head and has no effect", message_text(line.text)),
         };
         reader.report(severity, codes::UNKNOWN_SETTING, line.pos, cause, hint);
         return;

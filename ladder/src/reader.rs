@@ -244,7 +244,7 @@ impl<'a> LdReader<'a> {
                 keep
             });
             let cause = format!("more than {MAX_ERRORS} errors: the rest is not shown");
-            self.error(codes::TOO_MANY_ERRORS, last, cause, "mend those above first");
+            self.error(codes::TOO_MANY_ERRORS, last, cause, "fix those above first");
         }
         self.diagnostics
     }

@@ -106,10 +106,8 @@ impl ScenarioBinder<'_> {
         let last = |name: &str| name.rsplit(['/', '\\']).next().unwrap_or(name).to_ascii_lowercase();
         if last(&wanted.text) != last(found) {
             let cause = format!("this scenario is for {}, not for {}", message_text(&wanted.text), message_text(found));
-            let hint = format!(
-                "give it to {}, or remove the line `{key} =` if it is meant for both",
-                message_text(&wanted.text)
-            );
+            let hint =
+                format!("give it to {}, or remove the line `{key} =` if it is for both", message_text(&wanted.text));
             self.report(OTHER_PROGRAM_OR_CHIP, wanted.pos, cause, &hint);
         }
     }
@@ -160,7 +158,7 @@ impl ScenarioBinder<'_> {
     fn report_unknown_name(&mut self, name: &LocatedText, error: &ScenarioError) {
         let names = self.site.known_names();
         let near = nearest(&name.text, names.iter().map(String::as_str)).filter(|near| *near != name.text);
-        let hint = near.map_or_else(|| "mend the name".to_owned(), |near| format!("did you mean `{near}`?"));
+        let hint = near.map_or_else(|| "correct the name".to_owned(), |near| format!("did you mean `{near}`?"));
         self.report(UNKNOWN_NAME, name.pos, error.to_string(), &hint);
     }
 
@@ -198,7 +196,7 @@ impl ScenarioBinder<'_> {
                         let or = if output.can_float { ", or z" } else { "" };
                         let what = condition_text(&message_text(&test.name.text), &message_text(&test.text));
                         let cause = format!("`{what}` never holds: its values are {low} to {high}{or}");
-                        self.report(IMPOSSIBLE_VALUE, test.pos, cause, "mend the value");
+                        self.report(IMPOSSIBLE_VALUE, test.pos, cause, "correct the value");
                     }
                     checks.push(OutputCheck {
                         output: output.id,

@@ -10,7 +10,7 @@ pub type MachineError = Box<dyn Error + Send + Sync>;
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
     /// A text is not a number with a unit.
-    #[error("`{text}` is no time")]
+    #[error("`{text}` is not a time")]
     NotATime {
         /// The text, shortened for messages.
         text: String,
@@ -30,13 +30,13 @@ pub enum ScenarioError {
         text: String,
     },
     /// The unit is not a unit of time.
-    #[error("`{unit}` is no unit of time")]
+    #[error("`{unit}` is not a unit of time")]
     UnknownUnit {
         /// The unit, shortened for messages.
         unit: String,
     },
     /// A count of cycles, clocks or scans has decimals.
-    #[error("`{text}` is no whole number of {unit}")]
+    #[error("`{text}` is not a whole number of {unit}")]
     FractionalCount {
         /// The time, shortened for messages.
         text: String,

@@ -37,12 +37,12 @@ pub fn parse_bytes(file: &str, bytes: &[u8]) -> Result<Scenario, Vec<Diagnostic>
     let before = String::from_utf8_lossy(bytes.get(..error.valid_up_to()).unwrap_or_default());
     let line = before.matches('\n').count() as u32 + 1;
     let column = before.rsplit('\n').next().unwrap_or_default().chars().count() as u32 + 1;
-    let (cause, hint) = ("this is no TOML: bytes that are no UTF-8", "save the file as UTF-8");
+    let (cause, hint) = ("this is not TOML: bytes that are not UTF-8", "save the file as UTF-8");
     Err(vec![Diagnostic::new(Severity::Error, NOT_TOML, file, Pos::new(line, column, 1), cause.to_owned(), hint)])
 }
 
 /// The hint for a name that TOML splits at a point.
-const QUOTES: &str = "names with a colon or a point stand in quotes: \"P1.0\" = 1, \"data:0x20\" = 1";
+const QUOTES: &str = "write names with a colon or a point in quotes: \"P1.0\" = 1, \"data:0x20\" = 1";
 
 /// Parses a scenario.
 ///
@@ -60,7 +60,7 @@ pub fn parse(file: &str, text: &str) -> Result<Scenario, Vec<Diagnostic>> {
                 true => QUOTES,
                 false => "docs/scenario.md has examples",
             };
-            reader.report(NOT_TOML, span, format!("this is no TOML: {cause}"), hint);
+            reader.report(NOT_TOML, span, format!("this is not TOML: {cause}"), hint);
             return Err(reader.faults);
         }
     };
@@ -199,7 +199,7 @@ impl ScenarioReader<'_> {
                 let with: Vec<_> =
                     STEP_KEYS.iter().filter(|k| k.allowed_with.contains(&name)).map(|k| k.name).collect();
                 let cause = format!("`{name}` does not go with {}", verb.map_or("a pause", |(verb, ..)| verb.name));
-                self.report(WRONG_STEP, key.span(), cause, &format!("it goes with {}", with.join(", ")));
+                self.report(WRONG_STEP, key.span(), cause, &format!("use it with {}", with.join(", ")));
             }
         }
         let get = |name: &str| entries.iter().find(|(key, _)| key.get_ref() == name).map(|(_, item)| *item);
@@ -249,7 +249,7 @@ impl ScenarioReader<'_> {
             for name in ["times", "until"] {
                 if let Some(item) = get(name) {
                     let hint = format!("say how often, as in every = \"100ms\", or remove `{name}`");
-                    self.report(WRONG_STEP, item.span(), format!("`{name}` goes with `every`"), &hint);
+                    self.report(WRONG_STEP, item.span(), format!("`{name}` needs `every`"), &hint);
                 }
             }
             return None;

@@ -241,12 +241,14 @@ impl ScenarioPlayer {
         match self.current_op() {
             Some(PlayOp::Wait(checks, _)) => {
                 match checks.iter().find(|check| !check.is_met(world.read_output(check.output))) {
-                    Some(check) => format!("the limit came while waiting for {}", found_text(check, world)),
-                    None => "the limit came".to_owned(),
+                    Some(check) => format!("the limit was reached during the wait for {}", found_text(check, world)),
+                    None => "the limit was reached".to_owned(),
                 }
             }
-            Some(PlayOp::ExpectBytes(bytes, _)) => format!("the limit came while waiting for {}", quote_bytes(bytes)),
-            _ => "the limit came before all steps were done".to_owned(),
+            Some(PlayOp::ExpectBytes(bytes, _)) => {
+                format!("the limit was reached during the wait for {}", quote_bytes(bytes))
+            }
+            _ => "the limit was reached before all steps were done".to_owned(),
         }
     }
 
@@ -261,7 +263,7 @@ impl ScenarioPlayer {
                     return Err((
                         ScenarioOutcome::Failed,
                         step,
-                        "its time had passed when it was its turn,".to_owned(),
+                        "its time had already passed when it started,".to_owned(),
                     ));
                 }
                 Some((due, true))
@@ -303,7 +305,7 @@ impl ScenarioPlayer {
                         return Err((
                             ScenarioOutcome::Failed,
                             step,
-                            format!("waited in vain for {}", found_text(check, world)),
+                            format!("timed out waiting for {}", found_text(check, world)),
                         ));
                     }
                     return Ok(false);
@@ -334,7 +336,7 @@ impl ScenarioPlayer {
                     return Err((
                         ScenarioOutcome::Failed,
                         step,
-                        "its time had passed when it was its turn,".to_owned(),
+                        "its time had already passed when it started,".to_owned(),
                     ));
                 }
                 if self.guards.len() >= MAX_TASKS {
@@ -479,7 +481,7 @@ impl ScenarioPlayer {
 }
 
 fn too_many() -> String {
-    format!("more than {MAX_TASKS} things go on at once: steps are repeated without enough time between them")
+    format!("more than {MAX_TASKS} steps run at once: steps are repeated without enough time between them")
 }
 
 /// A failed check as text: `Yarc = 1, found 0`.

@@ -64,7 +64,7 @@ impl BoundScenario {
         if let Some(line) = self.lines.iter().find(|line| !fits(&line.op)) {
             let info = self.steps.get(line.step);
             let what = info.map_or("a step", |info| info.text.as_str());
-            let cause = format!("`{what}` is no stimulus at a fixed time");
+            let cause = format!("`{what}` is not a stimulus at a fixed time");
             let pos = info.map_or(Default::default(), |info| info.pos);
             let hint = "leave the step out, or use `emu run --scenario`";
             return Err(vec![Diagnostic::new(Severity::Error, NOT_TIMED, &self.file, pos, cause, hint)]);

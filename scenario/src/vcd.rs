@@ -91,7 +91,7 @@ pub fn read_vcd(file: &str, bytes: &[u8]) -> Result<Waveform, Diagnostic> {
         Diagnostic::new(Severity::Error, NOT_VCD, file, pos, cause, hint)
     };
     if bytes.starts_with(b"\xEF\xBB\xBF") {
-        return Err(fault(1, "the file begins with the mark U+FEFF, which is no part of a waveform".to_owned()));
+        return Err(fault(1, "the file begins with the mark U+FEFF, which is not a part of a waveform".to_owned()));
     }
     loop {
         let command = match parser.next() {
@@ -100,7 +100,7 @@ pub fn read_vcd(file: &str, bytes: &[u8]) -> Result<Waveform, Diagnostic> {
             Some(Err(error)) => {
                 let text = error.to_string();
                 let why = text.split(" at line").next().unwrap_or(&text).to_lowercase();
-                return Err(fault(parser.line(), format!("this is no waveform: {why}")));
+                return Err(fault(parser.line(), format!("this is not a waveform: {why}")));
             }
         };
         let (code, value) = match command {
@@ -119,7 +119,7 @@ pub fn read_vcd(file: &str, bytes: &[u8]) -> Result<Waveform, Diagnostic> {
                 continue;
             }
             Command::VarDef(..) if defined => {
-                return Err(fault(parser.line(), "a wire is declared behind $enddefinitions".to_owned()));
+                return Err(fault(parser.line(), "a wire is declared after $enddefinitions".to_owned()));
             }
             Command::VarDef(_, bits, code, name, _) => {
                 let same = codes.entry(code).or_default();
@@ -179,7 +179,7 @@ pub fn read_vcd(file: &str, bytes: &[u8]) -> Result<Waveform, Diagnostic> {
         }
     }
     if !defined {
-        return Err(fault(parser.line(), "this is no waveform: it has no $enddefinitions".to_owned()));
+        return Err(fault(parser.line(), "this is not a waveform: it has no $enddefinitions".to_owned()));
     }
     Ok(wave)
 }
@@ -212,7 +212,7 @@ impl Waveform {
             warn(format!("wires that drive nothing here: {some}{more}"), "name wires as what they are to drive");
         }
         if self.has_skipped_values {
-            warn("some changes to x, to real numbers or texts are passed over".to_owned(), "use 0, 1 and z");
+            warn("some changes to x, to real numbers or texts are ignored".to_owned(), "use 0, 1 and z");
         }
         let steps = self.changes.iter().filter(|change| takes.get(change.wire) == Some(&true));
         let steps = steps.map(|WireChange { time, wire, value, line }| {

@@ -43,11 +43,11 @@ fn the_page_is_read() {
     for block in page.split("```toml\n").skip(1) {
         read("a block of the page", block.split("```").next().unwrap_or_default());
     }
-    let mut told = BTreeSet::new();
+    let mut reported = BTreeSet::new();
     for row in page.lines().filter(|line| line.starts_with("| `")) {
         let cells: Vec<&str> = row.trim_matches('|').split(" | ").collect();
         let key = cells[0].trim().trim_matches('`');
-        told.insert(key.to_owned());
+        reported.insert(key.to_owned());
         let pieces: Vec<&str> = cells[2].split('`').skip(1).step_by(2).filter(|piece| piece.contains(" = ")).collect();
         assert!(!pieces.is_empty(), "{row}");
         if KEYS.contains(&key) {
@@ -64,7 +64,7 @@ fn the_page_is_read() {
     let all = KEYS.iter().copied().filter(|key| *key != "step");
     let verbs = STEP_KEYS.iter().filter(|key| key.is_action).map(|key| key.name);
     let missing: Vec<_> =
-        all.chain(verbs).chain(["at", "after", "every", "between"]).filter(|key| !told.contains(*key)).collect();
+        all.chain(verbs).chain(["at", "after", "every", "between"]).filter(|key| !reported.contains(*key)).collect();
     assert!(missing.is_empty(), "no row for {missing:?}");
 }
 
@@ -114,10 +114,11 @@ fn faults_have_their_places() {
     ];
     for (text, wanted) in rows {
         let faults = parse("x", text).err().unwrap_or_default();
-        let mut told: Vec<_> = faults.iter().map(|f| format!("{} {}:{}", f.code, f.pos.line, f.pos.column)).collect();
+        let mut reported: Vec<_> =
+            faults.iter().map(|f| format!("{} {}:{}", f.code, f.pos.line, f.pos.column)).collect();
         let mut wanted: Vec<_> = wanted.split(", ").map(str::to_owned).collect();
-        told.sort();
+        reported.sort();
         wanted.sort();
-        assert_eq!(told, wanted, "{text}");
+        assert_eq!(reported, wanted, "{text}");
     }
 }

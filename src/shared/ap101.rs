@@ -39,7 +39,7 @@ impl Ap101Flags {
     /// if `chip` is not an AP101.
     pub fn options(&self, chip: &Chip, hz: Option<u64>) -> Result<Options, VerbFailure> {
         if self.inputs.is_some() && chip.family != ChipFamily::Ap101 {
-            return Err(VerbFailure::Usage(format!("--inputs is for AP101; {} is none", chip.name)));
+            return Err(VerbFailure::Usage(format!("--inputs is for AP101; {} is not one", chip.name)));
         }
         let inputs =
             self.inputs.map(|when| if when == InputReading::Live { InputSampling::Live } else { InputSampling::Scan });

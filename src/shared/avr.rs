@@ -94,7 +94,10 @@ impl AvrFlags {
     fn package(&self, chip: &Chip) -> Result<Option<&'static str>, VerbFailure> {
         let Some(name) = &self.package else { return Ok(None) };
         if chip.packages.is_empty() {
-            return Err(VerbFailure::Usage(format!("--package is for chips of the AVR family; {} is none", chip.name)));
+            return Err(VerbFailure::Usage(format!(
+                "--package is for chips of the AVR family; {} is not one",
+                chip.name
+            )));
         }
         chip.package(name).map(|package| Some(package.name)).ok_or_else(|| {
             let all: Vec<_> = chip.packages.iter().map(|package| package.name).collect();
@@ -121,7 +124,7 @@ impl AvrFlags {
             let given = [("--fuse", !self.fuse.is_empty()), ("--lock", self.lock.is_some())];
             return match given.into_iter().find(|(_, given)| *given) {
                 Some((flag, _)) => {
-                    Err(VerbFailure::Usage(format!("{flag} is for chips of the AVR family; {} is none", chip.name)))
+                    Err(VerbFailure::Usage(format!("{flag} is for chips of the AVR family; {} is not one", chip.name)))
                 }
                 None => Ok(AvrWiring { options: plain, divider: 1, fuses_given: false }),
             };
@@ -164,7 +167,7 @@ fn clock_source(part: &AvrPart, fuses: [u8; 3]) -> (&'static str, Option<u64>) {
         (true, 2) => ("the oscillator on the chip", Some(8_000_000)),
         (true, 3) => ("the oscillator on the chip", Some(128_000)),
         (true, 4 | 5) => ("a low-frequency crystal", Some(CRYSTAL)),
-        (true, 1) => ("nothing: CKSEL is reserved, taken for a clock from outside", None),
+        (true, 1) => ("nothing: CKSEL is reserved, used as an external clock", None),
         (false, 1..=4) => ("the oscillator on the chip", Some(1_000_000 << (cksel - 1))),
         (false, 5..=8) => ("an RC oscillator", None),
         (false, 9) => ("a low-frequency crystal", Some(CRYSTAL)),
@@ -194,7 +197,7 @@ pub fn report_fuse_clock(chip: &Chip, wiring: &AvrWiring, clock: Option<u64>) {
     }
     let hint = match (clock, own) {
         (None, None) => "\n  hint: --clock HZ gives its frequency",
-        (None, Some(_)) => "\n  hint: --clock HZ goes before it",
+        (None, Some(_)) => "\n  hint: --clock HZ overrides it",
         (Some(_), _) => "",
     };
     output::print_to_stderr(&format!("note: the fuses choose {name}, {hz} Hz{divided}{hint}\n"));

@@ -86,7 +86,7 @@ fn other_name(named: &NamedChip, chip: &Chip) -> Option<(String, String)> {
             format!("--mcu {}", row.name),
         )),
         None => Some((
-            format!("this is a program for {name} ({place}), of which there is no model, not for {}", chip.name),
+            format!("this is a program for {name} ({place}), for which emu has no model, not for {}", chip.name),
             format!("compile it for {}", chip.name),
         )),
     }

@@ -68,7 +68,7 @@ impl McuFlags {
                 Err(VerbFailure::Usage(format!("{file} names `{name}` in MICRO=, {}", unknown_micro(&name))))
             }
             (Some(NamedChip { name, place, .. }), None) => Err(VerbFailure::Usage(format!(
-                "{file} is for {name} ({place}), of which there is no model; --mcu CHIP runs it on another (`emu chips` lists all)"
+                "{file} is for {name} ({place}), for which emu has no model; --mcu CHIP runs it on another (`emu chips` lists all)"
             ))),
             (None, None) => Err(VerbFailure::Usage(format!(
                 "{file} does not say for which chip it is; give --mcu CHIP (`emu chips` lists all)"
@@ -107,8 +107,8 @@ pub fn named_chip(file: &str, bytes: &[u8]) -> Option<NamedChip> {
     };
     if bytes.starts_with(ELF_MAGIC) {
         let device = avr_device(bytes).map(|name| avr(name, "note of its compiler"));
-        let told = || Some(avr(read_simavr_section(bytes)?.mcu?, SECTION));
-        return device.or_else(told).or_else(|| signed(avr_signature(bytes)?));
+        let from_section = || Some(avr(read_simavr_section(bytes)?.mcu?, SECTION));
+        return device.or_else(from_section).or_else(|| signed(avr_signature(bytes)?));
     }
     if bytes.starts_with(b"LDmicro") {
         let parsed = ladder::parse_bytes(file, bytes, ladder::ParseOptions::default()).ok()?;
@@ -159,7 +159,7 @@ fn is_avr(word: &str) -> bool {
 fn report_simavr_oddities(file: &str, bytes: &[u8], simavr: &SimavrSection) {
     if let Some(tag) = simavr.truncated_bytes {
         output::print_to_stderr(&format!(
-            "note: {file}: the entry of tag {tag} in {SECTION} is longer than the section: it and what follows is left out\n"
+            "note: {file}: the entry of tag {tag} in {SECTION} is longer than the section: it and the rest are ignored\n"
         ));
     }
     let row = |name: &str| image_origin::find_avr(name).map_or(name.to_owned(), |chip| chip.name.to_owned());
@@ -180,12 +180,12 @@ impl ChosenChip {
         let (file, chip) = (&self.file, self.chip);
         if hz > chip.max_hz {
             output::print_to_stderr(&format!(
-                "note: {file} asks for {hz} Hz ({SECTION}), and {} runs at up to {} Hz: left out\n",
+                "note: {file} requests {hz} Hz ({SECTION}), and {} runs at up to {} Hz: ignored\n",
                 chip.name, chip.max_hz
             ));
             return None;
         }
-        output::print_to_stderr(&format!("note: {file} asks for {hz} Hz ({SECTION}); --clock HZ overrides it\n"));
+        output::print_to_stderr(&format!("note: {file} requests {hz} Hz ({SECTION}); --clock HZ overrides it\n"));
         Some(hz)
     }
 
@@ -225,7 +225,7 @@ impl ChosenChip {
         }
         if let Some(addr) = simavr.command {
             output::print_to_stderr(&format!(
-                "note: {file} sends commands to simavr through {}: left out\n",
+                "note: {file} sends commands to simavr through {}: ignored\n",
                 register(addr)
             ));
         }

@@ -63,86 +63,91 @@ pub const TOO_LARGE_WAVE: &str = "WAV003";
 #[rustfmt::skip]
 pub const CODES: &[DiagnosticCode] = &[
     DiagnosticCode { code: UNREADABLE, title: "a file cannot be read",
-        explain: "The file does not exist, is a folder, is not permitted, or is larger than 64 MB. The message gives the \
-                  reason that the system gave. Mend: check the path; - stands for standard input." },
+        explain: "The file does not exist, is a folder, has no read permission, or is larger than 64 MB. The message gives the \
+                  reason of the operating system. Fix: check the path. The path - is standard input." },
     DiagnosticCode { code: UNWRITABLE, title: "a result cannot be written",
-        explain: "The folder does not exist, is not permitted, or the disk is full. Results are written to a temporary \
-                  file beside their place and then renamed, so an old file there is still whole. Mend: check the path \
-                  and the room on the disk." },
+        explain: "The folder does not exist, has no write permission, or the disk is full. emu writes results to a temporary \
+                  file in the same folder and then renames it, so an older file is still complete. Fix: check the path \
+                  and the free space of the disk." },
     DiagnosticCode { code: UNSUPPORTED_ELEMENT, title: "an element has no meaning in the reference evaluator",
-        explain: "The reference evaluator knows the elements listed in docs/semantics.md. A program with any other \
-                  element is refused as a whole, because running a part of it would show wrong results. Mend: remove \
+        explain: "The reference evaluator supports the elements that docs/semantics.md lists. It refuses a program with any other \
+                  element as a whole, because the results of only a part would be wrong. Fix: remove \
                   the element, or read the program in the dialect that it was written for (--dialect)." },
     DiagnosticCode { code: OTHER_CHIP, title: "the image looks like a program for another chip",
-        explain: "An ELF file says for which AVR it was linked: its name (avr-gcc 5 and later, or in .mmcu to simavr), its signature, or at least its core. A HEX file may name its chip in a comment, as CCS C writes it, and one that avr-objcopy made may have the signature of an AVR. Another process or package of that \
-                  chip (atmega328, atmega328p) and a larger chip with the same registers and vectors fit as well. Else it is a guess of a HEX file, from what it has: data beyond the memories of the chip that was named, the device ID of \
-                  another one, a second configuration word, program words of 14 bits and a configuration word where \
-                  PIC16 chips have it, or a first instruction as only AVR or the 8051 has it. The message names chips \
-                  that can hold the file. It changes nothing by itself. Mend: name the chip that the program was built \
-                  for with --mcu." },
-    DiagnosticCode { code: COD_MESSAGE, title: "a message of a self-checking program cannot be carried out",
-        explain: "The .cod file holds a command or an assertion that names something unknown, or asks for a part that has \
-                  no model. docs/formats/cod.md lists what is carried out. Mend: write the message otherwise, or leave \
-                  it out and assemble the program again." },
+        explain: "An ELF file names the AVR for which it was linked: by name (avr-gcc 5 and later, or in .mmcu for simavr), by signature, or \
+                  at least by core. A HEX file may name its chip in a comment, as CCS C writes it, and a HEX file of avr-objcopy may \
+                  contain the signature of an AVR. Another process or package of that chip (atmega328, atmega328p) and a larger chip \
+                  with the same registers and vectors match too. For other HEX files emu guesses from the contents: data beyond the \
+                  memories of the chosen chip, the device ID of another chip, a second configuration word, program words of 14 bits \
+                  and a configuration word at the addresses of PIC16 chips, or a first instruction that only AVR or the 8051 \
+                  has. The message names chips that match the file. The guess has no other effect. Fix: name the chip that the \
+                  program was built for with --mcu." },
+    DiagnosticCode { code: COD_MESSAGE, title: "a message of a self-checking program cannot be executed",
+        explain: "The .cod file contains a command or an assertion with an unknown name, or it needs a part that has \
+                  no model. docs/formats/cod.md lists the supported ones. Fix: change or remove the message, \
+                  and assemble the program again." },
     DiagnosticCode { code: OTHER_PROCESSOR, title: "a .cod file of a program for another chip",
-        explain: "A .cod file names the chip that its program was assembled for, and it is not the one that was named with \
-                  --mcu. As a file of symbols it is used, with a warning, since names are addresses all the same. With \
-                  --cod it is refused: what its messages check holds for its own chip. Mend: name that chip with --mcu, \
-                  or assemble the program for the chip on which it is to run." },
-    DiagnosticCode { code: OTHER_PROGRAM, title: "symbols that have nothing to do with the image",
-        explain: "A warning: no name and no source line of the files given with --symbols or --cod lies in the program \
-                  memory that the image fills. Most often they are of another program. Mend: give the files that were \
+        explain: "A .cod file names the chip that its program was assembled for, and --mcu names another one. \
+                  As a symbol file it is used with a warning, because names are still addresses. With \
+                  --cod it is refused, because its messages check properties of its own chip. Fix: name that chip with --mcu, \
+                  or assemble the program for the chip of --mcu." },
+    DiagnosticCode { code: OTHER_PROGRAM, title: "symbols that do not belong to the image",
+        explain: "A warning: no name and no source line of the files given with --symbols or --cod is in the program \
+                  memory that the image fills. Usually the files belong to another program. Fix: give the files that were \
                   written together with the image." },
-    DiagnosticCode { code: MEMORY_SIZE, title: "the content of a memory does not fit into it",
-        explain: "A file of --eeprom or --attach holds plain bytes, from address 0 of the memory on, and has more of them than the \
-                  memory has cells. A shorter file is taken; the rest is erased. Mend: give the file that was made for this \
-                  memory; a file in Intel HEX needs a name that ends in .hex or .eep." },
+    DiagnosticCode { code: MEMORY_SIZE, title: "the contents of a file do not fit into the memory",
+        explain: "A file of --eeprom or --attach contains plain bytes, from address 0 of the memory, and has more of them than the \
+                  memory has cells. A shorter file is accepted, and the rest of the memory is erased. Fix: give the file for this \
+                  memory. The name of a file in Intel HEX must end in .hex or .eep." },
     DiagnosticCode { code: NO_LINES, title: "there are no source lines",
-        explain: "A warning: --source was asked for, and neither the image nor a file of symbols tells which line an instruction \
-                  was made of. A HEX file never does, an ELF file only when it was compiled with debugging information and \
-                  not stripped. Mend: compile with -g or -gdwarf-4 and give the ELF file; for the \
-                  8051 and PIC16 families give the files of symbols with --symbols." },
+        explain: "A warning: --source was given, but neither the image nor a symbol file has the source lines of the \
+                  instructions. A HEX file never has them. An ELF file has them only if it was compiled with debugging information and \
+                  not stripped. Fix: compile with -g or -gdwarf-4 and give the ELF file. For the \
+                  8051 and PIC16 families give the symbol files with --symbols." },
     DiagnosticCode { code: NOT_IN_HEX, title: "bytes that are not in the HEX file",
-        explain: "The source gives bytes for a memory that programmers take from a file of its own: EEPROM, fuses or lock bits of an \
-                  AVR, whose HEX file is the flash alone. Mend: `emu asm --eeprom FILE.eep` writes the EEPROM; fuses and lock bits \
-                  are given to `emu run` by --fuse and --lock, or by the source itself." },
-    DiagnosticCode { code: SOURCE_AS_IMAGE, title: "a source where an image is wanted",
-        explain: "A note beside the faults of a file that is no Intel HEX: it looks like assembly source. Sources are assembled on the \
-                  fly only where the name ends in .asm, .s, .a51 or .src. Mend: rename the file, or assemble it with `emu asm`." },
+        explain: "The source gives bytes for the EEPROM, fuses or lock bits of an AVR. Programmers take these from separate files; \
+                  the HEX file contains only the flash. Fix: `emu asm --eeprom FILE.eep` writes the EEPROM. For `emu run` give fuses \
+                  and lock bits with --fuse and --lock, or give it the source itself." },
+    DiagnosticCode { code: SOURCE_AS_IMAGE, title: "a source instead of an image",
+        explain: "A note in addition to the errors of a file that is not Intel HEX: it looks like assembly source. emu assembles a source \
+                  automatically only if its name ends in .asm, .s, .a51 or .src. Fix: rename the file, or assemble it with `emu asm`." },
     DiagnosticCode { code: INPUT_TABLE, title: "a file of inputs by scan is malformed",
-        explain: "A file of `emu sim --inputs` has a head line `scan,NAME,..` and then a line for each scan at which something \
-                  changes: its number, rising from 1 on, and a value for every column, or nothing between the commas. Columns of inputs X.. and of analog \
-                  inputs count, others are passed over, so that what --csv wrote can be given again. Mend: see the place named." },
+        explain: "A file of `emu sim --inputs` has a first line `scan,NAME,..` and then a line for each scan at which an input \
+                  changes: its number, increasing from 1, and a value for every column, or nothing between the commas. Columns of \
+                  inputs X.. and of analog inputs are used. Other columns are ignored, so that the output of --csv is a valid input. \
+                  Fix: correct the place that the message names." },
     DiagnosticCode { code: SLOWED, title: "a chip is slower than the program's clock",
-        explain: "With --mcu all a chip whose highest clock is below CRYSTAL= runs at its highest: the program is checked with the same cycle time and fewer machine cycles in it. Name the chip alone to have it refused, or give --clock for all." },
+        explain: "With --mcu all a chip whose highest clock is below CRYSTAL= runs at its highest clock. The program is checked with the \
+                  same cycle time, which then has fewer machine cycles. If you name the chip alone, emu refuses it instead. --clock \
+                  sets one clock for all chips." },
     DiagnosticCode { code: CAMPAIGN_RECORD, title: "a record of a campaign cannot be used",
         explain: "A file of `emu fuzz --out` is JSON and belongs to one campaign: seed, number of programs, scans and chips. With --resume \
-                  it must be the record of the same shard, and --merge takes each shard of one campaign once. Mend: give the \
-                  flags with which it was begun, or another file." },
-    DiagnosticCode { code: PROTOCOL, title: "what came in is not the Debug Adapter Protocol",
-        explain: "`emu dap` reads messages of an editor, each with a head that gives its length. What came in has no such head, a length \
-                  that cannot be, or ends in the middle of a message, so that nobody knows where the next one begins. Mend: let the \
-                  editor start it, as docs/dap.md shows; nothing is typed by hand." },
-    DiagnosticCode { code: NOT_A_MAP, title: "a file is no map of the image",
-        explain: "--map takes the JSON that `emu compile PROGRAM.ld --map FILE` writes beside the image: where rungs and symbols of a ladder \
-                  program are. It is refused when it is something else, of another version, or for another chip than --mcu. Mend: \
-                  compile the program again and give both files." },
-    DiagnosticCode { code: NOT_A_TRACE, title: "a file is no trace",
-        explain: "`emu diff` compares files that `emu run --trace` wrote. Their first line says so: `emu-trace 1 mcu=.. hz=..`, or the same \
-                  as a JSON document. Another number is a version that this emu does not read. Mend: record both again." },
+                  it must be the record of the same shard. --merge needs each shard of one campaign once. Fix: give the \
+                  flags with which the campaign began, or another file." },
+    DiagnosticCode { code: PROTOCOL, title: "the input is not the Debug Adapter Protocol",
+        explain: "`emu dap` reads messages of an editor, each with a header that gives its length. The input has no such header, an \
+                  impossible length, or ends in the middle of a message, so that the start of the next one is unknown. Fix: start \
+                  `emu dap` from the editor, as docs/dap.md shows, and not by hand." },
+    DiagnosticCode { code: NOT_A_MAP, title: "a file is not a map of the image",
+        explain: "--map takes the JSON that `emu compile PROGRAM.ld --map FILE` writes together with the image. It has the locations of \
+                  rungs and symbols of a ladder program. emu refuses another kind of file, another version, and a map for another chip \
+                  than --mcu. Fix: compile the program again and give both files." },
+    DiagnosticCode { code: NOT_A_TRACE, title: "a file is not a trace",
+        explain: "`emu diff` compares files that `emu run --trace` wrote. Their first line is `emu-trace 1 mcu=.. hz=..`, or the same \
+                  as a JSON document. Another number is a version that this emu does not support. Fix: record both again." },
     DiagnosticCode { code: TRACE_LINE, title: "a line of a trace is malformed",
-        explain: "Each line of a trace begins with a machine cycle and holds an instruction, an interrupt or the end; in JSON lines each is a \
-                  document with `cycle`. The line named is none of these: most often the file was cut off or changed by hand. \
-                  docs/trace.md has both shapes. Mend: record it again." },
+        explain: "Each line of a trace begins with a machine cycle and contains an instruction, an interrupt or the end. In JSON lines each is a \
+                  document with `cycle`. The line in the message is none of these. Usually the file was cut off or changed by hand. \
+                  docs/trace.md describes both formats. Fix: record it again." },
     DiagnosticCode { code: MALFORMED_WAVE, title: "a waveform is malformed",
-        explain: "`emu wave` reads VCD files (IEEE 1364-2005, section 18): a head of declarations that ends with $enddefinitions, then moments \
-                  (#100) and changes (1!, b101 !). The line named is none of these, or the file ends within one. Mend: write the \
-                  file again with the tool that it comes from, and let that end by itself." },
+        explain: "`emu wave` reads VCD files (IEEE 1364-2005, section 18): declarations up to $enddefinitions, then times \
+                  (#100) and changes (1!, b101 !). The line in the message is none of these, or the file ends inside one. Fix: write the \
+                  file again with the tool that made it, and let that tool finish." },
     DiagnosticCode { code: CONTRADICTORY_WAVE, title: "a waveform contradicts itself",
-        explain: "A moment lies before the one in front of it, a signal changes that was not declared, a value has more bits than its \
-                  signal, or there is no signal at all. Mend: write the file again with the tool that it comes from." },
+        explain: "A time is before the previous one, a signal changes that was not declared, a value has more bits than its \
+                  signal, or there is no signal at all. Fix: write the file again with the tool that made it." },
     DiagnosticCode { code: TOO_LARGE_WAVE, title: "a waveform is too large to be drawn",
-        explain: "Up to 4,000,000 changes of the signals that are drawn are kept, and 100,000 signals. Mend: name fewer signals with \
+        explain: "The limits are 4,000,000 changes of the drawn signals, and 100,000 signals. Fix: select fewer signals with \
                   --only, or record a shorter time." },
 ];
 

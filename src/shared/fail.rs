@@ -43,7 +43,7 @@ impl VerbFailure {
             return VerbFailure::Pipe;
         }
         let cause = format!("cannot be written: {}", system_message(error));
-        let hint = "check the path and the room on the disk";
+        let hint = "check the path and the free space of the disk";
         VerbFailure::Refused(vec![file_error(UNWRITABLE, file, cause, hint)], FileTexts::default())
     }
 
@@ -55,7 +55,7 @@ impl VerbFailure {
                 let each: Vec<_> = all.iter().map(|d| format!("{} {} ({})", d.file, d.cause, d.code)).collect();
                 each.join("; ")
             }
-            VerbFailure::Pipe => "nobody reads it".to_owned(),
+            VerbFailure::Pipe => "the reader has ended".to_owned(),
         }
     }
 

@@ -116,7 +116,7 @@ pub fn show_view(
         return Ok(exit::OK);
     }
     if !io::stdout().is_terminal() {
-        let why = format!("{flag} is for a terminal, and standard output is none; --keys plays keys without one");
+        let why = format!("{flag} is for a terminal, and standard output is not one; --keys plays keys without one");
         return Err(VerbFailure::Usage(why));
     }
     match screen::show(app, look) {

@@ -33,7 +33,7 @@ fn by_name(bytes: &[u8], chip: &Chip) -> Option<CauseAndHint> {
             format!("--mcu {}, or {build}", row.name),
         )),
         None => {
-            Some((format!("this is a program for {name}, of which there is no model, not for {}", chip.name), build))
+            Some((format!("this is a program for {name}, for which emu has no model, not for {}", chip.name), build))
         }
     }
 }
@@ -61,7 +61,7 @@ pub fn by_signature(wanted: [u8; 3], chip: &Chip) -> Option<CauseAndHint> {
     let build = format!("build it with -mmcu={}", chip.name);
     Some(match name_chips(nearest_first(fitting, chip)) {
         Some((names, first)) => (cause(&format!(" of {names}")), format!("--mcu {first}, or {build}")),
-        None => (cause(", of which there is no model"), build),
+        None => (cause(", for which emu has no model"), build),
     })
 }
 

@@ -181,7 +181,7 @@ fn foreign_symbol_warnings(found: &Symbols, files: &[String], image: &Image, chi
     let places: HashSet<u32> = names.chain(found.lines.iter().map(|line| line.addr)).collect();
     let mut filled = image.bytes_in(chip.code_space).map(|(addr, _)| addr).peekable();
     if !places.is_empty() && filled.peek().is_some() && !filled.any(|addr| places.contains(&addr)) {
-        let cause = format!("no name and no line lies in what the image has in {}", chip.code_space);
+        let cause = format!("no name and no source line is at an address that the image fills in {}", chip.code_space);
         let hint = "are these the symbols of this program? Give the files that were written with the image";
         warnings.push(warning(file_error(OTHER_PROGRAM, &files.join(", "), cause, hint)));
     }
@@ -233,7 +233,7 @@ impl ReadProgram {
         let named = self.program.settings.micro.as_deref().and_then(ladder::chip_of);
         let Some(named) = named.filter(|named| !named.starts_with(chip) && !chip.starts_with(named)) else { return };
         output::print_to_stderr(&format!(
-            "note: {} is drawn for {named} (MICRO=); --mcu has it run on {chip}\n",
+            "note: {} is drawn for {named} (MICRO=); --mcu runs it on {chip}\n",
             self.program.file
         ));
     }
@@ -251,7 +251,8 @@ pub fn read_program(
     Ok(read)
 }
 
-/// Parses a ladder program; with `checked`, also looks for suspicious elements. Returns its warnings and notes.
+/// Parses a ladder program; with `checked`, also looks for suspicious elements. Returns its warnings and
+/// notes.
 ///
 /// # Errors
 /// The program has errors.
@@ -268,13 +269,13 @@ pub fn parse_program(
         Err(faults) => return Err(VerbFailure::Refused(faults, texts)),
     };
     // No verb writes a program back, so warnings about rewriting do not apply.
-    let mut told: Vec<_> = parsed.warnings.into_iter().filter(|d| d.code != ladder::REWRITTEN).collect();
+    let mut warned: Vec<_> = parsed.warnings.into_iter().filter(|d| d.code != ladder::REWRITTEN).collect();
     if checked {
-        told.extend(ladder::check(&parsed.program));
-        told.sort_by_key(|d| d.pos);
+        warned.extend(ladder::check(&parsed.program));
+        warned.sort_by_key(|d| d.pos);
     }
-    if told.iter().any(diag::Diagnostic::is_error) {
-        return Err(VerbFailure::Refused(told, texts));
+    if warned.iter().any(diag::Diagnostic::is_error) {
+        return Err(VerbFailure::Refused(warned, texts));
     }
-    Ok((ReadProgram { program: parsed.program, texts }, told))
+    Ok((ReadProgram { program: parsed.program, texts }, warned))
 }

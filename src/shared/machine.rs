@@ -115,7 +115,7 @@ impl MachineArgs {
     ) -> Result<WiredMachine, VerbFailure> {
         let asked = how.clock;
         if self.no_start_up && matches!(chip.family, ChipFamily::Mcs51 | ChipFamily::Ap101) {
-            let why = format!("--no-start-up is for chips of the AVR and PIC16 families; {} is none", chip.name);
+            let why = format!("--no-start-up is for chips of the AVR and PIC16 families; {} is not one", chip.name);
             return Err(VerbFailure::Usage(why));
         }
         let readings = self.readings.of(chip)?;

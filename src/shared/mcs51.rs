@@ -53,7 +53,7 @@ impl Mcs51Flags {
         ];
         if let Some((flag, _, _, which)) = given.into_iter().find(|(_, given, can, _)| *given && !can) {
             let which = if part.is_some() { which } else { "" };
-            let why = format!("{flag} is for chips of the 8051 family{which}; {} is none", chip.name);
+            let why = format!("{flag} is for chips of the 8051 family{which}; {} is not one", chip.name);
             return Err(VerbFailure::Usage(why));
         }
         // Without program memory on the chip the pin is low, as data sheets require.

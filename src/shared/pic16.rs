@@ -78,7 +78,7 @@ impl Pic16Flags {
         ];
         if let Some((flag, _, _, which)) = given.into_iter().find(|(_, given, can, _)| *given && !can) {
             let which = if part.is_some() { which } else { "" };
-            let why = format!("{flag} is for chips of the PIC16 family{which}; {} is none", chip.name);
+            let why = format!("{flag} is for chips of the PIC16 family{which}; {} is not one", chip.name);
             return Err(VerbFailure::Usage(why));
         }
         let defaults = Options::default();

@@ -139,7 +139,8 @@ fn check_readings(readings: &[ReadingChoice], chip: &Chip) -> Result<(), VerbFai
                 ChipFamily::Pic16 => "PIC16",
                 ChipFamily::Ap101 => "AP101",
             };
-            let why = format!("--reading {} is for chips of the {family} family; {} is none", reading.name, chip.name);
+            let why =
+                format!("--reading {} is for chips of the {family} family; {} is not one", reading.name, chip.name);
             Err(VerbFailure::Usage(why))
         }
     }

@@ -113,20 +113,20 @@ impl SnapshotWriter {
         if Path::new(file).components().all(within) {
             return self.write(file, cycle, state);
         }
-        Err(VerbFailure::Usage(format!("{file} is outside of the current folder, where a scenario writes nothing")))
+        Err(VerbFailure::Usage(format!("{file} is outside of the current folder, and a scenario may not write there")))
     }
 
     /// Writes the state at a cycle, completely or not at all. Replaces an existing file only if it is a
     /// snapshot.
     pub fn write(&self, file: &str, cycle: u64, state: &[u8]) -> Result<(), VerbFailure> {
         if file == "-" || output::is_stdout(file) {
-            return Err(VerbFailure::Usage("a snapshot needs a file, which standard output is not here".to_owned()));
+            return Err(VerbFailure::Usage("a snapshot needs a file, not standard output".to_owned()));
         }
         if self.protected_files.iter().any(|other| output::same_place(other, file)) {
             return Err(VerbFailure::Usage(format!("{file} is in use otherwise")));
         }
         if !is_replaceable(file) {
-            return Err(VerbFailure::Usage(format!("{file} is there already, and is no snapshot")));
+            return Err(VerbFailure::Usage(format!("{file} exists already and is not a snapshot")));
         }
         let bytes = snapshot::encode_snapshot(&SnapshotHeader { cycle, ..self.head.clone() }, state);
         output::write_files(&[(file, &bytes)])

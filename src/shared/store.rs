@@ -36,7 +36,7 @@ impl MemoryFile {
     pub fn open(flag: &str, name: &str, size: usize) -> Result<(MemoryFile, Option<Vec<u8>>), VerbFailure> {
         if output_target::output_target(name) != output_target::OutputTarget::File {
             return Err(VerbFailure::Usage(format!(
-                "{flag} wants the name of a file, since it is read and written back"
+                "{flag} needs the name of a file, because it is read and written back"
             )));
         }
         let ending = Path::new(name).extension().map(|ending| ending.to_ascii_lowercase());
@@ -71,8 +71,8 @@ fn content(name: &str, hex: bool, size: usize) -> Result<Vec<u8>, VerbFailure> {
             Err(faults) => return Err(VerbFailure::Refused(faults, FileTexts::one(name, file))),
         };
     } else if file.len() > size {
-        let cause = format!("holds {} bytes, and the memory has {size}", file.len());
-        let hint = "plain bytes from address 0 on; a name in .hex or .eep stands for Intel HEX";
+        let cause = format!("has {} bytes, but the memory has {size}", file.len());
+        let hint = "plain bytes from address 0 on; a name in .hex or .eep means Intel HEX";
         return Err(VerbFailure::Refused(vec![file_error(MEMORY_SIZE, name, cause, hint)], FileTexts::default()));
     } else {
         cells.iter_mut().zip(file).for_each(|(cell, byte)| *cell = byte);
@@ -87,7 +87,7 @@ pub fn open_eeprom_file(name: &str, chip: &Chip, image: &Image) -> Result<(Memor
     }
     let opened = MemoryFile::open("--eeprom", name, chip.eeprom_bytes.into())?;
     if opened.1.is_some() && image.bytes_in(EEPROM).next().is_some() {
-        output::print_to_stderr(&format!("note: {name} goes before what the image has for the EEPROM\n"));
+        output::print_to_stderr(&format!("note: {name} overrides the EEPROM contents of the image\n"));
     }
     Ok(opened)
 }

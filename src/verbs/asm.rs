@@ -229,7 +229,7 @@ fn warn_unwritten_memories(assembled: &mut AssembledProgram, chip: &Chip, args: 
     missing.dedup();
     missing.retain(|space| !written(space));
     assembled.warnings.extend(missing.into_iter().map(|space| {
-        let cause = format!("the HEX file does not hold what the source gives for the memory {space}");
+        let cause = format!("the HEX file does not contain what the source gives for the memory {space}");
         let hint =
             if space == EEPROM { "--eeprom FILE.eep writes it" } else { "`emu run` of the source itself takes it" };
         Diagnostic { severity: Severity::Warning, ..file_error(NOT_IN_HEX, &args.file, cause, hint) }

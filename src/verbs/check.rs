@@ -36,7 +36,7 @@ Examples:
   emu check examples/welder.ld --mcu all --scenario examples/welder.toml
 
 Exit codes: 0 chip and reference agree; 1 they differ: the report says where and how to see it again; 3 the program is
-refused (with --mcu all: by every chip). The same seed gives the same run for ever.";
+refused (with --mcu all: by every chip). The same seed always gives the same run.";
 
 /// Time after which a progress bar appears.
 const PROGRESS_DELAY: Duration = Duration::from_secs(1);
@@ -142,9 +142,7 @@ pub fn check(args: &CheckArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
     if let Some(via) = args.via {
         let sketch = via == emu_check::via::SourceRoute::Arduino;
         if via == emu_check::via::SourceRoute::Native && !args.mcu.is_empty() {
-            return Err(VerbFailure::Usage(
-                "--via native runs on this computer, so there is no chip to name by --mcu".to_owned(),
-            ));
+            return Err(VerbFailure::Usage("--via native runs on this computer, so --mcu has no meaning".to_owned()));
         }
         if args.target.clock.is_some() {
             return Err(VerbFailure::Usage(
@@ -177,8 +175,8 @@ pub fn check(args: &CheckArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
     let outcomes: Vec<CheckOutcome> = pairs
         .par_iter()
         .map(|(read, options)| {
-            let mut told = 0;
-            let mut progress = |done: u64, _: u64| bar.add(done - std::mem::replace(&mut told, done));
+            let mut done_before = 0;
+            let mut progress = |done: u64, _: u64| bar.add(done - std::mem::replace(&mut done_before, done));
             match emu_check::check(&read.program, options, &mut progress) {
                 Ok(report) => CheckOutcome::Checked(Box::new(report)),
                 Err(errors) => {
@@ -200,8 +198,10 @@ pub fn check(args: &CheckArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
         Err(outcomes) => {
             if !clocks.is_empty() {
                 let clocks: Vec<String> = clocks.into_iter().collect();
-                let cause =
-                    format!("CRYSTAL= is above the highest clock of a chip, which was taken: {}", clocks.join(", "));
+                let cause = format!(
+                    "CRYSTAL= is above the highest clock of a chip, which is used instead: {}",
+                    clocks.join(", ")
+                );
                 let file = programs.first().map_or("-", |read| read.program.file.as_str());
                 let note =
                     Diagnostic::new(Severity::Note, codes::SLOWED, file, Pos::default(), cause, "--clock sets another");
@@ -258,10 +258,10 @@ fn check_foreign_image(
     let wanted =
         emu_check::ForeignImage { file, image: &image, map: args.map.as_deref().zip(map.as_ref()), scans: args.scans };
     let bar = CheckProgress::new(terminal, args.scans.unwrap_or(emu_check::MAX_SCANS));
-    let mut told = 0;
+    let mut done_before = 0;
     let mut progress = |done: u64, of: u64| {
         bar.add_total(of);
-        bar.add(done - std::mem::replace(&mut told, done));
+        bar.add(done - std::mem::replace(&mut done_before, done));
     };
     let checked = emu_check::check_foreign(&read.program, &wanted, &options(args, chip), &mut progress);
     bar.finish();

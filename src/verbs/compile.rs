@@ -193,7 +193,7 @@ pub fn compile(args: &CompileArgs, terminal: &MessageStyle) -> Result<u8, VerbFa
 /// Writes an emitted source, which is not for a particular chip.
 fn write_source(args: &CompileArgs, main: &str, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     if args.listing.is_some() || args.map.is_some() || args.json {
-        let why = "--listing, --map and --json tell about an image, and a source is none";
+        let why = "--listing, --map and --json describe an image, and a source is not an image";
         return Err(VerbFailure::Usage(why.to_owned()));
     }
     // Refuse flags that would have no effect, instead of ignoring them.

@@ -18,7 +18,7 @@ Examples:
   emu diff old.trace new.trace
   emu diff old.trace new.trace --ignore cycle --context 10
 
-Exit codes: 0 they are equal, 1 they differ, 3 a file is no trace.";
+Exit codes: 0 they are equal, 1 they differ, 3 a file is not a trace.";
 
 /// Maximum number of context lines.
 const MAX_CONTEXT: usize = 10_000;
@@ -78,8 +78,8 @@ pub fn diff(args: &DiffArgs) -> Result<u8, VerbFailure> {
         fields = match (&x, &y) {
             (None, None) => return report_equal(args, a.lines()),
             (Some(x), Some(y)) => entry_differences(args, x, y),
-            (Some(_), None) => vec![("end", "goes on".to_owned(), "ends here".to_owned())],
-            (None, Some(_)) => vec![("end", "ends here".to_owned(), "goes on".to_owned())],
+            (Some(_), None) => vec![("end", "continues".to_owned(), "ends here".to_owned())],
+            (None, Some(_)) => vec![("end", "ends here".to_owned(), "continues".to_owned())],
         };
         if fields.is_empty() {
             before.extend(x.take().map(|entry| entry.raw));

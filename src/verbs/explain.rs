@@ -10,7 +10,7 @@ use diag::nearest;
 
 const EXAMPLES: &str = "\
 Examples:
-  emu explain HEX006     what it means and how to mend it
+  emu explain HEX006     what it means and how to fix it
   emu explain HEX        all codes that begin with HEX
   emu explain            all codes";
 

@@ -24,7 +24,7 @@ Examples:
 
 Program n of a seed is the same in any shard and with any number of jobs, so a campaign can be spread over machines.
 
-Exit codes: 0 no difference; 1 chip and reference differ somewhere, and the smallest program that shows it is told; 3 a record
+Exit codes: 0 no difference; 1 chip and reference differ somewhere, and the smallest program that shows it is reported; 3 a record
 cannot be used; 5 the records that were added are not yet the whole campaign.";
 
 /// Time after which a progress bar appears.
@@ -169,8 +169,8 @@ pub fn fuzz(args: &FuzzArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure>
     save_record(args, &record, &[])?;
     if timed_out >= TIMED_OUT_MAX && next < mine {
         output::print_to_stderr(&format!(
-            "note: the campaign ends early: {timed_out} programs took longer than {} s and may still run beside it; \
-             --resume goes on behind them\n",
+            "note: the campaign ends early: {timed_out} programs took longer than {} s and may still run in parallel; \
+             --resume continues after them\n",
             args.timeout.as_secs_f64()
         ));
     }
@@ -233,7 +233,7 @@ fn oversized_figure(value: &serde_json::Value) -> Option<u64> {
 fn read_record(file: &str) -> Result<CampaignRecord, VerbFailure> {
     let bytes = input::read_bytes(file)?;
     let record: CampaignRecord = serde_json::from_slice(&bytes).map_err(|error| {
-        refused(file, format!("is no record of a campaign: {error}"), "give a file of emu fuzz --out")
+        refused(file, format!("is not a record of a campaign: {error}"), "give a file of emu fuzz --out")
     })?;
     if record.schema != fuzz::FUZZ_SCHEMA {
         let cause = format!("has the schema {}, known is {}", record.schema, fuzz::FUZZ_SCHEMA);
@@ -247,7 +247,7 @@ fn read_record(file: &str) -> Result<CampaignRecord, VerbFailure> {
     // Programs are written only into the folder of --save.
     let plain = |name: &str| Path::new(name).file_name().is_some_and(|own| own == name);
     if let Some(finding) = record.findings.iter().find(|finding| !plain(&finding.file)) {
-        let cause = format!("has a program whose file is no plain name: {:?}", finding.file);
+        let cause = format!("has a program whose file is not a plain name: {:?}", finding.file);
         return Err(refused(file, cause, "give a file of emu fuzz --out"));
     }
     Ok(record)

@@ -50,18 +50,18 @@ pub const PEER_TIMED_OUT: &str = "LCK003";
 /// All codes of lockstep runs.
 #[rustfmt::skip]
 pub const CODES: &[DiagnosticCode] = &[
-    DiagnosticCode { code: PEER_FAILED, title: "a simulator beside which a program was to run does not do what it is asked",
-        explain: "s51, gpsim or simavr was started by `emu lockstep` and has ended, or answers otherwise than the versions in Debian \
-                  do. simavr listens at port 1234, which has to be free. Fix: start the simulator by hand with the same image, and \
-                  see what it says." },
-    DiagnosticCode { code: NO_CHIP, title: "a simulator beside which a program was to run does not have the chip",
-        explain: "gpsim and simavr know a list of chips, and the chip of --mcu is not on it, nor is one that is the same machine under \
-                  another name. docs/lockstep.md lists what each peer has. Fix: take another chip of the family, if the program uses \
-                  nothing that the two do not share, or a version of the simulator that has the chip (--peer FILE)." },
-    DiagnosticCode { code: PEER_TIMED_OUT, title: "a simulator beside which a program was to run does not answer in time",
-        explain: "An answer of s51, gpsim or simavr did not come within the time of --timeout, 10 s unless given; the simulator was \
-                  ended. It hangs, says something else than the versions in Debian do, or passes a sleep from which it never \
-                  wakes. Fix: give more time, or start the simulator by hand with the same image, and see what it says." },
+    DiagnosticCode { code: PEER_FAILED, title: "the other simulator of a lockstep run fails",
+        explain: "`emu lockstep` started s51, gpsim or simavr. The simulator has ended, or its answers differ from those of the versions \
+                  in Debian. simavr listens at port 1234, which must be free. Fix: start the simulator by hand with the same image, and \
+                  read its messages." },
+    DiagnosticCode { code: NO_CHIP, title: "the other simulator of a lockstep run does not have the chip",
+        explain: "gpsim and simavr support a list of chips. It has neither the chip of --mcu nor an equal chip with \
+                  another name. docs/lockstep.md lists the chips of each peer. Fix: choose another chip of the family, if the program uses \
+                  only what the two have in common, or a version of the simulator that has the chip (--peer FILE)." },
+    DiagnosticCode { code: PEER_TIMED_OUT, title: "the other simulator of a lockstep run does not answer in time",
+        explain: "An answer of s51, gpsim or simavr did not come within the time of --timeout (default 10 s), and emu ended the \
+                  simulator. It hangs, its answers differ from those of the versions in Debian, or it is in a sleep from which it never \
+                  wakes. Fix: give more time, or start the simulator by hand with the same image, and read its messages." },
 ];
 
 /// Default limit of a run without another limit, in instructions.
@@ -233,7 +233,7 @@ impl MachineVisitor for OwnMachine<'_> {
         let source =
             ProgramSource { names: AddressNames { chip, symbols: &self.image.symbols }, lines: &self.image.lines };
         let peer = args.against;
-        let told = LockstepText {
+        let report_text = LockstepText {
             source,
             cpu: &cpu,
             peer: peer.name(),
@@ -241,9 +241,9 @@ impl MachineVisitor for OwnMachine<'_> {
             report: &report,
         };
         if args.json {
-            output::print_json(&told.document())?;
+            output::print_json(&report_text.document())?;
         } else {
-            output::print(told.text())?;
+            output::print(report_text.text())?;
         }
         Ok(match report.outcome {
             LockstepOutcome::Same { end: LockstepEnd::Interrupted } => exit::LIMIT,

@@ -30,7 +30,8 @@ Exit codes: 0 no symbol differs; 1 a symbol differs; 3 the other release refuses
 pub struct MigrateArgs {
     #[command(flatten)]
     program: LadderFlags,
-    /// The dialect of the other release: ldmicro-2.3 or ldmicro-5. By default the one that the program is not in.
+    /// The dialect of the other release: ldmicro-2.3 or ldmicro-5. By default the one that the program is not
+    /// in.
     #[arg(long, value_name = "DIALECT", value_parser = parse_dialect)]
     to: Option<LadderDialect>,
     /// Number of scans to execute in both dialects, with random inputs; 1 to 100000000.

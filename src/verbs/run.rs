@@ -144,7 +144,7 @@ pub fn parse_ram(text: &str) -> Result<RamChoice, String> {
         None if text == "zero" => Ok(RamChoice::Fill(RamInit::Zero)),
         None if text == "trap" => Ok(RamChoice::Trap),
         Some(("random", seed)) => {
-            let seed = seed.parse().map_err(|_| format!("`{seed}` is no seed; write a number, as in random:1"))?;
+            let seed = seed.parse().map_err(|_| format!("`{seed}` is not a seed; write a number, as in random:1"))?;
             Ok(RamChoice::Fill(RamInit::Random(seed)))
         }
         _ => Err("write random:SEED, zero or trap".to_owned()),

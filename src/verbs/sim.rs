@@ -131,7 +131,7 @@ pub fn sim(args: &SimArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
         while let Some((_, byte)) = bytes.next_if(|(at, _)| *at <= scan) {
             if !evaluator.receive(*byte) {
                 output::print_to_stderr(&format!(
-                    "warning: byte 0x{byte:02X} arrived before scan {scan} while another waited: here it is lost, on a chip that is open\n"
+                    "warning: byte 0x{byte:02X} arrived before scan {scan} while another waited: here it is lost, on a chip this is undefined\n"
                 ));
             }
         }
@@ -252,6 +252,6 @@ fn split_scan<'a>(scans: u64, text: &'a str, example: &str) -> Result<(u64, &'a 
     match scan.trim().parse() {
         Ok(scan) if (1..=scans).contains(&scan) => Ok((scan, rest)),
         Ok(scan) => Err(format!("scan {scan} does not run; scans are 1 to {scans} (--scans)")),
-        Err(_) => Err(format!("`{scan}` is no scan; scans are 1 to {scans}")),
+        Err(_) => Err(format!("`{scan}` is not a scan; scans are 1 to {scans}")),
     }
 }

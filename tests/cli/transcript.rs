@@ -41,7 +41,7 @@ pub fn replay(text: &str, emu: &mut dyn FnMut(&[String], &[u8]) -> Output, folde
         } else {
             assert!(
                 line.is_empty() || line.starts_with('#'),
-                "line {}: `{line}` is no part of a transcript",
+                "line {}: `{line}` is not a part of a transcript",
                 number + 1
             );
             finish(block.take(), emu, folder, &mut out);

@@ -117,7 +117,7 @@ fn row(place: &str, line: &str) -> Row {
         Some(rest) => rest.split_once(' ').unwrap_or((rest, "")),
         None => ("1", left),
     };
-    let number = |text: &str| text.parse::<i32>().unwrap_or_else(|_| panic!("{place}: `{text}` is no number"));
+    let number = |text: &str| text.parse::<i32>().unwrap_or_else(|_| panic!("{place}: `{text}` is not a number"));
     let value = |text: &str| match text.strip_prefix('\'').and_then(|t| t.strip_suffix('\'')) {
         Some(character) => i32::from(character.as_bytes()[0]),
         None => number(text),

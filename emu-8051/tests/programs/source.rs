@@ -93,7 +93,7 @@ pub fn texts(text: &str) -> Vec<(String, String, String)> {
 /// Parses a number, decimal or with 0x.
 pub fn number(name: &str, text: &str) -> u64 {
     let hex = text.strip_prefix("0x").map(|h| u64::from_str_radix(h, 16));
-    hex.unwrap_or_else(|| text.parse()).unwrap_or_else(|_| panic!("{name}: {text} is no number"))
+    hex.unwrap_or_else(|| text.parse()).unwrap_or_else(|_| panic!("{name}: {text} is not a number"))
 }
 
 /// Reads a program and returns it with its labels.

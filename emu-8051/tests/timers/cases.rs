@@ -115,7 +115,7 @@ fn by_hand() {
         gate, taken back           | tmod=09 tr0=1 INT0=0 @1 tl0:0 INT0!1 tl0:1 @2 tl0:2
         gate, written, taken back  | tmod=09 tr0=1 INT0=0 tl0=50 @1 tl0:50 INT0!1 tl0:51
         gate, taken back too late  | tmod=09 tr0=1 INT0=0 @1 tl0=50 INT0!1 tl0:50 @2 tl0:51
-        gate, told of too late     | tmod=09 tr0=1 @10 INT0!0 tl0:A @20 tl0:A
+        gate, reported too late    | tmod=09 tr0=1 @10 INT0!0 tl0:A @20 tl0:A
         gate, low after all        | tmod=0A tl0=FF th0=80 tr0=1 INT0=0 INT0=1 @1 tf0:1 tl0:80 INT0!0 tf0:0 tl0:FF since0:never @9 tf0:0
 
         counter, one edge          | tmod=05 tr0=1 @4 T0=0 @5 tl0:0 @6 tl0:1 @99 tl0:1
@@ -154,5 +154,5 @@ fn numbers_of_timers_are_masked_and_time_does_not_go_back() {
     counter.set_run(1, true);
     counter.pin_t(1, false, 3);
     counter.advance_to(101);
-    assert_eq!(counter.tl(1), 1, "an edge told too late is one of the cycle synced to");
+    assert_eq!(counter.tl(1), 1, "an edge reported too late is one of the cycle synced to");
 }

@@ -97,7 +97,7 @@ fn by_hand() {
         DCEN, RCAP2 FFFF down      | mod=01 con=04 tl=FF th=FF rl=FF rh=FF EX=0 @1 t:FFFF exf2:1 @2 exf2:0 @5 exf2:1
         DCEN, turned               | mod=01 con=04 @5 t:5 EX=0 @6 t:4 @8 t:2 EX=1 @9 t:3
         DCEN, turned in the cycle  | mod=01 con=04 @5 EX=0 @6 t:4 EX!1 t:6
-        DCEN, told of too late     | mod=01 con=04 @5 EX!0 t:5 @6 t:4
+        DCEN, reported too late    | mod=01 con=04 @5 EX!0 t:5 @6 t:4
         DCEN, EXEN2 is deaf        | mod=01 con=0C tl=9 rl=3 EX=0 @1 t:8 exf2:0 next:6
         DCEN, far                  | mod=01 con=04 EX=0 rl=00 rh=F0 tl=FF th=FF @2^50 t:FFFF tf2:1 exf2:0
 
@@ -138,11 +138,11 @@ fn time_does_not_go_back_and_has_no_end() {
     assert_eq!(last.t2con() & 0x40, 0, "no edge, however long");
     timer.pin_t2ex(false, 3);
     timer.advance_to(u64::MAX);
-    assert_eq!(timer.t2con() & 0x40, 0, "an edge told too late is not an edge of the cycles gone");
+    assert_eq!(timer.t2con() & 0x40, 0, "an edge reported too late is not an edge of the cycles gone");
 
     let mut counter = Mcs51Timer2::new(100);
     counter.set_t2con(0x06);
     counter.pin_t2(false, 3);
     counter.advance_to(101);
-    assert_eq!(counter.tl(), 1, "an edge told too late is one of the cycle synced to");
+    assert_eq!(counter.tl(), 1, "an edge reported too late is one of the cycle synced to");
 }

@@ -90,13 +90,13 @@ fn advance(rng: &mut Rng, timers: &mut Mcs51Timers, model: &mut Model, cycles: u
         model.tick();
     }
     timers.advance_to(upto);
-    let foretold = |told: u64, came: Option<&u64>, what: &str| match came {
-        Some(&came) => assert_eq!(told, came, "{at}: {what}"),
-        None => assert!(told > upto, "{at}: {what} told for {told}, nothing came until {upto}"),
+    let check_due = |due: u64, came: Option<&u64>, what: &str| match came {
+        Some(&came) => assert_eq!(due, came, "{at}: {what}"),
+        None => assert!(due > upto, "{at}: {what} expected at {due}, nothing came until {upto}"),
     };
-    foretold(flags[0], model.flags_log[0].first(), "TF0");
-    foretold(flags[1], model.flags_log[1].first(), "TF1");
-    foretold(overflow, model.overflow_log.get(ahead as usize - 1), "overflow");
+    check_due(flags[0], model.flags_log[0].first(), "TF0");
+    check_due(flags[1], model.flags_log[1].first(), "TF1");
+    check_due(overflow, model.overflow_log.get(ahead as usize - 1), "overflow");
     let came = model.overflow_log.iter().filter(|&&cycle| cycle <= middle).count();
     assert_eq!(by, came as u64, "{at}: overflows by {middle}");
 }

@@ -79,14 +79,14 @@ fn advance(rng: &mut Rng, timer: &mut Mcs51Timer2, model: &mut Model, cycles: u6
         model.tick();
     }
     timer.advance_to(upto);
-    let foretold = |told: u64, came: Option<&u64>, last: u64, what: &str| match came {
-        Some(&came) => assert_eq!(told, came, "{at}: {what}"),
-        None => assert!(told > last, "{at}: {what} told for {told}, nothing came until {last}"),
+    let check_due = |due: u64, came: Option<&u64>, last: u64, what: &str| match came {
+        Some(&came) => assert_eq!(due, came, "{at}: {what}"),
+        None => assert!(due > last, "{at}: {what} expected at {due}, nothing came until {last}"),
     };
     // The flag of an overflow in the cycle after the last has the time of the last cycle, and is not set yet.
-    foretold(flag, model.flag_log.first(), upto - 1, "flag");
-    foretold(overflow, model.overflow_log.get(ahead as usize - 1), last, "overflow");
-    foretold(toggle, model.toggle_log.first(), last, "toggle");
+    check_due(flag, model.flag_log.first(), upto - 1, "flag");
+    check_due(overflow, model.overflow_log.get(ahead as usize - 1), last, "overflow");
+    check_due(toggle, model.toggle_log.first(), last, "toggle");
     let came = model.overflow_log.iter().filter(|&&state| state <= middle).count();
     assert_eq!(by, came as u64, "{at}: overflows by {middle}");
 }

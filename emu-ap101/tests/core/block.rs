@@ -20,14 +20,14 @@ const DAMAGES: &[(usize, u8, usize, &str)] = &[
     (0x014, 1, 0x014, "reserved"),
     (0x01F, 9, 0x01F, "reserved"),
     (0x021, 8, 0x020, "the first word of program 0 is 2048"),
-    (0x028, 1, 0x02A, "program 1 begins at 1, behind its last word 0"),
+    (0x028, 1, 0x02A, "program 1 begins at 1, after its last word 0"),
     (0x02B, 8, 0x02A, "the last word of program 1 is 2048"),
     (0x02D, 8, 0x02C, "RX of program 1 is 2048"),
     (0x02E, 4, 0x02E, "the flags of program 1 is 4"),
     (0x022, 7, 0x022, "program 0 is not present, and a field of it is 7"),
     (0x034, 1, 0x034, "program 2 is not present, and a field of it is 1"),
-    (0x101, 1, 0x101, "module 0 is no timer, and its unit is 1"),
-    (0x107, 1, 0x106, "module 1 is none, and its preset is 256"),
+    (0x101, 1, 0x101, "module 0 is not a timer, and its unit is 1"),
+    (0x107, 1, 0x106, "module 1 does not exist, but its preset is 256"),
     (0x060, 1, 0x060, "reserved"),
     (0x0FF, 1, 0x0FF, "reserved"),
     (0x100, 8, 0x100, "module 0 has type 8"),
@@ -47,7 +47,7 @@ fn damaged_blocks_are_refused_where_they_are() {
 }
 
 #[test]
-fn every_fault_is_told() {
+fn every_fault_is_reported() {
     let mut image = image(&words("nop"), Some(&Block::EMPTY));
     for at in [2, 0x61, 0x104] {
         image.segments[1].bytes[at] = 0xEE;
@@ -114,7 +114,7 @@ fn an_image_comes_back_from_its_hex_file() {
 }
 
 #[test]
-fn half_a_word_is_noted_and_bytes_behind_the_memories_are_refused() {
+fn half_a_word_is_noted_and_bytes_after_the_memories_are_refused() {
     let text = write_hex(&[(0, &[1, 2, 3])]);
     let loaded = load_hex("a.hex", text.as_bytes(), AP101.hex_spaces).expect("half a word stays erased");
     let codes: Vec<&str> = loaded.warnings.iter().map(|note| note.code).collect();

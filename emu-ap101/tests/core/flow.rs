@@ -116,7 +116,7 @@ fn resets_are_power_failures_with_and_without_a_cold_start() {
 }
 
 #[test]
-fn na_wraps_behind_the_end_of_memory() {
+fn na_wraps_at_the_end_of_memory() {
     let mut block = Block { outputs: 0, ..Block::EMPTY };
     block.programs[0] = [2046, 2047, 0, 1];
     block.programs[1] = [0, 1, 0, 1];

@@ -7,9 +7,9 @@ use emu_core::lint::Lint;
 use crate::rig::{Block, image, words};
 
 #[derive(Default)]
-struct Told(Vec<String>);
+struct Reported(Vec<String>);
 
-impl Probe for Told {
+impl Probe for Reported {
     const LINT: bool = true;
     fn on_lint(&mut self, _: u64, pc: u32, lint: Lint) {
         assert!(!lint.hint().is_empty());
@@ -24,21 +24,21 @@ const CASES: &[(bool, &str, &[&str])] = &[
         false,
         "ld I8; sto I9",
         &[
-            "0 LINT016: I8 is used, and the controller does not have it",
-            "1 LINT016: I9 is used, and the controller does not have it",
+            "0 LINT016: I8 is used, but the controller does not have it",
+            "1 LINT016: I9 is used, but the controller does not have it",
         ],
     ),
-    (false, "ld E4", &["0 LINT016: E4 is used, and the controller does not have it"]),
-    (false, ".word 0x232C", &["0 LINT016: E300 is used, and the controller does not have it"]),
+    (false, "ld E4", &["0 LINT016: E4 is used, but the controller does not have it"]),
+    (false, ".word 0x232C", &["0 LINT016: E300 is used, but the controller does not have it"]),
     (
         false,
         "ld R2; .word 0x0590",
         &[
-            "0 LINT016: R2 is used, and the controller does not have it",
-            "1 LINT016: R400 is used, and the controller does not have it",
+            "0 LINT016: R2 is used, but the controller does not have it",
+            "1 LINT016: R400 is used, but the controller does not have it",
         ],
     ),
-    (false, "stc R2; ldc M0; stc R2", &["2 LINT016: R2 is used, and the controller does not have it"]),
+    (false, "stc R2; ldc M0; stc R2", &["2 LINT016: R2 is used, but the controller does not have it"]),
     (false, "sto I1; stoc I1", &[]),
     (true, "sto I1; ldc M0; stoc I1", &["0 LINT017: the input I1 is written", "2 LINT017: the input I1 is written"]),
     (
@@ -53,7 +53,7 @@ const CASES: &[(bool, &str, &[&str])] = &[
         "sto R257; .word 0xF805; sto R258",
         &[
             "0 LINT018: the preset port of R1: no NOP with data follows",
-            "2 LINT016: R258 is used, and the controller does not have it",
+            "2 LINT016: R258 is used, but the controller does not have it",
         ],
     ),
     (false, "stoc R257; .word 0xF005", &["0 LINT018: the preset port of R1: only STO gives a preset"]),
@@ -61,20 +61,20 @@ const CASES: &[(bool, &str, &[&str])] = &[
     (
         false,
         ".word 0xB001; .word 0xC800",
-        &["0 LINT019: 0xb001 has something in its field", "1 LINT019: 0xc800 has something in its field"],
+        &["0 LINT019: the operand field of 0xb001 is not 0", "1 LINT019: the operand field of 0xc800 is not 0"],
     ),
 ];
 
 #[test]
-fn what_is_told() {
+fn lints_are_reported() {
     for &(live, program, wanted) in CASES {
         let mut block = Block { live, ..Block::EMPTY };
         block.modules[1] = (1, 1, 5);
         let program = words(program);
-        let mut told = Told::default();
+        let mut reported = Reported::default();
         let mut machine = Ap101::new(&image(&program, Some(&block)));
-        machine.run(4 + program.len() as u64, &mut told);
-        assert_eq!(told.0, wanted, "{program:04x?}");
+        machine.run(4 + program.len() as u64, &mut reported);
+        assert_eq!(reported.0, wanted, "{program:04x?}");
         // A run without the probe does the same.
         let mut blind = Ap101::new(&image(&program, Some(&block)));
         blind.run(machine.cycle(), &mut ());

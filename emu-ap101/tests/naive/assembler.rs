@@ -45,7 +45,8 @@ fn programs_assemble_to_the_same_words_and_configuration() {
                     faults.push(format!("{}: wanted {:?}\n got {:?}", case.name, config(&wanted), config(&got)));
                 }
             }
-            // What no machine has is refused there; the naive assembler makes words of it, to see what they do.
+            // What no machine has is refused there; the naive assembler makes words of it, to see what they
+            // do.
             Err(errors) if errors.to_string().lines().all(|error| error.contains("ASM003: there is no ")) => {
                 refused += 1
             }

@@ -204,12 +204,12 @@ impl Naive {
     /// What keeps the machine from its next cycle.
     fn stops(&self) -> Option<End> {
         let Doing::Program(began) = self.doing else {
-            let stands = match self.doing {
+            let rests = match self.doing {
                 Doing::Nothing => true,
                 Doing::Pause(due) => self.cycle >= due,
                 _ => false,
             };
-            return (stands && self.drives.is_empty()).then_some(End::Halted);
+            return (rests && self.drives.is_empty()).then_some(End::Halted);
         };
         // The watchdog (rule 16).
         if self.cycle >= began + WATCHDOG {

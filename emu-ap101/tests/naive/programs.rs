@@ -79,11 +79,11 @@ fn check<S: Subject>() {
 }
 
 #[test]
-fn the_naive_model_runs_every_program_as_told() {
+fn the_naive_model_runs_every_program_as_written() {
     check::<Naive>();
 }
 
 #[test]
-fn the_crate_runs_every_program_as_told() {
+fn the_crate_runs_every_program_as_written() {
     check::<Core>();
 }

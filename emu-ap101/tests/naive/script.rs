@@ -148,7 +148,8 @@ impl Case {
         let mut end = End::Limit;
         for item in &self.items {
             let words: Vec<&str> = item.split_whitespace().collect();
-            let told = |wanted: &str, got: String| if wanted == got { Ok(()) } else { Err(format!("{item}: {got}")) };
+            let compare =
+                |wanted: &str, got: String| if wanted == got { Ok(()) } else { Err(format!("{item}: {got}")) };
             let number = |at: usize| words[at].parse::<u64>().expect("a number");
             match words[0] {
                 "drive" => {}
@@ -160,21 +161,21 @@ impl Case {
                         format!(" {}{clock}{}", edge.0.0, if edge.2 { 'H' } else { 'L' })
                     };
                     let all: String = machine.edges().iter().filter(|edge| edge.1 == n).map(show).collect();
-                    told(item, format!("edges {}{all}", words[1]))?;
+                    compare(item, format!("edges {}{all}", words[1]))?;
                 }
                 "halted" => {
                     end = machine.run(number(1) + 100_000);
-                    told(item, format!("{end:?} {}", machine.cycle()).to_lowercase())?;
+                    compare(item, format!("{end:?} {}", machine.cycle()).to_lowercase())?;
                 }
                 "watchdog" => {
                     end = machine.run(number(2) + 100_000);
                     let End::Watchdog { pc } = end else { return Err(format!("{item}: {end:?}")) };
-                    told(item, format!("watchdog {pc} {}", machine.cycle()))?;
+                    compare(item, format!("watchdog {pc} {}", machine.cycle()))?;
                 }
                 "jump" => {
                     end = machine.run(number(3) + 100_000);
                     let End::Jump { pc, target } = end else { return Err(format!("{item}: {end:?}")) };
-                    told(item, format!("jump {pc} {target} {}", machine.cycle()))?;
+                    compare(item, format!("jump {pc} {target} {}", machine.cycle()))?;
                 }
                 at => {
                     let until = at.strip_prefix('@').unwrap_or_else(|| panic!("{}: {item}", self.name));

@@ -137,7 +137,7 @@ fn refuses(mnemonic: &str, operands: &str) -> Option<AsmRefusal> {
         return Some(if n > *most {
             ("ASM003", format!("there is no {letter}{n}"), range)
         } else {
-            let cause = format!("the number behind {letter} is decimal");
+            let cause = format!("the number after {letter} is decimal");
             ("ASM003", cause, format!("{range}; this one is {letter}{n}"))
         });
     }
@@ -244,7 +244,7 @@ fn choice(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, words: [&str; 2], s
         None => report_bad_argument(
             asm,
             call,
-            format!("`{text}` is none of {} and {}", words[0], words[1]),
+            format!("`{text}` is not one of {} and {}", words[0], words[1]),
             "write one of the two words",
         ),
     }
@@ -286,7 +286,7 @@ fn program(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
         report_bad_argument(
             asm,
             call,
-            format!("`{word}` is none of on and off"),
+            format!("`{word}` is not one of on and off"),
             "a program with `off` runs once its bit in M is set",
         );
     }
@@ -329,7 +329,7 @@ fn module_number(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, part: Range<
         Some(inner) if inner.parse::<i64>().is_ok() => inner.parse().unwrap_or(0),
         _ => {
             let hint = "modules are R0 to R127; equ gives them names";
-            report_bad_argument(asm, call, format!("`{text}` is no module"), hint);
+            report_bad_argument(asm, call, format!("`{text}` is not a module"), hint);
             return None;
         }
     };
@@ -355,7 +355,7 @@ fn module(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
         return report_bad_argument(
             asm,
             call,
-            format!("`{name}` is no type of module"),
+            format!("`{name}` is not a type of module"),
             "types are TON, TOF, RTO, TP, CTU, CTD and CTC",
         );
     };
@@ -368,7 +368,7 @@ fn module(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
                 return report_bad_argument(
                     asm,
                     call,
-                    format!("`{text}` is no unit of time"),
+                    format!("`{text}` is not a unit of time"),
                     "units are cycle, 1ms, 10ms and 100ms",
                 );
             };

@@ -70,7 +70,7 @@ pub(super) fn ignore_directive(_: &mut Assembler<'_>, _: &DirectiveCall<'_>) {}
 pub(super) fn report_no_effect(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let cause = format!("`{}` has no effect here", call.get(call.word.clone()));
     asm.report(
-        LineFault::new("ASM027", call.word.clone(), cause, "there is no linker and no listing option behind it").note(),
+        LineFault::new("ASM027", call.word.clone(), cause, "emu has no linker and no such listing option").note(),
     );
 }
 
@@ -130,7 +130,7 @@ pub(super) fn constant(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, kind: 
     let from = mark + 1;
     let text = call.get(name.clone());
     if behind_name(text, 0, true) != text.len() || text.is_empty() {
-        let cause = format!("`{text}` is no name");
+        let cause = format!("`{text}` is not a name");
         return asm.report(LineFault::new(
             "ASM005",
             name.clone(),
@@ -157,8 +157,8 @@ pub(super) fn value_of(asm: &mut Assembler<'_>, text: &str, range: Range<usize>,
     let low_byte = bits == 8 && value.is_label && asm.dialect.hooks.is_sdas;
     let least = if asm.dialect.hooks.complements { -limit } else { -limit / 2 };
     if !value.is_unknown && !low_byte && !(least..limit).contains(&value.number) {
-        let cause = format!("{} does not fit into {bits} bits: its upper bits are left out", value.number);
-        asm.report(LineFault::new("ASM030", range, cause, "give the bits that are meant with & or low()").warning());
+        let cause = format!("{} does not fit into {bits} bits: its upper bits are dropped", value.number);
+        asm.report(LineFault::new("ASM030", range, cause, "select the bits with & or low()").warning());
     }
     value.number & (limit - 1)
 }
@@ -193,7 +193,7 @@ pub(super) fn words(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
 pub(super) fn required_arguments(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> Vec<Range<usize>> {
     let parts = cut(asm.dialect, call.text, call.rest.clone());
     if parts.is_empty() {
-        let cause = format!("`{}` stands without values", call.get(call.word.clone()));
+        let cause = format!("`{}` has no values", call.get(call.word.clone()));
         asm.report(LineFault::new(
             "ASM023",
             call.word.clone(),
@@ -293,7 +293,7 @@ pub(super) fn text(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, zero: bool
         match strings(call.text, part.clone(), zero) {
             Some(bytes) => asm.emit(&bytes, part),
             None => {
-                let cause = format!("`{}` is no text in quotes", call.get(part.clone()));
+                let cause = format!("`{}` is not a text in quotes", call.get(part.clone()));
                 asm.report(LineFault::new("ASM011", part, cause, "write it as \"text\""));
             }
         }
@@ -348,7 +348,12 @@ pub(super) fn purge(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
         let name = call.get(part.clone());
         if asm.macros.remove(&name.to_ascii_lowercase()).is_none() {
             let cause = format!("there is no macro `{name}`");
-            asm.report(LineFault::new("ASM023", part, cause, "give the name of a macro that stands before"));
+            asm.report(LineFault::new(
+                "ASM023",
+                part,
+                cause,
+                "give the name of a macro that is defined before this line",
+            ));
         }
     }
 }

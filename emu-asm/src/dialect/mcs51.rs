@@ -436,7 +436,7 @@ fn radix(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
         "d" | "10" | "" => 10,
         "x" | "h" | "16" => 16,
         _ => {
-            let cause = format!("`{written}` is no radix");
+            let cause = format!("`{written}` is not a radix");
             return asm.report(LineFault::new("ASM023", call.rest.clone(), cause, "write b, o, d or x"));
         }
     };

@@ -224,7 +224,7 @@ fn constants(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, body: LineBlock)
             let name = text.get(part.start..end).unwrap_or_default();
             if name.is_empty() || !behind.is_empty() && byte(text, behind.start) != b':' {
                 let cause =
-                    format!("`{}` is no name of a block of constants", text.get(part.clone()).unwrap_or_default());
+                    format!("`{}` is not a name of a block of constants", text.get(part.clone()).unwrap_or_default());
                 asm.report(LineFault::new(
                     "ASM023",
                     part,
@@ -261,7 +261,7 @@ fn each_name(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, kind: AsmSymbolK
                 asm.define_value(name, part.start..end, call.text, behind.start + 1..part.end, kind.clone());
             }
             false => {
-                let cause = format!("`{}` is no name with a value", call.get(part.clone()));
+                let cause = format!("`{}` is not a name with a value", call.get(part.clone()));
                 asm.report(LineFault::new("ASM023", part, cause, "write `name = value`"));
             }
         }
@@ -292,7 +292,7 @@ fn shift(n: i64, by: i64, shift: fn(i64, u32) -> Option<i64>) -> i64 {
 
 /// Returns cause and hint for bytes in a section of RAM, which cannot hold them.
 fn no_bytes(_: &Assembler<'_>) -> Option<(String, String)> {
-    let cause = "nothing that a program holds can lie in a section of variables";
+    let cause = "a section of variables cannot contain code or constants";
     Some((cause.to_owned(), "reserve room with res, or give the values in an idata section".to_owned()))
 }
 

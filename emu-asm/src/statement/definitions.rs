@@ -20,7 +20,7 @@ impl Assembler<'_> {
     pub fn define_from_directive(&mut self, call: &DirectiveCall<'_>, kind: AsmSymbolKind) {
         let Some(label) = call.label.clone() else {
             let word = call.get(call.word.clone());
-            let cause = format!("`{word}` needs a name in front of it");
+            let cause = format!("`{word}` needs a name before it");
             return self.report(LineFault::new("ASM023", call.word.clone(), cause, "write `name equ value`"));
         };
         let rest = trim(call.text, call.rest.clone());

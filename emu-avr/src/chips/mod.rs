@@ -176,8 +176,8 @@ impl AvrPart {
         flash - size
     }
 
-    /// The fuse byte that makes a reset begin at the byte address `at`, where `fuses` has the others; none where no boot section
-    /// begins there.
+    /// The fuse byte that makes a reset begin at the byte address `at`, where `fuses` has the others; none
+    /// where no boot section begins there.
     #[must_use]
     pub fn boot_fuse(&self, fuses: [u8; 3], at: u32) -> Option<FuseByte> {
         let ((byte, low, bits), (_, reset, _)) = (self.fuses.bootsz?, self.fuses.bootrst?);

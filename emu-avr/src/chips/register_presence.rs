@@ -1,6 +1,7 @@
 //! Existing and reserved bits of each chip's registers (register summary).
 //!
-//! A bit exists if the chip's row names it ([`HeaderNames::bit_names`](super::HeaderNames)), so a chip states each fact once.
+//! A bit exists if the chip's row names it ([`HeaderNames::bit_names`](super::HeaderNames)), so a chip states
+//! each fact once.
 
 use super::{AvrPart, RegisterSlot, SocRegister};
 use crate::periph::{eeprom, external, timers, usart};
@@ -11,11 +12,11 @@ const URSEL: u8 = 1 << 7;
 /// Bits 8 to 11 of UBRR in UBRRH, which the tables do not name on all chips.
 const UBRR_HIGH: u8 = 0x0F;
 
-/// The bits of each register of a chip that a program may write as ones: all except the reserved bits, which must be written as
-/// zeros.
+/// The bits of each register of a chip that a program may write as ones: all except the reserved bits, which
+/// must be written as zeros.
 ///
-/// Absent pins of a port, and absent flags in registers where a one clears a flag, count as existing: programs write such
-/// registers as a whole.
+/// Absent pins of a port, and absent flags in registers where a one clears a flag, count as existing:
+/// programs write such registers as a whole.
 #[derive(Debug, Clone)]
 pub struct RegisterPresence {
     part: &'static AvrPart,
@@ -40,8 +41,8 @@ impl RegisterPresence {
         RegisterPresence { part, bits }
     }
 
-    /// Returns the bits of the register at a data address, or `None` for an address that a program must not write. `value` is
-    /// the byte written; it distinguishes UCSRC from UBRRH where they share an address.
+    /// Returns the bits of the register at a data address, or `None` for an address that a program must not
+    /// write. `value` is the byte written; it distinguishes UCSRC from UBRRH where they share an address.
     #[must_use]
     pub fn existing_bits(&self, addr: u16, value: u8) -> Option<u8> {
         match self.part.register_slot(addr) {
@@ -67,7 +68,8 @@ impl AvrPart {
         }
     }
 
-    /// Returns the bits of a register that a program may write as ones; `named` are the bits that have a name.
+    /// Returns the bits of a register that a program may write as ones; `named` are the bits that have a
+    /// name.
     fn writable_bits(&self, addr: u16, named: u8) -> Option<u8> {
         use external::ExternalRegister::{EIFR, PCIFR};
         use timers::TimerRegister::TIFR;

@@ -130,7 +130,7 @@ impl AvrAdc {
         self.avcc = millivolts;
     }
 
-    /// Returns the trigger source that starts conversions: ADTS, if ADEN, ADATE and ADTS are set (table 24-6).
+    /// Returns the trigger source of conversions: ADTS, if ADEN, ADATE and ADTS are set (table 24-6).
     #[must_use]
     pub fn listened_trigger(&self) -> Option<u8> {
         (self.adcsra & (ADEN | ADATE) == ADEN | ADATE && self.source() != 0).then_some(self.source())
@@ -155,7 +155,7 @@ impl AvrAdc {
         self.start_conversion(self.to_adc_time(t));
     }
 
-    /// Returns the channel that the comparator uses instead of AIN1, if ACME is set and ADEN clear (table 23-1).
+    /// Returns the channel that replaces AIN1 at the comparator: if ACME is set and ADEN clear (table 23-1).
     #[must_use]
     pub fn comparator_channel(&self) -> Option<u8> {
         (self.adcsrb & ACME != 0 && !self.enabled()).then_some(self.admux & 7)

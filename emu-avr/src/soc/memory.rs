@@ -49,8 +49,8 @@ impl AvrSoc {
         byte
     }
 
-    /// What SBI or CBI in the cycle `now` writes, which on some chips is all of the register as it was read a cycle before, flags
-    /// that read as one included.
+    /// What SBI or CBI in the cycle `now` writes, which on some chips is all of the register as it was read a
+    /// cycle before, flags that read as one included.
     pub(super) fn merge_whole_register(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> MaskedWrite {
         if mask == 0xFF || !self.part.bit_writes_whole_register {
             return MaskedWrite { mask, value };

@@ -139,7 +139,7 @@ const CASES: &str = "
     23.2   ACME gives the multiplexer to the comparator       | 9:ADMUX=05 9:ADCSRB=40 9:channel?5 10:ADCSRA=80 10:channel?- 11:ADCSRA=00 11:ADCSRB=00 11:channel?-
     10.4   going to sleep starts a conversion                 | 10:ADCSRA=8A 12:halted 13:ADCSRA?CA 115:irq?0 116:irq?1
     10.4   unless one runs, or ADEN is clear                  | 5:halted 10:ADCSRA=CA 50:halted 112:ADCSRA?9A 200:ADCSRA?9A
-    10.5   the clock stands still in deeper sleep             | 10:ADCSRA=C2 50:sleep 150:wake 211:ADCSRA?C2 212:ADCSRA?92
+    10.5   the clock is stopped in deeper sleep               | 10:ADCSRA=C2 50:sleep 150:wake 211:ADCSRA?C2 212:ADCSRA?92
     24.9   reset                                              | 9:ADMUX=FF 9:DIDR0=3F 9:ADCSRB=47 10:ADCSRA=EA 200:reset 200:ADMUX?00 200:ADCSRA?00 200:ADCSRB?00 200:DIDR0?00 200:next?-
     mega8  bit 5 is ADFR, there is no ADTS                    | 9:ADCSRB=07 9:ADCSRB?00 10:ADCSRA=E2 112:ADCSRA?F2
     mega8  2.56 V: 400 at 1 V                                 | 9:ADC0=1000 9:ADMUX=C0 10:ADCSRA=C2 112:ADCL?90 112:ADCH?01

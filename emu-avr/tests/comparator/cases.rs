@@ -109,7 +109,7 @@ const CASES: &str = "
     23.3.2 ACIC set while it is high                           | 10:AIN0=1 20:ACSR=04 30:icp?20H
     23.3.2 with the reference                                  | 5:AIN1=500 10:ACSR=44 100:ACSR=84 200:icp?10L,50H,100L
     23.3.3 DIDR1                                               | 5:DIDR1=FF 5:DIDR1?03
-    23     asleep, ACO stands; timer 1's line does not         | 5:ACSR=04 10:sleep 20:AIN0=1 40:ACSR?04 50:wake 51:ACSR?04 52:ACSR?34 60:icp?5L,20H
+    23     asleep, ACO is frozen; timer 1's line does not      | 5:ACSR=04 10:sleep 20:AIN0=1 40:ACSR?04 50:wake 51:ACSR?04 52:ACSR?34 60:icp?5L,20H
     23     what is on its way comes after it                   | 10:AIN0=1 11:sleep 40:ACSR?00 50:wake 51:ACSR?30
     23.3.2 reset                                               | 5:ACSR=0C 10:AIN0=1 20:reset 20:ACSR?20 20:irq?0 30:icp?5L,10H,20-
 ";

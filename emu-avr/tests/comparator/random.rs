@@ -177,7 +177,7 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
                 other => panic!("{other:?}, {}", at()),
             }
         }
-        assert_eq!(flagged, rose, "the flag as told, {}", at());
+        assert_eq!(flagged, rose, "the reported flag, {}", at());
         assert_eq!(icp, model.icp, "what timer 1 gets, {}", at());
         assert_eq!(dut.peek(ComparatorRegister::ACSR, t), model.acsr(), "ACSR, {}", at());
         assert_eq!(dut.peek(ComparatorRegister::DIDR1, t), model.didr, "DIDR1, {}", at());

@@ -96,7 +96,7 @@ const CASES: &str = "
     8.6.2 EEDR can, and the write keeps the old one         | 7:EEARL=05 7:EEDR=5A 9:EECR|04 11:EECR|02 20:EEDR=66 20:EEDR?66 3411:@5?5A
     8.6.3 no read in a write                                | 7:EEARL=05 7:EEDR=5A 9:EECR|04 11:EECR|02 11:halts?11-13 20:EECR|01 20:EEDR?5A 20:halts?
     8.6.3 no second write                                   | 9:EECR|04 11:EECR|02 20:EECR|04 22:EECR|02 22:halts?11-13 3411:EECR?00
-    8.6.3 EEPE goes before EERE                             | 9:EECR|04 11:EECR=03 11:halts?11-13 11:EEDR?00 11:EECR?02
+    8.6.3 EEPE overrides EERE                               | 9:EECR|04 11:EECR=03 11:halts?11-13 11:EEDR?00 11:EECR?02
     8.6.3 EERIE asks while EEPE is clear                    | 9:EECR=08 9:irq?1 10:EECR=0C 12:EECR=0A 12:irq?0 12:next?3412 3411:irq?0 3412:irq?1 3500:EECR=00 3500:irq?0
     8.6.3 without EERIE nothing is due                      | 9:EECR|04 11:EECR|02 11:next?-
     8.6.3 no write while program memory is written          | 5:blocked=100 9:EECR|04 11:EECR|02 11:EECR?04 11:halts? 98:EECR|04 100:EECR|02 100:EECR?06

@@ -181,7 +181,7 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
             let AvrSignal::Stall { until } = signal else { panic!("{signal:?}, {}", at()) };
             halted_until = until;
         }
-        assert_eq!(t < halted_until, model.halt > 0, "the core stands still, {}", at());
+        assert_eq!(t < halted_until, model.halt > 0, "the core is stopped, {}", at());
         for reg in REGS {
             assert_eq!(dut.peek(reg, t), model.get(reg), "{reg:?}, {}", at());
         }

@@ -127,7 +127,7 @@ const CASES: &str = "
     13.2.1 a write at the edge of the flag is too late     | 2:EICRA=03 10:INT0=1 13:EICRA=02 20:EIFR?01
     13.2.1 a change of ISC alone sets nothing              | 5:INT0=1 20:EICRA=02 30:EICRA=03 40:EICRA=01 50:EIFR?00
     13.2.2 the flag does not need EIMSK, the interrupt does| 2:EICRA=03 10:INT0=1 12:next?- 13:irq?00 20:EIMSK=01 20:irq?01
-    13.2.2 with EIMSK the flag is told                     | 2:EICRA=03 2:EIMSK=01 10:INT0=1 10:next?13 13:next?- 13:irq?01
+    13.2.2 with EIMSK the flag is reported                 | 2:EICRA=03 2:EIMSK=01 10:INT0=1 10:next?13 13:next?- 13:irq?01
     13.2.2 but not what sets nothing                       | 2:EICRA=03 2:EIMSK=01 10:INT0=1 20:INT0=0 20:next?-
     13.2.3 the entry clears                                | 2:EICRA=0F 2:EIMSK=03 10:INT0=1 10:INT1=1 13:irq?03 14:taken=1 14:irq?01 15:EIFR?01
     13.2.3 1 clears, 0 keeps                               | 2:EICRA=0F 10:INT0=1 10:INT1=1 15:EIFR=02 15:EIFR?01 16:EIFR=00 16:EIFR?01
@@ -168,7 +168,7 @@ const CASES: &str = "
     f13-1  a change on its way wakes too                   | 2:PCMSK0=01 2:PCICR=01 10:PC0=1 12:sleep 12:irq?04 40:wake 41:PCIFR?01
     13     reset                                           | 2:EICRA=03 2:EIMSK=03 2:PCMSK0=01 2:PCICR=01 10:INT0=1 10:PC0=1 20:reset 20:EICRA?00 20:EIMSK?00 20:EIFR?00 20:PCIFR?00 20:PCICR?00 20:PCMSK0?00
     13     reset loses what is on its way                  | 2:PCMSK0=01 10:PC0=1 12:reset 20:PCIFR?00
-    24.9.2 INTF0 is told to the converter                  | 2:EICRA=0F 2:listen=1 10:INT1=1 10:INT0=1 10:next?13 20:flag?1 20:INT0=0 30:INT0=1 30:next?- 40:flags?13
+    24.9.2 INTF0 is reported to the converter              | 2:EICRA=0F 2:listen=1 10:INT1=1 10:INT0=1 10:next?13 20:flag?1 20:INT0=0 30:INT0=1 30:next?- 40:flags?13
     24.9.2 again when it was cleared                       | 2:EICRA=03 2:listen=1 10:INT0=1 20:EIFR=01 20:flag?0 20:INT0=0 30:INT0=1 40:flags?13,33
     24.9.2 not to nobody                                   | 2:EICRA=03 10:INT0=1 20:flags? 20:flag?1
     m8     two inputs and no groups                        | 2:PCICR=FF 2:PCICR?00 2:PCMSK0=FF 2:PCMSK0?00 2:EICRA=FF 2:EICRA?0F 10:PC0=1 20:PCIFR?00
@@ -187,7 +187,7 @@ const CASES: &str = "
     m128   which is reserved for INT3 to INT0              | 2:EICRA=01 2:EIMSK=01 10:irq?00 10:INT0=1 20:INT0=0 30:EIFR?00 30:irq?00
     m128   low levels of all                               | 2:EIMSK=FF 2:irq?FF 10:INT7=1 10:INT2=1 10:irq?7B
     m128   from low level to the rising edge of a high pin | 5:INT0=1 10:EICRA=03 10:EIFR?01
-    m128   INT0 is told when the pin changes               | 2:EICRA=03 2:listen=1 10:INT0=1 20:flags?10
+    m128   INT0 is reported when the pin changes           | 2:EICRA=03 2:listen=1 10:INT0=1 20:flags?10
 ";
 
 #[test]

@@ -41,7 +41,7 @@ pub struct Model {
     /// Flags set at the current edge.
     pub set_now: ([bool; 8], [bool; 4]),
     /// True if INTF0 was set at the current edge and was clear before.
-    pub told: bool,
+    pub reported: bool,
 }
 
 impl Model {
@@ -62,7 +62,7 @@ impl Model {
             pcint_syn: [false; 4],
             pcint_setflag: [false; 4],
             set_now: Default::default(),
-            told: false,
+            reported: false,
         }
     }
 
@@ -82,7 +82,7 @@ impl Model {
     }
 
     fn set_int(&mut self, n: usize) {
-        self.told |= n == 0 && !self.intf[0];
+        self.reported |= n == 0 && !self.intf[0];
         self.intf[n] = true;
         self.set_now.0[n] = true;
     }
@@ -90,7 +90,7 @@ impl Model {
     /// Executes the edge that ends a cycle.
     pub fn tick(&mut self) {
         self.set_now = Default::default();
-        self.told = false;
+        self.reported = false;
         if !self.clock_on {
             return;
         }
@@ -240,7 +240,7 @@ impl Model {
     pub fn reset(&mut self) {
         let first: Vec<bool> = self.flops.iter().map(|flops| flops[0]).collect();
         let new = Model::new(self.chip);
-        *self = Model { int: self.int, pc: self.pc, pin_sync: self.pin_sync, told: self.told, ..new };
+        *self = Model { int: self.int, pc: self.pc, pin_sync: self.pin_sync, reported: self.reported, ..new };
         for (flops, first) in self.flops.iter_mut().zip(first) {
             *flops = [first; 3];
         }

@@ -52,10 +52,10 @@ fn live(seed: u64, seen: &mut [u64; 5]) {
         }
         let clocked = model.clock_is_on();
         // A flag is signalled in the cycle of the tick, or by an action of this cycle.
-        let mut told = listened && model.told;
+        let mut reported = listened && model.reported;
         for _ in 0..if rng.one_in(busy) { 1 + rng.below(4) } else { 0 } {
             promised = [(0, 0); 10];
-            model.told = false;
+            model.reported = false;
             let byte = rng.next_u64() as u8;
             let mask = if rng.one_in(4) { 1 << rng.below(8) } else { 0xFF };
             match rng.below(20) {
@@ -102,14 +102,14 @@ fn live(seed: u64, seen: &mut [u64; 5]) {
                     dut.write(REGS[reg], byte, mask, t, &mut out);
                 }
             }
-            told |= listened && model.told;
+            reported |= listened && model.reported;
         }
         let mut flagged = false;
         for signal in out.drain(..) {
             assert_eq!(signal, AvrSignal::Flag { t, irq: 0 }, "{}", at());
             flagged = true;
         }
-        assert_eq!(flagged, told, "the flag as told, {}", at());
+        assert_eq!(flagged, reported, "the reported flag, {}", at());
         for (n, &reg) in REGS.iter().enumerate() {
             assert_eq!(dut.peek(reg, t), model.get(n), "{reg:?}, {}", at());
         }

@@ -51,7 +51,7 @@ fn pieces(avr: &mut Avr, until: u64, mut piece: impl FnMut() -> u64) -> StopReas
         let stop = avr.run(to, &mut ());
         assert!(
             stop != StopReason::Limit || (avr.cycle(), avr.instructions()) != before,
-            "stands still at {before:?}, {:04x}",
+            "no progress at {before:?}, {:04x}",
             avr.pc()
         );
         if stop != StopReason::Limit || avr.cycle() >= until {
@@ -73,7 +73,10 @@ pub fn same_however_cut(what: &str, start: &Avr, until: u64, rng: &mut Rng) {
     let stop = loop {
         let before = stepped.cycle();
         let stop = stepped.step(&mut ());
-        assert!(stop != StopReason::Limit || stepped.cycle() != before, "{what}: a step from {before} stands still");
+        assert!(
+            stop != StopReason::Limit || stepped.cycle() != before,
+            "{what}: a step from {before} makes no progress"
+        );
         if stop != StopReason::Limit || stepped.cycle() >= until {
             break stop;
         }

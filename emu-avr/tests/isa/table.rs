@@ -177,7 +177,7 @@ fn run(case: &Case, base: &Avr, seed: u64) -> Result<(), String> {
     } else {
         let stops = match case.outcome {
             "illegal" => StopReason::Illegal { pc: at, word: words[0] },
-            other => return Err(format!("  `{other}` is no outcome\n")),
+            other => return Err(format!("  `{other}` is not an outcome\n")),
         };
         if stop != stops || spent != 0 {
             return Err(format!("  {stop:?} after {spent} cycles, {stops:?} wanted\n"));

@@ -89,7 +89,7 @@ fn ports_agree(fresh: &AvrSoc, seed: u64, cycles: u64) {
                 ChipEvent::Sent { .. } | ChipEvent::Reset { .. } => panic!("{event:?}"),
             }
         }
-        assert!(fights.is_empty(), "contention at {fights:?} not told, seed {seed}, cycle {now}");
+        assert!(fights.is_empty(), "contention at {fights:?} not reported, seed {seed}, cycle {now}");
         for (pin, level) in edges {
             assert_eq!(logged[usize::from(pin)], Some(level), "edge of pin {pin}, seed {seed}, cycle {now}");
         }

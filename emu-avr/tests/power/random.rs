@@ -103,13 +103,13 @@ fn live(seed: u64, chips: &Chips, seen: &mut Seen) {
                 seen.0[5] += 1;
             }
         }
-        let stands = model.held() || model.standing > 0 || now < up;
-        assert_eq!(soc.is_core_stopped(), stands, "stands, seed {seed}, cycle {now}");
+        let stopped = model.held() || model.standing > 0 || now < up;
+        assert_eq!(soc.is_core_stopped(), stopped, "stopped, seed {seed}, cycle {now}");
         for reg in REGS {
             assert_eq!(soc.peek(reg, now), model.read(reg), "register {reg:02x}, seed {seed}, cycle {now}");
         }
         let mut act = Act::Nothing;
-        if !stands && model.asleep.is_none() && rest == 0 && rng.one_in(2) {
+        if !stopped && model.asleep.is_none() && rest == 0 && rng.one_in(2) {
             seen.0[0] += 1;
             act = if rng.one_in(8) { Act::Sleep } else { write(last, &mut rng) };
             last = act;

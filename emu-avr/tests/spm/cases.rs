@@ -96,7 +96,7 @@ const CASES: &str = "
     27.9.1 SPM after them                                 | 9:CSR=03 14:spm.100=0@7800 14:CSR?00
     27.9.1 SPM without SPMEN                              | 9:spm.100=0@7800 9:CSR?00
     27.9.1 other combinations have no effect              | 9:CSR=07 9:CSR?00 9:CSR=19 9:CSR?00 9:CSR=02 9:CSR?00 9:CSR=23 9:CSR?00
-    27.9.1 nor do they end one that stands                | 9:CSR=03 10:CSR=80 10:CSR?83 11:CSR=86 11:CSR?83 12:spm.100=0@7800 12:said?E100
+    27.9.1 nor do they end one in progress                | 9:CSR=03 10:CSR=80 10:CSR?83 11:CSR=86 11:CSR?83 12:spm.100=0@7800 12:said?E100
     27.9.1 a new one replaces it, with its own time       | 9:CSR=03 12:CSR=01 12:CSR?01 15:CSR?01 16:CSR?00
     27.8.1 page erase: 4.1 ms                             | 9:CSR=03 10:spm.1FE=0@7800 10:said?E180 10:CSR?43 10:busy?4110 4109:CSR?43 4110:CSR?40
     27.8.3 page write: words that were not loaded are FFFF | 1:CSR=01 2:spm.04=1234@7800 5:CSR=01 6:spm.7F=ABCD@7800 9:CSR=05 10:spm.100=0@7800 10:said?W100/64+2=1234+63=ABCD 10:CSR?45 4110:CSR?40

@@ -113,7 +113,7 @@ fn live(seed: u64, seen: &mut [u64; 5]) {
         }
         changed |= !out.is_empty();
         carry_out(&mut flash, &mut out, kind, &mut halted_until);
-        assert_eq!(t < halted_until, model.halted, "the core stands still, {}", at());
+        assert_eq!(t < halted_until, model.halted, "the core is stopped, {}", at());
         assert_eq!(dut.peek(SpmRegister::SPMCSR, t), model.spmcsr(), "SPMCSR, {}", at());
         let ready = model.spmie && model.busy.is_none() && model.armed.is_none() && model.eeprom == 0;
         assert_eq!(dut.interrupt_requests(), u8::from(ready), "interrupt, {}", at());

@@ -34,7 +34,7 @@ fn an_8_bit_timer_counts() {
         17.4.1 PSRSYNC restarts the prescaler              | 1:TCCRB=02 10:gtccr=01 18:TCNT?01 19:TCNT?02 27:TCNT?03
         17.4.1 TSM holds it                                | 1:TCCRB=02 10:gtccr=81 99:TCNT?01 100:gtccr=00 108:TCNT?01 109:TCNT?02
         17.4.1 clk/1 goes past it                          | 1:TCCRB=01 10:gtccr=81 20:TCNT?12
-        10.7   the clock stands in sleep                   | 1:TCCRB=01 10:sleep 99:TCNT?08 100:wake 100:TCNT?08 101:TCNT?09
+        10.7   the clock is stopped in sleep               | 1:TCCRB=01 10:sleep 99:TCNT?08 100:wake 100:TCNT?08 101:TCNT?09
         15.9   bits that are kept                          | 1:TCCRA=FF 2:TCCRB=FF 3:TCCRA?F3 3:TCCRB?0F 4:TIMSK=FF 5:TIMSK?07 6:TCCRC=FF 7:TCCRC?00 8:ICRL=FF 9:ICRL?00 9:ASSR?00
         11.2   reset                                       | 1:TCCRB=01 2:TCCRA=40 3:OCRA=09 4:TIMSK=07 20:OCA?1 21:reset 21:OCA?- 21:TCNT?00 21:TIFR?00 21:TIMSK?00 21:OCRA?00 21:TCCRB?00 99:TCNT?00
         ",

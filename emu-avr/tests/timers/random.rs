@@ -46,7 +46,7 @@ const LIVE: [TimerRegister; 4] = [TimerRegister::TIFR, TimerRegister::TCNTL, Tim
 struct Heard {
     drives: u64,
     flags: [u64; 6],
-    told: u64,
+    reported: u64,
     busy: u64,
     stale: u64,
 }
@@ -263,7 +263,7 @@ fn run(seed: u64, shape: TimerShape, cycles: u64, heard: &mut Heard) {
         } else if eager || rig.timer.next_cycle() <= t {
             rig.timer.run_due(t, &mut rig.out);
         }
-        let divider = rig.asleep.is_none_or(|(_, stands)| !stands);
+        let divider = rig.asleep.is_none_or(|(_, stopped)| !stopped);
         rig.model.tick(t, divider, write);
         for flag in [1, 2, 4, 8, 0x20] {
             if rig.model.rose & flag != 0 {
@@ -273,7 +273,7 @@ fn run(seed: u64, shape: TimerShape, cycles: u64, heard: &mut Heard) {
                 assert_eq!(at.is_some(), rig.listened >> irq & 1 == 1, "flag {flag:#x}, {}", place(&rig.model));
                 if let Some(at) = at {
                     rig.out.remove(at);
-                    heard.told += 1;
+                    heard.reported += 1;
                 }
             }
         }
@@ -348,7 +348,7 @@ fn check(from: u64, shapes: &[usize], lives: u64) -> Heard {
             run(from + seed * 8 + i as u64, SHAPES[i], cycles, &mut heard);
         }
     }
-    assert!(heard.drives > lives && heard.told > lives, "{heard:?}");
+    assert!(heard.drives > lives && heard.reported > lives, "{heard:?}");
     heard
 }
 

@@ -106,7 +106,7 @@ fn eight_percent_off_is_too_much() {
 }
 
 #[test]
-fn parity_of_the_wrong_kind_is_told() {
+fn parity_of_the_wrong_kind_is_reported() {
     let (_, got) = talk([(0, TXEN, 0x26, 2), (0, RXEN, 0x36, 2)], 0, 7);
     assert!(got.len() == WORDS && got.iter().all(|word| word.1 == 4), "{got:?}");
 }

@@ -210,9 +210,9 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
                     break format!("no sign of it for several periods, the program is at {}", at(self.cpu.pc()));
                 }
                 StopReason::Halted => break format!("the chip has halted at {}", at(self.cpu.pc())),
-                StopReason::Illegal { pc, word } => break format!("0x{word:04X} at {} is no instruction", at(pc)),
+                StopReason::Illegal { pc, word } => break format!("0x{word:04X} at {} is not an instruction", at(pc)),
                 StopReason::Fault { pc, fault } => break format!("{fault}, at {}", at(pc)),
-                StopReason::Probe => break "a stop that nobody asked for".to_owned(),
+                StopReason::Probe => break "a stop without a request".to_owned(),
             }
         };
         Err(ForeignMismatch::of_text(DifferenceKind::Stop, what.to_owned(), found))

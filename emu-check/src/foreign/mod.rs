@@ -94,7 +94,7 @@ pub fn check_foreign(
     }
     let eval = Evaluator::new(program).map_err(|refusal| vec![check_run::unsupported_diagnostic(program, &refusal)])?;
     let Some(chip) = find_chip(&options.mcu) else {
-        let cause = format!("{} is no chip on which images of others are checked", options.mcu);
+        let cause = format!("{} is not a chip on which images of others are checked", options.mcu);
         return Err(error(codes::NO_FOREIGN, &program.file, cause, "take a chip of the AVR, 8051 or PIC16 family"));
     };
     let Some(pace) = ScanPace::new(program, options, chip) else {
@@ -117,7 +117,7 @@ pub fn check_foreign(
 pub fn read_map(file: &str, bytes: &[u8]) -> Result<ImageMap, Diagnostic> {
     serde_json::from_slice(bytes).map_err(|error| {
         let hint = "give a map that `emu compile --map` wrote";
-        let cause = format!("is no map: {error}");
+        let cause = format!("is not a map: {error}");
         Diagnostic::new(Severity::Error, codes::NO_MAP, file, Pos::default(), cause, hint)
     })
 }

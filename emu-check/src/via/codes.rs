@@ -13,13 +13,13 @@ macro_rules! codes {
 
 codes! {
     NO_TOOL "EC040" "a compiler for the emitted source is not installed"
-        "--via compiles what --emit writes with a compiler from outside, found on the PATH: native and bytecode with gcc, c with avr-gcc or sdcc, arduino with avr-g++ and Debian's arduino-core-avr. The message names what was looked for and the package that has it.";
+        "--via compiles the output of --emit with an external compiler on the PATH: native and bytecode with gcc, c with avr-gcc or sdcc, arduino with avr-g++ and Debian's arduino-core-avr. The message gives the missing program and its package.";
     TOOL_FAILED "EC041" "a compiler refuses an emitted source"
-        "What --emit writes must compile without a warning. The message gives the compiler's first words. The fault is the emitter's: please report it with the program.";
+        "The output of --emit must compile without a warning. The message gives the first lines of the compiler. This is a fault of the emitter: please report it with the program.";
     NO_FILE "EC042" "a file for a compiler could not be written or read"
-        "Checks by way of a source put the source, the program made of it and what that tells into a folder of their own below the system's folder for temporary files. The message says which file failed and why.";
-    NO_WAY "EC043" "there is no such way to this chip"
-        "--via c compiles for ATmega48 to 328 with avr-gcc and for the 8051 family with sdcc, --via bytecode for the former, --via arduino for the ATmega328P, the chip of the boards. --via native runs on the computer itself, whatever chip is named.";
+        "A check with --via writes the source, the program made of it and its output to a new folder below the temporary folder of the system. The message gives the file and the reason.";
+    NO_WAY "EC043" "--via does not support this chip"
+        "--via c compiles for ATmega48 to 328 with avr-gcc and for the 8051 family with sdcc, --via bytecode for ATmega48 to 328, --via arduino for the ATmega328P, the chip of the boards. --via native runs on the computer itself, with any chip.";
     STOPPED "EC044" "a program made of an emitted source stopped early"
-        "The program was to tell the state after every scan and told less: it crashed, ran into no instruction, or took too long. The message says where it stopped. The fault is the emitter's: please report it with the program.";
+        "The program should report the state after every scan, but it stopped earlier: it crashed, executed an illegal instruction, or took too long. The message gives the place. This is a fault of the emitter: please report it with the program.";
 }

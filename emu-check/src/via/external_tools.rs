@@ -108,7 +108,7 @@ pub(super) fn run_compiler(
 /// Runs a compiled program with `input` on its standard input and returns its output. Output before a crash
 /// is returned, too.
 pub(super) fn run_with_input(program: &Path, input: &[u8], scratch: &ScratchFolder) -> Result<Vec<u8>, Diagnostic> {
-    let (input, output) = (scratch.write("told", input)?, scratch.at("answer"));
+    let (input, output) = (scratch.write("input", input)?, scratch.at("answer"));
     let open = fs::File::open(&input).map_err(|e| file_error(&input, &e))?;
     let file = fs::File::create(&output).map_err(|e| file_error(&output, &e))?;
     let ended = run_to_end(Command::new(program).stdin(open).stdout(file).stderr(Stdio::null()));

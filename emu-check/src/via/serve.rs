@@ -108,7 +108,7 @@ fn exchange(
         }
         rest = match rest.split_first() {
             Some((b'U', more)) => more,
-            _ => return Err(stopped_diagnostic(format!("program {n} did not end behind its last scan"))),
+            _ => return Err(stopped_diagnostic(format!("program {n} did not end after its last scan"))),
         };
         all.push(records);
     }
@@ -186,7 +186,7 @@ pub fn run_on_chip(
     if records.len() as u64 == script.scans() {
         return Ok(records);
     }
-    Err(stopped_diagnostic(format!("the chip told {} of {} scans", records.len(), script.scans())))
+    Err(stopped_diagnostic(format!("the chip reported {} of {} scans", records.len(), script.scans())))
 }
 
 /// True for the chips with GPIOR0 and GPIOR1 at the usual addresses.

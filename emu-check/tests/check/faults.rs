@@ -44,7 +44,7 @@ fn place(compiled: &CompiledProgram, place: &str) -> usize {
 }
 
 #[test]
-fn faults_are_told_for_what_they_are() {
+fn faults_are_reported_with_their_kind() {
     let program = common::rungs("faults.ld", RUNGS);
     for row in include_str!("faults.txt").lines().filter(|row| !row.starts_with('#')) {
         let [name, at, words, what, symbol, element] =

@@ -167,8 +167,8 @@ fn records_that_do_not_belong_together() {
         ("is there twice",       vec![record(&plan, 2, 3, 0), record(&plan, 1, 3, 0), record(&plan, 2, 3, 1)]),
     ];
     for (why, records) in cases {
-        let told = CampaignRecord::merge_shards(records).expect_err(why).to_string();
-        assert!(told.contains(why), "{told}");
+        let reported = CampaignRecord::merge_shards(records).expect_err(why).to_string();
+        assert!(reported.contains(why), "{reported}");
     }
 }
 
@@ -181,7 +181,7 @@ fn programs_are_valid_and_written_as_they_are() {
         let text = ladder::write(&drawn);
         let parsed = ladder::parse("fuzz.ld", &text).unwrap_or_else(|faults| panic!("{number}: {faults:?}\n{text}"));
         assert_eq!(ladder::write(&parsed.program), text, "{number}");
-        let wrong: Vec<_> = ladder::check(&parsed.program).into_iter().filter(|told| told.is_error()).collect();
+        let wrong: Vec<_> = ladder::check(&parsed.program).into_iter().filter(|reported| reported.is_error()).collect();
         assert!(wrong.is_empty(), "{number}: {wrong:?}\n{text}");
         *profiles.entry(profile).or_insert(0) += 1;
     }

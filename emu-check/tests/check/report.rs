@@ -84,11 +84,11 @@ fn maps_that_do_not_fit_are_refused() {
 #[test]
 fn progress_ends_with_all_scans() {
     let program = common::rungs("toggle.ld", TOGGLE);
-    let mut told = Vec::new();
+    let mut reported = Vec::new();
     let options = CheckOptions { scans: 200, ..CheckOptions::default() };
-    check(&program, &options, &mut |done, total| told.push((done, total))).expect("a report");
-    assert_eq!((told.first(), told.last()), (Some(&(0, 200)), Some(&(200, 200))));
-    assert!(told.is_sorted());
+    check(&program, &options, &mut |done, total| reported.push((done, total))).expect("a report");
+    assert_eq!((reported.first(), reported.last()), (Some(&(0, 200)), Some(&(200, 200))));
+    assert!(reported.is_sorted());
 }
 
 #[test]

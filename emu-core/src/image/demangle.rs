@@ -40,7 +40,8 @@ impl SourceName {
     }
 }
 
-/// What a name of the linker is in the language of the program; nothing for names that no compiler has mangled.
+/// What a name of the linker is in the language of the program; nothing for names that no compiler has
+/// mangled.
 #[must_use]
 pub(super) fn demangle(name: &str) -> Option<SourceName> {
     if name.len() > MAX_NAME || !name.starts_with("_Z") && !name.starts_with("_R") {

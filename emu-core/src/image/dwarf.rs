@@ -1,4 +1,5 @@
-//! Source lines out of the debugging information of ELF files: DWARF 2 to 5, parsed by `gimli`, and stabs (`stabs.rs`).
+//! Source lines out of the debugging information of ELF files: DWARF 2 to 5, parsed by `gimli`, and stabs
+//! (`stabs.rs`).
 //!
 //! ```text
 //!   .debug_info   units: where each has code, the folder of its compilation, its line program
@@ -65,13 +66,13 @@ pub(super) fn read_line_table(file: &str, bytes: &[u8]) -> LineTable {
     }
     let damaged = reader.fault.map(|fault| {
         let cause = format!("the debugging information is damaged, so source lines may be missing: {fault}");
-        warn(DAMAGED, cause, "build the program anew")
+        warn(DAMAGED, cause, "build the program again")
     });
     let (lines, fault) = stabs::read_stab_lines(&sections, &bytes, &mut reader.names, &mut reader.doubled);
     reader.lines.extend(lines);
     let stabs = fault.map(|fault| {
         let cause = format!("the debugging information (stabs) is damaged, so source lines may be missing: {fault}");
-        warn(DAMAGED_STABS, cause, "build the program anew")
+        warn(DAMAGED_STABS, cause, "build the program again")
     });
     let warnings = damaged.into_iter().chain(stabs).collect();
     let mut found = LineTable::from_lines(reader.lines, reader.names.folders, warnings);
@@ -91,7 +92,7 @@ struct LineProgram<'b> {
     /// Ranges of code of the units; empty if the units do not give any.
     ranges: Vec<Range<u64>>,
     /// Whether a unit gives ranges of code, even if they are empty.
-    told: bool,
+    has_ranges: bool,
     /// The units that refer to it.
     units: Vec<Unit<DwarfSlice<'b>>>,
 }
@@ -162,7 +163,7 @@ impl DwarfLineReader {
         most: &mut usize,
         low: &mut Vec<LowSequence>,
     ) -> Result<(), Error> {
-        let LineProgram { program, folder, ranges, told, .. } = program;
+        let LineProgram { program, folder, ranges, has_ranges, .. } = program;
         let mut files: HashMap<u64, Option<Arc<str>>> = HashMap::new();
         let mut rows = program.rows();
         let mut last: Option<InstructionRow> = None;
@@ -190,7 +191,7 @@ impl DwarfLineReader {
             if let Some(InstructionRow { addr: start, file, line, is_statement }) =
                 last.take().filter(|last| last.addr < addr)
             {
-                let known = !told || ranges.iter().any(|range| range.contains(&start));
+                let known = !has_ranges || ranges.iter().any(|range| range.contains(&start));
                 let name = files.entry(file).or_insert_with(|| self.file_name(dwarf, header, file, &folder));
                 if let (true, Some(file), Ok(at), Ok(len)) =
                     (known && line > 0, name, u32::try_from(start), u32::try_from(addr - start))
@@ -299,13 +300,13 @@ fn add_unit<'b>(
         program,
         folder: String::new(),
         ranges: Vec::new(),
-        told: false,
+        has_ranges: false,
         units: Vec::new(),
     });
     if ranges.is_some() || known.folder.is_empty() {
         known.folder = folder;
     }
-    known.told |= ranges.is_some();
+    known.has_ranges |= ranges.is_some();
     known.ranges.extend(ranges.unwrap_or_default());
     known.units.push(unit);
     Ok(())

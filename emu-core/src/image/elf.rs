@@ -231,7 +231,7 @@ fn read_elf(bytes: &[u8], spaces: &[ImageSpace], faults: &mut FaultList) -> Resu
     }
     placed.fill_half_words();
     if faults.is_empty() && !pieces.iter().any(|piece| piece.code) {
-        let cause = || format!("no executable section holds bytes ({} sections to load)", pieces.len());
+        let cause = || format!("no executable section contains bytes ({} sections to load)", pieces.len());
         faults.error("ELF010", Pos::default(), cause, "link a program, not only data");
     }
     let symbols = symbols(&sections, bytes, spaces, faults)?;
@@ -260,7 +260,7 @@ fn report_trouble(
             // No AVR program is loaded there, on any chip: the section is for other tools.
             if start >= AVR_AREAS.end.into() && !piece.code {
                 let hint = "programmers do not write it either; avr-objcopy -R removes it";
-                let cause = || format!("{span} where no AVR has a memory: left out");
+                let cause = || format!("{span} where no AVR has a memory: ignored");
                 return faults.note("ELF015", Pos::default(), cause, hint);
             }
             let cause = || format!("{span} outside the memories of the chip: {}", describe_spaces(spaces));
@@ -271,7 +271,7 @@ fn report_trouble(
                 let other = pieces.get(with.line as usize).map_or("", |piece| &piece.name);
                 format!("{name}: 0x{start:04X} to 0x{:04X} ({} bytes) overlaps {other}", end - 1, end - start)
             };
-            faults.error("ELF008", Pos::default(), cause, "mend the load addresses in the linker script");
+            faults.error("ELF008", Pos::default(), cause, "correct the load addresses in the linker script");
         }
     }
 }
@@ -293,7 +293,7 @@ fn pieces_from_sections<'b>(
         let name =
             sections.section_name(Le, section).map(lossy_text).unwrap_or_else(|_| "a section without name".to_owned());
         let Ok(data) = section.data(Le, bytes) else {
-            corrupt(faults, &format!("{name} goes beyond the end of the file"));
+            corrupt(faults, &format!("{name} extends beyond the end of the file"));
             continue;
         };
         let (offset, vaddr) = (section.sh_offset(Le), section.sh_addr(Le));
@@ -323,7 +323,7 @@ fn pieces_from_segments<'b>(
                 let (addr, code) = (u64::from(segment.p_paddr(Le)), segment.p_flags(Le) & PF_X != 0);
                 pieces.push(LoadPiece { name, addr, bytes: data, code });
             }
-            Err(()) => corrupt(faults, &format!("{name} goes beyond the end of the file")),
+            Err(()) => corrupt(faults, &format!("{name} extends beyond the end of the file")),
         }
     }
     pieces

@@ -86,7 +86,7 @@ impl<'f> FaultList<'f> {
                     "{more} more faults are not shown{}",
                     if self.stopped_reading { ", and the rest is not read" } else { "" }
                 ),
-                "mend the first ones and load the file again",
+                "fix the first ones and load the file again",
             ));
         }
         if refused { Err(all) } else { Ok(LoadedImage { image, warnings: all }) }

@@ -27,7 +27,7 @@ pub fn load_hex(file: &str, bytes: &[u8], spaces: &[ImageSpace]) -> Result<Loade
         spaces,
         base: Some(0),
         end: None,
-        told_of_end: false,
+        end_reported: false,
         start: None,
         outside: None,
     };
@@ -75,7 +75,7 @@ fn text_of_cpm<'b>(bytes: &'b [u8], faults: &mut FaultList) -> &'b [u8] {
     let kept = rest.iter().filter(|&&byte| !matches!(byte, 0 | 0x1A) && !byte.is_ascii_whitespace()).count();
     if kept > 0 {
         let line = text.iter().filter(|&&byte| byte == b'\n').count() as u32 + 1;
-        let cause = || format!("{} bytes behind the ^Z (0x1A) that ends the text are left out", rest.len() - 1);
+        let cause = || format!("{} bytes after the ^Z (0x1A) that ends the text are ignored", rest.len() - 1);
         faults.note("HEX009", Pos::new(line, 1, 1), cause, "they are the rest of an old sector, as CP/M leaves it");
     }
     text
@@ -89,7 +89,7 @@ fn is_text(bytes: &[u8], plain: &[u8], faults: &mut FaultList) -> bool {
         return false;
     }
     if bytes.starts_with(text::BYTE_ORDER_MARK) {
-        let cause = || "the byte order mark of UTF-8 in front of the file is left out".to_owned();
+        let cause = || "the byte order mark of UTF-8 at the start of the file is ignored".to_owned();
         faults.note("HEX014", Pos::new(1, 1, 1), cause, "save it as plain ASCII: programmers do not read the mark");
     }
     if plain.contains(&0) {
@@ -114,7 +114,7 @@ struct HexReader<'f> {
     base: Option<u32>,
     /// Line of the last end record.
     end: Option<u32>,
-    told_of_end: bool,
+    end_reported: bool,
     /// Start address and its line.
     start: Option<(u32, u32)>,
     outside: Option<OutsideRange>,
@@ -152,9 +152,9 @@ impl HexReader<'_> {
     }
 
     fn warn_after_end(&mut self, number: u32) {
-        let Some(end) = self.end.filter(|_| !self.told_of_end) else { return };
-        self.told_of_end = true;
-        let cause = || format!("the file goes on after the end record of line {end}");
+        let Some(end) = self.end.filter(|_| !self.end_reported) else { return };
+        self.end_reported = true;
+        let cause = || format!("the file continues after the end record of line {end}");
         let hint = "the end record is the last line; two joined files must be merged (srec_cat, mergehex)";
         self.faults.error("HEX009", Pos::new(number, 1, 1), cause, hint);
     }
@@ -165,7 +165,7 @@ impl HexReader<'_> {
             self.faults.error("HEX011", Pos::new(number, 1, 1), cause, "leave only one end record, as the last line");
         }
         self.end = Some(number);
-        self.told_of_end = false;
+        self.end_reported = false;
         self.base = Some(0);
     }
 
@@ -246,7 +246,7 @@ impl HexReader<'_> {
         let lines = if last_line > first.line { format!(" (to line {last_line})") } else { String::new() };
         // No AVR has such a memory, whatever its size: a linker keeps data for other tools there.
         if self.spaces.iter().any(|space| is_avr_elf_area(space.start)) && addr.start >= AVR_AREAS.end.into() {
-            let cause = || format!("{bytes} where no AVR has a memory{lines}: left out");
+            let cause = || format!("{bytes} where no AVR has a memory{lines}: ignored");
             let hint = "from here on an ELF file for an AVR has what other tools read; objcopy -R leaves it out";
             return self.faults.note("HEX026", first, cause, hint);
         }
@@ -306,17 +306,12 @@ impl HexReader<'_> {
                 WordBits::All => {}
                 WordBits::Only(bits) => self.faults.error("HEX024", pos, || cause(bits), &too_wide(bits)),
                 WordBits::Low(bits) => {
-                    self.faults.warning(
-                        "HEX025",
-                        pos,
-                        || cause(bits),
-                        "the upper bits are left out; write zeros there",
-                    );
+                    self.faults.warning("HEX025", pos, || cause(bits), "the upper bits are dropped; write zeros there");
                 }
             }
         }
         if self.faults.is_empty() && self.placed.is_empty() {
-            let cause = || "the file holds no data".to_owned();
+            let cause = || "the file contains no data".to_owned();
             self.faults.warning("HEX021", Pos::default(), cause, "check that the program was built");
         }
     }

@@ -53,7 +53,7 @@ pub(super) fn parse_line(text: &[u8], number: u32, faults: &mut FaultList) -> He
 pub(super) fn check_comment(text: &[u8], number: u32, faults: &mut FaultList) {
     let record = str::from_utf8(text).ok().and_then(|text| Record::from_record_string(&format!(":{text}")).ok());
     if record.is_some() {
-        let cause = || "a record behind a semicolon is left out".to_owned();
+        let cause = || "a record after a semicolon is ignored".to_owned();
         let hint = "write a colon in its place if it belongs to the program";
         faults.warning("HEX027", Pos::new(number, 1, text.len() as u32 + 1), cause, hint);
     }
@@ -72,7 +72,7 @@ fn digits<'t>(text: &'t [u8], indent: u32, line: u32, faults: &mut FaultList) ->
                 "HEX001",
                 Pos::new(line, indent + 1, width),
                 || starts_with(&junk),
-                "remove what stands before the colon",
+                "remove what precedes the colon",
             );
             (indent + width + 2, text.get(at + 1..)?)
         }
@@ -190,7 +190,7 @@ impl RecordDigits {
             if let Some(bad) = run.first().filter(|c| !c.is_ascii_hexdigit()) {
                 let hint = match bad {
                     ':' => "one record a line: the line break before this colon is lost",
-                    _ => "only 0 to 9 and A to F may stand after the colon",
+                    _ => "only 0 to 9 and A to F may follow the colon",
                 };
                 let pos = Pos::new(self.line, self.column + at, run.len() as u32);
                 faults.error("HEX002", pos, || format!("{bad:?} is not a hexadecimal digit"), hint);

@@ -7,10 +7,10 @@
 //!
 //! ```text
 //!   hex.rs   lines to records to addresses          elf.rs   sections to load addresses, symbols
-//!   hex_record.rs  one line and its faults                place.rs bytes into memories: outside, overlap, half words
+//!   hex_record.rs  one line and its faults          placement.rs  bytes into memories
 //!   omf51/   records of absolute object files for MCS-51
 //!   write.rs segments to HEX                        faults.rs the list of faults and its limit
-//!   codes.rs the table of codes                     symbols/ the files beside an image that SDCC and gputils write
+//!   codes.rs the table of codes                     symbols/ symbol files of SDCC, gputils and Keil
 //!   lines.rs source lines by address, and back      dwarf.rs those in ELF files
 //!   stabs.rs those that older compilers write for AVR
 //!   debug_info/ functions, variables and types of C in ELF files

@@ -2,11 +2,12 @@
 //!
 //! ```text
 //!   .stab     records of 12 bytes: offset of a text, type, unused, desc, value
-//!   .stabstr  the texts, by unit; a record of type 0 begins a unit and tells how long its texts are
+//!   .stabstr  the texts, by unit; a record of type 0 begins a unit and gives the length of its texts
 //! ```
 //!
-//! The format is that of the manual "STABS" of binutils; where it leaves open what a debugger makes of it, the rules are those of gdb
-//! (dbxread.c, stabsread.c, buildsym.c). `stabs/lines.rs` reads the lines, `debug_info/stabs.rs` functions, variables and types.
+//! The format is that of the manual "STABS" of binutils; where it leaves open what a debugger makes of it,
+//! the rules are those of gdb (dbxread.c, stabsread.c, buildsym.c). `stabs/lines.rs` reads the lines,
+//! `debug_info/stabs.rs` functions, variables and types.
 
 mod lines;
 
@@ -79,7 +80,7 @@ impl<'b> StabRecords<'b> {
     fn text(&mut self, offset: u32) -> &'b [u8] {
         let at = self.base.saturating_add(offset as usize);
         let Some(rest) = self.texts.get(at..) else {
-            self.fault.get_or_insert("a text lies outside of its section");
+            self.fault.get_or_insert("a text is outside of its section");
             return &[];
         };
         let text = rest.split(|byte| *byte == 0).next().unwrap_or_default();
@@ -139,7 +140,7 @@ pub(super) struct StabPosition {
 /// What a record of type SO does.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum UnitChange {
-    /// It tells the folder of the unit that begins.
+    /// It gives the folder of the unit that begins.
     Folder,
     /// A unit begins at an address.
     Begins(u32),
@@ -177,7 +178,8 @@ pub(super) fn split_name(text: &[u8]) -> Option<(&[u8], &[u8])> {
     }
 }
 
-/// A record of type FUN begins a function: its name. Others with that type tell of variables in program memory.
+/// A record of type FUN begins a function: its name. Others with that type tell of variables in program
+/// memory.
 pub(super) fn function_name(text: &[u8]) -> Option<(&[u8], &[u8])> {
     let (name, rest) = split_name(text)?;
     matches!(rest.first(), Some(b'f' | b'F')).then_some((name, rest.get(1..).unwrap_or_default()))

@@ -265,7 +265,7 @@ fn sections_that_others_make_are_accepted() {
     assert_eq!(loaded.image.segments[..2], flash);
     assert_eq!(loaded.image.end("eeprom"), 3);
     assert!(loaded.warnings.iter().all(|d| d.severity == Severity::Note));
-    let told: Vec<(&str, &str)> =
+    let reported: Vec<(&str, &str)> =
         loaded.warnings.iter().map(|d| (d.code, d.cause.split(" lies").next().unwrap_or_default())).collect();
     let wanted = [
         ("ELF015", ".user_signatures: 0x850000 to 0x850001 (2 bytes)"),
@@ -273,7 +273,7 @@ fn sections_that_others_make_are_accepted() {
         ("ELF009", ".data defines half a word: flash byte 0x0004 without 0x0005, which stays erased (0xFF)"),
         ("ELF009", ".boot defines half a word: flash byte 0x0011 without 0x0010, which stays erased (0xFF)"),
     ];
-    assert_eq!(told, wanted);
+    assert_eq!(reported, wanted);
 }
 
 /// Entries with the layout of simavr's avr_mcu_section.h, with zeros between them. A section that is cut off

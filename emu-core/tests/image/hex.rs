@@ -126,7 +126,7 @@ fn every_code_has_a_case() {
     tried.extend(["HEX020", "ELF009", "ELF011", "ELF015"].map(str::to_owned));
     let known: BTreeSet<String> = IMAGE_CODES.iter().map(|code| code.code.to_owned()).collect();
     assert_eq!(tried, known);
-    assert_eq!(known.len(), IMAGE_CODES.len(), "a code stands twice");
+    assert_eq!(known.len(), IMAGE_CODES.len(), "a code occurs twice");
     let docs = page("hex.md") + &page("elf.md");
     for code in IMAGE_CODES {
         assert!(!code.title.is_empty() && code.explain.len() > 60, "{}", code.code);
@@ -224,7 +224,7 @@ fn what_follows_the_end_of_a_text_of_cpm_is_left_out() {
         let loaded = load_hex("a.hex", text.as_bytes(), &spaces).expect("taken");
         loaded.warnings.iter().map(|d| format!("{} {} {}", d.pos.line, d.code, d.cause)).collect::<Vec<_>>().join("; ")
     };
-    let note = "3 HEX009 9 bytes behind the ^Z (0x1A) that ends the text are left out";
+    let note = "3 HEX009 9 bytes after the ^Z (0x1A) that ends the text are ignored";
     assert_eq!(load("\u{1A}:01000000"), note);
     assert_eq!(load("\u{1A}\u{1A}\0\r\n\0"), "");
     // A record that the ^Z cuts off is still a fault.

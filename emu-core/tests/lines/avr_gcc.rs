@@ -5,7 +5,7 @@ use std::process::Command;
 
 use emu_core::image::{ElfMachine, ImageSpace, SourceLines, load};
 
-use crate::{DIR, told};
+use crate::{DIR, line_of};
 
 /// Several files, functions that the linker drops, inline functions of headers, AVR-LibC.
 const SOURCE: &str = r#"
@@ -154,7 +154,7 @@ fn the_program_of_the_tests_is_what_its_sources_say() {
         let lines = SourceLines::from_elf(file, bytes);
         let starts = ["start", "put", "twice", "main"].map(|name| {
             let symbol = image.symbols.iter().find(|s| s.name == name).unwrap_or_else(|| panic!("{name}"));
-            told(&lines, symbol.addr).rsplit_once(':').map(|(file, _)| file.to_owned())
+            line_of(&lines, symbol.addr).rsplit_once(':').map(|(file, _)| file.to_owned())
         });
         let mut places: Vec<String> = lines.all_lines().iter().map(|l| format!("{}:{}", l.file, l.line)).collect();
         places.sort();

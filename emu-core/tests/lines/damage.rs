@@ -81,14 +81,14 @@ fn the_places_are_those_of_debugging_information() {
 fn cut_files() {
     for (name, _) in FILES {
         let file = input(name);
-        let mut told = 0;
+        let mut warned = 0;
         for end in 0..file.len() {
             let (lines, warnings) = ask(&file[..end]);
-            // The table of sections stands behind all debugging information, so a file without it has no lines.
+            // The table of sections follows all debugging information, so a file without it has no lines.
             assert!(lines == 0 || warnings == 0, "{name} {end}");
-            told += warnings;
+            warned += warnings;
         }
-        assert!(told > file.len() / 2, "{name} {told}");
+        assert!(warned > file.len() / 2, "{name} {warned}");
     }
 }
 
@@ -102,7 +102,7 @@ fn flipped_bits() {
 fn flip_bits(name: &str, debugging: std::ops::Range<u64>) {
     let file = input(name);
     let whole = ask(&file);
-    let (mut fewer, mut told) = (0, 0);
+    let (mut fewer, mut warned) = (0, 0);
     for seed in 0..6_000u64 {
         let mut rng = Rng::new(seed);
         let mut bytes = file.clone();
@@ -118,9 +118,9 @@ fn flip_bits(name: &str, debugging: std::ops::Range<u64>) {
         }
         let (lines, warnings) = ask(&bytes);
         fewer += usize::from(lines < whole.0);
-        told += usize::from(warnings > 0);
+        warned += usize::from(warnings > 0);
     }
-    assert!(fewer > 50 && told > 100, "{name} {fewer} {told}");
+    assert!(fewer > 50 && warned > 100, "{name} {fewer} {warned}");
 }
 
 /// Every bit flipped of the tables that are read, and one of each byte of the longer ones of stabs.

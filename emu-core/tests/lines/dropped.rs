@@ -14,7 +14,7 @@ use gimli::write::{
 use gimli::{Encoding, Format, LineEncoding, LittleEndian};
 
 use crate::elf::build_with;
-use crate::told;
+use crate::line_of;
 
 /// Flags of a section with code.
 const CODE: u32 = 6;
@@ -78,7 +78,7 @@ fn file(version: u16, functions: &[Function], symbols: &[(&str, u32)], entries: 
 
 /// The lines at some addresses; asserts that there are no warnings.
 fn at(lines: &SourceLines, addresses: &[u32]) -> String {
-    let found: Vec<String> = addresses.iter().map(|addr| told(lines, *addr).replace("main.rs:", "")).collect();
+    let found: Vec<String> = addresses.iter().map(|addr| line_of(lines, *addr).replace("main.rs:", "")).collect();
     assert_eq!(lines.warnings(), []);
     found.join(" ")
 }
@@ -98,7 +98,7 @@ fn dropped_functions_have_no_code() {
 }
 
 #[test]
-fn a_function_at_0_is_told_from_dropped_ones() {
+fn a_function_at_0_differs_from_dropped_ones() {
     // A program without a vector table: its own function starts at 0, where dropped functions seem to be too.
     let here: Function = ("start", None, 0, 0x20, 1);
     for functions in [[DROPPED[0], here, LIVE], [here, DROPPED[0], LIVE], [LIVE, DROPPED[0], here]] {
@@ -120,7 +120,7 @@ fn what_has_no_names_gives_way() {
 }
 
 #[test]
-fn the_highest_addresses_stand_for_none() {
+fn the_highest_addresses_mean_none() {
     for (version, highest) in [(4, 0xFFFF_FFFF), (5, 0xFFFF)] {
         for start in [highest, highest - 1] {
             let functions = [("unused", None, start, 0x40, 50), LIVE];

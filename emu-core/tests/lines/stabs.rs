@@ -5,7 +5,7 @@ use emu_core::image::{
 };
 
 use crate::elf::{build, build_with};
-use crate::told;
+use crate::line_of;
 
 const UNDF: u8 = 0;
 const GSYM: u8 = 0x20;
@@ -143,7 +143,7 @@ fn lines_count_from_their_functions() {
         (0x22, "a.c:10"),
         (0x26, "-"),
     ]);
-    rows.for_each(|(byte, line)| assert_eq!(told(&lines, byte), line, "{byte:#x}"));
+    rows.for_each(|(byte, line)| assert_eq!(line_of(&lines, byte), line, "{byte:#x}"));
     assert!(lines.is_doubled(0x20) && !lines.is_doubled(0x10) && !lines.is_doubled(0x22));
     assert_eq!((lines.folder("a.c"), lines.warnings()), (Some("/src"), &[][..]));
     let info = lines.debug_info();
@@ -152,7 +152,8 @@ fn lines_count_from_their_functions() {
     assert_eq!(info.unit_at(0x22), Some(("a.c", "/src")));
 }
 
-/// Where an assembler or an old compiler tells no ends, functions go on to the next one, to the end of the unit or by their symbols.
+/// Where an assembler or an old compiler gives no ends, functions extend to the next one, to the end of the
+/// unit or by their symbols.
 #[test]
 fn functions_without_ends() {
     let unit: [Record<'_>; 8] = [
@@ -169,7 +170,7 @@ fn functions_without_ends() {
         read(&[&unit, &[(SO, 0, 0x20, "b.s"), (SLINE, 5, 0x20, ""), (SLINE, 6, 0x22, ""), (SO, 0, 0x24, "")]], &[]);
     let ranges: Vec<_> = lines.debug_info().functions.iter().flat_map(|own| own.block.ranges.clone()).collect();
     assert_eq!(ranges, [0x10..0x18, 0x18..0x20]);
-    assert_eq!([0x1F, 0x20, 0x23, 0x24].map(|byte| told(&lines, byte)), ["a.c:2", "b.s:5", "b.s:6", "-"]);
+    assert_eq!([0x1F, 0x20, 0x23, 0x24].map(|byte| line_of(&lines, byte)), ["a.c:2", "b.s:5", "b.s:6", "-"]);
 }
 
 #[test]
@@ -285,7 +286,7 @@ fn types_are_those_of_the_program() {
         panic!("step")
     };
     assert_eq!(info.type_info(*to), Some(&CType::Function { result: None, parameters: vec![], prototyped: false }));
-    // What another unit tells, of this keyword.
+    // What another unit defines, for this keyword.
     let Some(CType::Pointer { to, .. }) = named("far").and_then(|of| info.type_info(of)) else { panic!("far") };
     assert_eq!(info.size(*to), Some(2));
     assert!(
@@ -295,9 +296,9 @@ fn types_are_those_of_the_program() {
     assert_eq!(of, Some(&CType::Qualified { word: "volatile", of: Some(typed(info, "unsigned char").0) }));
 }
 
-/// A header of two units is told in the first one; a number counts within its header.
+/// A header of two units is defined in the first one; a number counts within its header.
 #[test]
-fn headers_are_told_once() {
+fn headers_are_reported_once() {
     let byte = "unsigned char:t(0,2)=@s8;r(0,2);0;255;";
     let first: [Record<'_>; 6] = [
         (SO, 0, 0x10, "a.c"),
@@ -327,7 +328,7 @@ fn headers_are_told_once() {
 
 /// Records that all name one long text, and types that refer in circles, come to an end.
 #[test]
-fn nothing_goes_on_for_ever() {
+fn reading_always_ends() {
     let long = format!("{}\0", "(0,1)=*".repeat(20_000));
     let mut records = vec![0, 0, 0, 0, SO, 0, 0, 0, 0, 0, 0, 0];
     for _ in 0..20_000 {

@@ -7,7 +7,7 @@ use gimli::write::{
 use gimli::{Encoding, Format, LineEncoding, LittleEndian};
 
 use crate::elf::build;
-use crate::told;
+use crate::line_of;
 
 /// A program compiled in /src, from main.c, a file in a folder below, a system header, and a file whose
 /// absolute path is below /src. Its code is from 0x10 to 0x18 and from 0x40 to 0x44. The linker has dropped a
@@ -92,7 +92,7 @@ fn every_version_is_read() {
         for row in LINES.lines().filter(|row| !row.is_empty()) {
             let (addr, line) = row.split_once(' ').unwrap();
             let addr = u32::from_str_radix(&addr[2..], 16).unwrap();
-            assert_eq!(told(&lines, addr), line, "DWARF {version}, 0x{addr:x}, {:?}", lines.all_lines());
+            assert_eq!(line_of(&lines, addr), line, "DWARF {version}, 0x{addr:x}, {:?}", lines.all_lines());
         }
         assert_eq!(lines.warnings(), [], "DWARF {version}");
         assert_eq!(lines.folder("main.c"), Some("/src"));
@@ -124,7 +124,7 @@ fn every_version_is_read() {
 const ALL: &str = "/usr/include/delay.h, deep/far.c, main.c";
 
 #[test]
-fn what_is_no_dwarf_is_told() {
+fn invalid_dwarf_is_reported() {
     let codes = |file: &[u8]| {
         let lines = SourceLines::from_elf("a.elf", file);
         assert_eq!(lines.all_lines(), []);

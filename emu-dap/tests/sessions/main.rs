@@ -37,7 +37,7 @@ fn tables() -> Vec<PathBuf> {
 }
 
 /// A message in the format of a transcript.
-fn told(message: &Value) -> String {
+fn message_line(message: &Value) -> String {
     format!("< {}", message.to_string().replace(&root().display().to_string(), "..."))
 }
 
@@ -95,7 +95,7 @@ fn replay(file: &Path, answer: &mut dyn FnMut(&str) -> Vec<String>) -> Vec<Strin
     }
     finish(block.take(), &mut out);
     if std::env::var_os("EMU_BLESS").is_some() && out != text {
-        fs::write(file, out).expect("the table written anew");
+        fs::write(file, out).expect("the table written again");
     }
     differs
 }
@@ -112,18 +112,18 @@ fn session(file: &Path) -> Vec<String> {
             fields.entry("seq").or_insert(json!(seq));
             fields.entry("type").or_insert(json!("request"));
         }
-        let mut found: Vec<String> = adapter.handle(&request).iter().map(told).collect();
+        let mut found: Vec<String> = adapter.handle(&request).iter().map(message_line).collect();
         if kind == "&" {
-            found.extend(adapter.run_slice(&mut || false).iter().map(told));
+            found.extend(adapter.run_slice(&mut || false).iter().map(message_line));
             return found;
         }
         let mut slices = 0;
         while adapter.is_running() && slices < PATIENCE {
-            found.extend(adapter.run_slice(&mut || true).iter().map(told));
+            found.extend(adapter.run_slice(&mut || true).iter().map(message_line));
             slices += 1;
         }
         if slices == PATIENCE {
-            found.push("! it does not stand".to_owned());
+            found.push("! it did not stop".to_owned());
         }
         found
     })
@@ -140,7 +140,7 @@ fn served(line: &str) -> Vec<String> {
     while let emu_dap::framing::IncomingMessage::Message(message) =
         emu_dap::framing::read_message(&mut output).expect("frames")
     {
-        found.push(told(&message));
+        found.push(message_line(&message));
     }
     found.extend(ended.err().map(|why| format!("! {why}")));
     found

@@ -12,13 +12,13 @@ pub enum CodError {
         most: usize,
     },
     /// Text follows an expression.
-    #[error("`{rest}` behind the expression")]
+    #[error("`{rest}` after the expression")]
     TrailingText {
         /// The text.
         rest: String,
     },
     /// A message is not a command.
-    #[error("`{text}` is no command")]
+    #[error("`{text}` is not a command")]
     UnknownCommand {
         /// The message.
         text: String,
@@ -56,7 +56,7 @@ pub enum CodError {
     #[error("the expression is nested too deeply")]
     NestedTooDeeply,
     /// Digits are not a number.
-    #[error("`{digits}` is no number{}", .radix.map_or(String::new(), |radix| format!(" to the base {radix}")))]
+    #[error("`{digits}` is not a number{}", .radix.map_or(String::new(), |radix| format!(" to the base {radix}")))]
     BadNumber {
         /// The digits.
         digits: String,
@@ -64,7 +64,7 @@ pub enum CodError {
         radix: Option<u32>,
     },
     /// A text is used where another value is expected.
-    #[error("a text is no {wanted}")]
+    #[error("a text is not {} {wanted}", crate::input_error::article(wanted))]
     TextIsNo {
         /// The expected kind of value, such as `address`.
         wanted: &'static str,

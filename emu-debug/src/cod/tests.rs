@@ -49,8 +49,8 @@ fn waves_are_what_a_ticking_one_is() {
             wave.set(at, level);
         }
         let levels = ticked_wave(&wave, &points, 300);
-        let told: Vec<i64> = (0..300).map(|cycle| wave.at(cycle)).collect();
-        assert_eq!(told, levels, "seed {seed:#x} turn {turn}: {wave:?}");
+        let sampled: Vec<i64> = (0..300).map(|cycle| wave.at(cycle)).collect();
+        assert_eq!(sampled, levels, "seed {seed:#x} turn {turn}: {wave:?}");
         // No change is missed between two announced times.
         for cycle in 0..299 {
             let next = wave.next(cycle).unwrap_or(u64::MAX);

@@ -75,7 +75,7 @@ impl SimavrPeer {
         let place = SocketAddr::from((Ipv4Addr::LOCALHOST, PORT));
         // Another program that listens there would be mistaken for it.
         TcpListener::bind(place)
-            .map_err(|error| invalid_answer(format!("port {PORT}, at which it listens, is taken: {error}")))?;
+            .map_err(|error| invalid_answer(format!("port {PORT}, at which it listens, is in use: {error}")))?;
         let chip = equivalent_chip(start.chip).unwrap_or(start.chip);
         let mut command = Command::new(start.program);
         command.args(["-g", "-m", chip, "-f", &start.hz.to_string(), start.hex]).current_dir(start.folder);

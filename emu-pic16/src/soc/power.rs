@@ -146,7 +146,7 @@ enum PowerPhase {
     Runs,
     /// Standby, until a wake-up.
     Standby,
-    /// Waits for the start-up timers up to the clock `until`. `woken`: None after a reset, true by the watchdog.
+    /// Waits for the start-up timers until clock `until`. `woken`: None after a reset, true by the watchdog.
     Starts { until: u64, woken: Option<bool> },
     /// Held in reset by the reset pin or by the supply.
     Held,

@@ -67,7 +67,7 @@ fn check(line: &str) -> Result<(), String> {
     };
     let (done, seen) = (items(done), items(seen));
     let register = |name: &str| Sfr::ALL.iter().copied().find(|r| r.name() == name).unwrap();
-    let (mut told, mut wrong) = (Vec::new(), Vec::new());
+    let (mut reported, mut wrong) = (Vec::new(), Vec::new());
     for t in 0..=done.iter().chain(&seen).map(|i| i.0).max().unwrap_or(0) {
         let mut out = Pic16Outbox::new();
         let mut written = false;
@@ -83,7 +83,7 @@ fn check(line: &str) -> Result<(), String> {
             eeprom.run_due(t, &mut out);
         }
         answer(&mut eeprom, &out, 0);
-        told.extend(out.iter().map(|s| format!("{t} {}", text(s))));
+        reported.extend(out.iter().map(|s| format!("{t} {}", text(s))));
         for (_, what, value) in seen.iter().filter(|i| i.0 == t) {
             let Some(value) = value else { continue };
             let got = match what.strip_prefix('@') {
@@ -96,8 +96,8 @@ fn check(line: &str) -> Result<(), String> {
         }
     }
     let expected: Vec<String> = seen.iter().filter(|i| i.2.is_none()).map(|i| format!("{} {}", i.0, i.1)).collect();
-    if told != expected {
-        wrong.push(format!("signals {told:?}, not {expected:?}"));
+    if reported != expected {
+        wrong.push(format!("signals {reported:?}, not {expected:?}"));
     }
     if wrong.is_empty() { Ok(()) } else { Err(wrong.join("; ")) }
 }

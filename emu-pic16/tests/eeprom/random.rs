@@ -52,11 +52,11 @@ fn live(seed: u64, cycles: u64) -> [usize; 3] {
     let mut eeprom =
         Pic16Eeprom::new(kind, &bytes, write, FlashAccess { words: 0x800, writable: first..0x800, clocks });
     let mut model = Model::new(kind, &bytes, write, clocks, first);
-    let (mut told, mut expected) = (Pic16Outbox::new(), Pic16Outbox::new());
+    let (mut reported, mut expected) = (Pic16Outbox::new(), Pic16Outbox::new());
     let mut script: Vec<Option<(Sfr, u8)>> = Vec::new();
     let mut steady = Vec::new();
     for t in 0..4 * cycles {
-        let (from, known) = (told.len(), expected.len());
+        let (from, known) = (reported.len(), expected.len());
         let mut fresh = Pic16Outbox::new();
         if t > 0 {
             model.tick(t, &mut fresh);
@@ -77,16 +77,16 @@ fn live(seed: u64, cycles: u64) -> [usize; 3] {
         }
         let write = if cycle { script.remove(0) } else { None };
         if write.is_none() && eeprom.next_clock() <= t {
-            eeprom.run_due(t, &mut told);
+            eeprom.run_due(t, &mut reported);
             assert!(!fresh.is_empty(), "seed {seed:#x}: nothing was due at {t}");
         }
         if cycle {
             model.cycle(write, t, &mut fresh);
         }
         if let Some((reg, value)) = write {
-            eeprom.write(reg, value, t, &mut told);
+            eeprom.write(reg, value, t, &mut reported);
         }
-        super::answer(&mut eeprom, &told, from);
+        super::answer(&mut eeprom, &reported, from);
         let mut disturbed = write.is_some();
         if rng.one_in(4000) {
             disturbed = true;
@@ -95,11 +95,11 @@ fn live(seed: u64, cycles: u64) -> [usize; 3] {
             eeprom.reset(power_on, t);
             script.clear();
         } else if rng.one_in(1000) {
-            eeprom.stop_clock(t, &mut told);
-            eeprom.restart_clock(t, &mut told);
+            eeprom.stop_clock(t, &mut reported);
+            eeprom.restart_clock(t, &mut reported);
         }
         expected.extend(fresh);
-        assert_eq!(told[from..], expected[known..], "seed {seed:#x}, {kind:?}, at {t}");
+        assert_eq!(reported[from..], expected[known..], "seed {seed:#x}, {kind:?}, at {t}");
         let mut seen: Vec<(Sfr, u8)> = [Sfr::EEDATA, Sfr::EEADR, Sfr::EEDATH, Sfr::EEADRH]
             .into_iter()
             .map(|reg| (reg, model.regs[reg.name()]))
@@ -122,7 +122,7 @@ fn live(seed: u64, cycles: u64) -> [usize; 3] {
             assert_eq!(model.cells[&(n as u8)], *byte, "seed {seed:#x}: cell {n} at {t}");
         }
     }
-    let count = |f: fn(&Pic16Signal) -> bool| told.iter().filter(|s| f(s)).count();
+    let count = |f: fn(&Pic16Signal) -> bool| reported.iter().filter(|s| f(s)).count();
     [
         count(|s| matches!(s, Pic16Signal::Flag { .. })),
         count(|s| matches!(s, Pic16Signal::FlashWrite { .. } | Pic16Signal::FlashProgram { .. })),

@@ -69,7 +69,7 @@ fn a_run_goes_round() {
 
 /// CALL from the last word, and a skip over the end.
 #[test]
-fn what_stands_at_the_end() {
+fn the_last_word_of_memory() {
     for &(name, words) in SIZES {
         let mut cpu = machine(name, 1);
         put_word(&mut cpu, words - 1, word("call 0x010"));
@@ -148,7 +148,7 @@ impl Probe for Shown {
 /// The counter reaches the breakpoint by wrapping at 1FFFh: its instruction is shown once, when it is
 /// executed.
 #[test]
-fn a_trap_at_0_behind_the_end() {
+fn a_trap_at_0_after_the_end() {
     let mut cpu = machine_with("pic16f877", 1, &[word("nop"); 0x2000]);
     cpu.set_breakpoint(0, true);
     cpu.set_pc(0x1FFE);

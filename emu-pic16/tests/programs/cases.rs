@@ -107,7 +107,7 @@ fn judge(case: &Case) -> Vec<String> {
             Some(cycle) => {
                 stop = pic.run(cycle, &mut log);
                 if pic.cycle() != cycle {
-                    wrong.push(format!("cycle {cycle} is no boundary, {} is; {stop:?}", pic.cycle()));
+                    wrong.push(format!("cycle {cycle} is not a boundary, {} is; {stop:?}", pic.cycle()));
                 }
                 items.remove(0);
             }

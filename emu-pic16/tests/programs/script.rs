@@ -132,7 +132,7 @@ impl Program {
         let words: Vec<&str> = line.split_whitespace().collect();
         let wire = |wire: &str| pin(self.part, wire).unwrap_or_else(|| panic!("{name}: no pin {wire}"));
         let millivolts = |text: &str| {
-            let (at, value) = text.split_once('=').unwrap_or_else(|| panic!("{name}: {text} is no voltage"));
+            let (at, value) = text.split_once('=').unwrap_or_else(|| panic!("{name}: {text} is not a voltage"));
             (number(name, at), number(name, value) as u32)
         };
         match words[..] {
@@ -179,7 +179,7 @@ impl Program {
 
 fn number(name: &str, text: &str) -> u64 {
     let hex = text.strip_prefix("0x").map(|h| u64::from_str_radix(h, 16));
-    hex.unwrap_or_else(|| text.parse()).unwrap_or_else(|_| panic!("{name}: {text} is no number"))
+    hex.unwrap_or_else(|| text.parse()).unwrap_or_else(|_| panic!("{name}: {text} is not a number"))
 }
 
 /// Returns the program's bytes from address 0 on, with zeros in gaps, and its labels by word address.

@@ -57,7 +57,7 @@ fn register(name: &str) -> Sfr {
         "con2" => Sfr::SSPCON2,
         "add" => Sfr::SSPADD,
         "stat" => Sfr::SSPSTAT,
-        _ => panic!("{name} is no register"),
+        _ => panic!("{name} is not a register"),
     }
 }
 

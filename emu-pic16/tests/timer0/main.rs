@@ -61,7 +61,7 @@ fn check(line: &str) -> Result<(), String> {
             timer.run_due(t, &mut out);
         }
     }
-    let told: Vec<(u64, &str)> = out
+    let reported: Vec<(u64, &str)> = out
         .iter()
         .map(|s| match s {
             Pic16Signal::Flag { t, flag: InterruptFlag::T0IF } => (*t, "T0IF"),
@@ -70,8 +70,8 @@ fn check(line: &str) -> Result<(), String> {
         })
         .collect();
     let expected: Vec<(u64, &str)> = seen.iter().filter(|i| i.2.is_none()).map(|i| (i.0, i.1.as_str())).collect();
-    if told != expected {
-        wrong.push(format!("signals {told:?}, not {expected:?}"));
+    if reported != expected {
+        wrong.push(format!("signals {reported:?}, not {expected:?}"));
     }
     if wrong.is_empty() { Ok(()) } else { Err(wrong.join("; ")) }
 }

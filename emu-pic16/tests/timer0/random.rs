@@ -15,7 +15,7 @@ fn live(seed: u64, clocks: u64) -> usize {
     let period = if wdtcon { period * 16 } else { period };
     let mut timer = Timer0::new(wdte, period, wdtcon);
     let mut model = Model::new(wdte, period, wdtcon);
-    let (mut told, mut expected) = (Pic16Outbox::new(), Pic16Outbox::new());
+    let (mut reported, mut expected) = (Pic16Outbox::new(), Pic16Outbox::new());
     // Some executions have many writes, some few; in some T0CKI is fast.
     let (busy, pins) = (4 + rng.below(200), 1 + rng.below(60));
     let mut pin = false;
@@ -34,18 +34,18 @@ fn live(seed: u64, clocks: u64) -> usize {
         let before = expected.len();
         model.arrive(t, matches!(write, Some((Sfr::TMR0, _))), &mut expected);
         if write.is_none() && timer.next_clock() <= t {
-            timer.run_due(t, &mut told);
+            timer.run_due(t, &mut reported);
             assert!(expected.len() > before, "seed {seed:#x}: nothing was due at {t}");
         }
         let mut disturbed = write.is_some();
         if let Some((reg, value)) = write {
-            timer.write(reg, value, t, &mut told);
+            timer.write(reg, value, t, &mut reported);
             model.write(reg, value, t, &mut expected);
         }
         if rng.one_in(pins) {
             disturbed = true;
             pin = !pin;
-            timer.on_line_changed(Pic16Line::T0cki, pin, t, &mut told);
+            timer.on_line_changed(Pic16Line::T0cki, pin, t, &mut reported);
             model.pin(pin);
         }
         if cycle && rng.one_in(300) {
@@ -56,27 +56,27 @@ fn live(seed: u64, clocks: u64) -> usize {
                     model.reset();
                 }
                 (1..5, false) => {
-                    timer.clear_watchdog(t, &mut told);
+                    timer.clear_watchdog(t, &mut reported);
                     model.clear();
                 }
                 (_, false) => {
-                    timer.stop_clock(t, &mut told);
+                    timer.stop_clock(t, &mut reported);
                     model.asleep = true;
                 }
                 (_, true) => {
-                    timer.restart_clock(t, &mut told);
+                    timer.restart_clock(t, &mut reported);
                     model.clear();
                     model.asleep = false;
                 }
             }
         }
-        assert_eq!(told, expected, "seed {seed:#x} at {t}");
+        assert_eq!(reported, expected, "seed {seed:#x} at {t}");
         if cycle {
             for (reg, value) in [(Sfr::TMR0, model.tmr0), (Sfr::OPTION, model.option), (Sfr::WDTCON, model.wdtcon)] {
                 assert_eq!(timer.peek(reg, t), value, "seed {seed:#x}: {} at {t}", reg.name());
             }
         }
-        if disturbed || told.len() > before {
+        if disturbed || reported.len() > before {
             promised = timer.next_clock();
             steady = (timer.steady_until(Sfr::TMR0, t), model.tmr0);
         } else {
@@ -89,7 +89,7 @@ fn live(seed: u64, clocks: u64) -> usize {
         }
         model.tick(t);
     }
-    told.len()
+    reported.len()
 }
 
 #[test]
@@ -100,24 +100,24 @@ fn random_lives_agree_with_the_ticked_model() {
 }
 
 #[test]
-fn a_long_quiet_run_in_one_call_tells_everything() {
+fn a_long_quiet_run_in_one_call_reports_everything() {
     for seed in 0..40 {
         let mut rng = Rng::new(seed);
         let period = 500 + rng.below(5000);
         let mut timer = Timer0::new(true, period, false);
         let mut model = Model::new(true, period, false);
-        let (mut told, mut expected) = (Pic16Outbox::new(), Pic16Outbox::new());
+        let (mut reported, mut expected) = (Pic16Outbox::new(), Pic16Outbox::new());
         let option = rng.next_u64() as u8 & 0x0B;
         for t in 0..60_000 {
             model.arrive(t, false, &mut expected);
             if t == 8 {
                 model.write(Sfr::OPTION, option, t, &mut expected);
-                timer.write(Sfr::OPTION, option, t, &mut told);
+                timer.write(Sfr::OPTION, option, t, &mut reported);
             }
             model.tick(t);
         }
-        timer.run_due(59_999, &mut told);
-        assert_eq!(told, expected, "seed {seed}");
-        assert!(!told.is_empty(), "seed {seed}");
+        timer.run_due(59_999, &mut reported);
+        assert_eq!(reported, expected, "seed {seed}");
+        assert!(!reported.is_empty(), "seed {seed}");
     }
 }

@@ -125,7 +125,7 @@ fn the_cursor_sets_breakpoints_and_deletes_them() {
 }
 
 #[test]
-fn it_runs_as_long_as_it_is_told() {
+fn it_runs_for_the_requested_time() {
     let mut screen = screen();
     after(&mut screen, "space wait:500ms", AREA);
     assert!(screen.is_moving());

@@ -87,7 +87,7 @@ pub(super) fn update<M: DebuggedMachine>(screen: &mut DebuggerScreen<M>, key: Sc
         ScreenKey::Home | ScreenKey::Escape => (screen.cursor, screen.line) = (None, None),
         ScreenKey::Char(c) => match key_commands(screen).find(|(key, _)| *key == c) {
             Some((_, command)) => return run_command(screen, command),
-            None => screen.last_message = (format!("no key `{c}`; ? tells the keys"), true),
+            None => screen.last_message = (format!("no key `{c}`; ? lists the keys"), true),
         },
         _ => {}
     }

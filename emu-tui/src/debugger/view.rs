@@ -73,11 +73,11 @@ struct PaneAreas {
 fn pane_areas(area: Rect, sight: &DebuggerSnapshot) -> PaneAreas {
     let bottom = area.y + area.height;
     let keys = Rect { y: bottom - 1, height: 1, ..area };
-    let told_height = MESSAGE_LINES.min(area.height / 8).max(1);
-    let told = Rect { y: keys.y - told_height, height: told_height, ..area };
+    let message_height = MESSAGE_LINES.min(area.height / 8).max(1);
+    let message_area = Rect { y: keys.y - message_height, height: message_height, ..area };
     let wanted = u16::try_from(sight.traces.len()).unwrap_or(u16::MAX).saturating_add(1);
     let wave_height = if sight.traces.is_empty() { 0 } else { wanted.min(area.height / 5) };
-    let wave = Rect { y: told.y - wave_height, height: wave_height, ..area };
+    let wave = Rect { y: message_area.y - wave_height, height: wave_height, ..area };
     let middle = Rect { y: area.y + 1, height: wave.y - area.y - 1, ..area };
     let (left, right) = if area.width >= WIDE_FROM {
         let right = (area.width * 2 / 5).clamp(28, 42);
@@ -97,7 +97,7 @@ fn pane_areas(area: Rect, sight: &DebuggerSnapshot) -> PaneAreas {
     let rows = rows.min(right.height.saturating_sub(pins.min(3)));
     let registers = Rect { height: rows, ..right };
     let pins = Rect { y: right.y + rows, height: right.height - rows, ..right };
-    PaneAreas { code, lower, registers, pins, wave, message: told, keys }
+    PaneAreas { code, lower, registers, pins, wave, message: message_area, keys }
 }
 
 /// Bytes of memory per row.

@@ -61,7 +61,7 @@ fn a_pulse_lasts_for_one_scan() {
 }
 
 #[test]
-fn back_behind_a_pulse_it_is_over() {
+fn a_pulse_is_over_after_a_step_back() {
     let mut panel = panel();
     after(&mut panel, "! space*3 b*2");
     assert_eq!((scans(&panel), value(&panel, "Xa"), value(&panel, "Ya")), (1, 0, 1));

@@ -76,7 +76,7 @@ pub(super) fn update(panel: &mut LadderPanel, key: ScreenKey, area: Rect) -> Vie
         ScreenKey::Escape | ScreenKey::Enter | ScreenKey::Backspace => {}
         ScreenKey::Char(c) => toggle_switch(panel, c),
         ScreenKey::Alt(c) => pulse_switch(panel, c),
-        ScreenKey::Ctrl(c) => set_message(panel, &format!("no key Ctrl-{c}; ? tells the keys")),
+        ScreenKey::Ctrl(c) => set_message(panel, &format!("no key Ctrl-{c}; ? lists the keys")),
     }
     ViewRequest::Continue
 }
@@ -87,7 +87,7 @@ fn handle_prompt_key(panel: &mut LadderPanel, key: ScreenKey) {
     match key {
         ScreenKey::Enter => {
             panel.last_message = match prompt::run_command(panel, &line) {
-                Ok(told) => (told, false),
+                Ok(message) => (message, false),
                 Err(error) => (error.to_string(), true),
             };
             return;
@@ -141,7 +141,7 @@ fn toggle_switch(panel: &mut LadderPanel, key: char) {
     } else if SWITCH_KEYS.contains(key) {
         set_message(panel, &format!("no input under `{key}`: there are {}", panel.inputs().count()));
     } else {
-        set_message(panel, &format!("no key `{key}`; ? tells the keys"));
+        set_message(panel, &format!("no key `{key}`; ? lists the keys"));
     }
 }
 

@@ -218,10 +218,10 @@ fn draw_parts(panel: &LadderPanel, paper: &mut PaneArea<'_>, look: ScreenStyle) 
 }
 
 fn draw_footer(panel: &LadderPanel, paper: &mut PaneArea<'_>, look: ScreenStyle) {
-    let (told, wrong) = &panel.last_message;
+    let (message, wrong) = &panel.last_message;
     match &panel.prompt {
         Some(line) => style::draw_prompt(paper, line, look),
-        None if told.is_empty() => style::draw_keys(paper, &KEYS, look),
-        None => _ = paper.put(0, 0, told, if *wrong { look.wrong() } else { look.text() }),
+        None if message.is_empty() => style::draw_keys(paper, &KEYS, look),
+        None => _ = paper.put(0, 0, message, if *wrong { look.wrong() } else { look.text() }),
     }
 }

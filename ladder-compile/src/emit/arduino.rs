@@ -78,7 +78,7 @@ pub fn emit(program: &LadderProgram, options: &SketchOptions) -> Result<ArduinoS
     let mut notes = Vec::new();
     let pins = pins::assign_pins(program, &options.pins, &BOARD_TARGET, &mut notes);
     if let Some(hz) = ir.pwm_hz.filter(|hz| u64::from(*hz) * 20 > CLOCK_HZ) {
-        let cause = format!("SET_PWM asks for {hz} Hz, a board of 16 MHz makes at most {} Hz", CLOCK_HZ / 20);
+        let cause = format!("SET_PWM requests {hz} Hz, a board of 16 MHz makes at most {} Hz", CLOCK_HZ / 20);
         let at = Pos::default();
         notes.push(Diagnostic::new(Severity::Error, codes::PWM, &program.file, at, cause, "choose a lower frequency"));
     }

@@ -22,7 +22,7 @@ fn random_programs_mean_the_same() {
         let program =
             ladder::parse("random.ld", &text).unwrap_or_else(|e| panic!("seed {seed}: {e:?}\n{text}")).program;
         // Elements after one that must be last (LD102) are still defined.
-        if ladder::check(&program).iter().any(|told| told.is_error() && told.code != "LD102") {
+        if ladder::check(&program).iter().any(|reported| reported.is_error() && reported.code != "LD102") {
             continue;
         }
         accepted += 1;

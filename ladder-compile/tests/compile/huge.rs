@@ -47,12 +47,12 @@ fn nothing_is_a_fault_of_the_compiler() {
             for optimise in [true, false] {
                 let outcome =
                     compile(&program, &CompileOptions { mcu: mcu.to_owned(), optimise, ..CompileOptions::default() });
-                let Err(told) = outcome else { continue };
-                for one in &told {
+                let Err(reported) = outcome else { continue };
+                for one in &reported {
                     assert!(EXPECTED.contains(&one.code), "{name} on {mcu}, optimised {optimise}: {one}");
                 }
                 // A refusal for size names the largest rungs.
-                let full = told.iter().find(|one| one.code == "LC030");
+                let full = reported.iter().find(|one| one.code == "LC030");
                 assert!(
                     full.is_none_or(|one| one.to_string().contains("; most in rung ")),
                     "{name} on {mcu}: {full:?}"

@@ -80,7 +80,7 @@ impl Pic16Image {
 
     fn set(&mut self, name: &str, value: i32) {
         let found = self.map.symbols.iter().find(|s| s.name == name).expect("a symbol").place.clone();
-        let CellLocation::Word { addr, .. } = found else { panic!("{name} is no integer") };
+        let CellLocation::Word { addr, .. } = found else { panic!("{name} is not an integer") };
         for (addr, byte) in (addr..).zip((value as i16).to_le_bytes()) {
             assert!(self.cpu.poke("data", addr, byte));
         }
@@ -372,7 +372,7 @@ fn what_the_chip_cannot_do_is_refused_with_the_figures() {
 }
 
 #[test]
-fn an_open_drain_is_told() {
+fn an_open_drain_is_reported() {
     let compiled = compiled(&format!("{HEAD}RUNG\nCONTACTS Xa 0\nCOIL Yb 0 0 0\nEND\n"), "pic16f873", &[("Yb", "RA4")]);
     let notes: Vec<String> = compiled.notes.iter().map(ToString::to_string).collect();
     assert!(notes.iter().any(|note| note.contains("open drain")), "{notes:?}");
@@ -380,7 +380,7 @@ fn an_open_drain_is_told() {
 
 /// Clock in Hz, chip, configuration words: FOSC by the clock, no watchdog, no LVP, no protection.
 #[test]
-fn configuration_words_stand_in_the_hex_file() {
+fn configuration_words_are_in_the_hex_file() {
     #[rustfmt::skip]
     let cases: &[(&str, u64, u32, &[u16])] = &[
         ("pic16f873",   4_000_000, 10_000, &[0x3F71]),

@@ -16,15 +16,15 @@ fn every_refusal_says_what_the_table_says() {
                 None => panic!("{name}: `{word}`"),
             }
         }
-        let told = match compile(&program(&unfold(text)), &options) {
+        let reported = match compile(&program(&unfold(text)), &options) {
             Ok(compiled) => compiled.notes,
             Err(errors) => errors,
         };
-        let told: Vec<String> = told.iter().map(ToString::to_string).collect();
+        let reported: Vec<String> = reported.iter().map(ToString::to_string).collect();
         let wanted: Vec<&str> = wanted.lines().collect();
-        assert_eq!(told.len(), wanted.len(), "{name}: {}", told.join("\n"));
-        for (told, wanted) in told.iter().zip(wanted) {
-            assert!(told.contains(wanted), "{name}: wanted `{wanted}`, told `{told}`");
+        assert_eq!(reported.len(), wanted.len(), "{name}: {}", reported.join("\n"));
+        for (reported, wanted) in reported.iter().zip(wanted) {
+            assert!(reported.contains(wanted), "{name}: wanted `{wanted}`, reported `{reported}`");
         }
     }
 }

@@ -51,7 +51,7 @@ fn symbols_are_those_of_the_model_and_values_are_cut_to_their_kind() {
 }
 
 #[test]
-fn a_watcher_is_told_every_element_but_comments_in_text_order() {
+fn a_watcher_gets_every_element_but_comments_in_text_order() {
     let comment = || leaf(Element::Comment("remark".to_owned()));
     let program = program(vec![
         vec![comment()],
@@ -150,7 +150,7 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
         (Element::UartSend { name: name(), rest: Some((1, 1)) },                    "1 byte(s) with wait 1"),
         (Element::Persist { name: name() },                                         ""),
         (text(None, "a"),                                                           ""),
-        (text(None, "\\q"),                                                         "`\\q` is no escape"),
+        (text(None, "\\q"),                                                         "`\\q` is not an escape"),
         (text(None, "\\3"),                                                         "needs its variable"),
         (text(Some("n"), "a"),                                                      "takes none"),
         (text(Some("n"), "\\-5"),                                                   ""),

@@ -5,7 +5,7 @@ use crate::common;
 const PAGE: &str = include_str!("../../../docs/languages/ldmicro.md");
 
 #[test]
-fn every_code_stands_on_the_page_with_its_title() {
+fn the_page_lists_every_code_with_its_title() {
     let missing: Vec<String> = ladder::CODES
         .iter()
         .map(|c| format!("| {} | {} |", c.code, c.title))
@@ -15,7 +15,7 @@ fn every_code_stands_on_the_page_with_its_title() {
 }
 
 #[test]
-fn every_element_stands_on_the_page() {
+fn the_page_lists_every_element() {
     for (_, row) in common::rows(include_str!("tables/elements.txt")) {
         let keyword = row.split(' ').next().unwrap_or("");
         assert!(PAGE.contains(&format!("`{keyword}")), "{keyword}");

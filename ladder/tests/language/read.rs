@@ -19,7 +19,7 @@ fn diagnostics(text: &str) -> Vec<Diagnostic> {
 }
 
 #[test]
-fn every_row_is_told_as_written() {
+fn every_row_reports_what_is_written() {
     let mut wrong = Vec::new();
     for (number, row) in common::rows(TABLE) {
         let (expected, rest) = row.split_once('|').expect("a row has a bar");

@@ -91,7 +91,7 @@ pub fn check_flags(args: &CheckArgs, programs: usize) -> Result<(), VerbFailure>
     }
     if args.scans.is_some() {
         return Err(VerbFailure::Usage(
-            "--scans has no meaning with --scenario: its limit stands in the scenario".to_owned(),
+            "--scans has no meaning with --scenario: the scenario gives its limit".to_owned(),
         ));
     }
     Ok(())

@@ -80,7 +80,7 @@ impl TraceReader {
         let entry = if raw.starts_with('{') { parse_json_line(&raw) } else { parse_text_line(&raw) };
         match entry {
             Some(entry) => Ok(Some(TraceEntry { raw, ..entry })),
-            None => Err(self.refuse("is no line of a trace")),
+            None => Err(self.refuse("is not a line of a trace")),
         }
     }
 
@@ -99,7 +99,7 @@ impl TraceReader {
         }
         match String::from_utf8(bytes) {
             Ok(text) => Ok(Some(text.trim_end_matches(['\n', '\r']).to_owned())),
-            Err(_) => Err(self.refuse("is no text")),
+            Err(_) => Err(self.refuse("is not text")),
         }
     }
 
@@ -120,7 +120,7 @@ fn unreadable(file: &str, error: &io::Error) -> VerbFailure {
 
 /// Parses the first line of a trace: chip and clock.
 fn parse_head(line: &str) -> Result<(String, String), String> {
-    let none = || "is no trace of emu".to_owned();
+    let none = || "is not a trace of emu".to_owned();
     let (version, mcu, hz) = if line.starts_with('{') {
         let head: Value = serde_json::from_str(line).map_err(|_| none())?;
         let of = |name: &str| head.get(name).map(|value| value.as_str().map_or(value.to_string(), str::to_owned));

@@ -20,10 +20,10 @@ pub const DEFAULT_HZ: u64 = 20_000_000;
 /// Reads the messages of the file `name`.
 pub fn read_script(name: &str, chip: &Chip) -> Result<CodScript, VerbFailure> {
     if chip.family != ChipFamily::Pic16 {
-        return Err(VerbFailure::Usage(format!("--cod is for chips of the PIC16 family; {} is none", chip.name)));
+        return Err(VerbFailure::Usage(format!("--cod is for chips of the PIC16 family; {} is not one", chip.name)));
     }
     if name == "-" {
-        return Err(VerbFailure::Usage("--cod wants the name of a file, not standard input".to_owned()));
+        return Err(VerbFailure::Usage("--cod needs the name of a file, not standard input".to_owned()));
     }
     let bytes = input::read_bytes(name)?;
     let file = SymbolFile { name, bytes: &bytes };
@@ -51,14 +51,14 @@ pub fn script_clock(script: &mut CodScript, file: &str, given: Option<u64>, chip
     match (given, script.frequency()) {
         (None, None) => Ok(DEFAULT_HZ.min(chip.max_hz)),
         (None, Some(asked)) if asked > chip.max_hz => Err(VerbFailure::Usage(format!(
-            "{file} asks for {asked} Hz, and {} runs at up to {} Hz; --clock HZ goes before what the file asks for",
+            "{file} requests {asked} Hz, but {} runs at up to {} Hz; --clock HZ overrides the frequency of the file",
             chip.name, chip.max_hz
         ))),
         (None, Some(asked)) => Ok(asked),
         (Some(given), asked) => {
             if let Some(asked) = asked.filter(|asked| *asked != given) {
                 output::print_to_stderr(&format!(
-                    "warning: --clock sets {given} Hz, and {file} asks for {asked} Hz; --clock goes before it\n"
+                    "warning: --clock sets {given} Hz, and {file} requests {asked} Hz; --clock overrides it\n"
                 ));
             }
             script.ignore_frequency();
@@ -106,7 +106,7 @@ fn sentence<C: Cpu>(cpu: &C, outcome: &CodOutcome, source: &ProgramSource<'_>, d
     match &outcome.verdict {
         CodVerdict::Message { text, .. } => text.clone(),
         CodVerdict::Limit { cycle } => {
-            format!("the limit came at cycle {cycle}, before any message halted the program")
+            format!("the limit was reached at cycle {cycle}, before any message halted the program")
         }
         CodVerdict::Halted { pc, cycle } => {
             let why = reset_hold(cpu, drives).map_or_else(String::new, |why| format!(": {why}"));

@@ -159,8 +159,7 @@ impl<'a> CoverageRun<'a> {
         let rungs = map.map(|map| MappedLadder::read(map, ladder, source, terminal)).transpose()?;
         match args.coverage.as_deref().filter(|_| !has_lines(source, rungs.as_ref())) {
             Some("-") => {
-                let why =
-                    "nothing is known of source lines, so --coverage writes a listing beside its file; give it a file";
+                let why = "there are no source lines, so --coverage writes a listing next to its file; give it a file";
                 return Err(VerbFailure::Usage(why.to_owned()));
             }
             Some(file) => check_listing_place(&format!("{file}.lst"), taken)?,
@@ -259,7 +258,7 @@ fn check_listing_place(listing: &str, taken: &[String]) -> Result<(), VerbFailur
     match taken.iter().find(|file| *file != "-" && output::same_place(file, listing)) {
         Some(_) => {
             let why = format!(
-                "--coverage writes the listing {listing} beside its file, which would replace a file of this run; give it another name"
+                "--coverage writes the listing {listing} next to its file, which would replace a file of this run; give it another name"
             );
             Err(VerbFailure::Usage(why))
         }

@@ -79,14 +79,18 @@ impl MachineVisitor for HeadlessRun<'_> {
         let job = plan_run(self.args, &source, clock);
         // The lookup of a source line may have found damaged debugging information.
         report_diagnostics(self.terminal, self.image.lines.warnings(), FileTexts::NONE);
-        let told = self.image.lines.warnings().len();
+        let reported = self.image.lines.warnings().len();
         let mut job = job?;
         self.snapshots.resume(&mut cpu, &mut job)?;
         check_pins_exist(&job, &cpu)?;
         let mut board = self.devices.connect(cpu.chip(), clock, &job.drives)?;
         let mut begun = false;
         let out = self.run_and_report((&mut cpu, &mut board), job, &mut begun);
-        report_diagnostics(self.terminal, self.image.lines.warnings().get(told..).unwrap_or_default(), FileTexts::NONE);
+        report_diagnostics(
+            self.terminal,
+            self.image.lines.warnings().get(reported..).unwrap_or_default(),
+            FileTexts::NONE,
+        );
         if !begun {
             return out;
         }
@@ -120,7 +124,7 @@ impl HeadlessRun<'_> {
         for (text, range) in &job.peek {
             let width = chip.bytes_per_address(range.space);
             if let Some(addr) = (range.start..range.end).find(|&addr| cpu.peek(range.space, addr * width).is_none()) {
-                let why = format!("{} has nothing at {}:0x{addr:x}", chip.name, range.space);
+                let why = format!("{} has no memory at {}:0x{addr:x}", chip.name, range.space);
                 return Err(VerbFailure::invalid_flag_value("--peek <RANGE>", text, &why));
             }
         }
@@ -164,9 +168,9 @@ impl HeadlessRun<'_> {
         }
         summary::report_faults(&story, &avr::erased_memory_hint(chip, image, &self.avr));
         avr::warn_clock_change(cpu, &self.avr);
-        let told = cover.write_reports(&seen, &source);
+        let reported = cover.write_reports(&seen, &source);
         kept?;
-        let (covered, members) = told?;
+        let (covered, members) = reported?;
         let played = scenario.as_ref().zip(verdict.as_ref());
         if let (RunEnd::Finished, Some(text)) = (ended.reason, missing_expected_text(plan, &ended)) {
             let text = text.escape_ascii();

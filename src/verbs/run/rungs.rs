@@ -23,9 +23,9 @@ pub const OTHER_LADDER: &str = "COV001";
 /// All codes of coverage by rungs, for `emu explain`.
 #[rustfmt::skip]
 pub const CODES: &[DiagnosticCode] = &[
-    DiagnosticCode { code: OTHER_LADDER, title: "a ladder program that is not the one of the map",
-        explain: "The file of --ladder has other elements than the program of which --map is the map, so that its lines would be \
-                  told of code that is not theirs. Nothing was run. Mend: give the program that was compiled, or compile it again." },
+    DiagnosticCode { code: OTHER_LADDER, title: "a ladder program that does not belong to the map",
+        explain: "The file of --ladder has other elements than the program of --map, so the report would assign code to wrong \
+                  lines. Nothing was run. Fix: give the program that was compiled, or compile it again." },
 ];
 
 /// The map, and the program if it is given.

@@ -52,7 +52,7 @@ pub fn parse_signal<C: Cpu>(
         (Err(why), _) => {
             let near = map.and_then(|map| nearest(text, map.symbols.iter().map(|symbol| symbol.name.as_str())));
             return Err(match near {
-                Some(near) => format!("is nothing that is known; did you mean `{near}`?"),
+                Some(near) => format!("is unknown; did you mean `{near}`?"),
                 None => why.to_string(),
             });
         }
@@ -88,7 +88,7 @@ fn check_signal_exists<C: Cpu>(signal: TraceSignal, cpu: &C) -> Result<TraceSign
     match (addr..addr.saturating_add(len)).find(|&addr| cpu.peek(space, addr).is_none()) {
         None => Ok(signal),
         Some(addr) => Err(format!(
-            "{} has nothing at {space}:0x{:x}",
+            "{} has no memory at {space}:0x{:x}",
             cpu.chip().name,
             addr / cpu.chip().bytes_per_address(space)
         )),

@@ -177,7 +177,7 @@ pub fn report_faults<C: Cpu>(story: &RunSummary<'_, C>, out_of_code: &str) {
         RunEnd::Illegal { word, .. } if word == erased => ("no instruction", met_erased.as_str()),
         RunEnd::Illegal { .. } => ("no instruction", "is the image built for this chip?"),
         RunEnd::Fault { fault: ProgramFault::UninitialisedRead { .. }, .. } => {
-            ("a fault of the program", "write the cell first; after power-up RAM holds anything")
+            ("a fault of the program", "write the cell first; after power-up RAM is undefined")
         }
         RunEnd::Fault { fault: ProgramFault::JumpOutOfProgram { .. }, .. } => {
             ("a fault of the program", "jump only within the program, as the program table has it")

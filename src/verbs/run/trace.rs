@@ -164,7 +164,7 @@ pub fn read_map(file: &str, chip: &Chip) -> Result<ImageMap, VerbFailure> {
         VerbFailure::Refused(vec![file_error(NOT_A_MAP, file, cause, hint)], FileTexts::default())
     };
     let map: ImageMap = serde_json::from_slice(&input::read_bytes(file)?)
-        .map_err(|why| refuse(format!("is no map of an image: {why}")))?;
+        .map_err(|why| refuse(format!("is not a map of an image: {why}")))?;
     if map.schema != SCHEMA {
         return Err(refuse(format!("is a map of version {}; this is version {SCHEMA}", map.schema)));
     }
@@ -221,7 +221,7 @@ fn add_trace_range(
         }
     };
     if first >= last {
-        return Err("holds no instruction: its end is excluded".to_owned());
+        return Err("contains no instruction: its end is excluded".to_owned());
     }
     words.add(first, last);
     Ok(())
@@ -235,11 +235,11 @@ fn add_line_words(
     end: Option<&str>,
     source: &ProgramSource<'_>,
 ) -> Result<(), String> {
-    let number = |text: &str| text.parse::<u32>().map_err(|_| format!("`{text}` is no line; write main.c:10..20"));
+    let number = |text: &str| text.parse::<u32>().map_err(|_| format!("`{text}` is not a line; write main.c:10..20"));
     let first = number(first)?;
     let end = end.map_or(Ok(first.saturating_add(1)), number)?;
     if first >= end {
-        return Err("holds no line: its end is excluded".to_owned());
+        return Err("contains no line: its end is excluded".to_owned());
     }
     // At least one line of the range exists, so the file name is valid.
     let known = (first..end).take(1 << 16).find_map(|line| source.lines.addresses_of_line(file, line).ok());

@@ -105,7 +105,7 @@ fn read(file: &str, text: &str, evaluator: &Evaluator) -> Result<(Option<u64>, V
                 nearest(name, names.iter().copied()).map_or(String::new(), |near| format!("; did you mean {near}?"));
             let cause = format!("the program has no symbol `{}`", shown(name));
             let pos = Pos::new(1, column, name.chars().count() as u32);
-            return Err(fault(pos, cause, &format!("mend the name{near}")));
+            return Err(fault(pos, cause, &format!("correct the name{near}")));
         }
     }
     let counts = |name: &str| {
@@ -121,12 +121,12 @@ fn read(file: &str, text: &str, evaluator: &Evaluator) -> Result<(Option<u64>, V
         };
         let scan = row.first().and_then(|(scan, _)| scan.parse().ok()).filter(|scan| *scan > before);
         let Some(scan) = scan else {
-            let cause = format!("`{}` is no scan after {before}", shown(row.first().map_or("", |(scan, _)| scan)));
+            let cause = format!("`{}` is not a scan after {before}", shown(row.first().map_or("", |(scan, _)| scan)));
             return Err(fault(place(0), cause, "number the scans from 1, rising"));
         };
         before = scan;
         if row.len() != columns.len() + 1 {
-            let cause = format!("{} value(s), wanted {} as in the head line", row.len(), columns.len() + 1);
+            let cause = format!("{} value(s), but the head line needs {}", row.len(), columns.len() + 1);
             return Err(fault(place(0), cause, "give every column a value, or leave it empty between its commas"));
         }
         for (at, (&(name, _), &(value, _))) in (1..).zip(columns.iter().zip(row.iter().skip(1))) {

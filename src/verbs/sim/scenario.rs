@@ -35,8 +35,8 @@ pub fn play(
         let analog = eval.adc_symbols().filter_map(|adc| eval.symbols().get(adc).cloned());
         let driven: Vec<String> = inputs.chain(analog).map(|symbol| symbol.name).collect();
         let wave = scenarios::read_waveform(name)?;
-        let (stimuli, told) = wave.scenario(&mut |wire| driven.iter().any(|name| name == wire))?;
-        report_diagnostics(terminal, &told, FileTexts::NONE);
+        let (stimuli, warnings) = wave.scenario(&mut |wire| driven.iter().any(|name| name == wire))?;
+        report_diagnostics(terminal, &warnings, FileTexts::NONE);
         let bound = bind(&stimuli, play.resolver(), None, None).map_err(|faults| wave.binding_failure(faults))?;
         // A waveform alone ends with its last change, unless the user gives a number of scans.
         let alone = file.is_none() && args.scans.is_none();
@@ -55,7 +55,7 @@ pub fn play(
                 Some(file) => ("--scenario <FILE>", file),
                 None => ("--stimulus <FILE>", args.stimulus.as_ref().unwrap_or(&program.file)),
             };
-            let why = format!("it goes on for more than the {most} scans whose values can be traced at once");
+            let why = format!("it takes more than {most} scans, the maximum for a trace");
             return Err(VerbFailure::invalid_flag_value(flag, name, &why));
         }
         if traced {

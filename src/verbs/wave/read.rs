@@ -171,7 +171,7 @@ impl<'a> VcdReader<'a> {
                 Some(Err(error)) => {
                     let cause = match error.kind() {
                         io::ErrorKind::UnexpectedEof => "the file ends within a command".to_owned(),
-                        io::ErrorKind::InvalidData => format!("this is no VCD: {}", parser_message(&error)),
+                        io::ErrorKind::InvalidData => format!("this is not a VCD file: {}", parser_message(&error)),
                         _ => format!("cannot be read: {}", system_message(&error)),
                     };
                     return Err(self.refuse(MALFORMED_WAVE, parser.line(), cause));
@@ -186,7 +186,7 @@ impl<'a> VcdReader<'a> {
             return Err(self.refuse(CONTRADICTORY_WAVE, parser.line(), "the file declares no signal".to_owned()));
         }
         if self.start == Some(u64::MAX) {
-            let cause = format!("the only time is {}, and nothing lies behind that", u64::MAX);
+            let cause = format!("the only time is {}, and there is no later time", u64::MAX);
             return Err(self.refuse(TOO_LARGE_WAVE, parser.line(), cause));
         }
         Ok(self.finish())
@@ -221,7 +221,7 @@ impl<'a> VcdReader<'a> {
             Command::Upscope if self.scopes.pop().is_none() => wrong("$upscope leaves a scope that was not entered"),
             Command::VarDef(kind, bits, code, name, index) => {
                 if self.declared {
-                    return wrong("a signal is declared behind $enddefinitions");
+                    return wrong("a signal is declared after $enddefinitions");
                 }
                 if self.signals.len() >= MAX_SIGNALS {
                     return Err((TOO_LARGE_WAVE, format!("there are more than {MAX_SIGNALS} signals")));
@@ -278,7 +278,7 @@ impl<'a> VcdReader<'a> {
         value: impl Fn(&WaveSignal) -> Option<SignalValue>,
     ) -> Result<(), (&'static str, String)> {
         let Some(list) = self.codes.get(&code).filter(|_| self.declared) else {
-            return Err((CONTRADICTORY_WAVE, format!("`{code}` changes, and is no signal that was declared")));
+            return Err((CONTRADICTORY_WAVE, format!("`{code}` changes, and is not a signal that was declared")));
         };
         for signal in list {
             let Some(signal) = self.signals.get_mut(*signal) else { continue };

@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! ; chip: pic16f873
-//! ; told: 203 302
+//! ; reports: 203 302
 //! ; linked
 //! ```
 //!
@@ -29,7 +29,7 @@ pub struct Source {
     pub text: String,
     pub chip: &'static Chip,
     /// Numbers of the messages that the assembler may print.
-    pub told: Vec<String>,
+    pub expected_codes: Vec<String>,
 }
 
 /// Returns the sources of an assembler, in the order of their names.
@@ -46,8 +46,8 @@ pub fn sources(judge: Judge) -> Vec<Source> {
             let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
             let head = |key: &str| text.lines().find_map(|l| l.strip_prefix("; ")?.strip_prefix(key)).map(str::trim);
             let chip = judge.chip(head("chip:").unwrap_or_else(|| panic!("{name} names no chip")));
-            let told = head("told:").unwrap_or("").split_whitespace().map(str::to_owned).collect();
-            Source { judge, name, text, chip, told }
+            let expected_codes = head("reports:").unwrap_or("").split_whitespace().map(str::to_owned).collect();
+            Source { judge, name, text, chip, expected_codes }
         })
         .collect()
 }
@@ -62,11 +62,11 @@ impl Source {
         let own = folder(&format!("asm-{}/{what}", NUMBER.fetch_add(1, Ordering::Relaxed)));
         let verdict = self.judge.assemble(&home(self.judge), &self.name, self.chip, &own);
         let expected = |line: &&String| {
-            self.told.iter().any(|n| line.contains(&format!("[{n}]")) || line.contains(&format!("[{n:0>3}]")))
+            self.expected_codes.iter().any(|n| line.contains(&format!("[{n}]")) || line.contains(&format!("[{n:0>3}]")))
         };
         let complaints: Vec<_> = verdict.said.iter().filter(|line| !expected(line)).collect();
         assert!(complaints.is_empty(), "{what}: {complaints:#?}");
-        for n in &self.told {
+        for n in &self.expected_codes {
             assert!(verdict.said.iter().any(|line| line.contains(&format!("[{n}]"))), "{what}: nothing about {n}");
         }
         verdict.cells.unwrap_or_else(|| panic!("{what}: nothing was written"))

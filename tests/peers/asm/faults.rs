@@ -37,8 +37,13 @@ fn faults_of_the_assemblers_are_as_listed() {
         };
         let tail = if judge == Judge::Gpasm { "\tend\n" } else { "" };
         let body: String = source.split(" / ").map(|l| format!("\t{}\n", l.trim())).collect();
-        let source =
-            Source { judge, name: "fault.asm".into(), text: format!("{head}{body}{tail}"), chip, told: Vec::new() };
+        let source = Source {
+            judge,
+            name: "fault.asm".into(),
+            text: format!("{head}{body}{tail}"),
+            chip,
+            expected_codes: Vec::new(),
+        };
         let dir = folder("asm-faults");
         std::fs::write(dir.join(&source.name), &source.text).expect("a source");
         let found = judge.assemble(&dir, &source.name, chip, &dir);

@@ -193,7 +193,7 @@ fn program(judge: Judge, rng: &mut Rng) -> (Source, usize) {
         }
     }
     text += tail;
-    (Source { judge, name: "random.asm".into(), text, chip, told: Vec::new() }, written)
+    (Source { judge, name: "random.asm".into(), text, chip, expected_codes: Vec::new() }, written)
 }
 
 #[test]

@@ -45,7 +45,7 @@ fn lines() -> Vec<Line> {
         .collect()
 }
 
-/// Parses `0030 nop; movwf FSR`; `nop*5` stands for five NOPs. Numbers are decimal.
+/// Parses `0030 nop; movwf FSR`; `nop*5` is five NOPs. Numbers are decimal.
 fn segment(part: &'static chips::Pic16Part, text: &str) -> Segment {
     let (addr, lines) = text.split_once(' ').expect("an address and instructions");
     let addr = u32::from_str_radix(addr, 16).expect("an address in hexadecimal");

@@ -27,7 +27,7 @@ const TRISA: u16 = 0x85;
 /// Cases that are not compared, with the reason. Each has a line in findings.txt.
 const LEFT_OUT: &[&str] = &[
     "Z, DC, C where STATUS is the destination of an instruction that sets only some of them: there it writes none (DS39582, 2.2.2.1)",
-    "CLRW with bits set that do not matter: there it is no instruction (DS33023, CLRW: 00 0001 0xxx xxxx)",
+    "CLRW with bits set that do not matter: there it is not an instruction (DS33023, CLRW: 00 0001 0xxx xxxx)",
     "DECFSZ and INCFSZ of PCL: here the jump is all, there it may skip besides (sheets silent)",
     "GIE after RETFIE without an interrupt before it: there it stays clear (DS33023, RETFIE: 1 -> GIE)",
 ];

@@ -96,5 +96,5 @@ pub fn s51_script(
     }
     let total = text.split("Total time since last reset=").nth(1).and_then(|t| t.split('(').nth(1));
     let clocks = total.and_then(|t| t.split(' ').next()).and_then(|t| t.parse().ok());
-    Said { clocks: clocks.unwrap_or_else(|| panic!("s51 tells no clocks:\n{text}")), text, dumps: memories }
+    Said { clocks: clocks.unwrap_or_else(|| panic!("s51 reports no clocks:\n{text}")), text, dumps: memories }
 }

@@ -12,7 +12,7 @@ pub(super) fn clock(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     match define_quantity(asm, call, &units).and_then(|(hz, _)| u32::try_from(hz).ok()) {
         Some(hz) => state(asm).clock = hz,
         None => {
-            let cause = format!("`{}` is no clock", call.get(trim(call.text, call.rest.clone())));
+            let cause = format!("`{}` is not a clock", call.get(trim(call.text, call.rest.clone())));
             report_bad_argument(
                 asm,
                 call,
@@ -31,7 +31,7 @@ pub(super) fn period(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
         Some((n, 3)) => state(asm).period = Some(TimeLength::Cycles(n)),
         Some((n, _)) => state(asm).period = Some(TimeLength::Nanoseconds(n)),
         None => {
-            let cause = format!("`{}` is no period", call.get(trim(call.text, call.rest.clone())));
+            let cause = format!("`{}` is not a period", call.get(trim(call.text, call.rest.clone())));
             report_bad_argument(asm, call, cause, "write a time such as 10ms, or machine cycles such as 5000c");
         }
     }

@@ -26,7 +26,7 @@ pub(super) fn report_overrun(asm: &mut Assembler<'_>, orgs: &[(usize, bool)]) ->
         (!raw && words > 0 && listed.addr + words > PROGRAM_WORDS).then(|| listed.line.clone())
     });
     let Some(line) = line else { return false };
-    let hint = "make it shorter; words of the configuration block itself stand behind `org 0x800`";
+    let hint = "make it shorter; put words of the configuration block itself after `org 0x800`";
     let at = trim(&line.text, 0..code_end(asm.dialect, &line.text));
     asm.line = Some(line);
     asm.report(LineFault::new("ASM020", at, "program memory ends at 07FFh", hint));
@@ -44,8 +44,8 @@ pub(super) fn warn_beyond_configuration(asm: &mut Assembler<'_>, state: &Ap101Pa
     let mut found: Vec<(AsmLine, LineFault)> = Vec::new();
     for (program, (line, at)) in state.programs.iter().zip(&state.program_ends) {
         if i64::from(program[1]) >= end && end > 0 {
-            let cause = format!("the program ends at 0x{:03X}, behind the last word that is given", program[1]);
-            let hint = format!("the last word is 0x{:03X}; those behind it are NOPs", end - 1);
+            let cause = format!("the program ends at 0x{:03X}, after the last given word", program[1]);
+            let hint = format!("the last word is 0x{:03X}; those after it are NOPs", end - 1);
             found.push((line.clone(), LineFault::new("ASM061", at.clone(), cause, hint)));
         }
     }

@@ -189,7 +189,7 @@ fn interrupt(name: &str) -> Option<String> {
 fn reserve(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     if asm.out.holds() == SectionContent::Image {
         let cause = "`byte` reserves room, and program memory is not reserved";
-        let hint = "give the bytes with .db, or reserve room behind .dseg";
+        let hint = "give the bytes with .db, or reserve space after .dseg";
         return asm.report(LineFault::new("ASM023", call.word.clone(), cause, hint));
     }
     reserve_room(asm, call, 1);
@@ -210,8 +210,8 @@ fn cut(_: &Chip, kind: &str, value: i64) -> Option<(i64, Option<AsmRefusal>)> {
     match kind {
         "target" => Some((value.saturating_mul(WORD.into()), None)),
         "constant" if !(-0x80..0x100).contains(&value) => {
-            let cause = format!("{value} does not fit into 8 bits: its upper bits are left out");
-            Some((value & 0xFF, Some(("ASM030", cause, "give the bits that are meant with low() or &".to_owned()))))
+            let cause = format!("{value} does not fit into 8 bits: its upper bits are dropped");
+            Some((value & 0xFF, Some(("ASM030", cause, "select the bits with low() or &".to_owned()))))
         }
         _ => None,
     }

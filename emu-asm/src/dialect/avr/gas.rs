@@ -135,7 +135,7 @@ fn leb128(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, signed: bool) {
 fn wide_text(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, size: usize) {
     for part in required_arguments(asm, call) {
         let Some(mut text) = read_string(call.text, part.start, part.end) else {
-            let cause = format!("`{}` is no text in quotes", call.get(part.clone()));
+            let cause = format!("`{}` is not a text in quotes", call.get(part.clone()));
             asm.report(LineFault::new("ASM011", part, cause, "write it as \"text\""));
             continue;
         };
@@ -175,7 +175,7 @@ fn align(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, power: bool, size: u
     let Some(n) = parts.first().and_then(|part| asm.evaluate_number(call.text, part.clone())) else { return };
     let step = if power { u32::try_from(n).ok().filter(|n| *n < 20).map_or(0, |n| 1i64 << n) } else { n.max(1) };
     if step <= 0 || step > 1 << 20 || !(step as u64).is_power_of_two() {
-        let cause = format!("{n} is no alignment");
+        let cause = format!("{n} is not an alignment");
         return asm.report(LineFault::new("ASM003", call.rest.clone(), cause, "give a number such as 2"));
     }
     let given = |i: usize| parts.get(i).filter(|part| !part.is_empty()).cloned();

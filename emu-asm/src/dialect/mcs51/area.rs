@@ -79,7 +79,7 @@ pub(super) fn area(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let mut memory = None;
     for word in behind.split(|c: char| c.is_whitespace() || matches!(c, '(' | ')' | ',')).filter(|w| !w.is_empty()) {
         if !attribute(&mut shape, &mut memory, word) {
-            let cause = format!("`{word}` is no attribute of an area");
+            let cause = format!("`{word}` is not an attribute of an area");
             let hint = "there are ABS, REL, CON, OVR, PAG, NOPAG, CODE, DATA, XDATA and BIT";
             return asm.report(LineFault::new("ASM023", at, cause, hint));
         }
@@ -94,7 +94,7 @@ pub(super) fn area(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let first =
         known.and_then(|number| asm.family_state.mcs51.areas.all.get(number)).filter(|_| !behind.trim().is_empty());
     if first.is_some_and(|first| !first.shape.is_like(&shape)) {
-        let cause = format!("the area {name} has other attributes where it first stands");
+        let cause = format!("the area {name} has other attributes at its first occurrence");
         return asm.report(LineFault::new("ASM007", at, cause, "give it the same in both places, or none here"));
     }
     if let Some(number) = known.or_else(|| add(asm, shape, at)) {
@@ -206,8 +206,8 @@ pub(super) fn org(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     if let Some(area) = relocatable {
         let cause = format!("`org` in the area {}, which the linker places", area.shape.name);
         let hint = match area.shape.class {
-            Some(_) => "write `cseg at ADDRESS`, or reserve room with ds",
-            None => "give the area the attribute ABS, or reserve room with .ds",
+            Some(_) => "write `cseg at ADDRESS`, or reserve space with ds",
+            None => "give the area the attribute ABS, or reserve space with .ds",
         };
         return asm.report(LineFault::new("ASM031", call.word.clone(), cause, hint));
     }
@@ -221,11 +221,11 @@ pub(super) fn why_no_bytes(asm: &Assembler<'_>) -> Option<(String, String)> {
     let (number, _) = asm.family_state.mcs51.areas.open?;
     let AreaShape { name, class, .. } = &asm.family_state.mcs51.areas.all.get(number)?.shape;
     if class.is_some() {
-        let cause = format!("the segment {name} is not one of program memory, and a program cannot fill it");
-        return Some((cause, format!("write `{name} segment code`, or reserve room with ds")));
+        let cause = format!("the segment {name} is not in program memory, so a program cannot fill it");
+        return Some((cause, format!("write `{name} segment code`, or reserve space with ds")));
     }
-    let cause = format!("the area {name} is one of RAM, and a program cannot fill it");
-    Some((cause, format!("write `.area {name} (CODE)` where it first stands, or reserve room with .ds")))
+    let cause = format!("the area {name} is in RAM, so a program cannot fill it");
+    Some((cause, format!("write `.area {name} (CODE)` at its first occurrence, or reserve space with .ds")))
 }
 
 /// Places the areas at the end of a pass.

@@ -51,7 +51,12 @@ fn boundary(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let Some(step) = asm.evaluate_number(call.text, call.rest.clone()) else { return };
     if !(1..=0x1_0000).contains(&step) {
         let at = trim(call.text, call.rest.clone());
-        return asm.report(LineFault::new("ASM003", at, format!("{step} is no boundary"), "give a number such as 2"));
+        return asm.report(LineFault::new(
+            "ASM003",
+            at,
+            format!("{step} is not a boundary"),
+            "give a number such as 2",
+        ));
     }
     let here = asm.out.next_address();
     let base = asm.out.initial_sections.get(asm.out.current).map_or(0, |first| first.pos);
@@ -79,12 +84,12 @@ fn define_quantity(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, of: fn(&As
     match of(asm, given.trim()) {
         Some(n) => asm.define_symbol(call.get(name.clone()), AsmValue::of(n), AsmSymbolKind::Set, name),
         None => {
-            let cause = format!("`{}` stands outside of a macro", call.get(call.word.clone()));
+            let cause = format!("`{}` is outside of a macro", call.get(call.word.clone()));
             asm.report(LineFault::new(
                 "ASM013",
                 call.word.clone(),
                 cause,
-                "it counts what the macro around it was given",
+                "it counts the arguments of the macro that contains it",
             ));
         }
     }

@@ -74,16 +74,16 @@ pub(super) fn mismatch(asm: &Assembler<'_>, name: &str, kind: &str, n: i32) -> O
             let byte = if n < 0x80 { 0x20 + n / 8 } else { n & 0xF8 };
             let bit = n % 8;
             (
-                format!("{what}, and a bit is wanted: bit {bit} of the byte 0x{byte:02X} is taken"),
-                format!("write `{name}.{bit}`, or the bit that is meant"),
+                format!("{what}, but a bit is needed: bit {bit} of the byte 0x{byte:02X} is used"),
+                format!("write `{name}.{bit}`, or the right bit"),
             )
         }
         (AddressClass::Byte, Some(_)) => {
-            let hint = "use the byte that holds the bit, or an instruction for bits, as `mov c,bit`";
-            (format!("{what}, and a byte is wanted: the byte 0x{n:02X} is taken"), hint.to_owned())
+            let hint = "use the byte that contains the bit, or an instruction for bits, as `mov c,bit`";
+            (format!("{what}, but a byte is needed: the byte 0x{n:02X} is used"), hint.to_owned())
         }
         _ => (
-            format!("{what}, and 0x{n:02X} of the internal RAM is taken"),
+            format!("{what}, and 0x{n:02X} of the internal RAM is used"),
             format!("write `#{name}` for the address as a number"),
         ),
     };

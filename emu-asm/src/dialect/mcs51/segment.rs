@@ -61,7 +61,7 @@ fn find_at(text: &str, rest: Range<usize>) -> Option<Range<usize>> {
 pub(super) fn segment(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let Some(label) = call.label.clone() else {
         let hint = "write `name segment code`";
-        return asm.report(LineFault::new("ASM023", call.word.clone(), "`segment` needs a name in front of it", hint));
+        return asm.report(LineFault::new("ASM023", call.word.clone(), "`segment` needs a name before it", hint));
     };
     let mut shape = AreaShape { name: call.get(label.clone()).to_owned(), ..AreaShape::default() };
     let (mut class, mut memory) = (SegmentClass::default(), None);
@@ -83,14 +83,14 @@ pub(super) fn segment(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
             "INBLOCK" => class.within = 0x800,
             "UNIT" | "OVERLAYABLE" => {}
             _ => {
-                let cause = format!("`{word}` is no class of a segment");
+                let cause = format!("`{word}` is not a class of a segment");
                 let hint = "there are CODE, DATA, IDATA, XDATA and BIT, with UNIT, PAGE, INPAGE, INBLOCK, BITADDRESSABLE, OVERLAYABLE";
                 return asm.report(LineFault::new("ASM023", trim(call.text, call.rest.clone()), cause, hint));
             }
         }
     }
     let Some(memory) = memory else {
-        let hint = "write CODE, DATA, IDATA, XDATA or BIT behind it";
+        let hint = "write CODE, DATA, IDATA, XDATA or BIT after it";
         return asm.report(LineFault::new("ASM023", call.word.clone(), "the segment has no class", hint));
     };
     (shape.memory, shape.class) = (memory, Some(class));
@@ -140,12 +140,12 @@ pub(super) fn procedure(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     match call.label.clone() {
         Some(label) => asm.define_label(call.get(label.clone()), label),
         None => {
-            let cause = format!("`{}` needs a name in front of it", call.get(call.word.clone()));
+            let cause = format!("`{}` needs a name before it", call.get(call.word.clone()));
             asm.report(LineFault::new(
                 "ASM023",
                 call.word.clone(),
                 cause,
-                "write `name proc`, and `name endp` behind it",
+                "write `name proc`, and `name endp` after it",
             ));
         }
     }

@@ -188,7 +188,7 @@ pub(super) fn text(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, end: TextE
         let Some(close) = closing_delimiter(call.text, at..all.end) else {
             let written = call.get(at..all.end);
             let mark: String = written.chars().take(1).collect();
-            let cause = format!("`{written}` is no text: `{mark}` does not close it");
+            let cause = format!("`{written}` is not a text: `{mark}` does not close it");
             return asm.report(LineFault::new("ASM011", at..all.end, cause, "write it as \"text\" or /text/"));
         };
         let mark = byte(call.text, at);
@@ -207,7 +207,7 @@ pub(super) fn text(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, end: TextE
             b';' => return,
             b',' if matches!(mark, b'"' | b'\'') && matches!(byte(call.text, next), b'"' | b'\'') => at = next,
             _ => {
-                let cause = format!("`{}` stands behind the text", call.get(behind..all.end));
+                let cause = format!("`{}` follows the text", call.get(behind..all.end));
                 let hint = match inside.ends_with('\\') {
                     true => "a backslash does not keep a delimiter from ending the text: take another, /a\"b/",
                     false => "one text, or several in quotes with commas between them; numbers are for .db",
@@ -263,7 +263,7 @@ fn values(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, size: DataSize) {
             Some((end, value)) if end == part.end => {
                 if size == DataSize::Byte && value > 0xFF {
                     let cause = format!(
-                        "`{}` is the number 0x{value:04X} here: its upper bits are left out",
+                        "`{}` is the number 0x{value:04X} here: its upper bits are dropped",
                         call.get(part.clone())
                     );
                     asm.report(LineFault::new("ASM030", part.clone(), cause, "write texts with .ascii").warning());
@@ -271,12 +271,13 @@ fn values(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, size: DataSize) {
                 value
             }
             Some((end, _)) if !begins_operator(byte(call.text, skip_space(call.text, end))) => {
-                let cause = format!("`{}` is no value: 'c has one character, \"cc has two", call.get(from..part.end));
+                let cause =
+                    format!("`{}` is not a value: 'c has one character, \"cc has two", call.get(from..part.end));
                 asm.report(LineFault::new("ASM011", part.clone(), cause, "write texts with .ascii"));
                 0
             }
             None if byte(call.text, from) == b'"' => {
-                let cause = format!("`{}` is no value: \"cc has two characters", call.get(from..part.end));
+                let cause = format!("`{}` is not a value: \"cc has two characters", call.get(from..part.end));
                 asm.report(LineFault::new("ASM011", part.clone(), cause, "write one character as 'c"));
                 0
             }

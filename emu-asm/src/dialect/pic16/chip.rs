@@ -108,7 +108,7 @@ fn set_radix(asm: &mut Assembler<'_>, name: &str, at: Range<usize>) {
         "dec" => 10,
         "oct" => 8,
         other => {
-            let cause = format!("`{other}` is no radix");
+            let cause = format!("`{other}` is not a radix");
             return asm.report(LineFault::new("ASM023", at, cause, "there are hex, dec and oct"));
         }
     };
@@ -128,7 +128,7 @@ pub(super) fn errorlevel(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
         let text = call.get(part.clone());
         let number = text.trim_start_matches(['-', '+']).trim().parse::<u32>();
         let Ok(number) = number else {
-            let cause = format!("`{text}` is no number of a message");
+            let cause = format!("`{text}` is not a number of a message");
             asm.report(LineFault::new("ASM023", part, cause, "write 0, 1, 2, or a number with a sign as -302"));
             continue;
         };
@@ -178,7 +178,7 @@ pub(super) fn settings(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     for part in required_arguments(asm, call) {
         let text = call.get(part.clone());
         let Some((name, value)) = text.split_once('=').map(|(name, value)| (name.trim(), value.trim())) else {
-            let cause = format!("`{text}` is no setting");
+            let cause = format!("`{text}` is not a setting");
             asm.report(LineFault::new("ASM023", part, cause, "write `config NAME = VALUE`, as `config WDTE = OFF`"));
             continue;
         };

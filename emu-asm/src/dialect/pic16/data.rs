@@ -24,8 +24,8 @@ fn text_in(call: &DirectiveCall<'_>, part: &Range<usize>) -> Option<Vec<u8>> {
 /// Emits a word, truncated to the 14 bits of program memory.
 fn give(asm: &mut Assembler<'_>, word: u16, part: Range<usize>) {
     if word >> WORD != 0 {
-        let cause = format!("0x{word:04X} has more than {WORD} bits: its upper bits are left out");
-        let hint = "give the bits that are meant with &; for texts `da` has 7 bits for each character";
+        let cause = format!("0x{word:04X} has more than {WORD} bits: its upper bits are dropped");
+        let hint = "select the bits with &; for texts `da` has 7 bits for each character";
         asm.report(LineFault::new("ASM045", part.clone(), cause, hint).note());
     }
     asm.emit_words(&[word & ((1 << WORD) - 1)], part);

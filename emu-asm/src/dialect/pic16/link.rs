@@ -393,7 +393,7 @@ fn no_room(asm: &mut Assembler<'_>, section: &ModuleSection, what: &str) {
 /// Reports that two sections of variables overlap at an address.
 fn report_shared_address(asm: &mut Assembler<'_>, section: &ModuleSection, with: &ModuleSection, at: i64) {
     let (name, other) = (name_of(asm, section), name_of(asm, with));
-    let cause = format!("the section `{name}` has 0x{at:02X}, where the section `{other}` lies");
+    let cause = format!("the section `{name}` has 0x{at:02X}, the address of section `{other}`");
     report_at_section(asm, section, "ASM019", cause, "give one of them another address, or none");
 }
 

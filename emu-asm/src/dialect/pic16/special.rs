@@ -62,12 +62,12 @@ fn special(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let mut right = (*least..=*most).contains(&operands.len());
     if !right {
         let (n, given) = (if least == most { least.to_string() } else { format!("{least} or {most}") }, operands.len());
-        let cause = format!("`{name}` takes {n} operands, and here are {given}");
-        asm.report(LineFault::new("ASM002", call.word.clone(), cause, "docs/formats/asm.md lists what it stands for"));
+        let cause = format!("`{name}` takes {n} operands, but here are {given}");
+        asm.report(LineFault::new("ASM002", call.word.clone(), cause, "docs/formats/asm.md lists its expansion"));
     }
     for part in *parts {
         // A wrong instruction keeps its length, as any other; faults of its operands are reported once.
-        let told = asm.error_count();
+        let errors_before = asm.error_count();
         let give = |asm: &mut Assembler<'_>, text: &str, mnemonic, end| {
             let word = call.word.clone();
             let words =
@@ -86,6 +86,6 @@ fn special(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
             }
             Page => super::chip::pagesel(asm, call),
         }
-        right &= asm.error_count() == told;
+        right &= asm.error_count() == errors_before;
     }
 }

@@ -174,9 +174,9 @@ impl AvrTimer {
     /// Sets flags at the cycle `t`.
     fn set_flags(&mut self, flags: u8, t: u64, out: &mut AvrOutbox) {
         let flags = flags & self.shape.flags();
-        let told = flags & !self.tifr & self.listened_interrupts;
+        let raised = flags & !self.tifr & self.listened_interrupts;
         self.tifr |= flags;
-        for flag in self.shape.flags_in(told) {
+        for flag in self.shape.flags_in(raised) {
             out.push(AvrSignal::Flag { t, irq: self.shape.irq(flag) });
         }
     }

@@ -126,10 +126,10 @@ impl AvrTimer {
         };
         // Each signal of a flag needs its own cycle, and flags of the asynchronous timer are set later than
         // their edges.
-        let told = if self.is_asynchronous() { self.shape.flags() } else { self.listened_interrupts & !self.tifr };
-        let told = self.shape.flags_in(told).filter_map(|flag| self.flag_steps(&orbit, flag)).min();
+        let flag_due = if self.is_asynchronous() { self.shape.flags() } else { self.listened_interrupts & !self.tifr };
+        let flag_due = self.shape.flags_in(flag_due).filter_map(|flag| self.flag_steps(&orbit, flag)).min();
         let pins = channels.iter().filter_map(|channel| self.pin_steps(&orbit, channel)).min();
-        [update, told, pins].into_iter().flatten().min()
+        [update, flag_due, pins].into_iter().flatten().min()
     }
 
     /// Returns the number of steps to the edge that may change the pin of a channel.

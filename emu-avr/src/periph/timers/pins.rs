@@ -98,12 +98,12 @@ pub(super) struct CaptureEdge {
 pub(super) struct CapturePin {
     pub pipe: SamplePipe,
     /// Number of pending changes already reported on the direct path.
-    told: usize,
+    consumed: usize,
     /// Output of the noise canceler.
     quiet: bool,
 }
 
-state! { CapturePin { pipe, told, quiet } if |icp, _now| icp.told <= icp.pipe.len }
+state! { CapturePin { pipe, consumed, quiet } if |icp, _now| icp.consumed <= icp.pipe.len }
 
 impl CapturePin {
     /// Returns the cycle of the next output of either path.
@@ -112,7 +112,7 @@ impl CapturePin {
     }
 
     fn unfiltered_cycle(&self) -> u64 {
-        self.pipe.at(self.told).map_or(NEVER, |t| t.saturating_add(DETECT_CYCLES))
+        self.pipe.at(self.consumed).map_or(NEVER, |t| t.saturating_add(DETECT_CYCLES))
     }
 
     fn filtered_cycle(&self) -> u64 {
@@ -122,13 +122,13 @@ impl CapturePin {
     /// Removes the output that is due at [`Self::due`]; returns it if it is an edge.
     pub(super) fn take(&mut self) -> Option<CaptureEdge> {
         if self.unfiltered_cycle() <= self.filtered_cycle() {
-            let rising = self.pipe.at(self.told).map(|_| self.pipe.level(self.told))?;
-            self.told += 1;
+            let rising = self.pipe.at(self.consumed).map(|_| self.pipe.level(self.consumed))?;
+            self.consumed += 1;
             return Some(CaptureEdge { rising, filtered: false });
         }
         let start = self.pipe.at(0)?;
         let long = self.pipe.at(1).is_none_or(|end| end >= start.saturating_add(FILTER_SAMPLES));
-        self.told = self.told.saturating_sub(1);
+        self.consumed = self.consumed.saturating_sub(1);
         let rising = self.pipe.take();
         let edge = long && rising != self.quiet;
         if edge {

@@ -1,4 +1,5 @@
-//! Functions, variables and types of a program, out of the debugging information (DWARF 2 to 5, stabs) of its ELF file.
+//! Functions, variables and types of a program, out of the debugging information (DWARF 2 to 5, stabs) of its
+//! ELF file.
 //!
 //! ```text
 //!   read.rs    entries of .debug_info to functions, blocks, variables, types
@@ -7,8 +8,9 @@
 //!   unwind.rs  .debug_frame: the frame of the caller
 //! ```
 //!
-//! A type is named by the place of its entry in `.debug_info` ([`TypeId`]), so that types that refer to each other need no second
-//! pass; those of stabs have numbers behind. Nothing here knows a machine: who asks for a place gives registers and memory as a [`FrameView`].
+//! A type is named by the place of its entry in `.debug_info` ([`TypeId`]), so that types that refer to each
+//! other need no second pass; those of stabs have numbers behind. Nothing here knows a machine: who asks for
+//! a place gives registers and memory as a [`FrameView`].
 
 mod builtin;
 mod place;
@@ -231,7 +233,7 @@ pub struct DebugInfo {
     /// Variables outside of functions.
     pub globals: Vec<VariableInfo>,
     pub(super) types: BTreeMap<usize, CType>,
-    /// Types that are others: what is told elsewhere.
+    /// Types that are others: their definition is elsewhere.
     pub(super) same_types: HashMap<usize, usize>,
     pub(super) units: Vec<UnitInfo>,
     /// Contents of `.debug_frame`, and below them those of `.debug_addr`.

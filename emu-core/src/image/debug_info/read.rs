@@ -406,7 +406,7 @@ pub(super) fn finish_functions(info: &mut DebugInfo) {
     info.functions.sort_by_key(|function| function.block.ranges.iter().map(|range| range.start).min());
 }
 
-/// What stands in place of a name until all entries were read: none has such a character.
+/// The placeholder of a name until all entries were read: none has such a character.
 fn type_reference(origin: Option<usize>) -> String {
     origin.map_or(String::new(), |at| format!("\0{at}"))
 }

@@ -1,7 +1,7 @@
 //! Functions, blocks, variables and types out of stabs.
 //!
-//! Locations become the expressions of DWARF that mean the same, so that who asks for a place needs to know of no stabs: the frame of a
-//! function of an AVR is what Y (r28, r29) points to.
+//! Locations become the expressions of DWARF that mean the same, so that who asks for a place needs to know
+//! of no stabs: the frame of a function of an AVR is what Y (r28, r29) points to.
 
 mod types;
 
@@ -239,7 +239,7 @@ impl StabReader<'_> {
         Some(())
     }
 
-    /// A parameter that is told once where it was given, and then again in the register that it lives in.
+    /// A parameter with two entries: one where it was passed, and one in its register.
     fn moved_to_register(&mut self, name: &str, of: Option<TypeId>, location: &VariableLocation) -> bool {
         let Some(last) = self.pending.last_mut().filter(|last| last.parameter && last.name == name) else {
             return false;

@@ -77,7 +77,7 @@ impl<'a, 'b> DroppedScan<'a, 'b> {
         DroppedScan { dwarf, elf, owners: None, budget }
     }
 
-    /// Tells lines of those sequences that are code from those of which it is not known.
+    /// Separates lines of sequences that are code from those of unknown sequences.
     pub(super) fn split_dropped(&mut self, low: Vec<LowSequence>, units: &[Unit<DwarfSlice<'b>>]) -> SplitLines {
         let mut functions = LinkedFunctions::default();
         for unit in units {

@@ -191,7 +191,7 @@ impl OmfItems {
         if self.damaged > 0 || self.count > MAX_ITEMS {
             let damaged = self.damaged;
             let cause = || match damaged {
-                0 => format!("there are more names and lines than {MAX_ITEMS}, the rest is left out"),
+                0 => format!("there are more names and lines than {MAX_ITEMS}, the rest is ignored"),
                 _ => format!(
                     "{damaged} records or names of debugging information cannot be read, so names and lines may be missing"
                 ),

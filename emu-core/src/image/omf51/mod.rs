@@ -110,7 +110,7 @@ pub fn load_omf51(file: &str, bytes: &[u8], spaces: &[ImageSpace]) -> Result<Loa
             return faults.finish(Image::default());
         }
         Some(OmfGuess::Omf2) => {
-            let cause = || "the file is of Keil's LX51, in a format of its own (OMF2), which is not read".to_owned();
+            let cause = || "the file is in the unsupported format of Keil's LX51 (OMF2)".to_owned();
             faults.error(
                 "OMF004",
                 Pos::default(),
@@ -180,7 +180,7 @@ impl OmfReader<'_> {
             });
             let Some(whole) = whole else {
                 let cause =
-                    || format!("the record of type 0x{kind:02X} at 0x{offset:X} goes beyond the end of the file");
+                    || format!("the record of type 0x{kind:02X} at 0x{offset:X} extends beyond the end of the file");
                 return faults.error("OMF001", Pos::default(), cause, REBUILD_HINT);
             };
             let end = offset + whole.len();
@@ -201,7 +201,7 @@ impl OmfReader<'_> {
                 let wanted = found.wrapping_sub(checksum(whole));
                 let cause = || {
                     format!(
-                        "record 0x{kind:02X} at 0x{offset:X} has the check sum 0x{found:02X}, its bytes want 0x{wanted:02X}"
+                        "record 0x{kind:02X} at 0x{offset:X} has the checksum 0x{found:02X}, its bytes require 0x{wanted:02X}"
                     )
                 };
                 faults.error("OMF002", Pos::default(), cause, REBUILD_HINT);
@@ -222,7 +222,7 @@ impl OmfReader<'_> {
                     self.seen.name = Some(name.to_vec());
                     self.items.header(name);
                 }
-                _ => damaged(record, "its name goes beyond its end", faults),
+                _ => damaged(record, "its name extends beyond its end", faults),
             },
             record_kind::END => {
                 match items::name(record.contents) {
@@ -230,7 +230,7 @@ impl OmfReader<'_> {
                         damaged(record, "it names another module than the module header", faults);
                     }
                     Some(_) => {}
-                    None => damaged(record, "its name goes beyond its end", faults),
+                    None => damaged(record, "its name extends beyond its end", faults),
                 }
                 return true;
             }
@@ -276,7 +276,7 @@ impl OmfReader<'_> {
                     let (last, at, other) = (end - 1, record.offset, with.line);
                     format!("the contents at 0x{at:X} fill 0x{start:04X} to 0x{last:04X}, which those at 0x{other:X} have filled")
                 };
-                faults.error("OMF007", Pos::default(), cause, "two segments were put at one address: correct that and link anew");
+                faults.error("OMF007", Pos::default(), cause, "two segments were put at one address: correct that and link again");
             }
         });
     }

@@ -119,8 +119,8 @@ impl StabLineReader<'_> {
         self.rows.push(StabRow { addr, line: None });
     }
 
-    /// Makes lines of the rows. Of several at one address the last is that of the code: of those of the main file, if there are any, as gdb
-    /// keeps the rows of each file apart and asks the main file first.
+    /// Makes lines of the rows. Of several at one address the last is that of the code: of those of the main
+    /// file, if there are any, as gdb keeps the rows of each file apart and asks the main file first.
     fn finish_unit(&mut self) {
         let mut rows = std::mem::take(&mut self.rows);
         rows.sort_by_key(|row| (row.addr, row.line.is_some()));

@@ -98,7 +98,7 @@ fn symbol(line: &str) -> Result<(CdbKey<'_>, CdbSymbol), CdbDamage<'_>> {
     let chain = chain.split_once('(').map_or("", |(_, chain)| chain);
     let size =
         chain.strip_prefix('{').and_then(|c| c.split_once('}')).ok_or((chain, "the size in braces is missing"))?;
-    let bytes: u32 = size.0.parse().map_err(|_| (size.0, "the size is no number"))?;
+    let bytes: u32 = size.0.parse().map_err(|_| (size.0, "the size is not a number"))?;
     let space = after.strip_prefix(',').map(|a| a.split(',').next().unwrap_or_default());
     let space = space.ok_or((after, "the address space is missing"))?;
     let function = size.1.starts_with("DF");
@@ -128,11 +128,11 @@ fn link(line: &str) -> Result<(&str, u32), CdbDamage<'_>> {
     }
     let digits = !addr.is_empty() && addr.bytes().all(|b| b.is_ascii_hexdigit());
     let addr = if digits { u32::from_str_radix(addr, 16).ok() } else { None }
-        .ok_or((if addr.is_empty() { rest } else { addr }, "the address is no hexadecimal number of 32 bits"))?;
+        .ok_or((if addr.is_empty() { rest } else { addr }, "the address is not a hexadecimal number of 32 bits"))?;
     Ok((name, addr))
 }
 
 fn damaged(number: u32, line: &str, part: &str, what: &'static str, faults: &mut FaultList) {
     let cause = || format!("{what}: {:?}", shortened(part));
-    faults.error("SYM003", pos_of(number, line, part), cause, "the file is cut off or damaged: build anew");
+    faults.error("SYM003", pos_of(number, line, part), cause, "the file is cut off or damaged: build again");
 }

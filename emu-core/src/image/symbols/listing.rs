@@ -19,7 +19,7 @@ const PAGE_HEAD_LINES: u32 = 4;
 pub(super) fn read_listing(file: &str, text: &str, found: &mut CollectedSymbols, faults: &mut FaultList) {
     let Some(width) = text.lines().find_map(|line| gutter::gutter_width(line.trim_end())) else {
         let cause = || "no line of the file is line 1 of a listing".to_owned();
-        return faults.error("SYM010", Pos::default(), cause, "give a listing of sdas8051, or link anew");
+        return faults.error("SYM010", Pos::default(), cause, "give a listing of sdas8051, or link again");
     };
     let mut page = ListingReader::new(file, text, width);
     let mut head = 0;
@@ -40,19 +40,20 @@ pub(super) fn read_listing(file: &str, text: &str, found: &mut CollectedSymbols,
             Some(row) => {
                 head = 0;
                 if let Err((part, cause)) = page.row(number, line, row, found, faults) {
-                    let hint = "give the .rst that the linker writes beside it";
+                    let hint = "give the .rst that the linker writes next to it";
                     return faults.error("SYM005", pos_of(number, line, part), || cause, hint);
                 }
             }
             None if line.is_empty() => {}
             None => {
-                let cause =
-                    || format!("the line is none of a listing in hexadecimal: {:?}", shortened(line.trim_start()));
+                let cause = || {
+                    format!("the line does not belong to a listing in hexadecimal: {:?}", shortened(line.trim_start()))
+                };
                 faults.error(
                     "SYM010",
                     pos_of(number, line, line.trim_start()),
                     cause,
-                    "the file is damaged: build anew",
+                    "the file is damaged: build again",
                 );
             }
         }

@@ -50,7 +50,7 @@ pub(super) fn read_map(text: &str, found: &mut CollectedSymbols, faults: &mut Fa
             seen = true;
         } else if line.matches("Value").count() > 1 {
             let cause = || "the map has its symbols in columns, with names cut to 8 or 9 characters".to_owned();
-            let hint = "link with the option for wide maps (-Wl-w; sdcc gives it by itself)";
+            let hint = "link with the option for wide maps (-Wl-w; sdcc sets it by default)";
             return faults.error("SYM006", Pos::new(number, 0, 0), cause, hint);
         } else if line.trim_start().starts_with("Value") {
         } else if let Some(area) = &area {
@@ -61,12 +61,12 @@ pub(super) fn read_map(text: &str, found: &mut CollectedSymbols, faults: &mut Fa
     }
     if !seen && faults.is_empty() {
         let cause = || "the map has no area".to_owned();
-        faults.error("SYM009", Pos::default(), cause, "the file is cut off: link anew");
+        faults.error("SYM009", Pos::default(), cause, "the file is cut off: link again");
     }
     if cut > 0 {
         let cause = || {
             format!(
-                "{cut} names of {NAME_COLUMN_WIDTH} characters may be cut off by the linker; lines named so are left out"
+                "{cut} names of {NAME_COLUMN_WIDTH} characters may be cut off by the linker; lines with such names are ignored"
             )
         };
         faults.warning(
@@ -144,7 +144,7 @@ fn read_symbol(
     };
     let digits = value.bytes().all(|b| b.is_ascii_alphanumeric());
     let Some(addr) = u32::from_str_radix(value, radix).ok().filter(|_| digits) else {
-        return report_damaged(number, line, value, "the value is no number", faults);
+        return report_damaged(number, line, value, "the value is not a number", faults);
     };
     let module = words.next();
     if words.next().is_some() {
@@ -185,5 +185,5 @@ fn looks_like_debug(name: &str) -> bool {
 
 fn report_damaged(number: u32, line: &str, part: &str, what: &'static str, faults: &mut FaultList) {
     let cause = || format!("{what}: {:?}", shortened(part.trim_start()));
-    faults.error("SYM009", pos_of(number, line, part), cause, "the file is cut off or damaged: link anew");
+    faults.error("SYM009", pos_of(number, line, part), cause, "the file is cut off or damaged: link again");
 }

@@ -207,7 +207,7 @@ fn long_name(name: &str, pos: Pos, faults: &mut FaultList) {
             shortened(name)
         )
     };
-    faults.error("SYM018", pos, cause, "the file is damaged, or no tool wrote it: build anew");
+    faults.error("SYM018", pos, cause, "the file is damaged, or no tool wrote it: build again");
 }
 
 /// The memory of a direct address; below 0x80 it is internal RAM.
@@ -314,7 +314,7 @@ fn report_unknown_format(file: &SymbolFile, wanted: &str, faults: &mut FaultList
         "SYM001",
         Pos::default(),
         cause,
-        "give what the linker writes beside the image: .cod, .map (--map), .lst",
+        "give the files that the linker writes with the image: .cod, .map (--map), .lst",
     );
 }
 

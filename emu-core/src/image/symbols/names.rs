@@ -192,6 +192,6 @@ fn disagreement(name: &str, first: &SymbolEntry, other: &SymbolEntry, files: &[S
         file(first),
         first.pos.line
     );
-    let hint = "the files are of different builds: build anew and give the files of one build";
+    let hint = "the files are of different builds: build again and give the files of one build";
     Diagnostic::new(Severity::Error, "SYM008", file(other), other.pos, cause, hint)
 }

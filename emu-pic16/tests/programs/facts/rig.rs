@@ -91,7 +91,7 @@ fn answer(run: &Run, seen: &Seen, asked: &str) -> String {
     let words: Vec<&str> = asked.split_whitespace().collect();
     let found = match words[..] {
         ["end"] => Some(match seen.stop {
-            StopReason::Limit => "goes on".to_owned(),
+            StopReason::Limit => "continues".to_owned(),
             other => format!("{other:?}").to_lowercase(),
         }),
         ["seen", name] => Some(seen.moments.get(name).map_or(0, Vec::len).to_string()),

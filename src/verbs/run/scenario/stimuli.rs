@@ -56,7 +56,7 @@ impl ScenarioFlags {
         let there = |space: &str, addr: u32| cpu.peek(space, addr).is_some();
         let has_pin = |pin: PinId| cpu.has_pin(pin);
         let deaf = (!args.machine.uart_in.is_empty()).then(|| "--uart-in has the line already".to_owned());
-        let devices = || "a snapshot holds no state of the devices of --attach".to_owned();
+        let devices = || "a snapshot does not contain the state of the devices of --attach".to_owned();
         let stateless = (!args.machine.attach.is_empty()).then(devices);
         let chip = cpu.chip();
         let own = |name: &str| avr::chip_pin_text(chip, name);
@@ -99,10 +99,10 @@ impl ScenarioFlags {
                 let own = avr::chip_pin_text(chip, &source.names.replace_channel_name(wire));
                 asked && find_pin(chip, &own).is_ok_and(|pin| cpu.has_pin(pin))
             };
-            let (stimuli, told) = wave.scenario(&mut { wanted })?;
+            let (stimuli, warnings) = wave.scenario(&mut { wanted })?;
             // With --drive, unused wires are intentional and need no warning.
             if self.drive.is_empty() {
-                report_diagnostics(terminal, &told, FileTexts::NONE);
+                report_diagnostics(terminal, &warnings, FileTexts::NONE);
             }
             let bound = bind(&stimuli, &mut site, None, None).map_err(|faults| wave.binding_failure(faults))?;
             beside.push(bound.with_limit(Some(u64::MAX)));

@@ -1,5 +1,5 @@
 ; chip: pic16f877
-; told: 202 211 219 302 303 305 224
+; reports: 202 211 219 302 303 305 224
 ; Operands beyond their fields, and numbers with signs.
         list    p=16f877, r=dec
         org     0

@@ -1,5 +1,5 @@
 ; chip: pic16f628a
-; told: 301 302
+; reports: 301 302
 	list p=16f628a
 	include p16f628a.inc
 	__CONFIG _INTRC_OSC_NOCLKOUT & _WDT_OFF & _LVP_OFF & _MCLRE_OFF & _BODEN_ON

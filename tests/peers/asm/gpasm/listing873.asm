@@ -1,5 +1,5 @@
 ; chip: pic16f873
-; told: 203 205 302
+; reports: 203 205 302
 ; A rung as a compiler of ladder diagrams puts it: instructions and directives in column 1, contacts as texts of two operands.
 list p=16F873
 radix dec

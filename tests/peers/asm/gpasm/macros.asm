@@ -1,5 +1,5 @@
 ; chip: pic16f628a
-; told: 203 301
+; reports: 203 301
 ; Macros, repeats, conditions, texts that stand for others, files.
         processor 16f628a
         include "p16f628a.inc"

@@ -1,5 +1,5 @@
 ; chip: pic16f84a
-; told: 302
+; reports: 302
 ; A program as people write them: a light that runs to and fro, its speed kept in the EEPROM; the plain words of the manual.
         list    p=16f84a
         radix   hex

@@ -1,5 +1,5 @@
 ; chip: pic16f88
-; told: 302
+; reports: 302
 ; A program as people write them: a lamp follows the converter; two configuration words, EEPROM, four banks.
         LIST    P=16F88, R=DEC
         #include "p16f88.inc"

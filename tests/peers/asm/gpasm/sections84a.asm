@@ -1,5 +1,5 @@
 ; chip: pic16f84a
-; told: 312
+; reports: 312
 ; linked
 ; One bank of RAM and one page.
         list    p=16f84a, r=dec

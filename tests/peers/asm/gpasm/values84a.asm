@@ -1,5 +1,5 @@
 ; chip: pic16f84a
-; told: 202 303
+; reports: 202 303
 ; Values of 32 bits, texts given themselves, and names of the chip before its include.
         list    p=16f84a
         if      ~0 == 0xffffffff

@@ -1,7 +1,8 @@
 //! Types out of the texts of stabs: `(0,4)=ar(0,1);0;7;(0,2)` is an array of eight.
 //!
-//! A type is called by a number within a header file of its unit. A header that several units include is told once: the linker leaves
-//! of the others where it stands among their headers. A number may be used before it is defined.
+//! A type is called by a number within a header file of its unit. A header that several units include is
+//! written once: the linker leaves of the others where it is among their headers. A number may be used before
+//! it is defined.
 
 mod bounds;
 mod fields;
@@ -12,7 +13,7 @@ use super::MAX_NAME;
 use crate::image::debug_info::{BaseEncoding, CType, TypeId};
 use bounds::{builtin, range_type};
 
-/// Bytes of a pointer, and of an `enum` that tells no size.
+/// Bytes of a pointer, and of an `enum` without a size.
 const POINTER_BYTES: u32 = 2;
 /// Deepest nesting of types in a text.
 const MAX_DEPTH: u32 = 64;
@@ -123,7 +124,7 @@ pub(super) struct StabTypes {
     known: HashMap<(Vec<u8>, u32), usize>,
     /// Those of the unit, its main file first.
     unit: Vec<usize>,
-    /// Structs, unions and enums that are told elsewhere.
+    /// Structs, unions and enums that are defined elsewhere.
     references: Vec<(TypeId, &'static str, String)>,
     /// Types that are others.
     same: HashMap<usize, Option<TypeId>>,
@@ -147,7 +148,7 @@ impl StabTypes {
         self.headers.push(HashMap::new());
     }
 
-    /// A header begins whose types are told here.
+    /// A header begins whose types are defined here.
     pub fn begin_header(&mut self, name: &[u8], sum: u32) {
         let at = self.headers.len();
         self.headers.push(HashMap::new());
@@ -155,7 +156,7 @@ impl StabTypes {
         self.known.insert((name.to_vec(), sum), at);
     }
 
-    /// A header whose types another unit has told.
+    /// A header whose types another unit has defined.
     pub fn excluded_header(&mut self, name: &[u8], sum: u32) {
         match self.known.get(&(name.to_vec(), sum)) {
             Some(at) => self.unit.push(*at),
@@ -258,7 +259,7 @@ impl StabTypes {
         Some(Some(id))
     }
 
-    /// A type that is used before it is told.
+    /// A type that is used before its definition.
     fn forward(&mut self, (file, within): TypeNumber) -> Option<TypeId> {
         let id = self.fresh();
         self.header(file)?.insert(within, Some(id));
@@ -383,7 +384,7 @@ impl StabTypes {
         })
     }
 
-    /// A struct, union or enum by its tag, which is told elsewhere.
+    /// A struct, union or enum by its tag, which is defined elsewhere.
     fn reference(&mut self, text: &mut TypeText<'_>, own: Option<TypeId>) -> Option<CType> {
         let keyword = match text.take()? {
             b's' => "struct",
@@ -418,7 +419,7 @@ impl StabTypes {
         }
     }
 
-    /// A type that was told already.
+    /// A type that was already defined.
     fn get(&self, id: Option<TypeId>) -> Option<&CType> {
         let mut at = id?;
         // A damaged file may have types that go round in circles.
@@ -431,7 +432,8 @@ impl StabTypes {
         self.types.get(&at.0)
     }
 
-    /// All types, and those that are others of them. What is told elsewhere is the first of its tag that has members.
+    /// All types, and those that are others of them. A type with a definition elsewhere is the first of its
+    /// tag that has members.
     pub fn finish(mut self) -> (BTreeMap<usize, CType>, HashMap<usize, usize>) {
         let mut tags: HashMap<(&str, &str), usize> = HashMap::new();
         for (id, kind) in &self.types {

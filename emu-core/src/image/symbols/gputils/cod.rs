@@ -83,9 +83,10 @@ impl<'b> CodFile<'b> {
     /// chip of another family.
     pub(super) fn new(bytes: &'b [u8], faults: &mut FaultList) -> Option<Self> {
         if !bytes.len().is_multiple_of(BLOCK_BYTES) || bytes.is_empty() {
-            let cause =
-                || format!("the file has {} bytes, which is no whole number of blocks of {BLOCK_BYTES}", bytes.len());
-            faults.error("SYM013", Pos::default(), cause, "the file is cut off: assemble or link anew");
+            let cause = || {
+                format!("the file has {} bytes, which is not a whole number of blocks of {BLOCK_BYTES}", bytes.len())
+            };
+            faults.error("SYM013", Pos::default(), cause, "the file is cut off: assemble or link again");
             return None;
         }
         let mut cod = CodFile { bytes, directories: vec![0] };
@@ -93,7 +94,7 @@ impl<'b> CodFile<'b> {
         while let Some(next) = cod.block(at).and_then(|block| word(block, NEXT)).map(usize::from).filter(|n| *n != 0) {
             if cod.block(next).is_none() || cod.directories.contains(&next) {
                 let cause = || format!("the next directory would be block {next} of {}", bytes.len() / BLOCK_BYTES);
-                faults.error("SYM013", Pos::default(), cause, "the file is damaged: assemble or link anew");
+                faults.error("SYM013", Pos::default(), cause, "the file is damaged: assemble or link again");
                 return None;
             }
             cod.directories.push(next);
@@ -102,7 +103,7 @@ impl<'b> CodFile<'b> {
         let processor = processor_name(bytes).unwrap_or_default();
         let family = processor.trim_start_matches(['p', 'P', 'i', 'I', 'c', 'C']).get(..2);
         if !matches!(family, Some("16" | "12" | "10" | "14")) {
-            let cause = || format!("the program is for {:?}, which is no mid-range PIC", shortened(&processor));
+            let cause = || format!("the program is for {:?}, which is not a mid-range PIC", shortened(&processor));
             faults.error("SYM015", Pos::default(), cause, "give the .cod of a program for a 16F or 16C chip");
             return None;
         }
@@ -131,7 +132,7 @@ impl<'b> CodFile<'b> {
         let blocks = self.bytes.len() / BLOCK_BYTES;
         if last < first || last >= blocks {
             let cause = || format!("the table of {what} would be blocks {first} to {last} of {blocks}");
-            faults.error("SYM013", Pos::default(), cause, "the file is damaged: assemble or link anew");
+            faults.error("SYM013", Pos::default(), cause, "the file is damaged: assemble or link again");
             return Vec::new();
         }
         (first..=last).filter_map(|number| Some((number, self.block(number)?))).collect()
@@ -146,7 +147,7 @@ impl<'b> CodFile<'b> {
 /// Reports a record that is not complete.
 pub(super) fn report_damaged(block: usize, offset: usize, what: &str, faults: &mut FaultList) {
     let cause = || format!("{what} in block {block} at offset 0x{offset:X} is not whole");
-    faults.error("SYM014", Pos::default(), cause, "the file is damaged: assemble or link anew");
+    faults.error("SYM014", Pos::default(), cause, "the file is damaged: assemble or link again");
 }
 
 /// Reads symbols and lines.
@@ -221,11 +222,11 @@ fn read_lines(
             None => {
                 let cause = || {
                     format!(
-                        "a line in block {number} at offset 0x{:X} names source file {file}, which is none",
+                        "a line in block {number} at offset 0x{:X} names source file {file}, which does not exist",
                         6 * row
                     )
                 };
-                faults.error("SYM014", Pos::default(), cause, "the file is damaged: assemble or link anew");
+                faults.error("SYM014", Pos::default(), cause, "the file is damaged: assemble or link again");
             }
         }
     }

@@ -64,7 +64,7 @@ fn read_linker_listing(file: &str, text: &str, found: &mut CollectedSymbols, fau
     let mut lines = numbered_lines(text).skip_while(|(_, line)| !line.starts_with("-------  -----"));
     if lines.next().is_none() {
         let cause = || "no line under the heads of the columns".to_owned();
-        return faults.error("SYM010", Pos::default(), cause, "the file is cut off: link anew");
+        return faults.error("SYM010", Pos::default(), cause, "the file is cut off: link again");
     }
     for (number, line) in lines {
         if line.starts_with(' ') || line.is_empty() {
@@ -82,8 +82,8 @@ fn read_linker_listing(file: &str, text: &str, found: &mut CollectedSymbols, fau
 }
 
 fn report_damaged(number: u32, line: &str, faults: &mut FaultList) {
-    let cause = || format!("the line is none of a listing: {:?}", shortened(line));
-    faults.error("SYM010", pos_of(number, line, line), cause, "the file is damaged: build anew");
+    let cause = || format!("the line does not belong to a listing: {:?}", shortened(line));
+    faults.error("SYM010", pos_of(number, line, line), cause, "the file is damaged: build again");
 }
 
 fn read_assembler_listing(file: &str, text: &str, found: &mut CollectedSymbols, faults: &mut FaultList) {

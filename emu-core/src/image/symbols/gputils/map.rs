@@ -23,7 +23,7 @@ pub(in super::super) fn read_map(text: &str, found: &mut CollectedSymbols, fault
     let mut lines = numbered_lines(text).skip_while(|(_, line)| line.trim() != "Symbols - Sorted by Name");
     if lines.next().is_none() {
         let cause = || "the map has no table `Symbols - Sorted by Name`".to_owned();
-        return faults.error("SYM009", Pos::default(), cause, "the file is cut off: link anew");
+        return faults.error("SYM009", Pos::default(), cause, "the file is cut off: link again");
     }
     for (number, line) in lines.skip(2) {
         if line.is_empty() || faults.is_full() {
@@ -39,7 +39,7 @@ pub(in super::super) fn read_map(text: &str, found: &mut CollectedSymbols, fault
         };
         let digits = address.strip_prefix("0x").filter(|d| d.bytes().all(|b| b.is_ascii_hexdigit()));
         let Some(addr) = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok()) else {
-            report_damaged(number, line, address, "the address is no hexadecimal number of 32 bits", faults);
+            report_damaged(number, line, address, "the address is not a hexadecimal number of 32 bits", faults);
             continue;
         };
         let pos = pos_of(number, line, name);
@@ -66,5 +66,5 @@ pub(in super::super) fn read_map(text: &str, found: &mut CollectedSymbols, fault
 
 fn report_damaged(number: u32, line: &str, part: &str, what: &'static str, faults: &mut FaultList) {
     let cause = || format!("{what}: {:?}", shortened(part.trim_start()));
-    faults.error("SYM009", pos_of(number, line, part), cause, "the file is cut off or damaged: link anew");
+    faults.error("SYM009", pos_of(number, line, part), cause, "the file is cut off or damaged: link again");
 }

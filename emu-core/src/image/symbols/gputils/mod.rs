@@ -58,7 +58,7 @@ fn add_line(word: u32, kind: SourceKind, file: &str, number: u32, found: &mut Co
 
 fn report_beyond_end(memory: &str, addr: u32, last: u32, pos: Pos, faults: &mut FaultList) {
     let cause = || format!("the address 0x{addr:X} is beyond the last of {memory}, 0x{last:X}");
-    faults.error("SYM004", pos, cause, "the program is for another family, or the file is damaged: build anew");
+    faults.error("SYM004", pos, cause, "the program is for another family, or the file is damaged: build again");
 }
 
 /// The name of a source file without folder and extension, used as a prefix of its statics.

@@ -86,7 +86,13 @@ pub(in crate::image::symbols) fn read_m51(text: &str, found: &mut CollectedSymbo
                     marked |= row.class.is_none();
                     row.apply(*number, line, &stems, &mut scopes, found, faults);
                 } else if !is_rule(line) {
-                    report_damaged(*number, line, line.trim_start(), "the line is none of a table of symbols", faults);
+                    report_damaged(
+                        *number,
+                        line,
+                        line.trim_start(),
+                        "the line does not belong to a table of symbols",
+                        faults,
+                    );
                 }
             }
         }
@@ -102,7 +108,7 @@ pub(in crate::image::symbols) fn read_m51(text: &str, found: &mut CollectedSymbo
             "SYM009",
             Pos::new(last, 1, 1),
             cause,
-            "names and lines are missing: link anew, or get the map again",
+            "names and lines are missing: link again, or get the map again",
         );
     }
     scopes.finish(found, faults);
@@ -217,7 +223,7 @@ impl<'t> MapRow<'t> {
             ("LINE#" | "LINE", SymbolPlace::At(MemorySpace::Code, addr)) => {
                 match self.name.strip_prefix('#').unwrap_or(self.name).parse() {
                     Ok(line) => scopes.line(addr, line, pos),
-                    Err(_) => report_damaged(number, line, self.name, "the number of a line is none", faults),
+                    Err(_) => report_damaged(number, line, self.name, "the number of a line is invalid", faults),
                 }
             }
             ("PUBLIC" | "SFRSYM", SymbolPlace::At(mem, addr)) => {
@@ -267,9 +273,9 @@ enum SymbolPlace {
 /// Parses `0183H` in `C`, `00B0H.4` in `B`. LX51 writes the number of the memory above the 24 bits of the
 /// address.
 fn parse_place(memory: &str, digits: &str, long: bool) -> Result<SymbolPlace, &'static str> {
-    const WRONG: &str = "the value is no hexadecimal number with an H";
+    const WRONG: &str = "the value is not a hexadecimal number with an H";
     let (digits, bit) = match digits.split_once('.') {
-        Some((digits, bit)) => (digits, Some(bit.parse::<u32>().map_err(|_| "the number of a bit is none")?)),
+        Some((digits, bit)) => (digits, Some(bit.parse::<u32>().map_err(|_| "the number of a bit is invalid")?)),
         None => (digits, None),
     };
     let digits = digits.strip_suffix('H').ok_or(WRONG)?;
@@ -290,7 +296,7 @@ fn parse_place(memory: &str, digits: &str, long: bool) -> Result<SymbolPlace, &'
         }
         // `B1`: a code bank.
         _ if memory.strip_prefix('B').is_some_and(|bank| bank.parse::<u32>().is_ok()) => {
-            return Err("the name lies in a bank of code, and banks are not emulated");
+            return Err("the name is in a bank of code, and banks are not emulated");
         }
         _ => return Err("the memory is unknown; wanted C, D, I, X, B or N"),
     };
@@ -310,5 +316,5 @@ fn split_word(text: &str) -> Option<(&str, &str)> {
 
 fn report_damaged(number: u32, line: &str, part: &str, what: &'static str, faults: &mut FaultList) {
     let cause = || format!("{what}: {:?}", shortened(part));
-    faults.error("SYM009", pos_of(number, line, part), cause, "the file is cut off or damaged: link anew");
+    faults.error("SYM009", pos_of(number, line, part), cause, "the file is cut off or damaged: link again");
 }

@@ -5,7 +5,7 @@ use crate::image::debug_info::{BaseEncoding, CType};
 /// Bytes of `int`.
 const INT_BYTES: u32 = 2;
 
-/// A bound of a range. One in octal is told by its bits, so it is never below 0.
+/// A bound of a range. One in octal is given by its bits, so it is never below 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Bound {
     amount: u128,
@@ -26,7 +26,8 @@ fn bound(text: &[u8]) -> Option<Bound> {
     (!digits.is_empty()).then_some(Bound { amount, negative })
 }
 
-/// The type of the numbers from a bound to another, as gdb takes them; nothing where it is a part of another type.
+/// The type of the numbers from a bound to another, as gdb takes them; nothing where it is a part of another
+/// type.
 pub(super) fn range_type(low: &[u8], high: &[u8], size: Option<u32>, of_itself: bool) -> Option<CType> {
     let (low, high) = (bound(low)?, bound(high)?);
     let base = |bytes: u32, encoding| {
@@ -43,7 +44,7 @@ pub(super) fn range_type(low: &[u8], high: &[u8], size: Option<u32>, of_itself: 
         return base(bytes, if low.amount == 0 { BaseEncoding::Unsigned } else { BaseEncoding::Signed });
     }
     match (low, high) {
-        // A number with a point tells its bytes in place of its lowest value.
+        // A number with a point gives its bytes instead of its lowest value.
         (Bound { amount: bytes, negative: false }, Bound { amount: 0, .. }) if bytes > 0 => {
             base(u32::try_from(bytes).ok()?, BaseEncoding::Float)
         }
