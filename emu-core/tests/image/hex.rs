@@ -76,7 +76,7 @@ fn faults_are_all_reported() {
         let found = load_file(name).expect_err(name);
         assert_eq!(lines(&found, " | "), wanted, "{name}.hex");
         for d in &found {
-            let severity = if d.cause.ends_with("left out") || d.cause.ends_with("(0xFF)") {
+            let severity = if d.cause.ends_with("ignored") || d.cause.ends_with("(0xFF)") {
                 Severity::Note
             } else {
                 Severity::Error
