@@ -54,8 +54,8 @@ pub(crate) fn scan_name(d: &AsmDialect, text: &str, at: usize) -> Result<usize, 
     }
 }
 
-/// Returns the end of the word that begins at `at`, as [`scan_name`] does, by the rules of sdas8051: a word has
-/// letters, digits and `_ . $`, in quoted text too.
+/// Returns the end of the word that begins at `at`, as [`scan_name`] does, by the rules of sdas8051: a word
+/// has letters, digits and `_ . $`, in quoted text too.
 fn scan_asxxxx_word(text: &str, at: usize) -> Result<usize, usize> {
     let rest = text.get(at..).unwrap_or_default();
     let end = at + rest.find(|c: char| !c.is_ascii_alphanumeric() && !"_.$".contains(c)).unwrap_or(rest.len());
@@ -267,7 +267,8 @@ pub(crate) fn parse_parameter(d: &AsmDialect, text: &str) -> MacroParameter {
 }
 
 /// Returns the line with values substituted for names: `\name` in all dialects, and in some of them the bare
-/// name outside quotes, in macros of sdas8051 inside them too. `\@` becomes the number of the call; `\()` is removed.
+/// name outside quotes, in macros of sdas8051 inside them too. `\@` becomes the number of the call; `\()` is
+/// removed.
 pub(crate) fn substitute_parameters(
     d: &AsmDialect,
     line: &AsmLine,

@@ -122,8 +122,8 @@ pub(crate) fn step(d: &AsmDialect, text: &str, at: usize) -> usize {
     }
 }
 
-/// Returns the position after a single quote and its text: `'c'`, `'\n'`, `'c` at the end, or a longer text in
-/// single quotes. `'c` before a comma is one character, unless the dialect takes `'c, d'` as a text.
+/// Returns the position after a single quote and its text: `'c'`, `'\n'`, `'c` at the end, or a longer text
+/// in single quotes. `'c` before a comma is one character, unless the dialect takes `'c, d'` as a text.
 fn behind_char(d: &AsmDialect, text: &str, at: usize) -> usize {
     let alone = at + 1 + width(text, at + 1);
     match byte(text, alone) {

@@ -248,7 +248,8 @@ fn check_sizes(part: &AvrPart, header: &Header, wrong: &mut Vec<String>) {
     ];
     for (name, ours) in sizes {
         let theirs = header.names.get(name);
-        // The headers of the ATmega164A and 164P have each other's signature (Atmel 8272 and 8011, signature bytes).
+        // The headers of the ATmega164A and 164P have each other's signature (Atmel 8272 and 8011, signature
+        // bytes).
         if name == "SIGNATURE_2" && ["atmega164a", "atmega164p"].contains(&chip.name) {
             continue;
         }
@@ -322,8 +323,8 @@ fn bits_land_where_they_belong() {
 }
 
 /// Registers whose bits differ between the headers of newer chips and the data sheet: TWAM0 is bit 1 in the
-/// headers, the ATmega48 has neither EEAR8 and EEAR9 nor a boot section for the vectors, and the headers of the
-/// ATmega324PA and 644PA have the bits of EEARH of the ATmega1284.
+/// headers, the ATmega48 has neither EEAR8 and EEAR9 nor a boot section for the vectors, and the headers of
+/// the ATmega324PA and 644PA have the bits of EEARH of the ATmega1284.
 const OTHERWISE: &[(&str, &str)] = &[
     ("atmega328p", "TWAMR"),
     ("atmega48pa", "EEARH"),

@@ -12,7 +12,8 @@ use crate::possible_outcomes::{self, FALSE_FALSE, FALSE_TRUE, TRUE_FALSE, TRUE_T
 use crate::stimulus::ScanStimulus;
 use crate::value_hints::ValueHints;
 
-/// One scan of the evaluator: symbol values before and after, and the rung bit at every element in text order.
+/// One scan of the evaluator: symbol values before and after, and the rung bit at every element in text
+/// order.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct EvaluatedScan {
     values_before: Vec<i32>,

@@ -161,7 +161,8 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
         let mut step = step.clone();
         if self.first {
             self.first = false;
-            // A module of AP101 that is a timer takes its start when it is first executed, whatever it held before.
+            // A module of AP101 that is a timer takes its start when it is first executed, whatever it held
+            // before.
             let symbols = self.eval.symbols();
             let is_late = |symbol: &usize| {
                 self.places.is_self_paced() && symbols.get(*symbol).is_some_and(|s| s.kind == SymbolKind::Timer)

@@ -280,8 +280,7 @@ void PlcCycle(void)
         case 0x3B:
             v = PlcReceiveByte();
             rung = v >= 0;
-            if (rung)
-                value[n] = wrap((u32)v, width[n]);
+            if (rung) value[n] = wrap((u32)v, width[n]);
             break;
         case 0x3C:
             cell = (unsigned)number();

@@ -32,6 +32,7 @@ pub(crate) fn check_flow(checker: &mut Checker<'_>) {
                     "not in a subprogram: it ends the scan here and in the C of LDmicro 5, whose chips run away";
                 checker.warning(codes::RETURN_OUTSIDE, at, cause, "write GOTO with a number beyond the last rung");
             }
+            // Other elements do not change the order of execution.
             _ => {}
         }
     }
@@ -113,6 +114,7 @@ fn check_goto(checker: &mut Checker<'_>, at: CheckedElement<'_>, flow: &ProgramF
         Element::Flow { op: FlowOp::Goto, label } => {
             id != at.id && flow.target(label).is_some_and(|to| to > at.id.rung || to < target)
         }
+        // Execution goes on after every other element.
         _ => false,
     };
     let is_left = program

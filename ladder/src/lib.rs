@@ -26,6 +26,7 @@ mod parse;
 mod peripheral_checks;
 mod program_checks;
 mod program_head;
+mod program_parts;
 mod pulse_elements;
 mod reader;
 mod register_checks;

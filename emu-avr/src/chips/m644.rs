@@ -1,5 +1,5 @@
-//! ATmega164, 324, 644 and 1284 with their variants (Atmel 8272; Atmel 8011 for 164P, 324P and 644P; Atmel 2593
-//! for the first ATmega644).
+//! ATmega164, 324, 644 and 1284 with their variants (Atmel 8272; Atmel 8011 for 164P, 324P and 644P; Atmel
+//! 2593 for the first ATmega644).
 
 use emu_core::chip::{Chip, ChipPackage, NamedAddress, PinDef};
 use emu_core::pins::PinId;
@@ -328,8 +328,8 @@ const PACKAGES: &[ChipPackage] = &[
     ] },
 ];
 
-/// Pin of each line of a unit (alternate port functions), without the pin change inputs. The last four rows are those of
-/// timer 3, the three before them those of USART 1.
+/// Pin of each line of a unit (alternate port functions), without the pin change inputs. The last four rows
+/// are those of timer 3, the three before them those of USART 1.
 #[rustfmt::skip]
 const LINES: &[(usize, AvrLine, PinId)] = &[
     (unit_index::TIMER,     AvrLine::T,    8), (unit_index::TIMER,     AvrLine::OcA, 11), (unit_index::TIMER,     AvrLine::OcB, 12),
@@ -344,7 +344,8 @@ const LINES: &[(usize, AvrLine, PinId)] = &[
     (unit_index::TIMER + 3, AvrLine::OcB, 15),
 ];
 
-/// Pin and number of each pin change input: PCINT0 to 7 on port A, 8 to 15 on port B, 16 to 23 on port C, 24 to 31 on port D.
+/// Pin and number of each pin change input: PCINT0 to 7 on port A, 8 to 15 on port B, 16 to 23 on port C, 24
+/// to 31 on port D.
 const PIN_CHANGES: &[(PinId, u8)] = &{
     let mut inputs = [(0, 0); 32];
     let mut n = 0;
@@ -355,8 +356,8 @@ const PIN_CHANGES: &[(PinId, u8)] = &{
     inputs
 };
 
-/// Interrupt vectors; the position is the vector number, RESET is 0. The last four are those of timer 3, the three before
-/// them those of USART 1.
+/// Interrupt vectors; the position is the vector number, RESET is 0. The last four are those of timer 3, the
+/// three before them those of USART 1.
 #[rustfmt::skip]
 const VECTORS: &[&str] = &[
     "RESET", "INT0", "INT1", "INT2", "PCINT0", "PCINT1", "PCINT2", "PCINT3", "WDT", "TIMER2_COMPA", "TIMER2_COMPB", "TIMER2_OVF",

@@ -190,6 +190,14 @@ impl AvrPart {
         })
     }
 
+    /// Returns the name of the pin at which USART `number` transmits; `None` if the chip does not have it.
+    #[must_use]
+    pub fn transmit_pin(&self, number: usize) -> Option<&'static str> {
+        let line = (unit_index::USART + number, AvrLine::Txd);
+        let row = self.peripheral_pins.iter().find(|(unit, name, _)| (*unit, *name) == line)?;
+        self.chip.pins.get(usize::from(row.2)).map(|pin| pin.name)
+    }
+
     /// Reports whether the pin `name` belongs to the JTAG interface, which JTD disables.
     #[must_use]
     pub fn is_jtag_pin(&self, name: &str) -> bool {

@@ -479,20 +479,9 @@ impl AvrDevice for AvrAdc {
         let now = self.advanced_to(t);
         match reg {
             // A read that changes the lock has a side effect.
-            AdcRegister::ADCL => {
-                if now.locked {
-                    NEVER
-                } else {
-                    t
-                }
-            }
-            AdcRegister::ADCH => {
-                if now.locked {
-                    t
-                } else {
-                    now.end_at()
-                }
-            }
+            AdcRegister::ADCL if now.locked => NEVER,
+            AdcRegister::ADCH if !now.locked => now.end_at(),
+            AdcRegister::ADCL | AdcRegister::ADCH => t,
             AdcRegister::ADCSRA if now.free_running() && now.adcsra & ADIF != 0 => NEVER,
             AdcRegister::ADCSRA => now.end_at(),
             _ => NEVER,

@@ -299,7 +299,8 @@ impl AvrSoc {
         }
     }
 
-    /// Writes MCUCR: PUD, JTD, which is only stored, and the timed sequences of IVSEL (12.5.1) and of BODS (10.11.2).
+    /// Writes MCUCR: PUD, JTD, which is only stored, and the timed sequences of IVSEL (12.5.1) and of BODS
+    /// (10.11.2).
     fn write_mcucr(&mut self, value: u8, mask: u8, t: u64) {
         let value = self.mcucr & !mask | value & mask;
         let mut new = self.mcucr & !(JTD | PUD) | value & (JTD | PUD);

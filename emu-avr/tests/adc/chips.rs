@@ -28,8 +28,8 @@ fn channels_of_the_flat_packages_convert() {
     }
 }
 
-/// The reference by REFS, and the bandgap (Atmel 8272, tables 23-3 and 23-4; ATmega16: 2466). The result is the voltage
-/// times 1024 over the reference.
+/// The reference by REFS, and the bandgap (Atmel 8272, tables 23-3 and 23-4; ATmega16: 2466). The result is
+/// the voltage times 1024 over the reference.
 #[test]
 fn references_and_bandgap() {
     for (name, admux, millivolts, wanted) in [

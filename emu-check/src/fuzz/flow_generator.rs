@@ -4,7 +4,8 @@ use diag::Pos;
 use emu_core::rng::Rng;
 use ladder::{Element, FlowOp, Rung, RungNode};
 
-/// Adds some jumps and, if `full`, jumps back and a subprogram. `inputs` are names for conditions, at least one.
+/// Adds some jumps and, if `full`, jumps back and a subprogram. `inputs` are names for conditions, at least
+/// one.
 pub(super) fn add_flow(rng: &mut Rng, rungs: &mut Vec<Rung>, inputs: &[String], full: bool) {
     let body = if full && rng.one_in(2) { add_subprogram(rng, rungs, inputs) } else { 0..0 };
     for _ in 0..rng.below(3) {

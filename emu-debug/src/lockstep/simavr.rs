@@ -52,8 +52,8 @@ pub struct SimavrPeer {
 }
 
 /// Returns the chip of simavr that is equivalent to `chip`: the data sheet of the 48PA family (DS40002061)
-/// gives the ATmega48A, 88A and 168A the registers and characteristics of the chips without a letter. simavr has no
-/// ATmega164A, 644A and 644PA, which have the registers of the ATmega164 and 644P (Atmel 8272).
+/// gives the ATmega48A, 88A and 168A the registers and characteristics of the chips without a letter. simavr
+/// has no ATmega164A, 644A and 644PA, which have the registers of the ATmega164 and 644P (Atmel 8272).
 #[must_use]
 pub fn equivalent_chip(chip: &str) -> Option<&'static str> {
     match chip {

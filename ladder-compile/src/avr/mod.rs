@@ -52,7 +52,7 @@ struct AvrBuildPlan<'a> {
 /// The image does not fit the chip, or the chip lacks a feature that the program needs.
 pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     let chip = job.target.chip;
-    let regs = AvrRegisters::new(chip);
+    let regs = AvrRegisters::new(job.target);
     let pace = pacing::plan_pacing(job.clock_hz, job.cycle_us, pacing::prescaler_reset_clocks(&regs))
         .map_err(|(shortest, longest)| BuildRefusal::PeriodOutOfRange { shortest, longest })?;
     let uses = AvrUsage::of(job.ir);

@@ -127,13 +127,13 @@ impl AvrSelector<'_> {
     /// Writes the low byte of a value to the transmitter.
     pub fn send(&mut self, value: WordOperand) {
         let [from, ..] = self.source_registers(value, 1, A);
-        registers::write(self.asm, self.regs.addr(serial::DATA), from);
+        registers::write(self.asm, self.regs.serial(serial::DATA), from);
     }
 
     /// T := a byte has been received; if so, it is stored in dst.
     pub fn receive(&mut self, dst: WordId) {
         let over = self.asm.new_label();
-        let (status, bit) = (self.regs.addr(serial::STATUS), self.regs.bit(serial::RECEIVED));
+        let (status, bit) = (self.regs.serial(serial::STATUS), self.regs.bit(serial::RECEIVED));
         self.asm.op(Kind::Clt, &[]);
         if registers::is_bit_addressable(status) {
             self.asm.op(Kind::Sbis, &[status - 0x20, bit]);
@@ -146,7 +146,7 @@ impl AvrSelector<'_> {
         let wanted = self.bytes(dst);
         let home = self.home_registers(dst);
         let to = home.unwrap_or(A);
-        registers::read(self.asm, to[0], self.regs.addr(serial::DATA));
+        registers::read(self.asm, to[0], self.regs.serial(serial::DATA));
         to.iter().take(wanted).skip(1).for_each(|&reg| self.asm.op(Kind::Mov, &[reg, ZERO]));
         if home.is_none() {
             self.store_registers(dst, A);

@@ -4,6 +4,7 @@ use emu_avr::isa::Kind;
 use emu_core::chip::Chip;
 
 use super::arch::AvrCodeWriter;
+use crate::target::CompileTarget;
 
 /// Register that is always zero, as is [`LOW_ZERO`] below it, except between MUL and the use of its product.
 pub const ZERO: i32 = 1;
@@ -24,13 +25,24 @@ pub struct AvrRegisters {
     /// The chip.
     pub chip: &'static Chip,
     bits: Vec<(&'static str, i32)>,
+    /// True if the compiler uses the first of two serial lines.
+    uses_first_usart: bool,
 }
 
 impl AvrRegisters {
-    /// Creates the lookup for `chip`.
+    /// Creates the lookup for the chip of `target`, whose pins select the serial line.
     #[must_use]
-    pub fn new(chip: &'static Chip) -> Self {
-        AvrRegisters { chip, bits: (chip.constants)() }
+    pub fn new(target: &CompileTarget) -> Self {
+        let chip = target.chip;
+        let first = emu_avr::chips::part(chip.name).and_then(|part| part.transmit_pin(0));
+        let uses_first_usart = target.uart.is_some_and(|(transmit, _)| first == Some(transmit));
+        AvrRegisters { chip, bits: (chip.constants)(), uses_first_usart }
+    }
+
+    /// Data address of a register of the serial line, by its names for the second, the first and an only line.
+    #[must_use]
+    pub fn serial(&self, names: &[&str]) -> i32 {
+        self.addr(names.get(usize::from(self.uses_first_usart)..).unwrap_or_default())
     }
 
     /// True if the chip has a register of that name.

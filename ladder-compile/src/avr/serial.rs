@@ -45,7 +45,7 @@ pub fn plan_uart(job: &CompileJob<'_>) -> Result<Option<AvrUartSetup>, BuildRefu
     Ok(Some(best))
 }
 
-/// Data register; the register of the second serial line on chips that have two.
+/// Data register of the serial line that [`AvrRegisters::serial`] selects: second, first, only one.
 pub const DATA: &[&str] = &["UDR1", "UDR0", "UDR"];
 /// Status register.
 pub const STATUS: &[&str] = &["UCSR1A", "UCSR0A", "UCSRA"];
@@ -63,15 +63,15 @@ impl AvrUartSetup {
     pub fn start(&self, asm: &mut AvrCodeWriter, regs: &AvrRegisters, job: &CompileJob<'_>) {
         let [low, high] = self.rate.to_le_bytes();
         if high != 0 {
-            registers::write_constant(asm, regs.addr(RATE_HIGH), high.into(), 24);
+            registers::write_constant(asm, regs.serial(RATE_HIGH), high.into(), 24);
         }
-        registers::write_constant(asm, regs.addr(RATE_LOW), low.into(), 24);
+        registers::write_constant(asm, regs.serial(RATE_LOW), low.into(), 24);
         if self.double {
-            registers::write_constant(asm, regs.addr(STATUS), regs.mask(&[DOUBLE]), 24);
+            registers::write_constant(asm, regs.serial(STATUS), regs.mask(&[DOUBLE]), 24);
         }
         let parts = [(job.ir.uart.send, TRANSMIT), (job.ir.uart.receive, RECEIVE)];
         let parts: Vec<&[&str]> = parts.into_iter().filter(|part| part.0).map(|part| part.1).collect();
-        registers::write_constant(asm, regs.addr(CONTROL), regs.mask(&parts), 24);
+        registers::write_constant(asm, regs.serial(CONTROL), regs.mask(&parts), 24);
     }
 
     /// Clocks per bit, as a fraction.

@@ -89,6 +89,7 @@ impl<'a> Lowering<'a> {
                     plan.sites.insert((id.rung, id.index), site);
                     None
                 }
+                // No other element jumps.
                 _ => None,
             };
             let Some(target) = target else { continue };

@@ -26,7 +26,8 @@ pub struct AvrAdcKind {
     pub bandgap_mv: u32,
     /// Voltage of the internal reference that REFS = 3 selects, in millivolts.
     pub reference_mv: u32,
-    /// Voltage of the internal reference that REFS = 2 selects, in millivolts; without one REFS = 2 selects AREF.
+    /// Voltage of the internal reference that REFS = 2 selects, in millivolts; without one REFS = 2 selects
+    /// AREF.
     pub low_reference_mv: Option<u32>,
     /// True if ADTS selects trigger sources; otherwise bit 5 of ADCSRA is ADFR.
     pub triggers: bool,

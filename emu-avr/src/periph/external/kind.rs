@@ -70,8 +70,8 @@ impl ExternalKind {
     /// ATmega162 (Atmel 2513, external interrupts): interrupts 0 to 2 are INT0 to INT2, 3 and 4 PCINT0 and
     /// PCINT1.
     pub const MEGA162: ExternalKind = ExternalKind { masks: [0xFF, 0xFF, 0, 0], ..ExternalKind::MEGA16 };
-    /// ATmega164, 324, 644 and 1284 (Atmel 8272, external interrupts): interrupts 0 to 2 are INT0 to INT2, 3 to 6 PCINT0 to
-    /// PCINT3. The data sheet has edges registered without a clock, so they wake the core.
+    /// ATmega164, 324, 644 and 1284 (Atmel 8272, external interrupts): interrupts 0 to 2 are INT0 to INT2, 3
+    /// to 6 PCINT0 to PCINT3. The data sheet has edges registered without a clock, so they wake the core.
     pub const MEGA644: ExternalKind =
         ExternalKind { ints: 3, edges_wake: true, wake_by_sheet: true, masks: [0xFF; 4], ..ExternalKind::MEGA48 };
     /// ATmega64 and 128 (Atmel 2490 and 2467, external interrupts): INT0 to INT7.

@@ -1,4 +1,5 @@
-//! Types of C that a debugger knows without the program: those of literals and of what is computed (AVR-GCC, "Type layout").
+//! Types of C that a debugger knows without the program: those of literals and of what is computed (AVR-GCC,
+//! "Type layout").
 
 use std::sync::LazyLock;
 

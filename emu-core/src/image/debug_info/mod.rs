@@ -256,7 +256,8 @@ impl DebugInfo {
         own.or_else(|| builtin::builtin_type(id))
     }
 
-    /// The type of C that a debugger knows by itself, as the compiler of the AVR has it: `int`, `unsigned long`, `double`.
+    /// The type of C that a debugger knows by itself, as the compiler of the AVR has it: `int`, `unsigned
+    /// long`, `double`.
     #[must_use]
     pub fn builtin_type(name: &str) -> Option<TypeId> {
         builtin::builtin_id(name)

@@ -6,6 +6,7 @@
 
 mod bits;
 mod flow;
+mod narrow;
 mod parts;
 mod ports;
 mod pulses;
@@ -19,6 +20,7 @@ use ladder::{
     CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
     RungNode, TimerKind,
 };
+use narrow::NarrowOperand;
 
 /// Observation at one element: the rung bit before and after it.
 pub type ElementObservation = (ElementId, bool, bool);
@@ -485,27 +487,6 @@ impl NaiveInterpreter {
         match operand.into() {
             NarrowOperand::Name(name) => self.widths[name] <= 2,
             NarrowOperand::Value(value) => (-0x8000..0x8000).contains(&value),
-        }
-    }
-}
-
-/// An operand or name whose width is asked for.
-enum NarrowOperand<'a> {
-    Name(&'a str),
-    Value(i64),
-}
-
-impl<'a> From<&'a String> for NarrowOperand<'a> {
-    fn from(name: &'a String) -> Self {
-        NarrowOperand::Name(name)
-    }
-}
-
-impl<'a> From<&'a LadderOperand> for NarrowOperand<'a> {
-    fn from(operand: &'a LadderOperand) -> Self {
-        match operand {
-            LadderOperand::Var(name) => NarrowOperand::Name(name),
-            LadderOperand::Const { value, .. } => NarrowOperand::Value(*value),
         }
     }
 }
