@@ -114,7 +114,8 @@ fn answers(text: &str) -> Vec<Vec<String>> {
     for line in text.lines() {
         if line.starts_with("(emu)") {
             found.push(Vec::new());
-        } else if let Some(last) = found.last_mut() {
+        } else if let Some(last) = found.last_mut().filter(|_| !line.starts_with("[Inferior")) {
+            // After the last answer gdb reports that it lets the program go.
             last.push(plain(line));
         }
     }

@@ -31,8 +31,13 @@ pub fn emit_ir(program: &LadderProgram, ir: &Ir) -> EmittedSource {
     let parts = StatementWriter::new(ir, &names).scan(&plan.texts());
     scan += &parts.begin;
     let mut rungs = String::new();
-    // Each rung is a function, because some compilers are very slow on one large function.
+    // Each rung is a function, because some compilers are very slow on one large function; but jumps stay in
+    // one function.
     for (number, rung) in (1..).zip(&parts.rungs) {
+        if ir.has_jumps() {
+            let _ = write!(scan, "\n    /* Rung {number} */\n{rung}");
+            continue;
+        }
         let _ = write!(
             rungs,
             "\n/* Rung {number} */\nstatic unsigned char PlcRung{number}(unsigned char rung)\n{{\n{rung}    return rung;\n}}\n"
