@@ -1,11 +1,13 @@
 //! Emits operations as C statements, for the scan of a C program or of a sketch.
 
+use std::collections::BTreeSet;
+
 use ladder::ElementId;
 
 use super::names::comment_text;
 use super::tables::{TableElement, table_element};
 use crate::ir::{
-    ArithmeticOp, BitId, BranchCondition, Ir, IrOp, LogicOp, RelationOp, WordComparison, WordId, WordOperand,
+    ArithmeticOp, BitId, BranchCondition, Ir, IrOp, LabelId, LogicOp, RelationOp, WordComparison, WordId, WordOperand,
     min_bytes, shift_count,
 };
 
@@ -37,9 +39,22 @@ impl ScanStatements {
     }
 }
 
+/// Adds the labels that jumps within `op` reach.
+fn add_jump_targets(op: &IrOp, targets: &mut BTreeSet<LabelId>) {
+    match op {
+        IrOp::Jump { to, .. } => _ = targets.insert(*to),
+        IrOp::If { if_true, if_false, .. } => {
+            if_true.iter().chain(if_false).for_each(|op| add_jump_targets(op, targets));
+        }
+        _ => {}
+    }
+}
+
 /// Writes the statements of a scan.
 pub(super) struct StatementWriter<'a> {
     ir: &'a Ir,
+    /// Labels that jumps reach.
+    targets: BTreeSet<LabelId>,
     names: &'a CellSpelling,
     text: String,
     depth: usize,
@@ -48,7 +63,10 @@ pub(super) struct StatementWriter<'a> {
 impl<'a> StatementWriter<'a> {
     /// Creates a writer that uses the given spelling of cells.
     pub(super) fn new(ir: &'a Ir, names: &'a CellSpelling) -> Self {
-        StatementWriter { ir, names, text: String::new(), depth: 1 }
+        let mut targets = BTreeSet::new();
+        let steps = ir.rungs.iter().flat_map(|rung| &rung.steps).map(|step| &step.op);
+        steps.chain(&ir.prologue).chain(&ir.epilogue).for_each(|op| add_jump_targets(op, &mut targets));
+        StatementWriter { ir, targets, names, text: String::new(), depth: 1 }
     }
 
     /// Writes the scan between the latching of inputs and the writing of outputs, indented by one level.
@@ -170,7 +188,9 @@ impl<'a> StatementWriter<'a> {
             // Timers and counters stay modules only for chips that have such modules.
             IrOp::Module { .. } => self.line("#error \"a timer or counter was left whole\""),
             // A label needs a statement behind it.
-            IrOp::Label(label) => self.line(&format!("plc_label_{}:;", label.0)),
+            IrOp::Label(label) if self.targets.contains(label) => self.line(&format!("plc_label_{}:;", label.0)),
+            // Compilers warn about a label that no jump reaches.
+            IrOp::Label(_) => {}
             IrOp::Jump { to, .. } => self.line(&format!("goto plc_label_{};", to.0)),
             IrOp::If { cond, if_true: then, if_false: otherwise } => {
                 let holds = match cond {
