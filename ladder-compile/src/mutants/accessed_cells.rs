@@ -69,6 +69,8 @@ pub(super) fn for_each_cell(op: &mut IrOp, see: &mut dyn FnMut(CellSlot<'_>, boo
     }
     match op {
         IrOp::SetAccumulator(_) => see(CellSlot::Acc, true),
+        // What follows in the text is not what follows in the scan.
+        IrOp::Label(_) | IrOp::Jump { .. } => see(CellSlot::Peripheral, true),
         IrOp::Load { bit, .. } => {
             see(CellSlot::Bit(bit), false);
             see(CellSlot::Acc, true);

@@ -3,8 +3,8 @@
 use ladder::{CounterKind, TimerKind};
 
 use crate::ir::{
-    ArithmeticOp, BitId, BitRole, BranchCondition, Ir, IrOp, LogicOp, RelationOp, TimedModule, WordComparison, WordId,
-    WordOperand,
+    ArithmeticOp, BitId, BitRole, BranchCondition, Ir, IrOp, JumpKind, LogicOp, RelationOp, TimedModule,
+    WordComparison, WordId, WordOperand,
 };
 
 /// Faults of one operation and of its nested operations: the affected operation and its replacement (`None`
@@ -48,6 +48,9 @@ fn own_mutants(ir: &Ir, op: &IrOp) -> Vec<Option<IrOp>> {
     let mut new = |op: IrOp| out.push(Some(op));
     match op.clone() {
         IrOp::SetAccumulator(value) => new(IrOp::SetAccumulator(!value)),
+        // Without its label, its call or its return a program has no image.
+        IrOp::Label(_) | IrOp::Jump { kind: JumpKind::Call { .. } | JumpKind::Return, .. } => {}
+        IrOp::Jump { .. } => out.push(None),
         IrOp::Load { bit, negated } => {
             new(IrOp::Load { bit, negated: !negated });
             other_bits(ir, bit).for_each(|bit| new(IrOp::Load { bit, negated }));
