@@ -161,11 +161,13 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
         let mut step = step.clone();
         if self.first {
             self.first = false;
-            // A module of AP101 that is a timer takes its start when it is first executed, whatever it held
-            // before.
-            let symbols = self.eval.symbols();
+            // In ldmicro-5 a TOF has its preset at power-up; its module of AP101 takes it when it is first executed,
+            // whatever it held before. All other timers start at 0.
+            let (symbols, eval) = (self.eval.symbols(), &self.eval);
             let is_late = |symbol: &usize| {
-                self.places.is_self_paced() && symbols.get(*symbol).is_some_and(|s| s.kind == SymbolKind::Timer)
+                self.places.is_self_paced()
+                    && symbols.get(*symbol).is_some_and(|s| s.kind == SymbolKind::Timer)
+                    && eval.get(*symbol) != 0
             };
             step.writes.retain(|(symbol, _)| !is_late(symbol));
             let all = self.hints.bits.iter().chain(&self.hints.integers).copied().filter(|symbol| !is_late(symbol));
