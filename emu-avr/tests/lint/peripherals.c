@@ -145,6 +145,18 @@ static void power(void)
     eeprom_busy_wait();
 }
 
+// Stops what runs by itself, so that the machine comes to rest after the end.
+static void stop(void)
+{
+    TCCR0B = 0;
+    TCCR1B = 0;
+    TCCR2B = 0;
+#ifdef TCCR3B
+    TCCR3B = 0;
+#endif
+    ADCSRA = 0;
+}
+
 int main(void)
 {
     begin();
@@ -162,6 +174,7 @@ int main(void)
 #ifndef UCSR1B
     sent = 1;
 #endif
+    stop();
     printf("%d %d %d\n", changes > 4, eeprom_read_byte(&stored), sent);
     return end();
 }
