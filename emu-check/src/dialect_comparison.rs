@@ -70,26 +70,18 @@ pub const SERIAL_LINE: &str = "serial line";
 struct DialectPair<'a> {
     /// For each symbol of `before` that `after` has too: name, and index in both.
     symbols: Vec<(&'a str, usize, usize)>,
+    /// The inputs of `before`, and those of `after` in the same order.
+    hints: &'a ValueHints,
+    hints_after: &'a ValueHints,
     before: Evaluator,
     after: Evaluator,
 }
 
 impl DialectPair<'_> {
-    /// Executes one scan in both dialects; `hints` are those of `before`.
-    fn scan(&mut self, hints: &ValueHints, step: &ScanStimulus) {
-        step.apply_immediately(hints, &mut self.before);
-        for &symbol in hints.inputs.iter().chain(&hints.analog) {
-            let Some(&(.., own, other)) = self.symbols.iter().find(|(_, own, _)| *own == symbol) else { continue };
-            let at = |list: &[usize]| list.iter().position(|listed| *listed == own);
-            if let Some(n) = at(&hints.inputs) {
-                self.after.set(other, i32::from(step.inputs[n]));
-            } else if let Some(n) = at(&hints.analog) {
-                self.after.set_adc(other, step.analog[n]);
-            }
-        }
-        if let Some(byte) = step.byte.filter(|_| !self.after.has_received_byte()) {
-            self.after.receive(byte);
-        }
+    /// Executes one scan in both dialects.
+    fn scan(&mut self, step: &ScanStimulus) {
+        step.apply_immediately(self.hints, &mut self.before);
+        step.apply_immediately(self.hints_after, &mut self.after);
         self.before.scan();
         self.after.scan();
     }
@@ -116,7 +108,7 @@ pub fn compare_dialects(
     seed: u64,
 ) -> Result<DialectComparison, UnsupportedElement> {
     let (own, other) = (Evaluator::new(before)?, Evaluator::new(after)?);
-    let mut hints = ValueHints::new(before, &own);
+    let (mut hints, hints_after) = (ValueHints::new(before, &own), ValueHints::new(after, &other));
     // Only what a user can do from outside: nothing is written.
     hints.writable.fill(false);
     let goals = CoverageGoals::new(before, &own);
@@ -126,7 +118,8 @@ pub fn compare_dialects(
     let indices = names.iter().enumerate();
     let symbols =
         indices.filter_map(|(index, symbol)| Some((symbol.name.as_str(), index, other.index(&symbol.name)?))).collect();
-    let mut pair = DialectPair { symbols, before: own.clone(), after: other.clone() };
+    let mut pair =
+        DialectPair { symbols, hints: &hints, hints_after: &hints_after, before: own.clone(), after: other.clone() };
     let inputs = hints.inputs.iter().chain(&hints.analog).map(|&symbol| names[symbol].name.clone()).collect();
     let mut result = DialectComparison { scans, inputs, ..DialectComparison::default() };
     let (mut rows, mut scan) = (Vec::new(), 0);
@@ -144,7 +137,7 @@ pub fn compare_dialects(
             let values = step.inputs.iter().map(|on| i32::from(*on)).chain(step.analog.iter().map(|v| i32::from(*v)));
             rows.push(InputRow { values: values.collect(), byte: step.byte });
         }
-        pair.scan(&hints, &step);
+        pair.scan(&step);
         let mut found = false;
         for (name, before, after) in pair.differing() {
             found = true;
@@ -155,11 +148,13 @@ pub fn compare_dialects(
                 None => result.differences.push(difference),
             }
         }
-        if found && scan < first {
-            result.stimulus.clone_from(&rows);
+        if found {
+            if scan < first {
+                result.stimulus.clone_from(&rows);
+            }
+            // The sort is stable: symbols of one scan keep their order.
+            result.differences.sort_by_key(|known| known.scan);
         }
-        // The sort is stable: symbols of one scan keep their order.
-        result.differences.sort_by_key(|known| known.scan);
     }
     Ok(result)
 }

@@ -41,7 +41,7 @@ pub use codes::{CODES, REWRITTEN};
 pub use draw::{Drawing, DrawnElement, draw, draw_rung};
 pub use element_facts::{ChipPart, ElementFacts, PowerEffect, SymbolUse, WriteMoment};
 pub use model::*;
-pub use packages::{chip_of, package_pin, package_pin_count, package_pin_name, unmodelled_target};
+pub use packages::{UnmodelledTarget, chip_of, package_pin, package_pin_count, package_pin_name, unmodelled_target};
 pub use parse::{
     MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, MAX_RUNGS, ParseOptions, ParsedProgram, parse, parse_bytes, parse_with,
 };

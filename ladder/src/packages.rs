@@ -122,30 +122,33 @@ const PACKAGES: &[ChipPackage] = &[
     ChipPackage { word: "PIC16F876",  chip: "pic16f876",  pins: PIC_28      },
 ];
 
-/// What LDmicro's list of targets has and this project has no model of: a word of LDmicro's name, what it is, and the modelled
-/// chip that a program most likely runs on after a change of pins.
-struct UnmodelledTarget {
+/// A target of LDmicro's list for which this project has no model.
+#[derive(Debug, PartialEq, Eq)]
+pub struct UnmodelledTarget {
+    /// A word of LDmicro's name.
     word: &'static str,
-    what: &'static str,
-    nearest: Option<&'static str>,
+    /// What the target is, as a phrase.
+    pub what: &'static str,
+    /// The modelled chip that a program most likely runs on after a change of pins, if any is near.
+    pub nearest: Option<&'static str>,
 }
 
 #[rustfmt::skip]
 const UNMODELLED: &[UnmodelledTarget] = &[
-    UnmodelledTarget { word: "PIC16F887",   what: "a PIC16 of which there is no model", nearest: Some("pic16f877a") },
-    UnmodelledTarget { word: "PIC16F886",   what: "a PIC16 of which there is no model", nearest: Some("pic16f876a") },
-    UnmodelledTarget { word: "PIC16F72",    what: "a PIC16 of which there is no model", nearest: Some("pic16f873a") },
-    UnmodelledTarget { word: "PIC16F15",    what: "an enhanced mid-range PIC, of which there is no model", nearest: Some("pic16f877a") },
-    UnmodelledTarget { word: "PIC16F18",    what: "an enhanced mid-range PIC, of which there is no model", nearest: Some("pic16f88") },
-    UnmodelledTarget { word: "PIC12F1",     what: "an enhanced mid-range PIC, of which there is no model", nearest: Some("pic16f628a") },
-    UnmodelledTarget { word: "PIC12F6",     what: "a PIC12 of which there is no model", nearest: Some("pic16f628a") },
-    UnmodelledTarget { word: "PIC10F",      what: "a baseline PIC, of which there is no model", nearest: Some("pic16f628a") },
-    UnmodelledTarget { word: "PIC18F",      what: "a PIC18, of which there is no model", nearest: Some("pic16f877a") },
-    UnmodelledTarget { word: "ATMEGA2560",  what: "an AVR of which there is no model", nearest: Some("atmega128") },
-    UnmodelledTarget { word: "ATMEGA32U4",  what: "an AVR of which there is no model", nearest: Some("atmega328p") },
-    UnmodelledTarget { word: "AT90USB647",  what: "an AVR of which there is no model", nearest: Some("atmega64") },
-    UnmodelledTarget { word: "ATTINY",      what: "an ATtiny, of which there is no model", nearest: Some("atmega48") },
-    UnmodelledTarget { word: "STM32",       what: "an ARM, of which there is no model", nearest: Some("atmega128") },
+    UnmodelledTarget { word: "PIC16F887",   what: "a PIC16 for which emu has no model", nearest: Some("pic16f877a") },
+    UnmodelledTarget { word: "PIC16F886",   what: "a PIC16 for which emu has no model", nearest: Some("pic16f876a") },
+    UnmodelledTarget { word: "PIC16F72",    what: "a PIC16 for which emu has no model", nearest: Some("pic16f873a") },
+    UnmodelledTarget { word: "PIC16F15",    what: "an enhanced mid-range PIC, for which emu has no model", nearest: Some("pic16f877a") },
+    UnmodelledTarget { word: "PIC16F18",    what: "an enhanced mid-range PIC, for which emu has no model", nearest: Some("pic16f88") },
+    UnmodelledTarget { word: "PIC12F1",     what: "an enhanced mid-range PIC, for which emu has no model", nearest: Some("pic16f628a") },
+    UnmodelledTarget { word: "PIC12F6",     what: "a PIC12 for which emu has no model", nearest: Some("pic16f628a") },
+    UnmodelledTarget { word: "PIC10F",      what: "a baseline PIC, for which emu has no model", nearest: Some("pic16f628a") },
+    UnmodelledTarget { word: "PIC18F",      what: "a PIC18, for which emu has no model", nearest: Some("pic16f877a") },
+    UnmodelledTarget { word: "ATMEGA2560",  what: "an AVR for which emu has no model", nearest: Some("atmega128") },
+    UnmodelledTarget { word: "ATMEGA32U4",  what: "an AVR for which emu has no model", nearest: Some("atmega328p") },
+    UnmodelledTarget { word: "AT90USB647",  what: "an AVR for which emu has no model", nearest: Some("atmega64") },
+    UnmodelledTarget { word: "ATTINY",      what: "an ATtiny, for which emu has no model", nearest: Some("atmega48") },
+    UnmodelledTarget { word: "STM32",       what: "an ARM, for which emu has no model", nearest: Some("atmega128") },
     UnmodelledTarget { word: "CONTROLLINO", what: "a controller that LDmicro serves by bytecode (`emu compile --emit bytecode`)", nearest: Some("atmega328p") },
     UnmodelledTarget { word: "BYTE CODE",   what: "a file format and no chip (`emu compile --emit bytecode` writes it)", nearest: None },
     UnmodelledTarget { word: "BYTECODE",    what: "a file format and no chip (`emu compile --emit bytecode` writes it)", nearest: None },
@@ -162,17 +165,17 @@ const UNMODELLED: &[UnmodelledTarget] = &[
 /// (`ATmega328P`). Returns `None` for targets without a model ([`unmodelled_target`]) and for unknown names.
 #[must_use]
 pub fn chip_of(micro: &str) -> Option<&'static str> {
-    if find_unmodelled(micro).is_some() {
+    if unmodelled_target(micro).is_some() {
         return None;
     }
     packages(micro).next().map(|package| package.chip)
 }
 
-/// Returns what a target of LDmicro's list without a model is, as a phrase, and the nearest modelled chip, if any is near.
-/// Returns `None` for modelled chips and for unknown names.
+/// Returns the row of a target of LDmicro's list that has no model; `None` for modelled chips and for unknown names.
 #[must_use]
-pub fn unmodelled_target(micro: &str) -> Option<(&'static str, Option<&'static str>)> {
-    find_unmodelled(micro).map(|target| (target.what, target.nearest))
+pub fn unmodelled_target(micro: &str) -> Option<&'static UnmodelledTarget> {
+    let name = micro.to_uppercase();
+    UNMODELLED.iter().find(|target| name.contains(target.word))
 }
 
 /// Returns the port bit, such as `PD2` or `RB0`, at a pin of the package named in LDmicro's name of a chip.
@@ -215,11 +218,6 @@ fn find_package(micro: &str) -> Option<&'static ChipPackage> {
     let stated = |word: &str| word.split_once('-')?.0.parse::<usize>().ok();
     let counts: Vec<usize> = micro.split_whitespace().filter_map(stated).collect();
     packages(micro).find(|package| counts.iter().all(|count| *count == package.pins.len()))
-}
-
-fn find_unmodelled(micro: &str) -> Option<&'static UnmodelledTarget> {
-    let name = micro.to_uppercase();
-    UNMODELLED.iter().find(|target| name.contains(target.word))
 }
 
 /// Returns true if a word of the chip is in `name` and no digit follows it: `ATMEGA16` does not match `ATMEGA162`.

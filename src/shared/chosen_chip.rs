@@ -82,12 +82,11 @@ const MICRO: &str = "MICRO=";
 
 /// Why no program runs on the target `micro` of LDmicro, and what to do, as the rest of a sentence.
 pub fn unknown_micro(micro: &str) -> String {
-    match ladder::unmodelled_target(micro) {
-        Some((what, Some(nearest))) => {
-            format!("{what}; the nearest is {nearest} (--mcu {nearest}; `emu chips` lists all)")
-        }
-        Some((what, None)) => format!("{what}; give --mcu CHIP (`emu chips` lists them)"),
-        None => "which is not known; give --mcu CHIP (`emu chips` lists them)".to_owned(),
+    let target = ladder::unmodelled_target(micro);
+    let what = target.map_or("which is not known", |target| target.what);
+    match target.and_then(|target| target.nearest) {
+        Some(nearest) => format!("{what}; the nearest is {nearest} (--mcu {nearest}; `emu chips` lists all)"),
+        None => format!("{what}; give --mcu CHIP (`emu chips` lists them)"),
     }
 }
 

@@ -64,9 +64,9 @@ fn targets_without_a_model_name_the_nearest_chip() {
         ("ANSI C Code", None),
     ];
     for (micro, nearest) in targets {
-        let (what, named) = ladder::unmodelled_target(micro).unwrap_or_else(|| panic!("{micro} is in LDmicro's list"));
-        assert!(!what.is_empty() && named == nearest, "{micro}: {what}, {named:?}");
-        assert!(named.is_none_or(|chip| ladder::chip_of(chip) == Some(chip)), "{micro}: the nearest is modelled");
+        let target = ladder::unmodelled_target(micro).unwrap_or_else(|| panic!("{micro} is in LDmicro's list"));
+        assert!(!target.what.is_empty() && target.nearest == nearest, "{micro}: {target:?}");
+        assert!(nearest.is_none_or(|chip| ladder::chip_of(chip) == Some(chip)), "{micro}: the nearest is modelled");
         assert_eq!(ladder::chip_of(micro), None, "{micro}");
     }
     for micro in ["Atmel AVR ATmega32 40-PDIP", "Microchip PIC16F88 18-PDIP or 18-SOIC", "something else"] {
