@@ -161,8 +161,8 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
         let mut step = step.clone();
         if self.first {
             self.first = false;
-            // In ldmicro-5 a TOF has its preset at power-up; its module of AP101 takes it when it is first executed,
-            // whatever it held before. All other timers start at 0.
+            // In ldmicro-5 a TOF has its preset at power-up; its module of AP101 takes it when it is first
+            // executed, whatever it held before. All other timers start at 0.
             let (symbols, eval) = (self.eval.symbols(), &self.eval);
             let is_late = |symbol: &usize| {
                 self.places.is_self_paced()
