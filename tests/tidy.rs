@@ -101,6 +101,42 @@ fn arrows_between_crates() {
     assert!(wrong.is_empty(), "arrows that the design does not draw: {wrong:#?}");
 }
 
+/// What `cargo package --workspace` needs: every published package has the common prefix, which no other crate
+/// of the registry has, and the folder's name as the name of its library; dev-dependencies on crates of the
+/// workspace have no version, so that cargo leaves them out and they form no cycle.
+#[test]
+fn packages_can_be_published() {
+    let mut wrong = Vec::new();
+    for (folder, dir) in crates() {
+        let text = fs::read_to_string(dir.join("Cargo.toml")).expect("Cargo.toml of a crate");
+        let table: toml::Table = text.parse().expect("Cargo.toml is TOML");
+        let package = table["package"].as_table().expect("package");
+        if package.get("publish").and_then(toml::Value::as_bool) == Some(false) {
+            continue;
+        }
+        let suffix = folder.strip_prefix("emu").unwrap_or(&folder).trim_start_matches('-');
+        let name = if suffix.is_empty() { "plcemu".to_owned() } else { format!("plcemu-{suffix}") };
+        if package["name"].as_str() != Some(&name) {
+            wrong.push(format!("{folder}: its package is not {name}"));
+        }
+        if table["lib"]["name"].as_str() != Some(&folder.replace('-', "_")) {
+            wrong.push(format!("{folder}: its library is not {}", folder.replace('-', "_")));
+        }
+        let dev = table.get("dev-dependencies").and_then(toml::Value::as_table);
+        for (used, how) in dev.into_iter().flatten().filter(|(used, _)| dir_of(used).exists()) {
+            if how.get("path").is_none() || how.get("version").is_some() {
+                wrong.push(format!("{folder}: the dev-dependency {used} is not by path alone"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Returns the folder that a crate of the workspace with this name would have.
+fn dir_of(name: &str) -> PathBuf {
+    root().join(name).join("Cargo.toml")
+}
+
 #[test]
 fn the_compiler_sees_tables_only() {
     let mut files = Vec::new();

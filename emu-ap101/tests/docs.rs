@@ -1,5 +1,5 @@
 //! Checks that the page of instructions agrees with the table.
-//! `EMU_BLESS=1 cargo test -p emu-ap101 --test docs` writes the page again.
+//! `EMU_BLESS=1 cargo test -p plcemu-ap101 --test docs` writes the page again.
 
 use std::fs;
 

@@ -1,4 +1,4 @@
-//! Runs a compiled program, with the start-up code of avr-libc, on every chip. `cargo test -p emu-avr --test
+//! Runs a compiled program, with the start-up code of avr-libc, on every chip. `cargo test -p plcemu-avr --test
 //! compiled -- --ignored`; needs avr-gcc and avr-libc.
 
 use std::fs;

@@ -1,4 +1,4 @@
-//! The pages of instructions and chips match the tables. `EMU_BLESS=1 cargo test -p emu-avr --test docs`
+//! The pages of instructions and chips match the tables. `EMU_BLESS=1 cargo test -p plcemu-avr --test docs`
 //! writes them again.
 
 use std::fs;

@@ -1,5 +1,5 @@
 //! Compares the rows of the chips with the headers of avr-libc; the compiler itself evaluates each name.
-//! `cargo test -p emu-avr --test headers -- --ignored`; needs avr-gcc and avr-libc.
+//! `cargo test -p plcemu-avr --test headers -- --ignored`; needs avr-gcc and avr-libc.
 
 use std::collections::{BTreeMap, BTreeSet};
 

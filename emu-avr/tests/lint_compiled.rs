@@ -1,4 +1,4 @@
-//! Correct compiled programs give no diagnostics, at any optimization level. `cargo test -p emu-avr --test
+//! Correct compiled programs give no diagnostics, at any optimization level. `cargo test -p plcemu-avr --test
 //! lint_compiled -- --ignored`; needs avr-gcc and avr-libc.
 
 use std::fs;

@@ -8,6 +8,18 @@
 //! ```
 //!
 //! `docs/check.md` describes what is compared when, and the contents of the report.
+//!
+//! ```
+//! use emu_check::{CheckOptions, check};
+//!
+//! let head = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nPROGRAM\n";
+//! let text = format!("{head}RUNG\n    CONTACTS Xstart 0\n    COIL Ylamp 0 0 0\nEND\n");
+//! let program = ladder::parse("lamp.ld", &text).expect("a sound program").program;
+//! let options = CheckOptions { mcu: "pic16f877".to_owned(), scans: 200, ..Default::default() };
+//! let report = check(&program, &options, &mut |_done, _total| {}).expect("a program that compiles");
+//! assert!(report.agreed);
+//! assert_eq!(report.scans, 200);
+//! ```
 
 #![forbid(unsafe_code)]
 

@@ -1,5 +1,5 @@
 //! Measures how long a step back takes after 10^9 cycles, and how much memory the history uses: `cargo run
-//! --release -p emu-debug --example stepback`.
+//! --release -p plcemu-debug --example stepback`.
 
 use std::time::{Duration, Instant};
 

@@ -33,6 +33,21 @@
 //! ```
 //!
 //! Parsers of text return an [`InputError`]: one sentence with what was found and what is expected.
+//!
+//! ```
+//! use emu_avr::{Avr, chips::ATMEGA328P};
+//! use emu_core::RamInit;
+//! use emu_debug::{AddressNames, RunEnd, RunPlan, run, stop_condition::parse_condition};
+//!
+//! let image = emu_asm::assemble_text(&ATMEGA328P, "ldi r16, 32\nout 4, r16\nout 5, r16\nrjmp .")?;
+//! let mut avr = Avr::new(&ATMEGA328P, &image, RamInit::Zero);
+//! let names = AddressNames { chip: &ATMEGA328P, symbols: &[] };
+//! let until = vec![parse_condition(&names, "pin PB5=1")?];
+//! let plan = RunPlan { limit: 10_000_000, until, ..RunPlan::default() };
+//! let result = run(&mut avr, &plan, None, &mut |_sent_bytes| true);
+//! assert_eq!(result.reason, RunEnd::Until(0, None));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #![forbid(unsafe_code)]
 

@@ -1,4 +1,4 @@
-//! The page of instructions matches the table. `EMU_BLESS=1 cargo test -p emu-pic16 --test docs` writes it
+//! The page of instructions matches the table. `EMU_BLESS=1 cargo test -p plcemu-pic16 --test docs` writes it
 //! again.
 
 use std::fs;

@@ -6,6 +6,18 @@
 //! ```
 //!
 //! `docs/compile.md` describes how the compiler works and what the map holds.
+//!
+//! ```
+//! use ladder_compile::{CompileOptions, compile};
+//!
+//! let head = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nPROGRAM\n";
+//! let text = format!("{head}RUNG\n    CONTACTS Xstart 0\n    COIL Ylamp 0 0 0\nEND\n");
+//! let program = ladder::parse("lamp.ld", &text).expect("a sound program").program;
+//! let compiled = compile(&program, &CompileOptions { mcu: "atmega328p".to_owned(), ..Default::default() })
+//!     .expect("a program that fits the chip");
+//! assert!(compiled.hex.ends_with(":00000001FF\n")); // Intel HEX
+//! assert!(compiled.map.pins.iter().any(|pin| pin.name == "Ylamp"));
+//! ```
 
 #![forbid(unsafe_code)]
 

@@ -8,6 +8,20 @@
 //! `flatten` flattens the model once and resolves all names, with the help of `peripheral_ops` for the
 //! elements that use a part of the chip. `flat_program` executes the flat form. `peripheral_state` holds the
 //! state outside of the program's memory.
+//!
+//! ```
+//! use ladder_eval::Evaluator;
+//!
+//! let head = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nPROGRAM\n";
+//! let text = format!("{head}RUNG\n    CONTACTS Xstart 0\n    COIL Ylamp 0 0 0\nEND\n");
+//! let program = ladder::parse("lamp.ld", &text).expect("a sound program").program;
+//! let mut evaluator = Evaluator::new(&program).expect("elements with a meaning");
+//! let start = evaluator.index("Xstart").expect("a symbol of the program");
+//! let lamp = evaluator.index("Ylamp").expect("a symbol of the program");
+//! evaluator.set(start, 1);
+//! evaluator.scan();
+//! assert_eq!(evaluator.get(lamp), 1);
+//! ```
 
 mod arithmetic;
 mod bit_ops;

@@ -1,6 +1,18 @@
 //! The ladder language: model, reader and writer of `.ld` text, checks and drawing.
 //!
 //! This crate does not define what a program computes. `ladder-eval` and `ladder-compile` do, independently.
+//!
+//! ```
+//! let head = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nPROGRAM\n";
+//! let text = format!("{head}RUNG\n    CONTACTS Xstart 0\n    COIL Ylamp 0 0 0\nEND\n");
+//! let program = ladder::parse("lamp.ld", &text).expect("a sound program").program;
+//! assert!(ladder::draw(&program).contains("Xstart"));
+//! assert!(ladder::check(&program).is_empty()); // no suspicious rungs
+//!
+//! // A fault has a code, a position, a cause and a hint.
+//! let faults = ladder::parse("lamp.ld", &text.replace("CONTACTS", "CONTACT")).unwrap_err();
+//! assert_eq!(faults[0].pos.line, 6);
+//! ```
 #![forbid(unsafe_code)]
 
 mod bit_checks;

@@ -18,7 +18,7 @@ use super::serve::load_elf;
 use crate::CheckError;
 
 /// The script that compiles the Arduino core and a sketch.
-const SCRIPT: &str = include_str!("../../../tests/peers/arduino.sh");
+const SCRIPT: &str = include_str!("arduino.sh");
 /// The folder of the Arduino core in Debian.
 const ARDUINO_CORE_FOLDER: &str = "/usr/share/arduino/hardware/arduino/avr";
 

@@ -4,11 +4,6 @@ use std::fmt::Write;
 
 use ladder_compile::emit::EmittedSource;
 
-/// The source of the byte code interpreter.
-pub(super) const PLC_C: &str = include_str!("../../../examples/bytecode/plc.c");
-/// The header of the byte code interpreter.
-pub(super) const PLC_H: &str = include_str!("../../../examples/bytecode/plc.h");
-
 const SERVE: &str = include_str!("serve.c");
 const PORTS: &str = include_str!("ports.c");
 

@@ -4,9 +4,9 @@ use diag::Diagnostic;
 use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, Probe, RamInit, StopReason};
 use emu_core::image::{self, ElfMachine, Image};
-use ladder_compile::emit::EmittedSource;
+use ladder_compile::emit::{EmittedSource, bytecode};
 
-use super::c_unit::{self, PLC_C, PLC_H};
+use super::c_unit;
 use super::codes;
 use super::external_tools::{ScratchFolder, run_compiler, run_with_input, tool_error};
 use super::script::{ScanRecord, ServeScript, SlotNumbering};
@@ -53,8 +53,8 @@ pub fn run_native(
 /// The errors of [`run_native`].
 pub fn run_interpreted(programs: &[(EmittedSource, ServeScript)]) -> Result<Vec<Vec<ScanRecord>>, Diagnostic> {
     let scratch = ScratchFolder::new()?;
-    scratch.write("plc.c", PLC_C)?;
-    scratch.write("plc.h", PLC_H)?;
+    scratch.write("plc.c", bytecode::INTERPRETER)?;
+    scratch.write("plc.h", bytecode::INTERPRETER_HEADER)?;
     scratch.write("main.c", c_unit::interpreter_unit())?;
     let mut args = to_strings(&STRICT_FLAGS);
     args.extend(to_strings(&[
@@ -148,8 +148,8 @@ pub fn run_on_chip(
         }
         ServedForm::Bytecode => {
             scratch.write("main.c", c_unit::interpreted_unit(source))?;
-            scratch.write("plc.c", PLC_C)?;
-            scratch.write("plc.h", PLC_H)?;
+            scratch.write("plc.c", bytecode::INTERPRETER)?;
+            scratch.write("plc.h", bytecode::INTERPRETER_HEADER)?;
             files.push("plc.c".to_owned());
             SlotNumbering::Interpreter
         }

@@ -1,4 +1,4 @@
-//! Emits byte code for the interpreter in `examples/bytecode`. `docs/emit.md` describes the format.
+//! Emits byte code for the interpreter in `ladder-compile/interpreter`. `docs/emit.md` describes the format.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -12,6 +12,11 @@ use crate::ir::{
     ArithmeticOp, BitId, BitRole, BranchCondition, ConstantTable, Ir, IrOp, LabelId, LogicOp, RelationOp,
     WordComparison, WordId, WordOperand,
 };
+
+/// The source of the interpreter, `plc.c`, in C89. It includes `plc.h`, [`INTERPRETER_HEADER`].
+pub const INTERPRETER: &str = include_str!("../../interpreter/plc.c");
+/// The header of the interpreter, `plc.h`.
+pub const INTERPRETER_HEADER: &str = include_str!("../../interpreter/plc.h");
 
 /// First bytes of an image: a signature and the version of the format.
 pub const MAGIC: [u8; 4] = [b'E', b'L', b'B', 1];

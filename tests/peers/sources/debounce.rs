@@ -30,7 +30,7 @@ fn inputs_are_debounced() {
         let pins = vec![("Xa".to_owned(), "PD2".to_owned()), ("Ya".to_owned(), "PB0".to_owned())];
         let sketch = emit(&program, &SketchOptions { pins, debounce_ms }).unwrap_or_else(|e| panic!("{e:?}"));
         std::fs::write(dir.join("follow.ino"), &sketch.source.text).unwrap_or_else(|e| panic!("{e}"));
-        run(&source("tests/peers/arduino.sh"), &["follow.ino", "./follow.elf"], &dir);
+        run(&source("emu-check/src/via/arduino.sh"), &["follow.ino", "./follow.elf"], &dir);
         let bytes = std::fs::read(dir.join("follow.elf")).unwrap_or_else(|e| panic!("{e}"));
         let loaded = load("follow.elf", &bytes, ATMEGA328P.hex_spaces, ATMEGA328P.elf_spaces, ElfMachine::AVR);
         let mut cpu = Avr::new(&ATMEGA328P, &loaded.unwrap_or_else(|e| panic!("{e:?}")).image, RamInit::Random(1));

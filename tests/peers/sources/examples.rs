@@ -1,4 +1,4 @@
-//! The small main programs of examples/c and examples/bytecode compile, and those for a computer give the
+//! The small main programs of examples/c and ladder-compile/interpreter compile, and those for a computer give the
 //! right output.
 
 use std::path::Path;
@@ -20,6 +20,10 @@ fn welder(name: &str, file: &str, text: impl Fn(&ladder::LadderProgram) -> Strin
 
 fn example(name: &str) -> String {
     source("examples").join(name).display().to_string()
+}
+
+fn interpreter(name: &str) -> String {
+    source("ladder-compile/interpreter").join(name).display().to_string()
 }
 
 const STRICT: [&str; 5] = ["-std=c89", "-pedantic", "-Wall", "-Wextra", "-Werror"];
@@ -68,7 +72,7 @@ fn c_on_a_computer() {
 fn byte_code_on_a_computer() {
     let emit = |program: &ladder::LadderProgram| bytecode::emit(program).unwrap_or_else(|e| panic!("{e:?}")).text;
     let dir = welder("sources/bytecode", "welder.inc", emit);
-    let (main, plc) = (example("bytecode/pc.c"), example("bytecode/plc.c"));
+    let (main, plc) = (interpreter("pc.c"), interpreter("plc.c"));
     let mut args = STRICT.to_vec();
     args.extend(["-DPROGRAM=\"welder.inc\"", "-I.", &main, &plc, "-o", "welder"]);
     run(Path::new("gcc"), &args, &dir);
@@ -90,6 +94,6 @@ fn c_for_chips_compiles() {
 
 #[test]
 fn the_interpreter_is_short() {
-    let text = std::fs::read_to_string(example("bytecode/plc.c")).unwrap_or_else(|e| panic!("{e}"));
+    let text = std::fs::read_to_string(interpreter("plc.c")).unwrap_or_else(|e| panic!("{e}"));
     assert!(text.lines().count() < 300, "the promise is under 300 lines");
 }
