@@ -1,5 +1,8 @@
 //! Helpers shared by the tests.
 
+// Each test uses a part of it.
+#![allow(dead_code)]
+
 use emu_core::chip::Chip;
 
 /// Returns the chip with this name, of any family.

@@ -15,4 +15,5 @@ mod peripherals;
 mod random;
 mod registers;
 mod report;
+mod small_programs;
 mod waits;
