@@ -58,5 +58,5 @@ for source in "$folder"/programs/*.s "$folder"/programs/*.ld "$folder"/programs5
 	*) measure "$name" "$hex" $chip 1000000 5000000 "$@" ;;
 	esac
 done
-"$newest" compile "$folder/../examples/welder.ld" --mcu ap101 -o "$out/ap101.hex" >/dev/null 2>&1
-measure welder "$out/ap101.hex" ap101 1000000 5000000 "$@"
+"$newest" asm "$folder/programs_ap101/count.asm" --mcu ap101 -o "$out/count.hex" >/dev/null
+measure count "$out/count.hex" ap101 1000000 5000000 "$@"
