@@ -5,7 +5,7 @@ use emu_core::cpu::{Cpu, Probe, StopReason};
 use super::line_writer::{TraceEventKind, TraceLine, TracedAccess};
 use super::output::TraceOutput;
 use super::signals::TraceSignals;
-use super::word_set::WordCache;
+use super::word_set::WordSet;
 use crate::combined_probe::CombinedProbe;
 use crate::run_probes::RunProbes;
 
@@ -19,7 +19,7 @@ pub struct TraceProbe<'a> {
     /// The signals of a waveform.
     pub signals: Option<TraceSignals>,
     /// The traced words; `None` for all.
-    traced_words: Option<WordCache>,
+    traced_words: Option<WordSet>,
     /// Every instruction is observed, at any address.
     every_instruction: bool,
     /// The machine executes one step at a time.
@@ -39,11 +39,7 @@ pub struct TraceProbe<'a> {
 impl<'a> TraceProbe<'a> {
     /// Returns a probe for a trace of the words `only`, or of all words, and for signals.
     #[must_use]
-    pub fn new(
-        trace: Option<TraceOutput<'a>>,
-        only: Option<WordCache>,
-        signals: Option<TraceSignals>,
-    ) -> TraceProbe<'a> {
+    pub fn new(trace: Option<TraceOutput<'a>>, only: Option<WordSet>, signals: Option<TraceSignals>) -> TraceProbe<'a> {
         let every = trace.is_some() && only.is_none()
             || signals.as_ref().is_some_and(TraceSignals::changes_with_any_instruction);
         TraceProbe {
