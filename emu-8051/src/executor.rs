@@ -59,9 +59,9 @@ impl<P: Probe> Executor<'_, P> {
     }
 
     #[inline(always)]
-    fn apply_bus_effect(&mut self, wake: BusEffect) {
-        if wake != BusEffect::NONE {
-            if wake.contains(BusEffect::HOLD_INTERRUPTS) {
+    fn apply_bus_effect(&mut self, effect: BusEffect) {
+        if effect != BusEffect::NONE {
+            if effect.contains(BusEffect::HOLD_INTERRUPTS) {
                 self.core.no_interrupt_at = self.core.clock.now();
             }
             self.core.clock.expire();
@@ -96,8 +96,8 @@ impl<P: Probe> Executor<'_, P> {
             return value;
         }
         let at = self.read_cycle();
-        let (value, wake) = read_bus(self.bus, addr, latch, at);
-        self.apply_bus_effect(wake);
+        let (value, effect) = read_bus(self.bus, addr, latch, at);
+        self.apply_bus_effect(effect);
         value
     }
 
@@ -106,8 +106,8 @@ impl<P: Probe> Executor<'_, P> {
     fn on_bus_transfer(&mut self, transfer: BusTransfer) {
         if self.bus.has_bus_pins() {
             let at = self.write_cycle();
-            let wake = transfer_on_bus(self.bus, transfer, at);
-            self.apply_bus_effect(wake);
+            let effect = transfer_on_bus(self.bus, transfer, at);
+            self.apply_bus_effect(effect);
         }
     }
 
@@ -121,8 +121,8 @@ impl<P: Probe> Executor<'_, P> {
             return;
         }
         let at = self.write_cycle();
-        let wake = write_bus(self.bus, addr, mask, value, at);
-        self.apply_bus_effect(wake);
+        let effect = write_bus(self.bus, addr, mask, value, at);
+        self.apply_bus_effect(effect);
     }
 }
 
@@ -147,7 +147,7 @@ fn transfer_on_bus(bus: &mut Mcs51Soc, transfer: BusTransfer, at: u64) -> BusEff
 
 impl<P: Probe> BodyMachine for Executor<'_, P> {
     type Bit = bool;
-    type Word = ByteValue;
+    type Byte = ByteValue;
     type Wide = WideValue;
 
     #[inline(always)]
@@ -404,8 +404,8 @@ macro_rules! execute_op {
 
 /// Fetches and executes the instruction at the program counter.
 macro_rules! burst_loop {
-    ($turn:ident, $ops:ident) => {{
-        let m = &mut $turn;
+    ($executor:ident, $ops:ident) => {{
+        let m = &mut $executor;
         let op: &Mcs51Op = &$ops[m.core.pc as u16 as usize];
         if P::INSN
             && op.kind as u8 != Kind::Breakpoint as u8
@@ -427,37 +427,37 @@ impl<P: Probe> Executor<'_, P> {
     /// indirect jumps for branch prediction.
     #[inline(never)]
     pub(crate) fn burst(self, ops: &[Mcs51Op; ADDRESS_SPACE]) -> CoreRegisters {
-        let mut turn = self;
-        while turn.core.clock.is_before_deadline() {
-            burst_loop!(turn, ops);
-            if !turn.core.clock.is_before_deadline() {
+        let mut executor = self;
+        while executor.core.clock.is_before_deadline() {
+            burst_loop!(executor, ops);
+            if !executor.core.clock.is_before_deadline() {
                 break;
             }
-            burst_loop!(turn, ops);
+            burst_loop!(executor, ops);
         }
-        turn.core
+        executor.core
     }
 
     /// Executes one given op, regardless of the op array. A kind without a row does nothing.
     #[inline(never)]
     pub(crate) fn single(self, op: Mcs51Op) -> CoreRegisters {
-        let mut turn = self;
-        let m = &mut turn;
+        let mut executor = self;
+        let m = &mut executor;
         let op = &op;
         execute_op!(m, op, ());
-        turn.core
+        executor.core
     }
 
     /// Calls the service routine at `target`: pushes the return address, in 2 cycles (user's manual, "How
     /// interrupts are handled").
     #[inline(never)]
     pub(crate) fn enter_interrupt(self, target: u32) -> CoreRegisters {
-        let mut turn = self;
-        let m = &mut turn;
+        let mut executor = self;
+        let m = &mut executor;
         m.cycles = 2;
         m.charge(2);
         push_pc(m);
         m.core.pc = target;
-        turn.core
+        executor.core
     }
 }

@@ -65,27 +65,27 @@ pub(crate) fn report_branch<P: Probe>(probe: &mut P, pc: u32, to: u32) {
 impl<P: Probe> Executor<'_, P> {
     /// Runs instructions until the deadline, or until one that leaves this loop.
     pub(crate) fn burst(mut self, ops: &[Ap101Op; OP_COUNT]) -> CoreRegisters {
-        let turn = &mut self;
-        while turn.core.clock.is_before_deadline() {
-            let op = &ops[turn.core.next_address as usize % OP_COUNT];
+        let executor = &mut self;
+        while executor.core.clock.is_before_deadline() {
+            let op = &ops[executor.core.next_address as usize % OP_COUNT];
             if P::INSN
                 && op.kind != Kind::Slow
-                && turn.probe.on_instruction(turn.core.clock.now(), turn.core.next_address)
+                && executor.probe.on_instruction(executor.core.clock.now(), executor.core.next_address)
             {
-                turn.core.stop_requested = true;
-                turn.core.clock.expire();
+                executor.core.stop_requested = true;
+                executor.core.clock.expire();
                 break;
             }
-            ap101_table!(dispatch { (turn, op, op.kind, break) });
-            report_branch(turn.probe, turn.core.last, turn.core.next_address);
+            ap101_table!(dispatch { (executor, op, op.kind, break) });
+            report_branch(executor.probe, executor.core.last, executor.core.next_address);
         }
         self.core
     }
 
     /// Runs one instruction, whose kind must be a row.
     pub(crate) fn single(mut self, op: Ap101Op) -> CoreRegisters {
-        let (turn, op) = (&mut self, &op);
-        ap101_table!(dispatch { (turn, op, op.kind, ()) });
+        let (executor, op) = (&mut self, &op);
+        ap101_table!(dispatch { (executor, op, op.kind, ()) });
         self.core
     }
 

@@ -272,8 +272,8 @@ impl Ap101 {
     fn burst<P: Probe>(&mut self, probe: &mut P) {
         let Some(ops) = self.code.programs.get(self.program_index) else { return };
         let counted = self.core.clock.instructions();
-        let turn = Executor { core: self.core, soc: &mut self.soc, code: &self.code, probe };
-        self.core = turn.burst(&ops.ops);
+        let executor = Executor { core: self.core, soc: &mut self.soc, code: &self.code, probe };
+        self.core = executor.burst(&ops.ops);
         if self.core.clock.instructions() != counted {
             self.ric = self.code.word(self.core.last);
             self.breakpoint_to_pass = None;

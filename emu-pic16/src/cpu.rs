@@ -103,7 +103,7 @@ impl Pic16 {
     /// Returns an executor for a burst or a single instruction, and the code memory.
     fn executor<'a, P: Probe>(&'a mut self, probe: &'a mut P) -> (Executor<'a, P>, &'a CodeMemory) {
         let code: &CodeMemory = &self.code;
-        let turn = Executor {
+        let executor = Executor {
             core: self.core,
             ram: &mut self.ram,
             stack: &mut self.stack,
@@ -114,7 +114,7 @@ impl Pic16 {
             bus: &mut self.soc,
             probe,
         };
-        (turn, code)
+        (executor, code)
     }
 
     fn set_fsr(&mut self, value: u32) {
@@ -186,21 +186,21 @@ impl Cpu for Pic16 {
     fn reset(&mut self, why: ResetCause) {
         self.core.clock.expire();
         let now = self.core.clock.now();
-        let (hot, asleep) = (self.core, self.soc.in_standby());
+        let (before, asleep) = (self.core, self.soc.in_standby());
         // DS30292, tables 12-3 and 12-6: what a reset leaves unchanged, and TO and PD by its cause.
         let to_pd = match (why, asleep) {
             (ResetCause::PowerOn | ResetCause::BrownOut, _) => TO | PD,
-            (ResetCause::External, false) => hot.timeout_bits,
+            (ResetCause::External, false) => before.timeout_bits,
             (ResetCause::External, true) => TO,
             (ResetCause::Watchdog, _) => PD,
         };
         self.core = CoreRegisters {
-            clock: hot.clock,
-            w: hot.w,
-            z: hot.z,
-            dc: hot.dc,
-            c: hot.c,
-            indirect_address: hot.indirect_address & 0xFF,
+            clock: before.clock,
+            w: before.w,
+            z: before.z,
+            dc: before.dc,
+            c: before.c,
+            indirect_address: before.indirect_address & 0xFF,
             timeout_bits: to_pd,
             ..CoreRegisters::START
         };

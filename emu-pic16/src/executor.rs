@@ -68,8 +68,8 @@ impl<P: Probe> Executor<'_, P> {
     }
 
     #[inline(always)]
-    fn apply_bus_effect(&mut self, wake: BusEffect) {
-        if wake != BusEffect::NONE {
+    fn apply_bus_effect(&mut self, effect: BusEffect) {
+        if effect != BusEffect::NONE {
             self.core.clock.expire();
         }
     }
@@ -147,8 +147,8 @@ impl<P: Probe> Executor<'_, P> {
             INDF | NOWHERE => {}
             _ => {
                 let at = self.cycle();
-                let wake = write_bus(self.bus, place, value, at);
-                self.apply_bus_effect(wake);
+                let effect = write_bus(self.bus, place, value, at);
+                self.apply_bus_effect(effect);
             }
         }
     }
@@ -168,7 +168,7 @@ fn write_bus(bus: &mut Pic16Soc, place: u16, value: u8, at: u64) -> BusEffect {
 
 impl<P: Probe> BodyMachine for Executor<'_, P> {
     type Bit = bool;
-    type Word = ByteValue;
+    type Byte = ByteValue;
     type Wide = WideValue;
 
     #[inline(always)]
@@ -261,8 +261,8 @@ impl<P: Probe> Pic16Machine for Executor<'_, P> {
                 if P::LINT {
                     self.lint_read(register);
                 }
-                let (value, wake) = read_bus(self.bus, register, at);
-                self.apply_bus_effect(wake);
+                let (value, effect) = read_bus(self.bus, register, at);
+                self.apply_bus_effect(effect);
                 value
             }
         };
@@ -390,8 +390,8 @@ macro_rules! execute_op {
 
 /// Fetches and executes the instruction at the program counter.
 macro_rules! burst_loop {
-    ($turn:ident, $ops:ident) => {{
-        let m = &mut $turn;
+    ($executor:ident, $ops:ident) => {{
+        let m = &mut $executor;
         let op: &Pic16Op = &$ops[m.core.at as u16 as usize];
         if P::INSN && op.kind as u8 != Kind::Breakpoint as u8 && m.probe.on_instruction(m.core.clock.now(), m.core.pc())
         {
@@ -451,38 +451,38 @@ impl<P: Probe> Executor<'_, P> {
     /// that there are two indirect jumps.
     #[inline(never)]
     pub(crate) fn burst(self, ops: &[Pic16Op; OPS]) -> CoreRegisters {
-        let mut turn = self;
-        while turn.core.clock.is_before_deadline() {
-            burst_loop!(turn, ops);
-            if !turn.core.clock.is_before_deadline() {
+        let mut executor = self;
+        while executor.core.clock.is_before_deadline() {
+            burst_loop!(executor, ops);
+            if !executor.core.clock.is_before_deadline() {
                 break;
             }
-            burst_loop!(turn, ops);
+            burst_loop!(executor, ops);
         }
-        turn.core
+        executor.core
     }
 
     /// Executes the given op instead of the one in the op array. A kind without a row does nothing.
     #[inline(never)]
     pub(crate) fn single(self, op: Pic16Op) -> CoreRegisters {
-        let mut turn = self;
-        let m = &mut turn;
+        let mut executor = self;
+        let m = &mut executor;
         let op = &op;
         execute_op!(m, op, ());
-        turn.core
+        executor.core
     }
 
     /// Enters the interrupt: charges `cycles`, pushes the return address, jumps to the vector.
     #[inline(never)]
     pub(crate) fn enter_interrupt(self, cycles: u32) -> CoreRegisters {
-        let mut turn = self;
-        let m = &mut turn;
+        let mut executor = self;
+        let m = &mut executor;
         m.charge(cycles);
         if P::LINT {
             m.lint_interrupt();
         }
         m.push_pc();
         m.core.set_pc(4);
-        turn.core
+        executor.core
     }
 }

@@ -43,7 +43,7 @@ pub(crate) fn record_instruction(op: Pic16Op) -> InstructionRecord {
 
 impl BodyMachine for InstructionRecord {
     type Bit = UnknownValue;
-    type Word = UnknownValue;
+    type Byte = UnknownValue;
     type Wide = UnknownWide;
     fn advance(&mut self, _: u32) {}
     fn charge(&mut self, cycles: u32) {

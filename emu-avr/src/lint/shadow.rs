@@ -188,7 +188,7 @@ impl<'a> ShadowMachine<'a> {
 
 impl BodyMachine for ShadowMachine<'_> {
     type Bit = TrackedBit;
-    type Word = TrackedByte;
+    type Byte = TrackedByte;
     type Wide = TrackedPair;
     fn advance(&mut self, _: u32) {}
     fn charge(&mut self, _: u32) {}
@@ -245,7 +245,7 @@ impl AvrMachine for ShadowMachine<'_> {
         self.live.flags[SregFlag::H as usize] = carries.doubt.with_bits(carries.doubt.bits & 0x08);
     }
     fn set_z(&mut self, word: TrackedByte) {
-        use emu_core::machine::WordOps;
+        use emu_core::machine::ByteOps;
         self.live.flags[SregFlag::Z as usize] = word.is_zero().doubt;
     }
     fn set_nzv(&mut self, n: TrackedByte, z: TrackedByte, v: TrackedByte) {
