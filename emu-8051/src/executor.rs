@@ -1,6 +1,6 @@
 //! The hot loop: executes predecoded instructions.
 //!
-//! [`Executor`] holds the hot state as plain locals whose address never escapes, so that the compiler keeps
+//! [`Executor`] holds the registers of the core as plain locals whose address never escapes, so that the compiler keeps
 //! it in host registers. RAM is borrowed. Everything that a body calls is inlined; slow paths take scalars.
 
 use emu_core::cpu::{Bus, BusEffect, Probe};
@@ -29,8 +29,9 @@ pub(crate) mod space {
     pub(crate) const XDATA: u8 = 4;
 }
 
-/// The state during one burst: hot state by value, everything else borrowed.
+/// Context in which instructions execute: the registers of the core by value, everything else borrowed.
 pub(crate) struct Executor<'a, P: Probe> {
+    /// Registers of the core, by value.
     pub core: CoreRegisters,
     /// Cycles of the running instruction.
     pub cycles: u32,
@@ -38,10 +39,15 @@ pub(crate) struct Executor<'a, P: Probe> {
     pub has_upper_ram: bool,
     /// Whether the chip has two data pointers.
     pub has_two_dptrs: bool,
+    /// RAM on the chip, by indirect address.
     pub ram: &'a mut [u8; 256],
+    /// External RAM.
     pub xdata: &'a mut [u8; ADDRESS_SPACE],
+    /// Program memory.
     pub code: &'a [u8; ADDRESS_SPACE],
+    /// The chip around the core.
     pub bus: &'a mut Mcs51Soc,
+    /// The observer of the run.
     pub probe: &'a mut P,
 }
 
@@ -114,8 +120,8 @@ impl<P: Probe> Executor<'_, P> {
     /// Writes the bits in `mask` of the register at a direct address from 80h on.
     #[inline(always)]
     fn write_sfr(&mut self, addr: u8, mask: u8, value: u8) {
-        let whole = if mask == 0xFF { Some(0) } else { self.core.read_core_sfr(addr, self.has_two_dptrs) };
-        if let Some(old) = whole
+        let other_bits = if mask == 0xFF { Some(0) } else { self.core.read_core_sfr(addr, self.has_two_dptrs) };
+        if let Some(old) = other_bits
             && self.core.write_core_sfr(addr, old & !mask | value & mask, self.has_two_dptrs)
         {
             return;
@@ -423,8 +429,8 @@ macro_rules! burst_loop {
 }
 
 impl<P: Probe> Executor<'_, P> {
-    /// Runs to the deadline and returns the hot state. The loop body is written twice, so that there are two
-    /// indirect jumps for branch prediction.
+    /// Executes instructions until the deadline; returns the registers of the core. The loop body is written
+    /// twice, so that there are two indirect jumps, which the host predicts better than one.
     #[inline(never)]
     pub(crate) fn burst(self, ops: &[Mcs51Op; ADDRESS_SPACE]) -> CoreRegisters {
         let mut executor = self;

@@ -116,7 +116,7 @@ impl<P: Probe> Executor<'_, P> {
     fn lint_unmapped(&mut self, addr: u16) {
         const SPACES: [&str; 4] = ["i", "e", "r", "m"];
         let space = SPACES.get(usize::from(addr / ZONE_BITS)).copied().unwrap_or("i");
-        self.report_lint(Lint::NoSuchBit { space, addr: addr % ZONE_BITS });
+        self.report_lint(Lint::MissingBit { space, addr: addr % ZONE_BITS });
     }
 
     /// Reports an access to a location, with its lints.

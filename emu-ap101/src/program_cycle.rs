@@ -323,7 +323,7 @@ impl Ap101 {
             return Some(StopReason::Fault { pc, fault: ProgramFault::JumpOutOfProgram { target } });
         }
         if P::LINT && matches!(kind, Kind::Not | Kind::Clr) && word & 0xFFF != 0 {
-            probe.on_lint(now, pc, Lint::OddField { word });
+            probe.on_lint(now, pc, Lint::UnusedFieldSet { word });
         }
         let op = self.code.op(self.program_index, word, false);
         self.core = Executor { core: self.core, soc: &mut self.soc, code: &self.code, probe }.single(op);

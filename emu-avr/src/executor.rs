@@ -1,6 +1,6 @@
 //! The hot loop: executes single instructions on the machine.
 //!
-//! [`Executor`] holds the hot state in local variables whose address never escapes, so the compiler keeps
+//! [`Executor`] holds the registers of the core in local variables whose address never escapes, so the compiler keeps
 //! them in host registers. Data memory, with the registers of the core, is borrowed. Everything that a body
 //! calls is inlined; slow paths are outlined and get scalars only.
 
@@ -78,13 +78,17 @@ impl CoreRegisters {
     };
 }
 
-/// Context in which instructions execute: hot state by value, everything else borrowed.
+/// Context in which instructions execute: the registers of the core by value, everything else borrowed.
 pub(crate) struct Executor<'a, P: Probe> {
     /// Registers of the core, by value.
     pub core: CoreRegisters,
+    /// Data memory with the registers of the core.
     pub data: &'a mut DataMemory,
+    /// Program memory.
     pub code: &'a CodeMemory,
+    /// The chip around the core.
     pub bus: &'a mut AvrSoc,
+    /// The observer of the run.
     pub probe: &'a mut P,
 }
 
@@ -407,8 +411,8 @@ macro_rules! burst_loop {
 }
 
 impl<P: Probe> Executor<'_, P> {
-    /// Executes instructions until the deadline; returns the hot state. The loop body is written twice, so
-    /// that there are two indirect jumps.
+    /// Executes instructions until the deadline; returns the registers of the core. The loop body is written
+    /// twice, so that there are two indirect jumps, which the host predicts better than one.
     #[inline(never)]
     pub(crate) fn burst(self, ops: &[AvrOp; MAX_WORDS]) -> CoreRegisters {
         let mut executor = self;

@@ -85,7 +85,7 @@ impl LintState {
     /// Records that an edge on INT`int` ended the sleep that the previous instruction started.
     pub(crate) fn edge_woke(&mut self, int: u8) {
         if let Some(live) = &mut self.tracker {
-            live.found.push((live.last_pc, Lint::EdgeWoke { int }));
+            live.found.push((live.last_pc, Lint::WokenByEdge { int }));
         }
     }
 
@@ -229,7 +229,7 @@ impl LintTracker {
                 self.add_finding(Lint::FloatingRead { port: addr, bits });
             }
         } else if self.reported_addresses.insert(addr) {
-            self.add_finding(Lint::UnknownUse { space: self.part.chip.ram_space, addr });
+            self.add_finding(Lint::UnwrittenUse { space: self.part.chip.ram_space, addr });
         }
     }
 
@@ -277,7 +277,7 @@ impl LintTracker {
         // A stack that runs past the start of RAM wraps to the end of the address space.
         let over = addr < limit || self.stack.overflow_reported && addr >= self.ram_end();
         if over && !self.stack.overflow_reported {
-            self.add_finding(Lint::StackMeets { limit });
+            self.add_finding(Lint::StackCollision { limit });
         }
         self.stack.overflow_reported = over;
     }
@@ -315,7 +315,7 @@ impl LintTracker {
         for vector in (1..64u8).filter(|vector| enabled >> vector & 1 == 1) {
             if !has_handler(soc, code, soc.vector_base() + u32::from(vector) * self.part.chip.words_per_vector) {
                 self.reported_vectors |= 1 << vector;
-                self.found.push((self.last_pc, Lint::Unhandled { vector }));
+                self.found.push((self.last_pc, Lint::EnabledWithoutHandler { vector }));
             }
         }
     }
@@ -368,7 +368,7 @@ impl<P: Probe> Executor<'_, P> {
         live.pc = at;
         if !has_handler(self.bus, self.code, at) {
             let vector = at.wrapping_sub(self.bus.vector_base()) / live.part.chip.words_per_vector.max(1);
-            live.add_finding(Lint::NoHandler { vector: vector as u8 });
+            live.add_finding(Lint::TakenWithoutHandler { vector: vector as u8 });
         }
         ShadowMachine::new(&self.core, self.data, self.bus, &mut live).interrupt();
         self.report_findings(live, now);

@@ -122,7 +122,7 @@ impl Pic16 {
     }
 
     fn op_index(&self, pc: u32) -> usize {
-        (self.core.at & BANK | pc) as usize % OPS
+        (self.core.bank_and_pc & BANK | pc) as usize % OPS
     }
 
     /// Reads a resolved file address without side effects.
@@ -130,7 +130,7 @@ impl Pic16 {
         match as_core_register(place) {
             Some(Sfr::STATUS) => self.core.status(),
             Some(Sfr::FSR) => self.core.indirect_address as u8,
-            Some(Sfr::PCL) => self.core.at as u8,
+            Some(Sfr::PCL) => self.core.bank_and_pc as u8,
             Some(Sfr::PCLATH) => self.core.pclath as u8,
             Some(_) => 0,
             None if place.0 < DATA_ADDRESSES as u16 => self.ram[usize::from(place.0)],

@@ -114,7 +114,7 @@ impl<P: Probe> Executor<'_, P> {
             let bits = (latch ^ value) & !intended_bits(self.running_instruction().1, self.core.w as u8);
             if bits != 0 {
                 let port = self.address();
-                self.report_lint(Lint::ForeignLatch { port, bits });
+                self.report_lint(Lint::UnintendedLatchChange { port, bits });
             }
         }
     }
@@ -129,7 +129,7 @@ impl<P: Probe> Executor<'_, P> {
         }
         let (chosen, jumps) = (self.lints.page_choice, word >> 11 == GOTO_BITS);
         if chosen.page != from & PAGE_MASK || jumps && chosen.used_by_call {
-            self.report_lint_at(from, Lint::Page { target: target as u16 });
+            self.report_lint_at(from, Lint::PageNotSelected { target: target as u16 });
         }
         self.lints.page_choice.used_by_call |= !jumps;
     }

@@ -146,7 +146,7 @@ impl<'a> ShadowMachine<'a> {
         let Some(present) = self.live.presence.existing_bits(addr, value.byte) else {
             if !over {
                 let addr = *self.live.reserved_writes.entry(self.live.pc).or_insert(addr);
-                self.live.add_finding(Lint::NothingThere { addr });
+                self.live.add_finding(Lint::UnimplementedAddress { addr });
             }
             return;
         };
@@ -179,7 +179,7 @@ impl<'a> ShadowMachine<'a> {
             }
             RegisterSlot::Adc(adc::AdcRegister::ADMUX) if !over => {
                 let absent = self.soc.absent_channel(value.byte);
-                absent.into_iter().for_each(|channel| self.live.add_finding(Lint::ChannelAbsent { channel }));
+                absent.into_iter().for_each(|channel| self.live.add_finding(Lint::MissingChannel { channel }));
             }
             _ => {}
         }

@@ -101,25 +101,26 @@ impl CpuEngine for Pic16 {
         self.code.has_breakpoint(pc)
     }
     fn instruction_mark(&self, pc: u32) -> InstructionMark {
-        self.code.instruction_mark(self.core.at & BANK, pc)
+        self.code.instruction_mark(self.core.bank_and_pc & BANK, pc)
     }
     fn loop_head(&self, end: u32) -> Option<u32> {
-        self.code.loop_plan(self.core.at & BANK, end).map(|plan| plan.head)
+        self.code.loop_plan(self.core.bank_and_pc & BANK, end).map(|plan| plan.head)
     }
     fn loop_steady_until(&self, end: u32, at: u64) -> u64 {
-        let registers_read = self.code.loop_plan(self.core.at & BANK, end).map_or(&[][..], |plan| &plan.registers_read);
+        let registers_read =
+            self.code.loop_plan(self.core.bank_and_pc & BANK, end).map_or(&[][..], |plan| &plan.registers_read);
         registers_read.iter().map(|&sfr| self.soc.steady_until(sfr as u16, at)).min().unwrap_or(NEVER)
     }
     fn loop_clears_watchdog(&self, end: u32) -> bool {
-        self.code.loop_plan(self.core.at & BANK, end).is_some_and(|plan| plan.clears_watchdog)
+        self.code.loop_plan(self.core.bank_and_pc & BANK, end).is_some_and(|plan| plan.clears_watchdog)
     }
     fn loop_counter(&self, end: u32) -> Option<u64> {
         self.ram
-            .get(usize::from(self.code.loop_plan(self.core.at & BANK, end)?.counted_address?))
+            .get(usize::from(self.code.loop_plan(self.core.bank_and_pc & BANK, end)?.counted_address?))
             .map(|&byte| byte.into())
     }
     fn set_loop_counter(&mut self, end: u32, value: u64) {
-        let place = self.code.loop_plan(self.core.at & BANK, end).and_then(|plan| plan.counted_address);
+        let place = self.code.loop_plan(self.core.bank_and_pc & BANK, end).and_then(|plan| plan.counted_address);
         place.and_then(|at| self.ram.get_mut(usize::from(at))).into_iter().for_each(|byte| *byte = value as u8);
     }
     fn core_state(&self) -> Self::CoreState {
