@@ -58,16 +58,9 @@ pub(crate) struct SerialListener {
 }
 
 impl SerialListener {
-    /// A receiver of an idle line; `grain` is the tolerance of an edge in clocks.
-    pub(crate) fn new(bit: BitTime, grain: u64) -> SerialListener {
-        SerialListener {
-            bit,
-            tolerance_clocks: grain,
-            high: true,
-            current_byte: None,
-            byte_end: 0,
-            frames: VecDeque::new(),
-        }
+    /// A receiver of an idle line; `tolerance_clocks` is the additional tolerance of an edge.
+    pub(crate) fn new(bit: BitTime, tolerance_clocks: u64) -> SerialListener {
+        SerialListener { bit, tolerance_clocks, high: true, current_byte: None, byte_end: 0, frames: VecDeque::new() }
     }
 
     /// Records that the line changed to `high` at clock `at`.
@@ -79,11 +72,11 @@ impl SerialListener {
         self.high = high;
         match &mut self.current_byte {
             Some((start, _, fault)) => {
-                let since = at - *start;
-                let bits = (since + self.bit.half_bit_clocks(1)) * self.bit.baud / self.bit.hz.max(1);
-                let off = since.abs_diff(self.bit.bit_clocks(bits));
-                if off > since * MAX_EDGE_PERMILLE / 1000 + self.tolerance_clocks && fault.is_none() {
-                    *fault = Some(format!("with an edge {off} clocks away from bit {bits}"));
+                let elapsed = at - *start;
+                let bits = (elapsed + self.bit.half_bit_clocks(1)) * self.bit.baud / self.bit.hz.max(1);
+                let deviation = elapsed.abs_diff(self.bit.bit_clocks(bits));
+                if deviation > elapsed * MAX_EDGE_PERMILLE / 1000 + self.tolerance_clocks && fault.is_none() {
+                    *fault = Some(format!("with an edge {deviation} clocks away from bit {bits}"));
                 }
             }
             None if !high => {
@@ -190,10 +183,10 @@ pub struct ArrivalWindow {
 /// The edges of a byte that arrives while the chip waits for the next scan; empty if no scan leaves enough
 /// time.
 #[must_use]
-pub fn byte_edges(byte: u8, slot: ArrivalWindow) -> Vec<(u64, bool)> {
-    let bit = BitTime { hz: slot.hz, baud: slot.baud.max(1) };
-    let starts = |scan: u64| slot.scan.0.saturating_add(scan.saturating_mul(slot.period.max(1)));
-    let arrival = plan_arrival(bit, slot.now, slot.scans_later.max(1), slot.scan.1, starts);
+pub fn byte_edges(byte: u8, window: ArrivalWindow) -> Vec<(u64, bool)> {
+    let bit = BitTime { hz: window.hz, baud: window.baud.max(1) };
+    let starts = |scan: u64| window.scan.0.saturating_add(scan.saturating_mul(window.period.max(1)));
+    let arrival = plan_arrival(bit, window.now, window.scans_later.max(1), window.scan.1, starts);
     arrival.map_or(Vec::new(), |at| byte_levels(bit, byte).map(|(after, high)| (at.start + after, high)).collect())
 }
 
