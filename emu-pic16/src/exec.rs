@@ -27,23 +27,23 @@ pub(crate) trait Pic16Machine: BodyMachine {
     /// Converts a bit to a word, 0 or 1.
     fn word_from_bit(bit: Self::Bit) -> Self::Byte;
     /// Returns `place`, or the address in FSR if `place` is INDF.
-    fn resolve(&mut self, place: FileAddress) -> FileAddress;
+    fn resolve(&mut self, file_address: FileAddress) -> FileAddress;
     /// Reads a file register.
-    fn read_file(&mut self, place: FileAddress) -> Self::Byte;
+    fn read_file(&mut self, file_address: FileAddress) -> Self::Byte;
     /// Writes a file register.
-    fn write_file(&mut self, place: FileAddress, value: Self::Byte);
+    fn write_file(&mut self, file_address: FileAddress, value: Self::Byte);
     /// Writes a file register with the result of an instruction that sets flags.
-    fn write_file_with_flags(&mut self, place: FileAddress, value: Self::Byte);
+    fn write_file_with_flags(&mut self, file_address: FileAddress, value: Self::Byte);
     /// Reads the bit of a file register given by its mask.
     #[inline(always)]
-    fn read_file_bit(&mut self, place: FileAddress, mask: u8) -> Self::Bit {
-        Self::is_any_bit_set(self.read_file(place), mask)
+    fn read_file_bit(&mut self, file_address: FileAddress, mask: u8) -> Self::Bit {
+        Self::is_any_bit_set(self.read_file(file_address), mask)
     }
     /// Reads a file register and writes it back with the bit under `mask` set or cleared.
     #[inline(always)]
-    fn write_file_bit(&mut self, place: FileAddress, mask: u8, on: bool) {
-        let value = self.read_file(place);
-        self.write_file(place, with_mask(value, mask, on));
+    fn write_file_bit(&mut self, file_address: FileAddress, mask: u8, on: bool) {
+        let value = self.read_file(file_address);
+        self.write_file(file_address, with_mask(value, mask, on));
     }
     /// Reads a byte of RAM.
     fn read_ram(&mut self, addr: u16) -> Self::Byte;
@@ -194,9 +194,9 @@ fn no_borrows<W: ByteOps>(a: W, b: W, d: W) -> W {
 }
 
 macro_rules! bodies {
-    ($( fn $name:ident $(<$place:ident>)? ($m:ident $(, $arg:ident : $type:ty)*) $body:block )*) => { $(
+    ($( fn $name:ident $(<$operand:ident>)? ($m:ident $(, $arg:ident : $type:ty)*) $body:block )*) => { $(
         #[inline(always)]
-        pub(crate) fn $name<M: Pic16Machine $(, $place: FileOperand)?>($m: &mut M $(, $arg: $type)*) $body
+        pub(crate) fn $name<M: Pic16Machine $(, $operand: FileOperand)?>($m: &mut M $(, $arg: $type)*) $body
     )* };
 }
 

@@ -139,11 +139,11 @@ impl<P: Probe> Executor<'_, P> {
 
     /// Writes a register other than STATUS.
     #[inline(always)]
-    fn write_register(&mut self, place: u16, value: u8) {
+    fn write_register(&mut self, file_address: u16, value: u8) {
         if P::LINT {
-            self.lint_write(place, value);
+            self.lint_write(file_address, value);
         }
-        match place {
+        match file_address {
             FSR => self.core.indirect_address = self.core.indirect_address & 0x100 | u32::from(value),
             PCLATH => self.core.pclath = u32::from(value) & 0x1F,
             PCL => {
@@ -153,7 +153,7 @@ impl<P: Probe> Executor<'_, P> {
             INDF | UNIMPLEMENTED => {}
             _ => {
                 let at = self.cycle();
-                let effect = write_bus(self.bus, place, value, at);
+                let effect = write_bus(self.bus, file_address, value, at);
                 self.apply_bus_effect(effect);
             }
         }
@@ -162,14 +162,14 @@ impl<P: Probe> Executor<'_, P> {
 
 /// Reads a register of the chip.
 #[inline(never)]
-fn read_bus(bus: &mut Pic16Soc, place: u16, at: u64) -> (u8, BusEffect) {
-    bus.read(place - REGISTERS, at)
+fn read_bus(bus: &mut Pic16Soc, file_address: u16, at: u64) -> (u8, BusEffect) {
+    bus.read(file_address - REGISTERS, at)
 }
 
 /// Writes a register of the chip.
 #[inline(never)]
-fn write_bus(bus: &mut Pic16Soc, place: u16, value: u8, at: u64) -> BusEffect {
-    bus.write(place - REGISTERS, value, at)
+fn write_bus(bus: &mut Pic16Soc, file_address: u16, value: u8, at: u64) -> BusEffect {
+    bus.write(file_address - REGISTERS, value, at)
 }
 
 impl<P: Probe> BodyMachine for Executor<'_, P> {
@@ -250,13 +250,17 @@ impl<P: Probe> Pic16Machine for Executor<'_, P> {
         ByteValue(bit.into())
     }
     #[inline(always)]
-    fn resolve(&mut self, place: FileAddress) -> FileAddress {
-        if place.0 == INDF { self.file_addresses[self.core.indirect_address as usize % DATA_ADDRESSES] } else { place }
+    fn resolve(&mut self, file_address: FileAddress) -> FileAddress {
+        if file_address.0 == INDF {
+            self.file_addresses[self.core.indirect_address as usize % DATA_ADDRESSES]
+        } else {
+            file_address
+        }
     }
     #[inline(always)]
-    fn read_file(&mut self, place: FileAddress) -> ByteValue {
-        let value = match place.0 {
-            ..REGISTERS => self.ram.get(usize::from(place.0)).copied().unwrap_or(0),
+    fn read_file(&mut self, file_address: FileAddress) -> ByteValue {
+        let value = match file_address.0 {
+            ..REGISTERS => self.ram.get(usize::from(file_address.0)).copied().unwrap_or(0),
             STATUS => self.core.status(),
             FSR => self.core.indirect_address as u8,
             PCL => self.core.bank_and_pc as u8,
@@ -276,43 +280,43 @@ impl<P: Probe> Pic16Machine for Executor<'_, P> {
         ByteValue(value)
     }
     #[inline(always)]
-    fn write_file(&mut self, place: FileAddress, value: ByteValue) {
+    fn write_file(&mut self, file_address: FileAddress, value: ByteValue) {
         self.report_access(value.0, true);
-        match place.0 {
-            ..REGISTERS => self.write_ram_byte(place.0, value.0),
+        match file_address.0 {
+            ..REGISTERS => self.write_ram_byte(file_address.0, value.0),
             STATUS => self.core.set_status(value.0.into()),
             other => self.write_register(other, value.0),
         }
     }
     #[inline(always)]
-    fn write_file_with_flags(&mut self, place: FileAddress, value: ByteValue) {
+    fn write_file_with_flags(&mut self, file_address: FileAddress, value: ByteValue) {
         self.report_access(value.0, true);
-        match place.0 {
-            ..REGISTERS => self.write_ram_byte(place.0, value.0),
+        match file_address.0 {
+            ..REGISTERS => self.write_ram_byte(file_address.0, value.0),
             STATUS => self.core.set_banks(value.0.into()),
             other => self.write_register(other, value.0),
         }
     }
     // The STATUS bits that programs test most often, without packing all of STATUS.
     #[inline(always)]
-    fn read_file_bit(&mut self, place: FileAddress, mask: u8) -> bool {
-        match (place.0, mask) {
+    fn read_file_bit(&mut self, file_address: FileAddress, mask: u8) -> bool {
+        match (file_address.0, mask) {
             (STATUS, C) if !P::DATA => self.core.c != 0,
             (STATUS, Z) if !P::DATA => self.core.z as u8 == 0,
-            _ => Self::is_any_bit_set(self.read_file(place), mask),
+            _ => Self::is_any_bit_set(self.read_file(file_address), mask),
         }
     }
     #[inline(always)]
-    fn write_file_bit(&mut self, place: FileAddress, mask: u8, on: bool) {
-        match (place.0, mask) {
+    fn write_file_bit(&mut self, file_address: FileAddress, mask: u8, on: bool) {
+        match (file_address.0, mask) {
             (STATUS, C) if !P::DATA => self.core.c = on.into(),
             (STATUS, RP0 | RP1) if !P::DATA => {
                 let bank = u32::from(mask) << 9;
                 self.core.bank_and_pc = if on { self.core.bank_and_pc | bank } else { self.core.bank_and_pc & !bank };
             }
             _ => {
-                let value = self.read_file(place).0;
-                self.write_file(place, ByteValue(if on { value | mask } else { value & !mask }));
+                let value = self.read_file(file_address).0;
+                self.write_file(file_address, ByteValue(if on { value | mask } else { value & !mask }));
             }
         }
     }

@@ -55,18 +55,20 @@ pub(crate) struct CodeMemory {
 impl CodeMemory {
     /// Creates program memory of `size` words (a power of two, at most [`SPAN`]) with `image` from address 0
     /// on; the rest is erased.
-    pub(crate) fn new(image: &[u16], size: u32, places: Box<[FileAddress; DATA_ADDRESSES]>) -> CodeMemory {
+    pub(crate) fn new(image: &[u16], size: u32, file_addresses: Box<[FileAddress; DATA_ADDRESSES]>) -> CodeMemory {
         let size = size.clamp(1, SPAN as u32);
         let mut words = Box::new([0x3FFF; SPAN]);
         for (at, word) in words.iter_mut().enumerate() {
             *word = image.get(at % size as usize).map_or(0x3FFF, |word| word & 0x3FFF);
         }
-        let mut lowest = Box::new([0; DATA_ADDRESSES]);
-        for (addr, low) in lowest.iter_mut().enumerate() {
-            let same = |other: &usize| places[addr] != FileAddress::NONE && places[*other] == places[addr];
+        let mut lowest_addresses = Box::new([0; DATA_ADDRESSES]);
+        for (addr, low) in lowest_addresses.iter_mut().enumerate() {
+            let same = |other: &usize| {
+                file_addresses[addr] != FileAddress::NONE && file_addresses[*other] == file_addresses[addr]
+            };
             *low = (0..addr).find(same).unwrap_or(addr) as u16;
         }
-        let erased = decode(0x3FFF, 0, &places);
+        let erased = decode(0x3FFF, 0, &file_addresses);
         // Past the end of memory, the slow path wraps to the start.
         let mut past_end = Box::new([PredecodedOp { kind: Kind::PollingLoop, ..erased }; OPS]);
         for bank in past_end.chunks_exact_mut(OPS / 4) {
@@ -79,8 +81,8 @@ impl CodeMemory {
             words,
             ops,
             ops_unmarked,
-            file_addresses: places,
-            lowest_addresses: lowest,
+            file_addresses,
+            lowest_addresses,
             loops,
             breakpoints,
             size,
@@ -192,7 +194,8 @@ impl CodeMemory {
             }
             skipped = record.skips;
             clears_watchdog |= record.clears_watchdog;
-            registers_read.extend(record.addresses_read.iter().filter_map(|place| as_chip_register(*place)));
+            registers_read
+                .extend(record.addresses_read.iter().filter_map(|file_address| as_chip_register(*file_address)));
         }
         (bank_now == bank).then_some(LoopPlan { head, registers_read, clears_watchdog, counted_address: None })
     }
@@ -253,8 +256,8 @@ const JOINED_OPS: [(Kind, Kind); 6] = [
 ];
 
 /// Returns the register of the chip at a file address; None for RAM and core registers.
-fn as_chip_register(place: FileAddress) -> Option<Sfr> {
-    let sfr = *Sfr::ALL.get(usize::from(place.0.checked_sub(FileAddress::sfr(Sfr::INDF).0)?))?;
+fn as_chip_register(file_address: FileAddress) -> Option<Sfr> {
+    let sfr = *Sfr::ALL.get(usize::from(file_address.0.checked_sub(FileAddress::sfr(Sfr::INDF).0)?))?;
     (!matches!(sfr, Sfr::INDF | Sfr::PCL | Sfr::STATUS | Sfr::FSR | Sfr::PCLATH)).then_some(sfr)
 }
 
@@ -264,7 +267,7 @@ fn jumps_to_itself(word: u16, pc: u32) -> bool {
 }
 
 /// Decodes an instruction for the bank in RP1:RP0, without loop marks and breakpoints.
-fn decode(word: u16, bank: u16, places: &[FileAddress; DATA_ADDRESSES]) -> Pic16Op {
+fn decode(word: u16, bank: u16, file_addresses: &[FileAddress; DATA_ADDRESSES]) -> Pic16Op {
     let Some((row, kind)) = find_row(word) else {
         return PredecodedOp { kind: Kind::Illegal, args: [0; 3] };
     };
@@ -273,9 +276,9 @@ fn decode(word: u16, bank: u16, places: &[FileAddress; DATA_ADDRESSES]) -> Pic16
     for slot in row.operands {
         match slot.kind.name {
             F::NAME => {
-                let place = places[usize::from(bank << 7 | word & 0x7F) % DATA_ADDRESSES];
-                op.args[at..at + 2].copy_from_slice(&place.0.to_le_bytes());
-                in_ram = place.0 < DATA_ADDRESSES as u16;
+                let file_address = file_addresses[usize::from(bank << 7 | word & 0x7F) % DATA_ADDRESSES];
+                op.args[at..at + 2].copy_from_slice(&file_address.0.to_le_bytes());
+                in_ram = file_address.0 < DATA_ADDRESSES as u16;
             }
             B::NAME => op.args[at] = 1 << (op.args[at] & 7),
             _ => {}

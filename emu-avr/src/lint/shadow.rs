@@ -87,7 +87,7 @@ impl<'a> ShadowMachine<'a> {
     /// Returns the value of avr-libc's variable for the end of the heap, or 0 if the program has none.
     fn heap(&self) -> u16 {
         self.live
-            .ground
+            .program_facts
             .heap_end_variable
             .map_or(0, |addr| u16::from_le_bytes([self.byte(addr), self.byte(addr.wrapping_add(1))]))
     }
