@@ -24,7 +24,9 @@ const R_SPACE: u8 = 4;
 /// The registers that instructions use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct CoreRegisters {
+    /// Counts of cycles and instructions, and the deadline.
     pub clock: Countdown,
+    /// The accumulator A.
     pub a: bool,
     /// NA, up to [`OP_COUNT`]; after the end of program memory the hot loop is left.
     pub next_address: u32,
@@ -40,11 +42,15 @@ impl CoreRegisters {
         CoreRegisters { clock: Countdown::START, a: false, next_address: 0, last: 0, stop_requested: false };
 }
 
-/// The state during one burst: registers by value, everything else borrowed.
+/// Context in which instructions execute: the registers by value, everything else borrowed.
 pub(crate) struct Executor<'a, P: Probe> {
+    /// Registers of the core, by value.
     pub core: CoreRegisters,
+    /// The channels, modules and memory M.
     pub soc: &'a mut Ap101Soc,
+    /// Program memory.
     pub code: &'a CodeMemory,
+    /// The observer of the run.
     pub probe: &'a mut P,
 }
 
@@ -156,8 +162,8 @@ impl<P: Probe> Executor<'_, P> {
     /// STO to a preset port: the NOP after it contains the preset.
     #[inline(always)]
     fn write_preset(&mut self, n: u16, bit: bool) {
-        let given = set_module_preset(self.soc, n, self.code.word(self.core.next_address));
-        if given {
+        let is_preset = set_module_preset(self.soc, n, self.code.word(self.core.next_address));
+        if is_preset {
             self.report_access(R_SPACE, 256 + n, bit, true);
         } else {
             self.report_lint(Lint::PresetPort { module: n, why: "no NOP with data follows" });
@@ -173,8 +179,8 @@ fn write_location(soc: &mut Ap101Soc, place: BitAddress, bit: bool, next: u64) -
         BitLocation::Output(n) => return soc.write_output(n, bit, next),
         BitLocation::Cell(cell) if cell >= M_START || !soc.reads_inputs_live() => soc.set(cell, bit),
         BitLocation::Module(n) => {
-            let begun = soc.cycle_start();
-            soc.module_mut(n).write(bit, next, begun);
+            let cycle_start = soc.cycle_start();
+            soc.module_mut(n).write(bit, next, cycle_start);
         }
         BitLocation::Running(n) if bit => soc.module_mut(n).clear(next),
         _ => {}
@@ -197,11 +203,11 @@ fn read_location(soc: &Ap101Soc, place: BitAddress, now: u64) -> bool {
 /// Sets the preset of a module from a word, if the word is a NOP without an index. Returns whether it is.
 #[inline(never)]
 fn set_module_preset(soc: &mut Ap101Soc, n: u16, word: u16) -> bool {
-    let given = word >> 11 == 0b1_1110;
-    if given {
+    let is_preset = word >> 11 == 0b1_1110;
+    if is_preset {
         soc.set_preset(n, word % SPAN as u16);
     }
-    given
+    is_preset
 }
 
 impl<P: Probe> Ap101Machine for Executor<'_, P> {

@@ -1,8 +1,8 @@
 //! The hot loop: executes single instructions on the machine.
 //!
-//! [`Executor`] holds the registers of the core in local variables whose address never escapes, so the compiler keeps
-//! them in host registers. Data memory, with the registers of the core, is borrowed. Everything that a body
-//! calls is inlined; slow paths are outlined and get scalars only.
+//! [`Executor`] holds the registers of the core in local variables whose address never escapes, so the
+//! compiler keeps them in host registers. Data memory, with the registers of the core, is borrowed.
+//! Everything that a body calls is inlined; slow paths are outlined and get scalars only.
 
 use emu_core::countdown::Countdown;
 use emu_core::cpu::{Bus, BusEffect, Probe};

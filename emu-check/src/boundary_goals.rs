@@ -149,8 +149,8 @@ impl BoundaryGoals {
         Some(found)
     }
 
-    /// Changes `step` so that it writes the wanted value of goal `goal`, and returns true if a scan with
-    /// `step` reaches the goal.
+    /// Changes `step` so that it writes the wanted value of the goal at index `goal`, and returns true if a
+    /// scan with `step` reaches the goal.
     ///
     /// A failed try is counted. A goal for a symbol that cannot be written is dropped.
     pub(crate) fn try_reach(

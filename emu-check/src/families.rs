@@ -258,8 +258,8 @@ pub(crate) fn visit_machines<J: MachineVisitor>(chip: &'static Chip, image: &Ima
     }
 }
 
-/// A copy of `template` with random bytes in data memory. Each entry of `ram` is an address and the index of its
-/// random byte.
+/// A copy of `template` with random bytes in data memory. Each entry of `ram` is an address and the index of
+/// its random byte.
 fn with_random_ram<C: Cpu>(template: &C, ram: &[(u32, usize)], seed: u64) -> C {
     let mut cpu = template.clone();
     let mut bytes = vec![0; ram.iter().map(|(_, n)| n + 1).max().unwrap_or(0)];

@@ -231,9 +231,9 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
         }
     }
 
-    /// Checks how the chip's pins behave when nothing outside drives them. With `drive_machine`, a copy of the whole
-    /// machine is driven instead of copies of its wires: peripherals that react to an edge are enabled by the code
-    /// before or in the first scan.
+    /// Checks how the chip's pins behave when nothing outside drives them. With `drive_machine`, a copy of
+    /// the whole machine is driven instead of copies of its wires: peripherals that react to an edge are
+    /// enabled by the code before or in the first scan.
     fn compare_wiring(&self, drive_machine: bool) -> Result<u64, Mismatch> {
         pin_behaviour::check_pins(&self.runner.cpu, self.places, drive_machine).map_err(|(expected, found)| {
             Mismatch::of_text(DifferenceKind::Pin, self.runner.cpu.cycle(), expected, found)

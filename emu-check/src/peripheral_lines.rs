@@ -41,8 +41,8 @@ pub(crate) struct PeripheralLines {
 }
 
 impl PeripheralLines {
-    /// Initial state: no data in flight. `worst_scan_cycles` is the length of the longest scan in machine cycles, as
-    /// computed by the compiler.
+    /// Initial state: no data in flight. `worst_scan_cycles` is the length of the longest scan in machine
+    /// cycles, as computed by the compiler.
     pub(crate) fn new(places: &ProgramPlaces, worst_scan_cycles: u64) -> PeripheralLines {
         let longest_scan_clocks = (worst_scan_cycles + places.pace.poll_cycles + places.pace.tick_cycles)
             .saturating_mul(places.pace.clocks_per_cycle);

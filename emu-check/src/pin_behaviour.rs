@@ -14,8 +14,8 @@ use crate::program_places::ProgramPlaces;
 /// drive a pin that the program does not name.
 ///
 /// The level of a wire follows from its drivers, so copies of the wires are enough for all of this, except
-/// for peripherals that react to an edge. With `drive_machine`, a copy of the machine is driven instead, which takes
-/// several hundred times as long.
+/// for peripherals that react to an edge. With `drive_machine`, a copy of the machine is driven instead,
+/// which takes several hundred times as long.
 pub(crate) fn check_pins<C: CheckedChip>(
     cpu: &C,
     places: &ProgramPlaces,

@@ -240,8 +240,8 @@ impl ScenarioIo {
     }
 
     /// Polls all players and returns the verdict of the first one that has ended. `read` gives the value of a
-    /// symbol after the last scan. Before the first scan after power-up, values come from `power_up`, because a
-    /// chip has not started then.
+    /// symbol after the last scan. Before the first scan after power-up, values come from `power_up`, because
+    /// a chip has not started then.
     pub(crate) fn poll_players(
         &mut self,
         resolver: &LadderResolver,

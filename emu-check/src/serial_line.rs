@@ -132,12 +132,12 @@ pub(crate) struct ByteArrival {
 const STOP_BIT_SAMPLED: (u64, u64) = (37, 39);
 
 /// Plans a byte that begins after `now` and arrives while the chip waits: finds the first scan, from `next`
-/// on, before which it can arrive. Scan n starts at `starts(n)` and ends `busy` clocks later.
+/// on, before which it can arrive. Scan n starts at `starts(n)` and ends `scan_clocks` clocks later.
 pub(crate) fn plan_arrival(
     bit: BitTime,
     now: u64,
     next: u64,
-    busy: u64,
+    scan_clocks: u64,
     starts: impl Fn(u64) -> u64,
 ) -> Option<ByteArrival> {
     let quarter = |n: u64| bit.half_bit_clocks(n) / 2;
@@ -145,7 +145,7 @@ pub(crate) fn plan_arrival(
     let most = next + bit.bit_clocks(BYTE_BITS) / (starts(next + 1) - starts(next)).max(1) + 3;
     (next..=most).find_map(|scan| {
         // The middle of the time between the end of the previous scan and the start of this one.
-        let from = (starts(scan - 1) + busy).checked_sub(first)?;
+        let from = (starts(scan - 1) + scan_clocks).checked_sub(first)?;
         let to = starts(scan).checked_sub(last)?;
         (from < to).then_some(())?;
         let start = (from + (to - from) / 2).max(now);

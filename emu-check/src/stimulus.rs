@@ -162,7 +162,8 @@ impl StimulusGenerator {
         }
     }
 
-    /// A generator with a run of `long_run_scans` scans after each round, to reach states that only time leads to.
+    /// A generator with a run of `long_run_scans` scans after each round, to reach states that only time
+    /// leads to.
     pub(crate) fn with_long_runs(seed: u64, boundary_goals: BoundaryGoals, long_run_scans: usize) -> StimulusGenerator {
         StimulusGenerator { long_run_scans, ..StimulusGenerator::new(seed, boundary_goals) }
     }

@@ -1,8 +1,9 @@
 //! The run loop that all families share. It handles what happens between two instructions: due events,
-//! resets, interrupts, sleep, stops, breakpoints, and polling loops of the program, whose iterations it skips.
+//! resets, interrupts, sleep, stops, breakpoints, and polling loops of the program, whose iterations it
+//! skips.
 //!
-//! A family implements [`CpuEngine`] for its machine and calls [`run`] and [`step_until`]. The run loop sets a
-//! deadline, the cycle of the next event, and calls the hot loop of the family, [`CpuEngine::burst`], which
+//! A family implements [`CpuEngine`] for its machine and calls [`run`] and [`step_until`]. The run loop sets
+//! a deadline, the cycle of the next event, and calls the hot loop of the family, [`CpuEngine::burst`], which
 //! executes instructions up to the deadline.
 
 use crate::countdown::Countdown;
@@ -28,8 +29,8 @@ pub struct RunState {
     pub no_skip_before: u64,
     /// A run continues to its limit even if nothing can wake the chip.
     pub run_while_halted: bool,
-    /// The run found the machine asleep or in a polling loop while no event was due and no interrupt pending, so
-    /// only an event from outside can change what the program does.
+    /// The run found the machine asleep or in a polling loop while no event was due and no interrupt pending,
+    /// so only an event from outside can change what the program does.
     pub is_blocked: bool,
 }
 
@@ -65,14 +66,14 @@ pub trait CpuEngine: Cpu {
     fn clock(&mut self) -> &mut Countdown;
     /// The flag that the probe requested a stop.
     fn stop_requested(&mut self) -> &mut bool;
-    /// The flag that the burst stopped at an op that it does not execute itself: a breakpoint, the jump at the end
-    /// of a polling loop, or a word that is not an instruction.
+    /// The flag that the burst stopped at an op that it does not execute itself: a breakpoint, the jump at
+    /// the end of a polling loop, or a word that is not an instruction.
     fn slow_path_requested(&mut self) -> &mut bool;
     /// Settings and data of the run.
     fn run_state(&mut self) -> &mut RunState;
 
-    /// Executes all events of the chip (timers, serial ports, queued drives) that are due up to the machine cycle
-    /// `now`, and returns the cycle of the next one, or [`NEVER`].
+    /// Executes all events of the chip (timers, serial ports, queued drives) that are due up to the machine
+    /// cycle `now`, and returns the cycle of the next one, or [`NEVER`].
     fn fire(&mut self, now: u64) -> u64;
     /// Enables or disables the log of events.
     fn set_event_log(&mut self, on: bool);
@@ -154,7 +155,8 @@ pub fn run<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> St
 pub fn step_until<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> StopReason {
     let now = cpu.cycle();
     let next_event = cpu.fire(now);
-    // A machine that is asleep with an interrupt pending, or with no event due and no limit, passes one cycle.
+    // A machine that is asleep with an interrupt pending, or with no event due and no limit, passes one
+    // cycle.
     let sleeps = cpu.is_core_asleep() && !cpu.has_pending_interrupt(now) && next_event.min(until) < LAST_CYCLE;
     run(cpu, if sleeps { next_event.min(until).max(now + 1) } else { now + 1 }, probe)
 }
@@ -174,8 +176,8 @@ pub fn is_blocked_on_input<E: CpuEngine>(cpu: &mut E) -> bool {
 /// Handles everything that is due at this instruction boundary and sets the next deadline. Returns the reason
 /// for a stop, if there is one.
 ///
-/// Each case stops the run, or repeats the loop, or returns with the deadline at least one cycle ahead, so that
-/// the next burst executes at least one instruction.
+/// Each case stops the run, or repeats the loop, or returns with the deadline at least one cycle ahead, so
+/// that the next burst executes at least one instruction.
 fn handle_boundary<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> Option<StopReason> {
     loop {
         let now = cpu.cycle();
@@ -247,9 +249,9 @@ fn report_jump<E: CpuEngine, P: Probe>(cpu: &E, before: u32, probe: &mut P) {
     }
 }
 
-/// Executes the op at the program counter, which the hot loop does not execute itself, and skips iterations if
-/// it ends a polling loop. `deadline` is the cycle up to which it may run. `nothing_due` means that no event
-/// is due in the future and no interrupt is pending.
+/// Executes the op at the program counter, which the hot loop does not execute itself, and skips iterations
+/// if it ends a polling loop. `deadline` is the cycle up to which it may run. `nothing_due` means that no
+/// event is due in the future and no interrupt is pending.
 fn slow_path<E: CpuEngine, P: Probe>(
     cpu: &mut E,
     deadline: u64,

@@ -113,8 +113,8 @@ impl AttachedDevices {
         }
     }
 
-    /// Queues the answers of the devices in the next stretch. Returns the cycle up to which the machine may run,
-    /// and the edges until then: clock, pin, and whether the pin is high.
+    /// Queues the answers of the devices in the next stretch. Returns the cycle up to which the machine may
+    /// run, and the edges until then: clock, pin, and whether the pin is high.
     fn look_ahead<C: Cpu>(&mut self, cpu: &mut C, until: u64) -> (u64, Vec<(u64, PinId, bool)>) {
         let (least, most) = (*STRETCH_CYCLES.start(), *STRETCH_CYCLES.end());
         let mut stretch_end = until.min(cpu.cycle().saturating_add(self.stretch));

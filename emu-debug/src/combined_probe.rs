@@ -1,5 +1,5 @@
-//! Combines all observers of instructions and accesses in one probe, so that the run loop is compiled once for
-//! all runs with any of them.
+//! Combines all observers of instructions and accesses in one probe, so that the run loop is compiled once
+//! for all runs with any of them.
 
 use emu_core::cpu::{Probe, Subcycle};
 use emu_core::lint::Lint;

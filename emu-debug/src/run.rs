@@ -90,8 +90,8 @@ pub struct RunResult {
     pub wave_error: Option<std::io::Error>,
 }
 
-/// Runs `cpu` according to `plan`. Writes and ends `wave`; calls `keep_waiting` with all bytes sent so far before
-/// the first cycle, every few million cycles and at the end, and ends the run if it returns false.
+/// Runs `cpu` according to `plan`. Writes and ends `wave`; calls `keep_waiting` with all bytes sent so far
+/// before the first cycle, every few million cycles and at the end, and ends the run if it returns false.
 pub fn run<C: Cpu>(
     cpu: &mut C,
     plan: &RunPlan,
@@ -142,8 +142,8 @@ pub fn run_with_probe<C: Cpu, A: RunProbe>(
     run_until_end((cpu, devices), plan, wave, extra_probe, controller)
 }
 
-/// Runs with the observers of the plan and the trace, in addition to the additional probe. It is compiled once
-/// for all additional probes.
+/// Runs with the observers of the plan and the trace, in addition to the additional probe. It is compiled
+/// once for all additional probes.
 fn run_with_all_observers<C: Cpu>(
     (cpu, devices): (&mut C, &mut AttachedDevices),
     plan: &RunPlan,

@@ -1,5 +1,5 @@
-//! The controller of a run. A run is a sequence of stretches; the controller is called before each of them and
-//! decides whether and up to which cycle the run continues.
+//! The controller of a run. A run is a sequence of stretches; the controller is called before each of them
+//! and decides whether and up to which cycle the run continues.
 
 use emu_core::cpu::Cpu;
 use emu_core::pins::PinId;

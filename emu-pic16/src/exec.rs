@@ -26,7 +26,7 @@ pub(crate) trait Pic16Machine: BodyMachine {
     fn set_carries(&mut self, carries: Self::Byte);
     /// Converts a bit to a word, 0 or 1.
     fn word_from_bit(bit: Self::Bit) -> Self::Byte;
-    /// Returns `place`, or the address in FSR if `place` is INDF.
+    /// Returns `file_address`, or the address in FSR if `file_address` is INDF.
     fn resolve(&mut self, file_address: FileAddress) -> FileAddress;
     /// Reads a file register.
     fn read_file(&mut self, file_address: FileAddress) -> Self::Byte;

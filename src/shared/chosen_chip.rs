@@ -172,7 +172,8 @@ fn report_simavr_oddities(file: &str, bytes: &[u8], simavr: &SimavrSection) {
 }
 
 impl ChosenChip {
-    /// Returns the clock in Hz: `requested` if given, otherwise the clock in the `.mmcu` section, with a note.
+    /// Returns the clock in Hz: `requested` if given, otherwise the clock in the `.mmcu` section, with a
+    /// note.
     pub fn clock(&self, requested: Option<u64>) -> Option<u64> {
         let image_hz = self.simavr.as_ref().and_then(|simavr| simavr.hz).map(u64::from);
         let (None, Some(hz)) = (requested, image_hz) else { return requested };

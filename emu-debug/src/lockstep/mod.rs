@@ -322,9 +322,9 @@ fn match_peer_state<C: Cpu>(
 /// Words that a PIC16 ignores after a read or write of its program memory (DS30292, 4.4 and 4.5).
 const IGNORED_WORDS: u64 = 2;
 
-/// Steps the peer over the words that a PIC16 has ignored in the `stall_cycles` cycles before its instruction, if the
-/// peer executes them one by one. Returns the peer's view after them, or `view_before` if the peer did not
-/// have to catch up.
+/// Steps the peer over the words that a PIC16 has ignored in the `stall_cycles` cycles before its
+/// instruction, if the peer executes them one by one. Returns the peer's view after them, or `view_before` if
+/// the peer did not have to catch up.
 fn catch_up<C: Cpu>(
     cpu: &C,
     peer: &mut dyn PeerSimulator,

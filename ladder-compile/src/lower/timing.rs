@@ -301,7 +301,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// `turn` when the rung state counts; afterwards it is what it was if `keep`, else anything.
+    /// Executes `count_ops` when the rung state counts by the kind of input. Afterwards the rung state is
+    /// what it was if `keep`, otherwise undefined.
     fn count(&mut self, input: char, count_ops: Vec<IrOp>, keep: bool) {
         match input {
             '-' => self.push(if_accumulator(count_ops)),

@@ -79,7 +79,7 @@ impl TouchedCells {
     }
 }
 
-/// True if `ops` read the accumulator before they set it; `behind` if they do neither.
+/// True if `ops` read the accumulator before they set it; `read_after` if they do neither.
 #[must_use]
 pub fn is_accumulator_read(ops: &[&IrOp], read_after: bool) -> bool {
     ops.iter().find_map(|op| accumulator_use(op)).unwrap_or(read_after)

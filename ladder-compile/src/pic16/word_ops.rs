@@ -44,7 +44,7 @@ impl Pic16Selector<'_, '_> {
         }
     }
 
-    /// Sign-extends a value of `own` bytes to `bytes` bytes.
+    /// Sign-extends a value of `source_bytes` bytes to `bytes` bytes.
     pub fn sign_extend(&mut self, to: u16, source_bytes: u8, bytes: u8) {
         for n in u16::from(source_bytes)..u16::from(bytes) {
             self.out.byte_op(Kind::Clrf, to + n);

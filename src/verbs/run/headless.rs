@@ -108,7 +108,7 @@ impl HeadlessRun<'_> {
         ProgramSource { names: AddressNames { chip, symbols: &self.image.symbols }, lines: &self.image.lines }
     }
 
-    /// Runs the machine and reports the result. Sets `begun` just before the machine runs.
+    /// Runs the machine and reports the result. Sets `started` just before the machine runs.
     fn run_and_report<C: Cpu>(
         &self,
         (cpu, devices): (&mut C, &mut AttachedDevices),

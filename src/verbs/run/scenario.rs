@@ -131,8 +131,8 @@ impl<'a> ScenarioHost<'a> {
         u64::from(self.clock.clocks_per_cycle.max(1))
     }
 
-    /// Polls all players: each performs its actions that are due. Sets the tick of the next poll, and the verdict
-    /// when the deciding scenario ends.
+    /// Polls all players: each performs its actions that are due. Sets the tick of the next poll, and the
+    /// verdict when the deciding scenario ends.
     fn run_players<C: Cpu>(&mut self, cpu: &mut C, sent: &[u8]) {
         let (mut deciding_player, mut stimulus_players) =
             (self.deciding_player.take(), std::mem::take(&mut self.stimulus_players));
