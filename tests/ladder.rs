@@ -11,19 +11,19 @@ use ladder_compile::{CellLocation, CompileOptions, CompiledProgram, ImageMap, co
 use table::Column;
 
 /// A chip that stops at the start and the end of its scans.
-struct Bench {
+struct TestBench {
     cpu: Avr,
     map: ImageMap,
 }
 
-impl Bench {
-    fn new(compiled: CompiledProgram, seed: u64) -> Bench {
+impl TestBench {
+    fn new(compiled: CompiledProgram, seed: u64) -> TestBench {
         let chip = chips::chip(&compiled.map.mcu).expect("a known chip");
         let loaded = image::load_hex("image", compiled.hex.as_bytes(), chip.hex_spaces).expect("a sound image");
         let mut cpu = Avr::new(chip, &loaded.image, RamInit::Random(seed));
         cpu.set_breakpoint(compiled.map.scan_start / 2, true);
         cpu.set_breakpoint(compiled.map.scan_end / 2, true);
-        Bench { cpu, map: compiled.map }
+        TestBench { cpu, map: compiled.map }
     }
 
     fn run_to(&mut self, addr: u32) {
@@ -130,7 +130,7 @@ fn the_chip_gives_every_line_of_every_trace() {
         let program = ladder::parse("test.ld", &case.program).expect("a sound program").program;
         let options = CompileOptions { mcu: "atmega328p".into(), ..CompileOptions::default() };
         let mut bench = match compile(&program, &options) {
-            Ok(compiled) => Bench::new(compiled, seed as u64),
+            Ok(compiled) => TestBench::new(compiled, seed as u64),
             Err(why) => {
                 refused.push(format!("{}: {}", case.name, why[0].code));
                 continue;

@@ -138,7 +138,7 @@ impl Mcs51 {
     /// The core at an instruction boundary, ready for a burst.
     pub(crate) fn executor<'a, P: Probe>(&'a mut self, probe: &'a mut P) -> (Executor<'a, P>, &'a CodeMemory) {
         let code: &CodeMemory = &self.code;
-        let turn = Executor {
+        let executor = Executor {
             core: self.core,
             cycles: 0,
             has_upper_ram: self.part.iram_bytes > 128,
@@ -149,7 +149,7 @@ impl Mcs51 {
             bus: &mut self.soc,
             probe,
         };
-        (turn, code)
+        (executor, code)
     }
 
     /// Writes a byte of external memory, which can be program memory too.

@@ -1,4 +1,4 @@
-//! Connects the machine to the loop around the hot loop, which handles what happens between two instructions.
+//! [`CpuEngine`] for [`Mcs51`]: what the shared run loop asks between two instructions.
 
 use emu_core::countdown::Countdown;
 use emu_core::cpu::{Bus, Cpu, NEVER, Probe, ResetCause, StopReason};
@@ -67,32 +67,32 @@ impl CpuEngine for Mcs51 {
         self.code.instruction_mark(pc)
     }
     fn loop_head(&self, end: u32) -> Option<u32> {
-        self.code.loop_plan(end).map(|found| found.head)
+        self.code.loop_plan(end).map(|plan| plan.head)
     }
     fn loop_steady_until(&self, end: u32, at: u64) -> u64 {
-        let looks = self.code.loop_plan(end).map_or(&[][..], |found| &found.registers_read);
-        looks.iter().map(|&addr| self.soc.steady_until(addr.into(), at)).min().unwrap_or(NEVER)
+        let registers_read = self.code.loop_plan(end).map_or(&[][..], |plan| &plan.registers_read);
+        registers_read.iter().map(|&addr| self.soc.steady_until(addr.into(), at)).min().unwrap_or(NEVER)
     }
     fn loop_clears_watchdog(&self, end: u32) -> bool {
-        self.code.loop_plan(end).is_some_and(|found| found.clears_watchdog)
+        self.code.loop_plan(end).is_some_and(|plan| plan.clears_watchdog)
     }
     fn loop_counter(&self, end: u32) -> Option<u64> {
         let place = self.counter_address(self.code.loop_plan(end)?.counted_byte?);
         Some(self.ram[place].into())
     }
     fn set_loop_counter(&mut self, end: u32, value: u64) {
-        if let Some(counter) = self.code.loop_plan(end).and_then(|found| found.counted_byte) {
+        if let Some(counter) = self.code.loop_plan(end).and_then(|plan| plan.counted_byte) {
             self.ram[self.counter_address(counter)] = value as u8;
         }
     }
     fn core_state(&self) -> Self::CoreState {
-        let hot = &self.core;
-        (hot.acc, hot.b, hot.psw(), hot.dptr, hot.other_dptr)
+        let core = &self.core;
+        (core.acc, core.b, core.psw(), core.dptr, core.other_dptr)
     }
 
-    fn burst<P: Probe>(&mut self, looks: bool, probe: &mut P) {
-        let (turn, code) = self.executor(probe);
-        self.core = turn.burst(&code.ops[usize::from(looks)]);
+    fn burst<P: Probe>(&mut self, stop_at_polling_loops: bool, probe: &mut P) {
+        let (executor, code) = self.executor(probe);
+        self.core = executor.burst(&code.ops[usize::from(stop_at_polling_loops)]);
     }
 
     fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), StopReason> {

@@ -3,7 +3,7 @@
 //! Source: user's manual, "MCS-51 instruction set". Operands are places (`operand_place.rs`). Registers of
 //! the chip are read in the first cycle of an instruction and written in its last.
 
-use emu_core::machine::{BitOps, BodyMachine, WideOps, WordOps};
+use emu_core::machine::{BitOps, BodyMachine, ByteOps, WideOps};
 
 pub(crate) use crate::operand_place::{AccPlace, BitOperandPlace, CarryPlace, OperandPlace, OperandSource};
 use crate::operands::{Imm16, RamBit, Rel, Ri};
@@ -11,21 +11,21 @@ use crate::operands::{Imm16, RamBit, Rel, Ri};
 /// What MCS-51 bodies need in addition to [`BodyMachine`].
 pub(crate) trait Mcs51Machine: BodyMachine {
     /// Reads the accumulator.
-    fn acc(&self) -> Self::Word;
+    fn acc(&self) -> Self::Byte;
     /// Writes the accumulator.
-    fn set_acc(&mut self, value: Self::Word);
+    fn set_acc(&mut self, value: Self::Byte);
     /// Reads register B.
-    fn b(&self) -> Self::Word;
+    fn b(&self) -> Self::Byte;
     /// Writes register B.
-    fn set_b(&mut self, value: Self::Word);
+    fn set_b(&mut self, value: Self::Byte);
     /// Reads the selected data pointer.
     fn dptr(&self) -> Self::Wide;
     /// Writes the selected data pointer.
     fn set_dptr(&mut self, value: Self::Wide);
     /// Reads the stack pointer.
-    fn sp(&self) -> Self::Word;
+    fn sp(&self) -> Self::Byte;
     /// Writes the stack pointer.
-    fn set_sp(&mut self, value: Self::Word);
+    fn set_sp(&mut self, value: Self::Byte);
     /// Reads CY.
     fn carry(&self) -> Self::Bit;
     /// Writes CY.
@@ -35,29 +35,29 @@ pub(crate) trait Mcs51Machine: BodyMachine {
     /// Writes OV.
     fn set_overflow(&mut self, value: Self::Bit);
     /// CY := bit 7 of `carries`, AC := bit 3 of `carries`, OV := bit 7 of `overflow`.
-    fn set_sum_flags(&mut self, carries: Self::Word, overflow: Self::Word);
+    fn set_sum_flags(&mut self, carries: Self::Byte, overflow: Self::Byte);
     /// Converts a bit to a word, 0 or 1.
-    fn word_from_bit(bit: Self::Bit) -> Self::Word;
+    fn word_from_bit(bit: Self::Bit) -> Self::Byte;
     /// Makes a bit that is known at compile time.
     fn bit_from_bool(on: bool) -> Self::Bit;
     /// Reads a register of the selected bank, 0 to 7.
-    fn reg(&mut self, r: u8) -> Self::Word;
+    fn reg(&mut self, r: u8) -> Self::Byte;
     /// Writes a register of the selected bank.
-    fn set_reg(&mut self, r: u8, value: Self::Word);
+    fn set_reg(&mut self, r: u8, value: Self::Byte);
     /// Reads RAM below 80h by direct address.
-    fn ram(&mut self, addr: u8) -> Self::Word;
+    fn ram(&mut self, addr: u8) -> Self::Byte;
     /// Writes RAM below 80h by direct address.
-    fn set_ram(&mut self, addr: u8, value: Self::Word);
+    fn set_ram(&mut self, addr: u8, value: Self::Byte);
     /// Reads RAM by indirect address.
-    fn idata(&mut self, addr: Self::Word) -> Self::Word;
+    fn idata(&mut self, addr: Self::Byte) -> Self::Byte;
     /// Writes RAM by indirect address.
-    fn set_idata(&mut self, addr: Self::Word, value: Self::Word);
+    fn set_idata(&mut self, addr: Self::Byte, value: Self::Byte);
     /// Reads a direct address: RAM, or a register of the core or the chip. A port gives its pins.
-    fn direct(&mut self, addr: u8) -> Self::Word;
+    fn direct(&mut self, addr: u8) -> Self::Byte;
     /// Reads a direct address for a read-modify-write instruction: a port gives its latch.
-    fn direct_latch(&mut self, addr: u8) -> Self::Word;
+    fn direct_latch(&mut self, addr: u8) -> Self::Byte;
     /// Writes a direct address.
-    fn set_direct(&mut self, addr: u8, value: Self::Word);
+    fn set_direct(&mut self, addr: u8, value: Self::Byte);
     /// Reads a bit of RAM.
     fn ram_bit(&mut self, at: RamBit) -> Self::Bit;
     /// Writes a bit of RAM.
@@ -69,13 +69,13 @@ pub(crate) trait Mcs51Machine: BodyMachine {
     /// Writes a bit by its bit address if `condition` is true; otherwise its byte is not accessed.
     fn set_direct_bit_if(&mut self, condition: Self::Bit, addr: u8, value: Self::Bit);
     /// Reads external RAM.
-    fn xdata(&mut self, addr: Self::Wide) -> Self::Word;
+    fn xdata(&mut self, addr: Self::Wide) -> Self::Byte;
     /// Writes external RAM.
-    fn set_xdata(&mut self, addr: Self::Wide, value: Self::Word);
+    fn set_xdata(&mut self, addr: Self::Wide, value: Self::Byte);
     /// Reads the latch of port 2, the upper address byte of MOVX @Ri.
-    fn xdata_page(&mut self) -> Self::Word;
+    fn xdata_page(&mut self) -> Self::Byte;
     /// Reads program memory.
-    fn code(&mut self, addr: Self::Wide) -> Self::Word;
+    fn code(&mut self, addr: Self::Wide) -> Self::Byte;
     /// Address of the next instruction.
     fn next_pc(&self) -> Self::Wide;
     /// Jumps by a distance from the next instruction if `condition` is true.
@@ -91,17 +91,17 @@ fn invert_if<B: BitOps>(bit: B, invert: bool) -> B {
 }
 
 #[inline(always)]
-fn push_word<M: Mcs51Machine>(m: &mut M, value: M::Word) {
-    let sp = m.sp() + M::Word::from(1);
+fn push_word<M: Mcs51Machine>(m: &mut M, value: M::Byte) {
+    let sp = m.sp() + M::Byte::from(1);
     m.set_sp(sp);
     m.set_idata(sp, value);
 }
 
 #[inline(always)]
-fn pop_word<M: Mcs51Machine>(m: &mut M) -> M::Word {
+fn pop_word<M: Mcs51Machine>(m: &mut M) -> M::Byte {
     let sp = m.sp();
     let value = m.idata(sp);
-    m.set_sp(sp - M::Word::from(1));
+    m.set_sp(sp - M::Byte::from(1));
     value
 }
 
@@ -122,7 +122,7 @@ fn pop_pc<M: Mcs51Machine>(m: &mut M) {
 
 /// Computes `a + b + carry` in the accumulator and sets the flags.
 #[inline(always)]
-fn sum<M: Mcs51Machine>(m: &mut M, b: M::Word, carry: M::Word) {
+fn sum<M: Mcs51Machine>(m: &mut M, b: M::Byte, carry: M::Byte) {
     let a = m.acc();
     let s = a + b + carry;
     let carries = (a & b) | (!s & (a | b));
@@ -140,7 +140,7 @@ macro_rules! bodies {
 bodies! {
     fn add<S: OperandSource>(m, s: S) {
         let b = s.read(m);
-        sum(m, b, M::Word::from(0));
+        sum(m, b, M::Byte::from(0));
     }
     fn addc<S: OperandSource>(m, s: S) {
         let b = s.read(m);
@@ -156,11 +156,11 @@ bodies! {
         m.set_acc(d);
     }
     fn inc<P: OperandPlace>(m, p: P) {
-        let v = p.read_latch(m) + M::Word::from(1);
+        let v = p.read_latch(m) + M::Byte::from(1);
         p.write(m, v);
     }
     fn dec<P: OperandPlace>(m, p: P) {
-        let v = p.read_latch(m) - M::Word::from(1);
+        let v = p.read_latch(m) - M::Byte::from(1);
         p.write(m, v);
     }
     fn inc_dptr(m) {
@@ -184,12 +184,12 @@ bodies! {
     }
     fn da(m) {
         let a = m.acc();
-        let low = m.half_carry() | !(a & M::Word::from(0x0F)).lt(M::Word::from(10));
-        let adjusted = a + M::Word::from(6).when(low);
+        let low = m.half_carry() | !(a & M::Byte::from(0x0F)).lt(M::Byte::from(10));
+        let adjusted = a + M::Byte::from(6).when(low);
         // CY can be set but never cleared.
-        let high = m.carry() | adjusted.lt(a) | !adjusted.lt(M::Word::from(0xA0));
+        let high = m.carry() | adjusted.lt(a) | !adjusted.lt(M::Byte::from(0xA0));
         m.set_carry(high);
-        m.set_acc(adjusted + M::Word::from(0x60).when(high));
+        m.set_acc(adjusted + M::Byte::from(0x60).when(high));
     }
     fn anl<P: OperandPlace, S: OperandSource>(m, p: P, s: S) {
         let v = p.read_latch(m) & s.read(m);
@@ -239,12 +239,12 @@ bodies! {
         m.set_dptr(M::Wide::from(k.0));
     }
     fn movc_dptr(m) {
-        let at = m.dptr() + M::Wide::join(M::Word::from(0), m.acc());
+        let at = m.dptr() + M::Wide::join(M::Byte::from(0), m.acc());
         let v = m.code(at);
         m.set_acc(v);
     }
     fn movc_pc(m) {
-        let at = m.next_pc() + M::Wide::join(M::Word::from(0), m.acc());
+        let at = m.next_pc() + M::Wide::join(M::Byte::from(0), m.acc());
         let v = m.code(at);
         m.set_acc(v);
     }
@@ -266,7 +266,7 @@ bodies! {
     }
     fn push<S: OperandSource>(m, s: S) {
         // SP is incremented first, so PUSH SP pushes the incremented value (manual: PUSH).
-        let sp = m.sp() + M::Word::from(1);
+        let sp = m.sp() + M::Byte::from(1);
         m.set_sp(sp);
         let v = s.read(m);
         m.set_idata(sp, v);
@@ -286,7 +286,7 @@ bodies! {
         let at = m.reg(i.0);
         let v = m.idata(at);
         let a = m.acc();
-        let halves = (a ^ v) & M::Word::from(0x0F);
+        let halves = (a ^ v) & M::Byte::from(0x0F);
         m.set_idata(at, v ^ halves);
         m.set_acc(a ^ halves);
     }
@@ -340,7 +340,7 @@ bodies! {
         m.relative_if(M::bit_from_bool(true), t.0);
     }
     fn jmp_dptr(m) {
-        let target = m.dptr() + M::Wide::join(M::Word::from(0), m.acc());
+        let target = m.dptr() + M::Wide::join(M::Byte::from(0), m.acc());
         m.goto(target);
     }
     fn jz(m, zero: bool, t: Rel) {
@@ -353,7 +353,7 @@ bodies! {
         m.relative_if(!(a ^ b).is_zero(), t.0);
     }
     fn djnz<P: OperandPlace>(m, p: P, t: Rel) {
-        let v = p.read_latch(m) - M::Word::from(1);
+        let v = p.read_latch(m) - M::Byte::from(1);
         p.write(m, v);
         m.relative_if(!v.is_zero(), t.0);
     }

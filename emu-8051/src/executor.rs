@@ -1,7 +1,8 @@
 //! The hot loop: executes predecoded instructions.
 //!
-//! [`Executor`] holds the hot state as plain locals whose address never escapes, so that the compiler keeps
-//! it in host registers. RAM is borrowed. Everything that a body calls is inlined; slow paths take scalars.
+//! [`Executor`] holds the registers of the core as plain locals whose address never escapes, so that the
+//! compiler keeps them in host registers. RAM is borrowed. Everything that a body calls is inlined; slow paths
+//! take scalars.
 
 use emu_core::cpu::{Bus, BusEffect, Probe};
 use emu_core::dispatch;
@@ -29,8 +30,9 @@ pub(crate) mod space {
     pub(crate) const XDATA: u8 = 4;
 }
 
-/// The state during one burst: hot state by value, everything else borrowed.
+/// Context in which instructions execute: the registers of the core by value, everything else borrowed.
 pub(crate) struct Executor<'a, P: Probe> {
+    /// Registers of the core, by value.
     pub core: CoreRegisters,
     /// Cycles of the running instruction.
     pub cycles: u32,
@@ -38,10 +40,15 @@ pub(crate) struct Executor<'a, P: Probe> {
     pub has_upper_ram: bool,
     /// Whether the chip has two data pointers.
     pub has_two_dptrs: bool,
+    /// RAM on the chip, by indirect address.
     pub ram: &'a mut [u8; 256],
+    /// External RAM.
     pub xdata: &'a mut [u8; ADDRESS_SPACE],
+    /// Program memory.
     pub code: &'a [u8; ADDRESS_SPACE],
+    /// The chip around the core.
     pub bus: &'a mut Mcs51Soc,
+    /// The observer of the run.
     pub probe: &'a mut P,
 }
 
@@ -59,9 +66,9 @@ impl<P: Probe> Executor<'_, P> {
     }
 
     #[inline(always)]
-    fn apply_bus_effect(&mut self, wake: BusEffect) {
-        if wake != BusEffect::NONE {
-            if wake.contains(BusEffect::HOLD_INTERRUPTS) {
+    fn apply_bus_effect(&mut self, effect: BusEffect) {
+        if effect != BusEffect::NONE {
+            if effect.contains(BusEffect::HOLD_INTERRUPTS) {
                 self.core.no_interrupt_at = self.core.clock.now();
             }
             self.core.clock.expire();
@@ -96,8 +103,8 @@ impl<P: Probe> Executor<'_, P> {
             return value;
         }
         let at = self.read_cycle();
-        let (value, wake) = read_bus(self.bus, addr, latch, at);
-        self.apply_bus_effect(wake);
+        let (value, effect) = read_bus(self.bus, addr, latch, at);
+        self.apply_bus_effect(effect);
         value
     }
 
@@ -106,23 +113,23 @@ impl<P: Probe> Executor<'_, P> {
     fn on_bus_transfer(&mut self, transfer: BusTransfer) {
         if self.bus.has_bus_pins() {
             let at = self.write_cycle();
-            let wake = transfer_on_bus(self.bus, transfer, at);
-            self.apply_bus_effect(wake);
+            let effect = transfer_on_bus(self.bus, transfer, at);
+            self.apply_bus_effect(effect);
         }
     }
 
     /// Writes the bits in `mask` of the register at a direct address from 80h on.
     #[inline(always)]
     fn write_sfr(&mut self, addr: u8, mask: u8, value: u8) {
-        let whole = if mask == 0xFF { Some(0) } else { self.core.read_core_sfr(addr, self.has_two_dptrs) };
-        if let Some(old) = whole
+        let other_bits = if mask == 0xFF { Some(0) } else { self.core.read_core_sfr(addr, self.has_two_dptrs) };
+        if let Some(old) = other_bits
             && self.core.write_core_sfr(addr, old & !mask | value & mask, self.has_two_dptrs)
         {
             return;
         }
         let at = self.write_cycle();
-        let wake = write_bus(self.bus, addr, mask, value, at);
-        self.apply_bus_effect(wake);
+        let effect = write_bus(self.bus, addr, mask, value, at);
+        self.apply_bus_effect(effect);
     }
 }
 
@@ -147,7 +154,7 @@ fn transfer_on_bus(bus: &mut Mcs51Soc, transfer: BusTransfer, at: u64) -> BusEff
 
 impl<P: Probe> BodyMachine for Executor<'_, P> {
     type Bit = bool;
-    type Word = ByteValue;
+    type Byte = ByteValue;
     type Wide = WideValue;
 
     #[inline(always)]
@@ -404,8 +411,8 @@ macro_rules! execute_op {
 
 /// Fetches and executes the instruction at the program counter.
 macro_rules! burst_loop {
-    ($turn:ident, $ops:ident) => {{
-        let m = &mut $turn;
+    ($executor:ident, $ops:ident) => {{
+        let m = &mut $executor;
         let op: &Mcs51Op = &$ops[m.core.pc as u16 as usize];
         if P::INSN
             && op.kind as u8 != Kind::Breakpoint as u8
@@ -423,41 +430,41 @@ macro_rules! burst_loop {
 }
 
 impl<P: Probe> Executor<'_, P> {
-    /// Runs to the deadline and returns the hot state. The loop body is written twice, so that there are two
-    /// indirect jumps for branch prediction.
+    /// Executes instructions until the deadline; returns the registers of the core. The loop body is written
+    /// twice, so that there are two indirect jumps, which the host predicts better than one.
     #[inline(never)]
     pub(crate) fn burst(self, ops: &[Mcs51Op; ADDRESS_SPACE]) -> CoreRegisters {
-        let mut turn = self;
-        while turn.core.clock.is_before_deadline() {
-            burst_loop!(turn, ops);
-            if !turn.core.clock.is_before_deadline() {
+        let mut executor = self;
+        while executor.core.clock.is_before_deadline() {
+            burst_loop!(executor, ops);
+            if !executor.core.clock.is_before_deadline() {
                 break;
             }
-            burst_loop!(turn, ops);
+            burst_loop!(executor, ops);
         }
-        turn.core
+        executor.core
     }
 
     /// Executes one given op, regardless of the op array. A kind without a row does nothing.
     #[inline(never)]
     pub(crate) fn single(self, op: Mcs51Op) -> CoreRegisters {
-        let mut turn = self;
-        let m = &mut turn;
+        let mut executor = self;
+        let m = &mut executor;
         let op = &op;
         execute_op!(m, op, ());
-        turn.core
+        executor.core
     }
 
     /// Calls the service routine at `target`: pushes the return address, in 2 cycles (user's manual, "How
     /// interrupts are handled").
     #[inline(never)]
     pub(crate) fn enter_interrupt(self, target: u32) -> CoreRegisters {
-        let mut turn = self;
-        let m = &mut turn;
+        let mut executor = self;
+        let m = &mut executor;
         m.cycles = 2;
         m.charge(2);
         push_pc(m);
         m.core.pc = target;
-        turn.core
+        executor.core
     }
 }

@@ -10,18 +10,18 @@ use crate::operands::{BitAddr, Dir, Imm, RamBit, RamByte, Ri, Rn};
 /// A byte that can be read.
 pub(crate) trait OperandSource: Copy {
     /// Reads the byte.
-    fn read<M: Mcs51Machine>(self, m: &mut M) -> M::Word;
+    fn read<M: Mcs51Machine>(self, m: &mut M) -> M::Byte;
 }
 
 /// A byte that can be read and written.
 pub(crate) trait OperandPlace: OperandSource {
     /// Reads the byte for a read-modify-write instruction.
     #[inline(always)]
-    fn read_latch<M: Mcs51Machine>(self, m: &mut M) -> M::Word {
+    fn read_latch<M: Mcs51Machine>(self, m: &mut M) -> M::Byte {
         self.read(m)
     }
     /// Writes the byte.
-    fn write<M: Mcs51Machine>(self, m: &mut M, value: M::Word);
+    fn write<M: Mcs51Machine>(self, m: &mut M, value: M::Byte);
 }
 
 /// A bit that can be read and written.
@@ -54,7 +54,7 @@ macro_rules! sources {
     ($($type:ty: |$p:ident, $m:ident| $get:expr;)*) => { $(
         impl OperandSource for $type {
             #[inline(always)]
-            fn read<M: Mcs51Machine>(self, $m: &mut M) -> M::Word {
+            fn read<M: Mcs51Machine>(self, $m: &mut M) -> M::Byte {
                 let $p = self;
                 $get
             }
@@ -66,7 +66,7 @@ macro_rules! places {
     ($($type:ty: |$p:ident, $m:ident, $v:ident| $set:expr;)*) => { $(
         impl OperandPlace for $type {
             #[inline(always)]
-            fn write<M: Mcs51Machine>(self, $m: &mut M, $v: M::Word) {
+            fn write<M: Mcs51Machine>(self, $m: &mut M, $v: M::Byte) {
                 let $p = self;
                 $set
             }
@@ -80,7 +80,7 @@ sources! {
     Ri:  |p, m| { let at = m.reg(p.0); m.idata(at) };
     RamByte: |p, m| m.ram(p.0);
     Dir: |p, m| m.direct(p.0);
-    Imm: |p, _m| M::Word::from(p.0);
+    Imm: |p, _m| M::Byte::from(p.0);
 }
 
 places! {
@@ -92,11 +92,11 @@ places! {
 
 impl OperandPlace for Dir {
     #[inline(always)]
-    fn read_latch<M: Mcs51Machine>(self, m: &mut M) -> M::Word {
+    fn read_latch<M: Mcs51Machine>(self, m: &mut M) -> M::Byte {
         m.direct_latch(self.0)
     }
     #[inline(always)]
-    fn write<M: Mcs51Machine>(self, m: &mut M, value: M::Word) {
+    fn write<M: Mcs51Machine>(self, m: &mut M, value: M::Byte) {
         m.set_direct(self.0, value);
     }
 }

@@ -69,25 +69,16 @@ pub(crate) struct CodeMemory {
 impl CodeMemory {
     /// Program memory of `size` bytes. It is filled from address 0 with `image` and erased after it. Beyond
     /// its end there are no instructions.
-    pub(crate) fn new(image: &[u8], size: u32, external: XdataBus) -> CodeMemory {
+    pub(crate) fn new(image: &[u8], size: u32, xdata_bus: XdataBus) -> CodeMemory {
         let mut bytes = Box::new([0xFF; ADDRESS_SPACE]);
         let used = image.len().min(ADDRESS_SPACE);
         bytes[..used].copy_from_slice(&image[..used]);
         // Erased bytes decode to an instruction too, the same one at every address.
-        let erased = decode([0xFF; 3], 0, external);
-        let ops = || Box::new([erased; ADDRESS_SPACE]);
-        let (marked, plain) = ([ops(), ops()], ops());
-        let (loops, traps, changes) = (BTreeMap::new(), BTreeSet::new(), MemoryChanges::NONE);
-        let mut code = CodeMemory {
-            bytes,
-            ops: marked,
-            ops_unmarked: plain,
-            loops,
-            breakpoints: traps,
-            xdata_bus: external,
-            size,
-            changes,
-        };
+        let erased = decode([0xFF; 3], 0, xdata_bus);
+        let erased_ops = || Box::new([erased; ADDRESS_SPACE]);
+        let (ops, ops_unmarked) = ([erased_ops(), erased_ops()], erased_ops());
+        let (loops, breakpoints, changes) = (BTreeMap::new(), BTreeSet::new(), MemoryChanges::NONE);
+        let mut code = CodeMemory { bytes, ops, ops_unmarked, loops, breakpoints, xdata_bus, size, changes };
         code.predecode(0, used as u32);
         code.predecode(size, ADDRESS_SPACE as u32);
         code
@@ -119,7 +110,7 @@ impl CodeMemory {
         self.breakpoints.contains(&pc)
     }
 
-    /// The mark of the instruction at `pc` for the loop around the hot loop; plain if a breakpoint is set.
+    /// The mark of the instruction at `pc` for the run loop; plain if a breakpoint is set.
     pub(crate) fn instruction_mark(&self, pc: u32) -> InstructionMark {
         match [0, 1].map(|ops: usize| self.ops[ops][pc as usize].kind) {
             [Kind::PollingLoop, _] => InstructionMark::JumpsToItself,
@@ -152,11 +143,11 @@ impl CodeMemory {
             };
             self.ops_unmarked[pc as usize] = op;
             let head = loop_closed_by(op, self.bytes_at(pc), pc);
-            let spins = head == Some(pc) && matches!(op.kind, Kind::Sjmp | Kind::Ajmp | Kind::Ljmp);
-            let looks = head
-                .filter(|_| !spins)
+            let jumps_to_itself = head == Some(pc) && matches!(op.kind, Kind::Sjmp | Kind::Ajmp | Kind::Ljmp);
+            let loop_plan = head
+                .filter(|_| !jumps_to_itself)
                 .and_then(|head| self.countdown_loop(op, head, pc).or_else(|| self.polling_loop(head, pc)));
-            let kinds = match (self.breakpoints.contains(&pc), spins, &looks) {
+            let kinds = match (self.breakpoints.contains(&pc), jumps_to_itself, &loop_plan) {
                 (true, ..) => [Kind::Breakpoint; 2],
                 (_, true, _) => [Kind::PollingLoop; 2],
                 (.., Some(_)) => [op.kind, Kind::PollingLoop],
@@ -165,8 +156,8 @@ impl CodeMemory {
             for (ops, kind) in self.ops.iter_mut().zip(kinds) {
                 ops[pc as usize] = PredecodedOp { kind, args: op.args };
             }
-            match looks {
-                Some(found) => self.loops.insert(pc, found),
+            match loop_plan {
+                Some(plan) => self.loops.insert(pc, plan),
                 None => self.loops.remove(&pc),
             };
         }
@@ -176,26 +167,27 @@ impl CodeMemory {
     /// watchdog. Then an iteration that leaves the core unchanged repeats, until one of the registers that it
     /// reads changes. `None` for other loops, and for loops that read a volatile register.
     fn polling_loop(&self, head: u32, end: u32) -> Option<LoopPlan> {
-        let mut renews = false;
-        let (mut looks, mut starts, mut targets, mut pc) = (Vec::new(), Vec::new(), Vec::new(), head);
+        let mut clears_watchdog = false;
+        let (mut registers_read, mut starts, mut targets, mut pc) = (Vec::new(), Vec::new(), Vec::new(), head);
         while pc <= end {
             let record = record_instruction(decode(self.bytes_at(pc), pc, self.xdata_bus));
             if record.has_other_effects {
                 return None;
             }
-            renews |= record.clears_watchdog;
+            clears_watchdog |= record.clears_watchdog;
             starts.push(pc);
             targets.extend(jump_target(&record, self.bytes_at(pc), pc));
-            looks.extend(record.registers_read);
+            registers_read.extend(record.registers_read);
             pc += instruction_len(self.bytes_at(pc));
         }
         // A jump into the middle of an instruction would execute other instructions.
-        let strays = targets.iter().any(|target| (head..=end).contains(target) && !starts.contains(target));
-        let whole = starts.last() == Some(&end) && !strays;
-        (whole && !looks.iter().any(|&addr| volatile_register(addr))).then_some(LoopPlan {
+        let jumps_into_instruction =
+            targets.iter().any(|target| (head..=end).contains(target) && !starts.contains(target));
+        let is_complete = starts.last() == Some(&end) && !jumps_into_instruction;
+        (is_complete && !registers_read.iter().any(|&addr| volatile_register(addr))).then_some(LoopPlan {
             head,
-            registers_read: looks,
-            clears_watchdog: renews,
+            registers_read,
+            clears_watchdog,
             counted_byte: None,
         })
     }
@@ -207,8 +199,8 @@ impl CodeMemory {
             Kind::DjnzRam => LoopCounter::Ram(op.args[0]),
             _ => return None,
         };
-        let idle = (head..end).all(|pc| decode(self.bytes_at(pc), pc, self.xdata_bus).kind == Kind::Nop);
-        idle.then_some(LoopPlan {
+        let only_nops = (head..end).all(|pc| decode(self.bytes_at(pc), pc, self.xdata_bus).kind == Kind::Nop);
+        only_nops.then_some(LoopPlan {
             head,
             registers_read: Vec::new(),
             clears_watchdog: false,
@@ -226,7 +218,7 @@ fn instruction_len(bytes: [u8; 3]) -> u32 {
 }
 
 /// Decodes the instruction at the start of `bytes`, whose address is `pc`, without marks or breakpoints.
-fn decode(bytes: [u8; 3], pc: u32, external: XdataBus) -> Mcs51Op {
+fn decode(bytes: [u8; 3], pc: u32, xdata_bus: XdataBus) -> Mcs51Op {
     let Some(MatchedRow { row, kind, bits }) = find_row(bytes) else {
         return PredecodedOp { kind: Kind::Illegal, args: [0; 3] };
     };
@@ -240,12 +232,12 @@ fn decode(bytes: [u8; 3], pc: u32, external: XdataBus) -> Mcs51Op {
     }
     let reads = matches!(kind, Kind::MovxADptr | Kind::MovxAInd);
     let writes = matches!(kind, Kind::MovxDptrA | Kind::MovxIndA);
-    let slow = match external {
+    let needs_slow_path = match xdata_bus {
         XdataBus::Separate => false,
         XdataBus::Unified => writes,
         XdataBus::Absent => reads || writes,
     };
-    if slow { PredecodedOp { kind: Kind::RewriteCode, ..op } } else { ram_variant(op) }
+    if needs_slow_path { PredecodedOp { kind: Kind::RewriteCode, ..op } } else { ram_variant(op) }
 }
 
 /// The op in the shape for RAM, if all addresses of its operands are in RAM.
@@ -266,8 +258,8 @@ fn ram_variant(mut op: Mcs51Op) -> Mcs51Op {
 /// The target of a short backward jump, or of one to itself: the head of the loop that it ends.
 fn loop_closed_by(op: Mcs51Op, bytes: [u8; 3], pc: u32) -> Option<u32> {
     let record = record_instruction(op);
-    let stays = !record.has_other_effects || matches!(op.kind, Kind::DjnzReg | Kind::DjnzRam);
-    jump_target(&record, bytes, pc).filter(|&target| stays && target <= pc && pc - target <= MAX_LOOP_BYTES)
+    let may_repeat = !record.has_other_effects || matches!(op.kind, Kind::DjnzReg | Kind::DjnzRam);
+    jump_target(&record, bytes, pc).filter(|&target| may_repeat && target <= pc && pc - target <= MAX_LOOP_BYTES)
 }
 
 /// The target of a jump whose target is known.

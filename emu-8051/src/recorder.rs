@@ -62,7 +62,7 @@ pub(crate) const fn is_core_register(addr: u8) -> bool {
 
 impl BodyMachine for InstructionRecord {
     type Bit = UnknownValue;
-    type Word = UnknownValue;
+    type Byte = UnknownValue;
     type Wide = UnknownWide;
     fn advance(&mut self, _: u32) {}
     fn charge(&mut self, cycles: u32) {

@@ -71,8 +71,9 @@ impl Ap101 {
             *word = u16::from_le_bytes([pair[0], pair[1]]);
         }
         let last = (image.end("code") / 2).checked_sub(1).map(|last| last.min(SPAN as u32 - 1) as u16);
-        let whole = last.map(|last| ProgramEntry { entry: 0, start: 0, last, rx: 0 });
-        let programs = if config.programs.is_empty() { whole.into_iter().collect() } else { config.programs.clone() };
+        let whole_memory = last.map(|last| ProgramEntry { entry: 0, start: 0, last, rx: 0 });
+        let programs =
+            if config.programs.is_empty() { whole_memory.into_iter().collect() } else { config.programs.clone() };
         let soc = Ap101Soc::new(&config, inputs, hz);
         let mut machine = Ap101 {
             code: Arc::new(CodeMemory::new(words, &programs, AddressMap::new(&config, inputs))),

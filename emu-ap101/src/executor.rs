@@ -24,7 +24,9 @@ const R_SPACE: u8 = 4;
 /// The registers that instructions use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct CoreRegisters {
+    /// Counts of cycles and instructions, and the deadline.
     pub clock: Countdown,
+    /// The accumulator A.
     pub a: bool,
     /// NA, up to [`OP_COUNT`]; after the end of program memory the hot loop is left.
     pub next_address: u32,
@@ -40,11 +42,15 @@ impl CoreRegisters {
         CoreRegisters { clock: Countdown::START, a: false, next_address: 0, last: 0, stop_requested: false };
 }
 
-/// The state during one burst: registers by value, everything else borrowed.
+/// Context in which instructions execute: the registers by value, everything else borrowed.
 pub(crate) struct Executor<'a, P: Probe> {
+    /// Registers of the core, by value.
     pub core: CoreRegisters,
+    /// The channels, modules and memory M.
     pub soc: &'a mut Ap101Soc,
+    /// Program memory.
     pub code: &'a CodeMemory,
+    /// The observer of the run.
     pub probe: &'a mut P,
 }
 
@@ -65,27 +71,27 @@ pub(crate) fn report_branch<P: Probe>(probe: &mut P, pc: u32, to: u32) {
 impl<P: Probe> Executor<'_, P> {
     /// Runs instructions until the deadline, or until one that leaves this loop.
     pub(crate) fn burst(mut self, ops: &[Ap101Op; OP_COUNT]) -> CoreRegisters {
-        let turn = &mut self;
-        while turn.core.clock.is_before_deadline() {
-            let op = &ops[turn.core.next_address as usize % OP_COUNT];
+        let executor = &mut self;
+        while executor.core.clock.is_before_deadline() {
+            let op = &ops[executor.core.next_address as usize % OP_COUNT];
             if P::INSN
                 && op.kind != Kind::Slow
-                && turn.probe.on_instruction(turn.core.clock.now(), turn.core.next_address)
+                && executor.probe.on_instruction(executor.core.clock.now(), executor.core.next_address)
             {
-                turn.core.stop_requested = true;
-                turn.core.clock.expire();
+                executor.core.stop_requested = true;
+                executor.core.clock.expire();
                 break;
             }
-            ap101_table!(dispatch { (turn, op, op.kind, break) });
-            report_branch(turn.probe, turn.core.last, turn.core.next_address);
+            ap101_table!(dispatch { (executor, op, op.kind, break) });
+            report_branch(executor.probe, executor.core.last, executor.core.next_address);
         }
         self.core
     }
 
     /// Runs one instruction, whose kind must be a row.
     pub(crate) fn single(mut self, op: Ap101Op) -> CoreRegisters {
-        let (turn, op) = (&mut self, &op);
-        ap101_table!(dispatch { (turn, op, op.kind, ()) });
+        let (executor, op) = (&mut self, &op);
+        ap101_table!(dispatch { (executor, op, op.kind, ()) });
         self.core
     }
 
@@ -116,7 +122,7 @@ impl<P: Probe> Executor<'_, P> {
     fn lint_unmapped(&mut self, addr: u16) {
         const SPACES: [&str; 4] = ["i", "e", "r", "m"];
         let space = SPACES.get(usize::from(addr / ZONE_BITS)).copied().unwrap_or("i");
-        self.report_lint(Lint::NoSuchBit { space, addr: addr % ZONE_BITS });
+        self.report_lint(Lint::MissingBit { space, addr: addr % ZONE_BITS });
     }
 
     /// Reports an access to a location, with its lints.
@@ -156,8 +162,8 @@ impl<P: Probe> Executor<'_, P> {
     /// STO to a preset port: the NOP after it contains the preset.
     #[inline(always)]
     fn write_preset(&mut self, n: u16, bit: bool) {
-        let given = set_module_preset(self.soc, n, self.code.word(self.core.next_address));
-        if given {
+        let is_preset = set_module_preset(self.soc, n, self.code.word(self.core.next_address));
+        if is_preset {
             self.report_access(R_SPACE, 256 + n, bit, true);
         } else {
             self.report_lint(Lint::PresetPort { module: n, why: "no NOP with data follows" });
@@ -173,8 +179,8 @@ fn write_location(soc: &mut Ap101Soc, place: BitAddress, bit: bool, next: u64) -
         BitLocation::Output(n) => return soc.write_output(n, bit, next),
         BitLocation::Cell(cell) if cell >= M_START || !soc.reads_inputs_live() => soc.set(cell, bit),
         BitLocation::Module(n) => {
-            let begun = soc.cycle_start();
-            soc.module_mut(n).write(bit, next, begun);
+            let cycle_start = soc.cycle_start();
+            soc.module_mut(n).write(bit, next, cycle_start);
         }
         BitLocation::Running(n) if bit => soc.module_mut(n).clear(next),
         _ => {}
@@ -197,11 +203,11 @@ fn read_location(soc: &Ap101Soc, place: BitAddress, now: u64) -> bool {
 /// Sets the preset of a module from a word, if the word is a NOP without an index. Returns whether it is.
 #[inline(never)]
 fn set_module_preset(soc: &mut Ap101Soc, n: u16, word: u16) -> bool {
-    let given = word >> 11 == 0b1_1110;
-    if given {
+    let is_preset = word >> 11 == 0b1_1110;
+    if is_preset {
         soc.set_preset(n, word % SPAN as u16);
     }
-    given
+    is_preset
 }
 
 impl<P: Probe> Ap101Machine for Executor<'_, P> {

@@ -42,13 +42,13 @@ impl AddressMap {
     /// The location of an address of eleven bits.
     pub(crate) fn locate(&self, addr: u16) -> BitLocation {
         let offset = addr % ZONE_BITS;
-        let there = |n: u16| self.modules.get(usize::from(n)).copied().unwrap_or(false);
+        let has_module = |n: u16| self.modules.get(usize::from(n)).copied().unwrap_or(false);
         match (addr / ZONE_BITS, offset / 128) {
             (0, _) if offset < self.inputs => BitLocation::Cell(offset),
             (1, _) if offset < self.outputs => BitLocation::Output(offset),
-            (2, 0) if there(offset) => BitLocation::Module(offset),
-            (2, 1) if there(offset - 128) => BitLocation::Running(offset - 128),
-            (2, 2) if there(offset - 256) => BitLocation::Port(offset - 256),
+            (2, 0) if has_module(offset) => BitLocation::Module(offset),
+            (2, 1) if has_module(offset - 128) => BitLocation::Running(offset - 128),
+            (2, 2) if has_module(offset - 256) => BitLocation::Port(offset - 256),
             (3, _) => BitLocation::Cell(M_START + offset),
             _ => BitLocation::Nothing(addr),
         }

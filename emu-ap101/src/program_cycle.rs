@@ -50,8 +50,8 @@ impl Ap101 {
         let now = self.core.clock.now();
         self.soc.log.set_enabled(P::EVENTS, now, std::iter::empty());
         loop {
-            let mut asked = false;
-            if let Some(stop) = self.handle_boundary::<P, HALTS>(until, &mut asked, probe) {
+            let mut already_checked = false;
+            if let Some(stop) = self.handle_boundary::<P, HALTS>(until, &mut already_checked, probe) {
                 return stop;
             }
             if !needs_slow_path::<P>() && self.fetched_word.is_none() {
@@ -60,7 +60,7 @@ impl Ap101 {
                     continue;
                 }
             }
-            if let Some(stop) = self.execute_one(asked, probe) {
+            if let Some(stop) = self.execute_one(already_checked, probe) {
                 // Drives that were applied before the stop are reported first.
                 self.report_events(probe);
                 return stop;
@@ -69,30 +69,31 @@ impl Ap101 {
     }
 
     /// Handles what is due between two instructions, and passes time in which there are none. Returns the
-    /// reason for a stop, if there is one. Otherwise an instruction is next and the deadline is set; `asked`
-    /// is set if that instruction was already checked for stops.
+    /// reason for a stop, if there is one. Otherwise an instruction is next and the deadline is set;
+    /// `already_checked` is set if that instruction was already checked for stops.
     fn handle_boundary<P: Probe, const HALTS: bool>(
         &mut self,
         until: u64,
-        asked: &mut bool,
+        already_checked: &mut bool,
         probe: &mut P,
     ) -> Option<StopReason> {
         loop {
             self.core.clock.expire();
             let now = self.core.clock.now();
-            let between = self.fetched_word.is_none();
+            let at_instruction_boundary = self.fetched_word.is_none();
             let mut next = None;
-            if between {
+            if at_instruction_boundary {
                 if self.soc.fire(CLOCKS * now, self.phase != ProgramPhase::NoSupply) {
                     self.forget_repetition();
                 }
                 self.update_supply(now);
                 self.end(now);
                 self.finish_reload(now);
-                if let Some(which) = self.next_program(now) {
-                    self.core.next_address = self.code.programs.get(which).map_or(0, |ops| ops.program.start.into());
+                if let Some(program_index) = self.next_program(now) {
+                    self.core.next_address =
+                        self.code.programs.get(program_index).map_or(0, |ops| ops.program.start.into());
                     // The repetition check runs here, so that it is independent of the reason for a stop.
-                    next = Some((which, self.repeated_cycles(now)));
+                    next = Some((program_index, self.repeated_cycles(now)));
                 }
             }
             self.report_events(probe);
@@ -102,16 +103,19 @@ impl Ap101 {
             if now >= until {
                 return Some(StopReason::Limit);
             }
-            if between {
-                if let Some((which, round)) = next {
-                    if let Some(round) = round.filter(|_| HALTS) {
+            if at_instruction_boundary {
+                if let Some((program_index, repetition_cycles)) = next {
+                    if let Some(repetition_cycles) = repetition_cycles.filter(|_| HALTS) {
                         let due = self.soc.next();
-                        if !self.repetition.run_while_halted && due == NEVER && self.has_no_more_overruns(round) {
+                        if !self.repetition.run_while_halted
+                            && due == NEVER
+                            && self.has_no_more_overruns(repetition_cycles)
+                        {
                             return Some(StopReason::Halted);
                         }
                         let jumps =
                             self.repetition.skip_idle_loops && !needs_slow_path::<P>() && !self.code.has_breakpoints();
-                        if jumps && self.skip_repetitions(round, until.min(due / CLOCKS)) {
+                        if jumps && self.skip_repetitions(repetition_cycles, until.min(due / CLOCKS)) {
                             continue;
                         }
                     }
@@ -121,9 +125,9 @@ impl Ap101 {
                         if let Some(stop) = self.stop_at_instruction(now, probe) {
                             return Some(stop);
                         }
-                        *asked = true;
+                        *already_checked = true;
                     }
-                    self.begin(now, which);
+                    self.begin(now, program_index);
                 }
                 if matches!(self.phase, ProgramPhase::Run { begun } if now >= begun + WATCHDOG_CYCLES) {
                     return Some(StopReason::Fault { pc: self.core.next_address, fault: ProgramFault::CycleTooLong });
@@ -250,8 +254,8 @@ impl Ap101 {
     }
 
     /// Starts a program cycle.
-    fn begin(&mut self, now: u64, which: usize) {
-        (self.program_index, self.running_program) = (which, Some(which));
+    fn begin(&mut self, now: u64, program_index: usize) {
+        (self.program_index, self.running_program) = (program_index, Some(program_index));
         self.soc.begin(now);
         self.phase = ProgramPhase::Run { begun: now };
     }
@@ -259,11 +263,11 @@ impl Ap101 {
     /// The program that runs next: the next one in the order of the table that may run.
     fn choose_program(&self) -> Option<usize> {
         let programs = &self.code.programs;
-        let first = self.running_program.map_or(0, |which| which + 1);
-        let may = |which: usize| {
-            let ops = programs.get(which)?;
+        let first = self.running_program.map_or(0, |program_index| program_index + 1);
+        let may = |program_index: usize| {
+            let ops = programs.get(program_index)?;
             (!self.config.reconfigurable || self.config.programs.is_empty() || self.soc.is_enabled(ops.program.entry))
-                .then_some(which)
+                .then_some(program_index)
         };
         (0..programs.len()).find_map(|i| may((first + i) % programs.len()))
     }
@@ -272,8 +276,8 @@ impl Ap101 {
     fn burst<P: Probe>(&mut self, probe: &mut P) {
         let Some(ops) = self.code.programs.get(self.program_index) else { return };
         let counted = self.core.clock.instructions();
-        let turn = Executor { core: self.core, soc: &mut self.soc, code: &self.code, probe };
-        self.core = turn.burst(&ops.ops);
+        let executor = Executor { core: self.core, soc: &mut self.soc, code: &self.code, probe };
+        self.core = executor.burst(&ops.ops);
         if self.core.clock.instructions() != counted {
             self.ric = self.code.word(self.core.last);
             self.breakpoint_to_pass = None;
@@ -294,36 +298,36 @@ impl Ap101 {
         (P::INSN && probe.on_instruction(now, pc)).then_some(StopReason::Probe)
     }
 
-    /// Runs the instruction at NA, or its remaining subcycle, one subcycle at a time. With `asked`, the first
-    /// instruction of a program cycle was already checked for stops.
-    fn execute_one<P: Probe>(&mut self, asked: bool, probe: &mut P) -> Option<StopReason> {
+    /// Runs the instruction at NA, or its remaining subcycle, one subcycle at a time. With `already_checked`,
+    /// the first instruction of a program cycle was already checked for stops.
+    fn execute_one<P: Probe>(&mut self, already_checked: bool, probe: &mut P) -> Option<StopReason> {
         let now = self.core.clock.now();
         if self.fetched_word.is_none() {
             let pc = self.core.next_address % SPAN as u32;
-            let asked = asked && matches!(self.phase, ProgramPhase::Run { begun } if begun == now);
-            if !asked && let Some(stop) = self.stop_at_instruction(now, probe) {
+            let already_checked = already_checked && matches!(self.phase, ProgramPhase::Run { begun } if begun == now);
+            if !already_checked && let Some(stop) = self.stop_at_instruction(now, probe) {
                 return Some(stop);
             }
             self.breakpoint_to_pass = None;
-            let before = std::mem::replace(&mut self.ric, self.code.word(pc));
-            self.fetched_word = Some(before);
+            let previous_ric = std::mem::replace(&mut self.ric, self.code.word(pc));
+            self.fetched_word = Some(previous_ric);
             self.core.next_address = pc + 1;
             if P::SUBCYCLE && probe.on_subcycle(CycleTime { cycle: now, phase: 1 }, Subcycle::Fetch, pc, self.ric) {
                 return Some(StopReason::Probe);
             }
         }
         let (pc, word) = (self.core.next_address.wrapping_sub(1) % SPAN as u32, self.ric);
-        let before = self.fetched_word.take().unwrap_or(word);
+        let previous_ric = self.fetched_word.take().unwrap_or(word);
         self.core.next_address = pc;
         let kind = find_row(word).1;
         let taken = matches!(kind, Kind::Jmp | Kind::JmpX) || self.core.a;
         let flow = if taken { self.code.flow(self.program_index, word) } else { ProgramFlow::WithinProgram };
         if let ProgramFlow::LeavesProgram(target) = flow {
-            self.ric = before;
+            self.ric = previous_ric;
             return Some(StopReason::Fault { pc, fault: ProgramFault::JumpOutOfProgram { target } });
         }
         if P::LINT && matches!(kind, Kind::Not | Kind::Clr) && word & 0xFFF != 0 {
-            probe.on_lint(now, pc, Lint::OddField { word });
+            probe.on_lint(now, pc, Lint::UnusedFieldSet { word });
         }
         let op = self.code.op(self.program_index, word, false);
         self.core = Executor { core: self.core, soc: &mut self.soc, code: &self.code, probe }.single(op);

@@ -86,11 +86,14 @@ impl Ap101 {
         self.repetition.state = match (tag, self.repetition.state.clone()) {
             (0, _) => RepetitionState::Unknown,
             (1, known) => {
-                let (mut held, mut left) = match known {
-                    RepetitionState::Comparing(held, left) => (ProgramCycleState::clone(&held), left),
+                let (mut compared_state, mut left) = match known {
+                    RepetitionState::Comparing(compared_state, left) => {
+                        (ProgramCycleState::clone(&compared_state), left)
+                    }
                     _ => (self.program_cycle_state(now), COMPARED_CYCLES),
                 };
-                let ProgramCycleState { current, a, cells, modules, cycle, instructions, overruns } = &mut held;
+                let ProgramCycleState { current, a, cells, modules, cycle, instructions, overruns } =
+                    &mut compared_state;
                 current.pass_state(tape)?;
                 a.pass_state(tape)?;
                 cells.pass_state(tape)?;
@@ -104,7 +107,7 @@ impl Ap101 {
                 let runs = matches!(self.phase, ProgramPhase::Run { .. }) && !self.is_at_program_end();
                 tape.require(*cycle < now || *cycle == now && (runs || self.repetition.next_check > now))?;
                 tape.require(*instructions <= counted && *overruns <= self.overruns)?;
-                RepetitionState::Comparing(Arc::new(held), left)
+                RepetitionState::Comparing(Arc::new(compared_state), left)
             }
             (2, known) => {
                 let mut round = match known {
@@ -166,15 +169,17 @@ impl Ap101 {
                 self.soc.has_changed = false;
                 RepetitionState::Comparing(Arc::new(self.program_cycle_state(now)), COMPARED_CYCLES)
             }
-            RepetitionState::Comparing(held, _) if !self.soc.has_changed && self.equals_state(&held, now) => {
+            RepetitionState::Comparing(compared_state, _)
+                if !self.soc.has_changed && self.equals_state(&compared_state, now) =>
+            {
                 RepetitionState::Repeats(RepeatedCycles {
-                    cycles: now - held.cycle,
-                    instructions: self.core.clock.instructions() - held.instructions,
-                    overruns: self.overruns - held.overruns,
+                    cycles: now - compared_state.cycle,
+                    instructions: self.core.clock.instructions() - compared_state.instructions,
+                    overruns: self.overruns - compared_state.overruns,
                 })
             }
-            RepetitionState::Comparing(held, left @ 2..) if !self.soc.has_changed => {
-                RepetitionState::Comparing(held, left - 1)
+            RepetitionState::Comparing(compared_state, left @ 2..) if !self.soc.has_changed => {
+                RepetitionState::Comparing(compared_state, left - 1)
             }
             RepetitionState::Comparing(..) => {
                 self.repetition.next_check = now + self.repetition.pause_cycles;
@@ -200,15 +205,15 @@ impl Ap101 {
         }
     }
 
-    fn equals_state(&self, held: &ProgramCycleState, now: u64) -> bool {
-        held.current == self.running_program
-            && held.a == self.core.a
-            && held.cells == self.soc.cells
+    fn equals_state(&self, compared_state: &ProgramCycleState, now: u64) -> bool {
+        compared_state.current == self.running_program
+            && compared_state.a == self.core.a
+            && compared_state.cells == self.soc.cells
             && self
                 .soc
                 .existing_modules()
-                .zip(&held.modules)
-                .all(|(module, before)| module.repeats_as(now, before, held.cycle))
+                .zip(&compared_state.modules)
+                .all(|(module, before)| module.repeats_as(now, before, compared_state.cycle))
     }
 
     /// Whether nothing at all changes any more while `round` repeats; otherwise overruns are still counted.

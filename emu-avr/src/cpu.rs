@@ -195,8 +195,8 @@ impl Avr {
     /// Returns an executor for a burst or a single instruction, and the code memory.
     pub(crate) fn executor<'a, P: Probe>(&'a mut self, probe: &'a mut P) -> (Executor<'a, P>, &'a CodeMemory) {
         let code: &CodeMemory = &self.code;
-        let turn = Executor { core: self.core, data: &mut self.data, code, bus: &mut self.soc, probe };
-        (turn, code)
+        let executor = Executor { core: self.core, data: &mut self.data, code, bus: &mut self.soc, probe };
+        (executor, code)
     }
 }
 

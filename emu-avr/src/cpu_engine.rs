@@ -44,8 +44,8 @@ impl CpuEngine for Avr {
         self.soc.requested_reset(now)
     }
     fn apply_request(&mut self) -> bool {
-        let Some(order) = self.soc.next_request() else { return false };
-        match order {
+        let Some(request) = self.soc.next_request() else { return false };
+        match request {
             CoreRequest::Erase { addr, len } => {
                 let code = Arc::make_mut(&mut self.code);
                 (addr..addr.saturating_add(len)).for_each(|addr| code.poke(addr as usize, 0xFF));
@@ -103,23 +103,25 @@ impl CpuEngine for Avr {
         self.code.instruction_mark(pc)
     }
     fn loop_head(&self, end: u32) -> Option<u32> {
-        self.code.loop_plan(end).map(|found| found.head)
+        self.code.loop_plan(end).map(|plan| plan.head)
     }
     fn loop_steady_until(&self, end: u32, at: u64) -> u64 {
-        let looks = self.code.loop_plan(end).map_or(&[][..], |found| &found.addresses_read);
-        let io = looks.iter().filter(|&&r| (0x20..self.part.chip.ram_start).contains(&r) && !matches!(r, SPL..=SREG));
+        let addresses_read = self.code.loop_plan(end).map_or(&[][..], |plan| &plan.addresses_read);
+        let io = addresses_read
+            .iter()
+            .filter(|&&r| (0x20..self.part.chip.ram_start).contains(&r) && !matches!(r, SPL..=SREG));
         io.map(|&r| self.soc.steady_until(r, at)).min().unwrap_or(NEVER)
     }
     fn loop_clears_watchdog(&self, end: u32) -> bool {
-        self.code.loop_plan(end).is_some_and(|found| found.clears_watchdog)
+        self.code.loop_plan(end).is_some_and(|plan| plan.clears_watchdog)
     }
     fn loop_counter(&self, end: u32) -> Option<u64> {
-        let regs = &self.code.loop_plan(end).filter(|found| !found.counter_registers.is_empty())?.counter_registers;
+        let regs = &self.code.loop_plan(end).filter(|plan| !plan.counter_registers.is_empty())?.counter_registers;
         Some(regs.iter().rev().fold(0, |high, &reg| high << 8 | u64::from(self.data.bytes[usize::from(reg)])))
     }
     fn set_loop_counter(&mut self, end: u32, value: u64) {
-        let Some(found) = self.code.loop_plan(end) else { return };
-        for (&reg, byte) in found.counter_registers.iter().zip(value.to_le_bytes()) {
+        let Some(plan) = self.code.loop_plan(end) else { return };
+        for (&reg, byte) in plan.counter_registers.iter().zip(value.to_le_bytes()) {
             self.data.bytes[usize::from(reg)] = byte;
         }
     }
@@ -127,9 +129,9 @@ impl CpuEngine for Avr {
         (std::array::from_fn(|r| self.data.bytes[r]), self.core.flags)
     }
 
-    fn burst<P: Probe>(&mut self, looks: bool, probe: &mut P) {
-        let (turn, code) = self.executor(probe);
-        self.core = turn.burst(&code.ops[usize::from(looks)]);
+    fn burst<P: Probe>(&mut self, stop_at_polling_loops: bool, probe: &mut P) {
+        let (executor, code) = self.executor(probe);
+        self.core = executor.burst(&code.ops[usize::from(stop_at_polling_loops)]);
     }
 
     fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), StopReason> {

@@ -3,7 +3,7 @@
 //! Source: AVR Instruction Set Manual DS40002198, section 5. The flag formulas are its Boolean formulas,
 //! computed on all eight bits at once: bit 7 of `carries` is C, bit 3 is H.
 
-use emu_core::machine::{BodyMachine, WideOps, WordOps};
+use emu_core::machine::{BodyMachine, ByteOps, WideOps};
 
 use crate::flags::SregFlag;
 use crate::operands::{A, B, D16, K, R, Rel, Rh, Rp, Rw, Skip};
@@ -19,9 +19,9 @@ pub(crate) const Z: u8 = 30;
 /// charged so far.
 pub(crate) trait AvrMachine: BodyMachine {
     /// Reads a register, 0 to 31.
-    fn reg(&self, r: u8) -> Self::Word;
+    fn reg(&self, r: u8) -> Self::Byte;
     /// Writes a register, 0 to 31.
-    fn set_reg(&mut self, r: u8, value: Self::Word);
+    fn set_reg(&mut self, r: u8, value: Self::Byte);
     /// Reads a flag.
     fn flag(&self, flag: SregFlag) -> Self::Bit;
     /// Writes one flag and no other. Setting I blocks interrupts for one instruction.
@@ -29,32 +29,32 @@ pub(crate) trait AvrMachine: BodyMachine {
     /// Writes a flag whose value is known at compile time.
     fn force_flag(&mut self, flag: SregFlag, on: bool);
     /// Returns the carry as a word, 0 or 1.
-    fn carry(&self) -> Self::Word;
+    fn carry(&self) -> Self::Byte;
     /// Returns a word that is zero exactly if Z is set.
-    fn not_zero(&self) -> Self::Word;
+    fn not_zero(&self) -> Self::Byte;
     /// Sets C to bit 7 of `carry`.
-    fn set_c(&mut self, carry: Self::Word);
+    fn set_c(&mut self, carry: Self::Byte);
     /// Sets C to bit 7 and H to bit 3 of `carries`.
-    fn set_carries(&mut self, carries: Self::Word);
+    fn set_carries(&mut self, carries: Self::Byte);
     /// Sets Z if `word` is zero, otherwise clears it.
-    fn set_z(&mut self, word: Self::Word);
+    fn set_z(&mut self, word: Self::Byte);
     /// Sets N to bit 7 of `n`, Z if `z` is zero, V to bit 7 of `v`, and S to N xor V.
-    fn set_nzv(&mut self, n: Self::Word, z: Self::Word, v: Self::Word);
+    fn set_nzv(&mut self, n: Self::Byte, z: Self::Byte, v: Self::Byte);
     /// Reads a byte of data memory.
-    fn load(&mut self, addr: Self::Wide) -> Self::Word;
+    fn load(&mut self, addr: Self::Wide) -> Self::Byte;
     /// Writes a byte of data memory.
-    fn store(&mut self, addr: Self::Wide, value: Self::Word);
+    fn store(&mut self, addr: Self::Wide, value: Self::Byte);
     /// Reads the I/O register `a`, 0 to 63.
-    fn io_read(&mut self, a: u8) -> Self::Word;
+    fn io_read(&mut self, a: u8) -> Self::Byte;
     /// Writes the I/O register `a`, 0 to 63.
-    fn io_write(&mut self, a: u8, value: Self::Word);
+    fn io_write(&mut self, a: u8, value: Self::Byte);
     /// Writes bit `b` of the I/O register `a`, 0 to 31.
     fn io_write_bit(&mut self, a: u8, b: u8, on: bool);
     /// Reads the byte of program memory at the byte address `addr`.
-    fn code_byte(&mut self, addr: Self::Wide) -> Self::Word;
+    fn code_byte(&mut self, addr: Self::Wide) -> Self::Byte;
     /// Reads a byte of program memory at RAMPZ and `addr`. If `inc` is set, RAMPZ is incremented when `addr`
     /// wraps.
-    fn far_code_byte(&mut self, addr: Self::Wide, inc: bool) -> Self::Word;
+    fn far_code_byte(&mut self, addr: Self::Wide, inc: bool) -> Self::Byte;
     /// Executes the command in SPMCSR on program memory.
     fn store_program(&mut self);
     /// Returns the stack pointer.
@@ -91,7 +91,7 @@ fn set_pair<M: AvrMachine>(m: &mut M, low: u8, value: M::Wide) {
 
 /// Returns `a + b + carry`, and sets all flags of an addition.
 #[inline(always)]
-fn sum<M: AvrMachine>(m: &mut M, a: M::Word, b: M::Word, carry: M::Word) -> M::Word {
+fn sum<M: AvrMachine>(m: &mut M, a: M::Byte, b: M::Byte, carry: M::Byte) -> M::Byte {
     let s = a + b + carry;
     let carries = (a & b) | (!s & (a | b));
     m.set_carries(carries);
@@ -101,7 +101,7 @@ fn sum<M: AvrMachine>(m: &mut M, a: M::Word, b: M::Word, carry: M::Word) -> M::W
 
 /// Returns `a - b - borrow`, and sets all flags of a subtraction. Z is set only if `z` is zero too.
 #[inline(always)]
-fn difference<M: AvrMachine>(m: &mut M, a: M::Word, b: M::Word, borrow: M::Word, z: M::Word) -> M::Word {
+fn difference<M: AvrMachine>(m: &mut M, a: M::Byte, b: M::Byte, borrow: M::Byte, z: M::Byte) -> M::Byte {
     let s = a - b - borrow;
     let borrows = (!a & b) | (s & (!a | b));
     m.set_carries(borrows);
@@ -111,14 +111,14 @@ fn difference<M: AvrMachine>(m: &mut M, a: M::Word, b: M::Word, borrow: M::Word,
 
 /// Stores a logic result and sets its flags: V is clear.
 #[inline(always)]
-fn logic<M: AvrMachine>(m: &mut M, d: u8, s: M::Word) {
-    m.set_nzv(s, s, M::Word::from(0));
+fn logic<M: AvrMachine>(m: &mut M, d: u8, s: M::Byte) {
+    m.set_nzv(s, s, M::Byte::from(0));
     m.set_reg(d, s);
 }
 
 /// Stores the right shift `s` of `a` and sets its flags: C is the bit shifted out, V is N xor C.
 #[inline(always)]
-fn shifted<M: AvrMachine>(m: &mut M, d: R, a: M::Word, s: M::Word) {
+fn shifted<M: AvrMachine>(m: &mut M, d: R, a: M::Byte, s: M::Byte) {
     let out = a << 7;
     m.set_c(out);
     m.set_nzv(s, s, s ^ out);
@@ -126,14 +126,14 @@ fn shifted<M: AvrMachine>(m: &mut M, d: R, a: M::Word, s: M::Word) {
 }
 
 #[inline(always)]
-fn push_word<M: AvrMachine>(m: &mut M, value: M::Word) {
+fn push_word<M: AvrMachine>(m: &mut M, value: M::Byte) {
     let sp = m.sp();
     m.store(sp, value);
     m.set_sp(sp - M::Wide::from(1));
 }
 
 #[inline(always)]
-fn pop_word<M: AvrMachine>(m: &mut M) -> M::Word {
+fn pop_word<M: AvrMachine>(m: &mut M) -> M::Byte {
     let sp = m.sp() + M::Wide::from(1);
     m.set_sp(sp);
     m.load(sp)
@@ -150,7 +150,7 @@ pub(crate) fn push_pc<M: AvrMachine>(m: &mut M) {
 bodies! {
     fn add(m, d: R, r: R) {
         let (a, b) = (m.reg(d.0), m.reg(r.0));
-        let s = sum(m, a, b, M::Word::from(0));
+        let s = sum(m, a, b, M::Byte::from(0));
         m.set_reg(d.0, s);
     }
     fn adc(m, d: R, r: R) {
@@ -167,12 +167,12 @@ bodies! {
     }
     fn sub(m, d: R, r: R) {
         let (a, b) = (m.reg(d.0), m.reg(r.0));
-        let s = difference(m, a, b, M::Word::from(0), M::Word::from(0));
+        let s = difference(m, a, b, M::Byte::from(0), M::Byte::from(0));
         m.set_reg(d.0, s);
     }
     fn subi(m, d: Rh, k: K) {
         let a = m.reg(d.0);
-        let s = difference(m, a, M::Word::from(k.0), M::Word::from(0), M::Word::from(0));
+        let s = difference(m, a, M::Byte::from(k.0), M::Byte::from(0), M::Byte::from(0));
         m.set_reg(d.0, s);
     }
     fn sbc(m, d: R, r: R) {
@@ -182,7 +182,7 @@ bodies! {
     }
     fn sbci(m, d: Rh, k: K) {
         let (a, c, z) = (m.reg(d.0), m.carry(), m.not_zero());
-        let s = difference(m, a, M::Word::from(k.0), c, z);
+        let s = difference(m, a, M::Byte::from(k.0), c, z);
         m.set_reg(d.0, s);
     }
     fn sbiw(m, d: Rw, k: K) {
@@ -193,29 +193,29 @@ bodies! {
         set_pair(m, d.0, s);
     }
     fn and(m, d: R, r: R) { let s = m.reg(d.0) & m.reg(r.0); logic(m, d.0, s); }
-    fn andi(m, d: Rh, k: K) { let s = m.reg(d.0) & M::Word::from(k.0); logic(m, d.0, s); }
+    fn andi(m, d: Rh, k: K) { let s = m.reg(d.0) & M::Byte::from(k.0); logic(m, d.0, s); }
     fn or(m, d: R, r: R) { let s = m.reg(d.0) | m.reg(r.0); logic(m, d.0, s); }
-    fn ori(m, d: Rh, k: K) { let s = m.reg(d.0) | M::Word::from(k.0); logic(m, d.0, s); }
+    fn ori(m, d: Rh, k: K) { let s = m.reg(d.0) | M::Byte::from(k.0); logic(m, d.0, s); }
     fn eor(m, d: R, r: R) { let s = m.reg(d.0) ^ m.reg(r.0); logic(m, d.0, s); }
     fn com(m, d: R) {
         let s = !m.reg(d.0);
-        m.set_c(M::Word::from(0x80));
+        m.set_c(M::Byte::from(0x80));
         logic(m, d.0, s);
     }
     fn neg(m, d: R) {
         let b = m.reg(d.0);
-        let s = difference(m, M::Word::from(0), b, M::Word::from(0), M::Word::from(0));
+        let s = difference(m, M::Byte::from(0), b, M::Byte::from(0), M::Byte::from(0));
         m.set_reg(d.0, s);
     }
     fn inc(m, d: R) {
         let a = m.reg(d.0);
-        let s = a + M::Word::from(1);
+        let s = a + M::Byte::from(1);
         m.set_nzv(s, s, s & !a);
         m.set_reg(d.0, s);
     }
     fn dec(m, d: R) {
         let a = m.reg(d.0);
-        let s = a - M::Word::from(1);
+        let s = a - M::Byte::from(1);
         m.set_nzv(s, s, a & !s);
         m.set_reg(d.0, s);
     }
@@ -230,8 +230,8 @@ bodies! {
     /// before the shift.
     fn muls(m, d: u8, r: u8, d_signed: bool, r_signed: bool, shift: u8) {
         let (a, b) = (m.reg(d), m.reg(r));
-        let zero = M::Word::from(0);
-        let minus = |on: bool, sign: M::Word, other: M::Word| if on { (zero - (sign >> 7)) & other } else { zero };
+        let zero = M::Byte::from(0);
+        let minus = |on: bool, sign: M::Byte, other: M::Byte| if on { (zero - (sign >> 7)) & other } else { zero };
         let high = minus(d_signed, a, b) + minus(r_signed, b, a);
         let p = M::Wide::mul(a, b) - M::Wide::join(high, zero);
         m.set_c(p.hi());
@@ -256,7 +256,7 @@ bodies! {
     }
     fn cp(m, d: R, r: R) {
         let (a, b) = (m.reg(d.0), m.reg(r.0));
-        difference(m, a, b, M::Word::from(0), M::Word::from(0));
+        difference(m, a, b, M::Byte::from(0), M::Byte::from(0));
     }
     fn cpc(m, d: R, r: R) {
         let (a, b, c, z) = (m.reg(d.0), m.reg(r.0), m.carry(), m.not_zero());
@@ -264,7 +264,7 @@ bodies! {
     }
     fn cpi(m, d: Rh, k: K) {
         let a = m.reg(d.0);
-        difference(m, a, M::Word::from(k.0), M::Word::from(0), M::Word::from(0));
+        difference(m, a, M::Byte::from(k.0), M::Byte::from(0), M::Byte::from(0));
     }
     fn sbr(m, r: R, b: B, n: Skip, on: bool) {
         let bit = m.reg(r.0).bit(b.0);
@@ -284,14 +284,14 @@ bodies! {
     fn io_bit(m, a: A, b: B, on: bool) { m.io_write_bit(a.0, b.0, on); }
     fn lsr(m, d: R) { let a = m.reg(d.0); shifted(m, d, a, a >> 1); }
     fn ror(m, d: R) { let a = m.reg(d.0); let s = (a >> 1) | (m.carry() << 7); shifted(m, d, a, s); }
-    fn asr(m, d: R) { let a = m.reg(d.0); shifted(m, d, a, (a >> 1) | (a & M::Word::from(0x80))); }
+    fn asr(m, d: R) { let a = m.reg(d.0); shifted(m, d, a, (a >> 1) | (a & M::Byte::from(0x80))); }
     fn swap(m, d: R) { let a = m.reg(d.0); m.set_reg(d.0, (a << 4) | (a >> 4)); }
     fn flag(m, flag: SregFlag, on: bool) { m.force_flag(flag, on); }
     fn bst(m, d: R, b: B) { let bit = m.reg(d.0).bit(b.0); m.set_flag(SregFlag::T, bit); }
     fn bld(m, d: R, b: B) { let s = m.reg(d.0).with_bit(b.0, m.flag(SregFlag::T)); m.set_reg(d.0, s); }
     fn mov(m, d: R, r: R) { let s = m.reg(r.0); m.set_reg(d.0, s); }
     fn movw(m, d: Rp, r: Rp) { let s = pair(m, r.0); set_pair(m, d.0, s); }
-    fn ldi(m, d: Rh, k: K) { m.set_reg(d.0, M::Word::from(k.0)); }
+    fn ldi(m, d: Rh, k: K) { m.set_reg(d.0, M::Byte::from(k.0)); }
     fn ld(m, d: R, p: u8, q: u8) {
         let addr = pair(m, p) + M::Wide::from(u16::from(q));
         let s = m.load(addr);

@@ -1,8 +1,8 @@
 //! The hot loop: executes single instructions on the machine.
 //!
-//! [`Executor`] holds the hot state in local variables whose address never escapes, so the compiler keeps
-//! them in host registers. Data memory, with the registers of the core, is borrowed. Everything that a body
-//! calls is inlined; slow paths are outlined and get scalars only.
+//! [`Executor`] holds the registers of the core in local variables whose address never escapes, so the
+//! compiler keeps them in host registers. Data memory, with the registers of the core, is borrowed.
+//! Everything that a body calls is inlined; slow paths are outlined and get scalars only.
 
 use emu_core::countdown::Countdown;
 use emu_core::cpu::{Bus, BusEffect, Probe};
@@ -78,12 +78,17 @@ impl CoreRegisters {
     };
 }
 
-/// Context in which instructions execute: hot state by value, everything else borrowed.
+/// Context in which instructions execute: the registers of the core by value, everything else borrowed.
 pub(crate) struct Executor<'a, P: Probe> {
+    /// Registers of the core, by value.
     pub core: CoreRegisters,
+    /// Data memory with the registers of the core.
     pub data: &'a mut DataMemory,
+    /// Program memory.
     pub code: &'a CodeMemory,
+    /// The chip around the core.
     pub bus: &'a mut AvrSoc,
+    /// The observer of the run.
     pub probe: &'a mut P,
 }
 
@@ -95,9 +100,9 @@ impl<P: Probe> Executor<'_, P> {
     }
 
     #[inline(always)]
-    fn apply_bus_effect(&mut self, wake: BusEffect) {
-        if wake != BusEffect::NONE {
-            if wake.contains(BusEffect::HOLD_INTERRUPTS) {
+    fn apply_bus_effect(&mut self, effect: BusEffect) {
+        if effect != BusEffect::NONE {
+            if effect.contains(BusEffect::HOLD_INTERRUPTS) {
                 self.core.no_interrupt_at = self.core.clock.now();
             }
             self.core.clock.expire();
@@ -141,8 +146,8 @@ impl<P: Probe> Executor<'_, P> {
             SPH => (self.core.sp >> 8) as u8,
             SREG => self.core.flags.pack(),
             _ => {
-                let (value, wake) = read_bus(self.bus, addr, self.access_cycle());
-                self.apply_bus_effect(wake);
+                let (value, effect) = read_bus(self.bus, addr, self.access_cycle());
+                self.apply_bus_effect(effect);
                 value
             }
         }
@@ -161,8 +166,8 @@ impl<P: Probe> Executor<'_, P> {
                 }
             }
             _ => {
-                let wake = write_bus(self.bus, addr, value, self.access_cycle());
-                self.apply_bus_effect(wake);
+                let effect = write_bus(self.bus, addr, value, self.access_cycle());
+                self.apply_bus_effect(effect);
             }
         }
     }
@@ -178,8 +183,8 @@ pub(crate) const fn ram(i: u16) -> usize {
 /// SPMCSR can select another byte (fuses, lock bits, signature).
 #[inline(never)]
 fn code_byte(code: &CodeMemory, bus: &mut AvrSoc, addr: u32, next: u32, end: u64) -> u8 {
-    let aside = bus.program_byte(addr, 2 * (next.wrapping_sub(1) & code.mask()), end.wrapping_sub(3));
-    aside.unwrap_or_else(|| code.byte(addr as usize))
+    let replacement = bus.program_byte(addr, 2 * (next.wrapping_sub(1) & code.mask()), end.wrapping_sub(3));
+    replacement.unwrap_or_else(|| code.byte(addr as usize))
 }
 
 /// Reads a byte of program memory at RAMPZ and `z` for an ELPM. If `inc` is set and `z` wraps, RAMPZ is
@@ -207,7 +212,7 @@ fn write_bus(bus: &mut AvrSoc, addr: u16, value: u8, at: u64) -> BusEffect {
 
 impl<P: Probe> BodyMachine for Executor<'_, P> {
     type Bit = bool;
-    type Word = ByteValue;
+    type Byte = ByteValue;
     type Wide = WideValue;
 
     #[inline(always)]
@@ -331,8 +336,8 @@ impl<P: Probe> AvrMachine for Executor<'_, P> {
         let mask = 1u8 << (b & 7);
         let value = if on { mask } else { 0 };
         self.report_access(addr, value, true);
-        let wake = self.bus.write_bits(addr, mask, value, self.access_cycle());
-        self.apply_bus_effect(wake);
+        let effect = self.bus.write_bits(addr, mask, value, self.access_cycle());
+        self.apply_bus_effect(effect);
     }
     #[inline(always)]
     fn code_byte(&mut self, addr: WideValue) -> ByteValue {
@@ -384,8 +389,8 @@ macro_rules! execute_op {
 
 /// Fetches and executes the instruction at the program counter.
 macro_rules! burst_loop {
-    ($turn:ident, $ops:ident) => {{
-        let m = &mut $turn;
+    ($executor:ident, $ops:ident) => {{
+        let m = &mut $executor;
         let op: &AvrOp = &$ops[m.core.pc as u16 as usize];
         if P::INSN
             && op.kind as u8 != Kind::Breakpoint as u8
@@ -406,40 +411,40 @@ macro_rules! burst_loop {
 }
 
 impl<P: Probe> Executor<'_, P> {
-    /// Executes instructions until the deadline; returns the hot state. The loop body is written twice, so
-    /// that there are two indirect jumps.
+    /// Executes instructions until the deadline; returns the registers of the core. The loop body is written
+    /// twice, so that there are two indirect jumps, which the host predicts better than one.
     #[inline(never)]
     pub(crate) fn burst(self, ops: &[AvrOp; MAX_WORDS]) -> CoreRegisters {
-        let mut turn = self;
-        while turn.core.clock.is_before_deadline() {
-            burst_loop!(turn, ops);
-            if !turn.core.clock.is_before_deadline() {
+        let mut executor = self;
+        while executor.core.clock.is_before_deadline() {
+            burst_loop!(executor, ops);
+            if !executor.core.clock.is_before_deadline() {
                 break;
             }
-            burst_loop!(turn, ops);
+            burst_loop!(executor, ops);
         }
-        turn.core
+        executor.core
     }
 
     /// Executes the given op instead of the one in the op array. A kind without a row does nothing.
     #[inline(never)]
     pub(crate) fn single(self, op: PredecodedOp<Kind>) -> CoreRegisters {
-        let mut turn = self;
-        let m = &mut turn;
+        let mut executor = self;
+        let m = &mut executor;
         let op = &op;
         if P::LINT {
             m.lint(op);
         }
         execute_op!(m, op, ());
-        turn.core
+        executor.core
     }
 
     /// Enters the interrupt at the program word `vector`: pushes the return address, clears I, takes 4 cycles
     /// (data sheet 7.7.1).
     #[inline(never)]
     pub(crate) fn enter_interrupt(self, vector: u32) -> CoreRegisters {
-        let mut turn = self;
-        let m = &mut turn;
+        let mut executor = self;
+        let m = &mut executor;
         if P::LINT {
             m.lint_interrupt(vector);
         }
@@ -447,6 +452,6 @@ impl<P: Probe> Executor<'_, P> {
         push_pc(m);
         m.core.flags.set(SregFlag::I, false);
         m.core.pc = vector;
-        turn.core
+        executor.core
     }
 }

@@ -69,12 +69,12 @@ impl LintState {
         let end = data().filter(|symbol| END_SYMBOLS.contains(&symbol.name.as_str())).filter_map(address).max();
         let heap = data().find(|symbol| symbol.name == HEAP_SYMBOL).and_then(address);
         let filled = image.bytes_in(part.chip.ram_space).filter_map(|(addr, _)| u16::try_from(addr).ok());
-        let ground = ProgramFacts {
+        let program_facts = ProgramFacts {
             static_data_end: end.unwrap_or(0),
             heap_end_variable: heap,
             initialized_ram: filled.collect(),
         };
-        LintState { program_facts: Arc::new(ground), tracker: None }
+        LintState { program_facts: Arc::new(program_facts), tracker: None }
     }
 
     /// Discards the tracked state, because the machine was replaced by another one.
@@ -84,18 +84,18 @@ impl LintState {
 
     /// Records that an edge on INT`int` ended the sleep that the previous instruction started.
     pub(crate) fn edge_woke(&mut self, int: u8) {
-        if let Some(live) = &mut self.tracker {
-            live.found.push((live.last_pc, Lint::EdgeWoke { int }));
+        if let Some(tracker) = &mut self.tracker {
+            tracker.found.push((tracker.last_pc, Lint::WokenByEdge { int }));
         }
     }
 
     /// Resets the tracked state: after a reset, the registers of core and chip are known.
     pub(crate) fn reset(&mut self) {
-        if let Some(live) = &mut self.tracker {
-            live.flags = [UnknownBits::NONE; 8];
-            live.stack = StackTracker::START;
-            live.pending_bauds = [(NEVER, 0); 2];
-            live.check_vectors = false;
+        if let Some(tracker) = &mut self.tracker {
+            tracker.flags = [UnknownBits::NONE; 8];
+            tracker.stack = StackTracker::START;
+            tracker.pending_bauds = [(NEVER, 0); 2];
+            tracker.check_vectors = false;
         }
     }
 }
@@ -105,7 +105,7 @@ impl LintState {
 struct LintTracker {
     part: &'static AvrPart,
     presence: Arc<RegisterPresence>,
-    ground: Arc<ProgramFacts>,
+    program_facts: Arc<ProgramFacts>,
     /// Unknown bits of the registers, of the flags, and of RAM from its first byte on.
     regs: [UnknownBits; 32],
     flags: [UnknownBits; 8],
@@ -156,18 +156,18 @@ impl StackTracker {
 }
 
 impl LintTracker {
-    /// Returns the state for a machine that has executed nothing so far (`fresh`): registers and RAM are
+    /// Returns the state for a machine that has executed nothing so far (`is_fresh`): registers and RAM are
     /// unknown. Otherwise everything counts as written.
-    fn new(part: &'static AvrPart, ground: &Arc<ProgramFacts>, fresh: bool) -> Box<LintTracker> {
+    fn new(part: &'static AvrPart, program_facts: &Arc<ProgramFacts>, is_fresh: bool) -> Box<LintTracker> {
         let first = part.chip.ram_start;
-        let whole = |addr| if fresh { UnknownBits::at(addr, 0xFF) } else { UnknownBits::NONE };
-        let mut live = LintTracker {
+        let initial = |addr| if is_fresh { UnknownBits::at(addr, 0xFF) } else { UnknownBits::NONE };
+        let mut tracker = LintTracker {
             part,
             presence: Arc::new(RegisterPresence::new(part)),
-            ground: Arc::clone(ground),
-            regs: std::array::from_fn(|n| whole(n as u16)),
+            program_facts: Arc::clone(program_facts),
+            regs: std::array::from_fn(|n| initial(n as u16)),
             flags: [UnknownBits::NONE; 8],
-            ram: (first..first + part.chip.ram_len).map(whole).collect(),
+            ram: (first..first + part.chip.ram_len).map(initial).collect(),
             from_sp: 0,
             reported_addresses: BTreeSet::new(),
             reported_pins: [0; PORT_COUNT],
@@ -181,10 +181,10 @@ impl LintTracker {
             pc: 0,
             found: Vec::new(),
         };
-        for &addr in &ground.initialized_ram {
-            live.mark_known(addr);
+        for &addr in &program_facts.initialized_ram {
+            tracker.mark_known(addr);
         }
-        Box::new(live)
+        Box::new(tracker)
     }
 
     fn add_finding(&mut self, lint: Lint) {
@@ -229,7 +229,7 @@ impl LintTracker {
                 self.add_finding(Lint::FloatingRead { port: addr, bits });
             }
         } else if self.reported_addresses.insert(addr) {
-            self.add_finding(Lint::UnknownUse { space: self.part.chip.ram_space, addr });
+            self.add_finding(Lint::UnwrittenUse { space: self.part.chip.ram_space, addr });
         }
     }
 
@@ -248,9 +248,9 @@ impl LintTracker {
     fn stack_bounds(&self, heap: u16) -> (u16, u16) {
         let (first, behind) = (self.part.chip.ram_start, self.ram_end());
         let end = if (first..behind).contains(&heap) {
-            self.ground.static_data_end.max(heap)
+            self.program_facts.static_data_end.max(heap)
         } else {
-            self.ground.static_data_end
+            self.program_facts.static_data_end
         };
         (first, end.max(first))
     }
@@ -277,7 +277,7 @@ impl LintTracker {
         // A stack that runs past the start of RAM wraps to the end of the address space.
         let over = addr < limit || self.stack.overflow_reported && addr >= self.ram_end();
         if over && !self.stack.overflow_reported {
-            self.add_finding(Lint::StackMeets { limit });
+            self.add_finding(Lint::StackCollision { limit });
         }
         self.stack.overflow_reported = over;
     }
@@ -315,7 +315,7 @@ impl LintTracker {
         for vector in (1..64u8).filter(|vector| enabled >> vector & 1 == 1) {
             if !has_handler(soc, code, soc.vector_base() + u32::from(vector) * self.part.chip.words_per_vector) {
                 self.reported_vectors |= 1 << vector;
-                self.found.push((self.last_pc, Lint::Unhandled { vector }));
+                self.found.push((self.last_pc, Lint::EnabledWithoutHandler { vector }));
             }
         }
     }
@@ -349,43 +349,43 @@ impl<P: Probe> Executor<'_, P> {
             return;
         }
         let (now, pc) = (self.core.clock.now(), self.core.pc & self.code.mask());
-        let mut live = self.take_tracker();
-        live.pc = pc;
-        live.check_bauds(self.bus, now);
-        if live.check_vectors && self.core.flags.get(SregFlag::I) {
-            live.check_vectors(self.bus, self.code, now);
+        let mut tracker = self.take_tracker();
+        tracker.pc = pc;
+        tracker.check_bauds(self.bus, now);
+        if tracker.check_vectors && self.core.flags.get(SregFlag::I) {
+            tracker.check_vectors(self.bus, self.code, now);
         }
-        ShadowMachine::new(&self.core, self.data, self.bus, &mut live).execute_op(*op);
-        live.last_pc = pc;
-        self.report_findings(live, now);
+        ShadowMachine::new(&self.core, self.data, self.bus, &mut tracker).execute_op(*op);
+        tracker.last_pc = pc;
+        self.report_findings(tracker, now);
     }
 
     /// Checks the interrupt whose vector is the program word `at` before it is entered.
     #[inline(never)]
     pub(crate) fn lint_interrupt(&mut self, at: u32) {
         let now = self.core.clock.now();
-        let mut live = self.take_tracker();
-        live.pc = at;
+        let mut tracker = self.take_tracker();
+        tracker.pc = at;
         if !has_handler(self.bus, self.code, at) {
-            let vector = at.wrapping_sub(self.bus.vector_base()) / live.part.chip.words_per_vector.max(1);
-            live.add_finding(Lint::NoHandler { vector: vector as u8 });
+            let vector = at.wrapping_sub(self.bus.vector_base()) / tracker.part.chip.words_per_vector.max(1);
+            tracker.add_finding(Lint::TakenWithoutHandler { vector: vector as u8 });
         }
-        ShadowMachine::new(&self.core, self.data, self.bus, &mut live).interrupt();
-        self.report_findings(live, now);
+        ShadowMachine::new(&self.core, self.data, self.bus, &mut tracker).interrupt();
+        self.report_findings(tracker, now);
     }
 
     fn take_tracker(&mut self) -> Box<LintTracker> {
-        let fresh = self.core.clock.instructions() == 0;
+        let is_fresh = self.core.clock.instructions() == 0;
         let part = self.bus.part();
         let lints = &mut self.bus.lints;
-        lints.tracker.take().unwrap_or_else(|| LintTracker::new(part, &lints.program_facts, fresh))
+        lints.tracker.take().unwrap_or_else(|| LintTracker::new(part, &lints.program_facts, is_fresh))
     }
 
     /// Reports the findings to the probe, with the first cycle of the instruction.
-    fn report_findings(&mut self, mut live: Box<LintTracker>, at: u64) {
-        for (pc, lint) in live.found.drain(..) {
+    fn report_findings(&mut self, mut tracker: Box<LintTracker>, at: u64) {
+        for (pc, lint) in tracker.found.drain(..) {
             self.probe.on_lint(at, pc, lint);
         }
-        self.bus.lints.tracker = Some(live);
+        self.bus.lints.tracker = Some(tracker);
     }
 }

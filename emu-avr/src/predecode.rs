@@ -42,7 +42,7 @@ pub(crate) struct CodeMemory {
     /// Kind of an erased word.
     erased: Kind,
     part: &'static AvrPart,
-    traps: BTreeSet<u32>,
+    breakpoints: BTreeSet<u32>,
     /// Differences from the bytes at creation.
     pub changes: MemoryChanges<u8>,
 }
@@ -63,7 +63,7 @@ impl CodeMemory {
             loops: BTreeMap::new(),
             erased,
             part,
-            traps: BTreeSet::new(),
+            breakpoints: BTreeSet::new(),
             changes: MemoryChanges::NONE,
         };
         code.predecode(0, used);
@@ -97,13 +97,13 @@ impl CodeMemory {
 
     /// Sets or clears a breakpoint; returns false if nothing changed.
     pub(crate) fn set_breakpoint(&mut self, pc: u32, on: bool) -> bool {
-        let changed = if on { self.traps.insert(pc) } else { self.traps.remove(&pc) };
+        let changed = if on { self.breakpoints.insert(pc) } else { self.breakpoints.remove(&pc) };
         if changed {
             self.predecode(pc, pc + 1);
             let kind = if on { Kind::Breakpoint } else { Kind::PollingLoop };
             for ops in &mut self.ops {
-                for behind in ops.iter_mut().skip(pc as usize).step_by(self.bytes.len() / 2).skip(1) {
-                    behind.kind = kind;
+                for past_end in ops.iter_mut().skip(pc as usize).step_by(self.bytes.len() / 2).skip(1) {
+                    past_end.kind = kind;
                 }
             }
         }
@@ -112,7 +112,7 @@ impl CodeMemory {
 
     /// Reports whether there is a breakpoint at `pc`.
     pub(crate) fn has_breakpoint(&self, pc: u32) -> bool {
-        self.traps.contains(&pc)
+        self.breakpoints.contains(&pc)
     }
 
     /// Returns the mark of the instruction at `pc` for the run loop; plain if there is a breakpoint.
@@ -135,8 +135,8 @@ impl CodeMemory {
             let op = self.decode(pc);
             self.ops_unmarked[pc as usize] = op;
             let head = loop_closed_by(op, pc);
-            let looks = head.and_then(|head| self.polling_loop(head, pc).or_else(|| self.countdown_loop(head, pc)));
-            let kinds = match (self.traps.contains(&pc), head, &looks) {
+            let loop_plan = head.and_then(|head| self.polling_loop(head, pc).or_else(|| self.countdown_loop(head, pc)));
+            let kinds = match (self.breakpoints.contains(&pc), head, &loop_plan) {
                 (true, ..) => [Kind::Breakpoint; 2],
                 (_, Some(head), _) if head == pc => [Kind::PollingLoop; 2],
                 (_, _, Some(_)) => [op.kind, Kind::PollingLoop],
@@ -145,8 +145,8 @@ impl CodeMemory {
             for (ops, kind) in self.ops.iter_mut().zip(kinds) {
                 ops[pc as usize] = PredecodedOp { kind, args: op.args };
             }
-            match looks {
-                Some(found) => self.loops.insert(pc, found),
+            match loop_plan {
+                Some(plan) => self.loops.insert(pc, plan),
                 None => self.loops.remove(&pc),
             };
         }
@@ -188,31 +188,32 @@ impl CodeMemory {
     /// that it wrote in the previous iteration. All iterations are then equal until one of those cells
     /// changes. None for other loops, and for loops that read a volatile register.
     fn polling_loop(&self, head: u32, end: u32) -> Option<LoopPlan> {
-        let (mut looks, mut needs, mut writes, mut pc) = (Vec::new(), 0u64, 0u64, head);
-        let (mut renews, mut skipped, mut constants) = (false, false, KnownRegisters::default());
+        let (mut addresses_read, mut needs, mut writes, mut pc) = (Vec::new(), 0u64, 0u64, head);
+        let (mut clears_watchdog, mut skipped, mut constants) = (false, false, KnownRegisters::default());
         while pc <= end {
             let op = self.decode(pc);
             let mut record = record_instruction(op, false);
-            if let Some(addr) = constants.load(op) {
+            if let Some(addr) = constants.loaded_address(op) {
                 (record.has_other_effects, record.addresses_read) = (false, vec![addr]);
             }
             if record.has_other_effects {
                 return None;
             }
             // A skipped instruction leaves the register unchanged.
-            constants.run(op, record.writes, skipped);
+            constants.update(op, record.writes, skipped);
             skipped = record.conditional;
-            renews |= record.clears_watchdog;
+            clears_watchdog |= record.clears_watchdog;
             needs |= record.reads & !writes;
             writes |= record.writes;
-            looks.extend(record.addresses_read);
+            addresses_read.extend(record.addresses_read);
             pc += self.len_at(pc);
         }
-        let rests = !looks.is_empty() && !looks.iter().any(|&reg| self.part.volatile_register(reg));
-        (needs & writes == 0 && head != end && rests).then_some(LoopPlan {
+        let reads_only_steady =
+            !addresses_read.is_empty() && !addresses_read.iter().any(|&reg| self.part.volatile_register(reg));
+        (needs & writes == 0 && head != end && reads_only_steady).then_some(LoopPlan {
             head,
-            addresses_read: looks,
-            clears_watchdog: renews,
+            addresses_read,
+            clears_watchdog,
             counter_registers: Vec::new(),
         })
     }
@@ -220,21 +221,23 @@ impl CodeMemory {
     /// Returns the plan of the loop from `head` to the BRNE at `end`, if it decrements a counter by DEC, SBIW
     /// or SUBI with SBCI, and otherwise only clears the watchdog.
     fn countdown_loop(&self, head: u32, end: u32) -> Option<LoopPlan> {
-        let (mut counter, mut closed): (Vec<u8>, bool) = (Vec::new(), false);
+        let (mut counter, mut counter_complete): (Vec<u8>, bool) = (Vec::new(), false);
         for pc in head..end {
             let op = self.decode(pc);
             let (reg, first) = (op.args[0], counter.is_empty());
             match op.kind {
-                Kind::Nop | Kind::Wdr => closed = !first,
-                Kind::Dec if first => (counter, closed) = (vec![reg], true),
-                Kind::Sbiw if first && op.args[1] == 1 => (counter, closed) = (vec![reg, reg + 1], true),
+                Kind::Nop | Kind::Wdr => counter_complete = !first,
+                Kind::Dec if first => (counter, counter_complete) = (vec![reg], true),
+                Kind::Sbiw if first && op.args[1] == 1 => (counter, counter_complete) = (vec![reg, reg + 1], true),
                 Kind::Subi if first && op.args[1] == 1 => counter.push(reg),
-                Kind::Sbci if !first && !closed && op.args[1] == 0 && !counter.contains(&reg) => counter.push(reg),
+                Kind::Sbci if !first && !counter_complete && op.args[1] == 0 && !counter.contains(&reg) => {
+                    counter.push(reg)
+                }
                 _ => return None,
             }
         }
-        let counts = self.decode(end).kind == Kind::Brne && !counter.is_empty();
-        counts.then_some(LoopPlan {
+        let is_countdown = self.decode(end).kind == Kind::Brne && !counter.is_empty();
+        is_countdown.then_some(LoopPlan {
             head,
             addresses_read: Vec::new(),
             clears_watchdog: false,
@@ -249,7 +252,7 @@ struct KnownRegisters([Option<u8>; 32]);
 
 impl KnownRegisters {
     /// Returns the data address at or above 20h that a load reads through a pointer with a known value.
-    fn load(&self, op: AvrOp) -> Option<u16> {
+    fn loaded_address(&self, op: AvrOp) -> Option<u16> {
         let (low, offset) = match op.kind {
             Kind::LdX => (26, 0),
             Kind::LdY => (28, 0),
@@ -263,7 +266,7 @@ impl KnownRegisters {
     }
 
     /// Updates the known values after an instruction that writes `writes` and that may have been skipped.
-    fn run(&mut self, op: AvrOp, writes: u64, skipped: bool) {
+    fn update(&mut self, op: AvrOp, writes: u64, skipped: bool) {
         let of = |reg: u8| self.0[usize::from(reg & 31)];
         let values: &[Option<u8>] = match op.kind {
             Kind::Ldi => &[Some(op.args[1])],
@@ -272,7 +275,7 @@ impl KnownRegisters {
         };
         let mut values = values.iter();
         let written = self.0.iter_mut().enumerate().filter(|(reg, _)| writes >> reg & 1 == 1);
-        written.for_each(|(_, held)| *held = values.next().copied().flatten().filter(|_| !skipped));
+        written.for_each(|(_, known)| *known = values.next().copied().flatten().filter(|_| !skipped));
     }
 }
 

@@ -71,7 +71,7 @@ impl InstructionRecorder {
 
 impl BodyMachine for InstructionRecorder {
     type Bit = UnknownValue;
-    type Word = UnknownValue;
+    type Byte = UnknownValue;
     type Wide = UnknownWide;
     fn advance(&mut self, _: u32) {}
     fn charge(&mut self, cycles: u32) {

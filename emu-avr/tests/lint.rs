@@ -16,15 +16,15 @@ impl Probe for Seen {
 
     fn on_lint(&mut self, at: u64, pc: u32, lint: Lint) {
         let more = match lint {
-            Lint::UnknownUse { addr, .. } | Lint::NothingThere { addr } => format!("{addr:X}"),
-            Lint::StackMeets { limit } => format!("{limit:X}"),
+            Lint::UnwrittenUse { addr, .. } | Lint::UnimplementedAddress { addr } => format!("{addr:X}"),
+            Lint::StackCollision { limit } => format!("{limit:X}"),
             Lint::ReservedBits { addr, bits } => format!("{addr:X}/{bits:02X}"),
             Lint::FloatingRead { port, bits } => format!("{port:X}/{bits:02X}"),
             Lint::Baud { uart, baud } => format!("{uart}/{baud}"),
-            Lint::NoHandler { vector } | Lint::Unhandled { vector } => vector.to_string(),
+            Lint::TakenWithoutHandler { vector } | Lint::EnabledWithoutHandler { vector } => vector.to_string(),
             Lint::CaptureWritten { addr } => format!("{addr:X}"),
-            Lint::EdgeWoke { int } => format!("INT{int}"),
-            Lint::ChannelAbsent { channel } => format!("ADC{channel}"),
+            Lint::WokenByEdge { int } => format!("INT{int}"),
+            Lint::MissingChannel { channel } => format!("ADC{channel}"),
             other => panic!("{other:?}"),
         };
         self.0.push(format!("{at} {:X} {} {more}", 2 * pc, lint.code()));

@@ -24,7 +24,9 @@ const MAX_TABLE_GOALS: usize = 32;
 struct BoundaryGoal {
     /// Position of the element in execution order.
     position: usize,
+    /// Index of the integer in the evaluator.
     symbol: usize,
+    /// The value that it must have.
     target: GoalTarget,
     failed_tries: u32,
     is_reached: bool,
@@ -53,6 +55,7 @@ pub(crate) struct BoundaryGoals {
     /// Per element in execution order: true if the element stores something, false if it only passes the rung
     /// bit on.
     stores: Vec<bool>,
+    /// Index of the goal that is looked at next.
     next: usize,
 }
 
@@ -70,10 +73,10 @@ impl BoundaryGoals {
             let facts = element.facts();
             stores.push(!matches!(facts.power, PowerEffect::Narrows | PowerEffect::Wire));
             let mut add_goals = |symbol: Option<usize>, targets: Vec<GoalTarget>| {
-                let wish = |symbol| {
+                let goal = |symbol| {
                     move |target| BoundaryGoal { position: at, symbol, target, failed_tries: 0, is_reached: false }
                 };
-                goals.extend(symbol.into_iter().flat_map(|symbol| targets.iter().copied().map(wish(symbol))));
+                goals.extend(symbol.into_iter().flat_map(|symbol| targets.iter().copied().map(goal(symbol))));
             };
             match element {
                 Element::Timer { name, .. } | Element::Counter { name, .. } => {
@@ -122,8 +125,8 @@ impl BoundaryGoals {
                             i32::MIN | i32::MAX => value >> (32 - 8 * u32::from(width(symbol).clamp(1, 4))),
                             _ => value,
                         };
-                        let by = |n| DIVISORS.map(|d| GoalTarget::WhenActing(end(n, a), Some((b, end(d, b)))));
-                        add_goals(Some(a), DIVIDENDS.into_iter().flat_map(by).collect());
+                        let goals_of = |n| DIVISORS.map(|d| GoalTarget::WhenActing(end(n, a), Some((b, end(d, b)))));
+                        add_goals(Some(a), DIVIDENDS.into_iter().flat_map(goals_of).collect());
                     }
                 }
                 // Elements that do not compare, count or look up anything have no boundary.
@@ -136,9 +139,9 @@ impl BoundaryGoals {
     /// Returns the index of the next open goal. When no goal is open, all goals that were reached are open
     /// again.
     pub(crate) fn next_open(&mut self) -> Option<usize> {
-        let open = |wish: &BoundaryGoal| !wish.is_reached && wish.failed_tries < MAX_FAILED_TRIES;
+        let open = |goal: &BoundaryGoal| !goal.is_reached && goal.failed_tries < MAX_FAILED_TRIES;
         if !self.goals.iter().any(open) {
-            self.goals.iter_mut().for_each(|wish| wish.is_reached = false);
+            self.goals.iter_mut().for_each(|goal| goal.is_reached = false);
         }
         let count = self.goals.len();
         let found = (0..count).map(|n| (self.next + n) % count).find(|&n| self.goals.get(n).is_some_and(open))?;
@@ -146,29 +149,29 @@ impl BoundaryGoals {
         Some(found)
     }
 
-    /// Changes `step` so that it writes the wanted value of goal `wish`, and returns true if a scan with
-    /// `step` reaches the goal.
+    /// Changes `step` so that it writes the wanted value of the goal at index `goal`, and returns true if a
+    /// scan with `step` reaches the goal.
     ///
     /// A failed try is counted. A goal for a symbol that cannot be written is dropped.
     pub(crate) fn try_reach(
         &mut self,
-        wish: usize,
+        goal: usize,
         eval: &Evaluator,
         hints: &ValueHints,
         step: &mut ScanStimulus,
     ) -> bool {
-        let Some(wish) = self.goals.get_mut(wish) else { return false };
-        if hints.writable.get(wish.symbol) != Some(&true) {
-            wish.failed_tries = MAX_FAILED_TRIES;
+        let Some(goal) = self.goals.get_mut(goal) else { return false };
+        if hints.writable.get(goal.symbol) != Some(&true) {
+            goal.failed_tries = MAX_FAILED_TRIES;
             return false;
         }
-        step.writes.retain(|(symbol, _)| *symbol != wish.symbol);
-        let value = match wish.target {
+        step.writes.retain(|(symbol, _)| *symbol != goal.symbol);
+        let value = match goal.target {
             GoalTarget::Value(value) => value,
-            GoalTarget::WhenActing(value, beside) => {
-                if let Some((other, beside)) = beside.filter(|(other, _)| hints.writable.get(*other) == Some(&true)) {
+            GoalTarget::WhenActing(value, second) => {
+                if let Some((other, second)) = second.filter(|(other, _)| hints.writable.get(*other) == Some(&true)) {
                     step.writes.retain(|(symbol, _)| *symbol != other);
-                    step.writes.push((other, beside));
+                    step.writes.push((other, second));
                 }
                 value
             }
@@ -177,26 +180,26 @@ impl BoundaryGoals {
                 written.map_or_else(|| eval.get(other), |&(_, value)| value).wrapping_add(distance)
             }
         };
-        let fit = |value: i32| truncate_to_bytes(value.into(), hints.bytes.get(wish.symbol).copied().unwrap_or(2));
+        let fit = |value: i32| truncate_to_bytes(value.into(), hints.bytes.get(goal.symbol).copied().unwrap_or(2));
         let value = fit(value);
-        step.writes.push((wish.symbol, value));
+        step.writes.push((goal.symbol, value));
         let scan = |value: i32| {
             let mut eval = eval.clone();
             step.apply_immediately(hints, &mut eval);
-            eval.set(wish.symbol, value);
+            eval.set(goal.symbol, value);
             EvaluatedScan::run(&mut eval)
         };
         let with = scan(value);
-        wish.is_reached = if let GoalTarget::WhenActing(..) = wish.target {
+        goal.is_reached = if let GoalTarget::WhenActing(..) = goal.target {
             // The result of the element is visible, so a true rung is enough.
-            with.trace.get(wish.position).copied().flatten().is_some_and(|pair| pair.0)
+            with.trace.get(goal.position).copied().flatten().is_some_and(|pair| pair.0)
         } else {
             [value.wrapping_sub(1), value.wrapping_add(1)]
                 .into_iter()
-                .any(|other| is_visible(wish, &self.stores, &with, &scan(other)))
+                .any(|other| is_visible(goal, &self.stores, &with, &scan(other)))
         };
-        wish.failed_tries += u32::from(!wish.is_reached);
-        wish.is_reached
+        goal.failed_tries += u32::from(!goal.is_reached);
+        goal.is_reached
     }
 }
 
@@ -211,17 +214,17 @@ fn deciding_distances(op: CompareOp) -> impl Iterator<Item = i32> {
 
 /// True if two scans, whose starts differ by one in the integer of the goal, differ both in what the element
 /// does and in what is stored because of it.
-fn is_visible(wish: &BoundaryGoal, stores: &[bool], one: &EvaluatedScan, other: &EvaluatedScan) -> bool {
-    let out = |seen: &EvaluatedScan| seen.trace.get(wish.position).copied().flatten().map(|pair| pair.1);
+fn is_visible(goal: &BoundaryGoal, stores: &[bool], one: &EvaluatedScan, other: &EvaluatedScan) -> bool {
+    let out = |seen: &EvaluatedScan| seen.trace.get(goal.position).copied().flatten().map(|pair| pair.1);
     // The change of the integer itself shows the difference, unless both scans change it by the same amount.
-    let itself = one.change_of(wish.symbol) != other.change_of(wish.symbol);
+    let symbol_differs = one.change_of(goal.symbol) != other.change_of(goal.symbol);
     let stored = || {
-        let later = one.trace.iter().zip(&other.trace).zip(stores).skip(wish.position);
+        let later = one.trace.iter().zip(&other.trace).zip(stores).skip(goal.position);
         later.filter(|(_, stores)| **stores).any(|((a, b), _)| a.map(|pair| pair.0) != b.map(|pair| pair.0))
     };
-    let keeps = stores.get(wish.position).copied().unwrap_or(false);
-    if keeps && itself {
+    let element_stores = stores.get(goal.position).copied().unwrap_or(false);
+    if element_stores && symbol_differs {
         return true;
     }
-    out(one) != out(other) && stored() && (itself || one.differs_beside(other, wish.symbol))
+    out(one) != out(other) && stored() && (symbol_differs || one.differs_elsewhere(other, goal.symbol))
 }

@@ -51,28 +51,28 @@ pub(crate) fn run_check<'a, C: CheckedChip, F: Fn(u64) -> C>(
 ) -> CheckReport {
     let mut goals = CoverageGoals::new(program, bench.eval);
     let mut stimulus = StimulusGenerator::new(options.seed, BoundaryGoals::new(program, bench.eval));
-    let mut sums = RunTotals { rungs: vec![None; compiled.map.rungs.len()], ..RunTotals::default() };
+    let mut totals = RunTotals { rungs: vec![None; compiled.map.rungs.len()], ..RunTotals::default() };
     let mut run = CurrentRun::default();
     let mut pair: Option<LockstepPair<'a, C>> = None;
     let mut mismatch = None;
     if !disagreements.is_empty() {
         // A map that disagrees with the program is a difference before anything runs; it is reported as scan
         // 1.
-        (sums.scans, sums.runs) = (1, 1);
+        (totals.scans, totals.runs) = (1, 1);
         run.steps.push(ScanStimulus::default());
         let (wanted, found): (Vec<_>, Vec<_>) = disagreements.into_iter().unzip();
         mismatch = Some(Mismatch::of_text(DifferenceKind::Map, 0, wanted.join("; "), found.join("; ")));
     }
-    while sums.scans < options.scans && mismatch.is_none() {
-        if sums.scans.is_multiple_of(SCANS_PER_PROGRESS) {
-            progress(sums.scans, options.scans);
+    while totals.scans < options.scans && mismatch.is_none() {
+        if totals.scans.is_multiple_of(SCANS_PER_PROGRESS) {
+            progress(totals.scans, options.scans);
         }
-        sums.scans += 1;
+        totals.scans += 1;
         if let Some(ram_seed) = stimulus.begin_run(bench.hints) {
             run = CurrentRun { ram_seed, steps: Vec::new() };
-            sums.runs += 1;
+            totals.runs += 1;
             match LockstepPair::start(bench, ram_seed) {
-                Ok(fresh) => pair = Some(fresh),
+                Ok(new_pair) => pair = Some(new_pair),
                 Err(found) => {
                     run.steps.push(ScanStimulus::default());
                     mismatch = Some(found);
@@ -85,13 +85,13 @@ pub(crate) fn run_check<'a, C: CheckedChip, F: Fn(u64) -> C>(
         let scanned = pair.scan(&step);
         run.steps.push(step);
         match scanned {
-            Ok(agreed) => {
-                goals.mark_reached(&agreed.evaluated);
-                sums.compared += agreed.compared;
-                sums.cycles += agreed.cycles;
-                sums.longest = sums.longest.max(agreed.cycles);
-                for (rung, cycles) in agreed.rungs {
-                    if let Some(most) = sums.rungs.get_mut(rung) {
+            Ok(matched) => {
+                goals.mark_reached(&matched.evaluated);
+                totals.compared += matched.compared;
+                totals.cycles += matched.cycles;
+                totals.longest = totals.longest.max(matched.cycles);
+                for (rung, cycles) in matched.rungs {
+                    if let Some(most) = totals.rungs.get_mut(rung) {
                         *most = (*most).max(Some(cycles));
                     }
                 }
@@ -99,14 +99,14 @@ pub(crate) fn run_check<'a, C: CheckedChip, F: Fn(u64) -> C>(
             Err(found) => mismatch = Some(found),
         }
     }
-    progress(sums.scans, options.scans);
+    progress(totals.scans, options.scans);
     let coverage = goals.coverage(program);
     let mut notes = compiled.notes.clone();
     if mismatch.is_none() {
-        notes.extend(not_covered_note(program, &coverage, sums.scans));
+        notes.extend(not_covered_note(program, &coverage, totals.scans));
     }
     let map = &compiled.map;
-    let rungs = map.rungs.iter().zip(&sums.rungs).map(|(rung, &cycles_max)| RungFigures {
+    let rungs = map.rungs.iter().zip(&totals.rungs).map(|(rung, &cycles_max)| RungFigures {
         rung: rung.rung,
         code_bytes: rung.end.saturating_sub(rung.start),
         cycles_bound: rung.worst_cycles,
@@ -118,20 +118,20 @@ pub(crate) fn run_check<'a, C: CheckedChip, F: Fn(u64) -> C>(
         program: program.file.clone(),
         mcu: options.mcu.to_ascii_lowercase(),
         seed: options.seed,
-        scans: sums.scans,
-        runs: sums.runs,
-        compared: sums.compared,
+        scans: totals.scans,
+        runs: totals.runs,
+        compared: totals.compared,
         agreed: mismatch.is_none(),
-        difference: mismatch.map(|m| describe_difference(program, compiled, options, bench, &sums, run, &m)),
+        difference: mismatch.map(|m| describe_difference(program, compiled, options, bench, &totals, run, &m)),
         coverage,
         figures: ProgramFigures {
             code_bytes: map.code_bytes,
             ram_bytes: map.ram_bytes,
             period_cycles: bench.places.pace.period(),
             clocks_per_cycle: bench.places.pace.clocks_per_cycle,
-            scan_cycles_max: sums.longest,
+            scan_cycles_max: totals.longest,
             // Two decimal places are enough.
-            scan_cycles_mean: (sums.cycles as f64 / sums.scans.max(1) as f64 * 100.0).round() / 100.0,
+            scan_cycles_mean: (totals.cycles as f64 / totals.scans.max(1) as f64 * 100.0).round() / 100.0,
             scan_cycles_bound: map.worst_scan_cycles.into(),
             slack_cycles: map.slack_cycles,
             rungs,
@@ -156,12 +156,12 @@ fn describe_difference<C: CheckedChip, F: Fn(u64) -> C>(
     compiled: &CompiledProgram,
     options: &CheckOptions,
     bench: &TestBench<'_, C, F>,
-    sums: &RunTotals,
+    totals: &RunTotals,
     run: CurrentRun,
     mismatch: &Mismatch,
 ) -> CheckDifference {
     let scan_of_run = run.steps.len() as u64;
-    let (element, shown) = if options.explain {
+    let (element, first_differing) = if options.explain {
         find_faulty_element(bench, (program, &compiled.map), (run.ram_seed, &run.steps), mismatch)
     } else {
         (None, mismatch.differing.first().copied())
@@ -176,7 +176,7 @@ fn describe_difference<C: CheckedChip, F: Fn(u64) -> C>(
     let each = mismatch.differing.iter();
     let differing =
         each.map(|d| format!("{}: expected {}, found {}", name(d.symbol), value(d.expected), value(d.found))).collect();
-    let texts = element
+    let element_text = element
         .and_then(|id| program.elements().find(|(other, _, _)| *other == id))
         .map(|(_, element, _)| ladder::element_text(element));
     let smallest = match mismatch.kind {
@@ -186,19 +186,19 @@ fn describe_difference<C: CheckedChip, F: Fn(u64) -> C>(
     };
     CheckDifference {
         code: mismatch.kind.code(),
-        scan: sums.scans,
-        run: sums.runs,
+        scan: totals.scans,
+        run: totals.runs,
         scan_of_run,
         cycle: mismatch.cycle,
         what: mismatch.kind,
-        symbol: shown.map(|d| name(d.symbol)),
-        expected: shown.map_or_else(|| mismatch.expected.clone(), |d| value(d.expected)),
-        found: shown.map_or_else(|| mismatch.found.clone(), |d| value(d.found)),
+        symbol: first_differing.map(|d| name(d.symbol)),
+        expected: first_differing.map_or_else(|| mismatch.expected.clone(), |d| value(d.expected)),
+        found: first_differing.map_or_else(|| mismatch.found.clone(), |d| value(d.found)),
         rung: element.map(|id| id.rung + 1),
         element: element.map(|id| id.index + 1),
-        element_text: texts,
+        element_text,
         differing,
-        replay: replay_command(program, options, sums.scans),
+        replay: replay_command(program, options, totals.scans),
         smallest: smallest.iter().zip(1..).map(|(step, scan)| stimulus_text(bench, step, scan)).collect(),
     }
 }

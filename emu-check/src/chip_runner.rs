@@ -40,8 +40,9 @@ pub(crate) struct ChipRunner<'a, C> {
     /// scan.
     timer_start: Option<u64>,
     /// Periods since `timer_start`.
-    scans: u64,
-    first_stack: Option<u32>,
+    periods: u64,
+    /// Depth of the stack at the start of the first scan.
+    first_stack_depth: Option<u32>,
     /// True if the chip stops at the start of each rung.
     times_rungs: bool,
     /// Rungs of this scan with the cycle at which each started; empty unless rungs are timed.
@@ -54,32 +55,32 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
         for point in [ScanPoint::TimerStart, ScanPoint::ScanStart, ScanPoint::FirstRung, ScanPoint::ScanEnd] {
             places.point_word(point).into_iter().for_each(|pc| cpu.set_breakpoint(pc, true));
         }
-        let open = |pin| places.pin_behaviour(pin).is_some_and(|nature| nature.high == HighDrive::Open);
-        for &(_, pin) in places.outputs.iter().filter(|output| open(output.1)) {
+        let is_open_drain = |pin| places.pin_behaviour(pin).is_some_and(|behaviour| behaviour.high == HighDrive::Open);
+        for &(_, pin) in places.outputs.iter().filter(|output| is_open_drain(output.1)) {
             cpu.drive(CycleTime::at(0), pin, PinLevel::PullUp);
         }
         if let Some(pin) = places.peripherals.receive {
             cpu.drive(CycleTime::at(0), pin, PinLevel::High);
         }
-        let mut rig = ChipRunner {
+        let mut runner = ChipRunner {
             cpu,
             places,
             listener: PinListener::new(&places.peripherals),
             timer_start: None,
-            scans: 0,
-            first_stack: None,
+            periods: 0,
+            first_stack_depth: None,
             times_rungs: false,
             rung_marks: Vec::new(),
         };
         if places.is_self_paced() {
-            return Ok(rig);
+            return Ok(runner);
         }
-        rig.run_to(ScanPoint::TimerStart, MAX_RESET_CYCLES)?;
-        let stop = rig.cpu.step(&mut ());
-        rig.timer_start = Some(rig.cpu.cycle());
+        runner.run_to(ScanPoint::TimerStart, MAX_RESET_CYCLES)?;
+        let stop = runner.cpu.step(&mut ());
+        runner.timer_start = Some(runner.cpu.cycle());
         match stop {
-            StopReason::Limit => Ok(rig),
-            stop => Err(rig.lost_sync(ScanPoint::TimerStart, stop)),
+            StopReason::Limit => Ok(runner),
+            stop => Err(runner.lost_sync(ScanPoint::TimerStart, stop)),
         }
     }
 
@@ -141,7 +142,7 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
         self.rung_marks.clear();
         self.note_rung_start(self.cpu.pc());
         match self.timer_start {
-            Some(_) => self.scans += 1,
+            Some(_) => self.periods += 1,
             None => self.timer_start = Some(self.cpu.cycle()),
         }
         Ok(())
@@ -172,7 +173,7 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
 
     /// Number of scans that have started.
     pub(crate) fn scans_started(&self) -> u64 {
-        self.scans + u64::from(self.places.is_self_paced() && self.timer_start.is_some())
+        self.periods + u64::from(self.places.is_self_paced() && self.timer_start.is_some())
     }
 
     /// The first machine cycle in which scan `scan` (from 1) may start.
@@ -188,13 +189,13 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
     /// At the start of a scan: the allowed window in machine cycles since the timer was started, and the
     /// actual cycle.
     pub(crate) fn start_window(&self) -> ((u64, u64), u64) {
-        (self.places.start_window(self.scans), self.cpu.cycle().saturating_sub(self.timer_start.unwrap_or(0)))
+        (self.places.start_window(self.periods), self.cpu.cycle().saturating_sub(self.timer_start.unwrap_or(0)))
     }
 
     /// At the start of a scan: (stack pointer at the first scan, current one) if they differ.
     pub(crate) fn stack_change(&mut self) -> Option<(u32, u32)> {
         let now = CheckedChip::stack_depth(&self.cpu)?;
-        let first = *self.first_stack.get_or_insert(now);
+        let first = *self.first_stack_depth.get_or_insert(now);
         (first != now).then_some((first, now))
     }
 
@@ -203,7 +204,7 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
     fn run_until(&mut self, until: u64) -> StopReason {
         loop {
             let stop = match &mut self.listener {
-                Some(tap) => self.cpu.run(until, tap),
+                Some(listener) => self.cpu.run(until, listener),
                 None => self.cpu.run(until, &mut ()),
             };
             let Some(power) =
@@ -236,11 +237,11 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
 
     /// Records the start of a rung if a rung starts at `pc`; returns whether one does.
     fn note_rung_start(&mut self, pc: u32) -> bool {
-        let found = self.places.rungs.iter().find(|(start, _)| *start == pc);
+        let rung_start = self.places.rungs.iter().find(|(start, _)| *start == pc);
         // All rungs are timed or none: with a subset, a rung that starts at a scan point would seem to last
         // until the next point.
-        self.rung_marks.extend(found.filter(|_| self.times_rungs).map(|&(_, rung)| (rung, self.cpu.cycle())));
-        found.is_some()
+        self.rung_marks.extend(rung_start.filter(|_| self.times_rungs).map(|&(_, rung)| (rung, self.cpu.cycle())));
+        rung_start.is_some()
     }
 
     fn lost_sync(&self, wanted: ScanPoint, stop: StopReason) -> LostSync {

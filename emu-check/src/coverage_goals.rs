@@ -37,7 +37,7 @@ impl EvaluatedScan {
             let elements: Vec<ElementId> = eval.elements().collect();
             trace = vec![None; elements.len()];
             eval.scan_watched(&mut |id, input, output| {
-                let slot = elements.binary_search(&id).ok().and_then(|at| trace.get_mut(at));
+                let slot = elements.binary_search(&id).ok().and_then(|position| trace.get_mut(position));
                 slot.into_iter().for_each(|slot| *slot = Some((input, output)));
             });
         } else {
@@ -62,18 +62,23 @@ impl EvaluatedScan {
     }
 
     /// True if a symbol other than `symbol` has a different value after the two scans.
-    pub(crate) fn differs_beside(&self, other: &EvaluatedScan, symbol: usize) -> bool {
+    pub(crate) fn differs_elsewhere(&self, other: &EvaluatedScan, symbol: usize) -> bool {
         self.values_after.iter().zip(&other.values_after).enumerate().any(|(n, (a, b))| n != symbol && a != b)
     }
 }
 
+/// One outcome of an element or branch.
 #[derive(Debug, Clone)]
 struct CoverageGoal {
+    /// Index of the element or branch in [`CoverageGoals::items`].
     item: usize,
     /// Bit set of the (input, output) rung-bit pairs that count.
     rung_pairs: u8,
+    /// The condition in addition to the rung bits.
     when: OutcomeCondition,
+    /// The outcome in the words of the report.
     text: &'static str,
+    /// Why it can never be reached, if that is known.
     impossible: Option<&'static str>,
     reached: bool,
 }
@@ -93,6 +98,7 @@ struct CoverageItem {
 pub(crate) struct CoverageGoals {
     items: Vec<CoverageItem>,
     goals: Vec<CoverageGoal>,
+    /// Number of possible goals that are not reached yet.
     open_goals: usize,
 }
 
@@ -104,28 +110,30 @@ impl CoverageGoals {
         for (position, (id, element, _)) in elements.enumerate() {
             let symbol = |name: &str| eval.index(name).unwrap_or(usize::MAX);
             if let Some((class, wanted)) = wanted_outcomes(program, element, eval, &symbol) {
-                goals.push(CoverageItem { id, class, trace_positions: vec![position] }, &wanted);
+                goals.add_item(CoverageItem { id, class, trace_positions: vec![position] }, &wanted);
             }
         }
-        let mut next = 0;
+        let mut next_position = 0;
         for (number, rung) in (0..).zip(&program.rungs) {
             let mut id = ElementId { rung: number, index: 0 };
-            goals.branches(&rung.series, &mut next, &mut id);
+            goals.add_branch_goals(&rung.series, &mut next_position, &mut id);
         }
-        let worlds = possible_outcomes::possible_outcomes(program);
+        let outcomes_by_inputs = possible_outcomes::possible_outcomes(program);
         for goal in &mut goals.goals {
-            goal.impossible = goals.items.get(goal.item).and_then(|item| why_impossible(goal, item, &worlds));
+            goal.impossible =
+                goals.items.get(goal.item).and_then(|item| why_impossible(goal, item, &outcomes_by_inputs));
         }
         goals.open_goals = goals.goals.iter().filter(|g| g.impossible.is_none()).count();
         goals
     }
 
-    fn push(&mut self, item: CoverageItem, wanted: &[WantedOutcome]) {
-        let goal = |&(says, pairs, when): &WantedOutcome| CoverageGoal {
+    /// Adds an element or branch with its goals.
+    fn add_item(&mut self, item: CoverageItem, wanted: &[WantedOutcome]) {
+        let goal = |&(text, pairs, when): &WantedOutcome| CoverageGoal {
             item: self.items.len(),
             rung_pairs: pairs,
             when,
-            text: says,
+            text,
             impossible: None,
             reached: false,
         };
@@ -135,40 +143,50 @@ impl CoverageGoals {
 
     /// Adds goals for the branches of all parallel groups in a series. Returns the trace positions whose
     /// outputs form the output of the series, or `None` if it has only comments.
-    fn branches(&mut self, series: &[RungNode], next: &mut usize, id: &mut ElementId) -> Option<Vec<usize>> {
+    fn add_branch_goals(
+        &mut self,
+        series: &[RungNode],
+        next_position: &mut usize,
+        id: &mut ElementId,
+    ) -> Option<Vec<usize>> {
         let mut last = None;
         for node in series {
             match node {
                 RungNode::Leaf(element, _) => {
                     id.index += 1;
                     if !matches!(element, Element::Comment(_)) {
-                        last = Some(vec![*next]);
-                        *next += 1;
+                        last = Some(vec![*next_position]);
+                        *next_position += 1;
                     }
                 }
                 RungNode::Parallel(branches, _) => {
-                    let mut outs = Some(Vec::new());
+                    let mut outputs = Some(Vec::new());
                     for branch in branches {
                         let first = *id;
-                        let at = self.branches(branch, next, id);
+                        let positions = self.add_branch_goals(branch, next_position, id);
                         // The goals of a branch of elements without memory are those of its single element.
                         let leaves = (id.index - first.index) as usize;
-                        if let Some(at) = at.as_ref().filter(|_| leaves > 1 || !is_simple_branch(branch)) {
+                        if let Some(positions) = positions.as_ref().filter(|_| leaves > 1 || !is_simple_branch(branch))
+                        {
                             let both = [
                                 ("is true", 0, OutcomeCondition::Branch(true)),
                                 ("is false", 0, OutcomeCondition::Branch(false)),
                             ];
-                            self.push(
-                                CoverageItem { id: first, class: CoverageClass::Branches, trace_positions: at.clone() },
+                            self.add_item(
+                                CoverageItem {
+                                    id: first,
+                                    class: CoverageClass::Branches,
+                                    trace_positions: positions.clone(),
+                                },
                                 &both,
                             );
                         }
-                        outs = outs.zip(at).map(|(mut outs, at)| {
-                            outs.extend(at);
-                            outs
+                        outputs = outputs.zip(positions).map(|(mut outputs, positions)| {
+                            outputs.extend(positions);
+                            outputs
                         });
                     }
-                    last = outs;
+                    last = outputs;
                 }
             }
         }
@@ -189,16 +207,16 @@ impl CoverageGoals {
     pub(crate) fn count_gain(&self, eval: &Evaluator, hints: &ValueHints, step: &ScanStimulus) -> usize {
         let mut eval = eval.clone();
         step.apply_immediately(hints, &mut eval);
-        let seen = EvaluatedScan::run(&mut eval);
-        self.goals.iter().filter(|goal| !goal.reached && self.is_reached(goal, &seen)).count()
+        let scan = EvaluatedScan::run(&mut eval);
+        self.goals.iter().filter(|goal| !goal.reached && self.is_reached(goal, &scan)).count()
     }
 
     /// Marks the goals that a scan reached.
-    pub(crate) fn mark_reached(&mut self, seen: &EvaluatedScan) {
+    pub(crate) fn mark_reached(&mut self, scan: &EvaluatedScan) {
         if self.goals.iter().all(|goal| goal.reached) {
             return;
         }
-        let hits: Vec<bool> = self.goals.iter().map(|goal| !goal.reached && self.is_reached(goal, seen)).collect();
+        let hits: Vec<bool> = self.goals.iter().map(|goal| !goal.reached && self.is_reached(goal, scan)).collect();
         for (goal, hit) in self.goals.iter_mut().zip(hits) {
             if hit {
                 goal.reached = true;
@@ -207,31 +225,32 @@ impl CoverageGoals {
         }
     }
 
-    fn is_reached(&self, goal: &CoverageGoal, seen: &EvaluatedScan) -> bool {
+    fn is_reached(&self, goal: &CoverageGoal, scan: &EvaluatedScan) -> bool {
         let Some(item) = self.items.get(goal.item) else { return false };
-        let mut outs = item.trace_positions.iter().filter_map(|&at| seen.trace.get(at).copied().flatten());
+        let mut outputs =
+            item.trace_positions.iter().filter_map(|&position| scan.trace.get(position).copied().flatten());
         if let OutcomeCondition::Branch(out) = goal.when {
-            return outs.any(|pair| pair.1) == out;
+            return outputs.any(|pair| pair.1) == out;
         }
-        let Some((input, output)) = outs.next() else { return false };
+        let Some((input, output)) = outputs.next() else { return false };
         let of = |values: &[i32], symbol: usize| values.get(symbol).copied().unwrap_or(0);
-        let (before, after) = (|s| of(&seen.values_before, s), |s| of(&seen.values_after, s));
+        let (before, after) = (|s| of(&scan.values_before, s), |s| of(&scan.values_after, s));
         goal.rung_pairs & pair_bit(input, output) != 0
             && match goal.when {
                 OutcomeCondition::Always | OutcomeCondition::Branch(_) => true,
                 OutcomeCondition::TimerRan(symbol) => before(symbol) != 0,
-                OutcomeCondition::Counted(symbol) => seen.change_of(symbol).wrapping_abs() == 1,
+                OutcomeCondition::Counted(symbol) => scan.change_of(symbol).wrapping_abs() == 1,
                 OutcomeCondition::Overflowed(symbol, bytes) => {
                     let span = 1i64 << (8 * u32::from(bytes.clamp(1, 4)));
                     (i64::from(after(symbol)) - i64::from(before(symbol))).abs() == span - 1
                 }
-                OutcomeCondition::Within { symbol, least, most, own } => {
+                OutcomeCondition::Within { symbol, least, most, ignores_value_after } => {
                     let within = |value: i32| (least..=most).contains(&value.into());
-                    within(before(symbol)) && (own || within(after(symbol)))
+                    within(before(symbol)) && (ignores_value_after || within(after(symbol)))
                 }
-                OutcomeCondition::Changed(symbol) => seen.change_of(symbol) != 0,
-                OutcomeCondition::SentByte => seen.sent,
-                OutcomeCondition::WroteEeprom => seen.wrote_eeprom,
+                OutcomeCondition::Changed(symbol) => scan.change_of(symbol) != 0,
+                OutcomeCondition::SentByte => scan.sent,
+                OutcomeCondition::WroteEeprom => scan.wrote_eeprom,
                 OutcomeCondition::Wrapped(symbol, max) => before(symbol) >= max && after(symbol) < before(symbol),
             }
     }
@@ -285,13 +304,16 @@ fn pair_bit(input: bool, output: bool) -> u8 {
 }
 
 /// The reason why a goal can never be reached, if one is known.
-fn why_impossible(goal: &CoverageGoal, item: &CoverageItem, worlds: &[Vec<u8>]) -> Option<&'static str> {
-    let at = |world: &Vec<u8>, at: &usize| world.get(*at).copied().unwrap_or(0);
+fn why_impossible(goal: &CoverageGoal, item: &CoverageItem, outcomes_by_inputs: &[Vec<u8>]) -> Option<&'static str> {
+    let pairs_at = |outcomes: &Vec<u8>, position: &usize| outcomes.get(*position).copied().unwrap_or(0);
     if let OutcomeCondition::Branch(out) = goal.when {
-        let set = worlds.iter().fold(0, |set, world| {
-            let outs: Vec<u8> =
-                item.trace_positions.iter().map(|p| possible_outcomes::outputs_of_pairs(at(world, p))).collect();
-            set | possible_outcomes::or_of_sets(&outs)
+        let set = outcomes_by_inputs.iter().fold(0, |set, outcomes| {
+            let outputs: Vec<u8> = item
+                .trace_positions
+                .iter()
+                .map(|p| possible_outcomes::outputs_of_pairs(pairs_at(outcomes, p)))
+                .collect();
+            set | possible_outcomes::or_of_sets(&outputs)
         });
         return match (out, set) {
             (true, 1) => Some("it is always false"),
@@ -299,8 +321,11 @@ fn why_impossible(goal: &CoverageGoal, item: &CoverageItem, worlds: &[Vec<u8>]) 
             _ => None,
         };
     }
-    let pairs =
-        item.trace_positions.iter().flat_map(|p| worlds.iter().map(move |w| at(w, p))).fold(0, |set, one| set | one);
+    let pairs = item
+        .trace_positions
+        .iter()
+        .flat_map(|p| outcomes_by_inputs.iter().map(move |outcomes| pairs_at(outcomes, p)))
+        .fold(0, |set, one| set | one);
     if pairs & goal.rung_pairs != 0 {
         return None;
     }

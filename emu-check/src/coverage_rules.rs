@@ -16,13 +16,13 @@ pub(crate) enum OutcomeCondition {
     Counted(usize),
     /// The counter, of this many bytes, went from one end of its range to the other.
     Overflowed(usize, u8),
-    /// The integer is within `least..=most` before and after the scan; if `own`, the table writes its own
-    /// index, and only the value before counts.
+    /// The integer is within `least..=most` before and after the scan; if `ignores_value_after`, only
+    /// before it, because the table writes its result into its own index.
     Within {
         symbol: usize,
         least: i64,
         most: i64,
-        own: bool,
+        ignores_value_after: bool,
     },
     /// The value of the integer changed.
     Changed(usize),
@@ -172,13 +172,13 @@ fn index_outcomes(
     let LadderOperand::Var(name) = index else {
         return vec![("acts", TRUE_FALSE | TRUE_TRUE, OutcomeCondition::Always)];
     };
-    let (symbol, own) = (symbol(name), name == dest);
+    let (symbol, ignores_value_after) = (symbol(name), name == dest);
     // Ranges outside of what the index can hold are left out.
     let end = 1i64 << (8 * u32::from(eval.symbols().get(symbol).map_or(2, |s| s.bytes).clamp(1, 4)) - 1);
     let parts = parts.iter().filter(|(_, least, most)| least <= most && *least < end && *most >= -end);
     parts
-        .map(|&(says, least, most)| {
-            (says, TRUE_FALSE | TRUE_TRUE, OutcomeCondition::Within { symbol, least, most, own })
+        .map(|&(text, least, most)| {
+            (text, TRUE_FALSE | TRUE_TRUE, OutcomeCondition::Within { symbol, least, most, ignores_value_after })
         })
         .collect()
 }

@@ -88,7 +88,8 @@ impl DialectPair<'_> {
 
     /// The symbols that differ now, with both values.
     fn differing(&self) -> impl Iterator<Item = (&str, i32, i32)> {
-        let values = self.symbols.iter().map(|&(name, own, other)| (name, self.before.get(own), self.after.get(other)));
+        let values =
+            self.symbols.iter().map(|&(name, before, after)| (name, self.before.get(before), self.after.get(after)));
         let sent = |eval: &Evaluator| eval.sent().map_or(-1, i32::from);
         values
             .chain([(SERIAL_LINE, sent(&self.before), sent(&self.after))])
@@ -107,25 +108,31 @@ pub fn compare_dialects(
     scans: u64,
     seed: u64,
 ) -> Result<DialectComparison, UnsupportedElement> {
-    let (own, other) = (Evaluator::new(before)?, Evaluator::new(after)?);
-    let (mut hints, hints_after) = (ValueHints::new(before, &own), ValueHints::new(after, &other));
+    let (eval_before, eval_after) = (Evaluator::new(before)?, Evaluator::new(after)?);
+    let (mut hints, hints_after) = (ValueHints::new(before, &eval_before), ValueHints::new(after, &eval_after));
     // Only what a user can do from outside: nothing is written.
     hints.writable.fill(false);
-    let goals = CoverageGoals::new(before, &own);
+    let goals = CoverageGoals::new(before, &eval_before);
     let long = usize::try_from(scans / LONG_RUN_PART).unwrap_or(usize::MAX);
-    let mut generator = StimulusGenerator::with_long_runs(seed, BoundaryGoals::new(before, &own), long);
-    let names: Vec<LadderSymbol> = own.symbols().to_vec();
+    let mut generator = StimulusGenerator::with_long_runs(seed, BoundaryGoals::new(before, &eval_before), long);
+    let names: Vec<LadderSymbol> = eval_before.symbols().to_vec();
     let indices = names.iter().enumerate();
-    let symbols =
-        indices.filter_map(|(index, symbol)| Some((symbol.name.as_str(), index, other.index(&symbol.name)?))).collect();
-    let mut pair =
-        DialectPair { symbols, hints: &hints, hints_after: &hints_after, before: own.clone(), after: other.clone() };
+    let symbols = indices
+        .filter_map(|(index, symbol)| Some((symbol.name.as_str(), index, eval_after.index(&symbol.name)?)))
+        .collect();
+    let mut pair = DialectPair {
+        symbols,
+        hints: &hints,
+        hints_after: &hints_after,
+        before: eval_before.clone(),
+        after: eval_after.clone(),
+    };
     let inputs = hints.inputs.iter().chain(&hints.analog).map(|&symbol| names[symbol].name.clone()).collect();
     let mut result = DialectComparison { scans, inputs, ..DialectComparison::default() };
     let (mut rows, mut scan) = (Vec::new(), 0);
     for _ in 0..scans {
         if generator.begin_run(&hints).is_some() {
-            (pair.before, pair.after) = (own.clone(), other.clone());
+            (pair.before, pair.after) = (eval_before.clone(), eval_after.clone());
             rows.clear();
             (result.runs, scan) = (result.runs + 1, 0);
         }

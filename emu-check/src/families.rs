@@ -77,8 +77,8 @@ const AP101: FamilyTiming = FamilyTiming {
     poll_cycles_with_rounds: 2,
 };
 
-/// The timing facts of a chip; `pulses` is true for a program with a PWM output.
-pub(crate) fn family_timing(chip: &Chip, pulses: bool) -> FamilyTiming {
+/// The timing facts of a chip; `has_pwm` is true for a program with a PWM output.
+pub(crate) fn family_timing(chip: &Chip, has_pwm: bool) -> FamilyTiming {
     match chip.family {
         // SBIS reaches the I/O registers at data addresses 20h to 3Fh (DS40002061, 7.4).
         ChipFamily::Avr if chip.reg("TIFR1").or(chip.reg("TIFR")).is_some_and(|addr| addr >= 0x40) => {
@@ -86,7 +86,7 @@ pub(crate) fn family_timing(chip: &Chip, pulses: bool) -> FamilyTiming {
         }
         ChipFamily::Avr => AVR,
         ChipFamily::Mcs51 => MCS51,
-        ChipFamily::Pic16 if pulses && chip.reg("CCP2CON").is_none() => PIC16_WITH_PWM,
+        ChipFamily::Pic16 if has_pwm && chip.reg("CCP2CON").is_none() => PIC16_WITH_PWM,
         ChipFamily::Pic16 => PIC16,
         ChipFamily::Ap101 => AP101,
     }
@@ -108,8 +108,8 @@ pub(crate) enum PullUpKind {
     Inputs,
     /// It is always present.
     Always,
-    /// It is enabled or disabled for a whole port.
-    Maybe,
+    /// It is enabled or disabled for a whole port, so that it may be present.
+    PerPort,
     Never,
 }
 
@@ -132,7 +132,7 @@ pub(crate) fn pin_behaviour(chip: &Chip, pin: PinId) -> Option<PinBehaviour> {
         ChipFamily::Mcs51 if def.name.starts_with("P0.") => (PullUpKind::Never, HighDrive::Open),
         ChipFamily::Mcs51 => (PullUpKind::Always, HighDrive::Weak),
         ChipFamily::Pic16 if def.note.contains("open drain") => (PullUpKind::Never, HighDrive::Open),
-        ChipFamily::Pic16 if def.name.starts_with("RB") => (PullUpKind::Maybe, HighDrive::Strong),
+        ChipFamily::Pic16 if def.name.starts_with("RB") => (PullUpKind::PerPort, HighDrive::Strong),
         ChipFamily::Pic16 => (PullUpKind::Never, HighDrive::Strong),
         ChipFamily::Ap101 => return None,
     };
@@ -142,7 +142,7 @@ pub(crate) fn pin_behaviour(chip: &Chip, pin: PinId) -> Option<PinBehaviour> {
 /// True if an output at this pin needs a pull-up on the board: the chip has no driver for a high level.
 #[must_use]
 pub fn needs_pull_up(chip: &Chip, pin: PinId) -> bool {
-    pin_behaviour(chip, pin).is_some_and(|nature| nature.high == HighDrive::Open)
+    pin_behaviour(chip, pin).is_some_and(|behaviour| behaviour.high == HighDrive::Open)
 }
 
 /// Functions other than a port, as named in the notes of the chip's pins.
@@ -156,11 +156,11 @@ pub(crate) fn unnamed_pins(chip: &Chip, named: &[PinId]) -> (Vec<PinId>, Vec<Pin
         return (Vec::new(), free.take_while(|&pin| pin < FIRST_OUTPUT).collect());
     }
     let note = |pin: PinId| chip.pins.get(usize::from(pin)).map_or("absent", |p| p.note);
-    let is = |pin: PinId, what: &[&str]| note(pin).split(", ").any(|note| what.contains(&note));
+    let has_function = |pin: PinId, what: &[&str]| note(pin).split(", ").any(|note| what.contains(&note));
     // Pins to leave out; the reset pin may have a pull-up of its own.
-    let apart = ["absent", "RESET", "reset", "MCLR", "PEN", PinDef::ANALOG_INPUT_NOTE];
-    let port: Vec<PinId> = free.filter(|&pin| !is(pin, &apart)).collect();
-    let drivable = port.iter().copied().filter(|&pin| !is(pin, &RESERVED)).collect();
+    let excluded = ["absent", "RESET", "reset", "MCLR", "PEN", PinDef::ANALOG_INPUT_NOTE];
+    let port: Vec<PinId> = free.filter(|&pin| !has_function(pin, &excluded)).collect();
+    let drivable = port.iter().copied().filter(|&pin| !has_function(pin, &RESERVED)).collect();
     (port, drivable)
 }
 
@@ -232,36 +232,36 @@ pub(crate) trait MachineVisitor {
 pub(crate) fn visit_machines<J: MachineVisitor>(chip: &'static Chip, image: &Image, hz: u64, job: J) -> J::Output {
     match chip.family {
         ChipFamily::Avr => {
-            let mut fresh = Avr::new(chip, image, RamInit::Zero);
-            fresh.set_clock_hz(hz);
+            let mut template = Avr::new(chip, image, RamInit::Zero);
+            template.set_clock_hz(hz);
             let (first, len) = (u32::from(chip.ram_start), u32::from(chip.ram_len));
             let ram: Vec<(u32, usize)> = (0..32).chain(first..first + len).zip(0..).collect();
-            job.visit(move |seed| with_random_ram(&fresh, &ram, seed))
+            job.visit(move |seed| with_random_ram(&template, &ram, seed))
         }
         // An 8051 may have 64 KiB of external RAM; filling it byte by byte takes longer than making a new
         // machine.
         ChipFamily::Mcs51 => job.visit(|seed| Mcs51::new(chip, image, RamInit::Random(seed))),
         ChipFamily::Pic16 => {
             let options = emu_pic16::Options { hz, start_up: false, ..emu_pic16::Options::default() };
-            let fresh = Pic16::with(chip, image, RamInit::Zero, options);
+            let template = Pic16::with(chip, image, RamInit::Zero, options);
             let places = (0..).zip(part(chip.name).map(Pic16Part::file_slots).into_iter().flatten());
             let ram: Vec<(u32, usize)> = places
                 .filter_map(|(addr, place)| match place {
-                    FileSlot::Ram(kept) => Some((addr, kept.into())),
+                    FileSlot::Ram(canonical) => Some((addr, canonical.into())),
                     FileSlot::Sfr(_) | FileSlot::None => None,
                 })
                 .collect();
-            job.visit(move |seed| with_random_ram(&fresh, &ram, seed))
+            job.visit(move |seed| with_random_ram(&template, &ram, seed))
         }
         // A cold start clears the memory M, so nothing is random.
         ChipFamily::Ap101 => job.visit(|_| Ap101::new(image)),
     }
 }
 
-/// A copy of `fresh` with random bytes in data memory. Each entry of `ram` is an address and the index of its
-/// random byte.
-fn with_random_ram<C: Cpu>(fresh: &C, ram: &[(u32, usize)], seed: u64) -> C {
-    let mut cpu = fresh.clone();
+/// A copy of `template` with random bytes in data memory. Each entry of `ram` is an address and the index of
+/// its random byte.
+fn with_random_ram<C: Cpu>(template: &C, ram: &[(u32, usize)], seed: u64) -> C {
+    let mut cpu = template.clone();
     let mut bytes = vec![0; ram.iter().map(|(_, n)| n + 1).max().unwrap_or(0)];
     Rng::new(seed).fill(&mut bytes);
     for &(addr, n) in ram {

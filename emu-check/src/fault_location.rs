@@ -22,26 +22,26 @@ pub(crate) fn find_faulty_element<C: CheckedChip, F: Fn(u64) -> C>(
         let byte = mismatch.pc.map(|pc| pc * bench.places.word_bytes);
         return (byte.and_then(|byte| element_at(map, byte)), None);
     }
-    let only = |part: ChipPart| {
+    let only_element_with = |part: ChipPart| {
         let mut all = program.elements().filter(|(_, e, _)| e.facts().part == Some(part)).map(|(id, ..)| id);
         all.next().filter(|_| all.next().is_none())
     };
     match mismatch.kind {
-        DifferenceKind::Serial => return (only(ChipPart::Transmitter), None),
-        DifferenceKind::Pwm => return (only(ChipPart::Pwm), None),
-        DifferenceKind::Eeprom => return (only(ChipPart::Eeprom), None),
+        DifferenceKind::Serial => return (only_element_with(ChipPart::Transmitter), None),
+        DifferenceKind::Pwm => return (only_element_with(ChipPart::Pwm), None),
+        DifferenceKind::Eeprom => return (only_element_with(ChipPart::Eeprom), None),
         _ => {}
     }
     let first = mismatch.differing.first().copied();
     if !matches!(mismatch.kind, DifferenceKind::Symbol | DifferenceKind::Pin) {
         return (None, first);
     }
-    let Some((seen, stops)) = step_through_elements(bench, map, ram_seed, steps, mismatch) else {
+    let Some((evaluated, stops)) = step_through_elements(bench, map, ram_seed, steps, mismatch) else {
         return (None, first);
     };
     let suspects = mismatch.differing.iter().enumerate().map(|(n, &differing)| {
         let name = bench.eval.symbols().get(differing.symbol).map_or("", |s| s.name.as_str());
-        (suspect_element(program, name, &seen, &changing_elements(&stops, n)), differing)
+        (suspect_element(program, name, &evaluated, &changing_elements(&stops, n)), differing)
     });
     suspects
         .filter_map(|(element, differing)| Some((element?, differing)))
@@ -72,7 +72,7 @@ fn step_through_elements<C: CheckedChip, F: Fn(u64) -> C>(
         pair.scan(step).ok()?;
     }
     pair.begin_scan(last).ok()?;
-    let seen = EvaluatedScan::run(&mut pair.eval);
+    let evaluated = EvaluatedScan::run(&mut pair.eval);
     for element in &map.elements {
         pair.runner.cpu.set_breakpoint(element.start / bench.places.word_bytes, true);
     }
@@ -89,7 +89,7 @@ fn step_through_elements<C: CheckedChip, F: Fn(u64) -> C>(
             break;
         }
     }
-    Some((seen, stops))
+    Some((evaluated, stops))
 }
 
 /// The elements during whose execution the chip changed the `n`-th differing symbol.
@@ -105,13 +105,13 @@ fn changing_elements(stops: &ElementStops, n: usize) -> Vec<Option<ElementId>> {
 fn suspect_element(
     program: &LadderProgram,
     name: &str,
-    seen: &EvaluatedScan,
+    evaluated: &EvaluatedScan,
     changes: &[Option<ElementId>],
 ) -> Option<ElementId> {
     let elements = program.elements().filter(|(_, element, _)| !matches!(element, Element::Comment(_)));
     let mut writers = Vec::new();
     let mut last = None;
-    for ((id, element, _), pair) in elements.zip(&seen.trace) {
+    for ((id, element, _), pair) in elements.zip(&evaluated.trace) {
         let Some((input, output)) = pair else { continue };
         let Some(moment) = element.facts().write_moment(name) else { continue };
         writers.push(id);
@@ -126,7 +126,7 @@ fn suspect_element(
     }
     // In this order: an element that must not write the symbol; one that wrote it after the last correct
     // writer; that last writer.
-    let stray = changes.iter().flatten().find(|id| !writers.contains(id));
-    let late = changes.iter().flatten().find(|id| last.is_none_or(|last| **id > last));
-    stray.or(late).copied().or(last)
+    let wrong_writer = changes.iter().flatten().find(|id| !writers.contains(id));
+    let late_writer = changes.iter().flatten().find(|id| last.is_none_or(|last| **id > last));
+    wrong_writer.or(late_writer).copied().or(last)
 }

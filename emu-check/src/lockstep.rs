@@ -15,7 +15,7 @@ use crate::report::DifferenceKind;
 use crate::stimulus::ScanStimulus;
 use crate::value_hints::ValueHints;
 
-/// What [`LockstepPair`] is made from: a source of chips, and the initial evaluator.
+/// From what a [`LockstepPair`] is made: a source of powered-up chips, and the evaluator at power-up.
 pub(crate) struct TestBench<'a, C, F: Fn(u64) -> C> {
     /// Makes a chip in its power-up state with the image loaded and RAM contents from the given seed.
     pub power_up: F,
@@ -58,13 +58,13 @@ pub(crate) struct Mismatch {
 }
 
 impl Mismatch {
-    fn of_values(what: DifferenceKind, cycle: u64, differing: Vec<DifferingSymbol>) -> Mismatch {
-        Mismatch { kind: what, cycle, differing, expected: String::new(), found: String::new(), pc: None }
+    fn of_values(kind: DifferenceKind, cycle: u64, differing: Vec<DifferingSymbol>) -> Mismatch {
+        Mismatch { kind, cycle, differing, expected: String::new(), found: String::new(), pc: None }
     }
 
     /// A mismatch that is described by text.
-    pub(crate) fn of_text(what: DifferenceKind, cycle: u64, expected: String, found: String) -> Mismatch {
-        Mismatch { kind: what, cycle, differing: Vec::new(), expected, found, pc: None }
+    pub(crate) fn of_text(kind: DifferenceKind, cycle: u64, expected: String, found: String) -> Mismatch {
+        Mismatch { kind, cycle, differing: Vec::new(), expected, found, pc: None }
     }
 
     /// True if both mismatches are of the same kind and concern the same symbols or pin.
@@ -99,7 +99,8 @@ pub(crate) struct LockstepPair<'a, C> {
     hints: &'a ValueHints,
     /// The bytes in flight and the peripherals.
     pub lines: PeripheralLines,
-    first: bool,
+    /// No scan has begun since power-up.
+    is_first_scan: bool,
     worst_scan_cycles: u64,
     /// Machine cycles from the end of a scan until the chip waits; measured once.
     tail_cycles: Option<u64>,
@@ -133,7 +134,7 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
             places,
             hints,
             lines: PeripheralLines::new(places, bench.worst_scan_cycles),
-            first: true,
+            is_first_scan: true,
             worst_scan_cycles: bench.worst_scan_cycles,
             tail_cycles: None,
         })
@@ -159,8 +160,8 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
         }
         let mut compared = 2 + self.compare_pins()? + self.lines.deliver(&mut self.runner, &mut self.eval)?;
         let mut step = step.clone();
-        if self.first {
-            self.first = false;
+        if self.is_first_scan {
+            self.is_first_scan = false;
             // In ldmicro-5 a TOF has its preset at power-up; its module of AP101 takes it when it is first
             // executed, whatever it held before. All other timers start at 0.
             let (symbols, eval) = (self.eval.symbols(), &self.eval);
@@ -182,10 +183,10 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
 
     /// Runs one whole scan on both sides and compares them.
     pub(crate) fn scan(&mut self, step: &ScanStimulus) -> Result<MatchedScan, Mismatch> {
-        let first = self.first;
+        let is_first_scan = self.is_first_scan;
         let mut compared = self.begin_scan(step)?;
         let start = self.runner.cpu.cycle();
-        let seen = EvaluatedScan::run(&mut self.eval);
+        let evaluated = EvaluatedScan::run(&mut self.eval);
         self.lines.note_evaluated_scan(&mut self.runner, &self.eval);
         let to_mismatch = |a: LostSync| lost_sync_mismatch(&a, self.places);
         // A self-paced machine latches its inputs before the first instruction.
@@ -195,7 +196,7 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
         self.runner.reach_end().map_err(to_mismatch)?;
         compared += self.compare_symbols(DifferenceKind::Symbol, 0..self.eval.symbols().len())?
             + self.compare_pins()?
-            + self.compare_wiring(first)?;
+            + self.compare_wiring(is_first_scan)?;
         compared += self.lines.compare_sent(&mut self.runner)?;
         let end = self.runner.cpu.cycle();
         let cycles = end - start + *self.tail_cycles.get_or_insert_with(|| self.runner.tail_cycles());
@@ -203,7 +204,7 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
             let expected = format!("a scan of at most {} machine cycles, as the map says", self.worst_scan_cycles);
             return Err(Mismatch::of_text(DifferenceKind::Bound, end, expected, format!("{cycles}")));
         }
-        Ok(MatchedScan { compared, cycles, rungs: self.runner.rung_times().collect(), evaluated: seen })
+        Ok(MatchedScan { compared, cycles, rungs: self.runner.rung_times().collect(), evaluated })
     }
 
     /// Inverts the inputs that `step` flips; the program has latched them already.
@@ -213,7 +214,7 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
         }
     }
 
-    fn compare_symbols(&self, what: DifferenceKind, symbols: impl Iterator<Item = usize>) -> Result<u64, Mismatch> {
+    fn compare_symbols(&self, kind: DifferenceKind, symbols: impl Iterator<Item = usize>) -> Result<u64, Mismatch> {
         let mut compared = 0;
         let mut differing = Vec::new();
         for symbol in symbols {
@@ -226,15 +227,15 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
         if differing.is_empty() {
             Ok(compared)
         } else {
-            Err(Mismatch::of_values(what, self.runner.cpu.cycle(), differing))
+            Err(Mismatch::of_values(kind, self.runner.cpu.cycle(), differing))
         }
     }
 
-    /// Checks how the chip's pins behave when nothing outside drives them. With `whole`, the whole machine is
-    /// driven instead of copies of its wires: peripherals that react to an edge are enabled by the code
-    /// before or in the first scan.
-    fn compare_wiring(&self, whole: bool) -> Result<u64, Mismatch> {
-        pin_behaviour::check_pins(&self.runner.cpu, self.places, whole).map_err(|(expected, found)| {
+    /// Checks how the chip's pins behave when nothing outside drives them. With `drive_machine`, a copy of
+    /// the whole machine is driven instead of copies of its wires: peripherals that react to an edge are
+    /// enabled by the code before or in the first scan.
+    fn compare_wiring(&self, drive_machine: bool) -> Result<u64, Mismatch> {
+        pin_behaviour::check_pins(&self.runner.cpu, self.places, drive_machine).map_err(|(expected, found)| {
             Mismatch::of_text(DifferenceKind::Pin, self.runner.cpu.cycle(), expected, found)
         })
     }
@@ -272,7 +273,7 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
 /// The value of [`DifferingSymbol::found`] for a pin that nothing drives.
 pub(crate) const FLOATING_LEVEL: i32 = 2;
 
-fn lost_sync_mismatch(astray: &LostSync, places: &ProgramPlaces) -> Mismatch {
+fn lost_sync_mismatch(lost_sync: &LostSync, places: &ProgramPlaces) -> Mismatch {
     let byte = |pc: u32| pc * places.word_bytes;
     let name = |point: ScanPoint| match point {
         ScanPoint::TimerStart => "the start of the timer",
@@ -281,11 +282,11 @@ fn lost_sync_mismatch(astray: &LostSync, places: &ProgramPlaces) -> Mismatch {
         ScanPoint::ScanEnd => "the end of the scan",
     };
     let at = |pc: u32| format!("0x{:04X}", byte(pc));
-    let wanted = places.point_word(astray.wanted).map_or_else(String::new, |pc| format!(" at {}", at(pc)));
+    let wanted = places.point_word(lost_sync.wanted).map_or_else(String::new, |pc| format!(" at {}", at(pc)));
     let points = [ScanPoint::TimerStart, ScanPoint::ScanStart, ScanPoint::FirstRung, ScanPoint::ScanEnd];
-    let found = match astray.stop {
-        StopReason::Limit => format!("no sign of it for several periods, the program is at {}", at(astray.pc)),
-        StopReason::Halted => format!("the chip has halted at {}", at(astray.pc)),
+    let found = match lost_sync.stop {
+        StopReason::Limit => format!("no sign of it for several periods, the program is at {}", at(lost_sync.pc)),
+        StopReason::Halted => format!("the chip has halted at {}", at(lost_sync.pc)),
         StopReason::Illegal { pc, word } => format!("0x{word:04X} at {} is not an instruction", at(pc)),
         StopReason::Fault { pc, fault } => format!("{fault}, at {}", at(pc)),
         StopReason::Breakpoint { pc } => {
@@ -295,8 +296,8 @@ fn lost_sync_mismatch(astray: &LostSync, places: &ProgramPlaces) -> Mismatch {
         StopReason::Probe => "a stop without a request".to_owned(),
     };
     let mut mismatch =
-        Mismatch::of_text(DifferenceKind::Stop, astray.cycle, format!("{}{wanted}", name(astray.wanted)), found);
-    mismatch.pc = Some(astray.pc);
+        Mismatch::of_text(DifferenceKind::Stop, lost_sync.cycle, format!("{}{wanted}", name(lost_sync.wanted)), found);
+    mismatch.pc = Some(lost_sync.pc);
     mismatch
 }
 

@@ -32,8 +32,8 @@ impl ScanPace {
             clocks_per_cycle: clocks,
             tick_cycles: ticks,
             max_period_ticks: most_ticks,
-            poll_cycles: poll,
-            poll_cycles_with_rounds: poll_turns,
+            poll_cycles,
+            poll_cycles_with_rounds: poll_with_rounds,
         } = family_timing(chip, pwm_frequency(program).is_some());
         let clock_hz = options.clock_hz.unwrap_or(program.settings.crystal_hz);
         let num = u128::from(clock_hz) * u128::from(program.settings.cycle_us);
@@ -41,20 +41,21 @@ impl ScanPace {
         if num == 0 {
             return None;
         }
-        let (mut a, mut b) = (num, den);
-        while b != 0 {
-            (a, b) = (b, a % b);
+        // Euclid's algorithm: `divisor` becomes the greatest common divisor.
+        let (mut divisor, mut rest) = (num, den);
+        while rest != 0 {
+            (divisor, rest) = (rest, divisor % rest);
         }
-        let (num, den) = (num / a, den / a);
+        let (num, den) = (num / divisor, den / divisor);
         let fits = |tick: &u64| num.div_ceil(den * u128::from(*tick)) <= most_ticks;
         let tick = ticks.iter().copied().find(fits).or(ticks.last().copied()).unwrap_or(1);
-        let turns = num.div_ceil(den * u128::from(tick)) > 1 << 16;
+        let needs_rounds = num.div_ceil(den * u128::from(tick)) > 1 << 16;
         Some(ScanPace {
             clock_hz,
             num,
             den,
             tick_cycles: tick,
-            poll_cycles: if turns { poll_turns } else { poll },
+            poll_cycles: if needs_rounds { poll_with_rounds } else { poll_cycles },
             clocks_per_cycle: clocks,
         })
     }
@@ -90,8 +91,8 @@ pub(crate) fn map_disagreements(
             .push((format!("a period of {} cycles {of}", pace.period()), format!("{} cycles", ratio_text(num, den))));
     }
     // A coarser tick is correct if the period is a whole number of ticks.
-    let whole = pace.den == 1 && map.tick != 0 && pace.num.is_multiple_of(map.tick.into());
-    if u64::from(map.tick) > pace.tick_cycles && !whole {
+    let is_multiple = pace.den == 1 && map.tick != 0 && pace.num.is_multiple_of(map.tick.into());
+    if u64::from(map.tick) > pace.tick_cycles && !is_multiple {
         let wanted = format!("a tick of the timer of at most {} cycles", pace.tick_cycles);
         disagreements.push((wanted, format!("{} cycles", map.tick)));
     }
@@ -136,9 +137,9 @@ fn check_special_pins(
                 }
             }
             SpecialPin::Pwm { hertz, period, steps, .. } => {
-                let asked = pwm_frequency(program);
-                if asked != Some(*hertz) {
-                    differences.push((format!("a PWM output of {} Hz", asked.unwrap_or(0)), format!("{hertz} Hz")));
+                let requested = pwm_frequency(program);
+                if requested != Some(*hertz) {
+                    differences.push((format!("a PWM output of {} Hz", requested.unwrap_or(0)), format!("{hertz} Hz")));
                 }
                 // The period must be clock / hertz clocks, within 5 %.
                 let clocks = u128::from(period.num) * u128::from(pace.clocks_per_cycle) * u128::from(*hertz);

@@ -14,17 +14,17 @@ use crate::program_places::ProgramPlaces;
 /// drive a pin that the program does not name.
 ///
 /// The level of a wire follows from its drivers, so copies of the wires are enough for all of this, except
-/// for peripherals that react to an edge. With `whole`, a copy of the machine is driven instead, which takes
-/// several hundred times as long.
+/// for peripherals that react to an edge. With `drive_machine`, a copy of the machine is driven instead,
+/// which takes several hundred times as long.
 pub(crate) fn check_pins<C: CheckedChip>(
     cpu: &C,
     places: &ProgramPlaces,
-    whole: bool,
+    drive_machine: bool,
 ) -> Result<u64, (String, String)> {
     let now = cpu.cycle();
-    let mut machine = whole.then(|| cpu.clone());
+    let mut machine = drive_machine.then(|| cpu.clone());
     let mut wire = None;
-    let mut with = |pin: PinId, outside: PinLevel| match &mut machine {
+    let mut level_when_driven = |pin: PinId, outside: PinLevel| match &mut machine {
         Some(machine) => {
             machine.drive(CycleTime::at(now), pin, outside);
             machine.pin_level(pin)
@@ -37,21 +37,21 @@ pub(crate) fn check_pins<C: CheckedChip>(
             level
         }
     };
-    let mut looked = 0;
+    let mut checked = 0;
     for &pin in &places.inputs {
         let Some(PinBehaviour { pull_up, .. }) = places.pin_behaviour(pin) else { continue };
         let name = places.pin_name(pin);
-        looked += 1;
-        let level = with(pin, PinLevel::Low);
+        checked += 1;
+        let level = level_when_driven(pin, PinLevel::Low);
         if level != PinLevel::Low {
             return Err((format!("the input {name} low when it is driven low"), level_text(level)));
         }
-        let level = with(pin, PinLevel::High);
+        let level = level_when_driven(pin, PinLevel::High);
         if level != PinLevel::High {
             return Err((format!("the input {name} high when it is driven high"), level_text(level)));
         }
-        with(pin, PinLevel::Low);
-        let level = with(pin, PinLevel::Float);
+        level_when_driven(pin, PinLevel::Low);
+        let level = level_when_driven(pin, PinLevel::Float);
         if level != PinLevel::High && matches!(pull_up, PullUpKind::Inputs | PullUpKind::Always) {
             return Err((format!("the input {name} high by its pull-up when nothing drives it"), level_text(level)));
         }
@@ -59,13 +59,13 @@ pub(crate) fn check_pins<C: CheckedChip>(
     for &(_, pin) in &places.outputs {
         let Some(PinBehaviour { high, .. }) = places.pin_behaviour(pin) else { continue };
         let name = places.pin_name(pin);
-        looked += 1;
-        let open = high == HighDrive::Open;
-        let before = with(pin, if open { PinLevel::PullUp } else { PinLevel::Float });
-        let against = if before == PinLevel::High { PinLevel::Low } else { PinLevel::High };
-        let level = with(pin, against);
-        let gives = before == PinLevel::High && high != HighDrive::Strong;
-        if level != before && !gives {
+        checked += 1;
+        let is_open_drain = high == HighDrive::Open;
+        let before = level_when_driven(pin, if is_open_drain { PinLevel::PullUp } else { PinLevel::Float });
+        let opposite = if before == PinLevel::High { PinLevel::Low } else { PinLevel::High };
+        let level = level_when_driven(pin, opposite);
+        let may_yield = before == PinLevel::High && high != HighDrive::Strong;
+        if level != before && !may_yield {
             return Err((
                 format!("the output {name} driven"),
                 format!("{} when driven from outside", level_text(level)),
@@ -75,26 +75,26 @@ pub(crate) fn check_pins<C: CheckedChip>(
     for &pin in &places.unnamed_pins {
         let Some(PinBehaviour { pull_up, .. }) = places.pin_behaviour(pin) else { continue };
         let name = places.pin_name(pin);
-        looked += 1;
-        with(pin, PinLevel::Low);
-        let level = with(pin, PinLevel::Float);
+        checked += 1;
+        level_when_driven(pin, PinLevel::Low);
+        let level = level_when_driven(pin, PinLevel::Float);
         let floats = match pull_up {
             PullUpKind::Inputs | PullUpKind::Never => level == PinLevel::Float,
             PullUpKind::Always => level == PinLevel::High,
-            PullUpKind::Maybe => level != PinLevel::Low,
+            PullUpKind::PerPort => level != PinLevel::Low,
         };
         if !floats {
             return Err((format!("{name} floating, for the program does not name it"), level_text(level)));
         }
         for outside in [PinLevel::Low, PinLevel::High] {
-            let level = with(pin, outside);
+            let level = level_when_driven(pin, outside);
             if level != outside {
                 let found = format!("{} when driven {}", level_text(level), level_text(outside));
                 return Err((format!("{name} floating, for the program does not name it"), found));
             }
         }
     }
-    Ok(looked)
+    Ok(checked)
 }
 
 /// The level of a wire while the outside drives it with `outside`.

@@ -36,8 +36,8 @@ pub(crate) fn port_pins(
             let name = chip.pins.get(usize::from(pin))?.name;
             let mut chars = name.chars().skip(1);
             let bit = chars.next().filter(|letter| *letter == port).and(chars.next())?.to_digit(8)?;
-            let open = families::pin_behaviour(chip, pin)?.high == HighDrive::Open;
-            (name.len() == 3).then_some((bit as u8, pin, name, open))
+            let is_open_drain = families::pin_behaviour(chip, pin)?.high == HighDrive::Open;
+            (name.len() == 3).then_some((bit as u8, pin, name, is_open_drain))
         });
         PortPins {
             latch: symbol(RegisterKind::Latch),
@@ -52,14 +52,14 @@ pub(crate) fn port_pins(
 impl PortPins {
     /// What the pins must be and what they are, where that differs; `level` gives the level of a pin.
     pub(crate) fn compare(&self, eval: &Evaluator, level: impl Fn(PinId) -> PinLevel) -> Result<u64, (String, String)> {
-        for &(bit, pin, name, open) in &self.pins {
+        for &(bit, pin, name, is_open_drain) in &self.pins {
             let of = |register: usize| eval.get(register) >> bit & 1;
             let is_output = self.direction.is_some_and(|register| of(register) == self.output_bit);
             let high = self.latch.is_some_and(|register| of(register) == 1);
             let found = level(pin);
             let (wanted, fits) = match (is_output, high) {
                 (true, false) => ("low", found == PinLevel::Low),
-                (true, true) if open => ("not driven", found != PinLevel::Low),
+                (true, true) if is_open_drain => ("not driven", found != PinLevel::Low),
                 (true, true) => ("high", found == PinLevel::High),
                 // A latch of 1 may switch on a pull-up.
                 (false, _) => ("an input, not driven", found != PinLevel::Low),

@@ -52,21 +52,23 @@ pub(crate) fn possible_outcomes(program: &LadderProgram) -> Vec<Vec<u8>> {
     let inputs: Vec<&str> = symbols.iter().filter(|s| s.kind == SymbolKind::Input).map(|s| s.name.as_str()).collect();
     let split = inputs.len() <= MAX_SWEEP_INPUTS
         && program.elements().count() << inputs.len() <= LARGE_PROGRAM_ELEMENTS << MAX_SWEEP_INPUTS;
-    let worlds = if split { 1u32 << inputs.len() } else { 1 };
+    let input_combinations = if split { 1u32 << inputs.len() } else { 1 };
     // A falling edge needs a true rung in an earlier scan, under any inputs. So the first OSF that fires had
     // a true rung while no OSF had fired, the second one while only the first had, and so on. Starting with
     // none, the loop ends with all OSFs that can fire.
-    let mut falls = BTreeSet::new();
+    let mut falling_edges = BTreeSet::new();
     // With jumps a rung may follow any other, and any number of times.
     let jumps = program
         .elements()
         .any(|(_, element, _)| matches!(element, Element::Flow { .. } | Element::Return | Element::Lock));
     loop {
-        let pass = |world: u32| {
-            let mut pass = ReachPass::new(&falls, program.dialect != LadderDialect::Ldmicro23);
+        let pass = |combination: u32| {
+            let mut pass = AnalysisPass::new(&falling_edges, program.dialect != LadderDialect::Ldmicro23);
             if split {
-                let levels =
-                    inputs.iter().zip(0..).map(|(name, n)| ((*name).to_owned(), single_bit_set(world >> n & 1 == 1)));
+                let levels = inputs
+                    .iter()
+                    .zip(0..)
+                    .map(|(name, n)| ((*name).to_owned(), single_bit_set(combination >> n & 1 == 1)));
                 pass.bits = levels.collect();
             }
             for rung in &program.rungs {
@@ -77,10 +79,10 @@ pub(crate) fn possible_outcomes(program: &LadderProgram) -> Vec<Vec<u8>> {
             }
             (pass.pairs, pass.risen_edges)
         };
-        let (pairs, risen): (Vec<_>, Vec<_>) = (0..worlds).map(pass).unzip();
-        let before = falls.len();
-        falls.extend(risen.into_iter().flatten());
-        if falls.len() == before {
+        let (pairs, risen): (Vec<_>, Vec<_>) = (0..input_combinations).map(pass).unzip();
+        let before = falling_edges.len();
+        falling_edges.extend(risen.into_iter().flatten());
+        if falling_edges.len() == before {
             return pairs;
         }
     }
@@ -90,11 +92,13 @@ pub(crate) fn possible_outcomes(program: &LadderProgram) -> Vec<Vec<u8>> {
 /// ldmicro-5 all integers are unknown.
 type KnownValues = Option<Vec<i32>>;
 
-struct ReachPass<'a> {
+/// One pass of the analysis over a scan, for one combination of inputs.
+struct AnalysisPass<'a> {
     /// Positions of the OSF elements whose rung can have been true in an earlier scan.
     falling_edges: &'a BTreeSet<usize>,
     /// Positions of the OSF elements whose rung can be true in this scan.
     risen_edges: Vec<usize>,
+    /// Values that the power rail of the master relay can have.
     master: u8,
     /// True if integers have individual widths (dialect ldmicro-5).
     wide: bool,
@@ -102,21 +106,14 @@ struct ReachPass<'a> {
     bits: HashMap<String, u8>,
     /// Known values of integers; an integer without an entry can have any value.
     integers: HashMap<String, Vec<i32>>,
+    /// The result: per element in execution order, the set of (input, output) pairs.
     pairs: Vec<u8>,
 }
 
-impl<'a> ReachPass<'a> {
-    fn new(falls: &'a BTreeSet<usize>, wide: bool) -> Self {
+impl<'a> AnalysisPass<'a> {
+    fn new(falling_edges: &'a BTreeSet<usize>, wide: bool) -> Self {
         let (bits, integers) = (HashMap::new(), HashMap::new());
-        ReachPass {
-            falling_edges: falls,
-            risen_edges: Vec::new(),
-            master: ONE,
-            wide,
-            bits,
-            integers,
-            pairs: Vec::new(),
-        }
+        AnalysisPass { falling_edges, risen_edges: Vec::new(), master: ONE, wide, bits, integers, pairs: Vec::new() }
     }
 
     /// Forgets all that the scan wrote: only inputs have a known value.
@@ -172,7 +169,7 @@ impl<'a> ReachPass<'a> {
                 self.forget();
                 same
             }
-            // Behind the most jumps back that a scan takes, the next is not taken.
+            // After the maximum number of jumps back in a scan, the next one is not taken.
             Element::Flow { op: FlowOp::Goto, .. } => when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE),
             Element::Flow { .. } | Element::Return | Element::Lock => same,
             Element::SeedRandom { .. } | Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => same,
@@ -332,8 +329,8 @@ impl<'a> ReachPass<'a> {
         let (least, most) = if self.wide { (i32::MIN, i32::MAX) } else { (i16::MIN.into(), i16::MAX.into()) };
         // If one side is unknown, the neighbours of the other side's values and the extremes cover all cases.
         let around = |values: &[i32]| {
-            let near = values.iter().flat_map(|v| [v.saturating_sub(1), *v, v.saturating_add(1)]);
-            near.map(|v| v.clamp(least, most)).chain([least, most]).collect::<Vec<_>>()
+            let neighbours = values.iter().flat_map(|v| [v.saturating_sub(1), *v, v.saturating_add(1)]);
+            neighbours.map(|v| v.clamp(least, most)).chain([least, most]).collect::<Vec<_>>()
         };
         let (a, b) = match (self.values(op1), self.values(op2)) {
             (Some(a), Some(b)) => (a, b),

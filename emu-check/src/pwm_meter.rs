@@ -24,16 +24,17 @@ impl ExpectedPwm {
     /// found) if it is wrong.
     fn check_period(&self, period: u64, high: u64, duty: u8) -> Option<(String, String)> {
         let (num, den) = self.period;
-        let wanted = num / den.max(1);
-        if u128::from(period).abs_diff(wanted) > u128::from(self.tolerance_clocks) + 1 {
-            return Some((format!("a period of {wanted} clocks"), format!("{period} clocks")));
+        let expected = num / den.max(1);
+        if u128::from(period).abs_diff(expected) > u128::from(self.tolerance_clocks) + 1 {
+            return Some((format!("a period of {expected} clocks"), format!("{period} clocks")));
         }
         // The tolerance is one step: |high / period - duty / 100| <= 1 / steps.
-        let off = (u128::from(high) * 100).abs_diff(u128::from(period) * u128::from(duty));
-        let most = u128::from(period) * 100 / u128::from(self.steps.max(1)) + 100 * u128::from(self.tolerance_clocks);
-        (off > most).then(|| {
-            let wanted = format!("{duty} % of {period} clocks high, within 1 of {} steps", self.steps);
-            (wanted, format!("{high} clocks high"))
+        let deviation = (u128::from(high) * 100).abs_diff(u128::from(period) * u128::from(duty));
+        let max_deviation =
+            u128::from(period) * 100 / u128::from(self.steps.max(1)) + 100 * u128::from(self.tolerance_clocks);
+        (deviation > max_deviation).then(|| {
+            let expected = format!("{duty} % of {period} clocks high, within 1 of {} steps", self.steps);
+            (expected, format!("{high} clocks high"))
         })
     }
 }
@@ -41,30 +42,34 @@ impl ExpectedPwm {
 /// A meter at the pin of the PWM output; a clone measures independently.
 #[derive(Debug, Clone)]
 pub(crate) struct PwmMeter {
-    wanted: ExpectedPwm,
+    expected: ExpectedPwm,
     /// The expected duty cycle in percent; `None` before the first is set.
     duty: Option<u8>,
     /// The clock from which on `duty` must be visible.
     from: u64,
+    /// Whether the pin is high.
     high: bool,
+    /// The clock of the last rising edge since `from`.
     rose: Option<u64>,
+    /// The clock of the falling edge after it.
     fell: Option<u64>,
     /// Number of whole periods measured.
     whole_periods: u64,
+    /// The first fault that was measured: expected, found.
     fault: Option<(String, String)>,
 }
 
 impl PwmMeter {
     /// A meter at a pin that is low.
-    pub(crate) fn new(wanted: ExpectedPwm) -> PwmMeter {
-        PwmMeter { wanted, duty: None, from: 0, high: false, rose: None, fell: None, whole_periods: 0, fault: None }
+    pub(crate) fn new(expected: ExpectedPwm) -> PwmMeter {
+        PwmMeter { expected, duty: None, from: 0, high: false, rose: None, fell: None, whole_periods: 0, fault: None }
     }
 
     /// Sets the expected duty cycle; the program sets it at clock `now` at the latest.
     pub(crate) fn set_duty(&mut self, now: u64, duty: Option<u8>) {
         if duty != self.duty {
             self.duty = duty;
-            self.from = now + SETTLING_PERIODS * self.wanted.clocks();
+            self.from = now + SETTLING_PERIODS * self.expected.clocks();
             (self.rose, self.fell, self.whole_periods) = (None, None, 0);
         }
     }
@@ -90,7 +95,7 @@ impl PwmMeter {
             Some(duty) if high => {
                 if let (Some(rose), Some(fell)) = (self.rose, self.fell) {
                     self.whole_periods += 1;
-                    self.fault = self.wanted.check_period(at - rose, fell - rose, duty);
+                    self.fault = self.expected.check_period(at - rose, fell - rose, duty);
                 }
                 (self.rose, self.fell) = (Some(at), None);
             }
@@ -109,7 +114,7 @@ impl PwmMeter {
             None | Some(0) if self.high => Err(("the PWM output low".to_owned(), level(true))),
             Some(100) if !self.high => Err(("the PWM output high".to_owned(), level(false))),
             None | Some(0 | 100) => Ok(1),
-            Some(duty) if self.whole_periods == 0 && now > self.from + 3 * self.wanted.clocks() => {
+            Some(duty) if self.whole_periods == 0 && now > self.from + 3 * self.expected.clocks() => {
                 Err((format!("periods with {duty} % high"), format!("none, the pin is {}", level(self.high))))
             }
             Some(_) => Ok(u64::from(self.whole_periods > 0)),

@@ -141,10 +141,10 @@ pub fn play_on_chip(
     };
     let compiled = ladder_compile::compile(program, &target)?;
     let PreparedCheck { chip, image, places, hints, eval } = prepare_check(program, &compiled, options)?;
-    let mut site = LadderResolver::new(program, &eval);
-    let bound = bind(scenario, &mut site, Some(&program.file), Some(chip.name))?;
+    let mut resolver = LadderResolver::new(program, &eval);
+    let bound = bind(scenario, &mut resolver, Some(&program.file), Some(chip.name))?;
     let hz = places.pace.clock_hz;
-    let job = PlayVisitor { compiled: &compiled, seed: options.seed, places, hints, eval, site, bound };
+    let job = PlayVisitor { compiled: &compiled, seed: options.seed, places, hints, eval, resolver, bound };
     let played = visit_machines(chip, &image, hz, job);
     Ok(ScenarioResult { machine: chip.name.to_owned(), ..played })
 }
@@ -156,7 +156,7 @@ struct PlayVisitor<'a> {
     places: ProgramPlaces,
     hints: ValueHints,
     eval: Evaluator,
-    site: LadderResolver,
+    resolver: LadderResolver,
     bound: BoundScenario,
 }
 
@@ -164,7 +164,7 @@ impl MachineVisitor for PlayVisitor<'_> {
     type Output = ScenarioResult;
 
     fn visit<C: CheckedChip, F: Fn(u64) -> C>(self, power_up: F) -> ScenarioResult {
-        let PlayVisitor { compiled, seed, places, hints, eval, site, bound } = self;
+        let PlayVisitor { compiled, seed, places, hints, eval, resolver, bound } = self;
         let worst = compiled.map.worst_scan_cycles.into();
         let bench = TestBench {
             power_up,
@@ -174,29 +174,29 @@ impl MachineVisitor for PlayVisitor<'_> {
             time_rungs: false,
             eval: &eval,
         };
-        let mut io = ScenarioIo::new(&site);
+        let mut io = ScenarioIo::new(&resolver);
         let mut players = [ScenarioPlayer::new(Arc::new(bound))];
         let (mut compared, mut verdict) = (0, None);
         let cells = vec![0xFF; eval.eeprom().len()];
-        let differs = start_pair(&bench, &site, seed, &cells).and_then(|mut pair| {
+        let differs = start_pair(&bench, &resolver, seed, &cells).and_then(|mut pair| {
             // Number of scans before the last power-up.
-            let mut before = 0;
+            let mut scans_before = 0;
             loop {
                 let read = |symbol: usize| places.read_symbol(&pair.runner.cpu, symbol);
-                verdict = io.poll_players(&site, &mut players, &eval, &read);
+                verdict = io.poll_players(&resolver, &mut players, &eval, &read);
                 if verdict.is_some() {
                     return Ok(());
                 }
                 if std::mem::take(&mut io.power_cycle_requested) {
                     let cells = pair.eval.eeprom().to_vec();
-                    pair = start_pair(&bench, &site, seed.wrapping_add(io.scan), &cells)?;
-                    before = io.scan;
+                    pair = start_pair(&bench, &resolver, seed.wrapping_add(io.scan), &cells)?;
+                    scans_before = io.scan;
                 }
                 let step = io.next_stimulus(pair.lines.can_begin_byte(&pair.eval));
                 compared += pair.scan(&step)?.compared;
-                io.end_scan(&site, None);
+                io.end_scan(&resolver, None);
                 while let Some((scan, byte)) = pair.lines.received_bytes.pop_front() {
-                    io.note_sent_byte(&site, before + scan, byte);
+                    io.note_sent_byte(&resolver, scans_before + scan, byte);
                 }
             }
         });
@@ -209,12 +209,12 @@ impl MachineVisitor for PlayVisitor<'_> {
 /// Starts both sides from power-up, with `cells` in the EEPROM.
 fn start_pair<'a, C: CheckedChip, F: Fn(u64) -> C>(
     bench: &TestBench<'a, C, F>,
-    site: &LadderResolver,
+    resolver: &LadderResolver,
     seed: u64,
     cells: &[u8],
 ) -> Result<LockstepPair<'a, C>, Mismatch> {
     let mut pair = LockstepPair::start_with_eeprom(bench, seed, cells.iter().copied())?;
-    pair.lines.delay = site.arrival_scans();
+    pair.lines.delay = resolver.arrival_scans();
     Ok(pair)
 }
 

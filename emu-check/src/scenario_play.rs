@@ -201,14 +201,14 @@ pub(crate) struct ScenarioIo {
 }
 
 impl ScenarioIo {
-    pub(crate) fn new(site: &LadderResolver) -> ScenarioIo {
-        let (inputs, analog) = (vec![false; site.hints.inputs.len()], vec![0; site.hints.analog.len()]);
+    pub(crate) fn new(resolver: &LadderResolver) -> ScenarioIo {
+        let (inputs, analog) = (vec![false; resolver.hints.inputs.len()], vec![0; resolver.hints.analog.len()]);
         ScenarioIo { inputs, analog, ..ScenarioIo::default() }
     }
 
-    /// The stimulus of the next scan. With `free`, a byte to the program can begin.
-    pub(crate) fn next_stimulus(&mut self, free: bool) -> ScanStimulus {
-        let byte = if free { self.send_queue.pop_front() } else { None };
+    /// The stimulus of the next scan. With `can_begin_byte`, a byte to the program can begin.
+    pub(crate) fn next_stimulus(&mut self, can_begin_byte: bool) -> ScanStimulus {
+        let byte = if can_begin_byte { self.send_queue.pop_front() } else { None };
         let writes = std::mem::take(&mut self.writes);
         ScanStimulus {
             inputs: self.inputs.clone(),
@@ -220,15 +220,15 @@ impl ScenarioIo {
     }
 
     /// Records the end of a scan, with the byte that the program sent in it.
-    pub(crate) fn end_scan(&mut self, site: &LadderResolver, sent: Option<u8>) {
+    pub(crate) fn end_scan(&mut self, resolver: &LadderResolver, sent: Option<u8>) {
         self.scan += 1;
-        self.bytes_on_line.extend(sent.map(|byte| (self.scan + site.byte_scans.1, byte)));
+        self.bytes_on_line.extend(sent.map(|byte| (self.scan + resolver.byte_scans.1, byte)));
         self.deliver_sent_bytes();
     }
 
     /// Records that a byte was sent in scan `scan`.
-    pub(crate) fn note_sent_byte(&mut self, site: &LadderResolver, scan: u64, byte: u8) {
-        self.bytes_on_line.push_back((scan + site.byte_scans.1, byte));
+    pub(crate) fn note_sent_byte(&mut self, resolver: &LadderResolver, scan: u64, byte: u8) {
+        self.bytes_on_line.push_back((scan + resolver.byte_scans.1, byte));
         self.deliver_sent_bytes();
     }
 
@@ -240,20 +240,20 @@ impl ScenarioIo {
     }
 
     /// Polls all players and returns the verdict of the first one that has ended. `read` gives the value of a
-    /// symbol after the last scan. Before the first scan after power-up, values come from `fresh`, because a
-    /// chip has not started then.
+    /// symbol after the last scan. Before the first scan after power-up, values come from `power_up`, because
+    /// a chip has not started then.
     pub(crate) fn poll_players(
         &mut self,
-        site: &LadderResolver,
+        resolver: &LadderResolver,
         players: &mut [ScenarioPlayer],
-        fresh: &Evaluator,
+        power_up: &Evaluator,
         read: &dyn Fn(usize) -> i32,
     ) -> Option<ScenarioVerdict> {
-        let mut table = LadderWorld { io: self, resolver: site, power_up: fresh, read };
+        let mut world = LadderWorld { io: self, resolver, power_up, read };
         let mut verdict = None;
         for player in players {
-            if let PlayerState::Done(done) = player.poll(&mut table) {
-                verdict.get_or_insert(done);
+            if let PlayerState::Done(reached) = player.poll(&mut world) {
+                verdict.get_or_insert(reached);
             }
         }
         verdict
@@ -288,8 +288,8 @@ impl ScenarioWorld for LadderWorld<'_> {
     }
 
     fn read_output(&self, output: usize) -> OutputReading {
-        let begun = self.io.scan > 0 && !self.io.power_cycle_requested;
-        OutputReading::Value(if begun { (self.read)(output) } else { self.power_up.get(output) }.into())
+        let has_started = self.io.scan > 0 && !self.io.power_cycle_requested;
+        OutputReading::Value(if has_started { (self.read)(output) } else { self.power_up.get(output) }.into())
     }
 
     fn send(&mut self, bytes: &[u8], _: u64) -> Result<(), ScenarioError> {
@@ -335,7 +335,7 @@ fn time_text(us: u64) -> String {
 
 /// Plays scenarios on the evaluator, scan by scan.
 pub struct EvaluatorPlay {
-    site: LadderResolver,
+    resolver: LadderResolver,
     io: ScenarioIo,
     power_up: Evaluator,
     /// The evaluator in its state after the last scan.
@@ -371,10 +371,10 @@ impl EvaluatorPlay {
     /// The evaluator refuses the program.
     pub fn new(program: &LadderProgram) -> Result<EvaluatorPlay, Vec<Diagnostic>> {
         let eval = Evaluator::new(program).map_err(|refusal| vec![unsupported_diagnostic(program, &refusal)])?;
-        let site = LadderResolver::new(program, &eval);
-        let io = ScenarioIo::new(&site);
+        let resolver = LadderResolver::new(program, &eval);
+        let io = ScenarioIo::new(&resolver);
         Ok(EvaluatorPlay {
-            site,
+            resolver,
             io,
             power_up: eval.clone(),
             eval,
@@ -388,7 +388,7 @@ impl EvaluatorPlay {
 
     /// The resolver that scenarios are bound with.
     pub fn resolver(&mut self) -> &mut LadderResolver {
-        &mut self.site
+        &mut self.resolver
     }
 
     /// Adds a scenario.
@@ -412,8 +412,8 @@ impl EvaluatorPlay {
     pub fn scan_with_chip(&mut self, chip: Option<&dyn Fn(usize) -> i32>) -> bool {
         let eval = &self.eval;
         let read = |symbol: usize| chip.map_or_else(|| eval.get(symbol), |read| read(symbol));
-        self.io.poll_players(&self.site, &mut self.side_players, &self.power_up, &read);
-        self.verdict = self.io.poll_players(&self.site, &mut self.players, &self.power_up, &read);
+        self.io.poll_players(&self.resolver, &mut self.side_players, &self.power_up, &read);
+        self.verdict = self.io.poll_players(&self.resolver, &mut self.players, &self.power_up, &read);
         if self.verdict.is_some() {
             return false;
         }
@@ -425,14 +425,14 @@ impl EvaluatorPlay {
         }
         let step = self.io.next_stimulus(self.incoming.is_none() && !self.eval.has_received_byte());
         if let Some(byte) = step.byte {
-            self.incoming = Some((self.io.scan + self.site.byte_scans.0, byte));
+            self.incoming = Some((self.io.scan + self.resolver.byte_scans.0, byte));
         }
         if let Some((_, byte)) = self.incoming.take_if(|(due, _)| *due <= self.io.scan) {
             self.eval.receive(byte);
         }
-        step.apply(&self.site.hints, &mut self.eval);
+        step.apply(&self.resolver.hints, &mut self.eval);
         self.eval.scan();
-        self.io.end_scan(&self.site, self.eval.sent());
+        self.io.end_scan(&self.resolver, self.eval.sent());
         self.last_stimulus = step;
         true
     }
@@ -441,7 +441,7 @@ impl EvaluatorPlay {
     #[must_use]
     pub fn scan_inputs(&self) -> ScanInputs {
         let name = |symbol: usize| self.eval.symbols().get(symbol).map_or_else(String::new, |s| s.name.clone());
-        let (inputs, analog) = (&self.site.hints.inputs, &self.site.hints.analog);
+        let (inputs, analog) = (&self.resolver.hints.inputs, &self.resolver.hints.analog);
         ScanInputs {
             levels: inputs
                 .iter()
@@ -454,7 +454,7 @@ impl EvaluatorPlay {
                 .map(|(&symbol, &count)| (name(symbol), count))
                 .collect(),
             byte: self.last_stimulus.byte,
-            arrival_scans: self.site.arrival_scans(),
+            arrival_scans: self.resolver.arrival_scans(),
         }
     }
 
@@ -468,9 +468,9 @@ impl EvaluatorPlay {
     pub fn finish(&mut self, why: &str) -> ScenarioVerdict {
         let eval = &self.eval;
         let read = |symbol: usize| eval.get(symbol);
-        let table = LadderWorld { io: &mut self.io, resolver: &self.site, power_up: &self.power_up, read: &read };
-        let given_up = self.players.first_mut().map(|player| player.abort(&table, why));
-        self.verdict.clone().or(given_up).unwrap_or_else(ScenarioVerdict::without_scenario)
+        let world = LadderWorld { io: &mut self.io, resolver: &self.resolver, power_up: &self.power_up, read: &read };
+        let aborted = self.players.first_mut().map(|player| player.abort(&world, why));
+        self.verdict.clone().or(aborted).unwrap_or_else(ScenarioVerdict::without_scenario)
     }
 
     /// Takes the lines that were logged since the last call.

@@ -58,16 +58,9 @@ pub(crate) struct SerialListener {
 }
 
 impl SerialListener {
-    /// A receiver of an idle line; `grain` is the tolerance of an edge in clocks.
-    pub(crate) fn new(bit: BitTime, grain: u64) -> SerialListener {
-        SerialListener {
-            bit,
-            tolerance_clocks: grain,
-            high: true,
-            current_byte: None,
-            byte_end: 0,
-            frames: VecDeque::new(),
-        }
+    /// A receiver of an idle line; `tolerance_clocks` is the additional tolerance of an edge.
+    pub(crate) fn new(bit: BitTime, tolerance_clocks: u64) -> SerialListener {
+        SerialListener { bit, tolerance_clocks, high: true, current_byte: None, byte_end: 0, frames: VecDeque::new() }
     }
 
     /// Records that the line changed to `high` at clock `at`.
@@ -79,11 +72,11 @@ impl SerialListener {
         self.high = high;
         match &mut self.current_byte {
             Some((start, _, fault)) => {
-                let since = at - *start;
-                let bits = (since + self.bit.half_bit_clocks(1)) * self.bit.baud / self.bit.hz.max(1);
-                let off = since.abs_diff(self.bit.bit_clocks(bits));
-                if off > since * MAX_EDGE_PERMILLE / 1000 + self.tolerance_clocks && fault.is_none() {
-                    *fault = Some(format!("with an edge {off} clocks away from bit {bits}"));
+                let elapsed = at - *start;
+                let bits = (elapsed + self.bit.half_bit_clocks(1)) * self.bit.baud / self.bit.hz.max(1);
+                let deviation = elapsed.abs_diff(self.bit.bit_clocks(bits));
+                if deviation > elapsed * MAX_EDGE_PERMILLE / 1000 + self.tolerance_clocks && fault.is_none() {
+                    *fault = Some(format!("with an edge {deviation} clocks away from bit {bits}"));
                 }
             }
             None if !high => {
@@ -139,12 +132,12 @@ pub(crate) struct ByteArrival {
 const STOP_BIT_SAMPLED: (u64, u64) = (37, 39);
 
 /// Plans a byte that begins after `now` and arrives while the chip waits: finds the first scan, from `next`
-/// on, before which it can arrive. Scan n starts at `starts(n)` and ends `busy` clocks later.
+/// on, before which it can arrive. Scan n starts at `starts(n)` and ends `scan_clocks` clocks later.
 pub(crate) fn plan_arrival(
     bit: BitTime,
     now: u64,
     next: u64,
-    busy: u64,
+    scan_clocks: u64,
     starts: impl Fn(u64) -> u64,
 ) -> Option<ByteArrival> {
     let quarter = |n: u64| bit.half_bit_clocks(n) / 2;
@@ -152,7 +145,7 @@ pub(crate) fn plan_arrival(
     let most = next + bit.bit_clocks(BYTE_BITS) / (starts(next + 1) - starts(next)).max(1) + 3;
     (next..=most).find_map(|scan| {
         // The middle of the time between the end of the previous scan and the start of this one.
-        let from = (starts(scan - 1) + busy).checked_sub(first)?;
+        let from = (starts(scan - 1) + scan_clocks).checked_sub(first)?;
         let to = starts(scan).checked_sub(last)?;
         (from < to).then_some(())?;
         let start = (from + (to - from) / 2).max(now);
@@ -190,10 +183,10 @@ pub struct ArrivalWindow {
 /// The edges of a byte that arrives while the chip waits for the next scan; empty if no scan leaves enough
 /// time.
 #[must_use]
-pub fn byte_edges(byte: u8, slot: ArrivalWindow) -> Vec<(u64, bool)> {
-    let bit = BitTime { hz: slot.hz, baud: slot.baud.max(1) };
-    let starts = |scan: u64| slot.scan.0.saturating_add(scan.saturating_mul(slot.period.max(1)));
-    let arrival = plan_arrival(bit, slot.now, slot.scans_later.max(1), slot.scan.1, starts);
+pub fn byte_edges(byte: u8, window: ArrivalWindow) -> Vec<(u64, bool)> {
+    let bit = BitTime { hz: window.hz, baud: window.baud.max(1) };
+    let starts = |scan: u64| window.scan.0.saturating_add(scan.saturating_mul(window.period.max(1)));
+    let arrival = plan_arrival(bit, window.now, window.scans_later.max(1), window.scan.1, starts);
     arrival.map_or(Vec::new(), |at| byte_levels(bit, byte).map(|(after, high)| (at.start + after, high)).collect())
 }
 

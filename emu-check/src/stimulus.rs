@@ -122,13 +122,19 @@ pub(crate) struct StimulusGenerator {
     rng: Rng,
     /// The generator for unnamed pins; it is separate so that they do not affect the rest.
     spare_rng: Rng,
+    /// Number of runs that have begun.
     runs: usize,
     /// Number of scans that the current run still has.
     remaining_scans: usize,
+    /// The next scan is the first of its run.
     first: bool,
+    /// The kind of the current run.
     kind: RunKind,
+    /// Per input: its mode, and for how many scans it still lasts.
     modes: Vec<(InputMode, u64)>,
+    /// Levels of the inputs in the last scan.
     inputs: Vec<bool>,
+    /// Results of converting the analog inputs in the last scan.
     analog: Vec<u16>,
     /// Input combinations that the current sweep still has.
     sweep: Vec<u32>,
@@ -138,8 +144,8 @@ pub(crate) struct StimulusGenerator {
 }
 
 impl StimulusGenerator {
-    /// A generator for a seed; `wishes` are the boundary goals of the program.
-    pub(crate) fn new(seed: u64, wishes: BoundaryGoals) -> StimulusGenerator {
+    /// A generator for a seed and the boundary goals of a program.
+    pub(crate) fn new(seed: u64, boundary_goals: BoundaryGoals) -> StimulusGenerator {
         StimulusGenerator {
             rng: Rng::new(seed),
             spare_rng: Rng::new(!seed),
@@ -151,14 +157,15 @@ impl StimulusGenerator {
             inputs: Vec::new(),
             analog: Vec::new(),
             sweep: Vec::new(),
-            boundary_goals: wishes,
+            boundary_goals,
             long_run_scans: 0,
         }
     }
 
-    /// A generator with a run of `patience` scans after each round, to reach states that only time leads to.
-    pub(crate) fn with_long_runs(seed: u64, wishes: BoundaryGoals, patience: usize) -> StimulusGenerator {
-        StimulusGenerator { long_run_scans: patience, ..StimulusGenerator::new(seed, wishes) }
+    /// A generator with a run of `long_run_scans` scans after each round, to reach states that only time
+    /// leads to.
+    pub(crate) fn with_long_runs(seed: u64, boundary_goals: BoundaryGoals, long_run_scans: usize) -> StimulusGenerator {
+        StimulusGenerator { long_run_scans, ..StimulusGenerator::new(seed, boundary_goals) }
     }
 
     /// True in a long run.
@@ -251,10 +258,10 @@ impl StimulusGenerator {
 
     /// A stimulus that reaches the next boundary goal, or else `step`.
     fn goal_stimulus(&mut self, hints: &ValueHints, eval: &Evaluator, step: ScanStimulus) -> ScanStimulus {
-        let Some(wish) = self.boundary_goals.next_open() else { return step };
+        let Some(goal) = self.boundary_goals.next_open() else { return step };
         let mut candidate = step.clone();
         for _ in 0..TRIES_PER_GOAL {
-            if self.boundary_goals.try_reach(wish, eval, hints, &mut candidate) {
+            if self.boundary_goals.try_reach(goal, eval, hints, &mut candidate) {
                 return candidate;
             }
             candidate = self.redraw_stimulus(hints, eval, &step);
@@ -295,13 +302,13 @@ impl StimulusGenerator {
     /// Draws values for the analog inputs and a byte for the receiver; draws nothing for a program without
     /// them.
     fn draw_external(&mut self, hints: &ValueHints) -> (Vec<u16>, Option<u8>) {
-        let (still, rng) = (self.kind.0 == InputPlan::Low, &mut self.rng);
-        let moved = |(&symbol, &value): (&usize, &u16)| match still {
+        let (inputs_stay_low, rng) = (self.kind.0 == InputPlan::Low, &mut self.rng);
+        let next_value = |(&symbol, &value): (&usize, &u16)| match inputs_stay_low {
             false if rng.one_in(3) => hints.random_conversion(symbol, rng),
             _ => value,
         };
-        let analog = hints.analog.iter().zip(&self.analog).map(moved).collect();
-        let byte = (hints.receives && !still && self.rng.one_in(2)).then(|| hints.random_byte(&mut self.rng));
+        let analog = hints.analog.iter().zip(&self.analog).map(next_value).collect();
+        let byte = (hints.receives && !inputs_stay_low && self.rng.one_in(2)).then(|| hints.random_byte(&mut self.rng));
         (analog, byte)
     }
 

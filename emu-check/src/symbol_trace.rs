@@ -52,12 +52,12 @@ pub(crate) fn symbol_trace(entry: &ReportEntry<'_>, scans: u64) -> Option<Symbol
         clock_hz: options.clock_hz,
         ..Default::default()
     };
-    let own;
+    let compiled_here;
     let compiled = match compiled {
         Some(compiled) => compiled,
         None => {
-            own = ladder_compile::compile(program, &target).ok()?;
-            &own
+            compiled_here = ladder_compile::compile(program, &target).ok()?;
+            &compiled_here
         }
     };
     let eval = Evaluator::new(program).ok()?;
@@ -66,8 +66,8 @@ pub(crate) fn symbol_trace(entry: &ReportEntry<'_>, scans: u64) -> Option<Symbol
     let loaded = image::load_hex(&program.file, compiled.hex.as_bytes(), chip.hex_spaces).ok()?;
     let places = ProgramPlaces::new(program, &compiled.map, chip, &eval, pace).ok()?;
     let hints = ValueHints::new(program, &eval);
-    let worst = compiled.map.worst_scan_cycles.into();
-    let job = TraceVisitor { program, options, scans, places, hints, eval, worst };
+    let worst_scan_cycles = compiled.map.worst_scan_cycles.into();
+    let job = TraceVisitor { program, options, scans, places, hints, eval, worst_scan_cycles };
     Some(visit_machines(chip, &loaded.image, pace.clock_hz, job))
 }
 
@@ -78,30 +78,24 @@ struct TraceVisitor<'a> {
     places: ProgramPlaces,
     hints: ValueHints,
     eval: Evaluator,
-    worst: u64,
+    worst_scan_cycles: u64,
 }
 
 impl MachineVisitor for TraceVisitor<'_> {
     type Output = SymbolTrace;
 
     fn visit<C: CheckedChip, F: Fn(u64) -> C>(self, power_up: F) -> SymbolTrace {
-        let TraceVisitor { program, options, scans, places, hints, eval, worst } = self;
-        let bench = TestBench {
-            power_up,
-            places: &places,
-            hints: &hints,
-            worst_scan_cycles: worst,
-            time_rungs: false,
-            eval: &eval,
-        };
+        let TraceVisitor { program, options, scans, places, hints, eval, worst_scan_cycles } = self;
+        let bench =
+            TestBench { power_up, places: &places, hints: &hints, worst_scan_cycles, time_rungs: false, eval: &eval };
         let mut goals = CoverageGoals::new(program, &eval);
         let mut stimulus = StimulusGenerator::new(options.seed, BoundaryGoals::new(program, &eval));
         let symbols = eval.symbols().iter().map(|symbol| (symbol.name.clone(), symbol.kind.is_bit())).collect();
         let mut trace = SymbolTrace { symbols, rows: VecDeque::new(), differs: false };
         let mut pair: Option<LockstepPair<'_, C>> = None;
         for scan in 1..=scans {
-            let begun = stimulus.begin_run(&hints);
-            if let Some(seed) = begun {
+            let run_seed = stimulus.begin_run(&hints);
+            if let Some(seed) = run_seed {
                 match LockstepPair::start(&bench, seed) {
                     Ok(fresh) => pair = Some(fresh),
                     Err(_) => break,
@@ -113,7 +107,7 @@ impl MachineVisitor for TraceVisitor<'_> {
             let all = 0..trace.symbols.len();
             let expected = all.clone().map(|symbol| pair.eval.get(symbol)).collect();
             let found = all.map(|symbol| places.read_symbol(&pair.runner.cpu, symbol)).collect();
-            trace.rows.push_back(TraceRow { scan, reset: begun.is_some(), expected, found });
+            trace.rows.push_back(TraceRow { scan, reset: run_seed.is_some(), expected, found });
             if trace.rows.len() > MAX_TRACE_SCANS {
                 trace.rows.pop_front();
             }

@@ -57,59 +57,61 @@ impl ValueHints {
     /// Collects the symbols and constants of a program.
     pub(crate) fn new(program: &LadderProgram, eval: &Evaluator) -> ValueHints {
         let symbols = eval.symbols();
-        let which = |wanted: fn(SymbolKind) -> bool| -> Vec<usize> {
+        let symbols_of_kind = |wanted: fn(SymbolKind) -> bool| -> Vec<usize> {
             (0..symbols.len()).filter(|&i| symbols.get(i).is_some_and(|s| wanted(s.kind))).collect()
         };
         let bytes: Vec<u8> = symbols.iter().map(|symbol| symbol.bytes).collect();
-        let mut own = vec![Vec::new(); symbols.len()];
+        let mut own_values = vec![Vec::new(); symbols.len()];
         let mut all = Vec::new();
         for (_, element, _) in program.elements() {
             let constants = element_constants(program, element);
             for_each_symbol_use(element, &mut |name, _| {
-                if let Some(own) = eval.index(name).and_then(|i| own.get_mut(i)) {
-                    constants.iter().for_each(|&c| own.extend([c.saturating_sub(1), c, c.saturating_add(1)]));
+                if let Some(own_values) = eval.index(name).and_then(|i| own_values.get_mut(i)) {
+                    constants.iter().for_each(|&c| own_values.extend([c.saturating_sub(1), c, c.saturating_add(1)]));
                 }
             });
             // A counter also wraps at the limits of its width.
             if let Element::Counter { name, .. } = element
                 && let Some(index) = eval.index(name)
-                && let Some(own) = own.get_mut(index)
+                && let Some(own_values) = own_values.get_mut(index)
             {
                 let width = bytes.get(index).copied().unwrap_or(0);
-                own.extend(
+                own_values.extend(
                     [0, -1].map(|n| truncate_to_bytes((1i64 << (8 * u32::from(width.clamp(1, 4)) - 1)) + n, width)),
                 );
             }
             let around = |&c: &i32| [c.saturating_sub(1), c, c.saturating_add(1), c.saturating_neg()];
             all.extend(constants.iter().flat_map(around));
         }
-        for values in own.iter_mut().chain([&mut all]) {
+        for values in own_values.iter_mut().chain([&mut all]) {
             values.sort_unstable();
             values.dedup();
         }
         ValueHints {
-            inputs: which(|kind| kind == SymbolKind::Input),
-            bits: which(|kind| kind.is_bit() && kind != SymbolKind::Input),
-            integers: which(|kind| !kind.is_bit()),
+            inputs: symbols_of_kind(|kind| kind == SymbolKind::Input),
+            bits: symbols_of_kind(|kind| kind.is_bit() && kind != SymbolKind::Input),
+            integers: symbols_of_kind(|kind| !kind.is_bit()),
             analog: eval.adc_symbols().collect(),
             receives: peripherals::uses_serial(program).1,
             writable: symbols.iter().map(|symbol| !port_pins::is_shared(program, &symbol.name)).collect(),
             bytes,
-            own_values: own,
+            own_values,
             all_values: all,
         }
     }
 
     /// A random value for the integer `symbol`, mostly near a boundary.
     pub(crate) fn random_value(&self, symbol: usize, eval: &Evaluator, rng: &mut Rng) -> i32 {
-        let own = self.own_values.get(symbol).map_or(&[][..], Vec::as_slice);
+        let own_values = self.own_values.get(symbol).map_or(&[][..], Vec::as_slice);
         let bytes = self.bytes.get(symbol).copied().unwrap_or(2);
         let boundary = |rng: &mut Rng| match usize::from(bytes).checked_sub(2).filter(|_| rng.one_in(4)) {
-            Some(wide) => WIDTH_ENDS.get(rng.below(wide as u64 + 1) as usize).and_then(|ends| pick_random(ends, rng)),
+            Some(extra_bytes) => {
+                WIDTH_ENDS.get(rng.below(extra_bytes as u64 + 1) as usize).and_then(|ends| pick_random(ends, rng))
+            }
             None => pick_random(BOUNDARIES, rng),
         };
         let drawn = match rng.below(16) {
-            0..7 => pick_random(own, rng).or_else(|| boundary(rng)),
+            0..7 => pick_random(own_values, rng).or_else(|| boundary(rng)),
             7..10 => boundary(rng),
             10..12 => pick_random(&self.all_values, rng),
             // The value of another integer or a neighbour of it, for integers that are compared with each
@@ -124,9 +126,9 @@ impl ValueHints {
 
     /// A random result of an A/D conversion, mostly an end of the scale or a value near a boundary.
     pub(crate) fn random_conversion(&self, symbol: usize, rng: &mut Rng) -> u16 {
-        let own = self.own_values.get(symbol).map_or(&[][..], Vec::as_slice);
+        let own_values = self.own_values.get(symbol).map_or(&[][..], Vec::as_slice);
         let drawn = match rng.below(8) {
-            0..3 => pick_random(own, rng),
+            0..3 => pick_random(own_values, rng),
             3 => pick_random(&self.all_values, rng),
             4 => Some(0),
             5 => Some(MAX_CONVERSION),

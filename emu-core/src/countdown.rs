@@ -14,13 +14,13 @@ const COUNT_BITS: u32 = 24;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Countdown {
     /// The cycle of the deadline.
-    end: u64,
+    deadline: u64,
     /// Cycles left to the deadline in the upper bits (negative if an instruction ended after it), and
     /// instructions executed since the deadline was set in the lower [`COUNT_BITS`] bits. One addition per
     /// instruction updates both.
     cycles_and_count: i64,
-    /// Instructions executed before the deadline was set.
-    counted_before: u64,
+    /// Instructions executed when the deadline was set.
+    instructions_at_start: u64,
 }
 
 /// Only the cycle and the instruction count are saved; the deadline is not part of the machine's state.
@@ -30,27 +30,27 @@ impl SnapshotState for Countdown {
         cycle.pass_state(tape)?;
         instructions.pass_state(tape)?;
         tape.set_now(cycle);
-        *self = Countdown { end: cycle, cycles_and_count: 0, counted_before: instructions };
+        *self = Countdown { deadline: cycle, cycles_and_count: 0, instructions_at_start: instructions };
         tape.require(cycle <= MAX_CYCLE && instructions <= LAST_CYCLE)
     }
 }
 
 impl Countdown {
     /// Cycle 0, no instructions, and the deadline is now.
-    pub const START: Countdown = Countdown { end: 0, cycles_and_count: 0, counted_before: 0 };
+    pub const START: Countdown = Countdown { deadline: 0, cycles_and_count: 0, instructions_at_start: 0 };
 
     /// The present machine cycle.
     #[inline(always)]
     #[must_use]
     pub const fn now(&self) -> u64 {
-        self.end.wrapping_sub((self.cycles_and_count >> COUNT_BITS) as u64)
+        self.deadline.wrapping_sub((self.cycles_and_count >> COUNT_BITS) as u64)
     }
 
     /// Number of instructions executed.
     #[inline(always)]
     #[must_use]
     pub const fn instructions(&self) -> u64 {
-        self.counted_before + (self.cycles_and_count & ((1 << COUNT_BITS) - 1)) as u64
+        self.instructions_at_start + (self.cycles_and_count & ((1 << COUNT_BITS) - 1)) as u64
     }
 
     /// Counts one instruction.
@@ -75,20 +75,20 @@ impl Countdown {
     /// Sets the deadline to now.
     #[inline(always)]
     pub const fn expire(&mut self) {
-        self.end = self.now();
+        self.deadline = self.now();
         self.cycles_and_count &= (1 << COUNT_BITS) - 1;
     }
 
     /// Lets cycles pass without instructions; the deadline moves by the same number.
     pub const fn advance_cycles(&mut self, cycles: u64) {
-        self.end += cycles;
+        self.deadline += cycles;
     }
 
-    /// Adds `iterations` iterations equal to the one that began at the cycle `start` and the instruction
-    /// count `counted`.
-    pub const fn repeat_iterations(&mut self, iterations: u64, start: u64, counted: u64) {
-        let (cycles, instructions) = (self.now() - start, self.instructions() - counted);
-        self.counted_before += iterations * instructions;
+    /// Adds `iterations` iterations equal to the one that began at the cycle `start` with the instruction
+    /// count `instructions_before`.
+    pub const fn repeat_iterations(&mut self, iterations: u64, start: u64, instructions_before: u64) {
+        let (cycles, instructions) = (self.now() - start, self.instructions() - instructions_before);
+        self.instructions_at_start += iterations * instructions;
         self.advance_cycles(iterations * cycles);
     }
 
@@ -96,10 +96,10 @@ impl Countdown {
     /// `deadline` must not be in the past.
     pub const fn set_deadline(&mut self, deadline: u64) {
         let now = self.now();
-        let most = (1 << (COUNT_BITS - 1)) as u64;
-        let left = if deadline - now > most { most } else { deadline - now };
-        self.counted_before = self.instructions();
-        self.end = now + left;
+        let max_cycles_left = (1 << (COUNT_BITS - 1)) as u64;
+        let left = if deadline - now > max_cycles_left { max_cycles_left } else { deadline - now };
+        self.instructions_at_start = self.instructions();
+        self.deadline = now + left;
         self.cycles_and_count = (left as i64) << COUNT_BITS;
     }
 }

@@ -1,21 +1,24 @@
-//! The loop around every hot loop. It handles what happens between two instructions: due events, resets,
-//! interrupts, sleep, stops, breakpoints, and polling loops of the program, whose iterations it skips.
+//! The run loop that all families share. It handles what happens between two instructions: due events,
+//! resets, interrupts, sleep, stops, breakpoints, and polling loops of the program, whose iterations it
+//! skips.
 //!
-//! A family implements [`CpuEngine`] for its machine and calls [`run`] and [`step_until`]. The burst of the
-//! family executes instructions up to the deadline that is set here.
+//! A family implements [`CpuEngine`] for its machine and calls [`run`] and [`step_until`]. The run loop sets
+//! a deadline, the cycle of the next event, and calls the hot loop of the family, [`CpuEngine::burst`], which
+//! executes instructions up to the deadline.
 
 use crate::countdown::Countdown;
 use crate::cpu::{Cpu, LAST_CYCLE, NEVER, Probe, ResetCause, StopReason};
 use crate::pins::{ChipEvent, CycleTime};
 
-/// The minimum number of quiet cycles for which it pays to look for iterations to skip.
+/// Iterations of a loop are skipped only if nothing that the loop reads changes for at least this number of
+/// cycles: for less, the attempt costs more time than it saves.
 const MIN_QUIET_CYCLES: u64 = 64;
 
-/// After an attempt that did not pay, loops are not examined for this number of cycles, so that short waits
-/// cost no more than without the attempts.
+/// After an attempt to skip that failed for lack of quiet cycles, loops are not examined for this number of
+/// cycles, so that short waits cost no more than without the attempts.
 const RETRY_AFTER_CYCLES: u64 = 1024;
 
-/// Settings and notes of a run that are not part of the machine's state.
+/// Settings and data of a run that are not part of the machine's state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RunState {
     /// The breakpoint that stopped the last run; the next run passes it once.
@@ -26,7 +29,8 @@ pub struct RunState {
     pub no_skip_before: u64,
     /// A run continues to its limit even if nothing can wake the chip.
     pub run_while_halted: bool,
-    /// The machine was found asleep or in a polling loop when nothing was due.
+    /// The run found the machine asleep or in a polling loop while no event was due and no interrupt pending,
+    /// so only an event from outside can change what the program does.
     pub is_blocked: bool,
 }
 
@@ -52,7 +56,7 @@ pub enum InstructionMark {
     ClosesLoop,
 }
 
-/// A machine as seen by the loop around the hot loop.
+/// A machine as the run loop sees it.
 pub trait CpuEngine: Cpu {
     /// The state of the core that a polling loop can change. If an iteration leaves it unchanged, the next
     /// iteration does the same.
@@ -60,14 +64,16 @@ pub trait CpuEngine: Cpu {
 
     /// The cycle counter of the hot loop.
     fn clock(&mut self) -> &mut Countdown;
-    /// The probe requested a stop.
+    /// The flag that the probe requested a stop.
     fn stop_requested(&mut self) -> &mut bool;
-    /// The burst reached an op without a body of its own.
+    /// The flag that the burst stopped at an op that it does not execute itself: a breakpoint, the jump at
+    /// the end of a polling loop, or a word that is not an instruction.
     fn slow_path_requested(&mut self) -> &mut bool;
-    /// Settings and notes of the run.
+    /// Settings and data of the run.
     fn run_state(&mut self) -> &mut RunState;
 
-    /// Executes what is due in the chip up to the machine cycle `now` and returns the next deadline.
+    /// Executes all events of the chip (timers, serial ports, queued drives) that are due up to the machine
+    /// cycle `now`, and returns the cycle of the next one, or [`NEVER`].
     fn fire(&mut self, now: u64) -> u64;
     /// Enables or disables the log of events.
     fn set_event_log(&mut self, on: bool);
@@ -80,7 +86,8 @@ pub trait CpuEngine: Cpu {
     fn apply_request(&mut self) -> bool {
         false
     }
-    /// Whether the boundary at the cycle `now` takes no interrupt because of the instruction before it.
+    /// Whether no interrupt is taken between two instructions at the cycle `now`, because of the instruction
+    /// before it, such as RETI.
     fn holds_interrupts(&self, now: u64) -> bool {
         let _ = now;
         false
@@ -147,11 +154,11 @@ pub fn run<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> St
 /// ([`Cpu::step_until`]).
 pub fn step_until<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> StopReason {
     let now = cpu.cycle();
-    let next = cpu.fire(now);
-    // If an interrupt is already pending, or nothing will ever be due and there is no limit, it passes one
+    let next_event = cpu.fire(now);
+    // A machine that is asleep with an interrupt pending, or with no event due and no limit, passes one
     // cycle.
-    let sleeps = cpu.is_core_asleep() && !cpu.has_pending_interrupt(now) && next.min(until) < LAST_CYCLE;
-    run(cpu, if sleeps { next.min(until).max(now + 1) } else { now + 1 }, probe)
+    let sleeps = cpu.is_core_asleep() && !cpu.has_pending_interrupt(now) && next_event.min(until) < LAST_CYCLE;
+    run(cpu, if sleeps { next_event.min(until).max(now + 1) } else { now + 1 }, probe)
 }
 
 /// Whether only an event from outside can change what the program does ([`Cpu::is_blocked_on_input`]). That
@@ -169,22 +176,23 @@ pub fn is_blocked_on_input<E: CpuEngine>(cpu: &mut E) -> bool {
 /// Handles everything that is due at this instruction boundary and sets the next deadline. Returns the reason
 /// for a stop, if there is one.
 ///
-/// Each case stops, or leaves at least one cycle to the deadline for the next burst, or repeats the loop.
+/// Each case stops the run, or repeats the loop, or returns with the deadline at least one cycle ahead, so
+/// that the next burst executes at least one instruction.
 fn handle_boundary<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> Option<StopReason> {
     loop {
         let now = cpu.cycle();
-        let next = cpu.fire(now);
+        let next_event = cpu.fire(now);
         if P::EVENTS {
             while let Some(event) = cpu.next_event() {
                 *cpu.stop_requested() |= probe.on_event(event);
             }
         }
-        if let Some(why) = cpu.requested_reset() {
-            let (stop, before) = (*cpu.stop_requested(), cpu.pc());
-            cpu.reset(why);
+        if let Some(cause) = cpu.requested_reset() {
+            let (stop_requested, pc_before) = (*cpu.stop_requested(), cpu.pc());
+            cpu.reset(cause);
             *cpu.stop_requested() =
-                stop | (P::EVENTS && probe.on_event(ChipEvent::Reset { at: CycleTime::at(now), cause: why }));
-            report_jump(cpu, before, probe);
+                stop_requested | (P::EVENTS && probe.on_event(ChipEvent::Reset { at: CycleTime::at(now), cause }));
+            report_jump(cpu, pc_before, probe);
             continue;
         }
         if std::mem::take(cpu.stop_requested()) {
@@ -193,13 +201,13 @@ fn handle_boundary<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut 
         if now >= until {
             return Some(StopReason::Limit);
         }
-        let before = cpu.pc();
+        let pc_before = cpu.pc();
         if cpu.apply_request() {
-            report_jump(cpu, before, probe);
+            report_jump(cpu, pc_before, probe);
             continue;
         }
         if !cpu.holds_interrupts(now) && cpu.enter_interrupt(now, probe) {
-            report_jump(cpu, before, probe);
+            report_jump(cpu, pc_before, probe);
             cpu.run_state().breakpoint_to_pass = None;
             *cpu.slow_path_requested() = false;
             cpu.clock().expire();
@@ -209,22 +217,22 @@ fn handle_boundary<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut 
             if !cpu.run_state().run_while_halted && cpu.is_halted() {
                 return Some(StopReason::Halted);
             }
-            cpu.run_state().is_blocked |= next == NEVER && !cpu.has_pending_interrupt(now);
+            cpu.run_state().is_blocked |= next_event == NEVER && !cpu.has_pending_interrupt(now);
             // What was due in this cycle has been executed, and an interrupt, if there is one, is not
             // enabled.
             let clock = cpu.clock();
-            clock.advance_cycles(next.min(until).max(now + 1) - now);
+            clock.advance_cycles(next_event.min(until).max(now + 1) - now);
             clock.expire();
             continue;
         }
         // The hold-off lasts for one instruction: check again directly after it.
-        let deadline = if cpu.holds_interrupts(now) { now + 1 } else { next.min(until).max(now + 1) };
+        let deadline = if cpu.holds_interrupts(now) { now + 1 } else { next_event.min(until).max(now + 1) };
         let no_skip_before = cpu.run_state().no_skip_before;
         let retry_deadline = if no_skip_before > now { no_skip_before } else { NEVER };
         cpu.clock().set_deadline(deadline.min(retry_deadline));
         if std::mem::take(cpu.slow_path_requested()) {
-            let idle = next == NEVER && !cpu.has_pending_interrupt(now);
-            if let Some(stop) = slow_path(cpu, deadline, idle, probe) {
+            let nothing_due = next_event == NEVER && !cpu.has_pending_interrupt(now);
+            if let Some(stop) = slow_path(cpu, deadline, nothing_due, probe) {
                 return Some(stop);
             }
             continue;
@@ -241,17 +249,23 @@ fn report_jump<E: CpuEngine, P: Probe>(cpu: &E, before: u32, probe: &mut P) {
     }
 }
 
-/// Executes the op at the program counter, which has no body of its own in the hot loop. `deadline` is the
-/// cycle up to which it may run. `idle` means that nothing is due and no interrupt is pending.
-fn slow_path<E: CpuEngine, P: Probe>(cpu: &mut E, deadline: u64, idle: bool, probe: &mut P) -> Option<StopReason> {
+/// Executes the op at the program counter, which the hot loop does not execute itself, and skips iterations
+/// if it ends a polling loop. `deadline` is the cycle up to which it may run. `nothing_due` means that no
+/// event is due in the future and no interrupt is pending.
+fn slow_path<E: CpuEngine, P: Probe>(
+    cpu: &mut E,
+    deadline: u64,
+    nothing_due: bool,
+    probe: &mut P,
+) -> Option<StopReason> {
     let pc = cpu.pc();
-    let trap = cpu.has_breakpoint(pc);
-    if trap && cpu.run_state().breakpoint_to_pass != Some(pc) {
+    let at_breakpoint = cpu.has_breakpoint(pc);
+    if at_breakpoint && cpu.run_state().breakpoint_to_pass != Some(pc) {
         cpu.run_state().breakpoint_to_pass = Some(pc);
         return Some(StopReason::Breakpoint { pc });
     }
     cpu.run_state().breakpoint_to_pass = None;
-    if P::INSN && trap && probe.on_instruction(cpu.cycle(), pc) {
+    if P::INSN && at_breakpoint && probe.on_instruction(cpu.cycle(), pc) {
         cpu.run_state().breakpoint_to_pass = Some(pc);
         return Some(StopReason::Probe);
     }
@@ -260,18 +274,18 @@ fn slow_path<E: CpuEngine, P: Probe>(cpu: &mut E, deadline: u64, idle: bool, pro
         return Some(stop);
     }
     match cpu.instruction_mark(pc) {
-        InstructionMark::JumpsToItself if !trap && cpu.pc() == pc => {
+        InstructionMark::JumpsToItself if !at_breakpoint && cpu.pc() == pc => {
             // All further iterations are equal to this one.
             if !cpu.run_state().run_while_halted && cpu.is_halted() {
                 return Some(StopReason::Halted);
             }
-            cpu.run_state().is_blocked |= idle;
+            cpu.run_state().is_blocked |= nothing_due;
             if cpu.run_state().skip_idle_loops && !P::EVERY_ITERATION {
                 repeat_iterations(cpu, deadline, start, instructions_before);
             }
         }
-        InstructionMark::ClosesLoop if !trap && may_skip_loops::<E, P>(cpu) => {
-            skip_iterations(cpu, pc, deadline, idle, probe)
+        InstructionMark::ClosesLoop if !at_breakpoint && may_skip_loops::<E, P>(cpu) => {
+            skip_iterations(cpu, pc, deadline, nothing_due, probe)
         }
         _ => {}
     }
@@ -285,7 +299,8 @@ fn may_skip_loops<E: CpuEngine, P: Probe>(cpu: &mut E) -> bool {
     cpu.run_state().skip_idle_loops && !P::EVERY_ITERATION && !P::DATA_READS
 }
 
-/// Adds whole iterations, equal to the one that began at the cycle `start`, up to the cycle `limit`.
+/// Advances the clock by as many iterations as fit before the cycle `limit`, each equal to the one that began
+/// at the cycle `start` and has just ended.
 fn repeat_iterations<E: CpuEngine>(cpu: &mut E, limit: u64, start: u64, instructions_before: u64) {
     let now = cpu.cycle();
     cpu.clock().repeat_iterations(limit.saturating_sub(now) / (now - start), start, instructions_before);
@@ -296,15 +311,15 @@ fn repeat_iterations<E: CpuEngine>(cpu: &mut E, limit: u64, start: u64, instruct
 /// whole iterations during which nothing can change. It stops early at the deadline, at a breakpoint, or
 /// where the program leaves the loop. If the loop clears the watchdog, the last iteration is executed,
 /// because its effect is that of all the skipped ones.
-fn skip_iterations<E: CpuEngine, P: Probe>(cpu: &mut E, end: u32, deadline: u64, idle: bool, probe: &mut P) {
+fn skip_iterations<E: CpuEngine, P: Probe>(cpu: &mut E, end: u32, deadline: u64, nothing_due: bool, probe: &mut P) {
     let Some(head) = cpu.loop_head(end).filter(|&head| head == cpu.pc()) else { return };
-    if let Some(left) = cpu.loop_counter(end) {
-        skip_counted_iterations(cpu, (head, end), left, deadline, probe);
+    if let Some(iterations_left) = cpu.loop_counter(end) {
+        skip_counted_iterations(cpu, (head, end), iterations_left, deadline, probe);
         return;
     }
-    let (start, counted, before) = (cpu.cycle(), cpu.instructions(), cpu.core_state());
-    let stable_until = cpu.loop_steady_until(end, start);
-    if stable_until.min(deadline).saturating_sub(start) < MIN_QUIET_CYCLES {
+    let (start, instructions_before, state_before) = (cpu.cycle(), cpu.instructions(), cpu.core_state());
+    let steady_until = cpu.loop_steady_until(end, start);
+    if steady_until.min(deadline).saturating_sub(start) < MIN_QUIET_CYCLES {
         cpu.run_state().no_skip_before = start + RETRY_AFTER_CYCLES;
         return;
     }
@@ -313,15 +328,15 @@ fn skip_iterations<E: CpuEngine, P: Probe>(cpu: &mut E, end: u32, deadline: u64,
     }
     let now = cpu.cycle();
     // A guarantee that ends now was sufficient for this iteration, but says nothing about the next one.
-    if cpu.pc() == head && cpu.core_state() == before && now < stable_until {
-        let promised = cpu.loop_steady_until(end, now);
-        cpu.run_state().is_blocked |= idle && promised == NEVER;
-        let limit = promised.min(deadline);
+    if cpu.pc() == head && cpu.core_state() == state_before && now < steady_until {
+        let steady_until = cpu.loop_steady_until(end, now);
+        cpu.run_state().is_blocked |= nothing_due && steady_until == NEVER;
+        let limit = steady_until.min(deadline);
         if cpu.loop_clears_watchdog(end) {
-            repeat_iterations(cpu, limit.saturating_sub(now - start), start, counted);
+            repeat_iterations(cpu, limit.saturating_sub(now - start), start, instructions_before);
             run_iteration(cpu, (head, end), deadline, probe);
         } else {
-            repeat_iterations(cpu, limit, start, counted);
+            repeat_iterations(cpu, limit, start, instructions_before);
         }
     }
 }
@@ -336,7 +351,7 @@ fn skip_counted_iterations<E: CpuEngine, P: Probe>(
     deadline: u64,
     probe: &mut P,
 ) {
-    let (start, counted) = (cpu.cycle(), cpu.instructions());
+    let (start, instructions_before) = (cpu.cycle(), cpu.instructions());
     // A probe for writes must see those of the counter, which can be in memory.
     if P::DATA || iterations_left.min(deadline.saturating_sub(start)) < MIN_QUIET_CYCLES {
         cpu.run_state().no_skip_before = start + RETRY_AFTER_CYCLES;
@@ -347,10 +362,10 @@ fn skip_counted_iterations<E: CpuEngine, P: Probe>(
     }
     let iteration_cycles = cpu.cycle() - start;
     let iterations_that_fit = (deadline.saturating_sub(cpu.cycle()) / iteration_cycles).saturating_sub(1);
-    if let Some(now) = cpu.loop_counter(end).filter(|&now| now + 1 == iterations_left) {
-        let skipped = iterations_that_fit.min(now.saturating_sub(2));
-        cpu.set_loop_counter(end, now - skipped);
-        cpu.clock().repeat_iterations(skipped, start, counted);
+    if let Some(counter) = cpu.loop_counter(end).filter(|&counter| counter + 1 == iterations_left) {
+        let skipped = iterations_that_fit.min(counter.saturating_sub(2));
+        cpu.set_loop_counter(end, counter - skipped);
+        cpu.clock().repeat_iterations(skipped, start, instructions_before);
         run_iteration(cpu, (head, end), deadline, probe);
     }
 }

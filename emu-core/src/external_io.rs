@@ -28,8 +28,8 @@ impl<T: Copy> DriveQueue<T> {
 
     /// Queues a drive for the time `at`.
     pub fn push(&mut self, at: u64, drive: T) {
-        let place = self.0.partition_point(|&(due, _)| due <= at);
-        self.0.insert(place, (at, drive));
+        let index = self.0.partition_point(|&(due, _)| due <= at);
+        self.0.insert(index, (at, drive));
     }
 
     /// The time of the next drive, or [`NEVER`].
@@ -79,14 +79,14 @@ impl EventLog {
     /// than those already logged in the same cycle; it is sorted in by time.
     pub fn record(&mut self, event: ChipEvent) {
         if self.enabled {
-            let place = self.events.partition_point(|logged| logged.time() <= event.time());
-            self.events.insert(place, event);
+            let index = self.events.partition_point(|logged| logged.time() <= event.time());
+            self.events.insert(index, event);
         }
     }
 
-    /// Logs a contention of a pin if it is `fought` over, then the change of its level if there is one.
-    pub fn record_pin(&mut self, at: CycleTime, pin: PinId, fought: bool, changed: Option<PinLevel>) {
-        if fought {
+    /// Logs a contention of a pin if `is_contended`, then the change of its level if there is one.
+    pub fn record_pin(&mut self, at: CycleTime, pin: PinId, is_contended: bool, changed: Option<PinLevel>) {
+        if is_contended {
             self.record(ChipEvent::Contention { at, pin });
         }
         if let Some(level) = changed {

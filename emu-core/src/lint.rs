@@ -17,7 +17,7 @@ pub enum Lint {
     },
     /// A read-modify-write instruction changed bits of a port's latch that it does not name, because their
     /// pins did not have the level of the latch.
-    ForeignLatch {
+    UnintendedLatchChange {
         /// Address of the port.
         port: u16,
         /// The changed bits.
@@ -28,7 +28,7 @@ pub enum Lint {
     /// A return used an address that no call had pushed.
     StackUnderflow,
     /// A jump or call left its page with upper address bits that code in another page had set.
-    Page {
+    PageNotSelected {
         /// Target of the jump, in program words.
         target: u16,
     },
@@ -38,7 +38,7 @@ pub enum Lint {
         register: &'static str,
     },
     /// The program read RAM that was never written since power-up (machines that only observe reads).
-    UnknownRead {
+    UnwrittenRead {
         /// The memory, as named in the chip row.
         space: &'static str,
         /// Address in that memory.
@@ -49,19 +49,19 @@ pub enum Lint {
     SleepIgnored,
     /// The value of a RAM byte or register that was never written since power-up had an effect (machines that
     /// track values).
-    UnknownUse {
+    UnwrittenUse {
         /// The memory, as named in the chip row.
         space: &'static str,
         /// Address in that memory, also of a register where registers have addresses there.
         addr: u16,
     },
     /// The stack grew down over other data: static data, the heap, or the start of RAM.
-    StackMeets {
+    StackCollision {
         /// The lowest address that the stack may use.
         limit: u16,
     },
     /// The program wrote to an address of data memory where nothing is implemented.
-    NothingThere {
+    UnimplementedAddress {
         /// The address.
         addr: u16,
     },
@@ -80,12 +80,12 @@ pub enum Lint {
         baud: u32,
     },
     /// An interrupt was taken that has no service routine.
-    NoHandler {
+    TakenWithoutHandler {
         /// Number of its vector.
         vector: u8,
     },
     /// An interrupt is enabled that has no service routine.
-    Unhandled {
+    EnabledWithoutHandler {
         /// Number of its vector.
         vector: u8,
     },
@@ -97,7 +97,7 @@ pub enum Lint {
         bits: u8,
     },
     /// An instruction accesses a bit that the controller does not have: reads give 0, writes do nothing.
-    NoSuchBit {
+    MissingBit {
         /// The zone, as its memory is named in the chip row.
         space: &'static str,
         /// Address in that zone.
@@ -116,7 +116,7 @@ pub enum Lint {
         why: &'static str,
     },
     /// An instruction without an operand has a nonzero operand field.
-    OddField {
+    UnusedFieldSet {
         /// The instruction word.
         word: u16,
     },
@@ -127,12 +127,12 @@ pub enum Lint {
         addr: u16,
     },
     /// An edge on an external interrupt ended a sleep. Silicon does that, contrary to the data sheet.
-    EdgeWoke {
+    WokenByEdge {
         /// The number of the input INT.
         int: u8,
     },
     /// The converter is set to a channel whose pin does not exist in the chosen package.
-    ChannelAbsent {
+    MissingChannel {
         /// Number of the channel.
         channel: u8,
     },
@@ -257,26 +257,26 @@ impl Lint {
     pub const fn code_row(&self) -> &'static DiagnosticCode {
         let row = match self {
             Lint::AnalogRead { .. } => 0,
-            Lint::ForeignLatch { .. } => 1,
+            Lint::UnintendedLatchChange { .. } => 1,
             Lint::StackOverflow => 2,
             Lint::StackUnderflow => 3,
-            Lint::Page { .. } => 4,
+            Lint::PageNotSelected { .. } => 4,
             Lint::NotSaved { .. } => 5,
-            Lint::UnknownRead { .. } | Lint::UnknownUse { .. } => 6,
+            Lint::UnwrittenRead { .. } | Lint::UnwrittenUse { .. } => 6,
             Lint::SleepIgnored => 7,
-            Lint::StackMeets { .. } => 8,
-            Lint::NothingThere { .. } => 9,
+            Lint::StackCollision { .. } => 8,
+            Lint::UnimplementedAddress { .. } => 9,
             Lint::ReservedBits { .. } => 10,
             Lint::Baud { .. } => 11,
-            Lint::NoHandler { .. } => 12,
-            Lint::Unhandled { .. } => 13,
+            Lint::TakenWithoutHandler { .. } => 12,
+            Lint::EnabledWithoutHandler { .. } => 13,
             Lint::FloatingRead { .. } => 14,
-            Lint::NoSuchBit { .. } => 15,
+            Lint::MissingBit { .. } => 15,
             Lint::InputWritten { .. } => 16,
             Lint::PresetPort { .. } => 17,
-            Lint::OddField { .. } => 18,
-            Lint::CaptureWritten { .. } | Lint::EdgeWoke { .. } => 19,
-            Lint::ChannelAbsent { .. } => 20,
+            Lint::UnusedFieldSet { .. } => 18,
+            Lint::CaptureWritten { .. } | Lint::WokenByEdge { .. } => 19,
+            Lint::MissingChannel { .. } => 20,
             Lint::EarlyConversion { .. } => 21,
         };
         &LINT_CODES[row]
@@ -293,31 +293,37 @@ impl Lint {
     pub const fn hint(&self) -> &'static str {
         match self {
             Lint::AnalogRead { .. } => "make the pins digital first (ADCON1, ANSEL, CMCON)",
-            Lint::ForeignLatch { .. } => "keep a copy of the port in RAM, change the copy and write it to the port",
+            Lint::UnintendedLatchChange { .. } => {
+                "keep a copy of the port in RAM, change the copy and write it to the port"
+            }
             Lint::StackOverflow => "the stack has eight entries, including those of interrupts; nest fewer calls",
             Lint::StackUnderflow => "use a return only in a routine that was called",
-            Lint::Page { .. } => "set PCLATH before the jump or call, and again after a call into another page",
+            Lint::PageNotSelected { .. } => {
+                "set PCLATH before the jump or call, and again after a call into another page"
+            }
             Lint::NotSaved { .. } => "save W, STATUS and PCLATH first in the service routine and restore them last",
-            Lint::UnknownRead { .. } => "write the cell first; after power-up RAM is undefined",
+            Lint::UnwrittenRead { .. } => "write the cell first; after power-up RAM is undefined",
             Lint::SleepIgnored => "clear the flag before SLEEP",
-            Lint::UnknownUse { .. } => "write it first; after power-up it is undefined",
-            Lint::StackMeets { .. } => "use smaller buffers and frames, and less recursion",
-            Lint::NothingThere { .. } => "check the address, and that the image is for this chip",
+            Lint::UnwrittenUse { .. } => "write it first; after power-up it is undefined",
+            Lint::StackCollision { .. } => "use smaller buffers and frames, and less recursion",
+            Lint::UnimplementedAddress { .. } => "check the address, and that the image is for this chip",
             Lint::ReservedBits { .. } => "write reserved bits as zeros, and check that the image is for this chip",
             Lint::Baud { .. } => "try U2X, another UBRR, or another crystal; --clock sets its frequency",
-            Lint::NoHandler { .. } | Lint::Unhandled { .. } => "write a service routine for it, or do not enable it",
+            Lint::TakenWithoutHandler { .. } | Lint::EnabledWithoutHandler { .. } => {
+                "write a service routine for it, or do not enable it"
+            }
             Lint::FloatingRead { .. } => "enable the pull-up, or drive the pin (--set PIN=LEVEL)",
-            Lint::NoSuchBit { .. } => "configure the channel or module, or check the address",
+            Lint::MissingBit { .. } => "configure the channel or module, or check the address",
             Lint::InputWritten { .. } => "write an output or a bit of M",
             Lint::PresetPort { .. } => "write STO to the port and after it a NOP with the preset: TIM Rn,#d",
-            Lint::OddField { .. } => "check the address: the program may execute data",
+            Lint::UnusedFieldSet { .. } => "check the address: the program may execute data",
             Lint::CaptureWritten { .. } => {
                 "select the mode first: then silicon (--reading icr-write=any) and data sheet (top) agree"
             }
-            Lint::EdgeWoke { .. } => {
+            Lint::WokenByEdge { .. } => {
                 "wake by a low level or a pin change; --reading int-wake=level selects the data sheet"
             }
-            Lint::ChannelAbsent { .. } => "choose another channel, or the package of the board (--package)",
+            Lint::MissingChannel { .. } => "choose another channel, or the package of the board (--package)",
             Lint::EarlyConversion { .. } => {
                 "wait about 20 us after the selection of the channel, and 2 TAD more after a conversion, before you set GO"
             }
@@ -331,20 +337,20 @@ impl fmt::Display for Lint {
             Lint::AnalogRead { port, bits } => {
                 write!(f, "the port at 0x{port:02x} is read; its bits 0x{bits:02x} are analog inputs and read 0")
             }
-            Lint::ForeignLatch { port, bits } => {
+            Lint::UnintendedLatchChange { port, bits } => {
                 write!(f, "the instruction also changes the bits 0x{bits:02x} of the latch of the port at 0x{port:02x}")
             }
             Lint::StackOverflow => f.write_str("the stack is full: the oldest return address is overwritten"),
             Lint::StackUnderflow => f.write_str("a return without a call"),
-            Lint::Page { target } => {
+            Lint::PageNotSelected { target } => {
                 write!(f, "the jump goes to 0x{target:04x}, in another page, and this page did not set PCLATH")
             }
             Lint::NotSaved { register } => write!(f, "the service routine returns with a changed value in {register}"),
-            Lint::UnknownRead { space, addr } => write!(f, "{space}:0x{addr:02x} is read before it was written"),
+            Lint::UnwrittenRead { space, addr } => write!(f, "{space}:0x{addr:02x} is read before it was written"),
             Lint::SleepIgnored => f.write_str("SLEEP does nothing: a wake-up flag is already set"),
-            Lint::UnknownUse { space, addr } => write!(f, "{space}:0x{addr:02x} is used before it was written"),
-            Lint::StackMeets { limit } => write!(f, "the stack grows below 0x{limit:04x}"),
-            Lint::NothingThere { addr } => write!(f, "0x{addr:02x} is written, but is not implemented"),
+            Lint::UnwrittenUse { space, addr } => write!(f, "{space}:0x{addr:02x} is used before it was written"),
+            Lint::StackCollision { limit } => write!(f, "the stack grows below 0x{limit:04x}"),
+            Lint::UnimplementedAddress { addr } => write!(f, "0x{addr:02x} is written, but is not implemented"),
             Lint::ReservedBits { addr, bits } => {
                 write!(f, "the reserved bits 0x{bits:02x} of the register at 0x{addr:02x} are written as ones")
             }
@@ -356,28 +362,28 @@ impl fmt::Display for Lint {
                 let off = format!("{sign}{}.{}", tenths / 10, tenths % 10);
                 write!(f, "serial port {uart} runs at {baud} baud, {off} % off {usual}")
             }
-            Lint::NoHandler { vector } => {
+            Lint::TakenWithoutHandler { vector } => {
                 write!(f, "the interrupt of vector {vector} is taken, but has no service routine")
             }
-            Lint::Unhandled { vector } => {
+            Lint::EnabledWithoutHandler { vector } => {
                 write!(f, "the interrupt of vector {vector} is enabled, but has no service routine")
             }
             Lint::FloatingRead { port, bits } => {
                 write!(f, "the bits 0x{bits:02x} of the port at 0x{port:02x} are read, but nothing drives their pins")
             }
-            Lint::NoSuchBit { space, addr } => {
+            Lint::MissingBit { space, addr } => {
                 write!(f, "{}{addr} is used, but the controller does not have it", space.to_ascii_uppercase())
             }
             Lint::InputWritten { addr } => write!(f, "the input I{addr} is written"),
             Lint::PresetPort { module, why } => write!(f, "the preset port of R{module}: {why}"),
-            Lint::OddField { word } => write!(f, "the operand field of 0x{word:04x} is not 0"),
+            Lint::UnusedFieldSet { word } => write!(f, "the operand field of 0x{word:04x} is not 0"),
             Lint::CaptureWritten { addr } => {
                 write!(f, "the capture register at 0x{addr:02x} is written in a mode in which it is not TOP")
             }
-            Lint::EdgeWoke { int } => {
+            Lint::WokenByEdge { int } => {
                 write!(f, "an edge on INT{int} ends the sleep; by the data sheet only a low level does that")
             }
-            Lint::ChannelAbsent { channel } => {
+            Lint::MissingChannel { channel } => {
                 write!(f, "the converter is set to ADC{channel}, which the package does not have")
             }
             Lint::EarlyConversion { channel } => {

@@ -1,4 +1,5 @@
-//! The probe for every instruction and every access. It costs time, so it is a type parameter of the tools.
+//! A probe of every instruction and access, for conditions on memory and for reads of RAM before it is
+//! written. It makes a run slower, so only runs that need it have it.
 
 use emu_core::chip::Chip;
 use emu_core::cpu::{Probe, ProgramFault, Subcycle};
@@ -7,10 +8,10 @@ use emu_core::pins::CycleTime;
 use crate::address_names::AddressRange;
 use crate::bit_space::{self, BIT_SPACE};
 
-/// An access that a watch has seen.
+/// An access that matches a watch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WatchedAccess {
-    /// Position of the watch that saw it.
+    /// Position of the watch that it matches.
     pub watch: usize,
     /// Program word of the instruction.
     pub pc: u32,
@@ -28,7 +29,7 @@ pub struct WatchedAccess {
 /// access to a byte as one to each of its bits.
 #[derive(Debug, Clone)]
 pub struct AccessMonitor {
-    /// The first access that a watch saw.
+    /// The first access that matches a watch.
     pub first_access: Option<WatchedAccess>,
     /// The first read of an unwritten byte of RAM: program word and fault.
     pub unwritten_read: Option<(u32, ProgramFault)>,
@@ -39,6 +40,7 @@ pub struct AccessMonitor {
     /// Position in `awaited_fetches` of the word that was fetched.
     pub seen_fetch: Option<usize>,
     unwritten_ram: Option<UnwrittenRam>,
+    /// Program word of the current instruction.
     pc: u32,
 }
 
@@ -71,11 +73,11 @@ pub struct RamCheck<'a> {
 }
 
 impl AccessMonitor {
-    /// Returns a monitor for `watches`; with `trap` also for the first read of a byte of `chip`'s RAM that
-    /// neither the program has written nor `trap` lists as initialized.
+    /// Returns a monitor for `watches`; with `ram_check` also for the first read of a byte of RAM that the
+    /// program has not written and that `ram_check` does not list as initialized.
     #[must_use]
-    pub fn new(chip: &'static Chip, watches: Vec<AccessWatch>, trap: Option<&RamCheck<'_>>) -> AccessMonitor {
-        let fresh = trap.map(|trap| UnwrittenRam::new(chip, trap));
+    pub fn new(chip: &'static Chip, watches: Vec<AccessWatch>, ram_check: Option<&RamCheck<'_>>) -> AccessMonitor {
+        let unwritten_ram = ram_check.map(|ram_check| UnwrittenRam::new(chip, ram_check));
         AccessMonitor {
             first_access: None,
             unwritten_read: None,
@@ -83,7 +85,7 @@ impl AccessMonitor {
             watches,
             awaited_fetches: Vec::new(),
             seen_fetch: None,
-            unwritten_ram: fresh,
+            unwritten_ram,
             pc: 0,
         }
     }
@@ -112,20 +114,20 @@ impl AccessWatch {
         addr: u16,
         value: u8,
     ) -> Option<(&'static str, u16, u8)> {
-        let at = u32::from(addr);
+        let addr32 = u32::from(addr);
         let within =
-            |space: &str, at: u32| self.range.space == space && (self.range.start..self.range.end).contains(&at);
-        if within(space, at) {
+            |space: &str, addr: u32| self.range.space == space && (self.range.start..self.range.end).contains(&addr);
+        if within(space, addr32) {
             return Some((space, addr, value));
         }
         if space == BIT_SPACE {
-            let (byte_space, byte, _) = bit_space::byte_of_bit(chip, at)?;
+            let (byte_space, byte, _) = bit_space::byte_of_bit(chip, addr32)?;
             return within(byte_space, byte).then_some((space, addr, value));
         }
         // An access to a byte when bits are watched: the first watched bit of that byte.
-        let eight = (self.range.space == BIT_SPACE).then(|| bit_space::bits_of_byte(chip, space, at)).flatten()?;
-        let first = eight.start.max(self.range.start);
-        (first < eight.end.min(self.range.end)).then(|| (BIT_SPACE, first as u16, value >> (first - eight.start) & 1))
+        let bits = (self.range.space == BIT_SPACE).then(|| bit_space::bits_of_byte(chip, space, addr32)).flatten()?;
+        let first = bits.start.max(self.range.start);
+        (first < bits.end.min(self.range.end)).then(|| (BIT_SPACE, first as u16, value >> (first - bits.start) & 1))
     }
 }
 
@@ -148,17 +150,17 @@ impl UnwrittenRam {
         let (space, addr) = (chip.spaces.get(usize::from(space))?.0, u32::from(addr));
         let bit = if space == BIT_SPACE { bit_space::byte_of_bit(chip, addr) } else { None };
         let (space, addr, mask) = bit.map_or((space, addr, 0xFF), |(space, byte, bit)| (space, byte, 1 << bit));
-        let kept = self.canonical.get(addr as usize).copied().flatten().filter(|_| space == self.space)?;
-        let unwritten = self.unwritten.get_mut(kept as usize)?;
+        let canonical = self.canonical.get(addr as usize).copied().flatten().filter(|_| space == self.space)?;
+        let unwritten = self.unwritten.get_mut(canonical as usize)?;
         if write {
             *unwritten &= !mask;
         }
-        (!write && *unwritten & mask != 0).then_some(kept)
+        (!write && *unwritten & mask != 0).then_some(canonical)
     }
 
     /// Marks the byte at a canonical address as written.
-    pub(crate) fn mark_written(&mut self, kept: u32) {
-        if let Some(unwritten) = self.unwritten.get_mut(kept as usize) {
+    pub(crate) fn mark_written(&mut self, canonical: u32) {
+        if let Some(unwritten) = self.unwritten.get_mut(canonical as usize) {
             *unwritten = 0;
         }
     }
@@ -182,9 +184,12 @@ impl Probe for AccessMonitor {
     }
 
     fn on_data_access(&mut self, _at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
-        let unknown = self.unwritten_ram.as_mut().and_then(|fresh| fresh.note_access(self.chip, space, addr, write));
+        let unwritten_read = self
+            .unwritten_ram
+            .as_mut()
+            .and_then(|unwritten_ram| unwritten_ram.note_access(self.chip, space, addr, write));
         let space = self.chip.spaces.get(usize::from(space)).map_or("", |(name, ..)| name);
-        if unknown.is_some() && self.unwritten_read.is_none() {
+        if unwritten_read.is_some() && self.unwritten_read.is_none() {
             self.unwritten_read = Some((self.pc, ProgramFault::UninitialisedRead { space, addr }));
         }
         if self.first_access.is_none() {

@@ -79,21 +79,21 @@ impl AddressNames<'_> {
             InputError::BeyondMemory { place: format!("`{text}`"), space, last: size - 1, hint }
         };
         let name = addresses.trim();
-        let own = |s: &&SymbolAt| s.space == space && s.is_named(name);
+        let is_object = |s: &&SymbolAt| s.space == space && s.is_named(name);
         // The parameters of a function may end with three dots.
-        let limits = addresses.split_once("..").filter(|_| !self.symbols.iter().any(|s| own(&s)));
+        let limits = addresses.split_once("..").filter(|_| !self.symbols.iter().any(|s| is_object(&s)));
         let (start, end) = match limits {
             Some((start, end)) => (self.parse_address(space, start)?, self.parse_address(space, end)?),
             None => {
                 let start = self.parse_address(space, addresses)?;
                 // A constant of the program is not an object, even if it has a size.
-                let object = self.symbols.iter().find(own);
+                let object = self.symbols.iter().find(is_object);
                 let pair = self.register(name).filter(|_| space == self.chip.reg_space).map(|found| found.1);
-                let short = || self.shortened_matches(space, name).first().map(|symbol| symbol.size);
+                let shortened_size = || self.shortened_matches(space, name).first().map(|symbol| symbol.size);
                 let size = match (object, pair) {
                     (Some(object), _) => object.size.div_ceil(width),
                     (None, Some(pair)) => pair,
-                    (None, None) => short().unwrap_or(0).div_ceil(width),
+                    (None, None) => shortened_size().unwrap_or(0).div_ceil(width),
                 };
                 let size = size.max(1);
                 (start, start.checked_add(size).ok_or_else(|| beyond(start))?)
@@ -146,8 +146,8 @@ impl AddressNames<'_> {
     pub fn replace_channel_name(&self, text: &str) -> String {
         let (name, rest) = text.split_at(text.find('=').unwrap_or(text.len()));
         let named = self.symbols.iter().find(|s| s.name == name.trim() && matches!(s.space, "i" | "e"));
-        let own = |s: &SymbolAt| format!("{}{}{rest}", s.space.to_ascii_uppercase(), s.addr);
-        named.filter(|_| self.chip.family == ChipFamily::Ap101).map_or_else(|| text.to_owned(), own)
+        let channel = |s: &SymbolAt| format!("{}{}{rest}", s.space.to_ascii_uppercase(), s.addr);
+        named.filter(|_| self.chip.family == ChipFamily::Ap101).map_or_else(|| text.to_owned(), channel)
     }
 
     /// Returns the memories that have the name at the start of a text without a memory. The program's names
@@ -156,11 +156,12 @@ impl AddressNames<'_> {
         let whole = text.trim();
         let first = text.split("..").next().unwrap_or_default().trim();
         let name = first.split_once('+').map_or(first, |(name, _)| name).trim_end();
-        let is = |s: &SymbolAt| s.is_named(whole) || s.is_named(name);
-        let has = |space: &str| self.symbols.iter().any(|s| s.space == space && is(s));
-        let short = |space: &str| [whole, name].iter().any(|name| !self.shortened_matches(space, name).is_empty());
+        let has_name = |s: &SymbolAt| s.is_named(whole) || s.is_named(name);
+        let has_symbol = |space: &str| self.symbols.iter().any(|s| s.space == space && has_name(s));
+        let has_shortened =
+            |space: &str| [whole, name].iter().any(|name| !self.shortened_matches(space, name).is_empty());
         let spaces = self.chip.spaces.iter().map(|(space, ..)| *space);
-        let found: Vec<&str> = spaces.clone().filter(|space| has(space)).collect();
+        let found: Vec<&str> = spaces.clone().filter(|space| has_symbol(space)).collect();
         let register = || self.register(name).map(|_| self.chip.reg_space);
         let bit = || self.chip.bit(name).map(|_| BIT_SPACE).filter(|bit| spaces.clone().any(|space| space == *bit));
         let channel = || self.ap101_channel(name).map(|found| found.0);
@@ -168,7 +169,7 @@ impl AddressNames<'_> {
             return found;
         }
         let found: Vec<&str> = register().into_iter().chain(bit()).chain(channel()).collect();
-        if found.is_empty() { spaces.clone().filter(|space| short(space)).collect() } else { found }
+        if found.is_empty() { spaces.clone().filter(|space| has_shortened(space)).collect() } else { found }
     }
 
     /// Returns the symbols of a memory that best fit a shortened name of C++ or Rust
@@ -338,12 +339,12 @@ impl AddressNames<'_> {
         if let Some(found) = named.or(constant.filter(|&value| value >= first)) {
             return Ok(found);
         }
-        let short = self.shortened_matches(space, text);
-        if let Some(one) = short.first() {
-            if short.iter().all(|symbol| symbol.addr == one.addr) {
+        let matches = self.shortened_matches(space, text);
+        if let Some(one) = matches.first() {
+            if matches.iter().all(|symbol| symbol.addr == one.addr) {
                 return Ok(one.addr / self.chip.bytes_per_address(space));
             }
-            return Err(self.ambiguous_name_error(space, text, &short));
+            return Err(self.ambiguous_name_error(space, text, &matches));
         }
         Err(match text {
             "" => InputError::MissingAddress,

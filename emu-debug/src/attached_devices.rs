@@ -14,7 +14,7 @@ use crate::devices::ExternalDevice;
 use crate::dyn_probe;
 use crate::time::CycleClock;
 
-/// Machine cycles of a stretch: fewer if answers follow each other closely.
+/// Machine cycles by which the copy runs ahead at a time: fewer if answers follow each other closely.
 const STRETCH_CYCLES: std::ops::RangeInclusive<u64> = 16..=1 << 16;
 
 /// Passes of the copy after which the stretch is shortened.
@@ -42,17 +42,18 @@ struct DevicesState {
 pub struct AttachedDevices {
     state: DevicesState,
     clock: CycleClock,
+    /// Length of the next stretch in machine cycles, within [`STRETCH_CYCLES`].
     stretch: u64,
 }
 
-/// A drive of a pin.
+/// A drive of a pin by a device, with its time.
 type DeviceDrive = (CycleTime, PinId, PinLevel);
 
 impl AttachedDevices {
-    /// Returns a board with these devices. `clock` gives the length of cycles.
+    /// Returns these devices, not connected yet. `clock` gives the length of cycles.
     #[must_use]
-    pub fn new(fitted: Vec<WiredDevice>, clock: CycleClock) -> AttachedDevices {
-        let mut state = DevicesState { devices: fitted, driven: Vec::new() };
+    pub fn new(wired: Vec<WiredDevice>, clock: CycleClock) -> AttachedDevices {
+        let mut state = DevicesState { devices: wired, driven: Vec::new() };
         state.driven = state.combined_drives();
         AttachedDevices { state, clock, stretch: *STRETCH_CYCLES.end() }
     }
@@ -64,7 +65,7 @@ impl AttachedDevices {
 
     /// Returns the devices in the order in which they were added.
     pub fn devices(&self) -> impl Iterator<Item = &ExternalDevice> {
-        self.state.devices.iter().map(|fitted| &fitted.device)
+        self.state.devices.iter().map(|wired| &wired.device)
     }
 
     /// Connects the devices to a chip that has just been powered up; from now on they see the levels of its
@@ -74,10 +75,10 @@ impl AttachedDevices {
         for &(pin, level, _) in &self.state.driven {
             cpu.drive(now, pin, level);
         }
-        let t = self.clocks_of(now);
+        let clock = self.clocks_of(now);
         for pin in (0..).take(cpu.chip().pins.len()) {
             // A line with an unknown level is high: boards have pull-up resistors at select lines.
-            self.state.on_pin_change(pin, cpu.pin_level(pin) != PinLevel::Low, t, self.clock.hz);
+            self.state.on_pin_change(pin, cpu.pin_level(pin) != PinLevel::Low, clock, self.clock.hz);
         }
     }
 
@@ -86,24 +87,24 @@ impl AttachedDevices {
         self.run_with(cpu, until, probe, |cpu, until, probe| cpu.run(until, probe))
     }
 
-    /// Runs with the devices, but calls `go` instead of [`Cpu::run`]; it may split the run.
+    /// Runs with the devices, but calls `run_machine` instead of [`Cpu::run`]; it may split the run.
     pub fn run_with<C: Cpu, P: Probe>(
         &mut self,
         cpu: &mut C,
         until: u64,
         probe: &mut P,
-        go: impl Fn(&mut C, u64, &mut P) -> StopReason,
+        run_machine: impl Fn(&mut C, u64, &mut P) -> StopReason,
     ) -> StopReason {
         if self.state.devices.is_empty() {
-            return go(cpu, until, probe);
+            return run_machine(cpu, until, probe);
         }
         loop {
-            let (ahead, edges) = self.look_ahead(cpu, until);
-            let stop = go(cpu, ahead, probe);
+            let (stretch_end, edges) = self.look_ahead(cpu, until);
+            let stop = run_machine(cpu, stretch_end, probe);
             // The probe may have stopped the run earlier.
             let now = self.clocks_of(CycleTime::at(cpu.cycle()));
-            for (t, pin, high) in edges.into_iter().take_while(|edge| edge.0 <= now) {
-                self.state.on_pin_change(pin, high, t, self.clock.hz);
+            for (clock, pin, high) in edges.into_iter().take_while(|edge| edge.0 <= now) {
+                self.state.on_pin_change(pin, high, clock, self.clock.hz);
             }
             self.state.driven = self.state.combined_drives();
             if stop != StopReason::Limit || cpu.cycle() >= until {
@@ -112,27 +113,22 @@ impl AttachedDevices {
         }
     }
 
-    /// Queues the answers of the next stretch; returns the cycle up to which the machine may run, and the
-    /// edges until then.
+    /// Queues the answers of the devices in the next stretch. Returns the cycle up to which the machine may
+    /// run, and the edges until then: clock, pin, and whether the pin is high.
     fn look_ahead<C: Cpu>(&mut self, cpu: &mut C, until: u64) -> (u64, Vec<(u64, PinId, bool)>) {
         let (least, most) = (*STRETCH_CYCLES.start(), *STRETCH_CYCLES.end());
-        let mut goal = until.min(cpu.cycle().saturating_add(self.stretch));
-        let (mut known, mut turns) = (0, 0);
+        let mut stretch_end = until.min(cpu.cycle().saturating_add(self.stretch));
+        let (mut queued_answers, mut passes) = (0, 0);
         loop {
             let mut copy = cpu.clone();
             let state = self.state.clone();
-            let mut scout = LookaheadProbe {
-                state,
-                clock: self.clock,
-                queued_answers: known,
-                edges: Vec::new(),
-                answers: Vec::new(),
-            };
+            let mut lookahead =
+                LookaheadProbe { state, clock: self.clock, queued_answers, edges: Vec::new(), answers: Vec::new() };
             let ended = 'copy: loop {
-                let stop = copy.run(goal, &mut dyn_probe::probe_events(&mut scout));
-                for (at, pin, level) in std::mem::take(&mut scout.answers) {
+                let stop = copy.run(stretch_end, &mut dyn_probe::probe_events(&mut lookahead));
+                for (at, pin, level) in std::mem::take(&mut lookahead.answers) {
                     cpu.drive(at, pin, level);
-                    known += 1;
+                    queued_answers += 1;
                     if at.cycle <= copy.cycle() {
                         break 'copy None;
                     }
@@ -144,15 +140,15 @@ impl AttachedDevices {
             };
             if let Some(stop) = ended {
                 self.stretch =
-                    if turns > MAX_LOOKAHEAD_PASSES { self.stretch / 2 } else { self.stretch * 2 }.clamp(least, most);
+                    if passes > MAX_LOOKAHEAD_PASSES { self.stretch / 2 } else { self.stretch * 2 }.clamp(least, most);
                 // If the program has ended, the machine ends by itself.
-                return (if stop == StopReason::Limit { goal } else { until }, scout.edges);
+                return (if stop == StopReason::Limit { stretch_end } else { until }, lookahead.edges);
             }
-            turns += 1;
-            if turns == MAX_LOOKAHEAD_PASSES {
+            passes += 1;
+            if passes == MAX_LOOKAHEAD_PASSES {
                 // Each pass begins at the start of the stretch, so successive answers require a short
                 // stretch.
-                goal = goal.min(copy.cycle().saturating_add(least));
+                stretch_end = stretch_end.min(copy.cycle().saturating_add(least));
             }
         }
     }
@@ -180,7 +176,7 @@ impl DevicesState {
         };
         let mut all: Vec<(PinId, PinLevel, u64)> = Vec::new();
         for WiredDevice { device, wires } in &self.devices {
-            let mut put = |wire: usize, level: PinLevel| {
+            let mut add_drive = |wire: usize, level: PinLevel| {
                 let Some(pin) = wires.get(wire).copied().flatten() else { return };
                 match all.iter_mut().find(|row| row.0 == pin) {
                     Some(row) if strength(row.1) < strength(level) => row.1 = level,
@@ -188,20 +184,20 @@ impl DevicesState {
                     None => all.push((pin, level, device.delay_ns())),
                 }
             };
-            put(device.driven_pin(), device.driven_level());
+            add_drive(device.driven_pin(), device.driven_level());
             if let ExternalDevice::Eeprom(_) = device {
                 // SCL has its pull-up resistor too.
-                put(1, PinLevel::PullUp);
+                add_drive(1, PinLevel::PullUp);
             }
         }
         all
     }
 
     /// Reports a new level of a chip pin to the devices.
-    fn on_pin_change(&mut self, pin: PinId, high: bool, t: u64, hz: u64) {
+    fn on_pin_change(&mut self, pin: PinId, high: bool, clock: u64, hz: u64) {
         for WiredDevice { device, wires } in &mut self.devices {
             for (wire, _) in wires.iter().enumerate().filter(|(_, of)| **of == Some(pin)) {
-                device.on_pin_change(wire, high, t, hz);
+                device.on_pin_change(wire, high, clock, hz);
             }
         }
     }
@@ -219,12 +215,12 @@ struct LookaheadProbe {
 
 impl LookaheadProbe {
     /// Returns the time `ns` nanoseconds after a clock; any delay is at least a machine cycle.
-    fn delayed(&self, t: u64, ns: u64) -> CycleTime {
+    fn delayed(&self, clock: u64, ns: u64) -> CycleTime {
         let cycle = u64::from(self.clock.clocks_per_cycle.max(1));
         let clocks = (u128::from(ns) * u128::from(self.clock.hz)).div_ceil(1_000_000_000);
         let clocks = u64::try_from(clocks).unwrap_or(u64::MAX);
-        let t = t.saturating_add(if ns == 0 { 0 } else { clocks.max(cycle) });
-        CycleTime { cycle: t / cycle, phase: (t % cycle) as u8 }
+        let clock = clock.saturating_add(if ns == 0 { 0 } else { clocks.max(cycle) });
+        CycleTime { cycle: clock / cycle, phase: (clock % cycle) as u8 }
     }
 }
 
@@ -233,23 +229,23 @@ impl Probe for LookaheadProbe {
 
     fn on_event(&mut self, event: ChipEvent) -> bool {
         let ChipEvent::Edge { at, pin, level: level @ (PinLevel::Low | PinLevel::High) } = event else { return false };
-        if !self.state.devices.iter().any(|fitted| fitted.wires.contains(&Some(pin))) {
+        if !self.state.devices.iter().any(|wired| wired.wires.contains(&Some(pin))) {
             return false;
         }
-        let (t, high) = (time_in_clocks(self.clock, at), level == PinLevel::High);
-        self.edges.push((t, pin, high));
-        self.state.on_pin_change(pin, high, t, self.clock.hz);
-        let wanted = self.state.combined_drives();
-        for (old, &(pin, level, ns)) in self.state.driven.clone().iter().zip(&wanted) {
+        let (clock, high) = (time_in_clocks(self.clock, at), level == PinLevel::High);
+        self.edges.push((clock, pin, high));
+        self.state.on_pin_change(pin, high, clock, self.clock.hz);
+        let new_drives = self.state.combined_drives();
+        for (old, &(pin, level, ns)) in self.state.driven.clone().iter().zip(&new_drives) {
             if old.1 == level {
                 continue;
             }
             match self.queued_answers.checked_sub(1) {
-                Some(known) => self.queued_answers = known,
-                None => self.answers.push((self.delayed(t, ns), pin, level)),
+                Some(queued_answers) => self.queued_answers = queued_answers,
+                None => self.answers.push((self.delayed(clock, ns), pin, level)),
             }
         }
-        self.state.driven = wanted;
+        self.state.driven = new_drives;
         !self.answers.is_empty()
     }
 }

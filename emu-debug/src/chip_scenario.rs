@@ -144,18 +144,18 @@ impl NameResolver for ChipResolver<'_> {
         if let Some(&id) = self.bindings.known.get(&key) {
             return Ok(ScenarioInput { id, can_be_queued: self.bindings.is_external_drive(id) });
         }
-        let own = self.canonical_name(name);
-        let outside = || {
-            let put = parse_drive(self.chip(), &format!("{own}={value}"))?;
-            (self.check_drive)(put).map(|()| ChipStimulus::Drive(put))
+        let pin_name = self.canonical_name(name);
+        let parse_stimulus = || {
+            let drive = parse_drive(self.chip(), &format!("{pin_name}={value}"))?;
+            (self.check_drive)(drive).map(|()| ChipStimulus::Drive(drive))
         };
-        let given = if self.is_supply(&own) {
-            outside().map_err(|why| ScenarioError::ImpossibleValue(why.into()))?
-        } else if let Ok(pin) = find_pin(self.chip(), &own) {
+        let stimulus = if self.is_supply(&pin_name) {
+            parse_stimulus().map_err(|why| ScenarioError::ImpossibleValue(why.into()))?
+        } else if let Ok(pin) = find_pin(self.chip(), &pin_name) {
             if !(self.has_pin)(pin) {
                 return Err(ScenarioError::UnknownName(missing_pin_reason(self.chip(), pin).into()));
             }
-            outside().map_err(|why| ScenarioError::ImpossibleValue(why.into()))?
+            parse_stimulus().map_err(|why| ScenarioError::ImpossibleValue(why.into()))?
         } else {
             let (space, addr, bytes) = self.resolve_memory(name).map_err(|why| self.unknown_name_error(name, why))?;
             let (low, high) = (-(1i64 << (8 * bytes - 1)), (1i64 << (8 * bytes)) - 1);
@@ -172,18 +172,18 @@ impl NameResolver for ChipResolver<'_> {
             ChipStimulus::Poke(space, addr, bytes)
         };
         let id = self.bindings.stimuli.len();
-        self.bindings.stimuli.push((given, name.to_owned(), value.clone()));
+        self.bindings.stimuli.push((stimulus, name.to_owned(), value.clone()));
         self.bindings.known.insert(key, id);
         Ok(ScenarioInput { id, can_be_queued: self.bindings.is_external_drive(id) })
     }
 
     fn resolve_output(&mut self, name: &str) -> Result<ScenarioOutput, ScenarioError> {
-        let own = self.canonical_name(name);
-        let (seen, range) = match find_pin(self.chip(), &own) {
+        let pin_name = self.canonical_name(name);
+        let (observable, range) = match find_pin(self.chip(), &pin_name) {
             Ok(pin) if (self.has_pin)(pin) => (ChipObservable::Pin(pin), (0, 1)),
             Ok(pin) => return Err(ScenarioError::UnknownName(missing_pin_reason(self.chip(), pin).into())),
-            Err(_) if self.is_supply(&own) => {
-                return Err(ScenarioError::Refused(InputError::SupplyIsNotReadable { name: own }.into()));
+            Err(_) if self.is_supply(&pin_name) => {
+                return Err(ScenarioError::Refused(InputError::SupplyIsNotReadable { name: pin_name }.into()));
             }
             Err(_) => {
                 let (space, addr, bytes) =
@@ -191,11 +191,11 @@ impl NameResolver for ChipResolver<'_> {
                 (ChipObservable::Memory(space, addr, bytes), (0, (1 << (8 * bytes)) - 1))
             }
         };
-        self.bindings.observables.push(seen);
+        self.bindings.observables.push(observable);
         Ok(ScenarioOutput {
             id: self.bindings.observables.len() - 1,
             range,
-            can_float: matches!(seen, ChipObservable::Pin(_)),
+            can_float: matches!(observable, ChipObservable::Pin(_)),
         })
     }
 
@@ -257,35 +257,35 @@ impl ChipObservable {
 /// power-cycle, ..).
 pub fn timed_drives(
     scenario: &Scenario,
-    site: &mut ChipResolver<'_>,
+    resolver: &mut ChipResolver<'_>,
     program: Option<&str>,
     baud: u64,
 ) -> Result<Vec<TimedDrive>, Vec<Diagnostic>> {
-    let mcu = site.names.chip.name;
-    let bound = bind(scenario, site, program, Some(mcu))?;
-    bound.require_external_stimuli(&|id| site.bindings.is_external_drive(id))?;
+    let mcu = resolver.names.chip.name;
+    let bound = bind(scenario, resolver, program, Some(mcu))?;
+    bound.require_external_stimuli(&|id| resolver.bindings.is_external_drive(id))?;
     let baud = bound.baud.unwrap_or(baud);
     let refuse = |error: InputError| {
         let pos = scenario.steps.first().map_or(Default::default(), |step| step.pos);
         let hint = "use `emu run --scenario`";
         vec![Diagnostic::new(Severity::Error, scenario::NOT_TIMED, &scenario.file, pos, error.to_string(), hint)]
     };
-    let clocks = u64::from(site.clock.clocks_per_cycle.max(1));
+    let clocks = u64::from(resolver.clock.clocks_per_cycle.max(1));
     let (mut out, mut texts) = (Vec::new(), Vec::new());
-    for (tick, what) in bound.into_timed_stimuli()? {
+    for (tick, stimulus) in bound.into_timed_stimuli()? {
         let at = CycleTime { cycle: tick / clocks, phase: (tick % clocks) as u8 };
-        match what {
+        match stimulus {
             TimedStimulus::SetInput(id) => {
                 // Other stimuli were refused above.
-                if let Some((ChipStimulus::Drive(put), ..)) = site.bindings.stimuli.get(id) {
-                    out.push(TimedDrive { at, drive: *put });
+                if let Some((ChipStimulus::Drive(drive), ..)) = resolver.bindings.stimuli.get(id) {
+                    out.push(TimedDrive { at, drive: *drive });
                 }
             }
             TimedStimulus::Send(bytes) => texts.push((at, bytes)),
         }
     }
-    if let Some(pin) = site.serial.1.filter(|_| !texts.is_empty()) {
-        let edges = SerialLineSender::new(pin, baud).and_then(|sender| sender.edges_of_texts(site.clock, &texts));
+    if let Some(pin) = resolver.serial.1.filter(|_| !texts.is_empty()) {
+        let edges = SerialLineSender::new(pin, baud).and_then(|sender| sender.edges_of_texts(resolver.clock, &texts));
         out.extend(edges.map_err(refuse)?);
     }
     out.sort_by_key(|drive| drive.at);

@@ -1,5 +1,5 @@
-//! Combines all observers of instructions and accesses in one probe, so that a run with any of them is
-//! compiled once.
+//! Combines all observers of instructions and accesses in one probe, so that the run loop is compiled once
+//! for all runs with any of them.
 
 use emu_core::cpu::{Probe, Subcycle};
 use emu_core::lint::Lint;
@@ -10,7 +10,7 @@ use crate::lints::LintProbe;
 use crate::run::{ReadMemory, RunProbe};
 use crate::trace::TraceProbe;
 
-/// An additional probe whose type is not known.
+/// A [`RunProbe`] behind a pointer.
 pub(crate) trait DynRunProbe: crate::dyn_probe::DynProbe {
     /// Calls [`Probe::on_branch`].
     fn on_branch(&mut self, next: u32, to: u32, taken: bool);
@@ -57,7 +57,7 @@ impl Probe for CombinedProbe<'_, '_> {
 
     fn on_instruction(&mut self, at: u64, pc: u32) -> bool {
         // If the trace stops before the instruction, it will be reported again.
-        if self.trace.as_mut().is_some_and(|look| look.on_instruction(at, pc)) {
+        if self.trace.as_mut().is_some_and(|trace| trace.on_instruction(at, pc)) {
             return true;
         }
         self.access_monitor.on_instruction(at, pc);
@@ -71,7 +71,7 @@ impl Probe for CombinedProbe<'_, '_> {
         if let Some(lints) = &mut self.lints {
             lints.on_data_access(at, space, addr, value, write);
         }
-        let stop = self.trace.as_mut().is_some_and(|look| look.on_data_access(at, space, addr, value, write));
+        let stop = self.trace.as_mut().is_some_and(|trace| trace.on_data_access(at, space, addr, value, write));
         self.access_monitor.on_data_access(at, space, addr, value, write) | stop
     }
 
@@ -88,8 +88,8 @@ impl Probe for CombinedProbe<'_, '_> {
     }
 
     fn on_interrupt(&mut self, at: u64, vector: u8) {
-        if let Some(look) = &mut self.trace {
-            look.on_interrupt(at, vector);
+        if let Some(trace) = &mut self.trace {
+            trace.on_interrupt(at, vector);
         }
         self.run_probe.on_interrupt(at, vector);
     }

@@ -51,23 +51,23 @@ impl<P: Probe> DynProbe for P {
 pub(crate) struct LevelProbe<'a, const N: u8>(&'a mut dyn DynProbe);
 
 /// Returns the probe for [`ObserveLevel::Events`].
-pub(crate) fn probe_events(seer: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveLevel::Events as u8 }> {
-    LevelProbe(seer)
+pub(crate) fn probe_events(probe: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveLevel::Events as u8 }> {
+    LevelProbe(probe)
 }
 
 /// Returns the probe for [`ObserveLevel::Writes`].
-pub(crate) fn probe_writes(seer: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveLevel::Writes as u8 }> {
-    LevelProbe(seer)
+pub(crate) fn probe_writes(probe: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveLevel::Writes as u8 }> {
+    LevelProbe(probe)
 }
 
 /// Returns the probe for [`ObserveLevel::Instructions`].
-pub(crate) fn probe_instructions(seer: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveLevel::Instructions as u8 }> {
-    LevelProbe(seer)
+pub(crate) fn probe_instructions(probe: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveLevel::Instructions as u8 }> {
+    LevelProbe(probe)
 }
 
 /// Returns the probe for [`ObserveLevel::All`].
-pub(crate) fn probe_everything(seer: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveLevel::All as u8 }> {
-    LevelProbe(seer)
+pub(crate) fn probe_everything(probe: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveLevel::All as u8 }> {
+    LevelProbe(probe)
 }
 
 impl<const N: u8> Probe for LevelProbe<'_, N> {

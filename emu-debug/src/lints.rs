@@ -1,8 +1,8 @@
 //! Collects suspicious behaviour of programs ([`Lint`]), each once, with its count and first cycle.
 //!
 //! Cores with diagnostics report their lints themselves. This module finds reads of RAM that was never
-//! written, except on machines that follow values: those report such reads themselves, and only where they
-//! make a difference.
+//! written, except on machines that track for each value whether it is defined (AVR, AP101): these report
+//! such reads themselves, and only where the value makes a difference.
 
 use std::collections::BTreeMap;
 
@@ -32,8 +32,8 @@ pub struct LintProbe {
     chip: &'static Chip,
     unwritten_ram: UnwrittenRam,
     pc: u32,
-    found: Vec<LintFinding>,
-    /// Position of each lint in `found`.
+    findings: Vec<LintFinding>,
+    /// Position of each lint in `findings`.
     positions: BTreeMap<(u32, Lint), usize>,
 }
 
@@ -45,7 +45,7 @@ impl LintProbe {
             chip,
             unwritten_ram: UnwrittenRam::new(chip, ram),
             pc: 0,
-            found: Vec::new(),
+            findings: Vec::new(),
             positions: BTreeMap::new(),
         }
     }
@@ -53,9 +53,9 @@ impl LintProbe {
     /// Returns the findings in order of their first cycles.
     #[must_use]
     pub fn into_findings(self) -> Vec<LintFinding> {
-        let mut found = self.found;
-        found.sort_by_key(|found| found.first);
-        found
+        let mut findings = self.findings;
+        findings.sort_by_key(|finding| finding.first);
+        findings
     }
 }
 
@@ -76,20 +76,20 @@ impl Probe for LintProbe {
         if let Some(byte) = self.unwritten_ram.note_access(self.chip, space, addr, write) {
             // Every byte is reported once, wherever it is read.
             self.unwritten_ram.mark_written(byte);
-            self.on_lint(at, self.pc, Lint::UnknownRead { space: self.chip.ram_space, addr: byte as u16 });
+            self.on_lint(at, self.pc, Lint::UnwrittenRead { space: self.chip.ram_space, addr: byte as u16 });
         }
         false
     }
 
     fn on_lint(&mut self, at: u64, pc: u32, lint: Lint) {
-        match self.positions.get(&(pc, lint)).and_then(|&place| self.found.get_mut(place)) {
-            Some(found) => {
-                found.count = found.count.saturating_add(1);
-                found.first = found.first.min(at);
+        match self.positions.get(&(pc, lint)).and_then(|&place| self.findings.get_mut(place)) {
+            Some(finding) => {
+                finding.count = finding.count.saturating_add(1);
+                finding.first = finding.first.min(at);
             }
             None => {
-                self.positions.insert((pc, lint), self.found.len());
-                self.found.push(LintFinding { lint, pc, count: 1, first: at });
+                self.positions.insert((pc, lint), self.findings.len());
+                self.findings.push(LintFinding { lint, pc, count: 1, first: at });
             }
         }
     }
@@ -103,19 +103,23 @@ pub fn describe_lint(lint: Lint, names: &AddressNames<'_>) -> String {
             let (port, pins) = (register_name(names, port), port_pin_names(names, port, bits));
             format!("{port} is read; {pins} are analog inputs and read 0")
         }
-        Lint::ForeignLatch { port, bits } => {
+        Lint::UnintendedLatchChange { port, bits } => {
             let (port, pins) = (register_name(names, port), port_pin_names(names, port, bits));
             format!("the instruction also changes the latch of {port} at {pins}")
         }
-        Lint::Page { target } => {
+        Lint::PageNotSelected { target } => {
             let byte = u32::from(target) * names.chip.word_bytes;
             let near = names.nearest_symbol(byte).map_or(String::new(), |near| format!(" ({near})"));
             let target = names.chip.code_address(target.into());
             format!("the jump goes to 0x{target:04x}{near}, in another page, and this page did not set PCLATH")
         }
-        Lint::UnknownRead { space, addr } => format!("{} is read before it was written", cell_name(names, space, addr)),
-        Lint::UnknownUse { space, addr } => format!("{} is used before it was written", cell_name(names, space, addr)),
-        Lint::StackMeets { limit } => {
+        Lint::UnwrittenRead { space, addr } => {
+            format!("{} is read before it was written", cell_name(names, space, addr))
+        }
+        Lint::UnwrittenUse { space, addr } => {
+            format!("{} is used before it was written", cell_name(names, space, addr))
+        }
+        Lint::StackCollision { limit } => {
             let limit =
                 match names.symbols.iter().find(|s| s.space == names.chip.ram_space && s.addr == u32::from(limit)) {
                     _ if limit == names.chip.ram_start => format!("0x{limit:04x}, where RAM begins"),
@@ -124,7 +128,7 @@ pub fn describe_lint(lint: Lint, names: &AddressNames<'_>) -> String {
                 };
             format!("the stack grows below {limit}")
         }
-        Lint::NothingThere { addr } => {
+        Lint::UnimplementedAddress { addr } => {
             format!("{}:0x{addr:02x} is written, but is not implemented", names.chip.reg_space)
         }
         Lint::ReservedBits { addr, bits } => {
@@ -132,10 +136,10 @@ pub fn describe_lint(lint: Lint, names: &AddressNames<'_>) -> String {
             let (what, verb) = if list.len() == 1 { ("bit", "is") } else { ("bits", "are") };
             format!("the reserved {what} {} of {} {verb} written as 1", list.join(", "), register_name(names, addr))
         }
-        Lint::NoHandler { vector } => {
+        Lint::TakenWithoutHandler { vector } => {
             format!("the interrupt {} is taken, but has no service routine", interrupt_name(names, vector))
         }
-        Lint::Unhandled { vector } => {
+        Lint::EnabledWithoutHandler { vector } => {
             format!("the interrupt {} is enabled, but has no service routine", interrupt_name(names, vector))
         }
         Lint::FloatingRead { port, bits } => {

@@ -34,7 +34,7 @@ pub struct InterruptService {
 #[derive(Debug, Clone)]
 pub struct CycleProfile {
     /// Per program word, the properties of its instruction.
-    facts: Vec<InstructionFact>,
+    facts: Vec<InstructionFacts>,
     /// Cycles by active interrupt, if there is one, and by program word.
     cycles: BTreeMap<Option<u8>, Vec<u64>>,
     /// Cycles in which the core was stopped, by active interrupt.
@@ -63,8 +63,9 @@ enum CycleOwner {
     Word(u32),
 }
 
+/// What the profile needs to know about an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct InstructionFact {
+struct InstructionFacts {
     /// Maximum cycles if the core does not stop after it; 0 if this is unknown, or if it may close a loop
     /// with skipped iterations.
     max_cycles: u8,
@@ -85,10 +86,10 @@ impl CycleProfile {
         }
         let facts = (0..code.len().min(WORD_COUNT)).map(|pc| {
             let words: Vec<u16> = code.iter().skip(pc).take(3).map_while(|word| *word).collect();
-            if words.is_empty() { InstructionFact::default() } else { fact(chip, &words) }
+            if words.is_empty() { InstructionFacts::default() } else { instruction_facts(chip, &words) }
         });
-        let mut facts: Vec<InstructionFact> = facts.collect();
-        facts.resize(WORD_COUNT, InstructionFact::default());
+        let mut facts: Vec<InstructionFacts> = facts.collect();
+        facts.resize(WORD_COUNT, InstructionFacts::default());
         let cycles = BTreeMap::from([(None, vec![0; WORD_COUNT])]);
         CycleProfile {
             facts,
@@ -119,30 +120,30 @@ impl CycleProfile {
             }
             (CycleOwner::Entry, Some(pc)) | (CycleOwner::Word(pc), _) => pc,
         };
-        let fact = self.facts.get(word as usize).copied().unwrap_or_default();
+        let facts = self.facts.get(word as usize).copied().unwrap_or_default();
         // One more than the table: a write to the program counter of a PIC takes a second cycle.
         if let (CycleOwner::Word(_), true, true) =
-            (self.current, fact.max_cycles > 0, passed > u64::from(fact.max_cycles) + 1)
+            (self.current, facts.max_cycles > 0, passed > u64::from(facts.max_cycles) + 1)
         {
-            let stood = passed - u64::from(fact.max_cycles);
-            *self.idle.entry(serving).or_default() += stood;
-            passed -= stood;
+            let idle = passed - u64::from(facts.max_cycles);
+            *self.idle.entry(serving).or_default() += idle;
+            passed -= idle;
         }
         let cycles = self.cycles.entry(serving).or_insert_with(|| vec![0; WORD_COUNT]);
         if let Some(cell) = cycles.get_mut(word as usize) {
             *cell += passed;
         }
-        if fact.ends_service && matches!(self.current, CycleOwner::Word(_)) {
+        if facts.ends_service && matches!(self.current, CycleOwner::Word(_)) {
             self.end_service(now);
         }
     }
 
     fn end_service(&mut self, now: u64) {
-        if let Some((vector, begun)) = self.open_services.pop() {
+        if let Some((vector, start)) = self.open_services.pop() {
             let service = self.services.entry(vector).or_default();
-            let took = now.saturating_sub(begun);
-            service.total += took;
-            service.longest = service.longest.max(took);
+            let duration = now.saturating_sub(start);
+            service.total += duration;
+            service.longest = service.longest.max(duration);
         }
     }
 
@@ -193,22 +194,22 @@ impl CycleProfile {
     /// Returns the total of all counted cycles.
     #[must_use]
     pub fn total_cycles(&self) -> u64 {
-        let beside = self.idle().chain(self.entries()).map(|(_, count)| count).sum::<u64>();
-        self.before_first + beside + self.cycles().map(|one| one.2).sum::<u64>()
+        let without_instruction = self.idle().chain(self.entries()).map(|(_, count)| count).sum::<u64>();
+        self.before_first + without_instruction + self.cycles().map(|one| one.2).sum::<u64>()
     }
 }
 
 /// Returns the properties of the instruction at the start of `words`.
-fn fact(chip: &Chip, words: &[u16]) -> InstructionFact {
+fn instruction_facts(chip: &Chip, words: &[u16]) -> InstructionFacts {
     let isa = chip.isa;
-    let Some((position, _)) = find_row(isa.rows, isa.word_bits, words) else { return InstructionFact::default() };
-    let Some(row) = isa.rows.get(position) else { return InstructionFact::default() };
+    let Some((position, _)) = find_row(isa.rows, isa.word_bits, words) else { return InstructionFacts::default() };
+    let Some(row) = isa.rows.get(position) else { return InstructionFacts::default() };
     debug_assert!(row.pattern.matches(instruction_bits(row, isa.word_bits, words)), "the row that was found");
     // An instruction with a target may close a loop.
-    let goes = row.operands.iter().any(|slot| slot.kind.name.starts_with("target"));
+    let has_target = row.operands.iter().any(|slot| slot.kind.name.starts_with("target"));
     let most = row.cycles.possible_counts().iter().copied().max().unwrap_or(0);
-    InstructionFact {
-        max_cycles: if goes { 0 } else { most },
+    InstructionFacts {
+        max_cycles: if has_target { 0 } else { most },
         ends_service: (isa.flow)(position) == FlowKind::EndsInterrupt,
     }
 }

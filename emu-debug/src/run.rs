@@ -90,27 +90,27 @@ pub struct RunResult {
     pub wave_error: Option<std::io::Error>,
 }
 
-/// Runs `cpu` according to `plan`. Writes and ends `wave`; calls `go_on` with all bytes sent so far before
-/// the first cycle, every few million cycles and at the end, and ends the run if it returns false.
+/// Runs `cpu` according to `plan`. Writes and ends `wave`; calls `keep_waiting` with all bytes sent so far
+/// before the first cycle, every few million cycles and at the end, and ends the run if it returns false.
 pub fn run<C: Cpu>(
     cpu: &mut C,
     plan: &RunPlan,
     wave: Option<WaveWriter>,
-    go_on: &mut dyn FnMut(&[u8]) -> bool,
+    keep_waiting: &mut dyn FnMut(&[u8]) -> bool,
 ) -> RunResult {
     let clock = CycleClock { hz: 1, clocks_per_cycle: cpu.clocks_per_cycle() };
-    run_with_devices(&mut AttachedDevices::new(Vec::new(), clock), cpu, plan, wave, &mut ContinueCallback(go_on))
+    run_with_devices(&mut AttachedDevices::new(Vec::new(), clock), cpu, plan, wave, &mut ContinueCallback(keep_waiting))
 }
 
-/// Calls [`run`] with the devices of a board.
+/// Calls [`run`] with devices at the pins.
 pub fn run_with_devices<C: Cpu>(
-    board: &mut AttachedDevices,
+    devices: &mut AttachedDevices,
     cpu: &mut C,
     plan: &RunPlan,
     wave: Option<WaveWriter>,
-    host: &mut dyn RunController<C>,
+    controller: &mut dyn RunController<C>,
 ) -> RunResult {
-    run_with_probe((cpu, board), plan, wave, (&mut (), None), host)
+    run_with_probe((cpu, devices), plan, wave, (&mut (), None), controller)
 }
 
 /// Reads a byte of a memory, by the memory's name and address: [`Cpu::peek`].
@@ -128,43 +128,44 @@ pub trait RunProbe: Probe {
 
 impl RunProbe for () {}
 
-/// Calls [`run_with_devices`] with an additional probe, and shows each instruction to `look`.
+/// Calls [`run_with_devices`] with an additional probe, and traces each instruction with `trace`.
 pub fn run_with_probe<C: Cpu, A: RunProbe>(
-    (cpu, board): (&mut C, &mut AttachedDevices),
+    (cpu, devices): (&mut C, &mut AttachedDevices),
     plan: &RunPlan,
     wave: Option<WaveWriter>,
-    (along, look): (&mut A, Option<&mut TraceProbe<'_>>),
-    host: &mut dyn RunController<C>,
+    (extra_probe, trace): (&mut A, Option<&mut TraceProbe<'_>>),
+    controller: &mut dyn RunController<C>,
 ) -> RunResult {
-    if plan.needs_every_access() || look.is_some() {
-        return run_observed((cpu, board), plan, wave, (along, look), host);
+    if plan.needs_every_access() || trace.is_some() {
+        return run_with_all_observers((cpu, devices), plan, wave, (extra_probe, trace), controller);
     }
-    run_with((cpu, board), plan, wave, along, host)
+    run_until_end((cpu, devices), plan, wave, extra_probe, controller)
 }
 
-/// The only loop for runs with more observers than the additional probe.
-fn run_observed<C: Cpu>(
-    (cpu, board): (&mut C, &mut AttachedDevices),
+/// Runs with the observers of the plan and the trace, in addition to the additional probe. It is compiled
+/// once for all additional probes.
+fn run_with_all_observers<C: Cpu>(
+    (cpu, devices): (&mut C, &mut AttachedDevices),
     plan: &RunPlan,
     wave: Option<WaveWriter>,
-    (along, look): (&mut dyn DynRunProbe, Option<&mut TraceProbe<'_>>),
-    host: &mut dyn RunController<C>,
+    (extra_probe, trace): (&mut dyn DynRunProbe, Option<&mut TraceProbe<'_>>),
+    controller: &mut dyn RunController<C>,
 ) -> RunResult {
-    let (close, lints) = plan.access_probes(cpu);
-    let mut closer = CombinedProbe { access_monitor: close, lints, trace: look, run_probe: along };
-    let ended = run_with((cpu, board), plan, wave, &mut closer, host);
-    RunResult { lints: closer.lints.map_or_else(Vec::new, LintProbe::into_findings), ..ended }
+    let (monitor, lints) = plan.access_probes(cpu);
+    let mut combined = CombinedProbe { access_monitor: monitor, lints, trace, run_probe: extra_probe };
+    let ended = run_until_end((cpu, devices), plan, wave, &mut combined, controller);
+    RunResult { lints: combined.lints.map_or_else(Vec::new, LintProbe::into_findings), ..ended }
 }
 
 /// The observer of a run, as seen by its loop.
 trait RunObserver: Probe + Sized {
     /// Calls [`RunProbe::on_breakpoint_passed`].
     fn on_breakpoint_passed(&mut self, memory: ReadMemory<'_>, pc: u32);
-    /// Returns the observation that ends the run.
+    /// Returns why the run ends, if this observer ends it.
     fn end_reason(&self, plan: &RunPlan) -> Option<RunEnd>;
     /// Runs the machine as [`Cpu::run`] does; it may also stop without a request, so that its observations
     /// are checked.
-    fn run_machine<C: Cpu>(cpu: &mut C, until: u64, tools: &mut RunProbes<&mut Self>) -> StopReason;
+    fn run_machine<C: Cpu>(cpu: &mut C, until: u64, probes: &mut RunProbes<&mut Self>) -> StopReason;
 }
 
 impl<A: RunProbe> RunObserver for A {
@@ -176,8 +177,8 @@ impl<A: RunProbe> RunObserver for A {
         None
     }
 
-    fn run_machine<C: Cpu>(cpu: &mut C, until: u64, tools: &mut RunProbes<&mut Self>) -> StopReason {
-        cpu.run(until, tools)
+    fn run_machine<C: Cpu>(cpu: &mut C, until: u64, probes: &mut RunProbes<&mut Self>) -> StopReason {
+        cpu.run(until, probes)
     }
 }
 
@@ -188,12 +189,12 @@ impl RunObserver for CombinedProbe<'_, '_> {
 
     fn end_reason(&self, plan: &RunPlan) -> Option<RunEnd> {
         // A trace that can no longer be written ends the run.
-        let failed = self.trace.as_ref().is_some_and(|look| look.has_failed());
+        let failed = self.trace.as_ref().is_some_and(|trace| trace.has_failed());
         plan.end_reason(&self.access_monitor).or(failed.then_some(RunEnd::Declined))
     }
 
-    fn run_machine<C: Cpu>(cpu: &mut C, until: u64, tools: &mut RunProbes<&mut Self>) -> StopReason {
-        if tools.inner.trace.is_some() { trace::run_traced(cpu, until, tools) } else { cpu.run(until, tools) }
+    fn run_machine<C: Cpu>(cpu: &mut C, until: u64, probes: &mut RunProbes<&mut Self>) -> StopReason {
+        if probes.inner.trace.is_some() { trace::run_traced(cpu, until, probes) } else { cpu.run(until, probes) }
     }
 }
 
@@ -216,30 +217,31 @@ pub fn shown_pin_levels<C: Cpu>(cpu: &C, chip: &Chip) -> Vec<Option<PinLevel>> {
 impl RunPlan {
     /// Reports whether every instruction and every access must be observed.
     fn needs_every_access(&self) -> bool {
-        let close = |until: &StopCondition| {
+        let is_access = |until: &StopCondition| {
             matches!(until, StopCondition::Read(_) | StopCondition::Write(_) | StopCondition::Fetch(_))
         };
-        self.stop_on_unwritten_read || self.lint || self.until.iter().any(close)
+        self.stop_on_unwritten_read || self.lint || self.until.iter().any(is_access)
     }
 
-    /// Returns the probes for this.
+    /// Returns the probes that observe every instruction and access for the plan.
     fn access_probes<C: Cpu>(&self, cpu: &C) -> (AccessMonitor, Option<LintProbe>) {
         let ram =
             RamCheck { canonical_address: &|addr| cpu.canonical_ram_address(addr), initialized: &self.initialized };
         let watches = self.watches().into_iter().map(|(_, watch)| watch).collect();
-        let close = AccessMonitor::new(cpu.chip(), watches, self.stop_on_unwritten_read.then_some(&ram));
-        let close = close.with_fetches(self.awaited_fetches().into_iter().map(|(_, pc)| pc).collect());
-        (close, self.lint.then(|| LintProbe::new(cpu.chip(), &ram)))
+        let monitor = AccessMonitor::new(cpu.chip(), watches, self.stop_on_unwritten_read.then_some(&ram));
+        let monitor = monitor.with_fetches(self.awaited_fetches().into_iter().map(|(_, pc)| pc).collect());
+        (monitor, self.lint.then(|| LintProbe::new(cpu.chip(), &ram)))
     }
 
-    /// Returns the observation that ends the run.
-    fn end_reason(&self, close: &AccessMonitor) -> Option<RunEnd> {
-        let fault = close.unwritten_read.map(|(pc, fault)| RunEnd::Fault { pc, fault });
-        let access = || close.first_access.and_then(|a| Some(RunEnd::Until(self.watches().get(a.watch)?.0, Some(a))));
-        let fetched = || close.seen_fetch.and_then(|i| Some(RunEnd::Until(self.awaited_fetches().get(i)?.0, None)));
+    /// Returns why the run ends, if an access or a fetch ends it.
+    fn end_reason(&self, monitor: &AccessMonitor) -> Option<RunEnd> {
+        let fault = monitor.unwritten_read.map(|(pc, fault)| RunEnd::Fault { pc, fault });
+        let access = || monitor.first_access.and_then(|a| Some(RunEnd::Until(self.watches().get(a.watch)?.0, Some(a))));
+        let fetched = || monitor.seen_fetch.and_then(|i| Some(RunEnd::Until(self.awaited_fetches().get(i)?.0, None)));
         fault.or_else(access).or_else(fetched)
     }
 
+    /// Returns the watched accesses, each with the position of its condition.
     fn watches(&self) -> Vec<(usize, AccessWatch)> {
         let watch = |(i, until): (usize, &StopCondition)| match until {
             StopCondition::Read(range) => Some((i, AccessWatch { range: *range, write: false })),
@@ -258,7 +260,7 @@ impl RunPlan {
         self.until.iter().enumerate().filter_map(fetch).collect()
     }
 
-    /// Returns the awaited texts, and the meaning of each.
+    /// Returns the awaited texts, and why the run ends at each.
     fn awaited_texts(&self) -> (Vec<Vec<u8>>, Vec<RunEnd>) {
         let fail = self.fail.iter().map(|text| (text.clone(), RunEnd::Failed));
         let expect = self.expect.iter().map(|text| (text.clone(), RunEnd::Expected));
@@ -270,14 +272,15 @@ impl RunPlan {
     }
 }
 
-fn run_with<C: Cpu, L: RunObserver>(
-    (cpu, board): (&mut C, &mut AttachedDevices),
+/// Runs the machine until a condition of the plan, an observer or the controller ends the run.
+fn run_until_end<C: Cpu, L: RunObserver>(
+    (cpu, devices): (&mut C, &mut AttachedDevices),
     plan: &RunPlan,
     wave: Option<WaveWriter>,
-    close: &mut L,
-    host: &mut dyn RunController<C>,
+    observer: &mut L,
+    controller: &mut dyn RunController<C>,
 ) -> RunResult {
-    let (texts, meanings) = plan.awaited_texts();
+    let (texts, end_of_text) = plan.awaited_texts();
     let (mut pins, mut pin_conditions) = (Vec::new(), Vec::new());
     for (i, until) in plan.until.iter().enumerate() {
         match until {
@@ -290,44 +293,44 @@ fn run_with<C: Cpu, L: RunObserver>(
             StopCondition::Fetch(_) | StopCondition::Read(_) | StopCondition::Write(_) | StopCondition::Uart(_) => {}
         }
     }
-    let here = pins.iter().position(|&(pin, level)| cpu.pin_level(pin) == level);
-    let mut tools = RunProbes {
+    let found_pin = pins.iter().position(|&(pin, level)| cpu.pin_level(pin) == level);
+    let mut probes = RunProbes {
         uart: UartLog::new(texts),
         found_text: None,
         awaited_pins: pins,
-        found_pin: here,
+        found_pin,
         contention: Vec::new(),
         wave,
-        inner: close,
+        inner: observer,
         stretch_watch: StretchWatch::default(),
     };
-    let seen = |tools: &RunProbes<&mut L>| {
-        let text = tools.found_text.and_then(|i| meanings.get(i).copied());
+    let observed_end = |probes: &RunProbes<&mut L>| {
+        let text = probes.found_text.and_then(|i| end_of_text.get(i).copied());
         // A waveform that can no longer be written ends the run.
-        let full = tools.wave.as_ref().is_some_and(WaveWriter::has_failed).then_some(RunEnd::Declined);
-        let pin = || tools.found_pin.and_then(|i| pin_conditions.get(i)).map(|&i| RunEnd::Until(i, None));
-        tools.inner.end_reason(plan).or(text).or_else(pin).or(full)
+        let wave_failed = probes.wave.as_ref().is_some_and(WaveWriter::has_failed).then_some(RunEnd::Declined);
+        let pin = || probes.found_pin.and_then(|i| pin_conditions.get(i)).map(|&i| RunEnd::Until(i, None));
+        probes.inner.end_reason(plan).or(text).or_else(pin).or(wave_failed)
     };
     let reason = loop {
-        match seen(&tools) {
-            Some(RunEnd::Expected) if host.is_waiting() => tools.found_text = None,
+        match observed_end(&probes) {
+            Some(RunEnd::Expected) if controller.is_waiting() => probes.found_text = None,
             Some(reason) => break reason,
             None => {}
         }
-        tools.stretch_watch.triggered = false;
-        let until = match host.next_decision(cpu, &tools.uart.sent, &mut tools.stretch_watch) {
+        probes.stretch_watch.triggered = false;
+        let until = match controller.next_decision(cpu, &probes.uart.sent, &mut probes.stretch_watch) {
             RunDecision::RunUntil(cycle) => {
                 plan.limit.min(cycle).min(cpu.cycle().saturating_add(CYCLES_BETWEEN_DECISIONS))
             }
             RunDecision::StopWaiting => break RunEnd::Declined,
             RunDecision::Finished => {
                 // Shows the effect of the last actions.
-                board.run_with(cpu, cpu.cycle(), &mut tools, L::run_machine);
+                devices.run_with(cpu, cpu.cycle(), &mut probes, L::run_machine);
                 break RunEnd::Finished;
             }
         };
-        let stop = board.run_with(cpu, until, &mut tools, L::run_machine);
-        if let Some(reason) = seen(&tools).filter(|reason| *reason != RunEnd::Expected) {
+        let stop = devices.run_with(cpu, until, &mut probes, L::run_machine);
+        if let Some(reason) = observed_end(&probes).filter(|reason| *reason != RunEnd::Expected) {
             break reason;
         }
         match stop {
@@ -337,26 +340,26 @@ fn run_with<C: Cpu, L: RunObserver>(
             StopReason::Illegal { pc, word } => break RunEnd::Illegal { pc, word },
             StopReason::Fault { pc, fault } => break RunEnd::Fault { pc, fault },
             StopReason::Breakpoint { pc } => {
-                let here = |until: &StopCondition| match until {
+                let is_reached = |until: &StopCondition| match until {
                     StopCondition::Pc(word) => *word == pc,
                     StopCondition::Line(_, words) => words.contains(&pc),
                     _ => false,
                 };
-                if let Some(i) = plan.until.iter().position(here) {
+                if let Some(i) = plan.until.iter().position(is_reached) {
                     break RunEnd::Until(i, None);
                 }
-                tools.inner.on_breakpoint_passed(&|space, addr| cpu.peek(space, addr), pc);
+                probes.inner.on_breakpoint_passed(&|space, addr| cpu.peek(space, addr), pc);
             }
         }
     };
     // The byte in its stop bit counts: the chip has reported it to the program as sent.
-    let last = cpu.byte_in_stop_bit().filter(|_| !plan.continues).and_then(|byte| tools.uart.push_byte(byte));
-    let reason = match last.and_then(|text| meanings.get(text)) {
+    let last = cpu.byte_in_stop_bit().filter(|_| !plan.continues).and_then(|byte| probes.uart.push_byte(byte));
+    let reason = match last.and_then(|text| end_of_text.get(text)) {
         Some(RunEnd::Failed) if !matches!(reason, RunEnd::Illegal { .. } | RunEnd::Fault { .. }) => RunEnd::Failed,
         Some(&text) if matches!(reason, RunEnd::Limit | RunEnd::Halted | RunEnd::Until(..)) => text,
         _ => reason,
     };
-    host.finish(cpu, &tools.uart.sent);
-    let unwritten = tools.wave.take().and_then(|wave| wave.finish(cpu.cycle()).err());
-    RunResult { reason, uart: tools.uart.sent, contention: tools.contention, lints: Vec::new(), wave_error: unwritten }
+    controller.finish(cpu, &probes.uart.sent);
+    let wave_error = probes.wave.take().and_then(|wave| wave.finish(cpu.cycle()).err());
+    RunResult { reason, uart: probes.uart.sent, contention: probes.contention, lints: Vec::new(), wave_error }
 }

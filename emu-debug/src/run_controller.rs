@@ -1,5 +1,5 @@
-//! The controller of a run: called before every stretch, it decides whether and up to which cycle the run
-//! continues.
+//! The controller of a run. A run is a sequence of stretches; the controller is called before each of them
+//! and decides whether and up to which cycle the run continues.
 
 use emu_core::cpu::Cpu;
 use emu_core::pins::PinId;
@@ -21,11 +21,11 @@ pub enum RunDecision {
 /// Events that also end a stretch.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct StretchWatch {
-    /// A level of one of these pins changes.
+    /// The stretch ends when the level of one of these pins changes.
     pub pins: Vec<PinId>,
-    /// A byte is sent over the first serial port.
+    /// The stretch ends when a byte is sent over the first serial port.
     pub bytes: bool,
-    /// Whether the event has occurred.
+    /// Whether such an event has occurred.
     pub triggered: bool,
 }
 

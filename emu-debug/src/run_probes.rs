@@ -8,15 +8,16 @@ use crate::run_controller::StretchWatch;
 use crate::uart_log::UartLog;
 use crate::waveform::WaveWriter;
 
-/// The serial output, awaited levels, a waveform, and closer observers (`()` for none).
+/// The serial output, awaited levels, a waveform, and a probe of instructions and accesses (`()` for none).
 pub struct RunProbes<C> {
     /// The bytes that the chip sends.
     pub uart: UartLog,
-    /// Position of the text that was seen, if there was one.
+    /// Position of the first awaited text that was seen, if there was one, in the order given to
+    /// [`UartLog::new`].
     pub found_text: Option<usize>,
     /// Awaited levels.
     pub awaited_pins: Vec<(PinId, PinLevel)>,
-    /// Position of the level that was seen, if there was one.
+    /// Position in `awaited_pins` of the first level that was seen, if there was one.
     pub found_pin: Option<usize>,
     /// Pins with contention between chip and outside, each with its first cycle.
     pub contention: Vec<(PinId, u64)>,

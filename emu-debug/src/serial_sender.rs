@@ -63,8 +63,8 @@ impl SerialLineSender {
     ) -> Result<Vec<TimedDrive>, InputError> {
         let per_cycle = u128::from(clock.clocks_per_cycle.max(1));
         let (hz, baud) = (u128::from(clock.hz), u128::from(self.baud));
-        let asked = u128::from(at.cycle) * per_cycle + u128::from(at.phase);
-        let mut start = self.free_at.max(asked * baud);
+        let requested = u128::from(at.cycle) * per_cycle + u128::from(at.phase);
+        let mut start = self.free_at.max(requested * baud);
         let mut drives = Vec::new();
         for &byte in bytes {
             let levels = u16::from(byte) << 1 | 1 << 9;
@@ -76,8 +76,8 @@ impl SerialLineSender {
                     let cycle = u64::try_from(clocks / per_cycle).ok().filter(|&cycle| cycle <= MAX_CYCLES);
                     let cycle = cycle.ok_or(InputError::SerialTextTooLong)?;
                     let at = CycleTime { cycle, phase: (clocks % per_cycle) as u8 };
-                    let put = ExternalDrive::Level(self.pin, if level { PinLevel::High } else { PinLevel::Low });
-                    drives.push(TimedDrive { at, drive: put });
+                    let drive = ExternalDrive::Level(self.pin, if level { PinLevel::High } else { PinLevel::Low });
+                    drives.push(TimedDrive { at, drive });
                 }
                 before = level;
             }

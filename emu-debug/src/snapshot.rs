@@ -94,14 +94,14 @@ pub fn is_snapshot(bytes: &[u8]) -> bool {
 
 /// Returns the file of a snapshot; `state` comes from [`Cpu::save`](emu_core::Cpu::save).
 #[must_use]
-pub fn encode_snapshot(head: &SnapshotHeader, state: &[u8]) -> Vec<u8> {
+pub fn encode_snapshot(header: &SnapshotHeader, state: &[u8]) -> Vec<u8> {
     let mut body = Vec::new();
-    for text in [&head.chip, &head.options] {
+    for text in [&header.chip, &header.options] {
         body.extend((text.len() as u32).to_le_bytes());
         body.extend(text.as_bytes());
     }
-    body.extend(head.program.to_le_bytes());
-    body.extend(head.cycle.to_le_bytes());
+    body.extend(header.program.to_le_bytes());
+    body.extend(header.cycle.to_le_bytes());
     body.extend(state);
     let mut file = MAGIC.to_vec();
     file.extend(VERSION.to_le_bytes());
@@ -129,33 +129,32 @@ pub fn decode_snapshot<'a>(name: &str, bytes: &'a [u8]) -> Result<(SnapshotHeade
     let (Some(version), Some(len)) = (fields.number(2), fields.number(8)) else {
         return wrong(CUT_SHORT, format!("ends after {} bytes, in the middle of its head", bytes.len()), AGAIN);
     };
-    let wanted = len.saturating_add(4);
-    let left = fields.0.len() as u64;
+    let expected_bytes = len.saturating_add(4);
+    let bytes_left = fields.0.len() as u64;
     if version != u64::from(VERSION) {
         let cause = format!("is a snapshot of version {version}, and this emu knows version {VERSION}");
         return wrong(OTHER_VERSION, cause, "use the emu that wrote it, or make it again");
     }
-    if left < wanted {
-        return wrong(CUT_SHORT, format!("ends {} bytes early", wanted - left), AGAIN);
+    if bytes_left < expected_bytes {
+        return wrong(CUT_SHORT, format!("ends {} bytes early", expected_bytes - bytes_left), AGAIN);
     }
-    let Some((front, sum)) = bytes.split_last_chunk::<4>().filter(|_| left == wanted) else {
-        return wrong(CHECKSUM, format!("has {} bytes after its end", left - wanted), AGAIN);
+    let Some((front, sum)) = bytes.split_last_chunk::<4>().filter(|_| bytes_left == expected_bytes) else {
+        return wrong(CHECKSUM, format!("has {} bytes after its end", bytes_left - expected_bytes), AGAIN);
     };
-    let (found, wanted) = (crc32(front), u32::from_le_bytes(*sum));
-    if found != wanted {
-        return wrong(CHECKSUM, format!("is damaged: its checksum is {found:08x}, and it says {wanted:08x}"), AGAIN);
+    let (computed, stored) = (crc32(front), u32::from_le_bytes(*sum));
+    if computed != stored {
+        return wrong(CHECKSUM, format!("is damaged: its checksum is {computed:08x}, and it says {stored:08x}"), AGAIN);
     }
     let mut fields = FieldReader(fields.0.get(..len as usize).unwrap_or_default());
-    let head = || {
+    let mut read_header = || {
         let (chip, options) = (fields.text()?, fields.text()?);
         let (program, cycle) = (fields.number(8)?, fields.number(8)?);
         Some((SnapshotHeader { chip, program, options, cycle }, fields.0))
     };
-    let mut head = head;
-    head().ok_or_else(|| invalid_state(name))
+    read_header().ok_or_else(|| invalid_state(name))
 }
 
-/// Returns the state in the file and its cycle, if it belongs to the machine that `wanted` describes (the
+/// Returns the state in the file and its cycle, if it belongs to the machine that `expected` describes (the
 /// cycle is ignored).
 ///
 /// # Errors
@@ -163,36 +162,36 @@ pub fn decode_snapshot<'a>(name: &str, bytes: &'a [u8]) -> Result<(SnapshotHeade
 pub fn decode_snapshot_for<'a>(
     name: &str,
     bytes: &'a [u8],
-    wanted: &SnapshotHeader,
+    expected: &SnapshotHeader,
 ) -> Result<(u64, &'a [u8]), Diagnostic> {
-    let (head, state) = decode_snapshot(name, bytes)?;
-    let (code, cause, hint) = if head.chip != wanted.chip {
-        let cause = format!("is a snapshot of {}, and the chip is {}", head.chip, wanted.chip);
+    let (header, state) = decode_snapshot(name, bytes)?;
+    let (code, cause, hint) = if header.chip != expected.chip {
+        let cause = format!("is a snapshot of {}, and the chip is {}", header.chip, expected.chip);
         (OTHER_CHIP, cause, "name the chip of the snapshot with --mcu")
-    } else if head.program != wanted.program {
+    } else if header.program != expected.program {
         let cause = "is a snapshot of another program".to_owned();
         (OTHER_PROGRAM, cause, "give the image with which it was made, or make it again")
-    } else if head.options != wanted.options {
+    } else if header.options != expected.options {
         (
             OTHER_OPTIONS,
-            option_difference(&head.options, &wanted.options),
+            option_difference(&header.options, &expected.options),
             "give the flags with which it was made, or make it again",
         )
     } else {
-        return Ok((head.cycle, state));
+        return Ok((header.cycle, state));
     };
     Err(fault(name, code, cause, hint))
 }
 
 /// Describes the options that only one of two configurations has.
-fn option_difference(own: &str, wanted: &str) -> String {
+fn option_difference(file_options: &str, machine_options: &str) -> String {
     let split = |options: &str| options.split(" --").map(|flag| flag.trim_start_matches("--").to_owned()).collect();
-    let (own, wanted): (Vec<String>, Vec<String>) = (split(own), split(wanted));
-    let beyond = |some: &[String], others: &[String]| {
+    let (file_options, machine_options): (Vec<String>, Vec<String>) = (split(file_options), split(machine_options));
+    let only_in_first = |some: &[String], others: &[String]| {
         let flags: Vec<_> = some.iter().filter(|flag| !others.contains(flag)).map(|flag| format!("--{flag}")).collect();
         flags.join(" ")
     };
-    match (beyond(&own, &wanted), beyond(&wanted, &own)) {
+    match (only_in_first(&file_options, &machine_options), only_in_first(&machine_options, &file_options)) {
         (has, lacks) if has.is_empty() => format!("is of a machine without `{lacks}`"),
         (has, lacks) if lacks.is_empty() => format!("is of a machine with `{has}`, and this one is without"),
         (has, other) => format!("is of a machine with `{has}`, and this one has `{other}`"),

@@ -152,10 +152,10 @@ pub fn queue_drives<C: Cpu>(cpu: &mut C, drives: &[TimedDrive]) -> Result<(), In
 /// As [`queue_drives`].
 pub fn queue_drive<C: Cpu>(
     cpu: &mut C,
-    TimedDrive { at, drive: put }: TimedDrive,
+    TimedDrive { at, drive }: TimedDrive,
     supply: &mut u32,
 ) -> Result<(), InputError> {
-    let done = match put {
+    let is_supported = match drive {
         ExternalDrive::Level(pin, level) => {
             cpu.drive(at, pin, level);
             true
@@ -172,11 +172,11 @@ pub fn queue_drive<C: Cpu>(
             cpu.set_supply(at, millivolts)
         }
     };
-    if done {
+    if is_supported {
         return Ok(());
     }
     let (chip, pin) = (cpu.chip().name, example_pin(cpu.chip(), 0));
-    let what = if matches!(put, ExternalDrive::Supply(_)) { "the supply" } else { "voltages on pins" };
+    let what = if matches!(drive, ExternalDrive::Supply(_)) { "the supply" } else { "voltages on pins" };
     Err(InputError::LevelsOnly { what, chip, pin })
 }
 
@@ -194,12 +194,12 @@ pub fn supply_changes(drives: &[TimedDrive]) -> Vec<(CycleTime, u32)> {
 ///
 /// # Errors
 /// Why it does not.
-pub fn check_drive_supported<C: Cpu>(cpu: &C, put: ExternalDrive) -> Result<(), InputError> {
-    match put {
+pub fn check_drive_supported<C: Cpu>(cpu: &C, drive: ExternalDrive) -> Result<(), InputError> {
+    match drive {
         ExternalDrive::Level(..) => Ok(()),
-        put => queue_drive(
+        drive => queue_drive(
             &mut cpu.clone(),
-            TimedDrive { at: CycleTime::at(cpu.cycle()), drive: put },
+            TimedDrive { at: CycleTime::at(cpu.cycle()), drive },
             &mut INITIAL_SUPPLY_MV.clone(),
         ),
     }
@@ -250,9 +250,10 @@ pub fn supply_name(chip: &Chip) -> &'static str {
 pub fn find_pin(chip: &Chip, name: &str) -> Result<PinId, InputError> {
     let pin = chip.pin(name).filter(|&pin| chip.has_pin(pin));
     // The note lists the other functions of a pin.
-    let is = |note: &str| !name.is_empty() && note.split(", ").any(|function| function.eq_ignore_ascii_case(name));
-    let shared = || chip.present_pins().find(|(_, def)| is(def.note)).map(|(pin, _)| pin);
-    pin.or_else(shared).ok_or_else(|| {
+    let has_function =
+        |note: &str| !name.is_empty() && note.split(", ").any(|function| function.eq_ignore_ascii_case(name));
+    let by_function = || chip.present_pins().find(|(_, def)| has_function(def.note)).map(|(pin, _)| pin);
+    pin.or_else(by_function).ok_or_else(|| {
         let names: Vec<&str> = chip.present_pins().map(|(_, def)| def.name).collect();
         let names = if chip.family == ChipFamily::Ap101 { AP101_PIN_NAMES.to_owned() } else { names.join(" ") };
         InputError::UnknownPin { chip: chip.name, name: name.to_owned(), known: names }
@@ -278,9 +279,9 @@ fn parse_millivolts(text: &str) -> Result<u32, InputError> {
         "mV" | "mv" => mantissa,
         _ => return Err(wanted()),
     };
-    let down = 10u128.pow(decimals);
-    match scaled / down {
-        _ if scaled % down != 0 => Err(InputError::NotWhole { text: text.to_owned(), unit: "millivolts" }),
+    let divisor = 10u128.pow(decimals);
+    match scaled / divisor {
+        _ if scaled % divisor != 0 => Err(InputError::NotWhole { text: text.to_owned(), unit: "millivolts" }),
         millivolts @ 0..=MAX_MILLIVOLTS => Ok(millivolts as u32),
         _ => Err(InputError::VoltageTooHigh { text: text.to_owned(), most_volts: MAX_MILLIVOLTS / 1_000 }),
     }

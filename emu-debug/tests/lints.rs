@@ -26,7 +26,7 @@ fn found<C: Cpu>(mut cpu: C, waits: &str) -> String {
     let ended = emu_debug::run(&mut cpu, &plan, None, &mut |_| true);
     let each = ended.lints.iter().map(|found| {
         let place = match found.lint {
-            Lint::UnknownRead { space, addr } | Lint::UnknownUse { space, addr } => format!(" {space}:{addr:x}"),
+            Lint::UnwrittenRead { space, addr } | Lint::UnwrittenUse { space, addr } => format!(" {space}:{addr:x}"),
             _ => String::new(),
         };
         format!("{:x} {}{place} x{} @{}", found.pc, found.lint.code(), found.count, found.first)
@@ -88,11 +88,11 @@ fn names_of_registers_pins_and_symbols() {
     #[rustfmt::skip]
     let cases = [
         (Lint::AnalogRead { port: 5, bits: 0x21 },             "PORTA is read; RA0, RA5 are analog inputs and read 0"),
-        (Lint::ForeignLatch { port: 6, bits: 2 },              "the instruction also changes the latch of PORTB at RB1"),
-        (Lint::Page { target: 0x812 },                         "the jump goes to 0x0812 (far+0x2), in another page, and this page did not set PCLATH"),
-        (Lint::Page { target: 0x10 },                          "the jump goes to 0x0010, in another page, and this page did not set PCLATH"),
-        (Lint::UnknownRead { space: "data", addr: 0x20 },      "data:0x20 (count) is read before it was written"),
-        (Lint::UnknownRead { space: "data", addr: 0x21 },      "data:0x21 is read before it was written"),
+        (Lint::UnintendedLatchChange { port: 6, bits: 2 },              "the instruction also changes the latch of PORTB at RB1"),
+        (Lint::PageNotSelected { target: 0x812 },                         "the jump goes to 0x0812 (far+0x2), in another page, and this page did not set PCLATH"),
+        (Lint::PageNotSelected { target: 0x10 },                          "the jump goes to 0x0010, in another page, and this page did not set PCLATH"),
+        (Lint::UnwrittenRead { space: "data", addr: 0x20 },      "data:0x20 (count) is read before it was written"),
+        (Lint::UnwrittenRead { space: "data", addr: 0x21 },      "data:0x21 is read before it was written"),
         (Lint::NotSaved { register: "W" },                     "the service routine returns with a changed value in W"),
         (Lint::StackOverflow,                                  "the stack is full: the oldest return address is overwritten"),
         // An address without a name in the chip row is printed as a number.
@@ -107,20 +107,20 @@ fn names_of_registers_pins_and_symbols() {
     let names = AddressNames { chip: &emu_avr::chips::ATMEGA328P, symbols: &symbols };
     #[rustfmt::skip]
     let cases = [
-        (Lint::UnknownUse { space: "data", addr: 5 },          "r5 is used before it was written"),
-        (Lint::UnknownUse { space: "data", addr: 0x100 },      "data:0x100 (buf) is used before it was written"),
-        (Lint::UnknownUse { space: "data", addr: 0x107 },      "data:0x107 (buf+0x7) is used before it was written"),
-        (Lint::UnknownUse { space: "data", addr: 0x108 },      "data:0x108 is used before it was written"),
-        (Lint::StackMeets { limit: 0x120 },                    "the stack grows below 0x0120 (_end)"),
-        (Lint::StackMeets { limit: 0x100 },                    "the stack grows below 0x0100, where RAM begins"),
-        (Lint::StackMeets { limit: 0x180 },                    "the stack grows below 0x0180, up to where the heap reaches"),
-        (Lint::NothingThere { addr: 0xE0 },                    "data:0xe0 is written, but is not implemented"),
+        (Lint::UnwrittenUse { space: "data", addr: 5 },          "r5 is used before it was written"),
+        (Lint::UnwrittenUse { space: "data", addr: 0x100 },      "data:0x100 (buf) is used before it was written"),
+        (Lint::UnwrittenUse { space: "data", addr: 0x107 },      "data:0x107 (buf+0x7) is used before it was written"),
+        (Lint::UnwrittenUse { space: "data", addr: 0x108 },      "data:0x108 is used before it was written"),
+        (Lint::StackCollision { limit: 0x120 },                    "the stack grows below 0x0120 (_end)"),
+        (Lint::StackCollision { limit: 0x100 },                    "the stack grows below 0x0100, where RAM begins"),
+        (Lint::StackCollision { limit: 0x180 },                    "the stack grows below 0x0180, up to where the heap reaches"),
+        (Lint::UnimplementedAddress { addr: 0xE0 },                    "data:0xe0 is written, but is not implemented"),
         (Lint::ReservedBits { addr: 0xC5, bits: 0x10 },        "the reserved bit 4 of UBRR0H is written as 1"),
         (Lint::ReservedBits { addr: 0x45, bits: 0x30 },        "the reserved bits 4, 5 of TCCR0B are written as 1"),
         (Lint::Baud { uart: 0, baud: 111_111 },                "serial port 0 runs at 111111 baud, -3.5 % off 115200"),
         (Lint::Baud { uart: 0, baud: 117_647 },                "serial port 0 runs at 117647 baud, +2.1 % off 115200"),
-        (Lint::NoHandler { vector: 16 },                       "the interrupt TIMER0_OVF is taken, but has no service routine"),
-        (Lint::Unhandled { vector: 1 },                        "the interrupt INT0 is enabled, but has no service routine"),
+        (Lint::TakenWithoutHandler { vector: 16 },                       "the interrupt TIMER0_OVF is taken, but has no service routine"),
+        (Lint::EnabledWithoutHandler { vector: 1 },                        "the interrupt INT0 is enabled, but has no service routine"),
         (Lint::FloatingRead { port: 0x29, bits: 0x84 },        "PIND is read and used, but nothing drives PD2, PD7"),
     ];
     for (lint, wanted) in cases {

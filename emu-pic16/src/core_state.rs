@@ -8,7 +8,7 @@ use emu_core::countdown::Countdown;
 pub(crate) struct CoreRegisters {
     /// Index of the next op: RP1:RP0 in bits 15 and 14, below them the program counter, which can be one or
     /// two past 1FFFh.
-    pub at: u32,
+    pub bank_and_pc: u32,
     /// Counts of cycles and instructions, and the deadline.
     pub clock: Countdown,
     /// Working register W.
@@ -45,18 +45,18 @@ impl CoreRegisters {
     /// Returns the program counter.
     #[inline(always)]
     pub(crate) const fn pc(&self) -> u32 {
-        self.at & 0x1FFF
+        self.bank_and_pc & 0x1FFF
     }
 
     /// Sets the program counter to the low 13 bits of `pc`.
     #[inline(always)]
     pub(crate) const fn set_pc(&mut self, pc: u32) {
-        self.at = self.at & BANK | pc & 0x1FFF;
+        self.bank_and_pc = self.bank_and_pc & BANK | pc & 0x1FFF;
     }
 
     /// State after power-on, at cycle 0 (DS30292, table 12-6; unknown values are 0).
     pub(crate) const START: CoreRegisters = CoreRegisters {
-        at: 0,
+        bank_and_pc: 0,
         clock: Countdown::START,
         w: 0,
         c: 0,
@@ -75,7 +75,7 @@ impl CoreRegisters {
     pub(crate) const fn status(&self) -> u8 {
         let z = ((self.z as u8 == 0) as u32) << 2;
         ((self.indirect_address & 0x100) >> 1
-            | (self.at & BANK) >> 9
+            | (self.bank_and_pc & BANK) >> 9
             | self.timeout_bits
             | z
             | self.dc >> 2 & 2
@@ -86,7 +86,7 @@ impl CoreRegisters {
     #[inline(always)]
     pub(crate) const fn set_banks(&mut self, status: u32) {
         self.indirect_address = self.indirect_address & 0xFF | (status & 0x80) << 1;
-        self.at = self.at & !BANK | (status & 0x60) << 9;
+        self.bank_and_pc = self.bank_and_pc & !BANK | (status & 0x60) << 9;
     }
 
     /// Writes STATUS, except TO and PD, which no write can change.

@@ -58,10 +58,10 @@ impl Pic16 {
             bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect()
         };
         let eeprom: Vec<u8> = cells("eeprom", part.chip.eeprom_bytes.into()).iter().map(|&cell| cell as u8).collect();
-        let mut places = Box::new([FileAddress::NONE; DATA_ADDRESSES]);
-        for (place, found) in places.iter_mut().zip(part.file_slots()) {
-            *place = match found {
-                chips::FileSlot::Ram(kept) => FileAddress(kept % DATA_ADDRESSES as u16),
+        let mut file_addresses = Box::new([FileAddress::NONE; DATA_ADDRESSES]);
+        for (file_address, slot) in file_addresses.iter_mut().zip(part.file_slots()) {
+            *file_address = match slot {
+                chips::FileSlot::Ram(canonical) => FileAddress(canonical % DATA_ADDRESSES as u16),
                 chips::FileSlot::Sfr(sfr) => FileAddress::sfr(sfr),
                 chips::FileSlot::None => FileAddress::NONE,
             };
@@ -72,7 +72,7 @@ impl Pic16 {
             core: CoreRegisters::START,
             ram,
             stack: [0; 8],
-            code: Arc::new(CodeMemory::new(&cells("flash", words), words, places)),
+            code: Arc::new(CodeMemory::new(&cells("flash", words), words, file_addresses)),
             soc: Pic16Soc::new(part, options, &cells("config", 16), &eeprom),
             run_state: RunState::START,
             lints: LintState::default(),
@@ -103,7 +103,7 @@ impl Pic16 {
     /// Returns an executor for a burst or a single instruction, and the code memory.
     fn executor<'a, P: Probe>(&'a mut self, probe: &'a mut P) -> (Executor<'a, P>, &'a CodeMemory) {
         let code: &CodeMemory = &self.code;
-        let turn = Executor {
+        let executor = Executor {
             core: self.core,
             ram: &mut self.ram,
             stack: &mut self.stack,
@@ -114,7 +114,7 @@ impl Pic16 {
             bus: &mut self.soc,
             probe,
         };
-        (turn, code)
+        (executor, code)
     }
 
     fn set_fsr(&mut self, value: u32) {
@@ -122,24 +122,24 @@ impl Pic16 {
     }
 
     fn op_index(&self, pc: u32) -> usize {
-        (self.core.at & BANK | pc) as usize % OPS
+        (self.core.bank_and_pc & BANK | pc) as usize % OPS
     }
 
     /// Reads a resolved file address without side effects.
-    fn peek_address(&self, place: FileAddress) -> u8 {
-        match as_core_register(place) {
+    fn peek_address(&self, file_address: FileAddress) -> u8 {
+        match as_core_register(file_address) {
             Some(Sfr::STATUS) => self.core.status(),
             Some(Sfr::FSR) => self.core.indirect_address as u8,
-            Some(Sfr::PCL) => self.core.at as u8,
+            Some(Sfr::PCL) => self.core.bank_and_pc as u8,
             Some(Sfr::PCLATH) => self.core.pclath as u8,
             Some(_) => 0,
-            None if place.0 < DATA_ADDRESSES as u16 => self.ram[usize::from(place.0)],
-            None => self.soc.peek(place.0 - DATA_ADDRESSES as u16, self.cycle()),
+            None if file_address.0 < DATA_ADDRESSES as u16 => self.ram[usize::from(file_address.0)],
+            None => self.soc.peek(file_address.0 - DATA_ADDRESSES as u16, self.cycle()),
         }
     }
 
-    fn poke_address(&mut self, place: FileAddress, value: u8) {
-        match as_core_register(place) {
+    fn poke_address(&mut self, file_address: FileAddress, value: u8) {
+        match as_core_register(file_address) {
             Some(Sfr::STATUS) => {
                 self.core.set_status(value.into());
                 self.core.timeout_bits = u32::from(value) & (TO | PD);
@@ -148,10 +148,10 @@ impl Pic16 {
             Some(Sfr::PCL) => self.set_pc(self.core.pclath << 8 | u32::from(value)),
             Some(Sfr::PCLATH) => self.core.pclath = u32::from(value) & 0x1F,
             Some(_) => {}
-            None if place.0 < DATA_ADDRESSES as u16 => self.ram[usize::from(place.0)] = value,
+            None if file_address.0 < DATA_ADDRESSES as u16 => self.ram[usize::from(file_address.0)] = value,
             None => {
                 let now = self.cycle();
-                self.soc.poke(place.0 - DATA_ADDRESSES as u16, value, now);
+                self.soc.poke(file_address.0 - DATA_ADDRESSES as u16, value, now);
             }
         }
     }
@@ -159,19 +159,19 @@ impl Pic16 {
     /// Resolves an address of data memory; INDF resolves to the address in FSR.
     fn file_address(&self, addr: u16) -> FileAddress {
         match self.code.file_addresses[usize::from(addr) % DATA_ADDRESSES] {
-            place if place == FileAddress::sfr(Sfr::INDF) => {
+            file_address if file_address == FileAddress::sfr(Sfr::INDF) => {
                 self.code.file_addresses[self.core.indirect_address as usize % DATA_ADDRESSES]
             }
-            place => place,
+            file_address => file_address,
         }
     }
 }
 
 /// Returns the core register at a file address, if there is one.
-fn as_core_register(place: FileAddress) -> Option<Sfr> {
+fn as_core_register(file_address: FileAddress) -> Option<Sfr> {
     const CORE: [Sfr; 5] = [Sfr::INDF, Sfr::PCL, Sfr::STATUS, Sfr::FSR, Sfr::PCLATH];
-    let nowhere = (place == FileAddress::NONE).then_some(Sfr::INDF);
-    CORE.into_iter().find(|&sfr| place == FileAddress::sfr(sfr)).or(nowhere)
+    let unimplemented = (file_address == FileAddress::NONE).then_some(Sfr::INDF);
+    CORE.into_iter().find(|&sfr| file_address == FileAddress::sfr(sfr)).or(unimplemented)
 }
 
 impl Cpu for Pic16 {
@@ -186,21 +186,21 @@ impl Cpu for Pic16 {
     fn reset(&mut self, why: ResetCause) {
         self.core.clock.expire();
         let now = self.core.clock.now();
-        let (hot, asleep) = (self.core, self.soc.in_standby());
+        let (before, asleep) = (self.core, self.soc.in_standby());
         // DS30292, tables 12-3 and 12-6: what a reset leaves unchanged, and TO and PD by its cause.
         let to_pd = match (why, asleep) {
             (ResetCause::PowerOn | ResetCause::BrownOut, _) => TO | PD,
-            (ResetCause::External, false) => hot.timeout_bits,
+            (ResetCause::External, false) => before.timeout_bits,
             (ResetCause::External, true) => TO,
             (ResetCause::Watchdog, _) => PD,
         };
         self.core = CoreRegisters {
-            clock: hot.clock,
-            w: hot.w,
-            z: hot.z,
-            dc: hot.dc,
-            c: hot.c,
-            indirect_address: hot.indirect_address & 0xFF,
+            clock: before.clock,
+            w: before.w,
+            z: before.z,
+            dc: before.dc,
+            c: before.c,
+            indirect_address: before.indirect_address & 0xFF,
             timeout_bits: to_pd,
             ..CoreRegisters::START
         };
@@ -335,12 +335,12 @@ impl Cpu for Pic16 {
     }
 
     fn canonical_ram_address(&self, addr: u32) -> Option<u32> {
-        let place = u16::try_from(addr)
+        let slot = u16::try_from(addr)
             .ok()
             .filter(|&addr| usize::from(addr) < DATA_ADDRESSES)
             .map(|addr| self.part.file_slot(addr));
-        match place {
-            Some(chips::FileSlot::Ram(kept)) => Some(kept.into()),
+        match slot {
+            Some(chips::FileSlot::Ram(canonical)) => Some(canonical.into()),
             _ => None,
         }
     }

@@ -5,7 +5,7 @@
 //! without flags, `write_with_flags` those of instructions with flags: if the target is STATUS, the flags are
 //! left to the arithmetic ("Status Register" in section 5). Flags are set after the result is stored.
 
-use emu_core::machine::{BodyMachine, WordOps};
+use emu_core::machine::{BodyMachine, ByteOps};
 
 use crate::operands::{B, F, FileAddress, JumpTarget, K, RamCell};
 use crate::periph::map::Sfr;
@@ -13,44 +13,44 @@ use crate::periph::map::Sfr;
 /// Operations that PIC16 bodies need in addition to [`BodyMachine`].
 pub(crate) trait Pic16Machine: BodyMachine {
     /// Reads W.
-    fn w(&self) -> Self::Word;
+    fn w(&self) -> Self::Byte;
     /// Writes W.
-    fn set_w(&mut self, value: Self::Word);
+    fn set_w(&mut self, value: Self::Byte);
     /// Reads C.
     fn carry(&self) -> Self::Bit;
     /// Writes C.
     fn set_carry(&mut self, value: Self::Bit);
     /// Sets Z if the byte is 0, otherwise clears it.
-    fn set_z(&mut self, value: Self::Word);
+    fn set_z(&mut self, value: Self::Byte);
     /// Sets C to bit 7 and DC to bit 3 of `carries`.
-    fn set_carries(&mut self, carries: Self::Word);
+    fn set_carries(&mut self, carries: Self::Byte);
     /// Converts a bit to a word, 0 or 1.
-    fn word_from_bit(bit: Self::Bit) -> Self::Word;
-    /// Returns `place`, or the address in FSR if `place` is INDF.
-    fn resolve(&mut self, place: FileAddress) -> FileAddress;
+    fn word_from_bit(bit: Self::Bit) -> Self::Byte;
+    /// Returns `file_address`, or the address in FSR if `file_address` is INDF.
+    fn resolve(&mut self, file_address: FileAddress) -> FileAddress;
     /// Reads a file register.
-    fn read_file(&mut self, place: FileAddress) -> Self::Word;
+    fn read_file(&mut self, file_address: FileAddress) -> Self::Byte;
     /// Writes a file register.
-    fn write_file(&mut self, place: FileAddress, value: Self::Word);
+    fn write_file(&mut self, file_address: FileAddress, value: Self::Byte);
     /// Writes a file register with the result of an instruction that sets flags.
-    fn write_file_with_flags(&mut self, place: FileAddress, value: Self::Word);
+    fn write_file_with_flags(&mut self, file_address: FileAddress, value: Self::Byte);
     /// Reads the bit of a file register given by its mask.
     #[inline(always)]
-    fn read_file_bit(&mut self, place: FileAddress, mask: u8) -> Self::Bit {
-        Self::is_any_bit_set(self.read_file(place), mask)
+    fn read_file_bit(&mut self, file_address: FileAddress, mask: u8) -> Self::Bit {
+        Self::is_any_bit_set(self.read_file(file_address), mask)
     }
     /// Reads a file register and writes it back with the bit under `mask` set or cleared.
     #[inline(always)]
-    fn write_file_bit(&mut self, place: FileAddress, mask: u8, on: bool) {
-        let value = self.read_file(place);
-        self.write_file(place, with_mask(value, mask, on));
+    fn write_file_bit(&mut self, file_address: FileAddress, mask: u8, on: bool) {
+        let value = self.read_file(file_address);
+        self.write_file(file_address, with_mask(value, mask, on));
     }
     /// Reads a byte of RAM.
-    fn read_ram(&mut self, addr: u16) -> Self::Word;
+    fn read_ram(&mut self, addr: u16) -> Self::Byte;
     /// Writes a byte of RAM.
-    fn write_ram(&mut self, addr: u16, value: Self::Word);
+    fn write_ram(&mut self, addr: u16, value: Self::Byte);
     /// Returns the bit of a word given by its mask.
-    fn is_any_bit_set(value: Self::Word, mask: u8) -> Self::Bit;
+    fn is_any_bit_set(value: Self::Byte, mask: u8) -> Self::Bit;
     /// Skips the next instruction if `condition` holds, which takes one cycle more.
     fn skip(&mut self, condition: Self::Bit);
     /// Jumps to `target` in the page that PCLATH selects.
@@ -74,11 +74,11 @@ pub(crate) trait FileOperand: Copy {
     /// Resolves the operand, once for each access.
     fn resolved<M: Pic16Machine>(self, m: &mut M) -> Self;
     /// Reads the file register.
-    fn read<M: Pic16Machine>(self, m: &mut M) -> M::Word;
+    fn read<M: Pic16Machine>(self, m: &mut M) -> M::Byte;
     /// Writes the file register.
-    fn write<M: Pic16Machine>(self, m: &mut M, value: M::Word);
+    fn write<M: Pic16Machine>(self, m: &mut M, value: M::Byte);
     /// Writes the result of an instruction that sets flags.
-    fn write_with_flags<M: Pic16Machine>(self, m: &mut M, value: M::Word);
+    fn write_with_flags<M: Pic16Machine>(self, m: &mut M, value: M::Byte);
     /// Reads the bit given by its mask.
     #[inline(always)]
     fn read_bit<M: Pic16Machine>(self, m: &mut M, mask: u8) -> M::Bit {
@@ -110,15 +110,15 @@ impl FileOperand for F {
         F(m.resolve(self.0))
     }
     #[inline(always)]
-    fn read<M: Pic16Machine>(self, m: &mut M) -> M::Word {
+    fn read<M: Pic16Machine>(self, m: &mut M) -> M::Byte {
         m.read_file(self.0)
     }
     #[inline(always)]
-    fn write<M: Pic16Machine>(self, m: &mut M, value: M::Word) {
+    fn write<M: Pic16Machine>(self, m: &mut M, value: M::Byte) {
         m.write_file(self.0, value);
     }
     #[inline(always)]
-    fn write_with_flags<M: Pic16Machine>(self, m: &mut M, value: M::Word) {
+    fn write_with_flags<M: Pic16Machine>(self, m: &mut M, value: M::Byte) {
         m.write_file_with_flags(self.0, value);
     }
 }
@@ -133,22 +133,22 @@ impl FileOperand for RamCell {
         self
     }
     #[inline(always)]
-    fn read<M: Pic16Machine>(self, m: &mut M) -> M::Word {
+    fn read<M: Pic16Machine>(self, m: &mut M) -> M::Byte {
         m.read_ram(self.0)
     }
     #[inline(always)]
-    fn write<M: Pic16Machine>(self, m: &mut M, value: M::Word) {
+    fn write<M: Pic16Machine>(self, m: &mut M, value: M::Byte) {
         m.write_ram(self.0, value);
     }
     #[inline(always)]
-    fn write_with_flags<M: Pic16Machine>(self, m: &mut M, value: M::Word) {
+    fn write_with_flags<M: Pic16Machine>(self, m: &mut M, value: M::Byte) {
         m.write_ram(self.0, value);
     }
 }
 
 /// Stores the result of an instruction with flags in W or in the file register.
 #[inline(always)]
-fn store_result<M: Pic16Machine, P: FileOperand>(m: &mut M, f: P, to_w: bool, value: M::Word) {
+fn store_result<M: Pic16Machine, P: FileOperand>(m: &mut M, f: P, to_w: bool, value: M::Byte) {
     if to_w {
         m.set_w(value);
     } else {
@@ -158,7 +158,7 @@ fn store_result<M: Pic16Machine, P: FileOperand>(m: &mut M, f: P, to_w: bool, va
 
 /// Stores the result of an instruction without flags in W or in the file register.
 #[inline(always)]
-fn store_without_flags<M: Pic16Machine, P: FileOperand>(m: &mut M, f: P, to_w: bool, value: M::Word) {
+fn store_without_flags<M: Pic16Machine, P: FileOperand>(m: &mut M, f: P, to_w: bool, value: M::Byte) {
     if to_w {
         m.set_w(value);
     } else {
@@ -168,7 +168,7 @@ fn store_without_flags<M: Pic16Machine, P: FileOperand>(m: &mut M, f: P, to_w: b
 
 /// Stores the result of DECFSZ or INCFSZ, and skips. If the write was a jump, there is nothing to skip.
 #[inline(always)]
-fn count_and_skip<M: Pic16Machine, P: FileOperand>(m: &mut M, f: P, to_w: bool, value: M::Word) {
+fn count_and_skip<M: Pic16Machine, P: FileOperand>(m: &mut M, f: P, to_w: bool, value: M::Byte) {
     store_without_flags(m, f, to_w, value);
     if to_w || !f.is_pcl() {
         m.skip(value.is_zero());
@@ -177,26 +177,26 @@ fn count_and_skip<M: Pic16Machine, P: FileOperand>(m: &mut M, f: P, to_w: bool, 
 
 /// Returns the word with the bits in `mask` set or cleared.
 #[inline(always)]
-fn with_mask<W: WordOps>(value: W, mask: u8, on: bool) -> W {
+fn with_mask<W: ByteOps>(value: W, mask: u8, on: bool) -> W {
     if on { value | W::from(mask) } else { value & W::from(!mask) }
 }
 
 /// Returns the carries out of every bit of `a + b = s`.
 #[inline(always)]
-fn carries<W: WordOps>(a: W, b: W, s: W) -> W {
+fn carries<W: ByteOps>(a: W, b: W, s: W) -> W {
     (a & b) | (!s & (a | b))
 }
 
 /// Returns the complements of the borrows of `a - b = d`, which the PIC uses as carries.
 #[inline(always)]
-fn no_borrows<W: WordOps>(a: W, b: W, d: W) -> W {
+fn no_borrows<W: ByteOps>(a: W, b: W, d: W) -> W {
     !((!a & b) | (d & (!a | b)))
 }
 
 macro_rules! bodies {
-    ($( fn $name:ident $(<$place:ident>)? ($m:ident $(, $arg:ident : $type:ty)*) $body:block )*) => { $(
+    ($( fn $name:ident $(<$operand:ident>)? ($m:ident $(, $arg:ident : $type:ty)*) $body:block )*) => { $(
         #[inline(always)]
-        pub(crate) fn $name<M: Pic16Machine $(, $place: FileOperand)?>($m: &mut M $(, $arg: $type)*) $body
+        pub(crate) fn $name<M: Pic16Machine $(, $operand: FileOperand)?>($m: &mut M $(, $arg: $type)*) $body
     )* };
 }
 
@@ -216,13 +216,13 @@ bodies! {
         m.set_z(v);
     }
     fn clrf<P>(m, f: P) {
-        let (f, zero) = (f.resolved(m), M::Word::from(0));
+        let (f, zero) = (f.resolved(m), M::Byte::from(0));
         f.write_with_flags(m, zero);
         m.set_z(zero);
     }
     fn clrw(m) {
-        m.set_w(M::Word::from(0));
-        m.set_z(M::Word::from(0));
+        m.set_w(M::Byte::from(0));
+        m.set_z(M::Byte::from(0));
     }
     fn comf<P>(m, f: P, to_w: bool) {
         let f = f.resolved(m);
@@ -232,24 +232,24 @@ bodies! {
     }
     fn decf<P>(m, f: P, to_w: bool) {
         let f = f.resolved(m);
-        let v = f.read(m) - M::Word::from(1);
+        let v = f.read(m) - M::Byte::from(1);
         store_result(m, f, to_w, v);
         m.set_z(v);
     }
     fn decfsz<P>(m, f: P, to_w: bool) {
         let f = f.resolved(m);
-        let v = f.read(m) - M::Word::from(1);
+        let v = f.read(m) - M::Byte::from(1);
         count_and_skip(m, f, to_w, v);
     }
     fn incf<P>(m, f: P, to_w: bool) {
         let f = f.resolved(m);
-        let v = f.read(m) + M::Word::from(1);
+        let v = f.read(m) + M::Byte::from(1);
         store_result(m, f, to_w, v);
         m.set_z(v);
     }
     fn incfsz<P>(m, f: P, to_w: bool) {
         let f = f.resolved(m);
-        let v = f.read(m) + M::Word::from(1);
+        let v = f.read(m) + M::Byte::from(1);
         count_and_skip(m, f, to_w, v);
     }
     fn iorwf<P>(m, f: P, to_w: bool) {
@@ -313,14 +313,14 @@ bodies! {
         m.skip(if on { bit } else { !bit });
     }
     fn addlw(m, k: K) {
-        let (a, b) = (m.w(), M::Word::from(k.0));
+        let (a, b) = (m.w(), M::Byte::from(k.0));
         let s = a + b;
         m.set_w(s);
         m.set_carries(carries(a, b, s));
         m.set_z(s);
     }
     fn andlw(m, k: K) {
-        let v = m.w() & M::Word::from(k.0);
+        let v = m.w() & M::Byte::from(k.0);
         m.set_w(v);
         m.set_z(v);
     }
@@ -335,19 +335,19 @@ bodies! {
         m.jump_within_page(t.0);
     }
     fn iorlw(m, k: K) {
-        let v = m.w() | M::Word::from(k.0);
+        let v = m.w() | M::Byte::from(k.0);
         m.set_w(v);
         m.set_z(v);
     }
     fn movlw(m, k: K) {
-        m.set_w(M::Word::from(k.0));
+        m.set_w(M::Byte::from(k.0));
     }
     fn retfie(m) {
         m.end_interrupt();
         m.pop();
     }
     fn retlw(m, k: K) {
-        m.set_w(M::Word::from(k.0));
+        m.set_w(M::Byte::from(k.0));
         m.pop();
     }
     fn return_(m) {
@@ -357,14 +357,14 @@ bodies! {
         m.enter_standby();
     }
     fn sublw(m, k: K) {
-        let (a, b) = (M::Word::from(k.0), m.w());
+        let (a, b) = (M::Byte::from(k.0), m.w());
         let d = a - b;
         m.set_w(d);
         m.set_carries(no_borrows(a, b, d));
         m.set_z(d);
     }
     fn xorlw(m, k: K) {
-        let v = m.w() ^ M::Word::from(k.0);
+        let v = m.w() ^ M::Byte::from(k.0);
         m.set_w(v);
         m.set_z(v);
     }

@@ -1,8 +1,8 @@
 //! The hot loop: executes single instructions on the machine.
 //!
-//! [`Executor`] holds the hot state in local variables whose address never escapes, so the compiler keeps
-//! them in host registers. RAM is borrowed. Everything that a body calls is inlined; slow paths are outlined
-//! and get scalars only.
+//! [`Executor`] holds the registers of the core in local variables whose address never escapes, so the
+//! compiler keeps them in host registers. RAM is borrowed. Everything that a body calls is inlined; slow
+//! paths are outlined and get scalars only.
 
 use emu_core::cpu::{Bus, BusEffect, Probe};
 use emu_core::dispatch;
@@ -28,19 +28,25 @@ pub(crate) const OPS: usize = 0x1_0000;
 /// Index of data memory in the chip's list of memories.
 const DATA_SPACE: u8 = 1;
 
-/// Context in which instructions execute: hot state by value, everything else borrowed.
+/// Context in which instructions execute: the registers of the core by value, everything else borrowed.
 pub(crate) struct Executor<'a, P: Probe> {
+    /// Registers of the core, by value.
     pub core: CoreRegisters,
     /// RAM by canonical address. It is a slice, whose length is checked in one comparison.
     pub ram: &'a mut [u8],
+    /// Return addresses; `core.sp` is the index of the next push.
     pub stack: &'a mut [u16; 8],
     /// Resolved file address of every address of data memory.
     pub file_addresses: &'a [FileAddress; DATA_ADDRESSES],
     /// Lowest address of the byte at each address.
     pub lowest_addresses: &'a [u16; DATA_ADDRESSES],
+    /// Program memory.
     pub words: &'a [u16; SPAN],
+    /// What the lints remember from earlier instructions.
     pub lints: &'a mut LintState,
+    /// The chip around the core.
     pub bus: &'a mut Pic16Soc,
+    /// The observer of the run.
     pub probe: &'a mut P,
 }
 
@@ -50,7 +56,7 @@ const FSR: u16 = FileAddress::sfr(Sfr::FSR).0;
 const PCL: u16 = FileAddress::sfr(Sfr::PCL).0;
 /// File address of PCLATH.
 pub(crate) const PCLATH: u16 = FileAddress::sfr(Sfr::PCLATH).0;
-const NOWHERE: u16 = FileAddress::NONE.0;
+const UNIMPLEMENTED: u16 = FileAddress::NONE.0;
 /// Masks of bits in STATUS.
 const C: u8 = 0x01;
 const Z: u8 = 0x04;
@@ -68,8 +74,8 @@ impl<P: Probe> Executor<'_, P> {
     }
 
     #[inline(always)]
-    fn apply_bus_effect(&mut self, wake: BusEffect) {
-        if wake != BusEffect::NONE {
+    fn apply_bus_effect(&mut self, effect: BusEffect) {
+        if effect != BusEffect::NONE {
             self.core.clock.expire();
         }
     }
@@ -90,7 +96,7 @@ impl<P: Probe> Executor<'_, P> {
     /// Returns the address and the word of the current instruction.
     #[inline(always)]
     pub(crate) const fn running_instruction(&self) -> (u32, u16) {
-        let pc = self.core.at.wrapping_sub(1) % SPAN as u32;
+        let pc = self.core.bank_and_pc.wrapping_sub(1) % SPAN as u32;
         (pc, self.words[pc as usize])
     }
 
@@ -103,7 +109,7 @@ impl<P: Probe> Executor<'_, P> {
             0x62 => 0x81,
             0x65..=0x67 => word & 7 | 0x80,
             _ if word & 0x7F == 0 => self.core.indirect_address as u16,
-            _ => ((self.core.at & BANK) >> 7) as u16 | word & 0x7F,
+            _ => ((self.core.bank_and_pc & BANK) >> 7) as u16 | word & 0x7F,
         };
         self.lowest_addresses[addr as usize % DATA_ADDRESSES]
     }
@@ -133,22 +139,22 @@ impl<P: Probe> Executor<'_, P> {
 
     /// Writes a register other than STATUS.
     #[inline(always)]
-    fn write_register(&mut self, place: u16, value: u8) {
+    fn write_register(&mut self, file_address: u16, value: u8) {
         if P::LINT {
-            self.lint_write(place, value);
+            self.lint_write(file_address, value);
         }
-        match place {
+        match file_address {
             FSR => self.core.indirect_address = self.core.indirect_address & 0x100 | u32::from(value),
             PCLATH => self.core.pclath = u32::from(value) & 0x1F,
             PCL => {
                 self.jump_to(self.core.pclath << 8 | u32::from(value));
                 self.core.clock.charge(1);
             }
-            INDF | NOWHERE => {}
+            INDF | UNIMPLEMENTED => {}
             _ => {
                 let at = self.cycle();
-                let wake = write_bus(self.bus, place, value, at);
-                self.apply_bus_effect(wake);
+                let effect = write_bus(self.bus, file_address, value, at);
+                self.apply_bus_effect(effect);
             }
         }
     }
@@ -156,19 +162,19 @@ impl<P: Probe> Executor<'_, P> {
 
 /// Reads a register of the chip.
 #[inline(never)]
-fn read_bus(bus: &mut Pic16Soc, place: u16, at: u64) -> (u8, BusEffect) {
-    bus.read(place - REGISTERS, at)
+fn read_bus(bus: &mut Pic16Soc, file_address: u16, at: u64) -> (u8, BusEffect) {
+    bus.read(file_address - REGISTERS, at)
 }
 
 /// Writes a register of the chip.
 #[inline(never)]
-fn write_bus(bus: &mut Pic16Soc, place: u16, value: u8, at: u64) -> BusEffect {
-    bus.write(place - REGISTERS, value, at)
+fn write_bus(bus: &mut Pic16Soc, file_address: u16, value: u8, at: u64) -> BusEffect {
+    bus.write(file_address - REGISTERS, value, at)
 }
 
 impl<P: Probe> BodyMachine for Executor<'_, P> {
     type Bit = bool;
-    type Word = ByteValue;
+    type Byte = ByteValue;
     type Wide = WideValue;
 
     #[inline(always)]
@@ -179,7 +185,7 @@ impl<P: Probe> BodyMachine for Executor<'_, P> {
     }
     #[inline(always)]
     fn advance(&mut self, words: u32) {
-        self.core.at = self.core.at.wrapping_add(words);
+        self.core.bank_and_pc = self.core.bank_and_pc.wrapping_add(words);
         self.core.clock.count_instruction();
     }
     #[inline(always)]
@@ -204,7 +210,7 @@ impl<P: Probe> BodyMachine for Executor<'_, P> {
     fn skip_if(&mut self, condition: bool, words: u32) {
         let skipped = if condition { words } else { 0 };
         let next = self.core.pc();
-        self.core.at = self.core.at.wrapping_add(skipped);
+        self.core.bank_and_pc = self.core.bank_and_pc.wrapping_add(skipped);
         // No branch here, because the skip is hard to predict for the host.
         if P::FLOW {
             self.probe.on_branch(next, self.core.pc(), condition);
@@ -244,25 +250,29 @@ impl<P: Probe> Pic16Machine for Executor<'_, P> {
         ByteValue(bit.into())
     }
     #[inline(always)]
-    fn resolve(&mut self, place: FileAddress) -> FileAddress {
-        if place.0 == INDF { self.file_addresses[self.core.indirect_address as usize % DATA_ADDRESSES] } else { place }
+    fn resolve(&mut self, file_address: FileAddress) -> FileAddress {
+        if file_address.0 == INDF {
+            self.file_addresses[self.core.indirect_address as usize % DATA_ADDRESSES]
+        } else {
+            file_address
+        }
     }
     #[inline(always)]
-    fn read_file(&mut self, place: FileAddress) -> ByteValue {
-        let value = match place.0 {
-            ..REGISTERS => self.ram.get(usize::from(place.0)).copied().unwrap_or(0),
+    fn read_file(&mut self, file_address: FileAddress) -> ByteValue {
+        let value = match file_address.0 {
+            ..REGISTERS => self.ram.get(usize::from(file_address.0)).copied().unwrap_or(0),
             STATUS => self.core.status(),
             FSR => self.core.indirect_address as u8,
-            PCL => self.core.at as u8,
+            PCL => self.core.bank_and_pc as u8,
             PCLATH => self.core.pclath as u8,
-            INDF | NOWHERE => 0,
+            INDF | UNIMPLEMENTED => 0,
             register => {
                 let at = self.cycle();
                 if P::LINT {
                     self.lint_read(register);
                 }
-                let (value, wake) = read_bus(self.bus, register, at);
-                self.apply_bus_effect(wake);
+                let (value, effect) = read_bus(self.bus, register, at);
+                self.apply_bus_effect(effect);
                 value
             }
         };
@@ -270,43 +280,43 @@ impl<P: Probe> Pic16Machine for Executor<'_, P> {
         ByteValue(value)
     }
     #[inline(always)]
-    fn write_file(&mut self, place: FileAddress, value: ByteValue) {
+    fn write_file(&mut self, file_address: FileAddress, value: ByteValue) {
         self.report_access(value.0, true);
-        match place.0 {
-            ..REGISTERS => self.write_ram_byte(place.0, value.0),
+        match file_address.0 {
+            ..REGISTERS => self.write_ram_byte(file_address.0, value.0),
             STATUS => self.core.set_status(value.0.into()),
             other => self.write_register(other, value.0),
         }
     }
     #[inline(always)]
-    fn write_file_with_flags(&mut self, place: FileAddress, value: ByteValue) {
+    fn write_file_with_flags(&mut self, file_address: FileAddress, value: ByteValue) {
         self.report_access(value.0, true);
-        match place.0 {
-            ..REGISTERS => self.write_ram_byte(place.0, value.0),
+        match file_address.0 {
+            ..REGISTERS => self.write_ram_byte(file_address.0, value.0),
             STATUS => self.core.set_banks(value.0.into()),
             other => self.write_register(other, value.0),
         }
     }
     // The STATUS bits that programs test most often, without packing all of STATUS.
     #[inline(always)]
-    fn read_file_bit(&mut self, place: FileAddress, mask: u8) -> bool {
-        match (place.0, mask) {
+    fn read_file_bit(&mut self, file_address: FileAddress, mask: u8) -> bool {
+        match (file_address.0, mask) {
             (STATUS, C) if !P::DATA => self.core.c != 0,
             (STATUS, Z) if !P::DATA => self.core.z as u8 == 0,
-            _ => Self::is_any_bit_set(self.read_file(place), mask),
+            _ => Self::is_any_bit_set(self.read_file(file_address), mask),
         }
     }
     #[inline(always)]
-    fn write_file_bit(&mut self, place: FileAddress, mask: u8, on: bool) {
-        match (place.0, mask) {
+    fn write_file_bit(&mut self, file_address: FileAddress, mask: u8, on: bool) {
+        match (file_address.0, mask) {
             (STATUS, C) if !P::DATA => self.core.c = on.into(),
             (STATUS, RP0 | RP1) if !P::DATA => {
                 let bank = u32::from(mask) << 9;
-                self.core.at = if on { self.core.at | bank } else { self.core.at & !bank };
+                self.core.bank_and_pc = if on { self.core.bank_and_pc | bank } else { self.core.bank_and_pc & !bank };
             }
             _ => {
-                let value = self.read_file(place).0;
-                self.write_file(place, ByteValue(if on { value | mask } else { value & !mask }));
+                let value = self.read_file(file_address).0;
+                self.write_file(file_address, ByteValue(if on { value | mask } else { value & !mask }));
             }
         }
     }
@@ -390,9 +400,9 @@ macro_rules! execute_op {
 
 /// Fetches and executes the instruction at the program counter.
 macro_rules! burst_loop {
-    ($turn:ident, $ops:ident) => {{
-        let m = &mut $turn;
-        let op: &Pic16Op = &$ops[m.core.at as u16 as usize];
+    ($executor:ident, $ops:ident) => {{
+        let m = &mut $executor;
+        let op: &Pic16Op = &$ops[m.core.bank_and_pc as u16 as usize];
         if P::INSN && op.kind as u8 != Kind::Breakpoint as u8 && m.probe.on_instruction(m.core.clock.now(), m.core.pc())
         {
             m.core.stop_requested = true;
@@ -421,10 +431,10 @@ macro_rules! burst_loop {
 /// Executes a test and, unless it skips or the deadline is reached, the GOTO after it.
 macro_rules! then_goto {
     ($m:ident, $ops:ident, $test:expr) => {{
-        let next = $m.core.at.wrapping_add(1);
+        let next = $m.core.bank_and_pc.wrapping_add(1);
         $m.begin(1, 0);
         $test;
-        if !P::INSN && $m.core.at == next && $m.core.clock.is_before_deadline() {
+        if !P::INSN && $m.core.bank_and_pc == next && $m.core.clock.is_before_deadline() {
             let target = JumpTarget::decode_next(&$ops[next as u16 as usize], &mut 0);
             $m.begin(1, 2);
             goto($m, target);
@@ -447,42 +457,42 @@ fn bit_of(op: &Pic16Op) -> B {
 }
 
 impl<P: Probe> Executor<'_, P> {
-    /// Executes instructions until the deadline; returns the hot state. The loop body is written twice, so
-    /// that there are two indirect jumps.
+    /// Executes instructions until the deadline; returns the registers of the core. The loop body is written
+    /// twice, so that there are two indirect jumps, which the host predicts better than one.
     #[inline(never)]
     pub(crate) fn burst(self, ops: &[Pic16Op; OPS]) -> CoreRegisters {
-        let mut turn = self;
-        while turn.core.clock.is_before_deadline() {
-            burst_loop!(turn, ops);
-            if !turn.core.clock.is_before_deadline() {
+        let mut executor = self;
+        while executor.core.clock.is_before_deadline() {
+            burst_loop!(executor, ops);
+            if !executor.core.clock.is_before_deadline() {
                 break;
             }
-            burst_loop!(turn, ops);
+            burst_loop!(executor, ops);
         }
-        turn.core
+        executor.core
     }
 
     /// Executes the given op instead of the one in the op array. A kind without a row does nothing.
     #[inline(never)]
     pub(crate) fn single(self, op: Pic16Op) -> CoreRegisters {
-        let mut turn = self;
-        let m = &mut turn;
+        let mut executor = self;
+        let m = &mut executor;
         let op = &op;
         execute_op!(m, op, ());
-        turn.core
+        executor.core
     }
 
     /// Enters the interrupt: charges `cycles`, pushes the return address, jumps to the vector.
     #[inline(never)]
     pub(crate) fn enter_interrupt(self, cycles: u32) -> CoreRegisters {
-        let mut turn = self;
-        let m = &mut turn;
+        let mut executor = self;
+        let m = &mut executor;
         m.charge(cycles);
         if P::LINT {
             m.lint_interrupt();
         }
         m.push_pc();
         m.core.set_pc(4);
-        turn.core
+        executor.core
     }
 }

@@ -92,8 +92,8 @@ impl<P: Probe> Executor<'_, P> {
     }
 
     /// Checks a read of a register of the chip.
-    pub(crate) fn lint_read(&mut self, place: u16) {
-        let bits = self.bus.analog_bits(place - REGISTERS) & port_bits_read(self.running_instruction().1);
+    pub(crate) fn lint_read(&mut self, file_address: u16) {
+        let bits = self.bus.analog_bits(file_address - REGISTERS) & port_bits_read(self.running_instruction().1);
         if bits != 0 {
             let port = self.address();
             self.report_lint(Lint::AnalogRead { port, bits });
@@ -101,11 +101,11 @@ impl<P: Probe> Executor<'_, P> {
     }
 
     /// Checks a write of a register of the chip or of the core.
-    pub(crate) fn lint_write(&mut self, place: u16, value: u8) {
-        if place == PCLATH {
+    pub(crate) fn lint_write(&mut self, file_address: u16, value: u8) {
+        if file_address == PCLATH {
             self.lints.page_choice = PageChoice { page: self.running_instruction().0 & PAGE_MASK, used_by_call: false };
         }
-        let register = place.checked_sub(REGISTERS);
+        let register = file_address.checked_sub(REGISTERS);
         if let Some(channel) = register.and_then(|reg| self.bus.converts_early(reg, value, self.cycle())) {
             self.report_lint(Lint::EarlyConversion { channel });
         }
@@ -114,7 +114,7 @@ impl<P: Probe> Executor<'_, P> {
             let bits = (latch ^ value) & !intended_bits(self.running_instruction().1, self.core.w as u8);
             if bits != 0 {
                 let port = self.address();
-                self.report_lint(Lint::ForeignLatch { port, bits });
+                self.report_lint(Lint::UnintendedLatchChange { port, bits });
             }
         }
     }
@@ -129,7 +129,7 @@ impl<P: Probe> Executor<'_, P> {
         }
         let (chosen, jumps) = (self.lints.page_choice, word >> 11 == GOTO_BITS);
         if chosen.page != from & PAGE_MASK || jumps && chosen.used_by_call {
-            self.report_lint_at(from, Lint::Page { target: target as u16 });
+            self.report_lint_at(from, Lint::PageNotSelected { target: target as u16 });
         }
         self.lints.page_choice.used_by_call |= !jumps;
     }

@@ -55,34 +55,36 @@ pub(crate) struct CodeMemory {
 impl CodeMemory {
     /// Creates program memory of `size` words (a power of two, at most [`SPAN`]) with `image` from address 0
     /// on; the rest is erased.
-    pub(crate) fn new(image: &[u16], size: u32, places: Box<[FileAddress; DATA_ADDRESSES]>) -> CodeMemory {
+    pub(crate) fn new(image: &[u16], size: u32, file_addresses: Box<[FileAddress; DATA_ADDRESSES]>) -> CodeMemory {
         let size = size.clamp(1, SPAN as u32);
         let mut words = Box::new([0x3FFF; SPAN]);
         for (at, word) in words.iter_mut().enumerate() {
             *word = image.get(at % size as usize).map_or(0x3FFF, |word| word & 0x3FFF);
         }
-        let mut lowest = Box::new([0; DATA_ADDRESSES]);
-        for (addr, low) in lowest.iter_mut().enumerate() {
-            let same = |other: &usize| places[addr] != FileAddress::NONE && places[*other] == places[addr];
+        let mut lowest_addresses = Box::new([0; DATA_ADDRESSES]);
+        for (addr, low) in lowest_addresses.iter_mut().enumerate() {
+            let same = |other: &usize| {
+                file_addresses[addr] != FileAddress::NONE && file_addresses[*other] == file_addresses[addr]
+            };
             *low = (0..addr).find(same).unwrap_or(addr) as u16;
         }
-        let erased = decode(0x3FFF, 0, &places);
+        let erased = decode(0x3FFF, 0, &file_addresses);
         // Past the end of memory, the slow path wraps to the start.
-        let mut behind = Box::new([PredecodedOp { kind: Kind::PollingLoop, ..erased }; OPS]);
-        for bank in behind.chunks_exact_mut(OPS / 4) {
+        let mut past_end = Box::new([PredecodedOp { kind: Kind::PollingLoop, ..erased }; OPS]);
+        for bank in past_end.chunks_exact_mut(OPS / 4) {
             bank[..SPAN].fill(erased);
         }
-        let ops = || behind.clone();
-        let (marked, plain) = ([ops(), ops()], ops());
-        let (loops, traps, changes) = (BTreeMap::new(), BTreeSet::new(), MemoryChanges::NONE);
+        let erased_ops = || past_end.clone();
+        let (ops, ops_unmarked) = ([erased_ops(), erased_ops()], erased_ops());
+        let (loops, breakpoints, changes) = (BTreeMap::new(), BTreeSet::new(), MemoryChanges::NONE);
         let mut code = CodeMemory {
             words,
-            ops: marked,
-            ops_unmarked: plain,
-            file_addresses: places,
-            lowest_addresses: lowest,
+            ops,
+            ops_unmarked,
+            file_addresses,
+            lowest_addresses,
             loops,
-            breakpoints: traps,
+            breakpoints,
             size,
             changes,
         };
@@ -143,10 +145,10 @@ impl CodeMemory {
             let at = bank << 14 | pc;
             let op = decode(word, bank as u16, &self.file_addresses);
             self.ops_unmarked[at as usize] = op;
-            let spins = op.kind == Kind::Goto && jumps_to_itself(word, pc);
-            let looks = if spins { None } else { self.loop_closed_by(op, bank as u16, pc) };
-            let looks = looks.or_else(|| self.countdown_loop(op, bank as u16, pc));
-            let kinds = match (self.breakpoints.contains(&pc), spins, &looks) {
+            let jumps_to_itself = op.kind == Kind::Goto && jumps_to_itself(word, pc);
+            let loop_plan = if jumps_to_itself { None } else { self.loop_closed_by(op, bank as u16, pc) };
+            let loop_plan = loop_plan.or_else(|| self.countdown_loop(op, bank as u16, pc));
+            let kinds = match (self.breakpoints.contains(&pc), jumps_to_itself, &loop_plan) {
                 (true, ..) => [Kind::Breakpoint; 2],
                 (_, true, _) => [Kind::PollingLoop; 2],
                 (.., Some(_)) => [op.kind, Kind::PollingLoop],
@@ -155,16 +157,16 @@ impl CodeMemory {
             for (ops, kind) in self.ops.iter_mut().zip(kinds) {
                 ops[at as usize] = PredecodedOp { kind, args: op.args };
                 // The slow path wraps from past the end to the start, which may have a breakpoint.
-                if let Some(behind) = ops.get_mut(at as usize + SPAN).filter(|_| pc < 2) {
-                    behind.kind = if kind == Kind::Breakpoint { Kind::Breakpoint } else { Kind::PollingLoop };
+                if let Some(past_end) = ops.get_mut(at as usize + SPAN).filter(|_| pc < 2) {
+                    past_end.kind = if kind == Kind::Breakpoint { Kind::Breakpoint } else { Kind::PollingLoop };
                 }
                 join_ops(ops, at as usize);
                 if pc > 0 {
                     join_ops(ops, at as usize - 1);
                 }
             }
-            match looks {
-                Some(found) => self.loops.insert(at, found),
+            match loop_plan {
+                Some(plan) => self.loops.insert(at, plan),
                 None => self.loops.remove(&at),
             };
         }
@@ -181,25 +183,21 @@ impl CodeMemory {
         if head > end || end - head > MAX_LOOP_WORDS {
             return None;
         }
-        let (mut looks, mut renews, mut now, mut skipped) = (Vec::new(), false, bank, false);
+        let (mut registers_read, mut clears_watchdog, mut bank_now, mut skipped) = (Vec::new(), false, bank, false);
         for pc in head..=end {
             let word = self.words[pc as usize];
-            let record = record_instruction(decode(word, now, &self.file_addresses));
-            match selected_bank(word, now) {
-                Some(bank) if !skipped => now = bank,
+            let record = record_instruction(decode(word, bank_now, &self.file_addresses));
+            match selected_bank(word, bank_now) {
+                Some(bank) if !skipped => bank_now = bank,
                 None if !record.has_other_effects => {}
                 _ => return None,
             }
             skipped = record.skips;
-            renews |= record.clears_watchdog;
-            looks.extend(record.addresses_read.iter().filter_map(|place| as_chip_register(*place)));
+            clears_watchdog |= record.clears_watchdog;
+            registers_read
+                .extend(record.addresses_read.iter().filter_map(|file_address| as_chip_register(*file_address)));
         }
-        (now == bank).then_some(LoopPlan {
-            head,
-            registers_read: looks,
-            clears_watchdog: renews,
-            counted_address: None,
-        })
+        (bank_now == bank).then_some(LoopPlan { head, registers_read, clears_watchdog, counted_address: None })
     }
 
     /// Returns the plan of the loop that the GOTO `op` at `end` closes, if it decrements a byte by DECFSZ and
@@ -211,10 +209,10 @@ impl CodeMemory {
             return None;
         }
         let at = |pc: u32| decode(self.words[pc as usize], bank, &self.file_addresses);
-        let idle = (head..end - 1).all(|pc| matches!(at(pc).kind, Kind::Nop | Kind::Clrwdt));
+        let only_clears_watchdog = (head..end - 1).all(|pc| matches!(at(pc).kind, Kind::Nop | Kind::Clrwdt));
         let test = at(end - 1);
         let counter = Some(u16::from_le_bytes([test.args[0], test.args[1]]));
-        (idle && test.kind == Kind::DecfszFRam).then_some(LoopPlan {
+        (only_clears_watchdog && test.kind == Kind::DecfszFRam).then_some(LoopPlan {
             head,
             registers_read: Vec::new(),
             clears_watchdog: false,
@@ -237,11 +235,11 @@ fn selected_bank(word: u16, bank: u16) -> Option<u16> {
 
 /// Joins a test and the GOTO after it into one op, if neither has a mark; otherwise separates them.
 fn join_ops(ops: &mut [Pic16Op; OPS], at: usize) {
-    let goes = ops.get(at + 1).is_some_and(|next| next.kind == Kind::Goto);
+    let before_goto = ops.get(at + 1).is_some_and(|next| next.kind == Kind::Goto);
     if let Some(op) = ops.get_mut(at) {
         for (test, joined) in JOINED_OPS {
             if op.kind == test || op.kind == joined {
-                op.kind = if goes { joined } else { test };
+                op.kind = if before_goto { joined } else { test };
             }
         }
     }
@@ -258,8 +256,8 @@ const JOINED_OPS: [(Kind, Kind); 6] = [
 ];
 
 /// Returns the register of the chip at a file address; None for RAM and core registers.
-fn as_chip_register(place: FileAddress) -> Option<Sfr> {
-    let sfr = *Sfr::ALL.get(usize::from(place.0.checked_sub(FileAddress::sfr(Sfr::INDF).0)?))?;
+fn as_chip_register(file_address: FileAddress) -> Option<Sfr> {
+    let sfr = *Sfr::ALL.get(usize::from(file_address.0.checked_sub(FileAddress::sfr(Sfr::INDF).0)?))?;
     (!matches!(sfr, Sfr::INDF | Sfr::PCL | Sfr::STATUS | Sfr::FSR | Sfr::PCLATH)).then_some(sfr)
 }
 
@@ -269,7 +267,7 @@ fn jumps_to_itself(word: u16, pc: u32) -> bool {
 }
 
 /// Decodes an instruction for the bank in RP1:RP0, without loop marks and breakpoints.
-fn decode(word: u16, bank: u16, places: &[FileAddress; DATA_ADDRESSES]) -> Pic16Op {
+fn decode(word: u16, bank: u16, file_addresses: &[FileAddress; DATA_ADDRESSES]) -> Pic16Op {
     let Some((row, kind)) = find_row(word) else {
         return PredecodedOp { kind: Kind::Illegal, args: [0; 3] };
     };
@@ -278,9 +276,9 @@ fn decode(word: u16, bank: u16, places: &[FileAddress; DATA_ADDRESSES]) -> Pic16
     for slot in row.operands {
         match slot.kind.name {
             F::NAME => {
-                let place = places[usize::from(bank << 7 | word & 0x7F) % DATA_ADDRESSES];
-                op.args[at..at + 2].copy_from_slice(&place.0.to_le_bytes());
-                in_ram = place.0 < DATA_ADDRESSES as u16;
+                let file_address = file_addresses[usize::from(bank << 7 | word & 0x7F) % DATA_ADDRESSES];
+                op.args[at..at + 2].copy_from_slice(&file_address.0.to_le_bytes());
+                in_ram = file_address.0 < DATA_ADDRESSES as u16;
             }
             B::NAME => op.args[at] = 1 << (op.args[at] & 7),
             _ => {}

@@ -43,7 +43,7 @@ pub(crate) fn record_instruction(op: Pic16Op) -> InstructionRecord {
 
 impl BodyMachine for InstructionRecord {
     type Bit = UnknownValue;
-    type Word = UnknownValue;
+    type Byte = UnknownValue;
     type Wide = UnknownWide;
     fn advance(&mut self, _: u32) {}
     fn charge(&mut self, cycles: u32) {
@@ -83,12 +83,12 @@ impl Pic16Machine for InstructionRecord {
     fn word_from_bit(_: UnknownValue) -> UnknownValue {
         UnknownValue
     }
-    fn resolve(&mut self, place: FileAddress) -> FileAddress {
-        self.has_other_effects |= place == FileAddress::sfr(Sfr::INDF);
-        place
+    fn resolve(&mut self, file_address: FileAddress) -> FileAddress {
+        self.has_other_effects |= file_address == FileAddress::sfr(Sfr::INDF);
+        file_address
     }
-    fn read_file(&mut self, place: FileAddress) -> UnknownValue {
-        self.addresses_read.push(place);
+    fn read_file(&mut self, file_address: FileAddress) -> UnknownValue {
+        self.addresses_read.push(file_address);
         UnknownValue
     }
     fn write_file(&mut self, _: FileAddress, _: UnknownValue) {

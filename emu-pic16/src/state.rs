@@ -54,7 +54,7 @@ impl SnapshotState for CoreRegisters {
         tape.require(pc < 0x2000 && pclath < 0x20 && sp < 8)?;
         *self = CoreRegisters {
             clock: self.clock,
-            at: pc.into(),
+            bank_and_pc: pc.into(),
             w,
             indirect_address: fsr,
             pclath,

@@ -20,10 +20,12 @@ impl Probe for Seen {
     fn on_lint(&mut self, at: u64, pc: u32, lint: Lint) {
         let more = match lint {
             Lint::EarlyConversion { channel } => format!(" {channel}"),
-            Lint::AnalogRead { port, bits } | Lint::ForeignLatch { port, bits } => format!(" {port:02X} {bits:02X}"),
-            Lint::Page { target } => format!(" {target:04X}"),
+            Lint::AnalogRead { port, bits } | Lint::UnintendedLatchChange { port, bits } => {
+                format!(" {port:02X} {bits:02X}")
+            }
+            Lint::PageNotSelected { target } => format!(" {target:04X}"),
             Lint::NotSaved { register } => format!(" {register}"),
-            Lint::UnknownRead { addr, .. } => format!(" {addr:02X}"),
+            Lint::UnwrittenRead { addr, .. } => format!(" {addr:02X}"),
             _ => String::new(),
         };
         self.0.push(format!("{at} {pc:04X} {}{more}", lint.code()));
@@ -89,5 +91,5 @@ fn lints() {
     let silent = |code: &str| fired.iter().all(|seen| !seen.contains(code));
     let codes = LINT_CODES.iter().map(|row| row.code).filter(|&code| code < "LINT009" || code == "LINT022");
     let silent: Vec<&str> = codes.filter(|code| silent(code)).collect();
-    assert_eq!(silent, [Lint::UnknownRead { space: "data", addr: 0 }.code()]);
+    assert_eq!(silent, [Lint::UnwrittenRead { space: "data", addr: 0 }.code()]);
 }

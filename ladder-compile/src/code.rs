@@ -84,11 +84,13 @@ pub struct CodeLabel(usize);
 /// An item of the code being written.
 #[derive(Debug, Clone)]
 enum CodeItem<K, J> {
-    /// An instruction, and extra cycles beyond those of its row.
+    /// An instruction, its operands, and extra cycles beyond those of its row.
     Op(K, Vec<i32>, u32),
-    /// An instruction with one operand that is the byte `shift` of a label's address plus a constant.
+    /// An instruction with one operand that is a byte of a label's address plus a constant: the operand's
+    /// position, the label, the number of the byte, and the constant.
     LabelByte(K, Vec<i32>, usize, CodeLabel, u8, i32),
-    /// An instruction with one operand that is computed from a label's address.
+    /// An instruction with one operand that is computed from a label's address: the operand's position, the
+    /// label, and the function.
     LabelValue(K, Vec<i32>, usize, CodeLabel, fn(u32) -> i32),
     /// A jump, its label, its role, and the first level to try.
     Jump(J, CodeLabel, JumpRole<CodeLabel>, u8),
@@ -106,6 +108,7 @@ pub struct CodeWriter<A: TargetArch> {
     /// The target.
     pub arch: A,
     items: Vec<CodeItem<A::Opcode, A::JumpForm>>,
+    /// Number of labels created.
     labels: usize,
 }
 
@@ -295,7 +298,7 @@ impl<A: TargetArch> CodeWriter<A> {
         Ok(())
     }
 
-    /// Chooses the jump levels and computes the word addresses of the labels.
+    /// Chooses the jump levels and computes the word addresses of the labels (jump relaxation).
     ///
     /// Levels start at their minimum and only rise, up to [`MAX_FORM_LEVEL`], so the loop terminates.
     fn relax(&self) -> (Vec<u8>, Vec<u32>) {
@@ -363,7 +366,7 @@ impl<A: TargetArch> CodeWriter<A> {
     }
 }
 
-/// Role of what is no jump back.
+/// Role of an item that is not a jump back.
 const NO_ROLE: JumpRole<u32> = JumpRole::Repeats(1);
 
 impl FinishedCode {

@@ -112,19 +112,20 @@ struct Lowering<'a> {
     /// Zero in the first scan, one afterwards; for TOF timers that cannot be preset before the rungs.
     after_first_scan: Option<BitId>,
     /// TOF elements that are preset before the rungs.
-    preset: Vec<ElementId>,
+    preset_timers: Vec<ElementId>,
     /// State of transmitter and EEPROM, if the program uses them.
     transmitter_busy: Option<TransmitterBusy>,
     /// The byte that was received, and whether it waits, if the program tests that.
     received: Option<(WordId, BitId)>,
+    /// The word that counts the scans until the EEPROM is ready, and its start value.
     eeprom_busy: Option<(WordId, i32)>,
     /// EEPROM cells of the remaining PERSIST elements.
     eeprom_cells: std::vec::IntoIter<(u16, u8)>,
     /// Inputs and outputs at the ports whose registers the program names.
     shared_pins: Vec<SharedPin>,
-    /// What counters start with, and RES stores.
+    /// Start values of counters, which RES stores too.
     counter_starts: HashMap<&'a str, CounterStart>,
-    /// Timers and counters stay whole.
+    /// Timers and counters become [`IrOp::Module`] instead of simpler operations.
     keep_modules: bool,
     /// True if counters have the bounds of dialect `ldmicro-5`.
     bounded_counters: bool,
@@ -149,7 +150,7 @@ impl<'a> Lowering<'a> {
             master: None,
             duty: None,
             after_first_scan: None,
-            preset: Vec::new(),
+            preset_timers: Vec::new(),
             transmitter_busy: None,
             received: None,
             eeprom_busy: None,
@@ -247,14 +248,14 @@ impl<'a> Lowering<'a> {
 
     /// Input and output bit of a parallel group.
     fn group_bits(&mut self, depth: usize) -> (BitId, BitId) {
-        let around = self.jumps.as_ref().and_then(|plan| plan.subprogram(self.element.rung));
-        if let Some(bits) = self.groups.get(&(around, depth)) {
+        let subprogram = self.jumps.as_ref().and_then(|plan| plan.subprogram(self.element.rung));
+        if let Some(bits) = self.groups.get(&(subprogram, depth)) {
             return *bits;
         }
-        let of = around.map_or(String::new(), |first| format!(" of {}", first + 1));
-        let input = self.new_bit(format!("in{depth}{of}"), BitRole::Temporary);
-        let output = self.new_bit(format!("out{depth}{of}"), BitRole::Temporary);
-        self.groups.insert((around, depth), (input, output));
+        let suffix = subprogram.map_or(String::new(), |first| format!(" of {}", first + 1));
+        let input = self.new_bit(format!("in{depth}{suffix}"), BitRole::Temporary);
+        let output = self.new_bit(format!("out{depth}{suffix}"), BitRole::Temporary);
+        self.groups.insert((subprogram, depth), (input, output));
         (input, output)
     }
 

@@ -341,11 +341,11 @@ fn omission_candidate<'a>(kind: MutantKind, part: &'static str, n: usize, line: 
 /// Replaces an instruction of the image by words without effect: zeros, but ones on the AP101.
 fn omit_instruction(mut built: BuiltImage, line: usize, target: &CompileTarget) -> BuiltImage {
     let (word_bytes, nothing) = (target.chip.word_bytes, if target.has_modules() { 0xFF } else { 0 });
-    let Some(ImageLine { addr, words, text, target: goes }) = built.lines.get_mut(line) else { return built };
+    let Some(ImageLine { addr, words, text, target }) = built.lines.get_mut(line) else { return built };
     let (from, to) = (*addr * word_bytes, (*addr + words.len() as u32) * word_bytes);
     words.fill(u16::from_le_bytes([nothing; 2]));
     "nop".clone_into(text);
-    *goes = None;
+    *target = None;
     for (start, bytes) in &mut built.segments {
         for (at, byte) in (*start..).zip(bytes.iter_mut()) {
             if (from..to).contains(&at) {

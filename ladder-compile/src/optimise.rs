@@ -61,15 +61,15 @@ fn join_store_load(steps: &mut Vec<IrStep>) {
 
 /// Removes values that are never read, from the end of the scan to its start.
 fn remove_dead(ir: &mut Ir) {
-    let mut later = Liveness::at_scan_end(ir);
-    ir.epilogue = backward(std::mem::take(&mut ir.epilogue), &mut later);
+    let mut liveness = Liveness::at_scan_end(ir);
+    ir.epilogue = backward(std::mem::take(&mut ir.epilogue), &mut liveness);
     for rung in ir.rungs.iter_mut().rev() {
         let steps = std::mem::take(&mut rung.steps).into_iter().rev();
         rung.steps =
-            steps.filter_map(|step| later.op(step.op).map(|op| IrStep { element: step.element, op })).collect();
+            steps.filter_map(|step| liveness.op(step.op).map(|op| IrStep { element: step.element, op })).collect();
         rung.steps.reverse();
     }
-    ir.prologue = backward(std::mem::take(&mut ir.prologue), &mut later);
+    ir.prologue = backward(std::mem::take(&mut ir.prologue), &mut liveness);
 }
 
 /// Value of the accumulator or of a temporary: a constant, or an unknown value that is the same wherever its
@@ -123,7 +123,7 @@ fn forward(ops: Vec<IrOp>, known: &mut KnownBits, temporary: &HashSet<BitId>) ->
     out
 }
 
-/// Appends the rest of `op` to `out`.
+/// Appends what remains of `op` with the known values to `out`, and updates the known values.
 fn forward_op(op: IrOp, known: &mut KnownBits, temporary: &HashSet<BitId>, out: &mut Vec<IrOp>) {
     let loaded = known.loaded.take();
     match op {
@@ -223,15 +223,13 @@ fn forward_op(op: IrOp, known: &mut KnownBits, temporary: &HashSet<BitId>, out: 
             out.push(op)
         }
         IrOp::Send { .. } | IrOp::ReadEeprom { .. } | IrOp::WriteEeprom { .. } | IrOp::Jump { .. } => out.push(op),
-        // Nothing is known of where a jump comes from.
+        // A label can be reached from several jumps, so nothing is known there.
         IrOp::Label(_) => {
             known.acc = known.new_unknown();
             known.bits.clear();
             out.push(op);
         }
-        IrOp::If { cond, if_true: then, if_false: otherwise } => {
-            forward_branch(cond, then, otherwise, known, temporary, out)
-        }
+        IrOp::If { cond, if_true, if_false } => forward_branch(cond, if_true, if_false, known, temporary, out),
     }
 }
 
@@ -245,20 +243,20 @@ fn forward_edge(memory: BitId, input: bool, known: &mut KnownBits, out: &mut Vec
 
 fn forward_branch(
     cond: BranchCondition,
-    then: Vec<IrOp>,
-    otherwise: Vec<IrOp>,
+    if_true: Vec<IrOp>,
+    if_false: Vec<IrOp>,
     known: &mut KnownBits,
     temporary: &HashSet<BitId>,
     out: &mut Vec<IrOp>,
 ) {
-    let decided = match cond {
+    let known_condition = match cond {
         BranchCondition::Acc => Some(known.acc),
         BranchCondition::Bit(bit) => known.value_of(bit, false),
         BranchCondition::Compare(_) => None,
     };
-    if let Some(BitValue::Const(value)) = decided {
-        let arm = if value { then } else { otherwise };
-        return arm.into_iter().for_each(|op| forward_op(op, known, temporary, out));
+    if let Some(BitValue::Const(value)) = known_condition {
+        let taken_ops = if value { if_true } else { if_false };
+        return taken_ops.into_iter().for_each(|op| forward_op(op, known, temporary, out));
     }
     let before = known.acc;
     let mut other = known.clone();
@@ -266,16 +264,16 @@ fn forward_branch(
         known.acc = BitValue::Const(true);
         other.acc = BitValue::Const(false);
     }
-    let then = forward(then, known, temporary);
+    let if_true = forward(if_true, known, temporary);
     other.next = known.next;
-    let otherwise = forward(otherwise, &mut other, temporary);
-    let kept =
+    let if_false = forward(if_false, &mut other, temporary);
+    let acc_unchanged =
         cond == BranchCondition::Acc && known.acc == BitValue::Const(true) && other.acc == BitValue::Const(false);
     known.merge(&other);
-    if kept {
+    if acc_unchanged {
         known.acc = before;
     }
-    out.push(IrOp::If { cond, if_true: then, if_false: otherwise });
+    out.push(IrOp::If { cond, if_true, if_false });
 }
 
 /// Which values are read later in the scan.
@@ -289,10 +287,10 @@ struct Liveness {
     dead_words: HashSet<WordId>,
 }
 
-fn backward(ops: Vec<IrOp>, later: &mut Liveness) -> Vec<IrOp> {
-    let mut kept: Vec<IrOp> = ops.into_iter().rev().filter_map(|op| later.op(op)).collect();
-    kept.reverse();
-    kept
+fn backward(ops: Vec<IrOp>, liveness: &mut Liveness) -> Vec<IrOp> {
+    let mut remaining: Vec<IrOp> = ops.into_iter().rev().filter_map(|op| liveness.op(op)).collect();
+    remaining.reverse();
+    remaining
 }
 
 impl Liveness {
@@ -306,7 +304,7 @@ impl Liveness {
         }
     }
 
-    /// Returns the rest of `op`, and updates the liveness to the state before it.
+    /// Returns what remains of `op`, and updates the liveness to the state before it.
     fn op(&mut self, op: IrOp) -> Option<IrOp> {
         match op {
             IrOp::SetAccumulator(_) => self.is_acc_read.then(|| {
@@ -396,11 +394,11 @@ impl Liveness {
                 *self = Liveness { is_acc_read: false, dead_bits: HashSet::new(), dead_words: HashSet::new() };
                 Some(op)
             }
-            IrOp::If { cond, if_true: then, if_false: otherwise } => {
+            IrOp::If { cond, if_true, if_false } => {
                 let mut other = self.clone();
-                let then = backward(then, self);
-                let otherwise = backward(otherwise, &mut other);
-                if then.is_empty() && otherwise.is_empty() {
+                let if_true = backward(if_true, self);
+                let if_false = backward(if_false, &mut other);
+                if if_true.is_empty() && if_false.is_empty() {
                     return None;
                 }
                 self.is_acc_read |= other.is_acc_read;
@@ -411,7 +409,7 @@ impl Liveness {
                     BranchCondition::Bit(bit) => self.mark_bit_read(*bit),
                     BranchCondition::Compare(compare) => self.mark_comparison_read(compare),
                 }
-                Some(IrOp::If { cond, if_true: then, if_false: otherwise })
+                Some(IrOp::If { cond, if_true, if_false })
             }
         }
     }

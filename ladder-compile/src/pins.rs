@@ -77,12 +77,12 @@ pub fn assign_pins(
     let mut wanted: HashMap<&str, (String, Pos)> = HashMap::new();
     let micro = program.settings.micro.as_deref().unwrap_or_default();
     let named = ladder::chip_of(micro).and_then(find_chip_row);
-    let serves = named.is_some_and(|named| has_same_pins(named, target));
+    let io_list_applies = named.is_some_and(|named| has_same_pins(named, target));
     let pwm_name = pwm_output(program);
-    if serves {
+    if io_list_applies {
         let overridden = |name: &str| requested.iter().any(|(symbol, _)| symbol == name);
-        let known = |name: &str| wanted_pins.iter().any(|s| s.name == name) || pwm_name == Some(name);
-        for entry in program.io.iter().filter(|e| e.pin != 0 && known(&e.name) && !overridden(&e.name)) {
+        let is_wanted = |name: &str| wanted_pins.iter().any(|s| s.name == name) || pwm_name == Some(name);
+        for entry in program.io.iter().filter(|e| e.pin != 0 && is_wanted(&e.name) && !overridden(&e.name)) {
             match ladder::package_pin(micro, entry.pin) {
                 Some(pin) => _ = wanted.insert(&entry.name, (pin.to_owned(), entry.pos)),
                 None => push_diagnostic(
@@ -94,7 +94,7 @@ pub fn assign_pins(
             }
         }
     }
-    let mut seen: Vec<&str> = Vec::new();
+    let mut requested_symbols: Vec<&str> = Vec::new();
     for (symbol, pin) in requested {
         if !wanted_pins.iter().any(|s| s.name == *symbol) && pwm_name != Some(symbol) {
             let cause = format!("--pin {symbol}={pin}: the program has no input or output `{symbol}`");
@@ -104,43 +104,43 @@ pub fn assign_pins(
                 cause,
                 "name an X, Y or A symbol as the program spells it".to_owned(),
             );
-        } else if seen.contains(&symbol.as_str()) {
+        } else if requested_symbols.contains(&symbol.as_str()) {
             let cause = format!("--pin gives `{symbol}` a pin twice, the second time {pin}");
             push_diagnostic(codes::PIN_GIVEN_TWICE, none, cause, "remove one of them".to_owned());
         } else {
-            seen.push(symbol);
+            requested_symbols.push(symbol);
             wanted.insert(symbol, (pin.clone(), none));
         }
     }
-    if let (Some(name), Some(home)) = (pwm_name, target.pwm)
+    if let (Some(name), Some(pwm_pin)) = (pwm_name, target.pwm)
         && let Some((pin, pos)) = wanted.get(name)
-        && !pin.eq_ignore_ascii_case(home)
+        && !pin.eq_ignore_ascii_case(pwm_pin)
     {
-        let cause = format!("`{name}` is at {pin}, but the PWM output of {} is {home}", chip.name);
-        push_diagnostic(codes::PIN_TAKEN, *pos, cause, format!("put it at {home}"));
+        let cause = format!("`{name}` is at {pin}, but the PWM output of {} is {pwm_pin}", chip.name);
+        push_diagnostic(codes::PIN_TAKEN, *pos, cause, format!("put it at {pwm_pin}"));
     }
 
     // Pins of peripherals that the program uses are reserved, and all of a port whose registers it names.
     let shared = registers::shared_pins(program);
     let ports: Vec<char> = registers::port_registers(program).iter().map(|register| register.port).collect();
     let of_register = |pin: &str| pin.chars().nth(1).is_some_and(|letter| ports.contains(&letter));
-    let mut taken: HashMap<&'static str, &str> = HashMap::new();
-    taken.extend(target.pins.iter().filter(|pin| of_register(pin)).map(|pin| (*pin, "a register of its port")));
-    taken.extend(peripheral_pins(program, target));
-    let place = |pin: &SharedPin| format!("{}{}", pin.port, pin.bit);
-    let mut homes: HashMap<&str, &'static str> = HashMap::new();
+    let mut used_by: HashMap<&'static str, &str> = HashMap::new();
+    used_by.extend(target.pins.iter().filter(|pin| of_register(pin)).map(|pin| (*pin, "a register of its port")));
+    used_by.extend(peripheral_pins(program, target));
+    let port_and_bit = |pin: &SharedPin| format!("{}{}", pin.port, pin.bit);
+    let mut assigned_pins: HashMap<&str, &'static str> = HashMap::new();
     let usable = |kind: SymbolKind| usable_pins(target, kind);
     for symbol in &wanted_pins {
         let Some((pin, pos)) = wanted.get(symbol.name.as_str()) else { continue };
         let all = usable(symbol.kind);
-        let Some(home) = all.iter().copied().find(|p| p.eq_ignore_ascii_case(pin)) else {
-            let known = chip.pins.iter().find(|p| p.name.eq_ignore_ascii_case(pin));
+        let Some(pin_found) = all.iter().copied().find(|p| p.eq_ignore_ascii_case(pin)) else {
+            let chip_pin = chip.pins.iter().find(|p| p.name.eq_ignore_ascii_case(pin));
             let why = |note: &str| match symbol.kind {
                 SymbolKind::Adc => "the converter does not reach it".to_owned(),
                 _ if note.is_empty() => "it cannot be this".to_owned(),
                 _ => note.to_owned(),
             };
-            let (code, cause) = match known {
+            let (code, cause) = match chip_pin {
                 Some(def) => {
                     (codes::PIN_TAKEN, format!("`{}` cannot use {}: {}", symbol.name, def.name, why(def.note)))
                 }
@@ -149,47 +149,50 @@ pub fn assign_pins(
             push_diagnostic(code, *pos, cause, format!("usable are {}", pin_ranges(&all)));
             continue;
         };
-        let own = shared.iter().find(|pin| pin.name == symbol.name);
-        if own.is_some_and(|pin| !home.ends_with(&place(pin))) {
+        let shared_pin = shared.iter().find(|pin| pin.name == symbol.name);
+        if shared_pin.is_some_and(|pin| !pin_found.ends_with(&port_and_bit(pin))) {
             continue;
         }
-        if own.is_some() || symbol.kind == SymbolKind::Adc && taken.get(home) == Some(&"a register of its port") {
-            taken.remove(home);
+        if shared_pin.is_some()
+            || symbol.kind == SymbolKind::Adc && used_by.get(pin_found) == Some(&"a register of its port")
+        {
+            used_by.remove(pin_found);
         }
-        if let Some(other) = taken.insert(home, &symbol.name) {
-            let cause = format!("{home} is given to `{other}` and to `{}`", symbol.name);
+        if let Some(other) = used_by.insert(pin_found, &symbol.name) {
+            let cause = format!("{pin_found} is given to `{other}` and to `{}`", symbol.name);
             push_diagnostic(codes::PIN_TWICE, *pos, cause, "give each of them a pin of its own".to_owned());
         }
-        homes.insert(&symbol.name, home);
+        assigned_pins.insert(&symbol.name, pin_found);
     }
     // The checks of elements refuse registers on other families.
     let has_registers = matches!(chip.family, ChipFamily::Avr | ChipFamily::Pic16);
-    for pin in shared.iter().filter(|pin| has_registers && !homes.contains_key(pin.name.as_str())) {
+    for pin in shared.iter().filter(|pin| has_registers && !assigned_pins.contains_key(pin.name.as_str())) {
         let cause =
             format!("IO LIST puts `{}` at bit {} of port {}, whose register it shares", pin.name, pin.bit, pin.port);
         let hint = "leave it there, and compile for the chip that MICRO= names".to_owned();
         push_diagnostic(codes::PIN_TAKEN, none, cause, hint);
     }
     // Analog inputs have the fewest possible pins, so they are assigned first.
-    let mut open: Vec<&PinRequest> = wanted_pins.iter().filter(|s| !wanted.contains_key(s.name.as_str())).collect();
-    open.sort_by_key(|s| s.kind != SymbolKind::Adc);
-    let (mut assigned, mut without) = (Vec::new(), Vec::new());
-    let free_before = target.pins.iter().filter(|pin| !taken.contains_key(*pin)).count();
-    for symbol in &open {
-        let Some(pin) = usable(symbol.kind).into_iter().find(|pin| !taken.contains_key(pin)) else {
-            without.push(symbol.name.as_str());
+    let mut unassigned: Vec<&PinRequest> =
+        wanted_pins.iter().filter(|s| !wanted.contains_key(s.name.as_str())).collect();
+    unassigned.sort_by_key(|s| s.kind != SymbolKind::Adc);
+    let (mut assigned, mut names_without_pin) = (Vec::new(), Vec::new());
+    let free_before = target.pins.iter().filter(|pin| !used_by.contains_key(*pin)).count();
+    for symbol in &unassigned {
+        let Some(pin) = usable(symbol.kind).into_iter().find(|pin| !used_by.contains_key(pin)) else {
+            names_without_pin.push(symbol.name.as_str());
             continue;
         };
-        taken.insert(pin, &symbol.name);
-        homes.insert(&symbol.name, pin);
+        used_by.insert(pin, &symbol.name);
+        assigned_pins.insert(&symbol.name, pin);
         assigned.push(format!("{}={pin}", symbol.name));
     }
-    if let Some(name) = without.first() {
+    if let Some(name) = names_without_pin.first() {
         let cause = format!(
             "{} inputs and outputs, {} of them without a pin, but {} has {} usable pins and {free_before} are free: none is left \
              for `{name}`",
             wanted_pins.len(),
-            open.len(),
+            unassigned.len(),
             chip.name,
             target.pins.len(),
         );
@@ -197,7 +200,7 @@ pub fn assign_pins(
         return Vec::new();
     }
     if !assigned.is_empty() {
-        let why = match named.filter(|_| !serves) {
+        let why = match named.filter(|_| !io_list_applies) {
             Some(named) => format!("MICRO= names {}, which has other pins, so its IO LIST is left out; ", named.name),
             None => String::new(),
         };
@@ -208,7 +211,7 @@ pub fn assign_pins(
     wanted_pins
         .iter()
         .filter_map(|s| {
-            let pin = homes.get(s.name.as_str())?;
+            let pin = assigned_pins.get(s.name.as_str())?;
             let (output, analog) = (s.kind == SymbolKind::Output, s.kind == SymbolKind::Adc);
             Some(AssignedPin { name: s.name.clone(), pin, output, analog })
         })
@@ -217,11 +220,11 @@ pub fn assign_pins(
 
 /// Says why a symbol cannot be at a pin of the package that MICRO= names.
 fn package_pin_error(micro: &str, symbol: &str, pin: u32) -> String {
-    let at = format!("`{symbol}` is at package pin {pin}");
+    let start = format!("`{symbol}` is at package pin {pin}");
     match (ladder::package_pin_name(micro, pin), ladder::package_pin_count(micro)) {
-        (Some(name), _) => format!("{at}, which is {name} on {micro}"),
-        (None, Some(count)) => format!("{at}, but {micro} has {count} pins"),
-        (None, None) => format!("{at}, and the pins of the package in `{micro}` are not known"),
+        (Some(name), _) => format!("{start}, which is {name} on {micro}"),
+        (None, Some(count)) => format!("{start}, but {micro} has {count} pins"),
+        (None, None) => format!("{start}, and the pins of the package in `{micro}` are not known"),
     }
 }
 
@@ -263,9 +266,11 @@ fn find_chip_row(name: &str) -> Option<&'static Chip> {
 /// True if the package of `named` has all pins at the same positions as the target's, so that its `IO LIST`
 /// applies.
 fn has_same_pins(named: &Chip, target: &CompileTarget) -> bool {
-    let at = |chip: &Chip, name: &str| chip.pins.iter().find(|pin| pin.name == name).map(|pin| pin.dip);
+    let package_position = |chip: &Chip, name: &str| chip.pins.iter().find(|pin| pin.name == name).map(|pin| pin.dip);
     named.family == target.chip.family
-        && target.pins.iter().all(|pin| at(named, pin).is_some() && at(named, pin) == at(target.chip, pin))
+        && target.pins.iter().all(|pin| {
+            package_position(named, pin).is_some() && package_position(named, pin) == package_position(target.chip, pin)
+        })
 }
 
 /// Formats names of pins, with consecutive ones as a range: `PB0..PB5, PD2`.

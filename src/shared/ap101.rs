@@ -49,8 +49,8 @@ impl Ap101Flags {
 
 /// Returns the clock in Hz of an AP101 with this image, or `None` for other families.
 pub fn clock_hz(chip: &Chip, image: &Image, options: &Options) -> Option<u64> {
-    let own = || Ap101Config::read_config(image).unwrap_or_default().hz;
-    (chip.family == ChipFamily::Ap101).then(|| options.hz.unwrap_or_else(own))
+    let config_hz = || Ap101Config::read_config(image).unwrap_or_default().hz;
+    (chip.family == ChipFamily::Ap101).then(|| options.hz.unwrap_or_else(config_hz))
 }
 
 /// Returns the errors in the configuration of an AP101 image. `text` is the Intel HEX file that the image was

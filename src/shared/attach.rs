@@ -141,27 +141,27 @@ impl AttachedStores {
     ///
     /// `reset` is the pin that resets the chip; it cannot be a bus line.
     pub fn new(list: &[AttachedDevice], chip: &Chip, reset: Option<PinId>) -> Result<AttachedStores, VerbFailure> {
-        let mut bench = AttachedStores { devices: Vec::new(), stores: Vec::new() };
+        let mut stores = AttachedStores { devices: Vec::new(), stores: Vec::new() };
         for attached in list {
             let refuse = |why: String| VerbFailure::invalid_flag_value("--attach <DEVICE>", &attached.text, &why);
             let wires = wires(attached, chip).map_err(refuse)?;
             if let Some(pin) = reset.filter(|pin| wires.contains(&Some(*pin))) {
                 return Err(refuse(format!("{} is the reset pin, no line of a bus", pin_name(chip, pin))));
             }
-            let fitted = WiredDevice { device: attached.device.clone(), wires };
-            for (other, beside) in list.iter().zip(&bench.devices) {
-                conflict(chip, (attached, &fitted), (other, beside)).map_or(Ok(()), |why| Err(refuse(why)))?;
+            let wired = WiredDevice { device: attached.device.clone(), wires };
+            for (other, other_wired) in list.iter().zip(&stores.devices) {
+                conflict(chip, (attached, &wired), (other, other_wired)).map_or(Ok(()), |why| Err(refuse(why)))?;
             }
-            bench.devices.push(fitted);
+            stores.devices.push(wired);
         }
-        for (at, (attached, fitted)) in list.iter().zip(&mut bench.devices).enumerate() {
+        for (at, (attached, wired)) in list.iter().zip(&mut stores.devices).enumerate() {
             if let Some(file) = &attached.file {
-                let (store, held) = MemoryFile::open("--attach", file, fitted.device.cells().len())?;
-                fitted.device.cells_mut().fill(&held.unwrap_or_default());
-                bench.stores.push((at, store));
+                let (file, contents) = MemoryFile::open("--attach", file, wired.device.cells().len())?;
+                wired.device.cells_mut().fill(&contents.unwrap_or_default());
+                stores.stores.push((at, file));
             }
         }
-        Ok(bench)
+        Ok(stores)
     }
 
     /// Builds the set of attached devices for a chip whose cycles have the length that `clock` gives. Refuses
@@ -172,30 +172,30 @@ impl AttachedStores {
         clock: CycleClock,
         drives: &[TimedDrive],
     ) -> Result<AttachedDevices, VerbFailure> {
-        let board = AttachedDevices::new(self.devices.clone(), clock);
-        let taken = |drive: &&TimedDrive| match drive.drive {
+        let devices = AttachedDevices::new(self.devices.clone(), clock);
+        let is_driven_by_device = |drive: &&TimedDrive| match drive.drive {
             ExternalDrive::Level(pin, _) | ExternalDrive::Volts(pin, _) | ExternalDrive::Counts(pin, _) => {
-                board.driven_pins().any(|driven| driven == pin)
+                devices.driven_pins().any(|driven| driven == pin)
             }
             ExternalDrive::Supply(_) => false,
         };
-        match drives.iter().find(taken).map(|drive| drive.drive) {
+        match drives.iter().find(is_driven_by_device).map(|drive| drive.drive) {
             Some(ExternalDrive::Level(pin, _) | ExternalDrive::Volts(pin, _) | ExternalDrive::Counts(pin, _)) => {
                 let name = pin_name(chip, pin);
                 Err(VerbFailure::Usage(format!(
                     "{name} is driven by a device of --attach, so --set and --at cannot drive it"
                 )))
             }
-            _ => Ok(board),
+            _ => Ok(devices),
         }
     }
 
     /// Writes the contents of the devices into their files.
-    pub fn write_back(self, board: &AttachedDevices) -> Result<(), VerbFailure> {
-        let devices: Vec<&ExternalDevice> = board.devices().collect();
-        for (at, store) in self.stores {
+    pub fn write_back(self, devices: &AttachedDevices) -> Result<(), VerbFailure> {
+        let devices: Vec<&ExternalDevice> = devices.devices().collect();
+        for (at, file) in self.stores {
             if let Some(device) = devices.get(at) {
-                store.keep(&device.cells().bytes())?;
+                file.keep(&device.cells().bytes())?;
             }
         }
         Ok(())
@@ -205,12 +205,12 @@ impl AttachedStores {
 /// Returns why two devices cannot be connected together: both answer to one address, or one pin has wires of
 /// different kinds. Wires of one kind may share a pin, except those that select a device.
 fn conflict(chip: &Chip, one: (&AttachedDevice, &WiredDevice), two: (&AttachedDevice, &WiredDevice)) -> Option<String> {
-    let wires = |(attached, fitted): (&AttachedDevice, &WiredDevice)| -> Vec<(PinId, &'static str)> {
-        let named = fitted.wires.iter().zip(attached.bus.wires());
+    let wires = |(attached, wired): (&AttachedDevice, &WiredDevice)| -> Vec<(PinId, &'static str)> {
+        let named = wired.wires.iter().zip(attached.bus.wires());
         named.filter_map(|(pin, name)| Some(((*pin)?, *name))).collect()
     };
-    let (ours, theirs) = (wires(one), wires(two));
-    let pairs = || ours.iter().flat_map(|own| theirs.iter().map(move |other| (own, other)));
+    let (first_wires, second_wires) = (wires(one), wires(two));
+    let pairs = || first_wires.iter().flat_map(|own| second_wires.iter().map(move |other| (own, other)));
     let clash = pairs().find(|(own, other)| own.0 == other.0 && (own.1 != other.1 || own.1 == "cs"));
     if let Some(((pin, own), (_, other))) = clash {
         let name = pin_name(chip, *pin);
@@ -222,7 +222,7 @@ fn conflict(chip: &Chip, one: (&AttachedDevice, &WiredDevice), two: (&AttachedDe
     let (ExternalDevice::Eeprom(own), ExternalDevice::Eeprom(other)) = (&one.1.device, &two.1.device) else {
         return None;
     };
-    let bus = |fitted: &WiredDevice| fitted.wires.get(..2).map(<[_]>::to_vec);
+    let bus = |wired: &WiredDevice| wired.wires.get(..2).map(<[_]>::to_vec);
     let both = (0..0x80).find(|&address| own.is_addressed_by(address) && other.is_addressed_by(address));
     let both = both.filter(|_| bus(one.1) == bus(two.1));
     both.map(|address| format!("`{}` answers to the address 0x{address:02x} already; @0x51 gives another", two.0.text))
@@ -240,11 +240,11 @@ fn wires(attached: &AttachedDevice, chip: &Chip) -> Result<Vec<Option<PinId>>, S
         if let Some((_, typed)) = named {
             return Ok(Some(find_pin(chip, &avr::chip_pin_text(chip, typed))?));
         }
-        let usual = bus.default_pin(chip, name);
+        let default_pin = bus.default_pin(chip, name);
         let needed = !matches!(*name, "" | "wp");
-        match usual {
+        match default_pin {
             None if needed => Err(format!("which pin is {name}? {name}=PIN says it")),
-            _ => Ok(usual),
+            _ => Ok(default_pin),
         }
     };
     let wires = bus.wires().iter().enumerate().map(wire).collect::<Result<Vec<_>, String>>()?;

@@ -121,8 +121,8 @@ impl AvrFlags {
         let hz = clock.unwrap_or(chip.default_hz);
         let plain = Options { lock: self.lock, package: self.package(chip)?, ..Options::at_hz(hz) };
         let Some(part) = part(chip) else {
-            let given = [("--fuse", !self.fuse.is_empty()), ("--lock", self.lock.is_some())];
-            return match given.into_iter().find(|(_, given)| *given) {
+            let given_flags = [("--fuse", !self.fuse.is_empty()), ("--lock", self.lock.is_some())];
+            return match given_flags.into_iter().find(|(_, is_given)| *is_given) {
                 Some((flag, _)) => {
                     Err(VerbFailure::Usage(format!("{flag} is for chips of the AVR family; {} is not one", chip.name)))
                 }

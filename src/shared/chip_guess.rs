@@ -45,27 +45,27 @@ pub fn guess_chip(file: &str, bytes: &[u8], chip: &Chip, refused: bool) -> Optio
     if bytes.starts_with(ELF_MAGIC) {
         return other_avr_diagnostic(file, bytes, chip, severity);
     }
-    let tell =
+    let other_chip =
         |cause: String, hint: String| Some(Diagnostic::new(severity, OTHER_CHIP, file, Pos::default(), cause, hint));
     if let Some((cause, hint)) = chip_in_comment(bytes).and_then(|named| other_name(&named, chip)) {
-        return tell(cause, hint);
+        return other_chip(cause, hint);
     }
-    let found = HexContents::of(file, bytes)?;
-    if let Some((cause, hint)) = found.signature().and_then(|signature| by_signature(signature, chip)) {
-        return tell(cause, hint);
+    let contents = HexContents::of(file, bytes)?;
+    if let Some((cause, hint)) = contents.signature().and_then(|signature| by_signature(signature, chip)) {
+        return other_chip(cause, hint);
     }
-    let family = match found.family(chip) {
+    let family = match contents.family(chip) {
         ChipGuess::Family(family) => family,
         ChipGuess::WideWords => {
             let cause = format!("this looks like a program for an AVR or an 8051, not for {}", chip.name);
-            return tell(cause, "--mcu CHIP; `emu chips` lists all".to_owned());
+            return other_chip(cause, "--mcu CHIP; `emu chips` lists all".to_owned());
         }
         ChipGuess::Unknown => return None,
     };
-    if family == chip.family && found.fits(chip) {
+    if family == chip.family && contents.fits(chip) {
         return None;
     }
-    let mut fitting: Vec<&Chip> = family::chips().filter(|c| c.family == family && found.fits(c)).collect();
+    let mut fitting: Vec<&Chip> = family::chips().filter(|c| c.family == family && contents.fits(c)).collect();
     if family == chip.family {
         fitting = nearest_first(fitting, chip);
     } else {
@@ -73,7 +73,7 @@ pub fn guess_chip(file: &str, bytes: &[u8], chip: &Chip, refused: bool) -> Optio
         fitting.sort_by_key(|c| Reverse(c.flash_bytes));
     }
     let (names, first) = name_chips(fitting)?;
-    tell(format!("this looks like a program for {names}, not for {}", chip.name), format!("--mcu {first}"))
+    other_chip(format!("this looks like a program for {names}, not for {}", chip.name), format!("--mcu {first}"))
 }
 
 /// Returns cause and hint if a comment names a chip other than `chip`.

@@ -162,20 +162,21 @@ fn report_simavr_oddities(file: &str, bytes: &[u8], simavr: &SimavrSection) {
         ));
     }
     let row = |name: &str| image_origin::find_avr(name).map_or(name.to_owned(), |chip| chip.name.to_owned());
-    if let (Some(compiler), Some(own)) = (avr_device(bytes), &simavr.mcu)
-        && row(&compiler) != row(own)
+    if let (Some(compiler), Some(section_mcu)) = (avr_device(bytes), &simavr.mcu)
+        && row(&compiler) != row(section_mcu)
     {
         output::print_to_stderr(&format!(
-            "note: {file} is for {own} by {SECTION}, and for {compiler} by the note of its compiler, which counts\n"
+            "note: {file} is for {section_mcu} by {SECTION}, and for {compiler} by the note of its compiler, which counts\n"
         ));
     }
 }
 
 impl ChosenChip {
-    /// Returns the clock in Hz: `asked` if given, otherwise the clock in the `.mmcu` section, with a note.
-    pub fn clock(&self, asked: Option<u64>) -> Option<u64> {
-        let own = self.simavr.as_ref().and_then(|simavr| simavr.hz).map(u64::from);
-        let (None, Some(hz)) = (asked, own) else { return asked };
+    /// Returns the clock in Hz: `requested` if given, otherwise the clock in the `.mmcu` section, with a
+    /// note.
+    pub fn clock(&self, requested: Option<u64>) -> Option<u64> {
+        let image_hz = self.simavr.as_ref().and_then(|simavr| simavr.hz).map(u64::from);
+        let (None, Some(hz)) = (requested, image_hz) else { return requested };
         let (file, chip) = (&self.file, self.chip);
         if hz > chip.max_hz {
             output::print_to_stderr(&format!(
@@ -234,9 +235,9 @@ impl ChosenChip {
     /// if its name is one word, otherwise the address.
     fn ram_signal_name(&self, image: &Image, addr: u32, bytes: u32) -> String {
         let space = self.chip.reg_space;
-        let own = image.symbols.iter().filter(|s| (s.space, s.addr, s.size) == (space, addr, bytes));
+        let objects = image.symbols.iter().filter(|s| (s.space, s.addr, s.size) == (space, addr, bytes));
         let word = |name: &&str| name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-        let named = own.map(|symbol| symbol.name.as_str()).find(word);
+        let named = objects.map(|symbol| symbol.name.as_str()).find(word);
         named.map_or_else(
             || match bytes {
                 1 => format!("{space}:0x{addr:X}"),

@@ -50,14 +50,15 @@ pub fn avrs_with_signature(signature: [u8; 3]) -> Vec<&'static Chip> {
 
 /// Returns cause and hint if the signature `wanted` of a program is not that of `chip`.
 pub fn by_signature(wanted: [u8; 3], chip: &Chip) -> Option<CauseAndHint> {
-    let own = part(chip.name)?.signature;
+    let chip_signature = part(chip.name)?.signature;
     let text = |[a, b, c]: [u8; 3]| format!("{a:02X} {b:02X} {c:02X}");
     let fitting: Vec<&Chip> = avrs_with_signature(wanted);
-    if wanted == own || fitting.iter().any(|row| is_superset_of(chip, row)) {
+    if wanted == chip_signature || fitting.iter().any(|row| is_superset_of(chip, row)) {
         return None;
     }
-    let cause =
-        |of: &str| format!("this is a program for the signature {}{of}; {} has {}", text(wanted), chip.name, text(own));
+    let cause = |of: &str| {
+        format!("this is a program for the signature {}{of}; {} has {}", text(wanted), chip.name, text(chip_signature))
+    };
     let build = format!("build it with -mmcu={}", chip.name);
     Some(match name_chips(nearest_first(fitting, chip)) {
         Some((names, first)) => (cause(&format!(" of {names}")), format!("--mcu {first}, or {build}")),
@@ -66,12 +67,12 @@ pub fn by_signature(wanted: [u8; 3], chip: &Chip) -> Option<CauseAndHint> {
 }
 
 fn by_core(core: u32, chip: &Chip) -> Option<CauseAndHint> {
-    let own = core_of(chip);
-    if core == 0 || core == own {
+    let chip_core = core_of(chip);
+    if core == 0 || core == chip_core {
         return None;
     }
     let fitting = family::chips().filter(|c| c.family == ChipFamily::Avr && core_of(c) == core).collect();
-    let cause = format!("this is a program for avr{core} cores, and {} has an avr{own} core", chip.name);
+    let cause = format!("this is a program for avr{core} cores, and {} has an avr{chip_core} core", chip.name);
     let hint = name_chips(nearest_first(fitting, chip)).map_or_else(
         || format!("build it with -mmcu={}", chip.name),
         |(names, first)| format!("--mcu {first} (such a core have {names}), or build it with -mmcu={}", chip.name),

@@ -55,8 +55,8 @@ pub fn unreadable_file(file: &str, error: &io::Error) -> VerbFailure {
 /// once.
 pub fn read_bytes_twice(file: &str) -> Result<Vec<u8>, VerbFailure> {
     let bytes = read_bytes(file)?;
-    if let Ok(mut kept) = PEEKED.lock() {
-        *kept = Some((file.to_owned(), bytes.clone()));
+    if let Ok(mut peeked) = PEEKED.lock() {
+        *peeked = Some((file.to_owned(), bytes.clone()));
     }
     Ok(bytes)
 }
@@ -64,8 +64,8 @@ pub fn read_bytes_twice(file: &str) -> Result<Vec<u8>, VerbFailure> {
 /// Reads all bytes of a file like [`read_bytes`], but returns the system error.
 pub fn read_file(file: &str) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    if let Ok(mut kept) = PEEKED.lock()
-        && let Some((_, bytes)) = kept.take_if(|(name, _)| name == file)
+    if let Ok(mut peeked) = PEEKED.lock()
+        && let Some((_, bytes)) = peeked.take_if(|(name, _)| name == file)
     {
         return Ok(bytes);
     }

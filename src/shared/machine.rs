@@ -110,23 +110,23 @@ impl MachineArgs {
     pub fn wire_machine(
         &self,
         chip: &'static Chip,
-        how: &MachineOptions,
+        options: &MachineOptions,
         read: impl FnOnce() -> Result<Image, VerbFailure>,
     ) -> Result<WiredMachine, VerbFailure> {
-        let asked = how.clock;
+        let requested_hz = options.clock;
         if self.no_start_up && matches!(chip.family, ChipFamily::Mcs51 | ChipFamily::Ap101) {
             let why = format!("--no-start-up is for chips of the AVR and PIC16 families; {} is not one", chip.name);
             return Err(VerbFailure::Usage(why));
         }
         let readings = self.readings.of(chip)?;
         let mcs51 = self.mcs51.options(chip, readings.mcs51)?;
-        let ap101 = self.ap101.options(chip, asked)?;
-        let mut pic16 = self.pic16.options(chip, asked.unwrap_or(chip.default_hz), how.start_up)?;
+        let ap101 = self.ap101.options(chip, requested_hz)?;
+        let mut pic16 = self.pic16.options(chip, requested_hz.unwrap_or(chip.default_hz), options.start_up)?;
         pic16.readings = readings.pic16;
         // Check the flags before the image is read, like the others.
-        self.avr.wiring(chip, &Image::default(), asked, how.start_up)?;
+        self.avr.wiring(chip, &Image::default(), requested_hz, options.start_up)?;
         let image = read()?;
-        let mut avr = self.avr.wiring(chip, &image, asked, how.start_up)?;
+        let mut avr = self.avr.wiring(chip, &image, requested_hz, options.start_up)?;
         avr.options.readings = readings.avr;
         let hz = ap101::clock_hz(chip, &image, &ap101).unwrap_or(avr.options.hz);
         if hz > chip.max_hz {
@@ -134,11 +134,11 @@ impl MachineArgs {
             return Err(VerbFailure::invalid_flag_value("--clock <HZ>", &hz.to_string(), &why));
         }
         let eeprom = self.eeprom.as_deref().map(|file| store::open_eeprom_file(file, chip, &image)).transpose()?;
-        let bench = AttachedStores::new(&self.attach, chip, avr::reset_pin(chip, &avr))?;
+        let devices = AttachedStores::new(&self.attach, chip, avr::reset_pin(chip, &avr))?;
         mcs51::warn_external_memory(chip, &image, &mcs51);
-        avr::report_fuse_clock(chip, &avr, asked);
-        let setup = MachineSetup { ram: how.ram, bus: how.bus, avr: avr.options, mcs51, pic16, ap101 };
-        Ok(WiredMachine { image, setup, hz, avr, eeprom, devices: bench })
+        avr::report_fuse_clock(chip, &avr, requested_hz);
+        let setup = MachineSetup { ram: options.ram, bus: options.bus, avr: avr.options, mcs51, pic16, ap101 };
+        Ok(WiredMachine { image, setup, hz, avr, eeprom, devices })
     }
 
     /// Returns the drives of `--set`, `--at` and `--uart-in`. `alias` turns `NAME=LEVEL` into `PIN=LEVEL` for
@@ -152,17 +152,17 @@ impl MachineArgs {
         let (names, chip) = (&source.names, source.names.chip);
         let mut drives = Vec::new();
         for text in &self.set {
-            let put = parse_drive(chip, &avr::chip_pin_text(chip, &names.replace_channel_name(&alias(text))))
+            let drive = parse_drive(chip, &avr::chip_pin_text(chip, &names.replace_channel_name(&alias(text))))
                 .map_err(|why| VerbFailure::invalid_flag_value("--set <PIN=LEVEL>", text, &why))?;
-            drives.push(TimedDrive { at: CycleTime::default(), drive: put });
+            drives.push(TimedDrive { at: CycleTime::default(), drive });
         }
         for text in &self.at {
-            let own = text.split_once(':').map(|(time, put)| {
-                format!("{time}:{}", avr::chip_pin_text(chip, &names.replace_channel_name(&alias(put))))
+            let resolved = text.split_once(':').map(|(time, drive)| {
+                format!("{time}:{}", avr::chip_pin_text(chip, &names.replace_channel_name(&alias(drive))))
             });
-            let own = own.as_deref().unwrap_or(text);
+            let resolved = resolved.as_deref().unwrap_or(text);
             drives.push(
-                parse_timed_drive(chip, clock, own)
+                parse_timed_drive(chip, clock, resolved)
                     .map_err(|why| VerbFailure::invalid_flag_value("--at <TIME:PIN=LEVEL>", text, &why))?,
             );
         }

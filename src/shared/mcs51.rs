@@ -40,7 +40,7 @@ impl Mcs51Flags {
     pub fn options(&self, chip: &Chip, readings: emu_8051::Mcs51Readings) -> Result<Options, VerbFailure> {
         let part = (chip.family == ChipFamily::Mcs51).then(|| chips::part(chip.name)).flatten();
         let can = |able: fn(&Mcs51Part) -> bool| part.is_some_and(able);
-        let given = [
+        let given_flags = [
             ("--von-neumann", self.von_neumann, can(|part| part.has_bus), " with an external bus"),
             ("--ea", self.ea.is_some(), can(|part| part.has_bus), " with an external bus"),
             (
@@ -51,7 +51,7 @@ impl Mcs51Flags {
             ),
             ("--x2", self.x2, can(|part| part.has_x2), " that run at 6 clocks a machine cycle"),
         ];
-        if let Some((flag, _, _, which)) = given.into_iter().find(|(_, given, can, _)| *given && !can) {
+        if let Some((flag, _, _, which)) = given_flags.into_iter().find(|(_, is_given, can, _)| *is_given && !can) {
             let which = if part.is_some() { which } else { "" };
             let why = format!("{flag} is for chips of the 8051 family{which}; {} is not one", chip.name);
             return Err(VerbFailure::Usage(why));

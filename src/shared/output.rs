@@ -74,10 +74,14 @@ impl PendingFile {
         if place.file_name().is_none() || place.is_dir() {
             return Err(fail(io::Error::from(io::ErrorKind::IsADirectory)));
         }
-        let (beside, file) = create_temporary(&place).map_err(fail)?;
+        let (temporary_path, file) = create_temporary(&place).map_err(fail)?;
         // From here on, `drop` removes the temporary file if a step fails.
-        let pending =
-            PendingFile { file: Some(file), temporary_path: Some(beside), target_path: place, name: name.to_owned() };
+        let pending = PendingFile {
+            file: Some(file),
+            temporary_path: Some(temporary_path),
+            target_path: place,
+            name: name.to_owned(),
+        };
         pending.keep_permissions().map_err(fail)?;
         Ok(pending)
     }
@@ -102,8 +106,8 @@ impl PendingFile {
     pub fn complete(mut self) -> Result<(), VerbFailure> {
         drop(self.file.take());
         match self.temporary_path.take() {
-            Some(beside) => fs::rename(&beside, &self.target_path).map_err(|error| {
-                _ = fs::remove_file(&beside);
+            Some(temporary_path) => fs::rename(&temporary_path, &self.target_path).map_err(|error| {
+                _ = fs::remove_file(&temporary_path);
                 VerbFailure::write_failed(&self.name, &error)
             }),
             None => Ok(()),
@@ -113,8 +117,8 @@ impl PendingFile {
 
 impl Drop for PendingFile {
     fn drop(&mut self) {
-        if let Some(beside) = self.temporary_path.take() {
-            _ = fs::remove_file(beside);
+        if let Some(temporary_path) = self.temporary_path.take() {
+            _ = fs::remove_file(temporary_path);
         }
     }
 }
@@ -125,11 +129,11 @@ fn create_temporary(place: &Path) -> io::Result<(PathBuf, File)> {
     static NUMBER: AtomicU32 = AtomicU32::new(0);
     loop {
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        let beside = place.with_file_name(format!(".emu-{}-{number}.tmp", std::process::id()));
-        match File::options().write(true).create_new(true).open(&beside) {
+        let temporary_path = place.with_file_name(format!(".emu-{}-{number}.tmp", std::process::id()));
+        match File::options().write(true).create_new(true).open(&temporary_path) {
             // A leftover of an earlier process with the same process ID.
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists && number < u32::MAX => {}
-            result => return result.map(|file| (beside, file)),
+            result => return result.map(|file| (temporary_path, file)),
         }
     }
 }
@@ -196,11 +200,11 @@ pub fn check_input_not_overwritten(input: &str, outputs: &[(&str, &str)]) -> Res
 
 /// Returns true if two names refer to one file.
 pub fn same_place(a: &str, b: &str) -> bool {
-    let whole = |file: &str| {
+    let full_path = |file: &str| {
         let path = Path::new(file);
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let beside = || Some(fs::canonicalize(folder).ok()?.join(path.file_name()?));
-        fs::canonicalize(path).ok().or_else(beside).unwrap_or_else(|| path.to_owned())
+        let in_folder = || Some(fs::canonicalize(folder).ok()?.join(path.file_name()?));
+        fs::canonicalize(path).ok().or_else(in_folder).unwrap_or_else(|| path.to_owned())
     };
-    a == b || a != "-" && b != "-" && whole(a) == whole(b)
+    a == b || a != "-" && b != "-" && full_path(a) == full_path(b)
 }

@@ -71,12 +71,12 @@ impl Pic16Flags {
     pub fn options(&self, chip: &Chip, hz: u64, start_up: bool) -> Result<Options, VerbFailure> {
         let part = part(chip);
         let can = |able: fn(&Pic16Part) -> bool| part.is_some_and(able);
-        let given = [
+        let given_flags = [
             ("--config", self.config.is_some(), part.is_some(), ""),
             ("--corner", self.corner.is_some(), part.is_some(), ""),
             ("--timer1-crystal", self.timer1_crystal.is_some(), can(|part| part.timers), " with timer 1"),
         ];
-        if let Some((flag, _, _, which)) = given.into_iter().find(|(_, given, can, _)| *given && !can) {
+        if let Some((flag, _, _, which)) = given_flags.into_iter().find(|(_, is_given, can, _)| *is_given && !can) {
             let which = if part.is_some() { which } else { "" };
             let why = format!("{flag} is for chips of the PIC16 family{which}; {} is not one", chip.name);
             return Err(VerbFailure::Usage(why));

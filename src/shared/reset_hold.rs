@@ -26,8 +26,8 @@ fn reset_pin(family: ChipFamily) -> (&'static str, PinLevel, PinLevel) {
 pub fn reset_hold<C: Cpu>(cpu: &C, drives: &[TimedDrive]) -> Option<String> {
     let now = CycleTime::at(cpu.cycle());
     let (name, holds, runs) = reset_pin(cpu.chip().family);
-    let held = find_pin(cpu.chip(), name).ok().filter(|&pin| cpu.pin_level(pin) == holds);
-    let reset = held.map(|pin| (name, pin, holds, runs));
+    let reset_pin_held = find_pin(cpu.chip(), name).ok().filter(|&pin| cpu.pin_level(pin) == holds);
+    let reset = reset_pin_held.map(|pin| (name, pin, holds, runs));
     // If several drives of the supply have the same time, the last one counts.
     let supplies = drives.iter().filter_map(|drive| match drive.drive {
         ExternalDrive::Supply(millivolts) => Some((drive.at, millivolts)),

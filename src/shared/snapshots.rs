@@ -25,8 +25,8 @@ pub fn snapshot_header(chip: &Chip, image: &Image, setup: &MachineSetup) -> Snap
         ChipFamily::Mcs51 => {
             let emu_8051::Options { von_neumann, ea, x2, readings: _ } = setup.mcs51;
             let mut flags = vec![clock(setup.avr.hz), format!("--ea {}", if ea { "high" } else { "low" })];
-            let given = [("--von-neumann", von_neumann), ("--x2", x2)];
-            flags.extend(given.into_iter().filter(|(_, given)| *given).map(|(flag, _)| flag.to_owned()));
+            let given_flags = [("--von-neumann", von_neumann), ("--x2", x2)];
+            flags.extend(given_flags.into_iter().filter(|(_, is_given)| *is_given).map(|(flag, _)| flag.to_owned()));
             flags
         }
         ChipFamily::Pic16 => pic16_flags(image, setup.pic16),
@@ -59,13 +59,13 @@ fn clock(hz: u64) -> String {
 
 fn avr_flags(chip: &Chip, image: &Image, options: emu_avr::Options) -> Vec<String> {
     // The package does not change the state.
-    let emu_avr::Options { hz, fuses: given, lock, start_up, readings: _, package: _ } = options;
+    let emu_avr::Options { hz, fuses: given_fuses, lock, start_up, readings: _, package: _ } = options;
     let mut fuses = emu_avr::chips::part(chip.name).map_or([0xFF; 3], |part| part.fuses.default_bytes);
     image.fill("fuse", &mut fuses);
     let mut locked = [0xFF];
     image.fill("lock", &mut locked);
     let has = chip.spaces.iter().find(|(space, ..)| *space == "fuse").map_or(0, |(_, bytes, _)| *bytes as usize);
-    let bytes = ["low", "high", "extended"].into_iter().zip(given.unwrap_or(fuses)).take(has);
+    let bytes = ["low", "high", "extended"].into_iter().zip(given_fuses.unwrap_or(fuses)).take(has);
     let bytes: Vec<String> = bytes.map(|(name, value)| format!("{name}=0x{value:02X}")).collect();
     let mut flags =
         vec![clock(hz), format!("--fuse {}", bytes.join(",")), format!("--lock 0x{:02X}", lock.unwrap_or(locked[0]))];

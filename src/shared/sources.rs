@@ -19,8 +19,8 @@ pub struct SourceFiles {
 impl SourceFiles {
     /// Creates the list for a program whose image and symbols are in `files`.
     pub fn new<'f>(files: impl Iterator<Item = &'f str>) -> SourceFiles {
-        let beside = files.filter(|name| *name != "-").filter_map(|name| Path::new(name).parent());
-        let folders = beside.chain([Path::new("")]).map(Path::to_path_buf).collect();
+        let input_folders = files.filter(|name| *name != "-").filter_map(|name| Path::new(name).parent());
+        let folders = input_folders.chain([Path::new("")]).map(Path::to_path_buf).collect();
         SourceFiles { folders, files: HashMap::new() }
     }
 
@@ -40,8 +40,8 @@ impl SourceFiles {
     pub fn file(&mut self, lines: &SourceLines, name: &str) -> Option<&[String]> {
         let SourceFiles { folders, files } = self;
         let file = files.entry(name.to_owned()).or_insert_with(|| {
-            let home = lines.folder(name).map(PathBuf::from);
-            home.iter().chain(folders.iter()).find_map(|folder| read(&folder.join(name)))
+            let recorded_folder = lines.folder(name).map(PathBuf::from);
+            recorded_folder.iter().chain(folders.iter()).find_map(|folder| read(&folder.join(name)))
         });
         file.as_deref()
     }

@@ -42,8 +42,8 @@ impl MemoryFile {
         let ending = Path::new(name).extension().map(|ending| ending.to_ascii_lowercase());
         let hex = ending.is_some_and(|ending| ending == "hex" || ending == "eep");
         let missing = std::fs::metadata(name).is_err_and(|error| error.kind() == ErrorKind::NotFound);
-        let held = if missing { None } else { Some(content(name, hex, size)?) };
-        Ok((MemoryFile { name: name.to_owned(), pending: PendingFile::new(name)?, hex }, held))
+        let contents = if missing { None } else { Some(content(name, hex, size)?) };
+        Ok((MemoryFile { name: name.to_owned(), pending: PendingFile::new(name)?, hex }, contents))
     }
 
     /// Writes the contents of the memory into the file.
@@ -93,8 +93,8 @@ pub fn open_eeprom_file(name: &str, chip: &Chip, image: &Image) -> Result<(Memor
 }
 
 /// Writes bytes into the EEPROM of a chip. Cells that already hold their value are not written.
-pub fn load_eeprom<C: Cpu>(cpu: &mut C, held: &[u8]) {
-    for (addr, &byte) in (0u32..).zip(held) {
+pub fn load_eeprom<C: Cpu>(cpu: &mut C, contents: &[u8]) {
+    for (addr, &byte) in (0u32..).zip(contents) {
         if cpu.peek(EEPROM, addr) != Some(byte) {
             cpu.poke(EEPROM, addr, byte);
         }

@@ -168,8 +168,8 @@ struct IncludeFolders<'a> {
 
 impl IncludeFiles for IncludeFolders<'_> {
     fn open(&mut self, name: &str, from: &str) -> io::Result<(String, Vec<u8>)> {
-        let beside = Path::new(from).parent().unwrap_or(Path::new(""));
-        let folders = || std::iter::once(beside).chain(self.folders.iter().map(PathBuf::as_path));
+        let includer_folder = Path::new(from).parent().unwrap_or(Path::new(""));
+        let folders = || std::iter::once(includer_folder).chain(self.folders.iter().map(PathBuf::as_path));
         let mut first = None;
         let exact = folders().map(|folder| folder.join(name));
         // Sources from Windows may spell file names with any letter case.
@@ -215,8 +215,8 @@ fn hex_of(assembled: &AssembledProgram, chip: &Chip) -> String {
 
 /// Returns the EEPROM contents of the image as a separate Intel HEX file.
 fn eeprom_of(image: &Image) -> String {
-    let held = image.segments.iter().filter(|segment| segment.space == EEPROM);
-    write_hex(&held.map(|segment| (segment.addr, segment.bytes.as_slice())).collect::<Vec<_>>())
+    let segments = image.segments.iter().filter(|segment| segment.space == EEPROM);
+    write_hex(&segments.map(|segment| (segment.addr, segment.bytes.as_slice())).collect::<Vec<_>>())
 }
 
 /// Warns of memories that the source fills but no file holds: the Intel HEX file of an AVR holds only its

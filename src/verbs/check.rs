@@ -101,21 +101,21 @@ pub fn check(args: &CheckArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
     if args.files.iter().filter(|file| *file == "-").count() > 1 {
         return Err(VerbFailure::Usage("standard input (-) can be only one of the programs".to_owned()));
     }
-    let printed = args.json.then_some(("--json", "-"));
+    let json_output = args.json.then_some(("--json", "-"));
     let outputs: Vec<(&str, &str)> = [("--junit", &args.junit), ("--report", &args.report)]
         .into_iter()
         .filter_map(|(flag, file)| Some((flag, file.as_deref()?)))
         .collect();
-    output::check_distinct_outputs(&outputs.iter().copied().chain(printed).collect::<Vec<_>>())?;
+    output::check_distinct_outputs(&outputs.iter().copied().chain(json_output).collect::<Vec<_>>())?;
     for file in &args.files {
         output::check_input_not_overwritten(file, &outputs)?;
     }
     let programs = args.files.iter().map(|file| input::read_program(file, args.dialect, true, terminal));
     let programs = programs.collect::<Result<Vec<ReadProgram>, VerbFailure>>()?;
-    let all = args.mcu.iter().any(|which| matches!(which, ChipChoice::All));
+    let all = args.mcu.iter().any(|choice| matches!(choice, ChipChoice::All));
     let mut chips: Vec<&'static str> = Vec::new();
-    for which in &args.mcu {
-        let named: Vec<&'static Chip> = match which {
+    for choice in &args.mcu {
+        let named: Vec<&'static Chip> = match choice {
             ChipChoice::All => ladder_compile::CHIPS.to_vec(),
             ChipChoice::One(chip) => vec![chip],
         };
@@ -134,9 +134,9 @@ pub fn check(args: &CheckArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
     if let Some(file) = &args.scenario {
         scenario::check_flags(args, programs.len())?;
         let Some(read) = programs.first() else { return Ok(exit::USAGE) };
-        let chips = chips_of(&chips, read)?;
+        let chips = selected_chips(&chips, read)?;
         let options: Vec<CheckOptions> =
-            chips.iter().map(|chip| with_possible_clock(options(args, chip), read, all)).collect();
+            chips.iter().map(|chip| with_supported_clock(options(args, chip), read, all)).collect();
         return scenario::check(args, file, read, &options, all, terminal);
     }
     if let Some(via) = args.via {
@@ -164,14 +164,15 @@ pub fn check(args: &CheckArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
     }
     let mut pairs: Vec<(&ReadProgram, CheckOptions)> = Vec::new();
     for read in &programs {
-        let chips = chips_of(&chips, read)?;
-        pairs.extend(chips.iter().map(|chip| (read, with_possible_clock(options(args, chip), read, all))));
+        let chips = selected_chips(&chips, read)?;
+        pairs.extend(chips.iter().map(|chip| (read, with_supported_clock(options(args, chip), read, all))));
     }
     let bar = CheckProgress::new(
         terminal,
         (pairs.len() as u64).saturating_mul(args.scans.unwrap_or(CheckOptions::default().scans)),
     );
-    let clocks: BTreeSet<String> = pairs.iter().filter_map(|(_, options)| lowered_clock_note(args, options)).collect();
+    let clock_notes: BTreeSet<String> =
+        pairs.iter().filter_map(|(_, options)| lowered_clock_note(args, options)).collect();
     let outcomes: Vec<CheckOutcome> = pairs
         .par_iter()
         .map(|(read, options)| {
@@ -196,11 +197,11 @@ pub fn check(args: &CheckArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
     match <[CheckOutcome; 1]>::try_from(outcomes) {
         Ok([outcome]) => report_single(args, outcome, programs, terminal),
         Err(outcomes) => {
-            if !clocks.is_empty() {
-                let clocks: Vec<String> = clocks.into_iter().collect();
+            if !clock_notes.is_empty() {
+                let clock_notes: Vec<String> = clock_notes.into_iter().collect();
                 let cause = format!(
                     "CRYSTAL= is above the highest clock of a chip, which is used instead: {}",
-                    clocks.join(", ")
+                    clock_notes.join(", ")
                 );
                 let file = programs.first().map_or("-", |read| read.program.file.as_str());
                 let note =
@@ -223,7 +224,7 @@ fn report_page(pairs: &[(&ReadProgram, CheckOptions)], outcomes: &[CheckOutcome]
 }
 
 /// Returns the chips that the user named, or otherwise the chip of the program.
-fn chips_of(named: &[&'static str], read: &ReadProgram) -> Result<Vec<&'static str>, VerbFailure> {
+fn selected_chips(named: &[&'static str], read: &ReadProgram) -> Result<Vec<&'static str>, VerbFailure> {
     if named.is_empty() { Ok(vec![read.chip()?]) } else { Ok(named.to_vec()) }
 }
 
@@ -260,7 +261,7 @@ fn check_foreign_image(
     let bar = CheckProgress::new(terminal, args.scans.unwrap_or(emu_check::MAX_SCANS));
     let mut done_before = 0;
     let mut progress = |done: u64, of: u64| {
-        bar.add_total(of);
+        bar.set_total(of);
         bar.add(done - std::mem::replace(&mut done_before, done));
     };
     let checked = emu_check::check_foreign(&read.program, &wanted, &options(args, chip), &mut progress);
@@ -299,10 +300,10 @@ fn options(args: &CheckArgs, chip: &str) -> CheckOptions {
 
 /// With `all`, a chip whose highest clock is below that of the program runs at its highest clock, unless the
 /// user gives a clock.
-fn with_possible_clock(options: CheckOptions, read: &ReadProgram, all: bool) -> CheckOptions {
+fn with_supported_clock(options: CheckOptions, read: &ReadProgram, all: bool) -> CheckOptions {
     let highest = ladder_compile::find_chip(&options.mcu).map(|chip| chip.max_hz);
-    let above = highest.filter(|highest| all && read.program.settings.crystal_hz > *highest);
-    CheckOptions { clock_hz: options.clock_hz.or(above), ..options }
+    let lowered = highest.filter(|highest| all && read.program.settings.crystal_hz > *highest);
+    CheckOptions { clock_hz: options.clock_hz.or(lowered), ..options }
 }
 
 /// Returns a note about a clock that was lowered automatically.
@@ -357,10 +358,10 @@ fn exit_code(outcomes: &[CheckOutcome], all: bool) -> u8 {
         CheckOutcome::Refused(_) => None,
     };
     let reports: Vec<(String, bool)> = outcomes.iter().filter_map(report).collect();
-    let lost = |refused: &RefusedCheck| !all || !reports.iter().any(|(program, _)| *program == refused.program);
+    let is_lost = |refused: &RefusedCheck| !all || !reports.iter().any(|(program, _)| *program == refused.program);
     if reports.iter().any(|(_, agreed)| !agreed) {
         exit::FAILED
-    } else if outcomes.iter().any(|outcome| matches!(outcome, CheckOutcome::Refused(refused) if lost(refused))) {
+    } else if outcomes.iter().any(|outcome| matches!(outcome, CheckOutcome::Refused(refused) if is_lost(refused))) {
         exit::REFUSED
     } else {
         exit::OK
@@ -370,44 +371,44 @@ fn exit_code(outcomes: &[CheckOutcome], all: bool) -> u8 {
 /// A progress bar over all checks, which appears on a terminal after [`PROGRESS_DELAY`].
 struct CheckProgress {
     start: Instant,
-    live: bool,
+    is_terminal: bool,
     done: AtomicU64,
     total: AtomicU64,
-    shown: Mutex<Option<ProgressBar>>,
+    bar: Mutex<Option<ProgressBar>>,
 }
 
 impl CheckProgress {
     fn new(terminal: &MessageStyle, total: u64) -> CheckProgress {
         CheckProgress {
             start: Instant::now(),
-            live: terminal.is_terminal,
+            is_terminal: terminal.is_terminal,
             done: AtomicU64::new(0),
             total: AtomicU64::new(total),
-            shown: Mutex::new(None),
+            bar: Mutex::new(None),
         }
     }
 
     /// Sets the total number of scans.
-    fn add_total(&self, scans: u64) {
+    fn set_total(&self, scans: u64) {
         self.total.store(scans, Ordering::Relaxed);
     }
 
     fn add(&self, scans: u64) {
         let done = self.done.fetch_add(scans, Ordering::Relaxed) + scans;
-        if self.live
+        if self.is_terminal
             && self.start.elapsed() >= PROGRESS_DELAY
-            && let Ok(mut shown) = self.shown.lock()
+            && let Ok(mut bar) = self.bar.lock()
         {
             let total = self.total.load(Ordering::Relaxed);
-            let bar = shown.get_or_insert_with(|| progress_bar(total));
+            let bar = bar.get_or_insert_with(|| progress_bar(total));
             bar.set_length(total);
             bar.set_position(done);
         }
     }
 
     fn finish(&self) {
-        if let Ok(mut shown) = self.shown.lock()
-            && let Some(bar) = shown.take()
+        if let Ok(mut bar) = self.bar.lock()
+            && let Some(bar) = bar.take()
         {
             bar.finish_and_clear();
         }

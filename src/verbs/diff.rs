@@ -152,11 +152,11 @@ fn head_differences(args: &DiffArgs, a: &TraceReader, b: &TraceReader) -> Vec<Fi
 }
 
 fn entry_differences(args: &DiffArgs, a: &TraceEntry, b: &TraceEntry) -> Vec<FieldDifference> {
-    let looks = |field: IgnoredField| !args.ignore.contains(&field);
+    let is_compared = |field: IgnoredField| !args.ignore.contains(&field);
     let mut all = Vec::new();
     let shown = |text: &str| if text.is_empty() { "-".to_owned() } else { text.to_owned() };
     let mut field = |field, name, a: &str, b: &str| {
-        if looks(field) && a != b {
+        if is_compared(field) && a != b {
             all.push((name, shown(a), shown(b)));
         }
     };

@@ -129,7 +129,7 @@ pub fn fuzz(args: &FuzzArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure>
         record = resume_record(out, record)?;
     }
     let Some(CampaignShard { done, .. }) = record.shards.first().copied() else { return Ok(exit::OK) };
-    let mine = args.shard.program_count(record.plan.programs);
+    let shard_programs = args.shard.program_count(record.plan.programs);
     let jobs = args.jobs.unwrap_or(0);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs.into()).build();
     let pool = pool.map_err(|error| VerbFailure::Usage(format!("no threads for --jobs {jobs}: {error}")))?;
@@ -137,14 +137,14 @@ pub fn fuzz(args: &FuzzArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure>
     make_save_folder(args)?;
     // Save findings that an interrupted run could not save.
     save_record(args, &record, &record.findings)?;
-    if mine == 0 {
+    if shard_programs == 0 {
         let CampaignShard { index, of, .. } = args.shard;
         output::print_to_stderr(&format!("note: shard {index}/{of} has none of {} programs\n", record.plan.programs));
     }
     let (start, mut saved) = (Instant::now(), Instant::now());
     let (mut bar, mut next, mut batch, mut timed_out) = (None, done, threads, 0);
-    while next < mine && timed_out < TIMED_OUT_MAX {
-        let numbers: Vec<u64> = (next..mine).take(batch).map(|k| args.shard.program_number(k)).collect();
+    while next < shard_programs && timed_out < TIMED_OUT_MAX {
+        let numbers: Vec<u64> = (next..shard_programs).take(batch).map(|k| args.shard.program_number(k)).collect();
         next += numbers.len() as u64;
         let (plan, begun) = (&record.plan, Instant::now());
         let trial = |&number| fuzz::run_trial(plan, number, args.timeout);
@@ -160,14 +160,14 @@ pub fn fuzz(args: &FuzzArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure>
         }
         if terminal.is_terminal && start.elapsed() >= PROGRESS_DELAY {
             let done = record.shards.first().map_or(0, |shard| shard.done);
-            bar.get_or_insert_with(|| progress_bar(mine)).set_position(done);
+            bar.get_or_insert_with(|| progress_bar(shard_programs)).set_position(done);
         }
     }
     if let Some(bar) = bar {
         bar.finish_and_clear();
     }
     save_record(args, &record, &[])?;
-    if timed_out >= TIMED_OUT_MAX && next < mine {
+    if timed_out >= TIMED_OUT_MAX && next < shard_programs {
         output::print_to_stderr(&format!(
             "note: the campaign ends early: {timed_out} programs took longer than {} s and may still run in parallel; \
              --resume continues after them\n",

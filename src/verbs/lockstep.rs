@@ -378,14 +378,14 @@ struct LockstepText<'a, C> {
 
 impl<C: Cpu> LockstepText<'_, C> {
     /// Returns an executed instruction with its address.
-    fn instruction_line(&self, done: &ExecutedInstruction) -> String {
+    fn instruction_line(&self, executed: &ExecutedInstruction) -> String {
         let chip = self.source.names.chip;
         let byte = |addr: u32| u16::from(self.cpu.peek(chip.code_space, addr % chip.flash_bytes).unwrap_or(0xFF));
         let size = chip.word_bytes;
         let word = |start: u32| (0..size).rev().fold(0, |high, i| high << 8 | byte(start + i));
-        let words: Vec<u16> = (0..MAX_INSTRUCTION_WORDS).map(|i| word((done.pc + i) * size)).collect();
-        let text = (chip.isa.disassemble)(&words, done.pc).text;
-        format!("{}  {text}", self.source.describe_word(done.pc))
+        let words: Vec<u16> = (0..MAX_INSTRUCTION_WORDS).map(|i| word((executed.pc + i) * size)).collect();
+        let text = (chip.isa.disassemble)(&words, executed.pc).text;
+        format!("{}  {text}", self.source.describe_word(executed.pc))
     }
 
     fn vector(&self, number: u8) -> String {
@@ -397,7 +397,7 @@ impl<C: Cpu> LockstepText<'_, C> {
         let LockstepReport { outcome, steps, cycle, last_instructions: last, sleeps_of_other_length: other_sleeps } =
             self.report;
         let peer = self.stand_in.map_or(self.peer.to_owned(), |other| format!("{} as {other}", self.peer));
-        let (before, ours, theirs, what, moment) = match outcome {
+        let (before, ours, theirs, differing, shared_interrupt) = match outcome {
             LockstepOutcome::Same { end } => {
                 let end = match end {
                     LockstepEnd::Limit => String::new(),
@@ -413,19 +413,19 @@ impl<C: Cpu> LockstepText<'_, C> {
                 };
                 return format!("agreed     with {peer} in {steps} instructions, {cycle} cycles{slept}{end}\n");
             }
-            LockstepOutcome::Differs { before, ours, theirs, differing_names: what, shared_interrupt: moment } => {
-                (before, ours, theirs, what, moment)
+            LockstepOutcome::Differs { before, ours, theirs, differing_names: differing, shared_interrupt } => {
+                (before, ours, theirs, differing, shared_interrupt)
             }
         };
-        let mut out = format!("differs    from {peer} after {steps} instructions: {}\n", what.join(", "));
-        for (i, done) in last.iter().enumerate() {
+        let mut out = format!("differs    from {peer} after {steps} instructions: {}\n", differing.join(", "));
+        for (i, executed) in last.iter().enumerate() {
             let mark = if i + 1 == last.len() { '>' } else { ' ' };
-            out.push_str(&format!("{mark} cycle {:>8}  {}\n", done.cycle, self.instruction_line(done)));
-            if let Some(vector) = done.interrupt {
+            out.push_str(&format!("{mark} cycle {:>8}  {}\n", executed.cycle, self.instruction_line(executed)));
+            if let Some(vector) = executed.interrupt {
                 out.push_str(&format!("  then the interrupt {}\n", self.vector(vector)));
             }
         }
-        if let Some(vector) = moment {
+        if let Some(vector) = shared_interrupt {
             let name = self.vector(*vector);
             out.push_str(&format!("the interrupt {name} is entered by both, at different instructions\n"));
         }
@@ -434,12 +434,12 @@ impl<C: Cpu> LockstepText<'_, C> {
         // Registers that neither machine changed are omitted.
         for ((before, ours), theirs) in rows.filter(|((before, ours), theirs)| before.1 != ours.1 || ours.1 != theirs.1)
         {
-            let mark = if what.contains(&ours.0) { "  <" } else { "" };
+            let mark = if differing.contains(&ours.0) { "  <" } else { "" };
             let [before, one, other] = [before, ours, theirs].map(|(_, value)| format!("0x{value:02x}"));
             out.push_str(&format!("{:<10} {before:>8}  {one:>8}  {other:>8}{mark}\n", ours.0));
         }
         if let (Some(before), Some(ours), Some(theirs)) = (before.cycle, ours.cycle, theirs.cycle) {
-            let mark = if what.contains(&CYCLES_NAME) { "  <" } else { "" };
+            let mark = if differing.contains(&CYCLES_NAME) { "  <" } else { "" };
             out.push_str(&format!("{CYCLES_NAME:<10} {before:>8}  {ours:>8}  {theirs:>8}{mark}\n"));
         }
         out
@@ -452,16 +452,16 @@ impl<C: Cpu> LockstepText<'_, C> {
             let regs = view.regs.iter().map(|(name, value)| ((*name).to_owned(), json!(value)));
             json!({ "cycle": view.cycle, "registers": Value::Object(regs.collect()) })
         };
-        let done = |done: &ExecutedInstruction| {
-            json!({ "cycle": done.cycle, "addr": self.source.names.chip.code_address(done.pc), "text": self.instruction_line(done),
-                    "interrupt": done.interrupt.map(|vector| self.vector(vector)) })
+        let executed = |executed: &ExecutedInstruction| {
+            json!({ "cycle": executed.cycle, "addr": self.source.names.chip.code_address(executed.pc), "text": self.instruction_line(executed),
+                    "interrupt": executed.interrupt.map(|vector| self.vector(vector)) })
         };
         let difference = match outcome {
             LockstepOutcome::Same { .. } => Value::Null,
-            LockstepOutcome::Differs { before, ours, theirs, differing_names: what, shared_interrupt: moment } => {
+            LockstepOutcome::Differs { before, ours, theirs, differing_names: differing, shared_interrupt } => {
                 json!({
-                    "what": what, "interrupt": moment.map(|vector| self.vector(vector)), "before": view(before), "emu": view(ours), "peer": view(theirs),
-                    "last": last.iter().map(done).collect::<Vec<_>>(),
+                    "what": differing, "interrupt": shared_interrupt.map(|vector| self.vector(vector)), "before": view(before), "emu": view(ours), "peer": view(theirs),
+                    "last": last.iter().map(executed).collect::<Vec<_>>(),
                 })
             }
         };

@@ -107,12 +107,12 @@ pub struct RunArgs {
     #[arg(hide_possible_values = true)]
     lint: Option<LintMode>,
     #[command(flatten)]
-    scenes: scenario::ScenarioFlags,
+    scenario_flags: scenario::ScenarioFlags,
     /// One JSON document on standard output.
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
-    cover: cover::CoverArgs,
+    cover: cover::CoverageFlags,
     #[command(flatten)]
     trace: trace::TraceFlags,
     #[command(flatten)]
@@ -164,32 +164,32 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &MessageStyle) -> Result<u8, VerbFai
         ("--snapshot-out", file(&args.snapshot.snapshot_out)),
         ("--eeprom", file(&machine.eeprom)),
     ];
-    let held = machine.attach.iter().map(|attached| ("--attach", file(&attached.file)));
-    let recorded = ("--record", file(&args.scenes.record));
-    let outputs = outputs.into_iter().chain([recorded]).chain(args.cover.outputs()).chain(held);
-    let used: Vec<_> = outputs.filter(|(_, file)| !file.is_empty()).collect();
-    output::check_distinct_outputs(&used)?;
-    let scenes = args.scenes.scenario.iter().chain(&args.scenes.stimulus);
+    let device_files = machine.attach.iter().map(|attached| ("--attach", file(&attached.file)));
+    let recorded_scenario = ("--record", file(&args.scenario_flags.record));
+    let outputs = outputs.into_iter().chain([recorded_scenario]).chain(args.cover.outputs()).chain(device_files);
+    let output_files: Vec<_> = outputs.filter(|(_, file)| !file.is_empty()).collect();
+    output::check_distinct_outputs(&output_files)?;
+    let scenario_inputs = args.scenario_flags.scenario.iter().chain(&args.scenario_flags.stimulus);
     let inputs = std::iter::once(&args.image).chain(&machine.symbols).chain(&args.snapshot.snapshot_in);
-    let also = args.trace.inputs().chain(args.cover.inputs());
-    let mut taken: Vec<String> = inputs.chain(scenes).chain(also).cloned().collect();
-    for file in &taken {
-        output::check_input_not_overwritten(file, &used)?;
+    let more_inputs = args.trace.inputs().chain(args.cover.inputs());
+    let mut protected_files: Vec<String> = inputs.chain(scenario_inputs).chain(more_inputs).cloned().collect();
+    for file in &protected_files {
+        output::check_input_not_overwritten(file, &output_files)?;
     }
-    taken.extend(used.iter().map(|(_, file)| (*file).to_owned()));
+    protected_files.extend(output_files.iter().map(|(_, file)| (*file).to_owned()));
     if matches!(args.ram, RamChoice::Trap) && args.snapshot.snapshot_in.is_some() {
         let why = "--ram trap and --snapshot-in do not go together: a snapshot does not say what of RAM was written";
         return Err(VerbFailure::Usage(why.to_owned()));
     }
-    let chosen = machine.mcu.choose_chip(&args.image)?;
-    let chip = chosen.chip;
-    let to_stdout = used.iter().any(|(_, file)| output::is_stdout(file));
+    let chip_choice = machine.mcu.choose_chip(&args.image)?;
+    let chip = chip_choice.chip;
+    let to_stdout = output_files.iter().any(|(_, file)| output::is_stdout(file));
     check_serial_flags(args, chip)?;
     let cod = &args.cod;
     let mut script = cod.as_deref().map(|file| cod::read_script(file, chip)).transpose()?;
     let clock = match (&mut script, cod) {
         (Some(script), Some(file)) => Some(cod::script_clock(script, file, machine.clock, chip)?),
-        _ => chosen.clock(machine.clock),
+        _ => chip_choice.clock(machine.clock),
     };
     let ram = match args.ram {
         RamChoice::Fill(init) => init,
@@ -201,12 +201,12 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &MessageStyle) -> Result<u8, VerbFai
         machine.wire_machine(chip, &MachineOptions { ram, bus: args.vcd.is_some(), clock, start_up }, || {
             input::read_image_with_symbols(&args.image, &symbols, chip, terminal)
         })?;
-    chosen.report_simavr_requests(&wired.image, args.vcd.is_some());
-    let WiredMachine { image, mut setup, hz, avr, eeprom, devices: bench } = wired;
+    chip_choice.report_simavr_requests(&wired.image, args.vcd.is_some());
+    let WiredMachine { image, mut setup, hz, avr, eeprom, devices } = wired;
     // The test programs of gpsim convert without waiting for the acquisition time.
     setup.pic16.ideal_acquisition = script.is_some();
-    let shelf = SnapshotWriter { head: snapshots::snapshot_header(chip, &image, &setup), protected_files: taken };
-    let snapshots = RunSnapshots::open(&args.snapshot, shelf.head.clone())?;
+    let snapshot_writer = SnapshotWriter { head: snapshots::snapshot_header(chip, &image, &setup), protected_files };
+    let snapshots = RunSnapshots::open(&args.snapshot, snapshot_writer.head.clone())?;
     let pic16 = setup.pic16;
     let headless = HeadlessRun {
         args,
@@ -217,8 +217,8 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &MessageStyle) -> Result<u8, VerbFai
         pic16,
         eeprom,
         snapshots,
-        snapshot_writer: shelf,
-        devices: bench,
+        snapshot_writer,
+        devices,
         to_stdout,
         terminal,
     };
@@ -227,14 +227,14 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &MessageStyle) -> Result<u8, VerbFai
 
 /// Refuses flags for serial bytes on a chip without a serial port.
 fn check_serial_flags(args: &RunArgs, chip: &Chip) -> Result<(), VerbFailure> {
-    let given = [
+    let serial_flags = [
         ("--uart", args.uart.is_some()),
         ("--uart-in", !args.machine.uart_in.is_empty()),
         ("--expect-uart", args.expect_uart.is_some()),
         ("--fail-uart", args.fail_uart.is_some()),
         ("--until 'uart ..'", args.until.iter().any(|text| text.trim().starts_with("uart"))),
     ];
-    match given.into_iter().find(|(_, given)| *given) {
+    match serial_flags.into_iter().find(|(_, is_given)| *is_given) {
         Some((flag, _)) if !family::has_uart(chip) => {
             Err(VerbFailure::Usage(format!("{flag} is for chips with a serial port; {} has none", chip.name)))
         }

@@ -3,7 +3,7 @@
 
 use emu_core::Cpu;
 
-use super::rig::{ACC, B, PSW, Rig, parity};
+use super::rig::{ACC, B, PSW, TestBench, parity};
 
 /// The bits of the byte that contains the operand, and CY.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,24 +64,24 @@ fn home(addr: u32) -> (&'static str, u32) {
 
 fn check(operation: &Operation, addr: u32) {
     let (template, cycles, reference) = operation;
-    let target = format!("0x{:04X}", Rig::PC + 0x20);
+    let target = format!("0x{:04X}", TestBench::PC + 0x20);
     // Only operands are replaced, never letters of the mnemonic.
     let (name, operands) = template.split_once(' ').expect("an operand");
     let line = format!("{name} {}", operands.replace('b', &addr.to_string()).replace('t', &target));
-    let mut rig = Rig::new(&line);
+    let mut bench = TestBench::new(&line);
     let (space, at) = home(addr);
     for (value, cy) in (0..=255u8).flat_map(|value| [false, true].map(|cy| (value, cy))) {
         let user = value.wrapping_mul(5) & 0x7E;
         // The value of A must differ from the byte of a bit in RAM or in B.
         let acc = if at == ACC { value } else { value.wrapping_mul(77).wrapping_add(u8::from(cy)) };
-        rig.put("sfr", ACC, acc);
-        rig.put("sfr", PSW, u8::from(cy) << 7 | user);
-        rig.put(space, at, value);
+        bench.put("sfr", ACC, acc);
+        bench.put("sfr", PSW, u8::from(cy) << 7 | user);
+        bench.put(space, at, value);
         // In PSW, CY is bit 7 and P follows A; elsewhere PSW keeps its value.
         let psw = if at == PSW { value & 0xFE | parity(acc.into()) as u8 } else { u8::from(cy) << 7 | user };
         let held = if at == PSW { psw } else { value };
         let before = State { bits: bits(held), n: (addr % 8) as usize, cy: psw & 0x80 != 0, jumps: false };
-        let spent = rig.go();
+        let spent = bench.go();
         let mut after = reference(before);
         if at == PSW {
             // CY is one of the bits: whichever of the two was written has the new value.
@@ -96,10 +96,10 @@ fn check(operation: &Operation, addr: u32) {
             byte(after.bits),
             a,
             psw & 0xFE | parity(a.into()) as u8,
-            if after.jumps { Rig::PC + 0x20 } else { rig.next() },
+            if after.jumps { TestBench::PC + 0x20 } else { bench.next() },
             *cycles,
         );
-        let found = (rig.get(space, at), rig.get("sfr", ACC), rig.get("sfr", PSW), rig.cpu.pc(), spent);
+        let found = (bench.get(space, at), bench.get("sfr", ACC), bench.get("sfr", PSW), bench.cpu.pc(), spent);
         assert_eq!(found, wanted, "{line}, {space}:{at:02x} = {value:02x}, CY {cy}: (byte, A, PSW, PC, cycles)");
     }
 }
@@ -125,21 +125,21 @@ fn every_bit_of_a_b_and_psw() {
 fn p_is_the_parity_of_a() {
     let writes = ["mov 0xD0,#0x5A", "mov 0xD0,0x45", "pop 0xD0", "orl 0xD0,#1", "xrl 0xD0,#1", "anl 0xD0,#0xFE"];
     for line in writes.iter().chain(&["inc 0xD0", "dec 0xD0", "mov 0xD0,@R0", "setb 0xD0", "clr 0xD0", "cpl 0xD0"]) {
-        let mut rig = Rig::new(line);
+        let mut bench = TestBench::new(line);
         for (a, psw) in (0..=255u8).flat_map(|a| (0..=255u8).step_by(5).map(move |psw| (a, psw))) {
-            rig.put("idata", 0x45, psw);
-            rig.put("sfr", ACC, a);
-            rig.put("sfr", PSW, psw);
-            rig.go();
-            assert_eq!(i32::from(rig.get("sfr", PSW) & 1), parity(a.into()), "{line}: A {a:02x}, PSW {psw:02x}");
+            bench.put("idata", 0x45, psw);
+            bench.put("sfr", ACC, a);
+            bench.put("sfr", PSW, psw);
+            bench.go();
+            assert_eq!(i32::from(bench.get("sfr", PSW) & 1), parity(a.into()), "{line}: A {a:02x}, PSW {psw:02x}");
         }
     }
-    let mut rig = Rig::new("mov A,0xD0");
+    let mut bench = TestBench::new("mov A,0xD0");
     for (a, psw) in (0..=255u8).flat_map(|a| (0..=255u8).map(move |psw| (a, psw))) {
-        rig.put("sfr", ACC, a);
-        rig.put("sfr", PSW, psw);
-        rig.go();
+        bench.put("sfr", ACC, a);
+        bench.put("sfr", PSW, psw);
+        bench.go();
         let wanted = psw & 0xFE | parity(a.into()) as u8;
-        assert_eq!(rig.get("sfr", ACC), wanted, "a program reads PSW: A {a:02x}, PSW {psw:02x}");
+        assert_eq!(bench.get("sfr", ACC), wanted, "a program reads PSW: A {a:02x}, PSW {psw:02x}");
     }
 }

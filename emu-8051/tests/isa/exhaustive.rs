@@ -7,7 +7,7 @@
 
 use emu_core::Cpu;
 
-use super::rig::{ACC, B, PSW, Rig, parity};
+use super::rig::{ACC, B, PSW, TestBench, parity};
 
 /// The inputs of an instruction: its first and its second operand, and the flags.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -168,7 +168,7 @@ const LOGIC_AND_MOVES: &[Group] = &[
 
 fn line(template: &str, p: char, x: char, value: i32) -> String {
     let (name, operands) = template.split_once(' ').unwrap_or((template, ""));
-    let target = format!("0x{:04X}", Rig::PC + 0x20);
+    let target = format!("0x{:04X}", TestBench::PC + 0x20);
     let word = |operand: &str| match operand {
         "p" => text(p, 0),
         "x" => text(x, value),
@@ -185,24 +185,24 @@ fn psw(s: State, user: i32, acc: i32) -> i32 {
 }
 
 /// Tests one instruction in one state. Everything that it does not name must stay.
-fn check(rig: &mut Rig, name: &str, forms: (char, char), cycles: u64, reference: Reference, s: State) {
+fn check(bench: &mut TestBench, name: &str, forms: (char, char), cycles: u64, reference: Reference, s: State) {
     let (p, x) = (place(forms.0), place(forms.1));
     let mix = s.p.wrapping_mul(167) ^ s.x.wrapping_mul(89);
     let other = mix & 0xFF;
     for at in [("sfr", ACC), ("sfr", B), ("idata", 0x45), ("idata", 0x13), ("idata", 0xC5)] {
         let value = [(p, s.p), (x, s.x)].iter().find(|(place, _)| *place == Some(at)).map_or(other, |found| found.1);
-        rig.put(at.0, at.1, value as u8);
+        bench.put(at.0, at.1, value as u8);
     }
     let acc = |s: State| [(p, s.p), (x, s.x)].iter().find(|f| f.0 == Some(("sfr", ACC))).map_or(other, |f| f.1);
-    rig.put("sfr", PSW, psw(s, mix >> 3, acc(s)) as u8);
-    let spent = rig.go();
+    bench.put("sfr", PSW, psw(s, mix >> 3, acc(s)) as u8);
+    let spent = bench.go();
     let wanted = reference(s);
-    let pc = if wanted.jumps { Rig::PC + 0x20 } else { rig.next() };
-    let tuple = (i32::from(rig.get("sfr", PSW)), rig.cpu.pc(), spent);
+    let pc = if wanted.jumps { TestBench::PC + 0x20 } else { bench.next() };
+    let tuple = (i32::from(bench.get("sfr", PSW)), bench.cpu.pc(), spent);
     assert_eq!(tuple, (psw(wanted, mix >> 3, acc(wanted)), pc, cycles), "{name} {s:02x?}: (PSW, PC, cycles)");
     for at in [("sfr", ACC), ("sfr", B), ("idata", 0x45), ("idata", 0x13), ("idata", 0xC5)] {
         let value = [(p, wanted.p), (x, wanted.x)].iter().find(|f| f.0 == Some(at)).map_or(other, |f| f.1);
-        assert_eq!(i32::from(rig.get(at.0, at.1)), value, "{name} {s:02x?}: {at:02x?}");
+        assert_eq!(i32::from(bench.get(at.0, at.1)), value, "{name} {s:02x?}: {at:02x?}");
     }
 }
 
@@ -211,14 +211,14 @@ fn check(rig: &mut Rig, name: &str, forms: (char, char), cycles: u64, reference:
 fn all(groups: &[Group], flags: fn(i32, i32) -> &'static [i32]) {
     for &(template, ps, xs, cycles, reference) in groups {
         for forms in ps.chars().flat_map(|p| xs.chars().map(move |x| (p, x))) {
-            let mut rig = Rig::new(&line(template, forms.0, forms.1, 0));
-            rig.put("idata", R1, 0xC5);
+            let mut bench = TestBench::new(&line(template, forms.0, forms.1, 0));
+            bench.put("idata", R1, 0xC5);
             // Without a second operand, two values select different backgrounds.
             let seconds: &[i32] = if forms.1 == '-' { &[0, 0x5A] } else { &ALL };
             for &x in seconds {
                 let name = line(template, forms.0, forms.1, x);
                 if forms.1 == 'k' {
-                    rig.put_line(&name);
+                    bench.put_line(&name);
                 }
                 for (p, &pick) in (0..256).flat_map(|p| flags(p, x).iter().map(move |pick| (p, pick))) {
                     // The manual defines OV and CY of a division by zero (tested below), but not the
@@ -228,7 +228,7 @@ fn all(groups: &[Group], flags: fn(i32, i32) -> &'static [i32]) {
                     }
                     let [cy, ac, ov] = [1, 2, 4].map(|mask| pick & mask != 0);
                     let s = State { p, x, cy, ac, ov, jumps: false };
-                    check(&mut rig, &name, forms, cycles, reference, s);
+                    check(&mut bench, &name, forms, cycles, reference, s);
                 }
             }
         }
@@ -260,13 +260,13 @@ fn logic_and_moves() {
 
 #[test]
 fn division_by_zero_sets_ov_and_clears_cy() {
-    let mut rig = Rig::new("div AB");
+    let mut bench = TestBench::new("div AB");
     for (a, flags) in (0..256).flat_map(|a| (0..8).map(move |flags| (a, flags))) {
-        rig.put("sfr", ACC, a as u8);
-        rig.put("sfr", B, 0);
-        rig.put("sfr", PSW, (flags & 3) << 6 | (flags & 4));
-        assert_eq!(rig.go(), 4);
-        assert_eq!(rig.get("sfr", PSW) & 0xFE, (flags & 1) << 6 | 4, "A {a:02x}, flags {flags}");
+        bench.put("sfr", ACC, a as u8);
+        bench.put("sfr", B, 0);
+        bench.put("sfr", PSW, (flags & 3) << 6 | (flags & 4));
+        assert_eq!(bench.go(), 4);
+        assert_eq!(bench.get("sfr", PSW) & 0xFE, (flags & 1) << 6 | 4, "A {a:02x}, flags {flags}");
     }
 }
 
@@ -275,8 +275,8 @@ fn division_by_zero_sets_ov_and_clears_cy() {
 fn decimal_sums() {
     let bcd = |n: i32| (n / 10 * 16 + n % 10) as u8;
     for (name, carries) in [("add A,B", false), ("addc A,B", true)] {
-        let mut sum = Rig::new(&name.replace("B", "0xF0"));
-        let adjust = Rig::new("da A").cpu;
+        let mut sum = TestBench::new(&name.replace("B", "0xF0"));
+        let adjust = TestBench::new("da A").cpu;
         for (a, b, c) in (0..100).flat_map(|a| (0..100).flat_map(move |b| [0, 1].map(|c| (a, b, c)))) {
             sum.put("sfr", ACC, bcd(a));
             sum.put("sfr", B, bcd(b));
@@ -286,7 +286,7 @@ fn decimal_sums() {
             for addr in [ACC, PSW] {
                 assert!(then.poke("sfr", addr, sum.get("sfr", addr)));
             }
-            then.set_pc(Rig::PC);
+            then.set_pc(TestBench::PC);
             then.step(&mut ());
             let total = a + b + if carries { c } else { 0 };
             let found = (then.peek("sfr", ACC), then.peek("sfr", PSW).map(|psw| psw >> 7));
@@ -297,10 +297,10 @@ fn decimal_sums() {
 
 #[test]
 fn dptr_counts_through_all_its_values() {
-    let mut rig = Rig::new("inc DPTR");
+    let mut bench = TestBench::new("inc DPTR");
     for dptr in 0..=0xFFFFu32 {
-        rig.cpu.set_reg("DPTR", dptr);
-        assert_eq!(rig.go(), 2);
-        assert_eq!(rig.cpu.reg("DPTR"), Some((dptr + 1) % 0x1_0000), "{dptr:04x}");
+        bench.cpu.set_reg("DPTR", dptr);
+        assert_eq!(bench.go(), 2);
+        assert_eq!(bench.cpu.reg("DPTR"), Some((dptr + 1) % 0x1_0000), "{dptr:04x}");
     }
 }

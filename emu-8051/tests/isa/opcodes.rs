@@ -4,7 +4,7 @@ use emu_8051::isa::find_row;
 use emu_core::rng::Rng;
 use emu_core::{Cpu, StopReason};
 
-use super::rig::Rig;
+use super::rig::TestBench;
 
 /// Bytes and cycles by opcode, in sixteen columns by the low digit, typed from the manual's "Instruction
 /// opcodes in hexadecimal order". Columns 8 to F are equal, and so are 6 and 7; they are given once.
@@ -59,7 +59,7 @@ fn every_opcode_has_its_bytes_and_cycles() {
     let opcodes = table();
     assert_eq!(opcodes.len(), 255);
     let mut rng = Rng::new(0x5EED_0003);
-    let mut rig = Rig::new("nop");
+    let mut bench = TestBench::new("nop");
     for (opcode, bytes, cycles) in opcodes {
         let row = find_row([opcode, 0, 0]).unwrap_or_else(|| panic!("{opcode:02x} has no row")).row;
         assert_eq!(row.len(), bytes, "{opcode:02x} {}", row.name);
@@ -78,27 +78,28 @@ fn every_opcode_has_its_bytes_and_cycles() {
             if relative {
                 code[bytes as usize - 1] = 0;
             }
-            for (addr, byte) in (Rig::PC..).zip(code) {
-                rig.put("code", addr, byte);
+            for (addr, byte) in (TestBench::PC..).zip(code) {
+                bench.put("code", addr, byte);
             }
             for addr in 0..0x100 {
-                rig.put("idata", addr, rng.next_u64() as u8);
+                bench.put("idata", addr, rng.next_u64() as u8);
             }
             for name in ["ACC", "B", "PSW", "DPTR"] {
-                rig.cpu.set_reg(name, rng.next_u64() as u32);
+                bench.cpu.set_reg(name, rng.next_u64() as u32);
             }
-            rig.cpu.set_reg("SP", 0x60);
-            rig.cpu.set_pc(Rig::PC);
-            let (before, counted) = (rig.cpu.cycle(), rig.cpu.instructions());
-            let stop = rig.cpu.step(&mut ());
+            bench.cpu.set_reg("SP", 0x60);
+            bench.cpu.set_pc(TestBench::PC);
+            let (before, counted) = (bench.cpu.cycle(), bench.cpu.instructions());
+            let stop = bench.cpu.step(&mut ());
             assert!(matches!(stop, StopReason::Limit | StopReason::Halted), "{code:02x?}: {stop:?}");
-            assert_eq!(rig.cpu.cycle() - before, cycles, "{code:02x?} {}: cycles", row.name);
-            assert_eq!(rig.cpu.instructions() - counted, 1, "{code:02x?}");
-            let called = |rig: &Rig| u32::from(rig.get("idata", 0x62)) << 8 | u32::from(rig.get("idata", 0x61));
+            assert_eq!(bench.cpu.cycle() - before, cycles, "{code:02x?} {}: cycles", row.name);
+            assert_eq!(bench.cpu.instructions() - counted, 1, "{code:02x?}");
+            let called =
+                |bench: &TestBench| u32::from(bench.get("idata", 0x62)) << 8 | u32::from(bench.get("idata", 0x61));
             match row.mnemonic {
-                "acall" | "lcall" => assert_eq!(called(&rig), Rig::PC + bytes, "{code:02x?}: bytes"),
+                "acall" | "lcall" => assert_eq!(called(&bench), TestBench::PC + bytes, "{code:02x?}: bytes"),
                 "ajmp" | "ljmp" | "ret" | "reti" | "jmp" => {}
-                _ => assert_eq!(rig.cpu.pc(), Rig::PC + bytes, "{code:02x?} {}: bytes", row.name),
+                _ => assert_eq!(bench.cpu.pc(), TestBench::PC + bytes, "{code:02x?} {}: bytes", row.name),
             }
         }
     }
@@ -106,12 +107,12 @@ fn every_opcode_has_its_bytes_and_cycles() {
 
 #[test]
 fn a5_stops_and_is_not_executed() {
-    let mut rig = Rig::new("nop");
-    rig.put("code", Rig::PC, 0xA5);
-    rig.cpu.set_pc(Rig::PC);
-    let before = (rig.cpu.cycle(), rig.cpu.instructions());
+    let mut bench = TestBench::new("nop");
+    bench.put("code", TestBench::PC, 0xA5);
+    bench.cpu.set_pc(TestBench::PC);
+    let before = (bench.cpu.cycle(), bench.cpu.instructions());
     for _ in 0..2 {
-        assert_eq!(rig.cpu.step(&mut ()), StopReason::Illegal { pc: Rig::PC, word: 0xA5 });
-        assert_eq!((rig.cpu.cycle(), rig.cpu.instructions(), rig.cpu.pc()), (before.0, before.1, Rig::PC));
+        assert_eq!(bench.cpu.step(&mut ()), StopReason::Illegal { pc: TestBench::PC, word: 0xA5 });
+        assert_eq!((bench.cpu.cycle(), bench.cpu.instructions(), bench.cpu.pc()), (before.0, before.1, TestBench::PC));
     }
 }

@@ -10,19 +10,19 @@ pub const B: u32 = 0xF0;
 pub const PSW: u32 = 0xD0;
 
 /// An 8052 with one instruction at [`Rig::PC`].
-pub struct Rig {
+pub struct TestBench {
     pub cpu: Mcs51,
     pub len: u32,
 }
 
-impl Rig {
+impl TestBench {
     pub const PC: u32 = 0x1234;
 
-    pub fn new(line: &str) -> Rig {
+    pub fn new(line: &str) -> TestBench {
         let chip = chip("8052").expect("a chip of this crate");
-        let mut rig = Rig { cpu: Mcs51::new(chip, &Image::default(), RamInit::Random(0x51)), len: 0 };
-        rig.put_line(line);
-        rig
+        let mut bench = TestBench { cpu: Mcs51::new(chip, &Image::default(), RamInit::Random(0x51)), len: 0 };
+        bench.put_line(line);
+        bench
     }
 
     pub fn put_line(&mut self, line: &str) {

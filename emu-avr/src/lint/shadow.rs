@@ -87,7 +87,7 @@ impl<'a> ShadowMachine<'a> {
     /// Returns the value of avr-libc's variable for the end of the heap, or 0 if the program has none.
     fn heap(&self) -> u16 {
         self.live
-            .ground
+            .program_facts
             .heap_end_variable
             .map_or(0, |addr| u16::from_le_bytes([self.byte(addr), self.byte(addr.wrapping_add(1))]))
     }
@@ -146,7 +146,7 @@ impl<'a> ShadowMachine<'a> {
         let Some(present) = self.live.presence.existing_bits(addr, value.byte) else {
             if !over {
                 let addr = *self.live.reserved_writes.entry(self.live.pc).or_insert(addr);
-                self.live.add_finding(Lint::NothingThere { addr });
+                self.live.add_finding(Lint::UnimplementedAddress { addr });
             }
             return;
         };
@@ -179,7 +179,7 @@ impl<'a> ShadowMachine<'a> {
             }
             RegisterSlot::Adc(adc::AdcRegister::ADMUX) if !over => {
                 let absent = self.soc.absent_channel(value.byte);
-                absent.into_iter().for_each(|channel| self.live.add_finding(Lint::ChannelAbsent { channel }));
+                absent.into_iter().for_each(|channel| self.live.add_finding(Lint::MissingChannel { channel }));
             }
             _ => {}
         }
@@ -188,7 +188,7 @@ impl<'a> ShadowMachine<'a> {
 
 impl BodyMachine for ShadowMachine<'_> {
     type Bit = TrackedBit;
-    type Word = TrackedByte;
+    type Byte = TrackedByte;
     type Wide = TrackedPair;
     fn advance(&mut self, _: u32) {}
     fn charge(&mut self, _: u32) {}
@@ -245,7 +245,7 @@ impl AvrMachine for ShadowMachine<'_> {
         self.live.flags[SregFlag::H as usize] = carries.doubt.with_bits(carries.doubt.bits & 0x08);
     }
     fn set_z(&mut self, word: TrackedByte) {
-        use emu_core::machine::WordOps;
+        use emu_core::machine::ByteOps;
         self.live.flags[SregFlag::Z as usize] = word.is_zero().doubt;
     }
     fn set_nzv(&mut self, n: TrackedByte, z: TrackedByte, v: TrackedByte) {

@@ -6,7 +6,7 @@
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Not, Shl, Shr, Sub};
 
-use emu_core::machine::{BitOps, WideOps, WordOps};
+use emu_core::machine::{BitOps, ByteOps, WideOps};
 
 /// The unknown bits of a byte, and their origin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -219,7 +219,7 @@ impl Shr<u32> for TrackedByte {
     }
 }
 
-impl WordOps for TrackedByte {
+impl ByteOps for TrackedByte {
     type Bit = TrackedBit;
     fn bit(self, n: u8) -> TrackedBit {
         let mask = 1u8.wrapping_shl(n.into());
@@ -313,7 +313,7 @@ impl Sub for TrackedPair {
 }
 
 impl WideOps for TrackedPair {
-    type Word = TrackedByte;
+    type Byte = TrackedByte;
     fn join(hi: TrackedByte, lo: TrackedByte) -> TrackedPair {
         TrackedPair { hi, lo }
     }

@@ -5,7 +5,7 @@
 use emu_avr::periph::comparator::{AvrComparator, ComparatorInput, ComparatorRegister};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrOutbox, AvrSignal};
 
-struct Rig {
+struct TestBench {
     dut: AvrComparator,
     out: AvrOutbox,
     flags: Vec<u64>,
@@ -13,7 +13,7 @@ struct Rig {
     icp: Vec<String>,
 }
 
-impl Rig {
+impl TestBench {
     fn step(&mut self, step: &str) -> Result<(), String> {
         let (t, what) = step.split_once(':').ok_or("no time")?;
         let t: u64 = t.parse().map_err(|_| "time")?;
@@ -74,9 +74,9 @@ impl Rig {
 fn run(line: &str) -> Result<(), String> {
     let steps = line.split('|').nth(1).ok_or("two columns")?;
     let dut = AvrComparator::new(1_100, 1_000_000);
-    let mut rig = Rig { dut, out: AvrOutbox::new(), flags: Vec::new(), icp: Vec::new() };
+    let mut bench = TestBench { dut, out: AvrOutbox::new(), flags: Vec::new(), icp: Vec::new() };
     for text in steps.split_whitespace() {
-        rig.step(text).map_err(|said| format!("{line}\n  at {text}: {said}"))?;
+        bench.step(text).map_err(|said| format!("{line}\n  at {text}: {said}"))?;
     }
     Ok(())
 }

@@ -6,7 +6,7 @@ use emu_avr::periph::external::{ExternalInterrupts, ExternalKind, ExternalRegist
 use emu_avr::periph::{AvrDevice, AvrLine, AvrOutbox, AvrSignal};
 use emu_core::NEVER;
 
-struct Rig {
+struct TestBench {
     dut: ExternalInterrupts,
     out: AvrOutbox,
     flags: Vec<u64>,
@@ -32,7 +32,7 @@ fn number(text: &str) -> Result<u8, String> {
     text.parse().map_err(|_| format!("not a number: {text}"))
 }
 
-impl Rig {
+impl TestBench {
     fn ask(&mut self, name: &str, t: u64) -> Result<String, String> {
         self.dut.run_due(t, &mut self.out);
         self.drain();
@@ -106,9 +106,9 @@ fn run(line: &str) -> Result<(), String> {
         Some("2545") => ExternalKind::MEGA48,
         _ => ExternalKind::MEGA328,
     };
-    let mut rig = Rig { dut: ExternalInterrupts::new(kind), out: AvrOutbox::new(), flags: Vec::new() };
+    let mut bench = TestBench { dut: ExternalInterrupts::new(kind), out: AvrOutbox::new(), flags: Vec::new() };
     for text in steps.split_whitespace() {
-        rig.step(text).map_err(|said| format!("{line}\n  at {text}: {said}"))?;
+        bench.step(text).map_err(|said| format!("{line}\n  at {text}: {said}"))?;
     }
     Ok(())
 }

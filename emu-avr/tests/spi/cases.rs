@@ -65,7 +65,7 @@ stopped in sleep | 0 !k c=50 w=00 10 sleep 110 wake 131 ? 132 ? | 0 IZ, 0 O0, 13
 reset | 0 !k c=FF s=01 w=12 5 reset ? 300 ? | 0 IZ, 0 O0, 5 I-, 5 O-, 5 c=00 s=00, 300 c=00 s=00
 ";
 
-struct Bench {
+struct TestBench {
     port: AvrSpi,
     t: u64,
     quiet: bool,
@@ -73,7 +73,7 @@ struct Bench {
     said: Vec<(u64, String)>,
 }
 
-impl Bench {
+impl TestBench {
     fn say(&mut self, what: String) {
         self.drain();
         self.said.push((self.t, what));
@@ -176,7 +176,7 @@ fn cases_worked_by_hand() {
     let mut failed = Vec::new();
     for line in CASES.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
         let [name, script, ought] = *line.split('|').map(str::trim).collect::<Vec<_>>() else { panic!("{line}") };
-        let mut bench = Bench { port: AvrSpi::new(), t: 0, quiet: false, out: Vec::new(), said: Vec::new() };
+        let mut bench = TestBench { port: AvrSpi::new(), t: 0, quiet: false, out: Vec::new(), said: Vec::new() };
         bench.word("n1");
         script.split_whitespace().for_each(|word| bench.word(word));
         let ought = ought.split(',').map(str::trim).filter(|item| !item.is_empty()).map(|item| {

@@ -51,7 +51,7 @@ struct Heard {
     stale: u64,
 }
 
-struct Rig {
+struct TestBench {
     rng: Rng,
     shape: TimerShape,
     timer: AvrTimer,
@@ -63,7 +63,7 @@ struct Rig {
     out: Vec<AvrSignal>,
 }
 
-impl Rig {
+impl TestBench {
     /// Returns a value that soon has an effect.
     fn value(&mut self, reg: TimerRegister) -> u8 {
         let rng = &mut self.rng;
@@ -112,7 +112,7 @@ impl Rig {
 
     /// Does something other than a write, after the edge `t`.
     fn other(&mut self, t: u64) {
-        let Rig { rng, timer, model, prescaler, out, .. } = self;
+        let TestBench { rng, timer, model, prescaler, out, .. } = self;
         match (self.asleep, rng.below(14)) {
             (Some((since, stood)), 0..=2 | 4..=6) => {
                 self.asleep = None;
@@ -225,7 +225,7 @@ impl Rig {
 
 fn run(seed: u64, shape: TimerShape, cycles: u64, heard: &mut Heard) {
     let mut rng = Rng::new(seed);
-    let mut rig = Rig {
+    let mut bench = TestBench {
         shape,
         timer: AvrTimer::new(shape),
         model: Model::new(shape, RATE),
@@ -235,13 +235,13 @@ fn run(seed: u64, shape: TimerShape, cycles: u64, heard: &mut Heard) {
         out: Vec::new(),
         rng: Rng::new(rng.next_u64()),
     };
-    rig.timer.set_clock_hz(RATE, 0);
+    bench.timer.set_clock_hz(RATE, 0);
     let hz = CRYSTALS[rng.below(6) as usize];
-    rig.timer.crystal_hz(hz, 0, &mut rig.out);
-    rig.model.crystal.hz = hz;
+    bench.timer.crystal_hz(hz, 0, &mut bench.out);
+    bench.model.crystal.hz = hz;
     if rng.one_in(2) {
-        rig.listened = rng.next_u64() as u8;
-        rig.timer.set_listened_interrupts(rig.listened, 0, &mut rig.out);
+        bench.listened = rng.next_u64() as u8;
+        bench.timer.set_listened_interrupts(bench.listened, 0, &mut bench.out);
     }
     let eager = rng.one_in(4);
     // In a long execution, little happens except counting.
@@ -254,25 +254,25 @@ fn run(seed: u64, shape: TimerShape, cycles: u64, heard: &mut Heard) {
     let mut steady = [(0u8, 0u64); LIVE.len()];
     for t in 1..cycles {
         let place = |model: &Model| format!("seed {seed}, cycle {t}, {shape:?}, {model:?}");
-        let awake = rig.asleep.is_none();
+        let awake = bench.asleep.is_none();
         let mut quiet = true;
-        let write = (awake && (t < 14 || rng.one_in(busy))).then(|| rig.pick(t < 14));
+        let write = (awake && (t < 14 || rng.one_in(busy))).then(|| bench.pick(t < 14));
         if let Some((reg, value, mask)) = write {
-            rig.timer.write(reg, value, mask, t, &mut rig.out);
+            bench.timer.write(reg, value, mask, t, &mut bench.out);
             quiet = false;
-        } else if eager || rig.timer.next_cycle() <= t {
-            rig.timer.run_due(t, &mut rig.out);
+        } else if eager || bench.timer.next_cycle() <= t {
+            bench.timer.run_due(t, &mut bench.out);
         }
-        let divider = rig.asleep.is_none_or(|(_, stopped)| !stopped);
-        rig.model.tick(t, divider, write);
+        let divider = bench.asleep.is_none_or(|(_, stopped)| !stopped);
+        bench.model.tick(t, divider, write);
         for flag in [1, 2, 4, 8, 0x20] {
-            if rig.model.rose & flag != 0 {
+            if bench.model.rose & flag != 0 {
                 heard.flags[flag.trailing_zeros() as usize] += 1;
                 let irq = shape.irq(flag);
-                let at = rig.out.iter().position(|s| *s == AvrSignal::Flag { t, irq });
-                assert_eq!(at.is_some(), rig.listened >> irq & 1 == 1, "flag {flag:#x}, {}", place(&rig.model));
+                let at = bench.out.iter().position(|s| *s == AvrSignal::Flag { t, irq });
+                assert_eq!(at.is_some(), bench.listened >> irq & 1 == 1, "flag {flag:#x}, {}", place(&bench.model));
                 if let Some(at) = at {
-                    rig.out.remove(at);
+                    bench.out.remove(at);
                     heard.reported += 1;
                 }
             }
@@ -282,53 +282,53 @@ fn run(seed: u64, shape: TimerShape, cycles: u64, heard: &mut Heard) {
             levels[i] = !levels[i];
             quiet = false;
             let line = [AvrLine::T, AvrLine::Icp][i];
-            [&mut rig.model.t, &mut rig.model.icp][i].line = levels[i];
+            [&mut bench.model.t, &mut bench.model.icp][i].line = levels[i];
             if i == 0 && levels[0] && shape.asynchronous {
-                rig.model.pulse(t);
+                bench.model.pulse(t);
             }
-            rig.timer.on_line_changed(line, levels[i], t, &mut rig.out);
+            bench.timer.on_line_changed(line, levels[i], t, &mut bench.out);
         }
         if t > 14 && rng.one_in(odd) {
-            rig.other(t);
+            bench.other(t);
             quiet = false;
         }
-        if rng.one_in(20 * rare) && rig.asleep.is_none() {
-            rig.reads(t, &place);
+        if rng.one_in(20 * rare) && bench.asleep.is_none() {
+            bench.reads(t, &place);
             quiet = false;
         }
-        for signal in rig.out.drain(..) {
+        for signal in bench.out.drain(..) {
             match signal {
                 AvrSignal::Drive { t: at, line, drive } if at == t => {
                     drives[[AvrLine::OcA, AvrLine::OcB, AvrLine::OcC].iter().position(|l| *l == line).unwrap_or(3)] =
                         drive;
                     heard.drives += 1;
                 }
-                other => panic!("{other:?}, {}", place(&rig.model)),
+                other => panic!("{other:?}, {}", place(&bench.model)),
             }
         }
         for (i, drive) in drives.iter().enumerate() {
-            let want = rig.model.drive(i).map_or(AvrDrive::Port, AvrDrive::Value);
-            assert_eq!(*drive, want, "channel {i}, {}", place(&rig.model));
+            let want = bench.model.drive(i).map_or(AvrDrive::Port, AvrDrive::Value);
+            assert_eq!(*drive, want, "channel {i}, {}", place(&bench.model));
         }
-        let requests = shape.irqs_of(rig.model.tifr & rig.model.timsk);
-        assert_eq!(rig.timer.interrupt_requests(), requests, "requests, {}", place(&rig.model));
+        let requests = shape.irqs_of(bench.model.tifr & bench.model.timsk);
+        assert_eq!(bench.timer.interrupt_requests(), requests, "requests, {}", place(&bench.model));
         for reg in REGS {
             let live = reg == TimerRegister::TIFR
                 || reg == TimerRegister::TCNTL
                 || reg == TimerRegister::ICRL && shape.capture;
             if t % 16 == 0 || live || reg == TimerRegister::ASSR && shape.asynchronous {
-                assert_eq!(rig.timer.peek(reg, t), rig.want(reg), "{reg:?}, {}", place(&rig.model));
+                assert_eq!(bench.timer.peek(reg, t), bench.want(reg), "{reg:?}, {}", place(&bench.model));
             }
         }
-        heard.busy += u64::from(rig.model.assr() & 0x1F != 0);
-        heard.stale += u64::from(rig.model.shown() != rig.model.tcnt);
+        heard.busy += u64::from(bench.model.assr() & 0x1F != 0);
+        heard.stale += u64::from(bench.model.shown() != bench.model.tcnt);
         for (i, reg) in LIVE.into_iter().enumerate() {
-            let now = rig.want(reg);
+            let now = bench.want(reg);
             let (value, until) = steady[i];
             if quiet && t < until {
-                assert_eq!(now, value, "{reg:?} was steady until {until}, {}", place(&rig.model));
+                assert_eq!(now, value, "{reg:?} was steady until {until}, {}", place(&bench.model));
             } else {
-                let until = if t % 8 == 0 { rig.timer.steady_until(reg, t) } else { 0 };
+                let until = if t % 8 == 0 { bench.timer.steady_until(reg, t) } else { 0 };
                 steady[i] = (now, until);
             }
         }

@@ -43,13 +43,13 @@ fn cycle(text: &str) -> u64 {
     if text == "-" { NEVER } else { text.parse().unwrap_or_else(|_| panic!("{text}: a cycle")) }
 }
 
-struct Rig {
+struct TestBench {
     timer: AvrTimer,
     prescaler: Prescaler,
     out: Vec<AvrSignal>,
 }
 
-impl Rig {
+impl TestBench {
     fn due(&mut self, t: u64) {
         while self.timer.next_cycle() <= t {
             let next = self.timer.next_cycle();
@@ -74,7 +74,7 @@ impl Rig {
 
     /// Executes an action at an edge.
     fn act(&mut self, t: u64, name: &str, value: &str) {
-        let Rig { timer, prescaler, out } = self;
+        let TestBench { timer, prescaler, out } = self;
         match name {
             "T" => timer.on_line_changed(AvrLine::T, value == "1", t, out),
             "ICP" => timer.on_line_changed(AvrLine::Icp, value == "1", t, out),
@@ -125,29 +125,29 @@ pub fn check(shape: TimerShape, text: &str) {
     for line in lines {
         let (title, steps) = line.split_once('|').expect(line);
         let title = title.trim();
-        let mut rig = Rig { timer: AvrTimer::new(shape), prescaler: Prescaler::new(0), out: Vec::new() };
+        let mut bench = TestBench { timer: AvrTimer::new(shape), prescaler: Prescaler::new(0), out: Vec::new() };
         let mut last = 0;
         for step in steps.split_whitespace() {
             let (t, what) = step.split_once(':').expect(step);
             let t: u64 = t.parse().expect(step);
             assert!(t >= last, "{title}: {step} goes back in time");
             if let Some((name, value)) = what.split_once('?') {
-                rig.due(t);
-                rig.ask(t, name, value, title);
+                bench.due(t);
+                bench.ask(t, name, value, title);
             } else if let Some((name, value)) = what.split_once('!') {
-                rig.due(t);
-                let got = rig.timer.read(reg(name).expect(name), t, &mut rig.out);
+                bench.due(t);
+                let got = bench.timer.read(reg(name).expect(name), t, &mut bench.out);
                 assert_eq!(shown(got), shown(hex(value)), "{title}: {step}");
             } else if let Some((part, value)) = what.split_once('&') {
                 let (mask, want) = value.split_once('=').expect(step);
-                rig.due(t);
-                let got = rig.timer.peek(reg(part).expect(part), t) & hex(mask);
+                bench.due(t);
+                let got = bench.timer.peek(reg(part).expect(part), t) & hex(mask);
                 assert_eq!(shown(got), shown(hex(want)), "{title}: {step}");
             } else {
                 let (name, value) = what.split_once('=').unwrap_or((what, ""));
                 let at = if reg(name).is_some() || name == "gtccr" { t + 1 } else { t };
-                rig.due(t);
-                rig.act(at, name, value);
+                bench.due(t);
+                bench.act(at, name, value);
             }
             last = t;
         }

@@ -59,7 +59,7 @@ an address is found in sleep, and SCL held | 10 a=40 c=45 15 sleep 20 d0 30 k0 ^
 reset | 10 a=41 b=12 s=03 m=FF c=A5 20 reset ? data | 10 K1, 10 D1, 20 K-, 20 D-, 20 c=00 s=F8, 20 data FF
 ";
 
-struct Bench {
+struct TestBench {
     part: AvrTwi,
     t: u64,
     quiet: bool,
@@ -72,7 +72,7 @@ struct Bench {
     said: Vec<(u64, String)>,
 }
 
-impl Bench {
+impl TestBench {
     fn say(&mut self, what: String) {
         self.said.push((self.t, what));
     }
@@ -176,7 +176,7 @@ fn cases_worked_by_hand() {
     let mut failed = Vec::new();
     for line in CASES.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
         let [name, script, ought] = *line.split('|').map(str::trim).collect::<Vec<_>>() else { panic!("{line}") };
-        let mut bench = Bench {
+        let mut bench = TestBench {
             part: AvrTwi::new(),
             t: 0,
             quiet: false,

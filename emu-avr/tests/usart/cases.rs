@@ -85,14 +85,14 @@ mode 3, lowest bit first | 0 out c=C7 b=08 w=01 9 | 0 X1, 0 T1, 2 X0, 3 X1, 4 X0
 a byte comes in with each that goes out | 0 out c=C0 l=03 b=18 w=FF 8 /1010010:8 r1 67 ? 68 ? 73 ? read | 0 X0, 0 T1, 0 RZ, 12 X1, 16 X0, 20 X1, 24 X0, 28 X1, 32 X0, 36 X1, 40 X0, 44 X1, 48 X0, 52 X1, 56 X0, 60 X1, 64 X0, 67 a=20, 68 X1, 68 a=A0, 72 X0, 73 a=E0, 73 read A5
 ";
 
-struct Bench {
+struct TestBench {
     port: AvrUsart,
     t: u64,
     out: AvrOutbox,
     said: Vec<(u64, String)>,
 }
 
-impl Bench {
+impl TestBench {
     fn say(&mut self, what: String) {
         self.drain();
         self.said.push((self.t, what));
@@ -194,7 +194,7 @@ fn cases_worked_by_hand() {
     let mut failed = Vec::new();
     for line in CASES.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
         let [name, script, ought] = *line.split('|').map(str::trim).collect::<Vec<_>>() else { panic!("{line}") };
-        let mut bench = Bench { port: AvrUsart::new(0), t: 0, out: Vec::new(), said: Vec::new() };
+        let mut bench = TestBench { port: AvrUsart::new(0), t: 0, out: Vec::new(), said: Vec::new() };
         bench.word("r1");
         script.split_whitespace().for_each(|word| bench.word(word));
         let ought = ought.split(',').map(str::trim).filter(|item| !item.is_empty()).map(|item| {

@@ -6,13 +6,13 @@ use emu_avr::periph::watchdog::{AvrWatchdog, WatchdogKind, WatchdogRegister};
 use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
 use emu_core::NEVER;
 
-struct Rig {
+struct TestBench {
     dut: AvrWatchdog,
     out: AvrOutbox,
     resets: Vec<u64>,
 }
 
-impl Rig {
+impl TestBench {
     fn ask(&mut self, name: &str, t: u64) -> Result<String, String> {
         self.dut.run_due(t, &mut self.out);
         self.drain();
@@ -79,9 +79,10 @@ fn run(line: &str) -> Result<(), String> {
         Some("m16") => (WatchdogKind::MEGA16, false),
         _ => (WatchdogKind::MEGA48, false),
     };
-    let mut rig = Rig { dut: AvrWatchdog::new(kind, always_on, 128_000), out: AvrOutbox::new(), resets: Vec::new() };
+    let mut bench =
+        TestBench { dut: AvrWatchdog::new(kind, always_on, 128_000), out: AvrOutbox::new(), resets: Vec::new() };
     for text in steps.split_whitespace() {
-        rig.step(text).map_err(|said| format!("{line}\n  at {text}: {said}"))?;
+        bench.step(text).map_err(|said| format!("{line}\n  at {text}: {said}"))?;
     }
     Ok(())
 }

@@ -78,10 +78,10 @@ impl ForeignBoard {
             map.pins.iter().find(|pin| pin.name == name).map(|pin| pin.pin.as_str()).or(analog)
         };
         let mut pin = |name: &str| {
-            let asked = requested_pin(program, options, chip, name).or_else(|| of_map(name));
-            let found = asked.and_then(|pin| chip.pin(pin));
+            let requested = requested_pin(program, options, chip, name).or_else(|| of_map(name));
+            let found = requested.and_then(|pin| chip.pin(pin));
             if found.is_none() {
-                fault(match asked {
+                fault(match requested {
                     Some(pin) => format!("{} has no pin {pin} for `{name}`", chip.name),
                     None => format!("the pin of `{name}` on {} is not known", chip.name),
                 });
@@ -89,12 +89,14 @@ impl ForeignBoard {
             found
         };
         let (mut inputs, mut outputs, mut analog) = (Vec::new(), Vec::new(), Vec::new());
-        let read: Vec<usize> = eval.adc_symbols().collect();
+        let read_analog: Vec<usize> = eval.adc_symbols().collect();
         for (index, symbol) in eval.symbols().iter().enumerate() {
             match symbol.kind {
                 SymbolKind::Input => inputs.extend(pin(&symbol.name)),
                 SymbolKind::Output => outputs.extend(pin(&symbol.name).map(|pin| (index, pin))),
-                SymbolKind::Adc if read.contains(&index) => analog.extend(pin(&symbol.name).map(|pin| (index, pin))),
+                SymbolKind::Adc if read_analog.contains(&index) => {
+                    analog.extend(pin(&symbol.name).map(|pin| (index, pin)))
+                }
                 _ => {}
             }
         }
@@ -115,35 +117,36 @@ impl ForeignBoard {
         }
         let places = map.map(|map| ProgramPlaces::new(program, map, chip, eval, pace)).transpose()?;
         let baud = program.settings.baud.unwrap_or(1).max(1);
-        let lasts = 10_000_000u64.div_ceil(baud.saturating_mul(program.settings.cycle_us).max(1)).max(1);
-        let loose = timing_dependent_symbols(program, lasts);
-        let names = |name: &str| loose.iter().any(|other| other == name);
-        let is_loose = |symbol: &ladder::LadderSymbol| names(&symbol.name);
+        let scans_per_byte = 10_000_000u64.div_ceil(baud.saturating_mul(program.settings.cycle_us).max(1)).max(1);
+        let timing_dependent = timing_dependent_symbols(program, scans_per_byte);
+        let is_timing_dependent_name = |name: &str| timing_dependent.iter().any(|other| other == name);
+        let is_timing_dependent = |symbol: &ladder::LadderSymbol| is_timing_dependent_name(&symbol.name);
         let mut left_out = Vec::new();
-        for symbol in eval.symbols().iter().filter(|s| s.kind == SymbolKind::Output && is_loose(s)) {
+        for symbol in eval.symbols().iter().filter(|s| s.kind == SymbolKind::Output && is_timing_dependent(s)) {
             left_out.push(format!("{}: depends on the moment at which a byte is sent", symbol.name));
         }
-        let bytes = !program.elements().map(|(_, element, _)| element.facts()).any(|facts| {
-            facts.part == Some(ChipPart::Transmitter) && facts.symbols.iter().any(|symbol| names(&symbol.name))
+        let compares_bytes = !program.elements().map(|(_, element, _)| element.facts()).any(|facts| {
+            facts.part == Some(ChipPart::Transmitter)
+                && facts.symbols.iter().any(|symbol| is_timing_dependent_name(&symbol.name))
         });
-        if !bytes {
+        if !compares_bytes {
             left_out.push("values of bytes: they depend on the moment at which others were sent".to_owned());
         }
         let mut addr = 0;
-        let mut kept = Vec::new();
+        let mut eeprom_variables = Vec::new();
         for (_, element, _) in program.elements() {
             let Element::Persist { name } = element else { continue };
             let Some(symbol) = eval.index(name) else { continue };
             let bytes = eval.symbols().get(symbol).map_or(2, |symbol| u32::from(symbol.bytes));
-            if !names(name) {
-                kept.push(EepromVariable { symbol, addr, bytes });
+            if !is_timing_dependent_name(name) {
+                eeprom_variables.push(EepromVariable { symbol, addr, bytes });
             }
             addr += bytes;
         }
-        let loose_duty = program.elements().any(
-            |(_, element, _)| matches!(element, Element::SetPwm { duty: LadderOperand::Var(name), .. } if names(name)),
+        let timing_dependent_duty = program.elements().any(
+            |(_, element, _)| matches!(element, Element::SetPwm { duty: LadderOperand::Var(name), .. } if is_timing_dependent_name(name)),
         );
-        if loose_duty {
+        if timing_dependent_duty {
             left_out.push("the PWM output: its duty depends on the moment at which a byte is sent".to_owned());
         }
         let peripherals = CheckedPeripherals {
@@ -155,8 +158,8 @@ impl ForeignBoard {
             eeprom_cells: addr,
             clocks_per_cycle: pace.clocks_per_cycle,
         };
-        let pwm = pwm.filter(|_| !loose_duty);
-        let loose = eval.symbols().iter().map(is_loose).collect();
+        let pwm = pwm.filter(|_| !timing_dependent_duty);
+        let timing_dependent = eval.symbols().iter().map(is_timing_dependent).collect();
         Ok(ForeignBoard {
             chip,
             pace,
@@ -164,11 +167,11 @@ impl ForeignBoard {
             outputs,
             peripherals,
             pwm,
-            eeprom_variables: kept,
-            timing_dependent: loose,
+            eeprom_variables,
+            timing_dependent,
             left_out,
-            compares_bytes: bytes,
-            scans_per_byte: lasts,
+            compares_bytes,
+            scans_per_byte,
             places,
         })
     }
@@ -183,23 +186,23 @@ impl ForeignBoard {
 /// a sending element write, and all that depend on them. The chip's transmitter becomes free by a flag of its
 /// own, the transmitter of the language after a number of scans. After a FORMATTED_STRING this matters only
 /// if a byte takes longer than a scan.
-fn timing_dependent_symbols(program: &LadderProgram, lasts: u64) -> Vec<String> {
+fn timing_dependent_symbols(program: &LadderProgram, scans_per_byte: u64) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     // A timing-dependent master relay makes everything after it timing-dependent, in every scan.
     let mut all = false;
     loop {
         let before = (names.len(), all);
-        let (mut rung, mut tainted) = (None, false);
+        let (mut rung, mut is_timing_dependent) = (None, false);
         for (id, element, _) in program.elements() {
             if rung != Some(id.rung) {
-                (rung, tainted) = (Some(id.rung), all);
+                (rung, is_timing_dependent) = (Some(id.rung), all);
             }
             let facts = element.facts();
-            tainted |= facts.symbols.iter().any(|symbol| names.iter().any(|other| *other == symbol.name))
+            is_timing_dependent |= facts.symbols.iter().any(|symbol| names.iter().any(|other| *other == symbol.name))
                 || facts.part == Some(ChipPart::Transmitter)
-                    && (lasts > 1 || !matches!(element, Element::FormattedString { .. }));
-            all |= tainted && *element == Element::MasterRelay;
-            for name in facts.written().filter(|_| tainted) {
+                    && (scans_per_byte > 1 || !matches!(element, Element::FormattedString { .. }));
+            all |= is_timing_dependent && *element == Element::MasterRelay;
+            for name in facts.written().filter(|_| is_timing_dependent) {
                 if !names.iter().any(|other| other == name) {
                     names.push(name.to_owned());
                 }

@@ -67,20 +67,20 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         eval: &Evaluator,
         board: &'a ForeignBoard,
         hints: &'a ValueHints,
-        found: ScanLoop,
+        scan_loop: ScanLoop,
     ) -> Self {
         let mut eval = eval.clone();
         for addr in 0..board.peripherals.eeprom_cells {
             eval.set_eeprom(addr as usize, cpu.peek("eeprom", addr).unwrap_or(0xFF));
         }
         wire_board(&mut cpu, board);
-        cpu.set_breakpoint(found.start, true);
+        cpu.set_breakpoint(scan_loop.start, true);
         ForeignRun {
             cpu,
             eval,
             board,
             hints,
-            scan_loop: found,
+            scan_loop,
             listener: LineListener::new(board),
             starts: ScanStarts::default(),
             awaited: VecDeque::new(),
@@ -117,7 +117,7 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
             self.incoming = None;
         }
         step.apply(self.hints, &mut self.eval);
-        let seen = EvaluatedScan::run(&mut self.eval);
+        let evaluated = EvaluatedScan::run(&mut self.eval);
         if let Some(byte) = self.eval.sent() {
             self.sent = true;
             self.awaited.push_back((self.starts.scans, byte));
@@ -130,38 +130,41 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         self.compare_pins()?;
         self.compare_symbols()?;
         self.compare_lines()?;
-        Ok(seen)
+        Ok(evaluated)
     }
 
     /// Drives the inputs, and starts a byte to the receiver.
     fn apply_external(&mut self, step: &ScanStimulus) {
-        let of = &self.board.peripherals;
+        let peripherals = &self.board.peripherals;
         let now = CycleTime::at(self.cpu.cycle());
         for (&pin, &level) in self.board.inputs.iter().zip(&step.inputs) {
             self.cpu.drive(now, pin, PinLevel::from_bit(level));
         }
-        for (&(_, pin), &value) in of.analog.iter().zip(&step.analog) {
-            of.drive_analog(&mut self.cpu, pin, value);
+        for (&(_, pin), &value) in peripherals.analog.iter().zip(&step.analog) {
+            peripherals.drive_analog(&mut self.cpu, pin, value);
         }
         let Some(byte) = step.byte.filter(|_| self.incoming.is_none() && !self.eval.has_received_byte()) else {
             return;
         };
         let scans = self.starts.scans;
-        if of.receive.is_none() || scans == 0 {
+        if peripherals.receive.is_none() || scans == 0 {
             return;
         }
-        let (last, period, gap) = (self.starts.last, self.scan_loop.period, self.scan_loop.max_read_gap);
+        let (last, period, poll_gap) = (self.starts.last, self.scan_loop.period, self.scan_loop.max_read_gap);
         let starts = |scan: u64| {
             let ahead = scan.saturating_sub(scans).saturating_mul(period);
             // Each start may be earlier or later by up to the gap between two polls.
             let at = last.saturating_sub(scans.saturating_sub(scan).saturating_mul(period)).saturating_add(ahead);
-            at.saturating_sub(gap) * of.clocks_per_cycle
+            at.saturating_sub(poll_gap) * peripherals.clocks_per_cycle
         };
         // A scan may take longer than those observed so far.
-        let busy = (self.longest_scan + self.longest_scan / 2 + 20 + 2 * gap) * of.clocks_per_cycle;
-        let clock = of.to_clock(CycleTime::at(self.cpu.cycle() + 1));
-        if let Some(ByteArrival { start, scan }) = plan_arrival(of.bit_time, clock, scans + 1, busy, starts) {
-            of.queue_byte(&mut self.cpu, start, byte);
+        let max_scan_clocks =
+            (self.longest_scan + self.longest_scan / 2 + 20 + 2 * poll_gap) * peripherals.clocks_per_cycle;
+        let clock = peripherals.to_clock(CycleTime::at(self.cpu.cycle() + 1));
+        if let Some(ByteArrival { start, scan }) =
+            plan_arrival(peripherals.bit_time, clock, scans + 1, max_scan_clocks, starts)
+        {
+            peripherals.queue_byte(&mut self.cpu, start, byte);
             self.incoming = Some((scan, byte));
         }
     }
@@ -173,8 +176,8 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         for &(pin, rose) in &self.listener.outputs {
             if let Some(clock) = rose {
                 let name = self.board.pin_name(pin);
-                let says = format!("the output {name} goes high in clock {clock}, before the first scan");
-                self.findings.push(ForeignFinding { code: codes::FINDING_GLITCH, says });
+                let finding = format!("the output {name} goes high in clock {clock}, before the first scan");
+                self.findings.push(ForeignFinding { code: codes::FINDING_GLITCH, says: finding });
             }
         }
         let mut cpu = self.cpu.clone();
@@ -188,8 +191,8 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
             cpu.drive(now, pin, PinLevel::Low);
             cpu.drive(now, pin, PinLevel::Float);
             if cpu.pin_level(pin) != PinLevel::High {
-                let says = format!("the input {} floats when nothing drives it", self.board.pin_name(pin));
-                self.findings.push(ForeignFinding { code: codes::FINDING_PULL_UP, says });
+                let finding = format!("the input {} floats when nothing drives it", self.board.pin_name(pin));
+                self.findings.push(ForeignFinding { code: codes::FINDING_PULL_UP, says: finding });
             }
         }
     }
@@ -241,9 +244,9 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
     /// Compares the symbols in memory, if a map gives their locations.
     fn compare_symbols(&mut self) -> Result<(), ForeignMismatch> {
         let Some(places) = &self.board.places else { return Ok(()) };
-        for (symbol, loose) in self.board.timing_dependent.iter().enumerate() {
+        for (symbol, is_timing_dependent) in self.board.timing_dependent.iter().enumerate() {
             let is_input = self.hints.inputs.contains(&symbol);
-            if *loose || is_input {
+            if *is_timing_dependent || is_input {
                 continue;
             }
             self.compared += 1;
@@ -283,16 +286,16 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
             self.received_frames.pop_front();
         }
         // Both sides may wait for the transmitter for a different number of scans.
-        let late = |since: u64| scan > since + 2 * self.board.scans_per_byte + 2;
-        if let Some((since, frame)) = self.received_frames.front() {
+        let is_late = |sent_in_scan: u64| scan > sent_in_scan + 2 * self.board.scans_per_byte + 2;
+        if let Some((sent_in_scan, frame)) = self.received_frames.front() {
             if !self.sent {
-                let says = format!(
+                let finding = format!(
                     "{} in clock {} since power-up, before anything asks for it",
                     byte_name(frame.byte),
                     frame.start
                 );
                 if !self.findings.iter().any(|finding| finding.code == codes::FINDING_EARLY_BYTE) {
-                    self.findings.push(ForeignFinding { code: codes::FINDING_EARLY_BYTE, says });
+                    self.findings.push(ForeignFinding { code: codes::FINDING_EARLY_BYTE, says: finding });
                 }
                 return Err(ForeignMismatch::of_text(
                     DifferenceKind::Serial,
@@ -300,7 +303,7 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
                     byte_name(frame.byte),
                 ));
             }
-            if late(*since) {
+            if is_late(*sent_in_scan) {
                 return Err(ForeignMismatch::of_text(
                     DifferenceKind::Serial,
                     "nothing sent".to_owned(),
@@ -308,7 +311,7 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
                 ));
             }
         }
-        if let Some(&(_, byte)) = self.awaited.front().filter(|(since, _)| late(*since)) {
+        if let Some(&(_, byte)) = self.awaited.front().filter(|(sent_in_scan, _)| is_late(*sent_in_scan)) {
             return Err(ForeignMismatch::of_text(DifferenceKind::Serial, byte_name(byte), "nothing sent".to_owned()));
         }
         if let Some((_, pulses)) = &mut self.listener.pwm {
@@ -327,14 +330,14 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         if self.eval.eeprom_busy_scans() > 0 {
             return Ok(());
         }
-        for kept in &self.board.eeprom_variables {
-            let value = self.eval.get(kept.symbol).to_le_bytes();
+        for variable in &self.board.eeprom_variables {
+            let value = self.eval.get(variable.symbol).to_le_bytes();
             let cells: Vec<u8> =
-                self.eval.eeprom().iter().skip(kept.addr as usize).take(kept.bytes as usize).copied().collect();
+                self.eval.eeprom().iter().skip(variable.addr as usize).take(variable.bytes as usize).copied().collect();
             if !value.starts_with(&cells) {
                 continue;
             }
-            for (addr, &expected) in (kept.addr..).zip(&cells) {
+            for (addr, &expected) in (variable.addr..).zip(&cells) {
                 self.compared += 1;
                 let found = self.cpu.peek("eeprom", addr);
                 if found != Some(expected) {
@@ -354,8 +357,8 @@ pub(crate) fn wire_board<C: CheckedChip>(cpu: &mut C, board: &ForeignBoard) {
     for &pin in &board.inputs {
         cpu.drive(now, pin, PinLevel::Low);
     }
-    let open = |pin| pin_behaviour(board.chip, pin).is_some_and(|nature| nature.high == HighDrive::Open);
-    for &(_, pin) in board.outputs.iter().filter(|output| open(output.1)) {
+    let is_open_drain = |pin| pin_behaviour(board.chip, pin).is_some_and(|behaviour| behaviour.high == HighDrive::Open);
+    for &(_, pin) in board.outputs.iter().filter(|output| is_open_drain(output.1)) {
         cpu.drive(now, pin, PinLevel::PullUp);
     }
     for &(_, pin) in &board.peripherals.analog {

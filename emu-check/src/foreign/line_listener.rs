@@ -86,11 +86,11 @@ pub(crate) struct ForeignPwmMeter {
 }
 
 impl ForeignPwmMeter {
-    /// A meter for an output of `hertz` Hz; `grain` is the tolerance of an edge in clocks.
-    pub(super) fn new(clock_hz: u64, hertz: u64, grain: u64) -> ForeignPwmMeter {
+    /// A meter for an output of `hertz` Hz; `tolerance_clocks` is the tolerance of an edge.
+    pub(super) fn new(clock_hz: u64, hertz: u64, tolerance_clocks: u64) -> ForeignPwmMeter {
         let period = clock_hz / hertz.max(1);
         let (duty, rose, fell, fault) = (None, None, None, None);
-        ForeignPwmMeter { period, tolerance_clocks: grain, duty, from: 0, high: false, rose, fell, edges: 0, fault }
+        ForeignPwmMeter { period, tolerance_clocks, duty, from: 0, high: false, rose, fell, edges: 0, fault }
     }
 
     /// Sets the duty cycle of a scan that is over at clock `now`.

@@ -61,12 +61,12 @@ pub(crate) struct ForeignMismatch {
 }
 
 impl ForeignMismatch {
-    fn of_text(what: DifferenceKind, expected: String, found: String) -> ForeignMismatch {
-        ForeignMismatch { kind: what, symbol: None, expected, found }
+    fn of_text(kind: DifferenceKind, expected: String, found: String) -> ForeignMismatch {
+        ForeignMismatch { kind, symbol: None, expected, found }
     }
 
-    fn of_symbol(what: DifferenceKind, symbol: usize, expected: String, found: String) -> ForeignMismatch {
-        ForeignMismatch { kind: what, symbol: Some(symbol), expected, found }
+    fn of_symbol(kind: DifferenceKind, symbol: usize, expected: String, found: String) -> ForeignMismatch {
+        ForeignMismatch { kind, symbol: Some(symbol), expected, found }
     }
 }
 
@@ -146,20 +146,20 @@ impl MachineVisitor for ForeignCheckVisitor<'_> {
     fn visit<C: CheckedChip, F: Fn(u64) -> C>(self, power_up: F) -> Self::Output {
         let ForeignCheckVisitor { program, foreign, options, board, eval, progress } = self;
         let period = u64::try_from(board.pace.num / board.pace.den).unwrap_or(u64::MAX / 64);
-        let fill = |cpu: &mut C| {
-            let filled: Vec<u32> = foreign.image.bytes_in("eeprom").map(|(addr, _)| addr).collect();
-            for addr in (0..u32::from(board.chip.eeprom_bytes)).filter(|addr| !filled.contains(addr)) {
+        let erase_unfilled_eeprom = |cpu: &mut C| {
+            let image_cells: Vec<u32> = foreign.image.bytes_in("eeprom").map(|(addr, _)| addr).collect();
+            for addr in (0..u32::from(board.chip.eeprom_bytes)).filter(|addr| !image_cells.contains(addr)) {
                 cpu.poke("eeprom", addr, 0xFF);
             }
         };
-        let fresh = |seed: u64| {
+        let powered_up = |seed: u64| {
             let mut cpu = power_up(seed);
-            fill(&mut cpu);
+            erase_unfilled_eeprom(&mut cpu);
             cpu
         };
-        let mut probe = fresh(options.seed);
-        wire_board(&mut probe, &board);
-        let found = scan_loop::find_scan_loop(probe, period)?;
+        let mut cpu = powered_up(options.seed);
+        wire_board(&mut cpu, &board);
+        let scan_loop = scan_loop::find_scan_loop(cpu, period)?;
         let mut hints = ValueHints::new(program, &eval);
         // The locations of the symbols in memory are not known, so nothing can be written.
         hints.writable.fill(false);
@@ -173,66 +173,66 @@ impl MachineVisitor for ForeignCheckVisitor<'_> {
         let (mut scans, mut runs, mut blocks) = (0, 0, 0u64);
         let (mut compared, mut longest) = (0, 0);
         let mut findings: Vec<ForeignFinding> = Vec::new();
-        let mut timed = ScanStarts::default();
+        let mut longest_starts = ScanStarts::default();
         let mut foreign_run: Option<ForeignRun<'_, C>> = None;
-        let mut wrong = None;
-        while scans < budget.scans && wrong.is_none() {
+        let mut mismatch = None;
+        while scans < budget.scans && mismatch.is_none() {
             progress(scans, budget.scans);
             if let Some(seed) = stimulus.begin_run(&hints) {
                 blocks += 1;
                 if blocks <= 3 || blocks % RUNS_WITH_RESET == 0 || stimulus.is_long() {
                     runs += 1;
-                    foreign_run = Some(ForeignRun::start(fresh(seed), &eval, &board, &hints, found));
+                    foreign_run = Some(ForeignRun::start(powered_up(seed), &eval, &board, &hints, scan_loop));
                 }
             }
-            let Some(course) = &mut foreign_run else { break };
+            let Some(run) = &mut foreign_run else { break };
             scans += 1;
-            let mut step = stimulus.next_stimulus(&hints, &course.eval, &goals);
+            let mut step = stimulus.next_stimulus(&hints, &run.eval, &goals);
             step.writes.clear();
-            match course.scan(&step) {
-                Ok(seen) => {
+            match run.scan(&step) {
+                Ok(evaluated) => {
                     let before = goals.remaining();
-                    goals.mark_reached(&seen);
+                    goals.mark_reached(&evaluated);
                     budget.note_scan(scans, goals.remaining() < before);
                 }
-                Err(found) => wrong = Some((found, course.starts.scans.max(1), course.cycle())),
+                Err(found) => mismatch = Some((found, run.starts.scans.max(1), run.cycle())),
             }
-            compared += std::mem::take(&mut course.compared);
-            longest = course.longest_scan.max(longest);
-            for finding in course.findings.drain(..) {
+            compared += std::mem::take(&mut run.compared);
+            longest = run.longest_scan.max(longest);
+            for finding in run.findings.drain(..) {
                 if !findings.iter().any(|other| other.code == finding.code && other.says == finding.says) {
                     findings.push(finding);
                 }
             }
-            if course.starts.scans > timed.scans {
-                timed = course.starts;
+            if run.starts.scans > longest_starts.scans {
+                longest_starts = run.starts;
             }
         }
         progress(scans, budget.scans);
-        let period = MeasuredPeriod::new(&board.pace, timed);
+        let period = MeasuredPeriod::new(&board.pace, longest_starts);
         if let Some(period) = period.as_ref().filter(|period| period.is_much_too_short()) {
             // The flag is cleared once per CYCLE, so these are not scans, and the comparison means nothing.
             return Err(CheckError::OtherScanRate {
-                period: found.period,
+                period: scan_loop.period,
                 mean_clocks: period.mean_clocks,
                 wanted_clocks: period.wanted_clocks,
             });
         }
-        findings.extend(period.as_ref().and_then(|period| period.to_finding(&board.pace, found.max_read_gap)));
-        let difference = wrong.map(|(wrong, scan_of_run, cycle)| ForeignDifference {
-            code: wrong.kind.code(),
+        findings.extend(period.as_ref().and_then(|period| period.to_finding(&board.pace, scan_loop.max_read_gap)));
+        let difference = mismatch.map(|(mismatch, scan_of_run, cycle)| ForeignDifference {
+            code: mismatch.kind.code(),
             scan: scans,
             run: runs,
             scan_of_run,
             cycle,
-            what: wrong.kind,
-            symbol: wrong.symbol.and_then(|symbol| eval.symbols().get(symbol)).map(|symbol| symbol.name.clone()),
-            expected: wrong.expected,
-            found: wrong.found,
+            what: mismatch.kind,
+            symbol: mismatch.symbol.and_then(|symbol| eval.symbols().get(symbol)).map(|symbol| symbol.name.clone()),
+            expected: mismatch.expected,
+            found: mismatch.found,
             replay: replay_command(program, foreign, options, scans),
         });
         let coverage = goals.coverage(program);
-        let unseen = check_run::not_covered_note(program, &coverage, scans).filter(|_| difference.is_none());
+        let not_covered = check_run::not_covered_note(program, &coverage, scans).filter(|_| difference.is_none());
         Ok(ForeignReport {
             schema: SCHEMA,
             program: program.file.clone(),
@@ -247,10 +247,10 @@ impl MachineVisitor for ForeignCheckVisitor<'_> {
             findings,
             period,
             scan_cycles_max: longest,
-            scan_start: found.start * board.chip.word_bytes.max(1),
+            scan_start: scan_loop.start * board.chip.word_bytes.max(1),
             left_out: board.left_out.clone(),
             coverage,
-            notes: unseen.into_iter().collect(),
+            notes: not_covered.into_iter().collect(),
         })
     }
 }

@@ -38,16 +38,19 @@ pub(crate) struct ScanBudget {
 }
 
 impl ScanBudget {
-    /// A budget for a requested number of scans, or by default for a long run of `patience` scans.
-    pub(super) fn new(requested: Option<u64>, patience: u64) -> ScanBudget {
-        let least = patience + SHORT_SCANS;
-        ScanBudget { scans: requested.unwrap_or(least), max_scans_without_news: requested.is_none().then_some(least) }
+    /// A budget for a requested number of scans, or by default for a long run of `long_run_scans` scans.
+    pub(super) fn new(requested: Option<u64>, long_run_scans: u64) -> ScanBudget {
+        let default_scans = long_run_scans + SHORT_SCANS;
+        ScanBudget {
+            scans: requested.unwrap_or(default_scans),
+            max_scans_without_news: requested.is_none().then_some(default_scans),
+        }
     }
 
     /// Records that scan `scan` is done; `new` is true if it reached a coverage goal for the first time.
     pub(super) fn note_scan(&mut self, scan: u64, new: bool) {
-        if let Some(quiet) = self.max_scans_without_news.filter(|_| new) {
-            self.scans = self.scans.max(scan + quiet).min(MAX_SCANS);
+        if let Some(scans_without_news) = self.max_scans_without_news.filter(|_| new) {
+            self.scans = self.scans.max(scan + scans_without_news).min(MAX_SCANS);
         }
     }
 }

@@ -187,29 +187,29 @@ pub(crate) fn find_scan_loop<C: Cpu>(cpu: C, period: u64) -> Result<ScanLoop, Ch
     run_to_cycle(&mut watched, until, &mut flags)?;
     let mut writes: HashMap<(u32, u16), Vec<u64>> = HashMap::new();
     flags.writes.iter().for_each(|&(at, pc, reg)| writes.entry((pc, reg)).or_default().push(at));
-    let mut takes: Vec<(u64, u32, u16)> = Vec::new();
-    let mut others: Vec<u64> = Vec::new();
+    let mut candidates: Vec<(u64, u32, u16)> = Vec::new();
+    let mut other_periods: Vec<u64> = Vec::new();
     for (&(pc, reg), at) in &writes {
         // The first write may belong to the set-up of the program.
         let [_, from, .., to] = at.as_slice() else { continue };
         let mean = (to - from) / (at.len() as u64 - 2).max(1);
-        if mean.abs_diff(period) <= period / 10 { takes.push((mean, pc, reg)) } else { others.push(mean) }
+        if mean.abs_diff(period) <= period / 10 { candidates.push((mean, pc, reg)) } else { other_periods.push(mean) }
     }
-    takes.sort_unstable();
-    let nearest = others.iter().min_by_key(|mean| mean.abs_diff(period));
-    let mut why = match nearest {
+    candidates.sort_unstable();
+    let nearest = other_periods.iter().min_by_key(|mean| mean.abs_diff(period));
+    let mut error = match nearest {
         Some(mean) => CheckError::OtherPeriod { mean: *mean, period },
         None => CheckError::NoTimerFlag { period },
     };
-    for &(mean, take, reg) in &takes {
+    for &(mean, clearing_pc, reg) in &candidates {
         let mut at = watched.clone();
-        at.set_breakpoint(take, true);
+        at.set_breakpoint(clearing_pc, true);
         let limit = period.saturating_mul(2);
         for _ in 0..MAX_WAITS {
-            let span = match ScanSpan::next_span(&mut at, (take, reg), limit) {
+            let span = match ScanSpan::next_span(&mut at, (clearing_pc, reg), limit) {
                 Ok(span) => span,
                 Err(cause) => {
-                    why = cause;
+                    error = cause;
                     break;
                 }
             };
@@ -219,17 +219,17 @@ pub(crate) fn find_scan_loop<C: Cpu>(cpu: C, period: u64) -> Result<ScanLoop, Ch
                 let found = wait.map(|(start, wait, gap)| ScanLoop { start, wait, period: mean, max_read_gap: gap });
                 match found.and_then(|found| confirm(cpu.clone(), found)) {
                     Ok(found) => return Ok(found),
-                    Err(cause) => why = cause,
+                    Err(cause) => error = cause,
                 }
             }
         }
     }
-    Err(why)
+    Err(error)
 }
 
 /// Runs until an instruction at `take`, which has a breakpoint, clears bits of `reg`, and executes it.
 /// Returns the cleared bits and the cycle in which the instruction starts.
-fn run_to_clear<C: Cpu>(cpu: &mut C, (take, reg): (u32, u16), limit: u64) -> Result<(u8, u64), CheckError> {
+fn run_to_clear<C: Cpu>(cpu: &mut C, (clearing_pc, reg): (u32, u16), limit: u64) -> Result<(u8, u64), CheckError> {
     let until = cpu.cycle().saturating_add(limit);
     loop {
         match cpu.run(until, &mut ()) {
@@ -237,9 +237,9 @@ fn run_to_clear<C: Cpu>(cpu: &mut C, (take, reg): (u32, u16), limit: u64) -> Res
             stop => return Err(CheckError::FlagStaysSet { stop }),
         }
         let (before, at) = (RegisterBits::register_value(cpu, reg), cpu.cycle());
-        cpu.set_breakpoint(take, false);
+        cpu.set_breakpoint(clearing_pc, false);
         cpu.step(&mut ());
-        cpu.set_breakpoint(take, true);
+        cpu.set_breakpoint(clearing_pc, true);
         let mask = before & !RegisterBits::register_value(cpu, reg);
         if mask != 0 {
             return Ok((mask, at));
@@ -261,23 +261,23 @@ struct ScanSpan<C> {
 
 impl<C: Cpu> ScanSpan<C> {
     /// The span from the next clearing on; `cpu` continues until after the second one.
-    fn next_span(cpu: &mut C, take: (u32, u16), limit: u64) -> Result<Self, CheckError> {
-        run_to_clear(cpu, take, limit)?;
+    fn next_span(cpu: &mut C, clearing_pc: (u32, u16), limit: u64) -> Result<Self, CheckError> {
+        run_to_clear(cpu, clearing_pc, limit)?;
         let mut from = cpu.clone();
-        from.set_breakpoint(take.0, false);
-        let (cleared, taken) = run_to_clear(cpu, take, limit)?;
+        from.set_breakpoint(clearing_pc.0, false);
+        let (cleared, taken) = run_to_clear(cpu, clearing_pc, limit)?;
         Ok(ScanSpan { from, taken, to: cpu.cycle(), cleared })
     }
 
     /// Finds the wait for `flag` in the span. Returns the first instruction after it, the poll, and the
     /// maximum cycles from poll to poll.
     fn find_wait(&self, flag: RegisterBits) -> Result<(u32, u32, u64), CheckError> {
-        let mut near = last_clear_moment(&self.from, flag, self.taken);
-        let mut sight = FlagReadProbe { chip: near.chip(), flag, at: 0, pc: 0 };
-        if near.run(self.to, &mut sight) != StopReason::Probe {
+        let mut last_clear = last_clear_moment(&self.from, flag, self.taken);
+        let mut probe = FlagReadProbe { chip: last_clear.chip(), flag, at: 0, pc: 0 };
+        if last_clear.run(self.to, &mut probe) != StopReason::Probe {
             return Err(CheckError::NoWaitLoop);
         }
-        let (seen, poll) = (sight.at, sight.pc);
+        let (seen, poll) = (probe.at, probe.pc);
         let mut trace = InstructionTrace::default();
         self.from.clone().run(self.to.saturating_add(MAX_CYCLES_AFTER_CLEAR), &mut trace);
         let first = trace.0.iter().position(|&(_, pc)| pc == poll).ok_or(CheckError::NoWaitLoop)?;
@@ -287,13 +287,14 @@ impl<C: Cpu> ScanSpan<C> {
             .position(|&at| at == (seen, poll))
             .filter(|&last| last > first)
             .ok_or(CheckError::NoWaitLoop)?;
-        let (waited, behind) = (trace.0.get(first..last).unwrap_or(&[]), trace.0.get(last + 1..).unwrap_or(&[]));
-        let waited: HashSet<u32> = waited.iter().map(|&(_, pc)| pc).collect();
-        let start = behind
+        let (wait_instructions, after_wait) =
+            (trace.0.get(first..last).unwrap_or(&[]), trace.0.get(last + 1..).unwrap_or(&[]));
+        let wait_instructions: HashSet<u32> = wait_instructions.iter().map(|&(_, pc)| pc).collect();
+        let start = after_wait
             .iter()
             .map(|&(_, pc)| pc)
-            .find(|pc| !waited.contains(pc))
-            .ok_or_else(|| CheckError::PollWithoutEffect { poll: poll * near.chip().word_bytes.max(1) })?;
+            .find(|pc| !wait_instructions.contains(pc))
+            .ok_or_else(|| CheckError::PollWithoutEffect { poll: poll * last_clear.chip().word_bytes.max(1) })?;
         let mut from = self.from.clone();
         from.set_breakpoint(poll, true);
         let mut polls = Vec::new();
@@ -310,14 +311,18 @@ impl<C: Cpu> ScanSpan<C> {
 
 /// The last state between two instructions before cycle `taken` in which no bit of the flag is set.
 fn last_clear_moment<C: Cpu>(from: &C, flag: RegisterBits, taken: u64) -> C {
-    let (mut near, mut until) = (from.clone(), taken);
-    while until > near.cycle() + 1 {
-        let middle = near.cycle() + (until - near.cycle()) / 2;
-        let mut cpu = near.clone();
+    let (mut last_clear, mut until) = (from.clone(), taken);
+    while until > last_clear.cycle() + 1 {
+        let middle = last_clear.cycle() + (until - last_clear.cycle()) / 2;
+        let mut cpu = last_clear.clone();
         cpu.run(middle, &mut ());
-        if cpu.cycle() >= middle && cpu.cycle() < taken && !flag.is_set(&cpu) { near = cpu } else { until = middle }
+        if cpu.cycle() >= middle && cpu.cycle() < taken && !flag.is_set(&cpu) {
+            last_clear = cpu
+        } else {
+            until = middle
+        }
     }
-    near
+    last_clear
 }
 
 /// Confirms the result: from reset on, scans must start as often as the flag is cleared.
@@ -341,8 +346,8 @@ fn confirm<C: Cpu>(mut cpu: C, found: ScanLoop) -> Result<ScanLoop, CheckError> 
         [first, .., last] => (starts.len() as u64 - 1, last - first),
         _ => (0, 0),
     };
-    let right = count >= WATCHED_PERIODS / 2 && span.abs_diff(count * found.period) <= found.period / 2;
-    right.then_some(found).ok_or_else(|| {
+    let is_confirmed = count >= WATCHED_PERIODS / 2 && span.abs_diff(count * found.period) <= found.period / 2;
+    is_confirmed.then_some(found).ok_or_else(|| {
         let word = cpu.chip().word_bytes.max(1);
         CheckError::ScanStartNotFound {
             poll: found.wait * word,

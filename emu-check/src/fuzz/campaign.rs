@@ -133,7 +133,7 @@ impl ProgramTrial {
 /// check or, if the compiler does not return, with the process.
 #[must_use]
 pub fn run_trial(plan: &CampaignPlan, number: u64, limit: Duration) -> ProgramTrial {
-    let (drawn, profile) = generate_program(plan.seed, number);
+    let (generated, profile) = generate_program(plan.seed, number);
     let mut trial = ProgramTrial { tallies: Vec::new(), findings: Vec::new(), timed_out: 0 };
     for mcu in &plan.mcus {
         let mut tally = ChipTally::new(mcu);
@@ -150,7 +150,7 @@ pub fn run_trial(plan: &CampaignPlan, number: u64, limit: Duration) -> ProgramTr
             explain: false,
             ..CheckOptions::default()
         };
-        let result = try_program(&drawn, &options, limit);
+        let result = try_program(&generated, &options, limit);
         match &result {
             TrialOutcome::Checked(program, report) => tally.count_check(program, report),
             TrialOutcome::Refused(code, message) => tally.count_refusal(code, message.clone()),
@@ -158,7 +158,7 @@ pub fn run_trial(plan: &CampaignPlan, number: u64, limit: Duration) -> ProgramTr
             TrialOutcome::Failed(WorkFailure::TimedOut) => trial.timed_out += 1,
         }
         if let Some(kind) = result.to_fault() {
-            trial.findings.push(make_finding(plan, number, &drawn, &options, kind, limit));
+            trial.findings.push(make_finding(plan, number, &generated, &options, kind, limit));
         }
         trial.tallies.push(tally);
     }
@@ -195,8 +195,8 @@ impl TrialOutcome {
 }
 
 /// Checks the program as parsed again from its text, so that exactly the saved program is checked.
-pub(super) fn try_program(drawn: &LadderProgram, options: &CheckOptions, limit: Duration) -> TrialOutcome {
-    let (file, text, options) = (drawn.file.clone(), ladder::write(drawn), options.clone());
+pub(super) fn try_program(generated: &LadderProgram, options: &CheckOptions, limit: Duration) -> TrialOutcome {
+    let (file, text, options) = (generated.file.clone(), ladder::write(generated), options.clone());
     let work = move |cancellation: &Cancellation| check_text(&file, &text, &options, cancellation);
     run_with_limit(limit, work).unwrap_or_else(TrialOutcome::Failed)
 }
@@ -224,13 +224,13 @@ fn check_text(file: &str, text: &str, options: &CheckOptions, cancellation: &Can
 fn make_finding(
     plan: &CampaignPlan,
     number: u64,
-    drawn: &LadderProgram,
+    generated: &LadderProgram,
     options: &CheckOptions,
     kind: TrialFault,
     limit: Duration,
 ) -> CampaignFinding {
     let file = format!("fuzz-{}-{number}-{}.ld", plan.seed, options.mcu);
-    let mut shows = |program: &LadderProgram| {
+    let mut shows_fault = |program: &LadderProgram| {
         let outcome = try_program(program, options, limit);
         let scan = match &outcome {
             TrialOutcome::Checked(_, report) => report.difference.as_ref().map(|difference| difference.scan),
@@ -239,8 +239,11 @@ fn make_finding(
         (outcome.to_fault() == Some(kind)).then_some(scan.unwrap_or(options.scans))
     };
     let timed_out = kind == TrialFault::Failed(WorkFailure::TimedOut);
-    let (program, scans) =
-        if timed_out { (drawn.clone(), options.scans) } else { smallest_program(drawn, options.scans, &mut shows) };
+    let (program, scans) = if timed_out {
+        (generated.clone(), options.scans)
+    } else {
+        smallest_program(generated, options.scans, &mut shows_fault)
+    };
     let command =
         |scans: u64| format!("emu check {file} --mcu {} --seed {} --scans {scans}", options.mcu, options.seed);
     let found = format!("found by emu fuzz --seed {} as program {number}", plan.seed);
@@ -301,26 +304,26 @@ impl CampaignRecord {
     /// splits.
     pub fn merge_shards(records: Vec<CampaignRecord>) -> Result<CampaignRecord, CheckError> {
         let mut records = records.into_iter();
-        let mut sum = records.next().ok_or(CheckError::NoRecords)?;
+        let mut merged = records.next().ok_or(CheckError::NoRecords)?;
         for other in records {
-            if other.plan != sum.plan {
+            if other.plan != merged.plan {
                 return Err(CheckError::DifferentCampaigns);
             }
-            sum.tallies.iter_mut().zip(&other.tallies).for_each(|(mine, other)| mine.add(other));
-            sum.findings.extend(other.findings);
-            sum.shards.extend(other.shards);
+            merged.tallies.iter_mut().zip(&other.tallies).for_each(|(mine, other)| mine.add(other));
+            merged.findings.extend(other.findings);
+            merged.shards.extend(other.shards);
         }
-        sum.shards.sort();
-        sum.check_shards()?;
-        let programs = sum.plan.programs;
-        for (n, shard) in sum.shards.iter().enumerate() {
-            for other in sum.shards.iter().skip(n + 1) {
+        merged.shards.sort();
+        merged.check_shards()?;
+        let programs = merged.plan.programs;
+        for (n, shard) in merged.shards.iter().enumerate() {
+            for other in merged.shards.iter().skip(n + 1) {
                 check_mergeable(shard, other, programs)?;
             }
         }
-        sum.findings.sort_by(|a, b| (a.number, &a.mcu).cmp(&(b.number, &b.mcu)));
-        sum.update_complete();
-        Ok(sum)
+        merged.findings.sort_by(|a, b| (a.number, &a.mcu).cmp(&(b.number, &b.mcu)));
+        merged.update_complete();
+        Ok(merged)
     }
 
     /// Checks that the plan can have all shards of the record.
@@ -329,10 +332,10 @@ impl CampaignRecord {
     /// The first shard that is impossible.
     pub fn check_shards(&self) -> Result<(), CheckError> {
         let programs = self.plan.programs;
-        let wrong = |shard: &&CampaignShard| {
+        let is_impossible = |shard: &&CampaignShard| {
             shard.index == 0 || shard.index > shard.of || shard.done > shard.program_count(programs)
         };
-        match self.shards.iter().find(wrong) {
+        match self.shards.iter().find(is_impossible) {
             Some(&shard) => Err(CheckError::NoSuchShard { shard, programs }),
             None => Ok(()),
         }

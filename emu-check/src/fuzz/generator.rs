@@ -15,17 +15,17 @@ pub fn generate_program(seed: u64, number: u64) -> (LadderProgram, ProgramProfil
     let mut rng = Rng::new(program_seed(seed, number));
     let style = ProgramStyle::draw(&mut rng);
     let profile = style.profile;
-    let left = style.elements;
-    let mut draw =
-        ProgramGenerator { rng, style, modules: Vec::new(), constants: Vec::new(), remaining_elements: left };
-    let mut rungs: Vec<Rung> = (0..draw.style.rungs).map(|_| draw.rung()).collect();
-    draw.add_missing_modules(&mut rungs);
+    let elements_left = style.elements;
+    let mut generator =
+        ProgramGenerator { rng, style, modules: Vec::new(), constants: Vec::new(), remaining_elements: elements_left };
+    let mut rungs: Vec<Rung> = (0..generator.style.rungs).map(|_| generator.rung()).collect();
+    generator.add_missing_modules(&mut rungs);
     // Drawn from numbers of its own, so that the program is otherwise the same with and without jumps.
     let mut rng = Rng::new(!program_seed(seed, number));
-    if draw.is_ldmicro5() && rng.one_in(4) {
-        add_flow(&mut rng, &mut rungs, &draw.style.inputs, !draw.is_module_machine());
+    if generator.is_ldmicro5() && rng.one_in(4) {
+        add_flow(&mut rng, &mut rungs, &generator.style.inputs, !generator.is_module_machine());
     }
-    (complete_program(&mut draw, rungs), profile)
+    (complete_program(&mut generator, rungs), profile)
 }
 
 /// The seed of one program and of its checks.
@@ -128,21 +128,21 @@ impl ProgramGenerator {
 }
 
 /// Builds the program from its rungs.
-fn complete_program(draw: &mut ProgramGenerator, rungs: Vec<Rung>) -> LadderProgram {
-    let (format, mut vars) = match draw.style.dialect {
+fn complete_program(generator: &mut ProgramGenerator, rungs: Vec<Rung>) -> LadderProgram {
+    let (format, mut vars) = match generator.style.dialect {
         LadderDialect::Ldmicro23 => (LdFormat::V01, None),
         LadderDialect::Ldmicro5 => (LdFormat::V02, Some(Vec::new())),
     };
-    if let (Some(vars), false) = (&mut vars, draw.is_module_machine()) {
-        for name in draw.style.plain_integers.clone() {
-            if draw.rng.one_in(2) {
-                let bytes = 1 + draw.rng.below(4) as u8;
+    if let (Some(vars), false) = (&mut vars, generator.is_module_machine()) {
+        for name in generator.style.plain_integers.clone() {
+            if generator.rng.one_in(2) {
+                let bytes = 1 + generator.rng.below(4) as u8;
                 let text = format!("{bytes} bytes {name}");
                 vars.push(VarEntry { name, bytes, text, pos: Pos::default() });
             }
         }
     }
-    let style = &draw.style;
+    let style = &generator.style;
     let settings = ProgramSettings {
         micro: None,
         cycle_us: style.cycle_us,

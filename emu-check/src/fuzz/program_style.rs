@@ -234,8 +234,8 @@ impl ProgramStyle {
         };
         for &(sort, least, weight, last) in SORTS.iter().filter(|row| row.1 <= self.profile && has_meaning(row.0)) {
             // The sorts that a profile adds to the next smaller one get a higher weight.
-            let own = if least == self.profile && least > ProgramProfile::Words { 3 } else { 1 };
-            let raised = weight * own * if rng.one_in(4) { 5 } else { 1 };
+            let own_factor = if least == self.profile && least > ProgramProfile::Words { 3 } else { 1 };
+            let raised = weight * own_factor * if rng.one_in(4) { 5 } else { 1 };
             if last {
                 self.end_weights.push((sort, raised));
             } else {

@@ -86,7 +86,7 @@ impl ChipTally {
         for rung in &program.rungs {
             self.count_elements(&rung.series, 0);
         }
-        let mut delicate = delicate_features(program);
+        let mut delicate = risky_features(program);
         if bytes > PAGE_BYTES {
             delicate.push("over 2K words of code");
         }
@@ -119,8 +119,8 @@ impl ChipTally {
         self.checked += other.checked;
         self.outside += other.outside;
         for (code, reason) in &other.refused {
-            let mine = self.refused.entry(code.clone()).or_insert(RefusalReason { programs: 0, ..reason.clone() });
-            mine.programs += reason.programs;
+            let own = self.refused.entry(code.clone()).or_insert(RefusalReason { programs: 0, ..reason.clone() });
+            own.programs += reason.programs;
         }
         self.differing += other.differing;
         self.scans += other.scans;
@@ -131,9 +131,9 @@ impl ChipTally {
         add_counts(&mut self.depths, &other.depths);
         add_counts(&mut self.delicate, &other.delicate);
         for (class, seen) in &other.outcomes {
-            let mine = self.outcomes.entry(class.clone()).or_default();
-            mine.covered += seen.covered;
-            mine.total += seen.total;
+            let own = self.outcomes.entry(class.clone()).or_default();
+            own.covered += seen.covered;
+            own.total += seen.total;
         }
     }
 
@@ -163,9 +163,9 @@ impl ChipTally {
     }
 }
 
-fn add_counts<K: Ord + Clone>(mine: &mut BTreeMap<K, u64>, other: &BTreeMap<K, u64>) {
+fn add_counts<K: Ord + Clone>(own: &mut BTreeMap<K, u64>, other: &BTreeMap<K, u64>) {
     for (key, count) in other {
-        *mine.entry(key.clone()).or_default() += count;
+        *own.entry(key.clone()).or_default() += count;
     }
 }
 
@@ -184,7 +184,7 @@ fn keyword(element: &Element) -> String {
 }
 
 /// The features of a program that compilers often translate incorrectly.
-fn delicate_features(program: &LadderProgram) -> Vec<&'static str> {
+fn risky_features(program: &LadderProgram) -> Vec<&'static str> {
     let (mut coils, mut modules): (HashMap<&str, u32>, HashMap<&str, u32>) = Default::default();
     let mut found = HashSet::new();
     for (_, element, _) in program.elements() {

@@ -89,8 +89,8 @@ impl Probe for HighTimeProbe {
             && pin == self.pin
         {
             let since = if level == PinLevel::High { self.since.or(Some(at.cycle)) } else { None };
-            if let (Some(begun), None) = (self.since, since) {
-                self.cycles += at.cycle.saturating_sub(begun);
+            if let (Some(rising), None) = (self.since, since) {
+                self.cycles += at.cycle.saturating_sub(rising);
             }
             self.since = since;
         }
@@ -102,8 +102,11 @@ impl Probe for HighTimeProbe {
 struct RunningSketch<'a> {
     cpu: Avr,
     watch: DueProbe,
+    /// Program word of the function `micros`, which the sketch calls while it waits.
     micros: u32,
+    /// Machine cycles from one scan to the next.
     period: u64,
+    /// Frequency of the PWM output, if there is one.
     hertz: Option<u32>,
     sketch: &'a ArduinoSketch,
     /// Address of each cell in data memory.
@@ -122,30 +125,33 @@ pub(super) fn run_sketch(
     program: &ladder::LadderProgram,
     sketch: &ArduinoSketch,
     image: &Image,
-    course: &RecordedStimulus,
+    stimulus: &RecordedStimulus,
     hertz: Option<u32>,
 ) -> Result<Result<u64, SourceMismatch>, Diagnostic> {
     let mut compared = 0;
     let mut first = 0;
-    for run in split_runs(&course.scans) {
-        let part =
-            RecordedStimulus { scans: run.to_vec(), coverage: course.coverage.clone(), names: course.names.clone() };
-        let wrong = |scan: usize, what: &str, expected: String, found: String| {
+    for run in split_runs(&stimulus.scans) {
+        let part = RecordedStimulus {
+            scans: run.to_vec(),
+            coverage: stimulus.coverage.clone(),
+            names: stimulus.names.clone(),
+        };
+        let mismatch = |scan: usize, what: &str, expected: String, found: String| {
             Ok(Err(SourceMismatch { scan: first + scan, what: what.to_owned(), expected, found }))
         };
         let mut board = RunningSketch::start(program, sketch, image, run)?;
         board.hertz = hertz;
         let mut records = Vec::new();
-        let mut begun = None;
-        for (scan, turn) in run.iter().enumerate() {
-            let at = match board.scan(program, turn) {
+        let mut first_start = None;
+        for (scan, scan_stimulus) in run.iter().enumerate() {
+            let at = match board.scan(program, scan_stimulus) {
                 Ok(at) => at,
-                Err(stop) => return wrong(scan, "course of the sketch", "a scan".to_owned(), stop.to_string()),
+                Err(stop) => return mismatch(scan, "course of the sketch", "a scan".to_owned(), stop.to_string()),
             };
-            let zero = *begun.get_or_insert(at);
+            let zero = *first_start.get_or_insert(at);
             let expected = zero + scan as u64 * board.period;
             if at.abs_diff(expected) > MAX_JITTER_CYCLES {
-                return wrong(scan, "start of the scan in cycles", expected.to_string(), at.to_string());
+                return mismatch(scan, "start of the scan in cycles", expected.to_string(), at.to_string());
             }
             records.push(board.read_record());
         }
@@ -154,11 +160,11 @@ pub(super) fn run_sketch(
             Err(found) => return Ok(Err(SourceMismatch { scan: first + found.scan, ..found })),
         }
         // The last bytes may still be in transmission.
-        let sent: Vec<u8> = run.iter().filter_map(|turn| turn.sent).collect();
-        let late = board.cpu.cycle() + 3 * board.period + CLOCK_HZ * 30 / program.settings.baud.unwrap_or(9600).max(1);
-        while board.cpu.cycle() < late && board.cpu.run(late, &mut board.watch) == StopReason::Probe {}
+        let sent: Vec<u8> = run.iter().filter_map(|scan_stimulus| scan_stimulus.sent).collect();
+        let limit = board.cpu.cycle() + 3 * board.period + CLOCK_HZ * 30 / program.settings.baud.unwrap_or(9600).max(1);
+        while board.cpu.cycle() < limit && board.cpu.run(limit, &mut board.watch) == StopReason::Probe {}
         if !board.watch.sent.starts_with(&sent) {
-            return wrong(run.len() - 1, "sent bytes", format!("{sent:?}"), format!("{:?}", board.watch.sent));
+            return mismatch(run.len() - 1, "sent bytes", format!("{sent:?}"), format!("{:?}", board.watch.sent));
         }
         compared += 1 + run.len() as u64;
         first += run.len();
@@ -167,8 +173,8 @@ pub(super) fn run_sketch(
 }
 
 /// Splits the scans at the starts of runs.
-fn split_runs(turns: &[RecordedScan]) -> impl Iterator<Item = &[RecordedScan]> {
-    turns.chunk_by(|_, next| next.run_seed.is_none())
+fn split_runs(scans: &[RecordedScan]) -> impl Iterator<Item = &[RecordedScan]> {
+    scans.chunk_by(|_, next| next.run_seed.is_none())
 }
 
 impl<'a> RunningSketch<'a> {
@@ -177,7 +183,7 @@ impl<'a> RunningSketch<'a> {
         program: &ladder::LadderProgram,
         sketch: &'a ArduinoSketch,
         image: &Image,
-        turns: &[RecordedScan],
+        scans: &[RecordedScan],
     ) -> Result<RunningSketch<'a>, Diagnostic> {
         let find = |name: &str| {
             let symbol = image.symbols.iter().find(|symbol| symbol.name == name);
@@ -186,15 +192,15 @@ impl<'a> RunningSketch<'a> {
                 tool_error(codes::TOOL_FAILED, cause, "please report this with the program")
             })
         };
-        let first = turns.first();
-        let seed = first.and_then(|turn| turn.run_seed).unwrap_or(0);
+        let first = scans.first();
+        let seed = first.and_then(|scan_stimulus| scan_stimulus.run_seed).unwrap_or(0);
         let mut cpu = Avr::new(&ATMEGA328P, image, RamInit::Random(seed));
         cpu.set_clock_hz(CLOCK_HZ);
-        let cells = first.map_or(&[][..], |turn| turn.eeprom.as_slice());
+        let cells = first.map_or(&[][..], |scan_stimulus| scan_stimulus.eeprom.as_slice());
         (0..).zip(cells).for_each(|(addr, byte)| _ = cpu.poke("eeprom", addr, *byte));
         let object = |text: &str| find(text.split('.').next().unwrap_or(text));
         let places = sketch.source.cells.iter().map(|cell| object(&cell.text)).collect::<Result<_, _>>()?;
-        let mut running = RunningSketch {
+        let mut sketch_run = RunningSketch {
             cpu,
             watch: DueProbe { due: find("due")? as u16, sent: Vec::new() },
             micros: find("micros")? / 2,
@@ -203,15 +209,15 @@ impl<'a> RunningSketch<'a> {
             sketch,
             places,
         };
-        running.idle_receiver(true);
+        sketch_run.idle_receiver(true);
         // `due` is written twice: cleared together with all of RAM, and set from the time that `setup` reads
         // last. Then the first wait begins.
-        let reached = running.run_to_due().and_then(|_| running.run_to_wait());
-        let reached = reached.and_then(|()| running.run_to_due()).and_then(|_| running.run_to_wait());
+        let reached = sketch_run.run_to_due().and_then(|_| sketch_run.run_to_wait());
+        let reached = reached.and_then(|()| sketch_run.run_to_due()).and_then(|_| sketch_run.run_to_wait());
         reached.map_err(|stop| {
             tool_error(codes::STOPPED, format!("`setup` does not end: {stop}"), "report this with the program")
         })?;
-        Ok(running)
+        Ok(sketch_run)
     }
 
     /// Drives the receiver's line to its idle level, unless the sketch uses the pin.
@@ -254,17 +260,19 @@ impl<'a> RunningSketch<'a> {
     }
 
     /// Runs one scan and returns the cycle in which it began.
-    fn scan(&mut self, program: &ladder::LadderProgram, turn: &RecordedScan) -> Result<u64, CheckError> {
+    fn scan(&mut self, program: &ladder::LadderProgram, scan_stimulus: &RecordedScan) -> Result<u64, CheckError> {
         let now = CycleTime::at(self.cpu.cycle());
-        for (name, on) in &turn.inputs {
+        for (name, on) in &scan_stimulus.inputs {
             self.pin(name).into_iter().for_each(|pin| self.cpu.drive(now, pin, PinLevel::from_bit(*on)));
         }
-        for (name, value) in &turn.analog {
+        for (name, value) in &scan_stimulus.analog {
             // The middle of the conversion step, with a reference of 5 V.
             let millivolts = (u32::from(*value) * 2 + 1) * 5000 / 2048;
             self.pin(name).into_iter().for_each(|pin| _ = self.cpu.drive_volts(now, pin, millivolts));
         }
-        if let (Some(byte), Some(pin), Some(baud)) = (turn.byte, self.cpu.chip().pin("PD0"), program.settings.baud) {
+        if let (Some(byte), Some(pin), Some(baud)) =
+            (scan_stimulus.byte, self.cpu.chip().pin("PD0"), program.settings.baud)
+        {
             // The line is idle for one bit first: a receiver that has just been enabled must see a high
             // level.
             let frame = u16::from(byte) << 2 | 0x401;
@@ -273,7 +281,7 @@ impl<'a> RunningSketch<'a> {
                 self.cpu.drive(CycleTime::at(at), pin, PinLevel::from_bit(frame >> bit & 1 == 1));
             }
         }
-        for (name, value) in &turn.writes {
+        for (name, value) in &scan_stimulus.writes {
             let cell = self.sketch.source.cells.iter().position(|cell| cell.is_symbol && cell.name == *name);
             if let Some((cell, at)) = cell.and_then(|n| Some((self.sketch.source.cells.get(n)?, *self.places.get(n)?)))
             {

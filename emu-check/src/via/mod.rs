@@ -116,7 +116,8 @@ pub fn check(
     via: SourceRoute,
     options: &CheckOptions,
 ) -> Result<SourceCheckReport, Vec<Diagnostic>> {
-    let one = |mut diagnostic: Diagnostic| {
+    // Names the program in a diagnostic of a tool.
+    let for_program = |mut diagnostic: Diagnostic| {
         diagnostic.file.clone_from(&program.file);
         vec![diagnostic]
     };
@@ -124,49 +125,49 @@ pub fn check(
         let cause = "0 scans were asked for, which compares nothing";
         let at = Pos::default();
         let hint = "give --scans 1 or more";
-        return Err(one(Diagnostic::new(Severity::Error, crate::codes::NOTHING, "", at, cause, hint)));
+        return Err(for_program(Diagnostic::new(Severity::Error, crate::codes::NOTHING, "", at, cause, hint)));
     }
     let eval =
         Evaluator::new(program).map_err(|refusal| vec![crate::check_run::unsupported_diagnostic(program, &refusal)])?;
     let bytes = via != SourceRoute::Arduino || arduino_board::receives_between_scans(program);
-    let course = record_stimulus(program, &eval, options.seed, options.scans, bytes);
+    let stimulus = record_stimulus(program, &eval, options.seed, options.scans, bytes);
     let compared = match via {
         SourceRoute::Native => {
             let source = c::emit(program)?;
-            let script = course.to_script(&source, SlotNumbering::InOrder);
-            let records = serve::run_native(&[(source.clone(), script)], false).map_err(one)?;
-            course.compare(&source, records.first().map_or(&[], Vec::as_slice), false)
+            let script = stimulus.to_script(&source, SlotNumbering::InOrder);
+            let records = serve::run_native(&[(source.clone(), script)], false).map_err(for_program)?;
+            stimulus.compare(&source, records.first().map_or(&[], Vec::as_slice), false)
         }
         SourceRoute::C => {
             let source = c::emit(program)?;
-            let script = course.to_script(&source, SlotNumbering::InOrder);
-            course.compare(
+            let script = stimulus.to_script(&source, SlotNumbering::InOrder);
+            stimulus.compare(
                 &source,
-                &serve::run_on_chip(&source, &script, ServedForm::C, &options.mcu).map_err(one)?,
+                &serve::run_on_chip(&source, &script, ServedForm::C, &options.mcu).map_err(for_program)?,
                 false,
             )
         }
         SourceRoute::Bytecode => {
             let source = bytecode::emit(program)?;
-            let script = course.to_script(&source, SlotNumbering::Interpreter);
-            course.compare(
+            let script = stimulus.to_script(&source, SlotNumbering::Interpreter);
+            stimulus.compare(
                 &source,
-                &serve::run_on_chip(&source, &script, ServedForm::Bytecode, &options.mcu).map_err(one)?,
+                &serve::run_on_chip(&source, &script, ServedForm::Bytecode, &options.mcu).map_err(for_program)?,
                 false,
             )
         }
         SourceRoute::Arduino => {
             if !options.mcu.eq_ignore_ascii_case("atmega328p") {
                 let cause = format!("a sketch runs on the atmega328p of a board, not on `{}`", options.mcu);
-                return Err(one(external_tools::tool_error(codes::NO_WAY, cause, "name --mcu atmega328p")));
+                return Err(for_program(external_tools::tool_error(codes::NO_WAY, cause, "name --mcu atmega328p")));
             }
             let sketch =
                 arduino::emit(program, &arduino::SketchOptions { pins: options.pins.clone(), debounce_ms: 0 })?;
-            let image = ArduinoBoard::new().and_then(|board| board.build(&sketch.source)).map_err(one)?;
-            arduino_board::run_sketch(program, &sketch, &image, &course, eval.pwm_hz()).map_err(one)?
+            let image = ArduinoBoard::new().and_then(|board| board.build(&sketch.source)).map_err(for_program)?;
+            arduino_board::run_sketch(program, &sketch, &image, &stimulus, eval.pwm_hz()).map_err(for_program)?
         }
     };
-    Ok(make_report(program, via, options, &course, compared))
+    Ok(make_report(program, via, options, &stimulus, compared))
 }
 
 /// Checks many programs on this computer in one executable, as C or as byte code. Of `options`, the seed and
@@ -184,25 +185,26 @@ pub fn check_many(
         let eval = Evaluator::new(program)
             .map_err(|refusal| vec![crate::check_run::unsupported_diagnostic(program, &refusal)])?;
         let source = if form == ServedForm::C { c::emit(program)? } else { bytecode::emit(program)? };
-        let course = record_stimulus(program, &eval, options.seed, options.scans, true);
-        let script = course.to_script(&source, slots);
-        Ok((course, (source, script)))
+        let stimulus = record_stimulus(program, &eval, options.seed, options.scans, true);
+        let script = stimulus.to_script(&source, slots);
+        Ok((stimulus, (source, script)))
     };
-    let mut courses = Vec::new();
+    let mut stimuli = Vec::new();
     let mut served = Vec::new();
     for program in programs {
-        courses.push(prepare(program).map(|(course, pair)| {
+        stimuli.push(prepare(program).map(|(stimulus, pair)| {
             served.push(pair);
-            course
+            stimulus
         }));
     }
     let records =
         if form == ServedForm::C { serve::run_native(&served, false)? } else { serve::run_interpreted(&served)? };
-    let mut done = served.iter().zip(&records);
-    let reports = courses.into_iter().zip(programs).map(|(course, program)| {
-        course.map(|course| {
-            let compared = done.next().map_or(Ok(0), |((source, _), records)| course.compare(source, records, false));
-            make_report(program, SourceRoute::Native, options, &course, compared)
+    let mut served_records = served.iter().zip(&records);
+    let reports = stimuli.into_iter().zip(programs).map(|(stimulus, program)| {
+        stimulus.map(|stimulus| {
+            let compared =
+                served_records.next().map_or(Ok(0), |((source, _), records)| stimulus.compare(source, records, false));
+            make_report(program, SourceRoute::Native, options, &stimulus, compared)
         })
     });
     Ok(reports.collect())
@@ -212,25 +214,25 @@ fn make_report(
     program: &LadderProgram,
     via: SourceRoute,
     options: &CheckOptions,
-    course: &RecordedStimulus,
+    stimulus: &RecordedStimulus,
     compared: Result<u64, SourceMismatch>,
 ) -> SourceCheckReport {
-    let runs = |turns: &[RecordedScan]| turns.iter().filter(|turn| turn.run_seed.is_some()).count() as u64;
-    let (done, difference) = match &compared {
-        Ok(_) => (course.scans.len(), None),
-        Err(wrong) => {
-            let upto = course.scans.get(..=wrong.scan).unwrap_or(&course.scans);
-            let begun = upto.iter().rposition(|turn| turn.run_seed.is_some()).unwrap_or(0);
+    let runs = |scans: &[RecordedScan]| scans.iter().filter(|scan| scan.run_seed.is_some()).count() as u64;
+    let (scans_done, difference) = match &compared {
+        Ok(_) => (stimulus.scans.len(), None),
+        Err(mismatch) => {
+            let scans_up_to = stimulus.scans.get(..=mismatch.scan).unwrap_or(&stimulus.scans);
+            let run_start = scans_up_to.iter().rposition(|scan| scan.run_seed.is_some()).unwrap_or(0);
             let difference = SourceDifference {
-                scan: wrong.scan as u64 + 1,
-                run: runs(upto),
-                scan_of_run: (upto.len() - begun) as u64,
-                what: wrong.what.clone(),
-                expected: wrong.expected.clone(),
-                found: wrong.found.clone(),
-                step: upto.last().map_or_else(String::new, stimulus_text),
+                scan: mismatch.scan as u64 + 1,
+                run: runs(scans_up_to),
+                scan_of_run: (scans_up_to.len() - run_start) as u64,
+                what: mismatch.what.clone(),
+                expected: mismatch.expected.clone(),
+                found: mismatch.found.clone(),
+                step: scans_up_to.last().map_or_else(String::new, stimulus_text),
             };
-            (upto.len(), Some(difference))
+            (scans_up_to.len(), Some(difference))
         }
     };
     SourceCheckReport {
@@ -239,20 +241,20 @@ fn make_report(
         via,
         mcu: if via == SourceRoute::Native { "native".to_owned() } else { options.mcu.to_ascii_lowercase() },
         seed: options.seed,
-        scans: done as u64,
-        runs: runs(course.scans.get(..done).unwrap_or(&[])),
+        scans: scans_done as u64,
+        runs: runs(stimulus.scans.get(..scans_done).unwrap_or(&[])),
         compared: compared.unwrap_or(0),
         agreed: difference.is_none(),
         difference,
-        coverage: course.coverage.clone(),
+        coverage: stimulus.coverage.clone(),
     }
 }
 
 /// The stimulus of a scan as text.
-fn stimulus_text(turn: &RecordedScan) -> String {
-    let mut words: Vec<String> = turn.inputs.iter().map(|(name, on)| format!("{name}={}", u8::from(*on))).collect();
-    words.extend(turn.analog.iter().map(|(name, value)| format!("{name} converts to {value}")));
-    words.extend(turn.byte.iter().map(|byte| format!("byte {byte} received")));
-    words.extend(turn.writes.iter().map(|(name, value)| format!("written {name}={value}")));
+fn stimulus_text(scan: &RecordedScan) -> String {
+    let mut words: Vec<String> = scan.inputs.iter().map(|(name, on)| format!("{name}={}", u8::from(*on))).collect();
+    words.extend(scan.analog.iter().map(|(name, value)| format!("{name} converts to {value}")));
+    words.extend(scan.byte.iter().map(|byte| format!("byte {byte} received")));
+    words.extend(scan.writes.iter().map(|(name, value)| format!("written {name}={value}")));
     if words.is_empty() { "nothing done".to_owned() } else { words.join(", ") }
 }

@@ -53,41 +53,41 @@ pub(super) struct RecordedStimulus {
 /// Records `scans` scans of a program; without `bytes`, no byte is received.
 pub(super) fn record_stimulus(
     program: &LadderProgram,
-    fresh: &Evaluator,
+    power_up: &Evaluator,
     seed: u64,
     scans: u64,
     bytes: bool,
 ) -> RecordedStimulus {
-    let hints = ValueHints::new(program, fresh);
-    let mut goals = CoverageGoals::new(program, fresh);
-    let mut stimulus = StimulusGenerator::new(seed, BoundaryGoals::new(program, fresh));
-    let mut eval = fresh.clone();
-    let names: Vec<String> = fresh.symbols().iter().map(|symbol| symbol.name.clone()).collect();
+    let hints = ValueHints::new(program, power_up);
+    let mut goals = CoverageGoals::new(program, power_up);
+    let mut stimulus = StimulusGenerator::new(seed, BoundaryGoals::new(program, power_up));
+    let mut eval = power_up.clone();
+    let names: Vec<String> = power_up.symbols().iter().map(|symbol| symbol.name.clone()).collect();
     let name = |symbol: usize| names.get(symbol).cloned().unwrap_or_default();
-    let mut turns = Vec::new();
+    let mut recorded = Vec::new();
     for _ in 0..scans {
-        let mut turn = RecordedScan { run_seed: stimulus.begin_run(&hints), ..RecordedScan::default() };
-        if let Some(seed) = turn.run_seed {
-            eval = fresh.clone();
+        let mut scan = RecordedScan { run_seed: stimulus.begin_run(&hints), ..RecordedScan::default() };
+        if let Some(seed) = scan.run_seed {
+            eval = power_up.clone();
             let mut rng = Rng::new(seed);
-            turn.eeprom =
+            scan.eeprom =
                 eval.eeprom().iter().map(|_| if rng.one_in(2) { 0xFF } else { rng.next_u64() as u8 }).collect();
-            turn.eeprom.iter().enumerate().for_each(|(addr, byte)| eval.set_eeprom(addr, *byte));
+            scan.eeprom.iter().enumerate().for_each(|(addr, byte)| eval.set_eeprom(addr, *byte));
         }
         let step = stimulus.next_stimulus(&hints, &eval, &goals);
         step.apply(&hints, &mut eval);
-        turn.byte = step.byte.filter(|_| bytes && !eval.has_received_byte());
-        turn.byte.into_iter().for_each(|byte| _ = eval.receive(byte));
-        turn.inputs = hints.inputs.iter().zip(&step.inputs).map(|(&symbol, &on)| (name(symbol), on)).collect();
-        turn.analog = hints.analog.iter().zip(&step.analog).map(|(&symbol, &value)| (name(symbol), value)).collect();
-        turn.writes = step.writes.iter().map(|&(symbol, value)| (name(symbol), value)).collect();
+        scan.byte = step.byte.filter(|_| bytes && !eval.has_received_byte());
+        scan.byte.into_iter().for_each(|byte| _ = eval.receive(byte));
+        scan.inputs = hints.inputs.iter().zip(&step.inputs).map(|(&symbol, &on)| (name(symbol), on)).collect();
+        scan.analog = hints.analog.iter().zip(&step.analog).map(|(&symbol, &value)| (name(symbol), value)).collect();
+        scan.writes = step.writes.iter().map(|&(symbol, value)| (name(symbol), value)).collect();
         goals.mark_reached(&EvaluatedScan::run(&mut eval));
-        turn.values = (0..names.len()).map(|symbol| eval.get(symbol)).collect();
-        (turn.sent, turn.duty) = (eval.sent(), eval.pwm_percent());
-        (turn.cells, turn.eeprom_idle) = (eval.eeprom().to_vec(), eval.eeprom_busy_scans() == 0);
-        turns.push(turn);
+        scan.values = (0..names.len()).map(|symbol| eval.get(symbol)).collect();
+        (scan.sent, scan.duty) = (eval.sent(), eval.pwm_percent());
+        (scan.cells, scan.eeprom_idle) = (eval.eeprom().to_vec(), eval.eeprom_busy_scans() == 0);
+        recorded.push(scan);
     }
-    RecordedStimulus { scans: turns, coverage: goals.coverage(program), names }
+    RecordedStimulus { scans: recorded, coverage: goals.coverage(program), names }
 }
 
 impl RecordedStimulus {
@@ -100,19 +100,19 @@ impl RecordedStimulus {
         };
         let place = |names: &[String], name: &str| names.iter().position(|other| other == name).map(|n| n as u16);
         let mut script = ServeScript::new();
-        for turn in &self.scans {
-            if let Some(seed) = turn.run_seed {
+        for scan in &self.scans {
+            if let Some(seed) = scan.run_seed {
                 script.reset(seed as u8);
-                (0..).zip(&turn.eeprom).for_each(|(cell, byte)| script.cell(cell, *byte));
+                (0..).zip(&scan.eeprom).for_each(|(cell, byte)| script.cell(cell, *byte));
             }
-            for (name, on) in &turn.inputs {
+            for (name, on) in &scan.inputs {
                 place(&source.inputs, name).into_iter().for_each(|input| script.input(input, *on));
             }
-            for (name, value) in &turn.analog {
+            for (name, value) in &scan.analog {
                 place(&source.analog, name).into_iter().for_each(|input| script.analog(input, *value));
             }
-            turn.byte.into_iter().for_each(|byte| script.receive(byte));
-            for (name, value) in &turn.writes {
+            scan.byte.into_iter().for_each(|byte| script.receive(byte));
+            for (name, value) in &scan.writes {
                 slot(name).into_iter().for_each(|slot| script.write(slot, *value));
             }
             script.scan();
@@ -130,35 +130,39 @@ impl RecordedStimulus {
         lines: bool,
     ) -> Result<u64, SourceMismatch> {
         let mut compared = 0;
-        for (scan, (turn, record)) in self.scans.iter().zip(records).enumerate() {
-            let wrong = |what: &str, expected: String, found: String| {
-                Err(SourceMismatch { scan, what: what.to_owned(), expected, found })
+        for (index, (scan, record)) in self.scans.iter().zip(records).enumerate() {
+            let mismatch = |what: &str, expected: String, found: String| {
+                Err(SourceMismatch { scan: index, what: what.to_owned(), expected, found })
             };
-            for (name, value) in self.names.iter().zip(&turn.values) {
+            for (name, value) in self.names.iter().zip(&scan.values) {
                 let cell = source.cells.iter().position(|cell| cell.is_symbol && cell.name == *name);
                 let found = cell.and_then(|cell| record.cells.get(cell));
                 if found != Some(value) {
-                    return wrong(name, value.to_string(), found.map_or_else(|| "nothing".to_owned(), i32::to_string));
+                    return mismatch(
+                        name,
+                        value.to_string(),
+                        found.map_or_else(|| "nothing".to_owned(), i32::to_string),
+                    );
                 }
                 if let Some(output) = source.outputs.iter().position(|output| output == name) {
                     let found = record.outputs.get(output).copied();
                     if found != Some(*value != 0) {
-                        return wrong(&format!("output {name}"), value.to_string(), format!("{found:?}"));
+                        return mismatch(&format!("output {name}"), value.to_string(), format!("{found:?}"));
                     }
                     compared += 1;
                 }
                 compared += 1;
             }
-            let sent = (turn.sent.map_or(0, |_| 1), turn.sent.unwrap_or(0));
+            let sent = (scan.sent.map_or(0, |_| 1), scan.sent.unwrap_or(0));
             if !lines && record.sent != sent {
-                return wrong("sent bytes and the last one", format!("{sent:?}"), format!("{:?}", record.sent));
+                return mismatch("sent bytes and the last one", format!("{sent:?}"), format!("{:?}", record.sent));
             }
-            let duty = if lines { record.duty.map(|_| turn.duty.unwrap_or(0)) } else { turn.duty };
+            let duty = if lines { record.duty.map(|_| scan.duty.unwrap_or(0)) } else { scan.duty };
             if record.duty != duty {
-                return wrong("PWM duty", format!("{:?}", turn.duty), format!("{:?}", record.duty));
+                return mismatch("PWM duty", format!("{:?}", scan.duty), format!("{:?}", record.duty));
             }
-            if (turn.eeprom_idle || !lines) && record.eeprom != turn.cells {
-                return wrong("EEPROM", format!("{:?}", turn.cells), format!("{:?}", record.eeprom));
+            if (scan.eeprom_idle || !lines) && record.eeprom != scan.cells {
+                return mismatch("EEPROM", format!("{:?}", scan.cells), format!("{:?}", record.eeprom));
             }
             compared += 3;
         }

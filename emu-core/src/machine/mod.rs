@@ -16,7 +16,7 @@ pub trait BitOps:
 }
 
 /// One emulated byte. `+` and `-` wrap; shifts are logical, by a constant.
-pub trait WordOps:
+pub trait ByteOps:
     Copy
     + Add<Output = Self>
     + Sub<Output = Self>
@@ -47,15 +47,15 @@ pub trait WordOps:
 /// Two emulated bytes. `+` and `-` wrap.
 pub trait WideOps: Copy + Add<Output = Self> + Sub<Output = Self> + From<u16> {
     /// A single byte of the pair.
-    type Word: WordOps;
+    type Byte: ByteOps;
     /// Makes a pair from its upper byte `hi` and its lower byte `lo`.
-    fn join(hi: Self::Word, lo: Self::Word) -> Self;
+    fn join(hi: Self::Byte, lo: Self::Byte) -> Self;
     /// The lower byte.
-    fn lo(self) -> Self::Word;
+    fn lo(self) -> Self::Byte;
     /// The upper byte.
-    fn hi(self) -> Self::Word;
+    fn hi(self) -> Self::Byte;
     /// Unsigned product of two bytes.
-    fn mul(a: Self::Word, b: Self::Word) -> Self;
+    fn mul(a: Self::Byte, b: Self::Byte) -> Self;
 }
 
 /// What all emulated machines have in common. Each family adds its registers, flags and memories.
@@ -63,9 +63,9 @@ pub trait BodyMachine {
     /// A bit.
     type Bit: BitOps;
     /// A byte.
-    type Word: WordOps<Bit = Self::Bit>;
+    type Byte: ByteOps<Bit = Self::Bit>;
     /// A pair of bytes.
-    type Wide: WideOps<Word = Self::Word>;
+    type Wide: WideOps<Byte = Self::Byte>;
 
     /// Begins an instruction of `words` program words that takes `cycles` machine cycles. `cycles` is 0 if
     /// the body itself charges them.
@@ -76,9 +76,9 @@ pub trait BodyMachine {
             self.charge(cycles);
         }
     }
-    /// Advances the program counter by `words` program words.
+    /// Advances the program counter by `words` program words and counts one instruction.
     fn advance(&mut self, words: u32);
-    /// Adds `cycles` machine cycles.
+    /// Adds `cycles` machine cycles to the clock.
     fn charge(&mut self, cycles: u32);
     /// Jumps to the program word `target`.
     fn jump(&mut self, target: u32);
@@ -167,7 +167,7 @@ impl Shr<u32> for ByteValue {
     }
 }
 
-impl WordOps for ByteValue {
+impl ByteOps for ByteValue {
     type Bit = bool;
     #[inline(always)]
     fn bit(self, n: u8) -> bool {
@@ -200,7 +200,7 @@ impl WordOps for ByteValue {
 }
 
 impl WideOps for WideValue {
-    type Word = ByteValue;
+    type Byte = ByteValue;
     #[inline(always)]
     fn join(hi: ByteValue, lo: ByteValue) -> WideValue {
         WideValue(u16::from_be_bytes([hi.0, lo.0]))

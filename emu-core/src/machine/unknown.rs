@@ -2,7 +2,7 @@
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Not, Shl, Shr, Sub};
 
-use super::{BitOps, WideOps, WordOps};
+use super::{BitOps, ByteOps, WideOps};
 
 /// An unknown bit or byte.
 #[derive(Debug, Clone, Copy)]
@@ -61,7 +61,7 @@ impl From<u16> for UnknownWide {
     }
 }
 impl BitOps for UnknownValue {}
-impl WordOps for UnknownValue {
+impl ByteOps for UnknownValue {
     type Bit = UnknownValue;
     fn bit(self, _: u8) -> UnknownValue {
         UnknownValue
@@ -83,7 +83,7 @@ impl WordOps for UnknownValue {
     }
 }
 impl WideOps for UnknownWide {
-    type Word = UnknownValue;
+    type Byte = UnknownValue;
     fn join(_: UnknownValue, _: UnknownValue) -> UnknownWide {
         UnknownWide(None)
     }

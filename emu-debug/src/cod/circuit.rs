@@ -108,12 +108,12 @@ impl<'n> CodCircuit<'n> {
                 self.saved_eeproms.insert(file.clone(), cells);
             }
             CodCommand::LoadEeprom { module, file } => {
-                let kept = self
+                let saved_cells = self
                     .saved_eeproms
                     .get(file)
                     .cloned()
                     .ok_or_else(|| CodError::NothingKept { file: file.clone() })?;
-                self.eeprom(module)?.fill(&kept);
+                self.eeprom(module)?.fill(&saved_cells);
             }
         }
         Ok(())
@@ -255,7 +255,7 @@ impl<'n> CodCircuit<'n> {
     /// # Errors
     /// As [`CodExpression::eval`].
     pub fn eval<C: Cpu>(&self, expr: &CodExpression, cpu: &C) -> Result<CodValue, CodError> {
-        expr.eval(&CodMachineView { bench: self, cpu })
+        expr.eval(&CodMachineView { circuit: self, cpu })
     }
 
     fn cycles<C: Cpu>(&self, expr: &CodExpression, cpu: &C) -> Result<u64, CodError> {
@@ -302,28 +302,28 @@ fn chip_pin(chip: &Chip, name: &str) -> Option<PinId> {
 
 /// The values that expressions can read.
 struct CodMachineView<'a, 'n, C> {
-    bench: &'a CodCircuit<'n>,
+    circuit: &'a CodCircuit<'n>,
     cpu: &'a C,
 }
 
 impl<C: Cpu> CodWorld for CodMachineView<'_, '_, C> {
     fn value(&self, name: &str) -> Result<CodValue, CodError> {
-        let bench = self.bench;
+        let circuit = self.circuit;
         if name == "cycles" {
             return Ok(CodValue::Int(i64::try_from(self.cpu.cycle()).unwrap_or(i64::MAX)));
         }
-        if let Some(value) = bench.symbols.get(name) {
+        if let Some(value) = circuit.symbols.get(name) {
             return Ok(value.clone());
         }
         if let Some((object, attribute)) = name.rsplit_once('.') {
-            let part = bench.part(object).and_then(|part| bench.parts.get(part));
+            let part = circuit.part(object).and_then(|part| circuit.parts.get(part));
             return match part.and_then(|part| part.attribute(attribute)) {
                 Some(value) => Ok(value),
-                None if part.is_none() && attribute == "frequency" => Ok(CodValue::Real(bench.hz as f64)),
+                None if part.is_none() && attribute == "frequency" => Ok(CodValue::Real(circuit.hz as f64)),
                 None => Err(CodError::UnknownName { name: name.to_owned() }),
             };
         }
-        match bench.place(name) {
+        match circuit.place(name) {
             Some(CodPlace::Byte(space, addr)) => match self.cpu.peek(space, addr) {
                 Some(byte) => Ok(CodValue::Int(byte.into())),
                 None => Err(CodError::Unreadable { name: name.to_owned() }),
@@ -337,14 +337,14 @@ impl<C: Cpu> CodWorld for CodMachineView<'_, '_, C> {
     }
 
     fn address(&self, name: &str) -> Result<i64, CodError> {
-        match self.bench.place(name) {
+        match self.circuit.place(name) {
             Some(CodPlace::Byte(_, addr) | CodPlace::Word(addr)) => Ok(addr.into()),
             None => Err(CodError::UnknownName { name: name.to_owned() }),
         }
     }
 
     fn at(&self, addr: i64) -> Result<CodValue, CodError> {
-        let chip = self.bench.names.chip;
+        let chip = self.circuit.names.chip;
         let byte = u32::try_from(addr)
             .ok()
             .and_then(|addr| self.cpu.peek(chip.reg_space, addr).or_else(|| self.cpu.peek(chip.ram_space, addr)));

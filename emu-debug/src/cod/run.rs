@@ -124,18 +124,19 @@ pub fn run_script<C: Cpu>(
     limits: CodRunLimits,
     analog: SetAnalogInput<'_, C>,
 ) -> CodOutcome {
-    let bench = CodCircuit::new(names, script.frequency().unwrap_or(limits.hz).max(1), limits.cycle);
+    let circuit = CodCircuit::new(names, script.frequency().unwrap_or(limits.hz).max(1), limits.cycle);
     let attached = vec![false; names.chip.pins.len()];
-    let mut run = CodRun { bench, edges: EdgeProbe { attached, seen: Vec::new() }, pin_levels: Vec::new(), checked: 0 };
+    let mut run =
+        CodRun { circuit, edges: EdgeProbe { attached, seen: Vec::new() }, pin_levels: Vec::new(), checked: 0 };
     let verdict = run.run_to_verdict(cpu, script, analog);
     for pc in script.by_address.keys() {
         cpu.set_breakpoint(*pc, false);
     }
-    CodOutcome { verdict, assertions_checked: run.checked, warnings: run.bench.warnings }
+    CodOutcome { verdict, assertions_checked: run.checked, warnings: run.circuit.warnings }
 }
 
 struct CodRun<'n> {
-    bench: CodCircuit<'n>,
+    circuit: CodCircuit<'n>,
     edges: EdgeProbe,
     /// Levels of the pins, edge by edge.
     pin_levels: Vec<PinLevel>,
@@ -146,15 +147,15 @@ impl CodRun<'_> {
     fn run_to_verdict<C: Cpu>(&mut self, cpu: &mut C, script: &CodScript, analog: SetAnalogInput<'_, C>) -> CodVerdict {
         let now = |cpu: &C| cpu.cycle().saturating_mul(u64::from(cpu.clocks_per_cycle()));
         for (command, message) in &script.start {
-            if let Err(cause) = self.bench.command(command, cpu, now(cpu)) {
+            if let Err(cause) = self.circuit.command(command, cpu, now(cpu)) {
                 return CodVerdict::Refused(refusal(message, cause));
             }
         }
-        if let Some((_, message)) = script.start.last().filter(|_| self.bench.has_unfinished_stimulus()) {
+        if let Some((_, message)) = script.start.last().filter(|_| self.circuit.has_unfinished_stimulus()) {
             return CodVerdict::Refused(refusal(message, CodError::UnfinishedStimulus));
         }
         for pin in 0..self.edges.attached.len() {
-            let attached = self.bench.is_attached(pin as PinId);
+            let attached = self.circuit.is_attached(pin as PinId);
             if let Some(known) = self.edges.attached.get_mut(pin) {
                 *known = attached;
             }
@@ -162,19 +163,19 @@ impl CodRun<'_> {
         for pc in script.by_address.keys() {
             cpu.set_breakpoint(*pc, true);
         }
-        self.bench.settle(cpu, now(cpu), &[], &mut *analog);
+        self.circuit.settle(cpu, now(cpu), &[], &mut *analog);
         self.pin_levels = crate::run::pin_levels(cpu, cpu.chip());
-        let (mut turns, mut last) = (0, cpu.cycle());
+        let (mut steps_without_time, mut last) = (0, cpu.cycle());
         loop {
-            turns = if cpu.cycle() == last { turns + 1 } else { 0 };
+            steps_without_time = if cpu.cycle() == last { steps_without_time + 1 } else { 0 };
             last = cpu.cycle();
-            if turns > MAX_STEPS_WITHOUT_TIME {
+            if steps_without_time > MAX_STEPS_WITHOUT_TIME {
                 return CodVerdict::Unsettled { cycle: last };
             }
-            if cpu.cycle() >= self.bench.limit {
+            if cpu.cycle() >= self.circuit.limit {
                 return CodVerdict::Limit { cycle: cpu.cycle() };
             }
-            let until = self.run_limit(cpu, &mut *analog).min(self.bench.limit);
+            let until = self.run_limit(cpu, &mut *analog).min(self.circuit.limit);
             let stop = cpu.run(until, &mut dyn_probe::probe_events(&mut self.edges));
             self.apply_edges(cpu, &mut *analog);
             match stop {
@@ -186,8 +187,8 @@ impl CodRun<'_> {
                     loop {
                         match self.next_drive(cpu, t) {
                             None => return CodVerdict::Halted { pc: cpu.pc(), cycle: cpu.cycle() },
-                            Some(next) if next / u64::from(cpu.clocks_per_cycle()) >= self.bench.limit => {
-                                return CodVerdict::Limit { cycle: self.bench.limit };
+                            Some(next) if next / u64::from(cpu.clocks_per_cycle()) >= self.circuit.limit => {
+                                return CodVerdict::Limit { cycle: self.circuit.limit };
                             }
                             Some(next) if self.drive(cpu, next, &mut *analog) => break,
                             Some(next) => t = next,
@@ -208,15 +209,15 @@ impl CodRun<'_> {
     /// Returns the next clock after `t` at which a part changes an output by itself.
     fn next_drive<C: Cpu>(&self, cpu: &C, t: u64) -> Option<u64> {
         let cycle = u64::from(cpu.clocks_per_cycle());
-        self.bench.parts.iter().filter_map(|part| part.next_drive(t, cycle, self.bench.hz)).min()
+        self.circuit.parts.iter().filter_map(|part| part.next_drive(t, cycle, self.circuit.hz)).min()
     }
 
     /// Drives the outputs of the parts at `t` on the nets; returns true if an input of the chip changes.
     fn drive<C: Cpu>(&mut self, cpu: &mut C, t: u64, analog: SetAnalogInput<'_, C>) -> bool {
-        for part in &mut self.bench.parts {
-            part.advance(t, self.bench.hz);
+        for part in &mut self.circuit.parts {
+            part.advance(t, self.circuit.hz);
         }
-        self.bench.settle(cpu, t, &[], analog)
+        self.circuit.settle(cpu, t, &[], analog)
     }
 
     /// Queues what the parts drive within the next cycles, each change at its own time; returns the cycle up
@@ -235,12 +236,12 @@ impl CodRun<'_> {
             self.drive(cpu, next, &mut *analog);
             t = next;
         };
-        let looks = self.bench.parts.iter().filter_map(|part| part.next_sample(self.bench.hz)).min();
+        let next_sample = self.circuit.parts.iter().filter_map(|part| part.next_sample(self.circuit.hz)).min();
         // Samples are taken after the chip has passed them, drives are queued before.
-        let look = looks.map_or(u64::MAX, |t| t.div_ceil(cycle));
+        let sample_cycle = next_sample.map_or(u64::MAX, |t| t.div_ceil(cycle));
         let until = queued.map_or_else(|| next.saturating_sub(LEAD_CYCLES), |t| t.div_ceil(cycle));
-        let one = cpu.cycle().saturating_add(1);
-        if self.bench.shared { one } else { until.min(look).max(one) }
+        let next_cycle = cpu.cycle().saturating_add(1);
+        if self.circuit.shared { next_cycle } else { until.min(sample_cycle).max(next_cycle) }
     }
 
     /// Passes the edges of the last stretch to the bench in order, with everything that was due in it.
@@ -254,18 +255,18 @@ impl CodRun<'_> {
                     *wire = level;
                 }
                 let then = self.pin_levels.clone();
-                self.bench.settle(cpu, clocks(at), &then, &mut *analog);
+                self.circuit.settle(cpu, clocks(at), &then, &mut *analog);
                 last = Some(clocks(at));
             }
         }
         let now = cpu.cycle().saturating_mul(cycle);
-        if let Some(last) = last.or(self.bench.shared.then_some(now)) {
-            self.bench.settle(cpu, last, &[], &mut *analog);
+        if let Some(last) = last.or(self.circuit.shared.then_some(now)) {
+            self.circuit.settle(cpu, last, &[], &mut *analog);
         }
         self.pin_levels = crate::run::pin_levels(cpu, cpu.chip());
-        for part in &mut self.bench.parts {
-            part.sample(now, self.bench.hz);
-            part.advance(now, self.bench.hz);
+        for part in &mut self.circuit.parts {
+            part.sample(now, self.circuit.hz);
+            part.advance(now, self.circuit.hz);
         }
     }
 
@@ -283,17 +284,17 @@ impl CodRun<'_> {
             match action {
                 CodAction::Assert(assertion) => {
                     self.checked += 1;
-                    let holds = match assertion.condition.as_ref().map(|expr| self.bench.eval(expr, cpu)) {
+                    let holds = match assertion.condition.as_ref().map(|expr| self.circuit.eval(expr, cpu)) {
                         None => false,
                         Some(Ok(value)) => value.to_bool() == Some(true) || matches!(value, CodValue::Text(_)),
                         Some(Err(cause)) => return Some(CodVerdict::Refused(refusal(message, cause))),
                     };
                     if !holds {
-                        let broken =
+                        let is_broken =
                             assertion.condition.as_ref().map(|expr| (message.text.clone(), self.values(expr, cpu)));
                         return Some(CodVerdict::Message {
                             text: assertion.text.clone(),
-                            failed_assertion: broken,
+                            failed_assertion: is_broken,
                             pc,
                             cycle: cpu.cycle(),
                         });
@@ -321,7 +322,7 @@ impl CodRun<'_> {
 
     /// Returns the names in an expression with their current values.
     fn values<C: Cpu>(&self, expr: &CodExpression, cpu: &C) -> Vec<(String, String)> {
-        let value = |name: &str| self.bench.eval(&CodExpression::Name(name.to_owned()), cpu);
+        let value = |name: &str| self.circuit.eval(&CodExpression::Name(name.to_owned()), cpu);
         let named = |name: &str| Some((name.to_owned(), value(name).ok()?.to_string()));
         expr.names().into_iter().filter_map(named).collect()
     }
@@ -335,10 +336,10 @@ impl CodRun<'_> {
     ) -> Option<CodVerdict> {
         let (CodAction::Before(command) | CodAction::After(command)) = action else { return None };
         let t = cpu.cycle().saturating_mul(u64::from(cpu.clocks_per_cycle()));
-        if let Err(cause) = self.bench.command(command, cpu, t) {
+        if let Err(cause) = self.circuit.command(command, cpu, t) {
             return Some(CodVerdict::Refused(refusal(message, cause)));
         }
-        self.bench.settle(cpu, t, &[], analog);
+        self.circuit.settle(cpu, t, &[], analog);
         None
     }
 }

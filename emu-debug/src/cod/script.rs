@@ -86,8 +86,8 @@ impl CodScript {
     /// seconds must be built for it.
     #[must_use]
     pub fn frequency(&self) -> Option<u64> {
-        let asked = self.start.iter().filter_map(|(command, _)| frequency(command));
-        let mut hz = asked.filter_map(|expr| match expr {
+        let frequencies = self.start.iter().filter_map(|(command, _)| frequency(command));
+        let mut hz = frequencies.filter_map(|expr| match expr {
             CodExpression::Value(value) => value.to_integer().and_then(|hz| u64::try_from(hz).ok()),
             _ => None,
         });

@@ -54,9 +54,9 @@ impl ProgramWords {
             let len = line.as_ref().map_or(1, |line| line.len.max(1));
             // An instruction within this one was executed: then this is not an instruction, unless it was
             // executed too.
-            let broken = !executed(pc) && (at + 1..at + len).any(|at| executed(at as u32));
+            let is_not_instruction = !executed(pc) && (at + 1..at + len).any(|at| executed(at as u32));
             match line.and_then(|line| Some((line.row?, line.text))) {
-                Some((row, text)) if !broken => {
+                Some((row, text)) if !is_not_instruction => {
                     found.push(ImageInstruction { pc, len: len as u32, flow: (self.chip.isa.flow)(row), text });
                     at += len;
                 }

@@ -186,16 +186,16 @@ pub const CYCLES_NAME: &str = "cycles";
 pub fn compare<C: Cpu>(
     cpu: &mut C,
     peer: &mut dyn PeerSimulator,
-    terms: &CompareOptions,
+    options: &CompareOptions,
 ) -> io::Result<LockstepReport> {
     let (mut last, mut steps, mut other_sleeps) = (VecDeque::new(), 0, 0);
-    // Our cycle when the peer's count is 0.
-    let mut begun = cpu.cycle();
+    // The cycle of this machine at which the cycle count of the peer is 0.
+    let mut cycle_offset = cpu.cycle();
     loop {
         let report = |outcome, cycle, last| {
             Ok(LockstepReport { outcome, steps, cycle, last_instructions: last, sleeps_of_other_length: other_sleeps })
         };
-        if cpu.cycle() >= terms.until || steps >= terms.max_steps {
+        if cpu.cycle() >= options.until || steps >= options.max_steps {
             return report(LockstepOutcome::Same { end: LockstepEnd::Limit }, cpu.cycle(), last);
         }
         let (pc, cycle) = (cpu.pc(), cpu.cycle());
@@ -204,9 +204,9 @@ pub fn compare<C: Cpu>(
         let executed = cpu.instructions();
         // A stall of the core before its next instruction (a memory that is being read) passes together with
         // it.
-        let mut kept = 0;
-        while cpu.instructions() == executed && entered.0.is_none() && cpu.cycle() < terms.until {
-            kept = cpu.cycle() - cycle;
+        let mut stall_cycles = 0;
+        while cpu.instructions() == executed && entered.0.is_none() && cpu.cycle() < options.until {
+            stall_cycles = cpu.cycle() - cycle;
             match cpu.step(&mut dyn_probe::probe_events(&mut entered)) {
                 StopReason::Limit => {}
                 stop => return report(LockstepOutcome::Same { end: LockstepEnd::Stopped(stop) }, cycle, last),
@@ -214,36 +214,37 @@ pub fn compare<C: Cpu>(
         }
         let asleep = entered.0.is_none() && cpu.is_asleep();
         let answer = if asleep {
-            if let Err(end) = pass_own_sleep(cpu, terms.until, &mut entered) {
+            if let Err(end) = pass_own_sleep(cpu, options.until, &mut entered) {
                 return report(LockstepOutcome::Same { end }, cpu.cycle(), last);
             }
             let pc = cpu.chip().code_address(cpu.pc());
-            peer.pass_sleep(PassedSleep { pc, cycle: cpu.cycle().wrapping_sub(begun) })
+            peer.pass_sleep(PassedSleep { pc, cycle: cpu.cycle().wrapping_sub(cycle_offset) })
         } else {
             peer.step()
         };
-        let answer = answer.and_then(|view| catch_up(cpu, peer, begun, view, kept, terms));
+        let answer = answer.and_then(|view| catch_up(cpu, peer, cycle_offset, view, stall_cycles, options));
         let theirs = match answer {
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {
                 return report(LockstepOutcome::Same { end: LockstepEnd::Interrupted }, cycle, last);
             }
             answer => answer?,
         };
-        let mut what = differences(&own_view(cpu, &theirs, begun), &theirs, terms);
+        let mut what = differences(&own_view(cpu, &theirs, cycle_offset), &theirs, options);
         if !what.is_empty()
-            && let Some((further, vector, shift)) = match_peer_state(cpu, entered.0, &theirs, (begun, asleep), terms)
+            && let Some((further, vector, shift)) =
+                match_peer_state(cpu, entered.0, &theirs, (cycle_offset, asleep), options)
         {
             (*cpu, entered.0, what) = (further, vector, Vec::new());
-            other_sleeps += u64::from(shift != begun);
-            begun = shift;
+            other_sleeps += u64::from(shift != cycle_offset);
+            cycle_offset = shift;
         }
         steps += 1;
-        if last.len() >= terms.kept_instructions.max(1) {
+        if last.len() >= options.kept_instructions.max(1) {
             last.pop_front();
         }
         last.push_back(ExecutedInstruction { pc, cycle, interrupt: entered.0 });
         if !what.is_empty() {
-            let (before, ours) = (own_view(&before, &theirs, begun), own_view(cpu, &theirs, begun));
+            let (before, ours) = (own_view(&before, &theirs, cycle_offset), own_view(cpu, &theirs, cycle_offset));
             let moment = find_shared_interrupt(cpu, entered.0, &theirs, peer);
             let outcome =
                 LockstepOutcome::Differs { before, ours, theirs, differing_names: what, shared_interrupt: moment };
@@ -294,12 +295,12 @@ fn match_peer_state<C: Cpu>(
     cpu: &C,
     interrupt: Option<u8>,
     theirs: &RegisterView,
-    (begun, asleep): (u64, bool),
-    terms: &CompareOptions,
+    (cycle_offset, asleep): (u64, bool),
+    options: &CompareOptions,
 ) -> Option<(C, Option<u8>, u64)> {
     let fits = |cpu: &C| {
-        let shift = theirs.cycle.filter(|_| asleep).map_or(begun, |cycle| cpu.cycle().wrapping_sub(cycle));
-        differences(&own_view(cpu, theirs, shift), theirs, terms).is_empty().then_some(shift)
+        let shift = theirs.cycle.filter(|_| asleep).map_or(cycle_offset, |cycle| cpu.cycle().wrapping_sub(cycle));
+        differences(&own_view(cpu, theirs, shift), theirs, options).is_empty().then_some(shift)
     };
     let mut further = cpu.clone();
     if let Some(shift) = fits(&further) {
@@ -321,25 +322,25 @@ fn match_peer_state<C: Cpu>(
 /// Words that a PIC16 ignores after a read or write of its program memory (DS30292, 4.4 and 4.5).
 const IGNORED_WORDS: u64 = 2;
 
-/// Steps the peer over the words that a PIC16 has ignored in the `kept` cycles before its instruction, if the
-/// peer executes them one by one. Returns the peer's view after them, or `view_before` if the peer did not
-/// have to catch up.
+/// Steps the peer over the words that a PIC16 has ignored in the `stall_cycles` cycles before its
+/// instruction, if the peer executes them one by one. Returns the peer's view after them, or `view_before` if
+/// the peer did not have to catch up.
 fn catch_up<C: Cpu>(
     cpu: &C,
     peer: &mut dyn PeerSimulator,
-    begun: u64,
+    cycle_offset: u64,
     view_before: RegisterView,
-    kept: u64,
-    terms: &CompareOptions,
+    stall_cycles: u64,
+    options: &CompareOptions,
 ) -> io::Result<RegisterView> {
     let mut theirs = view_before;
-    if kept == 0 || cpu.chip().family != ChipFamily::Pic16 {
+    if stall_cycles == 0 || cpu.chip().family != ChipFamily::Pic16 {
         return Ok(theirs);
     }
-    for _ in 0..kept.min(IGNORED_WORDS) {
-        let ours = own_view(cpu, &theirs, begun);
+    for _ in 0..stall_cycles.min(IGNORED_WORDS) {
+        let ours = own_view(cpu, &theirs, cycle_offset);
         let is_behind = theirs.cycle.zip(ours.cycle).is_some_and(|(theirs, ours)| theirs < ours);
-        if !is_behind || differences(&ours, &theirs, terms).is_empty() {
+        if !is_behind || differences(&ours, &theirs, options).is_empty() {
             break;
         }
         theirs = peer.step()?;
@@ -378,23 +379,23 @@ fn find_shared_interrupt<C: Cpu>(
 }
 
 /// Returns those of our registers that the peer reports.
-fn own_view<C: Cpu>(cpu: &C, theirs: &RegisterView, begun: u64) -> RegisterView {
+fn own_view<C: Cpu>(cpu: &C, theirs: &RegisterView, cycle_offset: u64) -> RegisterView {
     let own = |name: &'static str| match name {
         "PC" => cpu.chip().code_address(cpu.pc()),
         _ => cpu.reg(name).unwrap_or(0),
     };
     RegisterView {
-        cycle: theirs.cycle.map(|_| cpu.cycle().wrapping_sub(begun)),
+        cycle: theirs.cycle.map(|_| cpu.cycle().wrapping_sub(cycle_offset)),
         regs: theirs.regs.iter().map(|&(name, _)| (name, own(name))).collect(),
     }
 }
 
 /// Returns the names of differing registers that are not ignored.
-fn differences(ours: &RegisterView, theirs: &RegisterView, terms: &CompareOptions) -> Vec<&'static str> {
-    let free = |name: &str| terms.ignore.iter().any(|ignored| ignored.eq_ignore_ascii_case(name));
+fn differences(ours: &RegisterView, theirs: &RegisterView, options: &CompareOptions) -> Vec<&'static str> {
+    let free = |name: &str| options.ignore.iter().any(|ignored| ignored.eq_ignore_ascii_case(name));
     let pairs = ours.regs.iter().zip(&theirs.regs).filter(|(ours, theirs)| ours.1 != theirs.1);
     let mut what: Vec<&'static str> = pairs.map(|(ours, _)| ours.0).filter(|name| !free(name)).collect();
-    if ours.cycle != theirs.cycle && !terms.ignore_cycles && !free(CYCLES_NAME) {
+    if ours.cycle != theirs.cycle && !options.ignore_cycles && !free(CYCLES_NAME) {
         what.push(CYCLES_NAME);
     }
     what
@@ -441,8 +442,8 @@ pub(crate) fn endless_sleep(error: io::Error, nap: PassedSleep) -> io::Error {
 }
 
 /// Returns the error for an answer that does not come in time.
-pub(crate) fn timed_out(patience: Duration, what: impl AsRef<str>) -> io::Error {
-    let what = format!("no answer within {} s; {}", patience.as_secs(), shorten(what.as_ref()));
+pub(crate) fn timed_out(timeout: Duration, what: impl AsRef<str>) -> io::Error {
+    let what = format!("no answer within {} s; {}", timeout.as_secs(), shorten(what.as_ref()));
     io::Error::new(io::ErrorKind::TimedOut, what)
 }
 

@@ -46,8 +46,8 @@ impl PeerPipe {
         let (lines, from) = sync_channel(MAX_QUEUED_LINES);
         // The thread ends with the program, or when the receiver is dropped.
         thread::spawn(move || forward_lines(BufReader::new(out), &lines));
-        let (patience, interrupt) = (start.timeout, Arc::clone(start.interrupt));
-        Ok(PeerPipe { _child: child, stdin: to, output_lines: from, timeout: patience, interrupt })
+        let (timeout, interrupt) = (start.timeout, Arc::clone(start.interrupt));
+        Ok(PeerPipe { _child: child, stdin: to, output_lines: from, timeout, interrupt })
     }
 
     /// Writes commands, each with its line break; they must be few enough to fit into a pipe.

@@ -86,8 +86,8 @@ impl SimavrPeer {
             if let Ok(line) = TcpStream::connect_timeout(&place, INTERRUPT_POLL) {
                 line.set_write_timeout(Some(start.timeout))?;
                 line.set_nodelay(true)?;
-                let (patience, interrupt) = (start.timeout, Arc::clone(start.interrupt));
-                let mut peer = SimavrPeer { child, connection: line, inbox: Vec::new(), timeout: patience, interrupt };
+                let (timeout, interrupt) = (start.timeout, Arc::clone(start.interrupt));
+                let mut peer = SimavrPeer { child, connection: line, inbox: Vec::new(), timeout, interrupt };
                 let [low, high, ..] = start.sp.to_le_bytes();
                 peer.exchange_packet(&format!("P{SP:x}={low:02x}{high:02x}"))?;
                 return Ok(peer);

@@ -189,7 +189,7 @@ impl<'a> TraceLineWriter<'a> {
             let place = place_name(&mut self.places, &self.source, self.format, access);
             out.extend_from_slice(place.as_bytes());
             out.push(b'=');
-            write_hex(out, access.value.into(), if is_of_bits(self.chip, access.space) { 1 } else { 2 });
+            write_hex(out, access.value.into(), if is_bit_space(self.chip, access.space) { 1 } else { 2 });
         }
     }
 
@@ -254,7 +254,7 @@ impl CachedInstruction {
     fn is_current<C: Cpu>(&self, cpu: &C, pc: u32) -> bool {
         let chip = cpu.chip();
         let byte = pc.saturating_mul(chip.word_bytes);
-        (byte..).zip(&self.bytes).all(|(at, held)| cpu.peek(chip.code_space, at) == Some(*held))
+        (byte..).zip(&self.bytes).all(|(at, cached)| cpu.peek(chip.code_space, at) == Some(*cached))
     }
 }
 
@@ -284,7 +284,7 @@ fn place_name<'p>(
 }
 
 /// Reports whether an address of this memory is a single bit.
-fn is_of_bits(chip: &Chip, space: u8) -> bool {
+fn is_bit_space(chip: &Chip, space: u8) -> bool {
     let space = chip.spaces.get(usize::from(space));
     space.is_some_and(|&(name, _, width)| name == BIT_SPACE || chip.family == ChipFamily::Ap101 && width == 1)
 }

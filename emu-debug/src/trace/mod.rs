@@ -25,4 +25,4 @@ pub use output::{TraceOutput, TraceSink};
 pub use signals::{SignalSource, TraceSignal, TraceSignals, register_bits};
 pub use trace_probe::TraceProbe;
 pub(crate) use trace_probe::run_traced;
-pub use word_set::WordCache;
+pub use word_set::WordSet;

@@ -59,8 +59,10 @@ pub struct TraceSignals {
     regs: Vec<u32>,
     /// Addresses of RAM in signals that only change when the program writes them.
     written: Vec<bool>,
-    ram: u8,
-    bit: Option<u8>,
+    /// Position of the RAM in [`Chip::spaces`].
+    ram_space: u8,
+    /// Position of the memory `bit`, if there is one.
+    bit_space: Option<u8>,
     chip: &'static Chip,
     /// Whether any instruction may change a signal.
     any_instruction: bool,
@@ -72,8 +74,8 @@ impl TraceSignals {
     pub fn new<C: Cpu>(list: Vec<TraceSignal>, cpu: &C) -> TraceSignals {
         let chip = cpu.chip();
         let size = chip.spaces.iter().find(|(name, ..)| *name == chip.ram_space).map_or(0, |space| space.1);
-        let mut kept: Vec<u32> = Vec::new();
-        let mut every = false;
+        let mut canonical_addresses: Vec<u32> = Vec::new();
+        let mut any_instruction = false;
         for signal in &list {
             let (space, addr, len) = match signal.source {
                 SignalSource::Bytes(space, addr, len) => (space, addr, len),
@@ -82,23 +84,24 @@ impl TraceSignals {
             };
             let cells: Option<Vec<u32>> = (addr..addr + len).map(|addr| cpu.canonical_ram_address(addr)).collect();
             match cells.filter(|cells| space == chip.ram_space && !cells.is_empty()) {
-                Some(cells) => kept.extend(cells),
-                None => every = true,
+                Some(cells) => canonical_addresses.extend(cells),
+                None => any_instruction = true,
             }
         }
         // A cell may have several addresses.
-        let written =
-            (0..size).map(|addr| cpu.canonical_ram_address(addr).is_some_and(|cell| kept.contains(&cell))).collect();
-        let (ram, bit) = (chip.space_index(chip.ram_space).unwrap_or(u8::MAX), chip.space_index(BIT_SPACE));
+        let written = (0..size)
+            .map(|addr| cpu.canonical_ram_address(addr).is_some_and(|cell| canonical_addresses.contains(&cell)))
+            .collect();
+        let (ram_space, bit_space) = (chip.space_index(chip.ram_space).unwrap_or(u8::MAX), chip.space_index(BIT_SPACE));
         let mut signals = TraceSignals {
             list,
             values: Vec::new(),
             regs: Vec::new(),
             written,
-            ram,
-            bit,
+            ram_space,
+            bit_space,
             chip,
-            any_instruction: every,
+            any_instruction,
         };
         cpu.read_regs(&mut signals.regs);
         signals.values = signals.list.iter().map(|signal| signal.value(cpu, &signals.regs)).collect();
@@ -127,11 +130,11 @@ impl TraceSignals {
     #[must_use]
     pub fn is_changed_by_write(&self, space: u8, addr: u16) -> bool {
         let at = |addr: u32| self.written.get(addr as usize) == Some(&true);
-        if space == self.ram {
+        if space == self.ram_space {
             return at(addr.into());
         }
         let bit = || bit_space::byte_of_bit(self.chip, addr.into());
-        Some(space) == self.bit && bit().is_some_and(|(space, byte, _)| space == self.chip.ram_space && at(byte))
+        Some(space) == self.bit_space && bit().is_some_and(|(space, byte, _)| space == self.chip.ram_space && at(byte))
     }
 
     /// Writes the changes at the current cycle of the machine.

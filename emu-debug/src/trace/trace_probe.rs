@@ -5,7 +5,7 @@ use emu_core::cpu::{Cpu, Probe, StopReason};
 use super::line_writer::{TraceEventKind, TraceLine, TracedAccess};
 use super::output::TraceOutput;
 use super::signals::TraceSignals;
-use super::word_set::WordCache;
+use super::word_set::WordSet;
 use crate::combined_probe::CombinedProbe;
 use crate::run_probes::RunProbes;
 
@@ -19,7 +19,7 @@ pub struct TraceProbe<'a> {
     /// The signals of a waveform.
     pub signals: Option<TraceSignals>,
     /// The traced words; `None` for all.
-    traced_words: Option<WordCache>,
+    traced_words: Option<WordSet>,
     /// Every instruction is observed, at any address.
     every_instruction: bool,
     /// The machine executes one step at a time.
@@ -41,16 +41,16 @@ impl<'a> TraceProbe<'a> {
     #[must_use]
     pub fn new(
         trace: Option<TraceOutput<'a>>,
-        only: Option<WordCache>,
+        traced_words: Option<WordSet>,
         signals: Option<TraceSignals>,
     ) -> TraceProbe<'a> {
-        let every = trace.is_some() && only.is_none()
+        let every_instruction = trace.is_some() && traced_words.is_none()
             || signals.as_ref().is_some_and(TraceSignals::changes_with_any_instruction);
         TraceProbe {
             trace,
             signals,
-            traced_words: only,
-            every_instruction: every,
+            traced_words,
+            every_instruction,
             stepping: false,
             idle: false,
             current: None,
@@ -69,7 +69,7 @@ impl<'a> TraceProbe<'a> {
 
     /// Reports whether a line is written for the instruction at `pc`.
     fn is_traced(&self, pc: u32) -> bool {
-        self.trace.is_some() && self.traced_words.as_ref().is_none_or(|only| only.contains(pc))
+        self.trace.is_some() && self.traced_words.as_ref().is_none_or(|traced_words| traced_words.contains(pc))
     }
 
     /// Reports whether the step at `pc` is observed.
@@ -90,8 +90,8 @@ impl<'a> TraceProbe<'a> {
     /// location before it.
     fn end_step<C: Cpu>(&mut self, cpu: &C, from: u32) -> bool {
         self.stepping = false;
-        let Some((at, what)) = self.current.take() else { return false };
-        let wanted = match what {
+        let Some((at, kind)) = self.current.take() else { return false };
+        let is_written = match kind {
             TraceEventKind::Instruction(pc) => self.is_traced(pc),
             // Traced if its origin or its destination is.
             TraceEventKind::Interrupt(_) => self.is_traced(from) || self.is_traced(cpu.pc()),
@@ -99,9 +99,9 @@ impl<'a> TraceProbe<'a> {
         if self.before_known {
             cpu.read_regs(&mut self.after);
         }
-        if let Some(trace) = self.trace.as_mut().filter(|_| wanted) {
+        if let Some(trace) = self.trace.as_mut().filter(|_| is_written) {
             let before = if self.before_known { self.before.as_slice() } else { &[] };
-            trace.add_step(cpu, &TraceLine { at, kind: what, before, after: &self.after, accesses: &self.accesses });
+            trace.add_step(cpu, &TraceLine { at, kind, before, after: &self.after, accesses: &self.accesses });
         }
         std::mem::swap(&mut self.before, &mut self.after);
         self.accesses.clear();
@@ -147,41 +147,41 @@ impl Probe for TraceProbe<'_> {
 pub(crate) fn run_traced<C: Cpu>(
     cpu: &mut C,
     until: u64,
-    tools: &mut RunProbes<&mut CombinedProbe<'_, '_>>,
+    probes: &mut RunProbes<&mut CombinedProbe<'_, '_>>,
 ) -> StopReason {
     for _ in 0..STEPS_BETWEEN_DECISIONS {
-        let Some(look) = &mut tools.inner.trace else { return cpu.run(until, tools) };
-        if look.has_failed() {
+        let Some(probe) = &mut probes.inner.trace else { return cpu.run(until, probes) };
+        if probe.has_failed() {
             return StopReason::Probe;
         }
         let from = cpu.pc();
-        let steps = look.needs_step(from);
+        let steps = probe.needs_step(from);
         // If nothing has happened in its cycle, or nothing is observed, it continues at full speed.
         if steps {
-            look.begin_step(cpu, true);
-            let stop = cpu.run(until.min(cpu.cycle() + 1), tools);
-            let happened = finish_step(cpu, tools, |look| look.end_step(cpu, from));
+            probe.begin_step(cpu, true);
+            let stop = cpu.run(until.min(cpu.cycle() + 1), probes);
+            let stepped = finish_step(cpu, probes, |probe| probe.end_step(cpu, from));
             if stop != StopReason::Limit || cpu.cycle() >= until {
                 return stop;
             }
-            if happened {
+            if stepped {
                 continue;
             }
         }
-        if let Some(look) = &mut tools.inner.trace {
-            look.idle = steps;
-            look.begin_step(cpu, false);
+        if let Some(probe) = &mut probes.inner.trace {
+            probe.idle = steps;
+            probe.begin_step(cpu, false);
         }
-        let stop = cpu.run(until, tools);
-        finish_step(cpu, tools, |look| {
+        let stop = cpu.run(until, probes);
+        finish_step(cpu, probes, |probe| {
             // An interrupt was entered, and no instruction has followed.
-            if look.current.is_some() {
-                look.end_step(cpu, from);
+            if probe.current.is_some() {
+                probe.end_step(cpu, from);
             } else {
                 // Changes in the meantime, as by a reset, were not made by an instruction.
-                look.before_known = false;
+                probe.before_known = false;
             }
-            look.idle = false;
+            probe.idle = false;
             true
         });
         return stop;
@@ -192,13 +192,13 @@ pub(crate) fn run_traced<C: Cpu>(
 /// Lets the [`TraceProbe`] end its step, then writes the changes to the waveform.
 fn finish_step<C: Cpu>(
     cpu: &C,
-    tools: &mut RunProbes<&mut CombinedProbe<'_, '_>>,
+    probes: &mut RunProbes<&mut CombinedProbe<'_, '_>>,
     end: impl FnOnce(&mut TraceProbe<'_>) -> bool,
 ) -> bool {
-    let Some(look) = &mut tools.inner.trace else { return false };
-    let happened = end(look);
-    if let (Some(signals), Some(wave)) = (&mut look.signals, &mut tools.wave) {
+    let Some(probe) = &mut probes.inner.trace else { return false };
+    let stepped = end(probe);
+    if let (Some(signals), Some(wave)) = (&mut probe.signals, &mut probes.wave) {
         signals.sample(cpu, wave);
     }
-    happened
+    stepped
 }

@@ -2,15 +2,15 @@
 
 /// A set of observed program words.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct WordCache {
+pub struct WordSet {
     bits: Vec<u64>,
 }
 
-impl WordCache {
+impl WordSet {
     /// Returns the empty set for a program memory of `words` words.
     #[must_use]
-    pub fn none(words: u32) -> WordCache {
-        WordCache { bits: vec![0; words.div_ceil(64) as usize] }
+    pub fn none(words: u32) -> WordSet {
+        WordSet { bits: vec![0; words.div_ceil(64) as usize] }
     }
 
     /// Adds the words from `start` to the one before `end`; ignores those beyond the memory.
@@ -38,11 +38,11 @@ impl WordCache {
 
 #[cfg(test)]
 mod tests {
-    use super::WordCache;
+    use super::WordSet;
 
     #[test]
     fn stretches_of_words() {
-        let mut words = WordCache::none(130);
+        let mut words = WordSet::none(130);
         assert!(words.is_empty());
         words.add(3, 5);
         words.add(63, 65);

@@ -43,8 +43,8 @@ impl CpuEngine for Pic16 {
 
     fn apply_request(&mut self) -> bool {
         let now = self.core.clock.now();
-        let Some(order) = self.soc.next_request(now) else { return false };
-        match order {
+        let Some(request) = self.soc.next_request(now) else { return false };
+        match request {
             CoreRequest::EndStandby { by_watchdog } => {
                 // DS30292, table 12-3: the watchdog clears TO when it wakes the core; SLEEP has cleared PD.
                 if by_watchdog {
@@ -101,34 +101,35 @@ impl CpuEngine for Pic16 {
         self.code.has_breakpoint(pc)
     }
     fn instruction_mark(&self, pc: u32) -> InstructionMark {
-        self.code.instruction_mark(self.core.at & BANK, pc)
+        self.code.instruction_mark(self.core.bank_and_pc & BANK, pc)
     }
     fn loop_head(&self, end: u32) -> Option<u32> {
-        self.code.loop_plan(self.core.at & BANK, end).map(|found| found.head)
+        self.code.loop_plan(self.core.bank_and_pc & BANK, end).map(|plan| plan.head)
     }
     fn loop_steady_until(&self, end: u32, at: u64) -> u64 {
-        let looks = self.code.loop_plan(self.core.at & BANK, end).map_or(&[][..], |found| &found.registers_read);
-        looks.iter().map(|&sfr| self.soc.steady_until(sfr as u16, at)).min().unwrap_or(NEVER)
+        let registers_read =
+            self.code.loop_plan(self.core.bank_and_pc & BANK, end).map_or(&[][..], |plan| &plan.registers_read);
+        registers_read.iter().map(|&sfr| self.soc.steady_until(sfr as u16, at)).min().unwrap_or(NEVER)
     }
     fn loop_clears_watchdog(&self, end: u32) -> bool {
-        self.code.loop_plan(self.core.at & BANK, end).is_some_and(|found| found.clears_watchdog)
+        self.code.loop_plan(self.core.bank_and_pc & BANK, end).is_some_and(|plan| plan.clears_watchdog)
     }
     fn loop_counter(&self, end: u32) -> Option<u64> {
         self.ram
-            .get(usize::from(self.code.loop_plan(self.core.at & BANK, end)?.counted_address?))
+            .get(usize::from(self.code.loop_plan(self.core.bank_and_pc & BANK, end)?.counted_address?))
             .map(|&byte| byte.into())
     }
     fn set_loop_counter(&mut self, end: u32, value: u64) {
-        let place = self.code.loop_plan(self.core.at & BANK, end).and_then(|found| found.counted_address);
+        let place = self.code.loop_plan(self.core.bank_and_pc & BANK, end).and_then(|plan| plan.counted_address);
         place.and_then(|at| self.ram.get_mut(usize::from(at))).into_iter().for_each(|byte| *byte = value as u8);
     }
     fn core_state(&self) -> Self::CoreState {
         (self.core.w, self.core.status(), self.core.indirect_address, self.core.pclath)
     }
 
-    fn burst<P: Probe>(&mut self, looks: bool, probe: &mut P) {
-        let (turn, code) = self.executor(probe);
-        self.core = turn.burst(&code.ops[usize::from(looks)]);
+    fn burst<P: Probe>(&mut self, stop_at_polling_loops: bool, probe: &mut P) {
+        let (executor, code) = self.executor(probe);
+        self.core = executor.burst(&code.ops[usize::from(stop_at_polling_loops)]);
     }
 
     fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), StopReason> {

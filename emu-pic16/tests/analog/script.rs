@@ -9,7 +9,7 @@ use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use emu_pic16::periph::psp::ParallelSlavePort;
 use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Outbox, Pic16Signal};
 
-struct Rig {
+struct TestBench {
     adc: Pic16Adc,
     comparators: Pic16Comparators,
     psp: ParallelSlavePort,
@@ -45,7 +45,7 @@ pub fn check(text: &str) {
         let [_, adc, comparators, steps] = columns[..] else { panic!("four columns: {line}") };
         let kind = adc_kind(adc);
         let channels = if kind == chips::Pic16AdcKind::Bits8 { 4 } else { 8 };
-        let mut rig = Rig {
+        let mut bench = TestBench {
             adc: Pic16Adc::new(kind, channels, (16, 1), 4_000_000),
             comparators: Pic16Comparators::new(comparator_kind(comparators)),
             psp: ParallelSlavePort::new(),
@@ -54,16 +54,16 @@ pub fn check(text: &str) {
             drives: Vec::new(),
         };
         for step in steps.split_whitespace() {
-            rig.step(step).unwrap_or_else(|said| panic!("{line}\n  at {step}: {said}"));
+            bench.step(step).unwrap_or_else(|said| panic!("{line}\n  at {step}: {said}"));
         }
-        rig.run(1_000_000);
-        assert!(rig.flags.is_empty(), "{line}\n  flags that the line does not name: {:?}", rig.flags);
+        bench.run(1_000_000);
+        assert!(bench.flags.is_empty(), "{line}\n  flags that the line does not name: {:?}", bench.flags);
         lines += 1;
     }
     assert!(lines > 0);
 }
 
-impl Rig {
+impl TestBench {
     fn run(&mut self, t: u64) {
         let parts: [&mut dyn Pic16Device; 3] = [&mut self.adc, &mut self.comparators, &mut self.psp];
         for part in parts {

@@ -3,7 +3,7 @@
 
 use emu_core::Cpu;
 
-use super::rig::Rig;
+use super::rig::TestBench;
 
 /// Text of the operand, address of the byte, FSR for it; the bank is 0, or 1 for TRISB.
 const PLACES: &[(&str, u16, Option<u8>, u8)] =
@@ -15,25 +15,25 @@ fn bits_are_set_cleared_and_tested() {
         for bit in 0..8 {
             let mask = 1u8 << bit;
             let [mut bcf, mut bsf, mut btfsc, mut btfss] =
-                ["bcf", "bsf", "btfsc", "btfss"].map(|name| Rig::new(&format!("{name} {text}, {bit}")));
+                ["bcf", "bsf", "btfsc", "btfss"].map(|name| TestBench::new(&format!("{name} {text}, {bit}")));
             for byte in 0..=255u8 {
-                for (rig, wanted, skips) in [
+                for (bench, wanted, skips) in [
                     (&mut bcf, byte & !mask, false),
                     (&mut bsf, byte | mask, false),
                     (&mut btfsc, byte, byte & mask == 0),
                     (&mut btfss, byte, byte & mask != 0),
                 ] {
                     let status = 0x18 | bank | byte & 7;
-                    rig.put(0x03, status);
-                    rig.set_w(!byte);
+                    bench.put(0x03, status);
+                    bench.set_w(!byte);
                     if let Some(fsr) = fsr {
-                        rig.put(0x04, fsr);
+                        bench.put(0x04, fsr);
                     }
-                    rig.put(addr, byte);
-                    assert_eq!(rig.go(), 1 + u64::from(skips), "{text},{bit} of {byte:02x}: cycles");
-                    assert_eq!(rig.get(addr), wanted, "{text},{bit} of {byte:02x}");
-                    assert_eq!(rig.cpu.pc(), Rig::PC + 1 + u32::from(skips), "{text},{bit} of {byte:02x}: PC");
-                    assert_eq!((rig.get(0x03), rig.w()), (status, !byte), "{text},{bit} of {byte:02x}: STATUS, W");
+                    bench.put(addr, byte);
+                    assert_eq!(bench.go(), 1 + u64::from(skips), "{text},{bit} of {byte:02x}: cycles");
+                    assert_eq!(bench.get(addr), wanted, "{text},{bit} of {byte:02x}");
+                    assert_eq!(bench.cpu.pc(), TestBench::PC + 1 + u32::from(skips), "{text},{bit} of {byte:02x}: PC");
+                    assert_eq!((bench.get(0x03), bench.w()), (status, !byte), "{text},{bit} of {byte:02x}: STATUS, W");
                 }
             }
         }

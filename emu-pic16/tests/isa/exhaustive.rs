@@ -4,7 +4,7 @@
 use emu_core::Cpu;
 use emu_core::rng::Rng;
 
-use super::rig::{Rig, put_word, word};
+use super::rig::{TestBench, put_word, word};
 
 /// C, DC and Z.
 pub type Flags = [bool; 3];
@@ -142,25 +142,25 @@ fn instructions_with_a_file_register() {
         for (text, addr, indirect) in PLACES {
             for to_w in [true, false] {
                 let line = format!("{name} {text}, {}", if to_w { "W" } else { "F" });
-                let mut rig = Rig::new(&line);
+                let mut bench = TestBench::new(&line);
                 let rest = 0x18 | indirect.map_or(0, |pointer| pointer.0);
                 if let Some((_, fsr)) = indirect {
-                    rig.cpu.set_reg("FSR", u32::from(*fsr));
+                    bench.cpu.set_reg("FSR", u32::from(*fsr));
                 }
                 for w in ws(name) {
                     for f in 0..=255 {
                         for before in befores(name, &mut rng) {
-                            rig.cpu.set_reg("STATUS", u32::from(rest | before));
-                            rig.put(*addr, f);
-                            rig.set_w(w);
+                            bench.cpu.set_reg("STATUS", u32::from(rest | before));
+                            bench.put(*addr, f);
+                            bench.set_w(w);
                             let wanted = reference(f, w, flags_of(before));
                             let what = || format!("{line}: W={w:02x} f={f:02x} flags={before:x} wanted {wanted:02x?}");
-                            assert_eq!(rig.go(), 1 + u64::from(wanted.skips), "{}: cycles", what());
-                            assert_eq!(rig.cpu.pc(), Rig::PC + 1 + u32::from(wanted.skips), "{}: PC", what());
+                            assert_eq!(bench.go(), 1 + u64::from(wanted.skips), "{}: cycles", what());
+                            assert_eq!(bench.cpu.pc(), TestBench::PC + 1 + u32::from(wanted.skips), "{}: PC", what());
                             let places = if to_w { (wanted.value, f) } else { (w, wanted.value) };
-                            assert_eq!((rig.w(), rig.get(*addr)), places, "{}: W, f", what());
+                            assert_eq!((bench.w(), bench.get(*addr)), places, "{}: W, f", what());
                             let status = status_of(wanted.flags, rest);
-                            assert_eq!(rig.get(0x03), status, "{}: STATUS", what());
+                            assert_eq!(bench.get(0x03), status, "{}: STATUS", what());
                         }
                     }
                 }
@@ -172,18 +172,18 @@ fn instructions_with_a_file_register() {
 #[test]
 fn instructions_with_a_constant() {
     let mut rng = Rng::new(0x5EED_1601);
-    let mut rig = Rig::new("nop");
+    let mut bench = TestBench::new("nop");
     for &(name, reference) in CONSTANTS {
         for k in 0..=255 {
             let line = format!("{name} {k}");
-            put_word(&mut rig.cpu, Rig::PC, word(&line));
+            put_word(&mut bench.cpu, TestBench::PC, word(&line));
             for w in 0..=255 {
                 let before = rng.next_u64() as u8 & 7;
-                rig.cpu.set_reg("STATUS", u32::from(0x18 | before));
-                rig.set_w(w);
+                bench.cpu.set_reg("STATUS", u32::from(0x18 | before));
+                bench.set_w(w);
                 let wanted = reference(k, w, flags_of(before));
-                assert_eq!(rig.go(), 1, "{line}: cycles");
-                let found = (rig.w(), rig.get(0x03));
+                assert_eq!(bench.go(), 1, "{line}: cycles");
+                let found = (bench.w(), bench.get(0x03));
                 assert_eq!(found, (wanted.value, status_of(wanted.flags, 0x18)), "{line}: W={w:02x} flags={before:x}");
             }
         }
@@ -194,17 +194,17 @@ fn instructions_with_a_constant() {
 #[test]
 fn moves_and_clears() {
     let mut rng = Rng::new(0x5EED_1602);
-    let [mut movwf, mut clrf, mut clrw] = ["movwf 0x25", "clrf 0x25", "clrw"].map(Rig::new);
+    let [mut movwf, mut clrf, mut clrw] = ["movwf 0x25", "clrf 0x25", "clrw"].map(TestBench::new);
     for w in 0..=255 {
         for f in 0..=255 {
             let status = 0x18 | rng.next_u64() as u8 & 7;
-            for rig in [&mut movwf, &mut clrf, &mut clrw] {
-                rig.cpu.set_reg("STATUS", status.into());
-                rig.put(0x25, f);
-                rig.set_w(w);
-                assert_eq!(rig.go(), 1);
+            for bench in [&mut movwf, &mut clrf, &mut clrw] {
+                bench.cpu.set_reg("STATUS", status.into());
+                bench.put(0x25, f);
+                bench.set_w(w);
+                assert_eq!(bench.go(), 1);
             }
-            let see = |rig: &Rig| (rig.w(), rig.get(0x25), rig.get(0x03));
+            let see = |bench: &TestBench| (bench.w(), bench.get(0x25), bench.get(0x03));
             assert_eq!(see(&movwf), (w, w, status), "movwf: W={w:02x} f={f:02x}");
             assert_eq!(see(&clrf), (w, 0, status | 4), "clrf: W={w:02x} f={f:02x}");
             assert_eq!(see(&clrw), (0, f, status | 4), "clrw: W={w:02x} f={f:02x}");

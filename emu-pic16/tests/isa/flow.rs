@@ -4,23 +4,23 @@
 use emu_core::rng::Rng;
 use emu_core::{Cpu, Probe, StopReason};
 
-use super::rig::{Rig, machine, machine_with, put_word, word};
+use super::rig::{TestBench, machine, machine_with, put_word, word};
 
 /// CALL and GOTO to all targets with all values of PCLATH.
 #[test]
 fn calls_and_jumps_to_all_pages() {
-    let mut rig = Rig::new("nop");
+    let mut bench = TestBench::new("nop");
     for target in (0..0x800u32).step_by(7).chain([0x7FF]) {
         for name in ["call", "goto"] {
-            put_word(&mut rig.cpu, 0x1234, word(&format!("{name} {target}")));
+            put_word(&mut bench.cpu, 0x1234, word(&format!("{name} {target}")));
             for pclath in 0..0x20u8 {
-                rig.put(0x0A, pclath);
-                let sp = rig.cpu.stack().1;
-                assert_eq!(rig.go_from(0x1234), 2);
+                bench.put(0x0A, pclath);
+                let sp = bench.cpu.stack().1;
+                assert_eq!(bench.go_from(0x1234), 2);
                 let page = u32::from(pclath / 8) * 0x800;
-                assert_eq!(rig.cpu.pc(), page + target, "{name} {target:03x} PCLATH={pclath:02x}");
-                assert_eq!(rig.get(0x0A), pclath, "{name}: PCLATH");
-                let (places, next) = rig.cpu.stack();
+                assert_eq!(bench.cpu.pc(), page + target, "{name} {target:03x} PCLATH={pclath:02x}");
+                assert_eq!(bench.get(0x0A), pclath, "{name}: PCLATH");
+                let (places, next) = bench.cpu.stack();
                 match name {
                     "call" => assert_eq!((places[sp], next), (0x1235, (sp + 1) % 8), "{name} {target:03x}"),
                     _ => assert_eq!(next, sp),
@@ -92,18 +92,18 @@ fn the_last_word_of_memory() {
 #[test]
 fn computed_jumps_cross_pages() {
     let mut rng = Rng::new(0x5EED_1603);
-    let mut rig = Rig::new("nop");
+    let mut bench = TestBench::new("nop");
     let [jump, write] = ["addwf 0x02, F", "movwf 0x02"].map(word);
     for _ in 0..20_000 {
         let pc = rng.below(0x2000) as u32;
         let (pclath, w) = (rng.below(0x20) as u8, rng.next_u64() as u8);
         let add = rng.one_in(2);
-        put_word(&mut rig.cpu, pc, if add { jump } else { write });
-        rig.put(0x0A, pclath);
-        rig.set_w(w);
-        assert_eq!(rig.go_from(pc), 2);
+        put_word(&mut bench.cpu, pc, if add { jump } else { write });
+        bench.put(0x0A, pclath);
+        bench.set_w(w);
+        assert_eq!(bench.go_from(pc), 2);
         let low = if add { ((pc + 1) % 256 + u32::from(w)) % 256 } else { w.into() };
-        assert_eq!(rig.cpu.pc(), u32::from(pclath) * 256 + low, "PC={pc:04x} PCLATH={pclath:02x} W={w:02x}");
+        assert_eq!(bench.cpu.pc(), u32::from(pclath) * 256 + low, "PC={pc:04x} PCLATH={pclath:02x} W={w:02x}");
     }
 }
 
@@ -112,23 +112,23 @@ fn computed_jumps_cross_pages() {
 fn the_stack_goes_round() {
     let seed = 0x5EED_1604;
     let mut rng = Rng::new(seed);
-    let mut rig = Rig::new("nop");
+    let mut bench = TestBench::new("nop");
     let lines = ["call 0x000", "return", "retlw 0x12", "retfie"].map(word);
     // Content of the eight entries, and the position of the pointer; calls and returns need not balance.
     let (mut places, mut depth) = ([0u32; 8], 0i64);
     for n in 0..20_000 {
         let pc = rng.below(0x2000) as u32;
         let way = if rng.below(100) < 50 + 30 * (n / 1000 % 3) - 30 { 0 } else { 1 + rng.below(3) as usize };
-        put_word(&mut rig.cpu, pc, lines[way]);
-        assert_eq!(rig.go_from(pc), 2);
+        put_word(&mut bench.cpu, pc, lines[way]);
+        assert_eq!(bench.go_from(pc), 2);
         if way == 0 {
             places[depth.rem_euclid(8) as usize] = (pc + 1) % 0x2000;
             depth += 1;
         } else {
             depth -= 1;
             let wanted = places[depth.rem_euclid(8) as usize];
-            assert_eq!(rig.cpu.pc(), wanted, "seed {seed:x}, {n}: depth {depth}");
-            rig.put(0x0B, 0);
+            assert_eq!(bench.cpu.pc(), wanted, "seed {seed:x}, {n}: depth {depth}");
+            bench.put(0x0B, 0);
         }
     }
 }

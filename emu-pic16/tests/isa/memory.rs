@@ -3,7 +3,7 @@
 
 use emu_core::Cpu;
 
-use super::rig::{Rig, machine, put_word, word};
+use super::rig::{TestBench, machine, put_word, word};
 
 /// RAM of a chip: blocks of bytes, each with all its start addresses.
 struct Map {
@@ -80,36 +80,36 @@ const MAPS: &[Map] = &[
 
 /// A chip, with functions that read and write one byte as a program does: directly, and through INDF.
 struct Reach {
-    rig: Rig,
+    bench: TestBench,
 }
 
 impl Reach {
     fn new(chip: &str) -> Reach {
-        Reach { rig: Rig { cpu: machine(chip, 0x33) } }
+        Reach { bench: TestBench { cpu: machine(chip, 0x33) } }
     }
 
     /// Places the instruction, and sets the banks and FSR for it.
     fn aim(&mut self, name: &str, rest: &str, addr: u16, indirect: bool) {
         let banks = if indirect { u32::from(addr >> 8) << 7 } else { u32::from(addr >> 7) << 5 };
-        self.rig.cpu.set_reg("STATUS", 0x18 | banks);
+        self.bench.cpu.set_reg("STATUS", 0x18 | banks);
         if indirect {
-            self.rig.cpu.set_reg("FSR", u32::from(addr & 0xFF));
+            self.bench.cpu.set_reg("FSR", u32::from(addr & 0xFF));
         }
         let f = if indirect { 0 } else { addr & 0x7F };
-        put_word(&mut self.rig.cpu, Rig::PC, word(&format!("{name} {f}{rest}")));
+        put_word(&mut self.bench.cpu, TestBench::PC, word(&format!("{name} {f}{rest}")));
     }
 
     fn write(&mut self, addr: u16, value: u8, indirect: bool) {
-        self.rig.set_w(value);
+        self.bench.set_w(value);
         self.aim("movwf", "", addr, indirect);
-        assert_eq!(self.rig.go(), 1);
+        assert_eq!(self.bench.go(), 1);
     }
 
     fn read(&mut self, addr: u16, indirect: bool) -> u8 {
-        self.rig.set_w(0xEE);
+        self.bench.set_w(0xEE);
         self.aim("movf", ", W", addr, indirect);
-        assert_eq!(self.rig.go(), 1);
-        self.rig.w()
+        assert_eq!(self.bench.go(), 1);
+        self.bench.w()
     }
 }
 
@@ -140,7 +140,7 @@ fn the_same_byte_at_all_its_addresses() {
             }
         }
         let bytes: u32 = map.blocks.iter().map(|block| u32::from(block.1)).sum();
-        assert_eq!(bytes, u32::from(reach.rig.cpu.chip().ram_len), "{}: bytes of RAM", map.chip);
+        assert_eq!(bytes, u32::from(reach.bench.cpu.chip().ram_len), "{}: bytes of RAM", map.chip);
     }
 }
 
@@ -153,7 +153,7 @@ fn nothing_reads_0() {
             for indirect in [false, true] {
                 reach.write(addr, 0xA5, indirect);
                 assert_eq!(reach.read(addr, indirect), 0, "{}: {addr:03x}", map.chip);
-                assert_eq!(reach.rig.cpu.peek("data", addr.into()), Some(0), "{}: {addr:03x}", map.chip);
+                assert_eq!(reach.bench.cpu.peek("data", addr.into()), Some(0), "{}: {addr:03x}", map.chip);
             }
         }
     }
@@ -174,7 +174,7 @@ fn the_core_in_every_bank() {
                     assert_eq!(found, value, "{}: {low:02x} in banks {bank}, {other}", map.chip);
                 }
             }
-            assert_eq!(reach.read(0x80 * bank + 2, false), (Rig::PC + 1) as u8, "{}: PCL", map.chip);
+            assert_eq!(reach.read(0x80 * bank + 2, false), (TestBench::PC + 1) as u8, "{}: PCL", map.chip);
             assert_eq!(reach.read(0x80 * bank + 3, false) & 0x60, (bank as u8) << 5, "{}: STATUS", map.chip);
             reach.write(0x80 * bank, 0xFF, true);
             assert_eq!(reach.read(0x80 * bank, true), 0, "{}: INDF in bank {bank}", map.chip);

@@ -46,21 +46,21 @@ pub fn word(line: &str) -> u16 {
 }
 
 /// A 16F877 with one instruction at [`Rig::PC`].
-pub struct Rig {
+pub struct TestBench {
     pub cpu: Pic16,
 }
 
-impl Rig {
+impl TestBench {
     pub const PC: u32 = 0x0234;
 
-    pub fn new(line: &str) -> Rig {
-        Rig::on("pic16f877", line)
+    pub fn new(line: &str) -> TestBench {
+        TestBench::on("pic16f877", line)
     }
 
-    pub fn on(chip: &str, line: &str) -> Rig {
+    pub fn on(chip: &str, line: &str) -> TestBench {
         let mut cpu = machine(chip, 0x16);
         put_word(&mut cpu, Self::PC, word(line));
-        Rig { cpu }
+        TestBench { cpu }
     }
 
     pub fn put(&mut self, addr: u16, value: u8) {

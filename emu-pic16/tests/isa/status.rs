@@ -4,7 +4,7 @@
 use emu_core::Cpu;
 
 use super::exhaustive::{BYTES, Writes, flags_of, status_of};
-use super::rig::Rig;
+use super::rig::TestBench;
 
 /// Mask of TO and PD.
 const TO_PD: u8 = 0x18;
@@ -14,19 +14,19 @@ const TO_PD: u8 = 0x18;
 #[test]
 fn status_as_destination() {
     for &(name, writes, reference) in BYTES {
-        let mut rig = Rig::new(&format!("{name} 0x03, F"));
+        let mut bench = TestBench::new(&format!("{name} 0x03, F"));
         let reads_w = matches!(name, "addwf" | "andwf" | "iorwf" | "subwf" | "xorwf");
         for status in 0..=255u8 {
             for w in 0..=if reads_w { 255 } else { 0 } {
-                rig.put(0x03, status);
-                rig.set_w(w);
+                bench.put(0x03, status);
+                bench.set_w(w);
                 let result = reference(status, w, flags_of(status));
                 let low = if writes == Writes::None { result.value & 7 } else { status_of(result.flags, 0) };
                 let wanted = result.value & 0xE0 | status & TO_PD | low;
                 let what = format!("{name} STATUS,F: W={w:02x} STATUS={status:02x}");
-                assert_eq!(rig.go(), 1 + u64::from(result.skips), "{what}: cycles");
-                assert_eq!(rig.get(0x03), wanted, "{what}: wanted {wanted:02x}, found {:02x}", rig.get(0x03));
-                assert_eq!(rig.w(), w, "{what}: W");
+                assert_eq!(bench.go(), 1 + u64::from(result.skips), "{what}: cycles");
+                assert_eq!(bench.get(0x03), wanted, "{what}: wanted {wanted:02x}, found {:02x}", bench.get(0x03));
+                assert_eq!(bench.w(), w, "{what}: W");
             }
         }
     }
@@ -34,7 +34,7 @@ fn status_as_destination() {
 
 #[test]
 fn status_written_by_moves_clears_and_bits() {
-    let (mut movwf, mut clrf) = (Rig::new("movwf 0x03"), Rig::new("clrf 0x03"));
+    let (mut movwf, mut clrf) = (TestBench::new("movwf 0x03"), TestBench::new("clrf 0x03"));
     for status in 0..=255u8 {
         for w in 0..=255u8 {
             movwf.put(0x03, status);
@@ -50,11 +50,12 @@ fn status_written_by_moves_clears_and_bits() {
     for bit in 0..8 {
         let mask = 1u8 << bit;
         let changes = mask & !TO_PD;
-        let (mut bcf, mut bsf) = (Rig::new(&format!("bcf 0x03, {bit}")), Rig::new(&format!("bsf 0x03, {bit}")));
+        let (mut bcf, mut bsf) =
+            (TestBench::new(&format!("bcf 0x03, {bit}")), TestBench::new(&format!("bsf 0x03, {bit}")));
         for status in 0..=255u8 {
-            for rig in [&mut bcf, &mut bsf] {
-                rig.put(0x03, status);
-                rig.go();
+            for bench in [&mut bcf, &mut bsf] {
+                bench.put(0x03, status);
+                bench.go();
             }
             assert_eq!(bcf.get(0x03), status & !changes, "bcf STATUS,{bit}: STATUS={status:02x}");
             assert_eq!(bsf.get(0x03), status | changes, "bsf STATUS,{bit}: STATUS={status:02x}");
@@ -68,23 +69,23 @@ fn status_written_by_moves_clears_and_bits() {
 fn pcl_as_destination() {
     for &(name, _, reference) in BYTES {
         for pc in [0x0000u32, 0x0080, 0x00FF, 0x0234, 0x0FFF, 0x17FE, 0x1FFF] {
-            let mut rig = Rig::new("nop");
-            super::rig::put_word(&mut rig.cpu, pc, super::rig::word(&format!("{name} 0x02, F")));
+            let mut bench = TestBench::new("nop");
+            super::rig::put_word(&mut bench.cpu, pc, super::rig::word(&format!("{name} 0x02, F")));
             let pcl = (pc + 1) as u8;
             for w in 0..=255u8 {
                 let pclath = w.wrapping_mul(7) & 0x1F;
                 let before = w >> 3 & 7;
-                rig.put(0x0A, pclath);
-                rig.set_w(w);
-                rig.put(0x03, 0x18 | before);
+                bench.put(0x0A, pclath);
+                bench.set_w(w);
+                bench.put(0x03, 0x18 | before);
                 let result = reference(pcl, w, flags_of(before));
                 if result.skips {
                     continue;
                 }
                 let what = format!("{name} PCL,F at {pc:04x}: W={w:02x} PCLATH={pclath:02x}");
-                assert_eq!(rig.go_from(pc), 2, "{what}: cycles");
-                assert_eq!(rig.cpu.pc(), u32::from(pclath) << 8 | u32::from(result.value), "{what}: PC");
-                assert_eq!((rig.get(0x0A), rig.get(0x03)), (pclath, status_of(result.flags, 0x18)), "{what}");
+                assert_eq!(bench.go_from(pc), 2, "{what}: cycles");
+                assert_eq!(bench.cpu.pc(), u32::from(pclath) << 8 | u32::from(result.value), "{what}: PC");
+                assert_eq!((bench.get(0x0A), bench.get(0x03)), (pclath, status_of(result.flags, 0x18)), "{what}");
             }
         }
     }
@@ -93,29 +94,29 @@ fn pcl_as_destination() {
 /// Five bits of PCLATH can be written; a read of PCL does not change it.
 #[test]
 fn pclath_as_destination() {
-    let (mut movwf, mut read) = (Rig::new("movwf 0x0A"), Rig::new("movf 0x02, W"));
+    let (mut movwf, mut read) = (TestBench::new("movwf 0x0A"), TestBench::new("movf 0x02, W"));
     for w in 0..=255u8 {
         movwf.set_w(w);
         assert_eq!(movwf.go(), 1);
         assert_eq!(movwf.get(0x0A), w & 0x1F, "W={w:02x}");
-        assert_eq!(movwf.cpu.pc(), Rig::PC + 1);
+        assert_eq!(movwf.cpu.pc(), TestBench::PC + 1);
         read.put(0x0A, w);
         assert_eq!(read.go(), 1);
         assert_eq!((read.w(), read.get(0x0A)), (0x35, w & 0x1F));
     }
     for &(name, writes, reference) in BYTES {
-        let mut rig = Rig::new(&format!("{name} 0x0A, F"));
+        let mut bench = TestBench::new(&format!("{name} 0x0A, F"));
         for pclath in 0..0x20u8 {
             for w in (0..=255u8).step_by(5) {
-                rig.put(0x0A, pclath);
-                rig.set_w(w);
-                rig.put(0x03, 0x18);
+                bench.put(0x0A, pclath);
+                bench.set_w(w);
+                bench.put(0x03, 0x18);
                 let result = reference(pclath, w, [false; 3]);
-                rig.go();
-                assert_eq!(rig.get(0x0A), result.value & 0x1F, "{name} PCLATH,F: W={w:02x} PCLATH={pclath:02x}");
+                bench.go();
+                assert_eq!(bench.get(0x0A), result.value & 0x1F, "{name} PCLATH,F: W={w:02x} PCLATH={pclath:02x}");
                 // The flags are those of all eight bits.
                 let status = if writes == Writes::None { 0x18 } else { status_of(result.flags, 0x18) };
-                assert_eq!(rig.get(0x03), status, "{name} PCLATH,F: W={w:02x} PCLATH={pclath:02x}: STATUS");
+                assert_eq!(bench.get(0x03), status, "{name} PCLATH,F: W={w:02x} PCLATH={pclath:02x}: STATUS");
             }
         }
     }

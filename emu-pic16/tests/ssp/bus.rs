@@ -3,11 +3,11 @@
 use emu_pic16::periph::map::{Pic16Line, Sfr};
 use emu_pic16::periph::{Pic16Device, ssp::Pic16Ssp};
 
-use crate::rig::Rig;
+use crate::rig::TestBench;
 
 /// Ports on one I2C bus, and an outside device.
 pub struct Bus {
-    pub rigs: Vec<Rig>,
+    pub rigs: Vec<TestBench>,
     /// Whether the outside device pulls SCL and SDA low.
     pub hand: [bool; 2],
     /// Levels of SCL and SDA.
@@ -19,7 +19,7 @@ pub struct Bus {
 
 impl Bus {
     pub fn new(ports: Vec<Pic16Ssp>) -> Bus {
-        let rigs = ports.into_iter().map(Rig::new).collect();
+        let rigs = ports.into_iter().map(TestBench::new).collect();
         let mut bus = Bus { rigs, hand: [false; 2], wires: [false; 2], edges: Vec::new(), t: 0 };
         bus.settle();
         bus.edges.clear();
@@ -32,13 +32,13 @@ impl Bus {
             let mut rest = true;
             // SDA first: lines that are released together must not look like a Stop.
             for wire in [1, 0] {
-                let level = !self.hand[wire] && self.rigs.iter().all(|rig| !rig.pulls()[wire]);
+                let level = !self.hand[wire] && self.rigs.iter().all(|bench| !bench.pulls()[wire]);
                 if self.wires[wire] != level {
                     rest = false;
                     self.wires[wire] = level;
                     self.edges.push((self.t, wire, level));
-                    for rig in &mut self.rigs {
-                        rig.line([Pic16Line::Sck, Pic16Line::Sdi][wire], level, self.t);
+                    for bench in &mut self.rigs {
+                        bench.line([Pic16Line::Sck, Pic16Line::Sdi][wire], level, self.t);
                     }
                 }
             }
@@ -53,8 +53,8 @@ impl Bus {
     pub fn to(&mut self, t: u64) {
         while self.t < t {
             self.t += 1;
-            for rig in &mut self.rigs {
-                rig.tick(self.t);
+            for bench in &mut self.rigs {
+                bench.tick(self.t);
             }
             self.settle();
         }

@@ -5,7 +5,7 @@ use emu_pic16::periph::ssp::Pic16Ssp;
 use emu_pic16::periph::{Pic16Device, Pic16Drive};
 
 use crate::bus::Bus;
-use crate::rig::Rig;
+use crate::rig::TestBench;
 
 /// Format: `topic | script | events`.
 ///
@@ -84,49 +84,49 @@ fn level(token: &str) -> bool {
 }
 
 fn spi(script: &str) -> String {
-    let mut rig = Rig::new(Pic16Ssp::new(true));
+    let mut bench = TestBench::new(Pic16Ssp::new(true));
     let mut said: Vec<String> = Vec::new();
-    let (mut t, mut drives, mut flags) = (0, rig.drives, 0);
-    let mut note = |rig: &Rig, t: u64, said: &mut Vec<String>| {
+    let (mut t, mut drives, mut flags) = (0, bench.drives, 0);
+    let mut note = |bench: &TestBench, t: u64, said: &mut Vec<String>| {
         for (n, name) in [(0, "K"), (2, "O")] {
-            if rig.drives[n] != drives[n] {
-                said.push(format!("{t} {name}{}", drive(rig.drives[n])));
+            if bench.drives[n] != drives[n] {
+                said.push(format!("{t} {name}{}", drive(bench.drives[n])));
             }
         }
-        said.extend((flags..rig.flags.len()).map(|_| format!("{t} IF")));
-        (drives, flags) = (rig.drives, rig.flags.len());
+        said.extend((flags..bench.flags.len()).map(|_| format!("{t} IF")));
+        (drives, flags) = (bench.drives, bench.flags.len());
     };
     for token in script.split_whitespace() {
         if let Ok(to) = token.parse::<u64>() {
             while t < to {
                 t += 1;
-                rig.tick(t);
-                note(&rig, t, &mut said);
+                bench.tick(t);
+                note(&bench, t, &mut said);
             }
             continue;
         }
         match token {
-            "keep" => rig = Rig::new(Pic16Ssp::new(true).with_kept_bits(true)),
-            "t2" => rig.timer2(t),
-            "sleep" => rig.sleep(t),
-            "wake" => rig.wake(t),
+            "keep" => bench = TestBench::new(Pic16Ssp::new(true).with_kept_bits(true)),
+            "t2" => bench.timer2(t),
+            "sleep" => bench.sleep(t),
+            "wake" => bench.wake(t),
             "buf" => {
-                let value = rig.read(Sfr::SSPBUF, t);
+                let value = bench.read(Sfr::SSPBUF, t);
                 said.push(format!("{t} read {value:02X}"));
             }
             "?" => {
-                let [buf, con, _, _, stat] = rig.regs(t);
+                let [buf, con, _, _, stat] = bench.regs(t);
                 said.push(format!("{t} con={con:02X} stat={stat:02X} buf={buf:02X}"));
             }
-            "i0" | "i1" => rig.line(Pic16Line::Sdi, level(token), t),
-            "k0" | "k1" => rig.line(Pic16Line::Sck, level(token), t),
-            "s0" | "s1" => rig.line(Pic16Line::Ss, level(token), t),
+            "i0" | "i1" => bench.line(Pic16Line::Sdi, level(token), t),
+            "k0" | "k1" => bench.line(Pic16Line::Sck, level(token), t),
+            "s0" | "s1" => bench.line(Pic16Line::Ss, level(token), t),
             _ => {
                 let (name, value) = token.split_once('=').unwrap_or_else(|| panic!("{token}?"));
-                rig.write(register(name), u8::from_str_radix(value, 16).expect("a byte"), t);
+                bench.write(register(name), u8::from_str_radix(value, 16).expect("a byte"), t);
             }
         }
-        note(&rig, t, &mut said);
+        note(&bench, t, &mut said);
     }
     said.join(", ")
 }
@@ -240,35 +240,38 @@ fn i2c_cases() {
 
 #[test]
 fn reset_gives_all_back() {
-    let mut rig = Rig::new(Pic16Ssp::new(true));
+    let mut bench = TestBench::new(Pic16Ssp::new(true));
     for (reg, value) in [(Sfr::SSPCON, 0x20), (Sfr::SSPCON2, 0xFF), (Sfr::SSPADD, 0x12), (Sfr::SSPBUF, 0x34)] {
-        rig.write(reg, value, 4);
+        bench.write(reg, value, 4);
     }
     let mut out = Vec::new();
-    rig.port.reset(false, 8, &mut out);
-    assert_eq!(rig.regs(8), [0x34, 0, 0, 0, 0]);
-    assert_eq!((out.len(), rig.port.next_clock()), (2, emu_core::NEVER), "{out:?}");
-    rig.port.reset(true, 12, &mut out);
-    assert_eq!(rig.regs(12), [0; 5]);
+    bench.port.reset(false, 8, &mut out);
+    assert_eq!(bench.regs(8), [0x34, 0, 0, 0, 0]);
+    assert_eq!((out.len(), bench.port.next_clock()), (2, emu_core::NEVER), "{out:?}");
+    bench.port.reset(true, 12, &mut out);
+    assert_eq!(bench.regs(12), [0; 5]);
 }
 
 #[test]
 fn only_what_stays_is_promised_to_stay() {
-    let mut rig = Rig::new(Pic16Ssp::new(true));
-    rig.write(Sfr::SSPCON, 0x20, 4);
-    assert_eq!(rig.port.steady_until(Sfr::SSPBUF, 4), emu_core::NEVER);
-    rig.write(Sfr::SSPBUF, 0x55, 8);
-    assert_eq!((rig.port.steady_until(Sfr::SSPSTAT, 8), rig.port.steady_until(Sfr::SSPADD, 8)), (10, emu_core::NEVER));
-    (9..=44).for_each(|t| rig.tick(t));
+    let mut bench = TestBench::new(Pic16Ssp::new(true));
+    bench.write(Sfr::SSPCON, 0x20, 4);
+    assert_eq!(bench.port.steady_until(Sfr::SSPBUF, 4), emu_core::NEVER);
+    bench.write(Sfr::SSPBUF, 0x55, 8);
+    assert_eq!(
+        (bench.port.steady_until(Sfr::SSPSTAT, 8), bench.port.steady_until(Sfr::SSPADD, 8)),
+        (10, emu_core::NEVER)
+    );
+    (9..=44).for_each(|t| bench.tick(t));
     // A read of a full SSPBUF clears BF.
     assert_eq!(
-        (rig.port.steady_until(Sfr::SSPBUF, 44), rig.port.steady_until(Sfr::SSPSTAT, 44)),
+        (bench.port.steady_until(Sfr::SSPBUF, 44), bench.port.steady_until(Sfr::SSPSTAT, 44)),
         (44, emu_core::NEVER)
     );
-    rig.write(Sfr::SSPCON, 0x23, 48);
-    rig.write(Sfr::SSPBUF, 0x55, 48);
+    bench.write(Sfr::SSPCON, 0x23, 48);
+    bench.write(Sfr::SSPBUF, 0x55, 48);
     assert_eq!(
-        (rig.port.steady_until(Sfr::SSPSTAT, 48), rig.port.next_clock()),
+        (bench.port.steady_until(Sfr::SSPSTAT, 48), bench.port.next_clock()),
         (48, emu_core::NEVER),
         "timer 2 may come"
     );

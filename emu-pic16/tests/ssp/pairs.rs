@@ -275,7 +275,7 @@ fn spi_master_and_slave_swap_bytes() {
     for ckp in [0, 0x10] {
         for cke in [0, 0x40] {
             for rate in 0..3 {
-                let mut rigs = [Pic16Ssp::new(true), Pic16Ssp::new(false)].map(crate::rig::Rig::new);
+                let mut rigs = [Pic16Ssp::new(true), Pic16Ssp::new(false)].map(crate::rig::TestBench::new);
                 rigs[0].write(Sfr::SSPSTAT, cke, 4);
                 rigs[0].write(Sfr::SSPCON, 0x20 | ckp | rate, 4);
                 crate::spi::wire(&mut rigs, 4);
@@ -284,14 +284,14 @@ fn spi_master_and_slave_swap_bytes() {
                 rigs[1].write(Sfr::SSPBUF, 0x3A, 8);
                 rigs[0].write(Sfr::SSPBUF, 0xC5, 12);
                 for t in 12..700 {
-                    for rig in &mut rigs {
-                        rig.tick(t);
+                    for bench in &mut rigs {
+                        bench.tick(t);
                     }
                     crate::spi::wire(&mut rigs, t);
                 }
-                let got = rigs.each_mut().map(|rig| rig.read(Sfr::SSPBUF, 700));
+                let got = rigs.each_mut().map(|bench| bench.read(Sfr::SSPBUF, 700));
                 assert_eq!(got, [0x3A, 0xC5], "{ckp:02X} {cke:02X} {rate}");
-                assert_eq!(rigs.each_ref().map(|rig| rig.count(InterruptFlag::SSPIF)), [1, 1]);
+                assert_eq!(rigs.each_ref().map(|bench| bench.count(InterruptFlag::SSPIF)), [1, 1]);
             }
         }
     }

@@ -6,7 +6,7 @@ use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use emu_pic16::periph::ssp::Pic16Ssp;
 
 use crate::model::Model;
-use crate::rig::{REGS, Rig};
+use crate::rig::{REGS, TestBench};
 
 /// Subject of a run.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -34,7 +34,7 @@ struct Seen {
 }
 
 struct Pair {
-    rig: Rig,
+    bench: TestBench,
     model: Model,
     /// The outside device pulls (I2C) or drives (SPI) SCK and SDI low; then SS.
     outside: [bool; 3],
@@ -45,17 +45,17 @@ impl Pair {
     /// Passes the lines to both until they are stable; both must drive them equally.
     fn settle(&mut self, t: u64, place: &str) {
         for _ in 0..40 {
-            assert_eq!(self.rig.drives, self.model.drives(), "{place}: drives");
+            assert_eq!(self.bench.drives, self.model.drives(), "{place}: drives");
             let mut rest = true;
             for (n, line) in [(1, Pic16Line::Sdi), (0, Pic16Line::Sck), (2, Pic16Line::Ss)] {
-                let pulled = n < 2 && self.rig.pulls()[n];
+                let pulled = n < 2 && self.bench.pulls()[n];
                 let level = self.outside[n] && !pulled;
                 if self.levels[n] != level {
                     rest = false;
                     self.levels[n] = level;
                     self.model.line(line, level, t);
-                    self.rig.line(line, level, t);
-                    assert_eq!(self.rig.drives, self.model.drives(), "{place}: drives after {line:?}");
+                    self.bench.line(line, level, t);
+                    assert_eq!(self.bench.drives, self.model.drives(), "{place}: drives after {line:?}");
                 }
             }
             if rest {
@@ -134,7 +134,7 @@ impl Hand {
                     return None;
                 }
                 if self.script.is_empty() && rng.one_in(4) {
-                    self.talk(rng, pair.rig.port_add());
+                    self.talk(rng, pair.bench.port_add());
                 }
                 self.script.pop().or_else(|| rng.one_in(60).then(|| [rng.one_in(2), rng.one_in(2)]))
             }
@@ -186,7 +186,7 @@ fn pick(rng: &mut Rng, theme: Theme, pair: &Pair, mode: u8) -> Option<(Sfr, u8)>
     })
 }
 
-impl Rig {
+impl TestBench {
     fn port_add(&self) -> u8 {
         self.regs(0)[3]
     }
@@ -196,7 +196,7 @@ fn one(seed: u64, theme: Theme, seen: &mut Seen) {
     let mut rng = Rng::new(seed);
     let (mssp, stretch) = (theme == Theme::Master || rng.one_in(2), rng.one_in(2));
     let mut pair = Pair {
-        rig: Rig::new(Pic16Ssp::new(mssp).with_stretch(mssp && stretch)),
+        bench: TestBench::new(Pic16Ssp::new(mssp).with_stretch(mssp && stretch)),
         model: Model::new(mssp, mssp && stretch),
         outside: [true, true, false],
         levels: [false; 3],
@@ -207,10 +207,10 @@ fn one(seed: u64, theme: Theme, seen: &mut Seen) {
     let mut wake = None;
     for t in 1..6000_u64 {
         let place = format!("{theme:?}, seed {seed}, clock {t}");
-        pair.rig.tick(t);
+        pair.bench.tick(t);
         pair.model.tick(t);
         if t.is_multiple_of(4) && wake.is_none() && rng.one_in(3) {
-            pair.rig.timer2(t);
+            pair.bench.timer2(t);
             pair.model.timer2(t);
         }
         pair.settle(t, &place);
@@ -225,7 +225,7 @@ fn one(seed: u64, theme: Theme, seen: &mut Seen) {
         if t == 4 {
             let add = if theme == Theme::Master { rng.below(6) as u8 } else { rng.next_u64() as u8 & !1 };
             for (reg, value) in [(Sfr::SSPADD, add), (Sfr::SSPCON, 0x30 | mode)] {
-                pair.rig.write(reg, value, t);
+                pair.bench.write(reg, value, t);
                 pair.model.write(reg, value, t);
                 pair.settle(t, &place);
             }
@@ -234,24 +234,24 @@ fn one(seed: u64, theme: Theme, seen: &mut Seen) {
             if let Some(end) = wake {
                 if t >= end {
                     wake = None;
-                    pair.rig.wake(t);
+                    pair.bench.wake(t);
                     pair.model.wake(t);
                 }
             } else if rng.one_in(400) {
                 wake = Some(t + 4 + 4 * rng.below(30));
                 seen.slept += 1;
-                pair.rig.sleep(t);
+                pair.bench.sleep(t);
                 pair.model.sleep(t);
             } else if rng.one_in(busyness) {
                 let full = theme == Theme::Slave && pair.model.chip.bf && rng.one_in(2);
                 if full {
-                    assert_eq!(pair.rig.read(Sfr::SSPBUF, t), pair.model.read(Sfr::SSPBUF), "{place}: SSPBUF");
+                    assert_eq!(pair.bench.read(Sfr::SSPBUF, t), pair.model.read(Sfr::SSPBUF), "{place}: SSPBUF");
                 } else if rng.one_in(3) {
                     let reg = REGS[rng.below(5) as usize];
-                    assert_eq!(pair.rig.read(reg, t), pair.model.read(reg), "{place}: read {reg:?}");
+                    assert_eq!(pair.bench.read(reg, t), pair.model.read(reg), "{place}: read {reg:?}");
                 } else if let Some((reg, value)) = pick(&mut rng, theme, &pair, mode) {
                     let was = pair.model.peek(Sfr::SSPCON);
-                    pair.rig.write(reg, value, t);
+                    pair.bench.write(reg, value, t);
                     pair.model.write(reg, value, t);
                     seen.wcol += u32::from(!was & pair.model.peek(Sfr::SSPCON) & 0x80 != 0 && reg == Sfr::SSPBUF);
                 }
@@ -259,18 +259,18 @@ fn one(seed: u64, theme: Theme, seen: &mut Seen) {
             pair.settle(t, &place);
         }
         let model = REGS.map(|reg| pair.model.peek(reg));
-        assert_eq!(pair.rig.regs(t), model, "{place}: {REGS:?}");
-        assert_eq!(pair.rig.flags.last(), pair.model.chip.flags.last(), "{place}: flags");
+        assert_eq!(pair.bench.regs(t), model, "{place}: {REGS:?}");
+        assert_eq!(pair.bench.flags.last(), pair.model.chip.flags.last(), "{place}: flags");
         seen.sspov += u32::from(model[1] & 0x40 != 0);
         seen.read += u32::from(model[4] & 4 != 0);
         seen.ten_reads += u32::from(model[4] & 4 != 0 && matches!(model[1] & 0x2F, 0x27 | 0x2F));
         seen.ua += u32::from(model[4] & 2 != 0);
-        seen.stretched += u32::from(pair.rig.pulls()[0] && pair.outside[0]);
-        seen.acked += u32::from(pair.rig.pulls()[1]);
+        seen.stretched += u32::from(pair.bench.pulls()[0] && pair.outside[0]);
+        seen.acked += u32::from(pair.bench.pulls()[1]);
     }
-    assert_eq!(pair.rig.flags, pair.model.chip.flags, "{theme:?}, seed {seed}");
-    seen.sspif += pair.rig.count(InterruptFlag::SSPIF) as u32;
-    seen.bclif += pair.rig.count(InterruptFlag::BCLIF) as u32;
+    assert_eq!(pair.bench.flags, pair.model.chip.flags, "{theme:?}, seed {seed}");
+    seen.sspif += pair.bench.count(InterruptFlag::SSPIF) as u32;
+    seen.bclif += pair.bench.count(InterruptFlag::BCLIF) as u32;
 }
 
 fn many(theme: Theme, seeds: u64) -> Seen {

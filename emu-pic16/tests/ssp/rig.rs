@@ -10,7 +10,7 @@ use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Outbox, Pic16Signal};
 pub const REGS: [Sfr; 5] = [Sfr::SSPBUF, Sfr::SSPCON, Sfr::SSPCON2, Sfr::SSPADD, Sfr::SSPSTAT];
 
 /// A port that is called only when something is due.
-pub struct Rig {
+pub struct TestBench {
     pub port: Pic16Ssp,
     /// Overrides of SCK, SDI and SDO.
     pub drives: [Pic16Drive; 3],
@@ -22,9 +22,9 @@ pub struct Rig {
     promised: Option<(Sfr, u8, u64)>,
 }
 
-impl Rig {
-    pub fn new(port: Pic16Ssp) -> Rig {
-        Rig { port, drives: [Pic16Drive::Port; 3], flags: Vec::new(), out: Vec::new(), promised: None }
+impl TestBench {
+    pub fn new(port: Pic16Ssp) -> TestBench {
+        TestBench { port, drives: [Pic16Drive::Port; 3], flags: Vec::new(), out: Vec::new(), promised: None }
     }
 
     fn collect(&mut self, now: u64) {

@@ -5,7 +5,7 @@ use emu_pic16::periph::Pic16Drive;
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line};
 
 use crate::model::Chip;
-use crate::rig::Rig;
+use crate::rig::TestBench;
 
 #[derive(Default)]
 pub struct Spi {
@@ -179,7 +179,7 @@ fn bits_of(chip: &Chip) -> Vec<bool> {
 }
 
 /// Connects SCK and SDO of the first rig to the second one, and SDO back.
-pub fn wire(rigs: &mut [Rig; 2], t: u64) {
+pub fn wire(rigs: &mut [TestBench; 2], t: u64) {
     let high = |drive| drive == Pic16Drive::High;
     let [master, slave] = rigs;
     slave.line(Pic16Line::Sck, high(master.drives[0]), t);

@@ -98,14 +98,14 @@ nine bits | 0 tx=10 rc=D0 20 ^010100111:8 200 ? read | 88 RCIF, 200 rc=D1 tx=12,
 SREN is nothing here | 0 tx=10 rc=A0 20 ^01010011:8 200 ? | 200 rc=A0 tx=12
 ";
 
-struct Bench {
+struct TestBench {
     port: Pic16Usart,
     t: u64,
     out: Pic16Outbox,
     said: Vec<(u64, String)>,
 }
 
-impl Bench {
+impl TestBench {
     fn say(&mut self, what: String) {
         self.drain();
         self.said.push((self.t, what));
@@ -214,7 +214,7 @@ fn cases_worked_by_hand() {
     let mut failed = Vec::new();
     for line in CASES.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
         let [name, script, ought] = *line.split('|').map(str::trim).collect::<Vec<_>>() else { panic!("{line}") };
-        let mut bench = Bench { port: Pic16Usart::new(), t: 0, out: Vec::new(), said: Vec::new() };
+        let mut bench = TestBench { port: Pic16Usart::new(), t: 0, out: Vec::new(), said: Vec::new() };
         bench.word("r1");
         script.split_whitespace().for_each(|word| bench.word(word));
         let ought = ought.split(',').map(str::trim).filter(|item| !item.is_empty()).map(|item| {

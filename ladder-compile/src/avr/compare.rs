@@ -91,8 +91,8 @@ impl AvrSelector<'_> {
             (_, WordOperand::Cell(word)) => {
                 let width = self.bytes(a).max(self.bytes(word));
                 // If A holds the right operand it stays there, and the left operand goes to B.
-                let held = matches!(self.known.a, Some((held, to)) if held == word && to >= width);
-                let left = self.source_registers(WordOperand::Cell(a), width, if held { B } else { A });
+                let is_cached = matches!(self.known.a, Some((cached, to)) if cached == word && to >= width);
+                let left = self.source_registers(WordOperand::Cell(a), width, if is_cached { B } else { A });
                 let right = self.source_registers(b, width, B);
                 self.compare_bytes(left, right, width);
             }
@@ -117,12 +117,12 @@ impl AvrSelector<'_> {
         let width = self.bytes(a);
         let ordered = matches!(rel, RelationOp::Lt | RelationOp::Ge);
         let skipped = if ordered { (0..width - 1).take_while(|&n| constant_byte(constant, n) == 0).count() } else { 0 };
-        let held = matches!(self.known.a, Some((held, to)) if held == a && to >= width);
+        let is_cached = matches!(self.known.a, Some((cached, to)) if cached == a && to >= width);
         let first = constant_byte(constant, skipped);
         let regs = match (self.layout.word(a), self.home_registers(a)) {
             // CPI needs r16 or above for the lowest relevant byte; zero can be compared in any register.
-            (_, Some(home)) if home[0] >= 16 || first == 0 || (skipped + 1 == width && !held) => home,
-            (AvrCellPlace::Ram(addr), None) if skipped + 1 == width && !held => {
+            (_, Some(home)) if home[0] >= 16 || first == 0 || (skipped + 1 == width && !is_cached) => home,
+            (AvrCellPlace::Ram(addr), None) if skipped + 1 == width && !is_cached => {
                 self.layout.load(self.asm, BYTE, addr + skipped as u16);
                 [BYTE; 4]
             }
@@ -151,7 +151,7 @@ impl AvrSelector<'_> {
             return reg;
         }
         match (self.known.a, self.layout.word(word)) {
-            (Some((held, to)), _) if held == word && to > last => A.get(last).copied().unwrap_or(BYTE),
+            (Some((cached, to)), _) if cached == word && to > last => A.get(last).copied().unwrap_or(BYTE),
             (_, AvrCellPlace::Ram(addr)) => {
                 self.layout.load(self.asm, BYTE, addr + last as u16);
                 BYTE

@@ -181,7 +181,7 @@ fn try_layout(job: &CompileJob<'_>, uses: &AvrUsage, fraction: u16, use_y: bool)
         AvrCellPlace::Ram((ram - bytes) as u16)
     };
     let mut bits = vec![(AvrCellPlace::Ram(chip.ram_start), 0); ir.bits.len()];
-    let mut loose = Vec::new();
+    let mut unplaced = Vec::new();
     for (n, cell) in ir.bits.iter().enumerate() {
         let image = pins.iter().filter(|pin| !pin.analog).find(|p| p.name == cell.name).and_then(|pin| {
             let port = ports.iter().find(|p| p.letter == pin.port_letter())?;
@@ -189,12 +189,12 @@ fn try_layout(job: &CompileJob<'_>, uses: &AvrUsage, fraction: u16, use_y: bool)
         });
         match (cell.role, image) {
             (BitRole::Input | BitRole::Output, Some(image)) => bits[n] = image,
-            _ => loose.push(n),
+            _ => unplaced.push(n),
         }
     }
-    loose.sort_by_key(|&n| std::cmp::Reverse(uses.bits.get(n).copied()));
+    unplaced.sort_by_key(|&n| std::cmp::Reverse(uses.bits.get(n).copied()));
     let mut bytes_of_bits = Vec::new();
-    for group in loose.chunks(8) {
+    for group in unplaced.chunks(8) {
         match free.take(BIT_REGISTERS, 1) {
             Some(reg) => group.iter().zip(0..).for_each(|(&n, bit)| bits[n] = (AvrCellPlace::Reg(reg), bit)),
             None => bytes_of_bits.push(group),

@@ -173,11 +173,11 @@ fn emit_image(
     asm.mark(CodeMark::ScanEnd);
     asm.jump(AvrJump::To, poll);
     asm.mark(CodeMark::AfterScan);
-    let around = RoutineContext { regs, layout, eeprom: job.ir.eeprom_bytes };
+    let context = RoutineContext { regs, layout, eeprom: job.ir.eeprom_bytes };
     for &(routine, label, _) in wanted.iter().filter(|wanted| !single.contains(&wanted.0)) {
         asm.mark(CodeMark::Section(routine.title()));
         asm.place_label(label);
-        routine.body(&mut asm, &around);
+        routine.body(&mut asm, &context);
         asm.op(Kind::Ret, &[]);
     }
     if !low_tables {
@@ -278,11 +278,14 @@ fn built_image(plan: &AvrBuildPlan<'_>, code: &FinishedCode) -> Result<BuiltImag
         return Err(BuildRefusal::CodeTooLarge { needed, available: chip.flash_bytes.into(), rungs });
     }
     let data = || "data".to_owned();
-    let bits =
-        layout.bits.iter().map(|(home, bit)| CellLocation::Bit { space: data(), addr: home.addr().into(), bit: *bit });
-    let words = layout.words.iter().zip(&layout.sizes).map(|(home, bytes)| CellLocation::Word {
+    let bits = layout.bits.iter().map(|(place, bit)| CellLocation::Bit {
         space: data(),
-        addr: home.addr().into(),
+        addr: place.addr().into(),
+        bit: *bit,
+    });
+    let words = layout.words.iter().zip(&layout.sizes).map(|(place, bytes)| CellLocation::Word {
+        space: data(),
+        addr: place.addr().into(),
         bytes: *bytes,
     });
     Ok(BuiltImage {
@@ -313,12 +316,12 @@ fn longest_poll(regs: &AvrRegisters) -> u64 {
         let row = isa::ROWS.get(kind as usize);
         row.and_then(|row| row.cycles.possible_counts().get(outcome)).copied().map_or(0, u64::from)
     };
-    let (look, skip) = if is_bit_addressable(regs.addr(&["TIFR1", "TIFR"])) {
+    let (read_flag, skip) = if is_bit_addressable(regs.addr(&["TIFR1", "TIFR"])) {
         (0, Kind::Sbis)
     } else {
         (cycles(Kind::In, 0), Kind::Sbrs)
     };
-    look + cycles(skip, 0) + cycles(Kind::Rjmp, 0) + look + cycles(skip, 1)
+    read_flag + cycles(skip, 0) + cycles(Kind::Rjmp, 0) + read_flag + cycles(skip, 1)
 }
 
 /// Lines of the image: instructions, and the data between them.

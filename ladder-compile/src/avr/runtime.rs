@@ -49,13 +49,13 @@ impl AvrRoutine {
     }
 
     /// Emits the instructions of the routine, without the return.
-    pub fn body(self, asm: &mut AvrCodeWriter, around: &RoutineContext<'_>) {
+    pub fn body(self, asm: &mut AvrCodeWriter, context: &RoutineContext<'_>) {
         match self {
             AvrRoutine::Multiply(bytes) => multiply(asm, bytes.into()),
             AvrRoutine::Divide(bytes, signed) => divide(asm, bytes.into(), signed),
-            AvrRoutine::Convert(turns) => convert(asm, around.regs, turns),
-            AvrRoutine::ReadEeprom(bytes) => recall(asm, around, bytes.into()),
-            AvrRoutine::WriteEeprom(bytes, busy, scans) => persist(asm, around, bytes.into(), (busy, scans)),
+            AvrRoutine::Convert(turns) => convert(asm, context.regs, turns),
+            AvrRoutine::ReadEeprom(bytes) => recall(asm, context, bytes.into()),
+            AvrRoutine::WriteEeprom(bytes, busy, scans) => persist(asm, context, bytes.into(), (busy, scans)),
         }
     }
 }
@@ -235,20 +235,20 @@ fn read_cell(asm: &mut AvrCodeWriter, regs: &AvrRegisters, to: i32) {
     registers::read(asm, to, regs.addr(&["EEDR"]));
 }
 
-fn recall(asm: &mut AvrCodeWriter, around: &RoutineContext<'_>, bytes: usize) {
+fn recall(asm: &mut AvrCodeWriter, context: &RoutineContext<'_>, bytes: usize) {
     for (n, reg) in low_registers(A, bytes).enumerate() {
         if n > 0 {
-            increment_cell_address(asm, around);
+            increment_cell_address(asm, context);
         }
-        read_cell(asm, around.regs, reg);
+        read_cell(asm, context.regs, reg);
     }
 }
 
 /// Increments the EEPROM address, including its high byte if the program uses more than 256 cells.
-fn increment_cell_address(asm: &mut AvrCodeWriter, around: &RoutineContext<'_>) {
+fn increment_cell_address(asm: &mut AvrCodeWriter, context: &RoutineContext<'_>) {
     asm.op(Kind::Inc, &[BYTE]);
-    if around.eeprom > 256 {
-        let (same, high) = (asm.new_label(), around.regs.addr(&["EEARH"]));
+    if context.eeprom > 256 {
+        let (same, high) = (asm.new_label(), context.regs.addr(&["EEARH"]));
         asm.jump(AvrJump::If(Kind::Brne), same);
         registers::read(asm, SCRATCH, high);
         asm.op(Kind::Inc, &[SCRATCH]);
@@ -257,12 +257,12 @@ fn increment_cell_address(asm: &mut AvrCodeWriter, around: &RoutineContext<'_>) 
     }
 }
 
-fn persist(asm: &mut AvrCodeWriter, around: &RoutineContext<'_>, bytes: usize, (busy, scans): (WordId, i32)) {
-    let regs = around.regs;
+fn persist(asm: &mut AvrCodeWriter, context: &RoutineContext<'_>, bytes: usize, (busy, scans): (WordId, i32)) {
+    let regs = context.regs;
     let (write, done) = (asm.new_label(), asm.new_label());
     for (n, reg) in low_registers(A, bytes).enumerate() {
         if n > 0 {
-            increment_cell_address(asm, around);
+            increment_cell_address(asm, context);
         }
         read_cell(asm, regs, SCRATCH);
         asm.op(Kind::Cp, &[SCRATCH, reg]);
@@ -288,15 +288,15 @@ fn persist(asm: &mut AvrCodeWriter, around: &RoutineContext<'_>, bytes: usize, (
     registers::write(asm, regs.addr(&["EEDR"]), A[0]);
     asm.op(Kind::Sbi, &[control, regs.bit(&["EEMPE", "EEMWE"])]);
     asm.op_with_extra_cycles(Kind::Sbi, &[control, regs.bit(&["EEPE", "EEWE"])], EEPROM_WRITE_HALT_CLOCKS);
-    let home = around.layout.word(busy);
-    for (byte, n) in scans.to_le_bytes().into_iter().zip(0..around.layout.bytes(busy)) {
+    let home = context.layout.word(busy);
+    for (byte, n) in scans.to_le_bytes().into_iter().zip(0..context.layout.bytes(busy)) {
         let from = if byte == 0 { ZERO } else { SCRATCH };
         if byte != 0 {
             asm.op(Kind::Ldi, &[SCRATCH, byte.into()]);
         }
         match home {
             AvrCellPlace::Reg(reg) => asm.op(Kind::Mov, &[i32::from(reg + n), from]),
-            AvrCellPlace::Ram(addr) => around.layout.store(asm, addr + u16::from(n), from),
+            AvrCellPlace::Ram(addr) => context.layout.store(asm, addr + u16::from(n), from),
         }
     }
     asm.place_label(done);

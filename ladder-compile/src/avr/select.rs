@@ -156,8 +156,8 @@ impl AvrSelector<'_> {
             }
         };
         if self.inlined_routines.contains(&routine) {
-            let around = RoutineContext { regs: self.regs, layout: self.layout, eeprom: self.ir.eeprom_bytes };
-            routine.body(self.asm, &around);
+            let context = RoutineContext { regs: self.regs, layout: self.layout, eeprom: self.ir.eeprom_bytes };
+            routine.body(self.asm, &context);
         } else {
             self.asm.jump(AvrJump::Call, label);
         }

@@ -49,7 +49,7 @@ impl AvrSelector<'_> {
 
     /// True if A holds `value`, sign-extended to at least `width` bytes.
     fn is_cached(&self, value: WordOperand, width: usize) -> bool {
-        matches!((value, self.known.a), (WordOperand::Cell(word), Some((held, to))) if word == held && to >= width)
+        matches!((value, self.known.a), (WordOperand::Cell(word), Some((cached, to))) if word == cached && to >= width)
     }
 
     /// Registers that hold `value`, for reading only: its own registers, A, or `to`, whichever is cheapest.
@@ -96,17 +96,17 @@ impl AvrSelector<'_> {
                 }
             }
             WordOperand::Cell(word) => {
-                let there = self.bytes(word).min(width);
+                let available = self.bytes(word).min(width);
                 if let Some(home) = self.home_registers(word) {
-                    self.copy_registers(to, home, there);
-                } else if self.is_cached(value, there) {
-                    self.copy_registers(to, A, there);
+                    self.copy_registers(to, home, available);
+                } else if self.is_cached(value, available) {
+                    self.copy_registers(to, A, available);
                 } else if let AvrCellPlace::Ram(addr) = self.layout.word(word) {
-                    for (&reg, n) in to.iter().take(there).zip(0..) {
+                    for (&reg, n) in to.iter().take(available).zip(0..) {
                         self.layout.load(self.asm, reg, addr + n);
                     }
                 }
-                self.sign_extend(to, there, width);
+                self.sign_extend(to, available, width);
             }
         }
         if to == A {
@@ -162,7 +162,7 @@ impl AvrSelector<'_> {
 
     /// Forgets `dst` as the content of A, after it changed by another way.
     pub fn invalidate_cached(&mut self, dst: WordId) {
-        self.known.a = self.known.a.filter(|(held, _)| *held != dst);
+        self.known.a = self.known.a.filter(|(cached, _)| *cached != dst);
     }
 
     /// Emits dst := src.
@@ -184,12 +184,12 @@ impl AvrSelector<'_> {
                 self.invalidate_cached(dst);
             }
             (WordOperand::Const(constant), AvrCellPlace::Ram(addr)) => {
-                let mut held = None;
+                let mut cached = None;
                 for n in 0..width {
                     let byte = constant_byte(constant, n);
-                    if byte != 0 && held != Some(byte) {
+                    if byte != 0 && cached != Some(byte) {
                         self.asm.op(Kind::Ldi, &[SCRATCH, byte]);
-                        held = Some(byte);
+                        cached = Some(byte);
                     }
                     self.layout.store(self.asm, addr + n as u16, if byte == 0 { ZERO } else { SCRATCH });
                 }
@@ -253,8 +253,8 @@ impl AvrSelector<'_> {
         let home = self.home_registers(dst).filter(|home| b != WordOperand::Cell(dst) && !(constant && home[0] < 16));
         let target = home.unwrap_or(A);
         // If A holds b, loading a into A would destroy it.
-        let held = target == A && self.is_cached(b, width) && a != b && !self.has_home(b, width);
-        let right = if held {
+        let cached = target == A && self.is_cached(b, width) && a != b && !self.has_home(b, width);
+        let right = if cached {
             self.copy_registers(B, A, width);
             B
         } else if a == b && target == A && !constant {

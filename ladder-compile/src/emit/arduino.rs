@@ -178,11 +178,11 @@ const RESERVED: &[&str] = &["Client", "Counter", "CYCLE_US", "Timer", "Tone", "X
 /// Names of the objects: the symbol's own name if it is certainly free, otherwise with a trailing underscore.
 fn object_spelling(ir: &Ir) -> CellSpelling {
     let mut names = IdentifierPool::new(RESERVED);
-    let mut give = |name: &str, kept: &[char]| {
-        let own = name.chars().next().is_some_and(|c| kept.contains(&c))
+    let mut give = |name: &str, kept_letters: &[char]| {
+        let keeps_name = name.chars().next().is_some_and(|c| kept_letters.contains(&c))
             && name.chars().nth(1).is_some_and(|c| c.is_ascii_lowercase())
             && !RESERVED.contains(&name);
-        if own { names.unique_identifier("", name) } else { names.unique_identifier("", &format!("{name}_")) }
+        if keeps_name { names.unique_identifier("", name) } else { names.unique_identifier("", &format!("{name}_")) }
     };
     CellSpelling {
         bits: ir.bits.iter().map(|cell| give(&cell.name, &['X', 'Y', 'R'])).collect(),

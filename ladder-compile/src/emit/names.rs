@@ -4,13 +4,13 @@ use std::collections::HashSet;
 
 /// Assigns a unique identifier to every name.
 pub(super) struct IdentifierPool {
-    taken: HashSet<String>,
+    used: HashSet<String>,
 }
 
 impl IdentifierPool {
     /// Creates a pool that never assigns the names in `reserved`.
     pub(super) fn new(reserved: &[&str]) -> IdentifierPool {
-        IdentifierPool { taken: reserved.iter().map(|name| (*name).to_owned()).collect() }
+        IdentifierPool { used: reserved.iter().map(|name| (*name).to_owned()).collect() }
     }
 
     /// Returns `prefix` and `name`, with invalid characters replaced by `_`, and a number appended if that is
@@ -18,13 +18,13 @@ impl IdentifierPool {
     pub(super) fn unique_identifier(&mut self, prefix: &str, name: &str) -> String {
         let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
         let first = format!("{prefix}{plain}");
-        let mut given = first.clone();
+        let mut identifier = first.clone();
         let mut number = 2;
-        while !self.taken.insert(given.clone()) {
-            given = format!("{first}_{number}");
+        while !self.used.insert(identifier.clone()) {
+            identifier = format!("{first}_{number}");
             number += 1;
         }
-        given
+        identifier
     }
 }
 

@@ -105,7 +105,7 @@ impl Lowering<'_> {
             let Some(limit) = tof_start(self.program, delay, adjust.as_ref()) else { continue };
             if first.get(name) == Some(&id) {
                 early.push(IrOp::Move { dst: self.word(name), src: WordOperand::Const(limit) });
-                self.preset.push(id);
+                self.preset_timers.push(id);
             } else {
                 late = true;
             }
@@ -150,7 +150,7 @@ impl Lowering<'_> {
                 self.push(IrOp::If { cond: BranchCondition::Acc, if_true: run, if_false: vec![clear] });
             }
             TimerKind::Tof => {
-                if let Some(scanned) = self.after_first_scan.filter(|_| !self.preset.contains(&self.element)) {
+                if let Some(scanned) = self.after_first_scan.filter(|_| !self.preset_timers.contains(&self.element)) {
                     let start = tof_start(self.program, delay, adjust).unwrap_or(-1);
                     let preset = IrOp::Move { dst: word, src: WordOperand::Const(start) };
                     self.push(IrOp::If {
@@ -301,7 +301,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// `turn` when the rung state counts; afterwards it is what it was if `keep`, else anything.
+    /// Executes `count_ops` when the rung state counts by the kind of input. Afterwards the rung state is
+    /// what it was if `keep`, otherwise undefined.
     fn count(&mut self, input: char, count_ops: Vec<IrOp>, keep: bool) {
         match input {
             '-' => self.push(if_accumulator(count_ops)),

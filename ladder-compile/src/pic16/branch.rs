@@ -125,7 +125,7 @@ impl Pic16Selector<'_, '_> {
                 let addr = self.written_byte(op).unwrap_or(addr);
                 match (kind, operands.get(1)) {
                     (Kind::Bsf | Kind::Bcf, Some(&bit)) => {
-                        GuardedInstruction::Put((addr, bit as u8), *kind == Kind::Bsf)
+                        GuardedInstruction::StoreBit((addr, bit as u8), *kind == Kind::Bsf)
                     }
                     (Kind::Clrf | Kind::IncfF | Kind::DecfF, None) => GuardedInstruction::Once(*kind, addr),
                     _ => return false,

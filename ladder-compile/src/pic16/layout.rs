@@ -100,10 +100,10 @@ struct Pic16FreeRam {
 
 impl Pic16FreeRam {
     fn new(chip: &Pic16ChipData) -> Pic16FreeRam {
-        let kept = |addr: u16| chip.part.file_slot(addr) == FileSlot::Ram(addr);
+        let is_canonical = |addr: u16| chip.part.file_slot(addr) == FileSlot::Ram(addr);
         let mut ranges: Vec<(u16, u16)> = Vec::new();
         let mut common = None;
-        for addr in (0..0x200).filter(|&addr| kept(addr)) {
+        for addr in (0..0x200).filter(|&addr| is_canonical(addr)) {
             let every = chip.reachable_banks(addr) == ANY_BANK;
             let list = if every {
                 common.get_or_insert((addr, 0))

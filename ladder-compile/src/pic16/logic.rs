@@ -14,7 +14,7 @@ use super::writer::{Pic16Label, Pic16Writer};
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum GuardedInstruction {
     /// Sets or clears a bit.
-    Put((u16, u8), bool),
+    StoreBit((u16, u8), bool),
     /// GOTO a label.
     Goto(Pic16Label),
     /// An instruction on the byte at this address, which also determines the bank. It must not be executed
@@ -25,14 +25,14 @@ pub enum GuardedInstruction {
 impl GuardedInstruction {
     fn addr(&self) -> Option<u16> {
         match self {
-            GuardedInstruction::Put((addr, _), _) | GuardedInstruction::Once(_, addr) => Some(*addr),
+            GuardedInstruction::StoreBit((addr, _), _) | GuardedInstruction::Once(_, addr) => Some(*addr),
             GuardedInstruction::Goto(_) => None,
         }
     }
 
     fn emit(&self, out: &mut Pic16Writer<'_>) {
         match self {
-            GuardedInstruction::Put(at, value) => out.set_bit(*at, *value),
+            GuardedInstruction::StoreBit(at, value) => out.set_bit(*at, *value),
             GuardedInstruction::Goto(label) => out.goto(*label),
             GuardedInstruction::Once(kind, addr) => out.byte_op(*kind, *addr),
         }
@@ -232,7 +232,7 @@ impl Pic16Selector<'_, '_> {
                         self.assign(at, own);
                         let join = if or { RungFormula::or } else { RungFormula::and };
                         let rest = rest.into_iter().reduce(join).unwrap_or(RungFormula::Const(!or));
-                        self.execute_if(&rest.opposite_if(!or), &GuardedInstruction::Put(at, or));
+                        self.execute_if(&rest.opposite_if(!or), &GuardedInstruction::StoreBit(at, or));
                     }
                     _ => {
                         let (no, end) = (self.out.label(), self.out.label());
@@ -261,7 +261,7 @@ impl Pic16Selector<'_, '_> {
 
     fn preset_bit(&mut self, at: (u16, u8), first: bool, e: &RungFormula) {
         self.out.set_bit(at, first);
-        self.execute_if(&e.clone().opposite_if(first), &GuardedInstruction::Put(at, !first));
+        self.execute_if(&e.clone().opposite_if(first), &GuardedInstruction::StoreBit(at, !first));
     }
 }
 

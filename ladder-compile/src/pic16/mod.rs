@@ -210,7 +210,7 @@ fn build_code(
     out.mark(CodeMark::ScanEnd);
     out.goto_back(poll, 1);
     out.mark(CodeMark::AfterScan);
-    let behind = out.items.len();
+    let subroutines_start = out.items.len();
     let widths: Vec<u8> =
         routines.keys().filter_map(|r| if let Pic16Routine::Divide(width) = r { Some(*width) } else { None }).collect();
     for width in widths {
@@ -231,7 +231,7 @@ fn build_code(
     }
     if large {
         // The entry jumps around the subroutines.
-        let mut subroutines = out.items.split_off(behind);
+        let mut subroutines = out.items.split_off(subroutines_start);
         let rest = out.items.split_off(entry);
         out.goto(poll);
         out.items.append(&mut subroutines);

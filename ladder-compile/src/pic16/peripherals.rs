@@ -286,7 +286,7 @@ impl Pic16Selector<'_, '_> {
             let flag = super::rung_formula::BitLiteral { at: self.out.chip.bit("RCIF"), is: true };
             self.execute_if(
                 &super::rung_formula::RungFormula::Lit(flag),
-                &super::logic::GuardedInstruction::Put(self.layout.byte_received_flag, true),
+                &super::logic::GuardedInstruction::StoreBit(self.layout.byte_received_flag, true),
             );
         }
     }

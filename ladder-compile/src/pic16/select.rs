@@ -220,8 +220,8 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
                 }
             }
         }
-        let kept = self.accumulator_bit();
-        self.compute(|_, e| e.reads_bit(kept));
+        let accumulator_bit = self.accumulator_bit();
+        self.compute(|_, e| e.reads_bit(accumulator_bit));
     }
 
     /// Computes the accumulator into its bit.
@@ -294,10 +294,10 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
     fn edge(&mut self, memory: BitId, rising: bool, rest: &[&IrOp], live: bool, target: Option<BitLiteral>) -> usize {
         // A falling edge is a rising edge of the complements.
         let m = BitLiteral { at: self.layout.bit(memory), is: rising };
-        if let Some((IrOp::If { cond: BranchCondition::Acc, if_true: then, if_false: otherwise }, behind)) =
+        if let Some((IrOp::If { cond: BranchCondition::Acc, if_true: then, if_false: otherwise }, following)) =
             rest.split_first()
             && otherwise.is_empty()
-            && !touched_cells::is_accumulator_read(behind, live)
+            && !touched_cells::is_accumulator_read(following, live)
         {
             let e = self.take().opposite_if(!rising);
             let mut touched = TouchedCells::bit(memory);
@@ -308,7 +308,7 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
             let seen = RungFormula::Lit(m);
             let simple = matches!(&e, RungFormula::Lit(l) if l.at != m.at);
             if simple {
-                self.execute_if(&e.opposite(), &GuardedInstruction::Put(m.at, !m.is));
+                self.execute_if(&e.opposite(), &GuardedInstruction::StoreBit(m.at, !m.is));
                 self.execute_if(&e.opposite().or(seen), &GuardedInstruction::Goto(end));
             } else {
                 self.execute_if(&e.opposite(), &GuardedInstruction::Goto(low));
@@ -340,9 +340,9 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
             }
             _ => {
                 self.assign(t.at, &e.opposite_if(!t.is));
-                self.execute_if(&yes.opposite(), &GuardedInstruction::Put(m.at, !m.is));
-                self.execute_if(&seen, &GuardedInstruction::Put(t.at, !t.is));
-                self.execute_if(&yes, &GuardedInstruction::Put(m.at, m.is));
+                self.execute_if(&yes.opposite(), &GuardedInstruction::StoreBit(m.at, !m.is));
+                self.execute_if(&seen, &GuardedInstruction::StoreBit(t.at, !t.is));
+                self.execute_if(&yes, &GuardedInstruction::StoreBit(m.at, m.is));
             }
         }
         self.acc = yes;
@@ -382,13 +382,13 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
             LogicOp::And(a, b) if of(a) == at || of(b) == at => {
                 let other = if of(a) == at { b } else { a };
                 let lit = BitLiteral { at: of(other), is: false };
-                return self.execute_if(&RungFormula::Lit(lit), &GuardedInstruction::Put(at, false));
+                return self.execute_if(&RungFormula::Lit(lit), &GuardedInstruction::StoreBit(at, false));
             }
             LogicOp::Or(a, b) if of(a) == at || of(b) == at => {
                 let other = if of(a) == at { b } else { a };
                 return self.execute_if(
                     &RungFormula::Lit(BitLiteral { at: of(other), is: true }),
-                    &GuardedInstruction::Put(at, true),
+                    &GuardedInstruction::StoreBit(at, true),
                 );
             }
             LogicOp::Not(a) | LogicOp::Copy(a) if of(a) == at => {
@@ -396,8 +396,9 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
             }
             is => is,
         };
-        let mut when =
-            |lit: BitLiteral, value: bool| self.execute_if(&RungFormula::Lit(lit), &GuardedInstruction::Put(at, value));
+        let mut when = |lit: BitLiteral, value: bool| {
+            self.execute_if(&RungFormula::Lit(lit), &GuardedInstruction::StoreBit(at, value))
+        };
         let bit = |bit: BitId, is: bool| BitLiteral { at: of(bit), is };
         match is {
             LogicOp::Not(a) => {
@@ -410,13 +411,13 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
             }
             LogicOp::And(a, b) => {
                 self.out.set_bit(at, true);
-                self.execute_if(&RungFormula::Lit(bit(a, false)), &GuardedInstruction::Put(at, false));
-                self.execute_if(&RungFormula::Lit(bit(b, false)), &GuardedInstruction::Put(at, false));
+                self.execute_if(&RungFormula::Lit(bit(a, false)), &GuardedInstruction::StoreBit(at, false));
+                self.execute_if(&RungFormula::Lit(bit(b, false)), &GuardedInstruction::StoreBit(at, false));
             }
             LogicOp::Or(a, b) => {
                 self.out.set_bit(at, false);
-                self.execute_if(&RungFormula::Lit(bit(a, true)), &GuardedInstruction::Put(at, true));
-                self.execute_if(&RungFormula::Lit(bit(b, true)), &GuardedInstruction::Put(at, true));
+                self.execute_if(&RungFormula::Lit(bit(a, true)), &GuardedInstruction::StoreBit(at, true));
+                self.execute_if(&RungFormula::Lit(bit(b, true)), &GuardedInstruction::StoreBit(at, true));
             }
         }
     }

@@ -79,10 +79,10 @@ impl TouchedCells {
     }
 }
 
-/// True if `ops` read the accumulator before they set it; `behind` if they do neither.
+/// True if `ops` read the accumulator before they set it; `read_after` if they do neither.
 #[must_use]
-pub fn is_accumulator_read(ops: &[&IrOp], behind: bool) -> bool {
-    ops.iter().find_map(|op| accumulator_use(op)).unwrap_or(behind)
+pub fn is_accumulator_read(ops: &[&IrOp], read_after: bool) -> bool {
+    ops.iter().find_map(|op| accumulator_use(op)).unwrap_or(read_after)
 }
 
 /// True if `ops` read the value that the accumulator has at their start.

@@ -32,23 +32,23 @@ impl Pic16Selector<'_, '_> {
                 all.into_iter().for_each(|(k, at)| self.out.set_byte(at, k));
             }
             WordOperand::Cell(word) => {
-                let (from, own) = (self.layout.word(word), self.ir.bytes(word));
+                let (from, source_bytes) = (self.layout.word(word), self.ir.bytes(word));
                 if from != to {
-                    for n in 0..u16::from(own.min(bytes)) {
+                    for n in 0..u16::from(source_bytes.min(bytes)) {
                         self.out.byte_op(Kind::MovfW, from + n);
                         self.out.byte_op(Kind::Movwf, to + n);
                     }
                 }
-                self.sign_extend(to, own, bytes);
+                self.sign_extend(to, source_bytes, bytes);
             }
         }
     }
 
-    /// Sign-extends a value of `own` bytes to `bytes` bytes.
-    pub fn sign_extend(&mut self, to: u16, own: u8, bytes: u8) {
-        for n in u16::from(own)..u16::from(bytes) {
+    /// Sign-extends a value of `source_bytes` bytes to `bytes` bytes.
+    pub fn sign_extend(&mut self, to: u16, source_bytes: u8, bytes: u8) {
+        for n in u16::from(source_bytes)..u16::from(bytes) {
             self.out.byte_op(Kind::Clrf, to + n);
-            self.out.skip_unless((to + u16::from(own) - 1, 7), true);
+            self.out.skip_unless((to + u16::from(source_bytes) - 1, 7), true);
             self.out.byte_op(Kind::DecfF, to + n);
         }
     }
@@ -148,17 +148,17 @@ impl Pic16Selector<'_, '_> {
                 to
             }
         };
-        let kept = bytes - skipped;
+        let kept_bytes = bytes - skipped;
         if from != to || skipped > 0 {
-            for n in 0..kept {
+            for n in 0..kept_bytes {
                 self.out.byte_op(Kind::MovfW, from + skipped + n);
                 self.out.byte_op(Kind::Movwf, to + n);
             }
-            (kept..bytes).for_each(|n| self.out.byte_op(Kind::Clrf, to + n));
+            (kept_bytes..bytes).for_each(|n| self.out.byte_op(Kind::Clrf, to + n));
         }
         for _ in 0..bits {
             self.out.set_bit((STATUS, C), false);
-            (0..kept).rev().for_each(|n| self.out.byte_op(Kind::RrfF, to + n));
+            (0..kept_bytes).rev().for_each(|n| self.out.byte_op(Kind::RrfF, to + n));
         }
     }
 

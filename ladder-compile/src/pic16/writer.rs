@@ -405,10 +405,10 @@ pub fn assemble(items: &[Pic16Item], labels: u32, asm: &mut CodeWriter<Pic16Arch
     let mut changes = pages.changes.iter().peekable();
     for (n, (item, &level)) in items.iter().zip(&pages.levels).enumerate() {
         if let Some(&(_, from, to)) = changes.next_if(|(first, ..)| *first == n) {
-            let (there, level) = (asm.new_label(), arch::shortest_level(from, to));
-            asm.jump_with_role(Pic16Jump::Goto, there, JumpRole::Repeats(1), level);
+            let (target, level) = (asm.new_label(), arch::shortest_level(from, to));
+            asm.jump_with_role(Pic16Jump::Goto, target, JumpRole::Repeats(1), level);
             asm.data(&vec![0x3FFF; (to - from).saturating_sub(arch::form_words(Pic16Jump::Goto, level)) as usize]);
-            asm.place_label(there);
+            asm.place_label(target);
         }
         match item {
             Pic16Item::Op(kind, operands, 0) => asm.op(*kind, operands),

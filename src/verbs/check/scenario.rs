@@ -25,7 +25,7 @@ pub fn check(
     let file = scenarios::read_scenario(name)?;
     let (program, scenario): (&LadderProgram, &Scenario) = (&read.program, &file.scenario);
     let reference = play_on_evaluator(program, scenario).map_err(|faults| file.binding_failure(faults))?;
-    let played: Vec<Result<ScenarioResult, RefusedCheck>> = chips
+    let outcomes: Vec<Result<ScenarioResult, RefusedCheck>> = chips
         .par_iter()
         .map(|options| {
             play_on_chip(program, scenario, options).map_err(|errors| RefusedCheck {
@@ -35,21 +35,22 @@ pub fn check(
             })
         })
         .collect();
-    let (good, refused): (Vec<_>, Vec<_>) = played.into_iter().partition(Result::is_ok);
-    let good: Vec<ScenarioResult> = good.into_iter().filter_map(Result::ok).collect();
+    let (results, refused): (Vec<_>, Vec<_>) = outcomes.into_iter().partition(Result::is_ok);
+    let results: Vec<ScenarioResult> = results.into_iter().filter_map(Result::ok).collect();
     let refused: Vec<RefusedCheck> = refused.into_iter().filter_map(Result::err).collect();
-    if good.is_empty() || !all && !refused.is_empty() {
+    if results.is_empty() || !all && !refused.is_empty() {
         let errors = refused.into_iter().flat_map(|refused| refused.errors).collect();
         return Err(file.binding_failure(errors));
     }
-    let differs: Vec<_> = good.iter().filter_map(|played| verdict_diagnostic(name, &reference, played)).collect();
+    let differences: Vec<_> =
+        results.iter().filter_map(|result| verdict_diagnostic(name, &reference, result)).collect();
     reference.log.iter().for_each(|line| output::print_to_stderr(&format!("{line}\n")));
-    report_diagnostics(terminal, &differs, &file.texts());
+    report_diagnostics(terminal, &differences, &file.texts());
     let verdict = reference.verdict.clone();
-    let complaint = verdict.as_ref().and_then(|verdict| verdict.to_diagnostic(name));
-    report_diagnostics(terminal, &complaint.into_iter().collect::<Vec<_>>(), &file.texts());
+    let failure = verdict.as_ref().and_then(|verdict| verdict.to_diagnostic(name));
+    report_diagnostics(terminal, &failure.into_iter().collect::<Vec<_>>(), &file.texts());
     let mut all_played = vec![reference];
-    all_played.extend(good);
+    all_played.extend(results);
     let document = scenario_report(&program.file, name, &all_played);
     if args.json {
         output::print_json(&document)?;
@@ -64,17 +65,17 @@ pub fn check(
 
 /// Returns a table with one line per machine, and the summary below it.
 fn verdict_table(rows: &[emu_check::ScenarioReportRow], refused: &[RefusedCheck], agreed: bool) -> String {
-    let wide = rows.iter().map(|row| row.on.len()).chain(refused.iter().map(|r| r.mcu.len())).max().unwrap_or(0);
+    let name_width = rows.iter().map(|row| row.on.len()).chain(refused.iter().map(|r| r.mcu.len())).max().unwrap_or(0);
     let mut out = String::new();
     for row in rows {
         let step = row.step.map_or_else(String::new, |step| format!(" in step {step}"));
         let why = row.why.as_ref().map_or_else(String::new, |why| format!(": {why}"));
         let compared = if row.compared > 0 { format!(", {} values compared", row.compared) } else { String::new() };
-        out += &format!("{:wide$}  {}{step}, {} scans{compared}{why}\n", row.on, row.verdict, row.scans);
+        out += &format!("{:name_width$}  {}{step}, {} scans{compared}{why}\n", row.on, row.verdict, row.scans);
     }
     for RefusedCheck { mcu, errors, .. } in refused {
         let why = errors.first().map_or("", |error| error.cause.as_str());
-        out += &format!("{mcu:wide$}  refused: {why}\n");
+        out += &format!("{mcu:name_width$}  refused: {why}\n");
     }
     let chips = rows.len().saturating_sub(1);
     out += &match agreed {

@@ -47,7 +47,7 @@ pub fn check(
 ) -> Result<u8, VerbFailure> {
     let options = if via == SourceRoute::Native { options.get(..1).unwrap_or(options) } else { options };
     let mut document = ViaDocument { schema: 1, checks: Vec::new(), refused: Vec::new() };
-    let mut lost = false;
+    let mut any_refused = false;
     let single = programs.len() == 1 && options.len() == 1;
     for read in programs {
         let before = document.checks.len();
@@ -58,11 +58,11 @@ pub fn check(
                 Err(errors) => {
                     let (program, mcu) = (read.program.file.clone(), options.mcu.clone());
                     document.refused.push(ViaRefusal { program, mcu, errors });
-                    lost |= !all;
+                    any_refused |= !all;
                 }
             }
         }
-        lost |= document.checks.len() == before;
+        any_refused |= document.checks.len() == before;
     }
     let differs = document.checks.iter().any(|report| !report.agreed);
     if json {
@@ -75,7 +75,7 @@ pub fn check(
         }
         output::print(text)?;
     }
-    Ok(match (differs, lost) {
+    Ok(match (differs, any_refused) {
         (true, _) => exit::FAILED,
         (false, true) => exit::REFUSED,
         (false, false) => exit::OK,

@@ -117,7 +117,7 @@ fn drives_on_image<C: Cpu>(
     }
     let plan = RunPlan { limit: bound.max_cycles(clock.clocks_per_cycle), ..RunPlan::default() };
     let cast = ScenarioSetup {
-        table,
+        bindings: table,
         supplies: around.supplies.clone(),
         deciding: Some(bound),
         stimuli: Vec::new(),

@@ -27,16 +27,16 @@ pub fn read_script(name: &str, chip: &Chip) -> Result<CodScript, VerbFailure> {
     }
     let bytes = input::read_bytes(name)?;
     let file = SymbolFile { name, bytes: &bytes };
-    let refuse = |faults| VerbFailure::Refused(faults, FileTexts::default());
-    let messages = load_messages(&file).map_err(refuse)?;
-    let symbols = load_symbols(&[file], SymbolSpaces::PIC16).map_err(refuse)?;
-    let strange = symbols
+    let refusal = |faults| VerbFailure::Refused(faults, FileTexts::default());
+    let messages = load_messages(&file).map_err(refusal)?;
+    let symbols = load_symbols(&[file], SymbolSpaces::PIC16).map_err(refusal)?;
+    let wrong_processor_errors = symbols
         .processors_by_file
         .iter()
         .filter_map(|(file, made_for)| input::other_processor_error(file, made_for, chip));
-    let strange: Vec<Diagnostic> = strange.collect();
-    if !strange.is_empty() {
-        return Err(refuse(strange));
+    let wrong_processor_errors: Vec<Diagnostic> = wrong_processor_errors.collect();
+    if !wrong_processor_errors.is_empty() {
+        return Err(refusal(wrong_processor_errors));
     }
     let refused = |refusals: Vec<CodRefusal>| {
         let refusals = refusals.into_iter().map(|refusal| refused(name, &refusal));
@@ -47,22 +47,22 @@ pub fn read_script(name: &str, chip: &Chip) -> Result<CodScript, VerbFailure> {
 
 /// Returns the clock of the chip in Hz. Prints a warning if `--clock` overrides the clock that the messages
 /// of `file` request.
-pub fn script_clock(script: &mut CodScript, file: &str, given: Option<u64>, chip: &Chip) -> Result<u64, VerbFailure> {
-    match (given, script.frequency()) {
+pub fn script_clock(script: &mut CodScript, file: &str, flag_hz: Option<u64>, chip: &Chip) -> Result<u64, VerbFailure> {
+    match (flag_hz, script.frequency()) {
         (None, None) => Ok(DEFAULT_HZ.min(chip.max_hz)),
-        (None, Some(asked)) if asked > chip.max_hz => Err(VerbFailure::Usage(format!(
-            "{file} requests {asked} Hz, but {} runs at up to {} Hz; --clock HZ overrides the frequency of the file",
+        (None, Some(script_hz)) if script_hz > chip.max_hz => Err(VerbFailure::Usage(format!(
+            "{file} requests {script_hz} Hz, but {} runs at up to {} Hz; --clock HZ overrides the frequency of the file",
             chip.name, chip.max_hz
         ))),
-        (None, Some(asked)) => Ok(asked),
-        (Some(given), asked) => {
-            if let Some(asked) = asked.filter(|asked| *asked != given) {
+        (None, Some(script_hz)) => Ok(script_hz),
+        (Some(flag_hz), script_hz) => {
+            if let Some(script_hz) = script_hz.filter(|script_hz| *script_hz != flag_hz) {
                 output::print_to_stderr(&format!(
-                    "warning: --clock sets {given} Hz, and {file} requests {asked} Hz; --clock overrides it\n"
+                    "warning: --clock sets {flag_hz} Hz, and {file} requests {script_hz} Hz; --clock overrides it\n"
                 ));
             }
             script.ignore_frequency();
-            Ok(given)
+            Ok(flag_hz)
         }
     }
 }
@@ -121,8 +121,8 @@ fn sentence<C: Cpu>(cpu: &C, outcome: &CodOutcome, source: &ProgramSource<'_>, d
 
 fn text<C: Cpu>(cpu: &C, outcome: &CodOutcome, source: &ProgramSource<'_>, drives: &[TimedDrive]) -> String {
     let mut ended = sentence(cpu, outcome, source, drives);
-    if let CodVerdict::Message { failed_assertion: broken, pc, cycle, .. } = &outcome.verdict {
-        if let Some((assertion, values)) = broken {
+    if let CodVerdict::Message { failed_assertion, pc, cycle, .. } = &outcome.verdict {
+        if let Some((assertion, values)) = failed_assertion {
             let values: Vec<String> = values.iter().map(|(name, value)| format!("{name} = {value}")).collect();
             ended.push_str(&format!("\nassertion  {assertion}\nvalues     {}", values.join(", ")));
         }
@@ -138,8 +138,8 @@ fn document<C: Cpu>(
     (source, hz): (&ProgramSource<'_>, u64),
     drives: &[TimedDrive],
 ) -> Value {
-    let (reason, broken) = match &outcome.verdict {
-        CodVerdict::Message { failed_assertion: broken, .. } => ("message", broken.as_ref()),
+    let (reason, failed_assertion) = match &outcome.verdict {
+        CodVerdict::Message { failed_assertion, .. } => ("message", failed_assertion.as_ref()),
         CodVerdict::Limit { .. } => ("limit", None),
         CodVerdict::Halted { .. } => ("halted", None),
         CodVerdict::Illegal { .. } => ("illegal", None),
@@ -157,7 +157,7 @@ fn document<C: Cpu>(
         "passed": outcome.verdict.passed(),
         "reason": reason,
         "message": sentence(cpu, outcome, source, drives),
-        "assertion": broken.map(|(assertion, of)| json!({ "text": assertion, "values": values(of) })),
+        "assertion": failed_assertion.map(|(assertion, of)| json!({ "text": assertion, "values": values(of) })),
         "checked": outcome.assertions_checked,
         "pc": cpu.pc(),
         "cycles": cpu.cycle(),

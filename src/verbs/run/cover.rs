@@ -22,7 +22,7 @@ use crate::shared::report::MessageStyle;
 
 /// Flags of coverage and profile.
 #[derive(Debug, Args)]
-pub struct CoverArgs {
+pub struct CoverageFlags {
     /// Write the coverage of the run as an lcov tracefile: lines, functions, and both outcomes of conditional
     /// instructions. The lines are those of the sources if known (ELF, --symbols), those of the ladder
     /// program with --map and --ladder, otherwise those of a listing that is written next to the file as
@@ -38,7 +38,7 @@ pub struct CoverArgs {
     pub ladder: Option<String>,
 }
 
-impl CoverArgs {
+impl CoverageFlags {
     /// Returns the output files, with their flags.
     pub fn outputs(&self) -> [(&'static str, &str); 2] {
         [("--coverage", &self.coverage), ("--profile", &self.profile)]
@@ -51,18 +51,20 @@ impl CoverArgs {
     }
 }
 
-/// Text for people, and named members of the JSON document.
+/// The text of the summary, and named members of the JSON document.
 type CoverageReport = (String, Vec<(&'static str, Value)>);
 
 /// The coverage and profile of one run, with their open output files.
 pub struct CoverageRun<'a> {
-    args: &'a CoverArgs,
+    args: &'a CoverageFlags,
     image: &'a Image,
+    /// The ladder program of `--map`, if it is given.
     rungs: Option<MappedLadder>,
     /// Files that the run reads or writes for other flags.
     used_files: &'a [String],
     /// Name and open file of the coverage output; no file means standard output.
     coverage: Option<(&'a str, Option<PendingFile>)>,
+    /// Name and open file of the folded stacks of `--profile=FILE`.
     folded: Option<(&'a str, Option<PendingFile>)>,
 }
 
@@ -99,12 +101,12 @@ impl RunProbe for CoverageProbe {
 
 /// The collected coverage and profile. As a probe, it serves runs with a profile.
 #[derive(Default)]
-pub struct CoverAndProfile {
-    covered: Option<CoverageProbe>,
+pub struct CoverageAndProfile {
+    coverage_probe: Option<CoverageProbe>,
     profile: Option<CycleProfile>,
 }
 
-impl Probe for CoverAndProfile {
+impl Probe for CoverageAndProfile {
     const INSN: bool = true;
     const EVERY_ITERATION: bool = false;
     const FLOW: bool = true;
@@ -114,20 +116,20 @@ impl Probe for CoverAndProfile {
     }
 
     fn on_branch(&mut self, next: u32, to: u32, taken: bool) {
-        if let Some(covered) = &mut self.covered {
-            covered.on_branch(next, to, taken);
+        if let Some(coverage_probe) = &mut self.coverage_probe {
+            coverage_probe.on_branch(next, to, taken);
         }
     }
 
     fn on_flow_start(&mut self, pc: u32) {
-        if let Some(covered) = &mut self.covered {
-            covered.on_flow_start(pc);
+        if let Some(coverage_probe) = &mut self.coverage_probe {
+            coverage_probe.on_flow_start(pc);
         }
     }
 
     fn on_flow_end(&mut self, pc: u32) {
-        if let Some(covered) = &mut self.covered {
-            covered.on_flow_end(pc);
+        if let Some(coverage_probe) = &mut self.coverage_probe {
+            coverage_probe.on_flow_end(pc);
         }
     }
 
@@ -138,10 +140,10 @@ impl Probe for CoverAndProfile {
     }
 }
 
-impl RunProbe for CoverAndProfile {
+impl RunProbe for CoverageAndProfile {
     fn on_breakpoint_passed(&mut self, memory: ReadMemory<'_>, pc: u32) {
-        if let Some(covered) = &mut self.covered {
-            covered.on_breakpoint_passed(memory, pc);
+        if let Some(coverage_probe) = &mut self.coverage_probe {
+            coverage_probe.on_breakpoint_passed(memory, pc);
         }
     }
 }
@@ -149,10 +151,10 @@ impl RunProbe for CoverAndProfile {
 impl<'a> CoverageRun<'a> {
     /// Reads the map and opens the output files.
     pub fn new(
-        args: &'a CoverArgs,
+        args: &'a CoverageFlags,
         map: Option<&str>,
         (source, image): (&ProgramSource<'_>, &'a Image),
-        (taken, terminal): (&'a [String], &MessageStyle),
+        (used_files, terminal): (&'a [String], &MessageStyle),
     ) -> Result<CoverageRun<'a>, VerbFailure> {
         let map = map.filter(|_| args.coverage.is_some() || args.profile.is_some());
         let ladder = args.ladder.as_deref();
@@ -162,56 +164,56 @@ impl<'a> CoverageRun<'a> {
                 let why = "there are no source lines, so --coverage writes a listing next to its file; give it a file";
                 return Err(VerbFailure::Usage(why.to_owned()));
             }
-            Some(file) => check_listing_place(&format!("{file}.lst"), taken)?,
+            Some(file) => check_listing_path(&format!("{file}.lst"), used_files)?,
             None => {}
         }
-        let begin = |file: &'a str| -> Result<(&'a str, Option<PendingFile>), VerbFailure> {
+        let open_output = |file: &'a str| -> Result<(&'a str, Option<PendingFile>), VerbFailure> {
             Ok((file, if output::is_stdout(file) { None } else { Some(PendingFile::new(file)?) }))
         };
         let folded = args.profile.as_deref().filter(|file| !file.is_empty());
         Ok(CoverageRun {
             args,
             image,
-            used_files: taken,
-            coverage: args.coverage.as_deref().map(begin).transpose()?,
-            folded: folded.map(begin).transpose()?,
+            used_files,
+            coverage: args.coverage.as_deref().map(open_output).transpose()?,
+            folded: folded.map(open_output).transpose()?,
             rungs,
         })
     }
 
-    /// Calls [`run_with_probe`] with the probe that the flags need.
+    /// Runs the machine with [`run_with_probe`] and the probe that the flags need.
     pub fn run<C: Cpu>(
         &self,
-        (cpu, board): (&mut C, &mut AttachedDevices),
+        (cpu, devices): (&mut C, &mut AttachedDevices),
         plan: &RunPlan,
-        (wave, look): (Option<WaveWriter>, Option<&mut TraceProbe<'_>>),
+        (wave, trace_probe): (Option<WaveWriter>, Option<&mut TraceProbe<'_>>),
         host: &mut dyn RunController<C>,
-    ) -> (RunResult, CoverAndProfile) {
-        let covered = self.args.coverage.is_some().then(|| CoverageProbe {
+    ) -> (RunResult, CoverageAndProfile) {
+        let coverage_probe = self.args.coverage.is_some().then(|| CoverageProbe {
             coverage: CodeCoverage::default(),
             elements: self.rungs.as_ref().and_then(MappedLadder::elements),
         });
-        if let Some(elements) = covered.as_ref().and_then(|covered| covered.elements.as_ref()) {
-            cpu.set_breakpoint(elements.at(), true);
+        if let Some(elements) = coverage_probe.as_ref().and_then(|coverage_probe| coverage_probe.elements.as_ref()) {
+            cpu.set_breakpoint(elements.scan_end_word(), true);
         }
         let profile = self.args.profile.is_some().then(|| CycleProfile::new(cpu.chip(), self.image, cpu.cycle()));
         // Each combination has its own run loop, which enables only the hooks that it needs.
-        match (covered, profile) {
+        match (coverage_probe, profile) {
             (None, None) => {
-                let ended = run_with_probe((cpu, board), plan, wave, (&mut (), look), host);
-                (ended, CoverAndProfile::default())
+                let ended = run_with_probe((cpu, devices), plan, wave, (&mut (), trace_probe), host);
+                (ended, CoverageAndProfile::default())
             }
-            (Some(mut covered), None) => {
-                let ended = run_with_probe((cpu, board), plan, wave, (&mut covered, look), host);
-                (ended, CoverAndProfile { covered: Some(covered), profile: None })
+            (Some(mut coverage_probe), None) => {
+                let ended = run_with_probe((cpu, devices), plan, wave, (&mut coverage_probe, trace_probe), host);
+                (ended, CoverageAndProfile { coverage_probe: Some(coverage_probe), profile: None })
             }
-            (covered, profile) => {
-                let mut seen = CoverAndProfile { covered, profile };
-                let ended = run_with_probe((cpu, board), plan, wave, (&mut seen, look), host);
-                if let Some(profile) = &mut seen.profile {
+            (coverage_probe, profile) => {
+                let mut collected = CoverageAndProfile { coverage_probe, profile };
+                let ended = run_with_probe((cpu, devices), plan, wave, (&mut collected, trace_probe), host);
+                if let Some(profile) = &mut collected.profile {
                     profile.finish(cpu.cycle());
                 }
-                (ended, seen)
+                (ended, collected)
             }
         }
     }
@@ -219,43 +221,46 @@ impl<'a> CoverageRun<'a> {
     /// Writes the files, and returns the reports as text and as members of the JSON document.
     pub fn write_reports(
         self,
-        seen: &CoverAndProfile,
+        collected: &CoverageAndProfile,
         source: &ProgramSource<'_>,
     ) -> Result<CoverageReport, VerbFailure> {
         let (mut text, mut members) = (String::new(), Vec::new());
-        if let (Some(CoverageProbe { coverage, elements }), Some((file, pending))) = (&seen.covered, self.coverage) {
-            let reached = coverage.covered_instructions(source.names.chip, self.image);
-            let (records, listing) = coverage_records(&reached, source, self.rungs.as_ref(), elements.as_ref(), file);
-            let mut totals = CoverageTotals::of(&reached, &records);
+        if let (Some(CoverageProbe { coverage, elements }), Some((file, pending))) =
+            (&collected.coverage_probe, self.coverage)
+        {
+            let instructions = coverage.covered_instructions(source.names.chip, self.image);
+            let (records, listing) =
+                coverage_records(&instructions, source, self.rungs.as_ref(), elements.as_ref(), file);
+            let mut totals = CoverageTotals::of(&instructions, &records);
             totals.elements = elements.as_ref().map(ElementCounts::covered_share);
-            let beside = format!("{file}.lst");
+            let listing_path = format!("{file}.lst");
             let listing = listing.map(|listing| -> Result<_, VerbFailure> {
-                check_listing_place(&beside, self.used_files)?;
-                let place = PendingFile::new(&beside)?;
-                write_to_pending(&place, &beside, &listing)?;
-                Ok(place)
+                check_listing_path(&listing_path, self.used_files)?;
+                let file = PendingFile::new(&listing_path)?;
+                write_to_pending(&file, &listing_path, &listing)?;
+                Ok(file)
             });
             let listing = listing.transpose()?;
-            write_begun_file(file, pending, &lcov::format_tracefile(&records))?;
+            write_open_file(file, pending, &lcov::format_tracefile(&records))?;
             listing.map_or(Ok(()), PendingFile::complete)?;
-            text.push_str(&figures(&totals));
+            text.push_str(&coverage_table(&totals));
             members.push(("coverage", document(&totals)));
         }
-        if let Some(profile) = &seen.profile {
-            let spent = CycleReport::new(profile, source, self.rungs.as_ref());
+        if let Some(profile) = &collected.profile {
+            let report = CycleReport::new(profile, source, self.rungs.as_ref());
             if let Some((file, pending)) = self.folded {
-                write_begun_file(file, pending, &spent.folded_stacks())?;
+                write_open_file(file, pending, &report.folded_stacks())?;
             }
-            text.push_str(&spent.text());
-            members.push(("profile", spent.document()));
+            text.push_str(&report.text());
+            members.push(("profile", report.document()));
         }
         Ok((text, members))
     }
 }
 
 /// Refuses a listing whose path is a file that the run reads or writes for another flag.
-fn check_listing_place(listing: &str, taken: &[String]) -> Result<(), VerbFailure> {
-    match taken.iter().find(|file| *file != "-" && output::same_place(file, listing)) {
+fn check_listing_path(listing: &str, used_files: &[String]) -> Result<(), VerbFailure> {
+    match used_files.iter().find(|file| *file != "-" && output::same_place(file, listing)) {
         Some(_) => {
             let why = format!(
                 "--coverage writes the listing {listing} next to its file, which would replace a file of this run; give it another name"
@@ -274,41 +279,41 @@ fn has_lines(source: &ProgramSource<'_>, rungs: Option<&MappedLadder>) -> bool {
 /// Returns the coverage records: by lines of the ladder program, of the sources, or of a listing, which is
 /// then returned too.
 fn coverage_records(
-    reached: &[CoveredInstruction],
+    instructions: &[CoveredInstruction],
     source: &ProgramSource<'_>,
     rungs: Option<&MappedLadder>,
     elements: Option<&ElementCounts>,
     file: &str,
 ) -> (Vec<lcov::LcovRecord>, Option<String>) {
-    if let Some(record) = rungs.and_then(|rungs| rungs.record(reached, elements)) {
+    if let Some(record) = rungs.and_then(|rungs| rungs.record(instructions, elements)) {
         return (vec![record], None);
     }
-    let records = lcov::source_records(reached, source);
+    let records = lcov::source_records(instructions, source);
     if records.is_empty() {
-        let (listing, record) = lcov::listing_record(reached, source, &format!("{file}.lst"));
+        let (listing, record) = lcov::listing_record(instructions, source, &format!("{file}.lst"));
         return (vec![record], Some(listing));
     }
     (records, None)
 }
 
-fn write_to_pending(place: &PendingFile, file: &str, text: &str) -> Result<(), VerbFailure> {
-    let mut out = place.writer()?;
-    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|error| VerbFailure::write_failed(file, &error))
+fn write_to_pending(pending: &PendingFile, name: &str, text: &str) -> Result<(), VerbFailure> {
+    let mut out = pending.writer()?;
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|error| VerbFailure::write_failed(name, &error))
 }
 
-/// Writes a file that was opened before, or standard output.
-fn write_begun_file(file: &str, place: Option<PendingFile>, text: &str) -> Result<(), VerbFailure> {
-    match place {
+/// Writes a file that [`CoverageRun::new`] opened, or standard output if it opened none, and completes it.
+fn write_open_file(name: &str, pending: Option<PendingFile>, text: &str) -> Result<(), VerbFailure> {
+    match pending {
         None => output::print(text),
-        Some(place) => {
-            write_to_pending(&place, file, text)?;
-            place.complete()
+        Some(pending) => {
+            write_to_pending(&pending, name, text)?;
+            pending.complete()
         }
     }
 }
 
 /// Returns the coverage figures as text.
-fn figures(totals: &CoverageTotals) -> String {
+fn coverage_table(totals: &CoverageTotals) -> String {
     let CoverageTotals { instructions, branches, lines, functions, elements } = totals;
     let mut rows = vec![("instructions", instructions), ("branches", branches), ("lines", lines)];
     rows.extend((functions.total > 0).then_some(("functions", functions)));

@@ -11,36 +11,40 @@ use super::rungs::MappedLadder;
 /// The cycles of a run, by function, rung and interrupt.
 pub struct CycleReport {
     total: u64,
+    /// Cycles before the first instruction.
     before_first: u64,
+    /// Cycles in which the core slept or was held.
     idle: u64,
-    entries: u64,
+    /// Cycles of interrupt entries that another interrupt ended before an instruction ran.
+    nested_entries: u64,
     /// By function, in descending order of cycles.
     functions: Vec<(String, u64)>,
     /// By rung, numbered from 1; `None` for code in no rung. Empty without a map.
     rungs: BTreeMap<Option<u32>, u64>,
+    /// By interrupt, by its name.
     interrupts: Vec<(String, InterruptService)>,
-    /// By interrupt and function.
+    /// By interrupt (or `program`) and function.
     stacks: BTreeMap<(String, String), u64>,
 }
 
 /// The name for cycles in which the core sleeps or is held.
-const ASLEEP: &str = "(asleep or held)";
-/// The name for interrupt entries that were interrupted themselves.
-const ENTRIES: &str = "(entry of an interrupt)";
+const IDLE: &str = "(asleep or held)";
+/// The name for interrupt entries that another interrupt ended before an instruction ran.
+const NESTED_ENTRIES: &str = "(entry of an interrupt)";
 /// The name for code before the first symbol.
-const NAMELESS: &str = "(no symbol)";
+const NO_SYMBOL: &str = "(no symbol)";
 
 impl CycleReport {
     /// Adds up the counts of a profile.
     pub fn new(profile: &CycleProfile, source: &ProgramSource<'_>, rungs: Option<&MappedLadder>) -> CycleReport {
         let chip = source.names.chip;
-        let vector =
+        let vector_name =
             |number: u8| chip.vectors.get(usize::from(number)).map_or_else(|| number.to_string(), |n| (*n).to_owned());
-        let serving = |vectors: Option<u8>| vectors.map_or("program".to_owned(), vector);
+        let serving = |vector: Option<u8>| vector.map_or("program".to_owned(), vector_name);
         let (mut functions, mut by_rung, mut stacks) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
         for (service, pc, count) in profile.cycles() {
-            let near = source.names.nearest_symbol(pc * chip.word_bytes);
-            let name = near.as_deref().map_or(NAMELESS, |name| name.split('+').next().unwrap_or(name)).to_owned();
+            let symbol = source.names.nearest_symbol(pc * chip.word_bytes);
+            let name = symbol.as_deref().map_or(NO_SYMBOL, |name| name.split('+').next().unwrap_or(name)).to_owned();
             if let Some(rungs) = rungs {
                 *by_rung.entry(rungs.rung_at(pc)).or_default() += count;
             }
@@ -48,10 +52,10 @@ impl CycleReport {
             *functions.entry(name).or_default() += count;
         }
         for (service, count) in profile.idle() {
-            *stacks.entry((serving(service), ASLEEP.to_owned())).or_default() += count;
+            *stacks.entry((serving(service), IDLE.to_owned())).or_default() += count;
         }
         for (service, count) in profile.entries() {
-            *stacks.entry((serving(service), ENTRIES.to_owned())).or_default() += count;
+            *stacks.entry((serving(service), NESTED_ENTRIES.to_owned())).or_default() += count;
         }
         let mut functions: Vec<(String, u64)> = functions.into_iter().collect();
         functions.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(&b.0)));
@@ -59,10 +63,10 @@ impl CycleReport {
             total: profile.total_cycles(),
             before_first: profile.cycles_before_first(),
             idle: profile.idle().map(|(_, count)| count).sum(),
-            entries: profile.entries().map(|(_, count)| count).sum(),
+            nested_entries: profile.entries().map(|(_, count)| count).sum(),
             functions,
             rungs: by_rung,
-            interrupts: profile.services().map(|(number, service)| (vector(number), service)).collect(),
+            interrupts: profile.services().map(|(number, service)| (vector_name(number), service)).collect(),
             stacks,
         }
     }
@@ -78,9 +82,11 @@ impl CycleReport {
         for (name, count) in &self.functions {
             out.push_str(&row(name, *count));
         }
-        for (name, count) in
-            [(ASLEEP, self.idle), (ENTRIES, self.entries), ("(before the first instruction)", self.before_first)]
-        {
+        for (name, count) in [
+            (IDLE, self.idle),
+            (NESTED_ENTRIES, self.nested_entries),
+            ("(before the first instruction)", self.before_first),
+        ] {
             if count > 0 {
                 out.push_str(&row(name, count));
             }
@@ -111,7 +117,7 @@ impl CycleReport {
             "cycles": self.total,
             "before": self.before_first,
             "idle": self.idle,
-            "entries": self.entries,
+            "entries": self.nested_entries,
             "functions": self.functions.iter().map(function).collect::<Vec<_>>(),
             "rungs": self.rungs.iter().map(rung).collect::<Vec<_>>(),
             "interrupts": self.interrupts.iter().map(interrupt).collect::<Vec<_>>(),

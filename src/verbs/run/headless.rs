@@ -20,7 +20,7 @@ use emu_debug::{
 use scenario::ScenarioVerdict;
 
 use super::RunArgs;
-use super::cover::{CoverAndProfile, CoverageRun};
+use super::cover::{CoverageAndProfile, CoverageRun};
 use super::plan::{PlannedRun, check_pins_exist, exit_code, missing_expected_text, plan_run};
 use super::scenario::{ScenarioHost, ScenarioSetup};
 use super::snapshot::RunSnapshots;
@@ -52,7 +52,7 @@ pub struct HeadlessRun<'a> {
     pub avr: avr::AvrWiring,
     /// Options of a PIC16.
     pub pic16: emu_pic16::Options,
-    /// The file of the EEPROM, and its contents if it exists.
+    /// The file that keeps the EEPROM, and its contents if it exists.
     pub eeprom: Option<(MemoryFile, Option<Vec<u8>>)>,
     /// The snapshots that the run reads and writes.
     pub snapshots: RunSnapshots,
@@ -60,7 +60,7 @@ pub struct HeadlessRun<'a> {
     pub snapshot_writer: SnapshotWriter,
     /// Devices on the pins.
     pub devices: AttachedStores,
-    /// Standard output carries a result other than the summary.
+    /// Standard output carries a result other than the summary, which then goes to standard error.
     pub to_stdout: bool,
     /// The style of messages.
     pub terminal: &'a MessageStyle,
@@ -70,35 +70,35 @@ impl MachineVisitor for HeadlessRun<'_> {
     type Output = Result<u8, VerbFailure>;
 
     fn visit<C: Cpu + 'static>(mut self, mut cpu: C) -> Self::Output {
-        let store = self.eeprom.take().map(|(store, held)| {
-            store::load_eeprom(&mut cpu, &held.unwrap_or_default());
-            store
+        let eeprom_file = self.eeprom.take().map(|(file, contents)| {
+            store::load_eeprom(&mut cpu, &contents.unwrap_or_default());
+            file
         });
         let clock = CycleClock { hz: self.hz, clocks_per_cycle: cpu.clocks_per_cycle() * self.avr.divider };
         let source = self.source(cpu.chip());
-        let job = plan_run(self.args, &source, clock);
+        let planned = plan_run(self.args, &source, clock);
         // The lookup of a source line may have found damaged debugging information.
         report_diagnostics(self.terminal, self.image.lines.warnings(), FileTexts::NONE);
-        let reported = self.image.lines.warnings().len();
-        let mut job = job?;
-        self.snapshots.resume(&mut cpu, &mut job)?;
-        check_pins_exist(&job, &cpu)?;
-        let mut board = self.devices.connect(cpu.chip(), clock, &job.drives)?;
-        let mut begun = false;
-        let out = self.run_and_report((&mut cpu, &mut board), job, &mut begun);
+        let warnings_reported = self.image.lines.warnings().len();
+        let mut planned = planned?;
+        self.snapshots.resume(&mut cpu, &mut planned)?;
+        check_pins_exist(&planned, &cpu)?;
+        let mut devices = self.devices.connect(cpu.chip(), clock, &planned.drives)?;
+        let mut started = false;
+        let outcome = self.run_and_report((&mut cpu, &mut devices), planned, &mut started);
         report_diagnostics(
             self.terminal,
-            self.image.lines.warnings().get(reported..).unwrap_or_default(),
+            self.image.lines.warnings().get(warnings_reported..).unwrap_or_default(),
             FileTexts::NONE,
         );
-        if !begun {
-            return out;
+        if !started {
+            return outcome;
         }
         // These files are written however the run ended, and independently of each other.
-        let stored = store.map_or(Ok(()), |store| store.keep(&store::eeprom_bytes(&cpu)));
-        let held = self.devices.write_back(&board);
-        let saved = self.snapshots.write_snapshot(&cpu);
-        out.and_then(|code| stored.and(held).and(saved).map(|()| code))
+        let eeprom_written = eeprom_file.map_or(Ok(()), |file| file.keep(&store::eeprom_bytes(&cpu)));
+        let devices_written = self.devices.write_back(&devices);
+        let snapshot_written = self.snapshots.write_snapshot(&cpu);
+        outcome.and_then(|code| eeprom_written.and(devices_written).and(snapshot_written).map(|()| code))
     }
 }
 
@@ -108,70 +108,70 @@ impl HeadlessRun<'_> {
         ProgramSource { names: AddressNames { chip, symbols: &self.image.symbols }, lines: &self.image.lines }
     }
 
-    /// Runs the machine and reports the result. Sets `begun` just before the machine runs.
+    /// Runs the machine and reports the result. Sets `started` just before the machine runs.
     fn run_and_report<C: Cpu>(
         &self,
-        (cpu, board): (&mut C, &mut AttachedDevices),
-        mut job: PlannedRun,
-        begun: &mut bool,
+        (cpu, devices): (&mut C, &mut AttachedDevices),
+        mut planned: PlannedRun,
+        started: &mut bool,
     ) -> Result<u8, VerbFailure> {
         let (args, image, chip) = (self.args, self.image, cpu.chip());
         let source = self.source(chip);
-        let filled = image.segments.iter().filter(|s| s.space == chip.ram_space);
-        job.plan.initialized = filled
+        let initialized_segments = image.segments.iter().filter(|s| s.space == chip.ram_space);
+        planned.plan.initialized = initialized_segments
             .map(|s| AddressRange { space: s.space, start: s.addr, end: s.addr + s.bytes.len() as u32 })
             .collect();
-        for (text, range) in &job.peek {
+        for (text, range) in &planned.peek {
             let width = chip.bytes_per_address(range.space);
             if let Some(addr) = (range.start..range.end).find(|&addr| cpu.peek(range.space, addr * width).is_none()) {
                 let why = format!("{} has no memory at {}:0x{addr:x}", chip.name, range.space);
                 return Err(VerbFailure::invalid_flag_value("--peek <RANGE>", text, &why));
             }
         }
-        queue_drives(cpu, &job.drives).map_err(VerbFailure::usage)?;
+        queue_drives(cpu, &planned.drives).map_err(VerbFailure::usage)?;
         pic16::warn_missing_config(chip, image, &self.pic16);
         if let Some(script) = &self.script {
-            let limits = CodRunLimits { cycle: job.plan.limit, hz: self.hz };
+            let limits = CodRunLimits { cycle: planned.plan.limit, hz: self.hz };
             let name = args.cod.as_deref().unwrap_or_default();
-            *begun = true;
-            return cod::run_and_judge(cpu, script, (name, source), (limits, &job.drives), args.json);
+            *started = true;
+            return cod::run_and_judge(cpu, script, (name, source), (limits, &planned.drives), args.json);
         }
-        let scenario = args.scenes.scenario.as_deref().map(scenarios::read_scenario).transpose()?;
-        let cast = match args.scenes.is_any_given() {
-            true => Some(args.scenes.scenario_setup(
+        let scenario = args.scenario_flags.scenario.as_deref().map(scenarios::read_scenario).transpose()?;
+        let scenario_setup = match args.scenario_flags.is_any_given() {
+            true => Some(args.scenario_flags.scenario_setup(
                 cpu,
                 &source,
-                (args, &job, scenario.as_ref()),
+                (args, &planned, scenario.as_ref()),
                 (&self.snapshot_writer, self.terminal),
             )?),
             false => None,
         };
-        if let Some(bound) = cast.as_ref().and_then(|cast| cast.deciding.as_ref()) {
-            job.plan.limit = bound.max_cycles(job.clock.clocks_per_cycle);
+        if let Some(deciding) = scenario_setup.as_ref().and_then(|scenario_setup| scenario_setup.deciding.as_ref()) {
+            planned.plan.limit = deciding.max_cycles(planned.clock.clocks_per_cycle);
         }
-        board.connect(cpu);
-        let asked = args.trace.resolve(cpu, &source)?;
+        devices.connect(cpu);
+        let trace_request = args.trace.resolve(cpu, &source)?;
         let cover = CoverageRun::new(
             &args.cover,
             args.trace.map.as_deref(),
             (&source, image),
             (&self.snapshot_writer.protected_files, self.terminal),
         )?;
-        let job_of = (&job, asked, source);
-        let RecordedRun { ended, verdict, seen, files_written: kept } =
-            run_recorded(args, (cpu, board), job_of, (cast, &cover), begun)?;
-        let held = if ended.reason == RunEnd::Halted { reset_hold(cpu, &job.drives) } else { None };
-        let PlannedRun { clock, plan, peek, .. } = &job;
-        let story = RunSummary { cpu, source, clock: *clock, plan, ended: &ended, peek, reset_hold: held };
-        if let Some(how) = args.lint {
-            lint::report_lints(&story, how, &args.image, self.terminal);
+        let run_inputs = (&planned, trace_request, source);
+        let RecordedRun { ended, verdict, coverage, outputs_written } =
+            run_recorded(args, (cpu, devices), run_inputs, (scenario_setup, &cover), started)?;
+        let hold_reason = if ended.reason == RunEnd::Halted { reset_hold(cpu, &planned.drives) } else { None };
+        let PlannedRun { clock, plan, peek, .. } = &planned;
+        let summary = RunSummary { cpu, source, clock: *clock, plan, ended: &ended, peek, reset_hold: hold_reason };
+        if let Some(lint_mode) = args.lint {
+            lint::report_lints(&summary, lint_mode, &args.image, self.terminal);
         }
-        summary::report_faults(&story, &avr::erased_memory_hint(chip, image, &self.avr));
+        summary::report_faults(&summary, &avr::erased_memory_hint(chip, image, &self.avr));
         avr::warn_clock_change(cpu, &self.avr);
-        let reported = cover.write_reports(&seen, &source);
-        kept?;
-        let (covered, members) = reported?;
-        let played = scenario.as_ref().zip(verdict.as_ref());
+        let reports = cover.write_reports(&coverage, &source);
+        outputs_written?;
+        let (coverage_text, json_members) = reports?;
+        let scenario_verdict = scenario.as_ref().zip(verdict.as_ref());
         if let (RunEnd::Finished, Some(text)) = (ended.reason, missing_expected_text(plan, &ended)) {
             let text = text.escape_ascii();
             output::print_to_stderr(&format!(
@@ -179,63 +179,64 @@ impl HeadlessRun<'_> {
             ));
         }
         if args.json {
-            let mut document = summary::json_document(&story);
-            for (name, member) in members {
+            let mut document = summary::json_document(&summary);
+            for (name, member) in json_members {
                 document[name] = member;
             }
-            if let Some((file, verdict)) = played {
+            if let Some((file, verdict)) = scenario_verdict {
                 document["scenario"] = file.verdict_json(verdict);
             }
             if args.lint.is_some() {
-                document["lints"] = lint::document(&story);
+                document["lints"] = lint::document(&summary);
             }
             output::print_json(&document)?;
         } else if self.to_stdout {
-            output::print_to_stderr(&(summary::summary_text(&story) + &covered));
+            output::print_to_stderr(&(summary::summary_text(&summary) + &coverage_text));
         } else {
-            output::print(summary::summary_text(&story) + &covered)?;
+            output::print(summary::summary_text(&summary) + &coverage_text)?;
         }
-        let asked = args.time.is_some() || args.cycles.is_some();
-        let code = exit_code(&job.plan, &ended, asked);
-        let code = match played {
+        let limit_requested = args.time.is_some() || args.cycles.is_some();
+        let code = exit_code(&planned.plan, &ended, limit_requested);
+        let code = match scenario_verdict {
             Some((file, verdict)) => {
                 file.report_beside_run(verdict, (code, args.json || self.to_stdout), self.terminal)?
             }
             None => code,
         };
-        Ok(args.lint.map_or(code, |how| lint::exit_code_with_lints(how, &ended.lints, code)))
+        Ok(args.lint.map_or(code, |lint_mode| lint::exit_code_with_lints(lint_mode, &ended.lints, code)))
     }
 }
 
 /// Runs the machine and writes the outputs of `--uart`, `--vcd`, `--trace`, `--coverage` and `--profile`.
 fn run_recorded<C: Cpu>(
     args: &RunArgs,
-    (cpu, board): (&mut C, &mut AttachedDevices),
-    (job, asked, source): (&PlannedRun, TraceRequest, ProgramSource<'_>),
-    (cast, cover): (Option<ScenarioSetup>, &CoverageRun<'_>),
-    begun: &mut bool,
+    (cpu, devices): (&mut C, &mut AttachedDevices),
+    (planned, trace_request, source): (&PlannedRun, TraceRequest, ProgramSource<'_>),
+    (scenario_setup, cover): (Option<ScenarioSetup>, &CoverageRun<'_>),
+    started: &mut bool,
 ) -> Result<RecordedRun, VerbFailure> {
     let chip = cpu.chip();
-    let record = args.scenes.record.as_deref().filter(|f| !output::is_stdout(f)).map(PendingFile::new).transpose()?;
-    let raw = args.uart.as_deref().is_some_and(output::is_stdout);
-    let (start, mut printed, mut broken) = (Instant::now(), 0, None);
+    let record_file =
+        args.scenario_flags.record.as_deref().filter(|f| !output::is_stdout(f)).map(PendingFile::new).transpose()?;
+    let uart_to_stdout = args.uart.as_deref().is_some_and(output::is_stdout);
+    let (start, mut printed_bytes, mut print_error) = (Instant::now(), 0, None);
     let interrupted = listen_for_interrupts();
-    let mut patience = |sent: &[u8]| {
-        if raw && broken.is_none() {
-            broken = output::print(sent.get(printed..).unwrap_or_default()).err();
-            printed = sent.len();
+    let mut keep_waiting = |sent: &[u8]| {
+        if uart_to_stdout && print_error.is_none() {
+            print_error = output::print(sent.get(printed_bytes..).unwrap_or_default()).err();
+            printed_bytes = sent.len();
         }
-        broken.is_none()
+        print_error.is_none()
             && !interrupted.load(Ordering::Relaxed)
             && args.timeout.is_none_or(|limit| start.elapsed() < limit)
     };
-    let mut stage = match cast {
-        Some(cast) => Some(ScenarioHost::new(chip, job.clock, cast, &mut patience)?),
+    let mut scenario_host = match scenario_setup {
+        Some(scenario_setup) => Some(ScenarioHost::new(chip, planned.clock, scenario_setup, &mut keep_waiting)?),
         None => None,
     };
     // Before the waveform starts, so that the waveform includes the state of the first cycle.
-    if let Some(stage) = &mut stage {
-        stage.start(cpu);
+    if let Some(scenario_host) = &mut scenario_host {
+        scenario_host.start(cpu);
     }
     let uart_file = args.uart.as_deref().filter(|f| !output::is_stdout(f)).map(PendingFile::new).transpose()?;
     let vcd_file = args.vcd.as_deref().filter(|f| !output::is_stdout(f)).map(PendingFile::new).transpose()?;
@@ -249,47 +250,49 @@ fn run_recorded<C: Cpu>(
     let mut wave = wave
         .map(|out| {
             let levels = shown_pin_levels(cpu, chip);
-            let columns = &asked.columns();
+            let columns = &trace_request.columns();
             let start = CycleTime::at(cpu.cycle());
             let extras = WaveExtras { start, uart: family::has_uart(chip), columns, split: args.trace.vcd_bits };
-            WaveWriter::with_extras((out, chip, job.clock), &levels, extras)
+            WaveWriter::with_extras((out, chip, planned.clock), &levels, extras)
         })
         .transpose()
         .map_err(vcd_error)?;
 
     let trace_file = args.trace.pending()?;
-    let mut look = args.trace.trace_probe(asked, trace_file.as_ref(), (source, job.clock.hz))?;
+    let mut trace_probe = args.trace.trace_probe(trace_request, trace_file.as_ref(), (source, planned.clock.hz))?;
 
-    *begun = true;
-    let mut go = |cpu: &mut C, host: &mut dyn RunController<C>| {
-        cover.run((cpu, board), &job.plan, (wave.take(), look.as_mut()), host)
+    *started = true;
+    let mut run_machine = |cpu: &mut C, host: &mut dyn RunController<C>| {
+        cover.run((cpu, devices), &planned.plan, (wave.take(), trace_probe.as_mut()), host)
     };
-    let ((mut ended, seen), verdict, recording) = match stage {
-        Some(mut stage) => {
-            let ended = go(cpu, &mut stage);
-            let verdict = stage.end_scenario(cpu, &ended.0.uart, "the run ended");
-            (ended, verdict, stage.recording(cpu))
+    let ((mut ended, coverage), verdict, recording) = match scenario_host {
+        Some(mut scenario_host) => {
+            let ended = run_machine(cpu, &mut scenario_host);
+            let verdict = scenario_host.end_scenario(cpu, &ended.0.uart, "the run ended");
+            (ended, verdict, scenario_host.recording(cpu))
         }
-        None => (go(cpu, &mut ContinueCallback(&mut patience)), None, None),
+        None => (run_machine(cpu, &mut ContinueCallback(&mut keep_waiting)), None, None),
     };
     if ended.reason == RunEnd::Declined && interrupted.load(Ordering::Relaxed) {
         ended.reason = RunEnd::Interrupted;
     }
     // Each output is kept, even if another one fails.
-    let sent = uart_file.map_or(Ok(()), |file| write_pending(file, args.uart.as_deref(), &ended.uart));
-    let drawn = match (ended.wave_error.take(), vcd_file) {
+    let uart_written = uart_file.map_or(Ok(()), |file| write_pending(file, args.uart.as_deref(), &ended.uart));
+    let vcd_written = match (ended.wave_error.take(), vcd_file) {
         (Some(error), _) => Err(vcd_error(error)),
         (None, file) => file.map_or(Ok(()), PendingFile::complete),
     };
-    let traced = look.map_or(Ok(()), |look| args.trace.finish_trace(look, trace_file, cpu.cycle(), &ended));
+    let trace_written =
+        trace_probe.map_or(Ok(()), |trace_probe| args.trace.finish_trace(trace_probe, trace_file, cpu.cycle(), &ended));
     let text = recording.unwrap_or_default();
-    let record = match (args.scenes.record.as_deref(), record) {
-        (Some(_), Some(file)) => write_pending(file, args.scenes.record.as_deref(), text.as_bytes()),
+    let record_written = match (args.scenario_flags.record.as_deref(), record_file) {
+        (Some(_), Some(file)) => write_pending(file, args.scenario_flags.record.as_deref(), text.as_bytes()),
         (Some(_), None) => output::print(text),
         (None, _) => Ok(()),
     };
-    let kept = broken.map_or(Ok(()), Err).and(sent).and(drawn).and(traced).and(record);
-    Ok(RecordedRun { ended, verdict, seen, files_written: kept })
+    let outputs_written =
+        print_error.map_or(Ok(()), Err).and(uart_written).and(vcd_written).and(trace_written).and(record_written);
+    Ok(RecordedRun { ended, verdict, coverage, outputs_written })
 }
 
 /// Writes an open file and renames it to its final name.
@@ -301,10 +304,14 @@ fn write_pending(file: PendingFile, name: Option<&str>, bytes: &[u8]) -> Result<
     file.complete()
 }
 
-/// How a run and its scenario ended, and whether its output files are complete.
+/// The result of [`run_recorded`].
 struct RecordedRun {
+    /// How the run ended.
     ended: RunResult,
+    /// The verdict of the scenario, if there is one.
     verdict: Option<ScenarioVerdict>,
-    seen: CoverAndProfile,
-    files_written: Result<(), VerbFailure>,
+    /// What the run executed, for the reports.
+    coverage: CoverageAndProfile,
+    /// The first error of the output files.
+    outputs_written: Result<(), VerbFailure>,
 }

@@ -22,39 +22,40 @@ pub enum LintMode {
 }
 
 /// Prints the findings on standard error, in the order in which they occurred.
-pub fn report_lints<C: Cpu>(story: &RunSummary<'_, C>, lint: LintMode, image: &str, terminal: &MessageStyle) {
-    let severity = if lint == LintMode::Error { Severity::Error } else { Severity::Warning };
-    let each = story.ended.lints.iter().map(|found| {
-        let (place, what) = (story.source.describe_word(found.pc), describe_lint(found.lint, &story.source.names));
-        let cause = format!("at {place}: {what} ({})", times(found));
-        Diagnostic::new(severity, found.lint.code(), image, Pos::default(), cause, found.lint.hint())
+pub fn report_lints<C: Cpu>(summary: &RunSummary<'_, C>, mode: LintMode, image: &str, terminal: &MessageStyle) {
+    let severity = if mode == LintMode::Error { Severity::Error } else { Severity::Warning };
+    let diagnostics = summary.ended.lints.iter().map(|finding| {
+        let (place, what) =
+            (summary.source.describe_word(finding.pc), describe_lint(finding.lint, &summary.source.names));
+        let cause = format!("at {place}: {what} ({})", count_text(finding));
+        Diagnostic::new(severity, finding.lint.code(), image, Pos::default(), cause, finding.lint.hint())
     });
     // An image has no source lines to draw.
-    report::report_diagnostics(terminal, &each.collect::<Vec<_>>(), report::FileTexts::NONE);
+    report::report_diagnostics(terminal, &diagnostics.collect::<Vec<_>>(), report::FileTexts::NONE);
 }
 
 /// Returns the count of a finding: `4 times, first in cycle 12`.
-fn times(found: &LintFinding) -> String {
-    match found.count {
-        1 => format!("once, in cycle {}", found.first),
-        count => format!("{count} times, first in cycle {}", found.first),
+fn count_text(finding: &LintFinding) -> String {
+    match finding.count {
+        1 => format!("once, in cycle {}", finding.first),
+        count => format!("{count} times, first in cycle {}", finding.first),
     }
 }
 
 /// Returns the findings as a list of JSON objects.
-pub fn document<C: Cpu>(story: &RunSummary<'_, C>) -> Value {
-    let each = story.ended.lints.iter().map(|found| {
+pub fn document<C: Cpu>(summary: &RunSummary<'_, C>) -> Value {
+    let objects = summary.ended.lints.iter().map(|finding| {
         let mut object = json!({
-            "code": found.lint.code(),
-            "pc": story.source.names.chip.code_address(found.pc),
-            "cause": describe_lint(found.lint, &story.source.names),
-            "hint": found.lint.hint(),
-            "count": found.count,
-            "cycle": found.first,
+            "code": finding.lint.code(),
+            "pc": summary.source.names.chip.code_address(finding.pc),
+            "cause": describe_lint(finding.lint, &summary.source.names),
+            "hint": finding.lint.hint(),
+            "count": finding.count,
+            "cycle": finding.first,
         });
-        let byte = found.pc * story.source.names.chip.word_bytes;
+        let byte = finding.pc * summary.source.names.chip.word_bytes;
         for (key, value) in
-            [("symbol", story.source.names.nearest_symbol(byte)), ("line", story.source.line_text(found.pc))]
+            [("symbol", summary.source.names.nearest_symbol(byte)), ("line", summary.source.line_text(finding.pc))]
         {
             if let Some(value) = value {
                 object[key] = json!(value);
@@ -62,10 +63,10 @@ pub fn document<C: Cpu>(story: &RunSummary<'_, C>) -> Value {
         }
         object
     });
-    Value::Array(each.collect())
+    Value::Array(objects.collect())
 }
 
 /// Returns the exit code of a run that would end with `code`. Other failures keep their own code.
-pub fn exit_code_with_lints(lint: LintMode, found: &[LintFinding], code: u8) -> u8 {
-    if lint == LintMode::Error && !found.is_empty() && code == exit::OK { exit::FAILED } else { code }
+pub fn exit_code_with_lints(mode: LintMode, findings: &[LintFinding], code: u8) -> u8 {
+    if mode == LintMode::Error && !findings.is_empty() && code == exit::OK { exit::FAILED } else { code }
 }

@@ -54,12 +54,12 @@ pub fn plan_run(args: &RunArgs, source: &ProgramSource<'_>, clock: CycleClock) -
 }
 
 /// Refuses pins that the machine does not have because of its image.
-pub fn check_pins_exist<C: Cpu>(job: &PlannedRun, cpu: &C) -> Result<(), VerbFailure> {
-    let awaited = job.plan.until.iter().filter_map(|until| match until {
+pub fn check_pins_exist<C: Cpu>(planned: &PlannedRun, cpu: &C) -> Result<(), VerbFailure> {
+    let awaited_pins = planned.plan.until.iter().filter_map(|until| match until {
         StopCondition::Pin(pin, _) => Some(*pin),
         _ => None,
     });
-    machine::check_pins_exist(cpu, &job.drives, awaited)
+    machine::check_pins_exist(cpu, &planned.drives, awaited_pins)
 }
 
 /// Returns the text of --expect-uart if it was not sent.
@@ -70,16 +70,16 @@ pub fn missing_expected_text<'p>(plan: &'p RunPlan, ended: &RunResult) -> Option
 
 /// Returns the exit code. A condition of --until, or the end of a scenario, is success unless --expect-uart
 /// still waits.
-pub fn exit_code(plan: &RunPlan, ended: &RunResult, asked: bool) -> u8 {
-    let waits = missing_expected_text(plan, ended).is_some() || !plan.until.is_empty();
+pub fn exit_code(plan: &RunPlan, ended: &RunResult, limit_requested: bool) -> u8 {
+    let still_waits = missing_expected_text(plan, ended).is_some() || !plan.until.is_empty();
     match ended.reason {
         RunEnd::Finished if missing_expected_text(plan, ended).is_some() => exit::FAILED,
         RunEnd::Expected | RunEnd::Finished => exit::OK,
         RunEnd::Until(..) if plan.expect.is_none() => exit::OK,
         RunEnd::Until(..) | RunEnd::Failed => exit::FAILED,
-        RunEnd::Halted if waits => exit::FAILED,
+        RunEnd::Halted if still_waits => exit::FAILED,
         RunEnd::Halted => exit::OK,
-        RunEnd::Limit if asked && !waits => exit::OK,
+        RunEnd::Limit if limit_requested && !still_waits => exit::OK,
         RunEnd::Limit | RunEnd::Declined | RunEnd::Interrupted => exit::LIMIT,
         RunEnd::Illegal { .. } | RunEnd::Fault { .. } => exit::FAULT,
     }

@@ -60,8 +60,8 @@ impl MappedLadder {
             if !texts.eq(parsed.elements.iter().map(|element| element.text.clone())) {
                 let cause = format!("has other elements than the map {map}");
                 let hint = "give the program that was compiled, or compile it again";
-                let other = file_error(OTHER_LADDER, file, cause, hint);
-                return Err(VerbFailure::Refused(vec![other], FileTexts::default()));
+                let wrong_program = file_error(OTHER_LADDER, file, cause, hint);
+                return Err(VerbFailure::Refused(vec![wrong_program], FileTexts::default()));
             }
         }
         Ok(MappedLadder { chip, map: parsed, program })
@@ -82,40 +82,47 @@ impl MappedLadder {
     pub fn elements(&self) -> Option<ElementCounts> {
         let program = self.program.as_ref()?;
         let bits = program.elements().enumerate().filter_map(|(i, (_, element, _))| {
-            let mut place = None;
+            let mut location = None;
             ladder::symbols::for_each_symbol_use(element, &mut |name, _| {
                 let symbol = self.map.symbols.iter().find(|symbol| symbol.name == name);
-                place = place.take().or_else(|| symbol.map(|symbol| symbol.place.clone()));
+                location = location.take().or_else(|| symbol.map(|symbol| symbol.place.clone()));
             });
-            place.filter(|place| matches!(place, CellLocation::Bit { .. })).map(|place| (i, (place, [0; 2])))
+            location
+                .filter(|location| matches!(location, CellLocation::Bit { .. }))
+                .map(|location| (i, (location, [0; 2])))
         });
         Some(ElementCounts { scan_end_word: self.map.scan_end / self.chip.word_bytes, bits: bits.collect() })
     }
 
     /// Returns the coverage record of the program, if it is known: a rung is a function, and an element that
     /// is a bit has its two values as branches.
-    pub fn record(&self, reached: &[CoveredInstruction], elements: Option<&ElementCounts>) -> Option<LcovRecord> {
+    pub fn record(&self, instructions: &[CoveredInstruction], elements: Option<&ElementCounts>) -> Option<LcovRecord> {
         let program = self.program.as_ref()?;
         let count = |start: u32, end: u32| {
             let words = start / self.chip.word_bytes..end / self.chip.word_bytes;
-            reached.iter().filter(|one| words.contains(&one.instruction.pc)).map(|one| one.count).max()
+            instructions
+                .iter()
+                .filter(|covered| words.contains(&covered.instruction.pc))
+                .map(|covered| covered.count)
+                .max()
         };
         let mut record = LcovRecord::new(program.file.clone());
-        for (rung, at) in program.rungs.iter().zip(&self.map.rungs) {
+        for (rung, mapped) in program.rungs.iter().zip(&self.map.rungs) {
             // A rung that holds only comments has no code.
-            let Some(count) = count(at.start, at.end) else { continue };
-            record.functions.push(FunctionCount { line: rung.pos.line, name: format!("rung {}", at.rung), count });
+            let Some(count) = count(mapped.start, mapped.end) else { continue };
+            record.functions.push(FunctionCount { line: rung.pos.line, name: format!("rung {}", mapped.rung), count });
         }
-        for (i, ((_, _, pos), at)) in program.elements().zip(&self.map.elements).enumerate() {
+        for (i, ((_, _, pos), mapped)) in program.elements().zip(&self.map.elements).enumerate() {
             // An element without code counts as executed whenever its rung is.
-            let rung = self.map.rungs.iter().find(|rung| rung.rung == at.rung);
-            let own = count(at.start, at.end).or_else(|| rung.and_then(|rung| count(rung.start, rung.end)));
-            let Some(own) = own else { continue };
+            let rung = self.map.rungs.iter().find(|rung| rung.rung == mapped.rung);
+            let execution_count =
+                count(mapped.start, mapped.end).or_else(|| rung.and_then(|rung| count(rung.start, rung.end)));
+            let Some(execution_count) = execution_count else { continue };
             let line = record.lines.entry(pos.line).or_default();
-            *line = (*line).max(own);
-            if let Some((_, seen)) = elements.and_then(|elements| elements.bits.get(&i)) {
-                let ways = (seen[0] + seen[1] > 0).then_some(*seen);
-                record.branches.push(BranchCount { line: pos.line, block: i as u32 + 1, counts_by_outcome: ways });
+            *line = (*line).max(execution_count);
+            if let Some((_, value_counts)) = elements.and_then(|elements| elements.bits.get(&i)) {
+                let counts_by_outcome = (value_counts[0] + value_counts[1] > 0).then_some(*value_counts);
+                record.branches.push(BranchCount { line: pos.line, block: i as u32 + 1, counts_by_outcome });
             }
         }
         Some(record)
@@ -124,7 +131,7 @@ impl MappedLadder {
 
 impl ElementCounts {
     /// Returns the program word at which the elements are sampled.
-    pub fn at(&self) -> u32 {
+    pub fn scan_end_word(&self) -> u32 {
         self.scan_end_word
     }
 
@@ -133,16 +140,16 @@ impl ElementCounts {
         if pc != self.scan_end_word {
             return;
         }
-        for (place, seen) in self.bits.values_mut() {
-            if let CellLocation::Bit { space, addr, bit } = place {
+        for (location, value_counts) in self.bits.values_mut() {
+            if let CellLocation::Bit { space, addr, bit } = location {
                 let on = memory(space, *addr).is_some_and(|byte| byte >> (*bit & 7) & 1 == 1);
-                seen[usize::from(on)] += 1;
+                value_counts[usize::from(on)] += 1;
             }
         }
     }
 
     /// Returns how many of the two values of each element occurred.
     pub fn covered_share(&self) -> CoveredShare {
-        CoveredShare::of(self.bits.values().flat_map(|(_, seen)| seen), |count| **count > 0)
+        CoveredShare::of(self.bits.values().flat_map(|(_, value_counts)| value_counts), |count| **count > 0)
     }
 }

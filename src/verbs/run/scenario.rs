@@ -32,7 +32,7 @@ const QUEUE_AHEAD_CYCLES: u64 = 1 << 10;
 pub struct ScenarioHost<'a> {
     chip: &'static Chip,
     clock: CycleClock,
-    table: ChipBindings,
+    bindings: ChipBindings,
     /// The scenario that gives the verdict; the stimuli run in parallel.
     deciding_player: Option<ScenarioPlayer>,
     stimulus_players: Vec<ScenarioPlayer>,
@@ -41,7 +41,7 @@ pub struct ScenarioHost<'a> {
     /// Changes of the supply: time, and voltage in millivolts.
     supplies: Vec<(CycleTime, u32)>,
     /// The tick at which the players run next.
-    next_look: u64,
+    next_poll_tick: u64,
     started: bool,
     /// The verdict, once the deciding scenario has ended.
     pub verdict: Option<ScenarioVerdict>,
@@ -57,7 +57,7 @@ pub struct ScenarioHost<'a> {
 /// The parts from which a [`ScenarioHost`] is built.
 pub struct ScenarioSetup {
     /// The resolved names of pins and memory.
-    pub table: ChipBindings,
+    pub bindings: ChipBindings,
     /// Changes of the supply from other flags: time, and voltage in millivolts.
     pub supplies: Vec<(CycleTime, u32)>,
     /// The scenario that gives the verdict, if there is one.
@@ -81,34 +81,34 @@ impl<'a> ScenarioHost<'a> {
     pub fn new(
         chip: &'static Chip,
         clock: CycleClock,
-        cast: ScenarioSetup,
-        patience: &'a mut dyn FnMut(&[u8]) -> bool,
+        setup: ScenarioSetup,
+        keep_waiting: &'a mut dyn FnMut(&[u8]) -> bool,
     ) -> Result<ScenarioHost<'a>, VerbFailure> {
-        let ScenarioSetup { table, supplies, deciding: main, stimuli: beside, baud, recorder, snapshot_writer: shelf } =
-            cast;
-        let sends = main.iter().chain(&beside).any(|bound| bound.has_send_step);
-        let baud = main.iter().find_map(|bound| bound.baud).unwrap_or(baud);
-        let line = family::receive_pin(chip).filter(|_| sends).map(|pin| SerialLineSender::new(pin, baud)).transpose();
-        let line = line.map_err(|why| VerbFailure::invalid_flag_value("--baud <RATE>", &baud.to_string(), &why))?;
+        let ScenarioSetup { bindings, supplies, deciding, stimuli, baud, recorder, snapshot_writer } = setup;
+        let sends = deciding.iter().chain(&stimuli).any(|bound| bound.has_send_step);
+        let baud = deciding.iter().find_map(|bound| bound.baud).unwrap_or(baud);
+        let sender =
+            family::receive_pin(chip).filter(|_| sends).map(|pin| SerialLineSender::new(pin, baud)).transpose();
+        let sender = sender.map_err(|why| VerbFailure::invalid_flag_value("--baud <RATE>", &baud.to_string(), &why))?;
         let player = |bound: BoundScenario| ScenarioPlayer::new(Arc::new(bound));
         Ok(ScenarioHost {
             chip,
             clock,
-            table,
-            deciding_player: main.map(player),
-            stimulus_players: beside.into_iter().map(player).collect(),
-            sender: line,
+            bindings,
+            deciding_player: deciding.map(player),
+            stimulus_players: stimuli.into_iter().map(player).collect(),
+            sender,
             supplies,
-            next_look: 0,
+            next_poll_tick: 0,
             started: false,
             verdict: None,
             recorder: recorder.map(|mut recorder| {
                 recorder.baud = recorder.baud.or(sends.then_some(baud));
                 recorder
             }),
-            snapshot_writer: shelf,
+            snapshot_writer,
             drives: None,
-            keep_waiting: patience,
+            keep_waiting,
         })
     }
 
@@ -117,37 +117,41 @@ impl<'a> ScenarioHost<'a> {
         if let Some(sender) = &self.sender {
             let (at, pin) = (CycleTime::at(cpu.cycle()), sender.pin);
             cpu.drive(at, pin, PinLevel::High);
-            self.note(TimedDrive { at, drive: ExternalDrive::Level(pin, PinLevel::High) });
-            let tick = cpu.cycle().saturating_mul(self.clocks());
+            self.note_drive(TimedDrive { at, drive: ExternalDrive::Level(pin, PinLevel::High) });
+            let tick = cpu.cycle().saturating_mul(self.ticks_per_cycle());
             let name = self.chip.pins.get(usize::from(pin)).map_or("", |pin| pin.name);
-            self.record(tick, || RecordedAction::Set(name.to_owned(), ScenarioValue::Number(1)));
+            self.record_action(tick, || RecordedAction::Set(name.to_owned(), ScenarioValue::Number(1)));
         }
         self.started = true;
         self.run_players(cpu, &[]);
     }
 
-    fn clocks(&self) -> u64 {
+    /// Returns the number of ticks per machine cycle.
+    fn ticks_per_cycle(&self) -> u64 {
         u64::from(self.clock.clocks_per_cycle.max(1))
     }
 
-    /// Polls all players. Sets the tick of the next poll, and the verdict when the deciding scenario ends.
+    /// Polls all players: each performs its actions that are due. Sets the tick of the next poll, and the
+    /// verdict when the deciding scenario ends.
     fn run_players<C: Cpu>(&mut self, cpu: &mut C, sent: &[u8]) {
-        let (mut main, mut beside) = (self.deciding_player.take(), std::mem::take(&mut self.stimulus_players));
-        let mut next = u64::MAX;
-        let mut floor = CpuWorld { host: self, cpu, sent };
+        let (mut deciding_player, mut stimulus_players) =
+            (self.deciding_player.take(), std::mem::take(&mut self.stimulus_players));
+        let mut next_tick = u64::MAX;
+        let mut world = CpuWorld { host: self, cpu, sent };
         let mut verdict = None;
-        for player in &mut beside {
-            if let PlayerState::WakeAt(tick) = player.poll(&mut floor) {
-                next = next.min(tick);
+        for player in &mut stimulus_players {
+            if let PlayerState::WakeAt(tick) = player.poll(&mut world) {
+                next_tick = next_tick.min(tick);
             }
         }
-        if let Some(player) = &mut main {
-            match player.poll(&mut floor) {
-                PlayerState::WakeAt(tick) => next = next.min(tick),
-                PlayerState::Done(done) => verdict = Some(done),
+        if let Some(player) = &mut deciding_player {
+            match player.poll(&mut world) {
+                PlayerState::WakeAt(tick) => next_tick = next_tick.min(tick),
+                PlayerState::Done(reached) => verdict = Some(reached),
             }
         }
-        (self.deciding_player, self.stimulus_players, self.next_look) = (main, beside, next);
+        (self.deciding_player, self.stimulus_players, self.next_poll_tick) =
+            (deciding_player, stimulus_players, next_tick);
         self.verdict = self.verdict.take().or(verdict);
     }
 
@@ -157,15 +161,15 @@ impl<'a> ScenarioHost<'a> {
             self.run_players(cpu, sent);
         }
         if let (None, Some(mut player)) = (&self.verdict, self.deciding_player.take()) {
-            let floor = CpuWorld { host: self, cpu, sent };
-            self.verdict = Some(player.abort(&floor, why));
+            let world = CpuWorld { host: self, cpu, sent };
+            self.verdict = Some(player.abort(&world, why));
         }
         self.verdict.clone()
     }
 
     /// Returns the text of the recording up to now.
     pub fn recording<C: Cpu>(&self, cpu: &C) -> Option<String> {
-        self.recorder.as_ref().map(|recorder| recorder.write(cpu.cycle().saturating_mul(self.clocks())))
+        self.recorder.as_ref().map(|recorder| recorder.write(cpu.cycle().saturating_mul(self.ticks_per_cycle())))
     }
 
     /// Returns the supply voltage at a time, in millivolts.
@@ -174,15 +178,15 @@ impl<'a> ScenarioHost<'a> {
         before.max_by_key(|(at, _)| *at).map_or(INITIAL_SUPPLY_MV, |(_, millivolts)| *millivolts)
     }
 
-    fn note(&mut self, drive: TimedDrive) {
+    fn note_drive(&mut self, drive: TimedDrive) {
         if let Some(drives) = &mut self.drives {
             drives.push(drive);
         }
     }
 
-    fn record(&mut self, tick: u64, done: impl FnOnce() -> RecordedAction) {
+    fn record_action(&mut self, tick: u64, action: impl FnOnce() -> RecordedAction) {
         if let Some(recorder) = &mut self.recorder {
-            recorder.push(tick, done());
+            recorder.push(tick, action());
         }
     }
 }
@@ -197,15 +201,15 @@ impl<C: Cpu> RunController<C> for ScenarioHost<'_> {
             return RunDecision::Finished;
         }
         // A scenario that is not finished needs time to pass, even on a halted chip.
-        cpu.set_run_while_halted(self.deciding_player.is_some() || self.next_look != u64::MAX);
+        cpu.set_run_while_halted(self.deciding_player.is_some() || self.next_poll_tick != u64::MAX);
         let now = cpu.cycle();
         watched.pins.clear();
         watched.bytes = false;
-        let mut until = self.next_look.div_ceil(self.clocks());
+        let mut until = self.next_poll_tick.div_ceil(self.ticks_per_cycle());
         if let Some(player) = &self.deciding_player {
             watched.bytes = player.awaits_bytes();
             for output in player.watched_outputs() {
-                match self.table.observables.get(output) {
+                match self.bindings.observables.get(output) {
                     Some(ChipObservable::Pin(pin)) => watched.pins.push(*pin),
                     // Registers of the chip can change without an instruction, so poll after each one.
                     Some(ChipObservable::Memory(..)) => until = now + 1,
@@ -236,8 +240,8 @@ impl<C: Cpu> CpuWorld<'_, '_, C> {
     /// Returns the tick and the time for an action requested at a tick. A tick that has passed becomes the
     /// current one, after the last instruction.
     fn drive_time(&self, tick: u64) -> (u64, CycleTime) {
-        let (tick, clocks) = (tick.max(self.now()), self.host.clocks());
-        (tick, CycleTime { cycle: tick / clocks, phase: (tick % clocks) as u8 })
+        let (tick, per_cycle) = (tick.max(self.now()), self.host.ticks_per_cycle());
+        (tick, CycleTime { cycle: tick / per_cycle, phase: (tick % per_cycle) as u8 })
     }
 }
 
@@ -247,24 +251,23 @@ fn refused(why: impl Into<MachineError>) -> ScenarioError {
 
 impl<C: Cpu> ScenarioWorld for CpuWorld<'_, '_, C> {
     fn now(&self) -> u64 {
-        self.cpu.cycle().saturating_mul(self.host.clocks())
+        self.cpu.cycle().saturating_mul(self.host.ticks_per_cycle())
     }
 
     fn queue_ahead_ticks(&self) -> u64 {
-        QUEUE_AHEAD_CYCLES * self.host.clocks()
+        QUEUE_AHEAD_CYCLES * self.host.ticks_per_cycle()
     }
 
     fn set_input(&mut self, input: usize, at: u64) -> Result<(), ScenarioError> {
-        let Some((given, name, value)) = self.host.table.stimuli.get(input).cloned() else { return Ok(()) };
+        let Some((stimulus, name, value)) = self.host.bindings.stimuli.get(input).cloned() else { return Ok(()) };
         let (tick, time) = self.drive_time(at);
-        match given {
-            ChipStimulus::Drive(put) => {
-                if let ExternalDrive::Supply(millivolts) = put {
+        match stimulus {
+            ChipStimulus::Drive(drive) => {
+                if let ExternalDrive::Supply(millivolts) = drive {
                     self.host.supplies.push((time, millivolts));
                 }
-                queue_drive(self.cpu, TimedDrive { at: time, drive: put }, &mut self.host.supply(time))
-                    .map_err(refused)?;
-                self.host.note(TimedDrive { at: time, drive: put });
+                queue_drive(self.cpu, TimedDrive { at: time, drive }, &mut self.host.supply(time)).map_err(refused)?;
+                self.host.note_drive(TimedDrive { at: time, drive });
             }
             ChipStimulus::Poke(space, addr, bytes) => {
                 for (addr, byte) in (addr..).zip(bytes) {
@@ -272,12 +275,16 @@ impl<C: Cpu> ScenarioWorld for CpuWorld<'_, '_, C> {
                 }
             }
         }
-        self.host.record(tick, || RecordedAction::Set(name, value));
+        self.host.record_action(tick, || RecordedAction::Set(name, value));
         Ok(())
     }
 
     fn read_output(&self, output: usize) -> OutputReading {
-        self.host.table.observables.get(output).map_or(OutputReading::Floating, |seen| seen.read(self.cpu))
+        self.host
+            .bindings
+            .observables
+            .get(output)
+            .map_or(OutputReading::Floating, |observable| observable.read(self.cpu))
     }
 
     fn send(&mut self, bytes: &[u8], at: u64) -> Result<(), ScenarioError> {
@@ -285,9 +292,9 @@ impl<C: Cpu> ScenarioWorld for CpuWorld<'_, '_, C> {
         let Some(sender) = &mut self.host.sender else { return Ok(()) };
         for drive in sender.edges_of_bytes(clock, time, bytes).map_err(refused)? {
             queue_drive(self.cpu, drive, &mut self.host.supply(time)).map_err(refused)?;
-            self.host.note(drive);
+            self.host.note_drive(drive);
         }
-        self.host.record(tick, || RecordedAction::Send(bytes.to_vec()));
+        self.host.record_action(tick, || RecordedAction::Send(bytes.to_vec()));
         Ok(())
     }
 
@@ -298,7 +305,7 @@ impl<C: Cpu> ScenarioWorld for CpuWorld<'_, '_, C> {
     fn power_cycle(&mut self) -> Result<(), ScenarioError> {
         self.cpu.reset(ResetCause::PowerOn);
         let now = self.now();
-        self.host.record(now, || RecordedAction::PowerCycle);
+        self.host.record_action(now, || RecordedAction::PowerCycle);
         Ok(())
     }
 
@@ -313,7 +320,7 @@ impl<C: Cpu> ScenarioWorld for CpuWorld<'_, '_, C> {
     }
 
     fn describe_tick(&self, tick: u64) -> String {
-        let cycle = tick / self.host.clocks();
+        let cycle = tick / self.host.ticks_per_cycle();
         format!("cycle {cycle} ({} s)", self.host.clock.seconds(cycle))
     }
 }

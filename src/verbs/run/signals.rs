@@ -50,9 +50,9 @@ pub fn parse_signal<C: Cpu>(
             return check_signal_exists(TraceSignal { name, bits: 1, source }, cpu);
         }
         (Err(why), _) => {
-            let near = map.and_then(|map| nearest(text, map.symbols.iter().map(|symbol| symbol.name.as_str())));
-            return Err(match near {
-                Some(near) => format!("is unknown; did you mean `{near}`?"),
+            let suggestion = map.and_then(|map| nearest(text, map.symbols.iter().map(|symbol| symbol.name.as_str())));
+            return Err(match suggestion {
+                Some(suggestion) => format!("is unknown; did you mean `{suggestion}`?"),
                 None => why.to_string(),
             });
         }
@@ -62,13 +62,17 @@ pub fn parse_signal<C: Cpu>(
     if len > MAX_SIGNAL_BYTES {
         return Err(format!("has {len} bytes; a signal has at most {MAX_SIGNAL_BYTES}"));
     }
-    let one = range.space == BIT_SPACE || chip.family == ChipFamily::Ap101 && width == 1;
-    if one && len > 1 {
+    let is_single_bit = range.space == BIT_SPACE || chip.family == ChipFamily::Ap101 && width == 1;
+    if is_single_bit && len > 1 {
         return Err("names several bits; add them one by one".to_owned());
     }
-    let at = range.start * width;
-    let source = if one { SignalSource::Bit(range.space, at, 0) } else { SignalSource::Bytes(range.space, at, len) };
-    check_signal_exists(TraceSignal { name, bits: if one { 1 } else { len * 8 }, source }, cpu)
+    let addr = range.start * width;
+    let source = if is_single_bit {
+        SignalSource::Bit(range.space, addr, 0)
+    } else {
+        SignalSource::Bytes(range.space, addr, len)
+    };
+    check_signal_exists(TraceSignal { name, bits: if is_single_bit { 1 } else { len * 8 }, source }, cpu)
 }
 
 /// Finds a memory of the chip by the name in a map.

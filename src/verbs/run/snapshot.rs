@@ -30,32 +30,32 @@ pub struct SnapshotFlags {
 
 /// The snapshots that a run reads and writes.
 pub struct RunSnapshots {
-    wanted: SnapshotHeader,
+    expected_header: SnapshotHeader,
     input: Option<(String, Vec<u8>)>,
     out: Option<(String, Option<PendingFile>)>,
 }
 
 impl RunSnapshots {
     /// Reads the input snapshot, and opens the output file.
-    pub fn open(flags: &SnapshotFlags, wanted: SnapshotHeader) -> Result<RunSnapshots, VerbFailure> {
-        let given = flags.snapshot_in.as_ref().map(|name| Ok((name.clone(), input::read_bytes(name)?))).transpose()?;
+    pub fn open(flags: &SnapshotFlags, expected_header: SnapshotHeader) -> Result<RunSnapshots, VerbFailure> {
+        let input = flags.snapshot_in.as_ref().map(|name| Ok((name.clone(), input::read_bytes(name)?))).transpose()?;
         let pending = |name: &String| if output::is_stdout(name) { Ok(None) } else { PendingFile::new(name).map(Some) };
         let out = flags.snapshot_out.as_ref().map(|name| Ok((name.clone(), pending(name)?))).transpose()?;
-        Ok(RunSnapshots { wanted, input: given, out })
+        Ok(RunSnapshots { expected_header, input, out })
     }
 
     /// Restores the machine from the snapshot, and shifts limit and drives to its cycle.
-    pub fn resume<C: Cpu>(&self, cpu: &mut C, job: &mut PlannedRun) -> Result<(), VerbFailure> {
-        job.plan.continues = self.out.is_some();
+    pub fn resume<C: Cpu>(&self, cpu: &mut C, planned: &mut PlannedRun) -> Result<(), VerbFailure> {
+        planned.plan.continues = self.out.is_some();
         let Some((name, bytes)) = &self.input else { return Ok(()) };
         let refused = |fault| VerbFailure::Refused(vec![fault], FileTexts::default());
-        let (cycle, state) = snapshot::decode_snapshot_for(name, bytes, &self.wanted).map_err(refused)?;
+        let (cycle, state) = snapshot::decode_snapshot_for(name, bytes, &self.expected_header).map_err(refused)?;
         cpu.restore(state).map_err(|_| refused(snapshot::invalid_state(name)))?;
         if cpu.cycle() != cycle {
             return Err(refused(snapshot::invalid_state(name)));
         }
-        job.plan.limit = job.plan.limit.saturating_add(cycle);
-        for drive in &mut job.drives {
+        planned.plan.limit = planned.plan.limit.saturating_add(cycle);
+        for drive in &mut planned.drives {
             if drive.at == CycleTime::default() {
                 drive.at = CycleTime::at(cycle);
             } else if drive.at.cycle < cycle {
@@ -72,7 +72,8 @@ impl RunSnapshots {
     /// Writes the state at the end of the run.
     pub fn write_snapshot<C: Cpu>(self, cpu: &C) -> Result<(), VerbFailure> {
         let Some((name, pending)) = self.out else { return Ok(()) };
-        let file = snapshot::encode_snapshot(&SnapshotHeader { cycle: cpu.cycle(), ..self.wanted }, &cpu.save());
+        let file =
+            snapshot::encode_snapshot(&SnapshotHeader { cycle: cpu.cycle(), ..self.expected_header }, &cpu.save());
         let Some(pending) = pending else { return output::print(file) };
         let mut out = pending.writer()?;
         out.write_all(&file).and_then(|()| out.flush()).map_err(|error| VerbFailure::write_failed(&name, &error))?;

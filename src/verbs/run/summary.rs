@@ -57,20 +57,20 @@ impl<C: Cpu> RunSummary<'_, C> {
 
     /// Returns the program word at which the run ended: that of the instruction that ended it, otherwise the
     /// next one.
-    fn word(&self) -> u32 {
+    fn end_word(&self) -> u32 {
         match self.ended.reason {
             RunEnd::Illegal { pc, .. } | RunEnd::Fault { pc, .. } => pc,
             _ => self.cpu.pc(),
         }
     }
 
-    /// Returns that address in the unit that the chip uses.
-    fn pc(&self) -> u32 {
-        self.source.names.chip.code_address(self.word())
+    /// Returns the address of [`RunSummary::end_word`] in the unit that the chip uses.
+    fn end_address(&self) -> u32 {
+        self.source.names.chip.code_address(self.end_word())
     }
 
     /// Returns the byte address of a program word, for lookups of symbols and lines.
-    fn byte(&self, word: u32) -> u32 {
+    fn byte_address(&self, word: u32) -> u32 {
         word * self.source.names.chip.word_bytes
     }
 
@@ -81,8 +81,9 @@ impl<C: Cpu> RunSummary<'_, C> {
                 let condition = self.plan.until.get(i)?.describe(&self.source.names);
                 Some(match access {
                     Some(a) => {
-                        let object = self.object(a.space, a.addr.into());
-                        let (at, pc) = (format!("{}:0x{:x}{object}", a.space, a.addr), self.source.describe_word(a.pc));
+                        let object_suffix = self.object_suffix(a.space, a.addr.into());
+                        let (at, pc) =
+                            (format!("{}:0x{:x}{object_suffix}", a.space, a.addr), self.source.describe_word(a.pc));
                         format!("{condition}: 0x{:02x} at {at}, pc {pc}", a.value)
                     }
                     None => condition,
@@ -92,8 +93,8 @@ impl<C: Cpu> RunSummary<'_, C> {
             RunEnd::Failed => self.plan.fail.as_deref().map(escape),
             RunEnd::Illegal { .. } => Some(self.instruction()),
             RunEnd::Fault { fault: ProgramFault::UninitialisedRead { space, addr }, .. } => {
-                let (instruction, object) = (self.instruction(), self.object(space, addr.into()));
-                Some(format!("{instruction}: {space}:0x{addr:04x}{object} was read before it was written"))
+                let (instruction, object_suffix) = (self.instruction(), self.object_suffix(space, addr.into()));
+                Some(format!("{instruction}: {space}:0x{addr:04x}{object_suffix} was read before it was written"))
             }
             RunEnd::Fault { fault, .. } => Some(format!("{}: {fault}", self.instruction())),
             RunEnd::Halted => self.reset_hold.clone(),
@@ -103,7 +104,7 @@ impl<C: Cpu> RunSummary<'_, C> {
 
     /// Returns the symbol that contains an address of data memory, or the register at that address, as `
     /// (buf+0x2)`. Empty if there is none.
-    fn object(&self, space: &str, addr: u32) -> String {
+    fn object_suffix(&self, space: &str, addr: u32) -> String {
         let chip = self.source.names.chip;
         let register = || chip.regs.iter().find(|reg| space == chip.reg_space && u32::from(reg.addr) == addr);
         let object = self.source.names.containing_symbol(space, addr).or_else(|| Some(register()?.name.to_owned()));
@@ -115,8 +116,9 @@ impl<C: Cpu> RunSummary<'_, C> {
         let (chip, size) = (self.source.names.chip, self.source.names.chip.word_bytes);
         let byte = |addr: u32| u16::from(self.cpu.peek(chip.code_space, addr % chip.flash_bytes).unwrap_or(0xFF));
         let word = |start: u32| (0..size).rev().fold(0, |high, i| high << 8 | byte(start + i));
-        let words: Vec<u16> = (0..MAX_INSTRUCTION_WORDS).map(|i| word(self.byte(self.word()) + i * size)).collect();
-        (chip.isa.disassemble)(&words, self.word()).text
+        let words: Vec<u16> =
+            (0..MAX_INSTRUCTION_WORDS).map(|i| word(self.byte_address(self.end_word()) + i * size)).collect();
+        (chip.isa.disassemble)(&words, self.end_word()).text
     }
 
     /// Returns the contents of a range in hexadecimal: bytes, or words if the memory has word addresses (low
@@ -164,17 +166,17 @@ impl<C: Cpu> RunSummary<'_, C> {
 
 /// Prints pin conflicts and faults of the program on standard error. `out_of_code` is added to the hint about
 /// erased memory.
-pub fn report_faults<C: Cpu>(story: &RunSummary<'_, C>, out_of_code: &str) {
-    for (pin, cycle) in story.contention() {
+pub fn report_faults<C: Cpu>(summary: &RunSummary<'_, C>, out_of_code: &str) {
+    for (pin, cycle) in summary.contention() {
         output::print_to_stderr(&format!(
             "warning: chip and outside drive {pin} against each other from cycle {cycle} on; the chip wins\n  \
              hint: let the pin go with --set {pin}=z or --at TIME:{pin}=z while the chip drives it\n"
         ));
     }
-    let erased = story.source.names.chip.isa.erased_word;
-    let met_erased = format!("0x{erased:x} is erased memory: the program ran or jumped out of its code{out_of_code}");
-    let (what, hint) = match story.ended.reason {
-        RunEnd::Illegal { word, .. } if word == erased => ("no instruction", met_erased.as_str()),
+    let erased = summary.source.names.chip.isa.erased_word;
+    let erased_hint = format!("0x{erased:x} is erased memory: the program ran or jumped out of its code{out_of_code}");
+    let (problem, hint) = match summary.ended.reason {
+        RunEnd::Illegal { word, .. } if word == erased => ("no instruction", erased_hint.as_str()),
         RunEnd::Illegal { .. } => ("no instruction", "is the image built for this chip?"),
         RunEnd::Fault { fault: ProgramFault::UninitialisedRead { .. }, .. } => {
             ("a fault of the program", "write the cell first; after power-up RAM is undefined")
@@ -187,49 +189,50 @@ pub fn report_faults<C: Cpu>(story: &RunSummary<'_, C>, out_of_code: &str) {
         }
         _ => return,
     };
-    let detail = story.detail().unwrap_or_default();
-    let (place, cycle) = (story.source.describe_word(story.word()), story.cpu.cycle());
-    output::print_to_stderr(&format!("error: {what} at {place}, cycle {cycle}: {detail}\n  hint: {hint}\n"));
+    let detail = summary.detail().unwrap_or_default();
+    let (place, cycle) = (summary.source.describe_word(summary.end_word()), summary.cpu.cycle());
+    output::print_to_stderr(&format!("error: {problem} at {place}, cycle {cycle}: {detail}\n  hint: {hint}\n"));
 }
 
 /// Returns the summary as JSON.
-pub fn json_document<C: Cpu>(story: &RunSummary<'_, C>) -> Value {
-    let cpu = story.cpu;
-    let mut stop = json!({ "reason": story.reason(), "pc": story.pc() });
-    if let Some(detail) = story.detail() {
+pub fn json_document<C: Cpu>(summary: &RunSummary<'_, C>) -> Value {
+    let cpu = summary.cpu;
+    let mut stop = json!({ "reason": summary.reason(), "pc": summary.end_address() });
+    if let Some(detail) = summary.detail() {
         stop["detail"] = json!(detail);
     }
-    let symbol = story.source.names.nearest_symbol(story.byte(story.word()));
-    for (key, value) in [("symbol", symbol), ("line", story.source.line_text(story.word()))] {
+    let symbol = summary.source.names.nearest_symbol(summary.byte_address(summary.end_word()));
+    for (key, value) in [("symbol", symbol), ("line", summary.source.line_text(summary.end_word()))] {
         if let Some(value) = value {
             stop[key] = json!(value);
         }
     }
     let registers =
-        story.source.names.chip.cpu_regs.iter().map(|name| ((*name).to_owned(), json!(story.register(name))));
-    let pins = story.pins().map(|(name, level)| (name.to_owned(), json!(level)));
-    let peek = story.peek.iter().map(|(text, range)| (text.clone(), json!(story.cells(range).concat())));
-    let contention: Vec<Value> = story.contention().map(|(pin, cycle)| json!({ "pin": pin, "cycle": cycle })).collect();
+        summary.source.names.chip.cpu_regs.iter().map(|name| ((*name).to_owned(), json!(summary.register(name))));
+    let pins = summary.pins().map(|(name, level)| (name.to_owned(), json!(level)));
+    let peek = summary.peek.iter().map(|(text, range)| (text.clone(), json!(summary.cells(range).concat())));
+    let contention: Vec<Value> =
+        summary.contention().map(|(pin, cycle)| json!({ "pin": pin, "cycle": cycle })).collect();
     let mut document = json!({
         "schema": 1,
-        "mcu": story.source.names.chip.name,
-        "clock_hz": story.clock.hz,
+        "mcu": summary.source.names.chip.name,
+        "clock_hz": summary.clock.hz,
         "cycles": cpu.cycle(),
         "instructions": cpu.instructions(),
-        "time_s": story.clock.seconds(cpu.cycle()),
+        "time_s": summary.clock.seconds(cpu.cycle()),
         "stop": stop,
         "registers": Value::Object(registers.collect::<Map<_, _>>()),
         "pins": Value::Object(pins.collect::<Map<_, _>>()),
     });
-    if family::has_uart(story.source.names.chip) {
-        document["uart"] = json!(story.ended.uart.iter().map(|&byte| char::from(byte)).collect::<String>());
+    if family::has_uart(summary.source.names.chip) {
+        document["uart"] = json!(summary.ended.uart.iter().map(|&byte| char::from(byte)).collect::<String>());
     }
     document["peek"] = Value::Object(peek.collect::<Map<_, _>>());
-    if !story.peek.is_empty() {
+    if !summary.peek.is_empty() {
         let width = |(text, range): &(String, AddressRange)| {
-            (text.clone(), json!(story.source.names.chip.bytes_per_address(range.space)))
+            (text.clone(), json!(summary.source.names.chip.bytes_per_address(range.space)))
         };
-        document["peek_width"] = Value::Object(story.peek.iter().map(width).collect());
+        document["peek_width"] = Value::Object(summary.peek.iter().map(width).collect());
     }
     if !contention.is_empty() {
         document["contention"] = Value::Array(contention);
@@ -238,21 +241,21 @@ pub fn json_document<C: Cpu>(story: &RunSummary<'_, C>) -> Value {
 }
 
 /// Returns the summary as text.
-pub fn summary_text<C: Cpu>(story: &RunSummary<'_, C>) -> String {
-    let cpu = story.cpu;
-    let mut out = format!("stop       {}", story.reason());
-    if let Some(detail) = story.detail() {
+pub fn summary_text<C: Cpu>(summary: &RunSummary<'_, C>) -> String {
+    let cpu = summary.cpu;
+    let mut out = format!("stop       {}", summary.reason());
+    if let Some(detail) = summary.detail() {
         out.push_str(&format!(": {detail}"));
     }
-    out.push_str(&format!("\npc         {}\n", story.source.describe_word(story.word())));
+    out.push_str(&format!("\npc         {}\n", summary.source.describe_word(summary.end_word())));
     out.push_str(&format!(
         "time       {} s, {} cycles at {} Hz, {} instructions\n",
-        story.clock.seconds(cpu.cycle()),
+        summary.clock.seconds(cpu.cycle()),
         cpu.cycle(),
-        story.clock.hz,
+        summary.clock.hz,
         cpu.instructions()
     ));
-    let (general, special): (Vec<&str>, Vec<&str>) = story
+    let (general, special): (Vec<&str>, Vec<&str>) = summary
         .source
         .names
         .chip
@@ -262,40 +265,40 @@ pub fn summary_text<C: Cpu>(story: &RunSummary<'_, C>) -> String {
         .filter(|name| *name != "PC")
         .partition(|name| name.starts_with('r'));
     for (row, chunk) in general.chunks(16).enumerate() {
-        let values: Vec<String> = chunk.iter().map(|name| format!("{:02x}", story.register(name))).collect();
+        let values: Vec<String> = chunk.iter().map(|name| format!("{:02x}", summary.register(name))).collect();
         out.push_str(&format!("r{:<10}{}\n", row * 16, values.join(" ")));
     }
-    let special: Vec<String> = special.iter().map(|name| format!("{name}=0x{:02x}", story.register(name))).collect();
+    let special: Vec<String> = special.iter().map(|name| format!("{name}=0x{:02x}", summary.register(name))).collect();
     out.push_str(&format!("registers  {}\n", special.join(" ")));
-    let (head, pins) = if story.cpu.chip().pins.len() > MAX_PINS_LISTED {
-        ("pins at 1", high(story.pins()))
+    let (heading, pins) = if summary.cpu.chip().pins.len() > MAX_PINS_LISTED {
+        ("pins at 1", high_pins_text(summary.pins()))
     } else {
-        ("pins 7..0", pins(story.pins()))
+        ("pins 7..0", pin_levels_text(summary.pins()))
     };
-    out.push_str(&format!("{head:<10} {pins}\n"));
-    if !story.ended.uart.is_empty() {
-        out.push_str(&format!("uart       {}\n", escape(&story.ended.uart)));
+    out.push_str(&format!("{heading:<10} {pins}\n"));
+    if !summary.ended.uart.is_empty() {
+        out.push_str(&format!("uart       {}\n", escape(&summary.ended.uart)));
     }
-    for (text, range) in story.peek {
-        let columns = 16 / story.source.names.chip.bytes_per_address(range.space).clamp(1, 16) as usize;
-        for (row, chunk) in story.cells(range).chunks(columns).enumerate() {
-            let head =
+    for (text, range) in summary.peek {
+        let columns = 16 / summary.source.names.chip.bytes_per_address(range.space).clamp(1, 16) as usize;
+        for (row, chunk) in summary.cells(range).chunks(columns).enumerate() {
+            let heading =
                 if row == 0 { text.clone() } else { format!("  0x{:04x}", range.start as usize + row * columns) };
-            out.push_str(&format!("{head:<10} {}\n", chunk.join(" ")));
+            out.push_str(&format!("{heading:<10} {}\n", chunk.join(" ")));
         }
     }
     out
 }
 
 /// Returns the names of the pins that are high, for chips with too many pins to show all.
-fn high(pins: impl Iterator<Item = (&'static str, &'static str)>) -> String {
+fn high_pins_text(pins: impl Iterator<Item = (&'static str, &'static str)>) -> String {
     let high: Vec<&str> = pins.filter(|(_, level)| *level == "1").map(|(name, _)| name).collect();
     if high.is_empty() { "none".to_owned() } else { high.join(" ") }
 }
 
 /// Returns ports with their pins from bit 7 down, `PB=zz1zzzzz P1=zzzz1111`, with `-` for a missing pin in
 /// between; then the other pins.
-fn pins(pins: impl Iterator<Item = (&'static str, &'static str)>) -> String {
+fn pin_levels_text(pins: impl Iterator<Item = (&'static str, &'static str)>) -> String {
     let (mut ports, mut others): (Vec<(&str, String)>, _) = (Vec::new(), Vec::new());
     for (name, level) in pins {
         let Some((port, bit)) = port_and_bit(name) else {

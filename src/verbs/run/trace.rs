@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
 use emu_core::image::SymbolAt;
-use emu_debug::trace::{TraceFormat, TraceLineWriter, TraceOutput, TraceProbe, TraceSignals, TraceSink, WordCache};
+use emu_debug::trace::{TraceFormat, TraceLineWriter, TraceOutput, TraceProbe, TraceSignals, TraceSink, WordSet};
 use emu_debug::waveform::WaveColumn;
 use emu_debug::{ProgramSource, RunResult};
 use ladder_compile::{ImageMap, SCHEMA};
@@ -42,7 +42,7 @@ pub struct TraceFlags {
     trace_last: Option<usize>,
     /// The format of the trace, text or json, whatever the file name.
     #[arg(long, value_name = "FORMAT", requires = "trace", hide_possible_values = true)]
-    trace_format: Option<TraceShape>,
+    trace_format: Option<TraceFormatFlag>,
     /// The map of a ladder program, as `emu compile --map` writes it. --trace-only, --vcd-add, --coverage and
     /// --profile then know its rungs and symbols.
     #[arg(long, value_name = "FILE")]
@@ -59,7 +59,7 @@ pub struct TraceFlags {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum TraceShape {
+enum TraceFormatFlag {
     Text,
     Json,
 }
@@ -71,7 +71,7 @@ fn parse_trace_last(text: &str) -> Result<usize, String> {
 
 /// The flags of traces, resolved for the chosen machine.
 pub struct TraceRequest {
-    only: Option<WordCache>,
+    traced_words: Option<WordSet>,
     signals: Option<TraceSignals>,
 }
 
@@ -84,14 +84,14 @@ impl TraceFlags {
     /// Reads the map, and resolves all names.
     pub fn resolve<C: Cpu>(&self, cpu: &C, source: &ProgramSource<'_>) -> Result<TraceRequest, VerbFailure> {
         let map = self.map.as_deref().map(|file| read_map(file, cpu.chip())).transpose()?;
-        let mut only = WordCache::none(cpu.chip().flash_bytes / cpu.chip().word_bytes);
+        let mut traced_words = WordSet::none(cpu.chip().flash_bytes / cpu.chip().word_bytes);
         for text in &self.trace_only {
-            let found = self::add_trace_range(&mut only, text, source, map.as_ref());
-            found.map_err(|why| VerbFailure::invalid_flag_value("--trace-only <RANGE>", text, &why))?;
+            let result = self::add_trace_range(&mut traced_words, text, source, map.as_ref());
+            result.map_err(|why| VerbFailure::invalid_flag_value("--trace-only <RANGE>", text, &why))?;
         }
         let signals = self.vcd_add.iter().map(|text| {
-            let found = parse_signal(text, cpu, source, map.as_ref());
-            found.map_err(|why| VerbFailure::invalid_flag_value("--vcd-add <WHAT>", text, &why))
+            let result = parse_signal(text, cpu, source, map.as_ref());
+            result.map_err(|why| VerbFailure::invalid_flag_value("--vcd-add <WHAT>", text, &why))
         });
         let signals = signals.collect::<Result<Vec<_>, _>>()?;
         for (i, signal) in signals.iter().enumerate() {
@@ -100,7 +100,7 @@ impl TraceFlags {
             }
         }
         Ok(TraceRequest {
-            only: (!self.trace_only.is_empty()).then_some(only),
+            traced_words: (!self.trace_only.is_empty()).then_some(traced_words),
             signals: (!signals.is_empty()).then(|| TraceSignals::new(signals, cpu)),
         })
     }
@@ -113,15 +113,15 @@ impl TraceFlags {
     /// Returns the probe for the run, or `None` if nothing is requested.
     pub fn trace_probe<'a>(
         &self,
-        asked: TraceRequest,
+        request: TraceRequest,
         pending: Option<&PendingFile>,
         (source, hz): (ProgramSource<'a>, u64),
     ) -> Result<Option<TraceProbe<'a>>, VerbFailure> {
         let Some(file) = self.trace.as_deref() else {
-            return Ok(asked.signals.map(|signals| TraceProbe::new(None, None, Some(signals))));
+            return Ok(request.signals.map(|signals| TraceProbe::new(None, None, Some(signals))));
         };
         let json = match self.trace_format {
-            Some(shape) => matches!(shape, TraceShape::Json),
+            Some(format) => matches!(format, TraceFormatFlag::Json),
             None => file.to_ascii_lowercase().ends_with(".jsonl"),
         };
         let out: Box<dyn Write> = match pending {
@@ -130,19 +130,19 @@ impl TraceFlags {
         };
         let lines = TraceLineWriter::new(source, if json { TraceFormat::Json } else { TraceFormat::Text });
         let trace = TraceOutput::new(lines, out, self.trace_last.map_or(TraceSink::All, TraceSink::Last), hz);
-        Ok(Some(TraceProbe::new(Some(trace), asked.only, asked.signals)))
+        Ok(Some(TraceProbe::new(Some(trace), request.traced_words, request.signals)))
     }
 
     /// Ends the trace and renames its file to the final name.
     pub fn finish_trace(
         &self,
-        look: TraceProbe<'_>,
+        probe: TraceProbe<'_>,
         pending: Option<PendingFile>,
         cycle: u64,
         ended: &RunResult,
     ) -> Result<(), VerbFailure> {
         let name = self.trace.as_deref().unwrap_or_default();
-        if let Some(trace) = look.trace {
+        if let Some(trace) = probe.trace {
             let why = summary::reason_word(ended.reason);
             trace.finish(cycle, why).map_err(|error| VerbFailure::write_failed(name, &error))?;
         }
@@ -176,7 +176,7 @@ pub fn read_map(file: &str, chip: &Chip) -> Result<ImageMap, VerbFailure> {
 
 /// Adds the program words of a `--trace-only` range.
 fn add_trace_range(
-    words: &mut WordCache,
+    words: &mut WordSet,
     text: &str,
     source: &ProgramSource<'_>,
     map: Option<&ImageMap>,
@@ -192,8 +192,8 @@ fn add_trace_range(
         }
         return Ok(());
     }
-    let whole = names.symbols.iter().any(|symbol| symbol.is_named(text.trim()));
-    let (start, end) = match text.split_once("..").filter(|_| !whole) {
+    let is_symbol = names.symbols.iter().any(|symbol| symbol.is_named(text.trim()));
+    let (start, end) = match text.split_once("..").filter(|_| !is_symbol) {
         Some((start, end)) => (start.trim(), Some(end.trim())),
         None => (text.trim(), None),
     };
@@ -207,13 +207,14 @@ fn add_trace_range(
         None => {
             let byte = first * chip.word_bytes;
             let code = || names.symbols.iter().filter(|symbol| symbol.space == chip.code_space);
-            let is = |s: &SymbolAt| s.is_named(start) || s.is_shortened_to(start).is_some();
-            let here = code().filter(|s| s.addr == byte && (is(s) || start.starts_with(char::is_numeric)));
-            let size = here.map(|symbol| symbol.size).max().unwrap_or(0);
-            let named = code().any(is);
+            let matches_name = |s: &SymbolAt| s.is_named(start) || s.is_shortened_to(start).is_some();
+            let symbols_here =
+                code().filter(|s| s.addr == byte && (matches_name(s) || start.starts_with(char::is_numeric)));
+            let size = symbols_here.map(|symbol| symbol.size).max().unwrap_or(0);
+            let is_symbol_name = code().any(matches_name);
             // A function without a size extends to the next symbol.
             let next = code().map(|s| s.addr).filter(|&addr| addr > byte).min();
-            match (size, named) {
+            match (size, is_symbol_name) {
                 (0, true) => next.map_or(chip.flash_bytes / chip.word_bytes, |next| next.div_ceil(chip.word_bytes)),
                 (0, false) => first + 1,
                 (size, _) => (byte + size).div_ceil(chip.word_bytes),
@@ -230,7 +231,7 @@ fn add_trace_range(
 /// Adds the words of source lines from the first to the one before the end. Without an end, adds those of the
 /// first line.
 fn add_line_words(
-    words: &mut WordCache,
+    words: &mut WordSet,
     (file, first): (&str, &str),
     end: Option<&str>,
     source: &ProgramSource<'_>,
@@ -247,10 +248,10 @@ fn add_line_words(
         return source.lines.addresses_of_line(file, first).map(|_| ()).map_err(|error| error.to_string());
     }
     let chip = source.names.chip;
-    let ends = |path: &str| path == file || path.ends_with(&format!("/{file}"));
+    let is_file = |path: &str| path == file || path.ends_with(&format!("/{file}"));
     for word in 0..chip.flash_bytes / chip.word_bytes {
         let line = source.line_at(word);
-        if line.is_some_and(|at| ends(&at.file) && (first..end).contains(&at.line)) {
+        if line.is_some_and(|at| is_file(&at.file) && (first..end).contains(&at.line)) {
             words.add(word, word + 1);
         }
     }

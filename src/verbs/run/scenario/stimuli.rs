@@ -45,44 +45,44 @@ impl ScenarioFlags {
         self.scenario.is_some() || self.stimulus.is_some() || self.record.is_some()
     }
 
-    /// Reads the files, and resolves their names for a machine.
+    /// Reads the waveform of --stimulus, and resolves the names of all scenarios for the machine.
     pub fn scenario_setup<C: Cpu>(
         &self,
         cpu: &C,
         source: &ProgramSource<'_>,
-        (args, job, file): (&RunArgs, &PlannedRun, Option<&ScenarioFile>),
-        (shelf, terminal): (&SnapshotWriter, &MessageStyle),
+        (args, planned, file): (&RunArgs, &PlannedRun, Option<&ScenarioFile>),
+        (snapshot_writer, terminal): (&SnapshotWriter, &MessageStyle),
     ) -> Result<ScenarioSetup, VerbFailure> {
-        let there = |space: &str, addr: u32| cpu.peek(space, addr).is_some();
+        let has_byte = |space: &str, addr: u32| cpu.peek(space, addr).is_some();
         let has_pin = |pin: PinId| cpu.has_pin(pin);
-        let deaf = (!args.machine.uart_in.is_empty()).then(|| "--uart-in has the line already".to_owned());
-        let devices = || "a snapshot does not contain the state of the devices of --attach".to_owned();
-        let stateless = (!args.machine.attach.is_empty()).then(devices);
+        let no_serial_input = (!args.machine.uart_in.is_empty()).then(|| "--uart-in has the line already".to_owned());
+        let reason = || "a snapshot does not contain the state of the devices of --attach".to_owned();
+        let no_snapshots = (!args.machine.attach.is_empty()).then(reason);
         let chip = cpu.chip();
-        let own = |name: &str| avr::chip_pin_text(chip, name);
-        let mut site = ChipResolver {
+        let canonical_pin_name = |name: &str| avr::chip_pin_text(chip, name);
+        let mut resolver = ChipResolver {
             names: source.names,
-            clock: job.clock,
-            has_byte: &there,
+            clock: planned.clock,
+            has_byte: &has_byte,
             has_pin: &has_pin,
-            check_drive: &|put| check_drive_supported(cpu, put),
-            canonical_pin_name: &own,
+            check_drive: &|drive| check_drive_supported(cpu, drive),
+            canonical_pin_name: &canonical_pin_name,
             serial: (family::has_uart(chip), family::receive_pin(chip)),
-            no_snapshots: stateless,
-            no_serial_input: deaf,
+            no_snapshots,
+            no_serial_input,
             bindings: ChipBindings::default(),
         };
-        let clocks = u64::from(job.clock.clocks_per_cycle.max(1));
-        let main = match file {
+        let clocks = u64::from(planned.clock.clocks_per_cycle.max(1));
+        let deciding = match file {
             Some(file) => {
-                let bound = bind(&file.scenario, &mut site, Some(&args.image), Some(chip.name));
-                let asked = args.time.is_some() || args.cycles.is_some();
-                let limit = asked.then(|| job.plan.limit.saturating_mul(clocks));
+                let bound = bind(&file.scenario, &mut resolver, Some(&args.image), Some(chip.name));
+                let limit_requested = args.time.is_some() || args.cycles.is_some();
+                let limit = limit_requested.then(|| planned.plan.limit.saturating_mul(clocks));
                 Some(bound.map_err(|faults| file.binding_failure(faults))?.with_limit(limit))
             }
             None => None,
         };
-        let mut beside = Vec::new();
+        let mut stimuli = Vec::new();
         if let Some(name) = &self.stimulus {
             let wave = scenarios::read_waveform(name)?;
             for wire in &self.drive {
@@ -94,40 +94,33 @@ impl ScenarioFlags {
                     ));
                 }
             }
-            let wanted = |wire: &str| {
-                let asked = self.drive.is_empty() || self.drive.iter().any(|name| name == wire);
-                let own = avr::chip_pin_text(chip, &source.names.replace_channel_name(wire));
-                asked && find_pin(chip, &own).is_ok_and(|pin| cpu.has_pin(pin))
+            let is_used = |wire: &str| {
+                let is_selected = self.drive.is_empty() || self.drive.iter().any(|name| name == wire);
+                let pin_name = avr::chip_pin_text(chip, &source.names.replace_channel_name(wire));
+                is_selected && find_pin(chip, &pin_name).is_ok_and(|pin| cpu.has_pin(pin))
             };
-            let (stimuli, warnings) = wave.scenario(&mut { wanted })?;
+            let (wave_scenario, warnings) = wave.scenario(&mut { is_used })?;
             // With --drive, unused wires are intentional and need no warning.
             if self.drive.is_empty() {
                 report_diagnostics(terminal, &warnings, FileTexts::NONE);
             }
-            let bound = bind(&stimuli, &mut site, None, None).map_err(|faults| wave.binding_failure(faults))?;
-            beside.push(bound.with_limit(Some(u64::MAX)));
+            let bound =
+                bind(&wave_scenario, &mut resolver, None, None).map_err(|faults| wave.binding_failure(faults))?;
+            stimuli.push(bound.with_limit(Some(u64::MAX)));
         }
         let recorder = self.record.as_ref().map(|_| {
-            let mut recorder = Recorder::new(Some(job.clock.clocks_per_cycle.max(1)));
+            let mut recorder = Recorder::new(Some(planned.clock.clocks_per_cycle.max(1)));
             recorder.program = (args.image != "-").then(|| file_name(&args.image));
             recorder.mcu = Some(chip.name.to_owned());
             // On the 8051, drives act when a machine cycle begins.
             recorder.align_to_cycles = chip.family == ChipFamily::Mcs51;
             recorder.baud = (!args.machine.uart_in.is_empty()).then_some(args.machine.baud);
-            recorded_flags(args, job, clocks).into_iter().for_each(|(tick, done)| recorder.push(tick, done));
+            recorded_flags(args, planned, clocks).into_iter().for_each(|(tick, action)| recorder.push(tick, action));
             recorder
         });
-        let (table, shelf) = (std::mem::take(&mut site.bindings), shelf.clone());
-        let supplies = supply_changes(&job.drives);
-        Ok(ScenarioSetup {
-            table,
-            supplies,
-            deciding: main,
-            stimuli: beside,
-            baud: args.machine.baud,
-            recorder,
-            snapshot_writer: shelf,
-        })
+        let (bindings, snapshot_writer) = (std::mem::take(&mut resolver.bindings), snapshot_writer.clone());
+        let supplies = supply_changes(&planned.drives);
+        Ok(ScenarioSetup { bindings, supplies, deciding, stimuli, baud: args.machine.baud, recorder, snapshot_writer })
     }
 }
 
@@ -136,26 +129,26 @@ fn file_name(path: &str) -> String {
     path.rsplit(['/', '\\']).next().unwrap_or(path).to_owned()
 }
 
-/// Returns the actions of --set, --at and --uart-in.
-fn recorded_flags(args: &RunArgs, job: &PlannedRun, clocks: u64) -> Vec<(u64, RecordedAction)> {
-    let at = args.machine.at.iter().map(|text| text.split_once(':').map_or(text.as_str(), |(_, put)| put));
+/// Returns the actions of --set, --at and --uart-in with their ticks, in order of time.
+fn recorded_flags(args: &RunArgs, planned: &PlannedRun, clocks: u64) -> Vec<(u64, RecordedAction)> {
+    let at = args.machine.at.iter().map(|text| text.split_once(':').map_or(text.as_str(), |(_, drive)| drive));
     let texts = args.machine.set.iter().map(String::as_str).chain(at);
     let tick = |at: CycleTime| at.cycle.saturating_mul(clocks).saturating_add(at.phase.into());
-    let mut done: Vec<(u64, bool, RecordedAction)> = Vec::new();
-    for (text, drive) in texts.zip(&job.drives) {
+    let mut actions: Vec<(u64, bool, RecordedAction)> = Vec::new();
+    for (text, drive) in texts.zip(&planned.drives) {
         let Some((name, value)) = text.split_once('=') else { continue };
         let value = value.trim();
         let value = value.parse().map_or_else(|_| ScenarioValue::Text(value.to_owned()), ScenarioValue::Number);
-        let pin = !matches!(drive.drive, ExternalDrive::Supply(_));
-        done.push((tick(drive.at), pin, RecordedAction::Set(name.trim().to_owned(), value)));
+        let is_pin = !matches!(drive.drive, ExternalDrive::Supply(_));
+        actions.push((tick(drive.at), is_pin, RecordedAction::Set(name.trim().to_owned(), value)));
     }
     let texts = args.machine.uart_in.iter().filter_map(|text| text.split_once(':'));
     for (time, text) in texts {
-        if let (Ok(at), Ok(bytes)) = (job.clock.parse_moment(time), unescape(text)) {
-            done.push((tick(at), true, RecordedAction::Send(bytes)));
+        if let (Ok(at), Ok(bytes)) = (planned.clock.parse_moment(time), unescape(text)) {
+            actions.push((tick(at), true, RecordedAction::Send(bytes)));
         }
     }
     // The order of the queue: the supply before the pins.
-    done.sort_by_key(|(tick, pin, _)| (*tick, *pin));
-    done.into_iter().map(|(tick, _, done)| (tick, done)).collect()
+    actions.sort_by_key(|(tick, is_pin, _)| (*tick, *is_pin));
+    actions.into_iter().map(|(tick, _, actions)| (tick, actions)).collect()
 }
