@@ -399,7 +399,9 @@ pub(super) fn is_defined(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, want
     // `$ifdef (NAME)`.
     let name = name.strip_prefix('(').and_then(|inner| inner.strip_suffix(')')).map_or(name, str::trim);
     let symbol = asm.symbols.get(name, asm.dialect.ignores_case).is_some_and(|symbol| symbol.pass == asm.pass);
-    let found = symbol || asm.find_define(name).is_some() || asm.chip_names.get(name).is_some();
+    // Names of interrupt vectors are not counted: other assemblers do not predefine them.
+    let own = || name.starts_with("??") && (asm.dialect.hooks.own_name_value)(asm, name).is_some();
+    let found = symbol || asm.find_define(name).is_some() || asm.chip_names.get(name).is_some() || own();
     found == wanted
 }
 
