@@ -90,9 +90,12 @@ pub(super) fn org(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
             "give an address of a memory",
         ));
     }
-    if asm.out.is_shifted() {
-        return asm.report_uncertain_org(call.word.clone());
+    // As with avr-as, the address counts from the start of the section.
+    let shift = asm.out.shift();
+    if shift != 0 {
+        asm.report_shifted_org(call.word.clone(), shift);
     }
+    let at = at + shift;
     let fill = match parts.get(1) {
         Some(part) => Some(value_of(asm, call.text, part.clone(), 8) as u8),
         None => asm.dialect.org_fills,
