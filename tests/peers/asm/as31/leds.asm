@@ -96,5 +96,5 @@ msg:	.byte	"Hello, world", 13, 10, 0
 	.db	'a', 'b', '\n', '\'', "tab\there"
 tab:	.word	main, nextled, poweron+3
 	.skip	4
-	.byte	-1, -128, 0FFh, 1010b, 17o, 0b1h
+	.byte	-1, -127, 0FFh, 1010b, 17o, 0b1h
 	.end
