@@ -295,7 +295,16 @@ pub(crate) fn substitute_parameters(
     let is_quote = |at| matches!(byte(text, at), b'\'' | b'"');
     // The end of the last quoted text whose words are replaced.
     let (mut at, mut quoted_to) = (0, 0);
+    let mut in_text = false;
     while at < text.len() {
+        if !plain {
+            in_text ^= byte(text, at) == b'"';
+            // avr-as reads the character of `'\n'` before it looks for parameters.
+            if !in_text && byte(text, at) == b'\'' && byte(text, at + 1) == b'\\' && byte(text, at + 2).is_ascii() {
+                at += 3;
+                continue;
+            }
+        }
         if byte(text, at) == b'\\' && !d.hooks.is_sdas {
             at = put.substitute_marked(at, number);
             continue;

@@ -92,9 +92,9 @@ pub const CODES: &[DiagnosticCode] = &[
                   the value with low() or &." },
     DiagnosticCode { code: "ASM031", title: "org in a section that follows others",
         explain: "The linker concatenates the sections of the AVR: .vectors, .progmem, .init0 to .init9, .text, .fini9 to .fini0, and \
-                  .data, .rodata, .bss, .noinit in RAM. The start of such a section is known only after those before it are complete, so \
-                  org in it has no definite meaning. Fix: reserve space with .space, or use .balign. In the first used section \
-                  org counts from 0." },
+                  .data, .rodata, .bss, .noinit in RAM. A warning: as with avr-as, org in a section counts from its start, \
+                  which moves with the sections before it. Fix: reserve space with .space, or use .balign. In the first used \
+                  section org counts from 0." },
     DiagnosticCode { code: "ASM035", title: "a file in an unsupported encoding",
         explain: "Sources are UTF-8, which includes ASCII. By its first bytes this file is UTF-16, as some editors \
                   save texts. Fix: save it as UTF-8." },

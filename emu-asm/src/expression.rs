@@ -260,13 +260,14 @@ impl AsmExpressionParser<'_> {
         Ok(value)
     }
 
-    /// Reports whether the unary operator has a value behind it. `BYTE0` without one may be a name of the
-    /// program.
+    /// Reports whether the unary operator has a value behind it. `low` and `BYTE0` without one may be names of
+    /// the program.
     fn is_function(&self, rest: &str, token: &str) -> bool {
-        if !token.ends_with(|c: char| c.is_ascii_digit()) {
-            return true;
-        }
         let next = rest.get(skip_space(rest, token.len())..).unwrap_or_default();
+        if !token.ends_with(|c: char| c.is_ascii_digit()) {
+            return !token.ends_with(|c: char| c.is_ascii_alphabetic())
+                || !next.is_empty() && !next.starts_with([',', ')']);
+        }
         let c = byte(next, 0);
         let is_operator = self.dialect.operators.iter().any(|(operator, ..)| starts_with_token(next, operator));
         !is_operator && (begins_name(c) || c.is_ascii_digit() || matches!(c, b'(' | b'\'' | b'"' | b'$'))

@@ -183,7 +183,7 @@ impl Assembler<'_> {
     }
 
     /// Returns the text of an argument. In ASM51 and ASEM-51 a leading `%` evaluates it, and in angle
-    /// brackets `!` escapes the next character.
+    /// brackets `!` escapes the next character, elsewhere a semicolon.
     fn argument<'t>(&mut self, call: &DirectiveCall<'t>, range: Range<usize>, join: ArgumentJoin) -> Cow<'t, str> {
         let text = call.get(range.clone());
         let in_angles = byte(call.text, range.start.wrapping_sub(1)) == b'<';
@@ -192,7 +192,7 @@ impl Assembler<'_> {
         match value {
             _ if join != ArgumentJoin::And => text.into(),
             Some(_) => self.evaluate_number(call.text, range.start + 1..range.end).unwrap_or(0).to_string().into(),
-            None if in_angles && text.contains('!') => unescape(text).into(),
+            None if in_angles && text.contains('!') || text.contains("!;") => unescape(text).into(),
             None => text.into(),
         }
     }

@@ -25,13 +25,17 @@ impl NameValues for Assembler<'_> {
             let io = self.dialect.hooks.is_atmel && value.is_register && (0x20..0x60).contains(&value.number);
             return Ok(if io { AsmValue::of(value.number - 0x20) } else { value });
         }
-        if let Some(n) = (self.dialect.hooks.own_name_value)(&self.family_state, name) {
+        if let Some(n) = (self.dialect.hooks.own_name_value)(self, name) {
             let name = self.folded_name(name).into_owned();
             self.chip_names_read.insert(name);
             return Ok(AsmValue::of(n));
         }
         if self.is_register(name) {
             return Err(register_fault(name, at));
+        }
+        let refused = |row: &&(&str, &str)| row.0.eq_ignore_ascii_case(name);
+        if let Some((_, hint)) = self.dialect.hooks.refused_operators.iter().find(refused) {
+            return Err(LineFault::new("ASM005", at, format!("the operator `{name}` is not taken"), *hint));
         }
         self.has_forward_reference = true;
         if self.pass > 1 && (self.dialect.hooks.is_external)(self, name) {

@@ -124,11 +124,11 @@ impl PassOutput {
         copied.map(|section| section.align).max().map_or(1, |align| align.max(1) as u64)
     }
 
-    /// Reports whether the current section begins where others end, so that its addresses are uncertain.
-    /// Atmel's `dseg` has fixed addresses of RAM.
-    pub fn is_shifted(&self) -> bool {
+    /// Returns the start of the current section if it begins where others end; otherwise 0. Atmel's `dseg` has
+    /// fixed addresses of RAM.
+    pub fn shift(&self) -> i64 {
         let first = self.initial_sections.get(self.current).filter(|first| first.name != "dseg");
-        first.is_some_and(|first| first.behind.is_some() && first.pos != 0)
+        first.filter(|first| first.behind.is_some()).map_or(0, |first| first.pos / i64::from(first.unit.max(1)))
     }
 
     /// Returns the number of the section of this name; creates it if there is none.
@@ -267,9 +267,9 @@ impl Assembler<'_> {
     }
 
     /// Warns of `org` in a section whose start depends on others.
-    pub fn report_uncertain_org(&mut self, at: std::ops::Range<usize>) {
+    pub fn report_shifted_org(&mut self, at: std::ops::Range<usize>, start: i64) {
         let name = self.out.section().map_or("", |section| section.name.split(PART).next().unwrap_or_default());
-        let cause = format!("`org` in .{name}, which begins where other sections end");
-        self.report(LineFault::new("ASM031", at, cause, "reserve room with .space, or take .balign"));
+        let cause = format!("`org` counts from the start of .{name}, which is 0x{start:X} here");
+        self.report(LineFault::new("ASM031", at, cause, "reserve room with .space, or take .balign").warning());
     }
 }

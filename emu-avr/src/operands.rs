@@ -151,7 +151,7 @@ operands! {
     /// complement.
     K(u8) false "constant"
         value unchanged,
-        raw |v, b, _| if b == 8 && (-128..0).contains(&v) { Ok(v as u32 & 0xFF) } else { check_field(v, b, "constant") },
+        raw |v, b, _| if b == 8 && v < 0 { Ok(v as u32 & 0xFF) } else { check_field(v, b, "constant") },
         text write_hex2, named OperandKind::never_a_name, number OperandKind::same_number, register OperandKind::same_address;
     /// An I/O address, 0 to 63 (0 to 31 for the single-bit instructions); the data address is 0x20 higher.
     A(u8) false "I/O address"

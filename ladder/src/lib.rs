@@ -49,7 +49,7 @@ pub mod symbols;
 mod write;
 
 pub use check::check;
-pub use codes::{CODES, REWRITTEN};
+pub use codes::{CODES, NO_PORT_PIN, REWRITTEN};
 pub use draw::{Drawing, DrawnElement, draw, draw_rung};
 pub use element_facts::{ChipPart, ElementFacts, PowerEffect, SymbolUse, WriteMoment};
 pub use model::*;

@@ -251,6 +251,24 @@ pub fn read_program(
     Ok(read)
 }
 
+/// Reads a ladder program whose inputs and outputs `pins` assigns, and prints its warnings and those of the
+/// checks of the language: about pins of the program only where `pins` names no other.
+pub fn read_program_for_pins(
+    file: &str,
+    dialect: Option<LadderDialect>,
+    pins: &[(String, String)],
+    terminal: &MessageStyle,
+) -> Result<ReadProgram, VerbFailure> {
+    let (read, mut notes) = parse_program(file, read_bytes(file)?, dialect, true)?;
+    let moved = |note: &Diagnostic| {
+        let of = |entry: &&ladder::IoEntry| entry.pos == note.pos && pins.iter().any(|(name, _)| *name == entry.name);
+        read.program.io.iter().any(|entry| of(&entry))
+    };
+    notes.retain(|note| note.code != ladder::NO_PORT_PIN || !moved(note));
+    report_diagnostics(terminal, &notes, &read.texts);
+    Ok(read)
+}
+
 /// Parses a ladder program; with `checked`, also looks for suspicious elements. Returns its warnings and
 /// notes.
 ///

@@ -110,7 +110,8 @@ pub fn check(args: &CheckArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
     for file in &args.files {
         output::check_input_not_overwritten(file, &outputs)?;
     }
-    let programs = args.files.iter().map(|file| input::read_program(file, args.dialect, true, terminal));
+    let programs =
+        args.files.iter().map(|file| input::read_program_for_pins(file, args.dialect, &args.target.pins, terminal));
     let programs = programs.collect::<Result<Vec<ReadProgram>, VerbFailure>>()?;
     let all = args.mcu.iter().any(|choice| matches!(choice, ChipChoice::All));
     let mut chips: Vec<&'static str> = Vec::new();

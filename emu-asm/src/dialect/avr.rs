@@ -1,18 +1,22 @@
 //! The AVR dialect of avr-as, with those directives of Atmel's assembler that do not contradict it.
 
 pub(crate) mod atmel;
+mod commons;
 mod gas;
 
 use std::ops::Range;
 
 use emu_core::chip::Chip;
 use emu_core::image::CONSTANT_SPACE;
+use emu_core::table::InstructionRow;
 
-use super::common::{Alignment, align_to, constant, ignore_directive, purge, required_arguments, space, value_of};
+use super::common::{constant, ignore_directive, purge, required_arguments, space, value_of};
 use super::{
     AsmDialect, AsmDirective, AsmOperator, DialectHooks, NumberForm, ProvidedInclude, ReadFlow, SectionContent,
     SectionRow,
 };
+pub(crate) use commons::AvrPassState;
+
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
 use crate::lines::{byte, cut, trim};
@@ -70,7 +74,7 @@ pub(super) const AVR: AsmDialect = AsmDialect {
     space_fills: true,
     zones: false,
     literals: &[],
-    hooks: DialectHooks { ignored_dotted: gas::WITHOUT_EFFECT, more: gas::DIRECTIVES, ..DialectHooks::NONE },
+    hooks: DialectHooks { check: check_constant, ignored_dotted: gas::WITHOUT_EFFECT, more: gas::DIRECTIVES, ..DialectHooks::NONE },
     directives: &[
         AsmDirective::run("skip", space),
         AsmDirective::run("zero", space),
@@ -95,8 +99,9 @@ pub(super) const AVR: AsmDialect = AsmDialect {
         AsmDirective::run("include", atmel::including),
         AsmDirective::named("equ", atmel::equate),
         AsmDirective::named("def", |asm, call| constant(asm, call, AsmSymbolKind::Set)),
-        AsmDirective::run("comm", |asm, call| common(asm, call, "COMMON")),
-        AsmDirective::run("lcomm", |asm, call| common(asm, call, "bss")),
+        AsmDirective::run("comm", |asm, call| commons::common(asm, call, "COMMON")),
+        AsmDirective::run("lcomm", |asm, call| commons::common(asm, call, "bss")),
+        AsmDirective::run("local", commons::local),
         AsmDirective::flow("endmacro", ReadFlow::Endm),
         AsmDirective::run("global", ignore_directive),
         AsmDirective::run("globl", ignore_directive),
@@ -109,7 +114,7 @@ pub(super) const AVR: AsmDialect = AsmDialect {
         AsmDirective::run("func", ignore_directive),
         AsmDirective::run("endfunc", ignore_directive),
         AsmDirective::run("arch", ignore_directive),
-        AsmDirective::run("device", ignore_directive),
+        AsmDirective::run("device", |asm, _| atmel::switch(asm)),
         AsmDirective::run("loc", ignore_directive),
         AsmDirective::run("list", ignore_directive),
         AsmDirective::run("nolist", ignore_directive),
@@ -213,6 +218,14 @@ const fn ram(name: &'static str, holds: SectionContent, align: i64) -> SectionRo
 
 const fn other(space: &'static str, name: &'static str) -> SectionRow {
     SectionRow { name, space, content: SectionContent::Memory, align_after_previous: Some(1) }
+}
+
+/// Warns about a constant below -255: its lower 8 bits are used, as avr-as does.
+fn check_constant(row: &InstructionRow, values: &[(i32, Range<usize>)]) -> Option<LineFault> {
+    let slots = row.operands.iter().filter(|slot| row.pattern.has_letter(slot.letter));
+    let (_, (n, at)) = slots.zip(values).find(|(slot, (n, _))| slot.kind.name == "constant" && *n < -0xFF)?;
+    let cause = format!("{n} does not fit into 8 bits: its upper bits are dropped");
+    Some(LineFault::new("ASM030", at.clone(), cause, "select the bits with & or lo8()").warning())
 }
 
 /// Returns the macros about the chip that avr-gcc defines for an assembly source.
@@ -356,37 +369,4 @@ fn fill(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let one: Vec<u8> = value.to_le_bytes().into_iter().take(size as usize).collect();
     let all: Vec<u8> = one.iter().copied().cycle().take(one.len() * count as usize).collect();
     asm.emit(&all, call.rest.clone());
-}
-
-/// `.comm name, size, alignment`: reserves RAM. Without an alignment, `.comm` aligns as avr-as does: to the
-/// size, rounded up to a power of 2, up to 16. `.lcomm` does not align.
-fn common(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, place: &str) {
-    let parts = required_arguments(asm, call);
-    let [name, size, more @ ..] = parts.as_slice() else {
-        return asm.report(LineFault::new(
-            "ASM023",
-            call.rest.clone(),
-            "a name and a size are wanted",
-            "write `.comm buffer, 16`",
-        ));
-    };
-    let now = (asm.out.current, asm.out.previous);
-    let _ = asm.out.enter_named(place);
-    let size = asm.evaluate_number(call.text, size.clone()).unwrap_or(0).clamp(0, 0x1_0000);
-    let step = match more.first() {
-        Some(given) => asm.evaluate_number(call.text, given.clone()).unwrap_or(1),
-        None if place == "COMMON" => i64::from((size as u32).next_power_of_two().min(16)),
-        None => 1,
-    };
-    match (1..=0x1_0000).contains(&step) && (step as u64).is_power_of_two() {
-        true => align_to(asm, call, &Alignment { step, fill: 0, size: 1, most: None }),
-        false => {
-            let at = more.first().cloned().unwrap_or_else(|| call.rest.clone());
-            asm.report(LineFault::new("ASM003", at, format!("{step} is no alignment"), "give a number such as 2"));
-        }
-    }
-    asm.define_label(call.get(name.clone()), name.clone());
-    let here = asm.out.next_address();
-    asm.out.set_address(here + size);
-    (asm.out.current, asm.out.previous) = now;
 }

@@ -90,9 +90,12 @@ pub(super) fn org(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
             "give an address of a memory",
         ));
     }
-    if asm.out.is_shifted() {
-        return asm.report_uncertain_org(call.word.clone());
+    // As with avr-as, the address counts from the start of the section.
+    let shift = asm.out.shift();
+    if shift != 0 {
+        asm.report_shifted_org(call.word.clone(), shift);
     }
+    let at = at + shift;
     let fill = match parts.get(1) {
         Some(part) => Some(value_of(asm, call.text, part.clone(), 8) as u8),
         None => asm.dialect.org_fills,
@@ -399,7 +402,9 @@ pub(super) fn is_defined(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, want
     // `$ifdef (NAME)`.
     let name = name.strip_prefix('(').and_then(|inner| inner.strip_suffix(')')).map_or(name, str::trim);
     let symbol = asm.symbols.get(name, asm.dialect.ignores_case).is_some_and(|symbol| symbol.pass == asm.pass);
-    let found = symbol || asm.find_define(name).is_some() || asm.chip_names.get(name).is_some();
+    // Names of interrupt vectors are not counted: other assemblers do not predefine them.
+    let own = || name.starts_with("??") && (asm.dialect.hooks.own_name_value)(asm, name).is_some();
+    let found = symbol || asm.find_define(name).is_some() || asm.chip_names.get(name).is_some() || own();
     found == wanted
 }
 

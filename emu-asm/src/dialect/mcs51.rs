@@ -23,8 +23,8 @@ use class::{AddressClass, Classes, typed};
 use text::{DataSize, TextEnd};
 
 use super::{
-    AsmArithmetic, AsmDialect, AsmDirective, AsmOperator, DialectHooks, FamilyState, NumberForm, ProvidedInclude,
-    ReadFlow, SectionContent, SectionRow,
+    AsmArithmetic, AsmDialect, AsmDirective, AsmOperator, DialectHooks, NumberForm, ProvidedInclude, ReadFlow,
+    SectionContent, SectionRow,
 };
 use crate::engine::{Assembler, DirectiveCall};
 use crate::expression::AsmValue;
@@ -101,7 +101,7 @@ pub(super) const MCS51: AsmDialect = AsmDialect {
     space_fills: false,
     zones: false,
     literals: &[],
-    hooks: DialectHooks { own_name_value: own_name, is_external: external, mismatch: class::mismatch, with_dots: || Some(&AS31), more: asxxxx::DIRECTIVES, angle_arguments: true, complements: true, commas_in_quotes: true, digit_groups: Some('$'), code_end: Some(text::any_code_end), plain_backslashes: text::plain_backslashes, no_bytes: area::why_no_bytes, general_instructions: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..DialectHooks::NONE },
+    hooks: DialectHooks { own_name_value: own_name, refused_operators: REFUSED_OPERATORS, is_external: external, mismatch: class::mismatch, with_dots: || Some(&AS31), more: asxxxx::DIRECTIVES, angle_arguments: true, complements: true, commas_in_quotes: true, digit_groups: Some('$'), code_end: Some(text::any_code_end), plain_backslashes: text::plain_backslashes, no_bytes: area::why_no_bytes, general_instructions: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..DialectHooks::NONE },
     directives: &[
         AsmDirective::run("defb", super::common::bytes),
         AsmDirective::run("db", |asm, call| text::data(asm, call, DataSize::Byte, false)),
@@ -122,6 +122,7 @@ pub(super) const MCS51: AsmDialect = AsmDialect {
         AsmDirective::run("dd", doubles),
         AsmDirective::named("proc", segment::procedure),
         AsmDirective::named("endp", ignore_directive),
+        AsmDirective::named("label", segment::label),
         AsmDirective::run("__error__", |asm, call| super::common::message(asm, call, true)),
         AsmDirective::named("equ", |asm, call| equate(asm, call, AsmSymbolKind::Equ)),
         AsmDirective::named("set", |asm, call| equate(asm, call, AsmSymbolKind::Set)),
@@ -182,6 +183,7 @@ pub(super) const MCS51: AsmDialect = AsmDialect {
         AsmDirective::run("extrn", segment::extrn),
         AsmDirective::run("extern", segment::extrn),
         AsmDirective::run("using", using),
+        AsmDirective::run("end", end),
         // Controls of AX51 that define names, then controls without effect, such as `$MOD52` and `$NOLIST`.
         AsmDirective::run("$set", |asm, call| set_names(asm, call, None)),
         AsmDirective::run("$reset", |asm, call| set_names(asm, call, Some(0))),
@@ -199,9 +201,13 @@ pub(super) const MCS51: AsmDialect = AsmDialect {
     ],
 };
 
+/// Operators of AX51 about memories beyond 64 KB.
+const REFUSED_OPERATORS: &[(&str, &str)] =
+    &[("mbyte", "write the number of the memory that C51 wants: 0 for data and idata, 1 for xdata, 0FFh for code")];
+
 /// The variant for as31: a source whose directives begin with a dot. Its values are signed. The operators
-/// have an order of their own: shifts bind first, then `&` and `|` alike, then `* / %`; a sign before a value
-/// binds last, with `+` and `-`: `-1&3` is `-(1&3)`.
+/// have an order of their own: shifts bind first, then `&` and `|` alike, then a sign before a value, then
+/// `* / %`: `-1&3` is `-(1&3)`, and `2/-1/2` is `(2/(-1))/2`.
 #[rustfmt::skip]
 const AS31: AsmDialect = AsmDialect {
     operators: &[
@@ -219,7 +225,7 @@ const AS31: AsmDialect = AsmDialect {
         ("&&", 2, AsmOperator::BothTrue), ("||", 1, AsmOperator::EitherTrue),
     ],
     unary: &[
-        ("-", 10, |n| n.wrapping_neg()), ("+", 14, |n| n), ("~", 14, |n| !n), ("!", 14, |n| i64::from(n == 0)),
+        ("-", 11, |n| n.wrapping_neg()), ("+", 14, |n| n), ("~", 14, |n| !n), ("!", 14, |n| i64::from(n == 0)),
         ("not", 6, |n| !n), ("low", 14, |n| n & 0xFF), ("high", 14, |n| n >> 8 & 0xFF),
         ("<", 14, |n| n & 0xFF), (">", 14, |n| n >> 8 & 0xFF),
     ],
@@ -248,19 +254,34 @@ const SDAS: AsmDialect = AsmDialect {
 /// Returns what an include provides. The chip's data replaces vendor register lists such as `reg52.inc`,
 /// `regx52.h`, `at89x51.h` and `89c2051.mcu`.
 fn provides(_: &Chip, include: &str) -> ProvidedInclude {
+    if list_of(include).is_some() { ProvidedInclude::Chip } else { ProvidedInclude::NotProvided }
+}
+
+/// Returns the row of [`LISTS`] for a file name in lower case.
+fn list_of(include: &str) -> Option<&'static (&'static str, &'static str)> {
     let stem = include.split('.').next().unwrap_or(include);
     let makers = ["at", "reg", "reg_c", "regx", "mod", "sfr", "stc", "i", "p"];
     let number = stem.trim_start_matches(|c: char| !c.is_ascii_digit());
     let maker = stem.strip_suffix(number).unwrap_or_default().trim_end_matches(['_', '-']);
     let known = maker.is_empty() || makers.contains(&maker);
-    if known && LISTS.contains(&number) { ProvidedInclude::Chip } else { ProvidedInclude::NotProvided }
+    LISTS.iter().find(|(spelling, _)| known && *spelling == number)
 }
 
-/// Chips as the names of such files spell them, after the vendor's prefix.
+/// Returns the chip of a register list, `reg52.inc` or `89c4051.mcu`, as the command line spells it. It may be
+/// one that has no row; `None` if the file is no register list.
+pub(crate) fn chip_of_list(include: &str) -> Option<&'static str> {
+    list_of(&include.to_ascii_lowercase()).map(|(_, chip)| *chip)
+}
+
+/// Chips as the names of such files spell them after the vendor's prefix, and on the command line.
 #[rustfmt::skip]
-const LISTS: &[&str] = &[
-    "51", "52", "8031", "8032", "8051", "8052", "8751", "8752", "80c31", "80c32", "80c51", "80c52", "87c51", "87c52", "89c51", "89c52",
-    "51f", "8051sfr", "83c51", "83c52", "89c51rc", "89c52rc", "89c5xrc", "892051", "894051", "89s8252", "89s8253", "89s51", "89s52", "89c1051", "89c2051", "89c4051", "89x51", "89x52", "89x051", "1051", "2051", "4051",
+const LISTS: &[(&str, &str)] = &[
+    ("51", "8051"), ("52", "8052"), ("8031", "8031"), ("8032", "8032"), ("8051", "8051"), ("8052", "8052"), ("8751", "8751"), ("8752", "8752"),
+    ("80c31", "8031"), ("80c32", "8032"), ("80c51", "80c51"), ("80c52", "8052"), ("83c51", "80c51"), ("83c52", "8052"), ("87c51", "8751"), ("87c52", "8752"),
+    ("51f", "8051"), ("8051sfr", "8051"), ("89c51", "at89c51"), ("89c52", "at89c52"), ("89x51", "at89c51"), ("89x52", "at89c52"), ("89s51", "at89s51"), ("89s52", "at89s52"),
+    ("89c51rc", "at89c51rc"), ("89c52rc", "at89c52"), ("89c5xrc", "at89c52"), ("89s8252", "at89s8252"), ("89s8253", "at89s8253"),
+    ("89c1051", "at89c1051"), ("1051", "at89c1051"), ("89c2051", "at89c2051"), ("892051", "at89c2051"), ("2051", "at89c2051"), ("89x051", "at89c2051"),
+    ("89c4051", "at89c4051"), ("894051", "at89c4051"), ("4051", "at89c4051"),
 ];
 
 /// Ignored controls, which are common at the start of public sources: of the listing, the object file and the
@@ -373,23 +394,33 @@ fn using(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     asm.family_state.mcs51.used_banks |= 1 << bank;
 }
 
-/// Interrupt vectors of the 8051, with the names of ASEM-51 (its manual, predefined symbols).
+/// Interrupt vectors of the 8051, and the assembler and its version, with the names of ASEM-51 1.3 (its
+/// manual, predefined symbols).
 #[rustfmt::skip]
-const VECTORS: &[(&str, i64)] = &[
+const PREDEFINED: &[(&str, i64)] = &[
     ("RESET", 0), ("EXTI0", 0x03), ("TIMER0", 0x0B), ("EXTI1", 0x13), ("TIMER1", 0x1B), ("SINT", 0x23), ("TIMER2", 0x2B),
+    ("??ASEM_51", 0x8051), ("??VERSION", 0x0130),
 ];
 
 /// Returns the value of a predefined name. `AR0` to `AR7` are the addresses of R0 to R7 in the bank that
 /// `using` selects. `s_CSEG` and `l_CSEG` are the first address and the size of an area; the name of a
-/// segment is its first address.
-fn own_name(own: &FamilyState, name: &str) -> Option<i64> {
-    match name.as_bytes() {
-        [b'a' | b'A', b'r' | b'R', digit @ b'0'..=b'7'] => Some(own.mcs51.bank * 8 + i64::from(digit - b'0')),
-        _ => {
-            let vector = || VECTORS.iter().find(|(vector, _)| vector.eq_ignore_ascii_case(name)).map(|(_, at)| *at);
-            own.mcs51.areas.limit(name).or_else(vector)
-        }
+/// segment is its first address. sdas8051 predefines only the names of areas: there the others may be names
+/// of other modules.
+fn own_name(asm: &Assembler<'_>, name: &str) -> Option<i64> {
+    let own = &asm.family_state.mcs51;
+    let limit = own.areas.limit(name);
+    if limit.is_some() || asm.dialect.hooks.is_sdas && external(asm, name) {
+        return limit;
     }
+    match name.as_bytes() {
+        [b'a' | b'A', b'r' | b'R', digit @ b'0'..=b'7'] => Some(own.bank * 8 + i64::from(digit - b'0')),
+        _ => PREDEFINED.iter().find(|(known, _)| known.eq_ignore_ascii_case(name)).map(|(_, at)| *at),
+    }
+}
+
+/// `end`: ends the source. as31 ignores `.end` and reads on (its manual, "Assembler directives").
+fn end(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    asm.ended = !call.get(call.word.clone()).starts_with('.');
 }
 
 /// Switches to the sdas8051 variant for a directive that only sdas8051 has; the pass is read again with it.

@@ -14,6 +14,8 @@ use std::ops::Range;
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::table::InstructionRow;
 
+pub(crate) use mcs51::chip_of_list;
+
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
 use crate::lines::AsmLine;
@@ -127,7 +129,9 @@ pub(crate) struct DialectHooks {
     /// `#v(expression)` within a name is replaced by its value.
     pub value_names: bool,
     /// Returns the value of a name that depends on earlier directives.
-    pub own_name_value: fn(&FamilyState, &str) -> Option<i64>,
+    pub own_name_value: fn(&Assembler<'_>, &str) -> Option<i64>,
+    /// Operators of the family's assemblers that are refused: each with a hint.
+    pub refused_operators: &'static [(&'static str, &'static str)],
     /// Reports whether an undefined name belongs to another module.
     pub is_external: fn(&Assembler<'_>, &str) -> bool,
     /// The source is for Atmel's AVR assembler.
@@ -172,6 +176,7 @@ impl DialectHooks {
         place_sections: |_| false,
         value_names: false,
         own_name_value: |_, _| None,
+        refused_operators: &[],
         is_external: |_, _| false,
         is_atmel: false,
         with_dots: || None,
@@ -402,6 +407,8 @@ pub(crate) struct RepeatIterations {
 /// The state of each family during a pass.
 #[derive(Debug, Default)]
 pub(crate) struct FamilyState {
+    /// State of the AVR dialect.
+    pub avr: avr::AvrPassState,
     /// State of the PIC16 dialect.
     pub pic16: pic16::Pic16PassState,
     /// State of the 8051 dialect.
@@ -413,7 +420,7 @@ pub(crate) struct FamilyState {
 impl FamilyState {
     /// Returns the state that the next pass takes over.
     pub fn state_for_next_pass(self) -> FamilyState {
-        FamilyState { mcs51: self.mcs51.next(), ..FamilyState::default() }
+        FamilyState { avr: self.avr.next(), mcs51: self.mcs51.next(), ..FamilyState::default() }
     }
 }
 

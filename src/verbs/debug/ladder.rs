@@ -46,7 +46,7 @@ impl DebugSubject {
             let why = "--ladder and --map are for images; a ladder program is compiled on the fly".to_owned();
             return Err(VerbFailure::Usage(why));
         }
-        let read = input::read_program(&self.file, self.dialect, true, terminal)?;
+        let read = input::read_program_for_pins(&self.file, self.dialect, &self.pins, terminal)?;
         let options = CompileOptions {
             mcu: chip.name.to_owned(),
             pins: self.pins.clone(),

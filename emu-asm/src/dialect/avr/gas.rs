@@ -59,7 +59,7 @@ pub(super) const DIRECTIVES: &[AsmDirective] = &[
 /// Directives without effect on the bytes.
 #[rustfmt::skip]
 pub(super) const WITHOUT_EFFECT: &[&str] = &[
-    "version", "gnu_attribute", "line", "eject", "psize", "sbttl", "lflags", "local", "cfi_sections", "cfi_def_cfa",
+    "version", "gnu_attribute", "line", "eject", "psize", "sbttl", "lflags", "cfi_sections", "cfi_def_cfa",
     "cfi_def_cfa_register", "cfi_def_cfa_offset", "cfi_adjust_cfa_offset", "cfi_offset", "cfi_val_offset", "cfi_rel_offset", "cfi_register",
     "cfi_restore", "cfi_undefined", "cfi_same_value", "cfi_remember_state", "cfi_restore_state", "cfi_return_column", "cfi_signal_frame",
     "cfi_window_save", "cfi_escape", "cfi_personality", "cfi_lsda",

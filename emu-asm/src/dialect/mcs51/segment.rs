@@ -78,15 +78,15 @@ pub(super) fn segment(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
             "BIT" => memory = Some(AreaMemory::Bit),
             "IDATA" => (memory, class.indirect) = (Some(AreaMemory::Data), true),
             "BITADDRESSABLE" => class.bits = true,
+            "WORD" => class.align = 2,
+            "DWORD" => class.align = 4,
             "PAGE" => class.align = 0x100,
+            "BLOCK" => class.align = 0x800,
             "INPAGE" => class.within = 0x100,
             "INBLOCK" => class.within = 0x800,
-            "UNIT" | "OVERLAYABLE" => {}
-            _ => {
-                let cause = format!("`{word}` is not a class of a segment");
-                let hint = "there are CODE, DATA, IDATA, XDATA and BIT, with UNIT, PAGE, INPAGE, INBLOCK, BITADDRESSABLE, OVERLAYABLE";
-                return asm.report(LineFault::new("ASM023", trim(call.text, call.rest.clone()), cause, hint));
-            }
+            // All 64 KB are one segment.
+            "UNIT" | "OVERLAYABLE" | "BYTE" | "SEG" | "INSEG" => {}
+            upper => return refuse_class(asm, call, word, upper),
         }
     }
     let Some(memory) = memory else {
@@ -97,6 +97,32 @@ pub(super) fn segment(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     if area::segment(asm, &shape.name).is_none() {
         area::add(asm, shape, label);
     }
+}
+
+/// Classes of AX51 for memories beyond 64 KB, and the class for the same contents within them.
+const FAR_CLASSES: &[(&str, &str)] = &[
+    ("ECODE", "CODE"),
+    ("HCONST", "CODE"),
+    ("NCONST", "CODE"),
+    ("HDATA", "XDATA"),
+    ("EDATA", "IDATA"),
+    ("NDATA", "IDATA"),
+    ("EBIT", "BIT"),
+];
+
+/// Reports a word after `segment` that this chip does not have.
+fn refuse_class(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, word: &str, upper: &str) {
+    let (cause, hint) = match FAR_CLASSES.iter().find(|(far, _)| *far == upper) {
+        Some((_, near)) => (
+            format!("the class `{word}` is for chips with more than 64 KB, and the {} has no such memory", asm.chip.name),
+            format!("write {near}"),
+        ),
+        None => (
+            format!("`{word}` is not a class of a segment"),
+            "there are CODE, DATA, IDATA, XDATA and BIT, with UNIT, BYTE, WORD, DWORD, PAGE, BLOCK, INPAGE, INBLOCK, BITADDRESSABLE, OVERLAYABLE".to_owned(),
+        ),
+    };
+    asm.report(LineFault::new("ASM023", trim(call.text, call.rest.clone()), cause, hint));
 }
 
 /// `rseg name`.
@@ -137,16 +163,26 @@ pub(super) fn extrn(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
 
 /// `name proc`: defines a label.
 pub(super) fn procedure(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
-    match call.label.clone() {
-        Some(label) => asm.define_label(call.get(label.clone()), label),
-        None => {
-            let cause = format!("`{}` needs a name before it", call.get(call.word.clone()));
-            asm.report(LineFault::new(
-                "ASM023",
-                call.word.clone(),
-                cause,
-                "write `name proc`, and `name endp` after it",
-            ));
-        }
+    place_label(asm, call, "write `name proc`, and `name endp` after it");
+}
+
+/// `name label near`: defines a label.
+pub(super) fn label(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    place_label(asm, call, "write `name label near`");
+}
+
+/// Defines the label before the word. Only labels within 64 KB exist.
+fn place_label(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, hint: &str) {
+    let word = call.get(call.word.clone());
+    let Some(label) = call.label.clone() else {
+        let cause = format!("`{word}` needs a name before it");
+        return asm.report(LineFault::new("ASM023", call.word.clone(), cause, hint));
+    };
+    let kind = trim(call.text, call.rest.clone());
+    let written = call.get(kind.clone());
+    if !written.is_empty() && !written.eq_ignore_ascii_case("near") {
+        let cause = format!("`{written}` is not a kind of `{word}` on the {}: all code is near", asm.chip.name);
+        return asm.report(LineFault::new("ASM023", kind, cause, "leave it out, or write NEAR"));
     }
+    asm.define_label(call.get(label.clone()), label);
 }

@@ -63,10 +63,12 @@ fn text_end(line: &str) -> Option<usize> {
 pub(super) fn any_code_end(line: &str) -> usize {
     let mut at = text_end(line).unwrap_or(0);
     while at < line.len() {
-        if line.get(at..).is_some_and(|rest| rest.starts_with(';') || rest.starts_with("//")) {
+        let rest = line.get(at..).unwrap_or_default();
+        if rest.starts_with(';') || rest.starts_with("//") {
             return at;
         }
-        at = step(&super::MCS51, line, at);
+        // `!;` in a macro argument is a semicolon.
+        at = if rest.starts_with("!;") { at + 2 } else { step(&super::MCS51, line, at) };
     }
     line.len()
 }
