@@ -7,10 +7,11 @@ use ladder::{ChipPart, Element, LadderOperand, LadderProgram, SymbolKind};
 use ladder_compile::{ImageMap, SpecialPin};
 use ladder_eval::Evaluator;
 
-use crate::map_contract::{ScanPace, pwm_frequency, requested_pin};
-use crate::peripherals::{CheckedPeripherals, uses_serial};
-use crate::program_places::ProgramPlaces;
-use crate::{CheckOptions, serial_line::BitTime};
+use crate::CheckOptions;
+use crate::chip::map_contract::{ScanPace, pwm_frequency, requested_pin};
+use crate::chip::peripherals::{CheckedPeripherals, uses_serial};
+use crate::chip::program_places::ProgramPlaces;
+use crate::chip::serial_line::BitTime;
 
 use super::codes;
 

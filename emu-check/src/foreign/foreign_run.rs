@@ -6,12 +6,12 @@ use emu_core::cpu::StopReason;
 use emu_core::pins::{CycleTime, PinLevel};
 use ladder_eval::Evaluator;
 
-use crate::coverage_goals::EvaluatedScan;
-use crate::families::{CheckedChip, HighDrive, PullUpKind, pin_behaviour};
-use crate::report::DifferenceKind;
-use crate::serial_line::{ByteArrival, SerialFrame, plan_arrival};
-use crate::stimulus::ScanStimulus;
-use crate::value_hints::ValueHints;
+use crate::chip::families::{CheckedChip, HighDrive, PullUpKind, pin_behaviour};
+use crate::chip::serial_line::{ByteArrival, SerialFrame, plan_arrival};
+use crate::coverage::goals::EvaluatedScan;
+use crate::report::check_report::DifferenceKind;
+use crate::stimulus::generator::ScanStimulus;
+use crate::stimulus::value_hints::ValueHints;
 
 use super::codes;
 use super::foreign_board::ForeignBoard;

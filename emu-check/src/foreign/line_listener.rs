@@ -4,7 +4,7 @@
 use emu_core::cpu::Probe;
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 
-use crate::serial_line::SerialListener;
+use crate::chip::serial_line::SerialListener;
 
 use super::foreign_board::ForeignBoard;
 
