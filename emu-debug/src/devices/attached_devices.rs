@@ -11,8 +11,8 @@ use emu_core::cpu::{Cpu, Probe, StopReason};
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 
 use crate::devices::ExternalDevice;
-use crate::dyn_probe;
-use crate::time::CycleClock;
+use crate::probes::dyn_probe;
+use crate::text::time::CycleClock;
 
 /// Machine cycles of a stretch: fewer if answers follow each other closely.
 const STRETCH_CYCLES: std::ops::RangeInclusive<u64> = 16..=1 << 16;

@@ -3,8 +3,8 @@
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::image::{CONSTANT_SPACE, SymbolAt};
 
-use crate::bit_space::{self, BIT_SPACE};
-use crate::input_error::{InputError, malformed};
+use crate::names::bit_space::{self, BIT_SPACE};
+use crate::text::input_error::{InputError, malformed};
 
 /// Resolves names to addresses.
 #[derive(Debug, Clone, Copy)]

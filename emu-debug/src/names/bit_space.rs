@@ -5,7 +5,7 @@
 
 use emu_core::chip::Chip;
 
-use crate::address_names::AddressRange;
+use crate::names::address_names::AddressRange;
 
 /// Name of the memory of single bits.
 pub const BIT_SPACE: &str = "bit";

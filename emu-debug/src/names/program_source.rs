@@ -4,9 +4,9 @@ use emu_core::chip::ChipFamily;
 use emu_core::image::{SourceLine, SourceLines};
 
 use crate::InputError;
-use crate::address_names::{AddressNames, parse_number};
-use crate::bit_space::BIT_SPACE;
-use crate::stop_condition::{StopCondition, parse_condition};
+use crate::names::address_names::{AddressNames, parse_number};
+use crate::names::bit_space::BIT_SPACE;
+use crate::run::stop_condition::{StopCondition, parse_condition};
 
 /// Bytes of program memory that GOTO and CALL of a PIC16 reach (2048 words of two bytes).
 const PIC16_PAGE_BYTES: u32 = 4096;

@@ -4,8 +4,8 @@ use emu_core::chip::Chip;
 use emu_core::cpu::{Probe, ProgramFault, Subcycle};
 use emu_core::pins::CycleTime;
 
-use crate::address_names::AddressRange;
-use crate::bit_space::{self, BIT_SPACE};
+use crate::names::address_names::AddressRange;
+use crate::names::bit_space::{self, BIT_SPACE};
 
 /// An access that a watch has seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

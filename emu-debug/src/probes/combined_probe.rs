@@ -5,13 +5,13 @@ use emu_core::cpu::{Probe, Subcycle};
 use emu_core::lint::Lint;
 use emu_core::pins::CycleTime;
 
-use crate::access_monitor::AccessMonitor;
-use crate::lints::LintProbe;
+use crate::probes::access_monitor::AccessMonitor;
+use crate::probes::lints::LintProbe;
 use crate::run::{ReadMemory, RunProbe};
 use crate::trace::TraceProbe;
 
 /// An additional probe whose type is not known.
-pub(crate) trait DynRunProbe: crate::dyn_probe::DynProbe {
+pub(crate) trait DynRunProbe: crate::probes::dyn_probe::DynProbe {
     /// Calls [`Probe::on_branch`].
     fn on_branch(&mut self, next: u32, to: u32, taken: bool);
     /// Calls [`Probe::on_flow_start`].

@@ -10,8 +10,8 @@ use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::Probe;
 use emu_core::lint::Lint;
 
-use crate::access_monitor::{RamCheck, UnwrittenRam};
-use crate::address_names::AddressNames;
+use crate::names::address_names::AddressNames;
+use crate::probes::access_monitor::{RamCheck, UnwrittenRam};
 
 /// A lint at one instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

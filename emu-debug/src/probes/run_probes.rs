@@ -4,9 +4,9 @@ use emu_core::cpu::{Probe, Subcycle};
 use emu_core::lint::Lint;
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 
-use crate::run_controller::StretchWatch;
-use crate::uart_log::UartLog;
-use crate::waveform::WaveWriter;
+use crate::probes::uart_log::UartLog;
+use crate::probes::waveform::WaveWriter;
+use crate::run::run_controller::StretchWatch;
 
 /// The serial output, awaited levels, a waveform, and closer observers (`()` for none).
 pub struct RunProbes<C> {

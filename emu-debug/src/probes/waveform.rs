@@ -6,7 +6,7 @@ use emu_core::chip::{Chip, PinDef};
 use emu_core::pins::{ChipEvent, CycleTime, PinLevel};
 use vcd::{IdCode, SimulationCommand, TimescaleUnit, Value, VarType, Writer};
 
-use crate::time::CycleClock;
+use crate::text::time::CycleClock;
 
 /// A signal in addition to the pins: its name, its bits, and its initial value, if it has one.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -4,18 +4,20 @@ use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, Probe, ProgramFault, StopReason};
 use emu_core::pins::{PinId, PinLevel};
 
-use crate::access_monitor::{AccessMonitor, AccessWatch, RamCheck, WatchedAccess};
-use crate::address_names::AddressRange;
-use crate::attached_devices::AttachedDevices;
-use crate::combined_probe::{CombinedProbe, DynRunProbe};
-use crate::lints::{LintFinding, LintProbe};
-use crate::run_controller::{CYCLES_BETWEEN_DECISIONS, ContinueCallback, RunController, RunDecision, StretchWatch};
-use crate::run_probes::RunProbes;
-use crate::stop_condition::StopCondition;
-use crate::time::CycleClock;
+use crate::devices::attached_devices::AttachedDevices;
+use crate::names::address_names::AddressRange;
+use crate::probes::access_monitor::{AccessMonitor, AccessWatch, RamCheck, WatchedAccess};
+use crate::probes::combined_probe::{CombinedProbe, DynRunProbe};
+use crate::probes::lints::{LintFinding, LintProbe};
+use crate::probes::run_probes::RunProbes;
+use crate::probes::uart_log::UartLog;
+use crate::probes::waveform::WaveWriter;
+use crate::run::run_controller::{
+    CYCLES_BETWEEN_DECISIONS, ContinueCallback, RunController, RunDecision, StretchWatch,
+};
+use crate::run::stop_condition::StopCondition;
+use crate::text::time::CycleClock;
 use crate::trace::{self, TraceProbe};
-use crate::uart_log::UartLog;
-use crate::waveform::WaveWriter;
 
 /// The conditions that end a run.
 #[derive(Debug, Clone, Default)]

@@ -3,10 +3,10 @@
 use emu_core::chip::ChipFamily;
 use emu_core::pins::{PinId, PinLevel};
 
-use crate::address_names::{AddressNames, AddressRange};
-use crate::input_error::{InputError, malformed};
+use crate::names::address_names::{AddressNames, AddressRange};
 use crate::stimulus::{example_pin, parse_pin_level};
-use crate::text_escapes::{escape, unescape};
+use crate::text::input_error::{InputError, malformed};
+use crate::text::text_escapes::{escape, unescape};
 
 /// A condition.
 #[derive(Debug, Clone, PartialEq, Eq)]

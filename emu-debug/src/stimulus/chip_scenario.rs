@@ -12,7 +12,7 @@ use scenario::{
     TimedStimulus, bind,
 };
 
-use crate::serial_sender::SerialLineSender;
+use crate::stimulus::serial_sender::SerialLineSender;
 use crate::stimulus::{ExternalDrive, TimedDrive, find_pin, missing_pin_reason, parse_drive, supply_name};
 use crate::{AddressNames, CycleClock, InputError};
 

@@ -4,8 +4,8 @@ use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::Cpu;
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 
-use crate::input_error::{InputError, malformed};
-use crate::time::{CycleClock, parse_decimal, split_unit};
+use crate::text::input_error::{InputError, malformed};
+use crate::text::time::{CycleClock, parse_decimal, split_unit};
 
 /// Names of the supply for any chip: the usual one, and Atmel's.
 const SUPPLY_NAMES: [&str; 2] = ["VDD", "VCC"];

@@ -4,7 +4,7 @@ use emu_core::pins::{CycleTime, PinId, PinLevel};
 
 use crate::InputError;
 use crate::stimulus::{ExternalDrive, TimedDrive};
-use crate::time::{CycleClock, MAX_CYCLES};
+use crate::text::time::{CycleClock, MAX_CYCLES};
 
 /// Bits of a frame: start bit, 8 data bits from the lowest, stop bit.
 const BITS_PER_FRAME: u128 = 10;

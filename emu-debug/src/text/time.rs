@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use emu_core::pins::CycleTime;
 
-use crate::input_error::{InputError, malformed};
+use crate::text::input_error::{InputError, malformed};
 
 /// Maximum time in machine cycles.
 pub const MAX_CYCLES: u64 = 1 << 62;
