@@ -44,6 +44,7 @@ use ladder::LadderProgram;
 use ladder_compile::CompiledProgram;
 use ladder_eval::Evaluator;
 
+use chip::deviation::Deviation;
 use chip::families::{CheckedChip, MachineVisitor, visit_machines};
 use chip::map_contract::ScanPace;
 use chip::program_places::ProgramPlaces;
@@ -203,7 +204,7 @@ struct CheckVisitor<'a> {
     places: ProgramPlaces,
     hints: ValueHints,
     eval: Evaluator,
-    disagreements: Vec<(String, String)>,
+    disagreements: Vec<Deviation>,
     progress: &'a mut dyn FnMut(u64, u64),
 }
 

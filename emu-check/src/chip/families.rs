@@ -148,20 +148,28 @@ pub fn needs_pull_up(chip: &Chip, pin: PinId) -> bool {
 /// Functions other than a port, as named in the notes of the chip's pins.
 const RESERVED: [&str; 9] = ["XTAL1", "XTAL2", "RESET", "reset", "MCLR", "OSC1", "OSC2", "absent", "PEN"];
 
-/// The pins that the program does not name: first those that the chip must not drive, then those that a board
-/// may drive.
-pub(crate) fn unnamed_pins(chip: &Chip, named: &[PinId]) -> (Vec<PinId>, Vec<PinId>) {
+/// The pins that a program does not name.
+pub(crate) struct UnnamedPins {
+    /// Pins that the chip must not drive.
+    pub undriven: Vec<PinId>,
+    /// Pins that a board may drive.
+    pub drivable: Vec<PinId>,
+}
+
+/// The pins of a chip that are not among `named`.
+pub(crate) fn unnamed_pins(chip: &Chip, named: &[PinId]) -> UnnamedPins {
     let free = (0..chip.pins.len() as PinId).filter(|pin| !named.contains(pin));
     if chip.family == ChipFamily::Ap101 {
-        return (Vec::new(), free.take_while(|&pin| pin < FIRST_OUTPUT).collect());
+        let drivable = free.take_while(|&pin| pin < FIRST_OUTPUT).collect();
+        return UnnamedPins { undriven: Vec::new(), drivable };
     }
     let note = |pin: PinId| chip.pins.get(usize::from(pin)).map_or("absent", |p| p.note);
     let is = |pin: PinId, what: &[&str]| note(pin).split(", ").any(|note| what.contains(&note));
     // Pins to leave out; the reset pin may have a pull-up of its own.
     let apart = ["absent", "RESET", "reset", "MCLR", "PEN", PinDef::ANALOG_INPUT_NOTE];
-    let port: Vec<PinId> = free.filter(|&pin| !is(pin, &apart)).collect();
-    let drivable = port.iter().copied().filter(|&pin| !is(pin, &RESERVED)).collect();
-    (port, drivable)
+    let undriven: Vec<PinId> = free.filter(|&pin| !is(pin, &apart)).collect();
+    let drivable = undriven.iter().copied().filter(|&pin| !is(pin, &RESERVED)).collect();
+    UnnamedPins { undriven, drivable }
 }
 
 /// The chip of this name, if an emulator exists for it.

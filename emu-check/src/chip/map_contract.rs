@@ -6,6 +6,7 @@ use ladder::{Element, LadderOperand, LadderProgram, SymbolKind};
 use ladder_compile::{ImageMap, SpecialPin};
 
 use crate::CheckOptions;
+use crate::chip::deviation::Deviation;
 use crate::chip::families::{FamilyTiming, family_timing, find_chip};
 
 /// The timing of a scan: its period, and the limits of its pacing timer.
@@ -69,35 +70,37 @@ fn ratio_text(num: u128, den: u128) -> String {
     if den == 1 { num.to_string() } else { format!("{num}/{den}") }
 }
 
-/// The disagreements with the map, as pairs of (what is required, what the map says).
+/// The deviations of the map from what the program and the options require.
 pub(crate) fn map_disagreements(
     program: &LadderProgram,
     options: &CheckOptions,
     pace: &ScanPace,
     (map, chip): (&ImageMap, &Chip),
-) -> Vec<(String, String)> {
+) -> Vec<Deviation> {
     let mut disagreements = Vec::new();
     if !map.mcu.eq_ignore_ascii_case(chip.name) {
-        disagreements.push((format!("the chip {}", chip.name), map.mcu.clone()));
+        disagreements.push(Deviation::new(format!("the chip {}", chip.name), map.mcu.clone()));
     }
     if map.clock_hz != pace.clock_hz {
-        disagreements.push((format!("a clock of {} Hz", pace.clock_hz), format!("{} Hz", map.clock_hz)));
+        disagreements.push(Deviation::new(format!("a clock of {} Hz", pace.clock_hz), format!("{} Hz", map.clock_hz)));
     }
     let (num, den) = (u128::from(map.cycle.num), u128::from(map.cycle.den));
     if den == 0 || num.checked_mul(pace.den) != pace.num.checked_mul(den) {
         let of = format!("({} us at {} Hz)", program.settings.cycle_us, pace.clock_hz);
-        disagreements
-            .push((format!("a period of {} cycles {of}", pace.period()), format!("{} cycles", ratio_text(num, den))));
+        disagreements.push(Deviation::new(
+            format!("a period of {} cycles {of}", pace.period()),
+            format!("{} cycles", ratio_text(num, den)),
+        ));
     }
     // A coarser tick is correct if the period is a whole number of ticks.
     let whole = pace.den == 1 && map.tick != 0 && pace.num.is_multiple_of(map.tick.into());
     if u64::from(map.tick) > pace.tick_cycles && !whole {
         let wanted = format!("a tick of the timer of at most {} cycles", pace.tick_cycles);
-        disagreements.push((wanted, format!("{} cycles", map.tick)));
+        disagreements.push(Deviation::new(wanted, format!("{} cycles", map.tick)));
     }
     if u64::from(map.poll_cycles) > pace.poll_cycles {
         let wanted = format!("at most {} cycles from a match to the start of its scan", pace.poll_cycles);
-        disagreements.push((wanted, format!("{} cycles", map.poll_cycles)));
+        disagreements.push(Deviation::new(wanted, format!("{} cycles", map.poll_cycles)));
     }
     check_pins(program, options, (map, chip), &mut disagreements);
     check_special_pins(program, options, pace, (map, chip), &mut disagreements);
@@ -111,7 +114,7 @@ fn check_special_pins(
     options: &CheckOptions,
     pace: &ScanPace,
     (map, chip): (&ImageMap, &Chip),
-    differences: &mut Vec<(String, String)>,
+    differences: &mut Vec<Deviation>,
 ) {
     let mut names: Vec<&str> = map.pins.iter().map(|pin| pin.pin.as_str()).collect();
     for special in &map.specials {
@@ -120,25 +123,28 @@ fn check_special_pins(
         | SpecialPin::Analog { pin, .. }
         | SpecialPin::Pwm { pin, .. }) = special;
         if names.iter().any(|name| name.eq_ignore_ascii_case(pin)) {
-            differences.push((format!("one job for the pin {pin}"), "several".to_owned()));
+            differences.push(Deviation::new(format!("one job for the pin {pin}"), "several"));
         }
         names.push(pin);
         let rate = program.settings.baud.unwrap_or(0);
         match special {
             SpecialPin::Transmit { baud, .. } | SpecialPin::Receive { baud, .. } if *baud != rate => {
-                differences.push((format!("a serial line of {rate} bits per second"), format!("{baud}")));
+                differences.push(Deviation::new(format!("a serial line of {rate} bits per second"), format!("{baud}")));
             }
             SpecialPin::Analog { pin, name } => {
                 if let Some(wanted) =
                     requested_pin(program, options, chip, name).filter(|wanted| !wanted.eq_ignore_ascii_case(pin))
                 {
-                    differences.push((format!("{name} at {wanted}"), format!("at {pin}")));
+                    differences.push(Deviation::new(format!("{name} at {wanted}"), format!("at {pin}")));
                 }
             }
             SpecialPin::Pwm { hertz, period, steps, .. } => {
                 let asked = pwm_frequency(program);
                 if asked != Some(*hertz) {
-                    differences.push((format!("a PWM output of {} Hz", asked.unwrap_or(0)), format!("{hertz} Hz")));
+                    differences.push(Deviation::new(
+                        format!("a PWM output of {} Hz", asked.unwrap_or(0)),
+                        format!("{hertz} Hz"),
+                    ));
                 }
                 // The period must be clock / hertz clocks, within 5 %.
                 let clocks = u128::from(period.num) * u128::from(pace.clocks_per_cycle) * u128::from(*hertz);
@@ -146,7 +152,10 @@ fn check_special_pins(
                 if period.den == 0 || clocks.abs_diff(wanted) * 20 > wanted || *steps < MIN_PWM_STEPS {
                     let wanted = format!("PWM of {hertz} Hz within 5 %, of {MIN_PWM_STEPS} steps or more");
                     let (num, den) = (u128::from(period.num), u128::from(period.den));
-                    differences.push((wanted, format!("a period of {} cycles, {steps} steps", ratio_text(num, den))));
+                    differences.push(Deviation::new(
+                        wanted,
+                        format!("a period of {} cycles, {steps} steps", ratio_text(num, den)),
+                    ));
                 }
             }
             _ => {}
@@ -161,7 +170,7 @@ fn check_special_pins(
         let found = cells.next().map(|cells| (cells.name.as_str(), cells.addr, cells.bytes));
         if found != Some(wanted) {
             let text = |(name, addr, bytes): (&str, u16, u8)| format!("{bytes} cells from {addr} on for {name}");
-            differences.push((text(wanted), found.map_or_else(|| "none".to_owned(), text)));
+            differences.push(Deviation::new(text(wanted), found.map_or_else(|| "none".to_owned(), text)));
         }
         addr += u16::from(bytes);
     }
@@ -184,7 +193,7 @@ fn check_pins(
     program: &LadderProgram,
     options: &CheckOptions,
     (map, chip): (&ImageMap, &Chip),
-    differences: &mut Vec<(String, String)>,
+    differences: &mut Vec<Deviation>,
 ) {
     let symbols = program.symbols();
     for symbol in &symbols {
@@ -197,25 +206,31 @@ fn check_pins(
         let found: Vec<_> = map.pins.iter().filter(|p| p.name == name).collect();
         let pins: Vec<&str> = found.iter().map(|p| p.pin.as_str()).collect();
         if found.len() != 1 {
-            differences.push((format!("one pin for {name}"), format!("{} pins {}", pins.len(), pins.join(" "))));
+            differences
+                .push(Deviation::new(format!("one pin for {name}"), format!("{} pins {}", pins.len(), pins.join(" "))));
         }
         if let Some(other) = found.iter().find(|p| p.direction != direction) {
-            differences.push((format!("{name} as `{direction}`"), format!("`{}`", other.direction)));
+            differences.push(Deviation::new(format!("{name} as `{direction}`"), format!("`{}`", other.direction)));
         }
         if let Some(wanted) = requested_pin(program, options, chip, name)
             && pins.iter().any(|pin| !pin.eq_ignore_ascii_case(wanted))
         {
-            differences.push((format!("{name} at {wanted}"), format!("at {}", pins.join(" "))));
+            differences.push(Deviation::new(format!("{name} at {wanted}"), format!("at {}", pins.join(" "))));
         }
     }
     for (n, pin) in map.pins.iter().enumerate() {
         if !symbols.iter().any(|s| s.name == pin.name && matches!(s.kind, SymbolKind::Input | SymbolKind::Output)) {
-            differences
-                .push(("pins for inputs and outputs only".to_owned(), format!("{} for `{}`", pin.pin, pin.name)));
+            differences.push(Deviation::new(
+                "pins for inputs and outputs only".to_owned(),
+                format!("{} for `{}`", pin.pin, pin.name),
+            ));
         }
         let earlier = map.pins.iter().take(n).find(|p| p.pin.eq_ignore_ascii_case(&pin.pin) && p.name != pin.name);
         if let Some(other) = earlier {
-            differences.push((format!("a pin of its own for {}", pin.name), format!("{} as {}", pin.pin, other.name)));
+            differences.push(Deviation::new(
+                format!("a pin of its own for {}", pin.name),
+                format!("{} as {}", pin.pin, other.name),
+            ));
         }
     }
 }

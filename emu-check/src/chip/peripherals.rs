@@ -55,7 +55,7 @@ impl CheckedPeripherals {
             }
             found
         };
-        let (sends, receives) = uses_serial(program);
+        let SerialUse { sends, receives } = serial_use(program);
         let transmit = pin("the transmitter", sends, &|special| match special {
             SpecialPin::Transmit { pin, .. } => Some(pin),
             _ => None,
@@ -146,7 +146,16 @@ impl CheckedPeripherals {
     }
 }
 
-/// Whether a program sends bytes, and whether it receives bytes.
-pub(crate) fn uses_serial(program: &LadderProgram) -> (bool, bool) {
-    (program.uses_part(ChipPart::Transmitter), program.uses_part(ChipPart::Receiver))
+/// The directions of the serial line that a program uses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct SerialUse {
+    /// The program sends bytes.
+    pub sends: bool,
+    /// The program receives bytes.
+    pub receives: bool,
+}
+
+/// The use of the serial line by a program.
+pub(crate) fn serial_use(program: &LadderProgram) -> SerialUse {
+    SerialUse { sends: program.uses_part(ChipPart::Transmitter), receives: program.uses_part(ChipPart::Receiver) }
 }

@@ -3,11 +3,12 @@
 
 use emu_core::pins::{CycleTime, PinId, PinLevel, PinState};
 
+use crate::chip::deviation::Deviation;
 use crate::chip::families::{CheckedChip, HighDrive, PinBehaviour, PullUpKind};
 use crate::chip::program_places::ProgramPlaces;
 
-/// Checks every pin as if it were disconnected from the board. Returns the number of pins checked, or a pair
-/// (expected, found) for the first pin that is wrong.
+/// Checks every pin as if it were disconnected from the board. Returns the number of pins checked, or the
+/// deviation of the first pin that is wrong.
 ///
 /// An input must read the level that it is driven to and, if it has a pull-up, high when nothing drives it.
 /// An output must hold its level against the opposite level, as far as the chip drives it. The chip must not
@@ -16,11 +17,7 @@ use crate::chip::program_places::ProgramPlaces;
 /// The level of a wire follows from its drivers, so copies of the wires are enough for all of this, except
 /// for peripherals that react to an edge. With `whole`, a copy of the machine is driven instead, which takes
 /// several hundred times as long.
-pub(crate) fn check_pins<C: CheckedChip>(
-    cpu: &C,
-    places: &ProgramPlaces,
-    whole: bool,
-) -> Result<u64, (String, String)> {
+pub(crate) fn check_pins<C: CheckedChip>(cpu: &C, places: &ProgramPlaces, whole: bool) -> Result<u64, Deviation> {
     let now = cpu.cycle();
     let mut machine = whole.then(|| cpu.clone());
     let mut wire = None;
@@ -44,16 +41,19 @@ pub(crate) fn check_pins<C: CheckedChip>(
         looked += 1;
         let level = with(pin, PinLevel::Low);
         if level != PinLevel::Low {
-            return Err((format!("the input {name} low when it is driven low"), level_text(level)));
+            return Err(Deviation::new(format!("the input {name} low when it is driven low"), level_text(level)));
         }
         let level = with(pin, PinLevel::High);
         if level != PinLevel::High {
-            return Err((format!("the input {name} high when it is driven high"), level_text(level)));
+            return Err(Deviation::new(format!("the input {name} high when it is driven high"), level_text(level)));
         }
         with(pin, PinLevel::Low);
         let level = with(pin, PinLevel::Float);
         if level != PinLevel::High && matches!(pull_up, PullUpKind::Inputs | PullUpKind::Always) {
-            return Err((format!("the input {name} high by its pull-up when nothing drives it"), level_text(level)));
+            return Err(Deviation::new(
+                format!("the input {name} high by its pull-up when nothing drives it"),
+                level_text(level),
+            ));
         }
     }
     for &(_, pin) in &places.outputs {
@@ -66,7 +66,7 @@ pub(crate) fn check_pins<C: CheckedChip>(
         let level = with(pin, against);
         let gives = before == PinLevel::High && high != HighDrive::Strong;
         if level != before && !gives {
-            return Err((
+            return Err(Deviation::new(
                 format!("the output {name} driven"),
                 format!("{} when driven from outside", level_text(level)),
             ));
@@ -84,13 +84,16 @@ pub(crate) fn check_pins<C: CheckedChip>(
             PullUpKind::Maybe => level != PinLevel::Low,
         };
         if !floats {
-            return Err((format!("{name} floating, for the program does not name it"), level_text(level)));
+            return Err(Deviation::new(
+                format!("{name} floating, for the program does not name it"),
+                level_text(level),
+            ));
         }
         for outside in [PinLevel::Low, PinLevel::High] {
             let level = with(pin, outside);
             if level != outside {
                 let found = format!("{} when driven {}", level_text(level), level_text(outside));
-                return Err((format!("{name} floating, for the program does not name it"), found));
+                return Err(Deviation::new(format!("{name} floating, for the program does not name it"), found));
             }
         }
     }
@@ -145,7 +148,7 @@ mod tests {
                     }
                     cpu.run(cpu.cycle() + rng.below(3), &mut ());
                 }
-                for pin in unnamed_pins(chip, &[]).0 {
+                for pin in unnamed_pins(chip, &[]).undriven {
                     let (mut machine, mut wire) = (cpu.clone(), cpu.pin_state(pin).expect("a pin"));
                     let now = cpu.cycle();
                     for outside in [

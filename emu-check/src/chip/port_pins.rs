@@ -6,6 +6,7 @@ use ladder::LadderProgram;
 use ladder::registers::{self, PortRegister, RegisterKind};
 use ladder_eval::Evaluator;
 
+use crate::chip::deviation::Deviation;
 use crate::chip::families::{self, HighDrive};
 
 /// A port with its registers, by symbol index, and its free pins, by bit.
@@ -32,7 +33,7 @@ pub(crate) fn port_pins(
     let port = |port: char| {
         let symbol = |kind| eval.index(&PortRegister { port, kind }.name());
         // Pins of the clock and of reset are no pins of a port.
-        let pins = families::unnamed_pins(chip, named).1.into_iter().filter_map(|pin| {
+        let pins = families::unnamed_pins(chip, named).drivable.into_iter().filter_map(|pin| {
             let name = chip.pins.get(usize::from(pin))?.name;
             let mut chars = name.chars().skip(1);
             let bit = chars.next().filter(|letter| *letter == port).and(chars.next())?.to_digit(8)?;
@@ -50,8 +51,9 @@ pub(crate) fn port_pins(
 }
 
 impl PortPins {
-    /// What the pins must be and what they are, where that differs; `level` gives the level of a pin.
-    pub(crate) fn compare(&self, eval: &Evaluator, level: impl Fn(PinId) -> PinLevel) -> Result<u64, (String, String)> {
+    /// Compares the pins with the registers, and returns their number or the first deviation. `level` gives
+    /// the level of a pin.
+    pub(crate) fn compare(&self, eval: &Evaluator, level: impl Fn(PinId) -> PinLevel) -> Result<u64, Deviation> {
         for &(bit, pin, name, open) in &self.pins {
             let of = |register: usize| eval.get(register) >> bit & 1;
             let is_output = self.direction.is_some_and(|register| of(register) == self.output_bit);
@@ -65,7 +67,7 @@ impl PortPins {
                 (false, _) => ("an input, not driven", found != PinLevel::Low),
             };
             if !fits {
-                return Err((
+                return Err(Deviation::new(
                     format!("{name} {wanted}, by the registers of its port"),
                     format!("{found:?}").to_lowercase(),
                 ));

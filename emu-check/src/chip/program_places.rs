@@ -1,6 +1,8 @@
 //! The compiler's map, resolved for one chip: the address or pin of everything that a check reads, writes or
 //! drives.
 
+use std::ops::RangeInclusive;
+
 use diag::{Diagnostic, Pos, Severity};
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::Cpu;
@@ -108,7 +110,7 @@ impl ProgramPlaces {
         let mut named: Vec<PinId> = ports.chain(peripherals.pins()).collect();
         let ports = port_pins::port_pins(program, chip, eval, &named);
         named.extend(ports.iter().flat_map(|port| port.pins.iter().map(|pin| pin.1)));
-        let (unnamed, spare) = families::unnamed_pins(chip, &named);
+        let unnamed = families::unnamed_pins(chip, &named);
         let word = |byte: u32| byte / chip.word_bytes.max(1);
         let points = [map.timer_start, map.scan_start, map.scan_end].map(word);
         let [timer_start, scan_start, scan_end] = points;
@@ -127,8 +129,8 @@ impl ProgramPlaces {
             inputs,
             peripherals,
             ports,
-            unnamed_pins: unnamed,
-            spare_pins: spare,
+            unnamed_pins: unnamed.undriven,
+            spare_pins: unnamed.drivable,
             chip,
             word_bytes: chip.word_bytes.max(1),
         })
@@ -182,13 +184,13 @@ impl ProgramPlaces {
     }
 
     /// The window in which scan `scan` (from 1) may start, in machine cycles since the start of the timer.
-    pub(crate) fn start_window(&self, scan: u64) -> (u64, u64) {
+    pub(crate) fn start_window(&self, scan: u64) -> RangeInclusive<u64> {
         let ScanPace { num, den, tick_cycles: tick, poll_cycles: poll, .. } = self.pace;
         let exact = u64::try_from(u128::from(scan).saturating_mul(num) / den).unwrap_or(u64::MAX);
         // With an integer period and a tick of one cycle, matches are exact; otherwise a match may be one
         // tick early.
         let early = if tick == 1 && den == 1 { 0 } else { tick };
-        (exact.saturating_sub(early), exact.saturating_add(poll))
+        exact.saturating_sub(early)..=exact.saturating_add(poll)
     }
 
     /// Reads a symbol on the chip; a location outside of its memories reads as 0.

@@ -1,6 +1,8 @@
 //! Measures the PWM output at its pin and compares it with the expected duty cycle. All times are clocks
 //! since power-up.
 
+use crate::chip::deviation::Deviation;
+
 /// Number of periods until a new duty cycle must be visible.
 const SETTLING_PERIODS: u64 = 2;
 
@@ -20,20 +22,20 @@ impl ExpectedPwm {
         (self.period.0 / self.period.1.max(1)) as u64
     }
 
-    /// Checks one period of `period` clocks with `high` clocks high at `duty` percent; returns (expected,
-    /// found) if it is wrong.
-    fn check_period(&self, period: u64, high: u64, duty: u8) -> Option<(String, String)> {
+    /// Checks one period of `period` clocks with `high` clocks high at `duty` percent; returns its
+    /// deviation if it is wrong.
+    fn check_period(&self, period: u64, high: u64, duty: u8) -> Option<Deviation> {
         let (num, den) = self.period;
         let wanted = num / den.max(1);
         if u128::from(period).abs_diff(wanted) > u128::from(self.tolerance_clocks) + 1 {
-            return Some((format!("a period of {wanted} clocks"), format!("{period} clocks")));
+            return Some(Deviation::new(format!("a period of {wanted} clocks"), format!("{period} clocks")));
         }
         // The tolerance is one step: |high / period - duty / 100| <= 1 / steps.
         let off = (u128::from(high) * 100).abs_diff(u128::from(period) * u128::from(duty));
         let most = u128::from(period) * 100 / u128::from(self.steps.max(1)) + 100 * u128::from(self.tolerance_clocks);
         (off > most).then(|| {
             let wanted = format!("{duty} % of {period} clocks high, within 1 of {} steps", self.steps);
-            (wanted, format!("{high} clocks high"))
+            Deviation::new(wanted, format!("{high} clocks high"))
         })
     }
 }
@@ -51,7 +53,7 @@ pub(crate) struct PwmMeter {
     fell: Option<u64>,
     /// Number of whole periods measured.
     whole_periods: u64,
-    fault: Option<(String, String)>,
+    fault: Option<Deviation>,
 }
 
 impl PwmMeter {
@@ -84,9 +86,9 @@ impl PwmMeter {
             return;
         }
         match self.duty {
-            None => self.fault = Some(("a pin that stays low until a duty is set".to_owned(), "an edge".to_owned())),
-            Some(0) => self.fault = Some(("a duty of 0 %, constantly low".to_owned(), "an edge".to_owned())),
-            Some(100) => self.fault = Some(("a duty of 100 %, constantly high".to_owned(), "an edge".to_owned())),
+            None => self.fault = Some(Deviation::new("a pin that stays low until a duty is set", "an edge")),
+            Some(0) => self.fault = Some(Deviation::new("a duty of 0 %, constantly low", "an edge")),
+            Some(100) => self.fault = Some(Deviation::new("a duty of 100 %, constantly high", "an edge")),
             Some(duty) if high => {
                 if let (Some(rose), Some(fell)) = (self.rose, self.fell) {
                     self.whole_periods += 1;
@@ -98,20 +100,21 @@ impl PwmMeter {
         }
     }
 
-    /// Returns the number of values compared until `now`, or (expected, found) if the output is wrong.
-    pub(crate) fn judge(&self, now: u64) -> Result<u64, (String, String)> {
+    /// Returns the number of values compared until `now`, or the deviation of a wrong output.
+    pub(crate) fn judge(&self, now: u64) -> Result<u64, Deviation> {
         if let Some(fault) = &self.fault {
             return Err(fault.clone());
         }
         let level = |high: bool| if high { "high" } else { "low" }.to_owned();
         match self.duty {
             _ if now < self.from => Ok(0),
-            None | Some(0) if self.high => Err(("the PWM output low".to_owned(), level(true))),
-            Some(100) if !self.high => Err(("the PWM output high".to_owned(), level(false))),
+            None | Some(0) if self.high => Err(Deviation::new("the PWM output low", level(true))),
+            Some(100) if !self.high => Err(Deviation::new("the PWM output high", level(false))),
             None | Some(0 | 100) => Ok(1),
-            Some(duty) if self.whole_periods == 0 && now > self.from + 3 * self.wanted.clocks() => {
-                Err((format!("periods with {duty} % high"), format!("none, the pin is {}", level(self.high))))
-            }
+            Some(duty) if self.whole_periods == 0 && now > self.from + 3 * self.wanted.clocks() => Err(Deviation::new(
+                format!("periods with {duty} % high"),
+                format!("none, the pin is {}", level(self.high)),
+            )),
             Some(_) => Ok(u64::from(self.whole_periods > 0)),
         }
     }

@@ -1,5 +1,7 @@
 //! Runs the chip under test from one point of a scan to the next, with its pins connected.
 
+use std::ops::RangeInclusive;
+
 use emu_core::cpu::StopReason;
 use emu_core::pins::{CycleTime, PinLevel};
 
@@ -13,6 +15,15 @@ const MAX_RESET_CYCLES: u64 = 200_000;
 
 /// Periods allowed from one point of a scan to the next.
 const MAX_PERIODS: u64 = 3;
+
+/// A stack pointer that differs from the one at the start of the first scan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct StackChange {
+    /// The stack pointer at the start of the first scan.
+    pub first: u32,
+    /// The stack pointer at the start of this scan.
+    pub now: u32,
+}
 
 /// The chip did not reach the wanted point of a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -177,7 +188,7 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
 
     /// The first machine cycle in which scan `scan` (from 1) may start.
     pub(crate) fn scan_start_cycle(&self, scan: u64) -> u64 {
-        self.timer_start.unwrap_or(0).saturating_add(self.places.start_window(scan).0)
+        self.timer_start.unwrap_or(0).saturating_add(*self.places.start_window(scan).start())
     }
 
     /// The current time in clocks since power-up.
@@ -185,17 +196,22 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
         self.places.peripherals.to_clock(CycleTime::at(self.cpu.cycle()))
     }
 
-    /// At the start of a scan: the allowed window in machine cycles since the timer was started, and the
-    /// actual cycle.
-    pub(crate) fn start_window(&self) -> ((u64, u64), u64) {
-        (self.places.start_window(self.scans), self.cpu.cycle().saturating_sub(self.timer_start.unwrap_or(0)))
+    /// At the start of a scan: the window in which it may start, in machine cycles since the timer was
+    /// started.
+    pub(crate) fn start_window(&self) -> RangeInclusive<u64> {
+        self.places.start_window(self.scans)
     }
 
-    /// At the start of a scan: (stack pointer at the first scan, current one) if they differ.
-    pub(crate) fn stack_change(&mut self) -> Option<(u32, u32)> {
+    /// Machine cycles since the timer was started.
+    pub(crate) fn cycles_since_start(&self) -> u64 {
+        self.cpu.cycle().saturating_sub(self.timer_start.unwrap_or(0))
+    }
+
+    /// At the start of a scan: the stack pointer, if it is not the one of the first scan.
+    pub(crate) fn stack_change(&mut self) -> Option<StackChange> {
         let now = CheckedChip::stack_depth(&self.cpu)?;
         let first = *self.first_stack.get_or_insert(now);
-        (first != now).then_some((first, now))
+        (first != now).then_some(StackChange { first, now })
     }
 
     /// Runs the chip until `until`. A settled controller halts when no event is due, so its supply pin gets

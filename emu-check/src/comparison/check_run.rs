@@ -6,6 +6,7 @@ use ladder::{LadderDialect, LadderProgram, LdFormat};
 use ladder_compile::CompiledProgram;
 
 use crate::CheckOptions;
+use crate::chip::deviation::Deviation;
 use crate::chip::families::CheckedChip;
 use crate::codes;
 use crate::comparison::fault_location::find_faulty_element;
@@ -39,14 +40,13 @@ struct CurrentRun {
     steps: Vec<ScanStimulus>,
 }
 
-/// Checks `compiled` on a bench. `disagreements` are pairs of (what the program and options require, what the
-/// map says).
+/// Checks `compiled` on a bench. `disagreements` are the deviations of the map.
 pub(crate) fn run_check<'a, C: CheckedChip, F: Fn(u64) -> C>(
     program: &LadderProgram,
     compiled: &CompiledProgram,
     options: &CheckOptions,
     bench: &TestBench<'a, C, F>,
-    disagreements: Vec<(String, String)>,
+    disagreements: Vec<Deviation>,
     progress: &mut dyn FnMut(u64, u64),
 ) -> CheckReport {
     let mut goals = CoverageGoals::new(program, bench.eval);
@@ -60,7 +60,7 @@ pub(crate) fn run_check<'a, C: CheckedChip, F: Fn(u64) -> C>(
         // 1.
         (sums.scans, sums.runs) = (1, 1);
         run.steps.push(ScanStimulus::default());
-        let (wanted, found): (Vec<_>, Vec<_>) = disagreements.into_iter().unzip();
+        let (wanted, found): (Vec<_>, Vec<_>) = disagreements.into_iter().map(|d| (d.expected, d.found)).unzip();
         mismatch = Some(Mismatch::of_text(DifferenceKind::Map, 0, wanted.join("; "), found.join("; ")));
     }
     while sums.scans < options.scans && mismatch.is_none() {

@@ -5,10 +5,11 @@ use emu_core::pins::PinLevel;
 use ladder::SymbolKind;
 use ladder_eval::Evaluator;
 
+use crate::chip::deviation::Deviation;
 use crate::chip::families::CheckedChip;
 use crate::chip::pin_behaviour;
 use crate::chip::program_places::{ProgramPlaces, ScanPoint};
-use crate::chip::runner::{ChipRunner, LostSync};
+use crate::chip::runner::{ChipRunner, LostSync, StackChange};
 use crate::comparison::peripheral_lines::PeripheralLines;
 use crate::coverage::goals::EvaluatedScan;
 use crate::report::check_report::DifferenceKind;
@@ -65,6 +66,11 @@ impl Mismatch {
     /// A mismatch that is described by text.
     pub(crate) fn of_text(what: DifferenceKind, cycle: u64, expected: String, found: String) -> Mismatch {
         Mismatch { kind: what, cycle, differing: Vec::new(), expected, found, pc: None }
+    }
+
+    /// A mismatch of which a part of the check has the text.
+    pub(crate) fn of_deviation(what: DifferenceKind, cycle: u64, deviation: Deviation) -> Mismatch {
+        Mismatch::of_text(what, cycle, deviation.expected, deviation.found)
     }
 
     /// True if both mismatches are of the same kind and concern the same symbols or pin.
@@ -148,12 +154,12 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
         self.lines.prepare_scan(&mut self.runner, &self.eval, step);
         self.runner.reach_start().map_err(|a| lost_sync_mismatch(&a, self.places))?;
         let cycle = self.runner.cpu.cycle();
-        let ((from, to), at) = self.runner.start_window();
-        if at < from || at > to {
-            let expected = format!("{from} to {to} cycles after the start of the timer");
+        let (window, at) = (self.runner.start_window(), self.runner.cycles_since_start());
+        if !window.contains(&at) {
+            let expected = format!("{} to {} cycles after the start of the timer", window.start(), window.end());
             return Err(Mismatch::of_text(DifferenceKind::Period, cycle, expected, format!("{at}")));
         }
-        if let Some((first, now)) = self.runner.stack_change() {
+        if let Some(StackChange { first, now }) = self.runner.stack_change() {
             let (expected, found) = (format!("0x{first:04X}"), format!("0x{now:04X}"));
             return Err(Mismatch::of_text(DifferenceKind::Stack, cycle, expected, found));
         }
@@ -234,9 +240,8 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
     /// driven instead of copies of its wires: peripherals that react to an edge are enabled by the code
     /// before or in the first scan.
     fn compare_wiring(&self, whole: bool) -> Result<u64, Mismatch> {
-        pin_behaviour::check_pins(&self.runner.cpu, self.places, whole).map_err(|(expected, found)| {
-            Mismatch::of_text(DifferenceKind::Pin, self.runner.cpu.cycle(), expected, found)
-        })
+        pin_behaviour::check_pins(&self.runner.cpu, self.places, whole)
+            .map_err(|deviation| Mismatch::of_deviation(DifferenceKind::Pin, self.runner.cpu.cycle(), deviation))
     }
 
     /// Compares the output pins with the current outputs of the evaluator.
@@ -258,8 +263,8 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
         if differing.is_empty() {
             for port in &self.places.ports {
                 let level = |pin| self.runner.cpu.pin_level(pin);
-                compared += port.compare(&self.eval, level).map_err(|(expected, found)| {
-                    Mismatch::of_text(DifferenceKind::Pin, self.runner.cpu.cycle(), expected, found)
+                compared += port.compare(&self.eval, level).map_err(|deviation| {
+                    Mismatch::of_deviation(DifferenceKind::Pin, self.runner.cpu.cycle(), deviation)
                 })?;
             }
             Ok(compared)

@@ -171,7 +171,7 @@ fn compare_pwm<C: CheckedChip>(rig: &ChipRunner<'_, C>) -> Result<u64, Mismatch>
     let Some((_, meter)) = rig.listener.as_ref().and_then(|tap| tap.pwm.as_ref()) else { return Ok(0) };
     meter
         .judge(rig.clock())
-        .map_err(|(expected, found)| Mismatch::of_text(DifferenceKind::Pwm, rig.cpu.cycle(), expected, found))
+        .map_err(|deviation| Mismatch::of_deviation(DifferenceKind::Pwm, rig.cpu.cycle(), deviation))
 }
 
 /// Compares the cells of the EEPROM, once the evaluator's last write is complete.

@@ -6,6 +6,7 @@ use emu_core::cpu::StopReason;
 use emu_core::pins::{CycleTime, PinLevel};
 use ladder_eval::Evaluator;
 
+use crate::chip::deviation::Deviation;
 use crate::chip::families::{CheckedChip, HighDrive, PullUpKind, pin_behaviour};
 use crate::chip::serial_line::{ByteArrival, SerialFrame, plan_arrival};
 use crate::coverage::goals::EvaluatedScan;
@@ -313,7 +314,7 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         }
         if let Some((_, pulses)) = &mut self.listener.pwm {
             self.compared += 1;
-            if let Some((expected, found)) = pulses.judge(clock) {
+            if let Some(Deviation { expected, found }) = pulses.judge(clock) {
                 return Err(ForeignMismatch::of_text(DifferenceKind::Pwm, expected, found));
             }
             pulses.set_duty(clock, self.eval.pwm_percent());

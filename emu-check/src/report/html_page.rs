@@ -11,7 +11,7 @@ use crate::CheckOptions;
 use crate::comparison::symbol_trace::symbol_trace;
 use crate::report::check_report::{CheckDifference, CheckReport, DifferenceKind, count_text, grouped_number};
 use crate::report::summary_table::{COLUMN_HEADS, CheckOutcome, report_cells, verdict_line};
-use crate::report::waveform_svg::waveform;
+use crate::report::waveform_svg::{WaveformImages, waveform};
 
 /// A check and its outcome, for [`html_report`].
 #[derive(Debug, Clone, Copy)]
@@ -239,7 +239,7 @@ fn symbol_drawing(entry: &ReportEntry<'_>, report: &CheckReport) -> String {
     }
     let (Some(first), Some(last)) = (trace.rows.front(), trace.rows.back()) else { return String::new() };
     let (from, to) = (first.scan, last.scan);
-    let (names, wave) = waveform(&trace);
+    let WaveformImages { names, curves } = waveform(&trace);
     let (end, marks) = match report.agreed {
         true => ("", ""),
         false => (
@@ -249,6 +249,6 @@ fn symbol_drawing(entry: &ReportEntry<'_>, report: &CheckReport) -> String {
     };
     format!(
         "<h3>Symbols, scan {from} to {to}</h3>\n<p class=\"dim\">Solid: reference. Dashed: chip. An upright dashed line is a reset.{marks} \
-         Point at a name or line for details.</p>\n<div class=\"both\"><div class=\"names\">{names}</div><div{end}>{wave}</div></div>\n"
+         Point at a name or line for details.</p>\n<div class=\"both\"><div class=\"names\">{names}</div><div{end}>{curves}</div></div>\n"
     )
 }

@@ -23,9 +23,16 @@ const RIGHT_MARGIN: usize = 24;
 /// Maximum number of characters of a name that are shown; the tooltip has the full name.
 const MAX_NAME_CHARS: usize = 24;
 
-/// Two SVG images with rows of equal height: the column of names, and the drawing, which may be wider than
-/// the page.
-pub(crate) fn waveform(trace: &SymbolTrace) -> (String, String) {
+/// Two SVG images with rows of equal height.
+pub(crate) struct WaveformImages {
+    /// The column of names.
+    pub names: String,
+    /// The drawing, which may be wider than the page.
+    pub curves: String,
+}
+
+/// Draws the symbols of a trace.
+pub(crate) fn waveform(trace: &SymbolTrace) -> WaveformImages {
     let rows = trace.rows.len().max(1);
     let step = (MIN_WIDTH / rows).clamp(2, MAX_SCAN_WIDTH);
     let drawn = rows * step;
@@ -69,7 +76,7 @@ pub(crate) fn waveform(trace: &SymbolTrace) -> (String, String) {
             "<path class=\"first\" d=\"M{drawn} {AXIS_HEIGHT}V{height}\"><title>first difference</title></path>"
         );
     }
-    (names + "</svg>", svg + "</svg>")
+    WaveformImages { names: names + "</svg>", curves: svg + "</svg>" }
 }
 
 /// One symbol over all rows.

@@ -17,7 +17,7 @@ use scenario::{
 };
 
 use crate::CheckError;
-use crate::chip::peripherals::uses_serial;
+use crate::chip::peripherals::{SerialUse, serial_use};
 use crate::comparison::check_run::unsupported_diagnostic;
 use crate::stimulus::generator::ScanStimulus;
 use crate::stimulus::value_hints::ValueHints;
@@ -50,7 +50,7 @@ pub struct LadderResolver {
     pub cannot_send_reason: Option<String>,
     scale: TimeScale,
     cycle_us: u64,
-    serial: (bool, bool),
+    serial: SerialUse,
     /// (Scans until a received byte has arrived, scans until a sent byte has been received).
     byte_scans: (u64, u64),
 }
@@ -71,7 +71,7 @@ impl LadderResolver {
             cannot_send_reason: None,
             scale: TimeScale::for_scans(cycle_us, settings.crystal_hz),
             cycle_us,
-            serial: uses_serial(program),
+            serial: serial_use(program),
             byte_scans: (scans(BYTE_BITS), scans(SENT_BYTE_BITS) + 1),
         }
     }
@@ -163,13 +163,13 @@ impl NameResolver for LadderResolver {
     fn check_can_send(&mut self) -> Result<(), ScenarioError> {
         match &self.cannot_send_reason {
             Some(why) => Err(refused(CheckError::CannotSend { reason: why.clone() })),
-            None if self.serial.1 => Ok(()),
+            None if self.serial.receives => Ok(()),
             None => Err(refused(CheckError::NoReceiver)),
         }
     }
 
     fn check_can_receive(&mut self) -> Result<(), ScenarioError> {
-        if self.serial.0 { Ok(()) } else { Err(refused(CheckError::NoSender)) }
+        if self.serial.sends { Ok(()) } else { Err(refused(CheckError::NoSender)) }
     }
 
     fn check_can_snapshot(&mut self) -> Result<(), ScenarioError> {

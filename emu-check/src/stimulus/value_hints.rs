@@ -92,7 +92,7 @@ impl ValueHints {
             bits: which(|kind| kind.is_bit() && kind != SymbolKind::Input),
             integers: which(|kind| !kind.is_bit()),
             analog: eval.adc_symbols().collect(),
-            receives: peripherals::uses_serial(program).1,
+            receives: peripherals::serial_use(program).receives,
             writable: symbols.iter().map(|symbol| !port_pins::is_shared(program, &symbol.name)).collect(),
             bytes,
             own_values: own,
