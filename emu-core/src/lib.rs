@@ -6,7 +6,6 @@
 pub mod chip;
 pub mod countdown;
 pub mod cpu;
-pub mod cut_tests;
 pub mod engine;
 mod error;
 pub mod external_io;
@@ -16,7 +15,6 @@ pub mod machine;
 pub mod parts;
 pub mod pins;
 pub mod rng;
-pub mod slices;
 pub mod state;
 pub mod table;
 

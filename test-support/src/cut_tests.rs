@@ -11,10 +11,10 @@ use std::fmt::Debug;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
-use crate::cpu::{Cpu, ResetCause, StopReason};
-use crate::pins::{CycleTime, PinId, PinLevel};
-use crate::rng::Rng;
 use crate::slices::{RandomInput, SlicePlan, pick_random};
+use emu_core::cpu::{Cpu, ResetCause, StopReason};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
+use emu_core::rng::Rng;
 
 /// Cycles of the longest run between two cuts.
 const MAX_PROGRAM_CYCLES: u64 = 900;

@@ -6,9 +6,9 @@
 
 use std::collections::BTreeSet;
 
-use crate::cpu::{Cpu, Probe, ProgramFault, ResetCause, StopReason};
-use crate::pins::{ChipEvent, CycleTime, PinId, PinLevel};
-use crate::rng::Rng;
+use emu_core::cpu::{Cpu, Probe, ProgramFault, ResetCause, StopReason};
+use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
+use emu_core::rng::Rng;
 
 /// An input to a machine between two runs.
 #[derive(Debug, Clone, Copy)]
