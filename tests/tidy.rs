@@ -25,6 +25,7 @@ emu-dap:        emu-core emu-debug ladder ladder-view
 emu-check:      ladder diag emu-core emu-avr emu-8051 emu-pic16 emu-ap101 emu-debug ladder-eval ladder-compile scenario
 emu:            ladder diag emu-core emu-asm emu-avr emu-8051 emu-pic16 emu-ap101 emu-debug emu-gdb ladder-eval ladder-compile emu-check ladder-view scenario emu-dap emu-tui
 emu-tui:        ladder ladder-eval
+test-support:   emu-core
 fuzz:           emu emu-core emu-asm emu-avr emu-8051 emu-pic16 emu-ap101 emu-debug emu-gdb emu-dap ladder ladder-eval ladder-compile ladder-view scenario
 ";
 

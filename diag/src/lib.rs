@@ -30,6 +30,28 @@ pub struct DiagnosticCode {
     pub explain: &'static str,
 }
 
+/// Declares the diagnostic codes of a crate: a constant for each, and the table of all, in order of their
+/// numbers. A row has the name, the code, the title and the text of `emu explain`.
+///
+/// ```
+/// diag::codes! {
+///     /// All codes of this crate.
+///     CODES;
+///     EMPTY "LD001" "the file is empty"
+///         "The file has only blank lines. A program begins with the line LDmicro0.1.";
+/// }
+/// assert_eq!(CODES[0].code, EMPTY);
+/// ```
+#[macro_export]
+macro_rules! codes {
+    ($(#[$about:meta])* $table:ident; $($name:ident $code:literal $title:literal $explain:literal;)*) => {
+        $(#[doc = $title] #[allow(unreachable_pub)] pub const $name: &str = $code;)*
+        $(#[$about])*
+        pub const $table: &[$crate::DiagnosticCode] =
+            &[$($crate::DiagnosticCode { code: $code, title: $title, explain: $explain }),*];
+    };
+}
+
 /// How serious a diagnostic is; the order is note, warning, error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]

@@ -1,7 +1,7 @@
 //! Checks that the page of instructions agrees with the table.
 //! `EMU_BLESS=1 cargo test -p plcemu-8051 --test docs` writes the page again.
 
-use std::fs;
+use emu_test_support::assert_file;
 
 #[test]
 fn the_page_of_instructions_is_the_table() {
@@ -17,9 +17,5 @@ fn the_page_of_instructions_is_the_table() {
     for (name, syntax, target, text) in emu_8051::isa::ALIASES {
         page.push_str(&format!("| `{name} {syntax}` | `{target} {}` |\n", text.replace(',', ", ")));
     }
-    if std::env::var_os("EMU_BLESS").is_some() {
-        fs::write(path, &page).expect("the page can be written");
-    }
-    let found = fs::read_to_string(path).unwrap_or_default();
-    assert!(found == page, "docs/isa/8051.md is not what the table says; run with EMU_BLESS=1");
+    assert_file(path, &page);
 }

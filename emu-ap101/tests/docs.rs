@@ -1,7 +1,7 @@
 //! Checks that the page of instructions agrees with the table.
 //! `EMU_BLESS=1 cargo test -p plcemu-ap101 --test docs` writes the page again.
 
-use std::fs;
+use emu_test_support::assert_file;
 
 #[test]
 fn the_page_of_instructions_is_the_table() {
@@ -14,9 +14,5 @@ fn the_page_of_instructions_is_the_table() {
          on their preset ports.\n\n",
     );
     page.push_str(&emu_core::table::instruction_list_markdown(emu_ap101::isa::ROWS));
-    if std::env::var_os("EMU_BLESS").is_some() {
-        fs::write(path, &page).expect("the page can be written");
-    }
-    let found = fs::read_to_string(path).unwrap_or_default();
-    assert!(found == page, "docs/isa/ap101.md is not what the table says; run with EMU_BLESS=1");
+    assert_file(path, &page);
 }

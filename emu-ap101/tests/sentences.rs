@@ -3,6 +3,8 @@
 
 use std::path::Path;
 
+use emu_test_support::case_lines;
+
 const LIST: &str = include_str!("sentences.txt");
 
 const PROGRAMS: [&str; 4] = [
@@ -21,7 +23,7 @@ struct Row<'a> {
 }
 
 fn rows() -> impl Iterator<Item = Row<'static>> {
-    LIST.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty()).map(|line| {
+    case_lines(LIST).map(|line| {
         let parts: Vec<&str> = line.split(" | ").map(str::trim).collect();
         let [number, words, says, tests] = parts[..] else { panic!("four parts: {line}") };
         let number = number.parse().unwrap_or_else(|_| panic!("a number: {line}"));

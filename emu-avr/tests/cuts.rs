@@ -3,12 +3,12 @@
 
 use emu_avr::chips::{AVR_PARTS, AvrPart};
 use emu_avr::{Avr, Options};
-use emu_core::cut_tests::{boundary_byte, random_slice_plan, search_restore_faults};
 use emu_core::image::{Image, Segment};
 use emu_core::pins::PinId;
 use emu_core::rng::Rng;
-use emu_core::slices::{SlicePlan, pick_random};
 use emu_core::{Cpu, RamInit, StopReason};
+use emu_test_support::cut_tests::{boundary_byte, random_slice_plan, search_restore_faults};
+use emu_test_support::slices::{SlicePlan, pick_random};
 
 /// Number of programs per chip; `EMU_STATE_PROGRAMS` overrides it.
 const PROGRAMS: u64 = if cfg!(debug_assertions) { 10 } else { 60 };

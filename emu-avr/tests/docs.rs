@@ -7,6 +7,7 @@ use emu_avr::chips::{AVR_PARTS, AvrPart, unit_index};
 use emu_avr::periph::AvrLine;
 use emu_core::chip::PinDef;
 use emu_core::pins::PinId;
+use emu_test_support::assert_file;
 
 #[test]
 fn the_page_of_instructions_is_the_table() {
@@ -21,11 +22,7 @@ fn the_page_of_instructions_is_the_table() {
     for (name, syntax, target, text) in emu_avr::isa::ALIASES {
         page.push_str(&format!("| `{name} {syntax}` | `{target} {}` |\n", text.replace(',', ", ")));
     }
-    if std::env::var_os("EMU_BLESS").is_some() {
-        fs::write(path, &page).expect("the page can be written");
-    }
-    let found = fs::read_to_string(path).unwrap_or_default();
-    assert!(found == page, "docs/isa/avr.md is not what the table says; run with EMU_BLESS=1");
+    assert_file(path, &page);
 }
 
 /// Returns the data sheet's name for a line of a unit.
@@ -145,9 +142,5 @@ fn the_page_of_chips_is_what_the_rows_say() {
         let (_, after) = rest.split_once(&end).expect("the end of the table");
         wanted = format!("{before}{begin}{table}\n{end}{after}");
     }
-    if std::env::var_os("EMU_BLESS").is_some() {
-        fs::write(path, &wanted).expect("the page can be written");
-    } else {
-        assert!(page == wanted, "docs/chips/avr.md is not what the rows say; run with EMU_BLESS=1");
-    }
+    assert_file(path, &wanted);
 }

@@ -7,6 +7,7 @@ use emu_core::image::{Image, Segment, SymbolAt};
 use emu_core::lint::{LINT_CODES, Lint};
 use emu_core::pins::{CycleTime, PinLevel};
 use emu_core::rng::Rng;
+use emu_test_support::case_lines;
 
 #[derive(Default)]
 struct Seen(Vec<String>);
@@ -80,7 +81,7 @@ fn state(avr: &Avr) -> (u64, u32, Vec<Option<u8>>) {
 #[test]
 fn lints() {
     let (mut wrong, mut fired, mut count) = (Vec::new(), Vec::new(), 0);
-    for line in include_str!("lint/programs.txt").lines().filter(|l| !l.is_empty() && !l.starts_with('#')) {
+    for line in case_lines(include_str!("lint/programs.txt")) {
         let columns: Vec<&str> = line.split('|').map(str::trim).collect();
         let [chip, program, wiring, wanted] = columns[..] else { panic!("four columns wanted: {line}") };
         let (start, cycles) = machine(chip, program, wiring);

@@ -6,8 +6,8 @@ use emu_core::chip::Chip;
 use emu_core::engine::CpuEngine;
 use emu_core::image::{Image, Segment};
 use emu_core::rng::Rng;
-use emu_core::slices::{RandomInput, SlicePlan, SliceSubject, pick_random};
 use emu_core::{Cpu, CycleTime, PinId, PinLevel, RamInit, ResetCause};
+use emu_test_support::slices::{RandomInput, SlicePlan, SliceSubject, pick_random};
 
 const SEED: u64 = 0x5EED_A328;
 /// Number of programs. A build without optimization runs only the first ones, because each program runs in

@@ -1,16 +1,9 @@
-//! Diagnostic codes of this crate. Each row has a name, a code, a title and the text of `emu explain`.
+//! Diagnostic codes of this crate.
 
-use diag::DiagnosticCode;
+diag::codes! {
+    /// Every code of this crate, in order of its number.
+    CODES;
 
-macro_rules! codes {
-    ($($name:ident $code:literal $title:literal $explain:literal;)*) => {
-        $(pub(crate) const $name: &str = $code;)*
-        /// Every code of this crate, in order of its number.
-        pub const CODES: &[DiagnosticCode] = &[$(DiagnosticCode { code: $code, title: $title, explain: $explain }),*];
-    };
-}
-
-codes! {
     NOTHING "EC001" "a check of no scans"
         "--scans 0 compares nothing, so its agreement would mean nothing. Omit the option for 2,000 scans, or give at least 1. A cycle time or a clock of zero gives no scans either.";
     NO_MEANING "EC002" "the reference evaluator does not know an element"

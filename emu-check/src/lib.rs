@@ -2,9 +2,21 @@
 //! evaluator, both get the same stimulus, and after every scan all observable values are compared.
 //!
 //! ```text
-//!   hints -> stimulus --step--> lockstep: evaluator | chip_runner --> mismatch --> locate, shrink --> report
+//!   hints -> stimulus --step--> lockstep: evaluator | chip --> mismatch --> locate, shrink --> report
 //!               ^                  |
 //!               +--- goals <-------+      outcomes that are not covered yet steer the stimulus
+//! ```
+//!
+//! ```text
+//!   stimulus/    the inputs of every scan, values worth trying, and the smallest stimulus of a difference
+//!   coverage/    the outcomes that a check should see, and has seen
+//!   chip/        facts of the chips, places of the program in its image, pins and peripherals, the run
+//!   comparison/  lockstep of evaluator and chip, the element at fault, two dialects compared
+//!   scenarios/   scenarios on the evaluator, or on evaluator and chip
+//!   report/      results as data, text, HTML page, table and JUnit file
+//!   foreign/     images of other compilers, of which only the pins are known
+//!   fuzz/        campaigns with random programs
+//!   via/         checks of emitted sources: C, byte code and Arduino sketches
 //! ```
 //!
 //! `docs/check.md` describes what is compared when, and the contents of the report.
@@ -23,44 +35,19 @@
 
 #![forbid(unsafe_code)]
 
-mod boundary_goals;
-mod check_run;
-mod chip_runner;
+mod chip;
 mod codes;
+mod comparison;
 mod coverage;
-mod coverage_goals;
-mod coverage_rules;
-mod dialect_comparison;
 mod error;
-mod families;
-mod fault_location;
 mod foreign;
 pub mod fuzz;
-mod html_report;
-mod junit;
-mod lockstep;
-mod map_contract;
-mod peripheral_lines;
-mod peripherals;
-mod pin_behaviour;
-mod pin_listener;
-mod port_pins;
-mod possible_outcomes;
-mod program_places;
-mod pwm_meter;
 mod report;
-mod scenario_on_chip;
-mod scenario_play;
-mod serial_line;
-mod shrink_stimulus;
+mod scenarios;
 mod stimulus;
-mod summary_table;
-mod symbol_trace;
 #[cfg(test)]
 mod tests;
-mod value_hints;
 pub mod via;
-mod waveform_svg;
 
 use diag::{Diagnostic, Pos, Severity};
 use emu_core::chip::Chip;
@@ -69,33 +56,34 @@ use ladder::LadderProgram;
 use ladder_compile::CompiledProgram;
 use ladder_eval::Evaluator;
 
-use families::{CheckedChip, MachineVisitor, visit_machines};
-use lockstep::TestBench;
-use map_contract::ScanPace;
-use program_places::ProgramPlaces;
-use value_hints::ValueHints;
+use chip::deviation::Deviation;
+use chip::families::{CheckedChip, MachineVisitor, visit_machines};
+use chip::map_contract::ScanPace;
+use chip::program_places::ProgramPlaces;
+use comparison::lockstep::TestBench;
+use stimulus::value_hints::ValueHints;
 
+pub use chip::families::needs_pull_up;
+pub use chip::serial_line::{ArrivalWindow, byte_edges};
 pub use codes::CODES;
-pub use coverage::{ClassCoverage, CoverageClass, LadderCoverage, MissingOutcome};
-pub use dialect_comparison::{
+pub use comparison::dialect_comparison::{
     DialectComparison, InputRow, MeaningChange, SERIAL_LINE, SymbolDifference, compare_dialects, meaning_changes,
 };
+pub use coverage::classes::{ClassCoverage, CoverageClass, LadderCoverage, MissingOutcome};
 pub use error::CheckError;
-pub use families::needs_pull_up;
 pub use foreign::{
     FOREIGN_CODES, ForeignDifference, ForeignFinding, ForeignImage, ForeignReport, MAX_SCANS, MeasuredPeriod,
     check_foreign, read_map,
 };
-pub use html_report::{ReportEntry, html_report};
-pub use junit::junit;
-pub use report::{CheckDifference, CheckReport, DifferenceKind, ProgramFigures, RungFigures, SCHEMA};
-pub use scenario_on_chip::{
+pub use report::check_report::{CheckDifference, CheckReport, DifferenceKind, ProgramFigures, RungFigures, SCHEMA};
+pub use report::html_page::{ReportEntry, html_report};
+pub use report::junit::junit;
+pub use report::summary_table::{CheckOutcome, CheckSummary, RefusedCheck, summary_table};
+pub use scenarios::on_chip::{
     ScenarioReport, ScenarioReportRow, ScenarioResult, outcome_name, play_on_chip, play_on_evaluator, scenario_report,
     verdict_diagnostic,
 };
-pub use scenario_play::{EvaluatorPlay, LadderResolver, ScanInputs};
-pub use serial_line::{ArrivalWindow, byte_edges};
-pub use summary_table::{CheckOutcome, CheckSummary, RefusedCheck, summary_table};
+pub use scenarios::play::{EvaluatorPlay, LadderResolver, ScanInputs};
 
 /// Options of a check.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -171,7 +159,7 @@ pub fn check_compiled(
         return Err(vec![Diagnostic::new(Severity::Error, codes::NOTHING, &program.file, Pos::default(), cause, hint)]);
     }
     let PreparedCheck { chip, image, places, hints, eval } = prepare_check(program, compiled, options)?;
-    let disagreements = map_contract::map_disagreements(program, options, &places.pace, (&compiled.map, chip));
+    let disagreements = chip::map_contract::map_disagreements(program, options, &places.pace, (&compiled.map, chip));
     let hz = places.pace.clock_hz;
     let job = CheckVisitor { program, compiled, options, places, hints, eval, disagreements, progress };
     Ok(visit_machines(chip, &image, hz, job))
@@ -197,7 +185,8 @@ pub(crate) fn prepare_check(
     let error = |code, cause: String, hint: &str| {
         vec![Diagnostic::new(Severity::Error, code, &program.file, Pos::default(), cause, hint)]
     };
-    let eval = Evaluator::new(program).map_err(|refusal| vec![check_run::unsupported_diagnostic(program, &refusal)])?;
+    let eval = Evaluator::new(program)
+        .map_err(|refusal| vec![comparison::check_run::unsupported_diagnostic(program, &refusal)])?;
     let map = &compiled.map;
     let Some(chip) = ladder_compile::find_chip(&options.mcu) else {
         let known: Vec<&str> = ladder_compile::CHIPS.iter().map(|chip| chip.name).collect();
@@ -227,7 +216,7 @@ struct CheckVisitor<'a> {
     places: ProgramPlaces,
     hints: ValueHints,
     eval: Evaluator,
-    disagreements: Vec<(String, String)>,
+    disagreements: Vec<Deviation>,
     progress: &'a mut dyn FnMut(u64, u64),
 }
 
@@ -245,6 +234,6 @@ impl MachineVisitor for CheckVisitor<'_> {
             time_rungs: options.rungs,
             eval: &eval,
         };
-        check_run::run_check(program, compiled, options, &bench, disagreements, progress)
+        comparison::check_run::run_check(program, compiled, options, &bench, disagreements, progress)
     }
 }

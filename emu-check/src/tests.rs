@@ -6,10 +6,10 @@ use std::fs;
 use ladder::LadderProgram;
 use ladder_eval::Evaluator;
 
-use crate::boundary_goals::BoundaryGoals;
-use crate::coverage_goals::{CoverageGoals, EvaluatedScan};
-use crate::stimulus::{ScanStimulus, StimulusGenerator};
-use crate::value_hints::ValueHints;
+use crate::coverage::goals::{CoverageGoals, EvaluatedScan};
+use crate::stimulus::boundary_goals::BoundaryGoals;
+use crate::stimulus::generator::{ScanStimulus, StimulusGenerator};
+use crate::stimulus::value_hints::ValueHints;
 
 fn program(rungs: &str) -> LadderProgram {
     let text = format!("LDmicro0.1\nCYCLE=1000\nCRYSTAL=1000000\nIO LIST\nEND\nPROGRAM\n{rungs}\n");

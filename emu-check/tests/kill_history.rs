@@ -5,6 +5,7 @@
 mod common;
 
 use emu_check::{CheckOptions, check, check_compiled};
+use emu_test_support::case_lines;
 use ladder::LadderProgram;
 
 /// A program with the rungs of one column of the table.
@@ -31,7 +32,7 @@ const GAPS: &[&str] = &[];
 #[test]
 fn historic_faults_are_found() {
     let (mut rows, mut wrong) = (0, Vec::new());
-    for row in include_str!("kill_history.txt").lines().filter(|row| !row.is_empty() && !row.starts_with('#')) {
+    for row in case_lines(include_str!("kill_history.txt")) {
         // `||` separates rungs, ` | ` separates columns.
         let columns: Vec<&str> = row.split(" | ").map(str::trim).collect();
         let [id, what, chip, sound, faulty] = columns[..] else { panic!("five columns: {row}") };

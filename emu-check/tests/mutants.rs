@@ -8,6 +8,7 @@ mod common;
 use std::collections::BTreeMap;
 
 use emu_check::{CheckOptions, check_compiled};
+use emu_test_support::case_lines;
 use ladder::LadderProgram;
 use ladder_compile::{Mutant, MutantKind, compile_mutant, mutants};
 
@@ -17,7 +18,7 @@ const LISTED: &str = include_str!("mutants.txt");
 #[test]
 fn faults_of_the_compiler_are_found() {
     let mut listed: BTreeMap<String, &str> = BTreeMap::new();
-    for line in LISTED.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
+    for line in case_lines(LISTED) {
         let (fault, reason) = line.rsplit_once(" | ").expect("file | element | fault | reason");
         listed.insert(fault.trim().to_owned(), reason);
     }

@@ -45,7 +45,6 @@
 pub mod chip;
 pub mod countdown;
 pub mod cpu;
-pub mod cut_tests;
 pub mod engine;
 mod error;
 pub mod external_io;
@@ -55,7 +54,6 @@ pub mod machine;
 pub mod parts;
 pub mod pins;
 pub mod rng;
-pub mod slices;
 pub mod state;
 pub mod table;
 

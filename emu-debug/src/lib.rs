@@ -1,35 +1,18 @@
 //! Tools for any [`Cpu`](emu_core::Cpu): a runner with conditions and stimuli, probes, waveforms, a debugger.
 //!
 //! ```text
-//!   input_error.rs     errors in user input
-//!   time.rs            "10ms", "16MHz" to whole cycles and Hz
-//!   address_names.rs   "data:0x100..0x120", "main" to addresses
-//!   bit_space.rs       bits with addresses of their own, and their bytes
-//!   program_source.rs  addresses to symbols and source lines, and back
-//!   stimulus.rs        "10ms:PB0=1" to drives of pins
-//!   stop_condition.rs  "pin PB5=1" to conditions
-//!   text_escapes.rs    "\n\x41" to bytes and back
-//!   number_formats.rs  numbers in the formats of gdb
-//!   serial_sender.rs   bytes to the edges of a serial line
-//!   chip_scenario.rs   names and times of scenarios on a chip with its image
-//!   run.rs             the runner: its end conditions, and why it ended
-//!   run_controller.rs  the controller of a run: a scenario, or the user's timeout
-//!   run_probes.rs      all probes of a run as one
-//!   combined_probe.rs  all probes for instructions and accesses as one
-//!   dyn_probe.rs       probes behind a pointer
-//!   access_monitor.rs  watched accesses, RAM read before it is written
-//!   uart_log.rs        what the chip sends, and texts to wait for in it
-//!   waveform.rs        pins and bytes as a VCD file
-//!   lints.rs           collects suspicious behaviour of programs
-//!   devices/           devices at the pins
-//!   attached_devices.rs  runs a chip with devices
-//!   snapshot.rs        the state of a machine as a file
-//!   coverage/          which parts of a program were executed
-//!   profile.rs         where the cycles went
-//!   trace/             what every instruction does, as lines and as signals
-//!   lockstep/          comparison with another simulator
-//!   cod/               self-checking programs, as in gpsim
-//!   debug/             the debugger core: breakpoints, steps, time travel
+//!   run/       the runner, its end conditions, and its controller: a scenario, or the user's timeout
+//!   stimulus/  "10ms:PB0=1" to drives of pins; bytes on a serial line; scenarios on a chip with its image
+//!   probes/    what a run observes: accesses, sent bytes, lints, the waveform, the cycle profile
+//!   names/     "data:0x100..0x120", "main" and source lines to addresses, and back
+//!   text/      "10ms" and "16MHz" to cycles, "\n\x41" to bytes, numbers as gdb prints them, errors in input
+//!   devices/   devices at the pins, and a chip that runs with them
+//!   coverage/  which parts of a program were executed
+//!   trace/     what every instruction does, as lines and as signals
+//!   lockstep/  comparison with another simulator
+//!   cod/       self-checking programs, as in gpsim
+//!   debug/     the debugger core: breakpoints, steps, time travel
+//!   snapshot.rs  the state of a machine as a file
 //! ```
 //!
 //! Parsers of text return an [`InputError`]: one sentence with what was found and what is expected.
@@ -51,50 +34,37 @@
 
 #![forbid(unsafe_code)]
 
-pub mod access_monitor;
-pub mod address_names;
-pub mod attached_devices;
-pub mod bit_space;
-pub mod chip_scenario;
 pub mod cod;
-mod combined_probe;
 pub mod coverage;
 pub mod debug;
 pub mod devices;
-pub mod dyn_probe;
-mod input_error;
-pub mod lints;
 pub mod lockstep;
-pub mod number_formats;
-pub mod profile;
-pub mod program_source;
+mod names;
+mod probes;
 pub mod run;
-pub mod run_controller;
-pub mod run_probes;
-pub mod serial_sender;
 pub mod snapshot;
 pub mod stimulus;
-pub mod stop_condition;
-pub mod text_escapes;
-pub mod time;
+mod text;
 pub mod trace;
-pub mod uart_log;
-pub mod waveform;
 
-pub use access_monitor::AccessMonitor;
-pub use address_names::{AddressNames, AddressRange};
-pub use attached_devices::{AttachedDevices, WiredDevice};
 pub use coverage::CodeCoverage;
-pub use input_error::InputError;
-pub use lints::{LintFinding, LintProbe};
-pub use profile::CycleProfile;
-pub use program_source::ProgramSource;
+pub use devices::attached_devices::{self, AttachedDevices, WiredDevice};
+pub use names::address_names::{self, AddressNames, AddressRange};
+pub use names::bit_space;
+pub use names::program_source::{self, ProgramSource};
+pub use probes::access_monitor::{self, AccessMonitor};
+pub use probes::dyn_probe;
+pub use probes::lints::{self, LintFinding, LintProbe};
+pub use probes::profile::{self, CycleProfile};
+pub use probes::run_probes::{self, RunProbes};
+pub use probes::uart_log::{self, UartLog};
+pub use probes::waveform::{self, WaveWriter};
+pub use run::run_controller::{self, ContinueCallback, RunController, RunDecision, StretchWatch};
+pub use run::stop_condition::{self, StopCondition};
 pub use run::{RunEnd, RunPlan, RunResult, run};
-pub use run_controller::{ContinueCallback, RunController, RunDecision, StretchWatch};
-pub use run_probes::RunProbes;
-pub use serial_sender::SerialLineSender;
-pub use stimulus::TimedDrive;
-pub use stop_condition::StopCondition;
-pub use time::CycleClock;
-pub use uart_log::UartLog;
-pub use waveform::WaveWriter;
+pub use stimulus::serial_sender::{self, SerialLineSender};
+pub use stimulus::{TimedDrive, chip_scenario};
+pub use text::input_error::InputError;
+pub use text::number_formats;
+pub use text::text_escapes;
+pub use text::time::{self, CycleClock};

@@ -9,6 +9,7 @@ use emu_debug::access_monitor::{AccessWatch, RamCheck};
 use emu_debug::stimulus::parse_pin_level;
 use emu_debug::stop_condition::parse_condition;
 use emu_debug::{AccessMonitor, AddressNames, InputError, StopCondition};
+use emu_test_support::case_lines;
 
 /// The memories of an 8052.
 const CHIP: Chip = Chip {
@@ -91,7 +92,7 @@ fn read(section: &str, text: &str) -> Result<String, InputError> {
 #[test]
 fn readers_and_watches() {
     let (mut section, mut wrong, mut count) = ("", Vec::new(), 0);
-    for line in include_str!("bits.txt").lines().filter(|l| !l.is_empty() && !l.starts_with('#')) {
+    for line in case_lines(include_str!("bits.txt")) {
         if let Some(rest) = line.strip_prefix('[') {
             section = rest.split(']').next().unwrap_or_default();
             continue;

@@ -10,6 +10,7 @@ use emu_core::image::{
 use emu_debug::AddressNames;
 use emu_debug::cod::{CodOutcome, CodRunLimits, CodScript, CodVerdict, run_script};
 use emu_pic16::{Options, Pic16};
+use emu_test_support::case_lines;
 
 const DIR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cod");
 
@@ -72,7 +73,7 @@ fn messages(messages: &[Said], cycle: u64) -> Result<CodOutcome, String> {
 #[test]
 fn expressions_have_their_values() {
     let text = std::fs::read_to_string(format!("{DIR}/expressions.txt")).unwrap();
-    for line in text.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
+    for line in case_lines(&text) {
         let (expression, wanted) = line.rsplit_once(" | ").unwrap();
         let assertion = format!("{expression}, 'it is false'");
         let found = match messages(&[(0, 'a', &assertion), (1, 'a', "'end'")], 10) {

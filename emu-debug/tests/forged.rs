@@ -9,7 +9,7 @@ use emu_core::Chip;
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::Image;
 use emu_core::rng::Rng;
-use emu_core::slices::pick_random;
+use emu_test_support::slices::pick_random;
 
 use examples::{chip_8051, chip_pic, load};
 

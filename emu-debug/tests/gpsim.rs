@@ -11,6 +11,7 @@ use emu_core::image::{ElfMachine, SimulatorMessage, SymbolFile, SymbolSpaces, lo
 use emu_debug::AddressNames;
 use emu_debug::cod::{CodRunLimits, CodScript, CodVerdict, run_script};
 use emu_pic16::{Options, Pic16, chips};
+use emu_test_support::case_lines;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/peers/gpsim");
 
@@ -129,7 +130,7 @@ fn gpsims_own_tests_end_as_the_table_says() {
     let mut wrong = Vec::new();
     let mut counts = [0; 4];
     let mut rows = 0;
-    for line in text.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
+    for line in case_lines(&text) {
         let cells: Vec<&str> = line.split('|').map(str::trim).collect();
         let &[name, settings, wanted, why] = cells.as_slice() else { panic!("{line}") };
         rows += 1;

@@ -7,6 +7,7 @@ use emu_core::lint::Lint;
 use emu_debug::lints::describe_lint;
 use emu_debug::stop_condition::parse_condition;
 use emu_debug::{AddressNames, RunPlan};
+use emu_test_support::case_lines;
 
 fn image(chip: &'static Chip, program: &str) -> Image {
     emu_asm::assemble_text(chip, &program.replace(';', "\n")).unwrap_or_else(|e| panic!("{program}: {e}"))
@@ -56,7 +57,7 @@ fn case(chip: &str, program: &str, waits: &str) -> String {
 #[test]
 fn what_is_found() {
     let (mut wrong, mut count) = (Vec::new(), 0);
-    for line in include_str!("lints.txt").lines().filter(|l| !l.is_empty() && !l.starts_with('#')) {
+    for line in case_lines(include_str!("lints.txt")) {
         let columns: Vec<&str> = line.split('|').map(str::trim).collect();
         let [chip, program, waits, wanted] = columns[..] else { panic!("four columns wanted: {line}") };
         let found = case(chip, program, waits);

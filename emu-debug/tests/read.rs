@@ -7,6 +7,7 @@ use emu_debug::stop_condition::parse_condition;
 use emu_debug::text_escapes::{escape, unescape};
 use emu_debug::time::{parse_duration, parse_hertz};
 use emu_debug::{AddressNames, CycleClock, InputError};
+use emu_test_support::case_lines;
 
 fn read(section: &str, text: &str) -> Result<String, InputError> {
     let symbol = |name: &str, space, addr| SymbolAt::new(name, space, addr, 2);
@@ -56,7 +57,7 @@ fn read(section: &str, text: &str) -> Result<String, InputError> {
 #[test]
 fn readers() {
     let (mut section, mut wrong, mut count) = ("", Vec::new(), 0);
-    for line in include_str!("read.txt").lines().filter(|l| !l.is_empty() && !l.starts_with('#')) {
+    for line in case_lines(include_str!("read.txt")) {
         if let Some(rest) = line.strip_prefix('[') {
             section = rest.split(']').next().unwrap_or_default();
             continue;

@@ -7,6 +7,7 @@ use emu_core::image::Image;
 use emu_debug::stimulus::{parse_timed_drive, queue_drives};
 use emu_debug::stop_condition::parse_condition;
 use emu_debug::{AddressNames, CycleClock, RunPlan};
+use emu_test_support::case_lines;
 
 const WORDS: &[&str] = &["until", "at", "limit", "expect", "fail", "trap", "host"];
 
@@ -56,7 +57,7 @@ fn run(program: &str, waits: &str) -> String {
 #[test]
 fn runs() {
     let (mut wrong, mut count) = (Vec::new(), 0);
-    for line in include_str!("run.txt").lines().filter(|l| !l.is_empty() && !l.starts_with('#')) {
+    for line in case_lines(include_str!("run.txt")) {
         let columns: Vec<&str> = line.split(" | ").map(str::trim).collect();
         let [program, waits, wanted] = columns[..] else { panic!("three columns wanted: {line}") };
         let found = run(program, waits);

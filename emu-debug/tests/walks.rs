@@ -11,13 +11,13 @@ use emu_core::cpu::{Cpu, RamInit, ResetCause};
 use emu_core::image::Image;
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
-use emu_core::slices::pick_random;
 use emu_debug::debug::{
     DebugSession, DynMachine, ExpressionPlace, HaltReason, MachineWithDevices, NameScope, RunGoal, SessionOptions,
     UserAction,
 };
 use emu_debug::stimulus::{ExternalDrive, TimedDrive};
 use emu_debug::{AttachedDevices, CycleClock};
+use emu_test_support::slices::pick_random;
 
 use examples::{chip_8051, chip_pic, load};
 

@@ -25,7 +25,7 @@ use crate::periph::ports::Pic16Ports;
 use crate::periph::psp::ParallelSlavePort;
 use crate::periph::ssp::Pic16Ssp;
 use crate::periph::timer0::Timer0;
-use crate::periph::timers::Pic16Timers;
+use crate::periph::timers::{Pic16Timers, Timer1Crystal};
 use crate::periph::usart::Pic16Usart;
 use crate::periph::{Pic16Device, Pic16Outbox, Pic16Signal};
 
@@ -155,7 +155,7 @@ impl Pic16Soc {
             config,
             ports: Pic16Ports::new(part, settings.reserved_pins),
             timer0: Timer0::new(settings.watchdog, clocks.watchdog, part.has(Sfr::WDTCON)),
-            timers: Pic16Timers::new(part.ccps, options.timer1_hz.map(|hz| (options.hz, hz))),
+            timers: Pic16Timers::new(part.ccps, options.timer1_hz.map(|hz| Timer1Crystal { osc: options.hz, hz })),
             usart: Pic16Usart::new().with_early_trmt(options.readings.trmt_as_stop_begins),
             ssp: Pic16Ssp::new(part.ssp != chips::SspKind::Basic)
                 .with_stretch(part.ssp == chips::SspKind::MasterStretch)

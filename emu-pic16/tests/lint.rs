@@ -7,6 +7,7 @@ use emu_core::lint::{LINT_CODES, Lint};
 use emu_core::pins::{CycleTime, PinLevel};
 use emu_pic16::chips::PIC16F873;
 use emu_pic16::{Options, Pic16};
+use emu_test_support::case_lines;
 
 /// Configuration word: no watchdog, no low-voltage programming, a crystal.
 const CONFIG: u16 = 0x3F31;
@@ -63,7 +64,7 @@ fn state(pic: &Pic16) -> (u64, u32, Vec<Option<u8>>) {
 #[test]
 fn lints() {
     let (mut wrong, mut fired) = (Vec::new(), Vec::new());
-    for line in include_str!("lint.txt").lines().filter(|l| !l.is_empty() && !l.starts_with('#')) {
+    for line in case_lines(include_str!("lint.txt")) {
         let columns: Vec<&str> = line.split('|').map(str::trim).collect();
         let [_, program, wiring, wanted] = columns[..] else { panic!("four columns wanted: {line}") };
         let (start, cycles) = machine(program, wiring);

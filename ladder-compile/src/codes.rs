@@ -1,19 +1,10 @@
 //! Diagnostic codes of this crate: LC00x for elements, LC01x for pins, LC02x for time, LC03x for size; LC04x
 //! are notes.
-//!
-//! A row has the name, the code, the title and the text of `emu explain`.
 
-use diag::DiagnosticCode;
+diag::codes! {
+    /// All diagnostic codes of this crate, in order of their numbers.
+    CODES;
 
-macro_rules! codes {
-    ($($name:ident $code:literal $title:literal $explain:literal;)*) => {
-        $(#[doc = $title] #[allow(unreachable_pub)] pub const $name: &str = $code;)*
-        /// All diagnostic codes of this crate, in order of their numbers.
-        pub const CODES: &[DiagnosticCode] = &[$(DiagnosticCode { code: $code, title: $title, explain: $explain }),*];
-    };
-}
-
-codes! {
     UNKNOWN_CHIP "LC001" "no such target chip"
         "There is no compiler for the chip of --mcu. `emu chips` lists the emulated chips. The message lists those with a compiler.";
     NOT_COMPILED "LC002" "an element is a placeholder"

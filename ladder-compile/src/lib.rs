@@ -42,6 +42,7 @@ pub mod mcs51;
 #[cfg(feature = "mutants")]
 mod mutants;
 pub mod optimise;
+pub mod period;
 pub mod pic16;
 pub mod pins;
 mod refusal_diagnostics;
@@ -63,7 +64,7 @@ pub use codegen_error::CodegenError;
 pub use codes::{CODES, FUSES_NOTE};
 pub use map::{CellLocation, EepromMap, ElementMap, ImageMap, PinMap, Ratio, RungMap, SCHEMA, SpecialPin, SymbolMap};
 #[cfg(feature = "mutants")]
-pub use mutants::{Mutant, MutantKind, compile_mutant, mutant_ir, mutants};
+pub use mutants::{Mutant, MutantIr, MutantKind, compile_mutant, mutant_ir, mutants};
 
 /// All target chips of the compiler, by family.
 pub const TARGETS: &[&[CompileTarget]] = &[avr::TARGETS, mcs51::TARGETS, pic16::TARGETS, ap101::TARGETS];

@@ -142,14 +142,23 @@ pub fn compile_mutant(
     }
 }
 
+/// The intermediate code of a program without and with a fault.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MutantIr {
+    /// Without the fault.
+    pub sound: Ir,
+    /// With the fault.
+    pub faulty: Ir,
+}
+
 /// Returns the intermediate code of `program` without and with fault `id`, if it is a fault of the
 /// intermediate code.
 #[must_use]
-pub fn mutant_ir(program: &LadderProgram, options: &CompileOptions, id: u32) -> Option<(Ir, Ir)> {
+pub fn mutant_ir(program: &LadderProgram, options: &CompileOptions, id: u32) -> Option<MutantIr> {
     let prepared = prepare(program, options).ok()?;
     let change = code_candidates(&prepared).into_iter().nth(id as usize).map(|found| (found.make_change)())?;
     let MutantChange::Ir(changed) = change else { return None };
-    Some((prepared.ir, changed))
+    Some(MutantIr { sound: prepared.ir, faulty: changed })
 }
 
 /// Faults introduced before the image is built.

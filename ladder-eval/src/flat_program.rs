@@ -5,7 +5,7 @@ use ladder::ElementId;
 use crate::arithmetic::{CountInput, CountMode, compare, count_step, math, truncate};
 use crate::bit_ops;
 pub(crate) use crate::element_op::{ElementOp, ValueSource};
-use crate::flow_steps::{FlowStep, ScanPosition};
+use crate::flow_steps::{FlowStep, ParallelGroup, ScanPosition};
 use crate::peripheral_state::{FormattedText, PeripheralState, PiecewiseCurve};
 use crate::ports::FlatPort;
 use crate::pulse_ops::{EncoderState, FlatEncoder, FlatPulser, FlatStepper, PulserState};
@@ -97,8 +97,8 @@ pub(crate) struct ScanState {
     seeds: Vec<u32>,
     /// True once LOCK has stopped the program.
     is_locked: bool,
-    /// For each nesting depth, the rung bit at the start of the group and the OR of its branches so far.
-    groups: Vec<(bool, bool)>,
+    /// The parallel groups, by nesting depth.
+    groups: Vec<ParallelGroup>,
     /// The master relay; every scan starts with it on.
     master: bool,
 }
@@ -116,7 +116,7 @@ impl ScanState {
             encoders: vec![EncoderState::default(); code.encoders.len()],
             latches: vec![0; code.ports.len()],
             memories: vec![false; code.memories as usize],
-            groups: vec![(false, false); code.max_depth],
+            groups: vec![ParallelGroup::default(); code.max_depth],
             master: true,
         }
     }
@@ -138,13 +138,13 @@ impl ScanState {
             position.next += 1;
             match *step {
                 FlatStep::Rung => rung = self.master,
-                FlatStep::Split(depth) => self.groups[depth] = (rung, false),
+                FlatStep::Split(depth) => self.groups[depth] = ParallelGroup { at_start: rung, any: false },
                 FlatStep::Branch(depth) => {
-                    let (at_group, any) = self.groups[depth];
-                    self.groups[depth] = (at_group, any | rung);
-                    rung = at_group;
+                    let group = &mut self.groups[depth];
+                    group.any |= rung;
+                    rung = group.at_start;
                 }
-                FlatStep::Join(depth) => rung |= self.groups[depth].1,
+                FlatStep::Join(depth) => rung |= self.groups[depth].any,
                 FlatStep::LoadOnce { var, from, memory } => {
                     if !self.replace_memory(memory, true) {
                         self.store(code, var, self.read_symbol(from).into());
@@ -152,9 +152,9 @@ impl ScanState {
                 }
                 FlatStep::Do(id, ElementOp::Flow(step)) => {
                     self.is_locked |= rung && matches!(step, FlowStep::Lock);
-                    let (before, (after, next)) = (rung, position.follow(code, step, rung, &mut self.groups));
-                    watch(id, before, after, &self.values);
-                    rung = next;
+                    let followed = position.follow(code, step, rung, &mut self.groups);
+                    watch(id, rung, followed.after, &self.values);
+                    rung = followed.next;
                 }
                 FlatStep::Do(id, op) => {
                     let before = rung;

@@ -64,29 +64,48 @@ impl FlatBuilder<'_> {
     }
 }
 
+/// The state of a parallel group while its branches run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct ParallelGroup {
+    /// Rung bit at the start of the group.
+    pub at_start: bool,
+    /// OR of the branches so far.
+    pub any: bool,
+}
+
+/// The rung bits around a step that may change the flow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct FollowedRung {
+    /// Rung bit after the step.
+    pub after: bool,
+    /// Rung bit of the step that is executed next.
+    pub next: bool,
+}
+
 /// Position in the steps of a scan.
 #[derive(Debug, Default)]
 pub(crate) struct ScanPosition {
     /// The step to execute.
     pub next: usize,
     /// For each active call: the step behind it, and the parallel groups that its rung is in.
-    calls: Vec<(usize, Vec<(bool, bool)>)>,
+    calls: Vec<(usize, Vec<ParallelGroup>)>,
     jumps_back: u8,
 }
 
 impl ScanPosition {
-    /// Executes an element behind which `next` already is. Returns the rung bit after it, and that of what is executed
-    /// next.
+    /// Executes an element behind which `next` already is.
     pub(crate) fn follow(
         &mut self,
         code: &FlatProgram,
         step: FlowStep,
         rung: bool,
-        groups: &mut Vec<(bool, bool)>,
-    ) -> (bool, bool) {
+        groups: &mut Vec<ParallelGroup>,
+    ) -> FollowedRung {
         let start = |to: u32| code.rung_starts.get(to as usize).copied().unwrap_or(code.steps.len());
         match step {
-            FlowStep::Goto { is_back: true, .. } if rung && self.jumps_back == MAX_JUMPS_BACK => return (false, false),
+            FlowStep::Goto { is_back: true, .. } if rung && self.jumps_back == MAX_JUMPS_BACK => {
+                return FollowedRung { after: false, next: false };
+            }
             FlowStep::Goto { to, is_back } if rung => {
                 self.jumps_back += u8::from(is_back);
                 self.next = start(to);
@@ -101,7 +120,7 @@ impl ScanPosition {
                 Some((behind, kept)) => {
                     (self.next, *groups) = (behind, kept);
                     // The rung of the call had power.
-                    return (rung, true);
+                    return FollowedRung { after: rung, next: true };
                 }
                 None => self.next = code.steps.len(),
             },
@@ -111,6 +130,6 @@ impl ScanPosition {
             | FlowStep::Call { .. }
             | FlowStep::Return { .. } => {}
         }
-        (rung, rung)
+        FollowedRung { after: rung, next: rung }
     }
 }

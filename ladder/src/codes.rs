@@ -1,18 +1,9 @@
 //! Diagnostic codes of this crate: LD0xx from the reader, LD1xx from the checks.
-//!
-//! A row has the name, the code, the title and the text of `emu explain`.
 
-use diag::DiagnosticCode;
+diag::codes! {
+    /// All diagnostic codes of this crate, in order of their numbers.
+    CODES;
 
-macro_rules! codes {
-    ($($name:ident $code:literal $title:literal $explain:literal;)*) => {
-        $(#[doc = $title] #[allow(unreachable_pub)] pub const $name: &str = $code;)*
-        /// All diagnostic codes of this crate, in order of their numbers.
-        pub const CODES: &[DiagnosticCode] = &[$(DiagnosticCode { code: $code, title: $title, explain: $explain }),*];
-    };
-}
-
-codes! {
     EMPTY "LD001" "the file is empty"
         "The file is empty, or has only blank lines and lines that start with `;`. A program begins with the line LDmicro0.1 or LDmicro0.2.";
     BINARY "LD002" "the file is not text"

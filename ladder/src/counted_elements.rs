@@ -1,5 +1,7 @@
 //! Readers of the elements with a counted list of arguments: the two tables and FORMATTED_STRING.
 
+use std::ops::RangeInclusive;
+
 use crate::codes;
 use crate::element_keywords::ElementKeyword;
 use crate::element_reader::{join_positions, read_destination, read_operand};
@@ -57,7 +59,7 @@ pub(crate) fn read_formatted_string(
     let (first, codes_read) = rest.split_first()?;
     if !first.text.starts_with('"') {
         let wanted = r.read_u32(*first, "the length", 0, MAX_VALUES);
-        let codes_read = read_counted_values(r, row, *first, wanted, codes_read, "a character code", (0, 255));
+        let codes_read = read_counted_values(r, row, *first, wanted, codes_read, "a character code", 0..=255);
         let text = codes_read?.iter().filter_map(|c| u8::try_from(*c).ok()).map(char::from).collect();
         return Some(Element::FormattedString { var: name?, text, quoted: false });
     }
@@ -87,7 +89,7 @@ fn read_counted_values(
     wanted: Option<u32>,
     values: &[LdToken<'_>],
     what: &str,
-    (low, high): (i64, i64),
+    range: RangeInclusive<i64>,
 ) -> Option<Vec<i64>> {
     // LDmicro 5 writes a name after the last value of a table. It has no meaning, and the writer drops it.
     let values = match values.split_last() {
@@ -99,6 +101,7 @@ fn read_counted_values(
         _ => values,
     };
     let read_value = if row.0 == "FORMATTED_STRING" { LdReader::read_number } else { LdReader::read_constant };
+    let (low, high) = range.into_inner();
     let read: Vec<Option<i64>> = values.iter().map(|t| read_value(r, *t, what, low, high)).collect();
     let wanted = wanted? as usize;
     let cause = format!("{} announces {wanted} number(s), found {}", row.0, values.len());

@@ -178,8 +178,8 @@ fn node_width(node: &RungNode) -> usize {
     match node {
         RungNode::Leaf(Element::Comment(_), _) => 0,
         RungNode::Leaf(element, _) => {
-            let (top, bottom) = element_symbol(element);
-            (top.chars().count().max(bottom.chars().count()) + 4).max(MIN_ELEMENT_WIDTH)
+            let symbol = element_symbol(element);
+            (symbol.above.chars().count().max(symbol.in_wire.chars().count()) + 4).max(MIN_ELEMENT_WIDTH)
         }
         // One column on each side for the junctions.
         RungNode::Parallel(branches, _) => branches.iter().map(|b| series_width(b)).max().unwrap_or(0) + 2,
@@ -287,11 +287,11 @@ impl Canvas {
     }
 
     fn draw_element(&mut self, element: &Element, place: DrawArea, id: ElementId) {
-        let (top, bottom) = element_symbol(element);
-        let (above, width) = (top.chars().count(), bottom.chars().count());
+        let symbol = element_symbol(element);
+        let (above, width) = (symbol.above.chars().count(), symbol.in_wire.chars().count());
         let column = place.column + place.width.saturating_sub(width) / 2;
-        self.put_text(place.row, place.column + place.width.saturating_sub(above) / 2, &top);
-        self.put_text(place.row + 1, column, &bottom);
+        self.put_text(place.row, place.column + place.width.saturating_sub(above) / 2, &symbol.above);
+        self.put_text(place.row + 1, column, &symbol.in_wire);
         self.cells.push(DrawnElement { id, line: place.row + 1, column, width });
     }
 }

@@ -441,7 +441,7 @@ pub(crate) fn read_operand(r: &mut LdReader<'_>, keyword: &'static str, token: L
 
 /// Reads a variable or a constant in the dialect's range; `what` names it in messages.
 fn read_constant(r: &mut LdReader<'_>, keyword: &'static str, token: LdToken<'_>, what: &str) -> Option<LadderOperand> {
-    let (low, high) = r.constant_range();
+    let (low, high) = r.constant_range().into_inner();
     read_operand_in_range(r, keyword, token, what, low, high)
 }
 

@@ -3,10 +3,16 @@
 use crate::model::{CompareOp, CounterKind, Element, FlowOp, LadderOperand, MathOp};
 use crate::write;
 
-/// Returns the line above the wire and the line in the wire, which are drawn centred on each other.
-///
-/// Both are empty for a comment.
-pub(crate) fn element_symbol(element: &Element) -> (String, String) {
+/// The two lines of an element, which are drawn centred on each other.
+pub(crate) struct ElementSymbol {
+    /// The line above the wire.
+    pub above: String,
+    /// The line in the wire.
+    pub in_wire: String,
+}
+
+/// Returns the lines of an element. Both are empty for a comment.
+pub(crate) fn element_symbol(element: &Element) -> ElementSymbol {
     let (top, bottom) = match element {
         Element::Comment(_) => (String::new(), String::new()),
         Element::Contacts { name, negated, .. } => (name.clone(), if *negated { "]/[" } else { "] [" }.to_owned()),
@@ -147,7 +153,7 @@ pub(crate) fn element_symbol(element: &Element) -> (String, String) {
         Element::Persist { name } => (name.clone(), "{PERSIST}".to_owned()),
         Element::FormattedString { var, text, .. } => (var.clone().unwrap_or_default(), format!("{{\"{text}\"}}")),
     };
-    (printable(&top), printable(&bottom))
+    ElementSymbol { above: printable(&top), in_wire: printable(&bottom) }
 }
 
 /// Puts two lines of equal width in brackets: the upper one left-aligned, the lower one centred.

@@ -2,6 +2,7 @@
 //! judged.
 
 use std::collections::BTreeSet;
+use std::ops::RangeInclusive;
 
 use diag::{Diagnostic, Pos, Severity};
 
@@ -90,11 +91,11 @@ impl<'a> LdReader<'a> {
         self.bits.insert(name.to_owned());
     }
 
-    /// Range of constants in the dialect, inclusive.
-    pub(crate) const fn constant_range(&self) -> (i64, i64) {
+    /// Range of constants in the dialect.
+    pub(crate) const fn constant_range(&self) -> RangeInclusive<i64> {
         match self.dialect {
-            LadderDialect::Ldmicro23 => (i16::MIN as i64, i16::MAX as i64),
-            LadderDialect::Ldmicro5 => (i32::MIN as i64, i32::MAX as i64),
+            LadderDialect::Ldmicro23 => i16::MIN as i64..=i16::MAX as i64,
+            LadderDialect::Ldmicro5 => i32::MIN as i64..=i32::MAX as i64,
         }
     }
 

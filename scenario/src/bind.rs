@@ -12,8 +12,8 @@ use crate::codes::{
 };
 use crate::error::ScenarioError;
 use crate::model::{
-    Assignment, Comparison, ConditionList, LocatedText, Repetition, Scenario, ScenarioStep, ScenarioValue, StepAction,
-    StepTime,
+    Assignment, Comparison, ConditionList, LocatedText, RampTarget, Repetition, Scenario, ScenarioStep, ScenarioValue,
+    StepAction, StepTime,
 };
 use crate::play_ops::{InputWrite, LogPiece, OutputCheck, OutputChecks, PlayAction, PlayLine, PlayOp, StepInfo};
 use crate::time::{TimeSpan, message_text};
@@ -323,7 +323,7 @@ impl ScenarioBinder<'_> {
 
     fn bind_ramp(
         &mut self,
-        what: &[(LocatedText, ScenarioValue, ScenarioValue, Pos)],
+        what: &[RampTarget],
         over: &TimeSpan,
         grain: Option<&TimeSpan>,
     ) -> Arc<[(u64, Vec<InputWrite>)]> {
@@ -346,7 +346,7 @@ impl ScenarioBinder<'_> {
         let mut at: Vec<u64> = (0..whole).step_by(usize::try_from(grain).unwrap_or(usize::MAX)).collect();
         at.push(whole);
         let mut series: Vec<(u64, Vec<InputWrite>)> = at.into_iter().map(|at| (at, Vec::new())).collect();
-        for (name, from, to, pos) in what {
+        for RampTarget { name, from, to, pos } in what {
             let (Some((from, unit)), Some((to, other))) = (parse_scaled(from), parse_scaled(to)) else {
                 let hint = "as in [0, 1023] or [\"0V\", \"5V\"]";
                 self.report(
@@ -456,7 +456,7 @@ fn step_text(verb: &StepAction) -> String {
             format!("toggle {}", names.iter().map(|n| n.text.as_str()).collect::<Vec<_>>().join(", "))
         }
         StepAction::Ramp { targets: what, .. } => {
-            format!("ramp {}", what.iter().map(|w| w.0.text.as_str()).collect::<Vec<_>>().join(", "))
+            format!("ramp {}", what.iter().map(|w| w.name.text.as_str()).collect::<Vec<_>>().join(", "))
         }
         StepAction::Send(bytes) => format!("uart-send {}", quote_bytes(&bytes.bytes)),
         StepAction::Expect(what, _) => format!("expect {}", cond(what)),

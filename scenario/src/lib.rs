@@ -37,7 +37,7 @@ pub use bound_scenario::BoundScenario;
 pub use codes::*;
 pub use error::{MachineError, ScenarioError};
 pub use model::{
-    Assignment, Comparison, ConditionList, LocatedBytes, LocatedText, Repetition, Scenario, ScenarioStep,
+    Assignment, Comparison, ConditionList, LocatedBytes, LocatedText, RampTarget, Repetition, Scenario, ScenarioStep,
     ScenarioValue, StepAction, StepTime, ValueCondition,
 };
 pub use parse::{parse, parse_bytes};

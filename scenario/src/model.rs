@@ -103,6 +103,19 @@ pub struct Repetition {
     pub until: Option<TimeSpan>,
 }
 
+/// An input that a ramp changes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RampTarget {
+    /// Name of the input.
+    pub name: LocatedText,
+    /// The first value.
+    pub from: ScenarioValue,
+    /// The last value.
+    pub to: ScenarioValue,
+    /// Position of the values.
+    pub pos: Pos,
+}
+
 /// The action of a step.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StepAction {
@@ -116,8 +129,8 @@ pub enum StepAction {
     Toggle(Vec<LocatedText>),
     /// Changes inputs linearly from one value to another.
     Ramp {
-        /// Name, first value, last value, and position of the values.
-        targets: Vec<(LocatedText, ScenarioValue, ScenarioValue, Pos)>,
+        /// The inputs that change.
+        targets: Vec<RampTarget>,
         /// Duration of the ramp.
         over: TimeSpan,
         /// Time between two changes of the value; `None` is a hundredth of `over`.

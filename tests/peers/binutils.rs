@@ -7,6 +7,7 @@ use std::path::Path;
 use emu_avr::isa::{KINDS, Kind, PC_MASK, ROWS, disassemble, encode, is_missing};
 use emu_core::rng::Rng;
 use emu_core::table::{BitPattern, InstructionLocation, InstructionRow};
+use emu_test_support::case_lines;
 
 use crate::seed;
 use crate::tools::{folder, run};
@@ -151,7 +152,7 @@ struct Difference {
 }
 
 fn differences() -> Vec<Difference> {
-    let lines = DIFFERENCES.lines().filter(|l| !l.is_empty() && !l.starts_with('#'));
+    let lines = case_lines(DIFFERENCES);
     lines
         .map(|line| {
             let columns: Vec<&str> = line.split('|').map(str::trim).collect();

@@ -4,11 +4,11 @@
 use emu_8051::chips::{MCS51_PARTS, Mcs51Part};
 use emu_8051::{Mcs51, Mcs51Readings, Options};
 use emu_core::RamInit;
-use emu_core::cut_tests::{boundary_byte, random_slice_plan, search_restore_faults};
 use emu_core::image::{Image, Segment};
 use emu_core::pins::PinId;
 use emu_core::rng::Rng;
-use emu_core::slices::{SlicePlan, pick_random};
+use emu_test_support::cut_tests::{boundary_byte, random_slice_plan, search_restore_faults};
+use emu_test_support::slices::{SlicePlan, pick_random};
 
 /// Number of programs per chip, unless `EMU_STATE_PROGRAMS` sets it.
 const PROGRAMS: u64 = if cfg!(debug_assertions) { 10 } else { 60 };

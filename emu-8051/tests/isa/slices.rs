@@ -3,7 +3,7 @@
 use emu_8051::Mcs51;
 use emu_core::Cpu;
 use emu_core::rng::Rng;
-use emu_core::slices::SliceSubject;
+use emu_test_support::slices::SliceSubject;
 
 use super::states::plan;
 

@@ -7,9 +7,9 @@ use emu_8051::{Mcs51, Mcs51Readings, Options};
 use emu_core::image::{Image, Segment};
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
-use emu_core::slices::{RandomInput, SlicePlan, pick_random};
 use emu_core::table::MatchedRow;
 use emu_core::{Cpu, RamInit};
+use emu_test_support::slices::{RandomInput, SlicePlan, pick_random};
 
 fn byte(rng: &mut Rng) -> u8 {
     if rng.one_in(3) { pick_random(rng, &[0, 1, 2, 0x0F, 0x7F, 0x80, 0xFE, 0xFF]) } else { rng.next_u64() as u8 }

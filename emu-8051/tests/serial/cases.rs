@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use emu_8051::periph::serial::{RI, SerialLine, SerialPort, SerialStep, TI};
 use emu_core::NEVER;
+use emu_test_support::case_lines;
 
 /// Each line is `name | script | result`. In a script, `N` is the cycle of the words after it: `scon=XX`,
 /// `sbuf=XX` are writes at its end, `r0`, `r1` levels of RXD from its start, `/bits` sixteen cycles per bit
@@ -168,7 +169,7 @@ fn run(script: &str) -> String {
 fn cases_of_the_manual() {
     let mut wrong = String::new();
     let mut count = 0;
-    for line in CASES.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
+    for line in case_lines(CASES) {
         let mut parts = line.split('|').map(str::trim);
         let (Some(what), Some(script), Some(want)) = (parts.next(), parts.next(), parts.next()) else {
             panic!("three parts: {line}");

@@ -1,6 +1,6 @@
 //! Random programs: a machine that is saved and restored must equal one that is not.
 
-use emu_core::cut_tests::search_restore_faults;
+use emu_test_support::cut_tests::search_restore_faults;
 
 use crate::slices::plan;
 

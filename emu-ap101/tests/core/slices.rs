@@ -5,7 +5,7 @@ use emu_core::Cpu;
 use emu_core::cpu::ResetCause;
 use emu_core::pins::PinLevel;
 use emu_core::rng::Rng;
-use emu_core::slices::{RandomInput, SlicePlan, SliceSubject, pick_random};
+use emu_test_support::slices::{RandomInput, SlicePlan, SliceSubject, pick_random};
 
 use crate::rig::{Block, image};
 

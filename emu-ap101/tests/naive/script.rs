@@ -14,6 +14,8 @@
 //! - `halted 30`, `watchdog NA 30`, `jump NA TARGET 30`: how and in which cycle the run ends. Without one of
 //!   these it reaches the last cycle that is checked.
 
+use emu_test_support::case_lines;
+
 use super::machine::{End, Line, When};
 
 /// A machine as a subject of these tests.
@@ -64,7 +66,7 @@ pub fn cases(text: &str) -> Vec<Case> {
         let (name, rest) = part.split_once('\n').expect("a name line");
         let mut source = String::new();
         let mut wanted: Vec<String> = Vec::new();
-        for line in rest.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty()) {
+        for line in case_lines(rest) {
             if let Some(case) = line.strip_prefix("-- ") {
                 wanted.push(case.to_string());
             } else if let (Some(more), Some(last)) = (line.strip_prefix("   "), wanted.last_mut()) {

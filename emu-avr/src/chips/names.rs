@@ -64,11 +64,21 @@ fn bit_cells(words: impl Iterator<Item = &'static str>) -> impl Iterator<Item = 
 
 /// Bit names with their bit numbers.
 fn bits(part: &AvrPart) -> Vec<(&'static str, i32)> {
-    named_bits(part).into_iter().map(|(_, bit, name)| (name, bit)).collect()
+    named_bits(part).into_iter().map(|named| (named.name, named.bit)).collect()
 }
 
-/// The named bits of the registers: data address, bit number, name.
-pub(super) fn named_bits(part: &AvrPart) -> Vec<(u16, i32, &'static str)> {
+/// A named bit of a register.
+pub(super) struct NamedBit {
+    /// Data address of the register.
+    pub addr: u16,
+    /// Bit number, 0 to 7.
+    pub bit: i32,
+    /// Name in the data sheet.
+    pub name: &'static str,
+}
+
+/// The named bits of the registers.
+pub(super) fn named_bits(part: &AvrPart) -> Vec<NamedBit> {
     let mut all = Vec::new();
     for line in part.names.bit_names.iter().flat_map(|table| table.lines()) {
         let mut words = line.split_whitespace();
@@ -78,7 +88,7 @@ pub(super) fn named_bits(part: &AvrPart) -> Vec<(u16, i32, &'static str)> {
             _ => 0xFF,
         };
         let there = bit_cells(words).filter(|(bit, _)| there >> bit & 1 == 1);
-        all.extend(there.map(|(bit, name)| (addr, bit, name)));
+        all.extend(there.map(|(bit, name)| NamedBit { addr, bit, name }));
     }
     all
 }

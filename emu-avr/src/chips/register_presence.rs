@@ -3,6 +3,7 @@
 //! A bit exists if the chip's row names it ([`HeaderNames::bit_names`](super::HeaderNames)), so a chip states
 //! each fact once.
 
+use super::names::{NamedBit, named_bits};
 use super::{AvrPart, RegisterSlot, SocRegister};
 use crate::periph::{eeprom, external, timers, usart};
 
@@ -29,7 +30,7 @@ impl RegisterPresence {
     #[must_use]
     pub fn new(part: &'static AvrPart) -> RegisterPresence {
         let mut named = [0u8; 0x100];
-        for (addr, bit, _) in super::names::named_bits(part) {
+        for NamedBit { addr, bit, .. } in named_bits(part) {
             if let Some(bits) = named.get_mut(usize::from(addr)) {
                 *bits |= 1 << bit;
             }

@@ -2,6 +2,7 @@
 
 use emu_avr::periph::usart::{AvrUsart, UsartRegister};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrOutbox, AvrSignal};
+use emu_test_support::case_lines;
 
 /// Format: `topic | script | events`.
 ///
@@ -192,7 +193,7 @@ fn normal(mut said: Vec<(u64, String)>) -> Vec<(u64, String)> {
 #[test]
 fn cases_worked_by_hand() {
     let mut failed = Vec::new();
-    for line in CASES.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
+    for line in case_lines(CASES) {
         let [name, script, ought] = *line.split('|').map(str::trim).collect::<Vec<_>>() else { panic!("{line}") };
         let mut bench = TestBench { port: AvrUsart::new(0), t: 0, out: Vec::new(), said: Vec::new() };
         bench.word("r1");

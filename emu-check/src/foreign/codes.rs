@@ -1,16 +1,9 @@
 //! Diagnostic codes of checks of foreign images.
 
-use diag::DiagnosticCode;
+diag::codes! {
+    /// Codes of foreign images, in order of their numbers.
+    FOREIGN_CODES;
 
-macro_rules! codes {
-    ($($name:ident $code:literal $title:literal $explain:literal;)*) => {
-        $(pub(crate) const $name: &str = $code;)*
-        /// Codes of foreign images, in order of their numbers.
-        pub const FOREIGN_CODES: &[DiagnosticCode] = &[$(DiagnosticCode { code: $code, title: $title, explain: $explain }),*];
-    };
-}
-
-codes! {
     NO_PACE "EC050" "no pacing is found in the image"
         "The check watches the flags of the timers to find the start of each scan: a flag that the program polls and clears once every CYCLE. The image clears no flag with that period (within 10 %), does not poll it more than once before it is set, or the apparent start of a scan does not occur once for each time that the flag is cleared. The message gives the figures. The image may be for another chip or clock, may not be a ladder program, may count several matches of a timer for one scan, or may leave no time to wait.";
     NO_PIN "EC051" "the pin of a symbol is not known"

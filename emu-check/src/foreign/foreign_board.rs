@@ -7,10 +7,11 @@ use ladder::{ChipPart, Element, LadderOperand, LadderProgram, SymbolKind};
 use ladder_compile::{ImageMap, SpecialPin};
 use ladder_eval::Evaluator;
 
-use crate::map_contract::{ScanPace, pwm_frequency, requested_pin};
-use crate::peripherals::{CheckedPeripherals, uses_serial};
-use crate::program_places::ProgramPlaces;
-use crate::{CheckOptions, serial_line::BitTime};
+use crate::CheckOptions;
+use crate::chip::map_contract::{ScanPace, pwm_frequency, requested_pin};
+use crate::chip::peripherals::{CheckedPeripherals, SerialUse, serial_use};
+use crate::chip::program_places::ProgramPlaces;
+use crate::chip::serial_line::BitTime;
 
 use super::codes;
 
@@ -101,7 +102,7 @@ impl ForeignBoard {
             }
         }
         let target = ladder_compile::find_target(chip.name);
-        let (sends, receives) = uses_serial(program);
+        let SerialUse { sends, receives } = serial_use(program);
         let uart = target.and_then(|target| target.uart).filter(|_| sends || receives);
         let (transmit, receive) = uart.map_or((None, None), |(tx, rx)| (chip.pin(tx), chip.pin(rx)));
         let hertz = pwm_frequency(program).filter(|_| eval.pwm_hz().is_some());

@@ -5,9 +5,9 @@ use std::fmt::Write;
 use diag::Diagnostic;
 use serde::Serialize;
 
-use crate::coverage::LadderCoverage;
-use crate::map_contract::ScanPace;
-use crate::report::{DifferenceKind, count_text};
+use crate::chip::map_contract::ScanPace;
+use crate::coverage::classes::LadderCoverage;
+use crate::report::check_report::{DifferenceKind, count_text};
 
 use super::codes;
 use super::foreign_run::ScanStarts;

@@ -6,12 +6,13 @@ use emu_core::cpu::StopReason;
 use emu_core::pins::{CycleTime, PinLevel};
 use ladder_eval::Evaluator;
 
-use crate::coverage_goals::EvaluatedScan;
-use crate::families::{CheckedChip, HighDrive, PullUpKind, pin_behaviour};
-use crate::report::DifferenceKind;
-use crate::serial_line::{ByteArrival, SerialFrame, plan_arrival};
-use crate::stimulus::ScanStimulus;
-use crate::value_hints::ValueHints;
+use crate::chip::deviation::Deviation;
+use crate::chip::families::{CheckedChip, HighDrive, PullUpKind, pin_behaviour};
+use crate::chip::serial_line::{ByteArrival, SerialFrame, plan_arrival};
+use crate::coverage::goals::EvaluatedScan;
+use crate::report::check_report::DifferenceKind;
+use crate::stimulus::generator::ScanStimulus;
+use crate::stimulus::value_hints::ValueHints;
 
 use super::codes;
 use super::foreign_board::ForeignBoard;
@@ -316,7 +317,7 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         }
         if let Some((_, pulses)) = &mut self.listener.pwm {
             self.compared += 1;
-            if let Some((expected, found)) = pulses.judge(clock) {
+            if let Some(Deviation { expected, found }) = pulses.judge(clock) {
                 return Err(ForeignMismatch::of_text(DifferenceKind::Pwm, expected, found));
             }
             pulses.set_duty(clock, self.eval.pwm_percent());

@@ -4,7 +4,8 @@
 use emu_core::cpu::Probe;
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 
-use crate::serial_line::SerialListener;
+use crate::chip::deviation::Deviation;
+use crate::chip::serial_line::SerialListener;
 
 use super::foreign_board::ForeignBoard;
 
@@ -82,7 +83,7 @@ pub(crate) struct ForeignPwmMeter {
     rose: Option<u64>,
     fell: Option<u64>,
     edges: u64,
-    fault: Option<(String, String)>,
+    fault: Option<Deviation>,
 }
 
 impl ForeignPwmMeter {
@@ -120,24 +121,24 @@ impl ForeignPwmMeter {
             let (period, up) = (at - rose, fell.saturating_sub(rose));
             if period.abs_diff(self.period) * 100 > self.period * PERIOD_PERCENT + 100 * self.tolerance_clocks {
                 let wanted = format!("PWM with a period of {} clocks, to {PERIOD_PERCENT} %", self.period);
-                self.fault = Some((wanted, format!("{period} clocks")));
+                self.fault = Some(Deviation::new(wanted, format!("{period} clocks")));
             } else if (up * 100).abs_diff(period * u64::from(duty))
                 > period * DUTY_PERCENT + 100 * self.tolerance_clocks
             {
                 let wanted = format!("PWM high for {duty} % of the time, to {DUTY_PERCENT} points");
-                self.fault = Some((wanted, format!("{up} of {period} clocks")));
+                self.fault = Some(Deviation::new(wanted, format!("{up} of {period} clocks")));
             }
         }
         (self.rose, self.fell) = (Some(at), None);
     }
 
-    /// The error of the output at clock `now` as (expected, found), if there is one.
-    pub(super) fn judge(&self, now: u64) -> Option<(String, String)> {
+    /// The error of the output at clock `now` if there is one.
+    pub(super) fn judge(&self, now: u64) -> Option<Deviation> {
         if self.fault.is_some() || now < self.from {
             return self.fault.clone();
         }
         let level = if self.high { "high" } else { "low" }.to_owned();
-        let says = |wanted: &str, found: String| Some((wanted.to_owned(), found));
+        let says = |wanted: &str, found: String| Some(Deviation::new(wanted, found));
         match self.duty {
             None | Some(0) if self.high || self.edges > 0 => {
                 says("the PWM output constantly low", format!("pulses, {level} now"))

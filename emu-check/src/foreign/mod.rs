@@ -20,14 +20,15 @@ use ladder::LadderProgram;
 use ladder_compile::ImageMap;
 use ladder_eval::Evaluator;
 
-use crate::boundary_goals::BoundaryGoals;
-use crate::coverage_goals::CoverageGoals;
-use crate::families::{CheckedChip, MachineVisitor, find_chip, visit_machines};
-use crate::map_contract::ScanPace;
-use crate::report::{DifferenceKind, SCHEMA};
-use crate::stimulus::StimulusGenerator;
-use crate::value_hints::ValueHints;
-use crate::{CheckError, CheckOptions, check_run};
+use crate::chip::families::{CheckedChip, MachineVisitor, find_chip, visit_machines};
+use crate::chip::map_contract::ScanPace;
+use crate::comparison::check_run;
+use crate::coverage::goals::CoverageGoals;
+use crate::report::check_report::{DifferenceKind, SCHEMA};
+use crate::stimulus::boundary_goals::BoundaryGoals;
+use crate::stimulus::generator::StimulusGenerator;
+use crate::stimulus::value_hints::ValueHints;
+use crate::{CheckError, CheckOptions};
 
 use foreign_board::ForeignBoard;
 use foreign_run::{ForeignRun, ScanStarts, wire_board};

@@ -1,17 +1,9 @@
-//! Diagnostic codes of checks of emitted sources. Each row has a name, a code, a title and the text of `emu
-//! explain`.
+//! Diagnostic codes of checks of emitted sources.
 
-use diag::DiagnosticCode;
+diag::codes! {
+    /// Every code of checks by way of a source, in order of its number.
+    CODES;
 
-macro_rules! codes {
-    ($($name:ident $code:literal $title:literal $explain:literal;)*) => {
-        $(pub(crate) const $name: &str = $code;)*
-        /// Every code of checks by way of a source, in order of its number.
-        pub const CODES: &[DiagnosticCode] = &[$(DiagnosticCode { code: $code, title: $title, explain: $explain }),*];
-    };
-}
-
-codes! {
     NO_TOOL "EC040" "a compiler for the emitted source is not installed"
         "--via compiles the output of --emit with an external compiler on the PATH: native and bytecode with gcc, c with avr-gcc or sdcc, arduino with avr-g++ and Debian's arduino-core-avr. The message gives the missing program and its package.";
     TOOL_FAILED "EC041" "a compiler refuses an emitted source"

@@ -127,8 +127,8 @@ pub fn check(
         let hint = "give --scans 1 or more";
         return Err(for_program(Diagnostic::new(Severity::Error, crate::codes::NOTHING, "", at, cause, hint)));
     }
-    let eval =
-        Evaluator::new(program).map_err(|refusal| vec![crate::check_run::unsupported_diagnostic(program, &refusal)])?;
+    let eval = Evaluator::new(program)
+        .map_err(|refusal| vec![crate::comparison::check_run::unsupported_diagnostic(program, &refusal)])?;
     let bytes = via != SourceRoute::Arduino || arduino_board::receives_between_scans(program);
     let stimulus = record_stimulus(program, &eval, options.seed, options.scans, bytes);
     let compared = match via {
@@ -183,7 +183,7 @@ pub fn check_many(
     let slots = if form == ServedForm::C { SlotNumbering::InOrder } else { SlotNumbering::Interpreter };
     let prepare = |program: &LadderProgram| {
         let eval = Evaluator::new(program)
-            .map_err(|refusal| vec![crate::check_run::unsupported_diagnostic(program, &refusal)])?;
+            .map_err(|refusal| vec![crate::comparison::check_run::unsupported_diagnostic(program, &refusal)])?;
         let source = if form == ServedForm::C { c::emit(program)? } else { bytecode::emit(program)? };
         let stimulus = record_stimulus(program, &eval, options.seed, options.scans, true);
         let script = stimulus.to_script(&source, slots);

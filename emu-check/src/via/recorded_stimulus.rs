@@ -8,10 +8,10 @@ use ladder_eval::Evaluator;
 
 use super::script::{ScanRecord, ServeScript, SlotNumbering};
 use crate::LadderCoverage;
-use crate::boundary_goals::BoundaryGoals;
-use crate::coverage_goals::{CoverageGoals, EvaluatedScan};
-use crate::stimulus::StimulusGenerator;
-use crate::value_hints::ValueHints;
+use crate::coverage::goals::{CoverageGoals, EvaluatedScan};
+use crate::stimulus::boundary_goals::BoundaryGoals;
+use crate::stimulus::generator::StimulusGenerator;
+use crate::stimulus::value_hints::ValueHints;
 
 /// One recorded scan.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

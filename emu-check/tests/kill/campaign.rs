@@ -186,7 +186,7 @@ fn sample_program(job: &SampleJob, again: bool) -> ProgramSample {
                 Err(_) => FaultVerdict::Found(0, DifferenceKind::Map),
             };
             let irs = mutant_ir(&job.program, &target, mutant.id);
-            if irs.is_some_and(|(sound, faulty)| same_meaning(&sound, &faulty)) {
+            if irs.is_some_and(|irs| same_meaning(&irs.sound, &irs.faulty)) {
                 // If a check finds a difference, the proof is wrong.
                 assert_eq!(verdict, FaultVerdict::Survives, "{name}: proved to mean the same, but it differs");
                 *sample.proved_equivalent.entry(kind).or_default() += 1;

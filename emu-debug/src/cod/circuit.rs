@@ -14,8 +14,8 @@ use super::nets::{CodNet, NetMember};
 use super::parts::wave::StimulusWave;
 use super::parts::{CodPart, CodPartKind};
 use super::value::CodValue;
-use crate::address_names::AddressNames;
 use crate::devices::cells::SharedBytes;
+use crate::names::address_names::AddressNames;
 
 /// Register names of gpsim, and the names in data sheets.
 #[rustfmt::skip]

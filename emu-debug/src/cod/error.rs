@@ -64,7 +64,7 @@ pub enum CodError {
         radix: Option<u32>,
     },
     /// A text is used where another value is expected.
-    #[error("a text is not {} {wanted}", crate::input_error::article(wanted))]
+    #[error("a text is not {} {wanted}", crate::text::input_error::article(wanted))]
     TextIsNo {
         /// The expected kind of value, such as `address`.
         wanted: &'static str,

@@ -10,8 +10,8 @@ use super::expr::CodExpression;
 use super::script::{CodAction, CodRefusal, CodScript, refusal};
 use super::value::CodValue;
 use super::wiring::SetAnalogInput;
-use crate::address_names::AddressNames;
-use crate::dyn_probe;
+use crate::names::address_names::AddressNames;
+use crate::probes::dyn_probe;
 
 /// Machine cycles before a part's own next change at which the run stops, so that the change is queued in the
 /// chip in time: no instruction and no interrupt entry is longer.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use super::CoveredInstruction;
-use crate::program_source::ProgramSource;
+use crate::names::program_source::ProgramSource;
 
 /// A function, or a rung.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -7,7 +7,7 @@ use super::c_type_queries::CTypeRef;
 use super::error::DebugError;
 use super::expression::DebugExpression;
 use super::parse_expression::DebugExpressionParser;
-use crate::input_error::malformed;
+use crate::text::input_error::malformed;
 use crate::text_escapes::unescape;
 
 impl<'a> DebugExpressionParser<'a> {

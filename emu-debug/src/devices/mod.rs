@@ -2,9 +2,10 @@
 //!
 //! ```text
 //!   eeprom24.rs  24Cxx at a two-wire bus     cells.rs  their contents, shared by clones
-//!   flash25.rs   25Qxx at an SPI bus
+//!   flash25.rs   25Qxx at an SPI bus         attached_devices.rs  runs a chip with devices
 //! ```
 
+pub mod attached_devices;
 pub mod cells;
 pub mod eeprom24;
 pub mod flash25;

@@ -23,7 +23,7 @@ use std::time::Duration;
 use emu_core::chip::ChipFamily;
 use emu_core::cpu::{Cpu, Probe, StopReason};
 
-use crate::dyn_probe;
+use crate::probes::dyn_probe;
 
 /// The registers of a machine at an instruction boundary.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

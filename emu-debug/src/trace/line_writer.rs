@@ -7,8 +7,8 @@ use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::Cpu;
 
 use super::signals::register_bits;
-use crate::bit_space::BIT_SPACE;
-use crate::program_source::ProgramSource;
+use crate::names::bit_space::BIT_SPACE;
+use crate::names::program_source::ProgramSource;
 
 /// Version of both formats.
 const VERSION: u32 = 1;

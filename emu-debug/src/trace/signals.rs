@@ -3,8 +3,9 @@
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::Cpu;
 
-use crate::bit_space::{self, BIT_SPACE};
-use crate::waveform::{WaveColumn, WaveWriter};
+use crate::names::bit_space;
+use crate::names::bit_space::BIT_SPACE;
+use crate::probes::waveform::{WaveColumn, WaveWriter};
 
 /// Returns the number of bits of a core register.
 #[must_use]

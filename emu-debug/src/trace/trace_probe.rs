@@ -6,8 +6,8 @@ use super::line_writer::{TraceEventKind, TraceLine, TracedAccess};
 use super::output::TraceOutput;
 use super::signals::TraceSignals;
 use super::word_set::WordSet;
-use crate::combined_probe::CombinedProbe;
-use crate::run_probes::RunProbes;
+use crate::probes::combined_probe::CombinedProbe;
+use crate::probes::run_probes::RunProbes;
 
 /// Number of steps between two decisions of the controller.
 const STEPS_BETWEEN_DECISIONS: u32 = 1 << 16;

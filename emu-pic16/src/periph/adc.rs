@@ -40,12 +40,21 @@ struct AdcConversion {
 
 emu_core::state! { AdcConversion { sample, done, wait, own_clock, code } }
 
+/// A time as a fraction of clocks of the oscillator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ClockFraction {
+    /// Numerator, in clocks.
+    pub num: u64,
+    /// Denominator.
+    pub den: u64,
+}
+
 /// The analog-to-digital converter. Voltages are in millivolts above VSS.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pic16Adc {
     kind: chips::Pic16AdcKind,
     channels: u8,
-    rc: (u64, u64),
+    rc: ClockFraction,
     inputs: [u32; 8],
     supply: u32,
     adcon0: u8,
@@ -69,7 +78,7 @@ impl Pic16Adc {
     /// oscillator as a fraction of clocks, `hz` the frequency of the oscillator, for the acquisition time.
     /// Sources have 10 kilohms, the supply is 5 V, all inputs are at 0 V.
     #[must_use]
-    pub fn new(kind: chips::Pic16AdcKind, channels: u8, rc_clocks: (u64, u64), hz: u64) -> Pic16Adc {
+    pub fn new(kind: chips::Pic16AdcKind, channels: u8, rc_clocks: ClockFraction, hz: u64) -> Pic16Adc {
         // DS30292 equation 11-1 (120 pF), and the acquisition requirements of DS31021 for 8 bits (51.2 pF).
         let network = if kind == chips::Pic16AdcKind::Bits8 {
             HoldNetwork { capacity_ff: 51_200, inner_ohms: 8_000, settle_ns: 6_250, constants_e6: 6_236_370 }
@@ -79,7 +88,7 @@ impl Pic16Adc {
         Pic16Adc {
             kind,
             channels: channels.min(8),
-            rc: (rc_clocks.0, rc_clocks.1.max(1)),
+            rc: ClockFraction { den: rc_clocks.den.max(1), ..rc_clocks },
             inputs: [0; 8],
             supply: 5_000,
             adcon0: 0,
@@ -173,15 +182,16 @@ impl Pic16Adc {
         self.adcon0 >> 6 == 3
     }
 
-    /// Returns TAD by ADCS in clocks, as numerator and denominator.
-    fn tad(&self) -> (u64, u64) {
+    /// Returns TAD by ADCS.
+    fn tad(&self) -> ClockFraction {
         let fast = if self.adcon1 & ADCS2 != 0 { 2 } else { 1 };
-        match self.adcon0 >> 6 {
-            0 => (2 * fast, 1),
-            1 => (8 * fast, 1),
-            2 => (32 * fast, 1),
-            _ => self.rc,
-        }
+        let clocks = match self.adcon0 >> 6 {
+            0 => 2,
+            1 => 8,
+            2 => 32,
+            _ => return self.rc,
+        };
+        ClockFraction { num: clocks * fast, den: 1 }
     }
 
     fn powered(&self) -> bool {
@@ -195,7 +205,7 @@ impl Pic16Adc {
     }
 
     fn begin(&mut self, t: u64) {
-        let (num, den) = self.tad();
+        let ClockFraction { num, den } = self.tad();
         let halves = |n: u64| (u128::from(num) * u128::from(n)).div_ceil(2 * u128::from(den)) as u64;
         // Half periods of TAD: until the sample, and in total (parameter 131).
         let (first, all) = if self.kind == chips::Pic16AdcKind::Bits8 { (3, 19) } else { (2, 24) };
@@ -234,9 +244,9 @@ impl Pic16Adc {
     /// Returns the result by the ideal transfer function: the first step is reached at the voltage of one
     /// step (DS33023 section 23, transfer function).
     fn code(&self, microvolts: u64) -> u16 {
-        let (plus, minus) = control::references(self.kind, self.adcon1);
-        let high = u64::from(if plus { self.inputs[3] } else { self.supply }) * 1_000;
-        let low = if minus { u64::from(self.inputs[2]) * 1_000 } else { 0 };
+        let references = control::references(self.kind, self.adcon1);
+        let high = u64::from(if references.plus_is_an3 { self.inputs[3] } else { self.supply }) * 1_000;
+        let low = if references.minus_is_an2 { u64::from(self.inputs[2]) * 1_000 } else { 0 };
         let steps = if self.kind == chips::Pic16AdcKind::Bits8 { 256 } else { 1024 };
         let above = microvolts.saturating_sub(low);
         match high.saturating_sub(low) {

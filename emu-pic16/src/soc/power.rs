@@ -7,8 +7,7 @@ use super::pins::OutsideInput;
 use super::{CoreRequest, Pic16Soc, for_each_unit, unit_index};
 use crate::chips::{InternalOscillator, NO_PIN, OscillatorMode, Pic16Part};
 use crate::cpu::{Options, TimingCorner};
-use crate::periph::map::Sfr;
-use crate::periph::{Pic16Device, Pic16Outbox};
+use crate::periph::{Pic16Device, Pic16Outbox, adc::ClockFraction, map::Sfr};
 
 /// Clocks of the start-up timer of a crystal (12.6).
 const OSCILLATOR_START_CLOCKS: u64 = 1024;
@@ -31,8 +30,8 @@ pub struct TimingClocks {
     pub eeprom: u64,
     /// Time to write program memory.
     pub flash: u64,
-    /// TAD of the converter's own oscillator: this many clocks, divided by the second number.
-    pub adc_rc: (u64, u64),
+    /// TAD of the converter's own oscillator.
+    pub adc_rc: ClockFraction,
     /// Minimum duration of a brown-out.
     brown_out: u64,
     /// Threshold of a brown-out in millivolts.
@@ -56,7 +55,7 @@ impl TimingClocks {
             power_up: clocks(times.pwrt[corner].into()),
             eeprom: clocks(times.eeprom[corner].into()),
             flash: clocks(times.flash[corner].into()),
-            adc_rc: (u64::from(times.adc_rc_ns[corner]) * options.hz.max(1), 1_000_000_000),
+            adc_rc: ClockFraction { num: u64::from(times.adc_rc_ns[corner]) * options.hz.max(1), den: 1_000_000_000 },
             brown_out: clocks(BROWN_OUT_US),
             brown_out_mv: BROWN_OUT[corner],
             start_up: options.start_up,

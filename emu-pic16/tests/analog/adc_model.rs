@@ -4,7 +4,7 @@
 
 use emu_core::rng::Rng;
 use emu_pic16::chips;
-use emu_pic16::periph::adc::Pic16Adc;
+use emu_pic16::periph::adc::{ClockFraction, Pic16Adc};
 use emu_pic16::periph::map::{InterruptFlag, Sfr};
 use emu_pic16::periph::{Pic16Device, Pic16Outbox, Pic16Signal};
 
@@ -236,7 +236,7 @@ fn the_converter_agrees_with_one_stepped_clock_by_clock() {
         let (name, channels) = [("8", 4), ("87X", 5), ("87XA", 8), ("88", 7)][rng.below(4) as usize];
         let kind = adc_kind(name);
         let (rc, hz) = [((16, 1), 4_000_000), ((7, 3), 1_000_000), ((250, 3), 20_000_000)][rng.below(3) as usize];
-        let mut dut = Pic16Adc::new(kind, channels, rc, hz);
+        let mut dut = Pic16Adc::new(kind, channels, ClockFraction { num: rc.0, den: rc.1 }, hz);
         let mut model = Model {
             kind,
             channels: usize::from(channels),

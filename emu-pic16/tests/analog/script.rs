@@ -3,7 +3,7 @@
 
 use emu_core::NEVER;
 use emu_pic16::chips;
-use emu_pic16::periph::adc::Pic16Adc;
+use emu_pic16::periph::adc::{ClockFraction, Pic16Adc};
 use emu_pic16::periph::comparator::Pic16Comparators;
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use emu_pic16::periph::psp::ParallelSlavePort;
@@ -46,7 +46,7 @@ pub fn check(text: &str) {
         let kind = adc_kind(adc);
         let channels = if kind == chips::Pic16AdcKind::Bits8 { 4 } else { 8 };
         let mut bench = TestBench {
-            adc: Pic16Adc::new(kind, channels, (16, 1), 4_000_000),
+            adc: Pic16Adc::new(kind, channels, ClockFraction { num: 16, den: 1 }, 4_000_000),
             comparators: Pic16Comparators::new(comparator_kind(comparators)),
             psp: ParallelSlavePort::new(),
             out: Vec::new(),

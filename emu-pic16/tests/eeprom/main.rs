@@ -8,6 +8,7 @@ use emu_pic16::chips::NonvolatileKind;
 use emu_pic16::periph::eeprom::{FlashAccess, Pic16Eeprom};
 use emu_pic16::periph::map::{InterruptFlag, Sfr};
 use emu_pic16::periph::{Pic16Device, Pic16Outbox, Pic16Signal};
+use emu_test_support::case_lines;
 
 /// Returns the content of program memory.
 fn word_at(addr: u16) -> u16 {
@@ -104,7 +105,7 @@ fn check(line: &str) -> Result<(), String> {
 
 #[test]
 fn the_cases_of_the_data_sheets() {
-    let lines: Vec<&str> = include_str!("cases.txt").lines().filter(|l| !l.is_empty() && !l.starts_with('#')).collect();
+    let lines: Vec<&str> = case_lines(include_str!("cases.txt")).collect();
     assert!(lines.len() >= 50, "{} cases", lines.len());
     let wrong: Vec<String> = lines.iter().filter_map(|l| check(l).err().map(|e| format!("{l}\n    {e}"))).collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));

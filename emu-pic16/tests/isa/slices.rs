@@ -2,8 +2,8 @@
 
 use emu_core::Cpu;
 use emu_core::rng::Rng;
-use emu_core::slices::SliceSubject;
 use emu_pic16::Pic16;
+use emu_test_support::slices::SliceSubject;
 
 use super::states::plan;
 

@@ -4,11 +4,11 @@
 use emu_core::image::{Image, Segment};
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
-use emu_core::slices::{RandomInput, SlicePlan, pick_random};
 use emu_core::{Cpu, RamInit, ResetCause};
 use emu_pic16::chips::PIC16_PARTS;
 use emu_pic16::isa::find_row;
 use emu_pic16::{Options, Pic16, Pic16Readings, TimingCorner};
+use emu_test_support::slices::{RandomInput, SlicePlan, pick_random};
 
 use super::rig::word;
 

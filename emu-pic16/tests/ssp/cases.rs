@@ -3,6 +3,7 @@
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use emu_pic16::periph::ssp::Pic16Ssp;
 use emu_pic16::periph::{Pic16Device, Pic16Drive};
+use emu_test_support::case_lines;
 
 use crate::bus::Bus;
 use crate::rig::TestBench;
@@ -72,7 +73,7 @@ fn drive(drive: Pic16Drive) -> &'static str {
 }
 
 fn rows(text: &str) -> impl Iterator<Item = [&str; 3]> {
-    text.lines().filter(|line| !line.is_empty() && !line.starts_with('#')).map(|line| {
+    case_lines(text).map(|line| {
         let mut parts = line.split('|').map(str::trim);
         [(); 3].map(|()| parts.next().unwrap_or_else(|| panic!("three parts: {line}")))
     })

@@ -7,6 +7,7 @@ mod random;
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use emu_pic16::periph::timer0::Timer0;
 use emu_pic16::periph::{Pic16Device, Pic16Outbox, Pic16Signal};
+use emu_test_support::case_lines;
 
 fn register(name: &str) -> Option<Sfr> {
     Sfr::ALL.iter().copied().find(|r| r.name() == name)
@@ -78,7 +79,7 @@ fn check(line: &str) -> Result<(), String> {
 
 #[test]
 fn the_cases_of_the_data_sheets() {
-    let lines: Vec<&str> = include_str!("cases.txt").lines().filter(|l| !l.is_empty() && !l.starts_with('#')).collect();
+    let lines: Vec<&str> = case_lines(include_str!("cases.txt")).collect();
     assert!(lines.len() >= 40, "{} cases", lines.len());
     let wrong: Vec<String> = lines.iter().filter_map(|l| check(l).err().map(|e| format!("{l}\n    {e}"))).collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));

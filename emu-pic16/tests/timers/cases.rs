@@ -1,7 +1,7 @@
 //! Runs the cases of `cases.txt`.
 
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
-use emu_pic16::periph::timers::Pic16Timers;
+use emu_pic16::periph::timers::{Pic16Timers, Timer1Crystal};
 use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Signal};
 
 /// Formats a signal as the cases do.
@@ -42,7 +42,8 @@ fn case(steps: &str, said: &str) -> Result<(), String> {
             todo.push((t, what));
         }
     }
-    let (mut timers, mut out) = (Pic16Timers::new(ccps, crystal), Vec::new());
+    let (mut timers, mut out) =
+        (Pic16Timers::new(ccps, crystal.map(|(osc, hz)| Timer1Crystal { osc, hz })), Vec::new());
     for (t, what) in todo {
         if let Some((reg, value)) = what.split_once('=') {
             let reg = register(reg).ok_or(format!("{reg}?"))?;

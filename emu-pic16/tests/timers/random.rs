@@ -3,7 +3,7 @@
 use emu_core::NEVER;
 use emu_core::rng::Rng;
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
-use emu_pic16::periph::timers::Pic16Timers;
+use emu_pic16::periph::timers::{Pic16Timers, Timer1Crystal};
 use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Signal};
 
 use crate::model::Model;
@@ -62,7 +62,8 @@ fn run(seed: u64, clocks: u64, heard: &mut Heard) {
     let mut rng = Rng::new(seed);
     let ccps = [2, 2, 2, 1, 0][rng.below(5) as usize];
     let crystal = CRYSTALS[rng.below(9) as usize];
-    let (mut timers, mut model) = (Pic16Timers::new(ccps, crystal), Model::new(ccps, crystal));
+    let (mut timers, mut model) =
+        (Pic16Timers::new(ccps, crystal.map(|(osc, hz)| Timer1Crystal { osc, hz })), Model::new(ccps, crystal));
     // Eager timers run at every clock, lazy ones only when they report something due.
     let eager = rng.one_in(4);
     let mut asleep = false;

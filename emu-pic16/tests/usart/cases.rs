@@ -3,6 +3,7 @@
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use emu_pic16::periph::usart::Pic16Usart;
 use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Outbox, Pic16Signal};
+use emu_test_support::case_lines;
 
 /// Format: `topic | script | events`.
 ///
@@ -212,7 +213,7 @@ fn normal(mut said: Vec<(u64, String)>) -> Vec<(u64, String)> {
 #[test]
 fn cases_worked_by_hand() {
     let mut failed = Vec::new();
-    for line in CASES.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
+    for line in case_lines(CASES) {
         let [name, script, ought] = *line.split('|').map(str::trim).collect::<Vec<_>>() else { panic!("{line}") };
         let mut bench = TestBench { port: Pic16Usart::new(), t: 0, out: Vec::new(), said: Vec::new() };
         bench.word("r1");

@@ -168,7 +168,7 @@ fn rung_count(panel: &LadderPanel) -> usize {
 /// Scrolls down by one rung; a rung that is higher than the pane is scrolled in several steps.
 fn scroll_down(panel: &mut LadderPanel, area: Rect) {
     let (rung, lines) = panel.first_rung;
-    let (height, room) = view::height_of(panel, rung, area);
+    let view::RungHeights { rung: height, pane: room } = view::rung_heights(panel, rung, area);
     if lines + room < height {
         panel.first_rung.1 += (room / 2).max(1);
     } else if rung + 1 < rung_count(panel) {
@@ -180,10 +180,10 @@ fn scroll_up(panel: &mut LadderPanel, area: Rect) {
     let (rung, lines) = panel.first_rung;
     let step = |room: usize| (room / 2).max(1);
     if lines > 0 {
-        let (_, room) = view::height_of(panel, rung, area);
+        let room = view::rung_heights(panel, rung, area).pane;
         panel.first_rung.1 = lines.saturating_sub(step(room));
     } else if rung > 0 {
-        let (height, room) = view::height_of(panel, rung - 1, area);
+        let view::RungHeights { rung: height, pane: room } = view::rung_heights(panel, rung - 1, area);
         let steps = height.saturating_sub(room).div_ceil(step(room));
         panel.first_rung = (rung - 1, steps * step(room));
     }

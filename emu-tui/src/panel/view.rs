@@ -84,12 +84,20 @@ pub(super) fn next_bit(panel: &LadderPanel, area: Rect) -> usize {
     if panel.first_bit + rows + 1 < wave::wave_height(panel) { panel.first_bit + rows } else { 0 }
 }
 
-/// Height of a rung, and height of the pane for rungs, in lines.
-pub(super) fn height_of(panel: &LadderPanel, rung: usize, area: Rect) -> (usize, usize) {
+/// Heights in lines that decide how far a pane scrolls.
+pub(super) struct RungHeights {
+    /// Height of the rung.
+    pub rung: usize,
+    /// Height of the pane for rungs.
+    pub pane: usize,
+}
+
+/// Heights of a rung and of the pane for rungs.
+pub(super) fn rung_heights(panel: &LadderPanel, rung: usize, area: Rect) -> RungHeights {
     let [place, ..] = pane_areas(panel, area);
     let lines =
         rung_picture::rung_picture(&panel.machine.program, rung, usize::from(place.width), &panel.machine, None);
-    (lines.len(), usize::from(place.height))
+    RungHeights { rung: lines.len(), pane: usize::from(place.height) }
 }
 
 /// Maximum scroll position to the right of the visible rungs.

@@ -84,12 +84,12 @@ pub(super) fn layout(job: &CompileJob<'_>) -> Result<Ap101Layout, Vec<BuildRefus
     let whole = used_modules(ir);
     let mut settings = [ModuleSettings::NONE; MODULES];
     let mut words = vec![0; ir.words.len()];
-    for (number, (is, word, limit)) in (0..).zip(&whole) {
+    for (number, UsedModule { module, word, limit }) in (0..).zip(&whole) {
         if let Some(place) = words.get_mut(word.0 as usize) {
             *place = number;
         }
         if let Some(place) = settings.get_mut(usize::from(number)) {
-            *place = module_settings(*is, *limit);
+            *place = module_settings(*module, *limit);
         }
     }
     if whole.len() > MODULES {
@@ -120,8 +120,8 @@ pub(super) fn layout(job: &CompileJob<'_>) -> Result<Ap101Layout, Vec<BuildRefus
             BitRole::Relay | BitRole::Memory | BitRole::Temporary => give(),
         });
     }
-    let own_edges = whole.iter().filter(|(is, ..)| needs_edge_memory(*is));
-    let edges = own_edges.map(|(_, word, _)| (*word, give())).collect();
+    let own_edges = whole.iter().filter(|used| needs_edge_memory(used.module));
+    let edges = own_edges.map(|used| (used.word, give())).collect();
     let scratch = give();
     if needed > available {
         let cause = format!("relays and memories need {needed} bits of M, and {available} are free");
@@ -158,12 +158,22 @@ pub(super) fn bit_place(addr: u16) -> CellLocation {
     CellLocation::Bit { space: space.to_owned(), addr: offset.into(), bit: 0 }
 }
 
+/// A timer or counter of the program.
+pub(super) struct UsedModule {
+    /// What it does.
+    pub module: TimedModule,
+    /// The word with its value.
+    pub word: WordId,
+    /// The value at which its output changes.
+    pub limit: WordOperand,
+}
+
 /// Timers and counters of the program, in order.
-pub(super) fn used_modules(ir: &Ir) -> Vec<(TimedModule, WordId, WordOperand)> {
+pub(super) fn used_modules(ir: &Ir) -> Vec<UsedModule> {
     let mut found = Vec::new();
     for_each_op(ir, &mut |op, _| {
-        if let IrOp::Module { module: is, word, limit } = op {
-            found.push((*is, *word, *limit));
+        if let IrOp::Module { module, word, limit } = op {
+            found.push(UsedModule { module: *module, word: *word, limit: *limit });
         }
     });
     found

@@ -13,7 +13,7 @@ pub(super) fn unsupported_ops(job: &CompileJob<'_>) -> Vec<BuildRefusal> {
     let ir = job.ir;
     let mut look = LimitCheck {
         ir,
-        modules: used_modules(ir).iter().map(|(_, word, _)| *word).collect(),
+        modules: used_modules(ir).iter().map(|used| used.word).collect(),
         seen_words: Vec::new(),
         reset_words: HashSet::new(),
     };

@@ -25,6 +25,14 @@ fn is_range(first: &WordComparison, second: &WordComparison) -> bool {
     first.a == second.a && first.rel == RelationOp::Ge && low == 0 && second.rel == RelationOp::Lt && high > 0
 }
 
+/// The branch instructions after a comparison.
+pub(super) struct ComparisonBranches {
+    /// Is taken if the comparison is true.
+    pub if_true: Kind,
+    /// Is taken if the comparison is false.
+    pub if_false: Kind,
+}
+
 impl AvrSelector<'_> {
     /// T := T and the comparison; `next` is the following operation.
     ///
@@ -53,21 +61,19 @@ impl AvrSelector<'_> {
             self.known.t = None;
             return;
         }
-        let (holds, fails) = match self.compare(compare) {
-            _ if unsigned => (Kind::Brcs, Kind::Brcc),
-            signed => signed,
-        };
+        let signed = self.compare(compare);
+        let branches = if unsigned { ComparisonBranches { if_true: Kind::Brcs, if_false: Kind::Brcc } } else { signed };
         let (label, before) = match self.comparison_chain.failure_target {
             Some(known) => known,
             None => (self.asm.new_label(), self.known.a),
         };
         let known = self.known.a.filter(|_| self.known.a == before);
         if next.is_some() {
-            self.asm.jump(AvrJump::If(fails), label);
+            self.asm.jump(AvrJump::If(branches.if_false), label);
             self.comparison_chain.failure_target = Some((label, known));
         } else {
             let over = self.asm.new_label();
-            self.asm.jump(AvrJump::If(holds), over);
+            self.asm.jump(AvrJump::If(branches.if_true), over);
             self.asm.place_label(label);
             self.asm.op(Kind::Clt, &[]);
             self.asm.place_label(over);
@@ -77,15 +83,17 @@ impl AvrSelector<'_> {
         self.known.t = None;
     }
 
-    /// Compares, and returns the branches that are taken if the comparison is true and if it is false.
-    pub fn compare(&mut self, compare: &WordComparison) -> (Kind, Kind) {
+    /// Compares, and returns the branches that follow it.
+    pub(super) fn compare(&mut self, compare: &WordComparison) -> ComparisonBranches {
         let WordComparison { a, rel, b } = *compare;
         match (rel, b) {
             (RelationOp::Lt | RelationOp::Ge, WordOperand::Const(0)) => {
                 // Only the sign matters.
                 let top = self.sign_byte_register(a);
                 self.asm.op(Kind::And, &[top, top]);
-                return if rel == RelationOp::Lt { (Kind::Brmi, Kind::Brpl) } else { (Kind::Brpl, Kind::Brmi) };
+                let (if_true, if_false) =
+                    if rel == RelationOp::Lt { (Kind::Brmi, Kind::Brpl) } else { (Kind::Brpl, Kind::Brmi) };
+                return ComparisonBranches { if_true, if_false };
             }
             (_, WordOperand::Const(constant)) => self.compare_constant(a, rel, constant),
             (_, WordOperand::Cell(word)) => {
@@ -97,12 +105,13 @@ impl AvrSelector<'_> {
                 self.compare_bytes(left, right, width);
             }
         }
-        match rel {
+        let (if_true, if_false) = match rel {
             RelationOp::Eq => (Kind::Breq, Kind::Brne),
             RelationOp::Ne => (Kind::Brne, Kind::Breq),
             RelationOp::Lt => (Kind::Brlt, Kind::Brge),
             RelationOp::Ge => (Kind::Brge, Kind::Brlt),
-        }
+        };
+        ComparisonBranches { if_true, if_false }
     }
 
     fn compare_bytes(&mut self, left: RegisterQuad, right: RegisterQuad, width: usize) {

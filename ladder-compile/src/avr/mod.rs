@@ -53,8 +53,7 @@ struct AvrBuildPlan<'a> {
 pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     let chip = job.target.chip;
     let regs = AvrRegisters::new(job.target);
-    let pace = pacing::plan_pacing(job.clock_hz, job.cycle_us, pacing::prescaler_reset_clocks(&regs))
-        .map_err(|(shortest, longest)| BuildRefusal::PeriodOutOfRange { shortest, longest })?;
+    let pace = pacing::plan_pacing(job.clock_hz, job.cycle_us, pacing::prescaler_reset_clocks(&regs))?;
     let uses = AvrUsage::of(job.ir);
     let layout = layout::layout(job, &uses, pace.fraction_bytes())
         .map_err(|needed| BuildRefusal::RamTooSmall { needed, available: chip.ram_len.into() })?;

@@ -11,6 +11,7 @@ use super::arch::AvrCodeWriter;
 use super::layout::{AvrCellPlace, AvrLayout};
 use super::registers::{self, AvrRegisters};
 use crate::map::Ratio;
+use crate::period::{PeriodRange, ReducedFraction, reduce_fraction};
 use crate::target::CodeMark;
 
 /// Prescalers and their clock select bits (DS40002061, table 16-5).
@@ -63,12 +64,12 @@ pub fn prescaler_reset_clocks(regs: &AvrRegisters) -> u64 {
 /// Chooses the finest tick for which a period fits; `lead` is the result of [`prescaler_reset_clocks`].
 ///
 /// # Errors
-/// Shortest and longest possible period in microseconds.
-pub fn plan_pacing(clock_hz: u64, cycle_us: u64, lead: u64) -> Result<AvrPacing, (u64, u64)> {
+/// The possible periods, if this one is not among them.
+pub fn plan_pacing(clock_hz: u64, cycle_us: u64, lead: u64) -> Result<AvrPacing, PeriodRange> {
     let clock_hz = clock_hz.max(1);
-    let (num, den) = reduce_fraction(u128::from(clock_hz) * u128::from(cycle_us), 1_000_000);
+    let ReducedFraction { num, den } = reduce_fraction(u128::from(clock_hz) * u128::from(cycle_us), 1_000_000);
     for (prescale, select) in PRESCALERS {
-        let (all, whole) = reduce_fraction(num, den * u128::from(prescale));
+        let ReducedFraction { num: all, den: whole } = reduce_fraction(num, den * u128::from(prescale));
         let (ticks, rest) = (all / whole, all % whole);
         if all.div_ceil(whole) > MAX_PERIOD_TICKS || ticks == 0 {
             continue;
@@ -101,15 +102,7 @@ pub fn plan_pacing(clock_hz: u64, cycle_us: u64, lead: u64) -> Result<AvrPacing,
     }
     let slowest = PRESCALERS.last().map_or(1, |&(prescale, _)| prescale);
     let longest = MAX_PERIOD_TICKS * u128::from(slowest) * 1_000_000 / u128::from(clock_hz);
-    Err((1_000_000u64.div_ceil(clock_hz), longest as u64))
-}
-
-fn reduce_fraction(num: u128, den: u128) -> (u128, u128) {
-    let (mut a, mut b) = (num, den);
-    while b != 0 {
-        (a, b) = (b, a % b);
-    }
-    (num / a, den / a)
+    Err(PeriodRange { shortest_us: 1_000_000u64.div_ceil(clock_hz), longest_us: longest as u64 })
 }
 
 impl AvrPacing {

@@ -296,8 +296,8 @@ impl AvrSelector<'_> {
                 self.asm.jump(AvrJump::To, other);
             }
             BranchCondition::Compare(compare) => {
-                let (yes, no) = self.compare(&compare);
-                self.asm.jump(AvrJump::If(if holds { no } else { yes }), other);
+                let branches = self.compare(&compare);
+                self.asm.jump(AvrJump::If(if holds { branches.if_false } else { branches.if_true }), other);
             }
         }
         let before = self.known;

@@ -1,5 +1,6 @@
 //! Selects instructions for bits: the accumulator and bit cells.
 
+use super::registers::ByteBit;
 use emu_8051::isa::Kind;
 
 use super::known_state::{AccumulatorState, BitSource, ByteOperand};
@@ -11,7 +12,7 @@ impl Mcs51Selector<'_> {
     /// Returns the bit address of a flag; loads its byte into A if the flag is not bit-addressable.
     pub(super) fn load_flag(&mut self, flag: BitSource) -> i32 {
         let BitSource::Cell(bit) = flag else { return F0 };
-        let (byte, n) = self.layout.bit(bit);
+        let ByteBit { byte, bit: n } = self.layout.bit(bit);
         own_address(byte, n).unwrap_or_else(|| {
             self.load(ByteOperand::At(byte));
             ACC + i32::from(n)
@@ -138,7 +139,7 @@ impl Mcs51Selector<'_> {
 
     /// bit := carry.
     fn write_carry(&mut self, bit: BitId) {
-        let (byte, n) = self.layout.bit(bit);
+        let ByteBit { byte, bit: n } = self.layout.bit(bit);
         if let Some(at) = own_address(byte, n) {
             self.emit(Kind::MovBitC, &[at]);
             self.invalidate(byte);
@@ -152,7 +153,7 @@ impl Mcs51Selector<'_> {
 
     /// bit := constant; the carry is preserved.
     pub(super) fn write_constant(&mut self, bit: BitId, value: bool) {
-        let (byte, n) = self.layout.bit(bit);
+        let ByteBit { byte, bit: n } = self.layout.bit(bit);
         if let Some(at) = own_address(byte, n) {
             self.emit(if value { Kind::SetbBit } else { Kind::ClrBit }, &[at]);
             self.invalidate(byte);
@@ -175,7 +176,7 @@ impl Mcs51Selector<'_> {
     pub(super) fn edge(&mut self, bit: BitId, rising: bool) {
         self.acc_to_carry();
         self.acc_to_carry_as(false);
-        let (byte, n) = self.layout.bit(bit);
+        let ByteBit { byte, bit: n } = self.layout.bit(bit);
         self.load(ByteOperand::At(byte));
         let old = if own_address(byte, n).is_some() {
             ACC

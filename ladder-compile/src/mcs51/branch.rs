@@ -1,5 +1,6 @@
 //! Selects conditional branches and joins the known state of both paths.
 
+use super::compare::BranchStates;
 use emu_8051::isa::Kind;
 
 use super::arch::Mcs51Jump;
@@ -72,8 +73,8 @@ impl Mcs51Selector<'_> {
         let (flag, negated) = match cond {
             BranchCondition::Compare(compare) => {
                 let keep = live && self.state.only_in_carry();
-                let (on, off) = self.compare_jump(&compare, !holds, other, keep);
-                return if live { (on, off) } else { (without_acc(on), without_acc(off)) };
+                let BranchStates { on, jump } = self.compare_jump(&compare, !holds, other, keep);
+                return if live { (on, jump) } else { (without_acc(on), without_acc(jump)) };
             }
             BranchCondition::Bit(bit) => (Some(BitSource::Cell(bit)), false),
             BranchCondition::Acc => {

@@ -1,5 +1,6 @@
 //! Selects comparisons of integers: as jumps, and as a bit combined with the accumulator.
 
+use super::word_ops::BytePair;
 use emu_8051::isa::Kind;
 
 use super::arch::Mcs51Jump;
@@ -9,6 +10,21 @@ use super::registers::{ACC, B, OV};
 use super::select::{Mcs51Selector, PendingCode};
 use crate::code::CodeLabel;
 use crate::ir::{RelationOp, WordComparison, WordId, WordOperand, min_bytes};
+
+/// The known states on both paths of a conditional jump.
+pub(super) struct BranchStates {
+    /// When the code continues.
+    pub on: SelectorState,
+    /// When it jumps.
+    pub jump: SelectorState,
+}
+
+impl BranchStates {
+    /// A jump that does not depend on the known state.
+    pub(super) fn same(state: SelectorState) -> BranchStates {
+        BranchStates { on: state, jump: state }
+    }
+}
 
 impl Mcs51Selector<'_> {
     /// Width of a comparison in bytes.
@@ -21,15 +37,13 @@ impl Mcs51Selector<'_> {
     }
 
     /// Compares and jumps if the result is `when`; with `keep` it saves the accumulator from the carry first.
-    ///
-    /// Returns the known state when it continues and when it jumps.
     pub(super) fn compare_jump(
         &mut self,
         compare: &WordComparison,
         when: bool,
         to: CodeLabel,
         keep: bool,
-    ) -> (SelectorState, SelectorState) {
+    ) -> BranchStates {
         let width = self.compare_width(compare);
         let a = WordOperand::Cell(compare.a);
         let extends = self.is_narrower(a, width) || self.is_narrower(compare.b, width);
@@ -41,25 +55,25 @@ impl Mcs51Selector<'_> {
                 let pairs = self.operand_byte_pairs(a, compare.b, width);
                 let jumps_if_equal = (compare.rel == RelationOp::Eq) == when;
                 self.equal_jump(&pairs, jumps_if_equal, to, keep && !extends);
-                (self.state, self.state)
+                BranchStates::same(self.state)
             }
             RelationOp::Lt | RelationOp::Ge => {
                 let jumps_if_less = (compare.rel == RelationOp::Lt) == when;
                 if compare.b == WordOperand::Const(0) {
                     self.load_sign_byte(compare.a);
                     self.jump(if jumps_if_less { Kind::Jb } else { Kind::Jnb }, &[ACC + 7], to);
-                    return (self.state, self.state);
+                    return BranchStates::same(self.state);
                 }
                 self.save_carry(keep);
                 if let WordOperand::Cell(_) = compare.b {
                     self.difference_sign(compare, width);
                     self.jump(if jumps_if_less { Kind::Jb } else { Kind::Jnb }, &[ACC + 7], to);
-                    return (self.state, self.state);
+                    return BranchStates::same(self.state);
                 }
                 let inverted = self.compare_less(compare);
                 self.jump(if jumps_if_less ^ inverted { Kind::Jc } else { Kind::Jnc }, &[], to);
                 let with = |less: bool| SelectorState { carry: Some(less ^ inverted), ..self.state };
-                (with(!jumps_if_less), with(jumps_if_less))
+                BranchStates { on: with(!jumps_if_less), jump: with(jumps_if_less) }
             }
         }
     }
@@ -70,18 +84,20 @@ impl Mcs51Selector<'_> {
     }
 
     /// Jumps if all pairs are equal (`if_equal`), or if some pair differs. Preserves the carry if `keep`.
-    fn equal_jump(&mut self, pairs: &[(ByteOperand, ByteOperand)], if_equal: bool, to: CodeLabel, keep: bool) {
+    fn equal_jump(&mut self, pairs: &[BytePair], if_equal: bool, to: CodeLabel, keep: bool) {
         let constant = |byte: &ByteOperand| matches!(byte, ByteOperand::Imm(value) if *value != 0);
-        let zeros = pairs.iter().filter(|(_, b)| *b == ByteOperand::Imm(0)).count();
+        let zeros = pairs.iter().filter(|pair| pair.right == ByteOperand::Imm(0)).count();
         // At most one byte is compared with a value; the others only need to be 0.
         if zeros + 1 >= pairs.len() {
             let mut rest: Vec<ByteOperand> =
-                pairs.iter().filter(|(_, b)| *b == ByteOperand::Imm(0)).map(|&(a, _)| a).collect();
-            match pairs.iter().find(|(_, b)| *b != ByteOperand::Imm(0)) {
-                Some(&(a, b)) if rest.is_empty() && !if_equal && !keep => return self.jump_if_different(a, b, to),
-                Some(&(a, b)) => {
-                    self.load(a);
-                    self.alu(AluOp::Xrl, b);
+                pairs.iter().filter(|pair| pair.right == ByteOperand::Imm(0)).map(|pair| pair.left).collect();
+            match pairs.iter().find(|pair| pair.right != ByteOperand::Imm(0)) {
+                Some(&BytePair { left, right }) if rest.is_empty() && !if_equal && !keep => {
+                    return self.jump_if_different(left, right, to);
+                }
+                Some(pair) => {
+                    self.load(pair.left);
+                    self.alu(AluOp::Xrl, pair.right);
                 }
                 None => rest.pop().into_iter().for_each(|a| self.load(a)),
             }
@@ -91,7 +107,7 @@ impl Mcs51Selector<'_> {
         let skip = self.asm.new_label();
         let differs = if if_equal { skip } else { to };
         let mut r0 = None;
-        for (n, &(a, b)) in pairs.iter().enumerate() {
+        for (n, &BytePair { left: a, right: b }) in pairs.iter().enumerate() {
             let last = n + 1 == pairs.len();
             if (last && if_equal) || keep || (constant(&a) && constant(&b)) {
                 self.load(a);
@@ -137,7 +153,7 @@ impl Mcs51Selector<'_> {
     /// Bit 7 of A := a < b, for two cells. Changes the carry.
     fn difference_sign(&mut self, compare: &WordComparison, width: u8) {
         let pairs = self.operand_byte_pairs(WordOperand::Cell(compare.a), compare.b, width);
-        for (n, (a, b)) in pairs.into_iter().enumerate() {
+        for (n, BytePair { left: a, right: b }) in pairs.into_iter().enumerate() {
             self.load(a);
             if n == 0 && self.state.carry != Some(false) {
                 self.emit(Kind::ClrC, &[]);

@@ -10,6 +10,7 @@
 //! 80h .. FFh   words, on chips that have this RAM, accessed through R0
 //! ```
 
+use super::registers::ByteBit;
 use crate::ir::{ArithmeticOp, BitId, BitRole, BranchCondition, Ir, IrOp, WordId, WordOperand};
 use crate::map::CellLocation;
 use crate::pins::AssignedPin;
@@ -47,13 +48,16 @@ pub struct Mcs51RamNeeds {
     pub pace: usize,
 }
 
+/// The memory of all cells.
+const SPACE: &str = "idata";
+
 /// Places of all cells of a program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mcs51Layout {
     /// Ports in use, by address.
     pub ports: Vec<Mcs51PortUse>,
     /// Byte address and bit number of each bit, by [`BitId`].
-    bits: Vec<(u8, u8)>,
+    bits: Vec<ByteBit>,
     /// Address of the low byte and width of each word, by [`WordId`].
     words: Vec<(u8, u8)>,
     /// Bytes used by the arithmetic subroutines.
@@ -71,8 +75,8 @@ pub struct Mcs51Layout {
 impl Mcs51Layout {
     /// Byte address and bit number of a bit.
     #[must_use]
-    pub fn bit(&self, bit: BitId) -> (u8, u8) {
-        self.bits.get(bit.0 as usize).copied().unwrap_or((0x20, 0))
+    pub fn bit(&self, bit: BitId) -> ByteBit {
+        self.bits.get(bit.0 as usize).copied().unwrap_or(ByteBit { byte: 0x20, bit: 0 })
     }
 
     /// Address of the low byte of a word.
@@ -81,13 +85,18 @@ impl Mcs51Layout {
         self.words.get(word.0 as usize).map_or(0, |&(at, _)| at)
     }
 
-    /// Locations of bits and words for the map.
+    /// Locations of the bits for the map.
     #[must_use]
-    pub fn places(&self) -> (Vec<CellLocation>, Vec<CellLocation>) {
-        let space = || "idata".to_owned();
-        let bits = self.bits.iter().map(|&(at, bit)| CellLocation::Bit { space: space(), addr: at.into(), bit });
-        let words = self.words.iter().map(|&(at, bytes)| CellLocation::Word { space: space(), addr: at.into(), bytes });
-        (bits.collect(), words.collect())
+    pub fn bit_locations(&self) -> Vec<CellLocation> {
+        let location = |at: &ByteBit| CellLocation::Bit { space: SPACE.to_owned(), addr: at.byte.into(), bit: at.bit };
+        self.bits.iter().map(location).collect()
+    }
+
+    /// Locations of the words for the map.
+    #[must_use]
+    pub fn word_locations(&self) -> Vec<CellLocation> {
+        let location = |&(at, bytes): &(u8, u8)| CellLocation::Word { space: SPACE.to_owned(), addr: at.into(), bytes };
+        self.words.iter().map(location).collect()
     }
 }
 
@@ -226,27 +235,28 @@ fn try_layout(
         Some(next as u8 - 1)
     };
     let digital = || pins.iter().filter(|pin| !pin.analog);
-    let mut sfrs: Vec<u8> = digital().map(|pin| regs.pin(pin.pin).0).collect();
+    let mut sfrs: Vec<u8> = digital().map(|pin| regs.pin(pin.pin).byte).collect();
     sfrs.sort_unstable();
     sfrs.dedup();
     for sfr in sfrs {
-        let on = |output| digital().filter(move |pin| pin.output == output && regs.pin(pin.pin).0 == sfr);
+        let on = |output| digital().filter(move |pin| pin.output == output && regs.pin(pin.pin).byte == sfr);
         ports.push(Mcs51PortUse {
             sfr,
             input: if on(false).next().is_some() { image(&mut free) } else { None },
             output: if on(true).next().is_some() { image(&mut free) } else { None },
-            outputs: on(true).fold(0, |mask, pin| mask | 1 << regs.pin(pin.pin).1),
+            outputs: on(true).fold(0, |mask, pin| mask | 1 << regs.pin(pin.pin).bit),
         });
     }
 
     // The most used bits get bit addresses, as long as there are any.
-    let mut bits = vec![(0, 0); ir.bits.len()];
+    let mut bits = vec![ByteBit::default(); ir.bits.len()];
     let mut others: Vec<usize> = Vec::new();
     for (n, cell) in ir.bits.iter().enumerate() {
         let at = digital().find(|pin| pin.name == cell.name).and_then(|pin| {
-            let (sfr, bit) = regs.pin(pin.pin);
+            let ByteBit { byte: sfr, bit } = regs.pin(pin.pin);
             let port = ports.iter().find(|port| port.sfr == sfr)?;
-            Some((if pin.output { port.output? } else { port.input? }, bit))
+            let byte = if pin.output { port.output? } else { port.input? };
+            Some(ByteBit { byte, bit })
         });
         match at {
             Some(at) if matches!(cell.role, BitRole::Input | BitRole::Output) => {
@@ -270,10 +280,10 @@ fn try_layout(
             };
         }
         used += 1;
-        (byte, used - 1)
+        ByteBit { byte, bit: used - 1 }
     };
     let arrived =
-        ir.uart.receive.then(|| one(&mut free)).map(|(byte, bit)| (byte - BIT_ADDRESSABLE.start as u8) * 8 + bit);
+        ir.uart.receive.then(|| one(&mut free)).map(|at| (at.byte - BIT_ADDRESSABLE.start as u8) * 8 + at.bit);
     for n in others {
         let place = one(&mut free);
         bits.get_mut(n).into_iter().for_each(|at| *at = place);

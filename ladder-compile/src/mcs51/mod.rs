@@ -89,8 +89,7 @@ const JUMP_CYCLES: u64 = 2;
 pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     let regs = Mcs51Registers(job.target.chip);
     check_capabilities(job)?;
-    let pace = pacing::plan_pacing(job.clock_hz, job.cycle_us)
-        .map_err(|(shortest, longest)| BuildRefusal::PeriodOutOfRange { shortest, longest })?;
+    let pace = pacing::plan_pacing(job.clock_hz, job.cycle_us)?;
     let line = job.ir.uart.send || job.ir.uart.receive;
     let speed = match job.baud.filter(|_| line) {
         Some(baud) => Some(
@@ -238,8 +237,9 @@ impl Mcs51BuildPlan<'_> {
         let behind = sends.iter().map(|&send| longest(code.label_address(send), end)).max().unwrap_or(0) + JUMP_CYCLES;
         let wait = match (self.speed, sends.is_empty()) {
             (Some(speed), false) => {
-                let (byte, apart) = speed.byte_cycles(self.job.baud.unwrap_or(1), self.job.cycle_us, self.pace.period);
-                (before + byte + JUMP_CYCLES).saturating_sub(apart)
+                let apart =
+                    serial::cycles_between_sends(self.job.baud.unwrap_or(1), self.job.cycle_us, self.pace.period);
+                (before + speed.byte_cycles() + JUMP_CYCLES).saturating_sub(apart)
             }
             _ => 0,
         };
@@ -287,7 +287,7 @@ impl Mcs51BuildPlan<'_> {
 
     fn built_image(&self, image: TimedCode) -> BuiltImage {
         let TimedCode { code, worst_scan_cycles: worst, rung_cycles: rungs, poll_cycles: poll, .. } = image;
-        let (bits, words) = self.layout.places();
+        let (bits, words) = (self.layout.bit_locations(), self.layout.word_locations());
         let bytes = code.words.iter().map(|&word| word as u8).collect();
         let baud = self.job.baud.unwrap_or(0);
         let (transmit, receive) = self.job.target.uart.unwrap_or(("", ""));
@@ -301,7 +301,7 @@ impl Mcs51BuildPlan<'_> {
             }
         }
         let port0 = self.regs.byte("P0") as u8;
-        let in_port0 = |pin: &AssignedPin| self.regs.pin(pin.pin).0 == port0;
+        let in_port0 = |pin: &AssignedPin| self.regs.pin(pin.pin).byte == port0;
         let drains = self.job.pins.iter().filter(|pin| pin.output && in_port0(pin)).map(|pin| PinNeed {
             severity: Severity::Warning,
             cause: format!("`{}` is at {}, which pulls low and never high", pin.name, pin.pin),

@@ -16,6 +16,7 @@ use super::arch::{Mcs51Arch, Mcs51Jump};
 use super::registers::{B, DPL, Mcs51Registers};
 use crate::code::{CodeLabel, CodeWriter};
 use crate::map::Ratio;
+use crate::period::{PeriodRange, ReducedFraction, reduce_fraction};
 use crate::target::CodeMark;
 
 /// Machine cycles for which timer 0 is stopped while its value changes: from CLR to SETB, with six one-cycle
@@ -66,12 +67,15 @@ impl Mcs51PeriodFraction {
 /// Plans the period.
 ///
 /// # Errors
-/// The shortest and the longest possible period in microseconds, if this one is outside of them.
-pub fn plan_pacing(clock_hz: u64, cycle_us: u64) -> Result<Mcs51Pacing, (u64, u64)> {
-    let (num, den) = reduce_fraction(u128::from(clock_hz) * u128::from(cycle_us), 12_000_000);
+/// The possible periods, if this one is not among them.
+pub fn plan_pacing(clock_hz: u64, cycle_us: u64) -> Result<Mcs51Pacing, PeriodRange> {
+    let ReducedFraction { num, den } = reduce_fraction(u128::from(clock_hz) * u128::from(cycle_us), 12_000_000);
     let us = |cycles: u64| u128::from(cycles) * 12_000_000;
     let hz = u128::from(clock_hz.max(1));
-    let range = || (us(1).div_ceil(hz) as u64, (us(MAX_ROUND_COUNTS * MAX_ROUNDS) / hz) as u64);
+    let range = || PeriodRange {
+        shortest_us: us(1).div_ceil(hz) as u64,
+        longest_us: (us(MAX_ROUND_COUNTS * MAX_ROUNDS) / hz) as u64,
+    };
     if num < den {
         return Err(range());
     }
@@ -79,21 +83,11 @@ pub fn plan_pacing(clock_hz: u64, cycle_us: u64) -> Result<Mcs51Pacing, (u64, u6
     if turns > u128::from(MAX_ROUNDS) {
         return Err(range());
     }
-    let (all, whole) = reduce_fraction(num, den * turns);
+    let ReducedFraction { num: all, den: whole } = reduce_fraction(num, den * turns);
     let (length, rest) = (all / whole, all % whole);
     let fraction = (rest != 0).then_some(Mcs51PeriodFraction { numerator: rest as u32, denominator: whole as u32 });
     let period = Ratio { num: num as u64, den: den as u64 };
     Ok(Mcs51Pacing { period, timer_rounds: turns as u8, round_cycles: length as u32, fraction })
-}
-
-/// Reduces a fraction to lowest terms.
-pub(super) fn reduce_fraction(num: u128, den: u128) -> (u128, u128) {
-    let (mut a, mut b) = (num, den);
-    while b != 0 {
-        (a, b) = (b, a % b);
-    }
-    let by = a.max(1);
-    (num / by, den / by)
 }
 
 /// The pacing timer and the RAM that it needs.

@@ -2,6 +2,15 @@
 
 use emu_core::chip::Chip;
 
+/// A bit of a byte or of a register.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct ByteBit {
+    /// Address of the byte.
+    pub byte: u8,
+    /// Bit number, 0 to 7.
+    pub bit: u8,
+}
+
 /// Registers of a chip.
 #[derive(Debug, Clone, Copy)]
 pub struct Mcs51Registers(pub &'static Chip);
@@ -46,8 +55,8 @@ impl Mcs51Registers {
 
     /// Port register and bit number of a pin such as `P1.0`.
     #[must_use]
-    pub fn pin(self, pin: &str) -> (u8, u8) {
+    pub fn pin(self, pin: &str) -> ByteBit {
         let at = self.bit(pin) as u8;
-        (at & 0xF8, at & 7)
+        ByteBit { byte: at & 0xF8, bit: at & 7 }
     }
 }

@@ -3,10 +3,10 @@
 use emu_8051::isa::Kind;
 
 use super::arch::Mcs51Arch;
-use super::pacing::reduce_fraction;
 use super::registers::Mcs51Registers;
 use crate::code::CodeWriter;
 use crate::map::Ratio;
+use crate::period::{ReducedFraction, reduce_fraction};
 
 /// Settings of the baud rate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,7 +60,7 @@ pub fn plan_baud(clock_hz: u64, baud: u64, cycle_us: u64, has_timer2: bool) -> R
             // In parts per billion, so that rates of different sources can be compared.
             let error = off * 1_000_000_000 / (u128::from(bit) * u128::from(baud)).max(1);
             if near && in_time && best.is_none_or(|(known, _)| error < known) {
-                let (num, den) = reduce_fraction(bit.into(), 12);
+                let ReducedFraction { num, den } = reduce_fraction(bit.into(), 12);
                 best = Some((
                     error,
                     Mcs51BaudSetup {
@@ -76,13 +76,16 @@ pub fn plan_baud(clock_hz: u64, baud: u64, cycle_us: u64, has_timer2: bool) -> R
     best.map(|(_, speed)| speed).ok_or(nearest.map_or(0, |(_, got)| got))
 }
 
+/// Minimum machine cycles between the scans that can send a byte.
+pub(super) fn cycles_between_sends(baud: u64, cycle_us: u64, period: Ratio) -> u64 {
+    (scans_per_byte(baud, cycle_us) * u128::from(period.num) / u128::from(period.den)) as u64
+}
+
 impl Mcs51BaudSetup {
-    /// Maximum machine cycles from writing a byte until the next can follow, and minimum cycles between the
-    /// scans that can send.
+    /// Maximum machine cycles from writing a byte until the next can follow.
     #[must_use]
-    pub fn byte_cycles(&self, baud: u64, cycle_us: u64, period: Ratio) -> (u64, u64) {
-        let apart = scans_per_byte(baud, cycle_us) * u128::from(period.num) / u128::from(period.den);
-        ((10 * self.bit.num).div_ceil(self.bit.den), apart as u64)
+    pub fn byte_cycles(&self) -> u64 {
+        (10 * self.bit.num).div_ceil(self.bit.den)
     }
 
     /// Bits of TMOD that timer 1 needs.

@@ -9,6 +9,15 @@ use super::registers::{B, DPL};
 use super::select::{Mcs51Selector, PendingCode};
 use crate::ir::{ArithmeticOp, WordId, WordOperand, shift_count};
 
+/// Two bytes of the same significance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct BytePair {
+    /// Byte of the left operand.
+    pub left: ByteOperand,
+    /// Byte of the right operand.
+    pub right: ByteOperand,
+}
+
 impl Mcs51Selector<'_> {
     /// Bytes of a value at `width`, low byte first. The sign of a narrower cell is written to `slot`, using A
     /// and the carry.
@@ -31,16 +40,11 @@ impl Mcs51Selector<'_> {
         }
     }
 
-    /// Bytes of two values at `width`.
-    pub(super) fn operand_byte_pairs(
-        &mut self,
-        a: WordOperand,
-        b: WordOperand,
-        width: u8,
-    ) -> Vec<(ByteOperand, ByteOperand)> {
+    /// Bytes of two values at `width`, the lowest first.
+    pub(super) fn operand_byte_pairs(&mut self, a: WordOperand, b: WordOperand, width: u8) -> Vec<BytePair> {
         let a = self.operand_bytes(a, width, B);
         let b = self.operand_bytes(b, width, DPL);
-        a.into_iter().zip(b).collect()
+        a.into_iter().zip(b).map(|(left, right)| BytePair { left, right }).collect()
     }
 
     /// True if a value is a cell of fewer than `width` bytes.
@@ -105,9 +109,9 @@ impl Mcs51Selector<'_> {
                 if op == ArithmeticOp::Sub {
                     self.emit(Kind::ClrC, &[]);
                 }
-                for (n, (at, (a, b))) in self.byte_addresses(dst).into_iter().zip(pairs).enumerate() {
-                    self.load(a);
-                    self.alu(if n > 0 && op == ArithmeticOp::Add { AluOp::Addc } else { first }, b);
+                for (n, (at, pair)) in self.byte_addresses(dst).into_iter().zip(pairs).enumerate() {
+                    self.load(pair.left);
+                    self.alu(if n > 0 && op == ArithmeticOp::Add { AluOp::Addc } else { first }, pair.right);
                     self.save(at);
                 }
             }
@@ -137,9 +141,9 @@ impl Mcs51Selector<'_> {
             self.save_carry(live);
         }
         let pairs = self.operand_byte_pairs(a, b, width);
-        for (at, (a, b)) in self.byte_addresses(dst).into_iter().zip(pairs) {
-            self.load(a);
-            self.alu(op, b);
+        for (at, pair) in self.byte_addresses(dst).into_iter().zip(pairs) {
+            self.load(pair.left);
+            self.alu(op, pair.right);
             self.save(at);
         }
     }
@@ -252,7 +256,8 @@ impl Mcs51Selector<'_> {
         let width = self.ir.width(op, dst, a, b);
         let count = usize::from(width);
         let pairs = self.operand_byte_pairs(a, b, width);
-        let (first, second): (Vec<ByteOperand>, Vec<ByteOperand>) = pairs.into_iter().unzip();
+        let (first, second): (Vec<ByteOperand>, Vec<ByteOperand>) =
+            pairs.into_iter().map(|pair| (pair.left, pair.right)).unzip();
         let places: Vec<u8> = self.layout.scratch.clone();
         for (&at, byte) in places.iter().zip(first.into_iter().chain(second)) {
             self.copy(at, byte);

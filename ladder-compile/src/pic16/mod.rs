@@ -51,8 +51,7 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     let part = emu_pic16::chips::part(name).ok_or(BuildRefusal::Internal(CodegenError::NoChipRow { chip: name }))?;
     let chip = Pic16ChipData::new(part);
     let pace =
-        pacing::plan_pacing(job.clock_hz, job.cycle_us, FreeTimers::free_beside_pwm(job.ir.pwm_hz.is_some(), &chip))
-            .map_err(|(shortest, longest)| BuildRefusal::PeriodOutOfRange { shortest, longest })?;
+        pacing::plan_pacing(job.clock_hz, job.cycle_us, FreeTimers::free_beside_pwm(job.ir.pwm_hz.is_some(), &chip))?;
     let devices = peripherals::plan_peripherals(job, &chip)?;
     let needs = Pic16RamNeeds {
         scratch: scratch_bytes(job.ir, &chip),

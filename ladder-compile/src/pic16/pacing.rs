@@ -16,6 +16,7 @@ use super::select::Pic16Selector;
 use super::writer::{C, Pic16Writer, STATUS};
 use super::{chip_data::Pic16ChipData, timer_extension};
 use crate::map::Ratio;
+use crate::period::{PeriodRange, ReducedFraction, reduce_fraction};
 use crate::target::CodeMark;
 
 /// Machine cycles from the write of TMR1L, which clears the prescaler, to the start of the timer.
@@ -84,11 +85,11 @@ pub struct Pic16PeriodFraction {
 /// Chooses the timer and the finest count for which a period fits.
 ///
 /// # Errors
-/// Shortest and longest possible period in microseconds.
-pub fn plan_pacing(clock_hz: u64, cycle_us: u64, free: FreeTimers) -> Result<Pic16Pacing, (u64, u64)> {
+/// The possible periods, if this one is not among them.
+pub fn plan_pacing(clock_hz: u64, cycle_us: u64, free: FreeTimers) -> Result<Pic16Pacing, PeriodRange> {
     // With one more count, CCPR1 would equal the start value of the timer.
     const MOST: u128 = 65535;
-    let (num, den) = reduce_fraction(u128::from(clock_hz) * u128::from(cycle_us), 4_000_000);
+    let ReducedFraction { num, den } = reduce_fraction(u128::from(clock_hz) * u128::from(cycle_us), 4_000_000);
     let period = Ratio { num: num as u64, den: den as u64 };
     if free.timer2 && den == 1 {
         for prescale in [1u128, 4, 16] {
@@ -105,7 +106,7 @@ pub fn plan_pacing(clock_hz: u64, cycle_us: u64, free: FreeTimers) -> Result<Pic
         }
     }
     for prescale in [1u64, 2, 4, 8].into_iter().filter(|_| free.ccp1) {
-        let (all, whole) = reduce_fraction(num, den * u128::from(prescale));
+        let ReducedFraction { num: all, den: whole } = reduce_fraction(num, den * u128::from(prescale));
         let (ticks, rest) = (all / whole, all % whole);
         if all.div_ceil(whole) > MOST || ticks < 2 || whole > 1 << 31 {
             continue;
@@ -134,7 +135,10 @@ pub fn plan_pacing(clock_hz: u64, cycle_us: u64, free: FreeTimers) -> Result<Pic
         let (us, hz) = (|cycles: u128| cycles * 4_000_000, u128::from(clock_hz.max(1)));
         let fewest = if free.ccp1 { 2 } else { timer_extension::MIN_PERIOD_CYCLES };
         // A period of MOST machine cycles is one too many.
-        return Err((us(fewest).div_ceil(hz) as u64, ((us(timer_extension::MAX_PERIOD_CYCLES) - 1) / hz) as u64));
+        return Err(PeriodRange {
+            shortest_us: us(fewest).div_ceil(hz) as u64,
+            longest_us: ((us(timer_extension::MAX_PERIOD_CYCLES) - 1) / hz) as u64,
+        });
     }
     let (rest, whole) = (rest as u32, den as u32);
     // The first period is a short one, so its remainder is below the denominator.
@@ -151,14 +155,6 @@ pub fn plan_pacing(clock_hz: u64, cycle_us: u64, free: FreeTimers) -> Result<Pic
 /// Width in bytes of a remainder counter that stays below `whole`.
 fn count_down_bytes(whole: u128) -> u8 {
     (128 - (whole - 1).leading_zeros()).div_ceil(8) as u8
-}
-
-fn reduce_fraction(num: u128, den: u128) -> (u128, u128) {
-    let (mut a, mut b) = (num, den);
-    while b != 0 {
-        (a, b) = (b, a % b);
-    }
-    (num / a.max(1), den / a.max(1))
 }
 
 impl Pic16Pacing {

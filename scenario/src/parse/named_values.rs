@@ -1,10 +1,9 @@
 //! Parses tables of names and values in braces, as in `set`, `ramp` and `expect`.
 
-use diag::Pos;
 use toml::de::DeValue;
 
 use super::{LocatedItem, QUOTES, ScenarioReader};
-use crate::model::{Assignment, ConditionList, LocatedText, ScenarioValue, ValueCondition};
+use crate::model::{Assignment, ConditionList, LocatedText, RampTarget, ScenarioValue, ValueCondition};
 use crate::toml_values::{parse_comparison, parse_number};
 
 impl ScenarioReader<'_> {
@@ -80,10 +79,7 @@ impl ScenarioReader<'_> {
     }
 
     /// Parses the names of a ramp with their first and last values.
-    pub(super) fn read_ramp(
-        &mut self,
-        item: &LocatedItem<'_>,
-    ) -> Option<Vec<(LocatedText, ScenarioValue, ScenarioValue, Pos)>> {
+    pub(super) fn read_ramp(&mut self, item: &LocatedItem<'_>) -> Option<Vec<RampTarget>> {
         let entries = self.read_entries("ramp", item)?;
         let mut out = Vec::new();
         for (name, item) in entries {
@@ -96,7 +92,7 @@ impl ScenarioReader<'_> {
                 return None;
             };
             let (from, to) = (self.read_value(&name.text, from)?, self.read_value(&name.text, to)?);
-            out.push((name, from, to, self.pos(item.span())));
+            out.push(RampTarget { name, from, to, pos: self.pos(item.span()) });
         }
         Some(out)
     }

@@ -3,6 +3,8 @@
 //!
 //! Its output is checked too, so that a line is removed when that assembler is fixed.
 
+use emu_test_support::case_lines;
+
 use crate::corpus::Source;
 use crate::folder;
 use crate::judges::{Cells, Judge};
@@ -23,7 +25,7 @@ fn shown(cells: &Cells, code: &str) -> String {
 #[ignore = "needs as31, sdcc, gputils and binutils-avr: .ci/peers installs them"]
 fn faults_of_the_assemblers_are_as_listed() {
     let mut wrong = Vec::new();
-    for line in LINES.lines().filter(|l| !l.starts_with('#') && !l.is_empty()) {
+    for line in case_lines(LINES) {
         let escaped = line.replace("\\|", "\u{1}");
         let columns: Vec<String> = escaped.split('|').map(|c| c.trim().replace('\u{1}', "|")).collect();
         let [judge, chip, source, why, theirs, ours] = columns.as_slice() else { panic!("six columns: {line}") };

@@ -6,6 +6,8 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
+use emu_test_support::assert_file;
+
 use crate::harness;
 use crate::tools::{folder, run, source};
 use crate::uart::sent_by_wire;
@@ -130,9 +132,5 @@ fn every_cycle_fact_is_as_the_data_sheet_says() {
     let (before, rest) = page.split_once(BEGIN).expect("the beginning of the facts");
     let (_, after) = rest.split_once(END).expect("the end of the facts");
     let wanted = format!("{before}{BEGIN}\n{counts}{table}\n{END}{after}");
-    if std::env::var_os("EMU_BLESS").is_some() {
-        fs::write(path, &wanted).expect("the page can be written");
-    } else {
-        assert!(page == wanted, "docs/chips/atmega328p.md is not what was measured; run with EMU_BLESS=1");
-    }
+    assert_file(path, &wanted);
 }

@@ -11,6 +11,7 @@ use std::process::Command;
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::{Chip, Cpu};
 use emu_pic16::{Pic16, chips};
+use emu_test_support::case_lines;
 
 use crate::drive::{VIEW, gpsim, image, machine};
 use crate::folder;
@@ -151,7 +152,7 @@ fn programs_beside_gpsim() {
         }
     }
     println!("{cells} cells compared, {} differ", found.len());
-    let lines = DIFFERENCES.lines().filter(|l| !l.starts_with('#') && !l.trim().is_empty());
+    let lines = case_lines(DIFFERENCES);
     let listed: BTreeMap<String, String> = lines
         .map(|line| {
             let columns: Vec<&str> = line.split('|').map(str::trim).collect();

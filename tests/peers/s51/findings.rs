@@ -6,6 +6,7 @@
 use emu_8051::{Mcs51, chips};
 use emu_core::image::{Image, Segment};
 use emu_core::{Cpu, RamInit};
+use emu_test_support::case_lines;
 
 use crate::drive::s51_script;
 use crate::folder;
@@ -23,7 +24,7 @@ struct Finding {
 }
 
 fn findings() -> Vec<Finding> {
-    let lines = LINES.lines().filter(|l| !l.starts_with('#') && !l.trim().is_empty());
+    let lines = case_lines(LINES);
     lines
         .map(|line| {
             let columns: Vec<&str> = line.split('|').map(str::trim).collect();

@@ -56,13 +56,22 @@ pub(super) fn digital(kind: Pic16AdcKind, adcon1: u8, ansel: u8) -> u8 {
     }
 }
 
-/// Returns whether VREF+ is AN3 (otherwise VDD), and whether VREF- is AN2 (otherwise VSS). The 16F88 has a
-/// bit for each: VCFG1 and VCFG0 (DS30487 section 12, ADCON1).
-pub(super) fn references(kind: Pic16AdcKind, adcon1: u8) -> (bool, bool) {
+/// The sources of the reference voltages.
+pub(super) struct AdcReferences {
+    /// True if VREF+ is AN3, false if it is VDD.
+    pub plus_is_an3: bool,
+    /// True if VREF- is AN2, false if it is VSS.
+    pub minus_is_an2: bool,
+}
+
+/// Returns the sources of the reference voltages. The 16F88 has a bit for each: VCFG1 and VCFG0 (DS30487
+/// section 12, ADCON1).
+pub(super) fn references(kind: Pic16AdcKind, adcon1: u8) -> AdcReferences {
     let pcfg = 1u16 << (adcon1 & 15);
-    match kind {
+    let (plus_is_an3, minus_is_an2) = match kind {
         Pic16AdcKind::Bits8 => (adcon1 & 3 == 1, false),
         Pic16AdcKind::Ansel => (adcon1 & 1 << 5 != 0, adcon1 & 1 << 4 != 0),
         _ => (PCFG_VREF_PLUS & pcfg != 0, PCFG_VREF_MINUS & pcfg != 0),
-    }
+    };
+    AdcReferences { plus_is_an3, minus_is_an2 }
 }

@@ -24,6 +24,7 @@ use super::map::{InterruptFlag, Pic16Line, Sfr};
 use super::{Pic16Device, Pic16Drive, Pic16Outbox, Pic16Signal};
 use ccp::{CcpMode, CcpModule};
 use timer1::Timer1;
+pub use timer1::Timer1Crystal;
 use timer2::Timer2;
 
 /// Line and flag of each of the two modules.
@@ -51,11 +52,10 @@ impl Pic16Timers {
     /// Returns the timers after power-on at clock 0, with all lines low.
     ///
     /// `ccps` is the number of CCP modules, 0 to 2; the special event of the last one starts a conversion.
-    /// `crystal` has the frequencies in Hz of the chip's oscillator and of the crystal at T1OSI and T1OSO, if
-    /// there is one; a crystal faster than the oscillator counts as equally fast. The crystal oscillates
-    /// while T1OSCEN is set.
+    /// `crystal` is `None` if there is no crystal at T1OSI and T1OSO; a crystal faster than the oscillator
+    /// counts as equally fast. The crystal oscillates while T1OSCEN is set.
     #[must_use]
-    pub fn new(ccps: u8, crystal: Option<(u64, u64)>) -> Pic16Timers {
+    pub fn new(ccps: u8, crystal: Option<Timer1Crystal>) -> Pic16Timers {
         Pic16Timers {
             timer1: Timer1::new(crystal),
             timer2: Timer2::new(0),
@@ -213,10 +213,10 @@ impl Pic16Timers {
                 self.ccp[i].fall();
             }
         }
-        let (ended, flag) = self.timer2.settle(t);
-        if ended {
+        let settled = self.timer2.settle(t);
+        if settled.period_ended {
             self.ccp.iter_mut().for_each(CcpModule::start_period);
-            if flag {
+            if settled.postscaler_full {
                 out.push(Pic16Signal::Flag { t, flag: InterruptFlag::TMR2IF });
             }
             if self.listener {

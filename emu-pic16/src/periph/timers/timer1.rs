@@ -36,15 +36,17 @@ enum ClockSource {
     Crystal,
 }
 
-/// The crystal at T1OSI and T1OSO, and the oscillator of the chip. Both frequencies are in Hz; `0 < hz <=
-/// osc`.
+/// The crystal at T1OSI and T1OSO, and the oscillator of the chip, in Hz. Timer 1 keeps only crystals with `0
+/// < hz <= osc`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct CrystalClock {
-    osc: u64,
-    hz: u64,
+pub struct Timer1Crystal {
+    /// Frequency of the chip's oscillator.
+    pub osc: u64,
+    /// Frequency of the crystal.
+    pub hz: u64,
 }
 
-impl CrystalClock {
+impl Timer1Crystal {
     /// Returns the rising edges within `clocks` after switching on; the `k`th comes after `k` periods.
     fn rises(self, clocks: u64) -> u64 {
         (u128::from(clocks) * u128::from(self.hz) / u128::from(self.osc)) as u64
@@ -78,7 +80,7 @@ const fn sampled(t: u64) -> u64 {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Timer1 {
     con: u8,
-    crystal: Option<CrystalClock>,
+    crystal: Option<Timer1Crystal>,
     /// Clock since which the crystal oscillates.
     swings: u64,
     /// Level of T1CKI.
@@ -103,15 +105,14 @@ emu_core::state! {
 }
 
 impl Timer1 {
-    /// Returns the timer after power-on. `crystal` has the frequencies in Hz of the oscillator and of the
-    /// crystal, if there is one.
-    pub(super) fn new(crystal: Option<(u64, u64)>) -> Timer1 {
+    /// Returns the timer after power-on. `crystal` is `None` if there is none.
+    pub(super) fn new(crystal: Option<Timer1Crystal>) -> Timer1 {
         Timer1 {
             con: 0,
             // Two edges in one clock cannot be distinguished, and no crystal is that fast.
             crystal: crystal
-                .filter(|&(osc, hz)| osc > 0 && hz > 0)
-                .map(|(osc, hz)| CrystalClock { osc, hz: hz.min(osc) }),
+                .filter(|crystal| crystal.osc > 0 && crystal.hz > 0)
+                .map(|crystal| Timer1Crystal { hz: crystal.hz.min(crystal.osc), ..crystal }),
             swings: 0,
             pin: false,
             at: 0,

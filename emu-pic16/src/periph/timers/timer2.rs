@@ -26,6 +26,15 @@ pub(super) struct Timer2 {
 
 emu_core::state! { Timer2 { con, pr, at, value, post, slept } if |of, now| of.at <= now + 4 && of.slept != Some(u64::MAX) }
 
+/// What timer 2 did while it was brought to a clock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct SettledPeriods {
+    /// True if a period has ended.
+    pub period_ended: bool,
+    /// True if the last of them made the postscaler full.
+    pub postscaler_full: bool,
+}
+
 impl Timer2 {
     /// Returns the timer after a reset at `t`.
     pub(super) fn new(t: u64) -> Timer2 {
@@ -103,9 +112,8 @@ impl Timer2 {
         self.after(self.counts(t)).1
     }
 
-    /// Moves `at` to the last count at or before `t`. Returns whether a period has ended since, and whether
-    /// the postscaler is full.
-    pub(super) fn settle(&mut self, t: u64) -> (bool, bool) {
+    /// Moves `at` to the last count at or before `t`. Returns what has happened since.
+    pub(super) fn settle(&mut self, t: u64) -> SettledPeriods {
         let counts = self.counts(t);
         let (ends, value) = self.after(counts);
         self.post = ((u64::from(self.post) + ends) % u64::from(self.postscale())) as u8;
@@ -113,7 +121,7 @@ impl Timer2 {
         if counts > 0 {
             self.at = self.clock_of_count(counts);
         }
-        (ends > 0, ends > 0 && self.post == 0)
+        SettledPeriods { period_ended: ends > 0, postscaler_full: ends > 0 && self.post == 0 }
     }
 
     /// Returns the first clock, `at` or later, at which TMR2 with the two bits below it equals `duty` (10

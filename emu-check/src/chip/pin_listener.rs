@@ -1,0 +1,43 @@
+//! A probe that observes the pins of the serial line and of the PWM output.
+
+use emu_core::cpu::Probe;
+use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
+
+use crate::chip::peripherals::CheckedPeripherals;
+use crate::chip::pwm_meter::PwmMeter;
+use crate::chip::serial_line::SerialListener;
+
+/// The probe: a listener per observed pin.
+#[derive(Debug, Clone)]
+pub(crate) struct PinListener {
+    /// The transmitter's pin with its receiver.
+    pub serial: Option<(PinId, SerialListener)>,
+    /// The pin of the PWM output with its meter.
+    pub pwm: Option<(PinId, PwmMeter)>,
+    clocks: u64,
+}
+
+impl PinListener {
+    /// The probe for a program; `None` if there is nothing to observe.
+    pub(crate) fn new(of: &CheckedPeripherals) -> Option<PinListener> {
+        let serial = of.transmit.map(|pin| (pin, SerialListener::new(of.bit_time, 2 * of.clocks_per_cycle)));
+        let pwm = of.pwm.map(|(pin, wanted)| (pin, PwmMeter::new(wanted)));
+        (serial.is_some() || pwm.is_some()).then_some(PinListener { serial, pwm, clocks: of.clocks_per_cycle })
+    }
+}
+
+impl Probe for PinListener {
+    const EVENTS: bool = true;
+
+    fn on_event(&mut self, event: ChipEvent) -> bool {
+        if let ChipEvent::Edge { at: CycleTime { cycle, phase }, pin, level } = event {
+            let (clock, high) = (cycle * self.clocks + u64::from(phase), level == PinLevel::High);
+            match (&mut self.serial, &mut self.pwm) {
+                (Some((line, listener)), _) if *line == pin => listener.note_edge(clock, high),
+                (_, Some((output, meter))) if *output == pin => meter.note_edge(clock, high),
+                _ => {}
+            }
+        }
+        false
+    }
+}

@@ -1,0 +1,321 @@
+//! Runs the chip and the evaluator in lockstep, scan by scan, and defines what is compared when.
+
+use emu_core::cpu::StopReason;
+use emu_core::pins::PinLevel;
+use ladder::SymbolKind;
+use ladder_eval::Evaluator;
+
+use crate::chip::deviation::Deviation;
+use crate::chip::families::CheckedChip;
+use crate::chip::pin_behaviour;
+use crate::chip::program_places::{ProgramPlaces, ScanPoint};
+use crate::chip::runner::{ChipRunner, LostSync, StackChange};
+use crate::comparison::peripheral_lines::PeripheralLines;
+use crate::coverage::goals::EvaluatedScan;
+use crate::report::check_report::DifferenceKind;
+use crate::stimulus::generator::ScanStimulus;
+use crate::stimulus::value_hints::ValueHints;
+
+/// From what a [`LockstepPair`] is made: a source of powered-up chips, and the evaluator at power-up.
+pub(crate) struct TestBench<'a, C, F: Fn(u64) -> C> {
+    /// Makes a chip in its power-up state with the image loaded and RAM contents from the given seed.
+    pub power_up: F,
+    pub places: &'a ProgramPlaces,
+    pub hints: &'a ValueHints,
+    /// Machine cycles of the longest scan, as computed by the compiler.
+    pub worst_scan_cycles: u64,
+    /// Whether the rungs are timed.
+    pub time_rungs: bool,
+    /// The evaluator at power-up.
+    pub eval: &'a Evaluator,
+}
+
+/// A symbol whose value differs, with both values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct DifferingSymbol {
+    /// Index of the symbol in the evaluator.
+    pub symbol: usize,
+    /// The evaluator's value.
+    pub expected: i32,
+    /// The chip's value.
+    pub found: i32,
+}
+
+/// The first difference that was found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Mismatch {
+    /// The kind of the difference.
+    pub kind: DifferenceKind,
+    /// Machine cycle since reset.
+    pub cycle: u64,
+    /// The differing symbols, if `kind` concerns symbols or pins.
+    pub differing: Vec<DifferingSymbol>,
+    /// The two sides as text, for all other kinds.
+    pub expected: String,
+    /// What was found, as text.
+    pub found: String,
+    /// Program counter of the chip, as a word address, if it lost sync.
+    pub pc: Option<u32>,
+}
+
+impl Mismatch {
+    fn of_values(kind: DifferenceKind, cycle: u64, differing: Vec<DifferingSymbol>) -> Mismatch {
+        Mismatch { kind, cycle, differing, expected: String::new(), found: String::new(), pc: None }
+    }
+
+    /// A mismatch that is described by text.
+    pub(crate) fn of_text(kind: DifferenceKind, cycle: u64, expected: String, found: String) -> Mismatch {
+        Mismatch { kind, cycle, differing: Vec::new(), expected, found, pc: None }
+    }
+
+    /// A mismatch of which a part of the check has the text.
+    pub(crate) fn of_deviation(what: DifferenceKind, cycle: u64, deviation: Deviation) -> Mismatch {
+        Mismatch::of_text(what, cycle, deviation.expected, deviation.found)
+    }
+
+    /// True if both mismatches are of the same kind and concern the same symbols or pin.
+    pub(crate) fn is_same_kind(&self, other: &Mismatch) -> bool {
+        let symbols = |m: &Mismatch| m.differing.iter().map(|d| d.symbol).collect::<Vec<_>>();
+        let same_pin = self.kind != DifferenceKind::Pin || self.expected == other.expected;
+        self.kind == other.kind && symbols(self) == symbols(other) && same_pin
+    }
+}
+
+/// The results of a scan without a difference.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct MatchedScan {
+    /// Number of values compared.
+    pub compared: u64,
+    /// Machine cycles from the scan's start until the chip waits again.
+    pub cycles: u64,
+    /// Rungs by index with their machine cycles; empty if rungs are not timed.
+    pub rungs: Vec<(usize, u64)>,
+    /// The scan as the evaluator executed it.
+    pub evaluated: EvaluatedScan,
+}
+
+/// Chip and evaluator, both at the end of a scan or before the first one.
+#[derive(Clone)]
+pub(crate) struct LockstepPair<'a, C> {
+    /// The chip with its program.
+    pub runner: ChipRunner<'a, C>,
+    /// The evaluator.
+    pub eval: Evaluator,
+    places: &'a ProgramPlaces,
+    hints: &'a ValueHints,
+    /// The bytes in flight and the peripherals.
+    pub lines: PeripheralLines,
+    /// No scan has begun since power-up.
+    is_first_scan: bool,
+    worst_scan_cycles: u64,
+    /// Machine cycles from the end of a scan until the chip waits; measured once.
+    tail_cycles: Option<u64>,
+}
+
+impl<'a, C: CheckedChip> LockstepPair<'a, C> {
+    /// Starts both sides from power-up, with the EEPROM contents of `ram_seed`.
+    pub(crate) fn start<F: Fn(u64) -> C>(bench: &TestBench<'a, C, F>, ram_seed: u64) -> Result<Self, Mismatch> {
+        LockstepPair::start_with_eeprom(bench, ram_seed, bench.places.peripherals.initial_eeprom(ram_seed))
+    }
+
+    /// Starts both sides from power-up, with `cells` in the EEPROM.
+    pub(crate) fn start_with_eeprom<F: Fn(u64) -> C>(
+        bench: &TestBench<'a, C, F>,
+        ram_seed: u64,
+        cells: impl IntoIterator<Item = u8>,
+    ) -> Result<Self, Mismatch> {
+        let (places, hints) = (bench.places, bench.hints);
+        let (mut cpu, mut eval) = ((bench.power_up)(ram_seed), bench.eval.clone());
+        for (addr, byte) in (0..).zip(cells) {
+            cpu.poke("eeprom", addr, byte);
+            eval.set_eeprom(addr as usize, byte);
+        }
+        let mut runner = ChipRunner::start(cpu, places).map_err(|a| lost_sync_mismatch(&a, places))?;
+        if bench.time_rungs {
+            runner.time_rungs();
+        }
+        Ok(LockstepPair {
+            runner,
+            eval,
+            places,
+            hints,
+            lines: PeripheralLines::new(places, bench.worst_scan_cycles),
+            is_first_scan: true,
+            worst_scan_cycles: bench.worst_scan_cycles,
+            tail_cycles: None,
+        })
+    }
+
+    /// Drives the inputs, runs the chip to the start of the next scan, checks the time of the start and the
+    /// state that the last scan left, and applies the inputs and writes of `step` to both sides. Returns the
+    /// number of values compared.
+    pub(crate) fn begin_scan(&mut self, step: &ScanStimulus) -> Result<u64, Mismatch> {
+        self.runner.drive_inputs(step.inputs.iter().copied());
+        self.runner.drive_spare(step.spare);
+        self.lines.prepare_scan(&mut self.runner, &self.eval, step);
+        self.runner.reach_start().map_err(|a| lost_sync_mismatch(&a, self.places))?;
+        let cycle = self.runner.cpu.cycle();
+        let (window, at) = (self.runner.start_window(), self.runner.cycles_since_start());
+        if !window.contains(&at) {
+            let expected = format!("{} to {} cycles after the start of the timer", window.start(), window.end());
+            return Err(Mismatch::of_text(DifferenceKind::Period, cycle, expected, format!("{at}")));
+        }
+        if let Some(StackChange { first, now }) = self.runner.stack_change() {
+            let (expected, found) = (format!("0x{first:04X}"), format!("0x{now:04X}"));
+            return Err(Mismatch::of_text(DifferenceKind::Stack, cycle, expected, found));
+        }
+        let mut compared = 2 + self.compare_pins()? + self.lines.deliver(&mut self.runner, &mut self.eval)?;
+        let mut step = step.clone();
+        if self.is_first_scan {
+            self.is_first_scan = false;
+            // In ldmicro-5 a TOF has its preset at power-up; its module of AP101 takes it when it is first
+            // executed, whatever it held before. All other timers start at 0.
+            let (symbols, eval) = (self.eval.symbols(), &self.eval);
+            let is_late = |symbol: &usize| {
+                self.places.is_self_paced()
+                    && symbols.get(*symbol).is_some_and(|s| s.kind == SymbolKind::Timer)
+                    && eval.get(*symbol) != 0
+            };
+            step.writes.retain(|(symbol, _)| !is_late(symbol));
+            let all = self.hints.bits.iter().chain(&self.hints.integers).copied().filter(|symbol| !is_late(symbol));
+            compared += self.compare_symbols(DifferenceKind::Reset, all)? + self.compare_wiring(true)?;
+        }
+        step.apply(self.hints, &mut self.eval);
+        for &(symbol, value) in &step.writes {
+            self.places.write_symbol(&mut self.runner.cpu, symbol, value);
+        }
+        Ok(compared)
+    }
+
+    /// Runs one whole scan on both sides and compares them.
+    pub(crate) fn scan(&mut self, step: &ScanStimulus) -> Result<MatchedScan, Mismatch> {
+        let is_first_scan = self.is_first_scan;
+        let mut compared = self.begin_scan(step)?;
+        let start = self.runner.cpu.cycle();
+        let evaluated = EvaluatedScan::run(&mut self.eval);
+        self.lines.note_evaluated_scan(&mut self.runner, &self.eval);
+        let to_mismatch = |a: LostSync| lost_sync_mismatch(&a, self.places);
+        // A self-paced machine latches its inputs before the first instruction.
+        if self.runner.reach_rungs().map_err(to_mismatch)? || self.places.is_self_paced() {
+            self.flip_inputs(step);
+        }
+        self.runner.reach_end().map_err(to_mismatch)?;
+        compared += self.compare_symbols(DifferenceKind::Symbol, 0..self.eval.symbols().len())?
+            + self.compare_pins()?
+            + self.compare_wiring(is_first_scan)?;
+        compared += self.lines.compare_sent(&mut self.runner)?;
+        let end = self.runner.cpu.cycle();
+        let cycles = end - start + *self.tail_cycles.get_or_insert_with(|| self.runner.tail_cycles());
+        if cycles > self.worst_scan_cycles {
+            let expected = format!("a scan of at most {} machine cycles, as the map says", self.worst_scan_cycles);
+            return Err(Mismatch::of_text(DifferenceKind::Bound, end, expected, format!("{cycles}")));
+        }
+        Ok(MatchedScan { compared, cycles, rungs: self.runner.rung_times().collect(), evaluated })
+    }
+
+    /// Inverts the inputs that `step` flips; the program has latched them already.
+    pub(crate) fn flip_inputs(&mut self, step: &ScanStimulus) {
+        if !step.flips.is_empty() {
+            self.runner.drive_after_latch(step.inputs.iter().zip(&step.flips).map(|(level, flip)| level ^ flip));
+        }
+    }
+
+    fn compare_symbols(&self, kind: DifferenceKind, symbols: impl Iterator<Item = usize>) -> Result<u64, Mismatch> {
+        let mut compared = 0;
+        let mut differing = Vec::new();
+        for symbol in symbols {
+            let (expected, found) = (self.eval.get(symbol), self.places.read_symbol(&self.runner.cpu, symbol));
+            compared += 1;
+            if expected != found {
+                differing.push(DifferingSymbol { symbol, expected, found });
+            }
+        }
+        if differing.is_empty() {
+            Ok(compared)
+        } else {
+            Err(Mismatch::of_values(kind, self.runner.cpu.cycle(), differing))
+        }
+    }
+
+    /// Checks how the chip's pins behave when nothing outside drives them. With `drive_machine`, a copy of
+    /// the whole machine is driven instead of copies of its wires: peripherals that react to an edge are
+    /// enabled by the code before or in the first scan.
+    fn compare_wiring(&self, drive_machine: bool) -> Result<u64, Mismatch> {
+        pin_behaviour::check_pins(&self.runner.cpu, self.places, drive_machine)
+            .map_err(|deviation| Mismatch::of_deviation(DifferenceKind::Pin, self.runner.cpu.cycle(), deviation))
+    }
+
+    /// Compares the output pins with the current outputs of the evaluator.
+    fn compare_pins(&self) -> Result<u64, Mismatch> {
+        let mut differing = Vec::new();
+        for &(symbol, pin) in &self.places.outputs {
+            let expected = self.eval.get(symbol);
+            let level = self.runner.cpu.pin_level(pin);
+            if level != PinLevel::from_bit(expected != 0) {
+                let found = match level {
+                    PinLevel::Low => 0,
+                    PinLevel::High => 1,
+                    PinLevel::Float | PinLevel::PullUp | PinLevel::PullDown => FLOATING_LEVEL,
+                };
+                differing.push(DifferingSymbol { symbol, expected, found });
+            }
+        }
+        let mut compared = self.places.outputs.len() as u64;
+        if differing.is_empty() {
+            for port in &self.places.ports {
+                let level = |pin| self.runner.cpu.pin_level(pin);
+                compared += port.compare(&self.eval, level).map_err(|deviation| {
+                    Mismatch::of_deviation(DifferenceKind::Pin, self.runner.cpu.cycle(), deviation)
+                })?;
+            }
+            Ok(compared)
+        } else {
+            Err(Mismatch::of_values(DifferenceKind::Pin, self.runner.cpu.cycle(), differing))
+        }
+    }
+}
+
+/// The value of [`DifferingSymbol::found`] for a pin that nothing drives.
+pub(crate) const FLOATING_LEVEL: i32 = 2;
+
+fn lost_sync_mismatch(lost_sync: &LostSync, places: &ProgramPlaces) -> Mismatch {
+    let byte = |pc: u32| pc * places.word_bytes;
+    let name = |point: ScanPoint| match point {
+        ScanPoint::TimerStart => "the start of the timer",
+        ScanPoint::ScanStart => "the start of the scan",
+        ScanPoint::FirstRung => "the first rung",
+        ScanPoint::ScanEnd => "the end of the scan",
+    };
+    let at = |pc: u32| format!("0x{:04X}", byte(pc));
+    let wanted = places.point_word(lost_sync.wanted).map_or_else(String::new, |pc| format!(" at {}", at(pc)));
+    let points = [ScanPoint::TimerStart, ScanPoint::ScanStart, ScanPoint::FirstRung, ScanPoint::ScanEnd];
+    let found = match lost_sync.stop {
+        StopReason::Limit => format!("no sign of it for several periods, the program is at {}", at(lost_sync.pc)),
+        StopReason::Halted => format!("the chip has halted at {}", at(lost_sync.pc)),
+        StopReason::Illegal { pc, word } => format!("0x{word:04X} at {} is not an instruction", at(pc)),
+        StopReason::Fault { pc, fault } => format!("{fault}, at {}", at(pc)),
+        StopReason::Breakpoint { pc } => {
+            let point = points.into_iter().find(|p| places.point_word(*p) == Some(pc)).map_or("a trap", name);
+            format!("{point}, at {}", at(pc))
+        }
+        StopReason::Probe => "a stop without a request".to_owned(),
+    };
+    let mut mismatch =
+        Mismatch::of_text(DifferenceKind::Stop, lost_sync.cycle, format!("{}{wanted}", name(lost_sync.wanted)), found);
+    mismatch.pc = Some(lost_sync.pc);
+    mismatch
+}
+
+/// Runs `steps` from reset. Returns the first mismatch and its scan, from 1; a mismatch before the first scan
+/// is reported as scan 1.
+pub(crate) fn replay<'a, C: CheckedChip, F: Fn(u64) -> C>(
+    bench: &TestBench<'a, C, F>,
+    ram_seed: u64,
+    steps: &[ScanStimulus],
+) -> Option<(usize, Mismatch)> {
+    let mut pair = match LockstepPair::start(bench, ram_seed) {
+        Ok(pair) => pair,
+        Err(mismatch) => return Some((1, mismatch)),
+    };
+    steps.iter().zip(1..).find_map(|(step, scan)| pair.scan(step).err().map(|mismatch| (scan, mismatch)))
+}
