@@ -38,7 +38,7 @@ use diag::Diagnostic;
 use diag::text::into_printable;
 
 pub use codes::{IMAGE_CODES, LINE_CODES, SYMBOL_CODES};
-pub use debug_info::{
+pub use debug_info::{Mcs51Memory, 
     AVR_DATA, BaseEncoding, BlockInfo, ByteLocation, CType, DebugInfo, FrameView, FunctionInfo, StructMember, TypeId,
     UnwoundFrame, VariableInfo, VariableLocation,
 };
