@@ -110,7 +110,9 @@ impl DebugAdapter<'_> {
         let points = hits.iter().filter_map(|hit| self.points.number(hit.id)).collect();
         let hits_inlined_code = self.machine.as_ref().is_some_and(|machine| {
             let line = machine.session.scope.source().line_text(machine.session.machine().pc());
-            hits.iter().filter_map(|hit| machine.session.points.get(hit.id)).any(|point| Some(&point.text) == line.as_ref())
+            hits.iter()
+                .filter_map(|hit| machine.session.points.get(hit.id))
+                .any(|point| Some(&point.text) == line.as_ref())
         });
         StopEvent { text, points, hits_inlined_code, ..StopEvent::plain(reason) }
     }

@@ -320,9 +320,7 @@ impl CValueFormatter<'_> {
             {
                 let (space, start) = self.pointed_memory(value, base);
                 let mut found = Vec::new();
-                while let Some(byte) =
-                    self.target.peek(space, start.saturating_add(found.len() as u32))
-                {
+                while let Some(byte) = self.target.peek(space, start.saturating_add(found.len() as u32)) {
                     if byte == 0 || found.len() >= self.most() {
                         break;
                     }

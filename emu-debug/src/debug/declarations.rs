@@ -89,9 +89,9 @@ fn types(info: &DebugInfo) -> Vec<Declaration> {
             _ => return None,
         };
         let name = match kind {
-            CType::Named { name, .. } | CType::Record { name: Some(name), .. } | CType::Enum { name: Some(name), .. } => {
-                name
-            }
+            CType::Named { name, .. }
+            | CType::Record { name: Some(name), .. }
+            | CType::Enum { name: Some(name), .. } => name,
             _ => &text,
         };
         Some(of(file, name, line, text.clone(), false))

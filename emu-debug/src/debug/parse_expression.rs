@@ -354,9 +354,7 @@ impl<'a> DebugExpressionParser<'a> {
         let plain = name.chars().all(|c| c.is_alphanumeric() || c == '_');
         match self.scope.find_name(name) {
             // The wording of gdb, for programs with information on their variables.
-            Err(_) if self.here.is_some() && plain => Err(DebugError::UnknownSymbolHere {
-                name: name.to_owned(),
-            }),
+            Err(_) if self.here.is_some() && plain => Err(DebugError::UnknownSymbolHere { name: name.to_owned() }),
             found => found,
         }
     }
@@ -403,11 +401,7 @@ fn combine(
 }
 
 /// Returns a character of a text.
-fn text_element(
-    calls: &super::call_stack::CallStack,
-    text: &[u8],
-    index: i64,
-) -> Result<DebugExpression, DebugError> {
+fn text_element(calls: &super::call_stack::CallStack, text: &[u8], index: i64) -> Result<DebugExpression, DebugError> {
     let at = usize::try_from(index).ok().filter(|at| *at <= text.len()).ok_or(DebugError::IndexTooLarge)?;
     let value = DebugExpression::Number(text.get(at).copied().unwrap_or(0).into());
     let kind = CTypeRef::new(DebugInfo::builtin_type("char"));

@@ -103,7 +103,10 @@ pub(super) fn info_frame(shell: &DebugShell, out: &mut String) -> CommandResult 
     let at = |addr: u32| format!("0x{:x}", linked + addr);
     let frame_at = |frame: &CallFrame| frame.cfa.map(|cfa| at(cfa.saturating_sub(1)));
     let number = shell.level.saturating_sub(shell.hidden);
-    out.push_str(&format!("Stack level {number}{}:\n", frame_at(frame).map_or(String::new(), |at| format!(", frame at {at}"))));
+    out.push_str(&format!(
+        "Stack level {number}{}:\n",
+        frame_at(frame).map_or(String::new(), |at| format!(", frame at {at}"))
+    ));
     out.push_str(&format!(" pc = {}", shell.place_of_frame(frame)));
     if shell.inlined_block(frame).is_some() {
         out.push_str(&format!("\n inlined into frame {}\n", number + 1));
@@ -186,7 +189,7 @@ impl DebugShell {
     }
 
     /// A call is at the first instruction of a row of the table of lines.
-    pub(super) fn begins_line(&self, frame: &CallFrame) -> bool {
+    fn begins_line(&self, frame: &CallFrame) -> bool {
         let scope = &self.session.scope;
         let byte = frame.word.saturating_mul(scope.chip().word_bytes);
         scope.source().line_at(frame.word).is_some_and(|line| line.addr == byte)

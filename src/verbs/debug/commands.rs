@@ -4,7 +4,8 @@ use diag::nearest;
 
 use super::shell::{CommandResult, DebugShell};
 use super::{
-    back, blocks, calls, code, data, displays, examine, files, info, points, record, rungs, running, settings, texts, types,
+    back, blocks, calls, code, data, displays, examine, files, info, points, record, rungs, running, settings, texts,
+    types,
 };
 
 /// What an empty line does after a command.

@@ -267,15 +267,25 @@ impl DebugShell {
             return None;
         }
         match place? {
-            ExpressionPlace::Pc => {
-                let byte = u32::try_from(value).ok()?;
-                let name = scope.source().names.nearest_symbol(byte);
-                let name = name.map_or(String::new(), |name| format!(" <{}>", decimal_offset(&name)));
-                Some(format!("(void (*)()) 0x{value:x}{name}"))
-            }
-            ExpressionPlace::Reg("SP") => Some(format!("(void *) 0x{:x}", value + i64::from(AVR_DATA))),
+            ExpressionPlace::Pc => Some(format!("(void (*)()) {}", self.natural_register_text("pc", value))),
+            ExpressionPlace::Reg("SP") => Some(format!("(void *) {}", self.natural_register_text("sp", value))),
             ExpressionPlace::Reg(_) => Some(value.to_string()),
             _ => None,
+        }
+    }
+
+    /// The value of a register as a number, or as the address that it is.
+    pub(super) fn natural_register_text(&self, name: &str, value: i64) -> String {
+        let (scope, chip) = (&self.session.scope, self.session.scope.chip());
+        match name.to_ascii_lowercase().as_str() {
+            "pc" => {
+                let byte = u32::try_from(value).ok().and_then(|address| self.program_word(address));
+                let symbol = byte.and_then(|word| scope.source().names.nearest_symbol(word * chip.word_bytes));
+                let symbol = symbol.map_or(String::new(), |name| format!(" <{}>", decimal_offset(&name)));
+                format!("0x{value:x}{symbol}")
+            }
+            "sp" if chip.family == ChipFamily::Avr => format!("0x{:x}", value + i64::from(AVR_DATA)),
+            _ => value.to_string(),
         }
     }
 

@@ -119,9 +119,9 @@ pub(super) fn registers(shell: &mut DebugShell, args: &str, out: &mut String) ->
             let expr = shell.parse_expression(&format!("${name}")).or_else(|_| shell.parse_expression(name))?;
             let value = expr.value(shell.session.machine());
             let text = shell.value_text(&expr, Default::default());
-            let natural = text.rsplit_once(") 0x").map_or(text.clone(), |(_, address)| format!("0x{address}"));
             out.push_str(&match value {
                 Some(value) if shell.session.scope.has_debug_info() => {
+                    let natural = shell.natural_register_text(name, value);
                     format!("{name:<15}{:<19} {natural}\n", format!("0x{value:x}"))
                 }
                 _ => format!("{name} = {text}\n"),

@@ -1,6 +1,8 @@
 //! Commands about breakpoints and watchpoints.
 
-use emu_debug::debug::{AccessKind, DebugExpression, DebugPoint, ExpressionPlace, ExpressionValue, PointTrigger};
+use emu_debug::debug::{
+    AccessKind, DebugError, DebugExpression, DebugPoint, ExpressionPlace, ExpressionValue, PointTrigger,
+};
 use emu_debug::stimulus::parse_pin_level;
 
 use super::shell::{CommandResult, DebugShell};
@@ -151,7 +153,10 @@ fn access(shell: &mut DebugShell, args: &str, access: AccessKind, out: &mut Stri
     let (text, condition) = split_condition(args);
     let text = without_location_flag(text).0;
     let found = shell.session.scope.parse_watched_range(text, shell.session.machine());
-    let (range, name) = found.map_err(|why| format!("{why}; watch {text} sees its changes"))?;
+    let (range, name) = found.map_err(|why| match why {
+        DebugError::UnknownSymbolHere { .. } => why.to_string(),
+        why => format!("{why}; watch {text} sees its changes"),
+    })?;
     let id = add_point(shell, PointTrigger::Access(range, access), &name, condition, false)?;
     let kind = if access == AccessKind::Read { "read" } else { "access (read/write)" };
     out.push_str(&format!("Hardware {kind} watchpoint {id}: {name}\n"));

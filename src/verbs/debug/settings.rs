@@ -93,7 +93,9 @@ pub(super) fn show(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
         ["print" | "p" | "pr", "repeats"] => {
             format!("Threshold for repeated print elements is {}.", count(print.repeats))
         }
-        ["print" | "p" | "pr", name] if let Some((_, fixed)) = FIXED_PRINT_SETTINGS.iter().find(|(own, _)| own == name) => {
+        ["print" | "p" | "pr", name]
+            if let Some((_, fixed)) = FIXED_PRINT_SETTINGS.iter().find(|(own, _)| own == name) =>
+        {
             format!("print {name} is {fixed}; it cannot be changed.")
         }
         ["listsize"] => {

@@ -2,7 +2,9 @@
 
 use emu_core::pins::{ChipEvent, PinLevel};
 use emu_core::table::DisassembledInstruction;
-use emu_debug::debug::{AccessKind, DebugPoint, DebugPoints, HaltReason, HaltResult, ObjectExpr, PointHit, PointTrigger};
+use emu_debug::debug::{
+    AccessKind, DebugPoint, DebugPoints, HaltReason, HaltResult, ObjectExpr, PointHit, PointTrigger,
+};
 use emu_debug::text_escapes::escape;
 
 use super::numbers::{hex, short_hex};
@@ -75,20 +77,13 @@ impl DebugShell {
         self.view.is_none().then(|| text.to_owned())
     }
 
-    /// Tells the call where it is another than at the last stop, or where the machine is within a line.
+    /// Tells the call, but for a step within that of the last stop.
     fn report_frame(&self, halt: &HaltResult, before: &DebugPoints, out: &mut String) {
-        let is_told = |hit: &PointHit| {
-            before.get(hit.id).is_some_and(|point| matches!(point.trigger, PointTrigger::Code(_)))
-        };
+        let is_told =
+            |hit: &PointHit| before.get(hit.id).is_some_and(|point| matches!(point.trigger, PointTrigger::Code(_)));
         match &halt.reason {
             HaltReason::Points(hits) if hits.iter().any(is_told) => return,
-            HaltReason::Done => {
-                let frame = self.calls().into_iter().nth(self.level);
-                let within = frame.is_some_and(|frame| !self.begins_line(&frame) && self.level == 0);
-                if !within && self.stopped_in == self.present_call() {
-                    return;
-                }
-            }
+            HaltReason::Done if self.stopped_in == self.present_call() => return,
             _ => {}
         }
         out.extend(self.present_call_text().map(|text| format!("{text}\n")));

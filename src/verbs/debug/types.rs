@@ -124,7 +124,8 @@ pub(super) fn info_line(shell: &mut DebugShell, args: &str, out: &mut String) ->
     let words = match scope.source().parse_words(&format!("{file}:{number}")) {
         Ok(words) => words,
         Err(_) => {
-            let count = shell.sources.file(&shell.session.scope.lines, &file).map_or(u32::MAX, |lines| lines.len() as u32);
+            let count =
+                shell.sources.file(&shell.session.scope.lines, &file).map_or(u32::MAX, |lines| lines.len() as u32);
             out.push_str(&match number <= count {
                 true => format!("Line {number} of \"{file}\" has no code.\n"),
                 false => format!("Line number {number} is out of range for \"{file}\".\n"),
@@ -182,4 +183,3 @@ pub(super) fn info_sources(shell: &mut DebugShell, args: &str, out: &mut String)
     found.iter().for_each(|file| out.push_str(&format!("{file}\n")));
     Ok(())
 }
-

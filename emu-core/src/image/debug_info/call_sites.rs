@@ -57,7 +57,8 @@ impl DebugInfo {
         let parameters = self.call_sites.0.get(&behind)?;
         let found = parameters.iter().find(|own| own.register == register && (own.whole || !whole))?;
         let function = self.function_at(caller.pc_byte())?;
-        let (evaluation, _) = self.run_evaluation(self.units.get(function.unit)?, &found.value, Some(function), caller)?;
+        let (evaluation, _) =
+            self.run_evaluation(self.units.get(function.unit)?, &found.value, Some(function), caller)?;
         match evaluation.result().first()?.location {
             Piece::Address { address } => Some(address),
             Piece::Value { value } => value.to_u64(u64::MAX).ok(),

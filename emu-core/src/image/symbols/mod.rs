@@ -26,8 +26,8 @@ mod spaces;
 use diag::text::{into_printable, printable};
 use diag::{Diagnostic, Pos};
 
-use super::faults::FaultList;
 use super::debug_info::cdb::read_cdb_types;
+use super::faults::FaultList;
 use super::{DebugInfo, Image, SourceKind, SourceLine, SymbolAt};
 pub use gputils::message::{SimulatorMessage, load_messages};
 use names::SymbolEntry;
