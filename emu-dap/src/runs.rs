@@ -108,8 +108,10 @@ pub(crate) struct LineStep {
     origin: LineOrigin,
     /// Stack depth of the frame of `origin`.
     depth: u32,
-    /// Inlined functions that begin at the location and are not entered.
+    /// Inlined functions that begin at the start and are not entered.
     hidden: usize,
+    /// Those at the end, if they are not all that begin there.
+    hidden_at_end: Option<usize>,
 }
 
 impl LineStep {
@@ -129,16 +131,16 @@ impl LineStep {
             origin,
             depth: here.1,
             hidden,
+            hidden_at_end: None,
         }
     }
 
     fn slice(&mut self, session: &mut DebugSession, go_on: KeepRunning<'_>) -> HaltResult {
         // The call of an inlined function has no instruction: the step enters it where the machine is.
         if self.kind == LineStepKind::Into && self.hidden > 0 && !self.done {
-            (self.hidden, self.done) = (self.hidden - 1, true);
+            (self.hidden_at_end, self.done) = (Some(self.hidden - 1), true);
             return HaltResult { reason: HaltReason::Done };
         }
-        self.hidden = 0;
         loop {
             if let Some(over) = &self.passing {
                 let halt = over.slice(session, go_on);
@@ -234,7 +236,7 @@ impl LineStep {
                 false
             }
             StepVerdict::Stop(hidden) => {
-                self.hidden = hidden;
+                self.hidden_at_end = Some(hidden);
                 true
             }
         }
@@ -242,7 +244,7 @@ impl LineStep {
 
     /// Inlined functions that begin where the step has ended and are not entered.
     pub fn hidden(&self) -> Option<usize> {
-        self.done.then_some(self.hidden)
+        self.hidden_at_end.filter(|_| self.done)
     }
 }
 

@@ -109,10 +109,11 @@ impl DebugAdapter<'_> {
         let text = (!texts.is_empty()).then(|| texts.join("; "));
         let points = hits.iter().filter_map(|hit| self.points.number(hit.id)).collect();
         let hits_inlined_code = self.machine.as_ref().is_some_and(|machine| {
-            let line = machine.session.scope.source().line_text(machine.session.machine().pc());
-            hits.iter()
-                .filter_map(|hit| machine.session.points.get(hit.id))
-                .any(|point| Some(&point.text) == line.as_ref())
+            let (scope, pc) = (&machine.session.scope, machine.session.machine().pc());
+            let line = scope.source().line_text(pc).unwrap_or_default();
+            let blocks = scope.calls().inlined(pc.saturating_mul(scope.chip().word_bytes));
+            let is_own = |text: &str| text == line || blocks.iter().any(|block| block.inlined.as_deref() == Some(text));
+            hits.iter().filter_map(|hit| machine.session.points.get(hit.id)).any(|point| is_own(&point.text))
         });
         StopEvent { text, points, hits_inlined_code, ..StopEvent::plain(reason) }
     }
