@@ -46,7 +46,7 @@ fn missing_value_reason(expr: &DebugExpression, target: &dyn DynMachine) -> Opti
 }
 
 pub(super) fn print(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
-    let settings = shell.session.scope.print.clone();
+    let settings = shell.session.scope.print;
     let done = print_options(&mut shell.session.scope.print, args).and_then(|args| print_value(shell, args, out));
     shell.session.scope.print = settings;
     done

@@ -292,14 +292,28 @@ impl DebugShell {
                     .filter(|known| *known.file == *file && known.line >= line);
                 let line = lines.map(|known| known.line).min().unwrap_or(line);
                 let scope = &self.session.scope;
-                let words = scope.source().parse_words(&format!("{file}:{line}"))?;
+                let words = scope.source().parse_words(&format!("{file}:{line}"));
+                let words = words.map_err(|why| match scope.has_debug_info() {
+                    true => format!("No line {line} in file \"{file}\"."),
+                    false => why.to_string(),
+                })?;
                 let bytes: Vec<u32> = words.iter().map(|word| word * scope.chip().word_bytes).collect();
                 Ok(scope.line_words(&bytes))
             }
             None => match self.session.scope.function_words(text) {
-                words if words.is_empty() => self.parse_location(text),
+                words if words.is_empty() => self.parse_location(text).map_err(|why| self.unknown_location(text, why)),
                 words => Ok(words),
             },
+        }
+    }
+
+    /// Why a location is none: a name alone in gdb's words, of a program of C.
+    fn unknown_location(&self, text: &str, why: String) -> String {
+        let is_name = text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+            && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        match is_name && self.session.scope.has_debug_info() {
+            true => format!("Function \"{text}\" not defined."),
+            false => why,
         }
     }
 

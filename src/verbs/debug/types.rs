@@ -124,12 +124,7 @@ pub(super) fn info_line(shell: &mut DebugShell, args: &str, out: &mut String) ->
     let words = match scope.source().parse_words(&format!("{file}:{number}")) {
         Ok(words) => words,
         Err(_) => {
-            let count =
-                shell.sources.file(&shell.session.scope.lines, &file).map_or(u32::MAX, |lines| lines.len() as u32);
-            out.push_str(&match number <= count {
-                true => format!("Line {number} of \"{file}\" has no code.\n"),
-                false => format!("Line number {number} is out of range for \"{file}\".\n"),
-            });
+            out.push_str(&line_without_code(shell, &file, number));
             return Ok(());
         }
     };
@@ -150,6 +145,25 @@ pub(super) fn info_line(shell: &mut DebugShell, args: &str, out: &mut String) ->
     }
     shell.listed = None;
     Ok(())
+}
+
+/// A source line of which there is no code: the next one that has some.
+fn line_without_code(shell: &mut DebugShell, file: &str, number: u32) -> String {
+    let count = shell.sources.file(&shell.session.scope.lines, file).map_or(u32::MAX, |lines| lines.len() as u32);
+    if number > count {
+        return format!("Line number {number} is out of range for \"{file}\".\n");
+    }
+    let scope = &shell.session.scope;
+    let later = scope.lines.all_lines().iter().filter(|line| *line.file == *file && line.line > number);
+    match later.min_by_key(|line| (line.line, line.addr)) {
+        Some(line) => {
+            let name = scope.source().names.nearest_symbol(line.addr);
+            let name = name.map_or(String::new(), |name| format!(" <{}>", decimal_offset(&name)));
+            let address = scope.chip().code_address(line.addr / scope.chip().word_bytes.max(1));
+            format!("Line {number} of \"{file}\" is at address 0x{address:x}{name} but contains no code.\n")
+        }
+        None => format!("Line {number} of \"{file}\" has no code.\n"),
+    }
 }
 
 /// `info source`.
