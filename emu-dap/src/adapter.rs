@@ -97,6 +97,8 @@ pub(crate) struct DapMachine {
     pub folder: std::path::PathBuf,
     /// C objects whose parts the client may request until the machine moves, with their expressions.
     pub expandable_objects: std::cell::RefCell<Vec<(String, emu_debug::debug::ObjectExpr)>>,
+    /// Inlined functions that begin where the machine is and are not entered: they are no frames yet.
+    pub hidden: usize,
 }
 
 impl DapMachine {
@@ -389,6 +391,7 @@ impl<'a> DebugAdapter<'a> {
         let folder = path.parent().map(std::path::Path::to_path_buf).unwrap_or_default();
         self.machine = Some(DapMachine {
             expandable_objects: std::cell::RefCell::default(),
+            hidden: 0,
             events_reported_to: opened.session.machine().cycle(),
             ladder: opened.view.map(LadderSource::new),
             session: opened.session,

@@ -313,11 +313,10 @@ impl DapMachine {
         match group {
             BreakpointGroup::Source(_) => {
                 let found = self.words_of(source, line)?;
-                Ok(PlacedBreakpoint {
-                    what: PointTrigger::Code(found.words),
-                    text: String::new(),
-                    line: Some(found.line),
-                })
+                let lines = self.session.scope.source();
+                let first = found.words.first().and_then(|word| lines.line_at(*word));
+                let text = first.map_or(String::new(), |line| format!("{}:{}", line.file, found.line));
+                Ok(PlacedBreakpoint { what: PointTrigger::Code(found.words), text, line: Some(found.line) })
             }
             BreakpointGroup::Functions => {
                 let words = match self.ladder.as_ref().and_then(|ladder| ladder.parse_name(&wanted.name)) {

@@ -6,7 +6,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use emu_core::cpu::LAST_CYCLE;
-use emu_debug::debug::{CallFlow, DebugSession, HaltReason, HaltResult, PointTrigger, RunGoal, call_flow};
+use emu_debug::debug::{
+    CallFlow, DebugSession, HaltReason, HaltResult, LineOrigin, LinePosition, PointTrigger, RunGoal, StepVerdict,
+    call_flow,
+};
 
 use crate::adapter::DebugAdapter;
 
@@ -101,17 +104,43 @@ pub(crate) struct LineStep {
     /// True if the machine is at a jump to itself, which only an interrupt can end.
     at_self_jump: bool,
     done: bool,
+    /// What the step leaves, with its inlined functions.
+    origin: LineOrigin,
+    /// Stack depth of the frame of `origin`.
+    depth: u32,
+    /// Inlined functions that begin at the start and are not entered.
+    hidden: usize,
+    /// Those at the end, if they are not all that begin there.
+    hidden_at_end: Option<usize>,
 }
 
 impl LineStep {
-    /// A step that starts at the current location.
-    pub fn new(kind: LineStepKind, session: &DebugSession) -> LineStep {
+    /// A step that starts at the current location, where `hidden` inlined functions are not entered yet.
+    pub fn new(kind: LineStepKind, session: &DebugSession, hidden: usize) -> LineStep {
+        let origin = LinePosition::of(session).origin(hidden);
         let here = (session.machine().pc(), session.machine().stack_depth());
         let line = session.scope.source().line_at(here.0).map(|line| (Arc::clone(&line.file), line.line));
-        LineStep { kind, line, start: here.0, before_step: here, passing: None, at_self_jump: false, done: false }
+        LineStep {
+            kind,
+            line,
+            start: here.0,
+            before_step: here,
+            passing: None,
+            at_self_jump: false,
+            done: false,
+            origin,
+            depth: here.1,
+            hidden,
+            hidden_at_end: None,
+        }
     }
 
     fn slice(&mut self, session: &mut DebugSession, go_on: KeepRunning<'_>) -> HaltResult {
+        // The call of an inlined function has no instruction: the step enters it where the machine is.
+        if self.kind == LineStepKind::Into && self.hidden > 0 && !self.done {
+            (self.hidden_at_end, self.done) = (Some(self.hidden - 1), true);
+            return HaltResult { reason: HaltReason::Done };
+        }
         loop {
             if let Some(over) = &self.passing {
                 let halt = over.slice(session, go_on);
@@ -156,11 +185,7 @@ impl LineStep {
         } else if flow_of == CallFlow::Call {
             before.0.wrapping_add(call_flow(session.scope.chip(), |word| session.word(word), before.0).1)
         } else {
-            self.done = if flow_of == CallFlow::Return && self.kind == LineStepKind::Out {
-                true
-            } else {
-                self.has_arrived(session)
-            };
+            self.done = flow_of == CallFlow::Return && self.kind == LineStepKind::Out || self.has_arrived(session);
             self.at_self_jump = pc == before.0 && !self.done;
             return self.done || self.at_self_jump;
         };
@@ -177,7 +202,11 @@ impl LineStep {
     }
 
     /// True if the machine is at the first instruction of another line, or back at the start of the step.
-    fn has_arrived(&self, session: &DebugSession) -> bool {
+    fn has_arrived(&mut self, session: &DebugSession) -> bool {
+        let now = LinePosition::of(session);
+        if !(now.inlined.is_empty() && self.origin.inlined.is_empty()) {
+            return self.has_arrived_beside_inlined(session, &now);
+        }
         let pc = session.machine().pc();
         let source = session.scope.source();
         let line = source.line_at(pc);
@@ -185,6 +214,37 @@ impl LineStep {
         let other = |file: &str, line: u32| self.line.as_ref().is_none_or(|here| (&*here.0, here.1) != (file, line));
         self.kind != LineStepKind::Out
             && line.is_some_and(|line| begins(line.addr) && (other(&line.file, line.line) || pc == self.start))
+    }
+}
+
+impl LineStep {
+    /// The same where the step is in inlined functions or comes to some.
+    fn has_arrived_beside_inlined(&mut self, session: &DebugSession, now: &LinePosition) -> bool {
+        let depth = session.machine().stack_depth();
+        if self.kind == LineStepKind::Out {
+            // Out of an inlined function is behind its code.
+            let own = self.origin.inlined.last();
+            return depth <= self.depth && own.is_some_and(|own| !now.inlined.contains(own));
+        }
+        if now.row.is_some() && now.row == self.origin.row && depth == self.depth {
+            return session.machine().pc() == self.start;
+        }
+        match self.origin.verdict(now, self.kind == LineStepKind::Next, depth == self.depth) {
+            StepVerdict::GoOn => false,
+            StepVerdict::LeaveFrom(next) => {
+                (self.origin, self.depth) = (next, depth);
+                false
+            }
+            StepVerdict::Stop(hidden) => {
+                self.hidden_at_end = Some(hidden);
+                true
+            }
+        }
+    }
+
+    /// Inlined functions that begin where the step has ended and are not entered.
+    pub fn hidden(&self) -> Option<usize> {
+        self.hidden_at_end.filter(|_| self.done)
     }
 }
 
@@ -332,7 +392,16 @@ impl DebugAdapter<'_> {
                     self.run = Some(run);
                 }
             }
-            why => self.report_stop(self.stop_of(&why)),
+            why => {
+                let hidden = match (&run, &why) {
+                    (PendingRun::StepLine(step), HaltReason::Done) => step.hidden(),
+                    _ => None,
+                };
+                self.report_stop(self.stop_of(&why));
+                if let (Some(hidden), Some(machine)) = (hidden, &mut self.machine) {
+                    machine.hidden = hidden;
+                }
+            }
         }
     }
 }

@@ -71,6 +71,7 @@ impl DebugAdapter<'_> {
     /// # Errors
     /// The frame does not exist.
     pub(crate) fn frame_level(&self, id: Option<i64>) -> Result<usize, RequestError> {
+        let hidden = self.machine.as_ref().map_or(0, |machine| machine.hidden);
         match id {
             Some(id) if !(0..=MAX_FRAMES as i64 + 1).contains(&id) => {
                 Err(RequestError::new(protocol::NOT_FOUND, format!("there is no frame {id}")))
@@ -78,14 +79,21 @@ impl DebugAdapter<'_> {
             // If there is a frame of the ladder program, it is above the machine's frame.
             Some(id) => {
                 let above = self.machine.as_ref().map_or(0, |machine| i64::from(machine.has_ladder_frame()));
-                Ok(usize::try_from(id - 1 - above).unwrap_or(0))
+                Ok(usize::try_from(id - 1 - above).unwrap_or(0) + hidden)
             }
-            None => Ok(0),
+            None => Ok(hidden),
         }
     }
 }
 
 impl DapMachine {
+    /// Inlined functions that begin at the location: a stop there is before their calls, but one at a
+    /// breakpoint of a line in them is in them.
+    pub(crate) fn calls_to_come(&self, in_inlined_code: bool) -> usize {
+        let byte = self.session.machine().pc().saturating_mul(self.session.scope.chip().word_bytes);
+        if in_inlined_code { 0 } else { self.session.scope.calls().call_sites(byte) }
+    }
+
     /// True if the stack trace starts with a frame of the ladder program.
     fn has_ladder_frame(&self) -> bool {
         let pc = self.session.machine().pc();
@@ -100,13 +108,17 @@ impl DapMachine {
             let Some((name, call)) = scope.calls().frame_name(target, frame) else {
                 return (frame.call_word, scope.source().describe_word(frame.call_word), line);
             };
-            // An inlined function is shown at the line of its call.
+            // An inlined function is shown at the line of its call, which may be in another file.
             let line = match (line, call) {
-                (Some(line), Some((_, number))) => Some(SourceLine { line: *number, ..line }),
+                (Some(line), Some((file, number))) => {
+                    let is = |known: &&SourceLine| known.file.rsplit('/').next() == Some(file.as_str());
+                    let file = scope.lines.all_lines().iter().find(is).map_or(&line.file, |known| &known.file).clone();
+                    Some(SourceLine { line: *number, file, ..line })
+                }
                 (line, _) => line,
             };
             (frame.call_word, name.to_owned(), line)
         };
-        scope.calls().frames(target).iter().take(MAX_FRAMES).map(describe).collect()
+        scope.calls().frames(target).iter().skip(self.hidden).take(MAX_FRAMES).map(describe).collect()
     }
 }

@@ -93,6 +93,7 @@ impl DebugAdapter<'_> {
             StepUnit::Line => PendingRun::StepLine(LineStep::new(
                 if into { LineStepKind::Into } else { LineStepKind::Next },
                 &machine.session,
+                machine.hidden,
             )),
             StepUnit::Instruction => match StepOverCall::here(&mut machine.session).filter(|_| !into) {
                 Some(over) => PendingRun::StepOver(over),
@@ -110,7 +111,7 @@ impl DebugAdapter<'_> {
         let rungs = machine.ladder.as_ref().filter(|ladder| unit == StepUnit::Element && ladder.rung_at(pc).is_some());
         let run = match rungs {
             Some(ladder) => PendingRun::ToWords(ladder.rung_starts(), 1),
-            None => PendingRun::StepLine(LineStep::new(LineStepKind::Out, &machine.session)),
+            None => PendingRun::StepLine(LineStep::new(LineStepKind::Out, &machine.session, machine.hidden)),
         };
         self.begin_run(run, Value::Null)
     }
@@ -147,7 +148,7 @@ impl DebugAdapter<'_> {
                 ("instruction", false) => PendingRun::Steps(count),
                 ("instruction", true) => PendingRun::BackSteps(count),
                 _ if count > 1 => return Err(RequestError::new(protocol::ARGUMENTS, "lines are stepped one by one")),
-                (_, false) => PendingRun::StepLine(LineStep::new(LineStepKind::Next, &machine.session)),
+                (_, false) => PendingRun::StepLine(LineStep::new(LineStepKind::Next, &machine.session, machine.hidden)),
                 (_, true) => PendingRun::BackLine(BackLineStep::new(&machine.session)),
             });
         }

@@ -20,12 +20,21 @@ pub(crate) struct StopEvent {
     pub points: Vec<i64>,
     /// The exception id for `exceptionInfo`.
     pub exception: Option<&'static str>,
+    /// A breakpoint of a line of an inlined function was hit.
+    pub hits_inlined_code: bool,
 }
 
 impl StopEvent {
     /// A stop whose reason needs no further description.
     pub fn plain(reason: &'static str) -> StopEvent {
-        StopEvent { reason, description: None, text: None, points: Vec::new(), exception: None }
+        StopEvent {
+            reason,
+            description: None,
+            text: None,
+            points: Vec::new(),
+            exception: None,
+            hits_inlined_code: false,
+        }
     }
 
     /// The stop before the first instruction.
@@ -53,6 +62,7 @@ impl DebugAdapter<'_> {
         }
         self.run = None;
         if let Some(machine) = &mut self.machine {
+            machine.hidden = machine.calls_to_come(stop.hits_inlined_code);
             machine.stop = stop;
         }
         self.event("stopped", body);
@@ -98,7 +108,14 @@ impl DebugAdapter<'_> {
         let texts: Vec<String> = hits.iter().filter_map(|hit| self.describe_watch_hit(hit)).collect();
         let text = (!texts.is_empty()).then(|| texts.join("; "));
         let points = hits.iter().filter_map(|hit| self.points.number(hit.id)).collect();
-        StopEvent { text, points, ..StopEvent::plain(reason) }
+        let hits_inlined_code = self.machine.as_ref().is_some_and(|machine| {
+            let (scope, pc) = (&machine.session.scope, machine.session.machine().pc());
+            let line = scope.source().line_text(pc).unwrap_or_default();
+            let blocks = scope.calls().inlined(pc.saturating_mul(scope.chip().word_bytes));
+            let is_own = |text: &str| text == line || blocks.iter().any(|block| block.inlined.as_deref() == Some(text));
+            hits.iter().filter_map(|hit| machine.session.points.get(hit.id)).any(|point| is_own(&point.text))
+        });
+        StopEvent { text, points, hits_inlined_code, ..StopEvent::plain(reason) }
     }
 
     /// Describes the hit of a watchpoint.

@@ -163,7 +163,7 @@ pub fn read_image_with_symbols(
             image.symbols.extend(found.symbols);
             image.symbols.extend(found.unplaced.into_iter().map(constant));
             if !symbols.is_empty() {
-                image.lines = SourceLines::new(found.lines);
+                image.lines = SourceLines::new(found.lines).with_debug_info(found.debug_info);
             }
             Ok(image)
         }

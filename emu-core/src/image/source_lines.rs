@@ -105,6 +105,12 @@ impl SourceLines {
         }
     }
 
+    /// The same lines, with functions, variables and types of files of symbols.
+    #[must_use]
+    pub fn with_debug_info(self, info: DebugInfo) -> SourceLines {
+        SourceLines { info: OnceLock::from(Arc::new(info)), ..self }
+    }
+
     /// The lines in the debugging information (DWARF 2 to 5) of an ELF file, or none if it has none. Nothing
     /// is read yet and nothing fails: damaged parts are left out and reported by [`SourceLines::warnings`].
     /// `name` is the file name for messages.

@@ -197,7 +197,11 @@ impl ObjectExpr {
         }
         let size = self.info().size_of(kind);
         if index == DebugExpression::Number(0) && !self.is_array() {
-            return Ok(ObjectExpr::at(self.calls.clone(), DebugExpression::Object(Box::new(self.clone())), kind));
+            if let ObjectBase::AddressOf(object) = &self.base {
+                return Ok(ObjectExpr { ctype: kind, ..(**object).clone() });
+            }
+            let addr = self.with_memory(DebugExpression::Object(Box::new(self.clone())));
+            return Ok(ObjectExpr::at(self.calls.clone(), addr, kind));
         }
         let size = size.filter(|size| *size > 0).ok_or(DebugError::UnknownSize { what: "what it points to" })?;
         if self.is_array() {
@@ -211,8 +215,26 @@ impl ObjectExpr {
             }
             return Ok(found);
         }
-        let addr = self.scaled_offset(BinaryOperator::Add, index, size);
+        let addr = self.with_memory(self.scaled_offset(BinaryOperator::Add, index, size));
         Ok(ObjectExpr::at(self.calls.clone(), addr, kind))
+    }
+
+    /// Returns what a pointer points to.
+    #[must_use]
+    pub fn pointed_object(&self) -> Option<ObjectExpr> {
+        self.element(DebugExpression::Number(0)).ok().filter(|_| !self.is_array())
+    }
+
+    /// An address that a pointer of this type holds, with the memory that it points to.
+    fn with_memory(&self, addr: DebugExpression) -> DebugExpression {
+        let base = self.info().pointer_base(self.ctype.id.filter(|_| self.ctype.pointer_depth == 0));
+        match base {
+            None => addr,
+            Some(base) => {
+                let base = DebugExpression::Number(base.into());
+                DebugExpression::Binary(BinaryOperator::Add, Box::new(addr), Box::new(base))
+            }
+        }
     }
 
     /// Returns a pointer moved by a number of elements.
@@ -234,13 +256,12 @@ impl ObjectExpr {
     /// Returns its address.
     ///
     /// # Errors
-    /// It is a value, or a bit field.
+    /// It is a value.
     pub(super) fn address(&self) -> Result<ObjectExpr, DebugError> {
-        if self.bits.is_some()
-            || matches!(self.base, ObjectBase::Value(_) | ObjectBase::AddressOf(_) | ObjectBase::Kept(_))
-        {
+        if matches!(self.base, ObjectBase::Value(_) | ObjectBase::AddressOf(_) | ObjectBase::Kept(_)) {
             return Err(DebugError::NoAddress { text: None });
         }
+        // Of a bit field it is that of its first byte, as in gdb.
         let kind = CTypeRef { pointer_depth: self.ctype.pointer_depth + 1, ..self.ctype };
         Ok(ObjectExpr::of(self.calls.clone(), ObjectBase::AddressOf(Box::new(self.clone())), kind))
     }
@@ -251,7 +272,7 @@ impl ObjectExpr {
     /// It has no members, or none with that name.
     pub(super) fn member(&self, name: &str) -> Result<ObjectExpr, DebugError> {
         let Some(CType::Record { .. }) = self.resolved_type() else {
-            if self.element_type().is_some() && !self.is_array() && !self.is_function() {
+            if self.element_type().is_some() && !self.is_function() {
                 return self.element(DebugExpression::Number(0))?.member(name);
             }
             return Err(DebugError::NoMembers { name: name.to_owned(), type_name: self.info().type_name(self.ctype) });
@@ -356,6 +377,7 @@ impl ObjectExpr {
                 Some((*addr).into())
             }
             ObjectByteLocation::Memory(space, addr) if *space == chip.code_space => Some((*addr).into()),
+            ObjectByteLocation::Memory(_, addr) if chip.family == ChipFamily::Mcs51 => Some((*addr).into()),
             ObjectByteLocation::Memory(space, addr) if *space != chip.ram_space => {
                 Some(i64::from(chip.elf_spaces.iter().find(|window| window.name == *space)?.start + addr))
             }
@@ -476,7 +498,8 @@ impl ObjectExpr {
     }
 
     /// Reports whether it is a local variable of a call, or computed from one.
-    pub(super) fn is_local(&self) -> bool {
+    #[must_use]
+    pub fn is_local(&self) -> bool {
         let own = match &self.base {
             ObjectBase::Variable { variable, known, .. } => !known.is_empty() && !variable.is_everywhere(),
             ObjectBase::At(of) | ObjectBase::Value(of) => of.is_local(),

@@ -60,7 +60,8 @@ fn of_type(info: &DebugInfo, id: Option<TypeId>, inner: &str, (style, depth): (S
     let below = |id, inner: &str| of_type(info, id, inner, (style, depth - 1));
     match kind {
         CType::Named { of, .. } if style == Style::Whole => below(*of, inner),
-        CType::Base { name, .. } | CType::Named { name, .. } => joined(name, inner),
+        CType::Base { name, .. } => joined(short_name(name), inner),
+        CType::Named { name, .. } => joined(name, inner),
         CType::Record { .. } | CType::Enum { .. } if style == Style::Whole => joined(&body(info, kind, depth), inner),
         CType::Record { keyword, name, .. } => joined(&tag(keyword, name.as_deref()), inner),
         CType::Enum { name, .. } => joined(&tag("enum", name.as_deref()), inner),
@@ -91,6 +92,19 @@ fn of_type(info: &DebugInfo, id: Option<TypeId>, inner: &str, (style, depth): (S
             let list = if list.is_empty() && *prototyped { "void".to_owned() } else { list.join(", ") };
             below(*result, &format!("{inner}({list})"))
         }
+    }
+}
+
+/// A name of a number as gdb has it, without the `int` that it can do without.
+fn short_name(name: &str) -> &str {
+    match name {
+        "long int" => "long",
+        "long unsigned int" => "unsigned long",
+        "long long int" => "long long",
+        "long long unsigned int" => "unsigned long long",
+        "short int" => "short",
+        "short unsigned int" => "unsigned short",
+        name => name,
     }
 }
 

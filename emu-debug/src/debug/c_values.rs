@@ -1,7 +1,7 @@
 //! C values as text in the notation of gdb.
 
 use emu_core::chip::ChipFamily;
-use emu_core::image::{AVR_DATA, BaseEncoding, CType, DebugInfo};
+use emu_core::image::{AVR_DATA, BaseEncoding, CType, DebugInfo, Mcs51Memory};
 
 use super::c_objects::{ObjectByteLocation, ObjectExpr, number_from_bytes};
 use super::c_type_queries::{CTypeQueries as _, CTypeRef};
@@ -98,6 +98,26 @@ impl ObjectExpr {
     pub fn text_without_type(&self, scope: &NameScope, target: &dyn DynMachine) -> String {
         let shown = CValueFormatter { scope, info: self.info(), target, letter: None };
         shown.value(self.ctype, self.bit_field(), &self.byte_locations(target), MAX_DEPTH)
+    }
+
+    /// Returns how it would be written with another value.
+    #[must_use]
+    pub fn text_of_number(&self, scope: &NameScope, target: &dyn DynMachine, value: i64) -> String {
+        let shown = CValueFormatter { scope, info: self.info(), target, letter: None };
+        let bytes = value.to_le_bytes().into_iter().take(self.info().size_of(self.ctype).unwrap_or(0) as usize);
+        let cells: Vec<ObjectByteLocation> = bytes.map(ObjectByteLocation::Value).collect();
+        shown.value(self.ctype, None, &cells, MAX_DEPTH)
+    }
+
+    /// Returns the value of a parameter when its function was called, and whether it is the same now; `None`
+    /// where the compiler does not tell it.
+    #[must_use]
+    pub fn text_at_call(&self, scope: &NameScope, target: &dyn DynMachine) -> Option<(String, bool)> {
+        let bytes = self.bytes_at_call(target)?;
+        let shown = CValueFormatter { scope, info: self.info(), target, letter: None };
+        let present: Option<Vec<u8>> = self.byte_locations(target).iter().map(|cell| cell.value(target)).collect();
+        let cells: Vec<ObjectByteLocation> = bytes.iter().map(|byte| ObjectByteLocation::Value(*byte)).collect();
+        Some((shown.value(self.ctype, None, &cells, MAX_DEPTH), present.is_some_and(|present| present == bytes)))
     }
 
     /// Reports whether it has no parts.
@@ -256,7 +276,9 @@ impl CValueFormatter<'_> {
             _ => false,
         };
         let Some(value) = number_from_bytes(&bytes, bits, signed) else { return "<not in memory>".to_owned() };
-        let size = bits.map_or(bytes.len() as u32, |(_, size)| size.div_ceil(8));
+        // In a format a bit field has the width of its type, as in gdb.
+        let of_type = self.info.size_of(kind).filter(|_| self.letter.is_some());
+        let size = bits.map_or(bytes.len() as u32, |(_, size)| of_type.unwrap_or(size.div_ceil(8)));
         if let Some(letter) = self.letter {
             return match letter {
                 'a' if self.points_to_code(kind) => self.code_word(value),
@@ -281,37 +303,35 @@ impl CValueFormatter<'_> {
                 BaseEncoding::Float => float(&bytes),
             },
             Some(CType::Enum { values, .. }) => enumerator(values, value),
-            Some(CType::Pointer { to, .. }) => self.pointer(value, CTypeRef::new(*to)),
+            Some(CType::Pointer { to, .. }) => self.pointer(value, CTypeRef::new(*to), self.info.pointer_base(kind.id)),
             _ if kind.pointer_depth > 0 => {
-                self.pointer(value, CTypeRef { pointer_depth: kind.pointer_depth - 1, ..kind })
+                self.pointer(value, CTypeRef { pointer_depth: kind.pointer_depth - 1, ..kind }, None)
             }
             _ => value.to_string(),
         }
     }
 
     /// Formats an address, with its symbol or text if there is one.
-    fn pointer(&self, value: i64, to: CTypeRef) -> String {
+    fn pointer(&self, value: i64, to: CTypeRef, base: Option<u32>) -> String {
         match self.info.resolve_type(to) {
             Some(CType::Function { .. }) => return self.code_word(value),
             Some(CType::Base { bytes: 1, encoding: BaseEncoding::SignedChar | BaseEncoding::UnsignedChar, .. })
                 if value != 0 =>
             {
-                let ram = self.scope.chip().ram_space;
+                let (space, start) = self.pointed_memory(value, base);
                 let mut found = Vec::new();
-                while let Some(byte) =
-                    u32::try_from(value).ok().and_then(|start| self.target.peek(ram, start + found.len() as u32))
-                {
+                while let Some(byte) = self.target.peek(space, start.saturating_add(found.len() as u32)) {
                     if byte == 0 || found.len() >= self.most() {
                         break;
                     }
                     found.push(byte);
                 }
                 let more = found.len() >= self.most();
-                return format!("0x{:x}{} {}", self.linked(value), self.object(value), self.text(&found, more));
+                return format!("0x{:x}{} {}", self.linked(value), self.object(value, base), self.text(&found, more));
             }
             _ => {}
         }
-        format!("0x{:x}{}", self.linked(value), self.object(value))
+        format!("0x{:x}{}", self.linked(value), self.object(value, base))
     }
 
     /// An address of data as ELF files have it: of the AVR 0x800100. A null pointer stays one.
@@ -337,12 +357,19 @@ impl CValueFormatter<'_> {
         self.code(byte).unwrap_or_else(|| format!("0x{byte:x}"))
     }
 
-    fn object(&self, value: i64) -> String {
+    /// The memory that a pointer is into, and the address there.
+    fn pointed_memory(&self, value: i64, base: Option<u32>) -> (&'static str, u32) {
+        let addr = u32::try_from(value).unwrap_or(u32::MAX);
+        match base {
+            Some(base) => Mcs51Memory::split(addr.saturating_add(base)),
+            None => (self.scope.chip().ram_space, addr),
+        }
+    }
+
+    fn object(&self, value: i64, base: Option<u32>) -> String {
         let names = self.scope.source().names;
-        let name = u32::try_from(value)
-            .ok()
-            .filter(|addr| *addr > 0)
-            .and_then(|addr| names.containing_symbol(names.chip.ram_space, addr));
+        let (space, addr) = self.pointed_memory(value, base);
+        let name = if value == 0 { None } else { names.containing_symbol(space, addr) };
         name.map_or(String::new(), |name| format!(" <{}>", decimal_offset(&name)))
     }
 

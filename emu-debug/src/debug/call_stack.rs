@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use emu_core::chip::{Chip, ChipFamily};
-use emu_core::image::{AVR_DATA, BlockInfo, DebugInfo, FrameView, TypeId, UnwoundFrame};
+use emu_core::image::{AVR_DATA, BlockInfo, DebugInfo, FrameView, Mcs51Memory, TypeId, UnwoundFrame, VariableInfo};
 
 use super::c_objects::ObjectExpr;
 use super::c_type_queries::CTypeRef;
@@ -25,6 +25,9 @@ const MAX_STACK_BYTES: u32 = 4096;
 
 /// Number of registers of an AVR.
 const REGISTERS: usize = 32;
+
+/// Address of the low byte of DPTR (8051).
+const DPL: u32 = 0x82;
 
 /// Maximum number of prologue instructions that are examined.
 const MAX_PROLOGUE: u32 = 64;
@@ -80,6 +83,9 @@ impl FrameView for MachineFrame<'_> {
     }
 
     fn register(&self, number: u16) -> Option<u32> {
+        if self.target.chip().family == ChipFamily::Mcs51 {
+            return self.target.reg(&format!("r{number}"));
+        }
         match self.frame.saved_registers.get(usize::from(number)) {
             Some(Some(addr)) => self.target.peek(self.target.chip().ram_space, *addr).map(u32::from),
             Some(None) => self.target.peek(self.target.chip().ram_space, number.into()).map(u32::from),
@@ -97,9 +103,41 @@ impl FrameView for MachineFrame<'_> {
     }
 }
 
+/// A frame whose caller is known, for values at the time of the call.
+pub(super) struct CalledFrame<'a> {
+    pub calls: &'a CallStack,
+    pub frame: MachineFrame<'a>,
+}
+
+impl FrameView for CalledFrame<'_> {
+    fn pc_byte(&self) -> u32 {
+        self.frame.pc_byte()
+    }
+
+    fn register(&self, number: u16) -> Option<u32> {
+        self.frame.register(number)
+    }
+
+    fn memory(&self, address: u32) -> Option<u8> {
+        self.frame.memory(address)
+    }
+
+    fn cfa(&self) -> Option<u32> {
+        self.frame.cfa()
+    }
+
+    fn register_at_call(&self, number: u16) -> Option<u64> {
+        let target = self.frame.target;
+        let caller = self.calls.real_caller(target, self.frame.frame)?;
+        let behind = caller.word.saturating_mul(target.chip().word_bytes);
+        self.calls.info.value_at_call(behind, number, &MachineFrame { target, frame: &caller })
+    }
+}
+
 /// Returns the memory and the address there of an address of an ELF file.
 pub(super) fn memory_at(chip: &Chip, address: u32) -> Option<(&'static str, u32)> {
     match address.checked_sub(AVR_DATA) {
+        _ if chip.family == ChipFamily::Mcs51 => Some(Mcs51Memory::split(address)),
         Some(addr) if chip.family == ChipFamily::Avr && addr < 0x1_0000 => Some((chip.ram_space, addr)),
         _ => {
             let window =
@@ -137,11 +175,16 @@ impl CallStack {
     }
 
     /// Returns the result of a function that has just returned: a number of up to eight bytes, in r25
-    /// downwards, with the first byte in a register of even number (AVR-GCC, "Calling convention").
+    /// downwards, with the first byte in a register of even number (AVR-GCC, "Calling convention"). SDCC for
+    /// MCS-51 returns up to two bytes in DPL and DPH.
     #[must_use]
-    pub fn result(&self, id: TypeId) -> Option<ObjectExpr> {
+    pub fn result(&self, id: TypeId, chip: &Chip) -> Option<ObjectExpr> {
         let bytes = self.info.size(Some(id)).filter(|bytes| (1..=8).contains(bytes))?;
-        let first = 26 - bytes.next_multiple_of(2);
+        let first = match chip.family {
+            ChipFamily::Avr => 26 - bytes.next_multiple_of(2),
+            ChipFamily::Mcs51 if bytes <= 2 => Mcs51Memory::SFR | DPL,
+            _ => return None,
+        };
         Some(ObjectExpr::at(self.clone(), DebugExpression::Number(first.into()), CTypeRef::new(Some(id))))
     }
 
@@ -158,6 +201,26 @@ impl CallStack {
             found.push(CallFrame { inlined_skipped: inlined, ..frame });
         }
         found
+    }
+
+    /// Returns the frame that has called the function of a frame.
+    fn real_caller(&self, target: &dyn DynMachine, frame: &CallFrame) -> Option<CallFrame> {
+        let frames = self.frames(target);
+        let own = frames.iter().position(|known| (known.word, known.sp) == (frame.word, frame.sp))?;
+        frames.into_iter().skip(own).find(|known| (known.word, known.sp) != (frame.word, frame.sp))
+    }
+
+    /// Returns the value of a parameter when the function of a frame was called, where the compiler tells it.
+    pub(super) fn parameter_at_call(
+        &self,
+        target: &dyn DynMachine,
+        frame: &CallFrame,
+        variable: &VariableInfo,
+    ) -> Option<u64> {
+        let function = self.info.function_at(MachineFrame { target, frame }.pc_byte())?;
+        let caller = self.real_caller(target, frame)?;
+        let behind = caller.word.saturating_mul(target.chip().word_bytes);
+        self.info.parameter_at_call(variable, function, behind, &MachineFrame { target, frame: &caller })
     }
 
     /// Returns the frame at a level; 0 is the innermost.

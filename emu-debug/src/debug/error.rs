@@ -114,12 +114,10 @@ pub enum DebugError {
         file: String,
     },
     /// No symbol has this name at the program's location.
-    #[error("no symbol `{name}` is known here; {example} is memory")]
+    #[error("No symbol \"{name}\" in current context.")]
     UnknownSymbolHere {
         /// The name.
         name: String,
-        /// A place in memory, as an example.
-        example: String,
     },
     /// A name with `$` is not known to the debugger.
     #[error("nothing is called `{name}`; `info registers` lists registers")]

@@ -21,6 +21,8 @@
 //!   values.rs                      the value history, user variables
 //!   c_objects.rs, c_values.rs      variables and values of C, as text
 //!   c_types.rs, c_type_queries.rs  types of C, as text
+//!   line_positions.rs              where steps by source lines end
+//!   declarations.rs                what a program of C declares, by files
 //! ```
 //!
 //! **Positions.** The debugger stops between two instructions. A step ends after an instruction or after the
@@ -41,6 +43,7 @@ mod c_types;
 mod c_values;
 mod call_flow;
 mod call_stack;
+mod declarations;
 mod dyn_machine;
 mod error;
 mod event_log;
@@ -49,6 +52,7 @@ mod expression_place;
 mod expression_value;
 mod followed_machine;
 mod history;
+mod line_positions;
 mod parse_expression;
 mod parse_literals;
 mod points;
@@ -63,6 +67,7 @@ pub use c_type_queries::CTypeRef as CKind;
 pub use c_values::{PrintSettings, c_text, real_text};
 pub use call_flow::{CallFlow, call_flow};
 pub use call_stack::{CallFrame, CallStack};
+pub use declarations::{Declaration, DeclarationKind};
 pub use dyn_machine::{DynMachine, DynProbe, MachineWithDevices, ObserveLevel};
 pub use error::DebugError;
 pub use expression::{BinaryOperator, DebugExpression};
@@ -70,6 +75,7 @@ pub use expression_place::ExpressionPlace;
 pub use expression_value::ExpressionValue;
 pub use followed_machine::ProgramFollower;
 pub use history::UserAction;
+pub use line_positions::{LineOrigin, LinePosition, StepVerdict};
 pub use points::{AccessKind, DebugPoint, DebugPoints, PointTrigger};
 pub use scope::NameScope;
 pub use session::{DebugSession, HaltReason, HaltResult, PointHit, RunGoal, SessionOptions};

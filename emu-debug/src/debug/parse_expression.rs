@@ -151,6 +151,8 @@ impl<'a> DebugExpressionParser<'a> {
                     DebugExpression::Object(object) if object.element_type().is_some() => {
                         DebugExpression::Object(Box::new(object.element(DebugExpression::Number(0))?))
                     }
+                    // Of a program in C it is an int, as in gdb.
+                    DebugExpression::Number(address) if self.here.is_some() => self.int_at(address),
                     address => DebugExpression::At(self.scope.chip().ram_space, Box::new(address)),
                 }
             }
@@ -173,6 +175,12 @@ impl<'a> DebugExpressionParser<'a> {
         };
         self.depth -= 1;
         Ok(expr)
+    }
+
+    fn int_at(&self, address: i64) -> DebugExpression {
+        let (address, calls) = (DebugExpression::Number(address), self.calls().cloned().unwrap_or_default());
+        let int = CTypeRef::new(DebugInfo::builtin_type("int"));
+        DebugExpression::Object(Box::new(ObjectExpr::at(calls, address, int)))
     }
 
     fn expect(&mut self, sign: &'static str) -> Result<(), DebugError> {
@@ -222,7 +230,12 @@ impl<'a> DebugExpressionParser<'a> {
                     self.take("[");
                     let index = self.list()?;
                     self.expect("]")?;
-                    index_into(of, index)?
+                    match (of, index, self.calls()) {
+                        (DebugExpression::Text(text), DebugExpression::Number(index), Some(calls)) => {
+                            text_element(calls, &text, index)?
+                        }
+                        (of, index, _) => index_into(of, index)?,
+                    }
                 }
                 DebugExpression::Object(object) if self.rest.starts_with("->") || self.rest.starts_with('.') => {
                     let rest = self.rest.trim_start_matches("->").trim_start_matches('.');
@@ -341,10 +354,7 @@ impl<'a> DebugExpressionParser<'a> {
         let plain = name.chars().all(|c| c.is_alphanumeric() || c == '_');
         match self.scope.find_name(name) {
             // The wording of gdb, for programs with information on their variables.
-            Err(_) if self.here.is_some() && plain => Err(DebugError::UnknownSymbolHere {
-                name: name.to_owned(),
-                example: self.scope.source().names.example_address(),
-            }),
+            Err(_) if self.here.is_some() && plain => Err(DebugError::UnknownSymbolHere { name: name.to_owned() }),
             found => found,
         }
     }
@@ -388,6 +398,14 @@ fn combine(
         Some(moved) => DebugExpression::Object(Box::new(moved)),
         None => arithmetic::binary(calls, operator, left, right),
     }
+}
+
+/// Returns a character of a text.
+fn text_element(calls: &super::call_stack::CallStack, text: &[u8], index: i64) -> Result<DebugExpression, DebugError> {
+    let at = usize::try_from(index).ok().filter(|at| *at <= text.len()).ok_or(DebugError::IndexTooLarge)?;
+    let value = DebugExpression::Number(text.get(at).copied().unwrap_or(0).into());
+    let kind = CTypeRef::new(DebugInfo::builtin_type("char"));
+    Ok(DebugExpression::Object(Box::new(ObjectExpr::value_of(calls.clone(), value, kind))))
 }
 
 /// Returns an element; of memory without a type it is a byte.

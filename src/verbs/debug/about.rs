@@ -1,31 +1,12 @@
 //! `info` about the program as a whole: its types, its memories, what it does not have.
 
-use std::collections::BTreeSet;
-
-use emu_core::image::CType;
+use emu_core::chip::ChipFamily;
+use emu_core::image::AVR_DATA;
+use emu_debug::debug::{ExpressionPlace, ObjectExpr};
 
 use super::info;
 use super::numbers::hex;
 use super::shell::{CommandResult, DebugShell};
-
-/// `info types`: the types that have a name.
-pub(super) fn types(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
-    let wanted = super::types::name_filter(args)?;
-    let known = &shell.session.scope.calls().info;
-    let named = known.types().filter_map(|(_, kind)| match kind {
-        CType::Base { name, .. } => Some(name.clone()),
-        CType::Named { name, .. } => Some(format!("typedef {name}")),
-        CType::Record { keyword, name: Some(name), .. } => Some(format!("{keyword} {name}")),
-        CType::Enum { name: Some(name), .. } => Some(format!("enum {name}")),
-        _ => None,
-    });
-    let names: BTreeSet<String> = named.filter(|name| wanted.is_match(name)).collect();
-    if names.is_empty() {
-        out.push_str("no types\n");
-    }
-    names.iter().for_each(|name| out.push_str(&format!("{name}\n")));
-    Ok(())
-}
 
 /// `info scope LOCATION`: parameters and variables of the function there.
 pub(super) fn scope(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
@@ -35,12 +16,17 @@ pub(super) fn scope(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
     let word = shell.parse_line_location(args)?.first().copied().unwrap_or_default();
     let scope = &shell.session.scope;
     let variables = scope.variables_at(word);
-    if variables.is_empty() {
-        out.push_str(&format!("No locals at {args}.\n"));
-    }
+    out.push_str(&match variables.is_empty() {
+        true => format!("Symbol table for {args} contains no locals or arguments.\n"),
+        false => format!("Scope for {args}:\n"),
+    });
     for (name, object) in variables {
         let bytes = object.bytes().unwrap_or(0);
-        out.push_str(&format!("Symbol {name} is a variable of type {}, length {bytes}\n", object.type_name()));
+        let place = match object.place(shell.session.machine()) {
+            Some(place) if !object.is_local() => format!("in static storage at address {}", data_address(shell, place)),
+            _ => format!("a variable of type {}", object.type_name()),
+        };
+        out.push_str(&format!("Symbol {name} is {place}, length {bytes}.\n"));
     }
     Ok(())
 }
@@ -48,14 +34,47 @@ pub(super) fn scope(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
 /// `info address NAME`.
 pub(super) fn address(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let expr = shell.parse_expression(args)?;
-    let value = match expr.object() {
-        Some(object) if object.is_function() => shell.integer_value(args)?,
-        _ => shell
-            .integer_value(&format!("&{args}"))
-            .map_err(|_| format!("`{args}` is in no memory; print shows its value"))?,
-    };
-    out.push_str(&format!("Symbol {args} is at {}\n", hex(value, 4)));
+    let place = expr.place(shell.session.machine());
+    let storage = if expr.object().is_some_and(ObjectExpr::is_local) { "a variable" } else { "static storage" };
+    out.push_str(&match (expr.object(), place) {
+        (Some(object), _) if object.is_function() => {
+            format!("Symbol \"{args}\" is a function at address 0x{:x}.\n", shell.integer_value(args)?)
+        }
+        (Some(_), Some(ExpressionPlace::Memory { space, addr, .. }))
+            if shell.session.scope.chip().family == ChipFamily::Avr && space == AVR_RAM && addr < FIRST_DATA =>
+        {
+            format!("Symbol \"{args}\" is {storage} in $r{addr}.\n")
+        }
+        (Some(_), Some(place)) => {
+            format!("Symbol \"{args}\" is {storage} at address {}.\n", data_address(shell, place))
+        }
+        _ => {
+            let missing = |_| format!("`{args}` is in no memory; print shows its value");
+            let address = shell.integer_value(&format!("&{args}")).map_err(missing)?;
+            format!("Symbol \"{args}\" is at {}.\n", hex(address, 4))
+        }
+    });
     Ok(())
+}
+
+/// Data memory of an AVR.
+const AVR_RAM: &str = "data";
+
+/// The first address of data memory that is no register of the core of an AVR.
+const FIRST_DATA: u32 = 32;
+
+/// The address of a place as it is printed.
+fn data_address(shell: &DebugShell, place: ExpressionPlace) -> String {
+    let chip = shell.session.scope.chip();
+    match place {
+        ExpressionPlace::Memory { space, addr, .. } | ExpressionPlace::Bit { space, addr, .. } => {
+            match chip.family == ChipFamily::Avr && space == chip.ram_space {
+                true => format!("0x{:x}", AVR_DATA + addr),
+                false => format!("{space}:0x{addr:x}"),
+            }
+        }
+        _ => "unknown".to_owned(),
+    }
 }
 
 /// `info files`: the program, and the memories of the chip.

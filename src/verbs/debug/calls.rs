@@ -2,9 +2,13 @@
 
 use emu_debug::debug::{CallFrame, ObjectExpr};
 
-use emu_core::image::BlockInfo;
+use emu_core::chip::ChipFamily;
+use emu_core::image::{AVR_DATA, BlockInfo};
 
 use super::shell::{CommandResult, DebugShell};
+
+/// A value that the compiler has left out.
+const OPTIMIZED_OUT: &str = "<optimized out>";
 
 /// The calls that led here; a count shows so many, `full` the variables of each too.
 pub(super) fn backtrace(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
@@ -93,33 +97,41 @@ pub(super) fn info_variables(shell: &DebugShell, parameters: bool, out: &mut Str
 /// `info frame`.
 pub(super) fn info_frame(shell: &DebugShell, out: &mut String) -> CommandResult {
     let frames = shell.calls();
-    let (scope, chip) = (&shell.session.scope, shell.session.scope.chip());
+    let chip = shell.session.scope.chip();
     let frame = frames.get(shell.level).ok_or("there is no such call any more; bt lists them")?;
-    let cfa = frame.cfa.map_or(String::new(), |cfa| format!(", frame at 0x{cfa:x}"));
+    let linked = if chip.family == ChipFamily::Avr { AVR_DATA } else { 0 };
+    let at = |addr: u32| format!("0x{:x}", linked + addr);
+    let frame_at = |frame: &CallFrame| frame.cfa.map(|cfa| at(cfa.saturating_sub(1)));
     let number = shell.level.saturating_sub(shell.hidden);
-    out.push_str(&format!("Stack level {number}{cfa}:\n"));
-    out.push_str(&format!(" pc = {}", scope.source().describe_word(frame.word)));
+    out.push_str(&format!(
+        "Stack level {number}{}:\n",
+        frame_at(frame).map_or(String::new(), |at| format!(", frame at {at}"))
+    ));
+    out.push_str(&format!(" pc = {}", shell.place_of_frame(frame)));
     if shell.inlined_block(frame).is_some() {
-        out.push_str(&format!("\n inlined into frame {}\n SP = 0x{:x}\n", number + 1, frame.sp));
-        return Ok(());
+        out.push_str(&format!("\n inlined into frame {}\n", number + 1));
+    } else if let Some(caller) = frames.get(shell.level + 1) {
+        out.push_str(&format!("; saved pc = 0x{:x}\n called by ", chip.code_address(caller.word)));
+        let caller_at = frame_at(caller).map(|at| format!("frame at {at}"));
+        out.push_str(&format!("{}\n", caller_at.unwrap_or_else(|| shell.describe_call(caller))));
+    } else {
+        out.push_str("\n called by nothing that is known\n");
     }
-    match frames.get(shell.level + 1) {
-        Some(caller) => {
-            out.push_str(&format!("; saved pc = {}\n", scope.source().describe_word(caller.word)));
-            out.push_str(&format!(" called by {}\n", shell.describe_call(caller)));
-            let saved = (0..)
-                .zip(caller.saved_registers.iter().zip(&frame.saved_registers))
-                .filter(|(_, (now, before))| now != before);
-            let saved: Vec<String> = saved
-                .filter_map(|(n, (addr, _))| Some(format!("r{n} at {}:0x{:x}", chip.ram_space, (*addr)?)))
-                .collect();
-            if !saved.is_empty() {
-                out.push_str(&format!(" Saved registers: {}\n", saved.join(", ")));
-            }
-        }
-        None => out.push_str("\n called by nothing that is known\n"),
+    let (place, own) = (shell.describe_call(frame), at(frame.sp));
+    if let Some((_, arguments)) = place.split_once(" (").filter(|_| shell.is_described(frame)) {
+        let arguments = arguments.rsplit_once(") at ").map_or(arguments.trim_end_matches(')'), |(own, _)| own);
+        out.push_str(&format!(" source language c.\n Arglist at {own}, args: {arguments}\n Locals at {own}"));
+    } else {
+        out.push_str(&format!(" Locals at {own}"));
     }
-    out.push_str(&format!(" SP = 0x{:x}\n", frame.sp));
+    out.push_str(&frame.cfa.map_or("\n".to_owned(), |cfa| format!(", Previous frame's sp is 0x{cfa:x}\n")));
+    let Some(caller) = frames.get(shell.level + 1) else { return Ok(()) };
+    let saved = (0..).zip(caller.saved_registers.iter().zip(&frame.saved_registers));
+    let saved = saved.filter(|(_, (now, before))| now != before);
+    let saved: Vec<String> = saved.filter_map(|(n, (addr, _))| Some(format!("r{n} at {}", at((*addr)?)))).collect();
+    if !saved.is_empty() {
+        out.push_str(&format!(" Saved registers:\n  {}\n", saved.join(", ")));
+    }
     Ok(())
 }
 
@@ -133,15 +145,15 @@ impl DebugShell {
         if let Some((file, number)) = self.current_line()
             && let Some(text) = self.source_text(&file, number)
         {
-            out.push_str(&format!("{number:>5}  {text}\n"));
+            out.push_str(&format!("{number}\t{text}\n"));
         }
         Ok(())
     }
 
-    /// A line of a source file without the blanks around it.
+    /// A line of a source file.
     pub(super) fn source_text(&mut self, file: &str, number: u32) -> Option<String> {
         let lines = self.sources.file(&self.session.scope.lines, file)?;
-        (number as usize).checked_sub(1).and_then(|at| lines.get(at)).map(|text| text.trim().to_owned())
+        (number as usize).checked_sub(1).and_then(|at| lines.get(at)).map(|text| text.trim_end().to_owned())
     }
 
     /// The code of the function of a call, where that was put in place of the call.
@@ -152,7 +164,7 @@ impl DebugShell {
     }
 
     /// A call as gdb writes it, with its parameters where the program tells of them; else its place.
-    fn frame_line(&self, level: usize, frame: &CallFrame) -> String {
+    pub(super) fn frame_line(&self, level: usize, frame: &CallFrame) -> String {
         let place = self.describe_call(frame);
         let innermost = level == self.hidden;
         let level = level.saturating_sub(self.hidden);
@@ -160,7 +172,7 @@ impl DebugShell {
             true if frame.inlined_skipped > 0 || innermost && self.begins_line(frame) => format!("#{level}  {place}\n"),
             true => {
                 let address = self.session.scope.chip().code_address(frame.word);
-                format!("#{level}  0x{address:04x} in {place}\n")
+                format!("#{level}  0x{address:08x} in {place}\n")
             }
             false => format!("#{level}  {}\n", self.session.scope.source().describe_word(frame.word)),
         }
@@ -183,7 +195,18 @@ impl DebugShell {
         scope.source().line_at(frame.word).is_some_and(|line| line.addr == byte)
     }
 
-    fn is_described(&self, frame: &CallFrame) -> bool {
+    /// `0x228 in turn (pump.c:11)`.
+    fn place_of_frame(&self, frame: &CallFrame) -> String {
+        let scope = &self.session.scope;
+        match (scope.calls().frame_name(self.session.machine(), frame), self.line_of_frame(frame)) {
+            (Some((name, _)), Some((file, line))) => {
+                format!("0x{:x} in {name} ({file}:{line})", scope.chip().code_address(frame.word))
+            }
+            _ => scope.source().describe_word(frame.word),
+        }
+    }
+
+    pub(super) fn is_described(&self, frame: &CallFrame) -> bool {
         let byte = frame.call_word.saturating_mul(self.session.scope.chip().word_bytes);
         self.session.scope.calls().info.function_at(byte).is_some()
     }
@@ -197,12 +220,15 @@ impl DebugShell {
         let level = self.calls().iter().position(|known| known == frame).unwrap_or(0);
         let value = |(name, object): (String, ObjectExpr)| {
             // As short as gdb has it: structs and arrays are left out.
-            let text = if object.is_scalar() {
-                object.text_without_type(scope, self.session.machine())
-            } else {
-                "...".to_owned()
-            };
-            format!("{name}={text}")
+            if !object.is_scalar() {
+                return format!("{name}=...");
+            }
+            let (text, target) = (object.text_without_type(scope, self.session.machine()), self.session.machine());
+            match object.text_at_call(scope, target) {
+                Some((before, true)) => format!("{name}={name}@entry={before}"),
+                Some((before, false)) if text == OPTIMIZED_OUT => format!("{name}={text}, {name}@entry={before}"),
+                _ => format!("{name}={text}"),
+            }
         };
         let parameters: Vec<String> =
             scope.locals(self.session.machine(), level, true).into_iter().map(value).collect();

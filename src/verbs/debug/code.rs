@@ -156,9 +156,29 @@ impl DebugShell {
         bytes.map(|byte| format!("{byte:02x}")).collect::<Vec<_>>().join(" ")
     }
 
-    /// Some instructions as text, and the word behind them.
+    /// Some instructions as text, and the word behind them; of a program of C with their symbols, as in gdb.
     pub(super) fn instructions(&self, from: u32, count: u32) -> (String, u32) {
-        self.listing(from, count, ListingStyle::default())
+        let (chip, pc, mut word, mut text) =
+            (self.session.scope.chip(), self.session.machine().pc(), from, String::new());
+        let end = chip.flash_bytes / chip.word_bytes.max(1);
+        if !self.session.scope.has_debug_info() {
+            return self.listing(from, count, ListingStyle::default());
+        }
+        for _ in 0..count {
+            if word >= end {
+                break;
+            }
+            let (line, source) = (self.instruction(word), self.session.scope.source());
+            let here = if word == pc { "=>" } else { "  " };
+            let name = source.names.nearest_symbol(word * chip.word_bytes);
+            let name = name.map_or(String::new(), |name| format!(" <{}>", decimal_offset(&name)));
+            let meant = source.describe_operands(&line.operands).join(", ");
+            let meant = if meant.is_empty() { meant } else { format!("\t; {meant}") };
+            let address = chip.code_address(word);
+            text.push_str(&format!("{here} 0x{address:x}{name}:\t{}{meant}\n", line.text));
+            word += line.len.max(1) as u32;
+        }
+        (text, word)
     }
 
     /// Some instructions, with their source lines where they are wanted, and the word behind them.
@@ -232,8 +252,6 @@ pub(super) fn list(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
         return super::rungs::list(shell, args, out);
     }
     let (file, first, count) = shell.parse_list_range(args)?;
-    let pc = shell.session.scope.source().line_at(shell.session.machine().pc()).cloned();
-    let here = pc.filter(|line| *line.file == *file).map(|line| line.line);
     let lines = shell.sources.file(&shell.session.scope.lines, &file);
     let lines = lines.ok_or_else(|| format!("the source file {file} is not found"))?;
     let shown: Vec<(u32, &String)> =
@@ -242,8 +260,7 @@ pub(super) fn list(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
         return Err(format!("{file} ends before line {first}"));
     }
     for (number, text) in &shown {
-        let mark = if here == Some(*number) { "=>" } else { "  " };
-        out.push_str(format!("{mark}{number:>5}  {text}").trim_end());
+        out.push_str(format!("{number}\t{text}").trim_end());
         out.push('\n');
     }
     shell.listed = Some((file, first + shown.len() as u32));
@@ -264,7 +281,14 @@ impl DebugShell {
                 return Ok((file, first, end - first));
             }
             ("" | "+" | "-", _) => {
-                let here = self.current_line().or_else(|| self.main_line());
+                // Before it has come to a line, those that lead to main, as in gdb.
+                let before_main = || {
+                    let word = self.parse_line_location("main").ok()?.first().copied()?;
+                    let source = self.session.scope.source();
+                    let line = source.line_at(word)?;
+                    Some((line.file.to_string(), line.line.saturating_sub(size.saturating_sub(1)).max(1)))
+                };
+                let here = self.current_line().or_else(before_main);
                 let here = here.ok_or("there is no source line here; disas shows the instructions")?;
                 return Ok(around(here));
             }

@@ -4,7 +4,8 @@ use diag::nearest;
 
 use super::shell::{CommandResult, DebugShell};
 use super::{
-    back, blocks, calls, code, data, displays, examine, files, info, points, record, rungs, running, texts, types,
+    back, blocks, calls, code, data, displays, examine, files, info, points, record, rungs, running, settings, texts,
+    types,
 };
 
 /// What an empty line does after a command.
@@ -155,6 +156,7 @@ pub const COMMANDS: &[DebugCommand] = &[
     command(Session, "record",        &[],            "FILE",      No,   record::record,     "write what was done from outside up to now as a scenario that does it again"),
     command(Session, "echo",          &[],            "TEXT",      No,   texts::echo,        "print a text; \\n and the like are what they are in C"),
     command(Session, "output",        &[],            "[/FORMAT] EXPR", No, texts::output,   "print a value without its name"),
+    command(Session, "show",          &[],            "SETTING",   No,   settings::show,     "a setting: print pretty, print elements, print repeats, listsize"),
     command(Session, "printf",        &[],            "\"TEXT\", EXPR..", No, texts::printf, "print a text with values in it: printf \"%d of %s\\n\", i, name"),
     command(Session, "define",        &[],            "NAME",      No,   blocks::define,     "the lines up to `end` become a command; $arg0, $arg1, .. are its arguments, $argc their count"),
     command(Session, "document",      &[],            "NAME",      No,   blocks::document,   "the lines up to `end` are what `help` tells of a command that `define` made"),
@@ -188,7 +190,8 @@ const FOREIGN: &[(&str, &str)] = &[
     ("file", "start emu debug with another file"), ("symbol-file", "start emu debug with --symbols"),
     ("kill", "reset, run and quit are"), ("detach", "quit leaves"), ("attach", "the machine is within this program"),
     ("shell", "the debugger starts no programs"), ("make", "the debugger starts no programs"),
-    ("thread", "a chip has no threads"), ("show", "info and help show what there is"),
+    ("thread", "a chip has no threads"), ("skip", "finish leaves a function, advance goes on behind it"),
+    ("macro", "debugging information of avr-gcc has no macros"),
     ("pwd", "files are found from where emu was started"), ("cd", "files are found from where emu was started"),
     ("directory", "files are found from where emu was started"), ("layout", "emu debug --tui is the full screen"),
     ("tui", "emu debug --tui is the full screen"),

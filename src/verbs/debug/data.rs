@@ -1,6 +1,9 @@
 //! Commands about values: print, set, display, assert.
 
+use emu_core::chip::ChipFamily;
+use emu_core::image::AVR_DATA;
 use emu_core::pins::{CycleTime, PinId};
+use emu_debug::address_names::decimal_offset;
 use emu_debug::debug::{
     BinaryOperator, DebugExpression, DynMachine, ExpressionPlace, ExpressionValue, ObjectExpr, UserAction, c_text,
 };
@@ -9,9 +12,12 @@ use emu_debug::stimulus::{TimedDrive, parse_drive};
 
 use super::examine;
 use super::numbers::{ExamineFormat, hex};
-use super::settings::set_setting;
+use super::settings::{print_options, set_setting};
 use super::shell::{CommandResult, DebugShell};
 use crate::shared::avr;
+
+/// Why a quotient has no value.
+const DIVISION_BY_ZERO: &str = "a division by 0";
 
 /// Why an expression has no value now, where it is not what it is called.
 fn missing_value_reason(expr: &DebugExpression, target: &dyn DynMachine) -> Option<&'static str> {
@@ -31,7 +37,7 @@ fn missing_value_reason(expr: &DebugExpression, target: &dyn DynMachine) -> Opti
             return of_these.or(Some(match operator {
                 _ if is_real(a) || is_real(b) => "that operator is not for numbers with a point",
                 BinaryOperator::Shl | BinaryOperator::Shr => "a shift by other than 0 to 63 bits",
-                _ if b.value(target) == Some(0) => "a division by 0",
+                _ if b.value(target) == Some(0) => DIVISION_BY_ZERO,
                 _ => "a quotient that is too large",
             }));
         }
@@ -40,6 +46,13 @@ fn missing_value_reason(expr: &DebugExpression, target: &dyn DynMachine) -> Opti
 }
 
 pub(super) fn print(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let settings = shell.session.scope.print;
+    let done = print_options(&mut shell.session.scope.print, args).and_then(|args| print_value(shell, args, out));
+    shell.session.scope.print = settings;
+    done
+}
+
+fn print_value(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (mut format, text) = ExamineFormat::parse_front(args)?;
     let empty = shell.session.scope.values.is_empty();
     let text = if text.is_empty() && !empty { "$" } else { text };
@@ -177,8 +190,14 @@ impl DebugShell {
     }
 
     fn single(&self, text: &str, format: ExamineFormat) -> Result<(String, Option<DebugExpression>), String> {
+        if self.is_void(text) {
+            return Ok(("void".to_owned(), None));
+        }
         let expr = self.session.scope.with_type(self.parse_expression(text)?);
         self.check_type_is_known(text, &expr)?;
+        if missing_value_reason(&expr, self.session.machine()) == Some(DIVISION_BY_ZERO) {
+            return Err("Division by zero".to_owned());
+        }
         Ok((self.value_text(&expr, format), expr.kept(self.session.machine())))
     }
 
@@ -209,6 +228,11 @@ impl DebugShell {
         if let (None, Some(amount @ ExpressionValue::Real(..))) = (format.letter, expr.evaluate(target)) {
             return amount.text();
         }
+        if format.letter.is_none()
+            && let Some(text) = self.core_register_text(place, value)
+        {
+            return text;
+        }
         let bytes = match place {
             Some(ExpressionPlace::Memory { bytes, .. }) => bytes.into(),
             Some(ExpressionPlace::Bit { .. } | ExpressionPlace::RegBit { .. } | ExpressionPlace::Reg(_)) => 1,
@@ -234,6 +258,46 @@ impl DebugShell {
             None if matches!(place, Some(ExpressionPlace::Cycle | ExpressionPlace::Instructions)) => value.to_string(),
             None => format!("{} ({value})", hex(value, 2)),
         }
+    }
+
+    /// A register of the core as gdb writes it, of a program of C for an AVR.
+    fn core_register_text(&self, place: Option<ExpressionPlace>, value: i64) -> Option<String> {
+        let (scope, chip) = (&self.session.scope, self.session.scope.chip());
+        if chip.family != ChipFamily::Avr || !scope.has_debug_info() {
+            return None;
+        }
+        match place? {
+            ExpressionPlace::Pc => Some(format!("(void (*)()) {}", self.natural_register_text("pc", value))),
+            ExpressionPlace::Reg("SP") => Some(format!("(void *) {}", self.natural_register_text("sp", value))),
+            ExpressionPlace::Reg(_) => Some(value.to_string()),
+            _ => None,
+        }
+    }
+
+    /// The value of a register as a number, or as the address that it is.
+    pub(super) fn natural_register_text(&self, name: &str, value: i64) -> String {
+        let (scope, chip) = (&self.session.scope, self.session.scope.chip());
+        match name.to_ascii_lowercase().as_str() {
+            "pc" => {
+                let byte = u32::try_from(value).ok().and_then(|address| self.program_word(address));
+                let symbol = byte.and_then(|word| scope.source().names.nearest_symbol(word * chip.word_bytes));
+                let symbol = symbol.map_or(String::new(), |name| format!(" <{}>", decimal_offset(&name)));
+                format!("0x{value:x}{symbol}")
+            }
+            "sp" if chip.family == ChipFamily::Avr => format!("0x{:x}", value + i64::from(AVR_DATA)),
+            _ => value.to_string(),
+        }
+    }
+
+    /// A name with `$` that nothing has is void, as in gdb, of a program of C.
+    pub(super) fn is_void(&self, text: &str) -> bool {
+        let is_name = |name: &str| {
+            name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+                && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+        };
+        self.session.scope.has_debug_info()
+            && text.trim().strip_prefix('$').is_some_and(is_name)
+            && self.parse_expression(text.trim()).is_err()
     }
 
     /// The program word of an address as users write it.
@@ -330,6 +394,7 @@ impl DebugShell {
             && chip.reg(name).is_none()
             && self.view.is_none()
             && !name.contains("::")
+            && !(chip.family == ChipFamily::Mcs51 && name.starts_with('_'))
             && scope.symbols.iter().any(|symbol| symbol.name == name);
         match is_symbol && !scope.calls().info.globals.is_empty() {
             true => Err(format!("'{name}' has unknown type; cast it to its declared type")),

@@ -13,6 +13,10 @@ use super::shell::{CommandResult, DebugShell};
 /// Bytes of a number with a point, where no unit is given.
 const REAL_BYTES: u32 = 4;
 
+/// Bytes of a pointer of the AVR, and of the unit of the first `x`.
+const POINTER_BYTES: u32 = 2;
+const WORD_BYTES: u32 = 4;
+
 /// Where `x` goes on.
 #[derive(Debug, Clone, Copy)]
 pub struct ExamineState {
@@ -50,6 +54,14 @@ impl DebugShell {
                 }
                 _ => Err(format!("`{text}` is in no memory")),
             };
+        }
+        // A pointer of SDCC tells its memory.
+        if let Some(DebugExpression::Object(object)) = &expr
+            && chip.family == ChipFamily::Mcs51
+            && let Some(ObjectByteLocation::Memory(space, addr)) =
+                object.pointed_object().and_then(|of| of.byte_locations(target).first().copied())
+        {
+            return Ok(ExamineState { space, addr, format });
         }
         let typed = expr.as_ref().and_then(DebugExpression::object).is_some_and(|object| !object.is_function());
         let text = if typed { text } else { text.trim_start_matches('&') };
@@ -121,14 +133,58 @@ impl DebugShell {
             }
             let value = bytes.iter().rev().fold(0i64, |high, low| high << 8 | i64::from(*low));
             let shown = match letter {
-                'a' => self.program_word(value as u32).map(|word| self.session.scope.source().describe_word(word)),
+                'a' => self.code_address_text(value),
                 'f' => real_text(&bytes).or_else(|| format_number(value, 'd', unit, true)),
                 _ => format_number(value, letter, unit, true),
             };
-            text.push_str(&format!(" {}", shown.unwrap_or_else(|| hex(value, 2))));
+            text.push_str(&format!("\t{}", shown.unwrap_or_else(|| hex(value, 2))));
             addr += unit / width;
         }
         Ok((format!("{text}\n"), addr))
+    }
+
+    /// Format and unit of the last `x` where none is given; of a program of C, whose users know that of gdb.
+    fn with_last_format(&self, format: ExamineFormat) -> ExamineFormat {
+        if !self.session.scope.has_debug_info() || self.session.scope.chip().family != ChipFamily::Avr {
+            return format;
+        }
+        let last = self.examined.map(|last| last.format).unwrap_or_default();
+        let letter = format.letter.or(last.letter).unwrap_or('x');
+        let unit = format.unit.or(match letter {
+            'c' | 's' => Some(1),
+            'a' => Some(POINTER_BYTES),
+            'f' => Some(last.unit.filter(|unit| *unit >= REAL_BYTES).unwrap_or(REAL_BYTES)),
+            _ => last.unit.or(Some(WORD_BYTES)),
+        });
+        ExamineFormat { letter: Some(letter), unit, ..format }
+    }
+
+    /// With a negative count, where so many units before a place begin.
+    fn start_before(&self, at: ExamineState) -> Result<ExamineState, String> {
+        let ExamineState { space, addr, format } = at;
+        if !format.before {
+            return Ok(at);
+        }
+        if matches!(format.letter, Some('s' | 'i')) {
+            return Err("texts and instructions are not counted backwards; name the address".to_owned());
+        }
+        let width = self.session.scope.chip().bytes_per_address(space).max(1);
+        let bytes = format.count.unwrap_or(1).saturating_mul(format.unit.unwrap_or(width));
+        let addr = addr.checked_sub(bytes / width).ok_or_else(|| format!("{space} begins at 0"))?;
+        Ok(ExamineState { addr, ..at })
+    }
+
+    /// An address of program memory with its symbol.
+    fn code_address_text(&self, value: i64) -> Option<String> {
+        let source = self.session.scope.source();
+        let address = u32::try_from(value).ok()?;
+        let word = self.program_word(address)?;
+        match source.names.nearest_symbol(word.saturating_mul(source.names.chip.word_bytes)) {
+            Some(name) if self.session.scope.has_debug_info() => {
+                Some(format!("0x{address:x} <{}>", decimal_offset(&name)))
+            }
+            _ => Some(source.describe_word(word)),
+        }
     }
 
     /// The place of a line: of data of a C program on the AVR as gdb and the ELF file have it.
@@ -169,7 +225,7 @@ impl DebugShell {
             let names = self.session.scope.source().names;
             let name = names.containing_symbol(at.space, start).filter(|_| self.session.scope.has_debug_info());
             let place = self.examined_place(at.space, start, name);
-            text.push_str(&format!("{place}: {}\n", emu_debug::text_escapes::escape(&bytes)));
+            text.push_str(&format!("{place}:\t{}\n", emu_debug::text_escapes::escape(&bytes)));
         }
         Ok((text, ExamineState { addr, ..at }))
     }
@@ -179,13 +235,15 @@ pub(super) fn examine(shell: &mut DebugShell, args: &str, out: &mut String) -> C
     let (format, text) = ExamineFormat::parse_front(args)?;
     let at = match (text, shell.examined) {
         ("", Some(last)) => {
-            let or = |new: Option<u32>, old: Option<u32>| new.or(old);
-            let unit = or(format.unit, last.format.unit);
-            let format = ExamineFormat { count: format.count, letter: format.letter.or(last.format.letter), unit };
-            ExamineState { format, ..last }
+            let unit = format.unit.or(last.format.unit);
+            let (letter, count) = (format.letter.or(last.format.letter), format.count.or(last.format.count));
+            ExamineState { format: ExamineFormat { count, letter, unit, ..format }, ..last }
         }
         ("", None) => return Err("where? x/8xb data:0x100, x/4i $pc".to_owned()),
-        _ => shell.examine_start(text, format)?,
+        _ => {
+            let format = shell.with_last_format(format);
+            shell.start_before(shell.examine_start(text, format)?)?
+        }
     };
     let (text, next) = shell.examine_lines(at)?;
     out.push_str(&text);

@@ -5,7 +5,7 @@ use emu_core::chip::{Chip, ChipFamily};
 use super::numbers::hex;
 use super::shell::{CommandResult, DebugShell};
 use super::stop::level;
-use super::{about, calls, points, rungs, types};
+use super::{about, calls, declared, point_table, rungs, types};
 
 /// Something that `info` tells of.
 struct InfoTopic {
@@ -18,8 +18,8 @@ struct InfoTopic {
 #[rustfmt::skip]
 const TOPICS: &[InfoTopic] = &[
     InfoTopic { name: "registers",   help: "registers of the core; with names those, of the chip too", write: registers },
-    InfoTopic { name: "breakpoints", help: "breakpoints and watchpoints",                             write: |shell, args, out| points::list(shell, args, false, out) },
-    InfoTopic { name: "watchpoints", help: "watchpoints",                                             write: |shell, args, out| points::list(shell, args, true, out) },
+    InfoTopic { name: "breakpoints", help: "breakpoints and watchpoints",                             write: |shell, args, out| point_table::list(shell, args, false, out) },
+    InfoTopic { name: "watchpoints", help: "watchpoints",                                             write: |shell, args, out| point_table::list(shell, args, true, out) },
     InfoTopic { name: "locals",      help: "variables of the call that is looked at",                 write: |shell, _, out| calls::info_variables(shell, false, out) },
     InfoTopic { name: "args",        help: "its parameters",                                          write: |shell, _, out| calls::info_variables(shell, true, out) },
     InfoTopic { name: "frame",       help: "that call: its place, its caller, registers that it has saved", write: |shell, _, out| calls::info_frame(shell, out) },
@@ -34,9 +34,9 @@ const TOPICS: &[InfoTopic] = &[
     InfoTopic { name: "sources",     help: "the source files of the program; with a text those that have it", write: types::info_sources },
     InfoTopic { name: "line",        help: "the code of a source line: info line main.c:12",          write: types::info_line },
     InfoTopic { name: "symbol",      help: "what has its name at an address: info symbol 0x86",       write: types::info_symbol },
-    InfoTopic { name: "functions",   help: "functions; with a regular expression those whose names match it", write: |shell, args, out| types::info_kind(shell, args, true, out) },
-    InfoTopic { name: "variables",   help: "variables; with a regular expression those whose names match it", write: |shell, args, out| types::info_kind(shell, args, false, out) },
-    InfoTopic { name: "types",       help: "types of C; with a regular expression those whose names match it",              write: about::types },
+    InfoTopic { name: "functions",   help: "functions; with a regular expression those whose names match it", write: |shell, args, out| declared::info_kind(shell, args, true, out) },
+    InfoTopic { name: "variables",   help: "variables; with a regular expression those whose names match it", write: |shell, args, out| declared::info_kind(shell, args, false, out) },
+    InfoTopic { name: "types",       help: "types of C; with a regular expression those whose names match it",              write: declared::types },
     InfoTopic { name: "scope",       help: "variables that have a place at a location: info scope price", write: about::scope },
     InfoTopic { name: "address",     help: "where a variable or function is: info address x",         write: about::address },
     InfoTopic { name: "files",       help: "the program and the memories of the chip",                write: about::files },
@@ -48,6 +48,17 @@ const TOPICS: &[InfoTopic] = &[
     InfoTopic { name: "signals",     help: "there are none",                                          write: |_, _, out| about::none("signals", out) },
     InfoTopic { name: "symbols",     help: "symbols of the program; with a text those that have it",  write: symbols },
     InfoTopic { name: "display",     help: "what every stop shows",                                   write: |shell, _, out| { shell.list_displays(out); Ok(()) } },
+];
+
+/// What gdb's `info` tells of besides, and why it is not here.
+const FOREIGN: &[(&str, &str)] = &[
+    ("macro", "debugging information of avr-gcc has no macros"),
+    ("macros", "debugging information of avr-gcc has no macros"),
+    ("skip", "no function is skipped"),
+    ("record", "`info cycle` tells how far back the history goes"),
+    ("checkpoints", "save and load keep the machine, goto-cycle goes back"),
+    ("inferiors", "the machine is the only one"),
+    ("os", "a chip has no operating system"),
 ];
 
 /// Parts of a chip, by their registers.
@@ -83,6 +94,9 @@ pub(super) fn info(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
     let exact = TOPICS.iter().find(|topic| topic.name == word);
     match exact.or_else(|| TOPICS.iter().find(|topic| topic.name.starts_with(word))) {
         Some(topic) => (topic.write)(shell, rest.trim(), out),
+        None if let Some((_, why)) = FOREIGN.iter().find(|(name, _)| *name == word) => {
+            Err(format!("`info {word}` of gdb is not available: {why}"))
+        }
         None => Err(format!("there is no `info {word}`; there are {}", names().collect::<Vec<_>>().join(", "))),
     }
 }
@@ -103,7 +117,15 @@ pub(super) fn registers(shell: &mut DebugShell, args: &str, out: &mut String) ->
             let name = name.trim_start_matches('$');
             // Of a caller those that its call has saved.
             let expr = shell.parse_expression(&format!("${name}")).or_else(|_| shell.parse_expression(name))?;
-            out.push_str(&format!("{name} = {}\n", shell.value_text(&expr, Default::default())));
+            let value = expr.value(shell.session.machine());
+            let text = shell.value_text(&expr, Default::default());
+            out.push_str(&match value {
+                Some(value) if shell.session.scope.has_debug_info() => {
+                    let natural = shell.natural_register_text(name, value);
+                    format!("{name:<15}{:<19} {natural}\n", format!("0x{value:x}"))
+                }
+                _ => format!("{name} = {text}\n"),
+            });
         }
         return Ok(());
     }

@@ -19,6 +19,8 @@ const MAX_UNITS: u32 = 1 << 16;
 pub(super) struct ExamineFormat {
     /// How many.
     pub count: Option<u32>,
+    /// They lie before the place.
+    pub before: bool,
     /// `x z d u o t c a f s i`.
     pub letter: Option<char>,
     /// Bytes of a unit.
@@ -34,8 +36,9 @@ impl ExamineFormat {
         let Some(rest) = args.strip_prefix('/') else { return Ok((ExamineFormat::default(), args)) };
         let end = rest.find(char::is_whitespace).unwrap_or(rest.len());
         let (text, rest) = rest.split_at(end);
+        let (text, before) = text.strip_prefix('-').map_or((text, false), |text| (text, true));
         let digits = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
-        let mut format = ExamineFormat::default();
+        let mut format = ExamineFormat { before, ..ExamineFormat::default() };
         if digits > 0 {
             let (count, most) = (&text[..digits], MAX_UNITS);
             let found = count.parse().ok().filter(|count| (1..=most).contains(count));

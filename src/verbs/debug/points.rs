@@ -1,6 +1,8 @@
 //! Commands about breakpoints and watchpoints.
 
-use emu_debug::debug::{AccessKind, DebugExpression, DebugPoint, ExpressionPlace, ExpressionValue, PointTrigger};
+use emu_debug::debug::{
+    AccessKind, DebugError, DebugExpression, DebugPoint, ExpressionPlace, ExpressionValue, PointTrigger,
+};
 use emu_debug::stimulus::parse_pin_level;
 
 use super::shell::{CommandResult, DebugShell};
@@ -31,7 +33,7 @@ fn code_point(shell: &mut DebugShell, args: &str, temporary: bool, out: &mut Str
     };
     let id = add_point(shell, PointTrigger::Code(words), &text, condition, temporary)?;
     let kind = if temporary { "Temporary breakpoint" } else { "Breakpoint" };
-    out.push_str(&format!("{kind} {id} at {}\n", places.join(", ")));
+    out.push_str(&format!("{kind} {id} at {}\n", shell.places_of_point(id, &places)));
     Ok(())
 }
 
@@ -84,7 +86,9 @@ pub(super) fn watch(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
     if let Some(point) = shell.session.points.get_mut(id) {
         point.call_end = end;
     }
-    out.push_str(&format!("Watchpoint {id}: {name}\n"));
+    let is_pin = shell.session.points.get(id).is_some_and(|point| matches!(point.trigger, PointTrigger::Pin(..)));
+    let kind = if is_pin { "Watchpoint" } else { "Hardware watchpoint" };
+    out.push_str(&format!("{kind} {id}: {name}\n"));
     Ok(())
 }
 
@@ -149,10 +153,13 @@ fn access(shell: &mut DebugShell, args: &str, access: AccessKind, out: &mut Stri
     let (text, condition) = split_condition(args);
     let text = without_location_flag(text).0;
     let found = shell.session.scope.parse_watched_range(text, shell.session.machine());
-    let (range, name) = found.map_err(|why| format!("{why}; watch {text} sees its changes"))?;
+    let (range, name) = found.map_err(|why| match why {
+        DebugError::UnknownSymbolHere { .. } => why.to_string(),
+        why => format!("{why}; watch {text} sees its changes"),
+    })?;
     let id = add_point(shell, PointTrigger::Access(range, access), &name, condition, false)?;
-    let kind = if access == AccessKind::Read { "Read" } else { "Access" };
-    out.push_str(&format!("{kind} watchpoint {id}: {name}\n"));
+    let kind = if access == AccessKind::Read { "read" } else { "access (read/write)" };
+    out.push_str(&format!("Hardware {kind} watchpoint {id}: {name}\n"));
     Ok(())
 }
 
@@ -173,7 +180,7 @@ fn find_point(shell: &DebugShell, number: &str) -> Result<u32, String> {
 }
 
 /// Points by their numbers: `1 2`, `1-3`.
-fn numbers(shell: &DebugShell, args: &str) -> Result<Vec<u32>, String> {
+pub(super) fn numbers(shell: &DebugShell, args: &str) -> Result<Vec<u32>, String> {
     let mut found = Vec::new();
     for word in args.split_whitespace() {
         let range = word.split_once('-').and_then(|(first, last)| Some((first.parse().ok()?, last.parse().ok()?)));
@@ -199,10 +206,9 @@ pub(super) fn condition(shell: &mut DebugShell, args: &str, out: &mut String) ->
         _ => None,
     });
     let condition = if text.is_empty() { None } else { Some(condition_at(shell, text, at)?) };
-    out.push_str(&match condition {
-        None => format!("Point {id} stops always\n"),
-        Some(_) => format!("Point {id} stops where {text}\n"),
-    });
+    if condition.is_none() {
+        out.push_str(&format!("Breakpoint {id} now unconditional.\n"));
+    }
     if let Some(point) = shell.session.points.get_mut(id) {
         point.condition = condition;
         point.condition_text = text.to_owned();
@@ -322,49 +328,6 @@ fn set_enabled(shell: &mut DebugShell, args: &str, on: bool) -> CommandResult {
         }
     }
     Ok(())
-}
-
-/// `info breakpoints` and `info watchpoints`: all, or those of some numbers.
-pub(super) fn list(shell: &DebugShell, args: &str, watched: bool, out: &mut String) -> CommandResult {
-    let wanted = if args.is_empty() { None } else { Some(numbers(shell, args)?) };
-    let points = shell.session.points.all().iter();
-    let points = points.filter(|point| wanted.as_ref().is_none_or(|ids| ids.contains(&point.id)));
-    let points = points.filter(|point| !watched || !matches!(point.trigger, PointTrigger::Code(_)));
-    let before = out.len();
-    points.for_each(|point| describe(shell, point, out));
-    if out.len() == before {
-        out.push_str(if watched { "No watchpoints.\n" } else { "No breakpoints or watchpoints.\n" });
-    }
-    Ok(())
-}
-
-/// A line of `info breakpoints`, and the commands of the point.
-fn describe(shell: &DebugShell, point: &DebugPoint, out: &mut String) {
-    let kind = match &point.trigger {
-        PointTrigger::Code(_) => "breakpoint",
-        PointTrigger::Access(_, AccessKind::Read) => "read watchpoint",
-        PointTrigger::Access(..) => "access watchpoint",
-        PointTrigger::Change(_) | PointTrigger::Pin(..) => "watchpoint",
-    };
-    let mut line = format!("{:<3} {kind} {}", point.id, point.text);
-    if let PointTrigger::Code(words) = &point.trigger {
-        let places: Vec<String> = words.iter().map(|word| shell.word_with_rung(*word)).collect();
-        line.push_str(&format!(" at {}", places.join(", ")));
-    }
-    let left = point.stops_left.unwrap_or(0);
-    let told = [
-        (point.temporary, "once".to_owned()),
-        (!point.enabled, "disabled".to_owned()),
-        (left > 0, format!("disabled after {left} more {}", if left == 1 { "stop" } else { "stops" })),
-        (point.condition.is_some(), format!("stop only if {}", point.condition_text)),
-        (point.ignore > 0, format!("passes over {}", point.ignore)),
-        (point.hits > 0, format!("hit {} times", point.hits)),
-    ];
-    for (_, text) in told.iter().filter(|(told, _)| *told) {
-        line.push_str(&format!(", {text}"));
-    }
-    out.push_str(&format!("{line}\n"));
-    point.commands.iter().for_each(|command| out.push_str(&format!("      {command}\n")));
 }
 
 /// The commands that set all points, for `source`.

@@ -13,6 +13,7 @@ use super::shell::{CommandResult, DebugShell};
 use super::steps::{CallDepth, LineStep, line, line_step, repeat_steps};
 use crate::shared::avr;
 
+const OUTERMOST: &str = "\"finish\" not meaningful in the outermost frame.";
 const NO_LINES: &str = "note: there are no source lines here, so step and next go by instructions";
 
 /// Takes as many steps as the argument says and reports the last stop.
@@ -92,12 +93,13 @@ fn run_out_of_subroutine(
 
 pub(super) fn finish(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
     if !shell.may_return() {
-        return Err("there is nothing to finish: the stack tells of no call".to_owned());
+        return Err(OUTERMOST.to_owned());
     }
     let return_addresses = shell.calls();
     let frame = return_addresses.get(shell.level).cloned().ok_or("there is no such call any more; bt lists them")?;
     if let Some(block) = shell.inlined_block(&frame) {
         // Out of a function that was put in place of its call is behind its code.
+        out.push_str(&format!("Run till exit from {}", shell.frame_line(shell.level, &frame)));
         let left = move |session: &DebugSession| {
             let byte = session.machine().pc().saturating_mul(session.scope.chip().word_bytes);
             session.machine().reg("SP").is_some_and(|sp| sp >= frame.sp) && !block.has_code_at(byte)
@@ -110,8 +112,9 @@ pub(super) fn finish(shell: &mut DebugShell, _: &str, out: &mut String) -> Comma
     let is_main =
         shell.session.scope.calls().frame_name(shell.session.machine(), &frame).is_some_and(|own| own.0 == "main");
     if is_main {
-        return Err("main is the outermost call: it does not return".to_owned());
+        return Err(OUTERMOST.to_owned());
     }
+    out.push_str(&format!("Run till exit from {}", shell.frame_line(shell.level, &frame)));
     let kind = shell.result_type(&frame);
     if shell.level > shell.hidden {
         // As in gdb: up to where the call that is looked at goes on.
@@ -263,7 +266,8 @@ impl DebugShell {
 
     /// Prints what a function has returned.
     fn returned(&mut self, halt: &HaltResult, kind: Option<TypeId>, out: &mut String) {
-        let object = kind.and_then(|kind| self.session.scope.calls().result(kind));
+        let chip = self.session.scope.chip();
+        let object = kind.and_then(|kind| self.session.scope.calls().result(kind, chip));
         let Some(object) = object.filter(|_| halt.reason == HaltReason::Done) else { return };
         let machine = self.session.machine();
         let value = object.text(&self.session.scope, machine, None);
@@ -288,14 +292,28 @@ impl DebugShell {
                     .filter(|known| *known.file == *file && known.line >= line);
                 let line = lines.map(|known| known.line).min().unwrap_or(line);
                 let scope = &self.session.scope;
-                let words = scope.source().parse_words(&format!("{file}:{line}"))?;
+                let words = scope.source().parse_words(&format!("{file}:{line}"));
+                let words = words.map_err(|why| match scope.has_debug_info() {
+                    true => format!("No line {line} in file \"{file}\"."),
+                    false => why.to_string(),
+                })?;
                 let bytes: Vec<u32> = words.iter().map(|word| word * scope.chip().word_bytes).collect();
                 Ok(scope.line_words(&bytes))
             }
             None => match self.session.scope.function_words(text) {
-                words if words.is_empty() => self.parse_location(text),
+                words if words.is_empty() => self.parse_location(text).map_err(|why| self.unknown_location(text, why)),
                 words => Ok(words),
             },
+        }
+    }
+
+    /// Why a location is none: a name alone in gdb's words, of a program of C.
+    fn unknown_location(&self, text: &str, why: String) -> String {
+        let is_name = text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+            && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        match is_name && self.session.scope.has_debug_info() {
+            true => format!("Function \"{text}\" not defined."),
+            false => why,
         }
     }
 

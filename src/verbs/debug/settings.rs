@@ -1,6 +1,8 @@
 //! Settings of gdb: `set listsize`, `set print`, and those that make no difference here.
 
-use super::shell::DebugShell;
+use emu_debug::debug::PrintSettings;
+
+use super::shell::{CommandResult, DebugShell};
 
 /// What gdb's `set` has settings for that scripts begin with.
 const IGNORED_GDB_SETTINGS: &[&str] = &["confirm", "height", "width", "pagination", "style", "logging", "verbose"];
@@ -10,7 +12,7 @@ const IGNORED_GDB_SETTINGS: &[&str] = &["confirm", "height", "width", "paginatio
 const FIXED_PRINT_SETTINGS: &[(&str, &str)] = &[
     ("address", "on"), ("symbol", "on"), ("array", "off"), ("array-indexes", "off"), ("union", "on"), ("null-stop", "off"),
     ("demangle", "on"), ("asm-demangle", "off"), ("object", "off"), ("static-members", "on"), ("vtbl", "off"),
-    ("sevenbit-strings", "off"), ("frame-arguments", "scalars"), ("entry-values", "no"), ("finish", "on"), ("max-depth", "20"),
+    ("sevenbit-strings", "off"), ("frame-arguments", "scalars"), ("entry-values", "default"), ("finish", "on"), ("max-depth", "20"),
 ];
 
 /// `set listsize` and `set print`; false where the text is another setting, or none.
@@ -19,10 +21,6 @@ const FIXED_PRINT_SETTINGS: &[(&str, &str)] = &[
 /// The setting is not available.
 pub(super) fn set_setting(shell: &mut DebugShell, args: &str, out: &mut String) -> Result<bool, String> {
     let words: Vec<&str> = args.split_whitespace().collect();
-    let amount = |text: &str| match text {
-        "unlimited" | "0" | "-1" => Ok(u32::MAX),
-        text => text.parse::<u32>().map_err(|_| format!("`{text}` is no count; write a number or unlimited")),
-    };
     let print = &mut shell.session.scope.print;
     match words.as_slice() {
         ["listsize", count] => shell.list_size = amount(count)?,
@@ -44,4 +42,71 @@ pub(super) fn set_setting(shell: &mut DebugShell, args: &str, out: &mut String) 
         _ => return Ok(false),
     }
     Ok(true)
+}
+
+/// The options of `print`, up to `--` or the first word that is none; what follows is the expression.
+///
+/// # Errors
+/// An option has no such value.
+pub(super) fn print_options<'a>(print: &mut PrintSettings, args: &'a str) -> Result<&'a str, String> {
+    let mut rest = args.trim_start();
+    loop {
+        let (word, behind) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+        let behind = behind.trim_start();
+        let (value, after) = behind.split_once(char::is_whitespace).unwrap_or((behind, ""));
+        rest = match word {
+            "--" => return Ok(behind),
+            "-pretty" => {
+                print.pretty = value != "off";
+                if matches!(value, "on" | "off") { after } else { behind }
+            }
+            "-elements" | "-repeats" => {
+                let count = amount(value)? as usize;
+                *(if word == "-elements" { &mut print.elements } else { &mut print.repeats }) = count;
+                after
+            }
+            _ => return Ok(rest),
+        };
+        rest = rest.trim_start();
+    }
+}
+
+fn amount(text: &str) -> Result<u32, String> {
+    match text {
+        "unlimited" | "0" | "-1" => Ok(u32::MAX),
+        text => text.parse::<u32>().map_err(|_| format!("`{text}` is no count; write a number or unlimited")),
+    }
+}
+
+/// `show`: the settings that `set` changes.
+pub(super) fn show(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let print = &shell.session.scope.print;
+    let count = |count: usize| if count >= u32::MAX as usize { "unlimited".to_owned() } else { count.to_string() };
+    let words: Vec<&str> = args.split_whitespace().collect();
+    let text = match words.as_slice() {
+        ["print" | "p" | "pr", "pretty"] => {
+            format!("Pretty formatting of structures is {}.", if print.pretty { "on" } else { "off" })
+        }
+        ["print" | "p" | "pr", "elements"] => {
+            format!("Limit on string chars or array elements to print is {}.", count(print.elements))
+        }
+        ["print" | "p" | "pr", "repeats"] => {
+            format!("Threshold for repeated print elements is {}.", count(print.repeats))
+        }
+        ["print" | "p" | "pr", name]
+            if let Some((_, fixed)) = FIXED_PRINT_SETTINGS.iter().find(|(own, _)| own == name) =>
+        {
+            format!("print {name} is {fixed}; it cannot be changed.")
+        }
+        ["listsize"] => {
+            format!("Number of source lines gdb will list by default is {}.", count(shell.list_size as usize))
+        }
+        ["version"] => format!("emu {}", env!("CARGO_PKG_VERSION")),
+        _ => {
+            let known = "print pretty, print elements, print repeats, listsize, version";
+            return Err(format!("`show {args}` is not available; there are {known}"));
+        }
+    };
+    out.push_str(&format!("{text}\n"));
+    Ok(())
 }

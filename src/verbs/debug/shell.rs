@@ -66,6 +66,8 @@ pub struct DebugShell {
     pub(super) hidden: usize,
     /// That of the stop to come, where the step knows it.
     pub(super) next_hidden: Option<usize>,
+    /// The call that was looked at at the last stop.
+    pub(super) stopped_in: Option<(String, Option<u32>)>,
     /// Where `list` goes on, and where it began.
     pub(super) listed: Option<(String, u32)>,
     /// Where `x` goes on.
@@ -118,6 +120,7 @@ impl DebugShell {
             level: 0,
             hidden: 0,
             next_hidden: None,
+            stopped_in: None,
             listed: None,
             examined: None,
             disassembly: None,

@@ -1,7 +1,7 @@
 //! Steps by source lines, in and over calls, as gdb makes them.
 
 use emu_core::cpu::LAST_CYCLE;
-use emu_debug::debug::{CallFlow, DebugSession, HaltReason, HaltResult};
+use emu_debug::debug::{CallFlow, DebugSession, HaltReason, HaltResult, LinePosition, StepVerdict};
 
 /// Takes `count` steps, or fewer if a step stops for another reason or the user interrupts. Returns the last stop.
 pub(super) fn repeat_steps(
@@ -52,9 +52,7 @@ impl CallDepth {
 
 /// The line that an instruction belongs to.
 pub(super) fn line(session: &DebugSession) -> Option<(String, u32)> {
-    let source = session.scope.source();
-    let line = source.line_at(session.machine().pc())?;
-    Some((line.file.to_string(), line.line))
+    LinePosition::line_of(session)
 }
 
 /// How a step treats calls.
@@ -66,100 +64,6 @@ pub(super) enum LineStep {
     Finished,
     /// It passes them, and never goes back in the function.
     Forward,
-}
-
-/// What a step compares: the line that it leaves, the row of the table of lines, and the functions put in place of their calls around
-/// it, the outermost first.
-#[derive(Debug, Clone, PartialEq, Eq)]
-struct Origin {
-    line: Option<(String, u32)>,
-    row: Option<u32>,
-    inlined: Vec<usize>,
-}
-
-/// Where the machine is now.
-struct Position {
-    line: Option<(String, u32)>,
-    row: Option<u32>,
-    /// The machine is at the first instruction of the row.
-    begins: bool,
-    /// A statement begins in it, too.
-    is_statement: bool,
-    inlined: Vec<usize>,
-    /// The innermost of these that begin here: their calls are still to come.
-    hidden: usize,
-    /// The lines of their calls, the outermost first.
-    calls: Vec<u32>,
-}
-
-impl Position {
-    fn of(session: &DebugSession) -> Position {
-        let (scope, pc) = (&session.scope, session.machine().pc());
-        let byte = pc.saturating_mul(scope.chip().word_bytes);
-        let row = scope.source().line_at(pc).map(|line| line.addr);
-        let blocks = scope.calls().inlined(byte);
-        Position {
-            line: line(session),
-            row,
-            begins: row == Some(byte),
-            is_statement: scope.lines.begins_statement(byte),
-            inlined: blocks.iter().rev().map(|block| std::ptr::from_ref(*block) as usize).collect(),
-            hidden: scope.calls().call_sites(byte),
-            calls: blocks.iter().rev().map(|block| block.call_site.1).collect(),
-        }
-    }
-
-    /// The functions put in place of their calls that it is in, of which `hidden` are still to be entered.
-    fn entered(&self, hidden: usize) -> &[usize] {
-        self.inlined.get(..self.inlined.len().saturating_sub(hidden)).unwrap_or_default()
-    }
-
-    /// The line of the first call that is still to come.
-    fn call(&self, hidden: usize) -> Option<u32> {
-        self.calls.get(self.inlined.len().checked_sub(hidden)?).copied().filter(|_| hidden > 0)
-    }
-
-    fn origin(&self, hidden: usize) -> Origin {
-        let line = self.line.clone().map(|(file, number)| (file, self.call(hidden).unwrap_or(number)));
-        Origin { line, row: self.row, inlined: self.entered(hidden).to_vec() }
-    }
-}
-
-/// What a position is to a step within one function.
-enum StepVerdict {
-    GoOn,
-    /// It goes on, and leaves this line from now on.
-    LeaveFrom(Origin),
-    /// It ends, before so many calls of functions that were put in their place.
-    Stop(usize),
-}
-
-impl Origin {
-    fn verdict(&self, now: &Position, kind: LineStep, same_frame: bool) -> StepVerdict {
-        let over = kind != LineStep::Into;
-        let entered = now.entered(now.hidden);
-        if same_frame && entered == self.inlined && now.hidden > 0 {
-            // A function put in place of its call begins.
-            let is_own = self.line.as_ref().map(|line| line.1) == now.call(now.hidden);
-            return match (over, is_own) {
-                (true, true) => StepVerdict::GoOn,
-                (false, true) => StepVerdict::Stop(now.hidden - 1),
-                (_, false) => StepVerdict::Stop(now.hidden),
-            };
-        }
-        if same_frame && entered.len() > self.inlined.len() && entered.starts_with(&self.inlined) {
-            return if over { StepVerdict::GoOn } else { StepVerdict::Stop(now.hidden) };
-        }
-        let Some((file, _)) = &now.line else { return StepVerdict::Stop(now.hidden) };
-        match now.line != self.line && now.begins {
-            true if now.is_statement => StepVerdict::Stop(now.hidden),
-            true if same_frame && entered == self.inlined => StepVerdict::GoOn,
-            // It is in another function, but at no place to stop: any line will do from now on.
-            true => StepVerdict::LeaveFrom(Origin { line: Some((file.clone(), 0)), ..now.origin(now.hidden) }),
-            // In the middle of a line it goes on to the end of that, as in gdb.
-            false => StepVerdict::LeaveFrom(now.origin(now.hidden)),
-        }
-    }
 }
 
 /// One step of a source line; without lines one instruction. `hidden`: functions put in place of their calls that begin where the
@@ -176,7 +80,7 @@ pub(super) fn line_step(
         return HaltResult { reason: HaltReason::Done };
     }
     let from = session.machine().pc();
-    let mut origin = Position::of(session).origin(*hidden);
+    let mut origin = LinePosition::of(session).origin(*hidden);
     let (mut depth, mut last, mut left) = (CallDepth::default(), from, false);
     // A function without lines is left as a whole.
     let mut silent = match &origin.line {
@@ -214,7 +118,7 @@ pub(super) fn line_step(
             }
             if depth.calls <= 0 {
                 silent = None;
-                let now = Position::of(session);
+                let now = LinePosition::of(session);
                 if here.is_none() || now.begins {
                     return stop(session, None);
                 }
@@ -234,12 +138,12 @@ pub(super) fn line_step(
         if origin.line.is_none() || depth.calls > 0 {
             return (origin.line.is_none() || here != origin.line) && stop(session, None);
         }
-        let now = Position::of(session);
+        let now = LinePosition::of(session);
         left |= depth.calls < 0;
         if depth.calls == 0 && now.row.is_some() && now.row == origin.row {
             return false;
         }
-        match origin.verdict(&now, kind, depth.calls == 0) {
+        match origin.verdict(&now, over, depth.calls == 0) {
             StepVerdict::GoOn => false,
             StepVerdict::LeaveFrom(next) => {
                 (origin, depth.calls) = (next, 0);

@@ -2,7 +2,9 @@
 
 use emu_core::pins::{ChipEvent, PinLevel};
 use emu_core::table::DisassembledInstruction;
-use emu_debug::debug::{DebugPoint, DebugPoints, HaltReason, HaltResult, PointHit, PointTrigger};
+use emu_debug::debug::{
+    AccessKind, DebugPoint, DebugPoints, HaltReason, HaltResult, ObjectExpr, PointHit, PointTrigger,
+};
 use emu_debug::text_escapes::escape;
 
 use super::numbers::{hex, short_hex};
@@ -28,15 +30,23 @@ impl DebugShell {
             self.place_level();
             self.registers = self.core_registers();
         } else {
+            self.place_level();
             out.push_str(&self.reason(halt, before));
-            self.report_position(out);
+            self.report_frame(halt, before, out);
+            self.show_position(out);
         }
+        self.stopped_in = self.present_call();
         self.enqueue(commands);
     }
 
     /// Where the machine stands, since when, and what is displayed.
     pub(super) fn report_position(&mut self, out: &mut String) {
         self.place_level();
+        self.stopped_in = self.present_call();
+        self.show_position(out);
+    }
+
+    fn show_position(&mut self, out: &mut String) {
         self.place(out);
         out.push_str(&self.time());
         if let Some(resets) = self.session.resets_since(self.reported_to) {
@@ -50,6 +60,33 @@ impl DebugShell {
         }
         self.reported_to = self.session.machine().cycle();
         self.show_displays(out);
+    }
+
+    /// The function of the call that is looked at, and where its frame is.
+    fn present_call(&self) -> Option<(String, Option<u32>)> {
+        let frame = self.calls().into_iter().nth(self.level)?;
+        let (name, _) = self.session.scope.calls().frame_name(self.session.machine(), &frame)?;
+        Some((name.to_owned(), frame.cfa))
+    }
+
+    /// The call as gdb writes it, with its parameters; nothing where the program does not describe it.
+    fn present_call_text(&self) -> Option<String> {
+        let frame = self.calls().into_iter().nth(self.level).filter(|frame| self.is_described(frame))?;
+        let line = self.frame_line(self.level, &frame);
+        let text = line.trim_end().split_once("  ").map_or(line.trim_end(), |(_, text)| text);
+        self.view.is_none().then(|| text.to_owned())
+    }
+
+    /// Tells the call, but for a step within that of the last stop.
+    fn report_frame(&self, halt: &HaltResult, before: &DebugPoints, out: &mut String) {
+        let is_told =
+            |hit: &PointHit| before.get(hit.id).is_some_and(|point| matches!(point.trigger, PointTrigger::Code(_)));
+        match &halt.reason {
+            HaltReason::Points(hits) if hits.iter().any(is_told) => return,
+            HaltReason::Done if self.stopped_in == self.present_call() => return,
+            _ => {}
+        }
+        out.extend(self.present_call_text().map(|text| format!("{text}\n")));
     }
 
     /// Looks at the innermost call from now on.
@@ -109,11 +146,20 @@ impl DebugShell {
     }
 
     fn hit(&self, hit: &PointHit, point: &DebugPoint) -> String {
-        let id = format!("{}{}", point.id, if point.temporary { " (temporary)" } else { "" });
+        let id = point.id;
         let by = || self.word_with_rung(hit.pc);
         let value = |value: Option<i64>| value.map_or("nothing".to_owned(), short_hex);
         match &point.trigger {
-            PointTrigger::Code(_) => format!("Breakpoint {id}, {}", point.text),
+            PointTrigger::Code(_) => {
+                let kind = if point.temporary { "Temporary breakpoint" } else { "Breakpoint" };
+                format!("{kind} {id}, {}", self.present_call_text().unwrap_or_else(|| point.text.clone()))
+            }
+            PointTrigger::Access(_, kind) if let Some(object) = self.watched_object(&point.text) => {
+                let kind = if *kind == AccessKind::Read { "read" } else { "access (read/write)" };
+                let how = if hit.write == Some(true) { "written" } else { "read" };
+                let value = object.text_without_type(&self.session.scope, self.session.machine());
+                format!("\nHardware {kind} watchpoint {id}: {}\n\nValue = {value}\n{how} by {}", point.text, by())
+            }
             PointTrigger::Access(..) => {
                 let how = if hit.write == Some(true) { "written" } else { "read" };
                 format!("Watchpoint {id}: {} {how}, {}, by {}", point.text, value(hit.new), by())
@@ -121,6 +167,9 @@ impl DebugShell {
             PointTrigger::Change(_) if point.call_end.is_some() && hit.old.is_none() && hit.new.is_none() => format!(
                 "Watchpoint {id} deleted because the program has left the block in\nwhich its expression is valid."
             ),
+            PointTrigger::Change(_) if let Some((old, new)) = self.watched_values(&point.text, hit) => {
+                format!("\nHardware watchpoint {id}: {}\n\nOld value = {old}\nNew value = {new}", point.text)
+            }
             PointTrigger::Change(_) => {
                 format!("Watchpoint {id}: {} {} -> {}", point.text, value(hit.old), value(hit.new))
             }
@@ -129,6 +178,19 @@ impl DebugShell {
                 format!("Watchpoint {id}: {name} is {}", level(self.session.machine().pin_level(*pin)))
             }
         }
+    }
+
+    /// The values of a variable of C before and after a change.
+    fn watched_values(&self, text: &str, hit: &PointHit) -> Option<(String, String)> {
+        let object = self.watched_object(text).filter(|object| object.is_scalar() && !object.is_real())?;
+        let shown = |value: i64| object.text_of_number(&self.session.scope, self.session.machine(), value);
+        Some((shown(hit.old?), shown(hit.new?)))
+    }
+
+    /// The variable of C that a watchpoint is of, where it is known.
+    fn watched_object(&self, text: &str) -> Option<ObjectExpr> {
+        let expr = self.parse_expression(text.trim_start_matches("-location ")).ok()?;
+        expr.object().filter(|object| !object.is_computed()).cloned()
     }
 
     /// The instruction that is next, with its source line.
@@ -143,15 +205,15 @@ impl DebugShell {
             let place = format!("0x{:04x} ({name}, {file}:{number})", chip.code_address(word));
             out.push_str(&format!("{place}: {}\n", self.instruction(word).text));
             if let Some(text) = self.source_text(&file, number) {
-                out.push_str(&format!("{number:>5}  {text}\n"));
+                out.push_str(&format!("{number}\t{text}\n"));
             }
             return;
         }
         out.push_str(&format!("{}: {}\n", source.describe_word(word), self.instruction(word).text));
         if let Some(line) = source.line_at(word).cloned()
-            && let Some(text) = self.sources.text(&self.session.scope.lines, &line)
+            && let Some(text) = self.source_text(&line.file, line.line)
         {
-            out.push_str(&format!("{:>5}  {text}\n", line.line));
+            out.push_str(&format!("{}\t{text}\n", line.line));
         }
         self.draw_current_rung().iter().for_each(|line| out.push_str(&format!("{line}\n")));
     }

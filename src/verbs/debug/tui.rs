@@ -144,7 +144,8 @@ impl TuiSession {
         text.lines().filter(|line| !known(line)).map(|line| format!("{line}\n")).collect()
     }
 
-    fn answer(&self, flow: ShellFlow, mut text: String) -> CommandAnswer {
+    fn answer(&self, flow: ShellFlow, text: String) -> CommandAnswer {
+        let mut text = text.replace('\t', "    ");
         let quit = matches!(flow, ShellFlow::Quit(_));
         let failed = if let ShellFlow::Failed(why) = flow {
             text.push_str(&why);

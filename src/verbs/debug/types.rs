@@ -34,6 +34,9 @@ fn parse_object_or_type(shell: &DebugShell, text: &str) -> Result<ObjectExpr, St
 
 /// The type of what is no object of C: a literal, what is computed, a register.
 fn computed_type(shell: &DebugShell, text: &str) -> Result<String, String> {
+    if shell.is_void(text) {
+        return Ok("void".to_owned());
+    }
     let expr = shell.parse_expression(text)?;
     let is_avr = shell.session.scope.chip().family == ChipFamily::Avr;
     let known = match &expr {
@@ -121,7 +124,7 @@ pub(super) fn info_line(shell: &mut DebugShell, args: &str, out: &mut String) ->
     let words = match scope.source().parse_words(&format!("{file}:{number}")) {
         Ok(words) => words,
         Err(_) => {
-            out.push_str(&format!("Line {number} of \"{file}\" has no code.\n"));
+            out.push_str(&line_without_code(shell, &file, number));
             return Ok(());
         }
     };
@@ -144,20 +147,40 @@ pub(super) fn info_line(shell: &mut DebugShell, args: &str, out: &mut String) ->
     Ok(())
 }
 
+/// A source line of which there is no code: the next one that has some.
+fn line_without_code(shell: &mut DebugShell, file: &str, number: u32) -> String {
+    let count = shell.sources.file(&shell.session.scope.lines, file).map_or(u32::MAX, |lines| lines.len() as u32);
+    if number > count {
+        return format!("Line number {number} is out of range for \"{file}\".\n");
+    }
+    let scope = &shell.session.scope;
+    let later = scope.lines.all_lines().iter().filter(|line| *line.file == *file && line.line > number);
+    match later.min_by_key(|line| (line.line, line.addr)) {
+        Some(line) => {
+            let name = scope.source().names.nearest_symbol(line.addr);
+            let name = name.map_or(String::new(), |name| format!(" <{}>", decimal_offset(&name)));
+            let address = scope.chip().code_address(line.addr / scope.chip().word_bytes.max(1));
+            format!("Line {number} of \"{file}\" is at address 0x{address:x}{name} but contains no code.\n")
+        }
+        None => format!("Line {number} of \"{file}\" has no code.\n"),
+    }
+}
+
 /// `info source`.
 pub(super) fn info_source(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
-    let Some((file, line)) = shell.current_line() else {
+    let Some((file, _)) = shell.current_line() else {
         out.push_str("No source line is known here.\n");
         return Ok(());
     };
     let scope = &shell.session.scope;
-    out.push_str(&format!("Current source file is {file}, line {line}\n"));
+    out.push_str(&format!("Current source file is {file}\n"));
     if let Some(folder) = scope.lines.folder(&file) {
         out.push_str(&format!("Compilation directory is {folder}\n"));
     }
+    let language = if scope.has_debug_info() { "Source language is c.\n" } else { "" };
     let found = shell.sources.file(&scope.lines, &file).map(<[String]>::len);
     out.push_str(&match found {
-        Some(lines) => format!("Contains {lines} lines.\n"),
+        Some(lines) => format!("Contains {lines} lines.\n{language}"),
         None => "The file is not found.\n".to_owned(),
     });
     Ok(())
@@ -172,42 +195,5 @@ pub(super) fn info_sources(shell: &mut DebugShell, args: &str, out: &mut String)
         out.push_str("no source files\n");
     }
     found.iter().for_each(|file| out.push_str(&format!("{file}\n")));
-    Ok(())
-}
-
-/// `info functions` and `info variables`: symbols of program memory, or of other memories, whose names match a regular expression.
-pub(super) fn info_kind(shell: &DebugShell, args: &str, code: bool, out: &mut String) -> CommandResult {
-    let wanted = name_filter(args)?;
-    let scope = &shell.session.scope;
-    let chip = scope.chip();
-    // Bits and registers are the chip's own.
-    let is = |space: &str| {
-        !(chip.reg_space == space && chip.reg_space != chip.ram_space)
-            && (space == chip.code_space) == code
-            && chip.spaces.iter().any(|own| own.0 == space)
-    };
-    // SDCC and its headers name each register of the chip, and put a stroke before every name.
-    let own = |name: &str| {
-        let bare = name.trim_start_matches('_');
-        chip.reg(bare).is_some() || chip.bit(bare).is_some() || chip.bits.iter().any(|bit| bit.name == bare)
-    };
-    let doubled =
-        |name: &str| name.strip_prefix('_').is_some_and(|bare| scope.symbols.iter().any(|other| other.name == bare));
-    let fresh = |name: &str| !own(name) && !doubled(name);
-    let symbols = scope
-        .symbols
-        .iter()
-        .filter(|symbol| fresh(&symbol.name))
-        .filter(|symbol| is(symbol.space) && wanted.is_match(&symbol.name));
-    let line = |name: &str, space: &str, addr: u32| {
-        let kind = shell.parse_expression(name).ok().and_then(|expr| Some(expr.object()?.type_name()));
-        let kind = kind.map_or(String::new(), |kind| format!("  {kind}"));
-        format!("{space}:0x{:04x}  {name}{kind}\n", addr / chip.bytes_per_address(space).max(1))
-    };
-    let lines: BTreeSet<String> = symbols.map(|symbol| line(&symbol.name, symbol.space, symbol.addr)).collect();
-    if lines.is_empty() {
-        out.push_str(if code { "no functions\n" } else { "no variables\n" });
-    }
-    lines.iter().for_each(|line| out.push_str(line));
     Ok(())
 }

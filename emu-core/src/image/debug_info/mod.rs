@@ -6,6 +6,8 @@
 //!   stabs.rs   records of .stab to the same
 //!   place.rs   where a variable is while the machine is in a frame: location expressions and lists
 //!   unwind.rs  .debug_frame: the frame of the caller
+//!   cdb.rs     records of SDCC for MCS-51 to the same
+//!   call_sites.rs  values of parameters at the time of the call
 //! ```
 //!
 //! A type is named by the place of its entry in `.debug_info` ([`TypeId`]), so that types that refer to each
@@ -13,6 +15,8 @@
 //! a place gives registers and memory as a [`FrameView`].
 
 mod builtin;
+mod call_sites;
+pub(in crate::image) mod cdb;
 mod place;
 mod read;
 mod stabs;
@@ -21,6 +25,7 @@ mod unwind;
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
+pub use cdb::Mcs51Memory;
 pub use place::{ByteLocation, FrameView};
 pub use unwind::UnwoundFrame;
 
@@ -158,6 +163,8 @@ pub struct VariableInfo {
     pub parameter: bool,
     /// Line of its declaration, 0 if unknown.
     pub line: u32,
+    /// Whether other units can refer to it.
+    pub external: bool,
     /// Location of the variable.
     pub location: VariableLocation,
     /// Index of its compilation unit.
@@ -199,6 +206,10 @@ pub struct FunctionInfo {
     pub result: Option<TypeId>,
     /// Type of the function, a [`CType::Function`].
     pub of: TypeId,
+    /// Line of its definition, 0 if unknown.
+    pub line: u32,
+    /// Whether other units can call it.
+    pub external: bool,
     /// Code, parameters and variables of the function.
     pub block: BlockInfo,
     /// Location of the base of its frame.
@@ -235,7 +246,13 @@ pub struct DebugInfo {
     pub(super) types: BTreeMap<usize, CType>,
     /// Types that are others: their definition is elsewhere.
     pub(super) same_types: HashMap<usize, usize>,
+    /// File and line where types are defined.
+    pub(super) definitions: BTreeMap<usize, (String, u32)>,
     pub(super) units: Vec<UnitInfo>,
+    /// What is added to pointers of a type, so that the sum tells its memory too.
+    pub(super) pointer_bases: HashMap<usize, u32>,
+    /// The calls that the compiler describes.
+    pub(super) call_sites: call_sites::CallSites,
     /// Contents of `.debug_frame`, and below them those of `.debug_addr`.
     pub(super) frames: Vec<u8>,
     pub(super) addresses: Vec<u8>,
@@ -350,6 +367,36 @@ impl DebugInfo {
     fn is_unit(&self, unit: usize, file: &str) -> bool {
         let is = |name: &str| name == file || name.strip_suffix(file).is_some_and(|before| before.ends_with('/'));
         self.units.get(unit).is_some_and(|unit| is(&unit.name))
+    }
+
+    /// What is added to the value of a pointer type to get an address that tells its memory
+    /// ([`Mcs51Memory`]); `None` for chips whose pointers are into one memory.
+    #[must_use]
+    pub fn pointer_base(&self, id: Option<TypeId>) -> Option<u32> {
+        self.pointer_bases.get(&self.resolve_typedefs(id)?.0).copied()
+    }
+
+    /// Name of the source file of a function, as the compiler was given it.
+    #[must_use]
+    pub fn file_of_function(&self, function: &FunctionInfo) -> &str {
+        self.units.get(function.unit).map_or("", |unit| &unit.name)
+    }
+
+    /// Name of the source file of a variable, as the compiler was given it.
+    #[must_use]
+    pub fn file_of_variable(&self, variable: &VariableInfo) -> &str {
+        self.units.get(variable.unit).map_or("", |unit| &unit.name)
+    }
+
+    /// File and line of the definition of a type; of one that the compiler defines, the file of its unit and
+    /// line 0.
+    #[must_use]
+    pub fn definition_of(&self, id: TypeId) -> (&str, u32) {
+        if let Some((file, line)) = self.definitions.get(&id.0) {
+            return (file, *line);
+        }
+        let unit = self.units.iter().take_while(|unit| unit.start <= id.0).last();
+        (unit.map_or("", |unit| &unit.name), 0)
     }
 
     /// Finds a variable outside of functions in the unit of a source file.

@@ -47,6 +47,10 @@ pub trait FrameView {
     fn memory(&self, address: u32) -> Option<u8>;
     /// The canonical frame address (DWARF 5, section 6.4), an address of data memory.
     fn cfa(&self) -> Option<u32>;
+    /// Value of an 8-bit register, and of those above it, when the function of the frame was called.
+    fn register_at_call(&self, _number: u16) -> Option<u64> {
+        None
+    }
 }
 
 impl DebugInfo {
@@ -133,7 +137,7 @@ impl DebugInfo {
 
     /// Runs an expression to its end. The flag of the result is true if the expression used registers, so
     /// that an address is one of data memory.
-    fn run_evaluation<'b>(
+    pub(super) fn run_evaluation<'b>(
         &'b self,
         unit: &UnitInfo,
         expression: &'b [u8],
@@ -182,7 +186,10 @@ impl DebugInfo {
                 EvaluationResult::RequiresBaseType(offset) => {
                     evaluation.resume_with_base_type(self.value_type(unit, offset.0)?)
                 }
-                // The values of parameters at the time of the call are not kept.
+                EvaluationResult::RequiresEntryValue(of) => {
+                    let (register, _) = single_register(of.0.slice())?;
+                    evaluation.resume_with_entry_value(Value::Generic(frame.register_at_call(register)?))
+                }
                 _ => return None,
             }
             .ok()?;
@@ -225,7 +232,7 @@ impl DebugInfo {
 
 impl VariableLocation {
     /// The expression that is valid at a byte address.
-    fn expression_at(&self, byte: u32) -> Option<&[u8]> {
+    pub(super) fn expression_at(&self, byte: u32) -> Option<&[u8]> {
         match self {
             VariableLocation::Expression(bytes) => Some(bytes),
             VariableLocation::List(list) => {
@@ -234,6 +241,14 @@ impl VariableLocation {
             VariableLocation::OptimizedOut | VariableLocation::Constant(_) => None,
         }
     }
+}
+
+/// The register that a location expression begins with, and what follows.
+pub(super) fn single_register(expression: &[u8]) -> Option<(u16, &[u8])> {
+    const DW_OP_REG0: u8 = 0x50;
+    const DW_OP_REG31: u8 = 0x6F;
+    let (first, rest) = expression.split_first()?;
+    (DW_OP_REG0..=DW_OP_REG31).contains(first).then(|| (u16::from(first - DW_OP_REG0), rest))
 }
 
 /// The value of a register and the next one as a pair, from which addresses are computed.

@@ -62,6 +62,8 @@ enum OpenEntry {
     Block(BlockInfo),
     /// A type whose members, counts, constants or parameters follow.
     Type(TypeId),
+    /// A call, by the byte address behind it.
+    Call(u32),
     Other,
 }
 
@@ -71,6 +73,7 @@ struct EntryFacts {
     name: Option<String>,
     of: Option<TypeId>,
     line: u32,
+    external: bool,
     origin: Option<usize>,
 }
 
@@ -138,7 +141,7 @@ impl DebugInfoReader {
         self.open.iter_mut().rev().find_map(|(_, open)| match open {
             OpenEntry::Function(function) => Some(&mut function.block),
             OpenEntry::Block(block) => Some(block),
-            OpenEntry::Type(_) | OpenEntry::Other => None,
+            OpenEntry::Type(_) | OpenEntry::Call(_) | OpenEntry::Other => None,
         })
     }
 
@@ -158,8 +161,9 @@ impl DebugInfoReader {
                 let block = BlockInfo { ranges: self.ranges(of, entry), ..BlockInfo::default() };
                 let frame_base = self.location(of, entry, gimli::DW_AT_frame_base);
                 let name = known.name.unwrap_or_else(|| type_reference(known.origin));
-                let unit = self.info.units.len() - 1;
-                OpenEntry::Function(FunctionInfo { name, result: known.of, of: id, block, frame_base, unit })
+                let (unit, line, external) = (self.info.units.len() - 1, known.line, known.external);
+                let result = known.of;
+                OpenEntry::Function(FunctionInfo { name, result, of: id, line, external, block, frame_base, unit })
             }
             gimli::DW_TAG_lexical_block => {
                 OpenEntry::Block(BlockInfo { ranges: self.ranges(of, entry), ..BlockInfo::default() })
@@ -184,7 +188,31 @@ impl DebugInfoReader {
                 self.variable(of, entry, id);
                 OpenEntry::Other
             }
+            gimli::DW_TAG_GNU_call_site | gimli::DW_TAG_call_site => {
+                let behind = [gimli::DW_AT_call_return_pc, gimli::DW_AT_low_pc].into_iter();
+                let address = |value| of.dwarf.attr_address(of.unit, value).ok().flatten();
+                let behind = behind.filter_map(|name| entry.attr_value(name)).find_map(address);
+                behind.and_then(|byte| u32::try_from(byte).ok()).map_or(OpenEntry::Other, OpenEntry::Call)
+            }
+            gimli::DW_TAG_GNU_call_site_parameter | gimli::DW_TAG_call_site_parameter => {
+                self.call_parameter(entry);
+                OpenEntry::Other
+            }
             _ => self.read_type(of, entry, id),
+        }
+    }
+
+    /// Adds a parameter to the call that is open.
+    fn call_parameter(&mut self, entry: &DwarfEntry<'_>) {
+        let Some((_, OpenEntry::Call(byte))) = self.open.last() else { return };
+        let expression = |name: DwAt| match entry.attr_value(name)? {
+            AttributeValue::Exprloc(expression) => Some(expression.0.slice().to_vec()),
+            AttributeValue::Block(bytes) => Some(bytes.slice().to_vec()),
+            _ => None,
+        };
+        let value = expression(gimli::DW_AT_call_value).or_else(|| expression(gimli::DW_AT_GNU_call_site_value));
+        if let Some((location, value)) = expression(gimli::DW_AT_location).zip(value) {
+            self.info.call_sites.add(*byte, &location, value);
         }
     }
 
@@ -207,7 +235,15 @@ impl DebugInfoReader {
         }
         let name = known.name.unwrap_or_else(|| type_reference(known.origin));
         let unit = self.info.units.len() - 1;
-        let variable = VariableInfo { name, variable_type: known.of, parameter, line: known.line, location, unit };
+        let variable = VariableInfo {
+            name,
+            variable_type: known.of,
+            parameter,
+            line: known.line,
+            external: known.external,
+            location,
+            unit,
+        };
         let outside = !self.open.iter().any(|(_, open)| matches!(open, OpenEntry::Function(_) | OpenEntry::Block(_)));
         match self.enclosing_block() {
             Some(block) if !declaration => block.variables.push(variable),
@@ -223,6 +259,7 @@ impl DebugInfoReader {
             name: of.name(entry),
             of: of.kind(entry, gimli::DW_AT_type),
             line: unsigned_attribute(entry, gimli::DW_AT_decl_line).unwrap_or(0),
+            external: entry.attr_value(gimli::DW_AT_external).is_some(),
             origin: origin.filter_map(|name| of.kind(entry, name)).map(|id| id.0).next(),
         };
         self.known.insert(id.0, known.clone());
@@ -265,6 +302,9 @@ impl DebugInfoReader {
             }
         };
         self.info.types.insert(id.0, kind);
+        let file = unsigned_attribute(entry, gimli::DW_AT_decl_file).and_then(|file| of.file(file));
+        let line = unsigned_attribute(entry, gimli::DW_AT_decl_line);
+        self.info.definitions.extend(file.zip(line).map(|definition| (id.0, definition)));
         OpenEntry::Type(id)
     }
 
@@ -359,32 +399,37 @@ impl DebugInfoReader {
     /// `zero` are the names of symbols at address 0.
     fn finish(self, zero: &[&[u8]]) -> DebugInfo {
         let DebugInfoReader { mut info, known, .. } = self;
-        let find = |mut name: String, of: &mut Option<TypeId>, line: &mut u32| -> String {
+        let find = |mut name: String, of: &mut Option<TypeId>, line: &mut u32, external: &mut bool| -> String {
             // A damaged file can have references in a cycle.
             for _ in 0..8 {
                 let Some(at) = name.strip_prefix('\0').and_then(|at| at.parse().ok()) else { return name };
                 let Some(other) = known.get(&at) else { break };
                 (*of, *line) = (of.or(other.of), (*line).max(other.line));
+                *external |= other.external;
                 name = other.name.clone().unwrap_or_else(|| type_reference(other.origin));
             }
             if name.starts_with('\0') { String::new() } else { name }
         };
-        let name = |name: &mut String, of: &mut Option<TypeId>, line: &mut u32| {
-            *name = find(std::mem::take(name), of, line);
+        let name = |name: &mut String, of: &mut Option<TypeId>, line: &mut u32, external: &mut bool| {
+            *name = find(std::mem::take(name), of, line, external);
         };
         for function in &mut info.functions {
-            name(&mut function.name, &mut function.result, &mut 0);
+            name(&mut function.name, &mut function.result, &mut function.line, &mut function.external);
             let mut blocks = vec![&mut function.block];
             while let Some(block) = blocks.pop() {
                 if let Some(inlined) = &mut block.inlined {
-                    name(inlined, &mut None, &mut 0);
+                    name(inlined, &mut None, &mut 0, &mut false);
                 }
-                block.variables.iter_mut().for_each(|own| name(&mut own.name, &mut own.variable_type, &mut own.line));
+                for own in &mut block.variables {
+                    name(&mut own.name, &mut own.variable_type, &mut own.line, &mut own.external);
+                }
                 block.variables.retain(|own| !own.name.is_empty());
                 blocks.extend(&mut block.blocks);
             }
         }
-        info.globals.iter_mut().for_each(|own| name(&mut own.name, &mut own.variable_type, &mut own.line));
+        for own in &mut info.globals {
+            name(&mut own.name, &mut own.variable_type, &mut own.line, &mut own.external);
+        }
         // A linker that drops a function leaves its entry, at address 0.
         let kept = |function: &FunctionInfo| {
             let first = function.block.ranges.iter().map(|range| range.start).min();

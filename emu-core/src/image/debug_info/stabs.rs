@@ -154,6 +154,8 @@ impl StabReader<'_> {
             name: symbol_name(name),
             result,
             of: self.types.fresh(),
+            line: stab.desc.into(),
+            external: stab.text.windows(2).any(|pair| pair == b":F"),
             block: BlockInfo { ranges: std::iter::once(stab.value..stab.value).collect(), ..BlockInfo::default() },
             frame_base: VariableLocation::OptimizedOut,
             unit: self.unit(),
@@ -261,7 +263,8 @@ impl StabReader<'_> {
         (parameter, outside): (bool, bool),
     ) {
         let (line, unit) = (stab.desc.into(), self.unit());
-        let variable = VariableInfo { name, variable_type: of, parameter, line, location, unit };
+        let external = stab.text.windows(2).any(|pair| pair == b":G");
+        let variable = VariableInfo { name, variable_type: of, parameter, line, external, location, unit };
         if outside || self.function.is_none() {
             if variable.location != VariableLocation::OptimizedOut {
                 self.info.globals.push(variable);

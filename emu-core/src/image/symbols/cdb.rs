@@ -4,7 +4,7 @@
 //!   S:G$fast$0_0$0({1}SC:U),E,0,0     symbol: name, type with size in bytes, address space, stack
 //!   F:G$main$0_0$0({2}DF,SV:S),C,..   function
 //!   L:G$fast$0_0$0:10                 link address, hexadecimal
-//!   M: module   T: type               not needed
+//!   M: module   T: type               not needed here; debug_info/cdb.rs reads types
 //! ```
 
 use std::collections::HashMap;

@@ -26,8 +26,9 @@ mod spaces;
 use diag::text::{into_printable, printable};
 use diag::{Diagnostic, Pos};
 
+use super::debug_info::cdb::read_cdb_types;
 use super::faults::FaultList;
-use super::{Image, SourceKind, SourceLine, SymbolAt};
+use super::{DebugInfo, Image, SourceKind, SourceLine, SymbolAt};
 pub use gputils::message::{SimulatorMessage, load_messages};
 use names::SymbolEntry;
 pub(super) use spaces::MemorySpace;
@@ -59,6 +60,8 @@ pub struct Symbols {
     pub processors_by_file: Vec<(String, String)>,
     /// Warnings about the files.
     pub warnings: Vec<Diagnostic>,
+    /// Functions, variables and types of C; empty if no file has them.
+    pub debug_info: DebugInfo,
 }
 
 impl Symbols {
@@ -116,6 +119,7 @@ pub(super) struct CollectedSymbols {
     pub lines: Vec<SourceLine>,
     pub unplaced: Vec<(String, u32)>,
     processors: Vec<(String, String)>,
+    debug_info: DebugInfo,
 }
 
 impl CollectedSymbols {
@@ -186,7 +190,8 @@ impl CollectedSymbols {
         self.unplaced.retain(|(name, _)| !known.contains(name.as_str()));
         self.unplaced.sort_unstable();
         self.unplaced.dedup();
-        Symbols { symbols, lines: self.lines, unplaced: self.unplaced, processors_by_file: self.processors, warnings }
+        let (processors_by_file, debug_info) = (self.processors, self.debug_info);
+        Symbols { symbols, lines: self.lines, unplaced: self.unplaced, processors_by_file, warnings, debug_info }
     }
 }
 
@@ -232,6 +237,7 @@ fn read(file: &SymbolFile, spaces: SymbolSpaces, found: &mut CollectedSymbols, f
         Some(SymbolFormat::Cdb) => {
             found.is_complete = true;
             cdb::read_cdb(&text, found, faults);
+            found.debug_info = read_cdb_types(&text);
         }
         Some(SymbolFormat::Listing) => {
             found.is_complete = true;

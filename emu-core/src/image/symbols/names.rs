@@ -49,7 +49,7 @@ pub(in crate::image) struct SymbolEntry {
 
 /// A debugging name, parsed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum DebugRecord<'t> {
+pub(in crate::image) enum DebugRecord<'t> {
     Symbol {
         scope: SymbolScope<'t>,
         name: &'t str,
@@ -70,7 +70,7 @@ pub(super) enum DebugRecord<'t> {
 
 /// Where a name is visible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum SymbolScope<'t> {
+pub(in crate::image) enum SymbolScope<'t> {
     Global,
     Module(&'t str),
     /// `module.function`, or only `function` in files of old versions.
@@ -78,7 +78,7 @@ pub(super) enum SymbolScope<'t> {
 }
 
 /// Parses a debugging name; `None` for any other name.
-pub(super) fn parse_debug_record(text: &str) -> Option<DebugRecord<'_>> {
+pub(in crate::image) fn parse_debug_record(text: &str) -> Option<DebugRecord<'_>> {
     if let Some(rest) = text.strip_prefix("A$") {
         let (module, line) = rest.rsplit_once('$')?;
         return Some(DebugRecord::AsmLine { module: non_empty(module)?, line: line.parse().ok()? });

@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
+use emu_core::chip::ChipFamily;
 use emu_core::image::{AVR_DATA, ByteLocation};
 
 use super::{ObjectBase, ObjectExpr};
-use crate::debug::call_stack::{CallFrame, MachineFrame, memory_at};
+use crate::debug::call_stack::{CallFrame, CalledFrame, MachineFrame, memory_at};
 use crate::debug::dyn_machine::DynMachine;
 
 /// The location of a byte of an object on a machine.
@@ -55,7 +56,8 @@ impl ObjectExpr {
             ObjectBase::At(addr) => {
                 let addr = addr.value(target).and_then(|addr| addr.checked_add(first));
                 let Some(addr) = addr.and_then(|addr| u32::try_from(addr).ok()) else { return missing() };
-                let addr = if addr < 0x1_0000 { addr | AVR_DATA } else { addr };
+                let is_data = addr < 0x1_0000 && chip.family != ChipFamily::Mcs51;
+                let addr = if is_data { addr | AVR_DATA } else { addr };
                 (0..bytes).map(|n| in_memory(addr.saturating_add(n))).collect()
             }
             ObjectBase::Value(_) | ObjectBase::AddressOf(_) => {
@@ -80,11 +82,19 @@ impl ObjectExpr {
                     false => self.frame(target, known, *level),
                 };
                 let Some(frame) = frame else { return missing() };
-                let view = MachineFrame { target, frame: &frame };
+                let view = CalledFrame { calls: &self.calls, frame: MachineFrame { target, frame: &frame } };
                 let byte = emu_core::image::FrameView::pc_byte(&view);
                 let all = self.info().locate_bytes(variable, self.info().function_at(byte), &view);
                 let cell = |at: ByteLocation| match at {
                     ByteLocation::Memory(address) => in_memory(address),
+                    // Of the 8051 no call tells where it has saved registers.
+                    ByteLocation::Register(number) if chip.family == ChipFamily::Mcs51 => {
+                        let bank = target.reg("PSW").unwrap_or(0) & 0x18;
+                        match frame.word == target.pc() {
+                            true => ObjectByteLocation::Memory(chip.ram_space, bank + u32::from(number)),
+                            false => ObjectByteLocation::OptimizedAway,
+                        }
+                    }
                     ByteLocation::Register(number) => match frame.saved_registers.get(usize::from(number)) {
                         Some(saved) => ObjectByteLocation::Memory(chip.ram_space, saved.unwrap_or(number.into())),
                         None => ObjectByteLocation::Missing,
@@ -107,6 +117,16 @@ impl ObjectExpr {
                 (0..bytes).map(|n| at(n).unwrap_or(ObjectByteLocation::Missing)).collect()
             }
         }
+    }
+}
+
+impl ObjectExpr {
+    /// Returns the bytes that a parameter had when its function was called, where the compiler tells it.
+    pub(in crate::debug) fn bytes_at_call(&self, target: &dyn DynMachine) -> Option<Vec<u8>> {
+        let ObjectBase::Variable { variable, known, level } = &self.base else { return None };
+        let frame = self.frame(target, known, *level).filter(|_| variable.parameter)?;
+        let value = self.calls.parameter_at_call(target, &frame, variable)?;
+        value.to_le_bytes().get(..self.bytes()? as usize).map(<[u8]>::to_vec)
     }
 }
 

@@ -1,0 +1,119 @@
+//! Where steps by source lines end, with inlined functions as calls of their own, as in gdb.
+
+use super::session::DebugSession;
+
+/// What a step compares: the line that it leaves, the row of the table of lines, and the inlined functions
+/// around it, the outermost first.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LineOrigin {
+    /// The line that it leaves.
+    pub line: Option<(String, u32)>,
+    /// First byte of its row of the table of lines.
+    pub row: Option<u32>,
+    /// The inlined functions that it is in.
+    pub inlined: Vec<usize>,
+}
+
+/// Where the machine is between two lines.
+#[derive(Debug, Clone)]
+pub struct LinePosition {
+    line: Option<(String, u32)>,
+    /// First byte of the row of the table of lines.
+    pub row: Option<u32>,
+    /// The machine is at the first instruction of the row.
+    pub begins: bool,
+    /// A statement begins in it, too.
+    is_statement: bool,
+    /// The inlined functions around it, the outermost first.
+    pub inlined: Vec<usize>,
+    /// The innermost of these that begin here: their calls are still to come.
+    pub hidden: usize,
+    /// The lines of their calls, the outermost first.
+    calls: Vec<u32>,
+}
+
+impl LinePosition {
+    /// Returns the line of the next instruction.
+    #[must_use]
+    pub fn line_of(session: &DebugSession) -> Option<(String, u32)> {
+        let source = session.scope.source();
+        let line = source.line_at(session.machine().pc())?;
+        Some((line.file.to_string(), line.line))
+    }
+
+    /// Returns where the machine is.
+    #[must_use]
+    pub fn of(session: &DebugSession) -> LinePosition {
+        let (scope, pc) = (&session.scope, session.machine().pc());
+        let byte = pc.saturating_mul(scope.chip().word_bytes);
+        let row = scope.source().line_at(pc).map(|line| line.addr);
+        let blocks = scope.calls().inlined(byte);
+        LinePosition {
+            line: LinePosition::line_of(session),
+            row,
+            begins: row == Some(byte),
+            is_statement: scope.lines.begins_statement(byte),
+            inlined: blocks.iter().rev().map(|block| std::ptr::from_ref(*block) as usize).collect(),
+            hidden: scope.calls().call_sites(byte),
+            calls: blocks.iter().rev().map(|block| block.call_site.1).collect(),
+        }
+    }
+
+    /// The inlined functions that it is in, of which `hidden` are still to be entered.
+    fn entered(&self, hidden: usize) -> &[usize] {
+        self.inlined.get(..self.inlined.len().saturating_sub(hidden)).unwrap_or_default()
+    }
+
+    /// The line of the first call that is still to come.
+    fn call(&self, hidden: usize) -> Option<u32> {
+        self.calls.get(self.inlined.len().checked_sub(hidden)?).copied().filter(|_| hidden > 0)
+    }
+
+    /// Returns what a step that starts here leaves, if `hidden` inlined functions are still to be entered.
+    #[must_use]
+    pub fn origin(&self, hidden: usize) -> LineOrigin {
+        let line = self.line.clone().map(|(file, number)| (file, self.call(hidden).unwrap_or(number)));
+        LineOrigin { line, row: self.row, inlined: self.entered(hidden).to_vec() }
+    }
+}
+
+/// What a position is to a step within one function.
+#[derive(Debug, Clone)]
+pub enum StepVerdict {
+    /// The step goes on.
+    GoOn,
+    /// It goes on, and leaves this line from now on.
+    LeaveFrom(LineOrigin),
+    /// It ends, before so many calls of inlined functions.
+    Stop(usize),
+}
+
+impl LineOrigin {
+    /// Returns what a step does at a position: `over` calls or into them; `same_frame` is false if the function
+    /// of the start has returned.
+    #[must_use]
+    pub fn verdict(&self, now: &LinePosition, over: bool, same_frame: bool) -> StepVerdict {
+        let entered = now.entered(now.hidden);
+        if same_frame && entered == self.inlined && now.hidden > 0 {
+            // An inlined function begins.
+            let is_own = self.line.as_ref().map(|line| line.1) == now.call(now.hidden);
+            return match (over, is_own) {
+                (true, true) => StepVerdict::GoOn,
+                (false, true) => StepVerdict::Stop(now.hidden - 1),
+                (_, false) => StepVerdict::Stop(now.hidden),
+            };
+        }
+        if same_frame && entered.len() > self.inlined.len() && entered.starts_with(&self.inlined) {
+            return if over { StepVerdict::GoOn } else { StepVerdict::Stop(now.hidden) };
+        }
+        let Some((file, _)) = &now.line else { return StepVerdict::Stop(now.hidden) };
+        match now.line != self.line && now.begins {
+            true if now.is_statement => StepVerdict::Stop(now.hidden),
+            true if same_frame && entered == self.inlined => StepVerdict::GoOn,
+            // It is in another function, but at no place to stop: any line will do from now on.
+            true => StepVerdict::LeaveFrom(LineOrigin { line: Some((file.clone(), 0)), ..now.origin(now.hidden) }),
+            // In the middle of a line it goes on to the end of that, as in gdb.
+            false => StepVerdict::LeaveFrom(now.origin(now.hidden)),
+        }
+    }
+}
