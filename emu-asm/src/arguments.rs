@@ -4,9 +4,7 @@ use std::ops::Range;
 
 use crate::dialect::AsmDialect;
 use crate::dialect::avr::atmel::substitute_numbered;
-use crate::lines::{
-    AsmLine, RewrittenText, begins_name, behind_dialect_name, behind_name, byte, cut, skip_space, step, trim,
-};
+use crate::lines::{AsmLine, RewrittenText, begins_name, behind_name, byte, cut, skip_space, step, trim};
 use crate::macros::MacroParameter;
 use crate::statement::code_end;
 
@@ -48,7 +46,7 @@ pub(crate) fn scan_name(d: &AsmDialect, text: &str, at: usize) -> Result<usize, 
     if c == b'.' && d.dot_is_bit && ends_value(byte(text, at.wrapping_sub(1))) {
         return Err(at + 1);
     }
-    match behind_dialect_name(d, text, at) {
+    match d.name_end(text, at) {
         end if end > at => Ok(end),
         _ => Err(step(d, text, at)),
     }

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 
 use emu_core::chip::Chip;
 
-use crate::expression::AsmValue;
+use crate::value::AsmValue;
 
 /// The names of a chip. Look-up ignores case.
 #[derive(Debug)]

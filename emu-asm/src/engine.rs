@@ -12,7 +12,7 @@ use emu_core::chip::Chip;
 
 use crate::chip_names::ChipNames;
 use crate::dialect::AsmDialect;
-use crate::expression::{AsmValue, evaluate, evaluate_front};
+use crate::expression::{evaluate, evaluate_front};
 use crate::fault::LineFault;
 use crate::files::{IncludeFiles, SourceTexts};
 use crate::form_table::FormTable;
@@ -21,6 +21,7 @@ use crate::output::PassOutput;
 use crate::reader::{AsmMacro, OpenCondition, TextFrame};
 use crate::statement::code_end;
 use crate::symbols::{AsmSymbolKind, AsmSymbols};
+use crate::value::AsmValue;
 
 /// Passes without progress after which names that still change are an error; in a chain of names, each may
 /// have to wait for the next.
@@ -280,6 +281,16 @@ impl<'a> Assembler<'a> {
             return;
         }
         let fault = self.explain_no_break_space(fault);
+        let (file, pos) = match &self.line {
+            Some(line) => self.texts.pos(line, &fault.range),
+            None => (self.texts.name(0).to_owned(), Pos::default()),
+        };
+        let cause = fault.cause.replace(BACKSLASH, "\\") + &self.macro_call_chain();
+        let diagnostic = Diagnostic::new(fault.severity, fault.code, &file, pos, cause, fault.hint);
+        // Each repetition of a line (`rept`, `irp`) finds the same fault.
+        if self.faults.iter().any(|(stored, _)| *stored == diagnostic) {
+            return;
+        }
         let is_error = fault.severity == Severity::Error;
         let stored = if is_error { self.errors } else { self.faults.len() - self.errors };
         // A fault that stops the assembler is always reported.
@@ -288,13 +299,7 @@ impl<'a> Assembler<'a> {
             return;
         }
         self.errors += usize::from(is_error);
-        let (file, pos) = match &self.line {
-            Some(line) => self.texts.pos(line, &fault.range),
-            None => (self.texts.name(0).to_owned(), Pos::default()),
-        };
-        let cause = fault.cause.replace(BACKSLASH, "\\") + &self.macro_call_chain();
-        self.faults
-            .push((Diagnostic::new(fault.severity, fault.code, &file, pos, cause, fault.hint), fault.misspelt_name));
+        self.faults.push((diagnostic, fault.misspelt_name));
     }
 
     /// Replaces a fault of text with a no-break space, which only looks like a blank, by one that says so.

@@ -4,38 +4,9 @@ use std::ops::Range;
 
 use crate::dialect::{AsmArithmetic, AsmDialect, AsmOperator};
 use crate::fault::LineFault;
-use crate::lines::{begins_name, behind_dialect_name, byte, piece, skip_space};
+use crate::lines::{begins_name, byte, piece, skip_space};
 use crate::number::{self, read_quoted};
-
-/// The value of an expression.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(crate) struct AsmValue {
-    /// The number.
-    pub number: i64,
-    /// It depends on a name whose value is not known (yet).
-    pub is_unknown: bool,
-    /// It is a chip register given by its name alone; the number is its address.
-    pub is_register: bool,
-    /// It is the address of a label, or computed from one.
-    pub is_label: bool,
-    /// It is meant for its high byte, which sdas8051's linker takes of the whole sum: `>label+n`.
-    pub is_high: bool,
-}
-
-impl AsmValue {
-    /// Returns a plain number.
-    pub fn of(n: i64) -> AsmValue {
-        AsmValue { number: n, ..AsmValue::default() }
-    }
-
-    /// Returns the value with its high byte taken, if that was left to the whole sum.
-    fn with_high_taken(self) -> AsmValue {
-        match self.is_high {
-            true => AsmValue { number: self.number >> 8 & 0xFF, is_high: false, ..self },
-            false => self,
-        }
-    }
-}
+use crate::value::AsmValue;
 
 /// Resolves names for the expression parser.
 pub(crate) trait NameValues {
@@ -304,7 +275,7 @@ impl AsmExpressionParser<'_> {
             return Ok(AsmValue { is_label: true, ..AsmValue::of(self.names.location_counter(token)) });
         }
         if begins_name(c) {
-            let end = behind_dialect_name(self.dialect, self.text, start);
+            let end = self.dialect.name_end(self.text, start);
             self.at = end;
             let name = self.text.get(start..end).unwrap_or_default();
             // `a.6` is a bit of the accumulator, whose address has another name.

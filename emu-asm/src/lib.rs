@@ -43,6 +43,7 @@ mod reader;
 mod sections;
 mod statement;
 mod symbols;
+mod value;
 
 use diag::text::to_display_text;
 use diag::{Diagnostic, Severity};

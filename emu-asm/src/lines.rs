@@ -205,14 +205,6 @@ pub(crate) fn behind_name(text: &str, at: usize, dots: bool) -> usize {
     end
 }
 
-/// Returns the position after the name at `at` by the rules of a dialect: for Atmel's assembler `?` is an
-/// operator.
-pub(crate) fn behind_dialect_name(d: &AsmDialect, text: &str, at: usize) -> usize {
-    let end = behind_name(text, at, !d.dot_is_bit);
-    let mark = text.get(at..end).and_then(|name| name.find('?')).filter(|_| d.hooks.is_atmel);
-    mark.map_or(end, |mark| at + mark)
-}
-
 /// Returns the position of the first character from `at` on that is not white space.
 pub(crate) fn skip_space(text: &str, at: usize) -> usize {
     let rest = text.get(at..).unwrap_or_default();

@@ -5,9 +5,10 @@ use std::ops::Range;
 
 use crate::dialect::{AsmArithmetic, AsmDirective};
 use crate::engine::Assembler;
-use crate::expression::{AsmValue, NameValues, evaluate};
+use crate::expression::{NameValues, evaluate};
 use crate::fault::LineFault;
 use crate::lines::{byte, trim};
+use crate::value::AsmValue;
 
 /// Directives that take any text.
 const TEXT_DIRECTIVES: &[&str] =

@@ -4,9 +4,10 @@ use std::ops::Range;
 
 use crate::dialect::AsmArithmetic;
 use crate::engine::Assembler;
-use crate::expression::{AsmValue, NameValues};
+use crate::expression::NameValues;
 use crate::fault::LineFault;
 use crate::symbols::AsmSymbolKind;
+use crate::value::AsmValue;
 
 impl NameValues for Assembler<'_> {
     fn value_of_name(&mut self, name: &str, at: Range<usize>) -> Result<AsmValue, LineFault> {

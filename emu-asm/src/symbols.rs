@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use crate::expression::AsmValue;
+use crate::value::AsmValue;
 
 /// What a name is.
 #[derive(Debug, Clone, PartialEq, Eq)]

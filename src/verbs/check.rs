@@ -189,8 +189,9 @@ pub fn check(args: &CheckArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
         })
         .collect();
     bar.finish();
+    let junit = |file: &'_ str| emu_check::junit(&outcomes).map_err(|error| VerbFailure::write_failed(file, &error));
     let texts = [
-        args.junit.as_deref().map(|file| (file, emu_check::junit(&outcomes))),
+        args.junit.as_deref().map(|file| Ok::<_, VerbFailure>((file, junit(file)?))).transpose()?,
         args.report.as_deref().map(|file| (file, report_page(&pairs, &outcomes))),
     ];
     let files: Vec<(&str, &[u8])> = texts.iter().flatten().map(|(file, text)| (*file, text.as_bytes())).collect();

@@ -27,10 +27,10 @@ use super::{
     SectionContent, SectionRow,
 };
 use crate::engine::{Assembler, DirectiveCall};
-use crate::expression::AsmValue;
 use crate::fault::LineFault;
 use crate::lines::{cut, trim};
 use crate::symbols::AsmSymbolKind;
+use crate::value::AsmValue;
 
 /// State of the dialect during a pass.
 #[derive(Debug, Default)]

@@ -18,7 +18,7 @@ pub(crate) use mcs51::chip_of_list;
 
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
-use crate::lines::AsmLine;
+use crate::lines::{AsmLine, behind_name};
 use crate::reader::LineBlock;
 
 /// A unary operator or a function of one value: token, binding strength for its operand, and implementation.
@@ -446,6 +446,13 @@ impl AsmDialect {
     /// Wraps a value to the number of bits that values have.
     pub fn wrap_value(&self, n: i64) -> i64 {
         if self.hooks.is_32 { i64::from(n as i32) } else { n }
+    }
+
+    /// Returns the position after the name at `at`: for Atmel's assembler `?` is an operator.
+    pub fn name_end(&self, text: &str, at: usize) -> usize {
+        let end = behind_name(text, at, !self.dot_is_bit);
+        let mark = text.get(at..end).and_then(|name| name.find('?')).filter(|_| self.hooks.is_atmel);
+        mark.map_or(end, |mark| at + mark)
     }
 
     /// Returns the dialect of a chip.

@@ -22,12 +22,12 @@ use emu_core::table::InstructionRow;
 use super::common::ignore_directive;
 use super::{AsmDialect, AsmDirective, AsmOperator, DialectHooks, NumberForm, ReadFlow, SectionContent, SectionRow};
 use crate::engine::{Assembler, DirectiveCall};
-use crate::expression::AsmValue;
 use crate::fault::LineFault;
 use crate::lines::{behind_name, byte, cut, trim};
 use crate::reader::LineBlock;
 use crate::statement::code_end;
 use crate::symbols::AsmSymbolKind;
+use crate::value::AsmValue;
 
 pub(crate) use chip::bare_chip_name;
 

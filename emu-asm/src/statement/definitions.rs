@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use crate::engine::{Assembler, DirectiveCall};
-use crate::expression::AsmValue;
 use crate::fault::LineFault;
 use crate::lines::trim;
 use crate::symbols::AsmSymbolKind;
+use crate::value::AsmValue;
 
 impl Assembler<'_> {
     /// Shows this value in the line of the listing.

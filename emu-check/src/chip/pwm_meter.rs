@@ -116,10 +116,9 @@ impl PwmMeter {
             None | Some(0) if self.high => Err(Deviation::new("the PWM output low", level(true))),
             Some(100) if !self.high => Err(Deviation::new("the PWM output high", level(false))),
             None | Some(0 | 100) => Ok(1),
-            Some(duty) if self.whole_periods == 0 && now > self.from + 3 * self.expected.clocks() => Err(Deviation::new(
-                format!("periods with {duty} % high"),
-                format!("none, the pin is {}", level(self.high)),
-            )),
+            Some(duty) if self.whole_periods == 0 && now > self.from + 3 * self.expected.clocks() => Err(
+                Deviation::new(format!("periods with {duty} % high"), format!("none, the pin is {}", level(self.high))),
+            ),
             Some(_) => Ok(u64::from(self.whole_periods > 0)),
         }
     }

@@ -1,56 +1,51 @@
 //! The outcomes of checks as JUnit XML, with one test case per program and chip.
 
-use std::fmt::Write;
-
-use diag::escape_markup;
+use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 
 use crate::report::check_report::CheckReport;
 use crate::report::summary_table::{CheckOutcome, RefusedCheck};
 
+/// Name of the report and of its only suite.
+const NAME: &str = "emu check";
+
 /// One XML document of all outcomes: a difference is a failure, a refused check is skipped.
-#[must_use]
-pub fn junit(outcomes: &[CheckOutcome]) -> String {
-    let differs = |outcome: &&CheckOutcome| matches!(outcome, CheckOutcome::Checked(report) if !report.agreed);
-    let failures = outcomes.iter().filter(differs).count();
-    let skipped = outcomes.iter().filter(|outcome| matches!(outcome, CheckOutcome::Refused(_))).count();
-    let counts = format!("tests=\"{}\" failures=\"{failures}\" errors=\"0\" skipped=\"{skipped}\"", outcomes.len());
-    let mut text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n".to_owned();
-    _ = writeln!(text, "<testsuites name=\"emu check\" {counts}>\n <testsuite name=\"emu check\" {counts}>");
-    for outcome in outcomes {
-        match outcome {
-            CheckOutcome::Checked(report) => text += &checked_case(report),
-            CheckOutcome::Refused(RefusedCheck { program, mcu, errors }) => {
-                let why: Vec<String> = errors.iter().map(|e| format!("{} [{}]", e.cause, e.code)).collect();
-                _ = writeln!(
-                    text,
-                    "  {}\n   <skipped message=\"{}\"/>\n  </testcase>",
-                    test_case(program, mcu),
-                    escape_markup(&why.join("; "))
-                );
-            }
-        }
-    }
-    text + " </testsuite>\n</testsuites>\n"
+///
+/// # Errors
+/// The document cannot be written.
+pub fn junit(outcomes: &[CheckOutcome]) -> std::io::Result<String> {
+    let mut suite = TestSuite::new(NAME);
+    suite.add_test_cases(outcomes.iter().map(|outcome| match outcome {
+        CheckOutcome::Checked(report) => checked_case(report),
+        CheckOutcome::Refused(refused) => refused_case(refused),
+    }));
+    let mut report = Report::new(NAME);
+    report.add_test_suite(suite);
+    report.to_string().map_err(std::io::Error::other)
 }
 
-fn test_case(program: &str, mcu: &str) -> String {
-    format!("<testcase classname=\"{}\" name=\"{}\">", escape_markup(program), escape_markup(mcu))
+fn test_case(program: &str, mcu: &str, status: TestCaseStatus) -> TestCase {
+    let mut case = TestCase::new(mcu, status);
+    case.set_classname(program);
+    case
 }
 
-fn checked_case(report: &CheckReport) -> String {
-    let mut text = format!("  {}\n", test_case(&report.program, &report.mcu));
-    if let Some(difference) = &report.difference {
-        let what = difference.symbol.as_deref().unwrap_or("the course of the program");
-        let message = format!("{what}: expected {}, found {}", difference.expected, difference.found);
-        let code = difference.code;
-        _ = writeln!(
-            text,
-            "   <failure type=\"{code}\" message=\"{}\">{}</failure>",
-            escape_markup(&message),
-            escape_markup(&report.text())
-        );
-    } else {
-        _ = writeln!(text, "   <system-out>{}</system-out>", escape_markup(&report.text()));
-    }
-    text + "  </testcase>\n"
+fn refused_case(refused: &RefusedCheck) -> TestCase {
+    let why: Vec<String> = refused.errors.iter().map(|e| format!("{} [{}]", e.cause, e.code)).collect();
+    let mut status = TestCaseStatus::skipped();
+    status.set_message(why.join("; "));
+    test_case(&refused.program, &refused.mcu, status)
+}
+
+fn checked_case(report: &CheckReport) -> TestCase {
+    let Some(difference) = &report.difference else {
+        let mut case = test_case(&report.program, &report.mcu, TestCaseStatus::success());
+        case.set_system_out(report.text());
+        return case;
+    };
+    let what = difference.symbol.as_deref().unwrap_or("the execution of the program");
+    let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
+    status.set_type(difference.code.to_string());
+    status.set_message(format!("{what}: expected {}, found {}", difference.expected, difference.found));
+    status.set_description(report.text());
+    test_case(&report.program, &report.mcu, status)
 }

@@ -12,10 +12,10 @@ use super::super::{
 use super::{AVR, longs, section};
 use crate::arguments::scan_name;
 use crate::engine::{Assembler, DirectiveCall};
-use crate::expression::AsmValue;
 use crate::fault::LineFault;
 use crate::lines::{AsmLine, RewrittenText, byte, trim};
 use crate::symbols::AsmSymbolKind;
+use crate::value::AsmValue;
 
 /// Bytes of a program word.
 const WORD: u32 = 2;

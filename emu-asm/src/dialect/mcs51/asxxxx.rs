@@ -3,10 +3,10 @@
 use super::super::common::{constant, purge, required_arguments};
 use super::super::{AsmDirective, ReadFlow};
 use crate::engine::{Assembler, DirectiveCall};
-use crate::expression::AsmValue;
 use crate::fault::LineFault;
 use crate::lines::{byte, cut, skip_space, trim};
 use crate::symbols::AsmSymbolKind;
+use crate::value::AsmValue;
 
 /// The directives, without a dot.
 #[rustfmt::skip]
