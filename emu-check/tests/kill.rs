@@ -1,10 +1,9 @@
 //! Measures what a check finds: compilers with one fault each, for a chip of every family; a check with
 //! default options must distinguish their images from correct ones. See `docs/kill.md`.
 //!
-//! `EMU_BLESS=1 cargo test --release -p plcemu-check --features mutants --test kill -- --ignored` updates the
+//! `EMU_BLESS=1 cargo test --release --workspace --test kill -- --ignored` updates the
 //! figures of docs/kill.md and the survivors in kill.txt. Known reasons are kept; a survivor without a reason
 //! gets `?`.
-#![cfg(feature = "mutants")]
 
 #[path = "kill/campaign.rs"]
 mod campaign;

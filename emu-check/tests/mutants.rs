@@ -1,7 +1,6 @@
 //! Compilers with one fault each: a check with default options finds them. `mutants.txt` lists the faults
 //! that are not found, with the reason why the image has the same meaning. The test fails for an unlisted
 //! fault that is not found, and for a listed fault that is found.
-#![cfg(feature = "mutants")]
 
 mod common;
 

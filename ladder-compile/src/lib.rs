@@ -39,7 +39,6 @@ pub mod longest_path;
 pub mod lower;
 mod map;
 pub mod mcs51;
-#[cfg(feature = "mutants")]
 mod mutants;
 pub mod optimise;
 pub mod period;
@@ -63,7 +62,6 @@ pub use assembly::assembly;
 pub use codegen_error::CodegenError;
 pub use codes::{CODES, FUSES_NOTE};
 pub use map::{CellLocation, EepromMap, ElementMap, ImageMap, PinMap, Ratio, RungMap, SCHEMA, SpecialPin, SymbolMap};
-#[cfg(feature = "mutants")]
 pub use mutants::{Mutant, MutantIr, MutantKind, compile_mutant, mutant_ir, mutants};
 
 /// All target chips of the compiler, by family.

@@ -368,7 +368,7 @@ fn timers_without_a_crystal_agree_with_a_model_that_ticks() {
 }
 
 #[test]
-#[ignore = "takes a minute; .ci/run does it"]
+#[ignore = "takes a minute; .ci/peers does it"]
 fn each_timer_without_a_crystal_in_many_lives() {
     without_a_crystal(MANY);
 }
@@ -379,7 +379,7 @@ fn other_timers_agree_with_a_model_that_ticks() {
 }
 
 #[test]
-#[ignore = "takes a minute; .ci/run does it"]
+#[ignore = "takes a minute; .ci/peers does it"]
 fn each_other_timer_in_many_lives() {
     others(MANY);
 }

@@ -13,7 +13,6 @@ mod ir;
 mod layout;
 mod mcs51;
 mod mcs51_random;
-#[cfg(feature = "mutants")]
 mod mutants;
 mod pace;
 mod pic16;

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use emu_core::chip::ChipFamily;
 use emu_debug::address_names::decimal_offset;
 use emu_debug::debug::{DebugExpression, ExpressionPlace, ObjectExpr};
-use regex::Regex;
+use regex_lite::Regex;
 
 use super::shell::{CommandResult, DebugShell};
 
