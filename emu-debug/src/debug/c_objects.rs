@@ -102,14 +102,14 @@ impl ObjectExpr {
         to.is_some_and(|to| matches!(self.info().resolve_type(to), Some(CType::Function { .. })))
     }
 
-    /// The value of a pointer to data without the offset with which it is printed.
+    /// Converts the value of a pointer to data as it is printed (on an AVR from 0x800000) to an address.
     pub(super) fn without_link_offset(&self, value: i64) -> i64 {
         let data = i64::from(AVR_DATA);
         let is_linked = self.is_linked_pointer() && (data..data + 0x1_0000).contains(&value);
         if is_linked { value - data } else { value }
     }
 
-    /// The same, computed from the places that variables of calls have now.
+    /// Returns the object with the variables of calls in it replaced by their current locations.
     pub(super) fn with_bound_value(mut self, target: &dyn DynMachine) -> ObjectExpr {
         self.base = match self.base {
             ObjectBase::Value(of) => ObjectBase::Value(Box::new(of.with_bound_operands(target))),
@@ -119,24 +119,26 @@ impl ObjectExpr {
         self
     }
 
-    /// The compiler has left out all of it, or something that it is computed from.
+    /// Reports whether the compiler has optimized away all bytes of it, or something that it is computed
+    /// from.
     pub(super) fn is_optimized_out(&self, target: &dyn DynMachine) -> bool {
         let cells = self.byte_locations(target);
         !cells.is_empty() && cells.iter().all(|cell| *cell == ObjectByteLocation::OptimizedAway)
     }
 
-    /// It is a value that lies nowhere, and so cannot be set.
+    /// Reports whether it is a value without a location, so that it cannot be set.
     #[must_use]
     pub fn is_computed(&self) -> bool {
         matches!(self.base, ObjectBase::Value(_) | ObjectBase::AddressOf(_) | ObjectBase::Kept(_))
     }
 
-    /// It is a pointer to data, whose value is printed with the offset that ELF files of the AVR give data memory.
+    /// Reports whether it is a pointer to data, whose value is printed with the offset that ELF files of the
+    /// AVR give data memory.
     pub(super) fn is_linked_pointer(&self) -> bool {
         self.element_type().is_some() && !self.is_array() && !self.is_function() && !self.is_function_pointer()
     }
 
-    /// The byte address of a function; nothing where it is none.
+    /// Returns the byte address of a function; `None` if it is none.
     pub(super) fn code_address(&self, target: &dyn DynMachine) -> Option<i64> {
         match &self.base {
             _ if !self.is_function() => None,
@@ -225,7 +227,7 @@ impl ObjectExpr {
         self.element(DebugExpression::Number(0)).ok().filter(|_| !self.is_array())
     }
 
-    /// An address that a pointer of this type holds, with the memory that it points to.
+    /// Adds the base of the memory that a pointer of this type points to to an address that it holds.
     fn with_memory(&self, addr: DebugExpression) -> DebugExpression {
         let base = self.info().pointer_base(self.ctype.id.filter(|_| self.ctype.pointer_depth == 0));
         match base {
@@ -261,7 +263,7 @@ impl ObjectExpr {
         if matches!(self.base, ObjectBase::Value(_) | ObjectBase::AddressOf(_) | ObjectBase::Kept(_)) {
             return Err(DebugError::NoAddress { text: None });
         }
-        // Of a bit field it is that of its first byte, as in gdb.
+        // The address of a bit field is that of its first byte, as in gdb.
         let kind = CTypeRef { pointer_depth: self.ctype.pointer_depth + 1, ..self.ctype };
         Ok(ObjectExpr::of(self.calls.clone(), ObjectBase::AddressOf(Box::new(self.clone())), kind))
     }
@@ -478,7 +480,7 @@ impl ObjectExpr {
         }
     }
 
-    /// The variables in it are known where the machine is.
+    /// Reports whether the variables in it are in scope at the location of the machine.
     #[must_use]
     pub fn is_known(&self, target: &dyn DynMachine) -> bool {
         let own = match &self.base {
@@ -510,7 +512,7 @@ impl ObjectExpr {
     }
 
     /// Reports whether its address depends only on time.
-    pub(super) fn is_of_time(&self) -> bool {
+    pub(super) fn depends_only_on_time(&self) -> bool {
         match &self.base {
             ObjectBase::At(of) | ObjectBase::Value(of) => of.depends_only_on_time(),
             _ => false,

@@ -7,7 +7,7 @@
 //!   step_until.rs                  running step by step
 //!   backwards.rs                   running backwards: nearest copy, then replay
 //!   history.rs                     copies of the machine, user actions
-//!   followed_machine.rs            a machine with its follower
+//!   machine_with_follower.rs       a machine with its follower
 //!   points.rs                      breakpoints and watchpoints
 //!   breakpoint_probe.rs            observes what points wait for
 //!   breakpoint_locations.rs        breakpoints on functions and source lines
@@ -50,9 +50,9 @@ mod event_log;
 mod expression;
 mod expression_place;
 mod expression_value;
-mod followed_machine;
 mod history;
 mod line_positions;
+mod machine_with_follower;
 mod parse_expression;
 mod parse_literals;
 mod points;
@@ -73,9 +73,9 @@ pub use error::DebugError;
 pub use expression::{BinaryOperator, DebugExpression};
 pub use expression_place::ExpressionPlace;
 pub use expression_value::ExpressionValue;
-pub use followed_machine::ProgramFollower;
 pub use history::UserAction;
 pub use line_positions::{LineOrigin, LinePosition, StepVerdict};
+pub use machine_with_follower::ProgramFollower;
 pub use points::{AccessKind, DebugPoint, DebugPoints, PointTrigger};
 pub use scope::NameScope;
 pub use session::{DebugSession, HaltReason, HaltResult, PointHit, RunGoal, SessionOptions};
