@@ -90,8 +90,8 @@ pub enum StepVerdict {
 }
 
 impl LineOrigin {
-    /// Returns what a step does at a position: `over` calls or into them; `same_frame` is false if the function
-    /// of the start has returned.
+    /// Returns what a step does at a position: `over` calls or into them; `same_frame` is false if the
+    /// function of the start has returned.
     #[must_use]
     pub fn verdict(&self, now: &LinePosition, over: bool, same_frame: bool) -> StepVerdict {
         let entered = now.entered(now.hidden);

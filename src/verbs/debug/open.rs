@@ -28,8 +28,8 @@ use crate::verbs::run::{RamChoice, parse_ram};
 /// The program to debug, and how its machine is wired.
 #[derive(Debug, Args)]
 pub struct DebugSubject {
-    /// A HEX or ELF file, for the 8051 family also an absolute object file (OMF-51), an assembly source by its name (.asm, .s, .a51,
-    /// .src), or a ladder program (.ld), which is compiled first.
+    /// A HEX or ELF file, for the 8051 family also an absolute object file (OMF-51), an assembly source by
+    /// its name (.asm, .s, .a51, .src), or a ladder program (.ld), which is compiled first.
     #[arg(value_name = "FILE")]
     pub file: String,
     #[command(flatten)]

@@ -3,7 +3,8 @@
 use emu_core::cpu::LAST_CYCLE;
 use emu_debug::debug::{CallFlow, DebugSession, HaltReason, HaltResult, LinePosition, StepVerdict};
 
-/// Takes `count` steps, or fewer if a step stops for another reason or the user interrupts. Returns the last stop.
+/// Takes `count` steps, or fewer if a step stops for another reason or the user interrupts. Returns the last
+/// stop.
 pub(super) fn repeat_steps(
     count: u64,
     go_on: &mut dyn FnMut() -> bool,
