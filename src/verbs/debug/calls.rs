@@ -18,7 +18,7 @@ pub(super) fn backtrace(shell: &mut DebugShell, args: &str, out: &mut String) ->
             Ok(wanted) if wanted < 0 => outermost = wanted.unsigned_abs(),
             Ok(wanted) => count = wanted.unsigned_abs(),
             Err(_) if matches!(word, "full" | "-full") => full = true,
-            Err(_) => return Err(format!("`{word}` is no count of calls; write bt, bt 3, bt -3 or bt full")),
+            Err(_) => return Err(format!("`{word}` is not a count of calls; write bt, bt 3, bt -3 or bt full")),
         }
     }
     let frames = shell.calls();

@@ -73,7 +73,7 @@ impl DebugShell {
             return Ok(ExamineState { space, addr: start, format });
         }
         let value = self.integer_value(text)?;
-        let addr = u32::try_from(value).map_err(|_| format!("`{text}` is no address: {value}"))?;
+        let addr = u32::try_from(value).map_err(|_| format!("`{text}` is not an address: {value}"))?;
         let (space, addr) = scope.linked_memory_at(addr).unwrap_or((chip.ram_space, addr));
         Ok(ExamineState { space, addr, format })
     }
@@ -112,7 +112,7 @@ impl DebugShell {
         let (mut text, mut addr) = (String::new(), first);
         let columns = (16 / unit).clamp(1, 8);
         for n in 0..count {
-            let start = addr.checked_mul(width).ok_or("that is no address")?;
+            let start = addr.checked_mul(width).ok_or("the address is too large")?;
             let bytes: Option<Vec<u8>> =
                 (0..unit).map(|i| self.session.machine().peek(space, start.checked_add(i)?)).collect();
             let Some(bytes) = bytes else {

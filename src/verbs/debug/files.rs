@@ -117,6 +117,6 @@ fn file_argument(args: &str) -> Result<&str, String> {
 
 pub(super) fn quit(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
     let code = if args.is_empty() { i64::from(shell.exit_code()) } else { shell.integer_value(args)? };
-    shell.leave = Some(u8::try_from(code).map_err(|_| format!("{code} is no exit code; those are 0 to 255"))?);
+    shell.leave = Some(u8::try_from(code).map_err(|_| format!("{code} is not an exit code; exit codes are 0 to 255"))?);
     Ok(())
 }

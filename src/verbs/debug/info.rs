@@ -97,7 +97,7 @@ pub(super) fn info(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
         None if let Some((_, why)) = FOREIGN.iter().find(|(name, _)| *name == word) => {
             Err(format!("`info {word}` of gdb is not available: {why}"))
         }
-        None => Err(format!("there is no `info {word}`; there are {}", names().collect::<Vec<_>>().join(", "))),
+        None => Err(format!("there is no `info {word}`; the topics are {}", names().collect::<Vec<_>>().join(", "))),
     }
 }
 

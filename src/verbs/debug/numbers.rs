@@ -42,7 +42,7 @@ impl ExamineFormat {
         if digits > 0 {
             let (count, most) = (&text[..digits], MAX_UNITS);
             let found = count.parse().ok().filter(|count| (1..=most).contains(count));
-            format.count = Some(found.ok_or_else(|| format!("`{count}` is no count; write 1 to {most}"))?);
+            format.count = Some(found.ok_or_else(|| format!("`{count}` is not a count; write 1 to {most}"))?);
         }
         for letter in text[digits..].chars() {
             match letter {
@@ -53,7 +53,7 @@ impl ExamineFormat {
                 'g' => format.unit = Some(8),
                 _ => {
                     return Err(format!(
-                        "`{letter}` is no format; there are x z d u o t c a f s i, and the units b h w g"
+                        "`{letter}` is not a format; the formats are x z d u o t c a f s i, and the units b h w g"
                     ));
                 }
             }

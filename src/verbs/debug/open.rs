@@ -69,7 +69,7 @@ fn parse_ram_init(text: &str) -> Result<RamInit, String> {
 
 /// Parses a number of bytes: 64M, 500k, 1G, 4096.
 fn parse_byte_count(text: &str) -> Result<usize, String> {
-    let wrong = || format!("`{text}` is no number of bytes; write 64M, 500k or 1G");
+    let wrong = || format!("`{text}` is not a number of bytes; write 64M, 500k or 1G");
     let (digits, shift) = match text.char_indices().last() {
         Some((at, 'k' | 'K')) => (&text[..at], 10),
         Some((at, 'm' | 'M')) => (&text[..at], 20),

@@ -116,7 +116,7 @@ fn parse_watch(shell: &DebugShell, text: &str) -> Result<PointTrigger, String> {
         text.split_once('=').filter(|(name, level)| !name.ends_with(['=', '!', '<', '>']) && !level.starts_with('='))
     {
         let DebugExpression::Place(ExpressionPlace::Pin(pin)) = shell.parse_expression(name)? else {
-            return Err(format!("`{}` is no pin; write watch {} if {text}=..", name.trim(), name.trim()));
+            return Err(format!("`{}` is not a pin; write watch {} if {text}=..", name.trim(), name.trim()));
         };
         let name = scope.chip().pins.get(usize::from(pin)).map_or("", |pin| pin.name);
         return Ok(PointTrigger::Pin(pin, Some(parse_pin_level(scope.chip(), &format!("{name}={}", level.trim()))?.1)));
@@ -222,7 +222,7 @@ pub(super) fn condition(shell: &mut DebugShell, args: &str, out: &mut String) ->
 pub(super) fn ignore(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (id, text) = parse_point_number(shell, args)?;
     let count = shell.integer_value(if text.is_empty() { "0" } else { text })?;
-    let count = u64::try_from(count).map_err(|_| format!("{count} is no count"))?;
+    let count = u64::try_from(count).map_err(|_| format!("{count} is not a count"))?;
     if let Some(point) = shell.session.points.get_mut(id) {
         point.ignore = count;
     }

@@ -14,7 +14,7 @@ impl DebugShell {
     pub(super) fn ladder(&self) -> Result<&LadderView, String> {
         self.view
             .as_ref()
-            .ok_or_else(|| "this is no ladder program with a map (PROGRAM.ld, or --map and --ladder)".to_owned())
+            .ok_or_else(|| "this is not a ladder program with a map (PROGRAM.ld, or --map and --ladder)".to_owned())
     }
 
     /// Returns the program words of `rung 3`, `rung 3.2` (an element) or `welder.ld:12`; `None` if the text
@@ -81,7 +81,7 @@ fn no_rung_message(view: &LadderView, own: &str, line: u32) -> String {
 fn of_rung(view: &LadderView, text: &str) -> Result<Vec<u32>, String> {
     let (rung, element) = text.split_once('.').map_or((text, None), |(rung, element)| (rung, Some(element)));
     let number =
-        |text: &str| text.parse::<u32>().map_err(|_| format!("`{text}` is no number of a rung: rung 3, rung 3.2"));
+        |text: &str| text.parse::<u32>().map_err(|_| format!("`{text}` is not the number of a rung: rung 3, rung 3.2"));
     let rung = number(rung)?;
     let word = match element {
         None => view.rung_starts().into_iter().find(|start| start.rung == rung).map(|found| found.word),
@@ -151,11 +151,11 @@ pub(super) fn info(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
         "" => {
             view.rung_at(view.current_word(target)).ok_or("the program is between its rungs; info rung 3 shows one")?
         }
-        number => number.parse().map_err(|_| format!("`{number}` is no number of a rung"))?,
+        number => number.parse().map_err(|_| format!("`{number}` is not the number of a rung"))?,
     };
     let lines = view.draw_rung(rung, shell.session.follower(), target, shell.color);
     if lines.is_empty() {
-        return Err(format!("there is no rung {rung}; there are {}", view.program().rungs.len()));
+        return Err(format!("there is no rung {rung}; the last rung is {}", view.program().rungs.len()));
     }
     lines.iter().for_each(|line| out.push_str(&format!("{line}\n")));
     Ok(())

@@ -241,7 +241,7 @@ pub(super) fn reset(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
     let wanted = if args.is_empty() { "external" } else { args };
     let found = kinds.iter().find(|(name, _)| name.starts_with(wanted));
     let (_, why) =
-        found.ok_or_else(|| format!("`{args}` is no reset; there are power, external, watchdog, brownout"))?;
+        found.ok_or_else(|| format!("`{args}` is not a reset; the resets are power, external, watchdog, brownout"))?;
     shell.session.apply_action(UserAction::Reset(*why))?;
     shell.report_position(out);
     Ok(())
@@ -337,7 +337,7 @@ impl DebugShell {
         let computed = text.strip_prefix('*').or_else(|| text.starts_with('$').then_some(text));
         let Some(expr) = computed else { return Ok(self.session.scope.source().parse_words(text)?) };
         let value = self.integer_value(expr)?;
-        let address = u32::try_from(value).map_err(|_| format!("`{text}` is no address: {value}"))?;
+        let address = u32::try_from(value).map_err(|_| format!("`{text}` is not an address: {value}"))?;
         Ok(self.session.scope.source().parse_words(&format!("0x{address:x}"))?)
     }
 }

@@ -218,7 +218,7 @@ impl<'a> LadderPlayback<'a> {
             begun = if first { Some(session.machine().cycle()) } else { run_to_word(&mut session, start, until) };
             // If a scan ends at its first instruction, there is nothing more to run.
             if begun.is_none() || (first || end != start) && run_to_word(&mut session, end, until).is_none() {
-                break "the chip did not come to the end of a scan";
+                break "the chip did not reach the end of a scan";
             }
         };
         let verdict = self.play.finish(why);

@@ -75,7 +75,7 @@ pub(super) fn print_options<'a>(print: &mut PrintSettings, args: &'a str) -> Res
 fn amount(text: &str) -> Result<u32, String> {
     match text {
         "unlimited" | "0" | "-1" => Ok(u32::MAX),
-        text => text.parse::<u32>().map_err(|_| format!("`{text}` is no count; write a number or unlimited")),
+        text => text.parse::<u32>().map_err(|_| format!("`{text}` is not a count; write a number or unlimited")),
     }
 }
 

@@ -321,6 +321,6 @@ impl DebugShell {
             return Ok(1);
         }
         let value = self.integer_value(text)?;
-        u64::try_from(value).ok().filter(|count| *count > 0).ok_or_else(|| format!("`{text}` is no count"))
+        u64::try_from(value).ok().filter(|count| *count > 0).ok_or_else(|| format!("`{text}` is not a count"))
     }
 }

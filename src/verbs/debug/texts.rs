@@ -108,7 +108,7 @@ fn format_field(shell: &DebugShell, flags: &str, letter: char, value: &str) -> R
         },
         'g' => amount()?.text(),
         's' => string(shell, value)?,
-        _ => return Err(format!("`%{letter}` is no format; there are d i u x X o p c f g s")),
+        _ => return Err(format!("`%{letter}` is not a format; the formats are d i u x X o p c f g s")),
     };
     let left = width.contains('-');
     let zeros = width.trim_start_matches(['-', '+', ' ', '#']).starts_with('0') && !left;
@@ -130,7 +130,7 @@ fn string(shell: &DebugShell, value: &str) -> Result<String, String> {
     if let DebugExpression::Text(text) = shell.parse_expression(value)? {
         return Ok(String::from_utf8_lossy(&text).replace('\\', "\\\\"));
     }
-    let start = u32::try_from(shell.integer_value(value)?).map_err(|_| format!("`{value}` is no address"))?;
+    let start = u32::try_from(shell.integer_value(value)?).map_err(|_| format!("`{value}` is not an address"))?;
     let bytes = (0..MAX_FIELD_WIDTH as u32).map_while(|n| target.peek(chip.ram_space, start.checked_add(n)?));
     let bytes: Vec<u8> = bytes.take_while(|byte| *byte != 0).collect();
     // Backslashes of the string are characters, not escapes.

@@ -15,7 +15,7 @@ pub(super) fn name_filter(text: &str) -> Result<Regex, String> {
     Regex::new(text).map_err(|why| {
         let why = why.to_string();
         let why = why.lines().last().unwrap_or_default().trim_start_matches("error: ").to_owned();
-        format!("`{text}` is no regular expression: {why}")
+        format!("`{text}` is not a regular expression: {why}")
     })
 }
 
@@ -90,7 +90,7 @@ pub(super) fn info_symbol(shell: &mut DebugShell, args: &str, out: &mut String) 
         }
     }
     let value = shell.integer_value(args)?;
-    let address = u32::try_from(value).map_err(|_| format!("{value} is no address"))?;
+    let address = u32::try_from(value).map_err(|_| format!("{value} is not an address"))?;
     let code = || {
         let word = shell.program_word(address)?;
         let inside = shell.session.scope.calls().function(word).is_some() || shell.session.word(word) != u16::MAX;
