@@ -20,6 +20,7 @@
 //!   expression_value.rs            values of expressions
 //!   values.rs                      the value history, user variables
 //!   c_objects.rs, c_values.rs      variables and values of C, as text
+//!   c_strings.rs                   strings of C, as text
 //!   c_types.rs, c_type_queries.rs  types of C, as text
 //!   line_positions.rs              where steps by source lines end
 //!   declarations.rs                what a program of C declares, by files
@@ -38,6 +39,7 @@ mod backwards;
 mod breakpoint_locations;
 mod breakpoint_probe;
 mod c_objects;
+mod c_strings;
 mod c_type_queries;
 mod c_types;
 mod c_values;
@@ -63,8 +65,9 @@ mod values;
 
 pub use backwards::PassedPosition;
 pub use c_objects::{ObjectByteLocation, ObjectExpr};
+pub use c_strings::c_text;
 pub use c_type_queries::CTypeRef as CKind;
-pub use c_values::{PrintSettings, c_text, real_text};
+pub use c_values::{PrintSettings, real_text};
 pub use call_flow::{CallFlow, call_flow};
 pub use call_stack::{CallFrame, CallStack};
 pub use declarations::{Declaration, DeclarationKind};

@@ -1,5 +1,4 @@
-//! Names in expressions and commands: registers, pins, memory, symbols of the program, symbols of a ladder
-//! program.
+//! Names in expressions and commands: registers, pins, memory, symbols of programs and of ladder programs.
 
 use std::sync::{Arc, OnceLock};
 
@@ -33,7 +32,7 @@ pub struct NameScope {
     pub ladder: Vec<(String, ExpressionPlace)>,
     /// Printed values, and user variables: `$1`, `$i`.
     pub values: Values,
-    /// How values are written.
+    /// Format of values (`set print`).
     pub print: super::c_values::PrintSettings,
     calls: OnceLock<CallStack>,
 }

@@ -10,7 +10,7 @@ use emu_debug::stimulus::parse_pin_level;
 
 use super::ladder::chip_pin_text;
 use super::shell::{CommandResult, DebugShell};
-use super::steps::{CallDepth, LineStep, line, line_step, repeat_steps};
+use super::steps::{CallDepth, LineStep, current_line, line_step, repeat_steps};
 use crate::shared::avr;
 
 const OUTERMOST: &str = "\"finish\" not meaningful in the outermost frame.";
@@ -32,7 +32,7 @@ fn repeat_run(
 fn line_steps(shell: &mut DebugShell, args: &str, kind: LineStep, out: &mut String) -> CommandResult {
     let count = shell.parse_count(args)?;
     let mut hidden = shell.hidden;
-    shell.go_hidden(out, |session, go_on| {
+    shell.run_and_report_inlined(out, |session, go_on| {
         let halt = repeat_steps(count, go_on, |go_on| line_step(session, kind, &mut hidden, go_on));
         let hidden = (halt.reason == HaltReason::Done).then_some(hidden);
         (halt, hidden)
@@ -41,7 +41,7 @@ fn line_steps(shell: &mut DebugShell, args: &str, kind: LineStep, out: &mut Stri
 }
 
 fn note_missing_lines(shell: &mut DebugShell, out: &mut String) {
-    if line(&shell.session).is_some() {
+    if current_line(&shell.session).is_some() {
         return;
     }
     match shell.session.scope.calls().function(shell.session.machine().pc()) {
@@ -128,11 +128,11 @@ pub(super) fn finish(shell: &mut DebugShell, _: &str, out: &mut String) -> Comma
         let halt = shell.run_and_report(out, |session, go_on| {
             session.step_until(LAST_CYCLE, true, go_on, &mut |session, _, _| reached(session))
         });
-        shell.returned(&halt, kind, out);
+        shell.print_result(&halt, kind, out);
         return Ok(());
     }
     let halt = shell.run_and_report(out, |session, go_on| run_out_of_subroutine(session, go_on, &mut |_| false));
-    shell.returned(&halt, kind, out);
+    shell.print_result(&halt, kind, out);
     Ok(())
 }
 
@@ -268,7 +268,7 @@ impl DebugShell {
     }
 
     /// Prints the result of a function.
-    fn returned(&mut self, halt: &HaltResult, kind: Option<TypeId>, out: &mut String) {
+    fn print_result(&mut self, halt: &HaltResult, kind: Option<TypeId>, out: &mut String) {
         let chip = self.session.scope.chip();
         let object = kind.and_then(|kind| self.session.scope.calls().result(kind, chip));
         let Some(object) = object.filter(|_| halt.reason == HaltReason::Done) else { return };

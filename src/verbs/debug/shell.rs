@@ -272,12 +272,12 @@ impl DebugShell {
         out: &mut String,
         run: impl FnOnce(&mut DebugSession, &mut dyn FnMut() -> bool) -> HaltResult,
     ) -> HaltResult {
-        self.go_hidden(out, |session, keep_running| (run(session, keep_running), None))
+        self.run_and_report_inlined(out, |session, keep_running| (run(session, keep_running), None))
     }
 
     /// Runs the machine like [`Self::run_and_report`]. `run` also returns how many inlined functions begin at
     /// the stop and are not entered, if it knows that.
-    pub(super) fn go_hidden(
+    pub(super) fn run_and_report_inlined(
         &mut self,
         out: &mut String,
         run: impl FnOnce(&mut DebugSession, &mut dyn FnMut() -> bool) -> (HaltResult, Option<usize>),

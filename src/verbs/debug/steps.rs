@@ -53,7 +53,7 @@ impl CallDepth {
 }
 
 /// Returns the source line of the current instruction.
-pub(super) fn line(session: &DebugSession) -> Option<(String, u32)> {
+pub(super) fn current_line(session: &DebugSession) -> Option<(String, u32)> {
     LinePosition::line_of(session)
 }
 
@@ -113,7 +113,7 @@ pub(super) fn line_step(
         if !entry && flow == CallFlow::Plain && before == last {
             return stop(session, None);
         }
-        let here = line(session);
+        let here = current_line(session);
         if let Some(words) = &unlined_function {
             if words.contains(&pc) || depth.calls > 0 && here.is_none() {
                 return false;

@@ -27,13 +27,13 @@ impl DebugShell {
             self.next_hidden = Some(0);
         }
         if commands.first().is_some_and(|first| first == SILENT) {
-            self.place_level();
+            self.select_innermost_call();
             self.registers = self.core_registers();
         } else {
-            self.place_level();
-            out.push_str(&self.reason(halt, before));
+            self.select_innermost_call();
+            out.push_str(&self.describe_reason(halt, before));
             self.report_frame(halt, before, out);
-            self.show_position(out);
+            self.print_position(out);
         }
         self.stopped_in = self.present_call();
         self.enqueue(commands);
@@ -41,21 +41,21 @@ impl DebugShell {
 
     /// Reports the location, the time, what has changed, and the displays.
     pub(super) fn report_position(&mut self, out: &mut String) {
-        self.place_level();
+        self.select_innermost_call();
         self.stopped_in = self.present_call();
-        self.show_position(out);
+        self.print_position(out);
     }
 
-    fn show_position(&mut self, out: &mut String) {
-        self.place(out);
-        out.push_str(&self.time());
+    fn print_position(&mut self, out: &mut String) {
+        self.print_location(out);
+        out.push_str(&self.describe_time());
         if let Some(resets) = self.session.resets_since(self.reported_to) {
             out.push_str(&format!("{resets}\n"));
         }
-        if let Some(sent) = self.sent() {
+        if let Some(sent) = self.sent_text() {
             out.push_str(&format!("sent {sent}\n"));
         }
-        if let Some(changes) = self.changes() {
+        if let Some(changes) = self.take_register_changes() {
             out.push_str(&format!("{changes}\n"));
         }
         self.reported_to = self.session.machine().cycle();
@@ -92,7 +92,7 @@ impl DebugShell {
     }
 
     /// Selects the innermost call.
-    fn place_level(&mut self) {
+    fn select_innermost_call(&mut self) {
         let byte = self.session.machine().pc().saturating_mul(self.session.scope.chip().word_bytes);
         self.hidden = self.next_hidden.take().unwrap_or_else(|| self.session.scope.calls().call_sites(byte));
         (self.listed, self.level) = (None, self.hidden);
@@ -123,7 +123,7 @@ impl DebugShell {
     }
 
     /// Returns the reason of a stop, one line per cause.
-    fn reason(&self, halt: &HaltResult, before: &DebugPoints) -> String {
+    fn describe_reason(&self, halt: &HaltResult, before: &DebugPoints) -> String {
         let place = |word| self.word_with_rung(word);
         match &halt.reason {
             HaltReason::Done => String::new(),
@@ -143,13 +143,13 @@ impl DebugShell {
             HaltReason::Interrupted => "Interrupted\n".to_owned(),
             HaltReason::Beginning => "No more history: it begins here\n".to_owned(),
             HaltReason::Points(hits) => {
-                let lines = hits.iter().filter_map(|hit| Some(self.hit(hit, before.get(hit.id)?)));
+                let lines = hits.iter().filter_map(|hit| Some(self.describe_hit(hit, before.get(hit.id)?)));
                 lines.map(|line| format!("{line}\n")).collect()
             }
         }
     }
 
-    fn hit(&self, hit: &PointHit, point: &DebugPoint) -> String {
+    fn describe_hit(&self, hit: &PointHit, point: &DebugPoint) -> String {
         let id = point.id;
         let by = || self.word_with_rung(hit.pc);
         let value = |value: Option<i64>| value.map_or("nothing".to_owned(), short_hex);
@@ -198,7 +198,7 @@ impl DebugShell {
     }
 
     /// Prints the next instruction with its source line or rung.
-    fn place(&mut self, out: &mut String) {
+    fn print_location(&mut self, out: &mut String) {
         let word = self.session.machine().pc();
         let source = self.session.scope.source();
         // Before an inlined function, the location is the line of its call.
@@ -223,7 +223,7 @@ impl DebugShell {
     }
 
     /// Returns cycle, time, scan and rung as a line.
-    fn time(&self) -> String {
+    fn describe_time(&self) -> String {
         let cycle = self.session.machine().cycle();
         let mut text = format!("cycle {cycle}, {} s", self.session.clock().seconds(cycle));
         if let Some(scan) = self.session.scan() {
@@ -237,7 +237,7 @@ impl DebugShell {
     }
 
     /// Returns the bytes that the chip has sent since the last stop, as text.
-    fn sent(&self) -> Option<String> {
+    fn sent_text(&self) -> Option<String> {
         let sent = self.session.events().filter_map(|event| match event {
             ChipEvent::Sent { at, byte, .. } if at.cycle > self.reported_to => Some(*byte),
             _ => None,
@@ -253,7 +253,7 @@ impl DebugShell {
     }
 
     /// Returns the registers that have changed since the last stop, as text.
-    fn changes(&mut self) -> Option<String> {
+    fn take_register_changes(&mut self) -> Option<String> {
         let now = self.core_registers();
         let before = std::mem::replace(&mut self.registers, now);
         let names = self.session.scope.chip().cpu_regs.iter().filter(|name| !matches!(**name, "PC" | "NA"));

@@ -10,7 +10,7 @@ use super::shell::{CommandResult, DebugShell};
 const MAX_FIELD_WIDTH: usize = 200;
 
 /// Prints a text with its escapes resolved, always as a line of its own.
-fn line(text: &str, out: &mut String) -> CommandResult {
+fn print_line(text: &str, out: &mut String) -> CommandResult {
     // A text with invalid escapes, such as a path, is printed unchanged.
     let bytes = unescape(text).unwrap_or_else(|_| text.as_bytes().to_vec());
     for part in String::from_utf8_lossy(&bytes).split_inclusive('\n') {
@@ -25,7 +25,7 @@ fn line(text: &str, out: &mut String) -> CommandResult {
 }
 
 pub(super) fn echo(_: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
-    line(args, out)
+    print_line(args, out)
 }
 
 /// `output`: prints a value without its name.
@@ -50,7 +50,7 @@ pub(super) fn printf(shell: &mut DebugShell, args: &str, out: &mut String) -> Co
         ends
     });
     let (text, rest) = inner.split_at(end.ok_or_else(wanted)?);
-    let mut values = split(rest.get(1..).unwrap_or_default().trim_start().trim_start_matches(',')).into_iter();
+    let mut values = split_values(rest.get(1..).unwrap_or_default().trim_start().trim_start_matches(',')).into_iter();
     let (mut found, mut left) = (String::new(), text);
     while let Some((before, behind)) = left.split_once('%') {
         found.push_str(before);
@@ -71,11 +71,11 @@ pub(super) fn printf(shell: &mut DebugShell, args: &str, out: &mut String) -> Co
     if values.next().is_some() {
         return Err("there are more values than %".to_owned());
     }
-    line(&found, out)
+    print_line(&found, out)
 }
 
 /// Splits values at commas; a comma in brackets or quotes is part of a value.
-fn split(text: &str) -> Vec<String> {
+fn split_values(text: &str) -> Vec<String> {
     let (mut parts, mut depth, mut quoted) = (vec![String::new()], 0i32, false);
     for c in text.chars() {
         quoted ^= matches!(c, '\'' | '"');
@@ -107,7 +107,7 @@ fn format_field(shell: &DebugShell, flags: &str, letter: char, value: &str) -> R
             ExpressionValue::Real(value, _) => format!("{value:.*}", digits.unwrap_or(6)),
         },
         'g' => amount()?.text(),
-        's' => string(shell, value)?,
+        's' => string_in_ram(shell, value)?,
         _ => return Err(format!("`%{letter}` is not a format; the formats are d i u x X o p c f g s")),
     };
     let left = width.contains('-');
@@ -125,7 +125,7 @@ fn format_field(shell: &DebugShell, flags: &str, letter: char, value: &str) -> R
 }
 
 /// Returns the string in RAM at the address that a value gives, up to its 0.
-fn string(shell: &DebugShell, value: &str) -> Result<String, String> {
+fn string_in_ram(shell: &DebugShell, value: &str) -> Result<String, String> {
     let (chip, target) = (shell.session.scope.chip(), shell.session.machine());
     if let DebugExpression::Text(text) = shell.parse_expression(value)? {
         return Ok(String::from_utf8_lossy(&text).replace('\\', "\\\\"));
