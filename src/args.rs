@@ -27,7 +27,7 @@ Exit codes:
   2  the command line makes no sense
   3  a file was refused: unreadable, malformed, or a program that the chip cannot hold
   4  the program on the chip did something impossible
-  5  a limit came before what was waited for, or the default limit
+  5  a limit was reached before an awaited event, or the default limit
  70  a fault of emu itself";
 
 /// Cycle-accurate microcontroller emulators, and a ladder compiler that is checked on them, bit for bit.

@@ -135,7 +135,7 @@ fn the_connection_is_reset() {
 #[test]
 fn no_protocol() {
     for (input, why) in
-        [("hello\n\n", "is not a line of a head"), ("Content-Length: 9\r\n\r\n{}", "ends after 2 of the 9 bytes")]
+        [("hello\n\n", "is not a header line"), ("Content-Length: 9\r\n\r\n{}", "ends after 2 of the 9 bytes")]
     {
         let mut child = emu(&[]);
         child.stdin.take().expect("standard input").write_all(input.as_bytes()).expect("the input is taken");

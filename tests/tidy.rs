@@ -277,13 +277,7 @@ const BANNED_PHRASES: &[(&str, &str)] = &[
 ];
 
 /// Files that may contain banned phrases or long comments, by the start of their path, each with the reason.
-const PROSE_EXCEPTIONS: &[(&str, &str)] = &[
-    ("tests/tidy.rs", "contains the list of banned phrases"),
-    ("src/verbs/debug", "to be removed: its texts are being rewritten"),
-    ("emu-debug/src/debug", "to be removed: its texts are being rewritten"),
-    ("docs/debug.md", "to be removed: describes src/verbs/debug"),
-    ("tests/cli/debug", "to be removed: transcripts of src/verbs/debug"),
-];
+const PROSE_EXCEPTIONS: &[(&str, &str)] = &[("tests/tidy.rs", "contains the list of banned phrases")];
 
 /// Crates whose long comments are not checked yet: to be removed, their elements are being extended.
 const LONG_COMMENT_EXCEPTIONS: &[&str] = &["ladder/", "ladder-eval/", "ladder-compile/"];

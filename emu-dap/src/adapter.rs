@@ -97,7 +97,8 @@ pub(crate) struct DapMachine {
     pub folder: std::path::PathBuf,
     /// C objects whose parts the client may request until the machine moves, with their expressions.
     pub expandable_objects: std::cell::RefCell<Vec<(String, emu_debug::debug::ObjectExpr)>>,
-    /// Inlined functions that begin where the machine is and are not entered: they are no frames yet.
+    /// Number of inlined functions that begin at the current instruction and are not entered yet: they are
+    /// not frames.
     pub hidden: usize,
 }
 
@@ -334,7 +335,7 @@ impl<'a> DebugAdapter<'a> {
     fn initialize(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
         let client: ClientCapabilities = request.parse_arguments()?;
         if client.path_format != "path" {
-            let text = format!("sources have paths here, not the format `{}`", client.path_format);
+            let text = format!("the only supported path format is `path`, not `{}`", client.path_format);
             return Err(RequestError::new(protocol::ARGUMENTS, text));
         }
         self.client = client;

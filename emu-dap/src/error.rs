@@ -60,7 +60,7 @@ pub enum DapError {
     #[error("the source has no path")]
     SourceWithoutPath,
     /// The request names a ladder program, but the session has no map of it.
-    #[error("rungs are not known: launch the .ld file itself, or the image with its `map` and `ladder`")]
+    #[error("the rungs are unknown: launch the .ld file itself, or the image with its `map` and `ladder`")]
     RungsUnknown,
     /// A data breakpoint requests an access other than read, write and readWrite.
     #[error("`{access}` is not a kind of access")]
@@ -69,10 +69,10 @@ pub enum DapError {
         access: String,
     },
     /// A data breakpoint on accesses does not name a memory location; one on changes is possible.
-    #[error("{0}; `write` sees its changes")]
+    #[error("{0}; `write` detects its changes")]
     NotAccessible(#[source] Box<DapError>),
     /// A hit condition has no number above 0.
-    #[error("`{text}` counts no hits; write 5, >5, ==5 or %5")]
+    #[error("`{text}` is not a hit condition; write 5, >5, ==5 or %5")]
     BadHitCondition {
         /// The condition.
         text: String,
@@ -84,7 +84,7 @@ pub enum DapError {
         text: String,
     },
     /// An address with its offset is outside of 32 bits.
-    #[error("{address} and {offset} more is not an address")]
+    #[error("{address} plus {offset} is not an address")]
     AddressOverflow {
         /// The requested address.
         address: String,
@@ -95,7 +95,7 @@ pub enum DapError {
     #[error("the input cannot be read: {0}")]
     UnreadableInput(#[source] io::Error),
     /// The output cannot be written.
-    #[error("the output takes no more: {0}")]
+    #[error("the output cannot be written: {0}")]
     UnwritableOutput(#[source] io::Error),
     /// The input ends within a message.
     #[error("the input ends after {got} of the {length} bytes of a message")]
@@ -106,27 +106,27 @@ pub enum DapError {
         length: u64,
     },
     /// The input has no message header.
-    #[error("the input is not a frame of the protocol: a head is a few short lines and an empty one")]
+    #[error("the input does not follow the framing of the protocol: a header is a few short lines and an empty line")]
     NotFramed,
     /// A line of a header has no colon.
-    #[error("`{line}` is not a line of a head")]
+    #[error("`{line}` is not a header line")]
     BadHeaderLine {
         /// The beginning of the line.
         line: String,
     },
     /// The Content-Length of a message is not a number.
-    #[error("`{text}` is not a length of a message")]
+    #[error("`{text}` is not a message length")]
     BadLength {
         /// The beginning of the text.
         text: String,
     },
     /// A message exceeds the maximum length.
-    #[error("a message of {length} bytes is longer than {MAX_MESSAGE_BYTES}, the most")]
+    #[error("a message of {length} bytes exceeds the maximum of {MAX_MESSAGE_BYTES} bytes")]
     MessageTooLong {
         /// Number of bytes in the header.
         length: u64,
     },
     /// The header of a message has no Content-Length.
-    #[error("the head of a message has no Content-Length")]
+    #[error("the header of a message has no Content-Length")]
     NoContentLength,
 }

@@ -25,13 +25,13 @@ struct EvaluateFormat {
 
 const HELP: &str = "\
 EXPRESSION             its value, as in watches: PORTB.5, $pc, *0x100, a symbol
-PLACE = EXPRESSION     gives a place another value
+PLACE = EXPRESSION     assigns a value
 instruction [N]        N steps; also line, element, rung, scan; back-instruction and so on go back
 goto-cycle N           to a cycle or a time (10ms), forwards or back
-why SYMBOL             what made a symbol of the ladder program so
-draw [RUNG]            a rung with the power in it
+why SYMBOL             why a symbol of the ladder program has its value
+draw [RUNG]            a rung with its power flow
 drive PIN=LEVEL        PB0=1, PB0=z, RA0=1.25V, from now on
-where                  cycle, time, scan and place";
+where                  cycle, time, scan and location";
 
 impl DebugAdapter<'_> {
     pub(crate) fn evaluate(&mut self, request: &DapRequest) -> Result<Value, RequestError> {

@@ -100,8 +100,9 @@ impl LadderSource {
             Some(rung) => rung,
             None => {
                 let numbers = 1..=self.view.program().rungs.len() as u32;
-                let behind = numbers.into_iter().find(|rung| self.view.rung_line(*rung).is_some_and(|at| at >= line));
-                behind.ok_or(DapError::NoRungAtLine { line })?
+                let next_rung =
+                    numbers.into_iter().find(|rung| self.view.rung_line(*rung).is_some_and(|at| at >= line));
+                next_rung.ok_or(DapError::NoRungAtLine { line })?
             }
         };
         let found = self.rungs.iter().find(|start| start.rung >= wanted);

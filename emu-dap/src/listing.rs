@@ -66,8 +66,8 @@ impl DisassemblyListing {
 
     /// The line that contains a program word.
     pub fn line_of(&self, word: u32) -> Option<u32> {
-        let behind = self.lines.partition_point(|(_, at)| *at <= word);
-        self.lines.get(behind.checked_sub(1)?).map(|(line, _)| *line)
+        let after = self.lines.partition_point(|(_, at)| *at <= word);
+        self.lines.get(after.checked_sub(1)?).map(|(line, _)| *line)
     }
 
     /// Returns the first instruction at or after a line, with its line.

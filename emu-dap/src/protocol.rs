@@ -106,14 +106,14 @@ impl DapRequest {
             command: command.unwrap_or("").to_owned(),
             error: RequestError::new(MALFORMED, text),
         };
-        let Some(fields) = message.as_object() else { return Err(rejected("a message is an object".to_owned())) };
+        let Some(fields) = message.as_object() else { return Err(rejected("a message must be an object".to_owned())) };
         match fields.get("type").and_then(Value::as_str) {
             Some("request") => {}
-            Some(other) => return Err(rejected(format!("this side takes requests, not messages of type `{other}`"))),
+            Some(other) => return Err(rejected(format!("only requests are accepted, not messages of type `{other}`"))),
             None => return Err(rejected("the message has no type".to_owned())),
         }
-        let Some(number) = seq else { return Err(rejected("seq of a request is a whole number".to_owned())) };
-        let Some(name) = command else { return Err(rejected("command of a request is a text".to_owned())) };
+        let Some(number) = seq else { return Err(rejected("seq of a request must be an integer".to_owned())) };
+        let Some(name) = command else { return Err(rejected("command of a request must be a string".to_owned())) };
         let arguments = fields.get("arguments").cloned().unwrap_or(Value::Null);
         Ok(DapRequest { seq: number, command: name.to_owned(), arguments })
     }

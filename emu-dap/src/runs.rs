@@ -108,9 +108,10 @@ pub(crate) struct LineStep {
     origin: LineOrigin,
     /// Stack depth of the frame of `origin`.
     depth: u32,
-    /// Inlined functions that begin at the start and are not entered.
+    /// Number of inlined functions that begin at the start and are not entered yet.
     hidden: usize,
-    /// Those at the end, if they are not all that begin there.
+    /// Number of inlined functions that begin at the end and are not entered, if it is not the number of all
+    /// that begin there.
     hidden_at_end: Option<usize>,
 }
 
@@ -218,11 +219,11 @@ impl LineStep {
 }
 
 impl LineStep {
-    /// The same where the step is in inlined functions or comes to some.
+    /// Returns whether the step has arrived, if it is in inlined functions or reaches some.
     fn has_arrived_beside_inlined(&mut self, session: &DebugSession, now: &LinePosition) -> bool {
         let depth = session.machine().stack_depth();
         if self.kind == LineStepKind::Out {
-            // Out of an inlined function is behind its code.
+            // A step out of an inlined function ends after its code.
             let own = self.origin.inlined.last();
             return depth <= self.depth && own.is_some_and(|own| !now.inlined.contains(own));
         }
@@ -242,7 +243,7 @@ impl LineStep {
         }
     }
 
-    /// Inlined functions that begin where the step has ended and are not entered.
+    /// Returns the number of inlined functions that begin where the step has ended and are not entered.
     pub fn hidden(&self) -> Option<usize> {
         self.hidden_at_end.filter(|_| self.done)
     }
@@ -302,7 +303,7 @@ impl PendingRun {
             PendingRun::Continue => session.run(&RunGoal::default(), go_on),
             PendingRun::Steps(left) => session.step_remaining(left, LAST_CYCLE, true, go_on),
             PendingRun::StepOver(over) => over.slice(session, go_on),
-            PendingRun::StepLine(walk) => walk.slice(session, go_on),
+            PendingRun::StepLine(step) => step.slice(session, go_on),
             PendingRun::ToWords(words, left) => {
                 let goal = RunGoal { words: words.clone(), ..RunGoal::default() };
                 loop {
@@ -346,7 +347,7 @@ impl PendingRun {
         match self {
             PendingRun::Steps(left) => *left == 0,
             PendingRun::StepOver(over) => over.is_done(session),
-            PendingRun::StepLine(walk) => walk.done,
+            PendingRun::StepLine(step) => step.done,
             PendingRun::ToWords(words, left) => {
                 *left = left.saturating_sub(u64::from(words.contains(&session.machine().pc())));
                 *left == 0
@@ -372,10 +373,10 @@ impl DebugAdapter<'_> {
     pub(crate) fn advance_run(&mut self, go_on: KeepRunning<'_>) {
         let (Some(mut run), Some(machine)) = (self.run.take(), self.machine.as_mut()) else { return };
         let (back, end) = (run.is_backwards(), Instant::now() + RUN_SLICE);
-        let silent = if back { self.points.disable_log_points(&mut machine.session) } else { Vec::new() };
+        let log_points = if back { self.points.disable_log_points(&mut machine.session) } else { Vec::new() };
         // An interrupted search backwards starts again, so it is only interrupted by a request.
         let halt = run.slice(&mut machine.session, &mut || (back || Instant::now() < end) && go_on());
-        self.points.enable_log_points(&mut machine.session, &silent);
+        self.points.enable_log_points(&mut machine.session, &log_points);
         machine.listing = None;
         machine.expandable_objects.borrow_mut().clear();
         self.report_events();

@@ -87,8 +87,8 @@ impl DebugAdapter<'_> {
 }
 
 impl DapMachine {
-    /// Inlined functions that begin at the location: a stop there is before their calls, but one at a
-    /// breakpoint of a line in them is in them.
+    /// Returns the number of inlined functions that begin at the location: a stop there is before their
+    /// calls, but a stop at a breakpoint of a line in them is in them.
     pub(crate) fn calls_to_come(&self, in_inlined_code: bool) -> usize {
         let byte = self.session.machine().pc().saturating_mul(self.session.scope.chip().word_bytes);
         if in_inlined_code { 0 } else { self.session.scope.calls().call_sites(byte) }

@@ -198,7 +198,7 @@ impl DebugAdapter<'_> {
     pub(crate) fn draw_rung(&mut self, rung: Option<u32>) -> Result<Vec<String>, RequestError> {
         let machine = self.machine()?;
         let ladder =
-            machine.ladder.as_ref().ok_or_else(|| RequestError::not_possible("rungs are of ladder programs"))?;
+            machine.ladder.as_ref().ok_or_else(|| RequestError::not_possible("only a ladder program has rungs"))?;
         let (follow, target) = (machine.session.follower(), machine.session.machine());
         Ok(match rung {
             None => ladder.view().draw(follow, target, false),
@@ -218,13 +218,13 @@ impl DebugAdapter<'_> {
         let machine = self.machine()?;
         let (chip, cycle) = (machine.session.scope.chip(), machine.session.machine().cycle());
         let text = machine.session.scope.source().names.replace_channel_name(&machine.chip_pin_text(text));
-        let put = stimulus::parse_drive(chip, &text).map_err(RequestError::not_possible)?;
-        if let ExternalDrive::Level(pin, _) | ExternalDrive::Volts(pin, _) | ExternalDrive::Counts(pin, _) = put
+        let drive = stimulus::parse_drive(chip, &text).map_err(RequestError::not_possible)?;
+        if let ExternalDrive::Level(pin, _) | ExternalDrive::Volts(pin, _) | ExternalDrive::Counts(pin, _) = drive
             && !machine.session.machine().has_pin(pin)
         {
             return Err(RequestError::not_found(format!("the machine has no pin of `{text}`")));
         }
-        machine.act(UserAction::Drive(TimedDrive { at: CycleTime::at(cycle), drive: put }))
+        machine.act(UserAction::Drive(TimedDrive { at: CycleTime::at(cycle), drive }))
     }
 
     pub(crate) fn emu_goto_cycle(&mut self, request: &DapRequest) -> Result<Value, RequestError> {

@@ -91,7 +91,7 @@ impl DebugAdapter<'_> {
             },
             HaltReason::BlockedOnInput => StopEvent {
                 description: Some("Waits".to_owned()),
-                text: Some("Only something from outside can change what the program does.".to_owned()),
+                text: Some("Only an external stimulus can change what the program does.".to_owned()),
                 ..StopEvent::plain("halted")
             },
             HaltReason::Illegal { pc, word } => {
@@ -126,7 +126,7 @@ impl DebugAdapter<'_> {
         let what = match (hit.write, hit.new) {
             (Some(write), new) => format!("{} {}", if write { "written:" } else { "read:" }, shown(new)),
             // The location of a pin edge is only known within a slice of the run.
-            (None, None) if hit.old.is_none() => return Some(format!("{} has moved", point.text)),
+            (None, None) if hit.old.is_none() => return Some(format!("{} has changed", point.text)),
             (None, new) => format!("{} -> {}", shown(hit.old), shown(new)),
         };
         Some(format!("{} {what} at {}", point.text, session.scope.source().describe_word(hit.pc)))

@@ -21,11 +21,11 @@ back N        goes N steps back, by default 1
 goto CYCLE    goes to a cycle, in the past or in the future
 peek PLACE    bytes of a memory: data:0x100..0x120, PORTB, a symbol
 print EXPR    an expression over registers, memory, pins, symbols: PORTB.5, $cycle
-set PLACE=EXPR   gives a place another value: a pin, a register, a variable
-history       copies of the machine, and what was done from outside";
+set PLACE=EXPR   assigns a value: a pin, a register, a variable
+history       copies of the machine, and external actions";
 
 /// The hint after a command that changes the machine without gdb's knowledge.
-const FLUSH_HINT: &str = "gdb still shows the registers from before: `maintenance flush register-cache`";
+const FLUSH_HINT: &str = "gdb still shows the old registers; update them with `maintenance flush register-cache`";
 
 /// Maximum number of bytes that `peek` shows.
 const MAX_PEEK_BYTES: usize = 1024;
@@ -64,7 +64,7 @@ impl GdbTarget<'_> {
             "print" => match self.session.scope.parse_expression(rest) {
                 Ok(expr) => match expr.value(self.session.machine()) {
                     Some(value) => format!("{value}"),
-                    None => "it has no value now: a pin floats, or a place is not there".to_owned(),
+                    None => "it has no value now: a pin floats, or a place does not exist".to_owned(),
                 },
                 Err(why) => why.to_string(),
             },
@@ -120,7 +120,7 @@ impl GdbTarget<'_> {
             HaltReason::Beginning => "the history begins here; ",
             HaltReason::Interrupted => "interrupted; ",
             HaltReason::Halted => "nothing can wake the chip any more; ",
-            HaltReason::BlockedOnInput => "only something from outside can change what the program does; ",
+            HaltReason::BlockedOnInput => "only an external stimulus can change what the program does; ",
             _ => "",
         };
         format!("{what}{}\n{FLUSH_HINT}", self.describe_place())
@@ -161,7 +161,7 @@ impl GdbTarget<'_> {
 
     fn describe_history(&self) -> String {
         let (copies, bytes) = self.session.history_size();
-        let deeds = self.session.input_events().count();
-        format!("{copies} copies of the machine in {} KB, {deeds} things done from outside", bytes.div_ceil(1024))
+        let actions = self.session.input_events().count();
+        format!("{copies} copies of the machine in {} KB, {actions} external actions", bytes.div_ceil(1024))
     }
 }

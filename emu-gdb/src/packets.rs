@@ -145,7 +145,7 @@ impl ClientInput {
             }
         }
         if self.waiting.len() > MAX_WAITING_PACKETS {
-            self.closed_because = Some("it sends without end while the program runs");
+            self.closed_because = Some("it sends endlessly while the program runs");
         }
         self.closed_because.is_none() && !self.take_interrupt()
     }

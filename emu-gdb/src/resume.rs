@@ -71,10 +71,9 @@ impl GdbTarget<'_> {
             HaltReason::Halted => {
                 (signal(Signal::SIGSTOP), Some("the program has ended: nothing can wake the chip any more".to_owned()))
             }
-            HaltReason::BlockedOnInput => (
-                signal(Signal::SIGSTOP),
-                Some("only something from outside can change what the program does".to_owned()),
-            ),
+            HaltReason::BlockedOnInput => {
+                (signal(Signal::SIGSTOP), Some("only an external stimulus can change what the program does".to_owned()))
+            }
             HaltReason::Illegal { pc, word } => {
                 let text = format!("0x{word:04x} at {} is not an instruction of this chip", place(pc));
                 (signal(Signal::SIGILL), Some(text))
@@ -128,7 +127,7 @@ impl GdbTarget<'_> {
 fn step_range(session: &mut DebugSession, words: &Range<u32>, go_on: &mut dyn FnMut() -> bool) -> HaltResult {
     let (mut depth, mut from) = (session.machine().stack_depth(), session.machine().pc());
     let mut service: Option<u32> = None;
-    let mut turns = 0u64;
+    let mut self_jumps = 0u64;
     let mut halted = false;
     let halt = session.step_until(LAST_CYCLE, true, go_on, &mut |session, flow, entered| {
         let target = session.machine();
@@ -138,10 +137,10 @@ fn step_range(session: &mut DebugSession, words: &Range<u32>, go_on: &mut dyn Fn
             _ => {}
         }
         depth = target.stack_depth();
-        turns = if target.pc() == from { turns + 1 } else { 0 };
+        self_jumps = if target.pc() == from { self_jumps + 1 } else { 0 };
         from = target.pc();
         // Checked at increasing intervals, because it may take long until an interrupt comes.
-        halted = turns.is_power_of_two() && {
+        halted = self_jumps.is_power_of_two() && {
             let mut copy = target.fork();
             copy.set_breakpoints(&BTreeSet::new());
             copy.run(target.cycle() + 1, ObserveLevel::Nothing, &mut ()) == StopReason::Halted

@@ -43,8 +43,8 @@ impl fmt::Display for ClientEnd {
         match self {
             ClientEnd::Detached => f.write_str("the client has detached"),
             ClientEnd::Killed => f.write_str("the client has killed the program"),
-            ClientEnd::ConnectionLost(why) => write!(f, "the client has left: {why}"),
-            ClientEnd::ProtocolError(why) => write!(f, "the client is let go: {why}"),
+            ClientEnd::ConnectionLost(why) => write!(f, "the client has disconnected: {why}"),
+            ClientEnd::ProtocolError(why) => write!(f, "the client was disconnected: {why}"),
         }
     }
 }

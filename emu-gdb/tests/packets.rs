@@ -10,7 +10,7 @@
 //! -- vCont;c                    a packet whose answer is not awaited
 //! => \x03                       raw bytes, followed by the answer; >> does not await one
 //! waits 100                     waits this many milliseconds, while a program runs
-//! ends the client has left      the last message of the server; a client that is connected disconnects
+//! ends the client was disconnected   the last message of the server; a client that is connected disconnects
 //! ```
 //! With a line `persists`, a case may end more than once: the lines that follow belong to the next client.
 //! `EMU_BLESS=1` updates the answers.

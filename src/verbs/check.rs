@@ -59,7 +59,7 @@ pub struct CheckArgs {
     /// Check an emitted source instead of the image, with compilers on the PATH: `native`, C by gcc on this
     /// computer; `c`, by avr-gcc or sdcc on the chip; `bytecode` on the chip; `arduino`, a sketch on the
     /// atmega328p. Without --mcu the chip is the atmega328p.
-    #[arg(long, value_name = "WAY", value_parser = crate::verbs::check::via::parse_via)]
+    #[arg(long, value_name = "ROUTE", value_parser = crate::verbs::check::via::parse_via)]
     via: Option<emu_check::via::SourceRoute>,
     /// Seed of all random choices, of stimulus and RAM: a number. The default is fixed, so that runs can be
     /// repeated.

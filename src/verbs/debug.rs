@@ -1,4 +1,4 @@
-//! `emu debug`: a machine under the debugger, by commands.
+//! `emu debug`: runs a machine under the debugger, controlled by commands.
 
 mod about;
 mod back;
@@ -56,12 +56,12 @@ Examples:
   emu debug examples/blinker.ld --mcu atmega328p
   emu debug app.ihx --mcu at89s52 --symbols app.cdb -x script.txt
   emu debug blink.hex --mcu atmega328p --ex 'watch PB5' --ex continue --batch
-  emu debug welder.ld --mcu atmega328p --scenario welder.toml    its inputs come by themselves; how it ends is told
+  emu debug welder.ld --mcu atmega328p --scenario welder.toml    applies its inputs and prints how it ends
   emu debug blink.elf --mcu atmega328p --gdb :1234    then: avr-gdb blink.elf -ex 'target remote :1234'
 
-`help` at the prompt lists the commands; docs/debug.md has them with examples.
+`help` at the prompt lists the commands; docs/debug.md describes them with examples.
 
-Exit codes: 0; 1 an assertion or another command of a script or a pipe failed; 2 the command line makes no sense; 3 a file was
+Exit codes: 0; 1 an assertion or another command of a script or a pipe failed; 2 usage error; 3 a file was
 refused; 4 a script ended where the program had stopped in a fault; 5 a signal (Ctrl-C) stopped a script.";
 
 /// Flags of `emu debug`.
@@ -70,19 +70,20 @@ refused; 4 a script ended where the program had stopped in a fault; 5 a signal (
 pub struct DebugArgs {
     #[command(flatten)]
     subject: DebugSubject,
-    /// Carry out the commands of a file first, up to the first that fails. Repeatable.
+    /// Execute the commands of a file first, up to the first that fails. Repeatable.
     #[arg(short = 'x', long = "command", value_name = "FILE")]
     files: Vec<String>,
-    /// Carry out a command, after those of -x. Repeatable.
+    /// Execute a command, after those of -x. Repeatable.
     #[arg(long = "ex", value_name = "COMMAND")]
     commands: Vec<String>,
-    /// Leave after -x and --ex, or without them after standard input; the first command that fails ends it with exit code 1, and
-    /// commands are not repeated in the output.
+    /// Exit after -x and --ex, or without them after standard input; the first command that fails ends the
+    /// session with exit code 1, and commands are not repeated in the output.
     #[arg(long)]
     batch: bool,
     #[command(flatten)]
     gdb: GdbArgs,
-    /// A full screen: code, registers, pins, a waveform, the rung with power flow; ? tells the keys. -x and --ex are carried out first.
+    /// A full screen: code, registers, pins, a waveform, the rung with its power flow; ? lists the keys. -x
+    /// and --ex are executed first.
     #[cfg(feature = "tui")]
     #[arg(long = "tui", id = "full", conflicts_with_all = ["batch", "addr"])]
     full: bool,
@@ -91,7 +92,7 @@ pub struct DebugArgs {
     played: crate::shared::full_screen::ScriptedKeys,
 }
 
-/// Opens a session and talks with its user.
+/// Opens a session and runs it as a gdb server, on a full screen or as a command line. Returns the exit code.
 pub fn debug(args: &DebugArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     let listener = args.gdb.listener()?;
     let opened = open_session(&args.subject, terminal)?;
@@ -108,26 +109,28 @@ pub fn debug(args: &DebugArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
         user.restore_on_signal(&signals.at_prompt);
     }
     let color = terminal.color && std::io::stdout().is_terminal();
-    // What commands say on a full screen has the colours of the screen.
+    // On a full screen, the output of commands has the colours of the screen.
     #[cfg(feature = "tui")]
     let color = color && !args.full;
     let mut shell = DebugShell::new(opened, Arc::clone(&signals.interrupt), color);
     let script = CommandScript { files: &args.files, commands: &args.commands, batch: args.batch };
     #[cfg(feature = "tui")]
     if args.full {
-        let mut told = String::new();
-        if let Some(code) = run_scripts(&mut shell, &script, &mut told)? {
+        let mut script_output = String::new();
+        if let Some(code) = run_scripts(&mut shell, &script, &mut script_output)? {
             return Ok(code);
         }
         let file = args.subject.file.rsplit('/').next().unwrap_or(&args.subject.file);
         let title = format!("{file} on {}", shell.session.machine().chip().name);
-        return tui::show(shell, &title, signals.interrupt, &told, &args.played, terminal);
+        return tui::show(shell, &title, signals.interrupt, &script_output, &args.played, terminal);
     }
     converse(&mut shell, &script, user, &signals)
 }
 
-/// Ctrl-C stops a running command; being told to end stops it too, and leaves behind it. Where the system refuses, signals do what
-/// they always do, and for the second that comes where the first has not helped; a user may press Ctrl-C as often as they like.
+/// Registers the signal handlers: Ctrl-C stops a running command; SIGTERM and SIGHUP stop it too and end the
+/// session. A second signal ends the program by its default action if the first has not been handled; only
+/// Ctrl-C at a terminal can be repeated without that. If the system refuses a handler, the signal keeps its
+/// default action.
 fn listen_for_signals(signals: &SessionSignals, user: bool) {
     if !user {
         _ = signal_hook::flag::register_conditional_default(SIGINT, Arc::clone(&signals.interrupt));

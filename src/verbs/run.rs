@@ -42,9 +42,10 @@ Examples:
   emu run blink.hex --mcu atmega328p --scenario blink.toml --record again.toml
   emu run test.ihx --mcu at89s52 --symbols test.map --until 'read xdata:0x7654' --uart -
 
-Exit codes: 0 halted, or what was waited for came, or a limit that was asked for; 1 --fail-uart was seen, or the program
-halted while --until or --expect-uart still waited, or --lint=error found something, or an expectation of --scenario was not met; 4 a fault of the program; 5 a limit
-came while something still waited, or the default limit of 60 s of the chip's time, or --timeout, or Ctrl-C.";
+Exit codes: 0 the chip halted, an awaited event occurred, or a requested limit was reached; 1 --fail-uart was seen, or the program
+halted while --until or --expect-uart still waited, or --lint=error found something, or an expectation of --scenario was not met; 4 a
+fault of the program; 5 a limit was reached while something was still awaited, or the default limit of 60 s of the chip's time, or
+--timeout, or Ctrl-C.";
 
 /// Default limit of a run, in simulated time.
 const DEFAULT_LIMIT: &str = "60s";

@@ -290,7 +290,7 @@ fn lost_sync_mismatch(lost_sync: &LostSync, places: &ProgramPlaces) -> Mismatch 
     let wanted = places.point_word(lost_sync.wanted).map_or_else(String::new, |pc| format!(" at {}", at(pc)));
     let points = [ScanPoint::TimerStart, ScanPoint::ScanStart, ScanPoint::FirstRung, ScanPoint::ScanEnd];
     let found = match lost_sync.stop {
-        StopReason::Limit => format!("no sign of it for several periods, the program is at {}", at(lost_sync.pc)),
+        StopReason::Limit => format!("not reached within several periods, the program is at {}", at(lost_sync.pc)),
         StopReason::Halted => format!("the chip has halted at {}", at(lost_sync.pc)),
         StopReason::Illegal { pc, word } => format!("0x{word:04X} at {} is not an instruction", at(pc)),
         StopReason::Fault { pc, fault } => format!("{fault}, at {}", at(pc)),

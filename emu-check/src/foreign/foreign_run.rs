@@ -211,7 +211,7 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
                 }
                 StopReason::Breakpoint { .. } => {}
                 StopReason::Limit => {
-                    break format!("no sign of it for several periods, the program is at {}", at(self.cpu.pc()));
+                    break format!("not reached within several periods, the program is at {}", at(self.cpu.pc()));
                 }
                 StopReason::Halted => break format!("the chip has halted at {}", at(self.cpu.pc())),
                 StopReason::Illegal { pc, word } => break format!("0x{word:04X} at {} is not an instruction", at(pc)),

@@ -146,7 +146,7 @@ pub(super) fn run_sketch(
         for (scan, scan_stimulus) in run.iter().enumerate() {
             let at = match board.scan(program, scan_stimulus) {
                 Ok(at) => at,
-                Err(stop) => return mismatch(scan, "course of the sketch", "a scan".to_owned(), stop.to_string()),
+                Err(stop) => return mismatch(scan, "execution of the sketch", "a scan".to_owned(), stop.to_string()),
             };
             let zero = *first_start.get_or_insert(at);
             let expected = zero + scan as u64 * board.period;

@@ -1,4 +1,5 @@
-//! Types of what is computed from objects of C: the usual arithmetic conversions (ISO C99, section 6.3.1.8), with `int` of two bytes.
+//! C types of computed values: the usual arithmetic conversions (ISO C99, section 6.3.1.8), with `int` of two
+//! bytes.
 
 use emu_core::image::{BaseEncoding, CType, DebugInfo};
 
@@ -7,22 +8,22 @@ use super::c_type_queries::CTypeRef;
 use super::call_stack::CallStack;
 use super::expression::{BinaryOperator, DebugExpression};
 
-/// Bytes of `int`.
+/// Size of `int` in bytes.
 const INT_BYTES: u32 = 2;
 
-/// The type of a number, promoted.
+/// The type of a number after integer promotion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ArithmeticType {
-    /// A whole number of two, four or eight bytes.
+    /// An integer of two, four or eight bytes.
     Whole { bytes: u32, signed: bool },
-    /// A number with a point, and its type where the program has it.
+    /// A floating-point number, with its type if the program defines it.
     Real(Option<CTypeRef>),
 }
 
 const INT: ArithmeticType = ArithmeticType::Whole { bytes: INT_BYTES, signed: true };
 
 impl ArithmeticType {
-    /// The type of a literal.
+    /// Returns the type of a literal.
     pub fn of_number(value: i64) -> ArithmeticType {
         let bytes = [2u32, 4].into_iter().find(|bytes| {
             let most = 1i64 << (8 * bytes - 1);
@@ -48,7 +49,7 @@ impl ArithmeticType {
         }
     }
 
-    /// The type of an expression; nothing where it is no number of C, such as a register of the chip.
+    /// Returns the type of an expression; `None` if it is no number of C, such as a register of the chip.
     pub fn of(expr: &DebugExpression) -> Option<ArithmeticType> {
         match expr {
             DebugExpression::Number(value) => Some(ArithmeticType::of_number(*value)),
@@ -86,7 +87,7 @@ impl ArithmeticType {
         }
     }
 
-    /// The type of C.
+    /// Returns the C type.
     pub fn ctype(self) -> CTypeRef {
         let name = match self {
             ArithmeticType::Real(Some(own)) => return own,
@@ -102,17 +103,18 @@ impl ArithmeticType {
     }
 }
 
-/// An object of C is in an expression.
+/// Returns whether an expression contains a C object.
 fn has_object(expr: &DebugExpression) -> bool {
     matches!(expr, DebugExpression::Object(_)) || expr.operands().into_iter().any(has_object)
 }
 
-/// A value of a type.
+/// Returns a value converted to a type.
 fn converted(calls: &CallStack, value: DebugExpression, kind: CTypeRef) -> DebugExpression {
     DebugExpression::Object(Box::new(ObjectExpr::value_of(calls.clone(), value, kind)))
 }
 
-/// Two operands with the type that C gives the result where an object of C is in it; numbers alone are computed at once.
+/// Combines two operands; if a C object is among them, the result has the type that C gives it. Two numbers
+/// are computed at once.
 pub(super) fn binary(
     calls: Option<&CallStack>,
     operator: BinaryOperator,
@@ -137,7 +139,7 @@ pub(super) fn binary(
     if is_of_bits && types.is_some_and(|(a, b)| [a, b].iter().any(|of| matches!(of, ArithmeticType::Real(_)))) {
         return plain(left, right);
     }
-    // What is cut to the type of the result needs no conversion before.
+    // Operands need no conversion if the result is truncated to its type anyway.
     let matters = matches!(operator, BinaryOperator::Div | BinaryOperator::Rem)
         || operator.is_truth() && !matches!(operator, BinaryOperator::And | BinaryOperator::Or);
     let convert = |of: DebugExpression| match common {
@@ -150,7 +152,7 @@ pub(super) fn binary(
     converted(calls, plain(convert(left), convert(right)), result.ctype())
 }
 
-/// `-`, `!` or `~` with the type of the result.
+/// Applies `-`, `!` or `~`; the result has the type that C gives it.
 pub(super) fn unary(calls: Option<&CallStack>, sign: char, of: DebugExpression) -> DebugExpression {
     if let DebugExpression::Number(value) = of {
         return DebugExpression::Number(match sign {

@@ -9,8 +9,8 @@ use super::breakpoint_probe::{BreakpointProbe, candidate_hits};
 use super::call_flow::CallFlow;
 use super::dyn_machine::{DynMachine, ObserveLevel};
 use super::expression_place::ExpressionPlace;
-use super::followed_machine::FollowedMachine;
 use super::history::LeftPosition;
+use super::machine_with_follower::MachineWithFollower;
 use super::points::{DebugPoints, PointTrigger, breakpoint_words};
 use super::session::{DebugSession, HOST_TIME_BETWEEN_COPIES, HaltReason, HaltResult, KeepRunning, PointHit};
 
@@ -60,13 +60,13 @@ impl DebugSession {
         let mut reach = n.saturating_mul(TYPICAL_CYCLES).max(TYPICAL_CYCLES);
         loop {
             let from = now.saturating_sub(reach).max(self.history.first_cycle());
-            let Some(mut line) = self.replayed(from) else { return HaltResult { reason: HaltReason::Beginning } };
-            let begins = line.cycle() <= self.history.first_cycle();
-            let base = line.fork();
+            let Some(mut replay) = self.replayed(from) else { return HaltResult { reason: HaltReason::Beginning } };
+            let begins = replay.cycle() <= self.history.first_cycle();
+            let base = replay.fork();
             // A run that was stopped by its limit may be in the middle of a sleep; only the end of a step is
             // a position.
-            let mut found: Vec<u64> = if begins { vec![line.cycle()] } else { Vec::new() };
-            self.visit_positions(&mut line, now, &mut |line| found.push(line.cycle()));
+            let mut found: Vec<u64> = if begins { vec![replay.cycle()] } else { Vec::new() };
+            self.visit_positions(&mut replay, now, &mut |replay| found.push(replay.cycle()));
             found.retain(|cycle| *cycle < now);
             if found.len() >= wanted || begins {
                 let enough = found.len() >= wanted;
@@ -84,26 +84,26 @@ impl DebugSession {
     /// them.
     fn step_back_far(&mut self, n: u64, go_on: KeepRunning<'_>) -> HaltResult {
         let (now, first) = (self.current.cycle(), self.history.first_cycle());
-        let starts: Vec<u64> = self.history.copies_before(now).map(FollowedMachine::cycle).collect();
+        let starts: Vec<u64> = self.history.copies_before(now).map(MachineWithFollower::cycle).collect();
         let (mut end, mut rest) = (now, n);
         for start in starts {
             let Some(base) = self.replayed(start) else { break };
             let begins = base.cycle() <= first;
             let mut positions = u64::from(begins && base.cycle() < now);
-            self.visit_positions(&mut base.fork(), end, &mut |line| positions += u64::from(line.cycle() < now));
+            self.visit_positions(&mut base.fork(), end, &mut |replay| positions += u64::from(replay.cycle() < now));
             if positions >= rest {
                 // Number of positions of this stretch to skip.
                 let (mut before, mut found) = (positions - rest, None);
-                let mut tell = |line: &FollowedMachine| {
+                let mut visit = |replay: &MachineWithFollower| {
                     if before == 0 {
-                        found.get_or_insert(line.cycle());
+                        found.get_or_insert(replay.cycle());
                     }
                     before = before.saturating_sub(1);
                 };
                 if begins {
-                    tell(&base);
+                    visit(&base);
                 }
-                self.visit_positions(&mut base.fork(), end, &mut tell);
+                self.visit_positions(&mut base.fork(), end, &mut visit);
                 self.current = base;
                 self.step_to(found.unwrap_or(start));
                 return HaltResult { reason: HaltReason::Done };
@@ -114,8 +114,8 @@ impl DebugSession {
                 return HaltResult { reason: HaltReason::Interrupted };
             }
         }
-        if let Some(line) = self.replayed(first) {
-            self.arrive(line);
+        if let Some(replay) = self.replayed(first) {
+            self.arrive(replay);
         }
         HaltResult { reason: HaltReason::Beginning }
     }
@@ -132,8 +132,8 @@ impl DebugSession {
             if halt.reason != HaltReason::Limit {
                 return halt;
             }
-        } else if let Some(line) = self.replayed(cycle.max(first)) {
-            self.arrive(line);
+        } else if let Some(replay) = self.replayed(cycle.max(first)) {
+            self.arrive(replay);
         }
         // It went past the cycle: return to the end of the previous step. In sleep, stay at the cycle.
         if self.current.cycle() > first.max(cycle) {
@@ -150,14 +150,14 @@ impl DebugSession {
         let points = self.points.clone();
         match self.last_hit(&points, false, go_on) {
             Err(why) => HaltResult { reason: why },
-            Ok(Some((line, hits))) => {
-                self.arrive(line);
+            Ok(Some((replay, hits))) => {
+                self.arrive(replay);
                 self.points.note_stops(hits.iter().map(|hit| hit.id));
                 HaltResult { reason: HaltReason::Points(hits) }
             }
             Ok(None) => {
-                if let Some(line) = self.replayed(self.history.first_cycle()) {
-                    self.arrive(line);
+                if let Some(replay) = self.replayed(self.history.first_cycle()) {
+                    self.arrive(replay);
                 }
                 HaltResult { reason: HaltReason::Beginning }
             }
@@ -177,7 +177,7 @@ impl DebugSession {
         let mut points = DebugPoints::default();
         points.add(wanted, "", false);
         let found = self.last_hit(&points, true, go_on)?;
-        Ok(found.and_then(|(line, hits)| Some((line.cycle(), *hits.first()?))))
+        Ok(found.and_then(|(replay, hits)| Some((replay.cycle(), *hits.first()?))))
     }
 
     /// Returns the value of a place at a cycle, after the user's actions at that cycle. The machine does not
@@ -193,11 +193,11 @@ impl DebugSession {
         let mut reach = TYPICAL_CYCLES;
         loop {
             let from = cycle.saturating_sub(reach).max(self.history.first_cycle());
-            let mut line = self.replayed(from)?;
+            let mut replay = self.replayed(from)?;
             let mut pc = None;
-            while line.cycle() < cycle {
-                pc = Some(line.machine.pc());
-                if line.step(&self.history.input_events, cycle, ObserveLevel::Nothing, &mut ()) != StopReason::Limit {
+            while replay.cycle() < cycle {
+                pc = Some(replay.machine.pc());
+                if replay.step(&self.history.input_events, cycle, ObserveLevel::Nothing, &mut ()) != StopReason::Limit {
                     break;
                 }
             }
@@ -220,31 +220,31 @@ impl DebugSession {
         let now = self.current.cycle();
         let (mut end, mut reach) = (now, NEAR_STEPS);
         loop {
-            let copy = self.history.copies_before(end).next().map(FollowedMachine::cycle);
+            let copy = self.history.copies_before(end).next().map(MachineWithFollower::cycle);
             let Some(copy) = copy else { break };
             let Some(base) = self.replayed(end.saturating_sub(reach).max(copy)) else { break };
             reach = reach.saturating_mul(8);
             if base.cycle() >= end {
                 continue;
             }
-            let mut line = base.fork();
+            let mut replay = base.fork();
             let mut found = None;
             let first = PassedPosition {
-                target: &*line.machine,
+                target: &*replay.machine,
                 first: true,
                 flow: CallFlow::Plain,
-                from_word: line.machine.pc(),
+                from_word: replay.machine.pc(),
             };
             test(&first);
-            line.set_breakpoints(&BTreeSet::new());
+            replay.set_breakpoints(&BTreeSet::new());
             let mut steps = 0u64;
-            while line.cycle() < end {
-                let from = line.machine.pc();
-                let flow = self.call_flow_on(&line, from);
-                let stop = line.step(&self.history.input_events, end, ObserveLevel::Nothing, &mut ());
-                let passed = PassedPosition { target: &*line.machine, first: false, flow, from_word: from };
-                if line.at_step_end && test(&passed) && line.cycle() < now {
-                    found = Some(line.cycle());
+            while replay.cycle() < end {
+                let from = replay.machine.pc();
+                let flow = self.call_flow_on(&replay, from);
+                let stop = replay.step(&self.history.input_events, end, ObserveLevel::Nothing, &mut ());
+                let passed = PassedPosition { target: &*replay.machine, first: false, flow, from_word: from };
+                if replay.at_step_end && test(&passed) && replay.cycle() < now {
+                    found = Some(replay.cycle());
                 }
                 if stop != StopReason::Limit {
                     break;
@@ -264,15 +264,15 @@ impl DebugSession {
             }
             end = base.cycle();
         }
-        if let Some(line) = self.replayed(self.history.first_cycle()) {
-            self.arrive(line);
+        if let Some(replay) = self.replayed(self.history.first_cycle()) {
+            self.arrive(replay);
         }
         HaltResult { reason: HaltReason::Beginning }
     }
 
-    fn call_flow_on(&self, line: &FollowedMachine, pc: u32) -> CallFlow {
+    fn call_flow_on(&self, replay: &MachineWithFollower, pc: u32) -> CallFlow {
         let chip = self.scope.chip();
-        super::call_flow(chip, |word| super::session::word(&*line.machine, word), pc).0
+        super::call_flow(chip, |word| super::session::word(&*replay.machine, word), pc).0
     }
 
     /// Returns the last earlier position at which points would have stopped a run. The past is run through
@@ -283,10 +283,10 @@ impl DebugSession {
         points: &DebugPoints,
         here_too: bool,
         go_on: KeepRunning<'_>,
-    ) -> Result<Option<(FollowedMachine, Vec<PointHit>)>, HaltReason> {
+    ) -> Result<Option<(MachineWithFollower, Vec<PointHit>)>, HaltReason> {
         let now = self.current.cycle();
         let mut end = now;
-        let starts: Vec<u64> = self.history.copies_before(now).map(FollowedMachine::cycle).collect();
+        let starts: Vec<u64> = self.history.copies_before(now).map(MachineWithFollower::cycle).collect();
         let mut left = starts.as_slice();
         let mut count = 1;
         while !left.is_empty() {
@@ -296,24 +296,24 @@ impl DebugSession {
             let mut bounds: Vec<u64> = stretches.iter().rev().copied().chain([reach]).collect();
             // The first pass finds the cycle of the last hit, the second stops there.
             let mut last: Option<(u64, u64)> = None;
-            self.hits_between(&bounds, points, go_on, &mut |line, _| {
-                let at = line.cycle();
+            self.hits_between(&bounds, points, go_on, &mut |replay, _| {
+                let at = replay.cycle();
                 if at <= end && (at < now || here_too && at == now) {
                     last = Some((at, last.filter(|last| last.0 == at).map_or(1, |last| last.1 + 1)));
                 }
                 true
             })?;
             if let Some((at, nth)) = last {
-                let behind = bounds.partition_point(|bound| *bound < at).saturating_sub(1);
-                for from in [behind, 0] {
+                let previous = bounds.partition_point(|bound| *bound < at).saturating_sub(1);
+                for from in [previous, 0] {
                     let (mut seen, mut hit) = (0, Vec::new());
-                    let line = self.hits_between(&bounds[from..], points, go_on, &mut |line, hits| {
-                        seen += u64::from(line.cycle() == at);
+                    let replay = self.hits_between(&bounds[from..], points, go_on, &mut |replay, hits| {
+                        seen += u64::from(replay.cycle() == at);
                         hit = hits;
-                        seen < nth && line.cycle() <= at
+                        seen < nth && replay.cycle() <= at
                     })?;
-                    if let Some(line) = line.filter(|_| seen == nth) {
-                        return Ok(Some((line, hit)));
+                    if let Some(replay) = replay.filter(|_| seen == nth) {
+                        return Ok(Some((replay, hit)));
                     }
                 }
             }
@@ -324,37 +324,43 @@ impl DebugSession {
         Ok(None)
     }
 
-    /// Runs from the first of these cycles to the last, and calls `tell` each time points would have stopped
-    /// the machine, until it returns false. All cycles but the last are those of copies.
+    /// Runs from the first of these cycles to the last, and calls `on_hit` each time points would have
+    /// stopped the machine, until it returns false. All cycles but the last are those of copies.
     fn hits_between(
         &self,
         bounds: &[u64],
         points: &DebugPoints,
         go_on: KeepRunning<'_>,
-        tell: &mut dyn FnMut(&FollowedMachine, Vec<PointHit>) -> bool,
-    ) -> Result<Option<FollowedMachine>, HaltReason> {
+        on_hit: &mut dyn FnMut(&MachineWithFollower, Vec<PointHit>) -> bool,
+    ) -> Result<Option<MachineWithFollower>, HaltReason> {
         let words: BTreeSet<u32> = breakpoint_words(points).collect();
-        let Some(mut line) = bounds.first().and_then(|start| self.replayed(*start)) else { return Ok(None) };
-        let mut eyes = BreakpointProbe::new(points, &*line.machine);
-        let mut left_start = !words.contains(&line.machine.pc()) || line.machine.is_asleep();
+        let Some(mut replay) = bounds.first().and_then(|start| self.replayed(*start)) else { return Ok(None) };
+        let mut probe = BreakpointProbe::new(points, &*replay.machine);
+        let mut left_start = !words.contains(&replay.machine.pc()) || replay.machine.is_asleep();
         let mut slice = STEPS_BETWEEN_CHECKS;
         for &end in bounds.iter().skip(1) {
-            while line.cycle() < end {
-                let (deeds, start) = (&self.history.input_events, Instant::now());
-                line.set_breakpoints(&words);
+            while replay.cycle() < end {
+                let (input_events, start) = (&self.history.input_events, Instant::now());
+                replay.set_breakpoints(&words);
                 let stop = if left_start {
-                    let until = end.min(line.cycle().saturating_add(slice));
-                    line.run(deeds, until.min(line.next_event_cycle(deeds)), &words, eyes.observe_level(), &mut eyes)
+                    let until = end.min(replay.cycle().saturating_add(slice));
+                    replay.run(
+                        input_events,
+                        until.min(replay.next_event_cycle(input_events)),
+                        &words,
+                        probe.observe_level(),
+                        &mut probe,
+                    )
                 } else {
                     left_start = true;
-                    line.step(deeds, end, eyes.observe_level(), &mut eyes)
+                    replay.step(input_events, end, probe.observe_level(), &mut probe)
                 };
-                let sights = std::mem::take(&mut eyes.observations);
-                let changes = eyes.take_changes(&*line.machine);
-                let mut hits = candidate_hits(points, &*line.machine, &sights, &changes, stop);
-                hits.retain(|hit| points.get(hit.id).is_some_and(|point| point.condition_holds(&*line.machine)));
-                if !hits.is_empty() && !tell(&line, hits) {
-                    return Ok(Some(line));
+                let observations = std::mem::take(&mut probe.observations);
+                let changes = probe.take_changes(&*replay.machine);
+                let mut hits = candidate_hits(points, &*replay.machine, &observations, &changes, stop);
+                hits.retain(|hit| points.get(hit.id).is_some_and(|point| point.condition_holds(&*replay.machine)));
+                if !hits.is_empty() && !on_hit(&replay, hits) {
+                    return Ok(Some(replay));
                 }
                 if !matches!(stop, StopReason::Limit | StopReason::Breakpoint { .. } | StopReason::Probe) {
                     break;
@@ -373,36 +379,41 @@ impl DebugSession {
                 return Err(HaltReason::Interrupted);
             }
             // A fault ended the run here too, until the user did something.
-            if line.cycle() < end && bounds.last() != Some(&end) {
+            if replay.cycle() < end && bounds.last() != Some(&end) {
                 let Some(next) = self.replayed(end) else { return Ok(None) };
-                line = next;
-                eyes = BreakpointProbe::new(points, &*line.machine);
-                left_start = !words.contains(&line.machine.pc()) || line.machine.is_asleep();
+                replay = next;
+                probe = BreakpointProbe::new(points, &*replay.machine);
+                left_start = !words.contains(&replay.machine.pc()) || replay.machine.is_asleep();
             }
         }
-        Ok(Some(line))
+        Ok(Some(replay))
     }
 
     /// Returns a copy of the machine at a cycle, or at the first boundary after it.
-    fn replayed(&self, cycle: u64) -> Option<FollowedMachine> {
-        let mut line = self.history.copy_at(cycle)?.fork();
+    fn replayed(&self, cycle: u64) -> Option<MachineWithFollower> {
+        let mut replay = self.history.copy_at(cycle)?.fork();
         let none = BTreeSet::new();
-        line.set_breakpoints(&none);
-        line.runs_while_halted = true;
-        if line.cycle() < cycle {
-            line.run(&self.history.input_events, cycle, &none, ObserveLevel::Nothing, &mut ());
+        replay.set_breakpoints(&none);
+        replay.runs_while_halted = true;
+        if replay.cycle() < cycle {
+            replay.run(&self.history.input_events, cycle, &none, ObserveLevel::Nothing, &mut ());
         }
-        line.apply_due_events(&self.history.input_events, ObserveLevel::Nothing, &mut ());
-        Some(line)
+        replay.apply_due_events(&self.history.input_events, ObserveLevel::Nothing, &mut ());
+        Some(replay)
     }
 
-    /// Steps a copy up to a cycle, and calls `tell` at each position after its first.
-    fn visit_positions(&self, line: &mut FollowedMachine, end: u64, tell: &mut dyn FnMut(&FollowedMachine)) {
-        line.set_breakpoints(&BTreeSet::new());
-        while line.cycle() < end {
-            let stop = line.step(&self.history.input_events, end, ObserveLevel::Nothing, &mut ());
-            if line.at_step_end {
-                tell(line);
+    /// Steps a copy up to a cycle, and calls `on_position` at each position after its first.
+    fn visit_positions(
+        &self,
+        replay: &mut MachineWithFollower,
+        end: u64,
+        on_position: &mut dyn FnMut(&MachineWithFollower),
+    ) {
+        replay.set_breakpoints(&BTreeSet::new());
+        while replay.cycle() < end {
+            let stop = replay.step(&self.history.input_events, end, ObserveLevel::Nothing, &mut ());
+            if replay.at_step_end {
+                on_position(replay);
             }
             if stop != StopReason::Limit {
                 return;
@@ -429,8 +440,8 @@ impl DebugSession {
         self.forget_events();
     }
 
-    fn arrive(&mut self, line: FollowedMachine) {
-        self.current = line;
+    fn arrive(&mut self, replay: MachineWithFollower) {
+        self.current = replay;
         self.left_position = None;
         self.forget_events();
     }

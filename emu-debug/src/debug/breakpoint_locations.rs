@@ -28,7 +28,7 @@ impl NameScope {
         self.words_of(found)
     }
 
-    /// The first program words of the functions of a name, or of `file.c:name`.
+    /// Returns the first program words of the functions with a name, or of `file.c:name`.
     #[must_use]
     pub fn function_starts(&self, text: &str) -> Vec<u32> {
         let (file, name) = text.rsplit_once(':').map_or((None, text), |(file, name)| (Some(file), name));
@@ -38,7 +38,8 @@ impl NameScope {
         self.words_of(named.filter_map(|own| first_byte(&own.block)).collect())
     }
 
-    /// The program words of a source line, from the byte addresses at which its code begins: the first of each block of a function.
+    /// Returns the program words of a source line from the byte addresses at which its code begins: only the
+    /// first in each block of a function.
     #[must_use]
     pub fn line_words(&self, bytes: &[u32]) -> Vec<u32> {
         let info = &self.calls().info;

@@ -53,7 +53,7 @@ pub(super) struct BreakpointProbe {
 impl BreakpointProbe {
     /// Returns a probe for all enabled points; expressions count as changed relative to their current values.
     pub fn new(points: &DebugPoints, target: &dyn DynMachine) -> BreakpointProbe {
-        let mut eyes = BreakpointProbe {
+        let mut probe = BreakpointProbe {
             chip: target.chip(),
             accesses: Vec::new(),
             pins: Vec::new(),
@@ -69,18 +69,18 @@ impl BreakpointProbe {
         for point in points.enabled() {
             match &point.trigger {
                 PointTrigger::Code(_) => {}
-                PointTrigger::Access(range, access) => eyes.accesses.push((point.id, *range, *access)),
-                PointTrigger::Pin(pin, level) => eyes.pins.push((point.id, *pin, *level, target.pin_level(*pin))),
+                PointTrigger::Access(range, access) => probe.accesses.push((point.id, *range, *access)),
+                PointTrigger::Pin(pin, level) => probe.pins.push((point.id, *pin, *level, target.pin_level(*pin))),
                 PointTrigger::Change(expr) => {
-                    eyes.ram_only &= expr.depends_only_on_ram(target);
+                    probe.ram_only &= expr.depends_only_on_ram(target);
                     expr.visit_byte_addresses(&mut |addr| {
-                        _ = eyes.watched_ram.insert(target.canonical_ram_address(addr).unwrap_or(addr))
+                        _ = probe.watched_ram.insert(target.canonical_ram_address(addr).unwrap_or(addr))
                     });
-                    eyes.changes.push((point.id, expr.clone(), expr.watched_value(target)));
+                    probe.changes.push((point.id, expr.clone(), expr.watched_value(target)));
                 }
             }
         }
-        eyes
+        probe
     }
 
     /// Returns how closely a run must be observed.
@@ -180,7 +180,7 @@ pub(super) fn byte_of(chip: &Chip, space: &'static str, addr: u32) -> (&'static 
 pub(super) fn candidate_hits(
     points: &DebugPoints,
     target: &dyn DynMachine,
-    sights: &[Observation],
+    observations: &[Observation],
     changes: &[(u32, Option<i64>, Option<i64>)],
     stop: StopReason,
 ) -> Vec<PointHit> {
@@ -191,10 +191,16 @@ pub(super) fn candidate_hits(
             points.enabled().filter(|point| matches!(&point.trigger, PointTrigger::Code(words) if words.contains(&pc)));
         hits.extend(here.map(|point| PointHit { id: point.id, old: None, new: None, write: None, pc }));
     }
-    for sight in sights {
-        if hits.iter().all(|hit| hit.id != sight.id) {
-            let new = sight.value.map(i64::from);
-            hits.push(PointHit { id: sight.id, old: None, new, write: new.map(|_| sight.write), pc: sight.pc });
+    for observation in observations {
+        if hits.iter().all(|hit| hit.id != observation.id) {
+            let new = observation.value.map(i64::from);
+            hits.push(PointHit {
+                id: observation.id,
+                old: None,
+                new,
+                write: new.map(|_| observation.write),
+                pc: observation.pc,
+            });
         }
     }
     for &(id, old, new) in changes {

@@ -1,5 +1,6 @@
 //! C objects: variables, pointer targets, members, elements; and values with a C type.
 
+mod assignment;
 mod byte_locations;
 
 use std::ops::Range;
@@ -102,14 +103,14 @@ impl ObjectExpr {
         to.is_some_and(|to| matches!(self.info().resolve_type(to), Some(CType::Function { .. })))
     }
 
-    /// The value of a pointer to data without the offset with which it is printed.
+    /// Converts the value of a pointer to data as it is printed (on an AVR from 0x800000) to an address.
     pub(super) fn without_link_offset(&self, value: i64) -> i64 {
         let data = i64::from(AVR_DATA);
         let is_linked = self.is_linked_pointer() && (data..data + 0x1_0000).contains(&value);
         if is_linked { value - data } else { value }
     }
 
-    /// The same, computed from the places that variables of calls have now.
+    /// Returns the object with the variables of calls in it replaced by their current locations.
     pub(super) fn with_bound_value(mut self, target: &dyn DynMachine) -> ObjectExpr {
         self.base = match self.base {
             ObjectBase::Value(of) => ObjectBase::Value(Box::new(of.with_bound_operands(target))),
@@ -119,24 +120,26 @@ impl ObjectExpr {
         self
     }
 
-    /// The compiler has left out all of it, or something that it is computed from.
+    /// Reports whether the compiler has optimized away all bytes of it, or something that it is computed
+    /// from.
     pub(super) fn is_optimized_out(&self, target: &dyn DynMachine) -> bool {
         let cells = self.byte_locations(target);
         !cells.is_empty() && cells.iter().all(|cell| *cell == ObjectByteLocation::OptimizedAway)
     }
 
-    /// It is a value that lies nowhere, and so cannot be set.
+    /// Reports whether it is a value without a location, so that it cannot be set.
     #[must_use]
     pub fn is_computed(&self) -> bool {
         matches!(self.base, ObjectBase::Value(_) | ObjectBase::AddressOf(_) | ObjectBase::Kept(_))
     }
 
-    /// It is a pointer to data, whose value is printed with the offset that ELF files of the AVR give data memory.
+    /// Reports whether it is a pointer to data, whose value is printed with the offset that ELF files of the
+    /// AVR give data memory.
     pub(super) fn is_linked_pointer(&self) -> bool {
         self.element_type().is_some() && !self.is_array() && !self.is_function() && !self.is_function_pointer()
     }
 
-    /// The byte address of a function; nothing where it is none.
+    /// Returns the byte address of a function; `None` if it is none.
     pub(super) fn code_address(&self, target: &dyn DynMachine) -> Option<i64> {
         match &self.base {
             _ if !self.is_function() => None,
@@ -225,7 +228,7 @@ impl ObjectExpr {
         self.element(DebugExpression::Number(0)).ok().filter(|_| !self.is_array())
     }
 
-    /// An address that a pointer of this type holds, with the memory that it points to.
+    /// Adds the base of the memory that a pointer of this type points to to an address that it holds.
     fn with_memory(&self, addr: DebugExpression) -> DebugExpression {
         let base = self.info().pointer_base(self.ctype.id.filter(|_| self.ctype.pointer_depth == 0));
         match base {
@@ -261,7 +264,7 @@ impl ObjectExpr {
         if matches!(self.base, ObjectBase::Value(_) | ObjectBase::AddressOf(_) | ObjectBase::Kept(_)) {
             return Err(DebugError::NoAddress { text: None });
         }
-        // Of a bit field it is that of its first byte, as in gdb.
+        // The address of a bit field is that of its first byte, as in gdb.
         let kind = CTypeRef { pointer_depth: self.ctype.pointer_depth + 1, ..self.ctype };
         Ok(ObjectExpr::of(self.calls.clone(), ObjectBase::AddressOf(Box::new(self.clone())), kind))
     }
@@ -411,74 +414,7 @@ impl ObjectExpr {
         }
     }
 
-    /// Returns the writes that assign a value: single bytes and bits, with their new values.
-    ///
-    /// # Errors
-    /// It cannot be set, or not to this value.
-    pub(super) fn writes_for(
-        &self,
-        target: &dyn DynMachine,
-        value: ExpressionValue,
-    ) -> Result<Vec<(ExpressionPlace, i64)>, DebugError> {
-        match self.resolved_type() {
-            Some(CType::Record { keyword, .. }) => {
-                return Err(DebugError::NoSingleValue { what: format!("a {keyword}"), parts: "members" });
-            }
-            Some(CType::Function { .. }) => return Err(DebugError::FunctionNotSettable),
-            Some(CType::Array { .. }) => {
-                return Err(DebugError::NoSingleValue { what: "an array".to_owned(), parts: "elements" });
-            }
-            _ => {}
-        }
-        let value = if self.is_real() { value.to_bits(self.bytes().unwrap_or(0)) } else { value.to_integer() };
-        let value = self.without_link_offset(value);
-        let cells = self.byte_locations(target);
-        let bits = self.bits.map_or(8 * cells.len() as u32, |(_, size)| size);
-        let (least, most) = match bits {
-            0..64 => (
-                if self.is_signed() || self.bits.is_none() { -(1i64 << bits.saturating_sub(1)) } else { 0 },
-                (1i64 << bits) - 1,
-            ),
-            _ => (i64::MIN, i64::MAX),
-        };
-        if !(least..=most).contains(&value) {
-            return Err(DebugError::ValueOutOfRange { value, least, most });
-        }
-        let byte = |n: usize| match cells.get(n) {
-            Some(ObjectByteLocation::Memory(space, addr)) => Ok((*space, *addr)),
-            Some(ObjectByteLocation::OptimizedAway | ObjectByteLocation::Value(_)) => Err(DebugError::OptimizedAway),
-            _ => Err(DebugError::InNoMemory),
-        };
-        if let Some((first, size)) = self.bits {
-            return (0..size)
-                .map(|n| {
-                    let (space, addr) = byte(((first + n) / 8) as usize)?;
-                    Ok((ExpressionPlace::Bit { space, addr, bit: ((first + n) % 8) as u8 }, value >> n & 1))
-                })
-                .collect();
-        }
-        let bytes = value.to_le_bytes();
-        (0..cells.len().min(8))
-            .map(|n| {
-                let (space, addr) = byte(n)?;
-                Ok((
-                    ExpressionPlace::Memory { space, addr, bytes: 1, signed: false },
-                    bytes.get(n).copied().unwrap_or(0).into(),
-                ))
-            })
-            .collect()
-    }
-
-    /// Reports whether it has one value but no location of up to four bytes.
-    pub(super) fn is_wider_than_place(&self, target: &dyn DynMachine) -> bool {
-        match self.resolved_type() {
-            Some(CType::Record { .. } | CType::Array { .. } | CType::Function { .. }) => true,
-            Some(CType::Base { encoding: BaseEncoding::Float, .. }) => true,
-            _ => self.bytes().is_none_or(|bytes| bytes > 4) || self.place(target).is_none(),
-        }
-    }
-
-    /// The variables in it are known where the machine is.
+    /// Reports whether the variables in it are in scope at the location of the machine.
     #[must_use]
     pub fn is_known(&self, target: &dyn DynMachine) -> bool {
         let own = match &self.base {
@@ -510,7 +446,7 @@ impl ObjectExpr {
     }
 
     /// Reports whether its address depends only on time.
-    pub(super) fn is_of_time(&self) -> bool {
+    pub(super) fn depends_only_on_time(&self) -> bool {
         match &self.base {
             ObjectBase::At(of) | ObjectBase::Value(of) => of.depends_only_on_time(),
             _ => false,

@@ -95,7 +95,7 @@ fn of_type(info: &DebugInfo, id: Option<TypeId>, inner: &str, (style, depth): (S
     }
 }
 
-/// A name of a number as gdb has it, without the `int` that it can do without.
+/// Returns the name of an integer type as gdb prints it, without a redundant `int`.
 fn short_name(name: &str) -> &str {
     match name {
         "long int" => "long",
@@ -200,12 +200,12 @@ pub(super) fn find_type(info: &DebugInfo, text: &str) -> Option<CTypeRef> {
     let found = || info.types().filter(|(_, kind)| is(kind));
     let find_type = found().find(|(_, kind)| matches!(kind, CType::Named { .. }));
     let found = find_type.or_else(|| found().next()).map(|(id, _)| id);
-    // The debugger's own spelling of what the compiler has as well: `unsigned long` is its `long unsigned int`.
+    // Type names that the debugger also defines: `unsigned long` is the compiler's `long unsigned int`.
     let own = DebugInfo::builtin_type(&words.join(" "));
     let own = own.filter(|own| found.is_none_or(|found| info.size(Some(found)) == info.size(Some(*own))));
     let plain = found.and_then(|id| info.type_info(id)).is_none_or(|kind| matches!(kind, CType::Base { .. }));
     let found = own.filter(|_| plain).or(found)?;
-    // What is qualified is a type of its own, where the program has it.
+    // A qualified type is a type of its own if the program defines it.
     let same = |of: &Option<TypeId>| {
         let of = of.and_then(|of| info.type_info(of));
         of == info.type_info(found)

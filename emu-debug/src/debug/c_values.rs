@@ -4,6 +4,7 @@ use emu_core::chip::ChipFamily;
 use emu_core::image::{AVR_DATA, BaseEncoding, CType, DebugInfo, Mcs51Memory};
 
 use super::c_objects::{ObjectByteLocation, ObjectExpr, number_from_bytes};
+use super::c_strings::{REPEAT_THRESHOLD, collapse_repeats, text};
 use super::c_type_queries::{CTypeQueries as _, CTypeRef};
 use super::c_types;
 use super::dyn_machine::DynMachine;
@@ -14,9 +15,6 @@ use crate::number_formats::{format_character, format_number};
 
 /// Maximum number of array elements and characters that are shown.
 const MAX_ELEMENTS: usize = 200;
-
-/// Equal elements in a row beyond this number are shown once, with their count.
-const REPEAT_THRESHOLD: usize = 10;
 
 /// Maximum nesting of values.
 const MAX_DEPTH: u32 = 16;
@@ -110,7 +108,7 @@ impl ObjectExpr {
     }
 
     /// Returns the value of a parameter when its function was called, and whether it is the same now; `None`
-    /// where the compiler does not tell it.
+    /// if the debugging information does not describe it.
     #[must_use]
     pub fn text_at_call(&self, scope: &NameScope, target: &dyn DynMachine) -> Option<(String, bool)> {
         let bytes = self.bytes_at_call(target)?;
@@ -334,7 +332,7 @@ impl CValueFormatter<'_> {
         format!("0x{:x}{}", self.linked(value), self.object(value, base))
     }
 
-    /// An address of data as ELF files have it: of the AVR 0x800100. A null pointer stays one.
+    /// Returns an address of data as in ELF files: 0x800100 on the AVR. A null pointer stays 0.
     fn linked(&self, value: i64) -> i64 {
         let is_data = self.scope.chip().family == ChipFamily::Avr && (1..0x1_0000).contains(&value);
         if is_data { value + i64::from(AVR_DATA) } else { value }
@@ -357,7 +355,7 @@ impl CValueFormatter<'_> {
         self.code(byte).unwrap_or_else(|| format!("0x{byte:x}"))
     }
 
-    /// The memory that a pointer is into, and the address there.
+    /// Returns the memory that a pointer points to, and the address there.
     fn pointed_memory(&self, value: i64, base: Option<u32>) -> (&'static str, u32) {
         let addr = u32::try_from(value).unwrap_or(u32::MAX);
         match base {
@@ -403,7 +401,7 @@ fn float(bytes: &[u8]) -> String {
     match *bytes {
         [a, b, c, d] => format_significant(f32::from_le_bytes([a, b, c, d]).into(), 9),
         [a, b, c, d, e, f, g, h] => format_significant(f64::from_le_bytes([a, b, c, d, e, f, g, h]), 17),
-        _ => "<a number of another size>".to_owned(),
+        _ => "<floating-point number of unknown size>".to_owned(),
     }
 }
 
@@ -432,14 +430,14 @@ pub(super) fn format_significant(value: f64, digits: usize) -> String {
     trimmed(&format!("{value:.*}", usize::try_from(digits as i32 - 1 - exponent).unwrap_or(0)))
 }
 
-/// Bytes in the format `f`: four and eight are a number with a point; nothing of another size.
+/// Formats bytes as a floating-point number (format `f`) of four or eight bytes; `None` for other sizes.
 #[must_use]
 pub fn real_text(bytes: &[u8]) -> Option<String> {
     matches!(bytes.len(), 4 | 8).then(|| float(bytes))
 }
 
 impl CValueFormatter<'_> {
-    /// Most elements and characters that are shown.
+    /// Returns the maximum number of elements and characters to print.
     fn most(&self) -> usize {
         self.scope.print.elements
     }
@@ -453,14 +451,14 @@ impl CValueFormatter<'_> {
     }
 }
 
-/// How values are written: `set print`.
+/// The settings of `set print`, for the format of values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PrintSettings {
-    /// Each member of a struct has a line of its own.
+    /// Print each member of a struct on its own line.
     pub pretty: bool,
-    /// Most elements of arrays and characters that are shown.
+    /// Maximum number of array elements and characters to print.
     pub elements: usize,
-    /// Equal elements in a row of which only their count is shown, if there are more.
+    /// Maximum number of equal elements in a row; more are printed once with their count.
     pub repeats: usize,
 }
 
@@ -468,48 +466,4 @@ impl Default for PrintSettings {
     fn default() -> PrintSettings {
         PrintSettings { pretty: false, elements: MAX_ELEMENTS, repeats: REPEAT_THRESHOLD }
     }
-}
-
-/// Bytes as a text of C.
-#[must_use]
-pub fn c_text(bytes: &[u8]) -> String {
-    text(bytes, false, REPEAT_THRESHOLD)
-}
-
-/// Bytes as a text of C; many equal ones in a row by their count.
-fn text(bytes: &[u8], more: bool, repeats: usize) -> String {
-    let each: Vec<u8> = bytes.to_vec();
-    let (mut parts, mut open): (Vec<String>, Option<String>) = (Vec::new(), None);
-    let mut at = 0;
-    while let Some(byte) = each.get(at) {
-        let count = each.iter().skip(at).take_while(|other| *other == byte).count();
-        if count > repeats {
-            parts.extend(open.take().map(|text| format!("\"{text}\"")));
-            parts.push(format!("'{}' <repeats {count} times>", format_character(*byte, '\'')));
-            at += count;
-        } else {
-            open.get_or_insert_default().push_str(&format_character(*byte, '"'));
-            at += 1;
-        }
-    }
-    if parts.is_empty() || open.is_some() {
-        parts.push(format!("\"{}\"", open.unwrap_or_default()));
-    }
-    format!("{}{}", parts.join(", "), if more { "..." } else { "" })
-}
-
-/// Values in their order, of which many equal ones in a row become one.
-fn collapse_repeats(each: &[String], repeats: usize, many: impl Fn(&str, usize) -> String) -> Vec<String> {
-    let (mut parts, mut at) = (Vec::new(), 0);
-    while let Some(value) = each.get(at) {
-        let count = each.iter().skip(at).take_while(|other| *other == value).count();
-        if count > repeats {
-            parts.push(many(value, count));
-            at += count;
-        } else {
-            parts.push(value.clone());
-            at += 1;
-        }
-    }
-    parts
 }

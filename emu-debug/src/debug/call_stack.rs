@@ -129,8 +129,8 @@ impl FrameView for CalledFrame<'_> {
     fn register_at_call(&self, number: u16) -> Option<u64> {
         let target = self.frame.target;
         let caller = self.calls.real_caller(target, self.frame.frame)?;
-        let behind = caller.word.saturating_mul(target.chip().word_bytes);
-        self.calls.info.value_at_call(behind, number, &MachineFrame { target, frame: &caller })
+        let return_byte = caller.word.saturating_mul(target.chip().word_bytes);
+        self.calls.info.value_at_call(return_byte, number, &MachineFrame { target, frame: &caller })
     }
 }
 
@@ -147,17 +147,18 @@ pub(super) fn memory_at(chip: &Chip, address: u32) -> Option<(&'static str, u32)
     }
 }
 
-/// Memory at an address with which only ELF files name it: of data memory of the AVR 0x800100.
+/// Returns the memory and the address there of an address that only ELF files use: 0x800100 is in the data
+/// memory of the AVR.
 pub(super) fn linked_memory_at(chip: &Chip, address: u32) -> Option<(&'static str, u32)> {
     memory_at(chip, address).filter(|_| chip.family == ChipFamily::Avr && address >= AVR_DATA)
 }
 
-/// How to get from a frame of an AVR to that of its caller.
+/// How to get from a frame of an AVR to the frame of its caller.
 struct FrameUnwinding {
     unwound: UnwoundFrame,
     /// The return address.
     word: u32,
-    /// Bytes between where the frame is said to begin and where it does.
+    /// Number of pushed bytes that the description of the frame does not include.
     undescribed: u32,
 }
 
@@ -210,7 +211,8 @@ impl CallStack {
         frames.into_iter().skip(own).find(|known| (known.word, known.sp) != (frame.word, frame.sp))
     }
 
-    /// Returns the value of a parameter when the function of a frame was called, where the compiler tells it.
+    /// Returns the value of a parameter when the function of a frame was called, if the debugging information
+    /// describes it.
     pub(super) fn parameter_at_call(
         &self,
         target: &dyn DynMachine,
@@ -219,8 +221,8 @@ impl CallStack {
     ) -> Option<u64> {
         let function = self.info.function_at(MachineFrame { target, frame }.pc_byte())?;
         let caller = self.real_caller(target, frame)?;
-        let behind = caller.word.saturating_mul(target.chip().word_bytes);
-        self.info.parameter_at_call(variable, function, behind, &MachineFrame { target, frame: &caller })
+        let return_byte = caller.word.saturating_mul(target.chip().word_bytes);
+        self.info.parameter_at_call(variable, function, return_byte, &MachineFrame { target, frame: &caller })
     }
 
     /// Returns the frame at a level; 0 is the innermost.
@@ -292,7 +294,7 @@ impl CallStack {
                     return None;
                 }
                 let FrameUnwinding { unwound, word, undescribed } = self.unwind_frame(target, frame)?;
-                // What a service routine has interrupted is no call.
+                // The code that a service routine has interrupted is not a call.
                 let at = call(word).filter(|_| !self.is_service(frame)).map_or(word, |(at, _)| at);
                 let mut next = outer((at, word), unwound.cfa.saturating_add(undescribed));
                 for (register, addr) in unwound.saved {
@@ -328,7 +330,7 @@ impl CallStack {
         (goal.is_none() || begins.is_none() || goal == begins).then_some(at)
     }
 
-    /// How to get from a frame of an AVR to that of its caller, and the return address.
+    /// Returns how to get from a frame of an AVR to the frame of its caller, and the return address.
     fn unwind_frame(&self, target: &dyn DynMachine, frame: &CallFrame) -> Option<FrameUnwinding> {
         let ram = target.chip().ram_space;
         let pair =
@@ -363,7 +365,7 @@ impl CallStack {
             }
             false => found(true).or_else(|| found(false))?,
         };
-        // The first was pushed directly below the return address.
+        // The first register was pushed directly below the return address.
         let saved = (0..).zip(&pushed).filter_map(|(n, register)| {
             let addr = cfa.checked_sub(2 + n)?;
             (addr > frame.sp).then_some((*register, addr))
@@ -376,12 +378,12 @@ impl CallStack {
         self.function(frame.call_word).is_some_and(|(_, name)| name.starts_with("__vector_"))
     }
 
-    /// Bytes that a service routine has pushed and that `.debug_frame` does not tell of: GCC forgets that of the flags, which go through
-    /// r0.
+    /// Returns the number of bytes that a service routine has pushed and that `.debug_frame` does not
+    /// describe: GCC leaves out the push of the flags, which are pushed through r0.
     fn undescribed_pushes(&self, target: &dyn DynMachine, frame: &CallFrame, unwound: &UnwoundFrame) -> u32 {
         let pushed = self.pushed_registers(target, frame);
         let Some((flags, _)) = (0..).zip(&pushed).filter(|(_, register)| **register == 0).nth(1) else { return 0 };
-        // Where the register behind the flags is said to be tells whether they are counted.
+        // The described place of the first register after the flags shows whether the flags are counted.
         let later = (0u32..).zip(&pushed).skip(flags + 1).filter(|(_, register)| **register > 1);
         let known = later.into_iter().find_map(|(n, register)| {
             let (_, addr) = unwound.saved.iter().find(|(own, _)| own == register)?;

@@ -1,5 +1,5 @@
-//! What a program of C declares outside of functions: functions, variables and types, with their declarations
-//! as gdb writes them.
+//! Declarations of a C program outside of functions: functions, variables and types, with their text as gdb
+//! prints it.
 
 use emu_core::image::{CType, DebugInfo};
 
@@ -12,9 +12,9 @@ use super::scope::NameScope;
 pub struct Declaration {
     /// The source file; empty if unknown.
     pub file: String,
-    /// No other unit can refer to it.
+    /// Other compilation units cannot refer to it.
     pub is_static: bool,
-    /// Its name; of a struct, union or enumeration its tag.
+    /// Its name; for a struct, union or enumeration, its tag.
     pub name: String,
     /// Line of the declaration, 0 if unknown.
     pub line: u32,
@@ -34,7 +34,7 @@ pub enum DeclarationKind {
 }
 
 impl NameScope {
-    /// Returns what the program declares, by file and name, each once.
+    /// Returns the declarations of the program, sorted by file and name, each once.
     #[must_use]
     pub fn declarations(&self, kind: DeclarationKind) -> Vec<Declaration> {
         let info = &self.calls().info;
@@ -49,7 +49,7 @@ impl NameScope {
     }
 
     fn variables_of_program(&self, info: &DebugInfo) -> Vec<Declaration> {
-        // Start-up code describes the registers of the chip, too.
+        // Start-up code also describes the registers of the chip.
         let is_own = |name: &str| self.chip().reg(name).is_none() || self.symbols.iter().any(|own| own.is_named(name));
         let own = info.globals.iter().filter(|own| is_own(&own.name));
         own.map(|own| {

@@ -65,14 +65,14 @@ pub trait DynMachine {
     fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotDamaged>;
     /// Sets breakpoints at these program words and removes all others.
     fn set_breakpoints(&mut self, words: &BTreeSet<u32>);
-    /// Calls [`Cpu::run`]; `seer` observes as closely as `look` requires.
-    fn run(&mut self, until: u64, look: ObserveLevel, seer: &mut dyn DynProbe) -> StopReason;
+    /// Calls [`Cpu::run`]; `probe` observes as closely as `level` requires.
+    fn run(&mut self, until: u64, level: ObserveLevel, probe: &mut dyn DynProbe) -> StopReason;
     /// Executes one step: [`Cpu::step`].
-    fn step(&mut self, look: ObserveLevel, seer: &mut dyn DynProbe) -> StopReason {
-        self.step_until(LAST_CYCLE, look, seer)
+    fn step(&mut self, level: ObserveLevel, probe: &mut dyn DynProbe) -> StopReason {
+        self.step_until(LAST_CYCLE, level, probe)
     }
     /// Executes one step, in which sleep ends at the cycle `until` at the latest: [`Cpu::step_until`].
-    fn step_until(&mut self, until: u64, look: ObserveLevel, seer: &mut dyn DynProbe) -> StopReason;
+    fn step_until(&mut self, until: u64, level: ObserveLevel, probe: &mut dyn DynProbe) -> StopReason;
     /// Reports whether the core sleeps: [`Cpu::is_asleep`].
     fn is_asleep(&self) -> bool;
     /// Lets time pass even if nothing can wake the chip: [`Cpu::set_run_while_halted`].
@@ -192,23 +192,23 @@ impl<C: Cpu + 'static> DynMachine for MachineWithDevices<C> {
         self.breakpoints.clone_from(words);
     }
 
-    fn run(&mut self, until: u64, look: ObserveLevel, seer: &mut dyn DynProbe) -> StopReason {
-        match look {
+    fn run(&mut self, until: u64, level: ObserveLevel, probe: &mut dyn DynProbe) -> StopReason {
+        match level {
             ObserveLevel::Nothing => self.run_with(until, &mut ()),
-            ObserveLevel::Events => self.run_with(until, &mut dyn_probe::probe_events(seer)),
-            ObserveLevel::Writes => self.run_with(until, &mut dyn_probe::probe_writes(seer)),
-            ObserveLevel::Instructions => self.run_with(until, &mut dyn_probe::probe_instructions(seer)),
-            ObserveLevel::All => self.run_with(until, &mut dyn_probe::probe_everything(seer)),
+            ObserveLevel::Events => self.run_with(until, &mut dyn_probe::probe_events(probe)),
+            ObserveLevel::Writes => self.run_with(until, &mut dyn_probe::probe_writes(probe)),
+            ObserveLevel::Instructions => self.run_with(until, &mut dyn_probe::probe_instructions(probe)),
+            ObserveLevel::All => self.run_with(until, &mut dyn_probe::probe_everything(probe)),
         }
     }
 
-    fn step_until(&mut self, until: u64, look: ObserveLevel, seer: &mut dyn DynProbe) -> StopReason {
-        match look {
+    fn step_until(&mut self, until: u64, level: ObserveLevel, probe: &mut dyn DynProbe) -> StopReason {
+        match level {
             ObserveLevel::Nothing => self.step_with(until, &mut ()),
-            ObserveLevel::Events => self.step_with(until, &mut dyn_probe::probe_events(seer)),
-            ObserveLevel::Writes => self.step_with(until, &mut dyn_probe::probe_writes(seer)),
-            ObserveLevel::Instructions => self.step_with(until, &mut dyn_probe::probe_instructions(seer)),
-            ObserveLevel::All => self.step_with(until, &mut dyn_probe::probe_everything(seer)),
+            ObserveLevel::Events => self.step_with(until, &mut dyn_probe::probe_events(probe)),
+            ObserveLevel::Writes => self.step_with(until, &mut dyn_probe::probe_writes(probe)),
+            ObserveLevel::Instructions => self.step_with(until, &mut dyn_probe::probe_instructions(probe)),
+            ObserveLevel::All => self.step_with(until, &mut dyn_probe::probe_everything(probe)),
         }
     }
 

@@ -10,7 +10,7 @@ pub enum DebugError {
     #[error(transparent)]
     Input(#[from] InputError),
     /// Text follows the end of an expression.
-    #[error("`{rest}` in `{text}` makes no sense there")]
+    #[error("`{text}`: unexpected `{rest}` after the expression")]
     TrailingText {
         /// The text after the expression.
         rest: String,
@@ -35,7 +35,7 @@ pub enum DebugError {
         text: String,
     },
     /// An operand is missing.
-    #[error("a number or a name is wanted in `{text}`, not {found}")]
+    #[error("`{text}`: expected a number or a name, found {found}")]
     MissingOperand {
         /// The expression.
         text: String,
@@ -55,13 +55,13 @@ pub enum DebugError {
     )]
     Call,
     /// Something other than a function is called.
-    #[error("`{text}` is no function")]
+    #[error("`{text}` is not a function")]
     NotAFunction {
         /// The expression.
         text: String,
     },
     /// A dot is not followed by a bit number.
-    #[error("no bit is named behind the . in `{text}`")]
+    #[error("a bit number is missing after the . in `{text}`")]
     MissingBitNumber {
         /// The expression.
         text: String,
@@ -83,7 +83,7 @@ pub enum DebugError {
         text: Option<String>,
     },
     /// No type has this name.
-    #[error("no type is called `{text}`")]
+    #[error("there is no type `{text}`")]
     UnknownType {
         /// The name.
         text: String,
@@ -97,7 +97,7 @@ pub enum DebugError {
         name: String,
     },
     /// The size of a type is not in the debugging information.
-    #[error("the size of {what} is not known")]
+    #[error("the size of {what} is unknown")]
     UnknownSize {
         /// What has the type.
         what: &'static str,
@@ -106,7 +106,7 @@ pub enum DebugError {
     #[error("it has no size")]
     NoSize,
     /// A file has no such variable.
-    #[error("no variable `{name}` is known in {file}")]
+    #[error("there is no variable `{name}` in {file}")]
     UnknownFileVariable {
         /// The variable.
         name: String,
@@ -120,13 +120,13 @@ pub enum DebugError {
         name: String,
     },
     /// A name with `$` is not known to the debugger.
-    #[error("nothing is called `{name}`; `info registers` lists registers")]
+    #[error("there is no `{name}`; `info registers` lists registers")]
     UnknownDebuggerName {
         /// The name, with its `$`.
         name: String,
     },
     /// `*` or an index is applied to something without elements.
-    #[error("`{type_name}` is no pointer and no array")]
+    #[error("`{type_name}` is neither a pointer nor an array")]
     NotAPointer {
         /// The type of the operand.
         type_name: String,
@@ -159,7 +159,9 @@ pub enum DebugError {
     #[error("that member is too far away")]
     MemberTooFar,
     /// An entry of the value history is a sequence of objects.
-    #[error("`{name}` is a row of objects; print the first one and its count again")]
+    #[error(
+        "`{name}` is a sequence of objects, which the history does not keep; print the first object and the count again"
+    )]
     RowInHistory {
         /// The name of the entry.
         name: String,
@@ -191,7 +193,7 @@ pub enum DebugError {
         source: Box<InputError>,
     },
     /// A single value is assigned to a struct, union or array.
-    #[error("{what} gets no single value; set its {parts}")]
+    #[error("{what} cannot be set as a whole; set its {parts}")]
     NoSingleValue {
         /// What it is assigned to, such as `an array`.
         what: String,
@@ -199,10 +201,10 @@ pub enum DebugError {
         parts: &'static str,
     },
     /// A value is assigned to a function.
-    #[error("a function gets no value")]
+    #[error("a function cannot be set")]
     FunctionNotSettable,
     /// A value does not fit its location.
-    #[error("{value} does not fit: the values are {least} to {most}")]
+    #[error("{value} does not fit: the range is {least} to {most}")]
     ValueOutOfRange {
         /// The value.
         value: i64,
@@ -212,10 +214,10 @@ pub enum DebugError {
         most: i64,
     },
     /// The compiler has kept no location for a variable here.
-    #[error("the compiler has optimized it away: there is no place to set")]
+    #[error("the compiler has optimized it away, so it cannot be set")]
     OptimizedAway,
     /// A value is in no memory.
-    #[error("it is in no memory")]
+    #[error("it is not in memory")]
     InNoMemory,
     /// A value is assigned to the cycle or the number of instructions.
     #[error("time cannot be set; run-to-cycle and goto-cycle go there")]
@@ -230,10 +232,10 @@ pub enum DebugError {
         addr: u32,
     },
     /// A value is assigned to an expression that is not a location.
-    #[error("it is no place that can be set")]
+    #[error("it cannot be set")]
     NotAPlace,
     /// A snapshot of a machine with devices is requested.
-    #[error("the devices at its pins have a state of their own, which no snapshot holds")]
+    #[error("a snapshot does not contain the state of the devices at its pins")]
     DevicesHaveState,
 }
 

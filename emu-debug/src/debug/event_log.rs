@@ -63,12 +63,12 @@ impl DebugSession {
             let fresh = self.events().rev().take_while(|event| event.time().cycle > cycle);
             fresh.filter(|event| matches!(event, ChipEvent::Reset { cause, .. } if *cause == wanted)).count()
         };
-        let told = CAUSES.iter().filter_map(|(why, name)| match count(*why) {
+        let causes = CAUSES.iter().filter_map(|(why, name)| match count(*why) {
             0 => None,
             1 => Some((*name).to_owned()),
             n => Some(format!("{name} ({n} times)")),
         });
-        let told: Vec<String> = told.collect();
-        (!told.is_empty()).then(|| format!("reset by {}", told.join(" and ")))
+        let causes: Vec<String> = causes.collect();
+        (!causes.is_empty()).then(|| format!("reset by {}", causes.join(" and ")))
     }
 }

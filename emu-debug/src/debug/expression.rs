@@ -88,7 +88,7 @@ impl DebugExpression {
         }
     }
 
-    /// What it is computed from; of an object of C nothing.
+    /// Returns the operands of an operator; a C object has none.
     pub(super) fn operands(&self) -> Vec<&DebugExpression> {
         match self {
             DebugExpression::At(_, of) | DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) => vec![of],
@@ -102,7 +102,7 @@ impl DebugExpression {
         }
     }
 
-    /// Nothing can change its value.
+    /// Reports whether nothing can change its value.
     #[must_use]
     pub fn is_constant(&self) -> bool {
         match self {
@@ -138,7 +138,7 @@ impl DebugExpression {
         }
     }
 
-    /// The compiler has left out something that it is computed from.
+    /// Reports whether the compiler has optimized away something that it is computed from.
     #[must_use]
     pub fn is_optimized_out(&self, target: &dyn DynMachine) -> bool {
         match self {
@@ -147,7 +147,7 @@ impl DebugExpression {
         }
     }
 
-    /// The variables in it are known where the machine is.
+    /// Reports whether the variables in it are in scope at the location of the machine.
     #[must_use]
     pub fn is_known(&self, target: &dyn DynMachine) -> bool {
         match self {
@@ -161,20 +161,20 @@ impl DebugExpression {
     pub fn depends_only_on_time(&self) -> bool {
         match self {
             DebugExpression::Place(place) => matches!(place, ExpressionPlace::Cycle | ExpressionPlace::Instructions),
-            DebugExpression::Object(object) => object.is_of_time(),
+            DebugExpression::Object(object) => object.depends_only_on_time(),
             _ => self.operands().into_iter().any(DebugExpression::depends_only_on_time),
         }
     }
 
-    /// Calls `tell` with the addresses of all bytes of memory in it.
-    pub(super) fn visit_byte_addresses(&self, tell: &mut dyn FnMut(u32)) {
+    /// Calls `on_address` with the addresses of all bytes of memory in it.
+    pub(super) fn visit_byte_addresses(&self, on_address: &mut dyn FnMut(u32)) {
         match self {
             DebugExpression::Place(ExpressionPlace::Memory { addr, bytes, .. }) => {
-                (0..u32::from(*bytes)).for_each(|n| tell(addr + n))
+                (0..u32::from(*bytes)).for_each(|n| on_address(addr + n))
             }
-            DebugExpression::Place(ExpressionPlace::Bit { addr, .. }) => tell(*addr),
+            DebugExpression::Place(ExpressionPlace::Bit { addr, .. }) => on_address(*addr),
             DebugExpression::At(..) => {}
-            _ => self.operands().into_iter().for_each(|of| of.visit_byte_addresses(tell)),
+            _ => self.operands().into_iter().for_each(|of| of.visit_byte_addresses(on_address)),
         }
     }
 
@@ -218,7 +218,7 @@ impl DebugExpression {
         }
     }
 
-    /// The same with the places that variables of calls in it have now.
+    /// Returns the expression with the variables of calls in it replaced by their current locations.
     pub(super) fn with_bound_operands(self, target: &dyn DynMachine) -> DebugExpression {
         let bound = |of: Box<DebugExpression>| Box::new(of.with_bound_operands(target));
         match self {
@@ -243,14 +243,15 @@ impl DebugExpression {
     }
 }
 
-/// Memory at an address that is computed; one of data in an ELF file of the AVR, 0x800100, is taken as well.
+/// Returns the memory and the address of a computed address; a data address of an ELF file of the AVR, such
+/// as 0x800100, is accepted too.
 fn address_in(target: &dyn DynMachine, space: &'static str, addr: &DebugExpression) -> Option<(&'static str, u32)> {
     let addr = u32::try_from(addr.value(target)?).ok()?;
     Some(super::call_stack::linked_memory_at(target.chip(), addr).unwrap_or((space, addr)))
 }
 
 impl BinaryOperator {
-    /// The result says whether something holds.
+    /// Reports whether the result is a truth value.
     pub(super) fn is_truth(self) -> bool {
         use BinaryOperator::{And, Eq, Ge, Gt, Le, Lt, Ne, Or};
         matches!(self, Or | And | Eq | Ne | Le | Ge | Lt | Gt)

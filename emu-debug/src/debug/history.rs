@@ -7,7 +7,7 @@ use emu_core::cpu::ResetCause;
 use super::dyn_machine::DynMachine;
 use super::error::DebugError;
 use super::expression_place::ExpressionPlace;
-use super::followed_machine::FollowedMachine;
+use super::machine_with_follower::MachineWithFollower;
 use crate::stimulus::TimedDrive;
 
 /// An action of the user on the machine.
@@ -47,7 +47,7 @@ pub(super) struct InputEvent {
 
 /// A copy of the machine, and the host time to run from it to the next copy.
 struct MachineCopy {
-    machine: FollowedMachine,
+    machine: MachineWithFollower,
     cost: Duration,
 }
 
@@ -73,21 +73,21 @@ pub(super) struct MachineHistory {
 }
 
 impl MachineHistory {
-    /// Returns a history that begins with `line` and keeps at most `budget` bytes of further copies.
-    pub fn new(line: &FollowedMachine, budget: usize) -> MachineHistory {
-        let first = MachineCopy { machine: line.fork(), cost: Duration::ZERO };
+    /// Returns a history that begins with `machine` and keeps at most `budget` bytes of further copies.
+    pub fn new(machine: &MachineWithFollower, budget: usize) -> MachineHistory {
+        let first = MachineCopy { machine: machine.fork(), cost: Duration::ZERO };
         MachineHistory { copies: vec![first], input_events: Vec::new(), budget, used: 0 }
     }
 
     /// Keeps a copy; `cost` is the host time of the run from the previous copy.
-    pub fn keep_copy(&mut self, line: &FollowedMachine, cost: Duration) {
+    pub fn keep_copy(&mut self, machine: &MachineWithFollower, cost: Duration) {
         if let Some(last) = self.copies.last_mut() {
-            if last.machine.cycle() >= line.cycle() {
+            if last.machine.cycle() >= machine.cycle() {
                 return;
             }
             last.cost = cost;
         }
-        let copy = line.fork();
+        let copy = machine.fork();
         self.used += copy.size_in_bytes();
         self.copies.push(MachineCopy { machine: copy, cost: Duration::ZERO });
         while self.used > self.budget && self.drop_cheapest() {}
@@ -108,12 +108,12 @@ impl MachineHistory {
     }
 
     /// Returns the copies at cycles below `cycle`, the newest first.
-    pub fn copies_before(&self, cycle: u64) -> impl Iterator<Item = &FollowedMachine> {
-        self.copies.iter().rev().map(|moment| &moment.machine).filter(move |line| line.cycle() < cycle)
+    pub fn copies_before(&self, cycle: u64) -> impl Iterator<Item = &MachineWithFollower> {
+        self.copies.iter().rev().map(|moment| &moment.machine).filter(move |machine| machine.cycle() < cycle)
     }
 
     /// Returns the newest copy at or before a cycle, or the first copy if there is none.
-    pub fn copy_at(&self, cycle: u64) -> Option<&FollowedMachine> {
+    pub fn copy_at(&self, cycle: u64) -> Option<&MachineWithFollower> {
         let found = self.copies.iter().rev().find(|moment| moment.machine.cycle() <= cycle);
         found.or(self.copies.first()).map(|moment| &moment.machine)
     }
@@ -128,12 +128,12 @@ impl MachineHistory {
         (self.copies.len(), self.used)
     }
 
-    /// Discards everything after `line` and records an action: the future is different from now on.
-    pub fn branch(&mut self, line: &FollowedMachine, action: UserAction) {
-        self.input_events.truncate(line.events_applied);
-        self.input_events.push(InputEvent { cycle: line.cycle(), action });
+    /// Discards everything after `machine` and records an action: the future is different from now on.
+    pub fn branch(&mut self, machine: &MachineWithFollower, action: UserAction) {
+        self.input_events.truncate(machine.events_applied);
+        self.input_events.push(InputEvent { cycle: machine.cycle(), action });
         // A copy at this very cycle is from before the action, which is applied again when the copy runs.
-        while let Some(gone) = self.copies.pop_if(|moment| moment.machine.cycle() > line.cycle()) {
+        while let Some(gone) = self.copies.pop_if(|moment| moment.machine.cycle() > machine.cycle()) {
             self.used = self.used.saturating_sub(gone.machine.size_in_bytes());
         }
         if let Some(last) = self.copies.last_mut() {

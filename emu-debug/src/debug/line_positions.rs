@@ -2,31 +2,31 @@
 
 use super::session::DebugSession;
 
-/// What a step compares: the line that it leaves, the row of the table of lines, and the inlined functions
-/// around it, the outermost first.
+/// What a step leaves: a line, its row of the line table, and the inlined functions around it, the outermost
+/// first.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LineOrigin {
-    /// The line that it leaves.
+    /// The line that the step leaves.
     pub line: Option<(String, u32)>,
-    /// First byte of its row of the table of lines.
+    /// First byte of its row of the line table.
     pub row: Option<u32>,
-    /// The inlined functions that it is in.
+    /// The inlined functions around it, the outermost first.
     pub inlined: Vec<usize>,
 }
 
-/// Where the machine is between two lines.
+/// The location of the machine in the line table and in inlined functions.
 #[derive(Debug, Clone)]
 pub struct LinePosition {
     line: Option<(String, u32)>,
-    /// First byte of the row of the table of lines.
+    /// First byte of the row of the line table.
     pub row: Option<u32>,
     /// The machine is at the first instruction of the row.
     pub begins: bool,
-    /// A statement begins in it, too.
+    /// A statement of the source begins here (`is_stmt` of the line table).
     is_statement: bool,
     /// The inlined functions around it, the outermost first.
     pub inlined: Vec<usize>,
-    /// The innermost of these that begin here: their calls are still to come.
+    /// Number of the innermost of these functions that begin here: their calls are not executed yet.
     pub hidden: usize,
     /// The lines of their calls, the outermost first.
     calls: Vec<u32>,
@@ -59,12 +59,13 @@ impl LinePosition {
         }
     }
 
-    /// The inlined functions that it is in, of which `hidden` are still to be entered.
+    /// Returns the inlined functions that the machine is in, if `hidden` of those around it are not entered
+    /// yet.
     fn entered(&self, hidden: usize) -> &[usize] {
         self.inlined.get(..self.inlined.len().saturating_sub(hidden)).unwrap_or_default()
     }
 
-    /// The line of the first call that is still to come.
+    /// Returns the line of the next call of an inlined function, if `hidden` of them are not entered yet.
     fn call(&self, hidden: usize) -> Option<u32> {
         self.calls.get(self.inlined.len().checked_sub(hidden)?).copied().filter(|_| hidden > 0)
     }
@@ -77,20 +78,20 @@ impl LinePosition {
     }
 }
 
-/// What a position is to a step within one function.
+/// What a step does at a position.
 #[derive(Debug, Clone)]
 pub enum StepVerdict {
-    /// The step goes on.
+    /// It continues.
     GoOn,
-    /// It goes on, and leaves this line from now on.
+    /// It continues, and from now on it leaves this line.
     LeaveFrom(LineOrigin),
-    /// It ends, before so many calls of inlined functions.
+    /// It ends, before this number of calls of inlined functions.
     Stop(usize),
 }
 
 impl LineOrigin {
-    /// Returns what a step does at a position: `over` calls or into them; `same_frame` is false if the function
-    /// of the start has returned.
+    /// Returns what a step does at a position: `over` calls or into them; `same_frame` is false if the
+    /// function of the start has returned.
     #[must_use]
     pub fn verdict(&self, now: &LinePosition, over: bool, same_frame: bool) -> StepVerdict {
         let entered = now.entered(now.hidden);
@@ -110,9 +111,9 @@ impl LineOrigin {
         match now.line != self.line && now.begins {
             true if now.is_statement => StepVerdict::Stop(now.hidden),
             true if same_frame && entered == self.inlined => StepVerdict::GoOn,
-            // It is in another function, but at no place to stop: any line will do from now on.
+            // The step has reached another function, but not at a place to stop: it stops at the next line.
             true => StepVerdict::LeaveFrom(LineOrigin { line: Some((file.clone(), 0)), ..now.origin(now.hidden) }),
-            // In the middle of a line it goes on to the end of that, as in gdb.
+            // In the middle of a line, the step continues to the end of that line, as in gdb.
             false => StepVerdict::LeaveFrom(now.origin(now.hidden)),
         }
     }

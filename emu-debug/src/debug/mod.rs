@@ -7,7 +7,7 @@
 //!   step_until.rs                  running step by step
 //!   backwards.rs                   running backwards: nearest copy, then replay
 //!   history.rs                     copies of the machine, user actions
-//!   followed_machine.rs            a machine with its follower
+//!   machine_with_follower.rs       a machine with its follower
 //!   points.rs                      breakpoints and watchpoints
 //!   breakpoint_probe.rs            observes what points wait for
 //!   breakpoint_locations.rs        breakpoints on functions and source lines
@@ -20,6 +20,7 @@
 //!   expression_value.rs            values of expressions
 //!   values.rs                      the value history, user variables
 //!   c_objects.rs, c_values.rs      variables and values of C, as text
+//!   c_strings.rs                   strings of C, as text
 //!   c_types.rs, c_type_queries.rs  types of C, as text
 //!   line_positions.rs              where steps by source lines end
 //!   declarations.rs                what a program of C declares, by files
@@ -38,6 +39,7 @@ mod backwards;
 mod breakpoint_locations;
 mod breakpoint_probe;
 mod c_objects;
+mod c_strings;
 mod c_type_queries;
 mod c_types;
 mod c_values;
@@ -50,9 +52,9 @@ mod event_log;
 mod expression;
 mod expression_place;
 mod expression_value;
-mod followed_machine;
 mod history;
 mod line_positions;
+mod machine_with_follower;
 mod parse_expression;
 mod parse_literals;
 mod points;
@@ -63,8 +65,9 @@ mod values;
 
 pub use backwards::PassedPosition;
 pub use c_objects::{ObjectByteLocation, ObjectExpr};
+pub use c_strings::c_text;
 pub use c_type_queries::CTypeRef as CKind;
-pub use c_values::{PrintSettings, c_text, real_text};
+pub use c_values::{PrintSettings, real_text};
 pub use call_flow::{CallFlow, call_flow};
 pub use call_stack::{CallFrame, CallStack};
 pub use declarations::{Declaration, DeclarationKind};
@@ -73,9 +76,9 @@ pub use error::DebugError;
 pub use expression::{BinaryOperator, DebugExpression};
 pub use expression_place::ExpressionPlace;
 pub use expression_value::ExpressionValue;
-pub use followed_machine::ProgramFollower;
 pub use history::UserAction;
 pub use line_positions::{LineOrigin, LinePosition, StepVerdict};
+pub use machine_with_follower::ProgramFollower;
 pub use points::{AccessKind, DebugPoint, DebugPoints, PointTrigger};
 pub use scope::NameScope;
 pub use session::{DebugSession, HaltReason, HaltResult, PointHit, RunGoal, SessionOptions};

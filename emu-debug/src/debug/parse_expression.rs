@@ -42,13 +42,13 @@ pub(super) fn parse(scope: &NameScope, here: Option<&FrameContext>, text: &str) 
 
 pub(super) struct DebugExpressionParser<'a> {
     pub(super) scope: &'a NameScope,
-    /// Where the machine is, for what has a name there only.
+    /// The location of the machine, for names that are defined only there.
     pub(super) here: Option<&'a FrameContext>,
     pub(super) text: &'a str,
     pub(super) rest: &'a str,
     depth: u32,
     operators: u32,
-    /// `?` whose `:` has not come yet.
+    /// Number of `?` whose `:` has not been read yet.
     choices: u32,
 }
 
@@ -63,7 +63,7 @@ impl<'a> DebugExpressionParser<'a> {
         }
     }
 
-    /// Expressions with commas between them: the value is that of the last.
+    /// Parses expressions with commas between them; the value is that of the last.
     fn list(&mut self) -> Result<DebugExpression, DebugError> {
         let mut last = self.choice()?;
         while self.take(",") {
@@ -72,7 +72,7 @@ impl<'a> DebugExpressionParser<'a> {
         Ok(last)
     }
 
-    /// `a ? b : c`.
+    /// Parses `a ? b : c`.
     fn choice(&mut self) -> Result<DebugExpression, DebugError> {
         self.depth += 1;
         if self.depth > MAX_DEPTH {
@@ -151,7 +151,7 @@ impl<'a> DebugExpressionParser<'a> {
                     DebugExpression::Object(object) if object.element_type().is_some() => {
                         DebugExpression::Object(Box::new(object.element(DebugExpression::Number(0))?))
                     }
-                    // Of a program in C it is an int, as in gdb.
+                    // In a C program it is an `int`, as in gdb.
                     DebugExpression::Number(address) if self.here.is_some() => self.int_at(address),
                     address => DebugExpression::At(self.scope.chip().ram_space, Box::new(address)),
                 }
@@ -279,7 +279,7 @@ impl<'a> DebugExpressionParser<'a> {
         bytes.map(|bytes| DebugExpression::Number(bytes.into())).ok_or(DebugError::NoSize)
     }
 
-    /// `::x`: what has the name outside of functions.
+    /// Parses `::x`, a name outside of functions.
     fn global(&mut self, rest: &str) -> Result<DebugExpression, DebugError> {
         let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
         let (name, _) = rest.split_at(end);
@@ -291,7 +291,7 @@ impl<'a> DebugExpressionParser<'a> {
         }
     }
 
-    /// Where a word ends that may have the `:` of a choice in it: `a?1:2`.
+    /// Returns the end of a word that may contain the `:` of a choice: `a?1:2`.
     fn choice_end(&self, end: usize) -> usize {
         let word = &self.rest[..end];
         let single = word.match_indices(':').map(|(at, _)| at).find(|at| {
@@ -360,14 +360,14 @@ impl<'a> DebugExpressionParser<'a> {
     }
 }
 
-/// Two operands; to a pointer whole elements are added.
+/// Combines two operands; a number that is added to a pointer counts elements.
 fn combine(
     calls: Option<&super::call_stack::CallStack>,
     operator: BinaryOperator,
     left: DebugExpression,
     right: DebugExpression,
 ) -> DebugExpression {
-    // A pointer is compared with an address as it is printed.
+    // An address in the form in which pointers are printed can be compared with a pointer.
     let linked = |of: DebugExpression, other: &DebugExpression| match of {
         DebugExpression::Number(value)
             if other.object().is_some_and(ObjectExpr::is_linked_pointer)
@@ -408,7 +408,7 @@ fn text_element(calls: &super::call_stack::CallStack, text: &[u8], index: i64) -
     Ok(DebugExpression::Object(Box::new(ObjectExpr::value_of(calls.clone(), value, kind))))
 }
 
-/// Returns an element; of memory without a type it is a byte.
+/// Returns an element; an element of memory without a type is a byte.
 fn index_into(of: DebugExpression, index: DebugExpression) -> Result<DebugExpression, DebugError> {
     match (of, index) {
         (DebugExpression::Object(object), index) => Ok(DebugExpression::Object(Box::new(object.element(index)?))),

@@ -1,4 +1,4 @@
-//! Literals of expressions: numbers, characters and texts of C.
+//! Parses the literals of expressions: numbers, characters and strings of C.
 
 use emu_core::image::DebugInfo;
 
@@ -11,10 +11,10 @@ use crate::text::input_error::malformed;
 use crate::text_escapes::unescape;
 
 impl<'a> DebugExpressionParser<'a> {
-    /// `1.5`, `1.`, `1.5e-3`, `2.5f`.
+    /// Parses `1.5`, `1.`, `1.5e-3` or `2.5f`.
     pub(super) fn real(&mut self, name: &str) -> Result<DebugExpression, DebugError> {
         let mut text = name.trim_end_matches(['f', 'F']).to_owned();
-        // The sign of an exponent ends a word.
+        // The sign of an exponent ends a word, so it is parsed here.
         if text.ends_with(['e', 'E'])
             && let Some(sign) = self.rest.chars().next().filter(|sign| matches!(sign, '+' | '-'))
         {
@@ -28,7 +28,7 @@ impl<'a> DebugExpressionParser<'a> {
         value.map(|value| DebugExpression::Real(value.to_bits())).ok_or_else(|| malformed(name, "number", "1.5").into())
     }
 
-    /// `"abc"`, several side by side are one.
+    /// Parses `"abc"`; adjacent strings are joined.
     pub(super) fn text_literal(&mut self) -> Result<DebugExpression, DebugError> {
         let mut bytes = Vec::new();
         while let Some(rest) = self.rest.strip_prefix('"') {
@@ -40,7 +40,7 @@ impl<'a> DebugExpressionParser<'a> {
         Ok(DebugExpression::Text(bytes))
     }
 
-    /// `'a'`, or `'file.c'::x`; `rest` is what is behind the first quote.
+    /// Parses `'a'` or `'file.c'::x`; `rest` is the text after the first quote.
     pub(super) fn quoted(&mut self, rest: &'a str) -> Result<DebugExpression, DebugError> {
         let end = quote_end(rest, '\'');
         let end = end.ok_or_else(|| DebugError::MissingSign { sign: "'", text: self.text.to_owned() })?;
@@ -66,14 +66,14 @@ impl<'a> DebugExpressionParser<'a> {
         }
     }
 
-    /// A value of a type that the debugger knows by itself, where the program is one of C.
+    /// Returns a value of a built-in type, if the program is a C program.
     fn typed(&self, value: i64, kind: &str) -> Option<DebugExpression> {
         let kind = CTypeRef::new(Some(DebugInfo::builtin_type(kind)?));
         let value = ObjectExpr::value_of(self.calls()?.clone(), DebugExpression::Number(value), kind);
         Some(DebugExpression::Object(Box::new(value)))
     }
 
-    /// `12`, `0x1F`, `10UL`.
+    /// Parses `12`, `0x1F` or `10UL`.
     pub(super) fn whole(&self, name: &str) -> Result<DebugExpression, DebugError> {
         let digits = name.trim_end_matches(['u', 'U', 'l', 'L']);
         let suffix = name[digits.len()..].to_ascii_lowercase();
@@ -94,7 +94,7 @@ impl<'a> DebugExpressionParser<'a> {
     }
 }
 
-/// A number: decimal, 0x, 0b or 0o, with underscores; a 0 in front makes it octal, as in C.
+/// Parses a number: decimal, 0x, 0b or 0o, with underscores; a leading 0 makes it octal, as in C.
 fn number(text: &str) -> Result<i64, DebugError> {
     let plain = text.replace('_', "").to_ascii_lowercase();
     let radix = [("0x", 16), ("0b", 2), ("0o", 8)];
@@ -111,7 +111,7 @@ fn number(text: &str) -> Result<i64, DebugError> {
     i64::from_str_radix(digits, radix).map_err(|_| wrong())
 }
 
-/// Where a literal ends; behind a backslash a quote ends nothing.
+/// Returns the end of a literal; a quote after a backslash does not end it.
 fn quote_end(rest: &str, quote: char) -> Option<usize> {
     let mut escaped = false;
     rest.char_indices().find_map(|(at, c)| {
@@ -121,7 +121,7 @@ fn quote_end(rest: &str, quote: char) -> Option<usize> {
     })
 }
 
-/// The bytes of a literal, with the escapes of C.
+/// Returns the bytes of a literal, with the escapes of C.
 fn literal_bytes(text: &str) -> Result<Vec<u8>, DebugError> {
     let (mut bytes, mut rest) = (Vec::new(), text);
     while let Some(at) = rest.find('\\') {
@@ -137,7 +137,7 @@ fn literal_bytes(text: &str) -> Result<Vec<u8>, DebugError> {
             bytes.push(*byte);
             1
         } else {
-            // What is left has one character, or two digits behind an x.
+            // Other escapes have one character, or an x with two digits.
             let len = if behind.starts_with('x') { 3 } else { behind.chars().next().map_or(0, char::len_utf8) };
             let end = (at + 1 + len).min(rest.len());
             bytes.extend(unescape(rest.get(at..end).unwrap_or(&rest[at..]))?);

@@ -44,9 +44,9 @@ pub struct DebugPoint {
     pub temporary: bool,
     /// It is active.
     pub enabled: bool,
-    /// It counts no more when it has stopped the machine so many times.
+    /// Number of stops after which it is disabled, if there is a limit.
     pub stops_left: Option<u64>,
-    /// It stops the machine only where this is not 0.
+    /// It stops the machine only if the value of this expression is not 0.
     pub condition: Option<DebugExpression>,
     /// The condition as written; empty if there is none.
     pub condition_text: String,
@@ -129,7 +129,8 @@ impl DebugPoints {
         self.all.len() < before
     }
 
-    /// Notes that points have stopped the machine: temporary ones are deleted, others may count no more.
+    /// Records that points have stopped the machine: deletes temporary ones, and disables those with no stops
+    /// left.
     pub(super) fn note_stops(&mut self, ids: impl Iterator<Item = u32>) {
         for id in ids {
             let Some(point) = self.get_mut(id) else { continue };

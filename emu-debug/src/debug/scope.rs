@@ -1,5 +1,4 @@
-//! Names in expressions and commands: registers, pins, memory, symbols of the program, symbols of a ladder
-//! program.
+//! Names in expressions and commands: registers, pins, memory, symbols of programs and of ladder programs.
 
 use std::sync::{Arc, OnceLock};
 
@@ -33,7 +32,7 @@ pub struct NameScope {
     pub ladder: Vec<(String, ExpressionPlace)>,
     /// Printed values, and user variables: `$1`, `$i`.
     pub values: Values,
-    /// How values are written.
+    /// Format of values (`set print`).
     pub print: super::c_values::PrintSettings,
     calls: OnceLock<CallStack>,
 }
@@ -163,10 +162,10 @@ impl NameScope {
         self.find_global(here, name)
     }
 
-    /// The variable or function outside of functions that a name stands for.
+    /// Finds the variable or function outside of functions with this name.
     pub(super) fn find_global(&self, here: &FrameContext, name: &str) -> Option<ObjectExpr> {
         let info = &here.calls.info;
-        // Registers of the chip are described, too, in start-up code; the chip's row knows them better.
+        // Start-up code also describes registers of the chip, but the chip row is more exact.
         let is_chip = self.chip.reg(name).is_some() && !self.symbols.iter().any(|symbol| symbol.is_named(name));
         if is_chip || self.ladder.iter().any(|(known, _)| known == name) {
             return None;
@@ -285,20 +284,21 @@ impl NameScope {
         Some(ObjectExpr::at(calls.clone(), DebugExpression::Number(0), kind))
     }
 
-    /// The memory of an address with which only ELF files name it: of data memory of the AVR 0x800100.
+    /// Returns the memory of an address that only ELF files use: 0x800100 is in the data memory of the AVR.
     #[must_use]
     pub fn linked_memory_at(&self, address: u32) -> Option<(&'static str, u32)> {
         super::call_stack::linked_memory_at(self.chip, address)
     }
 
-    /// The program tells of its functions and variables.
+    /// Reports whether the program describes its functions or variables.
     #[must_use]
     pub fn has_debug_info(&self) -> bool {
         let info = &self.calls().info;
         !(info.functions.is_empty() && info.globals.is_empty())
     }
 
-    /// A number with the type that C gives it, where the program is one of C; anything else as it is.
+    /// Gives a number the type that it has in C, if the program is a C program; other expressions are
+    /// unchanged.
     #[must_use]
     pub fn with_type(&self, expr: DebugExpression) -> DebugExpression {
         let DebugExpression::Number(value) = expr else { return expr };
@@ -313,7 +313,7 @@ impl NameScope {
         )))
     }
 
-    /// The name of the type that C gives what is computed; nothing where it is none of C, such as a register.
+    /// Returns the name of the C type of a computed value; `None` if it has none, such as a register.
     #[must_use]
     pub fn computed_type(&self, expr: &DebugExpression) -> Option<String> {
         if let DebugExpression::Text(text) = expr {
@@ -323,7 +323,8 @@ impl NameScope {
         Some(super::c_types::declaration(&self.calls().info, kind, ""))
     }
 
-    /// Bytes of a memory as [`AddressNames::parse_range`] reads them; a symbol of the ladder program or a bit of a byte stands for its bytes.
+    /// Parses bytes of a memory like [`AddressNames::parse_range`]; a symbol of the ladder program, or a bit
+    /// of a byte, means its bytes.
     ///
     /// # Errors
     /// There is no such memory or location.
@@ -373,7 +374,7 @@ impl NameScope {
             }
             _ => match (self.parse_range(text), expr) {
                 (Ok(range), _) => (range, text.to_owned()),
-                // Of what is only an expression of C the fault in that tells more.
+                // For an expression of C, the error of its parser says more.
                 (Err(_), Err(why)) if text.contains("->") || text.contains(['[', '*']) => return Err(why),
                 (Err(why), _) => return Err(why.into()),
             },

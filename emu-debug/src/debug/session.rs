@@ -14,8 +14,8 @@ use super::error::DebugError;
 use super::event_log::SessionEvents;
 use super::expression::DebugExpression;
 use super::expression_value::ExpressionValue;
-use super::followed_machine::{FollowedMachine, ProgramFollower};
 use super::history::{LeftPosition, MachineHistory, UserAction};
+use super::machine_with_follower::{MachineWithFollower, ProgramFollower};
 use super::points::{DebugPoints, breakpoint_words};
 use super::scope::NameScope;
 use crate::time::CycleClock;
@@ -114,7 +114,7 @@ pub struct HaltResult {
 
 /// A machine under the debugger.
 pub struct DebugSession {
-    pub(super) current: FollowedMachine,
+    pub(super) current: MachineWithFollower,
     pub(super) history: MachineHistory,
     pub(super) left_position: Option<LeftPosition>,
     /// For a new history: the follower before it has followed anything, and the maximum size of copies in
@@ -139,11 +139,11 @@ impl DebugSession {
     #[must_use]
     pub fn new(target: Box<dyn DynMachine>, scope: NameScope, options: SessionOptions) -> DebugSession {
         let first = (options.follower.as_ref().map(|follow| follow.fork()), options.history_bytes);
-        let line = FollowedMachine::new(target, options.follower);
+        let current = MachineWithFollower::new(target, options.follower);
         DebugSession {
             fresh_history: first,
-            history: MachineHistory::new(&line, options.history_bytes),
-            current: line,
+            history: MachineHistory::new(&current, options.history_bytes),
+            current,
             left_position: None,
             points: DebugPoints::default(),
             scope,
@@ -199,7 +199,7 @@ impl DebugSession {
 
     /// Returns the user's actions in order, each with the cycle of the machine.
     pub fn input_events(&self) -> impl Iterator<Item = (u64, &UserAction)> {
-        self.history.input_events.iter().map(|deed| (deed.cycle, &deed.action))
+        self.history.input_events.iter().map(|event| (event.cycle, &event.action))
     }
 
     /// Applies an action of the user now, and discards the future of this history.
@@ -209,10 +209,10 @@ impl DebugSession {
     pub fn apply_action(&mut self, action: UserAction) -> Result<(), DebugError> {
         // A failing action may have been applied in part.
         let before = self.current.machine.fork();
-        let mut eyes = BreakpointProbe::new(&DebugPoints::default(), &*before);
-        eyes.events = Some(std::mem::take(&mut self.events));
-        let done = self.current.apply(&action, ObserveLevel::Events, &mut eyes);
-        self.events = eyes.events.take().unwrap_or_default();
+        let mut probe = BreakpointProbe::new(&DebugPoints::default(), &*before);
+        probe.events = Some(std::mem::take(&mut self.events));
+        let done = self.current.apply(&action, ObserveLevel::Events, &mut probe);
+        self.events = probe.events.take().unwrap_or_default();
         if let Err(why) = done {
             self.current.machine = before;
             return Err(why);
@@ -266,7 +266,7 @@ impl DebugSession {
         if target.cycle() != cycle {
             return Err(SnapshotDamaged);
         }
-        self.current = FollowedMachine::new(target, self.fresh_history.0.as_ref().map(|follow| follow.fork()));
+        self.current = MachineWithFollower::new(target, self.fresh_history.0.as_ref().map(|follow| follow.fork()));
         self.history = MachineHistory::new(&self.current, self.fresh_history.1);
         self.left_position = None;
         self.events = SessionEvents::default();
@@ -281,20 +281,26 @@ impl DebugSession {
         self.step_remaining(&mut { n }, limit, false, go_on)
     }
 
-    /// Works as [`DebugSession::step_instructions`]; `rest` is the number of steps left, and with `breaks`
-    /// breakpoints stop the machine too.
-    pub fn step_remaining(&mut self, rest: &mut u64, limit: u64, breaks: bool, go_on: KeepRunning<'_>) -> HaltResult {
-        let stands = self.current.cycle();
-        let mut left = self.left_position.take().filter(|left| left.returned_to == stands && left.cycle < limit);
+    /// Works as [`DebugSession::step_instructions`]; `rest` is the number of steps left. If
+    /// `stops_at_breakpoints` is true, breakpoints stop the machine too.
+    pub fn step_remaining(
+        &mut self,
+        rest: &mut u64,
+        limit: u64,
+        stops_at_breakpoints: bool,
+        go_on: KeepRunning<'_>,
+    ) -> HaltResult {
+        let now = self.current.cycle();
+        let mut left = self.left_position.take().filter(|left| left.returned_to == now && left.cycle < limit);
         loop {
             let end = left.map_or(limit, |left| left.cycle);
-            let halt = self.step_until_with((end, breaks, false), &mut *go_on, &mut |_, _, _| {
+            let halt = self.step_until_with((end, stops_at_breakpoints, false), &mut *go_on, &mut |_, _, _| {
                 *rest = rest.saturating_sub(1);
                 *rest == 0
             });
             let Some(passed) = left.take() else { return halt };
-            let stands = self.current.cycle();
-            self.left_position = (stands < passed.cycle).then_some(LeftPosition { returned_to: stands, ..passed });
+            let now = self.current.cycle();
+            self.left_position = (now < passed.cycle).then_some(LeftPosition { returned_to: now, ..passed });
             if halt.reason != HaltReason::Limit {
                 return halt;
             }
@@ -310,7 +316,7 @@ impl DebugSession {
         let until = goal.until.unwrap_or(LAST_CYCLE).min(LAST_CYCLE);
         let words = breakpoint_words(&self.points).chain(goal.words.iter().copied()).collect::<BTreeSet<u32>>();
         let mut left_start = !words.contains(&self.current.machine.pc()) || self.current.machine.is_asleep();
-        let mut eyes = BreakpointProbe::new(&self.points, &*self.current.machine);
+        let mut probe = BreakpointProbe::new(&self.points, &*self.current.machine);
         self.current.runs_while_halted = goal.runs_while_halted && goal.until.is_some();
         let (mut stretch, mut waits) = (FIRST_STRETCH.min(self.stretch), false);
         loop {
@@ -318,27 +324,27 @@ impl DebugSession {
                 return HaltResult { reason: HaltReason::Limit };
             }
             let start = (Instant::now(), self.current.cycle());
-            eyes.events = Some(std::mem::take(&mut self.events));
-            let deeds = &self.history.input_events;
+            probe.events = Some(std::mem::take(&mut self.events));
+            let input_events = &self.history.input_events;
             // A step ignores breakpoints.
             self.current.set_breakpoints(&words);
             let stop = if left_start {
-                let end = until.min(start.1.saturating_add(stretch)).min(self.current.next_event_cycle(deeds));
-                self.current.run(deeds, end, &words, eyes.observe_level(), &mut eyes)
+                let end = until.min(start.1.saturating_add(stretch)).min(self.current.next_event_cycle(input_events));
+                self.current.run(input_events, end, &words, probe.observe_level(), &mut probe)
             } else {
                 left_start = true;
                 let end = until.min(start.1.saturating_add(stretch));
-                self.current.step(deeds, end, eyes.observe_level(), &mut eyes)
+                self.current.step(input_events, end, probe.observe_level(), &mut probe)
             };
             let stop =
-                if stop == StopReason::Halted { self.run_settled_controller(&words, until, &mut eyes) } else { stop };
-            self.events = eyes.events.take().unwrap_or_default();
-            let sights = std::mem::take(&mut eyes.observations);
-            let changes = eyes.take_changes(&*self.current.machine);
+                if stop == StopReason::Halted { self.run_settled_controller(&words, until, &mut probe) } else { stop };
+            self.events = probe.events.take().unwrap_or_default();
+            let observations = std::mem::take(&mut probe.observations);
+            let changes = probe.take_changes(&*self.current.machine);
             if start.1 < self.current.cycle() {
                 self.keep_copy(start.0.elapsed(), self.current.cycle() - start.1);
             }
-            let hits = self.take_hits(&sights, &changes, stop);
+            let hits = self.take_hits(&observations, &changes, stop);
             if !hits.is_empty() {
                 return HaltResult { reason: HaltReason::Points(hits) };
             }
@@ -390,14 +396,19 @@ impl DebugSession {
     /// Runs a settled controller until it reaches one of `words`. Such a controller counts as halted, because
     /// its actions no longer have an effect; but its programs still run, so it is stepped for one whole
     /// repetition.
-    fn run_settled_controller(&mut self, words: &BTreeSet<u32>, until: u64, eyes: &mut BreakpointProbe) -> StopReason {
+    fn run_settled_controller(&mut self, words: &BTreeSet<u32>, until: u64, probe: &mut BreakpointProbe) -> StopReason {
         if self.scope.chip().family != ChipFamily::Ap101 || words.is_empty() {
             return StopReason::Halted;
         }
         self.current.set_breakpoints(words);
         for _ in 0..MAX_PERIOD_STEPS {
-            match self.current.step_to_breakpoint(&self.history.input_events, words, until, eyes.observe_level(), eyes)
-            {
+            match self.current.step_to_breakpoint(
+                &self.history.input_events,
+                words,
+                until,
+                probe.observe_level(),
+                probe,
+            ) {
                 StopReason::Limit if self.current.cycle() < until => {}
                 stop => return stop,
             }
@@ -423,12 +434,12 @@ impl DebugSession {
     /// counts.
     pub(super) fn take_hits(
         &mut self,
-        sights: &[Observation],
+        observations: &[Observation],
         changes: &[(u32, Option<i64>, Option<i64>)],
         stop: StopReason,
     ) -> Vec<PointHit> {
         let machine = &*self.current.machine;
-        let mut hits = candidate_hits(&self.points, machine, sights, changes, stop);
+        let mut hits = candidate_hits(&self.points, machine, observations, changes, stop);
         let left = self
             .points
             .enabled()

@@ -15,27 +15,28 @@ use super::session::{
 
 impl DebugSession {
     /// Steps until `test` returns true. It gets the session, what the instruction did to the call stack, and
-    /// whether the step was an interrupt entry instead. With `breaks`, breakpoints stop the machine too.
+    /// whether the step was an interrupt entry instead. If `stops_at_breakpoints` is true, breakpoints stop
+    /// the machine too.
     pub fn step_until(
         &mut self,
         limit: u64,
-        breaks: bool,
+        stops_at_breakpoints: bool,
         go_on: KeepRunning<'_>,
         test: &mut dyn FnMut(&DebugSession, CallFlow, bool) -> bool,
     ) -> HaltResult {
-        self.step_until_with((limit, breaks, limit == LAST_CYCLE), go_on, test)
+        self.step_until_with((limit, stops_at_breakpoints, limit == LAST_CYCLE), go_on, test)
     }
 
     /// Works as `step_until`; with `searches` the number of steps is unknown, so the run checks whether it
     /// ever ends.
     pub(super) fn step_until_with(
         &mut self,
-        (limit, breaks, searches): (u64, bool, bool),
+        (limit, stops_at_breakpoints, searches): (u64, bool, bool),
         go_on: KeepRunning<'_>,
         test: &mut dyn FnMut(&DebugSession, CallFlow, bool) -> bool,
     ) -> HaltResult {
         self.current.set_breakpoints(&BTreeSet::new());
-        let mut eyes = BreakpointProbe::new(&self.points, &*self.current.machine);
+        let mut probe = BreakpointProbe::new(&self.points, &*self.current.machine);
         self.current.runs_while_halted = limit < LAST_CYCLE;
         let (mut since, mut slept, mut steps) = (Instant::now(), 0u64, 0u64);
         let mut stuck: Option<(u64, HaltReason)> = None;
@@ -44,22 +45,22 @@ impl DebugSession {
                 return HaltResult { reason: HaltReason::Limit };
             }
             let flow = self.call_flow(self.current.machine.pc()).0;
-            let entered = eyes.interrupts_entered;
-            eyes.events = Some(std::mem::take(&mut self.events));
-            let look = eyes.observe_level().max(ObserveLevel::Events);
-            let stop = self.current.step(&self.history.input_events, limit, look, &mut eyes);
-            self.events = eyes.events.take().unwrap_or_default();
-            let sights = std::mem::take(&mut eyes.observations);
-            let changes = eyes.take_changes(&*self.current.machine);
-            let irq = eyes.interrupts_entered > entered;
+            let entered = probe.interrupts_entered;
+            probe.events = Some(std::mem::take(&mut self.events));
+            let level = probe.observe_level().max(ObserveLevel::Events);
+            let stop = self.current.step(&self.history.input_events, limit, level, &mut probe);
+            self.events = probe.events.take().unwrap_or_default();
+            let observations = std::mem::take(&mut probe.observations);
+            let changes = probe.take_changes(&*self.current.machine);
+            let irq = probe.interrupts_entered > entered;
             self.forget_events();
             if since.elapsed() > HOST_TIME_BETWEEN_COPIES.start {
                 self.keep_copy(since.elapsed(), 0);
                 since = Instant::now();
             }
             let pc = self.current.machine.pc();
-            let trap = if breaks { StopReason::Breakpoint { pc } } else { StopReason::Limit };
-            let hits = self.take_hits(&sights, &changes, if stop == StopReason::Limit { trap } else { stop });
+            let reached = if stops_at_breakpoints { StopReason::Breakpoint { pc } } else { StopReason::Limit };
+            let hits = self.take_hits(&observations, &changes, if stop == StopReason::Limit { reached } else { stop });
             let done = stop == StopReason::Limit && self.current.at_step_end && test(self, flow, irq);
             if !hits.is_empty() {
                 return HaltResult { reason: HaltReason::Points(hits) };

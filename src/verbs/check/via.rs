@@ -16,7 +16,7 @@ pub fn parse_via(text: &str) -> Result<SourceRoute, String> {
         "c" => Ok(SourceRoute::C),
         "arduino" => Ok(SourceRoute::Arduino),
         "bytecode" => Ok(SourceRoute::Bytecode),
-        _ => Err("the ways are native, c, arduino and bytecode".to_owned()),
+        _ => Err("the routes are native, c, arduino and bytecode".to_owned()),
     }
 }
 

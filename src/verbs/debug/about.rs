@@ -1,4 +1,4 @@
-//! `info` about the program as a whole: its types, its memories, what it does not have.
+//! Topics of `info` about the whole program: scopes, addresses, memories, and what a chip does not have.
 
 use emu_core::chip::ChipFamily;
 use emu_core::image::AVR_DATA;
@@ -8,10 +8,10 @@ use super::info;
 use super::numbers::hex;
 use super::shell::{CommandResult, DebugShell};
 
-/// `info scope LOCATION`: parameters and variables of the function there.
+/// `info scope LOCATION`: lists the parameters and variables of the function at a location.
 pub(super) fn scope(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if args.is_empty() {
-        return Err("of which location? info scope price, info scope main.c:12".to_owned());
+        return Err("which location? info scope price, info scope main.c:12".to_owned());
     }
     let word = shell.parse_line_location(args)?.first().copied().unwrap_or_default();
     let scope = &shell.session.scope;
@@ -31,7 +31,7 @@ pub(super) fn scope(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
     Ok(())
 }
 
-/// `info address NAME`.
+/// `info address NAME`: prints the address of a variable or function.
 pub(super) fn address(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let expr = shell.parse_expression(args)?;
     let place = expr.place(shell.session.machine());
@@ -49,7 +49,7 @@ pub(super) fn address(shell: &mut DebugShell, args: &str, out: &mut String) -> C
             format!("Symbol \"{args}\" is {storage} at address {}.\n", data_address(shell, place))
         }
         _ => {
-            let missing = |_| format!("`{args}` is in no memory; print shows its value");
+            let missing = |_| format!("`{args}` is not in memory; print shows its value");
             let address = shell.integer_value(&format!("&{args}")).map_err(missing)?;
             format!("Symbol \"{args}\" is at {}.\n", hex(address, 4))
         }
@@ -57,13 +57,13 @@ pub(super) fn address(shell: &mut DebugShell, args: &str, out: &mut String) -> C
     Ok(())
 }
 
-/// Data memory of an AVR.
+/// Name of the data space of an AVR.
 const AVR_RAM: &str = "data";
 
-/// The first address of data memory that is no register of the core of an AVR.
+/// First address of the data space of an AVR after the core registers r0 to r31.
 const FIRST_DATA: u32 = 32;
 
-/// The address of a place as it is printed.
+/// Returns the address of a place as text.
 fn data_address(shell: &DebugShell, place: ExpressionPlace) -> String {
     let chip = shell.session.scope.chip();
     match place {
@@ -77,7 +77,7 @@ fn data_address(shell: &DebugShell, place: ExpressionPlace) -> String {
     }
 }
 
-/// `info files`: the program, and the memories of the chip.
+/// `info files`: prints the program file, and the memories of the chip with their address ranges.
 pub(super) fn files(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
     let chip = shell.session.scope.chip();
     out.push_str(&format!("Symbols from {}\n{}:\n", shell.file, chip.name));
@@ -87,7 +87,7 @@ pub(super) fn files(shell: &mut DebugShell, _: &str, out: &mut String) -> Comman
     Ok(())
 }
 
-/// `info program`.
+/// `info program`: prints the current location and cycle.
 pub(super) fn program(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
     let target = shell.session.machine();
     let place = shell.session.scope.source().describe_word(target.pc());
@@ -95,7 +95,7 @@ pub(super) fn program(shell: &mut DebugShell, _: &str, out: &mut String) -> Comm
     Ok(())
 }
 
-/// `info all-registers`.
+/// `info all-registers`: prints the registers of the core and of the chip.
 pub(super) fn all_registers(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     info::registers(shell, args, out)?;
     if !args.is_empty() {
@@ -111,7 +111,7 @@ pub(super) fn all_registers(shell: &mut DebugShell, args: &str, out: &mut String
     Ok(())
 }
 
-/// What a program of a controller does not have.
+/// Prints that a program on a chip has no `what`, such as threads.
 pub(super) fn none(what: &str, out: &mut String) -> CommandResult {
     out.push_str(&format!("No {what}: this program runs on a chip without an operating system.\n"));
     Ok(())

@@ -25,16 +25,16 @@ pub(super) fn goto_cycle(shell: &mut DebugShell, args: &str, out: &mut String) -
     let cycle = shell.parse_cycle(args)?;
     shell.run_and_report(out, |session, go_on| {
         let halt = session.goto_cycle(cycle, go_on);
-        // That it came there is no news.
+        // Reaching the requested cycle is the normal end and is not reported.
         if halt.reason == HaltReason::Limit { HaltResult { reason: HaltReason::Done } } else { halt }
     });
     Ok(())
 }
 
-/// Says which positions are wanted.
+/// Selects the positions at which a backward search may stop.
 type PositionFilter = fn(&NameScope, &PassedPosition<'_>) -> bool;
 
-/// Goes back to the last position that `wanted` and that lies where `calls` says; `count` times.
+/// Goes back to the last position that `wanted` and `calls` accept, as many times as `args` says.
 fn reverse_search(
     shell: &mut DebugShell,
     args: &str,
@@ -49,7 +49,7 @@ fn reverse_search(
     Ok(())
 }
 
-/// A source line begins at a position.
+/// Returns whether a source line begins at a position.
 fn begins_line(scope: &NameScope, passed: &PassedPosition<'_>) -> bool {
     let source = scope.source();
     let (pc, bytes) = (passed.target.pc(), scope.chip().word_bytes);
@@ -82,7 +82,7 @@ pub(super) fn nexti(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
 
 pub(super) fn finish(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
     if shell.return_addresses().is_empty() {
-        return Err("there is nothing to go back out of: the stack tells of no call".to_owned());
+        return Err("the stack contains no call to go back out of".to_owned());
     }
     reverse_search(shell, "", CallScope::Out, |_, _| true, out)
 }
@@ -93,11 +93,11 @@ pub(super) fn last_write(shell: &mut DebugShell, args: &str, out: &mut String) -
         None => (args.trim(), false),
     };
     if text.is_empty() {
-        return Err("whose last write? last-write buf, last-write PORTB.5, last-write data:0x100".to_owned());
+        return Err("the place is missing: last-write buf, last-write PORTB.5, last-write data:0x100".to_owned());
     }
     let here = shell.session.machine().cycle();
     let mut found = last_change(shell, text)?;
-    // It stands there already: the one before is meant.
+    // The machine is at that write already, so the write before it is meant.
     if moves && found.is_some_and(|(cycle, _)| cycle == here) {
         shell.session.step_back(1, &mut || true);
         found = last_change(shell, text)?;
@@ -137,7 +137,8 @@ pub(super) fn reverse_last(shell: &mut DebugShell, args: &str, out: &mut String)
     last_write(shell, &format!("{args} go"), out)
 }
 
-/// The last `set` of a place, or of a part of it, before a cycle.
+/// Finds the last `set` of a place, or of a part of it, before cycle `end`. Returns its cycle and the value
+/// after it.
 fn last_set(shell: &DebugShell, place: ExpressionPlace, end: u64) -> Option<(u64, i64)> {
     let bytes = |place: ExpressionPlace| match place {
         ExpressionPlace::Memory { space, addr, bytes, .. } => Some((space, addr..addr + u32::from(bytes))),
@@ -156,15 +157,15 @@ fn last_set(shell: &DebugShell, place: ExpressionPlace, end: u64) -> Option<(u64
         _ => None,
     });
     let cycle = sets.filter(|cycle| *cycle < end).last()?;
-    // What came of it, in whatever part it was set.
+    // The resulting value of the whole place, whichever part was set.
     Some((cycle, shell.session.value_at(place, cycle)?))
 }
 
-/// The last change of a place, and where there is none the last write to its bytes.
+/// Finds the last change of a place, or if there is none the last write to its bytes.
 fn last_change(shell: &mut DebugShell, text: &str) -> Result<Option<(u64, PointHit)>, String> {
     let interrupted = |_| "interrupted".to_owned();
     let expr = shell.parse_expression(text)?;
-    let place = expr.place(shell.session.machine()).ok_or_else(|| format!("`{text}` is no place that is written"))?;
+    let place = expr.place(shell.session.machine()).ok_or_else(|| format!("`{text}` cannot be written"))?;
     let bytes = match place {
         ExpressionPlace::Memory { space, addr, bytes, .. } => Some((space, addr, u32::from(bytes))),
         ExpressionPlace::Bit { space, addr, .. } => Some((space, addr, 1)),
@@ -192,7 +193,8 @@ fn last_change(shell: &mut DebugShell, text: &str) -> Result<Option<(u64, PointH
                 (cycle, PointHit { pc: shell.session.step_ending_at(cycle).unwrap_or(hit.pc), ..hit })
             }))
         };
-    // Of a bit the byte is written for others too; of a register of the chip the value changes without a write.
+    // The byte of a bit is also written for other bits, and a register of the chip can change without a
+    // write.
     if matches!(place, ExpressionPlace::Memory { .. }) {
         let found = by_bytes(shell)?;
         return if found.is_some() { Ok(found) } else { by_value(shell) };

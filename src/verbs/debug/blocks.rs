@@ -1,17 +1,17 @@
-//! Blocks of lines up to their `end`: commands of points, commands of the user, loops and choices.
+//! Blocks of lines up to their `end`: commands of points, user-defined commands, loops and conditionals.
 
 use std::collections::VecDeque;
 
 use super::commands::{find_command, split_command};
 use super::shell::{CommandResult, DebugShell};
 
-/// A line of the queue behind which the loop that is running begins anew.
+/// Queue entry after which the next iteration of the running loop begins.
 const LOOP_MARK: &str = "\u{1}loop";
 
-/// A line of the queue behind the commands of points.
+/// Queue entry after the last command of a point.
 pub(super) const POINT_MARK: &str = "\u{1}point";
 
-/// Commands of gdb whose blocks hold no commands of the debugger.
+/// Commands of gdb whose blocks contain text in another language.
 const FOREIGN_BLOCKS: &[&str] = &["python", "py", "guile", "gu", "compile"];
 
 /// Commands that begin a block.
@@ -21,55 +21,55 @@ const BLOCK_COMMANDS: &[&str] = &["commands", "define", "document", "while", "if
 pub(super) enum BlockKind {
     /// Commands of the point of this number.
     Point(u32),
-    /// A command of the user.
+    /// A user-defined command.
     Define(String),
-    /// The help text of a command of the user.
+    /// The help text of a user-defined command.
     Document(String),
     /// Lines that are repeated while an expression is not 0.
     While(String),
-    /// Lines that are carried out where an expression is not 0; those behind `else` where it is.
+    /// Lines that are executed if an expression is not 0; those after `else` if it is 0.
     If(String),
-    /// Lines in another language, which are refused: the command that begins them.
+    /// Lines in another language, which are refused; holds the command that begins them.
     Foreign(String),
-    /// Lines of a command that was refused already.
+    /// Lines of a block whose first command was refused.
     Refused,
 }
 
 impl BlockKind {
-    /// The lines are no commands: the first `end` ends them.
+    /// Returns whether the lines are text: the first `end` ends them, and nested blocks are not counted.
     fn is_text(&self) -> bool {
         matches!(self, BlockKind::Document(_) | BlockKind::Foreign(_))
     }
 }
 
-/// A block whose `end` has not come yet.
+/// A block whose `end` has not been read yet.
 pub(super) struct OpenBlock {
     kind: BlockKind,
     lines: Vec<String>,
-    /// Blocks within it that are still open.
+    /// Number of nested blocks that are still open.
     depth: u32,
 }
 
-/// A command that the user has defined.
+/// A user-defined command.
 #[derive(Default)]
 pub(super) struct UserCommand {
     lines: Vec<String>,
     pub(super) help: Option<String>,
 }
 
-/// A line begins a block that ends with `end`.
+/// Returns whether a line begins a block that ends with `end`.
 fn begins_block(line: &str) -> bool {
     let Some((word, args)) = split_command(line) else { return false };
     FOREIGN_BLOCKS.contains(&word) && args.is_empty()
         || find_command(word).is_ok_and(|found| BLOCK_COMMANDS.contains(&found.name))
 }
 
-/// How many blocks more are open behind a line.
+/// Returns the change of the nesting depth by a line: 1, 0 or -1.
 fn opened_by(line: &str) -> i32 {
     if line == "end" { -1 } else { i32::from(begins_block(line)) }
 }
 
-/// The lines before the `else` of a block, and those behind it.
+/// Splits the lines of a block into those before and those after its own `else`.
 fn split_else(lines: &[String]) -> (&[String], &[String]) {
     let mut depth = 0;
     for (at, line) in lines.iter().enumerate() {
@@ -81,7 +81,7 @@ fn split_else(lines: &[String]) -> (&[String], &[String]) {
     (lines, &[])
 }
 
-/// A line of a command of the user with `$argc`, `$arg0`, .. replaced by its arguments.
+/// Replaces `$argc`, `$arg0`, .. in a line of a user-defined command by its arguments.
 fn with_arguments(line: &str, arguments: &[&str]) -> String {
     let (mut text, mut rest) = (String::new(), line);
     while let Some((before, behind)) = rest.split_once("$arg") {
@@ -99,7 +99,7 @@ fn with_arguments(line: &str, arguments: &[&str]) -> String {
     text + rest
 }
 
-/// Words with blanks between them; what is in quotes is one.
+/// Splits arguments at blanks; text in quotes is one argument.
 fn split_arguments(args: &str) -> Vec<&str> {
     let (mut words, mut start, mut quote) = (Vec::new(), None, None);
     for (at, c) in args.char_indices() {
@@ -118,12 +118,12 @@ fn split_arguments(args: &str) -> Vec<&str> {
 }
 
 impl DebugShell {
-    /// The lines that follow belong to a block, up to its `end`.
+    /// Opens a block: the lines that follow belong to it, up to its `end`.
     pub(super) fn open_block(&mut self, kind: BlockKind) {
         self.block = Some(OpenBlock { kind, lines: Vec::new(), depth: 0 });
     }
 
-    /// Opens the block of a command in another language; false where the line begins none.
+    /// Opens the block of a command in another language. Returns false if the line begins no such block.
     pub(super) fn open_foreign_block(&mut self, word: &str, args: &str) -> bool {
         let is_foreign = FOREIGN_BLOCKS.contains(&word) && args.is_empty();
         if is_foreign {
@@ -132,7 +132,8 @@ impl DebugShell {
         is_foreign
     }
 
-    /// Takes a line that belongs to a block; nothing where no block is open. Its `end` may fail.
+    /// Adds a line to the open block, or closes the block at its `end`, which can fail. Returns `None` if no
+    /// block is open.
     pub(super) fn collect_line(&mut self, line: &str) -> Option<CommandResult> {
         let mut block = self.block.take()?;
         let line = line.trim();
@@ -168,7 +169,7 @@ impl DebugShell {
                 self.push_front(chosen.to_vec());
             }
             BlockKind::While(condition) => {
-                // Each iteration begins anew with the lines of the loop; an interrupt ends it.
+                // Each iteration queues the lines of the loop again; an interrupt ends the loop.
                 self.queued_count = 0;
                 if self.expression_value(&condition)?.is_true() {
                     let again = [LOOP_MARK.to_owned(), format!("while {condition}")];
@@ -180,19 +181,20 @@ impl DebugShell {
             BlockKind::Refused => {}
             BlockKind::Foreign(word) => {
                 let why = find_command(&word).err().unwrap_or_default();
-                return Err(format!("{why}; its lines up to `end` are left out"));
+                return Err(format!("{why}; its lines up to `end` are skipped"));
             }
         }
         Ok(())
     }
 
-    /// Lines that are carried out before those that are queued already.
+    /// Queues lines before those that are queued already.
     fn push_front(&mut self, lines: Vec<String>) {
         let rest = std::mem::replace(&mut self.queue, lines.into());
         self.queue.extend(rest);
     }
 
-    /// Commands of points that have stopped the machine are carried out next; what is left of those that have let it run is not.
+    /// Queues the commands of the points that have stopped the machine. Drops the remaining commands of the
+    /// points that had resumed it.
     pub(super) fn enqueue(&mut self, mut lines: Vec<String>) {
         if let Some(end) = self.queue.iter().position(|line| line == POINT_MARK) {
             self.queue.drain(..=end);
@@ -203,12 +205,12 @@ impl DebugShell {
         }
     }
 
-    /// A line of the queue that only marks a place.
+    /// Returns whether a queued line is only a mark, and no command.
     pub(super) fn is_mark(line: &str) -> bool {
         matches!(line, LOOP_MARK | POINT_MARK | "silent")
     }
 
-    /// Queues the lines of a command of the user; false where there is none of that name.
+    /// Queues the lines of a user-defined command. Returns false if there is no command of that name.
     pub(super) fn queue_user_command(&mut self, word: &str, args: &str) -> bool {
         let arguments = split_arguments(args);
         let Some(command) = self.user_commands.get(word) else { return false };
@@ -217,10 +219,10 @@ impl DebugShell {
         true
     }
 
-    /// The lines have come to their end.
+    /// Handles the end of the input lines, and discards an open block.
     ///
     /// # Errors
-    /// They end within a block, which is left out then.
+    /// A block is still open.
     pub fn end_of_lines(&mut self) -> CommandResult {
         let what = match self.block.take().map(|block| block.kind) {
             None | Some(BlockKind::Refused) => return Ok(()),
@@ -235,7 +237,7 @@ impl DebugShell {
     }
 }
 
-/// The name of a command of the user.
+/// Checks the name of a user-defined command.
 fn user_name(args: &str) -> Result<String, String> {
     let is_name = !args.is_empty() && args.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'));
     if !is_name {
@@ -252,7 +254,8 @@ fn user_name(args: &str) -> Result<String, String> {
     }
 }
 
-/// Opens a block; of a refused one the lines are left out, they are no commands of their own.
+/// Opens a block. If its first command is refused, its lines are skipped, because they are not commands of
+/// their own.
 fn open(shell: &mut DebugShell, kind: Result<BlockKind, String>) -> CommandResult {
     let (kind, done) = match kind {
         Ok(kind) => (kind, Ok(())),
@@ -284,7 +287,7 @@ fn condition(args: &str) -> Result<String, String> {
     Some(args.to_owned()).filter(|args| !args.is_empty()).ok_or_else(|| why.to_owned())
 }
 
-/// The queue up to where the loop that is running begins anew.
+/// Drops the queue up to the start of the next iteration of the running loop.
 fn skip_iteration(queue: &mut VecDeque<String>) -> CommandResult {
     let at = queue.iter().position(|line| line == LOOP_MARK).ok_or("no loop is running")?;
     queue.drain(..=at);

@@ -1,4 +1,4 @@
-//! Commands about the calls that are not over: bt, frame, up, down, and what a call has: its parameters and variables.
+//! Commands about active calls: bt, frame, up, down, and the parameters and variables of a call.
 
 use emu_debug::debug::{CallFrame, ObjectExpr};
 
@@ -7,10 +7,10 @@ use emu_core::image::{AVR_DATA, BlockInfo};
 
 use super::shell::{CommandResult, DebugShell};
 
-/// A value that the compiler has left out.
+/// Text of a value that the compiler has optimized out.
 const OPTIMIZED_OUT: &str = "<optimized out>";
 
-/// The calls that led here; a count shows so many, `full` the variables of each too.
+/// Prints the active calls, the innermost first; a count limits them, `full` adds the variables of each.
 pub(super) fn backtrace(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (mut count, mut outermost, mut full) = (usize::MAX, usize::MAX, false);
     for word in args.split_whitespace() {
@@ -18,7 +18,7 @@ pub(super) fn backtrace(shell: &mut DebugShell, args: &str, out: &mut String) ->
             Ok(wanted) if wanted < 0 => outermost = wanted.unsigned_abs(),
             Ok(wanted) => count = wanted.unsigned_abs(),
             Err(_) if matches!(word, "full" | "-full") => full = true,
-            Err(_) => return Err(format!("`{word}` is no count of calls; write bt, bt 3, bt -3 or bt full")),
+            Err(_) => return Err(format!("`{word}` is not a count of calls; write bt, bt 3, bt -3 or bt full")),
         }
     }
     let frames = shell.calls();
@@ -36,7 +36,7 @@ pub(super) fn backtrace(shell: &mut DebugShell, args: &str, out: &mut String) ->
     Ok(())
 }
 
-/// Lines of `name = value`, further in.
+/// Indents lines of `name = value`.
 fn indented(lines: &str) -> String {
     lines.lines().map(|line| format!("        {line}\n")).collect()
 }
@@ -64,7 +64,7 @@ pub(super) fn frame(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
     shell.select_frame(level.saturating_add(shell.hidden), out)
 }
 
-/// `select-frame`: `frame` that prints nothing.
+/// `select-frame`: selects a call like `frame`, but prints nothing.
 pub(super) fn select(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
     frame(shell, args, &mut String::new())
 }
@@ -86,7 +86,7 @@ pub(super) fn down(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
     shell.select_frame(shell.level.saturating_sub(count).max(shell.hidden), out)
 }
 
-/// `info locals` and `info args`.
+/// `info locals` and `info args`: prints the variables or the parameters of the selected call.
 pub(super) fn info_variables(shell: &DebugShell, parameters: bool, out: &mut String) -> CommandResult {
     let found = shell.variables(shell.level, parameters);
     let nothing = shell.nothing_known(shell.level, if parameters { "No arguments.\n" } else { "No locals.\n" });
@@ -94,11 +94,11 @@ pub(super) fn info_variables(shell: &DebugShell, parameters: bool, out: &mut Str
     Ok(())
 }
 
-/// `info frame`.
+/// `info frame`: prints the selected call with its addresses, in the layout of gdb.
 pub(super) fn info_frame(shell: &DebugShell, out: &mut String) -> CommandResult {
     let frames = shell.calls();
     let chip = shell.session.scope.chip();
-    let frame = frames.get(shell.level).ok_or("there is no such call any more; bt lists them")?;
+    let frame = frames.get(shell.level).ok_or("the selected call does not exist any more; bt lists the calls")?;
     let linked = if chip.family == ChipFamily::Avr { AVR_DATA } else { 0 };
     let at = |addr: u32| format!("0x{:x}", linked + addr);
     let frame_at = |frame: &CallFrame| frame.cfa.map(|cfa| at(cfa.saturating_sub(1)));
@@ -115,7 +115,7 @@ pub(super) fn info_frame(shell: &DebugShell, out: &mut String) -> CommandResult 
         let caller_at = frame_at(caller).map(|at| format!("frame at {at}"));
         out.push_str(&format!("{}\n", caller_at.unwrap_or_else(|| shell.describe_call(caller))));
     } else {
-        out.push_str("\n called by nothing that is known\n");
+        out.push_str("\n caller unknown\n");
     }
     let (place, own) = (shell.describe_call(frame), at(frame.sp));
     if let Some((_, arguments)) = place.split_once(" (").filter(|_| shell.is_described(frame)) {
@@ -136,7 +136,7 @@ pub(super) fn info_frame(shell: &DebugShell, out: &mut String) -> CommandResult 
 }
 
 impl DebugShell {
-    /// Looks at the call of a level, and tells which that is.
+    /// Selects the call of a level, and prints it.
     fn select_frame(&mut self, level: usize, out: &mut String) -> CommandResult {
         let frames = self.calls();
         let frame = frames.get(level).ok_or_else(|| format!("there is no call {level}; bt lists them"))?;
@@ -150,20 +150,21 @@ impl DebugShell {
         Ok(())
     }
 
-    /// A line of a source file.
+    /// Returns the text of a source line.
     pub(super) fn source_text(&mut self, file: &str, number: u32) -> Option<String> {
         let lines = self.sources.file(&self.session.scope.lines, file)?;
         (number as usize).checked_sub(1).and_then(|at| lines.get(at)).map(|text| text.trim_end().to_owned())
     }
 
-    /// The code of the function of a call, where that was put in place of the call.
+    /// Returns the inlined block of the function of a call, if that function was inlined.
     pub(super) fn inlined_block(&self, frame: &CallFrame) -> Option<BlockInfo> {
         let bytes = self.session.scope.chip().word_bytes;
         let byte = frame.call_word.saturating_mul(bytes);
         self.session.scope.calls().inlined(byte).get(frame.inlined_skipped).map(|block| (*block).clone())
     }
 
-    /// A call as gdb writes it, with its parameters where the program tells of them; else its place.
+    /// Returns a call as gdb prints it, with its parameters if the program describes its function; otherwise
+    /// its location.
     pub(super) fn frame_line(&self, level: usize, frame: &CallFrame) -> String {
         let place = self.describe_call(frame);
         let innermost = level == self.hidden;
@@ -178,7 +179,8 @@ impl DebugShell {
         }
     }
 
-    /// The source line that a call is at: of a function in which another was put in place of its call, that call.
+    /// Returns the source line that a call is at; for a function with an inlined call it is the line of that
+    /// call.
     pub(super) fn line_of_frame(&self, frame: &CallFrame) -> Option<(String, u32)> {
         let scope = &self.session.scope;
         let own = scope.source().line_at(frame.call_word).map(|line| (line.file.to_string(), line.line));
@@ -188,14 +190,14 @@ impl DebugShell {
         file.map(|file| (file.to_owned(), *line)).or(own)
     }
 
-    /// A call is at the first instruction of a row of the table of lines.
+    /// Returns whether a call is at the first instruction of a row of the line table.
     fn begins_line(&self, frame: &CallFrame) -> bool {
         let scope = &self.session.scope;
         let byte = frame.word.saturating_mul(scope.chip().word_bytes);
         scope.source().line_at(frame.word).is_some_and(|line| line.addr == byte)
     }
 
-    /// `0x228 in turn (pump.c:11)`.
+    /// Returns the location of a call: `0x228 in turn (pump.c:11)`.
     fn place_of_frame(&self, frame: &CallFrame) -> String {
         let scope = &self.session.scope;
         match (scope.calls().frame_name(self.session.machine(), frame), self.line_of_frame(frame)) {
@@ -211,7 +213,7 @@ impl DebugShell {
         self.session.scope.calls().info.function_at(byte).is_some()
     }
 
-    /// `total (of=0x8ee, count=3) at main.c:13`.
+    /// Returns a call with its arguments and line: `total (of=0x8ee, count=3) at main.c:13`.
     fn describe_call(&self, frame: &CallFrame) -> String {
         let scope = &self.session.scope;
         let Some((name, _)) = scope.calls().frame_name(self.session.machine(), frame) else {
@@ -219,7 +221,7 @@ impl DebugShell {
         };
         let level = self.calls().iter().position(|known| known == frame).unwrap_or(0);
         let value = |(name, object): (String, ObjectExpr)| {
-            // As short as gdb has it: structs and arrays are left out.
+            // As in gdb, structs and arrays are left out.
             if !object.is_scalar() {
                 return format!("{name}=...");
             }
@@ -236,14 +238,16 @@ impl DebugShell {
         format!("{name} ({}){line}", parameters.join(", "))
     }
 
-    /// What to say of a call without variables: `nothing` where the program tells of its function.
+    /// Returns the text for a call without variables: `nothing` if the program describes its function,
+    /// otherwise that there is no symbol table.
     fn nothing_known(&self, level: usize, nothing: &'static str) -> &'static str {
         let (calls, frames) = (self.session.scope.calls(), self.calls());
-        let told = frames.get(level).is_some_and(|frame| calls.frame_name(self.session.machine(), frame).is_some());
-        if told { nothing } else { "No symbol table info available.\n" }
+        let has_function =
+            frames.get(level).is_some_and(|frame| calls.frame_name(self.session.machine(), frame).is_some());
+        if has_function { nothing } else { "No symbol table info available.\n" }
     }
 
-    /// Parameters or other variables of a call, a line each.
+    /// Returns the parameters, or the other variables, of a call, one per line.
     fn variables(&self, level: usize, parameters: bool) -> String {
         let (scope, target) = (&self.session.scope, self.session.machine());
         let found = scope.locals(target, level, parameters).into_iter();

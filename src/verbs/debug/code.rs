@@ -1,4 +1,4 @@
-//! Commands about the program: instructions, source lines, the calls that led here.
+//! Commands about the program: disas and list, and the active calls.
 
 use std::ops::Range;
 
@@ -9,22 +9,23 @@ use ladder_view::LadderView;
 
 use super::shell::{CommandResult, DebugShell};
 
-/// Instructions and lines that are shown at once.
+/// Default number of instructions or lines of a listing.
 pub(super) const LINES_SHOWN: u32 = 10;
 
-/// Words before the next instruction in which a function begins that `disas` shows from its beginning.
+/// Maximum distance in words from the next instruction back to the start of its function, for `disas` to
+/// begin there.
 const MAX_FUNCTION_DISTANCE: u32 = 24;
 
-/// What `disas` writes besides the instructions.
+/// Optional columns of `disas`.
 #[derive(Debug, Clone, Copy, Default)]
 struct ListingStyle {
-    /// Lines of the source.
+    /// Show the source lines.
     lined: bool,
-    /// Bytes of the code.
+    /// Show the bytes of the code.
     raw: bool,
 }
 
-/// The flags `/s`, `/m` and `/r` of gdb, and what is behind them.
+/// Splits the flags `/s`, `/m` and `/r` of gdb from the text after them.
 fn listing_flags(args: &str) -> Result<(ListingStyle, &str), String> {
     let (mut style, mut args) = (ListingStyle::default(), args);
     while let Some(rest) = args.strip_prefix('/') {
@@ -82,12 +83,13 @@ pub(super) fn disas(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
 }
 
 impl DebugShell {
-    /// Where `disas` went on last, if the machine has not moved since.
+    /// Returns the word where the last `disas` ended, if the machine has not moved since.
     fn next_disassembly(&self) -> Option<u32> {
         self.disassembly.filter(|(at, _)| *at == self.session.machine().cycle()).map(|(_, next)| next)
     }
 
-    /// Where the function of the next instruction begins, if that is near.
+    /// Returns the start of the function of the next instruction if it is near, otherwise the next
+    /// instruction.
     fn function_start(&self) -> u32 {
         let (pc, chip) = (self.session.machine().pc(), self.session.scope.chip());
         let symbols = self.session.scope.symbols.iter().filter(|symbol| symbol.space == chip.code_space);
@@ -95,7 +97,7 @@ impl DebugShell {
         words.max().filter(|word| pc - word <= MAX_FUNCTION_DISTANCE).unwrap_or(pc)
     }
 
-    /// Instructions between two words as gdb dumps them, with their distances from a function or from the nearest symbol.
+    /// Prints instructions as gdb dumps them, with their offsets from a function or from the nearest symbol.
     fn dump(&mut self, words: Range<u32>, function: Option<&str>, style: ListingStyle, out: &mut String) {
         let chip = self.session.scope.chip();
         let (mut word, pc) = (words.start, self.session.machine().pc());
@@ -124,13 +126,14 @@ impl DebugShell {
         out.push_str("End of assembler dump.\n");
     }
 
-    /// The lines of the source from the one listed last up to the line of an instruction, with the name of their file where that is new.
+    /// Prints the source lines after the last listed one up to the line of an instruction, with the file name
+    /// if it is new.
     fn dump_lines(&mut self, word: u32, listed: &mut Option<(String, u32)>, out: &mut String) {
         let line = self.session.scope.source().line_at(word).map(|line| (line.file.to_string(), line.line));
         let Some((file, number)) = line else { return };
         let first = match listed {
             Some((known, last)) if *known == file && *last == number => return,
-            // Lines without code belong to those that follow.
+            // Lines without code belong to the next line with code.
             Some((known, last)) if *known == file && *last < number && number - *last < LINES_SHOWN => *last + 1,
             Some((known, _)) if *known == file => number,
             _ => {
@@ -148,7 +151,7 @@ impl DebugShell {
         *listed = Some((file, number));
     }
 
-    /// The bytes of an instruction in hex.
+    /// Returns the bytes of an instruction in hex.
     fn code_bytes(&self, word: u32, words: u32) -> String {
         let chip = self.session.scope.chip();
         let bytes = word * chip.word_bytes..(word + words.max(1)) * chip.word_bytes;
@@ -156,7 +159,8 @@ impl DebugShell {
         bytes.map(|byte| format!("{byte:02x}")).collect::<Vec<_>>().join(" ")
     }
 
-    /// Some instructions as text, and the word behind them; of a program of C with their symbols, as in gdb.
+    /// Returns some instructions as text, and the word after them. For a C program they have symbols, as in
+    /// gdb.
     pub(super) fn instructions(&self, from: u32, count: u32) -> (String, u32) {
         let (chip, pc, mut word, mut text) =
             (self.session.scope.chip(), self.session.machine().pc(), from, String::new());
@@ -181,7 +185,8 @@ impl DebugShell {
         (text, word)
     }
 
-    /// Some instructions, with their source lines where they are wanted, and the word behind them.
+    /// Returns some instructions as text, with their source lines if the style asks for them, and the word
+    /// after them.
     fn listing(&self, from: u32, count: u32, style: ListingStyle) -> (String, u32) {
         let (chip, source) = (self.session.scope.chip(), self.session.scope.source());
         let (mut text, mut word, pc) = (String::new(), from, self.session.machine().pc());
@@ -212,12 +217,13 @@ impl DebugShell {
         (text, word)
     }
 
-    /// The calls that are not over, the innermost first.
+    /// Returns the active calls, the innermost first.
     pub(super) fn calls(&self) -> Vec<CallFrame> {
         self.session.scope.calls().frames(self.session.machine())
     }
 
-    /// Return addresses of open calls, as program words, the innermost first.
+    /// Returns the return addresses of the active calls as program words, the innermost first. Inlined calls
+    /// have none.
     pub(super) fn return_addresses(&self) -> Vec<u32> {
         let calls = self.calls();
         let real = calls
@@ -227,7 +233,8 @@ impl DebugShell {
         real.map(|(_, frame)| frame.word).collect()
     }
 
-    /// There may be something to return to: a call, or an interrupt, of which the stack does not tell.
+    /// Returns whether the program may be in a call, or in a service routine, which leaves no call on the
+    /// stack.
     pub(super) fn may_return(&self) -> bool {
         let (chip, target) = (self.session.scope.chip(), self.session.machine());
         if !self.return_addresses().is_empty() {
@@ -235,7 +242,7 @@ impl DebugShell {
         }
         let sp = target.reg("SP").unwrap_or(0);
         match chip.family {
-            // An entry clears the flag I, and leaves two bytes.
+            // The entry of an interrupt clears flag I and pushes two bytes.
             ChipFamily::Avr => {
                 let end = u32::from(chip.ram_start) + u32::from(chip.ram_len);
                 sp != 0 && sp + 2 < end && target.reg("SREG").unwrap_or(0) & 0x80 == 0
@@ -268,8 +275,9 @@ pub(super) fn list(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
 }
 
 impl DebugShell {
-    /// The file, the first line and the count of lines that `list` shows: the next ones, `-` for those before, a line, two lines
-    /// with a comma, a location, or where the call that is looked at is.
+    /// Parses the argument of `list` into a file, a first line and a number of lines. The argument is empty
+    /// for the next lines or those around the selected call, `-` for the lines before, a line, two lines with
+    /// a comma, or a location.
     fn parse_list_range(&self, args: &str) -> Result<(String, u32, u32), String> {
         let size = self.list_size;
         let around = |(file, line): (String, u32)| (file, line.saturating_sub(size / 2).max(1), size);
@@ -281,7 +289,8 @@ impl DebugShell {
                 return Ok((file, first, end - first));
             }
             ("" | "+" | "-", _) => {
-                // Before it has come to a line, those that lead to main, as in gdb.
+                // As in gdb, before the program has reached a source line, the lines that lead to main are
+                // listed.
                 let before_main = || {
                     let word = self.parse_line_location("main").ok()?.first().copied()?;
                     let source = self.session.scope.source();
@@ -303,7 +312,7 @@ impl DebugShell {
             let (file, first) = self.parse_line(first.trim())?;
             let last = match last.trim() {
                 "" => first.saturating_add(size.saturating_sub(1)),
-                // Behind the comma a distance counts from the first line.
+                // After the comma, `+N` counts from the first line.
                 last => match last.strip_prefix('+').and_then(|by| by.trim().parse::<u32>().ok()) {
                     Some(by) => first.saturating_add(by),
                     None => self.parse_line(last)?.1,
@@ -314,12 +323,12 @@ impl DebugShell {
         self.parse_line(args).map(around)
     }
 
-    /// The file and line of a location.
+    /// Parses a location into its file and line.
     pub(super) fn parse_line(&self, text: &str) -> Result<(String, u32), String> {
         if let Some(found) = self.parse_line_number(text) {
             return Ok(found);
         }
-        // A line without code is a line all the same.
+        // A line without code is a valid line.
         if let Some((file, line)) = text.rsplit_once(':')
             && let (Ok(line), Some(known)) = (line.parse(), self.source_file(file))
         {
@@ -331,7 +340,8 @@ impl DebugShell {
         Ok((line.file.to_string(), line.line))
     }
 
-    /// A number alone: a line of the file that is looked at, as gdb has it; `+1` and `-1` count from the line that is. Nothing where the program has no lines.
+    /// Parses a number alone as a line of the current file, as gdb does; `+1` and `-1` count from the current
+    /// line. Returns `None` if the program has no lines.
     pub(super) fn parse_line_number(&self, text: &str) -> Option<(String, u32)> {
         if let Some(by) = text.strip_prefix(['+', '-']).and_then(|by| by.parse::<u32>().ok()) {
             let (file, line) = self.current_line()?;
@@ -343,19 +353,19 @@ impl DebugShell {
         here.map(|(file, _)| (file, line))
     }
 
-    /// The line of the call that is looked at.
+    /// Returns the source line of the selected call.
     pub(super) fn current_line(&self) -> Option<(String, u32)> {
         self.line_of_frame(self.calls().get(self.level)?)
     }
 
-    /// Where `main` begins: what is listed before the program has come to a line.
+    /// Returns the line of `main`, which is listed before the program has reached a source line.
     pub(super) fn main_line(&self) -> Option<(String, u32)> {
         let source = self.session.scope.source();
         let line = source.line_at(source.parse_words("main").ok()?.first().copied()?)?;
         Some((line.file.to_string(), line.line))
     }
 
-    /// A source file of the program by its name or the end of its path.
+    /// Finds a source file of the program by its name or the end of its path.
     pub(super) fn source_file(&self, name: &str) -> Option<String> {
         let lines = self.session.scope.lines.all_lines();
         let is = |file: &str| file == name || file.strip_suffix(name).is_some_and(|before| before.ends_with('/'));

@@ -1,4 +1,4 @@
-//! The table of commands, from which dispatch, help, completion and the page `docs/debug.md` are made.
+//! The table of commands, from which dispatch, help, completion and the page `docs/debug.md` are generated.
 
 use diag::nearest;
 
@@ -13,13 +13,13 @@ use super::{
 pub enum RepeatKind {
     /// Nothing.
     No,
-    /// The same again.
+    /// Repeats the command.
     Same,
-    /// It goes on where it was.
+    /// Continues where the command ended.
     Continue,
 }
 
-/// What a group of commands is about.
+/// The topic of a group of commands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CommandGroup {
     /// Running.
@@ -39,7 +39,7 @@ pub enum CommandGroup {
 }
 
 impl CommandGroup {
-    /// All, in their order.
+    /// All groups in the order of the help, with their titles.
     pub const ALL: &[(CommandGroup, &'static str)] = &[
         (CommandGroup::Run, "Running"),
         (CommandGroup::Points, "Breakpoints and watchpoints"),
@@ -51,21 +51,21 @@ impl CommandGroup {
     ];
 }
 
-/// A command.
+/// A command of the debugger.
 pub struct DebugCommand {
-    /// Its name; any beginning of it that no other has will do.
+    /// Name of the command; any unambiguous prefix of it is accepted.
     pub name: &'static str,
-    /// Other names.
+    /// Aliases of the name.
     pub aliases: &'static [&'static str],
-    /// What follows it.
+    /// Arguments, as the help shows them.
     pub syntax: &'static str,
-    /// What it does, in a line.
+    /// Description in one line.
     pub help: &'static str,
-    /// What it is about.
+    /// Group of the command in the help.
     pub group: CommandGroup,
     /// What an empty line does after it.
     pub repeat: RepeatKind,
-    /// Does it.
+    /// Executes the command.
     pub run: fn(&mut DebugShell, &str, &mut String) -> CommandResult,
 }
 
@@ -87,88 +87,89 @@ use RepeatKind::{Continue, No, Same};
 /// All commands, group by group.
 #[rustfmt::skip]
 pub const COMMANDS: &[DebugCommand] = &[
-    command(Run, "step",              &["s"],         "[COUNT]",     Same, running::step,          "to the next source line, into calls; service routines are run through; without lines an instruction"),
-    command(Run, "stepi",             &["si"],        "[COUNT]",     Same, running::stepi,         "one instruction, or one entry of an interrupt"),
-    command(Run, "next",              &["n"],         "[COUNT]",     Same, running::next,          "to the next source line, over calls; without lines an instruction"),
-    command(Run, "nexti",             &["ni"],        "[COUNT]",     Same, running::nexti,         "one instruction, over calls and interrupts"),
-    command(Run, "finish",            &["fin"],       "",            Same, running::finish,        "to where this subroutine or service routine returns to"),
-    command(Run, "until",             &["u"],         "[LOCATION]",  Same, running::until,         "to a location, or out of this subroutine; without one as next, but never back, so that it leaves loops"),
-    command(Run, "continue",          &["c", "fg"],   "[COUNT]",     Same, running::continue_running,         "run until something stops it; with a count the breakpoint here is passed COUNT - 1 times"),
-    command(Run, "advance",           &["adv"],       "LOCATION",    Same, running::advance,       "to a location, or out of this subroutine"),
-    command(Run, "run",               &["r"],         "",            No,   running::run,           "from the beginning of the history; what was done from outside is done again"),
-    command(Run, "start",             &["sta"],       "",            No,   running::start,         "the same, up to main"),
-    command(Run, "jump",              &["j"],         "LOCATION",    No,   running::jump,          "go on at another location"),
-    command(Run, "until-pin",         &[],            "PIN=LEVEL",   Same, running::until_pin,     "run until a pin comes to a level: until-pin PB5=1, or z where nothing drives it"),
-    command(Run, "run-to-cycle",      &[],            "CYCLE",       No,   running::run_to_cycle,  "run up to a machine cycle, or a time: run-to-cycle 16000, run-to-cycle 10ms, run-to-cycle $cycle+100"),
-    command(Run, "reset",             &[],            "[power|external|watchdog|brownout]", No, running::reset, "reset the chip; time goes on"),
+    command(Run, "step",              &["s"],         "[COUNT]",     Same, running::step,          "run to the next source line and enter calls; service routines run to their end; without source lines one instruction"),
+    command(Run, "stepi",             &["si"],        "[COUNT]",     Same, running::stepi,         "execute one instruction, or one interrupt entry"),
+    command(Run, "next",              &["n"],         "[COUNT]",     Same, running::next,          "run to the next source line and pass over calls; without source lines one instruction"),
+    command(Run, "nexti",             &["ni"],        "[COUNT]",     Same, running::nexti,         "execute one instruction and pass over calls and interrupts"),
+    command(Run, "finish",            &["fin"],       "",            Same, running::finish,        "run until this subroutine or service routine returns"),
+    command(Run, "until",             &["u"],         "[LOCATION]",  Same, running::until,         "run to a location, or until this subroutine returns; without a location like next, but never back in the function, so it leaves loops"),
+    command(Run, "continue",          &["c", "fg"],   "[COUNT]",     Same, running::continue_running,         "run until something stops the program; with a count, ignore the breakpoint here COUNT - 1 times"),
+    command(Run, "advance",           &["adv"],       "LOCATION",    Same, running::advance,       "run to a location, or until this subroutine returns"),
+    command(Run, "run",               &["r"],         "",            No,   running::run,           "go to the beginning of the history and run; external actions are repeated"),
+    command(Run, "start",             &["sta"],       "",            No,   running::start,         "go to the beginning of the history and run to main"),
+    command(Run, "jump",              &["j"],         "LOCATION",    No,   running::jump,          "continue at another location"),
+    command(Run, "until-pin",         &[],            "PIN=LEVEL",   Same, running::until_pin,     "run until a pin changes to a level: until-pin PB5=1, or z if nothing drives it"),
+    command(Run, "run-to-cycle",      &[],            "CYCLE",       No,   running::run_to_cycle,  "run to a machine cycle or a time: run-to-cycle 16000, run-to-cycle 10ms, run-to-cycle $cycle+100"),
+    command(Run, "reset",             &[],            "[power|external|watchdog|brownout]", No, running::reset, "reset the chip; cycles continue to count"),
 
-    command(Points, "break",          &["b", "br"],   "[LOCATION] [if EXPR]", No, points::set_break,   "stop before a location: 0x86, main, main.c:12, rung 3, rung 3.2 (an element), welder.ld:12; without one before the instruction that is next"),
-    command(Points, "tbreak",         &["tb"],        "[LOCATION] [if EXPR]", No, points::set_tbreak,  "the same, once"),
-    command(Points, "hbreak",         &["hb"],        "[LOCATION] [if EXPR]", No, points::set_break,   "the same as break, for who is used to it"),
-    command(Points, "watch",          &["wa"],        "PLACE [if EXPR]",      No, points::watch,       "stop where a value has changed: memory, register, bit, pin, expression"),
-    command(Points, "rwatch",         &["rw"],        "PLACE [if EXPR]",      No, points::rwatch,      "stop where memory is read"),
-    command(Points, "awatch",         &["aw"],        "PLACE [if EXPR]",      No, points::awatch,      "stop where memory is read or written"),
-    command(Points, "clear",          &["cl"],        "[LOCATION]",           No, points::clear,       "delete the breakpoints at a location; without one at the instruction that is next"),
-    command(Points, "condition",      &["cond"],      "NUMBER [EXPR]",        No, points::condition,   "a point stops only where EXPR is not 0; without one always"),
-    command(Points, "ignore",         &[],            "NUMBER COUNT",         No, points::ignore,      "a point passes over the next COUNT hits"),
-    command(Points, "commands",       &["comm"],      "[NUMBER]",             No, points::commands,    "the lines up to `end` are carried out when a point stops; `silent` first leaves out what a stop prints"),
-    command(Points, "delete",         &["d"],         "[NUMBER..]",           No, points::delete,      "delete points; without numbers all"),
-    command(Points, "enable",         &[],            "[once|delete|count N|display] [NUMBER..]", No, points::enable, "points count again: `once`; until they stop, and are deleted then; for N stops; `display` means displays"),
-    command(Points, "disable",        &["dis"],       "[display] [NUMBER..]", No, points::disable,    "points do not count; `display` means displays"),
+    command(Points, "break",          &["b", "br"],   "[LOCATION] [if EXPR]", No, points::set_break,   "stop before a location: 0x86, main, main.c:12, rung 3, rung 3.2 (an element), welder.ld:12; without a location before the next instruction"),
+    command(Points, "tbreak",         &["tb"],        "[LOCATION] [if EXPR]", No, points::set_tbreak,  "set a breakpoint that is deleted when it stops the program"),
+    command(Points, "hbreak",         &["hb"],        "[LOCATION] [if EXPR]", No, points::set_break,   "same as break"),
+    command(Points, "watch",          &["wa"],        "PLACE [if EXPR]",      No, points::watch,       "stop when a value changes: memory, register, bit, pin, expression"),
+    command(Points, "rwatch",         &["rw"],        "PLACE [if EXPR]",      No, points::rwatch,      "stop when memory is read"),
+    command(Points, "awatch",         &["aw"],        "PLACE [if EXPR]",      No, points::awatch,      "stop when memory is read or written"),
+    command(Points, "clear",          &["cl"],        "[LOCATION]",           No, points::clear,       "delete the breakpoints at a location; without a location at the next instruction"),
+    command(Points, "condition",      &["cond"],      "NUMBER [EXPR]",        No, points::condition,   "make a point stop only if EXPR is not 0; without EXPR always"),
+    command(Points, "ignore",         &[],            "NUMBER COUNT",         No, points::ignore,      "ignore the next COUNT hits of a point"),
+    command(Points, "commands",       &["comm"],      "[NUMBER]",             No, points::commands,    "execute the lines up to `end` when a point stops the program; `silent` as the first line suppresses the report of the stop"),
+    command(Points, "delete",         &["d"],         "[NUMBER..]",           No, points::delete,      "delete points; without numbers all of them"),
+    command(Points, "enable",         &[],            "[once|delete|count N|display] [NUMBER..]", No, points::enable, "enable points: `once` for one stop, `delete` for one stop, which deletes them, `count N` for N stops; `display` enables displays"),
+    command(Points, "disable",        &["dis"],       "[display] [NUMBER..]", No, points::disable,    "disable points; `display` disables displays"),
 
-    command(Data, "print",            &["p"],         "[/FORMAT] EXPR",       No, data::print,         "the value of an expression: registers, memory, bits, pins, symbols, variables and operators of C (x.y, p->y, a[1], *p, &x, (char)x); /x /d /u /o /t /c /a; X = VALUE sets it"),
-    command(Data, "call",             &[],            "EXPR",                 No, data::call,          "the same; functions of the program are not called"),
-    command(Data, "ptype",            &["pt"],        "EXPR or TYPE",         No, types::ptype,        "a type of C with its members"),
-    command(Data, "whatis",           &["wha"],       "EXPR or TYPE",         No, types::whatis,       "the name of a type of C"),
-    command(Data, "set",              &[],            "PLACE = EXPR",         No, data::set,           "give a place another value: set r16 = 5, set PB0 = 1, set VCC=4.5V, set buf = buf + 1"),
-    command(Data, "x",                &[],            "[/FORMAT] PLACE",      Continue, examine::examine,       "memory from a place on: x/8xb data:0x100; count, format (x z d u o t c a f i s), unit (b h w g)"),
-    command(Data, "display",          &[],            "[/FORMAT] [EXPR]",     No, displays::display,       "show an expression at every stop; without one show them all now"),
-    command(Data, "undisplay",        &[],            "[NUMBER..]",           No, displays::undisplay,     "show it no more; without numbers none"),
-    command(Data, "assert",           &[],            "EXPR",                 No, data::assert,        "fail where EXPR is 0: a script ends with exit code 1"),
+    command(Data, "print",            &["p"],         "[/FORMAT] EXPR",       No, data::print,         "print the value of an expression: registers, memory, bits, pins, symbols, variables and operators of C (x.y, p->y, a[1], *p, &x, (char)x); /x /d /u /o /t /c /a; X = VALUE sets it"),
+    command(Data, "call",             &[],            "EXPR",                 No, data::call,          "same as print; functions of the program are not called"),
+    command(Data, "ptype",            &["pt"],        "EXPR or TYPE",         No, types::ptype,        "print a C type with its members"),
+    command(Data, "whatis",           &["wha"],       "EXPR or TYPE",         No, types::whatis,       "print the name of a C type"),
+    command(Data, "set",              &[],            "PLACE = EXPR",         No, data::set,           "assign a value: set r16 = 5, set PB0 = 1, set VCC=4.5V, set buf = buf + 1"),
+    command(Data, "x",                &[],            "[/FORMAT] PLACE",      Continue, examine::examine,       "print memory from an address on: x/8xb data:0x100; count, format (x z d u o t c a f i s), unit (b h w g)"),
+    command(Data, "display",          &[],            "[/FORMAT] [EXPR]",     No, displays::display,       "show an expression at every stop; without EXPR show all displays now"),
+    command(Data, "undisplay",        &[],            "[NUMBER..]",           No, displays::undisplay,     "delete displays; without numbers all of them"),
+    command(Data, "assert",           &[],            "EXPR",                 No, data::assert,        "fail if EXPR is 0: a script then ends with exit code 1"),
 
-    command(Code, "info",             &["i"],         "WHAT [..]",            No, info::info,          "what is known: info without more lists what there is"),
-    command(Code, "disas",            &["disassemble"], "[/rs] [LOCATION] [COUNT]", Continue, code::disas,         "the function around a location, or around the next instruction; FIRST,LAST and FIRST,+BYTES a range, COUNT so many instructions; /s with lines of the source, /r with bytes"),
-    command(Code, "list",             &["l"],         "[LOCATION]",           Continue, code::list,          "lines of the source: list, list 12, list 5,9, list main, list main.c:12, list - for those before"),
-    command(Code, "bt",               &["backtrace", "where"], "[COUNT] [full]", No, calls::backtrace, "the calls that led here, as far as the stack tells; -2 for the outermost two; full: with their variables"),
-    command(Code, "frame",            &["f"],         "[NUMBER]",           No, calls::frame,       "look at a call, 0 the innermost: print, info locals and list are about it then"),
-    command(Code, "select-frame",     &[],            "NUMBER",             No, calls::select,      "look at a call without a word, as frame does"),
-    command(Code, "up",               &[],            "[COUNT]",            Same, calls::up,        "look at the caller"),
-    command(Code, "down",             &["dow"],       "[COUNT]",            Same, calls::down,      "look at what it called"),
+    command(Code, "info",             &["i"],         "WHAT [..]",            No, info::info,          "print information; info alone lists the topics"),
+    command(Code, "disas",            &["disassemble"], "[/rs] [LOCATION] [COUNT]", Continue, code::disas,         "disassemble the function at a location or at the next instruction; FIRST,LAST or FIRST,+BYTES for a range, COUNT for a number of instructions; /s with source lines, /r with bytes"),
+    command(Code, "list",             &["l"],         "[LOCATION]",           Continue, code::list,          "print source lines: list, list 12, list 5,9, list main, list main.c:12, list - for the previous ones"),
+    command(Code, "bt",               &["backtrace", "where"], "[COUNT] [full]", No, calls::backtrace, "print the active calls, as far as the stack shows them; -2 for the outermost two; full: with their variables"),
+    command(Code, "frame",            &["f"],         "[NUMBER]",           No, calls::frame,       "select a call, 0 is the innermost: print, info locals and list then refer to it"),
+    command(Code, "select-frame",     &[],            "NUMBER",             No, calls::select,      "select a call as frame does, without output"),
+    command(Code, "up",               &[],            "[COUNT]",            Same, calls::up,        "select the caller"),
+    command(Code, "down",             &["dow"],       "[COUNT]",            Same, calls::down,      "select the called function"),
 
-    command(Ladder, "scan",           &[],            "[COUNT]",   Same, rungs::scan,         "to where the next scan begins"),
-    command(Ladder, "rung",           &[],            "[COUNT]",   Same, rungs::rung,         "to where the next rung with code begins"),
-    command(Ladder, "element",        &["el"],        "[COUNT]",   Same, rungs::element,      "to where the next element with code begins"),
-    command(Ladder, "why",            &[],            "SYMBOL",    No,   rungs::why,          "what made a symbol what it is: the contacts that did, back through the scans"),
+    command(Ladder, "scan",           &[],            "[COUNT]",   Same, rungs::scan,         "run to the start of the next scan"),
+    command(Ladder, "rung",           &[],            "[COUNT]",   Same, rungs::rung,         "run to the start of the next rung with code"),
+    command(Ladder, "element",        &["el"],        "[COUNT]",   Same, rungs::element,      "run to the start of the next element with code"),
+    command(Ladder, "why",            &[],            "SYMBOL",    No,   rungs::why,          "explain the value of a symbol: the contacts that caused it, back through the scans"),
 
-    command(Back, "reverse-stepi",    &["rsi"],       "[COUNT]",   Same, back::stepi,        "one instruction back"),
-    command(Back, "reverse-nexti",    &["rni"],       "[COUNT]",   Same, back::nexti,        "the same, over calls and interrupts"),
-    command(Back, "reverse-step",     &["rs"],        "[COUNT]",   Same, back::step,         "back to where a source line begins, into calls"),
-    command(Back, "reverse-next",     &["rn"],        "[COUNT]",   Same, back::next,         "back to where a source line begins, over calls; without lines an instruction"),
-    command(Back, "reverse-continue", &["rc"],        "",          Same, back::reverse_continue,        "back to the last hit of a point, or to the beginning"),
-    command(Back, "reverse-finish",   &["rfin"],      "",          Same, back::finish,       "back to before the call of this subroutine"),
-    command(Back, "goto-cycle",       &["gc"],        "CYCLE",     No,   back::goto_cycle,   "to a machine cycle or a time, back or forwards; points do not stop it"),
-    command(Back, "last-write",       &["lw"],        "PLACE [go]", No,  back::last_write,   "who gave a place its value last; with `go` goes to behind that instruction"),
-    command(Back, "reverse-last",     &["rl"],        "PLACE",     No,   back::reverse_last, "goes to where a place got its value last, as last-write with `go`"),
+    command(Back, "reverse-stepi",    &["rsi"],       "[COUNT]",   Same, back::stepi,        "go back one instruction"),
+    command(Back, "reverse-nexti",    &["rni"],       "[COUNT]",   Same, back::nexti,        "go back one instruction and pass over calls and interrupts"),
+    command(Back, "reverse-step",     &["rs"],        "[COUNT]",   Same, back::step,         "go back to the start of a source line and enter calls"),
+    command(Back, "reverse-next",     &["rn"],        "[COUNT]",   Same, back::next,         "go back to the start of a source line and pass over calls; without source lines one instruction"),
+    command(Back, "reverse-continue", &["rc"],        "",          Same, back::reverse_continue,        "go back to the last hit of a point, or to the beginning of the history"),
+    command(Back, "reverse-finish",   &["rfin"],      "",          Same, back::finish,       "go back to before the call of this subroutine"),
+    command(Back, "goto-cycle",       &["gc"],        "CYCLE",     No,   back::goto_cycle,   "go to a machine cycle or a time, backwards or forwards; points do not stop it"),
+    command(Back, "last-write",       &["lw"],        "PLACE [go]", No,  back::last_write,   "print what wrote a place last; with `go`, go to the end of that instruction"),
+    command(Back, "reverse-last",     &["rl"],        "PLACE",     No,   back::reverse_last, "go to the last write of a place; same as last-write with `go`"),
 
-    command(Session, "save",          &[],            "FILE",      No,   files::save,        "write the machine to a file, for `load` and for `emu run --snapshot-in`; save breakpoints FILE writes commands that set the points, for `source`"),
-    command(Session, "load",          &[],            "FILE",      No,   files::load,        "go on from a machine that `save` or `emu run --snapshot-out` has written; a history begins there"),
-    command(Session, "source",        &[],            "FILE",      No,   files::source,      "carry out the commands of a file, up to the first that fails"),
-    command(Session, "record",        &[],            "FILE",      No,   record::record,     "write what was done from outside up to now as a scenario that does it again"),
-    command(Session, "echo",          &[],            "TEXT",      No,   texts::echo,        "print a text; \\n and the like are what they are in C"),
+    command(Session, "save",          &[],            "FILE",      No,   files::save,        "save the machine to a file, for `load` and for `emu run --snapshot-in`; save breakpoints FILE writes commands that set all points, for `source`"),
+    command(Session, "load",          &[],            "FILE",      No,   files::load,        "continue from a machine that `save` or `emu run --snapshot-out` has written; the history begins there"),
+    command(Session, "source",        &[],            "FILE",      No,   files::source,      "execute the commands of a file, up to the first that fails"),
+    command(Session, "record",        &[],            "FILE",      No,   record::record,     "write the external actions up to now as a scenario that repeats them"),
+    command(Session, "echo",          &[],            "TEXT",      No,   texts::echo,        "print a text; escapes such as \\n are those of C"),
     command(Session, "output",        &[],            "[/FORMAT] EXPR", No, texts::output,   "print a value without its name"),
-    command(Session, "show",          &[],            "SETTING",   No,   settings::show,     "a setting: print pretty, print elements, print repeats, listsize"),
+    command(Session, "show",          &[],            "SETTING",   No,   settings::show,     "print a setting: print pretty, print elements, print repeats, listsize"),
     command(Session, "printf",        &[],            "\"TEXT\", EXPR..", No, texts::printf, "print a text with values in it: printf \"%d of %s\\n\", i, name"),
-    command(Session, "define",        &[],            "NAME",      No,   blocks::define,     "the lines up to `end` become a command; $arg0, $arg1, .. are its arguments, $argc their count"),
-    command(Session, "document",      &[],            "NAME",      No,   blocks::document,   "the lines up to `end` are what `help` tells of a command that `define` made"),
-    command(Session, "while",         &[],            "EXPR",      No,   blocks::while_loop, "the lines up to `end` again and again while EXPR is not 0"),
-    command(Session, "if",            &[],            "EXPR",      No,   blocks::if_block,   "the lines up to `end` where EXPR is not 0, those behind `else` where it is"),
+    command(Session, "define",        &[],            "NAME",      No,   blocks::define,     "define a command of the lines up to `end`; $arg0, $arg1, .. are its arguments, $argc their number"),
+    command(Session, "document",      &[],            "NAME",      No,   blocks::document,   "use the lines up to `end` as the help text of a command made by `define`"),
+    command(Session, "while",         &[],            "EXPR",      No,   blocks::while_loop, "repeat the lines up to `end` while EXPR is not 0"),
+    command(Session, "if",            &[],            "EXPR",      No,   blocks::if_block,   "execute the lines up to `end` if EXPR is not 0, those after `else` if it is 0"),
     command(Session, "loop_break",    &[],            "",          No,   blocks::loop_break, "leave the loop of `while`"),
-    command(Session, "loop_continue", &[],            "",          No,   blocks::loop_continue, "go on with the next iteration of `while`"),
-    command(Session, "help",          &["h", "?"],    "[COMMAND]", No,   help,               "what a command does"),
-    command(Session, "quit",          &["q", "exit"], "[CODE]",    No,   files::quit,        "leave"),
+    command(Session, "loop_continue", &[],            "",          No,   blocks::loop_continue, "continue with the next iteration of `while`"),
+    command(Session, "help",          &["h", "?"],    "[COMMAND]", No,   help,               "describe a command"),
+    command(Session, "quit",          &["q", "exit"], "[CODE]",    No,   files::quit,        "end the session"),
 ];
 
-/// The first word of a line and the rest: `x/8xb buf` is `x` and `/8xb buf`. Nothing where the line is empty or a comment.
+/// Splits a line into its first word and the rest: `x/8xb buf` is `x` and `/8xb buf`. Returns `None` if the
+/// line is empty or a comment.
 pub fn split_command(line: &str) -> Option<(&str, &str)> {
     let line = line.trim();
     if line.is_empty() || line.starts_with('#') {
@@ -183,29 +184,29 @@ pub fn split_command(line: &str) -> Option<(&str, &str)> {
     Some((word, rest.trim()))
 }
 
-/// Commands of gdb that make no sense here, and what does.
+/// Commands of gdb that are not available, each with a replacement or the reason.
 #[rustfmt::skip]
 const FOREIGN: &[(&str, &str)] = &[
-    ("target", "the machine is within this program; emu debug --gdb serves avr-gdb"),
+    ("target", "the machine is part of this program; emu debug --gdb serves avr-gdb"),
     ("file", "start emu debug with another file"), ("symbol-file", "start emu debug with --symbols"),
-    ("kill", "reset, run and quit are"), ("detach", "quit leaves"), ("attach", "the machine is within this program"),
+    ("kill", "use reset, run or quit"), ("detach", "quit leaves"), ("attach", "the machine is part of this program"),
     ("shell", "the debugger starts no programs"), ("make", "the debugger starts no programs"),
-    ("thread", "a chip has no threads"), ("skip", "finish leaves a function, advance goes on behind it"),
+    ("thread", "a chip has no threads"), ("skip", "finish leaves a function, advance runs past it"),
     ("macro", "debugging information of avr-gcc has no macros"),
-    ("pwd", "files are found from where emu was started"), ("cd", "files are found from where emu was started"),
-    ("directory", "files are found from where emu was started"), ("layout", "emu debug --tui is the full screen"),
+    ("pwd", "paths are relative to the folder in which emu was started"), ("cd", "paths are relative to the folder in which emu was started"),
+    ("directory", "paths are relative to the folder in which emu was started"), ("layout", "emu debug --tui is the full screen"),
     ("tui", "emu debug --tui is the full screen"),
     ("checkpoint", "save and load keep the machine, goto-cycle goes back"), ("return", "finish lets the function end"),
     ("catch", "break on an interrupt's routine"), ("handle", "a chip has no signals"), ("signal", "a chip has no signals"),
-    ("python", "source carries out a file of commands"), ("py", "source carries out a file of commands"),
-    ("guile", "source carries out a file of commands"), ("gu", "source carries out a file of commands"),
+    ("python", "source executes a file of commands"), ("py", "source executes a file of commands"),
+    ("guile", "source executes a file of commands"), ("gu", "source executes a file of commands"),
     ("compile", "the debugger compiles nothing"), ("thbreak", "tbreak is the same"),
 ];
 
-/// The command that a word stands for: a name, another name, or the beginning of one name only.
+/// Finds the command of a word: a name, an alias, or an unambiguous prefix of a name.
 ///
 /// # Errors
-/// There is none, or there are several: a sentence that names them.
+/// No command or several commands match; the message names them.
 pub fn find_command(word: &str) -> Result<&'static DebugCommand, String> {
     let exact = COMMANDS.iter().find(|command| command.name == word || command.aliases.contains(&word));
     if let Some(command) = exact {
@@ -216,7 +217,7 @@ pub fn find_command(word: &str) -> Result<&'static DebugCommand, String> {
         [command] => Ok(command),
         [] if FOREIGN.iter().any(|(name, _)| *name == word) => {
             let why = FOREIGN.iter().find(|(name, _)| *name == word).map_or("", |(_, why)| why);
-            Err(format!("`{word}` of gdb is no command here: {why}"))
+            Err(format!("`{word}` of gdb is not available: {why}"))
         }
         [] => {
             let names = COMMANDS.iter().flat_map(|command| command.aliases.iter().chain([&command.name]).copied());
@@ -231,7 +232,7 @@ pub fn find_command(word: &str) -> Result<&'static DebugCommand, String> {
     }
 }
 
-/// `help`.
+/// `help`: lists all commands, or describes one.
 fn help(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if let Some(user) = shell.user_commands.get(args) {
         out.push_str(&format!("{}\n", user.help.as_deref().unwrap_or("User-defined.")));
@@ -249,7 +250,7 @@ fn help(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
         out.push_str(&format!("{title}:\n"));
         COMMANDS.iter().filter(|command| command.group == *group).for_each(|command| write_command_help(command, out));
     }
-    out.push_str("A beginning of a name will do where it is clear; an empty line repeats.\n");
+    out.push_str("An unambiguous prefix of a name is enough; an empty line repeats the last command.\n");
     Ok(())
 }
 
@@ -265,7 +266,7 @@ mod tests {
 
     use super::*;
 
-    /// The table of commands in `docs/debug.md`; EMU_BLESS=1 writes it anew.
+    /// Checks the table of commands in `docs/debug.md`; EMU_BLESS=1 rewrites it.
     #[test]
     fn the_page_has_every_command() {
         let mut table = String::new();
@@ -330,7 +331,7 @@ mod tests {
         assert_eq!(split_command("# nothing"), None);
     }
 
-    /// No two commands answer to one name.
+    /// Checks that no two commands have the same name.
     #[test]
     fn names_are_taken_once() {
         let mut names: Vec<&str> = COMMANDS.iter().flat_map(|c| c.aliases.iter().chain([&c.name]).copied()).collect();

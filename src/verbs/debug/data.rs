@@ -16,10 +16,10 @@ use super::settings::{print_options, set_setting};
 use super::shell::{CommandResult, DebugShell};
 use crate::shared::avr;
 
-/// Why a quotient has no value.
+/// Reason why a quotient has no value.
 const DIVISION_BY_ZERO: &str = "a division by 0";
 
-/// Why an expression has no value now, where it is not what it is called.
+/// Explains why an expression has no value now. Returns `None` if it has one.
 fn missing_value_reason(expr: &DebugExpression, target: &dyn DynMachine) -> Option<&'static str> {
     if expr.value(target).is_some() {
         return None;
@@ -27,21 +27,21 @@ fn missing_value_reason(expr: &DebugExpression, target: &dyn DynMachine) -> Opti
     let is_real = |of: &DebugExpression| matches!(of.evaluate(target), Some(ExpressionValue::Real(..)));
     Some(match expr {
         DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) if is_real(of) => {
-            "a number with a point has no bits to compute with"
+            "a floating-point number has no bits to compute with"
         }
-        DebugExpression::Object(object) if !object.is_scalar() => "a struct, or an array that is in no memory",
+        DebugExpression::Object(object) if !object.is_scalar() => "a struct, or an array that is not in memory",
         DebugExpression::Place(ExpressionPlace::Pin(_)) => "a pin that floats",
         DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) => return missing_value_reason(of, target),
         DebugExpression::Binary(operator, a, b) => {
             let of_these = missing_value_reason(a, target).or_else(|| missing_value_reason(b, target));
             return of_these.or(Some(match operator {
-                _ if is_real(a) || is_real(b) => "that operator is not for numbers with a point",
-                BinaryOperator::Shl | BinaryOperator::Shr => "a shift by other than 0 to 63 bits",
+                _ if is_real(a) || is_real(b) => "that operator does not accept floating-point numbers",
+                BinaryOperator::Shl | BinaryOperator::Shr => "a shift count outside 0 to 63",
                 _ if b.value(target) == Some(0) => DIVISION_BY_ZERO,
                 _ => "a quotient that is too large",
             }));
         }
-        _ => "memory that is not there",
+        _ => "memory that does not exist",
     })
 }
 
@@ -57,7 +57,7 @@ fn print_value(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandR
     let empty = shell.session.scope.values.is_empty();
     let text = if text.is_empty() && !empty { "$" } else { text };
     if text.is_empty() {
-        return Err("what is to be printed? print r16, print buf, print $cycle / 2".to_owned());
+        return Err("the expression is missing: print r16, print buf, print $cycle / 2".to_owned());
     }
     let typed = format.letter == Some('s') && shell.parse_expression(text).is_ok_and(|expr| expr.object().is_some());
     if typed {
@@ -71,15 +71,16 @@ fn print_value(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandR
     Ok(())
 }
 
-/// `call`: as print, but that nothing is printed for what has no value.
+/// `call`: evaluates and prints like `print`; functions of the program are not called.
 pub(super) fn call(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if args.is_empty() {
-        return Err("what is to be computed? call x = 5; functions of the program are not called".to_owned());
+        return Err("the expression is missing: call x = 5; functions of the program are not called".to_owned());
     }
     print(shell, args, out)
 }
 
-/// `PLACE = VALUE` and `PLACE += VALUE`: the place and the value as an expression; nothing where a `=` is part of an operator.
+/// Splits `PLACE = VALUE` or `PLACE += VALUE` into the place and the new value as an expression. Returns
+/// `None` if the `=` is part of another operator.
 fn split_assignment(text: &str) -> Option<(&str, String)> {
     let (place, value) = split_top(text, "=")?;
     if value.starts_with('=')
@@ -96,7 +97,7 @@ fn split_assignment(text: &str) -> Option<(&str, String)> {
     (!place.is_empty()).then_some((place, value))
 }
 
-/// The text before and behind the first of a sign that is not in brackets or in quotes.
+/// Splits a text at the first `sign` outside of brackets and quotes.
 fn split_top<'a>(text: &'a str, sign: &str) -> Option<(&'a str, &'a str)> {
     let (mut depth, mut quote, mut escaped) = (0i32, None, false);
     for (at, c) in text.char_indices() {
@@ -119,13 +120,13 @@ fn split_top<'a>(text: &'a str, sign: &str) -> Option<(&'a str, &'a str)> {
     None
 }
 
-/// An expression that also counts a place up or down by one: `x++`, `*p++`, `--x`, `*--p`.
+/// An expression that also increments or decrements a place: `x++`, `*p++`, `--x`, `*--p`.
 struct CountedExpression<'a> {
     /// Operators in front of the place, such as `*`; they apply to its value.
     operators: &'a str,
     place: &'a str,
     sign: char,
-    /// The place is counted before its value is read.
+    /// The place is changed before its value is read.
     first: bool,
 }
 
@@ -135,7 +136,7 @@ impl CountedExpression<'_> {
     }
 }
 
-/// Splits an expression that counts a place, as C binds the operators: `*p++` counts `p`.
+/// Parses an expression that increments or decrements a place, with the precedence of C: `*p++` changes `p`.
 fn counted(text: &str) -> Option<CountedExpression<'_>> {
     let text = text.trim();
     let split_operators = |text: &str| text.len() - text.trim_start_matches(['*', '&', '!', '~', ' ']).len();
@@ -145,17 +146,17 @@ fn counted(text: &str) -> Option<CountedExpression<'_>> {
         if let Some(place) = rest.strip_prefix(&twice) {
             return Some(CountedExpression { operators, place: place.trim(), sign, first: true });
         }
-        // A minus in front belongs to the operators, too.
+        // A leading minus is an operator, too.
         let at = text.len() - text.trim_start_matches(['*', '&', '!', '~', '-', ' ']).len();
         let (operators, rest) = text.split_at(at);
         let place = rest.strip_suffix(&twice)?.trim();
-        // Behind a cast the place does not begin with the text.
+        // After a cast, the place does not begin at the start of the text.
         (!place.starts_with('(')).then_some(CountedExpression { operators, place, sign, first: false })
     })
 }
 
 impl DebugShell {
-    /// The value of an expression as text, and for the value history; `x = 5` and `x++` set it first.
+    /// Returns the value of an expression as text and for the value history; `x = 5` and `x++` assign first.
     fn printed(
         &mut self,
         text: &str,
@@ -174,12 +175,12 @@ impl DebugShell {
             set(self, &format!("{place} = {place} {sign} 1"), out)?;
             return if counted.first { self.single(&counted.value_text(), format) } else { Ok(old) };
         }
-        // `p a = 1, b = 2`: the value is that of the last.
+        // The value of `p a = 1, b = 2` is that of the last part.
         if let Some((first, last)) = split_top(text, ",") {
             self.printed(first, format, out)?;
             return self.printed(last, format, out);
         }
-        // `p *buffer@4`: so many of them side by side.
+        // `p *buffer@4` prints that many elements as an array.
         if let Some((first, count)) = text.rsplit_once('@')
             && let DebugExpression::Object(object) = self.parse_expression(first)?
         {
@@ -201,7 +202,8 @@ impl DebugShell {
         Ok((self.value_text(&expr, format), expr.kept(self.session.machine())))
     }
 
-    /// The value of an expression: in hex and as a number, as far as those differ, or as a format has it.
+    /// Returns the value of an expression as text: in hex and in decimal if they differ, or in a given
+    /// format.
     pub(super) fn value_text(&self, expr: &DebugExpression, format: ExamineFormat) -> String {
         let target = self.session.machine();
         if let DebugExpression::Text(text) = expr {
@@ -236,7 +238,7 @@ impl DebugShell {
         let bytes = match place {
             Some(ExpressionPlace::Memory { bytes, .. }) => bytes.into(),
             Some(ExpressionPlace::Bit { .. } | ExpressionPlace::RegBit { .. } | ExpressionPlace::Reg(_)) => 1,
-            // What is computed, or counted, has a sign of its own.
+            // Computed values and counters have their own sign.
             _ if format.letter != Some('d') && (0..0x1_0000).contains(&value) => 2,
             _ => 8,
         };
@@ -260,7 +262,7 @@ impl DebugShell {
         }
     }
 
-    /// A register of the core as gdb writes it, of a program of C for an AVR.
+    /// Returns the value of a core register as gdb prints it, for a C program on an AVR.
     fn core_register_text(&self, place: Option<ExpressionPlace>, value: i64) -> Option<String> {
         let (scope, chip) = (&self.session.scope, self.session.scope.chip());
         if chip.family != ChipFamily::Avr || !scope.has_debug_info() {
@@ -274,7 +276,7 @@ impl DebugShell {
         }
     }
 
-    /// The value of a register as a number, or as the address that it is.
+    /// Returns the value of a register in decimal, or as an address if it holds one.
     pub(super) fn natural_register_text(&self, name: &str, value: i64) -> String {
         let (scope, chip) = (&self.session.scope, self.session.scope.chip());
         match name.to_ascii_lowercase().as_str() {
@@ -289,7 +291,7 @@ impl DebugShell {
         }
     }
 
-    /// A name with `$` that nothing has is void, as in gdb, of a program of C.
+    /// Returns whether a text is an undefined name with `$`, which is `void` in a C program, as in gdb.
     pub(super) fn is_void(&self, text: &str) -> bool {
         let is_name = |name: &str| {
             name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
@@ -300,7 +302,7 @@ impl DebugShell {
             && self.parse_expression(text.trim()).is_err()
     }
 
-    /// The program word of an address as users write it.
+    /// Converts an address as users write it to a program word. Returns `None` outside of program memory.
     pub(super) fn program_word(&self, address: u32) -> Option<u32> {
         let chip = self.session.scope.chip();
         let word = address / chip.code_address(1).max(1);
@@ -309,8 +311,8 @@ impl DebugShell {
 }
 
 pub(super) fn set(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
-    let wanted = || "write what gets which value: set r16 = 5, set PB0 = 1, set VCC=4.5V".to_owned();
-    // `set var x = 1`, as gdb has it.
+    let wanted = || "write a place and a value: set r16 = 5, set PB0 = 1, set VCC=4.5V".to_owned();
+    // `set var x = 1`, as in gdb.
     let args = ["var ", "variable "].iter().find_map(|word| args.strip_prefix(word)).unwrap_or(args);
     if !args.contains('=') && set_setting(shell, args, out)? {
         return Ok(());
@@ -320,7 +322,7 @@ pub(super) fn set(shell: &mut DebugShell, args: &str, out: &mut String) -> Comma
     }
     let (name, value) = split_assignment(args).ok_or_else(wanted)?;
     let value = value.trim();
-    // `a = b = 5`: the inner one comes first, and its place has the value.
+    // `a = b = 5`: the inner assignment is executed first, then its place has the value.
     let inner = split_assignment(value);
     let value = match &inner {
         Some((place, _)) => {
@@ -334,7 +336,7 @@ pub(super) fn set(shell: &mut DebugShell, args: &str, out: &mut String) -> Comma
     {
         return shell.remember(own, value);
     }
-    // An input of a ladder program is its pin: the memory where it is latched is written anew by every scan.
+    // An input of a ladder program is set at its pin: every scan overwrites the memory where it is latched.
     let own = shell.view.as_ref().map_or_else(|| name.to_owned(), |view| view.pin_assignment(name));
     let name = own.as_str();
     if name.is_empty() || value.is_empty() || value.starts_with('=') {
@@ -344,7 +346,7 @@ pub(super) fn set(shell: &mut DebugShell, args: &str, out: &mut String) -> Comma
     let chip = scope.chip();
     let text = avr::chip_pin_text(chip, &scope.source().names.replace_channel_name(&format!("{name}={value}")));
     let pin = find_pin(shell, name);
-    // Levels, resistors and voltages come to pins and to the supply as with --set.
+    // Levels, resistors and voltages are applied to pins and to the supply as by `--set`.
     let expr = shell.parse_expression(name);
     if pin.is_some() || expr.is_err() {
         let value = if pin.is_some() {
@@ -368,11 +370,11 @@ pub(super) fn set(shell: &mut DebugShell, args: &str, out: &mut String) -> Comma
     let expr = expr?;
     let place = expr.place(shell.session.machine());
     if place.is_none() && expr.object().is_none_or(ObjectExpr::is_computed) {
-        return Err(format!("`{name}` is no place that can be set"));
+        return Err(format!("`{name}` cannot be set"));
     }
     let is_code = |expr: &DebugExpression| expr.object().is_some_and(|of| of.is_function() || of.is_function_pointer());
     let evaluate = match is_code(&expr) {
-        // A pointer to a function counts words; addresses of code are given in bytes, as they are printed.
+        // A pointer to a function counts words, but code addresses are written in bytes, as they are printed.
         true => ExpressionValue::Whole(shell.integer_value(value)? / i64::from(chip.word_bytes.max(1))),
         false => shell.expression_value(value)?,
     };
@@ -385,7 +387,8 @@ pub(super) fn set(shell: &mut DebugShell, args: &str, out: &mut String) -> Comma
 }
 
 impl DebugShell {
-    /// A symbol alone, of which the program of C tells no type, has no value, as in gdb.
+    /// Refuses a symbol alone whose type the debugging information of a C program does not contain, as gdb
+    /// does.
     fn check_type_is_known(&self, text: &str, expr: &DebugExpression) -> CommandResult {
         let DebugExpression::Place(ExpressionPlace::Memory { space, .. }) = expr else { return Ok(()) };
         let (scope, name) = (&self.session.scope, text.trim());
@@ -402,12 +405,12 @@ impl DebugShell {
         }
     }
 
-    /// `set $i = 5`: a variable of the user.
+    /// `set $i = 5`: sets a convenience variable.
     fn remember(&mut self, name: &str, value: &str) -> CommandResult {
         let is_name = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
             && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
         if !is_name {
-            return Err(format!("`${name}` cannot be set; a variable of yours has a name: set $i = 0"));
+            return Err(format!("`${name}` cannot be set; a convenience variable has a name: set $i = 0"));
         }
         let kept = self.parse_expression(value)?.kept(self.session.machine());
         let kept = kept.ok_or_else(|| format!("`{value}` has no value now"))?;
@@ -416,12 +419,12 @@ impl DebugShell {
     }
 }
 
-/// The supply is meant, under one of its names.
+/// Returns whether a name is one of the names of the supply.
 fn is_supply(name: &str) -> bool {
     ["VDD", "VCC"].iter().any(|supply| name.eq_ignore_ascii_case(supply))
 }
 
-/// The pin that a name stands for.
+/// Returns the pin with a given name.
 fn find_pin(shell: &DebugShell, name: &str) -> Option<PinId> {
     match shell.parse_expression(name) {
         Ok(DebugExpression::Place(ExpressionPlace::Pin(pin))) => Some(pin),
@@ -431,7 +434,7 @@ fn find_pin(shell: &DebugShell, name: &str) -> Option<PinId> {
 
 pub(super) fn assert(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
     if args.is_empty() {
-        return Err("what is to hold? assert PB5 == 1".to_owned());
+        return Err("the expression is missing: assert PB5 == 1".to_owned());
     }
     let (expr, target) = (shell.parse_expression(args)?, shell.session.machine());
     match expr.evaluate(target) {
@@ -447,12 +450,12 @@ pub(super) fn assert(shell: &mut DebugShell, args: &str, _: &mut String) -> Comm
 }
 
 impl DebugShell {
-    /// The value of an expression as a whole number.
+    /// Evaluates an expression and converts it to an integer.
     pub(super) fn integer_value(&self, text: &str) -> Result<i64, String> {
         self.expression_value(text).map(ExpressionValue::to_integer)
     }
 
-    /// The value of an expression.
+    /// Evaluates an expression.
     pub(super) fn expression_value(&self, text: &str) -> Result<ExpressionValue, String> {
         let (expr, target) = (self.parse_expression(text)?, self.session.machine());
         expr.evaluate(target).ok_or_else(|| {

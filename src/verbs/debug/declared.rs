@@ -1,4 +1,5 @@
-//! `info functions`, `info variables` and `info types`: what the program declares, by files, as gdb lists it.
+//! `info functions`, `info variables` and `info types`: lists the declarations of the program by file, as gdb
+//! does.
 
 use std::collections::BTreeSet;
 
@@ -10,10 +11,10 @@ use emu_debug::debug::{Declaration, DeclarationKind};
 use super::shell::{CommandResult, DebugShell};
 use super::types::name_filter;
 
-/// First address of a register of an 8051, and of its bits.
+/// First address of the special function registers of an 8051, and of their bits.
 const FIRST_SFR: u32 = 0x80;
 
-/// `info types`: the types that have a name.
+/// `info types`: lists the named types.
 pub(super) fn types(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let wanted = name_filter(args)?;
     let found = shell.session.scope.declarations(DeclarationKind::Type);
@@ -41,8 +42,8 @@ fn by_files<'a>(found: impl Iterator<Item = &'a Declaration>, out: &mut String) 
     }
 }
 
-/// `info functions` and `info variables`: those of C, and symbols of program memory, or of other memories, that are none; their
-/// names match a regular expression.
+/// `info functions` and `info variables`: lists the declarations of C, then the other symbols of program
+/// memory or of the other memories. A regular expression selects by name.
 pub(super) fn info_kind(shell: &DebugShell, args: &str, code: bool, out: &mut String) -> CommandResult {
     let wanted = name_filter(args)?;
     let scope = &shell.session.scope;
@@ -52,13 +53,14 @@ pub(super) fn info_kind(shell: &DebugShell, args: &str, code: bool, out: &mut St
     let declared = scope.declarations(kind);
     heading(what, args, out);
     by_files(declared.iter().filter(|own| wanted.is_match(&own.name)), out);
-    // Bits and registers are the chip's own.
+    // Spaces of bits and registers contain names of the chip, not of the program.
     let is = |space: &str| {
         !(chip.reg_space == space && chip.reg_space != chip.ram_space)
             && (space == chip.code_space) == code
             && chip.spaces.iter().any(|own| own.0 == space)
     };
-    // SDCC and its headers name each register of the chip, and put a stroke before every name.
+    // SDCC and its headers define a symbol for each register of the chip, and put an underscore before every
+    // name.
     let own = |name: &str| {
         let bare = name.trim_start_matches('_');
         chip.reg(bare).is_some() || chip.bit(bare).is_some() || chip.bits.iter().any(|bit| bit.name == bare)
@@ -68,7 +70,7 @@ pub(super) fn info_kind(shell: &DebugShell, args: &str, code: bool, out: &mut St
         let other = |bare| scope.symbols.iter().any(|other| other.name == bare);
         name.strip_prefix('_').is_some_and(|bare| other(bare) || is_declared(bare))
     };
-    // SDCC names statics with their module and function, too, and bits of registers by its headers.
+    // SDCC also defines statics with their module and function, and bits of registers from its headers.
     let is_sdcc = chip.family == ChipFamily::Mcs51 && scope.has_debug_info();
     let others = if is_sdcc { scope.declarations(DeclarationKind::Variable) } else { Vec::new() };
     let of_sdcc = |symbol: &SymbolAt| {

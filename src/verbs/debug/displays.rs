@@ -1,4 +1,4 @@
-//! Expressions that every stop shows: `display` and what belongs to it.
+//! `display`, `undisplay`, and the expressions that every stop shows.
 
 use emu_debug::debug::DebugExpression;
 
@@ -9,20 +9,20 @@ use super::shell::{CommandResult, DebugShell};
 pub struct DisplayedExpression {
     id: u32,
     text: String,
-    /// The format as it was written, `/x`; empty where there is none.
+    /// The format as it was written, such as `/x`; empty if there is none.
     written: String,
     format: ExamineFormat,
     enabled: bool,
-    /// Nothing for a place that is examined as `x` does it.
+    /// `None` for memory that is printed as by `x`.
     expr: Option<DebugExpression>,
 }
 
 impl DebugShell {
-    /// What is shown at every stop.
+    /// Prints the expressions that every stop shows.
     pub(super) fn show_displays(&mut self, out: &mut String) {
         for display in self.displays.iter().filter(|display| display.enabled) {
             match &display.expr {
-                // A variable of a call that is over has no value to show.
+                // A variable of a call that has returned has no value to show.
                 Some(expr) if !expr.is_known(self.session.machine()) => {}
                 Some(expr) => {
                     let value = self.value_text(expr, display.format);
@@ -37,7 +37,7 @@ impl DebugShell {
         }
     }
 
-    /// `info display`.
+    /// `info display`: lists the displays.
     pub(super) fn list_displays(&self, out: &mut String) {
         if self.displays.is_empty() {
             out.push_str("There are no auto-display expressions now.\n");
@@ -53,7 +53,7 @@ impl DebugShell {
     }
 }
 
-/// The displays of some numbers, `1 2` or `1-3`; all without numbers.
+/// Parses numbers of displays, `1 2` or `1-3`; without numbers all displays.
 fn display_numbers(shell: &DebugShell, args: &str) -> Result<Vec<u32>, String> {
     let all = shell.displays.iter().map(|display| display.id);
     if args.is_empty() {

@@ -1,4 +1,4 @@
-//! The command `x`: memory from a place on as numbers, texts or instructions.
+//! The command `x`: prints memory from an address on as numbers, strings or instructions.
 
 use emu_core::chip::ChipFamily;
 use emu_core::image::AVR_DATA;
@@ -10,24 +10,24 @@ use emu_debug::number_formats::format_number;
 use super::numbers::{ExamineFormat, hex};
 use super::shell::{CommandResult, DebugShell};
 
-/// Bytes of a number with a point, where no unit is given.
+/// Bytes of a floating-point number if no unit is given.
 const REAL_BYTES: u32 = 4;
 
-/// Bytes of a pointer of the AVR, and of the unit of the first `x`.
+/// Bytes of a pointer of the AVR; `WORD_BYTES` is the unit of the first `x`.
 const POINTER_BYTES: u32 = 2;
 const WORD_BYTES: u32 = 4;
 
-/// Where `x` goes on.
+/// Where the next `x` without an address continues.
 #[derive(Debug, Clone, Copy)]
 pub struct ExamineState {
     space: &'static str,
-    /// Address as the memory counts.
+    /// Address in the units of the space.
     addr: u32,
     format: ExamineFormat,
 }
 
 impl DebugShell {
-    /// Where an examination begins.
+    /// Parses the address argument of `x`.
     pub(super) fn examine_start(&self, text: &str, format: ExamineFormat) -> Result<ExamineState, String> {
         let chip = self.session.scope.chip();
         if format.letter == Some('i') {
@@ -43,7 +43,7 @@ impl DebugShell {
         }
         let (scope, target) = (&self.session.scope, self.session.machine());
         let text = text.trim();
-        // Of an array it is its place, of anything else that has a type its value, as in gdb.
+        // As in gdb, an array means its address, and any other typed expression its value.
         let expr = self.parse_expression(text).ok();
         if let Some(DebugExpression::Object(object)) = &expr
             && object.is_array()
@@ -55,7 +55,7 @@ impl DebugShell {
                 _ => Err(format!("`{text}` is in no memory")),
             };
         }
-        // A pointer of SDCC tells its memory.
+        // A pointer of SDCC names its memory space.
         if let Some(DebugExpression::Object(object)) = &expr
             && chip.family == ChipFamily::Mcs51
             && let Some(ObjectByteLocation::Memory(space, addr)) =
@@ -73,12 +73,12 @@ impl DebugShell {
             return Ok(ExamineState { space, addr: start, format });
         }
         let value = self.integer_value(text)?;
-        let addr = u32::try_from(value).map_err(|_| format!("`{text}` is no address: {value}"))?;
+        let addr = u32::try_from(value).map_err(|_| format!("`{text}` is not an address: {value}"))?;
         let (space, addr) = scope.linked_memory_at(addr).unwrap_or((chip.ram_space, addr));
         Ok(ExamineState { space, addr, format })
     }
 
-    /// The lines of an examination, and where it goes on.
+    /// Returns the lines that `x` prints, and where the next `x` continues.
     pub(super) fn examine_lines(&self, at: ExamineState) -> Result<(String, ExamineState), String> {
         let ExamineState { space, addr, format } = at;
         let letter = format.letter.unwrap_or('x');
@@ -100,7 +100,7 @@ impl DebugShell {
         }
     }
 
-    /// Numbers of a memory.
+    /// Returns memory as numbers, and the address after them.
     fn number_lines(
         &self,
         (space, first): (&'static str, u32),
@@ -112,14 +112,14 @@ impl DebugShell {
         let (mut text, mut addr) = (String::new(), first);
         let columns = (16 / unit).clamp(1, 8);
         for n in 0..count {
-            let start = addr.checked_mul(width).ok_or("that is no address")?;
+            let start = addr.checked_mul(width).ok_or("the address is too large")?;
             let bytes: Option<Vec<u8>> =
                 (0..unit).map(|i| self.session.machine().peek(space, start.checked_add(i)?)).collect();
             let Some(bytes) = bytes else {
                 let there = self.session.machine().peek(space, start).is_some();
                 let end = match there {
                     true => format!("there are no {unit} bytes at {space}:0x{addr:x}"),
-                    false => format!("there is nothing at {space}:0x{addr:x}"),
+                    false => format!("there is no memory at {space}:0x{addr:x}"),
                 };
                 return match n {
                     0 => Err(end),
@@ -143,7 +143,8 @@ impl DebugShell {
         Ok((format!("{text}\n"), addr))
     }
 
-    /// Format and unit of the last `x` where none is given; of a program of C, whose users know that of gdb.
+    /// Fills in the format and unit of the last `x` if none is given. Only for C programs on an AVR, as in
+    /// gdb.
     fn with_last_format(&self, format: ExamineFormat) -> ExamineFormat {
         if !self.session.scope.has_debug_info() || self.session.scope.chip().family != ChipFamily::Avr {
             return format;
@@ -159,7 +160,7 @@ impl DebugShell {
         ExamineFormat { letter: Some(letter), unit, ..format }
     }
 
-    /// With a negative count, where so many units before a place begin.
+    /// Moves the start back by the units of a negative count.
     fn start_before(&self, at: ExamineState) -> Result<ExamineState, String> {
         let ExamineState { space, addr, format } = at;
         if !format.before {
@@ -174,7 +175,7 @@ impl DebugShell {
         Ok(ExamineState { addr, ..at })
     }
 
-    /// An address of program memory with its symbol.
+    /// Returns an address of program memory with its symbol.
     fn code_address_text(&self, value: i64) -> Option<String> {
         let source = self.session.scope.source();
         let address = u32::try_from(value).ok()?;
@@ -187,7 +188,8 @@ impl DebugShell {
         }
     }
 
-    /// The place of a line: of data of a C program on the AVR as gdb and the ELF file have it.
+    /// Returns the address at the start of an output line; data of a C program on the AVR has the addresses
+    /// of gdb and the ELF file.
     fn examined_place(&self, space: &str, addr: u32, known: Option<String>) -> String {
         let (scope, chip) = (&self.session.scope, self.session.scope.chip());
         let name = |name: String| format!(" <{name}>");
@@ -197,13 +199,13 @@ impl DebugShell {
         }
     }
 
-    /// Texts that end with a 0.
+    /// Returns strings that end with a 0, one per line.
     fn text_lines(&self, at: ExamineState, count: u32) -> Result<(String, ExamineState), String> {
         const LONGEST: usize = 200;
         let (mut text, mut addr) = (String::new(), at.addr);
         for n in 0..count {
             if self.session.machine().peek(at.space, addr).is_none() {
-                let end = format!("there is nothing at {}:0x{addr:x}", at.space);
+                let end = format!("there is no memory at {}:0x{addr:x}", at.space);
                 if n == 0 {
                     return Err(end);
                 }
@@ -239,7 +241,7 @@ pub(super) fn examine(shell: &mut DebugShell, args: &str, out: &mut String) -> C
             let (letter, count) = (format.letter.or(last.format.letter), format.count.or(last.format.count));
             ExamineState { format: ExamineFormat { count, letter, unit, ..format }, ..last }
         }
-        ("", None) => return Err("where? x/8xb data:0x100, x/4i $pc".to_owned()),
+        ("", None) => return Err("the address is missing: x/8xb data:0x100, x/4i $pc".to_owned()),
         _ => {
             let format = shell.with_last_format(format);
             shell.start_before(shell.examine_start(text, format)?)?

@@ -1,4 +1,4 @@
-//! Commands about the session itself: scripts, leaving.
+//! Commands about the session: scripts, saving and loading, quitting.
 
 use emu_debug::snapshot;
 
@@ -9,7 +9,7 @@ use crate::shared::input;
 use crate::shared::output;
 use crate::shared::report::FileTexts;
 
-/// How deep scripts may call each other up.
+/// Maximum nesting depth of scripts.
 const MAX_NESTING: u32 = 20;
 
 pub(super) fn source(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
@@ -20,37 +20,39 @@ pub(super) fn source(shell: &mut DebugShell, args: &str, out: &mut String) -> Co
     shell.run_script(args, &diag::text::readable(&bytes), &mut |_| {}, out)
 }
 
-/// The lines of a script that are commands, each with its number: empty ones repeat nothing, they are for the reader.
+/// Returns the lines of a script that are commands, each with its number. Empty lines are skipped and do not
+/// repeat a command.
 pub fn commands_of(text: &str) -> impl Iterator<Item = (u32, &str)> {
     (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty())
 }
 
 impl DebugShell {
-    /// Carries out the lines of a script, up to the first that fails; `tell` is given each before it.
+    /// Executes the lines of a script, up to the first that fails, and calls `before_line` with each line
+    /// first.
     pub fn run_script(
         &mut self,
         name: &str,
         text: &str,
-        tell: &mut dyn FnMut(&str),
+        before_line: &mut dyn FnMut(&str),
         out: &mut String,
     ) -> CommandResult {
         if self.nesting >= MAX_NESTING {
             return Err(format!("{name}: scripts are nested too deeply"));
         }
         self.nesting += 1;
-        // What a point still wants done goes on behind the script.
+        // Queued commands of points continue after the script.
         let queue = std::mem::take(&mut self.queue);
         let done = commands_of(text).try_for_each(|(number, line)| {
             if self.leave.is_some() {
                 return Ok(());
             }
-            tell(line);
+            before_line(line);
             let why = match self.execute(line, out) {
                 ShellFlow::Failed(why) => why,
                 _ if self.is_interrupted() => "interrupted".to_owned(),
                 _ => return Ok(()),
             };
-            // Of scripts that call each other up the innermost tells its place.
+            // In nested scripts, the innermost one adds its location to the message.
             let placed = std::mem::replace(&mut self.error_has_place, true);
             Err(if placed { why } else { format!("{name}:{number}: {why}") })
         });
@@ -62,7 +64,7 @@ impl DebugShell {
     }
 }
 
-/// `save`.
+/// `save`: writes a snapshot, or the commands that set all points.
 pub(super) fn save(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (word, rest) = args.split_once(char::is_whitespace).unwrap_or((args, ""));
     if word == "breakpoints" || !word.is_empty() && !rest.is_empty() && "breakpoints".starts_with(word) {
@@ -71,11 +73,11 @@ pub(super) fn save(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
     let (file, cycle) = (file_argument(args)?, shell.session.machine().cycle());
     shell.session.check_snapshot_possible()?;
     shell.snapshot_writer.write(file, cycle, &shell.session.save()).map_err(|failure| failure.sentence())?;
-    out.push_str(&format!("{file} has the machine at cycle {cycle}\n"));
+    out.push_str(&format!("{file} contains the machine at cycle {cycle}\n"));
     Ok(())
 }
 
-/// `save breakpoints FILE`.
+/// `save breakpoints FILE`: writes the commands that set all points.
 fn save_breakpoints(shell: &DebugShell, args: &str, out: &mut String) -> CommandResult {
     let file = file_argument(args)?;
     if shell.session.points.all().is_empty() {
@@ -90,7 +92,7 @@ fn save_breakpoints(shell: &DebugShell, args: &str, out: &mut String) -> Command
     Ok(())
 }
 
-/// `load`.
+/// `load`: restores a snapshot.
 pub(super) fn load(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let file = file_argument(args)?;
     shell.session.check_snapshot_possible()?;
@@ -104,17 +106,17 @@ pub(super) fn load(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
     Ok(())
 }
 
-/// The file that a command names; standard input and output are the user's.
+/// Checks the file name of a command; standard input and output are used by the session.
 fn file_argument(args: &str) -> Result<&str, String> {
     match args {
         "" => Err("the name of a file is missing".to_owned()),
-        "-" => Err("write the name of a file; - is none here".to_owned()),
+        "-" => Err("write the name of a file; `-` is not accepted here".to_owned()),
         file => Ok(file),
     }
 }
 
 pub(super) fn quit(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
     let code = if args.is_empty() { i64::from(shell.exit_code()) } else { shell.integer_value(args)? };
-    shell.leave = Some(u8::try_from(code).map_err(|_| format!("{code} is no exit code; those are 0 to 255"))?);
+    shell.leave = Some(u8::try_from(code).map_err(|_| format!("{code} is not an exit code; exit codes are 0 to 255"))?);
     Ok(())
 }

@@ -1,20 +1,21 @@
-//! Searching backwards with an eye on calls and service routines.
+//! Backward search that distinguishes calls and service routines.
 //!
-//! The past is walked in stretches, the newest first, and each stretch forwards. What a stretch returns from was called in an older
-//! one: so the candidates of a stretch are kept by the frame that they lie in, and decided once it is known what that frame was.
+//! The past is searched in stretches, the newest first, and each stretch is executed forwards. A stretch can
+//! return from frames that were called in an older stretch. So the candidates of a stretch are kept per
+//! frame, and the search decides when it knows what that frame was.
 
 use std::cell::RefCell;
 
 use emu_debug::debug::{CallFlow, DebugSession, HaltResult, NameScope, PassedPosition};
 
-/// Where a position may lie, as seen from where the search begins.
+/// Which positions a search accepts, relative to the call where it begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum CallScope {
-    /// Also in calls that have returned since, but not in service routines.
+    /// Also positions in calls that have returned since, but none in service routines.
     Into,
-    /// Not in calls that have returned since.
+    /// No positions in calls that have returned since.
     Over,
-    /// Before the call of the present subroutine.
+    /// Only the position before the call of the current subroutine.
     Out,
 }
 
@@ -22,28 +23,29 @@ pub(super) enum CallScope {
 #[derive(Debug, Clone, Copy)]
 struct StretchFrame {
     service: bool,
-    /// The last candidate in it.
+    /// Cycle of the last candidate in it.
     last_candidate: Option<u64>,
 }
 
-/// The frames of a stretch.
+/// The frames of a stretch, with the candidates in them.
 #[derive(Debug, Default)]
 pub(super) struct FrameSearch {
-    /// Those that began in it, the innermost last.
+    /// Frames that began in the stretch, the innermost last.
     stack: Vec<StretchFrame>,
-    /// The last candidates in frames that are older than the stretch: one more each time that such a frame was left.
+    /// Last candidates in frames that are older than the stretch. Each return from such a frame adds an
+    /// entry.
     older_candidates: Vec<Option<u64>>,
-    /// The same of the stretches that follow, for frames older than those.
+    /// `older_candidates` of the stretches after this one, for frames that are older than those stretches.
     later_candidates: Vec<Option<u64>>,
-    /// The cycle at which the stretch begins.
+    /// Cycle at which the stretch begins.
     start_cycle: u64,
-    /// Instructions at the position before.
+    /// Instruction count at the previous position.
     instructions_before: u64,
     found: Option<u64>,
 }
 
 impl FrameSearch {
-    /// Goes back to the last position before this one that is wanted and that lies where `calls` says.
+    /// Goes back to the last position before the current one that `wanted` and `calls` accept.
     pub fn search(
         session: &mut DebugSession,
         calls: CallScope,
@@ -74,7 +76,7 @@ impl FrameSearch {
         }
     }
 
-    /// Comes by a position.
+    /// Processes one position of a stretch.
     fn visit_position(
         &mut self,
         passed: &PassedPosition<'_>,
@@ -89,7 +91,7 @@ impl FrameSearch {
             self.instructions_before = counted;
             return;
         }
-        // Only the entry of an interrupt is a step without an instruction.
+        // Only the entry of an interrupt is a step that executes no instruction.
         let entry = has_vectors && counted == self.instructions_before;
         self.instructions_before = counted;
         match passed.flow {
@@ -103,7 +105,7 @@ impl FrameSearch {
         }
     }
 
-    /// A candidate in the present frame.
+    /// Stores a candidate of the current frame.
     fn set_candidate(&mut self, cycle: u64) {
         let best = match self.stack.last_mut() {
             Some(frame) => Some(&mut frame.last_candidate),
@@ -114,7 +116,7 @@ impl FrameSearch {
         }
     }
 
-    /// Leaves the innermost frame, in which `newer` is a candidate behind those that are known.
+    /// Leaves the innermost frame. `newer` is a candidate in it that is later than the known ones.
     fn leave_frame(&mut self, newer: Option<u64>, calls: CallScope) {
         match self.stack.pop() {
             Some(StretchFrame { service, last_candidate: best }) => {
@@ -132,7 +134,7 @@ impl FrameSearch {
         }
     }
 
-    /// The stretch is complete: what follows it leaves frames of it, and what is left then is still open now.
+    /// Ends the stretch: later stretches leave some of its frames, and the remaining frames are active now.
     fn end_stretch(&mut self, calls: CallScope) {
         let later = std::mem::take(&mut self.later_candidates);
         let (last, left) = later.split_last().map_or((None, &[][..]), |(last, left)| (*last, left));
@@ -141,7 +143,7 @@ impl FrameSearch {
         }
         let floor = self.older_candidates.last().copied().flatten();
         if calls == CallScope::Out {
-            // The innermost open frame is the present subroutine; the one around it has called it.
+            // The innermost active frame is the current subroutine; the frame around it is its caller.
             self.found = match self.stack.as_slice() {
                 [] => None,
                 [_] => floor.or(Some(self.start_cycle)),

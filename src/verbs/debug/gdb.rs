@@ -1,4 +1,4 @@
-//! `emu debug --gdb`: the session serves a client of gdb's protocol instead of a user.
+//! `emu debug --gdb`: serves a gdb client instead of a command line.
 
 use std::net::TcpListener;
 
@@ -11,23 +11,25 @@ use super::open::OpenedSession;
 use crate::shared::fail::VerbFailure;
 use crate::shared::output::print_to_stderr;
 
-/// Its flags.
+/// Flags of the gdb server.
 #[derive(Debug, Args)]
 pub struct GdbArgs {
-    /// Serve a client of gdb's remote protocol instead: :1234 on this machine only, HOST:PORT as written; port 0 is any free one.
-    /// Standard error tells the port. It ends with exit code 0 when the client has gone.
+    /// Serve a client of gdb's remote protocol instead: :1234 on this machine only, HOST:PORT as written;
+    /// port 0 selects any free one. Standard error shows the port. The program ends with exit code 0 when the
+    /// client has disconnected.
     #[arg(long = "gdb", value_name = "ADDR", conflicts_with_all = ["files", "commands", "batch"])]
     addr: Option<String>,
-    /// With --gdb: when a client has gone, the next one may come, and finds the machine where it stands.
+    /// With --gdb: when a client has disconnected, the next one can connect and finds the machine as the
+    /// previous one left it.
     #[arg(long = "gdb-persist", requires = "addr")]
     persist: bool,
 }
 
 impl GdbArgs {
-    /// The place where a client may come, if one is wanted; taken before anything else is done.
+    /// Opens the listening socket, if `--gdb` is given.
     ///
     /// # Errors
-    /// It is no address, or not to be had.
+    /// The address is malformed or cannot be used.
     pub fn listener(&self) -> Result<Option<TcpListener>, VerbFailure> {
         let Some(text) = &self.addr else { return Ok(None) };
         let addr = parse_address(text).map_err(|why| VerbFailure::Usage(format!("--gdb {why}")))?;
@@ -35,18 +37,18 @@ impl GdbArgs {
         listener.map(Some).map_err(|error| VerbFailure::Usage(format!("--gdb cannot listen on {addr}: {error}")))
     }
 
-    /// Serves until the client has gone.
+    /// Serves until the client has disconnected. Returns the exit code.
     pub fn serve(&self, mut opened: OpenedSession, listener: &TcpListener) -> Result<u8, VerbFailure> {
         let monitor = opened.view.take().map(|view| -> Box<MonitorHandler> {
             Box::new(move |session: &mut DebugSession, text: &str| ladder(&view, session, text))
         });
         let options = GdbOptions { persist: self.persist, monitor };
         let ended = serve(&mut opened.session, listener, options, &mut |line| print_to_stderr(&format!("{line}\n")));
-        ended.map(|_| 0).map_err(|error| VerbFailure::Usage(format!("--gdb cannot go on: {error}")))
+        ended.map(|_| 0).map_err(|error| VerbFailure::Usage(format!("--gdb cannot continue: {error}")))
     }
 }
 
-/// Commands behind `monitor` for a ladder program.
+/// Executes `monitor` commands for a ladder program. Returns `None` for other commands.
 fn ladder(view: &LadderView, session: &DebugSession, text: &str) -> Option<Vec<String>> {
     let (word, rest) = text.split_once(' ').unwrap_or((text, ""));
     match word.trim_end_matches('?') {

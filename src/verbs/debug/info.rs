@@ -1,4 +1,4 @@
-//! `info`: what is known of the machine and of the session.
+//! `info`: prints information about the machine and the session.
 
 use emu_core::chip::{Chip, ChipFamily};
 
@@ -7,61 +7,61 @@ use super::shell::{CommandResult, DebugShell};
 use super::stop::level;
 use super::{about, calls, declared, point_table, rungs, types};
 
-/// Something that `info` tells of.
+/// A topic of `info`.
 struct InfoTopic {
     name: &'static str,
     help: &'static str,
     write: fn(&mut DebugShell, &str, &mut String) -> CommandResult,
 }
 
-/// All of them.
+/// All topics, in the order of the list.
 #[rustfmt::skip]
 const TOPICS: &[InfoTopic] = &[
-    InfoTopic { name: "registers",   help: "registers of the core; with names those, of the chip too", write: registers },
+    InfoTopic { name: "registers",   help: "registers of the core; with names those registers, also of the chip", write: registers },
     InfoTopic { name: "breakpoints", help: "breakpoints and watchpoints",                             write: |shell, args, out| point_table::list(shell, args, false, out) },
     InfoTopic { name: "watchpoints", help: "watchpoints",                                             write: |shell, args, out| point_table::list(shell, args, true, out) },
-    InfoTopic { name: "locals",      help: "variables of the call that is looked at",                 write: |shell, _, out| calls::info_variables(shell, false, out) },
-    InfoTopic { name: "args",        help: "its parameters",                                          write: |shell, _, out| calls::info_variables(shell, true, out) },
-    InfoTopic { name: "frame",       help: "that call: its place, its caller, registers that it has saved", write: |shell, _, out| calls::info_frame(shell, out) },
-    InfoTopic { name: "stack",       help: "the stack, and the calls that it tells of",               write: stack },
+    InfoTopic { name: "locals",      help: "variables of the selected call",                 write: |shell, _, out| calls::info_variables(shell, false, out) },
+    InfoTopic { name: "args",        help: "parameters of the selected call",                                          write: |shell, _, out| calls::info_variables(shell, true, out) },
+    InfoTopic { name: "frame",       help: "the selected call: its location, its caller, the registers that it has saved", write: |shell, _, out| calls::info_frame(shell, out) },
+    InfoTopic { name: "stack",       help: "the stack pointer and the active calls",               write: stack },
     InfoTopic { name: "pins",        help: "levels of the pins",                                      write: pins },
     InfoTopic { name: "timers",      help: "registers of the timers",                                 write: |shell, _, out| part(shell, ChipPart::Timers, out) },
     InfoTopic { name: "uart",        help: "registers of the serial port",                            write: |shell, _, out| part(shell, ChipPart::Uart, out) },
     InfoTopic { name: "interrupts",  help: "registers of the interrupts, and their vectors",          write: interrupts },
-    InfoTopic { name: "cycle",       help: "time, instructions, scans, and how far back it goes",     write: cycle },
-    InfoTopic { name: "rung",        help: "the rung that is next, or that of a number, with its power flow", write: rungs::info },
-    InfoTopic { name: "source",      help: "the source file here",                                    write: types::info_source },
-    InfoTopic { name: "sources",     help: "the source files of the program; with a text those that have it", write: types::info_sources },
+    InfoTopic { name: "cycle",       help: "time, instructions, scans, and the start of the history",     write: cycle },
+    InfoTopic { name: "rung",        help: "the next rung, or the rung with a number, with its power flow", write: rungs::info },
+    InfoTopic { name: "source",      help: "the current source file",                                    write: types::info_source },
+    InfoTopic { name: "sources",     help: "the source files of the program; with a text those that contain it", write: types::info_sources },
     InfoTopic { name: "line",        help: "the code of a source line: info line main.c:12",          write: types::info_line },
-    InfoTopic { name: "symbol",      help: "what has its name at an address: info symbol 0x86",       write: types::info_symbol },
+    InfoTopic { name: "symbol",      help: "the symbol at an address: info symbol 0x86",       write: types::info_symbol },
     InfoTopic { name: "functions",   help: "functions; with a regular expression those whose names match it", write: |shell, args, out| declared::info_kind(shell, args, true, out) },
     InfoTopic { name: "variables",   help: "variables; with a regular expression those whose names match it", write: |shell, args, out| declared::info_kind(shell, args, false, out) },
     InfoTopic { name: "types",       help: "types of C; with a regular expression those whose names match it",              write: declared::types },
-    InfoTopic { name: "scope",       help: "variables that have a place at a location: info scope price", write: about::scope },
+    InfoTopic { name: "scope",       help: "variables of the function at a location: info scope price", write: about::scope },
     InfoTopic { name: "address",     help: "where a variable or function is: info address x",         write: about::address },
     InfoTopic { name: "files",       help: "the program and the memories of the chip",                write: about::files },
-    InfoTopic { name: "target",      help: "the same",                                                write: about::files },
+    InfoTopic { name: "target",      help: "same as info files",                                                write: about::files },
     InfoTopic { name: "program",     help: "where the program is",                                    write: about::program },
     InfoTopic { name: "all-registers", help: "registers of the core and of the chip",                 write: about::all_registers },
     InfoTopic { name: "sharedlibrary", help: "there are none",                                        write: |_, _, out| about::none("shared libraries", out) },
     InfoTopic { name: "threads",     help: "there are none",                                          write: |_, _, out| about::none("threads", out) },
     InfoTopic { name: "signals",     help: "there are none",                                          write: |_, _, out| about::none("signals", out) },
-    InfoTopic { name: "symbols",     help: "symbols of the program; with a text those that have it",  write: symbols },
+    InfoTopic { name: "symbols",     help: "symbols of the program; with a text those that contain it",  write: symbols },
     InfoTopic { name: "display",     help: "what every stop shows",                                   write: |shell, _, out| { shell.list_displays(out); Ok(()) } },
 ];
 
-/// What gdb's `info` tells of besides, and why it is not here.
+/// Topics of gdb's `info` that are not available, each with the reason.
 const FOREIGN: &[(&str, &str)] = &[
     ("macro", "debugging information of avr-gcc has no macros"),
     ("macros", "debugging information of avr-gcc has no macros"),
     ("skip", "no function is skipped"),
-    ("record", "`info cycle` tells how far back the history goes"),
+    ("record", "`info cycle` shows the start of the history"),
     ("checkpoints", "save and load keep the machine, goto-cycle goes back"),
     ("inferiors", "the machine is the only one"),
     ("os", "a chip has no operating system"),
 ];
 
-/// Parts of a chip, by their registers.
+/// Parts of a chip that `info` lists by their registers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ChipPart {
     Timers,
@@ -69,7 +69,7 @@ enum ChipPart {
     Interrupts,
 }
 
-/// With what the names of the registers of a part begin, by family. A `#` stands for a digit at the end or nothing.
+/// Prefixes of the names of the registers of a part, by family.
 #[rustfmt::skip]
 const PARTS: &[(ChipFamily, ChipPart, &[&str])] = &[
     (ChipFamily::Avr,   ChipPart::Timers,     &["TCCR", "TCNT", "OCR", "ICR", "TIMSK", "TIFR", "ETIMSK", "ETIFR", "ASSR", "GTCCR", "SFIOR"]),
@@ -83,30 +83,30 @@ const PARTS: &[(ChipFamily, ChipPart, &[&str])] = &[
     (ChipFamily::Pic16, ChipPart::Interrupts, &["INTCON", "PIE", "PIR"]),
 ];
 
-/// `info`.
+/// `info`: prints a topic, or lists the topics.
 pub(super) fn info(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (word, rest) = args.split_once(char::is_whitespace).unwrap_or((args, ""));
     if word.is_empty() {
         list_topics(out);
         return Ok(());
     }
-    // The first will do, as `i r` and `i b` do in gdb.
+    // The first topic that matches is used, so `i r` and `i b` work as in gdb.
     let exact = TOPICS.iter().find(|topic| topic.name == word);
     match exact.or_else(|| TOPICS.iter().find(|topic| topic.name.starts_with(word))) {
         Some(topic) => (topic.write)(shell, rest.trim(), out),
         None if let Some((_, why)) = FOREIGN.iter().find(|(name, _)| *name == word) => {
             Err(format!("`info {word}` of gdb is not available: {why}"))
         }
-        None => Err(format!("there is no `info {word}`; there are {}", names().collect::<Vec<_>>().join(", "))),
+        None => Err(format!("there is no `info {word}`; the topics are {}", names().collect::<Vec<_>>().join(", "))),
     }
 }
 
-/// Names of what `info` tells of.
+/// Returns the names of all topics.
 pub(super) fn names() -> impl Iterator<Item = &'static str> {
     TOPICS.iter().map(|topic| topic.name)
 }
 
-/// What there is.
+/// Prints the list of topics.
 pub(super) fn list_topics(out: &mut String) {
     TOPICS.iter().for_each(|topic| out.push_str(&format!("  info {:<12} {}\n", topic.name, topic.help)));
 }
@@ -115,7 +115,7 @@ pub(super) fn registers(shell: &mut DebugShell, args: &str, out: &mut String) ->
     if !args.is_empty() {
         for name in args.split_whitespace() {
             let name = name.trim_start_matches('$');
-            // Of a caller those that its call has saved.
+            // For a caller, the registers that its call has saved.
             let expr = shell.parse_expression(&format!("${name}")).or_else(|_| shell.parse_expression(name))?;
             let value = expr.value(shell.session.machine());
             let text = shell.value_text(&expr, Default::default());
@@ -142,7 +142,7 @@ pub(super) fn registers(shell: &mut DebugShell, args: &str, out: &mut String) ->
     Ok(())
 }
 
-/// Texts in columns, row by row.
+/// Prints texts in columns, row by row.
 pub(super) fn columns(values: &[String], count: usize, out: &mut String) {
     let width = values.iter().map(|value| value.chars().count()).max().unwrap_or(0) + 2;
     for row in values.chunks(count) {
@@ -157,7 +157,7 @@ fn pins(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (chip, target) = (shell.session.scope.chip(), shell.session.machine());
     let all = chip.pins.iter().zip(0..).filter(|(_, id)| target.has_pin(*id));
     let wanted = |name: &str| args.is_empty() || name.to_ascii_lowercase().starts_with(&args.to_ascii_lowercase());
-    // Of a controller with hundreds of channels those that are on.
+    // A controller with hundreds of channels lists only those that are on.
     let few = chip.pins.len() < MANY || !args.is_empty();
     let values: Vec<String> = all
         .map(|(pin, id)| (pin.name, level(target.pin_level(id))))
@@ -171,11 +171,11 @@ fn pins(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     Ok(())
 }
 
-/// What AP101's timers and counters count to, and where they are.
+/// Spaces of AP101 with the presets and the values of its timers and counters.
 const PRESET: &str = "preset";
 const VALUE: &str = "value";
 
-/// Timers and counters of AP101 that are in use, with preset and value.
+/// Prints the timers and counters of AP101 that are in use, with value and preset.
 fn modules(shell: &DebugShell, out: &mut String) {
     let (chip, target) = (shell.session.scope.chip(), shell.session.machine());
     let count = chip.spaces.iter().find(|space| space.0 == PRESET).map_or(0, |space| space.1);
@@ -192,7 +192,7 @@ fn modules(shell: &DebugShell, out: &mut String) {
     columns(&values, 6, out);
 }
 
-/// Names and values of the registers of a part.
+/// Prints names and values of the registers of a part.
 fn part(shell: &mut DebugShell, part: ChipPart, out: &mut String) -> CommandResult {
     let (chip, target) = (shell.session.scope.chip(), shell.session.machine());
     let prefixes = PARTS.iter().find(|(family, of, _)| (*family, *of) == (chip.family, part)).map(|row| row.2);
@@ -247,10 +247,10 @@ fn cycle(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
     if let Some(scan) = session.scan() {
         out.push_str(&format!("scan          {scan}\n"));
     }
-    out.push_str(&format!("goes back to  cycle {}\n", session.first_cycle()));
-    let deeds = session.input_events().count();
-    if deeds > 0 {
-        out.push_str(&format!("done to it    {deeds} times, from outside\n"));
+    out.push_str(&format!("history from  cycle {}\n", session.first_cycle()));
+    let actions = session.input_events().count();
+    if actions > 0 {
+        out.push_str(&format!("inputs        {actions} external actions\n"));
     }
     Ok(())
 }

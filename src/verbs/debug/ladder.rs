@@ -1,4 +1,4 @@
-//! Ladder programs under the debugger: compiled on the fly, or beside the image that was made of them.
+//! Ladder programs in the debugger: compiled on the fly, or read with the map of an image.
 
 use emu_check::{needs_pull_up, read_map};
 use emu_core::chip::Chip;
@@ -14,7 +14,7 @@ use crate::shared::fail::VerbFailure;
 use crate::shared::input;
 use crate::shared::report::{FileTexts, MessageStyle};
 
-/// A program and the image that was made of it.
+/// A ladder program and the image that it was compiled to.
 pub(super) struct CompiledLadder {
     /// The program and its map.
     pub view: LadderView,
@@ -22,7 +22,7 @@ pub(super) struct CompiledLadder {
 }
 
 impl CompiledLadder {
-    /// The image.
+    /// Loads the image.
     pub fn image(&self, file: &str, chip: &'static Chip) -> Result<Image, VerbFailure> {
         let loaded =
             image::load(file, self.hex.as_bytes(), chip.hex_spaces, chip.elf_spaces, ElfMachine(chip.elf_machine));
@@ -31,12 +31,13 @@ impl CompiledLadder {
 }
 
 impl DebugSubject {
-    /// It is a ladder program, by its name.
+    /// Returns whether the file is a ladder program, by its name.
     pub(super) fn is_ladder(&self) -> bool {
         self.file.to_ascii_lowercase().ends_with(".ld")
     }
 
-    /// Compiles the program, as `emu compile` does. What that notes of fuses and of parts around the chip is arranged here.
+    /// Compiles the program as `emu compile` does. The debugger sets up the fuses and external parts that the
+    /// compiler mentions in its notes.
     pub(super) fn compile_ladder(
         &self,
         chip: &'static Chip,
@@ -63,7 +64,7 @@ impl DebugSubject {
         Ok(CompiledLadder { view, hex: compiled.hex })
     }
 
-    /// The program beside the image, if one is given.
+    /// Reads the ladder program and the map that belong to an image, if they are given.
     pub(super) fn mapped_ladder(
         &self,
         chip: &'static Chip,
@@ -82,8 +83,8 @@ impl DebugSubject {
     }
 }
 
-/// What a board does for a program: inputs are low, as in `emu sim`, outputs that the chip only lets go are pulled up, and the serial
-/// line is at rest.
+/// Returns the initial drives of the environment: inputs are low, as in `emu sim`, outputs that the chip can
+/// only pull low have pull-ups, and the receive line is high (idle).
 pub(super) fn default_drives(view: &LadderView, chip: &Chip) -> Vec<TimedDrive> {
     let at = CycleTime::default();
     let map = view.map();
@@ -101,12 +102,13 @@ pub(super) fn default_drives(view: &LadderView, chip: &Chip) -> Vec<TimedDrive> 
     named.chain(line).map(|(pin, level)| TimedDrive { at, drive: ExternalDrive::Level(pin, level) }).collect()
 }
 
-/// It drives that pin.
+/// Returns whether a drive is of a given pin.
 pub(super) fn is_drive_of(drive: &TimedDrive, pin: PinId) -> bool {
     matches!(drive.drive, ExternalDrive::Level(driven, _) | ExternalDrive::Volts(driven, _) | ExternalDrive::Counts(driven, _) if driven == pin)
 }
 
-/// `Ymotor=1` as `PB1=1`, where the program has an input or output of that name; else the text as it is.
+/// Replaces the name of an input or output of the program by its pin: `Ymotor=1` becomes `PB1=1`. Other text
+/// is unchanged.
 pub(super) fn chip_pin_text(view: &LadderView, text: &str) -> String {
     let (name, rest) = text.split_at(text.find('=').unwrap_or(text.len()));
     let named = view.map().pins.iter().find(|pin| pin.name == name.trim());

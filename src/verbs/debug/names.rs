@@ -1,16 +1,17 @@
-//! What a word that is being typed may become.
+//! Candidates for the completion of a word.
 
 use super::commands::COMMANDS;
 use super::info;
 use super::shell::DebugShell;
 
 impl DebugShell {
-    /// Names of commands.
+    /// Returns the names of commands.
     pub fn command_names(&self) -> Vec<String> {
         COMMANDS.iter().map(|command| command.name.to_owned()).collect()
     }
 
-    /// Names that may follow a command: registers, pins, symbols, variables of the call that is looked at, and what `info` tells of.
+    /// Returns names that can follow a command: registers, pins, symbols, variables of the selected call, and
+    /// topics of `info`.
     pub fn names(&self) -> Vec<String> {
         const MANY: usize = 100;
         let scope = &self.session.scope;

@@ -1,37 +1,37 @@
-//! Numbers as people read them.
+//! Number formats of the debugger.
 
-/// A number in hex with at least so many digits; a negative one with its sign.
+/// Formats a number in hex with at least `digits` digits; a negative number has a minus sign.
 pub(super) fn hex(value: i64, digits: usize) -> String {
     let sign = if value < 0 { "-" } else { "" };
     format!("{sign}0x{:0digits$x}", value.unsigned_abs())
 }
 
-/// A number as it is where it has one digit, else in hex.
+/// Formats a number from 0 to 9 in decimal, any other in hex.
 pub(super) fn short_hex(value: i64) -> String {
     if (0..10).contains(&value) { value.to_string() } else { hex(value, 2) }
 }
 
-/// Most units that one `x` shows.
+/// Maximum number of units that one `x` prints.
 const MAX_UNITS: u32 = 1 << 16;
 
-/// A count, a format and a unit, as `/8xb` gives them.
+/// A count, a format letter and a unit, as in `/8xb`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct ExamineFormat {
-    /// How many.
+    /// Number of units.
     pub count: Option<u32>,
-    /// They lie before the place.
+    /// The units are before the address (a negative count).
     pub before: bool,
-    /// `x z d u o t c a f s i`.
+    /// Format letter: one of `x z d u o t c a f s i`.
     pub letter: Option<char>,
     /// Bytes of a unit.
     pub unit: Option<u32>,
 }
 
 impl ExamineFormat {
-    /// Takes a format off the front of the words behind a command.
+    /// Parses a format at the front of the arguments of a command. Returns the rest.
     ///
     /// # Errors
-    /// A letter that is none.
+    /// A letter is unknown, or the count is out of range.
     pub fn parse_front(args: &str) -> Result<(ExamineFormat, &str), String> {
         let Some(rest) = args.strip_prefix('/') else { return Ok((ExamineFormat::default(), args)) };
         let end = rest.find(char::is_whitespace).unwrap_or(rest.len());
@@ -42,7 +42,7 @@ impl ExamineFormat {
         if digits > 0 {
             let (count, most) = (&text[..digits], MAX_UNITS);
             let found = count.parse().ok().filter(|count| (1..=most).contains(count));
-            format.count = Some(found.ok_or_else(|| format!("`{count}` is no count; write 1 to {most}"))?);
+            format.count = Some(found.ok_or_else(|| format!("`{count}` is not a count; write 1 to {most}"))?);
         }
         for letter in text[digits..].chars() {
             match letter {
@@ -53,7 +53,7 @@ impl ExamineFormat {
                 'g' => format.unit = Some(8),
                 _ => {
                     return Err(format!(
-                        "`{letter}` is no format; there are x z d u o t c a f s i, and the units b h w g"
+                        "`{letter}` is not a format; the formats are x z d u o t c a f s i, and the units b h w g"
                     ));
                 }
             }

@@ -1,4 +1,5 @@
-//! Where a session is made, for every face of the debugger: from an image with the flags of its machine, or from a ladder program.
+//! Opens a session for every front end of the debugger: from an image with the flags of its machine, or from
+//! a ladder program.
 
 use ::ladder::LadderDialect;
 use clap::Args;
@@ -24,11 +25,11 @@ use crate::shared::{input, pic16, scenarios, snapshots, store};
 use crate::verbs::compile::parse_pin_assignment;
 use crate::verbs::run::{RamChoice, parse_ram};
 
-/// What is debugged, and how its machine is wired.
+/// The program to debug, and how its machine is wired.
 #[derive(Debug, Args)]
 pub struct DebugSubject {
-    /// A HEX or ELF file, for the 8051 family also an absolute object file (OMF-51), an assembly source by its name (.asm, .s, .a51,
-    /// .src), or a ladder program (.ld), which is compiled first.
+    /// A HEX or ELF file, for the 8051 family also an absolute object file (OMF-51), an assembly source by
+    /// its name (.asm, .s, .a51, .src), or a ladder program (.ld), which is compiled first.
     #[arg(value_name = "FILE")]
     pub file: String,
     #[command(flatten)]
@@ -42,22 +43,23 @@ pub struct DebugSubject {
     /// The map that was written with the image (`emu compile --map`); with --ladder.
     #[arg(long, value_name = "FILE", requires = "ladder")]
     pub(super) map: Option<String>,
-    /// Put an input or output of a ladder program at a pin: Xstart=PD2. Goes before the pins of the program. Repeatable.
+    /// Put an input or output of a ladder program at a pin: Xstart=PD2. Overrides the pins of the program.
+    /// Repeatable.
     #[arg(long = "pin", value_name = "NAME=PIN", value_parser = parse_pin_assignment)]
     pub(super) pins: Vec<(String, String)>,
-    /// What the elements of a ladder program mean: ldmicro-2.3 or ldmicro-5.
+    /// The dialect of the elements of a ladder program: ldmicro-2.3 or ldmicro-5.
     #[arg(long, value_name = "DIALECT", value_parser = parse_dialect)]
     pub(super) dialect: Option<LadderDialect>,
-    /// Do what a scenario (docs/scenario.md) does from outside, beside --set and --at. One that expects or waits is played first, on a
-    /// copy of the machine, and how it ends is told.
+    /// Apply the external stimuli of a scenario (docs/scenario.md), in addition to --set and --at. A scenario
+    /// that expects or waits is first played on a copy of the machine, and its outcome is printed.
     #[arg(long, value_name = "FILE")]
     scenario: Option<String>,
-    /// Bytes that copies of the machine may take, from which it goes back in time: 64M, 500k, 1G.
+    /// Maximum size of the copies of the machine for going back in time: 64M, 500k, 1G.
     #[arg(long, value_name = "BYTES", default_value = "64M", value_parser = parse_byte_count)]
     history: usize,
 }
 
-/// The value of `--ram`; reading RAM that was not written is no fault here.
+/// Parses the value of `--ram`; the check for reads of unwritten RAM is not available here.
 fn parse_ram_init(text: &str) -> Result<RamInit, String> {
     match parse_ram(text) {
         Ok(RamChoice::Fill(init)) => Ok(init),
@@ -65,9 +67,9 @@ fn parse_ram_init(text: &str) -> Result<RamInit, String> {
     }
 }
 
-/// A number of bytes: 64M, 500k, 1G, 4096.
+/// Parses a number of bytes: 64M, 500k, 1G, 4096.
 fn parse_byte_count(text: &str) -> Result<usize, String> {
-    let wrong = || format!("`{text}` is no number of bytes; write 64M, 500k or 1G");
+    let wrong = || format!("`{text}` is not a number of bytes; write 64M, 500k or 1G");
     let (digits, shift) = match text.char_indices().last() {
         Some((at, 'k' | 'K')) => (&text[..at], 10),
         Some((at, 'm' | 'M')) => (&text[..at], 20),
@@ -78,23 +80,23 @@ fn parse_byte_count(text: &str) -> Result<usize, String> {
     number.checked_mul(1 << shift).ok_or_else(wrong)
 }
 
-/// A session, and what is known of its program.
+/// A session with its ladder program, source texts and files.
 pub struct OpenedSession {
     /// The machine under the debugger.
     pub session: DebugSession,
-    /// The ladder program, where it is one.
+    /// The ladder program, if there is one.
     pub view: Option<LadderView>,
-    /// The texts of its source lines.
+    /// Texts of the source lines.
     pub sources: SourceFiles,
-    /// Where its snapshots are written.
+    /// Writer of the snapshots of the session.
     pub snapshot_writer: SnapshotWriter,
-    /// The file of the program.
+    /// The program file.
     pub file: String,
-    /// What was queued from outside.
+    /// Drives that were queued before the session began.
     pub drives: Vec<TimedDrive>,
 }
 
-/// Makes a session. Warnings and notes are told.
+/// Opens a session, and prints warnings and notes.
 pub fn open_session(subject: &DebugSubject, terminal: &MessageStyle) -> Result<OpenedSession, VerbFailure> {
     let machine = &subject.machine;
     let chosen = machine.mcu.choose_chip(&subject.file)?;
@@ -103,8 +105,8 @@ pub fn open_session(subject: &DebugSubject, terminal: &MessageStyle) -> Result<O
     let mapped = if compiled.is_none() { subject.mapped_ladder(chip, terminal)? } else { None };
     let own = compiled.as_ref().map(|compiled| &compiled.view).or(mapped.as_ref()).map(|view| view.map().clock_hz);
     let clock = chosen.clock(machine.clock.or(own));
-    let how = MachineOptions { ram: subject.ram, bus: false, clock, start_up: !machine.no_start_up };
-    let wired = machine.wire_machine(chip, &how, || match &compiled {
+    let machine_options = MachineOptions { ram: subject.ram, bus: false, clock, start_up: !machine.no_start_up };
+    let wired = machine.wire_machine(chip, &machine_options, || match &compiled {
         Some(compiled) => compiled.image(&subject.file, chip),
         None => input::read_image_with_symbols(&subject.file, &machine.symbols, chip, terminal),
     })?;
@@ -113,44 +115,44 @@ pub fn open_session(subject: &DebugSubject, terminal: &MessageStyle) -> Result<O
     scope.ladder = view.as_ref().map_or(Vec::new(), LadderView::symbols);
     let (image, setup) = (wired.image.clone(), wired.setup);
     let head = snapshots::snapshot_header(chip, &image, &setup);
-    let scene = subject.scenario.as_deref().map(scenarios::read_scenario).transpose()?;
+    let scenario = subject.scenario.as_deref().map(scenarios::read_scenario).transpose()?;
     let files = || std::iter::once(&subject.file).chain(&machine.symbols);
-    let taken: Vec<String> = files()
+    let protected_files: Vec<String> = files()
         .chain(&subject.ladder)
         .chain(&subject.map)
         .chain(&subject.scenario)
         .chain(&machine.eeprom)
         .cloned()
         .collect();
-    let shelf = SnapshotWriter { head, protected_files: taken };
-    let fit = SessionBuilder {
+    let snapshot_writer = SnapshotWriter { head, protected_files };
+    let builder = SessionBuilder {
         machine,
         program: &subject.file,
         wired,
         view: view.as_ref(),
-        scenario: scene.as_ref(),
-        snapshot_writer: shelf.clone(),
+        scenario: scenario.as_ref(),
+        snapshot_writer: snapshot_writer.clone(),
     };
-    let BuiltMachine { target, clock, drives } = visit_machine(chip, &image, &setup, fit)?;
-    let follow = view.as_ref().map(LadderView::follower);
-    let options = SessionOptions { clock, history_bytes: subject.history, follower: follow };
+    let BuiltMachine { target, clock, drives } = visit_machine(chip, &image, &setup, builder)?;
+    let follower = view.as_ref().map(LadderView::follower);
+    let options = SessionOptions { clock, history_bytes: subject.history, follower };
     let sources = SourceFiles::new(files().map(String::as_str));
     let session = DebugSession::new(target, scope, options);
-    Ok(OpenedSession { session, view, sources, snapshot_writer: shelf, file: subject.file.clone(), drives })
+    Ok(OpenedSession { session, view, sources, snapshot_writer, file: subject.file.clone(), drives })
 }
 
-/// The names of the program; damaged debugging information is told.
+/// Collects the names of the program, and prints warnings about damaged debugging information.
 fn program_scope(chip: &'static Chip, image: &Image, terminal: &MessageStyle) -> NameScope {
     let mut scope = NameScope::new(chip);
     scope.symbols.clone_from(&image.symbols);
     scope.lines = image.lines.clone();
-    // They are read when they are first asked for.
+    // The lines are parsed at the first access, which also collects the warnings.
     _ = scope.lines.all_lines();
     report_diagnostics(terminal, scope.lines.warnings(), FileTexts::NONE);
     scope
 }
 
-/// Makes a machine with what is around it.
+/// Creates a machine with its devices and queued drives.
 struct SessionBuilder<'a> {
     machine: &'a MachineArgs,
     program: &'a str,
@@ -160,7 +162,7 @@ struct SessionBuilder<'a> {
     snapshot_writer: SnapshotWriter,
 }
 
-/// A machine before its first cycle, and what is queued for it.
+/// A machine before its first cycle, with its queued drives.
 struct BuiltMachine {
     target: Box<dyn DynMachine>,
     clock: CycleClock,
@@ -171,7 +173,7 @@ impl MachineVisitor for SessionBuilder<'_> {
     type Output = Result<BuiltMachine, VerbFailure>;
 
     fn visit<C: Cpu + 'static>(self, mut cpu: C) -> Self::Output {
-        let WiredMachine { image, setup, hz, avr, eeprom, devices: bench } = self.wired;
+        let WiredMachine { image, setup, hz, avr, eeprom, devices } = self.wired;
         let chip = cpu.chip();
         if let Some((_, held)) = eeprom {
             store::load_eeprom(&mut cpu, &held.unwrap_or_default());
@@ -181,8 +183,8 @@ impl MachineVisitor for SessionBuilder<'_> {
         let alias = |text: &str| self.view.map_or_else(|| text.to_owned(), |view| view.pin_assignment(text));
         let asked = self.machine.drives(&source, clock, &alias)?;
         check_pins_exist(&cpu, &asked, std::iter::empty())?;
-        let mut board = bench.connect(chip, clock, &asked)?;
-        // Of two that drive a pin at once the later counts.
+        let mut board = devices.connect(chip, clock, &asked)?;
+        // If two drives set a pin at the same time, the later one counts.
         let mut drives = self.view.map_or(Vec::new(), |view| ladder::default_drives(view, chip));
         drives.retain(|drive| !board.driven_pins().any(|pin| ladder::is_drive_of(drive, pin)));
         drives.extend(asked);
@@ -191,18 +193,18 @@ impl MachineVisitor for SessionBuilder<'_> {
             queue_drives(&mut copy, &drives).map_err(VerbFailure::usage)?;
             around.connect(&mut copy);
             let driven = drives.iter().filter_map(TimedDrive::pin).chain(board.driven_pins()).collect();
-            let (baud, deaf) = (self.machine.baud, !self.machine.uart_in.is_empty());
-            let (names, shelf) = (source.names, self.snapshot_writer);
+            let (baud, serial_line_taken) = (self.machine.baud, !self.machine.uart_in.is_empty());
+            let (names, snapshot_writer) = (source.names, self.snapshot_writer);
             let supplies = supply_changes(&drives);
             let known = ScenarioContext {
                 program: self.program,
                 names,
                 clock,
                 baud,
-                serial_line_taken: deaf,
+                serial_line_taken,
                 driven,
                 supplies,
-                snapshot_writer: shelf,
+                snapshot_writer,
             };
             drives.extend(scenario_drives(file, self.view, (copy, around), &known)?);
         }

@@ -1,14 +1,15 @@
-//! The table of `info breakpoints` and `info watchpoints`, and where a breakpoint is, as gdb writes them.
+//! The table of `info breakpoints` and `info watchpoints`, and the location of a breakpoint, in the layout of
+//! gdb.
 
 use emu_debug::debug::{AccessKind, DebugPoint, PointTrigger};
 
 use super::points::numbers;
 use super::shell::{CommandResult, DebugShell};
 
-/// Narrowest column of types.
+/// Minimum width of the column of types.
 const TYPE_WIDTH: usize = 14;
 
-/// `info breakpoints` and `info watchpoints`: all, or those of some numbers.
+/// `info breakpoints` and `info watchpoints`: lists all points, or those with given numbers.
 pub(super) fn list(shell: &DebugShell, args: &str, watched: bool, out: &mut String) -> CommandResult {
     let wanted = if args.is_empty() { None } else { Some(numbers(shell, args)?) };
     let points = shell.session.points.all().iter();
@@ -35,7 +36,7 @@ fn type_name(point: &DebugPoint) -> &'static str {
     }
 }
 
-/// The row of a point, what it depends on, and its commands.
+/// Prints the row of a point, its condition and counts, and its commands.
 fn describe(shell: &DebugShell, point: &DebugPoint, width: usize, out: &mut String) {
     let (temporary, left) = (point.temporary, point.stops_left.unwrap_or(0));
     let disposition = match (temporary, left) {
@@ -61,18 +62,18 @@ fn describe(shell: &DebugShell, point: &DebugPoint, width: usize, out: &mut Stri
     }
     let times = if point.hits == 1 { "time" } else { "times" };
     let more = if point.ignore > 0 { "additional" } else { "next" };
-    let told = [
+    let details = [
         (point.condition.is_some(), format!("\tstop only if {}\n", point.condition_text)),
         (point.hits > 0, format!("\tbreakpoint already hit {} {times}\n", point.hits)),
         (point.ignore > 0, format!("\tignore next {} hits\n", point.ignore)),
         (left > 1, format!("        disable after {more} {left} hits\n")),
     ];
-    told.iter().filter(|(told, _)| *told).for_each(|(_, text)| out.push_str(text));
+    details.iter().filter(|(shown, _)| *shown).for_each(|(_, text)| out.push_str(text));
     point.commands.iter().for_each(|command| out.push_str(&format!("        {command}\n")));
 }
 
 impl DebugShell {
-    /// Address and meaning of a program word: `0x00000228 in turn at pump.c:11`.
+    /// Returns the address and meaning of a program word: `0x00000228 in turn at pump.c:11`.
     fn row_of_word(&self, word: u32) -> String {
         let scope = &self.session.scope;
         let address = scope.chip().code_address(word);
@@ -93,7 +94,8 @@ impl DebugShell {
         format!("0x{address:08x} {meant}").trim_end().to_owned()
     }
 
-    /// Where a new breakpoint is: `0x228: file pump.c, line 11.`; `places` where the program has no functions with lines.
+    /// Returns the location of a new breakpoint: `0x228: file pump.c, line 11.`; `places` if the program has
+    /// no functions with lines.
     pub(super) fn places_of_point(&self, id: u32, places: &[String]) -> String {
         let scope = &self.session.scope;
         let Some((PointTrigger::Code(words), text)) =

@@ -7,7 +7,7 @@ use emu_debug::stimulus::parse_pin_level;
 
 use super::shell::{CommandResult, DebugShell};
 
-/// Splits off the condition of `LOCATION if EXPR`.
+/// Splits `LOCATION if EXPR` into the location and the condition.
 fn split_condition(args: &str) -> (&str, Option<&str>) {
     let found = args.strip_prefix("if ").map(|condition| ("", condition));
     let found = found.or_else(|| args.split_once(" if "));
@@ -37,7 +37,7 @@ fn code_point(shell: &mut DebugShell, args: &str, temporary: bool, out: &mut Str
     Ok(())
 }
 
-/// Adds a point with its condition, which is read first.
+/// Adds a point with its condition, which is parsed first.
 fn add_point(
     shell: &mut DebugShell,
     what: PointTrigger,
@@ -45,7 +45,7 @@ fn add_point(
     condition: Option<&str>,
     temporary: bool,
 ) -> Result<u32, String> {
-    // What has a name where a breakpoint is, is meant there.
+    // A name in the condition of a breakpoint is resolved at the breakpoint.
     let at = if let PointTrigger::Code(words) = &what { words.first().copied() } else { None };
     let wanted = condition;
     let condition = condition.map(|text| condition_at(shell, text, at)).transpose()?;
@@ -69,13 +69,13 @@ pub(super) fn watch(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
     let (text, condition) = split_condition(args);
     let (text, by_place) = without_location_flag(text);
     if text.is_empty() {
-        return Err("what is to be watched? memory, a register, a bit, a pin: watch buf".to_owned());
+        return Err("the place is missing (memory, a register, a bit or a pin): watch buf".to_owned());
     }
     let what = parse_watch(shell, text)?;
     if by_place && !matches!(what, PointTrigger::Change(DebugExpression::Place(_)) | PointTrigger::Pin(..)) {
-        return Err(format!("`{text}` is in no memory of up to four bytes whose place could be watched"));
+        return Err(format!("`{text}` is not in memory or has more than four bytes, so its place cannot be watched"));
     }
-    // A variable of a call ends with it, a place does not.
+    // A watchpoint on a variable of a call ends with the call; a watchpoint on a place does not.
     let name = if by_place { format!("-location {text}") } else { text.to_owned() };
     let end = if by_place {
         None
@@ -92,14 +92,15 @@ pub(super) fn watch(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
     Ok(())
 }
 
-/// The text behind `-l` or `-location`, and whether that was there.
+/// Strips `-l` or `-location` from the front, and returns whether it was there.
 fn without_location_flag(text: &str) -> (&str, bool) {
     let rest = ["-location ", "-l "].iter().find_map(|flag| text.strip_prefix(flag));
     (rest.unwrap_or(text).trim(), rest.is_some())
 }
 
 impl DebugShell {
-    /// Where the caller of the call that is looked at goes on, and its stack pointer.
+    /// Returns the return address of the selected call as a program word, and the stack pointer after the
+    /// return.
     fn call_end(&self) -> Option<(u32, u32)> {
         let frames = self.calls();
         let own = frames.get(self.level)?;
@@ -108,14 +109,14 @@ impl DebugShell {
     }
 }
 
-/// A pin by its edges, anything else by its value; `PB5=1` waits for a level.
+/// Parses what to watch: a pin by its edges, `PB5=1` for a level, anything else by its value.
 fn parse_watch(shell: &DebugShell, text: &str) -> Result<PointTrigger, String> {
     let scope = &shell.session.scope;
     if let Some((name, level)) =
         text.split_once('=').filter(|(name, level)| !name.ends_with(['=', '!', '<', '>']) && !level.starts_with('='))
     {
         let DebugExpression::Place(ExpressionPlace::Pin(pin)) = shell.parse_expression(name)? else {
-            return Err(format!("`{}` is no pin; write watch {} if {text}=..", name.trim(), name.trim()));
+            return Err(format!("`{}` is not a pin; write watch {} if {text}=..", name.trim(), name.trim()));
         };
         let name = scope.chip().pins.get(usize::from(pin)).map_or("", |pin| pin.name);
         return Ok(PointTrigger::Pin(pin, Some(parse_pin_level(scope.chip(), &format!("{name}={}", level.trim()))?.1)));
@@ -129,13 +130,15 @@ fn parse_watch(shell: &DebugShell, text: &str) -> Result<PointTrigger, String> {
             return Err("value has been optimized out".to_owned());
         }
         expr if expr.depends_only_on_time() => {
-            return Err("time goes on in sleep, where nothing is looked at; run-to-cycle stops at one".to_owned());
+            return Err(
+                "time advances during sleep, where no watchpoint is checked; run-to-cycle stops at a cycle".to_owned()
+            );
         }
         expr if expr.is_constant() => return Err(format!("cannot watch a constant: nothing changes `{text}`")),
         expr if expr.object().is_none_or(|of| of.is_computed())
             && matches!(expr.evaluate(shell.session.machine()), Some(ExpressionValue::Real(..))) =>
         {
-            return Err("what is computed with a point is not watched; watch the variables in it".to_owned());
+            return Err("a floating-point expression cannot be watched; watch its variables".to_owned());
         }
         expr => PointTrigger::Change(expr),
     })
@@ -155,7 +158,7 @@ fn access(shell: &mut DebugShell, args: &str, access: AccessKind, out: &mut Stri
     let found = shell.session.scope.parse_watched_range(text, shell.session.machine());
     let (range, name) = found.map_err(|why| match why {
         DebugError::UnknownSymbolHere { .. } => why.to_string(),
-        why => format!("{why}; watch {text} sees its changes"),
+        why => format!("{why}; watch {text} detects its changes"),
     })?;
     let id = add_point(shell, PointTrigger::Access(range, access), &name, condition, false)?;
     let kind = if access == AccessKind::Read { "read" } else { "access (read/write)" };
@@ -163,7 +166,7 @@ fn access(shell: &mut DebugShell, args: &str, access: AccessKind, out: &mut Stri
     Ok(())
 }
 
-/// The number of a point at the front of some words, and the rest.
+/// Parses the number of a point at the front of the arguments, and returns the rest.
 fn parse_point_number<'a>(shell: &DebugShell, args: &'a str) -> Result<(u32, &'a str), String> {
     let (number, rest) = args.split_once(char::is_whitespace).unwrap_or((args, ""));
     Ok((find_point(shell, number)?, rest.trim()))
@@ -179,7 +182,7 @@ fn find_point(shell: &DebugShell, number: &str) -> Result<u32, String> {
     id.ok_or_else(|| format!("there is no point {number}; `info break` lists them"))
 }
 
-/// Points by their numbers: `1 2`, `1-3`.
+/// Parses numbers of points: `1 2`, `1-3`.
 pub(super) fn numbers(shell: &DebugShell, args: &str) -> Result<Vec<u32>, String> {
     let mut found = Vec::new();
     for word in args.split_whitespace() {
@@ -219,7 +222,7 @@ pub(super) fn condition(shell: &mut DebugShell, args: &str, out: &mut String) ->
 pub(super) fn ignore(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (id, text) = parse_point_number(shell, args)?;
     let count = shell.integer_value(if text.is_empty() { "0" } else { text })?;
-    let count = u64::try_from(count).map_err(|_| format!("{count} is no count"))?;
+    let count = u64::try_from(count).map_err(|_| format!("{count} is not a count"))?;
     if let Some(point) = shell.session.points.get_mut(id) {
         point.ignore = count;
     }
@@ -296,13 +299,13 @@ pub(super) fn disable(shell: &mut DebugShell, args: &str, _: &mut String) -> Com
     set_enabled(shell, after_word(args, "breakpoints").unwrap_or(args), false)
 }
 
-/// What is behind a word at the beginning of some words.
+/// Returns the text after a word at the front of the arguments, or `None` if the word is not there.
 fn after_word<'a>(args: &'a str, word: &str) -> Option<&'a str> {
     let rest = args.strip_prefix(word)?;
     (rest.is_empty() || rest.starts_with(char::is_whitespace)).then(|| rest.trim())
 }
 
-/// Points count again, and something is to become of them when they stop.
+/// Enables points, and sets what happens to them when they stop the program.
 fn set_disposition(shell: &mut DebugShell, args: &str, set: impl Fn(&mut DebugPoint)) -> CommandResult {
     if args.is_empty() {
         return Err("the number of a point is missing; `info break` lists them".to_owned());
@@ -330,7 +333,7 @@ fn set_enabled(shell: &mut DebugShell, args: &str, on: bool) -> CommandResult {
     Ok(())
 }
 
-/// The commands that set all points, for `source`.
+/// Returns the commands that set all points, for `source`.
 pub(super) fn commands_that_set(shell: &DebugShell) -> String {
     let mut text = String::new();
     for point in shell.session.points.all() {
@@ -341,7 +344,8 @@ pub(super) fn commands_that_set(shell: &DebugShell) -> String {
             (PointTrigger::Access(..), _) => "awatch",
             (PointTrigger::Change(_) | PointTrigger::Pin(..), _) => "watch",
         };
-        // A breakpoint at an instruction is called by its address and what that means.
+        // The text of a breakpoint at an instruction is its address and a description; only the address is a
+        // location.
         let at_word = point.text.starts_with("0x").then(|| point.text.split(' ').next()).flatten();
         let place = at_word.unwrap_or(&point.text);
         let place = place.strip_prefix("the byte of ").unwrap_or(place);

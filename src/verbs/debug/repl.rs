@@ -1,4 +1,4 @@
-//! Lines from a terminal, from a pipe, from scripts and from the command line, handed to the [`DebugShell`] one by one.
+//! Reads lines from a terminal, a pipe, scripts and the command line, and passes them to the [`DebugShell`].
 
 use std::io::{self, BufRead};
 use std::sync::Arc;
@@ -10,32 +10,32 @@ use super::terminal::LineEditor;
 use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::output;
 
-/// Where commands come from besides the user, and how they are told.
+/// Commands that are executed before those of the user, and how failures are handled.
 pub struct CommandScript<'a> {
-    /// Files of commands, then commands, in this order.
+    /// Files of commands, executed first.
     pub files: &'a [String],
-    /// Single commands.
+    /// Single commands, executed after the files.
     pub commands: &'a [String],
-    /// The first command that fails ends it all, and nothing is told but results.
+    /// The first command that fails ends the session, and commands are not repeated in the output.
     pub batch: bool,
 }
 
-/// What asks a session to stop, from outside.
+/// Flags that signals set to stop or end a session, and flags that show for what the session waits.
 #[derive(Clone, Default)]
 pub struct SessionSignals {
-    /// Stop at the next instruction, and the script too.
+    /// Stop at the next instruction, and stop the script too.
     pub interrupt: Arc<AtomicBool>,
-    /// Leave.
+    /// End the session.
     pub leave: Arc<AtomicBool>,
-    /// The user is being waited for at a terminal, so that nothing looks at the others.
+    /// The program waits for the user at a terminal, so nothing checks the other flags.
     pub at_prompt: Arc<AtomicBool>,
-    /// A line from a pipe is being waited for, so that nothing looks at the others.
+    /// The program waits for a line from a pipe, so nothing checks the other flags.
     pub at_pipe: Arc<AtomicBool>,
 }
 
-const INTERRUPTED: &str = "interrupted: what was still to be carried out is left out\n";
+const INTERRUPTED: &str = "interrupted: the remaining commands are skipped\n";
 
-/// A conversation.
+/// A command line session that is in progress.
 struct Conversation<'a> {
     shell: &'a mut DebugShell,
     signals: SessionSignals,
@@ -44,7 +44,8 @@ struct Conversation<'a> {
     failed: bool,
 }
 
-/// Carries out the scripts, then what the user says, at a terminal if there is one. Gives the exit code.
+/// Executes the scripts, then lines from the terminal if there is one, otherwise from standard input. Returns
+/// the exit code.
 pub fn converse(
     shell: &mut DebugShell,
     script: &CommandScript<'_>,
@@ -55,7 +56,7 @@ pub fn converse(
     let scripted = !script.files.is_empty() || !script.commands.is_empty();
     match (talk.scripts(script)?, terminal) {
         (ScriptEnd::Code(code), _) => Ok(talk.exit_code(code)),
-        // A user is there who has stopped the script, not the session.
+        // The user at the terminal has stopped the script, not the session.
         (ScriptEnd::Interrupted, Some(terminal)) if !talk.signals.leave.load(Ordering::SeqCst) => {
             talk.read_terminal(terminal)
         }
@@ -69,18 +70,18 @@ pub fn converse(
     }
 }
 
-/// How scripts, or the lines of a pipe, came to their end.
+/// How scripts, or the lines of a pipe, ended.
 enum ScriptEnd {
-    /// All was carried out that was to be.
+    /// Everything was executed.
     Finished,
     /// The session ends, with an exit code.
     Code(u8),
-    /// A signal has come.
+    /// A signal arrived.
     Interrupted,
 }
 
-/// Carries out the scripts before a face that is not a conversation; what they print goes to `out`. Gives an exit code where they
-/// end the session. Like the conversation it goes on behind a command that fails, which `out` tells.
+/// Executes the scripts for the full screen, and appends their output to `out`. Returns an exit code if they
+/// end the session. A failed command is reported in `out` and ends its file, but not the session.
 #[cfg(feature = "tui")]
 pub fn run_scripts(
     shell: &mut DebugShell,
@@ -120,19 +121,19 @@ pub fn run_scripts(
 }
 
 impl Conversation<'_> {
-    /// The exit code, where the shell says `code`.
+    /// Returns the exit code: `code` of the shell, or 1 if that is 0 and a command has failed.
     fn exit_code(&self, code: u8) -> u8 {
         if self.failed && code == exit::OK { exit::FAILED } else { code }
     }
 
-    /// Carries out the scripts.
+    /// Executes the scripts.
     fn scripts(&mut self, script: &CommandScript<'_>) -> Result<ScriptEnd, VerbFailure> {
         for file in script.files {
             let text = crate::shared::input::read_bytes(file)?;
             for (_, line) in commands_of(&diag::text::readable(&text)) {
                 match self.run_script_line(line)? {
                     (_, Some(end)) => return Ok(end),
-                    // The rest of a script makes no sense when one of its commands has failed.
+                    // After a command of a script has failed, the rest of the script is skipped.
                     (ShellFlow::Failed(_), None) => break,
                     _ => {}
                 }
@@ -149,7 +150,7 @@ impl Conversation<'_> {
         Ok(self.end_of_lines()?.unwrap_or(ScriptEnd::Finished))
     }
 
-    /// Lines have come to their end; commands of a point that lack theirs are a failure.
+    /// Reports a block that is still open at the end of the lines as a failure.
     fn end_of_lines(&mut self) -> Result<Option<ScriptEnd>, VerbFailure> {
         let Err(why) = self.shell.end_of_lines() else { return Ok(None) };
         self.report_failure(&why)?;
@@ -167,7 +168,7 @@ impl Conversation<'_> {
         Ok(())
     }
 
-    /// Carries out a line that nobody types, and tells whether it is the last.
+    /// Executes a line of a script or a pipe. Also returns how the session ends if this line ends it.
     fn run_script_line(&mut self, line: &str) -> Result<(ShellFlow, Option<ScriptEnd>), VerbFailure> {
         let flow = self.run_line(line, true)?;
         let end = match &flow {
@@ -186,7 +187,7 @@ impl Conversation<'_> {
         Ok((flow, end))
     }
 
-    /// Carries out a line.
+    /// Executes a line and prints its output.
     fn run_line(&mut self, line: &str, echo: bool) -> Result<ShellFlow, VerbFailure> {
         if echo && !self.batch {
             output::print(format!("{}{line}\n", self.shell.prompt()))?;
@@ -206,7 +207,7 @@ impl Conversation<'_> {
         Ok(flow)
     }
 
-    /// Lines from a pipe or a file.
+    /// Executes lines from a pipe or a file.
     fn read_pipe(&mut self) -> Result<u8, VerbFailure> {
         let mut input = io::stdin().lock();
         loop {
@@ -229,14 +230,14 @@ impl Conversation<'_> {
         Ok(self.exit_code(code))
     }
 
-    /// Lines from a user. What fails is no failure of the session.
+    /// Executes lines from a user at a terminal. A command that fails does not change the exit code.
     fn read_terminal(&mut self, mut terminal: LineEditor) -> Result<u8, VerbFailure> {
         let mut out = String::new();
         self.shell.report_position(&mut out);
         output::print(out)?;
         loop {
             self.shell.forget_interrupt();
-            // Who is to leave looks at this first, and leaves by itself then.
+            // A signal handler that finds `at_prompt` set ends the program itself.
             self.signals.at_prompt.store(true, Ordering::SeqCst);
             if self.signals.leave.load(Ordering::SeqCst) {
                 break;

@@ -1,4 +1,4 @@
-//! Commands about ladder programs: scans, rungs, elements, and why an output is what it is.
+//! Commands about ladder programs: scans, rungs, elements, and the causes of values.
 
 use std::collections::BTreeSet;
 
@@ -10,14 +10,15 @@ use super::shell::{CommandResult, DebugShell};
 use super::steps::repeat_steps;
 
 impl DebugShell {
-    /// The ladder program.
+    /// Returns the ladder program, or an error if there is none.
     pub(super) fn ladder(&self) -> Result<&LadderView, String> {
         self.view
             .as_ref()
-            .ok_or_else(|| "this is no ladder program with a map (PROGRAM.ld, or --map and --ladder)".to_owned())
+            .ok_or_else(|| "this is not a ladder program with a map (PROGRAM.ld, or --map and --ladder)".to_owned())
     }
 
-    /// Program words of `rung 3`, `rung 3.2` (an element) or `welder.ld:12`; nothing where the text has no such shape.
+    /// Returns the program words of `rung 3`, `rung 3.2` (an element) or `welder.ld:12`; `None` if the text
+    /// has another form.
     pub(super) fn rung_location(&self, text: &str) -> Option<Result<Vec<u32>, String>> {
         let view = self.view.as_ref()?;
         if let Some(rest) = text.strip_prefix("rung").filter(|rest| rest.starts_with(char::is_whitespace)) {
@@ -36,7 +37,7 @@ impl DebugShell {
         })
     }
 
-    /// A program word as users see it: with its rung, where it has one.
+    /// Returns a program word as users see it, with its rung if it has one.
     pub(super) fn word_with_rung(&self, word: u32) -> String {
         let place = self.session.scope.source().describe_word(word);
         match self.view.as_ref().and_then(|view| view.rung_at(word)) {
@@ -45,7 +46,7 @@ impl DebugShell {
         }
     }
 
-    /// The rung and element that are next, in words: `rung 3.2 (welder.ld:22)`.
+    /// Returns the next rung and element as text: `rung 3.2 (welder.ld:22)`.
     pub(super) fn rung_and_element(&self) -> Option<String> {
         let view = self.view.as_ref()?;
         let word = view.current_word(self.session.machine());
@@ -56,14 +57,14 @@ impl DebugShell {
         Some(format!("rung {rung}{element}{line}"))
     }
 
-    /// The rung that is next, drawn.
+    /// Draws the next rung.
     pub(super) fn draw_current_rung(&self) -> Vec<String> {
         let (follow, target) = (self.session.follower(), self.session.machine());
         self.view.as_ref().map_or(Vec::new(), |view| view.draw(follow, target, self.color))
     }
 }
 
-/// That no rung stands on a line.
+/// Returns the message that there is no rung on a line.
 fn no_rung_message(view: &LadderView, own: &str, line: u32) -> String {
     let (last, end) = (view.program().rungs.len() as u32, view.last_line());
     match (view.rung_line(1), view.rung_line(last)) {
@@ -80,7 +81,7 @@ fn no_rung_message(view: &LadderView, own: &str, line: u32) -> String {
 fn of_rung(view: &LadderView, text: &str) -> Result<Vec<u32>, String> {
     let (rung, element) = text.split_once('.').map_or((text, None), |(rung, element)| (rung, Some(element)));
     let number =
-        |text: &str| text.parse::<u32>().map_err(|_| format!("`{text}` is no number of a rung: rung 3, rung 3.2"));
+        |text: &str| text.parse::<u32>().map_err(|_| format!("`{text}` is not the number of a rung: rung 3, rung 3.2"));
     let rung = number(rung)?;
     let word = match element {
         None => view.rung_starts().into_iter().find(|start| start.rung == rung).map(|found| found.word),
@@ -96,7 +97,7 @@ fn of_rung(view: &LadderView, text: &str) -> Result<Vec<u32>, String> {
     })
 }
 
-/// Runs to the next of some program words; a controller at rest is stepped on to its next scan.
+/// Runs to the next of some program words; a halted AP101 is stepped to its next scan.
 fn run_to(session: &mut DebugSession, words: &BTreeSet<u32>, go_on: &mut dyn FnMut() -> bool) -> HaltResult {
     let halt = session.run(&RunGoal { words: words.clone(), ..RunGoal::default() }, go_on);
     if halt.reason != HaltReason::Halted {
@@ -105,7 +106,7 @@ fn run_to(session: &mut DebugSession, words: &BTreeSet<u32>, go_on: &mut dyn FnM
     session.step_until(LAST_CYCLE, true, go_on, &mut |session, _, _| words.contains(&session.machine().pc()))
 }
 
-/// Goes on to words `count` times; only the last stop is told.
+/// Runs to one of some words `count` times, and reports only the last stop.
 fn run_to_words(
     shell: &mut DebugShell,
     args: &str,
@@ -135,14 +136,14 @@ pub(super) fn why(shell: &mut DebugShell, args: &str, out: &mut String) -> Comma
     if args.is_empty() {
         return Err("which symbol? why Ymotor".to_owned());
     }
-    let follow = shell.session.follower().ok_or("nothing follows this program")?;
+    let follow = shell.session.follower().ok_or("the scans of this program are not recorded")?;
     for line in view.explain_value(follow, shell.session.machine(), args).map_err(|error| error.to_string())? {
         out.push_str(&format!("{line}\n"));
     }
     Ok(())
 }
 
-/// `info rung`.
+/// `info rung`: draws the next rung, or the rung with a number.
 pub(super) fn info(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let view = shell.ladder()?;
     let target = shell.session.machine();
@@ -150,17 +151,17 @@ pub(super) fn info(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
         "" => {
             view.rung_at(view.current_word(target)).ok_or("the program is between its rungs; info rung 3 shows one")?
         }
-        number => number.parse().map_err(|_| format!("`{number}` is no number of a rung"))?,
+        number => number.parse().map_err(|_| format!("`{number}` is not the number of a rung"))?,
     };
     let lines = view.draw_rung(rung, shell.session.follower(), target, shell.color);
     if lines.is_empty() {
-        return Err(format!("there is no rung {rung}; there are {}", view.program().rungs.len()));
+        return Err(format!("there is no rung {rung}; the last rung is {}", view.program().rungs.len()));
     }
     lines.iter().for_each(|line| out.push_str(&format!("{line}\n")));
     Ok(())
 }
 
-/// The symbols of the program with their values and pins.
+/// Prints the symbols of the program with their values and pins.
 pub(super) fn values(shell: &DebugShell, text: &str, out: &mut String) {
     let Some(view) = &shell.view else { return };
     let map = view.map();
@@ -175,7 +176,7 @@ pub(super) fn values(shell: &DebugShell, text: &str, out: &mut String) {
     }
 }
 
-/// `list`: rungs from one on, the next ones each time.
+/// `list` of a ladder program: draws three rungs from a given one on, then the next ones.
 pub(super) fn list(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     const SHOWN: u32 = 3;
     let view = shell.ladder()?;

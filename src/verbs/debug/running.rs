@@ -1,4 +1,4 @@
-//! Commands that let the machine run forwards.
+//! Commands that run the machine forwards.
 
 use emu_core::cpu::{LAST_CYCLE, ResetCause};
 use emu_core::image::TypeId;
@@ -10,11 +10,11 @@ use emu_debug::stimulus::parse_pin_level;
 
 use super::ladder::chip_pin_text;
 use super::shell::{CommandResult, DebugShell};
-use super::steps::{CallDepth, LineStep, line, line_step, repeat_steps};
+use super::steps::{CallDepth, LineStep, current_line, line_step, repeat_steps};
 use crate::shared::avr;
 
 const OUTERMOST: &str = "\"finish\" not meaningful in the outermost frame.";
-const NO_LINES: &str = "note: there are no source lines here, so step and next go by instructions";
+const NO_LINES: &str = "note: there are no source lines here, so step and next execute single instructions";
 
 /// Takes as many steps as the argument says and reports the last stop.
 fn repeat_run(
@@ -28,11 +28,11 @@ fn repeat_run(
     Ok(())
 }
 
-/// Steps of source lines.
+/// Takes steps of source lines.
 fn line_steps(shell: &mut DebugShell, args: &str, kind: LineStep, out: &mut String) -> CommandResult {
     let count = shell.parse_count(args)?;
     let mut hidden = shell.hidden;
-    shell.go_hidden(out, |session, go_on| {
+    shell.run_and_report_inlined(out, |session, go_on| {
         let halt = repeat_steps(count, go_on, |go_on| line_step(session, kind, &mut hidden, go_on));
         let hidden = (halt.reason == HaltReason::Done).then_some(hidden);
         (halt, hidden)
@@ -41,7 +41,7 @@ fn line_steps(shell: &mut DebugShell, args: &str, kind: LineStep, out: &mut Stri
 }
 
 fn note_missing_lines(shell: &mut DebugShell, out: &mut String) {
-    if line(&shell.session).is_some() {
+    if current_line(&shell.session).is_some() {
         return;
     }
     match shell.session.scope.calls().function(shell.session.machine().pc()) {
@@ -59,7 +59,7 @@ pub(super) fn step(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
 
 pub(super) fn next(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     note_missing_lines(shell, out);
-    line_steps(shell, args, LineStep::Finished, out)
+    line_steps(shell, args, LineStep::Over, out)
 }
 
 pub(super) fn stepi(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
@@ -96,9 +96,12 @@ pub(super) fn finish(shell: &mut DebugShell, _: &str, out: &mut String) -> Comma
         return Err(OUTERMOST.to_owned());
     }
     let return_addresses = shell.calls();
-    let frame = return_addresses.get(shell.level).cloned().ok_or("there is no such call any more; bt lists them")?;
+    let frame = return_addresses
+        .get(shell.level)
+        .cloned()
+        .ok_or("the selected call does not exist any more; bt lists the calls")?;
     if let Some(block) = shell.inlined_block(&frame) {
-        // Out of a function that was put in place of its call is behind its code.
+        // An inlined function has returned when the program is after its code.
         out.push_str(&format!("Run till exit from {}", shell.frame_line(shell.level, &frame)));
         let left = move |session: &DebugSession| {
             let byte = session.machine().pc().saturating_mul(session.scope.chip().word_bytes);
@@ -117,7 +120,7 @@ pub(super) fn finish(shell: &mut DebugShell, _: &str, out: &mut String) -> Comma
     out.push_str(&format!("Run till exit from {}", shell.frame_line(shell.level, &frame)));
     let kind = shell.result_type(&frame);
     if shell.level > shell.hidden {
-        // As in gdb: up to where the call that is looked at goes on.
+        // As in gdb, run until the selected call has returned.
         let target = return_addresses.get(shell.level + 1).map(|frame| (frame.word, frame.sp));
         let (word, sp) = target.ok_or("the outermost call does not return")?;
         let reached =
@@ -125,22 +128,22 @@ pub(super) fn finish(shell: &mut DebugShell, _: &str, out: &mut String) -> Comma
         let halt = shell.run_and_report(out, |session, go_on| {
             session.step_until(LAST_CYCLE, true, go_on, &mut |session, _, _| reached(session))
         });
-        shell.returned(&halt, kind, out);
+        shell.print_result(&halt, kind, out);
         return Ok(());
     }
     let halt = shell.run_and_report(out, |session, go_on| run_out_of_subroutine(session, go_on, &mut |_| false));
-    shell.returned(&halt, kind, out);
+    shell.print_result(&halt, kind, out);
     Ok(())
 }
 
 pub(super) fn advance(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if args.is_empty() {
-        return Err("where to? advance main.c:12, advance price".to_owned());
+        return Err("the location is missing: advance main.c:12, advance price".to_owned());
     }
     until(shell, args, out)
 }
 
-/// Back to where the history begins; it is told only where that cannot be.
+/// Goes back to the beginning of the history. Fails if it is interrupted.
 fn rewind(shell: &mut DebugShell) -> CommandResult {
     let first = shell.session.first_cycle();
     let go_on = &mut shell.keep_running();
@@ -166,7 +169,7 @@ pub(super) fn start(shell: &mut DebugShell, _: &str, out: &mut String) -> Comman
 
 pub(super) fn jump(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if args.is_empty() {
-        return Err("where to? jump main.c:12, jump 0x86".to_owned());
+        return Err("the location is missing: jump main.c:12, jump 0x86".to_owned());
     }
     let word = shell.parse_line_location(args)?.first().copied().unwrap_or_default();
     let address = shell.session.scope.chip().code_address(word);
@@ -198,7 +201,7 @@ pub(super) fn continue_running(shell: &mut DebugShell, args: &str, out: &mut Str
         let point = id.and_then(|id| shell.session.points.get_mut(id));
         match point {
             Some(point) => point.ignore = count - 1,
-            None => out.push_str("note: no breakpoint has stopped it here, so the count makes no difference\n"),
+            None => out.push_str("note: there is no breakpoint here, so the count has no effect\n"),
         }
     }
     shell.run_and_report(out, |session, go_on| session.run(&RunGoal::default(), go_on));
@@ -220,7 +223,7 @@ pub(super) fn run_to_cycle(shell: &mut DebugShell, args: &str, out: &mut String)
     let cycle = shell.parse_cycle(args)?;
     let now = shell.session.machine().cycle();
     if cycle < now {
-        return Err(format!("cycle {cycle} is past, it is {now} now; goto-cycle goes back"));
+        return Err(format!("cycle {cycle} is in the past, the current cycle is {now}; goto-cycle goes back"));
     }
     shell.run_and_report(out, |session, go_on| {
         session.run(&RunGoal { until: Some(cycle), runs_while_halted: true, ..RunGoal::default() }, go_on)
@@ -238,14 +241,14 @@ pub(super) fn reset(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
     let wanted = if args.is_empty() { "external" } else { args };
     let found = kinds.iter().find(|(name, _)| name.starts_with(wanted));
     let (_, why) =
-        found.ok_or_else(|| format!("`{args}` is no reset; there are power, external, watchdog, brownout"))?;
+        found.ok_or_else(|| format!("`{args}` is not a reset; the resets are power, external, watchdog, brownout"))?;
     shell.session.apply_action(UserAction::Reset(*why))?;
     shell.report_position(out);
     Ok(())
 }
 
 impl DebugShell {
-    /// A machine cycle or a time: `16000`, `$cycle + 100`, `10ms`.
+    /// Parses a machine cycle or a time: `16000`, `$cycle + 100`, `10ms`.
     pub(super) fn parse_cycle(&self, text: &str) -> Result<u64, String> {
         if text.trim().is_empty() {
             return Err("a cycle or a time is missing: 16000, $cycle+100, 10ms".to_owned());
@@ -258,14 +261,14 @@ impl DebugShell {
         u64::try_from(value).map_err(|_| format!("cycle {value} is before power-up"))
     }
 
-    /// The type of what the function of a call returns; nothing where it is not known, or `void`.
+    /// Returns the type of the result of the function of a call; `None` if it is unknown or `void`.
     fn result_type(&self, frame: &CallFrame) -> Option<TypeId> {
         let byte = frame.call_word.saturating_mul(self.session.scope.chip().word_bytes);
         self.session.scope.calls().info.function_at(byte)?.result
     }
 
-    /// Prints what a function has returned.
-    fn returned(&mut self, halt: &HaltResult, kind: Option<TypeId>, out: &mut String) {
+    /// Prints the result of a function.
+    fn print_result(&mut self, halt: &HaltResult, kind: Option<TypeId>, out: &mut String) {
         let chip = self.session.scope.chip();
         let object = kind.and_then(|kind| self.session.scope.calls().result(kind, chip));
         let Some(object) = object.filter(|_| halt.reason == HaltReason::Done) else { return };
@@ -276,13 +279,14 @@ impl DebugShell {
         out.push_str(&format!("Value returned is ${number} = {value}\n"));
     }
 
-    /// The same as [`Shell::parse_location`], but that a number alone is a line where the program has lines, as in gdb.
+    /// Parses a location like [`DebugShell::parse_location`], except that a number alone is a line if the
+    /// program has lines, as in gdb.
     pub(super) fn parse_line_location(&self, text: &str) -> Result<Vec<u32>, String> {
         let text = text.trim();
         let named = text.rsplit_once(':').and_then(|(file, line)| Some((self.source_file(file)?, line.parse().ok()?)));
         match self.parse_line_number(text).or(named) {
             Some((file, line)) => {
-                // Of a line without code the next one is meant that has some.
+                // A line without code means the next line with code.
                 let lines = self
                     .session
                     .scope
@@ -307,7 +311,7 @@ impl DebugShell {
         }
     }
 
-    /// Why a location is none: a name alone in gdb's words, of a program of C.
+    /// Returns why a location is unknown: for a name alone in a C program with the text of gdb.
     fn unknown_location(&self, text: &str, why: String) -> String {
         let is_name = text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
             && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
@@ -317,13 +321,13 @@ impl DebugShell {
         }
     }
 
-    /// Program words that a text stands for: an address, a symbol, `main.c:12`, `*EXPR`, `$pc`.
+    /// Parses a location into program words: an address, a symbol, `main.c:12`, `*EXPR`, `$pc`.
     pub(super) fn parse_location(&self, text: &str) -> Result<Vec<u32>, String> {
         let text = text.trim();
         if let Some(words) = self.rung_location(text) {
             return words;
         }
-        // `file.c:function`, which no symbol is called.
+        // `file.c:function`, which is not the name of a symbol.
         if text.contains(':')
             && let words = self.session.scope.function_starts(text)
             && !words.is_empty()
@@ -333,7 +337,7 @@ impl DebugShell {
         let computed = text.strip_prefix('*').or_else(|| text.starts_with('$').then_some(text));
         let Some(expr) = computed else { return Ok(self.session.scope.source().parse_words(text)?) };
         let value = self.integer_value(expr)?;
-        let address = u32::try_from(value).map_err(|_| format!("`{text}` is no address: {value}"))?;
+        let address = u32::try_from(value).map_err(|_| format!("`{text}` is not an address: {value}"))?;
         Ok(self.session.scope.source().parse_words(&format!("0x{address:x}"))?)
     }
 }

@@ -1,5 +1,6 @@
-//! `emu debug --scenario`: what a scenario does from outside is queued before the first cycle, so that going through time again does it
-//! again. One that expects or waits is played to its end first, on a copy of the machine, since only that tells when its steps are done.
+//! `emu debug --scenario`: queues the stimuli of a scenario before the first cycle, so that they are repeated
+//! when the history is executed again. A scenario that expects or waits is first played to its end on a copy
+//! of the machine, because the times of its steps are known only then.
 
 use std::collections::BTreeSet;
 
@@ -25,37 +26,37 @@ use crate::shared::snapshots::SnapshotWriter;
 use crate::shared::{avr, family, output};
 use crate::verbs::run::scenario::{ScenarioHost, ScenarioSetup};
 
-/// Machine cycles in which a chip comes to its first scan, besides periods.
+/// Maximum number of machine cycles, in addition to periods, until a chip begins its first scan.
 const RESET_CYCLES: u64 = 2_000_000;
 
-/// Periods in which it comes to the end of the next one.
+/// Maximum number of periods until the next scan has ended.
 const MAX_PERIODS: u64 = 4;
 
-/// What is known beside the machine.
+/// The environment of the machine that plays a scenario.
 pub(super) struct ScenarioContext<'a> {
     /// The file of the program.
     pub program: &'a str,
     pub names: AddressNames<'a>,
     pub clock: CycleClock,
-    /// Bits per second of what is sent, unless the scenario says another.
+    /// Default bit rate of sent bytes, in bits per second.
     pub baud: u64,
-    /// The line to the chip belongs to `--uart-in`.
+    /// `--uart-in` uses the serial line to the chip.
     pub serial_line_taken: bool,
     /// Pins that the command line and devices drive.
     pub driven: Vec<PinId>,
-    /// What the command line makes of the supply, in millivolts, and when.
+    /// Changes of the supply by the command line: time and millivolts.
     pub supplies: Vec<(CycleTime, u32)>,
     pub snapshot_writer: SnapshotWriter,
 }
 
 impl ScenarioContext<'_> {
-    /// Why bytes cannot be sent, where they cannot.
+    /// Returns why bytes cannot be sent, or `None` if they can.
     fn no_serial_reason(&self) -> Option<String> {
-        self.serial_line_taken.then(|| "--uart-in has the line already".to_owned())
+        self.serial_line_taken.then(|| "--uart-in already uses the line".to_owned())
     }
 }
 
-/// What is to be queued. How the scenario ends is told.
+/// Returns the drives of a scenario, and prints how the scenario ends.
 pub(super) fn scenario_drives<C: Cpu + 'static>(
     file: &ScenarioFile,
     view: Option<&LadderView>,
@@ -65,7 +66,7 @@ pub(super) fn scenario_drives<C: Cpu + 'static>(
     if let Some(view) = view {
         match LadderPlayback::new(file, view, around) {
             Ok(scans) => return scans.play(file, Box::new(MachineWithDevices::new(cpu, board))),
-            // A recording of such a session speaks of pins.
+            // A recording of a session with a ladder program names pins.
             Err(faults) if faults.iter().any(|fault| fault.code == scenario::UNKNOWN_NAME) => {
                 return drives_on_image(file, (cpu, board), around).map_err(|other| match other {
                     VerbFailure::Refused(all, _) if all.iter().any(|fault| fault.code == scenario::UNKNOWN_NAME) => {
@@ -80,7 +81,7 @@ pub(super) fn scenario_drives<C: Cpu + 'static>(
     drives_on_image(file, (cpu, board), around)
 }
 
-/// On pins, at clocks, as in `emu run`.
+/// Returns the drives of a scenario for an image: on pins, at clocks, as in `emu run`.
 fn drives_on_image<C: Cpu>(
     file: &ScenarioFile,
     (mut cpu, mut board): (C, AttachedDevices),
@@ -92,7 +93,7 @@ fn drives_on_image<C: Cpu>(
         let there = |space: &str, addr: u32| cpu.peek(space, addr).is_some();
         let has_pin = |pin: PinId| cpu.has_pin(pin);
         let own = |name: &str| avr::chip_pin_text(chip, name);
-        let mut site = ChipResolver {
+        let mut resolver = ChipResolver {
             names: around.names,
             clock,
             has_byte: &there,
@@ -104,10 +105,10 @@ fn drives_on_image<C: Cpu>(
             no_serial_input: around.no_serial_reason(),
             bindings: ChipBindings::default(),
         };
-        let bound = bind(&file.scenario, &mut site, Some(around.program), Some(chip.name)).map_err(refused)?;
-        bound.require_external_stimuli(&|id| site.bindings.is_external_drive(id)).map_err(refused)?;
-        let ahead = timed_drives(&file.scenario, &mut site, Some(around.program), around.baud);
-        (bound, ahead, site.bindings)
+        let bound = bind(&file.scenario, &mut resolver, Some(around.program), Some(chip.name)).map_err(refused)?;
+        bound.require_external_stimuli(&|id| resolver.bindings.is_external_drive(id)).map_err(refused)?;
+        let ahead = timed_drives(&file.scenario, &mut resolver, Some(around.program), around.baud);
+        (bound, ahead, resolver.bindings)
     };
     if let Ok(drives) = ahead {
         let last = drives.last().map_or(0, |drive| drive.at.cycle);
@@ -116,7 +117,7 @@ fn drives_on_image<C: Cpu>(
         return Ok(drives);
     }
     let plan = RunPlan { limit: bound.max_cycles(clock.clocks_per_cycle), ..RunPlan::default() };
-    let cast = ScenarioSetup {
+    let setup = ScenarioSetup {
         bindings: table,
         supplies: around.supplies.clone(),
         deciding: Some(bound),
@@ -125,30 +126,30 @@ fn drives_on_image<C: Cpu>(
         recorder: None,
         snapshot_writer: around.snapshot_writer.clone(),
     };
-    let mut patience = |_: &[u8]| true;
-    let mut stage = ScenarioHost::new(chip, clock, cast, &mut patience)?;
-    stage.drives = Some(Vec::new());
-    stage.start(&mut cpu);
-    let ended = run_with_devices(&mut board, &mut cpu, &plan, None, &mut stage);
-    if let Some(verdict) = stage.end_scenario(&mut cpu, &ended.uart, "the run ended") {
+    let mut keep_running = |_: &[u8]| true;
+    let mut host = ScenarioHost::new(chip, clock, setup, &mut keep_running)?;
+    host.drives = Some(Vec::new());
+    host.start(&mut cpu);
+    let ended = run_with_devices(&mut board, &mut cpu, &plan, None, &mut host);
+    if let Some(verdict) = host.end_scenario(&mut cpu, &ended.uart, "the run ended") {
         let cycle = verdict.tick / u64::from(clock.clocks_per_cycle.max(1));
         report_verdict(file, &verdict, (cycle, &format!("{} s", clock.seconds(cycle))));
     }
-    let mut queued = stage.drives.take().unwrap_or_default();
-    // What it had done up to its end; a byte that has begun goes on.
+    let mut queued = host.drives.take().unwrap_or_default();
+    // Keep the drives up to the end of the scenario, and the rest of a byte that has begun.
     let (end, line) = (CycleTime::at(cpu.cycle()), family::receive_pin(chip));
     queued.retain(|drive| drive.at <= end || line.is_some() && drive.pin() == line);
     queued.sort_by_key(|drive| drive.at);
     Ok(queued)
 }
 
-/// Runs to a program word; gives the cycle, nothing where it does not come there.
+/// Runs to a program word and returns the cycle, or `None` if the word is not reached before `until`.
 fn run_to_word(session: &mut DebugSession, word: u32, until: u64) -> Option<u64> {
     let goal = RunGoal { until: Some(until), words: BTreeSet::from([word]), runs_while_halted: false };
     (session.run(&goal, &mut || true).reason == HaltReason::Done).then(|| session.machine().cycle())
 }
 
-/// Tells how a scenario ended.
+/// Prints how a scenario ended.
 fn report_verdict(file: &ScenarioFile, verdict: &ScenarioVerdict, (cycle, moment): (u64, &str)) {
     let end = match verdict.outcome {
         ScenarioOutcome::Passed => {
@@ -166,12 +167,13 @@ fn report_verdict(file: &ScenarioFile, verdict: &ScenarioVerdict, (cycle, moment
     output::print_to_stderr(&format!("scenario: {step}{end} at cycle {cycle} ({moment}): {why}\n"));
 }
 
-/// A ladder program, scan by scan: the evaluator plays, and the chip runs beside it and says what its symbols are.
+/// Plays a scenario of a ladder program scan by scan: the evaluator plays it, and the chip runs in parallel
+/// and supplies the values of its symbols.
 struct LadderPlayback<'a> {
     play: EvaluatorPlay,
     view: &'a LadderView,
     around: &'a ScenarioContext<'a>,
-    /// What was given up to now.
+    /// The inputs of the last scan.
     last: ScanInputs,
 }
 
@@ -184,14 +186,14 @@ impl<'a> LadderPlayback<'a> {
         let mut play = EvaluatorPlay::new(view.program())?;
         play.resolver().cannot_send_reason = around.no_serial_reason();
         let bound = bind(&file.scenario, play.resolver(), Some(&view.program().file), Some(around.names.chip.name))?;
-        let site = play.resolver();
-        bound.require_external_stimuli(&|id| site.is_external_input(id))?;
+        let resolver = play.resolver();
+        bound.require_external_stimuli(&|id| resolver.is_external_input(id))?;
         play.add_scenario(bound);
         let last = ScanInputs { levels: Vec::new(), conversions: Vec::new(), byte: None, arrival_scans: 0 };
         Ok(LadderPlayback { play, view, around, last })
     }
 
-    /// What was put on, and when: each behind the end of a scan, before the next.
+    /// Returns all drives with their times: each is applied after the end of a scan, before the next.
     fn play(mut self, file: &ScenarioFile, target: Box<dyn DynMachine>) -> Result<Vec<TimedDrive>, VerbFailure> {
         let (map, chip) = (self.view.map(), self.around.names.chip);
         let options = SessionOptions { clock: self.around.clock, history_bytes: 0, follower: None };
@@ -212,11 +214,11 @@ impl<'a> LadderPlayback<'a> {
             let first = begun.is_none() && session.machine().pc() == start;
             self.drive_changes(&mut session, begun, (period, start)).map_err(VerbFailure::Usage)?;
             let until = session.machine().cycle().saturating_add(MAX_PERIODS * period + RESET_CYCLES);
-            // A controller begins with its program.
+            // AP101 begins with its program, so its first scan begins at once.
             begun = if first { Some(session.machine().cycle()) } else { run_to_word(&mut session, start, until) };
-            // Where a scan ends with its first instruction there is nothing more to run.
+            // If a scan ends at its first instruction, there is nothing more to run.
             if begun.is_none() || (first || end != start) && run_to_word(&mut session, end, until).is_none() {
-                break "the chip did not come to the end of a scan";
+                break "the chip did not reach the end of a scan";
             }
         };
         let verdict = self.play.finish(why);
@@ -228,7 +230,7 @@ impl<'a> LadderPlayback<'a> {
         Ok(session.input_events().filter_map(drive).collect())
     }
 
-    /// Drives what is another now than it was. `begun`: the start of the scan that has ended.
+    /// Applies the inputs that have changed. `begun` is the start cycle of the scan that has ended.
     fn drive_changes(
         &mut self,
         session: &mut DebugSession,
@@ -263,7 +265,7 @@ impl<'a> LadderPlayback<'a> {
         Ok(())
     }
 
-    /// A byte on its way to the chip, such that it arrives while the chip waits for a scan.
+    /// Sends a byte to the chip such that it arrives while the chip waits for a scan.
     fn send(
         &self,
         session: &mut DebugSession,
@@ -277,7 +279,7 @@ impl<'a> LadderPlayback<'a> {
             _ => None,
         });
         let Some((pin, baud)) = line else { return Ok(()) };
-        // Before the first scan nobody listens yet: a copy of the machine tells when that is.
+        // Before its first scan the chip does not listen: a copy of the machine finds the cycle of that scan.
         let begun = begun.unwrap_or_else(|| {
             let mut copy = session.machine().fork();
             copy.set_breakpoints(&BTreeSet::from([start]));

@@ -1,13 +1,13 @@
-//! Settings of gdb: `set listsize`, `set print`, and those that make no difference here.
+//! Settings of gdb: `set listsize`, `set print`, and settings that have no effect here.
 
 use emu_debug::debug::PrintSettings;
 
 use super::shell::{CommandResult, DebugShell};
 
-/// What gdb's `set` has settings for that scripts begin with.
+/// Settings of gdb that scripts often change and that have no effect here.
 const IGNORED_GDB_SETTINGS: &[&str] = &["confirm", "height", "width", "pagination", "style", "logging", "verbose"];
 
-/// What gdb's `set print` has settings for, and the value by which values are written here.
+/// Settings of gdb's `set print` that are fixed here, with their values.
 #[rustfmt::skip]
 const FIXED_PRINT_SETTINGS: &[(&str, &str)] = &[
     ("address", "on"), ("symbol", "on"), ("array", "off"), ("array-indexes", "off"), ("union", "on"), ("null-stop", "off"),
@@ -15,7 +15,7 @@ const FIXED_PRINT_SETTINGS: &[(&str, &str)] = &[
     ("sevenbit-strings", "off"), ("frame-arguments", "scalars"), ("entry-values", "default"), ("finish", "on"), ("max-depth", "20"),
 ];
 
-/// `set listsize` and `set print`; false where the text is another setting, or none.
+/// Executes `set listsize` and `set print`. Returns false if the text is another setting or none.
 ///
 /// # Errors
 /// The setting is not available.
@@ -37,17 +37,18 @@ pub(super) fn set_setting(shell: &mut DebugShell, args: &str, out: &mut String) 
             };
         }
         [name, ..] if IGNORED_GDB_SETTINGS.contains(name) => {
-            shell.note_once("note: that setting of gdb makes no difference here", out);
+            shell.note_once("note: that setting of gdb has no effect here", out);
         }
         _ => return Ok(false),
     }
     Ok(true)
 }
 
-/// The options of `print`, up to `--` or the first word that is none; what follows is the expression.
+/// Parses the options of `print`, up to `--` or the first word that is no option. Returns the expression
+/// after them.
 ///
 /// # Errors
-/// An option has no such value.
+/// The value of an option is invalid.
 pub(super) fn print_options<'a>(print: &mut PrintSettings, args: &'a str) -> Result<&'a str, String> {
     let mut rest = args.trim_start();
     loop {
@@ -74,11 +75,11 @@ pub(super) fn print_options<'a>(print: &mut PrintSettings, args: &'a str) -> Res
 fn amount(text: &str) -> Result<u32, String> {
     match text {
         "unlimited" | "0" | "-1" => Ok(u32::MAX),
-        text => text.parse::<u32>().map_err(|_| format!("`{text}` is no count; write a number or unlimited")),
+        text => text.parse::<u32>().map_err(|_| format!("`{text}` is not a count; write a number or unlimited")),
     }
 }
 
-/// `show`: the settings that `set` changes.
+/// `show`: prints a setting.
 pub(super) fn show(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let print = &shell.session.scope.print;
     let count = |count: usize| if count >= u32::MAX as usize { "unlimited".to_owned() } else { count.to_string() };

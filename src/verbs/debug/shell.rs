@@ -1,5 +1,5 @@
-//! The executor of commands, without a terminal: a line in, text out. The prompt, scripts, blocks of `commands`, tests and other
-//! faces use it alike.
+//! Executes commands without a terminal: a line in, text out. The prompt, scripts, blocks of `commands`,
+//! tests and the other front ends use it.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -17,92 +17,94 @@ use crate::shared::fail::exit;
 use crate::shared::snapshots::SnapshotWriter;
 use crate::shared::sources::SourceFiles;
 
-/// Commands in a row that blocks of `commands` may call up, the machine standing still, before one is taken for endless.
+/// Maximum number of queued commands in a row without a run of the machine; more are taken for an endless
+/// loop.
 const MAX_QUEUED_COMMANDS: usize = 10_000;
 
-/// What comes after a line.
+/// What follows after a line was executed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ShellFlow {
     /// The next line.
     Next,
-    /// The next line, but this one has failed: why, in a sentence.
+    /// The next line, but this one has failed; the reason is a sentence.
     Failed(String),
-    /// Points have commands of their own that are to be carried out now: [`Shell::run_next_command`] does the next one.
+    /// Queued commands are to be executed now: [`DebugShell::run_next_command`] executes the next one.
     PointCommands,
-    /// The end, with an exit code.
+    /// The session ends with an exit code.
     Quit(u8),
 }
 
-/// How a command ends: with a sentence where it has failed.
+/// Result of a command; a failure is a sentence.
 pub(super) type CommandResult = Result<(), String>;
 
-/// A session and what its user has set up.
+/// A session with the settings of its user.
 pub struct DebugShell {
     /// The machine under the debugger.
     pub session: DebugSession,
-    /// The ladder program, where it is one.
+    /// The ladder program, if there is one.
     pub(super) view: Option<LadderView>,
-    /// The file of the program.
+    /// The program file.
     pub(super) file: String,
-    /// The file that its history begins with, where it was loaded.
+    /// The snapshot file and cycle with which the history begins, if one was loaded.
     pub(super) loaded: Option<(String, u64)>,
-    /// What was queued from outside when the session was opened.
+    /// Drives that were queued before the session began.
     pub(super) queued_drives: Vec<TimedDrive>,
-    /// Rungs are drawn in colours.
+    /// Draw rungs in colours.
     pub(super) color: bool,
     pub(super) sources: SourceFiles,
     pub(super) snapshot_writer: SnapshotWriter,
     /// Expressions that every stop shows.
     pub(super) displays: Vec<DisplayedExpression>,
-    /// Number of the last of them.
+    /// Number of the last display.
     pub(super) last_display: u32,
-    /// Values of the core's registers at the last stop, in their order.
+    /// Values of the core registers at the last stop, in the order of the chip.
     pub(super) registers: Vec<Option<u32>>,
-    /// The cycle of the last stop: what was sent since is told at the next.
+    /// Cycle of the last stop: later bytes and resets are reported at the next stop.
     pub(super) reported_to: u64,
-    /// The call that is looked at, 0 the innermost: `up` and `down`.
+    /// Level of the selected call (`up` and `down`), 0 is the innermost.
     pub(super) level: usize,
-    /// Functions put in place of their calls that begin here and are not entered yet: their calls are no part of the stack.
+    /// Number of inlined functions that begin at the current instruction and are not entered yet: their calls
+    /// are not part of the stack.
     pub(super) hidden: usize,
-    /// That of the stop to come, where the step knows it.
+    /// Value of `hidden` at the next stop, if the step knows it.
     pub(super) next_hidden: Option<usize>,
-    /// The call that was looked at at the last stop.
+    /// Function and frame address of the selected call at the last stop.
     pub(super) stopped_in: Option<(String, Option<u32>)>,
-    /// Where `list` goes on, and where it began.
+    /// File and line where the next `list` continues.
     pub(super) listed: Option<(String, u32)>,
-    /// Where `x` goes on.
+    /// Where the next `x` continues.
     pub(super) examined: Option<super::examine::ExamineState>,
-    /// Where `disas` goes on, and the cycle for which that holds.
+    /// Cycle of the last `disas`, and the word where the next one continues.
     pub(super) disassembly: Option<(u64, u32)>,
-    /// Notes that were told once.
+    /// Notes that were already printed.
     pub(super) notes_given: Vec<&'static str>,
-    /// The program has stopped in a fault, or where no instruction is.
+    /// The program has stopped in a fault or at an illegal instruction.
     faulted: bool,
-    /// Asks a running command to stop at the next instruction.
+    /// Set to stop a running command at the next instruction.
     interrupt: Arc<AtomicBool>,
-    /// The line that an empty one repeats.
+    /// Line that an empty line repeats.
     last_line: String,
-    /// The empty line has repeated the command that is being carried out.
+    /// The current command is repeated by an empty line.
     pub(super) repeated: bool,
     /// Lines that `list` shows.
     pub(super) list_size: u32,
-    /// The block whose lines are being typed.
+    /// The block whose lines are being read.
     pub(super) block: Option<OpenBlock>,
-    /// Commands that the user has defined.
+    /// User-defined commands.
     pub(super) user_commands: BTreeMap<String, UserCommand>,
     pub(super) queue: VecDeque<String>,
     pub(super) queued_count: usize,
-    /// Where the machine stood when they were counted from 0.
+    /// Cycle at which `queued_count` was last set to 0.
     queued_at: u64,
     pub(super) leave: Option<u8>,
-    /// How deep scripts are nested.
+    /// Nesting depth of scripts.
     pub(super) nesting: u32,
-    /// What has failed in a script has its place already.
+    /// The message of a failed script command already contains its location.
     pub(super) error_has_place: bool,
 }
 
 impl DebugShell {
-    /// For a session; what sets `interrupt` stops a running command.
+    /// Creates a shell for a session; setting `interrupt` stops a running command.
     pub fn new(opened: OpenedSession, interrupt: Arc<AtomicBool>, color: bool) -> DebugShell {
         let mut shell = DebugShell {
             session: opened.session,
@@ -143,7 +145,7 @@ impl DebugShell {
         shell
     }
 
-    /// Carries out a line and what points want done after it.
+    /// Executes a line, and the commands that it queues.
     pub fn execute(&mut self, line: &str, out: &mut String) -> ShellFlow {
         let mut flow = self.execute_line(line, out);
         while flow == ShellFlow::PointCommands {
@@ -152,17 +154,17 @@ impl DebugShell {
         flow
     }
 
-    /// Being interrupted up to now is about what was carried out up to now.
+    /// Clears the interrupt flag before the next command.
     pub fn forget_interrupt(&self) {
         self.interrupt.store(false, Ordering::SeqCst);
     }
 
-    /// It was interrupted since that was forgotten last: nothing more is to be carried out.
+    /// Returns whether the session was interrupted since the flag was cleared: nothing more is executed.
     pub fn is_interrupted(&self) -> bool {
         self.interrupt.load(Ordering::SeqCst)
     }
 
-    /// Carries out a line; [`ShellFlow::PointCommands`] where a point has commands that are to be carried out after it.
+    /// Executes a line. Returns [`ShellFlow::PointCommands`] if queued commands are to be executed after it.
     pub fn execute_line(&mut self, line: &str, out: &mut String) -> ShellFlow {
         self.queue.clear();
         (self.queued_count, self.queued_at) = (0, self.session.machine().cycle());
@@ -181,7 +183,7 @@ impl DebugShell {
             self.last_line = match command.repeat {
                 RepeatKind::No => String::new(),
                 RepeatKind::Same => line.clone(),
-                // A format is kept, a place is not.
+                // The format is kept, the address is not.
                 RepeatKind::Continue => {
                     let format =
                         args.split_whitespace().next().filter(|word| word.starts_with('/')).unwrap_or_default();
@@ -192,10 +194,11 @@ impl DebugShell {
         flow
     }
 
-    /// Carries out the next of the commands that points want done.
+    /// Executes the next queued command.
     pub fn run_next_command(&mut self, out: &mut String) -> ShellFlow {
         let Some(line) = self.queue.pop_front() else { return ShellFlow::Next };
-        // What moves the machine has an end; a breakpoint that only tells may tell as often as it likes.
+        // A command that moves the machine resets the count, so a breakpoint that only prints can do so any
+        // number of times.
         let now = self.session.machine().cycle();
         if now > self.queued_at {
             (self.queued_count, self.queued_at) = (0, now);
@@ -208,7 +211,7 @@ impl DebugShell {
         if self.queued_count > MAX_QUEUED_COMMANDS {
             self.queue.clear();
             return ShellFlow::Failed(format!(
-                "{MAX_QUEUED_COMMANDS} commands of points in a row: they seem to call each other up without end"
+                "{MAX_QUEUED_COMMANDS} commands in a row without a run of the machine: they seem to call each other endlessly"
             ));
         }
         if Self::is_mark(&line) {
@@ -220,7 +223,7 @@ impl DebugShell {
         }
     }
 
-    /// What comes after a command: where it has failed, what was queued is left out.
+    /// Returns what follows a command; after a failure the queue is cleared.
     fn flow_of(&mut self, done: CommandResult) -> ShellFlow {
         match done {
             Ok(()) => self.flow_after(),
@@ -248,32 +251,33 @@ impl DebugShell {
         self.flow_of(done)
     }
 
-    /// What the prompt is to be: lines of a block of commands have another.
+    /// Returns the prompt: lines of a block have another one.
     pub fn prompt(&self) -> &'static str {
         if self.block.is_some() { ">" } else { "(emu) " }
     }
 
-    /// The exit code of a session that ends here and in which no command has failed.
+    /// Returns the exit code of a session that ends here and in which no command has failed.
     pub fn exit_code(&self) -> u8 {
         if self.faulted { exit::FAULT } else { exit::OK }
     }
 
-    /// The lines that follow are the commands of a point, up to `end`.
+    /// Opens the block of the commands of a point.
     pub(super) fn begin_commands(&mut self, id: u32) {
         self.open_block(BlockKind::Point(id));
     }
 
-    /// Lets the machine run, and tells how it stands then.
+    /// Runs the machine, and reports the stop.
     pub(super) fn run_and_report(
         &mut self,
         out: &mut String,
         run: impl FnOnce(&mut DebugSession, &mut dyn FnMut() -> bool) -> HaltResult,
     ) -> HaltResult {
-        self.go_hidden(out, |session, keep_running| (run(session, keep_running), None))
+        self.run_and_report_inlined(out, |session, keep_running| (run(session, keep_running), None))
     }
 
-    /// The same for a step that knows before which calls of functions put in their place it ends.
-    pub(super) fn go_hidden(
+    /// Runs the machine like [`Self::run_and_report`]. `run` also returns how many inlined functions begin at
+    /// the stop and are not entered, if it knows that.
+    pub(super) fn run_and_report_inlined(
         &mut self,
         out: &mut String,
         run: impl FnOnce(&mut DebugSession, &mut dyn FnMut() -> bool) -> (HaltResult, Option<usize>),
@@ -286,18 +290,18 @@ impl DebugShell {
         halt
     }
 
-    /// Notes whether the program has done what cannot be carried out.
+    /// Sets whether the program has stopped in a fault or at an illegal instruction.
     pub(super) fn set_faulted(&mut self, faulted: bool) {
         self.faulted = faulted;
     }
 
-    /// Asked now and then whether to go on.
+    /// Returns a function that a run calls now and then, and that returns false after an interrupt.
     pub(super) fn keep_running(&self) -> impl FnMut() -> bool + use<> {
         let interrupt = Arc::clone(&self.interrupt);
         move || !interrupt.load(Ordering::SeqCst)
     }
 
-    /// Tells something once in a session.
+    /// Prints a note once in a session.
     pub(super) fn note_once(&mut self, text: &'static str, out: &mut String) {
         if !self.notes_given.contains(&text) {
             self.notes_given.push(text);
@@ -306,17 +310,17 @@ impl DebugShell {
         }
     }
 
-    /// Reads an expression in the call that is looked at.
+    /// Parses an expression in the selected call.
     pub(super) fn parse_expression(&self, text: &str) -> Result<DebugExpression, String> {
         Ok(self.session.scope.parse_expression_in_frame(text, self.session.machine(), self.level)?)
     }
 
-    /// A count behind a command: an expression, 1 where there is none.
+    /// Parses a count: an expression, 1 if the text is empty.
     pub(super) fn parse_count(&self, text: &str) -> Result<u64, String> {
         if text.trim().is_empty() {
             return Ok(1);
         }
         let value = self.integer_value(text)?;
-        u64::try_from(value).ok().filter(|count| *count > 0).ok_or_else(|| format!("`{text}` is no count"))
+        u64::try_from(value).ok().filter(|count| *count > 0).ok_or_else(|| format!("`{text}` is not a count"))
     }
 }

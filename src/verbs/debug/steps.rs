@@ -1,9 +1,10 @@
-//! Steps by source lines, in and over calls, as gdb makes them.
+//! Steps by source lines, into or over calls, as in gdb.
 
 use emu_core::cpu::LAST_CYCLE;
 use emu_debug::debug::{CallFlow, DebugSession, HaltReason, HaltResult, LinePosition, StepVerdict};
 
-/// Takes `count` steps, or fewer if a step stops for another reason or the user interrupts. Returns the last stop.
+/// Takes `count` steps, or fewer if a step stops for another reason or the user interrupts. Returns the last
+/// stop.
 pub(super) fn repeat_steps(
     count: u64,
     go_on: &mut dyn FnMut() -> bool,
@@ -14,7 +15,7 @@ pub(super) fn repeat_steps(
         if halt.reason != HaltReason::Done {
             break;
         }
-        // A short step asks nobody whether to go on.
+        // A short step does not check for an interrupt itself.
         if !go_on() {
             return HaltResult { reason: HaltReason::Interrupted };
         }
@@ -23,16 +24,17 @@ pub(super) fn repeat_steps(
     halt
 }
 
-/// How deep the machine is in calls, as seen from where it started, and whether it is in a service routine that began since.
+/// Call depth relative to the start of a step, and whether the machine is in a service routine that began
+/// since.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct CallDepth {
     pub calls: i64,
-    /// Calls within a service routine, itself counted.
+    /// Depth of calls within a service routine, including the routine itself; 0 outside of one.
     service: u64,
 }
 
 impl CallDepth {
-    /// After an instruction, or the entry of an interrupt.
+    /// Updates the depth after an instruction or the entry of an interrupt.
     pub fn update(&mut self, flow: CallFlow, entry: bool) {
         match (self.service, flow) {
             (service, _) if entry => self.service = service + 1,
@@ -44,30 +46,30 @@ impl CallDepth {
         }
     }
 
-    /// It stands where it started, or below.
+    /// Returns whether the machine is at the call depth of the start, or further out.
     pub fn is_back_at_start(self) -> bool {
         self.calls <= 0 && self.service == 0
     }
 }
 
-/// The line that an instruction belongs to.
-pub(super) fn line(session: &DebugSession) -> Option<(String, u32)> {
+/// Returns the source line of the current instruction.
+pub(super) fn current_line(session: &DebugSession) -> Option<(String, u32)> {
     LinePosition::line_of(session)
 }
 
 /// How a step treats calls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum LineStep {
-    /// It enters them.
+    /// Enters calls.
     Into,
-    /// It passes them.
-    Finished,
-    /// It passes them, and never goes back in the function.
+    /// Passes over calls.
+    Over,
+    /// Passes over calls, and never goes back in the function.
     Forward,
 }
 
-/// One step of a source line; without lines one instruction. `hidden`: functions put in place of their calls that begin where the
-/// machine is and are not entered yet.
+/// Takes one step of a source line, or of one instruction without source lines. `hidden` is the number of
+/// inlined functions that begin at the current instruction and are not entered yet.
 pub(super) fn line_step(
     session: &mut DebugSession,
     kind: LineStep,
@@ -83,11 +85,11 @@ pub(super) fn line_step(
     let mut origin = LinePosition::of(session).origin(*hidden);
     let (mut depth, mut last, mut left) = (CallDepth::default(), from, false);
     // A function without lines is left as a whole.
-    let mut silent = match &origin.line {
+    let mut unlined_function = match &origin.line {
         None => session.scope.calls().function(from).map(|(words, _)| words.clone()),
         Some(_) => None,
     };
-    // Where the prologue of the function ends that it has come into, and how deep that is.
+    // The word after the prologue of a function that the step has entered, and its call depth.
     let mut entered: Option<(u32, i64)> = None;
     session.step_until(LAST_CYCLE, true, go_on, &mut |session, flow, entry| {
         depth.update(flow, entry);
@@ -106,28 +108,28 @@ pub(super) fn line_step(
         if depth.calls > 0 && over {
             return false;
         }
-        // A jump to itself: nothing but service routines leads out of it, and those return.
+        // A jump to itself: only service routines lead out of it, and those return.
         let before = std::mem::replace(&mut last, pc);
         if !entry && flow == CallFlow::Plain && before == last {
             return stop(session, None);
         }
-        let here = line(session);
-        if let Some(words) = &silent {
+        let here = current_line(session);
+        if let Some(words) = &unlined_function {
             if words.contains(&pc) || depth.calls > 0 && here.is_none() {
                 return false;
             }
             if depth.calls <= 0 {
-                silent = None;
+                unlined_function = None;
                 let now = LinePosition::of(session);
                 if here.is_none() || now.begins {
                     return stop(session, None);
                 }
-                // It has come back into the middle of a line.
+                // The step has returned into the middle of a line.
                 (origin, depth.calls) = (now.origin(now.hidden), 0);
                 return false;
             }
         }
-        // A call into code without lines is passed.
+        // A call of code without lines is passed over.
         if depth.calls > 0 && origin.line.is_some() && here.is_none() {
             return false;
         }

@@ -1,4 +1,4 @@
-//! What every stop tells: why, where, when, and what has changed.
+//! Reports of stops: reason, location, time, and what has changed.
 
 use emu_core::pins::{ChipEvent, PinLevel};
 use emu_core::table::DisassembledInstruction;
@@ -10,14 +10,14 @@ use emu_debug::text_escapes::escape;
 use super::numbers::{hex, short_hex};
 use super::shell::DebugShell;
 
-/// Words of the longest instruction of any family.
+/// Maximum number of words of an instruction of any family.
 const MAX_INSTRUCTION_WORDS: u32 = 3;
 
-/// What a point that is told first may say to keep a stop silent.
+/// First command of a point that suppresses the report of its stop.
 const SILENT: &str = "silent";
 
 impl DebugShell {
-    /// Tells how the machine stands; `before`: the points as they were when it started.
+    /// Reports a stop. `before` is the points as they were when the run began.
     pub(super) fn report_stop(&mut self, halt: &HaltResult, before: &DebugPoints, out: &mut String) {
         self.set_faulted(matches!(halt.reason, HaltReason::Illegal { .. } | HaltReason::Fault { .. }));
         let hits: &[PointHit] = if let HaltReason::Points(hits) = &halt.reason { hits } else { &[] };
@@ -27,49 +27,50 @@ impl DebugShell {
             self.next_hidden = Some(0);
         }
         if commands.first().is_some_and(|first| first == SILENT) {
-            self.place_level();
+            self.select_innermost_call();
             self.registers = self.core_registers();
         } else {
-            self.place_level();
-            out.push_str(&self.reason(halt, before));
+            self.select_innermost_call();
+            out.push_str(&self.describe_reason(halt, before));
             self.report_frame(halt, before, out);
-            self.show_position(out);
+            self.print_position(out);
         }
         self.stopped_in = self.present_call();
         self.enqueue(commands);
     }
 
-    /// Where the machine stands, since when, and what is displayed.
+    /// Reports the location, the time, what has changed, and the displays.
     pub(super) fn report_position(&mut self, out: &mut String) {
-        self.place_level();
+        self.select_innermost_call();
         self.stopped_in = self.present_call();
-        self.show_position(out);
+        self.print_position(out);
     }
 
-    fn show_position(&mut self, out: &mut String) {
-        self.place(out);
-        out.push_str(&self.time());
+    fn print_position(&mut self, out: &mut String) {
+        self.print_location(out);
+        out.push_str(&self.describe_time());
         if let Some(resets) = self.session.resets_since(self.reported_to) {
             out.push_str(&format!("{resets}\n"));
         }
-        if let Some(sent) = self.sent() {
+        if let Some(sent) = self.sent_text() {
             out.push_str(&format!("sent {sent}\n"));
         }
-        if let Some(changes) = self.changes() {
+        if let Some(changes) = self.take_register_changes() {
             out.push_str(&format!("{changes}\n"));
         }
         self.reported_to = self.session.machine().cycle();
         self.show_displays(out);
     }
 
-    /// The function of the call that is looked at, and where its frame is.
+    /// Returns the function of the selected call, and the address of its frame.
     fn present_call(&self) -> Option<(String, Option<u32>)> {
         let frame = self.calls().into_iter().nth(self.level)?;
         let (name, _) = self.session.scope.calls().frame_name(self.session.machine(), &frame)?;
         Some((name.to_owned(), frame.cfa))
     }
 
-    /// The call as gdb writes it, with its parameters; nothing where the program does not describe it.
+    /// Returns the selected call as gdb prints it, with its parameters; `None` if the program does not
+    /// describe it.
     fn present_call_text(&self) -> Option<String> {
         let frame = self.calls().into_iter().nth(self.level).filter(|frame| self.is_described(frame))?;
         let line = self.frame_line(self.level, &frame);
@@ -77,26 +78,28 @@ impl DebugShell {
         self.view.is_none().then(|| text.to_owned())
     }
 
-    /// Tells the call, but for a step within that of the last stop.
+    /// Prints the selected call, unless a breakpoint reports it, or a step has ended in the call of the last
+    /// stop.
     fn report_frame(&self, halt: &HaltResult, before: &DebugPoints, out: &mut String) {
-        let is_told =
+        let is_breakpoint =
             |hit: &PointHit| before.get(hit.id).is_some_and(|point| matches!(point.trigger, PointTrigger::Code(_)));
         match &halt.reason {
-            HaltReason::Points(hits) if hits.iter().any(is_told) => return,
+            HaltReason::Points(hits) if hits.iter().any(is_breakpoint) => return,
             HaltReason::Done if self.stopped_in == self.present_call() => return,
             _ => {}
         }
         out.extend(self.present_call_text().map(|text| format!("{text}\n")));
     }
 
-    /// Looks at the innermost call from now on.
-    fn place_level(&mut self) {
+    /// Selects the innermost call.
+    fn select_innermost_call(&mut self) {
         let byte = self.session.machine().pc().saturating_mul(self.session.scope.chip().word_bytes);
         self.hidden = self.next_hidden.take().unwrap_or_else(|| self.session.scope.calls().call_sites(byte));
         (self.listed, self.level) = (None, self.hidden);
     }
 
-    /// A breakpoint of a function that was put in place of its call, or of a line in it, has stopped the machine: it is in that.
+    /// Returns whether a breakpoint of an inlined function, or of a line in it, has stopped the machine, so
+    /// that the machine is in that function.
     fn is_of_inlined(&self, hits: &[PointHit], before: &DebugPoints) -> bool {
         let (scope, pc) = (&self.session.scope, self.session.machine().pc());
         let blocks = scope.calls().inlined(pc.saturating_mul(scope.chip().word_bytes));
@@ -109,7 +112,8 @@ impl DebugShell {
         points.filter(|point| matches!(point.trigger, PointTrigger::Code(_))).any(|point| is_own(&point.text))
     }
 
-    /// The machine is another one now: what was known of the one before is forgotten, and how it stands is told.
+    /// Forgets what was reported of the previous machine after a `load`, and reports the location of the new
+    /// one.
     pub(super) fn restart_reports(&mut self, out: &mut String) {
         self.registers = self.core_registers();
         self.disassembly = None;
@@ -118,8 +122,8 @@ impl DebugShell {
         self.report_position(out);
     }
 
-    /// Why it stands, line by line.
-    fn reason(&self, halt: &HaltResult, before: &DebugPoints) -> String {
+    /// Returns the reason of a stop, one line per cause.
+    fn describe_reason(&self, halt: &HaltResult, before: &DebugPoints) -> String {
         let place = |word| self.word_with_rung(word);
         match &halt.reason {
             HaltReason::Done => String::new(),
@@ -128,24 +132,24 @@ impl DebugShell {
                 "Halted: nothing enabled can wake the chip (drive a pin, reset it, or go back)\n".to_owned()
             }
             HaltReason::BlockedOnInput => {
-                "Waits: only something from outside can change what it does (drive a pin, reset it, or go back)\n"
+                "Waits: only an external stimulus can change what the program does (drive a pin, reset it, or go back)\n"
                     .to_owned()
             }
             HaltReason::Illegal { pc, word } => {
                 let digits = self.session.scope.chip().word_bytes as usize * 2;
-                format!("No instruction: 0x{word:0digits$x} at {}\n", place(*pc))
+                format!("Illegal instruction: 0x{word:0digits$x} at {}\n", place(*pc))
             }
-            HaltReason::Fault { pc, fault } => format!("A fault of the program at {}: {fault}\n", place(*pc)),
+            HaltReason::Fault { pc, fault } => format!("Fault of the program at {}: {fault}\n", place(*pc)),
             HaltReason::Interrupted => "Interrupted\n".to_owned(),
             HaltReason::Beginning => "No more history: it begins here\n".to_owned(),
             HaltReason::Points(hits) => {
-                let told = hits.iter().filter_map(|hit| Some(self.hit(hit, before.get(hit.id)?)));
-                told.map(|line| format!("{line}\n")).collect()
+                let lines = hits.iter().filter_map(|hit| Some(self.describe_hit(hit, before.get(hit.id)?)));
+                lines.map(|line| format!("{line}\n")).collect()
             }
         }
     }
 
-    fn hit(&self, hit: &PointHit, point: &DebugPoint) -> String {
+    fn describe_hit(&self, hit: &PointHit, point: &DebugPoint) -> String {
         let id = point.id;
         let by = || self.word_with_rung(hit.pc);
         let value = |value: Option<i64>| value.map_or("nothing".to_owned(), short_hex);
@@ -180,24 +184,24 @@ impl DebugShell {
         }
     }
 
-    /// The values of a variable of C before and after a change.
+    /// Returns the values of a C variable before and after a change, as text.
     fn watched_values(&self, text: &str, hit: &PointHit) -> Option<(String, String)> {
         let object = self.watched_object(text).filter(|object| object.is_scalar() && !object.is_real())?;
         let shown = |value: i64| object.text_of_number(&self.session.scope, self.session.machine(), value);
         Some((shown(hit.old?), shown(hit.new?)))
     }
 
-    /// The variable of C that a watchpoint is of, where it is known.
+    /// Returns the C variable of a watchpoint, if it is known.
     fn watched_object(&self, text: &str) -> Option<ObjectExpr> {
         let expr = self.parse_expression(text.trim_start_matches("-location ")).ok()?;
         expr.object().filter(|object| !object.is_computed()).cloned()
     }
 
-    /// The instruction that is next, with its source line.
-    fn place(&mut self, out: &mut String) {
+    /// Prints the next instruction with its source line or rung.
+    fn print_location(&mut self, out: &mut String) {
         let word = self.session.machine().pc();
         let source = self.session.scope.source();
-        // Before a function that was put in place of its call it is at the line of the call.
+        // Before an inlined function, the location is the line of its call.
         let call = self.current_line().filter(|_| self.hidden > 0);
         if let Some((file, number)) = call {
             let chip = self.session.scope.chip();
@@ -218,8 +222,8 @@ impl DebugShell {
         self.draw_current_rung().iter().for_each(|line| out.push_str(&format!("{line}\n")));
     }
 
-    /// Cycle, time and what is known of the program.
-    fn time(&self) -> String {
+    /// Returns cycle, time, scan and rung as a line.
+    fn describe_time(&self) -> String {
         let cycle = self.session.machine().cycle();
         let mut text = format!("cycle {cycle}, {} s", self.session.clock().seconds(cycle));
         if let Some(scan) = self.session.scan() {
@@ -232,8 +236,8 @@ impl DebugShell {
         text
     }
 
-    /// What the chip has sent since the last stop.
-    fn sent(&self) -> Option<String> {
+    /// Returns the bytes that the chip has sent since the last stop, as text.
+    fn sent_text(&self) -> Option<String> {
         let sent = self.session.events().filter_map(|event| match event {
             ChipEvent::Sent { at, byte, .. } if at.cycle > self.reported_to => Some(*byte),
             _ => None,
@@ -242,14 +246,14 @@ impl DebugShell {
         (!bytes.is_empty()).then(|| escape(&bytes))
     }
 
-    /// Values of the core's registers but for the program counter.
+    /// Returns the values of the core registers, in the order of the chip.
     pub(super) fn core_registers(&self) -> Vec<Option<u32>> {
         let names = self.session.scope.chip().cpu_regs.iter();
         names.map(|name| self.session.machine().reg(name)).collect()
     }
 
-    /// Registers that are not what they were at the last stop.
-    fn changes(&mut self) -> Option<String> {
+    /// Returns the registers that have changed since the last stop, as text.
+    fn take_register_changes(&mut self) -> Option<String> {
         let now = self.core_registers();
         let before = std::mem::replace(&mut self.registers, now);
         let names = self.session.scope.chip().cpu_regs.iter().filter(|name| !matches!(**name, "PC" | "NA"));
@@ -265,14 +269,14 @@ impl DebugShell {
         (!changed.is_empty()).then(|| changed.join(", "))
     }
 
-    /// The instruction at a program word.
+    /// Disassembles the instruction at a program word.
     pub(super) fn instruction(&self, word: u32) -> DisassembledInstruction {
         let words: Vec<u16> = (0..MAX_INSTRUCTION_WORDS).map(|n| self.session.word(word.saturating_add(n))).collect();
         (self.session.scope.chip().isa.disassemble)(&words, word)
     }
 }
 
-/// A level in a character.
+/// Returns a level as one character.
 pub(super) fn level(level: PinLevel) -> &'static str {
     match level {
         PinLevel::High | PinLevel::PullUp => "1",

@@ -1,4 +1,4 @@
-//! A line from a user at a terminal, with history and completion.
+//! Reads lines from a user at a terminal, with history and completion.
 
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
@@ -18,13 +18,13 @@ use signal_hook::consts::{SIGHUP, SIGTERM};
 
 use super::shell::DebugShell;
 
-/// Ends the mode in which the terminal tells what is pasted, and the line of the prompt.
+/// Ends the bracketed paste mode of the terminal, and the line of the prompt.
 const PASTE_OFF: &[u8] = b"\x1b[?2004l\n";
 
-/// Lines that the history keeps.
+/// Maximum number of lines of the history.
 const MAX_HISTORY_LINES: usize = 1000;
 
-/// What completes a word: the candidates, as they are when the line is begun.
+/// Completes a word; the candidates are collected when the line begins.
 struct WordCompleter {
     commands: Vec<String>,
     names: Vec<String>,
@@ -43,12 +43,12 @@ impl Completer for WordCompleter {
     }
 }
 
-/// Where the word begins with which a text ends.
+/// Returns the start of the last word of a text.
 fn word_start(text: &str) -> usize {
     let of_word = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.' | '-');
-    // What precedes may be of more than one byte.
+    // The character before may have more than one byte.
     let mut start = text.trim_end_matches(of_word).len();
-    // The colons of `app::result` are of the name, that of `data:buf` is not.
+    // The colons of `app::result` are part of the name, that of `data:buf` is not.
     while let Some(outer) = text.get(..start).and_then(|outer| outer.strip_suffix("::")) {
         start = outer.trim_end_matches(of_word).len();
     }
@@ -62,17 +62,18 @@ impl Highlighter for WordCompleter {}
 impl Validator for WordCompleter {}
 impl Helper for WordCompleter {}
 
-/// Asks for lines. It is made before anybody listens to SIGINT: the editor takes that signal for itself when it is made, and who
-/// listens later is told first.
+/// Reads lines. It must be created before a handler for SIGINT is registered: the editor installs its own
+/// handler when it is created, and a handler that is registered later is called first.
 pub struct LineEditor {
     editor: Option<Editor<WordCompleter, FileHistory>>,
     history: Option<PathBuf>,
-    /// What the terminal was set to, in the words of stty.
+    /// The settings of the terminal before the session, as printed by `stty -g`.
     saved_settings: Option<String>,
 }
 
 impl LineEditor {
-    /// With the history of sessions before. A history that cannot be read or written is none.
+    /// Creates an editor with the history of earlier sessions. A history that cannot be read or written is
+    /// ignored.
     pub fn new() -> LineEditor {
         let config =
             Config::builder().max_history_size(MAX_HISTORY_LINES).map(|config| config.auto_add_history(true).build());
@@ -84,14 +85,15 @@ impl LineEditor {
         terminal
     }
 
-    /// A signal that ends the program while the editor has the terminal, which `prompt` tells, would leave it to the shell as the
-    /// editor has set it. Where it cannot be listened for it is so.
+    /// Restores the terminal if SIGTERM or SIGHUP ends the program while the editor reads a line (`prompt` is
+    /// true), because the editor has changed the settings. If the handler cannot be registered, nothing is
+    /// restored.
     pub fn restore_on_signal(&self, prompt: &Arc<AtomicBool>) {
         for signal in [SIGTERM, SIGHUP] {
-            let Ok((mut told, teller)) = UnixStream::pair() else { continue };
+            let Ok((mut receiver, sender)) = UnixStream::pair() else { continue };
             let (prompt, found) = (Arc::clone(prompt), self.saved_settings.clone());
             let ended = move || {
-                while matches!(told.read(&mut [0]), Ok(1)) {
+                while matches!(receiver.read(&mut [0]), Ok(1)) {
                     if prompt.load(Ordering::SeqCst) {
                         _ = found.as_deref().map(stty);
                         _ = std::io::stdout().write_all(PASTE_OFF);
@@ -100,19 +102,20 @@ impl LineEditor {
                 }
             };
             if std::thread::Builder::new().spawn(ended).is_ok() {
-                _ = signal_hook::low_level::pipe::register(signal, teller);
+                _ = signal_hook::low_level::pipe::register(signal, sender);
             }
         }
     }
 
-    /// The next line; nothing at the end of the input. Ctrl-C at the prompt drops what was typed.
+    /// Returns the next line, or `None` at the end of the input. Ctrl-C at the prompt discards the typed
+    /// text.
     pub fn read_line(&mut self, shell: &DebugShell) -> Option<String> {
         let editor = self.editor.as_mut()?;
         editor.set_helper(Some(WordCompleter { commands: shell.command_names(), names: shell.names() }));
         loop {
             match editor.readline(shell.prompt()) {
                 Ok(line) => return Some(line),
-                // A signal that has stopped a run before may be told here late.
+                // A signal that stopped an earlier run may be reported here late.
                 Err(ReadlineError::Interrupted | ReadlineError::Signal(_)) => {}
                 Err(_) => return None,
             }
@@ -131,13 +134,13 @@ impl Drop for LineEditor {
     }
 }
 
-/// What stty says of the terminal; the thing itself is not to be had without it.
+/// Runs `stty` on the terminal and returns its output; there is no other safe access to the settings.
 fn stty(words: &str) -> Option<String> {
     let out = Command::new("stty").arg(words).stdin(Stdio::inherit()).stderr(Stdio::null()).output().ok()?;
     out.status.success().then(|| String::from_utf8_lossy(&out.stdout).trim().to_owned())
 }
 
-/// Where the history is kept: `emu/debug-history` in the folder for states (XDG Base Directory Specification).
+/// Returns the history file: `emu/debug-history` in the folder for states (XDG Base Directory Specification).
 fn history_file() -> Option<PathBuf> {
     let set = |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
     let own = set("XDG_STATE_HOME").filter(|folder| folder.is_absolute());

@@ -1,4 +1,4 @@
-//! Commands that write texts, for scripts: echo, output, printf.
+//! Commands that print texts, for scripts: echo, output, printf.
 
 use emu_debug::debug::{DebugExpression, ExpressionValue};
 use emu_debug::text_escapes::unescape;
@@ -6,12 +6,12 @@ use emu_debug::text_escapes::unescape;
 use super::numbers::ExamineFormat;
 use super::shell::{CommandResult, DebugShell};
 
-/// Widest field that a text may ask for.
+/// Maximum width of a field.
 const MAX_FIELD_WIDTH: usize = 200;
 
-/// A text with its escapes resolved; a line of its own in any case.
-fn line(text: &str, out: &mut String) -> CommandResult {
-    // A text without sense in its escapes, as in a path, is written as it is.
+/// Prints a text with its escapes resolved, always as a line of its own.
+fn print_line(text: &str, out: &mut String) -> CommandResult {
+    // A text with invalid escapes, such as a path, is printed unchanged.
     let bytes = unescape(text).unwrap_or_else(|_| text.as_bytes().to_vec());
     for part in String::from_utf8_lossy(&bytes).split_inclusive('\n') {
         let own = part.trim_end_matches('\n');
@@ -25,21 +25,21 @@ fn line(text: &str, out: &mut String) -> CommandResult {
 }
 
 pub(super) fn echo(_: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
-    line(args, out)
+    print_line(args, out)
 }
 
-/// The value alone.
+/// `output`: prints a value without its name.
 pub(super) fn output(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (format, text) = ExamineFormat::parse_front(args)?;
     if text.is_empty() {
-        return Err("what is to be printed? output buf, output/x r16".to_owned());
+        return Err("the expression is missing: output buf, output/x r16".to_owned());
     }
     let value = shell.value_text(&shell.parse_expression(text)?, format);
     out.push_str(&format!("{value}\n"));
     Ok(())
 }
 
-/// `printf "text %d %s", EXPR, EXPR`.
+/// `printf "text %d %s", EXPR, EXPR`: prints a text with values.
 pub(super) fn printf(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let wanted = || "write printf \"%d of %d\\n\", i, count".to_owned();
     let inner = args.strip_prefix('"').ok_or_else(wanted)?;
@@ -50,7 +50,7 @@ pub(super) fn printf(shell: &mut DebugShell, args: &str, out: &mut String) -> Co
         ends
     });
     let (text, rest) = inner.split_at(end.ok_or_else(wanted)?);
-    let mut values = split(rest.get(1..).unwrap_or_default().trim_start().trim_start_matches(',')).into_iter();
+    let mut values = split_values(rest.get(1..).unwrap_or_default().trim_start().trim_start_matches(',')).into_iter();
     let (mut found, mut left) = (String::new(), text);
     while let Some((before, behind)) = left.split_once('%') {
         found.push_str(before);
@@ -60,7 +60,7 @@ pub(super) fn printf(shell: &mut DebugShell, args: &str, out: &mut String) -> Co
             continue;
         }
         let at = behind.find(|c: char| c.is_ascii_alphabetic() && !matches!(c, 'l' | 'h' | 'z'));
-        let at = at.ok_or("a letter is missing behind a %")?;
+        let at = at.ok_or("a letter is missing after a %")?;
         let (flags, behind) = behind.split_at(at);
         let letter = behind.chars().next().unwrap_or('d');
         let value = values.next().ok_or("there are fewer values than %")?;
@@ -71,11 +71,11 @@ pub(super) fn printf(shell: &mut DebugShell, args: &str, out: &mut String) -> Co
     if values.next().is_some() {
         return Err("there are more values than %".to_owned());
     }
-    line(&found, out)
+    print_line(&found, out)
 }
 
-/// Values with commas between them; a comma in brackets or in quotes is a part of one.
-fn split(text: &str) -> Vec<String> {
+/// Splits values at commas; a comma in brackets or quotes is part of a value.
+fn split_values(text: &str) -> Vec<String> {
     let (mut parts, mut depth, mut quoted) = (vec![String::new()], 0i32, false);
     for c in text.chars() {
         quoted ^= matches!(c, '\'' | '"');
@@ -90,7 +90,7 @@ fn split(text: &str) -> Vec<String> {
     parts
 }
 
-/// A value in a field.
+/// Formats a value in a field.
 fn format_field(shell: &DebugShell, flags: &str, letter: char, value: &str) -> Result<String, String> {
     let amount = || shell.expression_value(value);
     let (width, digits) = flags.split_once('.').unwrap_or((flags, ""));
@@ -107,15 +107,15 @@ fn format_field(shell: &DebugShell, flags: &str, letter: char, value: &str) -> R
             ExpressionValue::Real(value, _) => format!("{value:.*}", digits.unwrap_or(6)),
         },
         'g' => amount()?.text(),
-        's' => string(shell, value)?,
-        _ => return Err(format!("`%{letter}` is no format; there are d i u x X o p c f g s")),
+        's' => string_in_ram(shell, value)?,
+        _ => return Err(format!("`%{letter}` is not a format; the formats are d i u x X o p c f g s")),
     };
     let left = width.contains('-');
     let zeros = width.trim_start_matches(['-', '+', ' ', '#']).starts_with('0') && !left;
     let wide = width.trim_start_matches(['-', '+', ' ', '#', '0']).parse::<usize>().unwrap_or(0).min(MAX_FIELD_WIDTH);
     Ok(match (left, zeros) {
         (true, _) => format!("{text:<wide$}"),
-        // Zeros stand behind the sign.
+        // Zeros are inserted after the sign.
         (_, true) => {
             let (sign, number) = text.strip_prefix('-').map_or(("", &*text), |number| ("-", number));
             format!("{sign}{number:0>fill$}", fill = wide.saturating_sub(sign.len()))
@@ -124,15 +124,15 @@ fn format_field(shell: &DebugShell, flags: &str, letter: char, value: &str) -> R
     })
 }
 
-/// The text in RAM that a value is the address of, up to its 0.
-fn string(shell: &DebugShell, value: &str) -> Result<String, String> {
+/// Returns the string in RAM at the address that a value gives, up to its 0.
+fn string_in_ram(shell: &DebugShell, value: &str) -> Result<String, String> {
     let (chip, target) = (shell.session.scope.chip(), shell.session.machine());
     if let DebugExpression::Text(text) = shell.parse_expression(value)? {
         return Ok(String::from_utf8_lossy(&text).replace('\\', "\\\\"));
     }
-    let start = u32::try_from(shell.integer_value(value)?).map_err(|_| format!("`{value}` is no address"))?;
+    let start = u32::try_from(shell.integer_value(value)?).map_err(|_| format!("`{value}` is not an address"))?;
     let bytes = (0..MAX_FIELD_WIDTH as u32).map_while(|n| target.peek(chip.ram_space, start.checked_add(n)?));
     let bytes: Vec<u8> = bytes.take_while(|byte| *byte != 0).collect();
-    // What is in it is text, not escapes.
+    // Backslashes of the string are characters, not escapes.
     Ok(String::from_utf8_lossy(&bytes).replace('\\', "\\\\"))
 }

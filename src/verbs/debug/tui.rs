@@ -1,4 +1,5 @@
-//! `emu debug --tui`: the session on a full screen. Keys and command lines go to the [`DebugShell`] that the prompt uses too.
+//! `emu debug --tui`: a session on a full screen. Keys and command lines go to the [`DebugShell`] that the
+//! prompt also uses.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -27,38 +28,39 @@ use crate::shared::full_screen::ScriptedKeys;
 use crate::shared::report::MessageStyle;
 use crate::shared::sources::SourceFiles;
 
-/// Program words that an instruction takes at most.
+/// Maximum number of program words of an instruction.
 const MAX_INSTRUCTION_WORDS: u32 = 3;
 
-/// A session on the screen.
+/// A session on the full screen.
 struct TuiSession {
     shell: DebugShell,
     title: String,
-    /// The machine as it was before the last command, to see what has changed since.
+    /// The machine before the last command, to show what has changed since.
     previous: Box<dyn DynMachine>,
-    /// It is running on by itself, so `before` stays.
+    /// The machine runs continuously, so `previous` is kept.
     running: bool,
     interrupt: Arc<AtomicBool>,
-    /// There is a user who may press Ctrl-C.
+    /// A user is at the terminal and may press Ctrl-C.
     live: bool,
     sources: RefCell<SourceFiles>,
 }
 
-/// Shows a session until it is left. Gives the exit code. `told` is said before the first key.
+/// Shows a session until the user leaves it, and returns the exit code. `message` is shown before the first
+/// key.
 pub fn show(
     shell: DebugShell,
     title: &str,
     interrupt: Arc<AtomicBool>,
-    told: &str,
+    message: &str,
     played: &ScriptedKeys,
     terminal: &MessageStyle,
 ) -> Result<u8, VerbFailure> {
     let live = !played.is_given();
     let before = shell.session.machine().fork();
     let sources = RefCell::new(shell.sources.without_cache());
-    let face =
+    let session =
         TuiSession { sources, shell, title: title.to_owned(), previous: before, running: false, interrupt, live };
-    let mut screen = DebuggerScreen::new(face, !live).with_message(told);
+    let mut screen = DebuggerScreen::new(session, !live).with_message(message);
     full_screen::show_view(&mut screen, played, "--tui", terminal)
 }
 
@@ -135,7 +137,7 @@ impl TuiSession {
         (self.shell.session.machine().cycle(), self.shell.session.machine().pc())
     }
 
-    /// What a stop says, without what the screen shows anyway: the instruction, the rung, the time.
+    /// Returns the text of a stop without what the screen shows anyway: the instruction, the rung, the time.
     fn stop_message(&self, text: &str) -> String {
         let pc = self.shell.session.machine().pc();
         let here =
@@ -156,7 +158,7 @@ impl TuiSession {
         CommandAnswer { text, failed, quit }
     }
 
-    /// Cycle, seconds, scan and rung.
+    /// Returns cycle, seconds, scan and rung.
     fn time(&self) -> String {
         let session = &self.shell.session;
         let cycle = session.machine().cycle();
@@ -171,21 +173,22 @@ impl TuiSession {
         text
     }
 
-    /// Instructions on both sides of a program word.
+    /// Returns instructions before and after a program word.
     fn code(&self, around: u32, lines: usize) -> Vec<CodeLine> {
         let chip = self.shell.session.scope.chip();
         let end = chip.flash_bytes / chip.word_bytes.max(1);
         let next = |word: u32| word.saturating_add(self.shell.instruction(word).len.max(1) as u32);
-        // Where instructions begin before this one nobody knows; those that lead to it are taken for true.
+        // The starts of earlier instructions are unknown; a sequence that leads to this word is assumed to be
+        // right.
         let reach = u32::try_from(lines).unwrap_or(u32::MAX).saturating_mul(MAX_INSTRUCTION_WORDS);
-        let led = (around.saturating_sub(reach)..around).find_map(|from| {
+        let preceding = (around.saturating_sub(reach)..around).find_map(|from| {
             let mut words = vec![from];
             while let Some(last) = words.last().map(|word| next(*word)).filter(|word| *word < around) {
                 words.push(last);
             }
             (words.last().map(|word| next(*word)) == Some(around)).then_some(words)
         });
-        let mut words = led.unwrap_or_default();
+        let mut words = preceding.unwrap_or_default();
         words.drain(..words.len().saturating_sub(lines));
         let mut word = around;
         for _ in 0..=lines {
@@ -200,7 +203,8 @@ impl TuiSession {
         words.iter().map(|word| self.line(*word, rungs.get(word).copied())).collect()
     }
 
-    /// The source around a line, or around where the machine is: of a program that is not there yet its main.
+    /// Returns the source around a line, or around the location of the machine, or around main if the machine
+    /// is in no line.
     fn source(&self, line: Option<u32>, lines: usize) -> Option<SourceExcerpt> {
         if self.shell.view.is_some() {
             return None;
@@ -225,7 +229,7 @@ impl TuiSession {
         Some(SourceExcerpt { current_line: present.map(|(_, line)| line), file, around, lines })
     }
 
-    /// What the serial port has sent, in lines.
+    /// Returns the output of the serial port, in lines.
     fn serial(&self) -> Vec<String> {
         let sent = self.shell.session.events().filter_map(|event| match event {
             ChipEvent::Sent { byte, .. } => Some(*byte),
@@ -267,7 +271,7 @@ impl TuiSession {
             let text = format!("{now:0digits$x}");
             Some(NamedValue { name: (*name).to_owned(), text, changed: old != Some(now) })
         };
-        // The program counter is where the code is marked.
+        // The program counter is shown by the mark in the code.
         let names = target.chip().cpu_regs.iter().filter(|name| !matches!(**name, "PC" | "NA"));
         names.filter_map(value).collect()
     }
@@ -319,7 +323,7 @@ impl TuiSession {
         Some(MemoryExcerpt { name: name.to_owned(), address: at, bytes: (at..end).map(byte).collect() })
     }
 
-    /// Pins of which edges are kept.
+    /// Returns the waveforms of the pins whose edges are recorded.
     fn traces(&self, since: u64) -> Vec<PinTrace> {
         let target = self.shell.session.machine();
         let mut edges: BTreeMap<u16, Vec<(u64, bool)>> = BTreeMap::new();
@@ -343,7 +347,7 @@ fn is_high(level: PinLevel) -> bool {
     matches!(level, PinLevel::High | PinLevel::PullUp)
 }
 
-/// What is known of a scan up to an instruction, as the picture of a rung asks for it.
+/// The state of a scan up to an instruction, for the picture of a rung.
 struct RungPowerFlow {
     moment: ScanPosition,
     /// Values of the symbols.
@@ -352,7 +356,7 @@ struct RungPowerFlow {
 
 impl PowerFlowSource for RungPowerFlow {
     fn power_flow(&self, element: ElementId) -> Option<(bool, bool)> {
-        // What is still to come is not shown as if it had been.
+        // The result of an element is shown only after it was computed.
         if self.moment.current_element() == Some(element) {
             Some((self.moment.is_powered_here(), false))
         } else {

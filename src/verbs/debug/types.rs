@@ -1,4 +1,4 @@
-//! Commands about what the program says of itself: types, symbols, source files and lines.
+//! Commands about debugging information: types, symbols, source files and lines.
 
 use std::collections::BTreeSet;
 
@@ -9,30 +9,31 @@ use regex_lite::Regex;
 
 use super::shell::{CommandResult, DebugShell};
 
-/// The regular expression of `info functions` and the like, which matches any part of a name; none where there is no text.
+/// Parses the regular expression of `info functions` and similar topics, which matches any part of a name. An
+/// empty text matches all names.
 pub(super) fn name_filter(text: &str) -> Result<Regex, String> {
     Regex::new(text).map_err(|why| {
         let why = why.to_string();
         let why = why.lines().last().unwrap_or_default().trim_start_matches("error: ").to_owned();
-        format!("`{text}` is no regular expression: {why}")
+        format!("`{text}` is not a regular expression: {why}")
     })
 }
 
-/// The object or type that a text names.
+/// Returns the object or type that a text names.
 fn parse_object_or_type(shell: &DebugShell, text: &str) -> Result<ObjectExpr, String> {
     if text.is_empty() {
-        return Err("whose type? ptype x, ptype struct order, whatis a[1]".to_owned());
+        return Err("the expression or type is missing: ptype x, ptype struct order, whatis a[1]".to_owned());
     }
     if let Some(found) = shell.session.scope.type_named(text) {
         return Ok(found);
     }
     match shell.parse_expression(text)?.object() {
         Some(object) => Ok(object.clone()),
-        None => Err(format!("the program does not tell the type of `{text}`")),
+        None => Err(format!("the type of `{text}` is unknown")),
     }
 }
 
-/// The type of what is no object of C: a literal, what is computed, a register.
+/// Returns the type of an expression that is no C object: a literal, a computed value, a register.
 fn computed_type(shell: &DebugShell, text: &str) -> Result<String, String> {
     if shell.is_void(text) {
         return Ok("void".to_owned());
@@ -45,7 +46,7 @@ fn computed_type(shell: &DebugShell, text: &str) -> Result<String, String> {
         DebugExpression::Place(ExpressionPlace::Reg(_)) if is_avr => Some("uint8_t".to_owned()),
         expr => shell.session.scope.computed_type(expr),
     };
-    known.ok_or_else(|| format!("the program does not tell the type of `{text}`"))
+    known.ok_or_else(|| format!("the type of `{text}` is unknown"))
 }
 
 pub(super) fn ptype(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
@@ -58,7 +59,7 @@ pub(super) fn ptype(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
 }
 
 pub(super) fn whatis(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
-    // Of the name of a type it is what that stands for.
+    // For the name of a type, print the type that it is an alias of.
     let kind = match shell.session.scope.type_named(args) {
         Some(named) => named.aliased_kind(),
         None => match parse_object_or_type(shell, args) {
@@ -70,10 +71,10 @@ pub(super) fn whatis(shell: &mut DebugShell, args: &str, out: &mut String) -> Co
     Ok(())
 }
 
-/// `info symbol ADDRESS`: what has its name there, in program memory, else in RAM.
+/// `info symbol ADDRESS`: prints the symbol at an address of program memory, or otherwise of RAM.
 pub(super) fn info_symbol(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if args.is_empty() {
-        return Err("of which address? info symbol 0x86, info symbol $pc, info symbol data:0x100".to_owned());
+        return Err("which address? info symbol 0x86, info symbol $pc, info symbol data:0x100".to_owned());
     }
     let (scope, chip) = (&shell.session.scope, shell.session.scope.chip());
     if let Ok(range) = scope.parse_range(args) {
@@ -89,7 +90,7 @@ pub(super) fn info_symbol(shell: &mut DebugShell, args: &str, out: &mut String) 
         }
     }
     let value = shell.integer_value(args)?;
-    let address = u32::try_from(value).map_err(|_| format!("{value} is no address"))?;
+    let address = u32::try_from(value).map_err(|_| format!("{value} is not an address"))?;
     let code = || {
         let word = shell.program_word(address)?;
         let inside = shell.session.scope.calls().function(word).is_some() || shell.session.word(word) != u16::MAX;
@@ -97,7 +98,7 @@ pub(super) fn info_symbol(shell: &mut DebugShell, args: &str, out: &mut String) 
     };
     let in_code = || code().map(|name| (name, chip.code_space));
     let in_ram = || Some((scope.source().names.containing_symbol(chip.ram_space, address)?, chip.ram_space));
-    // What has the type of a pointer points to data, but for one to a function.
+    // A value with the type of a pointer points to data, unless it points to a function.
     let is_data = |of: &ObjectExpr| !of.is_function() && !of.is_function_pointer();
     let data = shell.parse_expression(args).is_ok_and(|expr| expr.object().is_some_and(is_data));
     let found = if data { in_ram().or_else(in_code) } else { in_code().or_else(in_ram) };
@@ -108,13 +109,13 @@ pub(super) fn info_symbol(shell: &mut DebugShell, args: &str, out: &mut String) 
     Ok(())
 }
 
-/// `main+0x4` as `main + 4`.
+/// Converts `main+0x4` to `main + 4`.
 fn spaced(name: &str) -> String {
     let parts = name.rsplit_once("+0x").and_then(|(name, offset)| Some((name, u32::from_str_radix(offset, 16).ok()?)));
     parts.map_or_else(|| name.to_owned(), |(name, offset)| format!("{name} + {offset}"))
 }
 
-/// `info line LOCATION`: the code of a source line.
+/// `info line LOCATION`: prints the addresses of the code of a source line.
 pub(super) fn info_line(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (file, number) = match args {
         "" => shell.current_line().ok_or("there is no source line here")?,
@@ -147,7 +148,7 @@ pub(super) fn info_line(shell: &mut DebugShell, args: &str, out: &mut String) ->
     Ok(())
 }
 
-/// A source line of which there is no code: the next one that has some.
+/// Returns the text for a source line without code.
 fn line_without_code(shell: &mut DebugShell, file: &str, number: u32) -> String {
     let count = shell.sources.file(&shell.session.scope.lines, file).map_or(u32::MAX, |lines| lines.len() as u32);
     if number > count {
@@ -166,7 +167,7 @@ fn line_without_code(shell: &mut DebugShell, file: &str, number: u32) -> String 
     }
 }
 
-/// `info source`.
+/// `info source`: prints the current source file.
 pub(super) fn info_source(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
     let Some((file, _)) = shell.current_line() else {
         out.push_str("No source line is known here.\n");
@@ -186,7 +187,7 @@ pub(super) fn info_source(shell: &mut DebugShell, _: &str, out: &mut String) -> 
     Ok(())
 }
 
-/// `info sources`: the source files of the program.
+/// `info sources`: lists the source files of the program.
 pub(super) fn info_sources(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let wanted = name_filter(args)?;
     let files: BTreeSet<&str> = shell.session.scope.lines.all_lines().iter().map(|line| &*line.file).collect();

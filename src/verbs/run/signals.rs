@@ -79,7 +79,7 @@ pub fn parse_signal<C: Cpu>(
 fn find_space<C: Cpu>(cpu: &C, space: &str) -> Result<&'static str, String> {
     let chip = cpu.chip();
     let found = chip.spaces.iter().map(|(name, ..)| *name).find(|name| *name == space);
-    found.ok_or_else(|| format!("the map has it in `{space}`, which {} has not", chip.name))
+    found.ok_or_else(|| format!("the map has it in `{space}`, but {} has no such memory", chip.name))
 }
 
 /// Returns the signal if the machine has all its bytes, otherwise an error.

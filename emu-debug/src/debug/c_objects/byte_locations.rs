@@ -87,7 +87,7 @@ impl ObjectExpr {
                 let all = self.info().locate_bytes(variable, self.info().function_at(byte), &view);
                 let cell = |at: ByteLocation| match at {
                     ByteLocation::Memory(address) => in_memory(address),
-                    // Of the 8051 no call tells where it has saved registers.
+                    // On the 8051, the places where a call saves registers are unknown.
                     ByteLocation::Register(number) if chip.family == ChipFamily::Mcs51 => {
                         let bank = target.reg("PSW").unwrap_or(0) & 0x18;
                         match frame.word == target.pc() {
@@ -121,7 +121,8 @@ impl ObjectExpr {
 }
 
 impl ObjectExpr {
-    /// Returns the bytes that a parameter had when its function was called, where the compiler tells it.
+    /// Returns the bytes that a parameter had when its function was called, if the debugging information
+    /// describes them.
     pub(in crate::debug) fn bytes_at_call(&self, target: &dyn DynMachine) -> Option<Vec<u8>> {
         let ObjectBase::Variable { variable, known, level } = &self.base else { return None };
         let frame = self.frame(target, known, *level).filter(|_| variable.parameter)?;
@@ -152,7 +153,7 @@ impl ObjectByteLocation {
     }
 }
 
-/// The number that up to eight bytes are, the lowest first; of a bit field its bits.
+/// Returns the number in up to eight bytes, the lowest first; for a bit field, the value of its bits.
 pub(in crate::debug) fn number_from_bytes(bytes: &[u8], bits: Option<(u32, u32)>, signed: bool) -> Option<i64> {
     if bytes.is_empty() || bytes.len() > 8 {
         return None;

@@ -55,7 +55,7 @@ impl ScenarioFlags {
     ) -> Result<ScenarioSetup, VerbFailure> {
         let has_byte = |space: &str, addr: u32| cpu.peek(space, addr).is_some();
         let has_pin = |pin: PinId| cpu.has_pin(pin);
-        let no_serial_input = (!args.machine.uart_in.is_empty()).then(|| "--uart-in has the line already".to_owned());
+        let no_serial_input = (!args.machine.uart_in.is_empty()).then(|| "--uart-in already uses the line".to_owned());
         let reason = || "a snapshot does not contain the state of the devices of --attach".to_owned();
         let no_snapshots = (!args.machine.attach.is_empty()).then(reason);
         let chip = cpu.chip();

@@ -30,7 +30,7 @@ pub trait ProgramFollower {
 }
 
 /// A machine at a position of its history, with its follower.
-pub(super) struct FollowedMachine {
+pub(super) struct MachineWithFollower {
     pub machine: Box<dyn DynMachine>,
     pub follower: Option<Box<dyn ProgramFollower>>,
     /// Number of actions of the history that were applied to it.
@@ -43,9 +43,9 @@ pub(super) struct FollowedMachine {
     pub at_step_end: bool,
 }
 
-impl FollowedMachine {
-    pub fn new(target: Box<dyn DynMachine>, follow: Option<Box<dyn ProgramFollower>>) -> FollowedMachine {
-        let mut line = FollowedMachine {
+impl MachineWithFollower {
+    pub fn new(target: Box<dyn DynMachine>, follow: Option<Box<dyn ProgramFollower>>) -> MachineWithFollower {
+        let mut machine = MachineWithFollower {
             machine: target,
             follower: follow,
             events_applied: 0,
@@ -53,12 +53,12 @@ impl FollowedMachine {
             runs_while_halted: false,
             at_step_end: true,
         };
-        line.end_step();
-        line
+        machine.end_step();
+        machine
     }
 
-    pub fn fork(&self) -> FollowedMachine {
-        FollowedMachine {
+    pub fn fork(&self) -> MachineWithFollower {
+        MachineWithFollower {
             machine: self.machine.fork(),
             follower: self.follower.as_ref().map(|follow| follow.fork()),
             events_applied: self.events_applied,
@@ -75,7 +75,7 @@ impl FollowedMachine {
     pub fn size_in_bytes(&self) -> usize {
         self.machine.size_in_bytes()
             + self.follower.as_ref().map_or(0, |follow| follow.size_in_bytes())
-            + size_of::<FollowedMachine>()
+            + size_of::<MachineWithFollower>()
     }
 
     /// Sets breakpoints at these program words and removes all others.
@@ -93,22 +93,22 @@ impl FollowedMachine {
     /// unless the word is also in `words`.
     pub fn run(
         &mut self,
-        deeds: &[InputEvent],
+        input_events: &[InputEvent],
         until: u64,
         words: &BTreeSet<u32>,
-        look: ObserveLevel,
-        seer: &mut dyn DynProbe,
+        level: ObserveLevel,
+        probe: &mut dyn DynProbe,
     ) -> StopReason {
         loop {
-            self.apply_due_events(deeds, look, seer);
-            let next = self.next_event_cycle(deeds);
+            self.apply_due_events(input_events, level, probe);
+            let next = self.next_event_cycle(input_events);
             let (goal, before) = (until.min(next), self.cycle());
             if before >= goal {
                 return StopReason::Limit;
             }
             // A pending action wakes it.
             self.machine.set_run_while_halted(self.runs_while_halted || next != u64::MAX);
-            let stop = self.machine.run(goal, look, seer);
+            let stop = self.machine.run(goal, level, probe);
             if self.cycle() > before {
                 self.follower_notified = false;
             }
@@ -121,7 +121,7 @@ impl FollowedMachine {
             }
             if self.cycle() >= next {
                 // Whatever stopped the machine, its state changes now.
-                self.apply_due_events(deeds, look, seer);
+                self.apply_due_events(input_events, level, probe);
                 if self.cycle() >= until {
                     return StopReason::Limit;
                 }
@@ -139,23 +139,23 @@ impl FollowedMachine {
     /// it. `limit` is a cycle at which sleep ends in any case. Breakpoints are ignored.
     pub fn step(
         &mut self,
-        deeds: &[InputEvent],
+        input_events: &[InputEvent],
         limit: u64,
-        look: ObserveLevel,
-        seer: &mut dyn DynProbe,
+        level: ObserveLevel,
+        probe: &mut dyn DynProbe,
     ) -> StopReason {
-        self.apply_due_events(deeds, look, seer);
+        self.apply_due_events(input_events, level, probe);
         let (start, pc, counted) = (self.cycle(), self.machine.pc(), self.machine.instructions());
-        let mut trapped = false;
+        let mut stopped_at_breakpoint = false;
         loop {
             let before = self.cycle();
-            let next = self.next_event_cycle(deeds);
+            let next = self.next_event_cycle(input_events);
             // Sleep ends at the next action of this history.
             self.machine.set_run_while_halted(self.runs_while_halted || next != u64::MAX);
-            let stop = self.machine.step_until(next.min(limit), look, seer);
+            let stop = self.machine.step_until(next.min(limit), level, probe);
             match stop {
-                StopReason::Breakpoint { pc } if !trapped => {
-                    trapped = true;
+                StopReason::Breakpoint { pc } if !stopped_at_breakpoint => {
+                    stopped_at_breakpoint = true;
                     self.note_arrival(pc);
                     continue;
                 }
@@ -169,7 +169,7 @@ impl FollowedMachine {
             if self.cycle() > before {
                 self.follower_notified = false;
             }
-            self.apply_due_events(deeds, look, seer);
+            self.apply_due_events(input_events, level, probe);
             let moved = self.machine.pc() != pc || self.machine.instructions() != counted;
             // If nothing is ever due, it sleeps cycle by cycle, and the caller can interrupt it in between.
             let endless = next.min(limit) >= LAST_CYCLE && self.cycle() == before + 1;
@@ -185,18 +185,18 @@ impl FollowedMachine {
     /// `limit` is a cycle at which sleep ends in any case.
     pub fn step_to_breakpoint(
         &mut self,
-        deeds: &[InputEvent],
+        input_events: &[InputEvent],
         words: &BTreeSet<u32>,
         limit: u64,
-        look: ObserveLevel,
-        seer: &mut dyn DynProbe,
+        level: ObserveLevel,
+        probe: &mut dyn DynProbe,
     ) -> StopReason {
         let before = self.cycle();
-        let stop = self.machine.step_until(limit.min(self.next_event_cycle(deeds)), look, seer);
+        let stop = self.machine.step_until(limit.min(self.next_event_cycle(input_events)), level, probe);
         if self.cycle() > before {
             (self.follower_notified, self.at_step_end) = (false, false);
         }
-        self.apply_due_events(deeds, look, seer);
+        self.apply_due_events(input_events, level, probe);
         match stop {
             StopReason::Breakpoint { pc } => {
                 self.note_arrival(pc);
@@ -239,15 +239,15 @@ impl FollowedMachine {
     }
 
     /// Returns the cycle of the next action: a run that ends there shows its effect.
-    pub fn next_event_cycle(&self, deeds: &[InputEvent]) -> u64 {
-        deeds.get(self.events_applied).map_or(u64::MAX, |deed| deed.cycle)
+    pub fn next_event_cycle(&self, input_events: &[InputEvent]) -> u64 {
+        input_events.get(self.events_applied).map_or(u64::MAX, |event| event.cycle)
     }
 
     /// Applies the actions that are due up to now.
-    pub fn apply_due_events(&mut self, deeds: &[InputEvent], look: ObserveLevel, seer: &mut dyn DynProbe) {
-        while let Some(deed) = deeds.get(self.events_applied).filter(|deed| deed.cycle <= self.cycle()) {
+    pub fn apply_due_events(&mut self, input_events: &[InputEvent], level: ObserveLevel, probe: &mut dyn DynProbe) {
+        while let Some(event) = input_events.get(self.events_applied).filter(|event| event.cycle <= self.cycle()) {
             // An action that fails had failed when it was first applied, and was not recorded.
-            _ = self.apply(&deed.action, look, seer);
+            _ = self.apply(&event.action, level, probe);
             self.events_applied += 1;
         }
     }
@@ -256,15 +256,15 @@ impl FollowedMachine {
     pub fn apply(
         &mut self,
         action: &UserAction,
-        look: ObserveLevel,
-        seer: &mut dyn DynProbe,
+        level: ObserveLevel,
+        probe: &mut dyn DynProbe,
     ) -> Result<(), DebugError> {
         // The follower is notified of this word first, however the machine got here. A controller updates its
         // inputs only when it runs.
         self.notify_follower();
         let pc = self.machine.pc();
         action.apply(&mut *self.machine)?;
-        self.machine.run(self.cycle(), look, seer);
+        self.machine.run(self.cycle(), level, probe);
         if matches!(action, UserAction::Reset(_)) || self.machine.pc() != pc {
             self.follower_notified = false;
         }
