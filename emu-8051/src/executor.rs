@@ -1,8 +1,8 @@
 //! The hot loop: executes predecoded instructions.
 //!
 //! [`Executor`] holds the registers of the core as plain locals whose address never escapes, so that the
-//! compiler keeps them in host registers. RAM is borrowed. Everything that a body calls is inlined; slow paths
-//! take scalars.
+//! compiler keeps them in host registers. RAM is borrowed. Everything that a body calls is inlined; slow
+//! paths take scalars.
 
 use emu_core::cpu::{Bus, BusEffect, Probe};
 use emu_core::dispatch;

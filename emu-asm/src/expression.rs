@@ -231,8 +231,8 @@ impl AsmExpressionParser<'_> {
         Ok(value)
     }
 
-    /// Reports whether the unary operator has a value behind it. `low` and `BYTE0` without one may be names of
-    /// the program.
+    /// Reports whether the unary operator has a value behind it. `low` and `BYTE0` without one may be names
+    /// of the program.
     fn is_function(&self, rest: &str, token: &str) -> bool {
         let next = rest.get(skip_space(rest, token.len())..).unwrap_or_default();
         if !token.ends_with(|c: char| c.is_ascii_digit()) {

@@ -1,5 +1,5 @@
-//! The text of the disassembler, assembled, gives back the words: random programs of every chip, as one source.
-//! proptest prints the smallest program that fails and its seed.
+//! The text of the disassembler, assembled, gives back the words: random programs of every chip, as one
+//! source. proptest prints the smallest program that fails and its seed.
 
 mod common;
 
@@ -35,8 +35,8 @@ fn program_bytes(chip: &'static Chip, text: &str) -> Result<Vec<u8>, String> {
     Ok(image.bytes_in(chip.hex_spaces[0].name).map(|(_, byte)| byte).collect())
 }
 
-/// Whether the assembler refuses the text of `word` on purpose: AP101 executes such words, but an operand beyond
-/// its zone (E256) or a set input latch (STC I0) is an error in a source.
+/// Whether the assembler refuses the text of `word` on purpose: AP101 executes such words, but an operand
+/// beyond its zone (E256) or a set input latch (STC I0) is an error in a source.
 fn is_refused(chip: &'static Chip, word: u16) -> bool {
     let line = (chip.isa.disassemble)(&[word], 0);
     chip.name == "ap101" && assemble_line(chip, &line.text, 0).is_err()

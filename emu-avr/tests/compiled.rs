@@ -1,5 +1,5 @@
-//! Runs a compiled program, with the start-up code of avr-libc, on every chip. `cargo test -p plcemu-avr --test
-//! compiled -- --ignored`; needs avr-gcc and avr-libc.
+//! Runs a compiled program, with the start-up code of avr-libc, on every chip. `cargo test -p plcemu-avr
+//! --test compiled -- --ignored`; needs avr-gcc and avr-libc.
 
 use std::fs;
 use std::path::Path;

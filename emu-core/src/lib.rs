@@ -1,8 +1,8 @@
 //! The parts that all emulated chips share: the instruction table, the traits for instruction bodies, the
 //! traits [`Cpu`], [`Bus`] and [`Probe`], pins, images, and the data of chips.
 //!
-//! Code for any chip takes a [`Cpu`] and observes it with a [`Probe`], whose hooks cost nothing unless they are
-//! enabled:
+//! Code for any chip takes a [`Cpu`] and observes it with a [`Probe`], whose hooks cost nothing unless they
+//! are enabled:
 //!
 //! ```
 //! use emu_core::{Cpu, Probe};

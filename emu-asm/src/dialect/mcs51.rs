@@ -267,8 +267,8 @@ fn list_of(include: &str) -> Option<&'static (&'static str, &'static str)> {
     LISTS.iter().find(|(spelling, _)| known && *spelling == number)
 }
 
-/// Returns the chip of a register list, `reg52.inc` or `89c4051.mcu`, as the command line spells it. It may be
-/// one that has no row; `None` if the file is no register list.
+/// Returns the chip of a register list, `reg52.inc` or `89c4051.mcu`, as the command line spells it. It may
+/// be one that has no row; `None` if the file is no register list.
 pub(crate) fn chip_of_list(include: &str) -> Option<&'static str> {
     list_of(&include.to_ascii_lowercase()).map(|(_, chip)| *chip)
 }

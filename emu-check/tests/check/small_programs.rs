@@ -1,5 +1,5 @@
-//! Small random programs on all four families: image and evaluator agree. In contrast to `random.rs`, proptest
-//! shrinks a program that fails, and prints the smallest one.
+//! Small random programs on all four families: image and evaluator agree. In contrast to `random.rs`,
+//! proptest shrinks a program that fails, and prints the smallest one.
 
 use crate::common;
 use emu_check::{CheckOptions, check};

@@ -1,5 +1,5 @@
-//! The small main programs of examples/c and ladder-compile/interpreter compile, and those for a computer give the
-//! right output.
+//! The small main programs of examples/c and ladder-compile/interpreter compile, and those for a computer
+//! give the right output.
 
 use std::path::Path;
 use std::process::{Command, Stdio};

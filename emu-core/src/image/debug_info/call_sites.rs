@@ -1,5 +1,5 @@
-//! Values of parameters at the time of a call: `DW_TAG_call_site` and its parameters, and GNU's before DWARF 5
-//! (DWARF 5, section 3.4).
+//! Values of parameters at the time of a call: `DW_TAG_call_site` and its parameters, and GNU's before DWARF
+//! 5 (DWARF 5, section 3.4).
 
 use std::collections::BTreeMap;
 
