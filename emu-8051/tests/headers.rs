@@ -94,9 +94,8 @@ impl Header {
     }
 
     fn of(part: &Mcs51Part) -> Header {
-        let lines = HEADERS.lines().filter_map(|line| line.split_once('|'));
+        let mut lines = HEADERS.lines().filter_map(|line| line.split_once('|'));
         let (_, file) = lines
-            .into_iter()
             .find(|(chips, _)| chips.split_whitespace().any(|chip| chip == part.chip.name))
             .unwrap_or_else(|| panic!("{} has no header", part.chip.name));
         let mut header = Header::default();
