@@ -4,7 +4,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
+use emu_core::Cpu;
+use emu_core::cpu::RamInit;
+use emu_core::image::Image;
 use emu_core::pins::PinId;
+use emu_pic16::Pic16;
 use emu_pic16::chips::{ALIASES, FileSlot, OscillatorMode, PIC16_PARTS, Pic16Part};
 use emu_pic16::periph::map::Sfr;
 
@@ -144,6 +148,67 @@ fn check_bad(part: &Pic16Part, h: &Header, diff: &mut Vec<String>) -> usize {
     let banks = if h.max_ram < 0x100 { 0x100 } else { 0x200 };
     diff.extend(ranges("above MAXRAM", (h.max_ram + 1..banks).filter(|&a| part.file_slot(a) != FileSlot::None)));
     usize::from(h.max_ram) + 1
+}
+
+/// Registers with the bits, in hexadecimal, that do not read as they were written, and why. Sections are of the
+/// reference manual of the family, DS33023.
+const NOT_KEPT: &str = "
+    INDF    | FF | the register that FSR selects; 6.3.2
+    PORTA   | FF | reads pins, and TRISA has the bits; 9.2
+    PORTB   | FF | reads pins, and TRISB has the bits; 9.3
+    PORTC   | FF | reads pins, and TRISC has the bits; 9.4
+    PORTD   | FF | reads pins, and TRISD has the bits; 9.5
+    PORTE   | FF | reads pins, and TRISE has the bits; 9.6
+    TRISA   | E0 | the header of the 16C84 names no bits; DS30445 section 5.1
+    TRISE   | C0 | IBF and OBF are read-only; 9.6
+    PCLATH  | E0 | five bits, without names in the headers; 6.2.2
+    PIR1    | 30 | RCIF and TXIF are read-only; 8.2
+    T1CON   | 40 | T1RUN is read-only; DS30487 register 7-1
+    RCSTA   | 07 | FERR, OERR and RX9D are read-only; 18.2
+    RCREG   | FF | read-only; 18.2
+    SSPSTAT | 3F | only SMP and CKE can be written; 17.2
+    ADCON0  | 04 | GO is not set by the write that sets ADON; 23.2
+    CMCON   | C0 | C1OUT and C2OUT are read-only; 20.2
+    EEDATH  | C0 | a program word has 14 bits; DS30292 section 4.3
+    EEADRH  | FC | the high bits of a program address, without names in the headers; DS30292 section 4.1
+    EECON1  | 03 | RD ends at once, and WR needs its sequence; 7.2
+    EECON2  | FF | not a physical register; 7.2
+";
+
+/// The bits of the register at `addr` that can be read as ones after a write of ones or of zeros to a copy of
+/// `fresh`.
+fn kept_bits(fresh: &Pic16, addr: u16) -> u8 {
+    [0x00, 0xFF].into_iter().fold(0, |seen, value| {
+        let mut cpu = fresh.clone();
+        cpu.poke("data", addr.into(), value);
+        seen | cpu.peek("data", addr.into()).unwrap_or(0)
+    })
+}
+
+/// Every register keeps the bits that the header names, except those in `NOT_KEPT`, and reads the others as
+/// 0; `used` collects the rows of `NOT_KEPT` that apply.
+fn check_masks(part: &'static Pic16Part, h: &Header, used: &mut BTreeSet<String>, diff: &mut Vec<String>) -> usize {
+    let fresh = Pic16::new(&part.chip, &Image::default(), RamInit::Zero);
+    for &(addr, sfr) in part.sfr {
+        let name = part.chip.regs.iter().find(|reg| Some(reg.addr) == part.addr(sfr)).expect("a name").name;
+        let named = h.bits.get(name).map(|bits| bits.values().fold(0, |mask, &bit| mask | 1 << bit));
+        let (theirs, ours) = (named.unwrap_or(0xFF), kept_bits(&fresh, addr));
+        let row = not_kept().find(|row| row.0 == name);
+        used.extend(row.filter(|_| ours != theirs).map(|row| row.0.to_owned()));
+        if ours & !theirs != 0 || theirs & !ours & !row.map_or(0, |row| row.1) != 0 {
+            diff.push(format!("mask {name} {theirs:02X}, ours {ours:02X}"));
+        }
+    }
+    part.sfr.len()
+}
+
+/// The rows of `NOT_KEPT`: register and bits. Every row has a reason.
+fn not_kept() -> impl Iterator<Item = (&'static str, u8)> {
+    NOT_KEPT.lines().filter(|line| !line.trim().is_empty()).map(|line| {
+        let &[name, bits, why] = &line.split('|').map(str::trim).collect::<Vec<_>>()[..] else { panic!("{line}") };
+        assert!(why.contains(';') || why.contains("read-only"), "{line}");
+        (name, u8::from_str_radix(bits, 16).expect("bits"))
+    })
 }
 
 /// Returns the number of words that a name such as `_WRT_PROTECT_256` or `_WRT_HALF` protects; the argument
@@ -305,7 +370,7 @@ fn rows_are_what_the_headers_say() {
         assert_eq!(cells.len(), 3, "{line}");
         assert!(expected.insert((cells[0].into(), cells[1].into())), "twice: {line}");
     }
-    let (mut found, mut counts) = (BTreeSet::new(), [0; 6]);
+    let (mut found, mut counts, mut used) = (BTreeSet::new(), [0; 7], BTreeSet::new());
     let known: BTreeSet<String> =
         PIC16_PARTS.iter().flat_map(|part| header(part.chip.name).config.into_keys()).collect();
     for part in PIC16_PARTS {
@@ -316,20 +381,22 @@ fn rows_are_what_the_headers_say() {
         counts[3] += check_config(part, &h, &mut diff);
         counts[4] += check_linker(part, &mut diff);
         counts[5] += check_names(part, &h, &known, &mut diff);
+        counts[6] += check_masks(part, &h, &mut used, &mut diff);
         found.extend(diff.into_iter().map(|d| (part.chip.name.to_string(), d)));
     }
-    let [regs, bits, addrs, config, lines, names] = counts;
+    let [regs, bits, addrs, config, lines, names, masks] = counts;
     println!(
         "{} chips: {regs} registers, {bits} bits, {addrs} addresses, {config} configuration values, {lines} lines of linker \
-         scripts, {names} names; {} differences that are the files' faults",
+         scripts, {names} names, {masks} masks; {} differences that are the files' faults",
         PIC16_PARTS.len(),
         found.len()
     );
+    assert_eq!(used, not_kept().map(|row| row.0.to_owned()).collect(), "rows of NOT_KEPT without a difference");
     let new: Vec<_> = found.difference(&expected).collect();
     let gone: Vec<_> = expected.difference(&found).collect();
     assert!(new.is_empty() && gone.is_empty(), "not in the list: {new:#?}\nno longer there: {gone:#?}");
     assert!(
-        regs > 700 && bits > 3000 && addrs > 8000 && config > 700 && lines > 250 && names > 3700,
+        regs > 700 && bits > 3000 && addrs > 8000 && config > 700 && lines > 250 && names > 3700 && masks > 900,
         "too little was read"
     );
 }

@@ -15,7 +15,7 @@
 mod device;
 mod kind;
 
-pub use self::kind::{ExternalKind, ExternalRegister};
+pub use self::kind::{ExternalKind, ExternalRegister, ExternalSense};
 use emu_core::NEVER;
 use emu_core::state;
 
