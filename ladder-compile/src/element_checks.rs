@@ -29,7 +29,7 @@ pub fn unsupported_elements(program: &LadderProgram, target: Option<&CompileTarg
             let chip = target.chip.name;
             if let Some(part) = facts.part.filter(|part| !has_part(target, *part)) {
                 let cause = format!("{}: {chip} has no {}", facts.keyword, part.text());
-                error(codes::LACKS, cause, "take a chip that has one");
+                error(codes::LACKS, cause, "take a chip that has one, such as atmega328p or pic16f877");
             } else if needed > u32::from(target.eeprom) {
                 let cause = format!("PERSIST needs cells up to {needed} of the EEPROM, {chip} has {}", target.eeprom);
                 error(codes::LACKS, cause, "keep fewer variables");

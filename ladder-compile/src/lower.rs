@@ -73,6 +73,7 @@ pub fn lower_with_modules(program: &LadderProgram, modules: bool) -> Ir {
     lower.set_up_ports();
     lower.set_up_peripherals();
     lower.preset_off_delays();
+    lower.plan_pulse_trains();
     for (number, rung) in program.rungs.iter().enumerate() {
         lower.element = ElementId { rung: number as u32, index: 0 };
         lower.next = 0;
@@ -113,6 +114,8 @@ struct Lowering<'a> {
     after_first_scan: Option<BitId>,
     /// TOF elements that are preset before the rungs.
     preset_timers: Vec<ElementId>,
+    /// For each NPULSE: the words of its pulses that are left.
+    trains: HashMap<ElementId, WordId>,
     /// State of transmitter and EEPROM, if the program uses them.
     transmitter_busy: Option<TransmitterBusy>,
     /// The byte that was received, and whether it waits, if the program tests that.
@@ -151,6 +154,7 @@ impl<'a> Lowering<'a> {
             duty: None,
             after_first_scan: None,
             preset_timers: Vec::new(),
+            trains: HashMap::new(),
             transmitter_busy: None,
             received: None,
             eeprom_busy: None,
@@ -387,11 +391,14 @@ impl<'a> Lowering<'a> {
             Element::PiecewiseLinear { dest, index, points } => self.piecewise(dest, index, points),
             Element::ReadAdc { name, .. } => self.read_adc(name),
             Element::SetPwm { duty, .. } => self.set_pwm(duty),
-            Element::UartSend { name, .. } => self.send(name),
-            Element::UartRecv { name, .. } => self.receive(name),
+            Element::UartSend { name, rest } => self.send(name, rest.map_or(1, |(bytes, _)| bytes)),
+            Element::UartRecv { name, rest } => self.receive(name, rest.map_or(1, |(bytes, _)| bytes)),
             Element::UartRecvAvail => self.test_received(),
             Element::UartSendReady => self.test_transmitter(),
-            Element::Pulser { .. } | Element::Stepper { .. } | Element::QuadEncod { .. } => self.pulse_element(element),
+            Element::NpulseOff => self.stop_pulses(),
+            Element::Pulser { .. } | Element::Npulse { .. } | Element::Stepper { .. } | Element::QuadEncod { .. } => {
+                self.pulse_element(element)
+            }
             Element::FormattedString { var, text, quoted } => self.send_string(var.as_deref(), text, *quoted),
             Element::Persist { name } => self.persist(name),
             // SHORT passes power, COMMENT has no effect, and the checks refuse PLACEHOLDER.

@@ -8,7 +8,7 @@ pub(crate) use crate::element_op::{ElementOp, ValueSource};
 use crate::flow_steps::{FlowStep, ParallelGroup, ScanPosition};
 use crate::peripheral_state::{FormattedText, PeripheralState, PiecewiseCurve};
 use crate::ports::FlatPort;
-use crate::pulse_ops::{EncoderState, FlatEncoder, FlatPulser, FlatStepper, PulserState};
+use crate::pulse_ops::{EncoderState, FlatEncoder, FlatNpulse, FlatPulser, FlatStepper, NpulseState, PulserState};
 
 /// A program with its names resolved: its steps index its lists and the values of the state.
 #[derive(Debug, Default)]
@@ -36,6 +36,8 @@ pub(crate) struct FlatProgram {
     pub adc_symbols: Vec<u32>,
     /// The PULSER elements.
     pub pulsers: Vec<FlatPulser>,
+    /// The NPULSE elements.
+    pub npulses: Vec<FlatNpulse>,
     /// The STEPPER elements.
     pub steppers: Vec<FlatStepper>,
     /// The QUAD_ENCOD elements.
@@ -46,6 +48,8 @@ pub(crate) struct FlatProgram {
     pub pwm_hz: Option<u32>,
     /// Number of scans that a byte takes on the serial line.
     pub scans_per_byte: u32,
+    /// Number of UART_SEND and UART_RECV of several bytes.
+    pub transfers: u32,
     /// Number of scans that writing one byte to the EEPROM takes.
     pub scans_per_eeprom_write: u32,
     /// Number of EEPROM cells in use.
@@ -89,6 +93,8 @@ pub(crate) struct ScanState {
     /// State of each PULSER and of each QUAD_ENCOD.
     pub pulsers: Vec<PulserState>,
     pub encoders: Vec<EncoderState>,
+    /// State of each NPULSE.
+    pub npulses: Vec<NpulseState>,
     /// For each port: the latch when it and the outputs were last equal.
     latches: Vec<u8>,
     /// Memory bits of elements: the previous rung bit, or a flag that the element has run once.
@@ -113,6 +119,7 @@ impl ScanState {
             seeds: vec![1; code.seeds as usize],
             is_locked: false,
             pulsers: vec![PulserState::default(); code.pulsers.len()],
+            npulses: vec![NpulseState::default(); code.npulses.len()],
             encoders: vec![EncoderState::default(); code.encoders.len()],
             latches: vec![0; code.ports.len()],
             memories: vec![false; code.memories as usize],
@@ -312,9 +319,13 @@ impl ScanState {
             ElementOp::Available => rung & self.parts.received_byte.is_some(),
             ElementOp::Ready => rung & (self.parts.transmitter_busy_scans == 0),
             ElementOp::Pulser { pulser } => self.pulse(code, pulser, rung),
+            ElementOp::Npulse { npulse } => self.pulse_at(code, npulse, rung),
             ElementOp::Stepper { stepper, each } => self.step_motor(code, stepper, each, rung),
             ElementOp::Encoder { encoder } => self.count_steps(code, encoder, rung),
             ElementOp::Send { src } => self.parts.send(code, self.read_symbol(src), rung),
+            ElementOp::SendBytes { src, bytes, transfer } => {
+                self.parts.send_bytes(code, (transfer, bytes), self.read_symbol(src), rung)
+            }
             ElementOp::Text { text } => self.parts.send_text(code, text as usize, &self.values, rung),
             // The edge memory is updated in every scan, whether or not the rung is true.
             ElementOp::Shift { stages, memory } => {
@@ -331,6 +342,17 @@ impl ScanState {
                 byte.is_some()
             }
             _ if !rung => false,
+            ElementOp::ReceiveBytes { dest, bytes, transfer } => {
+                let whole = self.parts.receive_bytes(transfer, bytes);
+                if let Some(value) = whole {
+                    self.store(code, dest, value);
+                }
+                whole.is_some()
+            }
+            ElementOp::NpulseOff => {
+                self.npulses.fill(NpulseState::default());
+                true
+            }
             ElementOp::Move { dest, src } => {
                 self.store(code, dest, self.read_value(src).into());
                 true

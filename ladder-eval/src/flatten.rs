@@ -243,7 +243,8 @@ impl FlatBuilder<'_> {
             }
             Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => ElementOp::Short,
             Element::Flow { .. } | Element::Return | Element::Lock => ElementOp::Flow(self.flow_step(element)?),
-            Element::Pulser { .. } | Element::Stepper { .. } | Element::QuadEncod { .. } => {
+            Element::NpulseOff => ElementOp::NpulseOff,
+            Element::Pulser { .. } | Element::Npulse { .. } | Element::Stepper { .. } | Element::QuadEncod { .. } => {
                 pulse_ops::pulse_op(self, element)?
             }
             Element::ShiftRegister { .. }

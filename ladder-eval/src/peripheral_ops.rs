@@ -54,23 +54,29 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
             ElementOp::SetPwm { duty: builder.operand_source(duty)? }
         }
         Element::UartRecvAvail => {
-            check_serial(builder, None)?;
+            check_serial(builder)?;
             ElementOp::Available
         }
         Element::UartSendReady => {
-            check_serial(builder, None)?;
+            check_serial(builder)?;
             ElementOp::Ready
         }
         Element::UartSend { name, rest } => {
-            check_serial(builder, *rest)?;
-            ElementOp::Send { src: builder.integer_index(name)? }
+            let src = builder.integer_index(name)?;
+            match check_transfer(builder, src, rest.unwrap_or((1, 0)), true)? {
+                1 => ElementOp::Send { src },
+                bytes => ElementOp::SendBytes { src, bytes, transfer: new_transfer(builder) },
+            }
         }
         Element::UartRecv { name, rest } => {
-            check_serial(builder, *rest)?;
-            ElementOp::Receive { dest: builder.integer_index(name)? }
+            let dest = builder.integer_index(name)?;
+            match check_transfer(builder, dest, rest.unwrap_or((1, 0)), false)? {
+                1 => ElementOp::Receive { dest },
+                bytes => ElementOp::ReceiveBytes { dest, bytes, transfer: new_transfer(builder) },
+            }
         }
         Element::FormattedString { var, text, quoted } => {
-            check_serial(builder, None)?;
+            check_serial(builder)?;
             let pieces = format::split_format_string(text, *quoted)?;
             let var = var.as_deref().map(|name| builder.integer_index(name)).transpose()?;
             if pieces.iter().any(|p| matches!(p, StringPiece::Digit { .. })) != var.is_some() {
@@ -157,11 +163,31 @@ fn check_pwm(
     Ok(())
 }
 
-/// Checks the serial line: one byte per element, no waiting, and a rate in BAUD=.
-fn check_serial(builder: &mut FlatBuilder<'_>, rest: Option<(u32, u32)>) -> Result<(), UnsupportedReason> {
-    if let Some((bytes, wait)) = rest.filter(|rest| *rest != (1, 0)) {
-        return Err(UnsupportedReason::UnsupportedSerialTransfer { bytes, wait });
+/// Index of the state of another UART_SEND or UART_RECV of several bytes.
+fn new_transfer(builder: &mut FlatBuilder<'_>) -> u32 {
+    builder.code.transfers += 1;
+    builder.code.transfers - 1
+}
+
+/// The number of bytes that an element of the serial line transfers; fails if it waits, or has too many for its symbol.
+fn check_transfer(
+    builder: &mut FlatBuilder<'_>,
+    symbol: u32,
+    (bytes, wait): (u32, u32),
+    sends: bool,
+) -> Result<u8, UnsupportedReason> {
+    check_serial(builder)?;
+    let five = builder.program.dialect == LadderDialect::Ldmicro5;
+    let waits = wait != 0 && (sends || bytes > 1 || !five);
+    let most = if five { builder.integer_bytes(symbol) } else { 1 };
+    match u8::try_from(bytes) {
+        Ok(bytes) if !waits && (1..=most).contains(&bytes) => Ok(bytes),
+        _ => Err(UnsupportedReason::UnsupportedSerialTransfer { bytes, wait, most }),
     }
+}
+
+/// Checks the serial line, which needs a rate in BAUD=.
+fn check_serial(builder: &mut FlatBuilder<'_>) -> Result<(), UnsupportedReason> {
     let baud = builder.program.settings.baud.filter(|baud| *baud > 0);
     let baud = baud.ok_or(UnsupportedReason::NoBaudRate)?;
     let scans = BYTE_BITS_US.div_ceil(u128::from(baud) * u128::from(builder.cycle_us()?));

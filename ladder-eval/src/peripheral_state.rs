@@ -66,6 +66,8 @@ pub(crate) struct PeripheralState {
     pub eeprom: Vec<u8>,
     /// Number of scans until the current EEPROM write is complete.
     pub eeprom_busy_scans: u32,
+    /// For each UART_SEND and UART_RECV of several bytes: those that wait for their turn, or that have come.
+    transfers: Vec<Vec<u8>>,
     /// State of each FORMATTED_STRING.
     texts: Vec<TextTransmission>,
 }
@@ -81,6 +83,7 @@ impl PeripheralState {
             received_byte: None,
             eeprom: vec![0xFF; code.eeprom_cells as usize],
             eeprom_busy_scans: 0,
+            transfers: vec![Vec::new(); code.transfers as usize],
             texts: code
                 .texts
                 .iter()
@@ -108,6 +111,35 @@ impl PeripheralState {
             self.transmit(code, value as u8);
         }
         self.transmitter_busy_scans > 0
+    }
+
+    /// Executes UART_SEND of several bytes: a true rung begins if nothing is left, and each free scan sends a byte of the
+    /// value as it is then. Returns whether the transmitter is busy.
+    pub(crate) fn send_bytes(&mut self, code: &FlatProgram, (at, bytes): (u32, u8), value: i32, rung: bool) -> bool {
+        let mut left = std::mem::take(&mut self.transfers[at as usize]);
+        if rung && left.is_empty() {
+            left = (0..bytes).rev().collect();
+        }
+        if self.transmitter_busy_scans == 0
+            && let Some(number) = left.pop()
+        {
+            self.transmit(code, (value >> (8 * number)) as u8);
+        }
+        self.transfers[at as usize] = left;
+        self.transmitter_busy_scans > 0
+    }
+
+    /// Executes UART_RECV of several bytes on a true rung: the number that they make, once all have come.
+    pub(crate) fn receive_bytes(&mut self, at: u32, bytes: u8) -> Option<i64> {
+        let byte = self.take_received();
+        let come = &mut self.transfers[at as usize];
+        come.extend(byte);
+        if come.len() < usize::from(bytes) {
+            return None;
+        }
+        let number = come.drain(..).rev().fold(0, |number, byte| number << 8 | i64::from(byte));
+        let spare = 64 - 8 * u32::from(bytes);
+        Some(number << spare >> spare)
     }
 
     /// Takes the received byte, if one waits.

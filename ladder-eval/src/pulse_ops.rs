@@ -1,4 +1,4 @@
-//! PULSER, STEPPER and QUAD_ENCOD (5.13).
+//! PULSER, NPULSE, STEPPER and QUAD_ENCOD (5.13).
 
 use ladder::{Element, LadderOperand, stepper_counters};
 
@@ -26,6 +26,23 @@ pub(crate) struct PulserState {
     /// Scans that are left of both.
     ones: i16,
     zeros: i16,
+}
+
+/// An NPULSE: operand, scans of half a pulse, and the symbol of its coil.
+#[derive(Debug)]
+pub(crate) struct FlatNpulse {
+    count: ValueSource,
+    half: u32,
+    coil: u32,
+}
+
+/// State of an NPULSE.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct NpulseState {
+    /// Pulses that are left, with the one that runs.
+    left: i32,
+    /// Scans of this pulse that have passed.
+    passed: u32,
 }
 
 /// A STEPPER.
@@ -71,6 +88,22 @@ pub(crate) fn pulse_op(builder: &mut FlatBuilder<'_>, element: &Element) -> Resu
             };
             builder.code.pulsers.push(pulser);
             ElementOp::Pulser { pulser: builder.code.pulsers.len() as u32 - 1 }
+        }
+        Element::Npulse { count, hertz, coil } => {
+            let cycle_us = builder.cycle_us()?;
+            let hertz = match hertz {
+                LadderOperand::Const { value, .. } => u64::try_from(*value).unwrap_or(0),
+                LadderOperand::Var(_) => 0,
+            };
+            let half = 500_000_u64.checked_div(hertz.saturating_mul(cycle_us)).filter(|half| *half > 0);
+            let half = half.and_then(|half| u32::try_from(half).ok());
+            let npulse = FlatNpulse {
+                count: builder.operand_source(count)?,
+                half: half.ok_or(UnsupportedReason::BadPulseFrequency { cycle_us })?,
+                coil: builder.bit_index(coil)?,
+            };
+            builder.code.npulses.push(npulse);
+            ElementOp::Npulse { npulse: builder.code.npulses.len() as u32 - 1 }
         }
         Element::Stepper { name, max, period, graph, coil, .. } => {
             require_absent_or_zero("acceleration", Some(*graph))?;
@@ -131,6 +164,25 @@ impl ScanState {
         }
         self.values[of.coil as usize] = i32::from(one);
         self.pulsers[pulser as usize] = now;
+        runs
+    }
+
+    /// Executes an NPULSE: true while it has pulses left.
+    pub(crate) fn pulse_at(&mut self, code: &FlatProgram, npulse: u32, rung: bool) -> bool {
+        let of = &code.npulses[npulse as usize];
+        let mut now = self.npulses[npulse as usize];
+        if rung && now.left < 1 {
+            now = NpulseState { left: self.read_value(of.count), passed: 0 };
+        }
+        let runs = now.left >= 1;
+        self.values[of.coil as usize] = i32::from(runs && now.passed < of.half);
+        if runs {
+            now.passed += 1;
+            if now.passed == 2 * of.half {
+                now = NpulseState { left: now.left - 1, passed: 0 };
+            }
+        }
+        self.npulses[npulse as usize] = now;
         runs
     }
 

@@ -163,6 +163,12 @@ pub enum UnsupportedReason {
     /// The frequency of SET_PWM is 0, too large, or a variable.
     #[error("its frequency is no constant of at least 1 Hz")]
     BadPwmFrequency,
+    /// The frequency of NPULSE is a variable, 0, or too high for scans.
+    #[error("half a pulse of NPULSE must take at least one scan of {cycle_us} us, and the frequency be constant")]
+    BadPulseFrequency {
+        /// Time of a scan in microseconds.
+        cycle_us: u64,
+    },
     /// The resolution of SET_PWM is not percent.
     #[error("the resolution `{resolution}` has no meaning here; wanted 0-100")]
     UnknownResolution {
@@ -172,13 +178,15 @@ pub enum UnsupportedReason {
     /// Two SET_PWM have different settings, but the program has only one PWM output.
     #[error("another SET_PWM of the program has another frequency or output, and there is one output")]
     ConflictingPwm,
-    /// An element of the serial line transfers several bytes, or waits.
-    #[error("{bytes} byte(s) with wait {wait} have no meaning here; wanted 1 and 0")]
+    /// An element of the serial line transfers more bytes than its integer has, or waits.
+    #[error("{bytes} byte(s) with wait {wait} have no meaning here; wanted 1 to {most} without waiting")]
     UnsupportedSerialTransfer {
         /// Number of bytes to transfer.
         bytes: u32,
         /// Wait flag; 0 means no.
         wait: u32,
+        /// Most bytes that the integer allows.
+        most: u8,
     },
     /// The serial line has no rate, because BAUD= is missing or 0.
     #[error("the serial line has no rate: BAUD= is missing or 0")]

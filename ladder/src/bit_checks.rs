@@ -22,7 +22,18 @@ pub(crate) fn check_bit_element(checker: &mut Checker<'_>, at: CheckedElement<'_
                 && !(0..=bits).contains(value)
             {
                 let cause = format!("a shift by {value} bits of {bits}");
-                let hint = format!("write a count from 0 to {bits}, or give it in a variable");
+                let hint = match (src, *value) {
+                    (_, ..=-1) => {
+                        "write the opposite shift with a positive count, such as SHR in place of SHL".to_owned()
+                    }
+                    (LadderOperand::Var(name), 1..=32) if bits < 32 => {
+                        format!("write a count from 0 to {bits}, or `{} bytes {name}` in VAR LIST", (value + 7) / 8)
+                    }
+                    (LadderOperand::Var(_), _) => format!("write a count from 0 to {bits}; MOVE 0 clears all bits"),
+                    (LadderOperand::Const { .. }, _) => {
+                        format!("write a count from 0 to {bits}, or MOVE the number to a wider variable first")
+                    }
+                };
                 checker.error(codes::SHIFT_COUNT, at, cause, hint);
             }
             match op {

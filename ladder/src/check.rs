@@ -6,7 +6,9 @@ use crate::bit_checks;
 use crate::codes;
 use crate::flow_checks;
 use crate::integer_widths::{self, IntegerWidths};
-use crate::model::{Element, ElementId, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode, TimerKind};
+use crate::model::{
+    Element, ElementId, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode, SegmentDisplay, TimerKind,
+};
 use crate::packages;
 use crate::peripheral_checks;
 use crate::program_checks;
@@ -182,6 +184,8 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
         | Element::UartSendReady
         | Element::Stepper { .. }
         | Element::Pulser { .. }
+        | Element::Npulse { .. }
+        | Element::Segments { display: SegmentDisplay::Sixteen, .. }
         | Element::FormattedString { .. } => peripheral_checks::check_peripheral_element(checker, at),
         Element::Comment(_)
         | Element::Contacts { .. }
@@ -207,24 +211,29 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
         | Element::Return
         | Element::Compare { .. }
         | Element::ShiftRegister { .. }
+        | Element::NpulseOff
         | Element::QuadEncod { .. }
         | Element::Persist { .. } => {}
     }
 }
 
-/// Refuses an argument whose value differs from the value that an omitted argument has.
-pub(crate) fn check_default_argument(checker: &mut Checker<'_>, at: CheckedElement<'_>, what: &str) {
-    let cause = match checker.program.dialect {
-        LadderDialect::Ldmicro23 => format!("{what} has a meaning in LDmicro 5 only"),
-        LadderDialect::Ldmicro5 => format!("{what} has no meaning here"),
+/// Refuses an argument whose value differs from the value that an omitted argument has; in ldmicro-5 the hint says what to
+/// write in its place.
+pub(crate) fn check_default_argument(checker: &mut Checker<'_>, at: CheckedElement<'_>, what: &str, hint: &str) {
+    let (cause, hint) = match checker.program.dialect {
+        LadderDialect::Ldmicro23 => (format!("{what} has a meaning in LDmicro 5 only"), IN_LDMICRO5),
+        LadderDialect::Ldmicro5 => (format!("{what} has no meaning here"), hint),
     };
-    checker.error(codes::ARGUMENT_LDMICRO5, at, cause, "leave the argument out");
+    checker.error(codes::ARGUMENT_LDMICRO5, at, cause, hint);
 }
+
+/// What to do with an argument of LDmicro 5 in a program of release 2.3.
+const IN_LDMICRO5: &str = "leave the argument out, or read the program with --dialect ldmicro-5";
 
 /// Refuses an argument that has a meaning in dialect ldmicro-5 only, if the program has dialect 2.3.
 fn refuse_in_dialect_23(checker: &mut Checker<'_>, at: CheckedElement<'_>, what: &str) {
     if checker.program.dialect == LadderDialect::Ldmicro23 {
-        check_default_argument(checker, at, what);
+        check_default_argument(checker, at, what, IN_LDMICRO5);
     }
 }
 
@@ -237,7 +246,11 @@ fn check_timer(
     adjust: Option<&LadderOperand>,
 ) {
     match adjust {
-        Some(LadderOperand::Var(_)) => check_default_argument(checker, at, "a variable as the adjust"),
+        Some(LadderOperand::Var(_)) => {
+            let hint =
+                "write the adjust as a number of scans, such as 0, or use a variable as the delay, which counts scans";
+            check_default_argument(checker, at, "a variable as the adjust", hint);
+        }
         // Release 2.3 subtracts one scan from every delay; LDmicro 5 writes this as an adjust of -1.
         Some(LadderOperand::Const { value, .. }) if *value != -1 => {
             refuse_in_dialect_23(checker, at, "an adjust other than -1")

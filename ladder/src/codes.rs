@@ -99,7 +99,7 @@ diag::codes! {
     NOT_RISING "LD109" "the x values of PIECEWISE_LINEAR do not rise"
         "The element searches the points from left to right, so each x must be greater than the previous one.";
     ARGUMENT_LDMICRO5 "LD110" "an argument that only LDmicro 5 understands"
-        "Every dialect accepts the longer argument lists, but in ldmicro-2.3 their values must match the behaviour of release 2.3: adjust -1, start value 0 on rising edges, constants for delays and limits, one byte without waiting. In ldmicro-5 a variable as the adjust, the reference of READ_ADC, the resolution of SET_PWM, and other numbers of bytes than one have no meaning here.";
+        "Every dialect accepts the longer argument lists, but in ldmicro-2.3 their values must match the behaviour of release 2.3: adjust -1, start value 0 on rising edges, constants for delays and limits, one byte without waiting. In ldmicro-5 a variable as the adjust, the reference of READ_ADC, the resolution of SET_PWM, more bytes than the integer has, and waiting for bytes have no meaning here. The hint says what to write in their place.";
     STRING_ESCAPE "LD111" "an invalid escape in FORMATTED_STRING"
         "A backslash begins one of \\r \\n \\b \\f \\t \\v \\a \\\\, \\x with two hexadecimal digits, or the place of a number: \\1 to \\5 for as many digits, \\-1 to \\-5 for a sign and as many digits. A text may contain one number. A character that code page 1252 does not have is not a single byte.";
     STRING_VARIABLE "LD112" "FORMATTED_STRING and its variable do not fit"
@@ -134,6 +134,8 @@ diag::codes! {
         "SET_BIT and CLEAR_BIT of a bit beyond the width of the integer, or of a negative number, do nothing. IF_BIT_SET and IF_BIT_CLEAR read the sign there, and 0 for a negative number.";
     OUTPUTS_DIFFER "LD130" "outputs of LDmicro 5 disagree about this element"
         "A note: LDmicro 5's simulator, C, AVR and PIC code handle this element differently. The message names those that differ from emu.";
+    PULSE_FREQUENCY "LD131" "a frequency that NPULSE cannot make"
+        "The pulses of NPULSE change from scan to scan, so half a pulse takes at least one scan: the frequency is a constant from 1 Hz to 500000 / CYCLE=. LDmicro 5 has a timer for it on some AVR chips, and refuses the element on PIC and in C. For a faster signal use SET_PWM, which has a timer of its own.";
     NO_TARGET "LD150" "a jump or a call leads nowhere"
         "GOTO takes the name of a LABEL or the number of a rung, from 1; a number beyond the last rung is the end of the scan. GOSUB takes the name of a subprogram, which begins with SUBPROG and ends with ENDSUB.";
     LABEL_TWICE "LD151" "a label or subprogram twice"

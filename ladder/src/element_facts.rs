@@ -201,6 +201,7 @@ impl Element {
                     || input.is_some_and(|kind| kind != '/')
             }
             Element::SetPwm { output, .. } => output.is_some(),
+            Element::UartRecv { rest, .. } | Element::UartSend { rest, .. } => rest.is_some_and(|rest| rest != (1, 0)),
             Element::Move { src, .. } => is_wide_hex(src),
             Element::Math { op1, op2, .. } | Element::Compare { op1, op2, .. } => is_wide_hex(op1) || is_wide_hex(op2),
             // The other arguments of LDmicro 5 say nothing new, or have no meaning here.
@@ -327,8 +328,9 @@ impl Element {
             Element::SetPwm { duty, hertz, output: _ } => {
                 row("SET_PWM", Acts).operand(duty).argument(hertz).uses_part(ChipPart::Pwm)
             }
-            Element::UartRecv { name, rest: _ } => {
-                row("UART_RECV", Decides).writes(name, Variable, Passing).uses_part(ChipPart::Receiver)
+            Element::UartRecv { name, rest } => {
+                let row = row("UART_RECV", Decides).writes(name, Variable, Passing).uses_part(ChipPart::Receiver);
+                if rest.is_some_and(|(bytes, _)| bytes > 1) { row.with_memory() } else { row }
             }
             Element::UartSend { name, rest: _ } => {
                 row("UART_SEND", Decides).with_memory().reads(name, Variable).uses_part(ChipPart::Transmitter)
@@ -340,6 +342,13 @@ impl Element {
                 let row = [high, low, accel, count].into_iter().fold(row, ElementFacts::operand);
                 row.writes(coil, kind_by_letter(coil), Always)
             }
+            Element::Npulse { count, hertz, coil } => row("NPULSE", Decides)
+                .with_memory()
+                .ldmicro5()
+                .operand(count)
+                .argument(hertz)
+                .writes(coil, kind_by_letter(coil), Always),
+            Element::NpulseOff => row("NPULSE_OFF", Acts).ldmicro5(),
             Element::Stepper { name, max, period, size: _, graph: _, coil } => {
                 let [left, scans] = crate::pulse_elements::stepper_counters(name);
                 row("STEPPER", Decides)

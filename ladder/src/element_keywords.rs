@@ -8,7 +8,7 @@ pub(crate) const ANY_COUNT: usize = usize::MAX;
 
 /// All elements that the reader accepts.
 #[rustfmt::skip]
-pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 86] = [
+pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 90] = [
     ("COMMENT",          0, ANY_COUNT, "COMMENT text"),
     ("CONTACTS",         2, 3,   "CONTACTS name negated [set1]"),
     ("COIL",             4, 5,   "COIL name negated set reset [ttrigger]"),
@@ -67,6 +67,8 @@ pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 86] = [
     ("RETURN",           0, 0,   "RETURN"),
     ("7SEGMENTS",        3, 3,   "7SEGMENTS dest source C or A"),
     ("9SEGMENTS",        3, 3,   "9SEGMENTS dest source C or A"),
+    ("14SEGMENTS",       3, 3,   "14SEGMENTS dest source C or A"),
+    ("16SEGMENTS",       3, 3,   "16SEGMENTS dest source C or A"),
     ("TIME2COUNT",       2, 2,   "TIME2COUNT dest microseconds"),
     ("TIME2DELAY",       2, 2,   "TIME2DELAY dest microseconds"),
     ("RANDOM",           1, 1,   "RANDOM dest"),
@@ -92,15 +94,35 @@ pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 86] = [
     ("UART_SEND_READY",  0, 0,   "UART_SEND_READY"),
     ("PULSER",           5, 5,   "PULSER high low accel count coil"),
     ("STEPPER",          6, 6,   "STEPPER name max period size graph coil"),
+    ("NPULSE",           3, 3,   "NPULSE count hertz coil"),
+    ("NPULSE_OFF",       0, 0,   "NPULSE_OFF"),
     ("QUAD_ENCOD",       8, 8,   "QUAD_ENCOD counter interrupt A B Z dir kind turn"),
     ("PERSIST",          1, 1,   "PERSIST name"),
     ("FORMATTED_STRING", 2, ANY_COUNT, "FORMATTED_STRING name length c0 c1 .. or FORMATTED_STRING name \"text\" (name or (none))"),
 ];
 
-/// Elements of LDmicro 5 that are not supported.
+const TEXT_VARIABLE: &str = "a variable holds a number here, not a text";
+const NO_BUS: &str = "no bus of the chip is driven";
+const BY_BITS: &str =
+    "shift the bits out yourself: IF_BIT_SET and COIL for the data, OSC and COIL for the clock, one bit a scan";
+const BY_SERIAL_LINE: &str = "use the serial line: UART_SEND and UART_RECV of 1 to 4 bytes, or an expander with a UART";
+const FORMATTED: &str = "send the text with FORMATTED_STRING name \"text\", where \\5 is the place of the number";
+
+/// Elements of LDmicro 5 that are not supported: keyword, reason, and the nearest thing that works.
 #[rustfmt::skip]
-pub(crate) const UNSUPPORTED_KEYWORDS: [&str; 18] = [
-    "NPULSE", "NPULSE_OFF", "14SEGMENTS", "16SEGMENTS", "STRING", "SPI", "SPI_WR", "I2C_RD", "I2C_WR",
-    "UART_RECVn", "UART_SENDn", "CPRINTF", "SPRINTF", "FPRINTF", "PRINTF", "I2C_PRINTF", "ISP_PRINTF",
-    "UART_PRINTF",
+pub(crate) const UNSUPPORTED_KEYWORDS: [(&str, &str, &str); 14] = [
+    ("STRING",      TEXT_VARIABLE, FORMATTED),
+    ("SPI",         NO_BUS, BY_BITS),
+    ("SPI_WR",      NO_BUS, BY_BITS),
+    ("I2C_RD",      NO_BUS, BY_SERIAL_LINE),
+    ("I2C_WR",      NO_BUS, BY_SERIAL_LINE),
+    ("UART_RECVn",  "LDmicro 5 itself does not read it back", "write UART_RECV name 2 0 for two bytes, up to 4"),
+    ("UART_SENDn",  "LDmicro 5 itself does not read it back", "write UART_SEND name 2 0 for two bytes, up to 4"),
+    ("CPRINTF",     TEXT_VARIABLE, FORMATTED),
+    ("SPRINTF",     TEXT_VARIABLE, FORMATTED),
+    ("FPRINTF",     "a chip has no files", FORMATTED),
+    ("PRINTF",      "a chip has no console", FORMATTED),
+    ("I2C_PRINTF",  NO_BUS, FORMATTED),
+    ("ISP_PRINTF",  NO_BUS, FORMATTED),
+    ("UART_PRINTF", "the serial line takes one character a scan", FORMATTED),
 ];

@@ -29,10 +29,9 @@ pub(crate) fn read_element(reader: &mut LdReader<'_>, line: &LdLine<'_>) -> Opti
 
 fn report_unknown_keyword(reader: &mut LdReader<'_>, keyword: LdToken<'_>) {
     let word = message_text(keyword.text);
-    if UNSUPPORTED_KEYWORDS.contains(&keyword.text) {
-        let cause = format!("{word} is known in LDmicro 5, not supported here");
-        let hint = "express it by other elements; docs/languages/ldmicro.md lists those that are supported";
-        return reader.error(codes::LDMICRO5_ONLY, keyword.pos, cause, hint);
+    if let Some((_, reason, instead)) = UNSUPPORTED_KEYWORDS.iter().find(|(name, ..)| *name == keyword.text) {
+        let cause = format!("{word} is known in LDmicro 5, not supported here: {reason}");
+        return reader.error(codes::LDMICRO5_ONLY, keyword.pos, cause, *instead);
     }
     let known = ELEMENT_KEYWORDS.iter().map(|r| r.0).chain(["RUNG", "PARALLEL", "SERIES", "END"]);
     let hint = match nearest(keyword.text, known) {
@@ -60,6 +59,11 @@ pub(crate) fn check_argument_count(
     let wanted = if most == ANY_COUNT { format!("at least {least}") } else { wanted };
     let cause = format!("{name} takes {wanted} argument(s), found {}", args.len());
     if args.len() < least {
+        // The syntax is the keyword and the names of the arguments.
+        let cause = match syntax.split_whitespace().nth(args.len() + 1) {
+            Some(missing) => format!("{cause}: `{missing}` is missing"),
+            None => cause,
+        };
         reader.error(codes::TOO_FEW, keyword.pos, cause, format!("write {syntax}"));
         return None;
     }
@@ -149,6 +153,8 @@ fn build_element(r: &mut LdReader<'_>, line: &LdLine<'_>, row: &ElementKeyword, 
         ("RETURN", _) => Element::Return,
         ("7SEGMENTS", [d, s, c]) => read_segments(r, SegmentDisplay::Seven, keyword, [*d, *s, *c])?,
         ("9SEGMENTS", [d, s, c]) => read_segments(r, SegmentDisplay::Nine, keyword, [*d, *s, *c])?,
+        ("14SEGMENTS", [d, s, c]) => read_segments(r, SegmentDisplay::Fourteen, keyword, [*d, *s, *c])?,
+        ("16SEGMENTS", [d, s, c]) => read_segments(r, SegmentDisplay::Sixteen, keyword, [*d, *s, *c])?,
         ("TIME2COUNT" | "TIME2DELAY", [dest, time]) => {
             let (dest, time) = (read_destination(r, keyword, *dest), read_operand_in_range(r, keyword, *time, "the time in microseconds", 0, 1_000_000_000_000));
             Element::TimeValue { is_scans: keyword == "TIME2COUNT", dest: dest?, time: time? }
@@ -186,7 +192,8 @@ fn build_element(r: &mut LdReader<'_>, line: &LdLine<'_>, row: &ElementKeyword, 
         }
         ("UART_RECV_AVAIL", _) => Element::UartRecvAvail,
         ("UART_SEND_READY", _) => Element::UartSendReady,
-        ("PULSER" | "STEPPER" | "QUAD_ENCOD", args) => pulse_elements::read_pulse_element(r, keyword, args)?,
+        ("NPULSE_OFF", _) => Element::NpulseOff,
+        ("PULSER" | "NPULSE" | "STEPPER" | "QUAD_ENCOD", args) => pulse_elements::read_pulse_element(r, keyword, args)?,
         ("PERSIST", [name]) => Element::Persist { name: r.read_integer_name(keyword, *name)? },
         ("FORMATTED_STRING", [var, rest @ ..]) => counted_elements::read_formatted_string(r, line, row, *var, rest)?,
         // The argument count was checked against the row, so every valid line matches an arm above.
@@ -445,7 +452,7 @@ fn read_constant(r: &mut LdReader<'_>, keyword: &'static str, token: LdToken<'_>
     read_operand_in_range(r, keyword, token, what, low, high)
 }
 
-fn read_operand_in_range(
+pub(crate) fn read_operand_in_range(
     r: &mut LdReader<'_>,
     keyword: &'static str,
     token: LdToken<'_>,

@@ -143,6 +143,11 @@ pub(crate) fn element_symbol(element: &Element) -> ElementSymbol {
             let [high, low, count] = [high, low, count].map(write::operand_text);
             in_brackets("[", &format!("PULSER {coil}"), &format!("{count} of {high}:{low}"), "]")
         }
+        Element::Npulse { count, hertz, coil } => {
+            let [count, hertz] = [count, hertz].map(write::operand_text);
+            in_brackets("[", &format!("NPULSE {coil}"), &format!("{count} at {hertz} Hz"), "]")
+        }
+        Element::NpulseOff => (String::new(), "{NPULSE OFF}".to_owned()),
         Element::Stepper { name, max, period, coil, .. } => {
             let [max, period] = [max, period].map(write::operand_text);
             in_brackets("[", &format!("STEPPER {name} {coil}"), &format!("{max} every {period}"), "]")

@@ -241,7 +241,7 @@ pub enum Element {
         /// Name of the label or subprogram; of a GOTO also the number of a rung, from 1.
         label: String,
     },
-    /// `7SEGMENTS|9SEGMENTS dest src C|A` (LDmicro 5).
+    /// `7SEGMENTS|9SEGMENTS|14SEGMENTS|16SEGMENTS dest src C|A` (LDmicro 5).
     Segments {
         /// Which display.
         display: SegmentDisplay,
@@ -369,6 +369,17 @@ pub enum Element {
         /// Output or relay of the pulses.
         coil: String,
     },
+    /// `NPULSE count hertz coil` (LDmicro 5).
+    Npulse {
+        /// Number of pulses.
+        count: LadderOperand,
+        /// Frequency in Hz, a constant.
+        hertz: LadderOperand,
+        /// Output or relay of the pulses.
+        coil: String,
+    },
+    /// `NPULSE_OFF`: ends the pulses of every NPULSE (LDmicro 5).
+    NpulseOff,
     /// `STEPPER name max period size graph coil` (LDmicro 5).
     Stepper {
         /// Stem of the counters `C<name>Dec` and `C<name>P`.

@@ -145,7 +145,12 @@ fn read_program(reader: &mut LdReader<'_>, text: &str, options: ParseOptions) ->
         }
         (None, other) => {
             let cause = format!("the file must begin with LDmicro0.1 or LDmicro0.2, found `{}`", message_text(other));
-            reader.error(codes::NO_HEADER, first.pos, cause, "put LDmicro0.1 in the first line");
+            reader.error(
+                codes::NO_HEADER,
+                first.pos,
+                cause,
+                "put LDmicro0.2 in the first line for a program of LDmicro 5, LDmicro0.1 for one of release 2.3",
+            );
             // Continue only if the first line could belong to a .ld file; other text would produce useless
             // errors.
             if !other.contains('=') && other != "IO LIST" {

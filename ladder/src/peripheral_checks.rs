@@ -8,6 +8,9 @@ use crate::format::{self, StringPiece};
 use crate::integer_widths::{max_value, min_bytes};
 use crate::model::{Element, LadderDialect, LadderOperand};
 
+/// Half a second in microseconds: half a pulse at 1 Hz.
+const HALF_SECOND_US: u64 = 500_000;
+
 /// True for the spellings of LDmicro 5's resolution of SET_PWM that mean percent, the only one that is supported; a
 /// missing resolution means it too.
 #[must_use]
@@ -27,7 +30,10 @@ pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: CheckedEle
             }
             check_curve(checker, at, dest, index, points);
         }
-        Element::ReadAdc { refs: Some(1..), .. } => check_default_argument(checker, at, "the reference selection"),
+        Element::ReadAdc { refs: Some(1..), .. } => {
+            let hint = "write READ_ADC with the name alone: the reference here is the supply (AVCC, VDD)";
+            check_default_argument(checker, at, "the reference selection", hint);
+        }
         Element::SetPwm { hertz, output, .. } => {
             match hertz {
                 LadderOperand::Const { value: 1.., .. } => {}
@@ -38,24 +44,29 @@ pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: CheckedEle
             }
             match output {
                 Some(_) if checker.program.dialect == LadderDialect::Ldmicro23 => {
-                    check_default_argument(checker, at, "the choice of the output");
+                    check_default_argument(checker, at, "the choice of the output", "");
                 }
                 Some((_, resolution)) if !is_percent_resolution(resolution) => {
-                    check_default_argument(checker, at, "a resolution other than 0-100");
+                    let hint =
+                        "write 0-100 and give the duty in percent: MUL by 100 and DIV by the full scale before SET_PWM";
+                    check_default_argument(checker, at, "a resolution other than 0-100", hint);
                 }
                 _ => {}
             }
         }
-        Element::UartRecv { rest, .. } | Element::UartSend { rest, .. } => {
-            if rest.is_some_and(|rest| rest != (1, 0)) {
-                check_default_argument(checker, at, "another choice than one byte without waiting");
-            }
+        Element::UartRecv { name, rest } | Element::UartSend { name, rest } => {
+            check_transfer(checker, at, name, rest.unwrap_or((1, 0)));
             check_baud(checker, at);
+        }
+        Element::Npulse { hertz, .. } => check_pulse_frequency(checker, at, hertz),
+        Element::Segments { .. } => {
+            note_outputs(checker, at, "bit 16 of 16SEGMENTS: its C output drops it, its simulator and emu keep it");
         }
         Element::UartRecvAvail | Element::UartSendReady => check_baud(checker, at),
         Element::Stepper { graph, .. } => {
             if *graph != 0 {
-                check_default_argument(checker, at, "an acceleration of STEPPER other than 0");
+                let hint = "write 0 for size and graph, which steps at one speed; PULSER changes its speed from pulse to pulse";
+                check_default_argument(checker, at, "an acceleration of STEPPER other than 0", hint);
             }
             note_outputs(checker, at, "the pulses of STEPPER, which it ends at once: no scan shows them, here neither");
         }
@@ -100,7 +111,7 @@ pub(crate) fn check_pwm(checker: &mut Checker<'_>) {
             let name = |output: Option<&str>| output.unwrap_or("no name").to_owned();
             let cause =
                 format!("the output is {}, but {} has {}, and there is one output", name(to), first.id, name(output));
-            checker.error(codes::PWM, at, cause, "let all SET_PWM of the program name one output");
+            checker.error(codes::PWM, at, cause, "let all SET_PWM of the program name one output, or make the other signal from scan to scan with PULSER");
         }
     }
 }
@@ -169,6 +180,50 @@ fn check_string(checker: &mut Checker<'_>, at: CheckedElement<'_>, var: Option<&
             }
         }
     }
+}
+
+/// Checks how many bytes UART_SEND or UART_RECV transfers, and whether it waits.
+fn check_transfer(checker: &mut Checker<'_>, at: CheckedElement<'_>, name: &str, (bytes, wait): (u32, u32)) {
+    if checker.program.dialect == LadderDialect::Ldmicro23 {
+        if (bytes, wait) != (1, 0) {
+            check_default_argument(checker, at, "another choice than one byte without waiting", "");
+        }
+        return;
+    }
+    let width = u32::from(checker.widths.bytes_of_symbol(name));
+    if bytes > width {
+        let cause = format!("{bytes} bytes are transferred, but {name} has {width}");
+        let hint = format!("write 1 to {width} bytes, or, up to 4, `{} bytes {name}` in VAR LIST", bytes.min(4));
+        return checker.error(codes::ARGUMENT_LDMICRO5, at, cause, hint);
+    }
+    // LDmicro 5 ignores the flag for a single received byte.
+    if wait != 0 && (bytes > 1 || matches!(at.element, Element::UartSend { .. })) {
+        let cause = "the flag `wait` stops the scan until the bytes have passed, and a scan has a fixed time here";
+        let hint = format!(
+            "write 0 in its place: `{} {name} {bytes} 0` goes on from scan to scan",
+            at.element.facts().keyword
+        );
+        checker.error(codes::ARGUMENT_LDMICRO5, at, cause, hint);
+    }
+}
+
+/// Checks that scans can make the pulses of NPULSE, whose halves take whole scans.
+fn check_pulse_frequency(checker: &mut Checker<'_>, at: CheckedElement<'_>, hertz: &LadderOperand) {
+    let LadderOperand::Const { value: hertz @ 1.., .. } = hertz else {
+        let cause = "the frequency must be a constant of at least 1 Hz";
+        return checker.error(codes::PULSE_FREQUENCY, at, cause, "write a number, such as NPULSE n 10 Ypulse");
+    };
+    let cycle = checker.program.settings.cycle_us;
+    // The checks refuse a program whose cycle is 0.
+    if cycle > 0 && hertz.unsigned_abs().saturating_mul(cycle) > HALF_SECOND_US {
+        let cause = format!("half a pulse at {hertz} Hz is shorter than the scan of {cycle} us");
+        let hint = match HALF_SECOND_US / cycle {
+            0 => format!("write a CYCLE= of at most {} us", HALF_SECOND_US / hertz.unsigned_abs().max(1)),
+            most => format!("write at most {most} Hz, or a shorter CYCLE="),
+        };
+        return checker.error(codes::PULSE_FREQUENCY, at, cause, hint);
+    }
+    note_outputs(checker, at, "NPULSE: its PIC and C code refuse it, its AVR code uses a timer of its own");
 }
 
 fn note_outputs(checker: &mut Checker<'_>, at: CheckedElement<'_>, what: &str) {

@@ -1,7 +1,7 @@
-//! Readers and texts of PULSER, STEPPER and QUAD_ENCOD.
+//! Readers and texts of PULSER, NPULSE, STEPPER and QUAD_ENCOD.
 
 use crate::codes;
-use crate::element_reader::{read_bit_name, read_input_kind, read_operand};
+use crate::element_reader::{read_bit_name, read_input_kind, read_operand, read_operand_in_range};
 use crate::lexer::LdToken;
 use crate::model::{Element, LadderOperand};
 use crate::reader::LdReader;
@@ -14,6 +14,12 @@ pub(crate) fn read_pulse_element(r: &mut LdReader<'_>, keyword: &'static str, ar
             let [high, low, accel, count] = [high, low, accel, count].map(|t| read_operand(r, keyword, t));
             let coil = read_coil_name(r, keyword, coil);
             Some(Element::Pulser { high: high?, low: low?, accel: accel?, count: count?, coil: coil? })
+        }
+        [count, hertz, coil] => {
+            let count = read_operand(r, keyword, count);
+            let hertz = read_operand_in_range(r, keyword, hertz, "the frequency in Hz", 1, 100_000_000);
+            let coil = read_coil_name(r, keyword, coil);
+            Some(Element::Npulse { count: count?, hertz: hertz?, coil: coil? })
         }
         [name, max, period, size, graph, coil] => {
             let name = r.read_name(name);
@@ -56,6 +62,7 @@ pub(crate) fn pulse_element_text(element: &Element) -> String {
         Element::Pulser { high, low, accel, count, coil } => {
             format!("PULSER {} {coil}", text(&[high, low, accel, count]))
         }
+        Element::Npulse { count, hertz, coil } => format!("NPULSE {} {coil}", text(&[count, hertz])),
         Element::Stepper { name, max, period, size, graph, coil } => {
             format!("STEPPER {name} {} {size} {graph} {coil}", text(&[max, period]))
         }

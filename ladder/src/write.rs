@@ -221,7 +221,8 @@ fn write_element(out: &mut String, element: &Element) -> std::fmt::Result {
         Element::UartSend { name, rest } => write_uart(out, "UART_SEND", name, rest.as_ref()),
         Element::UartRecvAvail => write!(out, "UART_RECV_AVAIL"),
         Element::UartSendReady => write!(out, "UART_SEND_READY"),
-        Element::Pulser { .. } | Element::Stepper { .. } | Element::QuadEncod { .. } => {
+        Element::NpulseOff => write!(out, "NPULSE_OFF"),
+        Element::Pulser { .. } | Element::Npulse { .. } | Element::Stepper { .. } | Element::QuadEncod { .. } => {
             write!(out, "{}", pulse_elements::pulse_element_text(element))
         }
         Element::Persist { name } => write!(out, "PERSIST {name}"),
@@ -320,6 +321,8 @@ pub(crate) const fn segments_keyword(display: SegmentDisplay) -> &'static str {
     match display {
         SegmentDisplay::Seven => "7SEGMENTS",
         SegmentDisplay::Nine => "9SEGMENTS",
+        SegmentDisplay::Fourteen => "14SEGMENTS",
+        SegmentDisplay::Sixteen => "16SEGMENTS",
     }
 }
 

@@ -173,6 +173,7 @@ impl<'a> AnalysisPass<'a> {
             Element::Flow { op: FlowOp::Goto, .. } => when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE),
             Element::Flow { .. } | Element::Return | Element::Lock => same,
             Element::SeedRandom { .. } | Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => same,
+            Element::NpulseOff => same,
             Element::Segments { dest, src, .. } => {
                 self.integers.remove(dest);
                 if let LadderOperand::Var(name) = src {
@@ -271,7 +272,7 @@ impl<'a> AnalysisPass<'a> {
             }
             Element::SetPwm { .. } | Element::Comment(_) => same,
             Element::UartRecvAvail | Element::UartSendReady => when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE),
-            Element::Pulser { coil, .. } => {
+            Element::Pulser { coil, .. } | Element::Npulse { coil, .. } => {
                 self.bits.insert(coil.clone(), BOTH);
                 when(FALSE_FALSE | FALSE_TRUE, TRUE_FALSE | TRUE_TRUE)
             }

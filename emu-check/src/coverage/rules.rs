@@ -128,7 +128,7 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
         Element::UartRecv { .. } => (CoverageClass::Serial, vec![("receives", TRUE_TRUE, Always), ("finds no byte", TRUE_FALSE, Always)]),
         Element::UartRecvAvail => (CoverageClass::Serial, vec![("finds a byte", TRUE_TRUE, Always), ("finds no byte", TRUE_FALSE, Always)]),
         Element::UartSendReady => (CoverageClass::Serial, vec![("finds it free", TRUE_TRUE, Always)]),
-        Element::Pulser { .. } | Element::Stepper { .. } => (CoverageClass::Peripherals, vec![("runs", OUT, Always), ("rests", NOT_OUT, Always)]),
+        Element::Pulser { .. } | Element::Npulse { .. } | Element::Stepper { .. } => (CoverageClass::Peripherals, vec![("runs", OUT, Always), ("rests", NOT_OUT, Always)]),
         Element::QuadEncod { counter, .. } => {
             let c = symbol(counter);
             (CoverageClass::Counters, vec![("steps", IN, Changed(c)), ("rests on a true rung", TRUE_FALSE, Always)])
@@ -155,7 +155,7 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
         }
         Element::Flow { op: FlowOp::Goto | FlowOp::Gosub, .. } | Element::Return => (CoverageClass::Actions, acts()),
         Element::Segments { .. } | Element::TimeValue { .. } | Element::Random { .. } => (CoverageClass::Actions, acts()),
-        Element::SeedRandom { .. } | Element::Lock => (CoverageClass::Actions, acts()),
+        Element::SeedRandom { .. } | Element::Lock | Element::NpulseOff => (CoverageClass::Actions, acts()),
         Element::Flow { .. } | Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => return None,
         Element::Comment(_) | Element::Short | Element::Open | Element::Placeholder => return None,
     })

@@ -56,8 +56,14 @@ pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> 
         ElementSort::Wire => {
             draw.pick(&[Element::Short, Element::Short, Element::Open, Element::Comment("Without meaning.".to_owned())])
         }
-        ElementSort::Send => Element::UartSend { name: random_integer(draw), rest: None },
-        ElementSort::Receive => Element::UartRecv { name: random_integer(draw), rest: None },
+        ElementSort::Send => {
+            let name = random_integer(draw);
+            Element::UartSend { name, rest: random_transfer(draw) }
+        }
+        ElementSort::Receive => {
+            let name = random_integer(draw);
+            Element::UartRecv { name, rest: random_transfer(draw) }
+        }
         ElementSort::Text => random_text(draw),
         ElementSort::Coil => random_coil(draw),
         ElementSort::Res => random_reset(draw),
@@ -88,12 +94,18 @@ pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> 
     }
 }
 
+/// How many bytes UART_SEND or UART_RECV transfers, without waiting; the generator makes them fit the integer.
+fn random_transfer(draw: &mut ProgramGenerator) -> Option<(u32, u32)> {
+    (draw.is_ldmicro5() && draw.rng.one_in(2)).then(|| (1 + draw.rng.below(4) as u32, 0))
+}
+
 /// What LDmicro 5 does with the bits of integers.
 fn random_bit_element(draw: &mut ProgramGenerator) -> Element {
     let (dest, src) = (random_integer(draw), random_operand(draw));
     match draw.rng.below(12) {
         8 | 9 => {
-            let display = draw.pick(&[SegmentDisplay::Seven, SegmentDisplay::Nine]);
+            use SegmentDisplay::{Fourteen, Nine, Seven, Sixteen};
+            let display = draw.pick(&[Seven, Nine, Fourteen, Sixteen]);
             let code = constant_operand(draw.rng.below(180) as i64);
             let src = if draw.rng.one_in(3) { code } else { src };
             Element::Segments { display, dest, src, common: draw.pick(&['C', 'A']) }
@@ -132,14 +144,20 @@ fn random_bit_element(draw: &mut ProgramGenerator) -> Element {
     }
 }
 
-/// PULSER, STEPPER and QUAD_ENCOD: mostly short ones.
+/// PULSER, NPULSE, STEPPER and QUAD_ENCOD: mostly short ones.
 fn random_pulse_element(draw: &mut ProgramGenerator) -> Element {
     let few = |draw: &mut ProgramGenerator| match draw.rng.below(5) {
         0 => random_operand(draw),
         _ => constant_operand(draw.rng.below(5) as i64),
     };
     let [high, low, accel, count] = [(); 4].map(|()| few(draw));
-    match draw.rng.below(3) {
+    match draw.rng.below(5) {
+        2 => Element::NpulseOff,
+        3 => {
+            let most = 500_000 / draw.style.cycle_us.max(1);
+            let hertz = constant_operand((most / (1 + draw.rng.below(4))).max(1) as i64);
+            Element::Npulse { count, hertz, coil: draw.pick(&draw.style.outputs.clone()) }
+        }
         0 => Element::Pulser { high, low, accel, count, coil: draw.pick(&draw.style.outputs.clone()) },
         1 => {
             let (name, coil) = (draw.pick(&["p", "q"]).to_owned(), draw.pick(&draw.style.outputs.clone()));

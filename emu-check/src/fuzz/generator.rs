@@ -1,5 +1,7 @@
 //! Generates random valid ladder programs.
 
+use std::collections::HashMap;
+
 use diag::Pos;
 use emu_core::rng::Rng;
 use ladder::{Element, LadderDialect, LadderProgram, LdFormat, ProgramSettings, Rung, RungNode, VarEntry};
@@ -25,7 +27,24 @@ pub fn generate_program(seed: u64, number: u64) -> (LadderProgram, ProgramProfil
     if generator.is_ldmicro5() && rng.one_in(4) {
         add_flow(&mut rng, &mut rungs, &generator.style.inputs, !generator.is_module_machine());
     }
-    (complete_program(&mut generator, rungs), profile)
+    let mut program = complete_program(&mut generator, rungs);
+    let widths = program.symbols().into_iter().map(|symbol| (symbol.name, symbol.bytes.into())).collect();
+    program.rungs.iter_mut().for_each(|rung| fit_transfers(&mut rung.series, &widths));
+    (program, profile)
+}
+
+/// Lets the elements of the serial line transfer no more bytes than their integers have.
+fn fit_transfers(series: &mut [RungNode], widths: &HashMap<String, u32>) {
+    for node in series {
+        match node {
+            RungNode::Parallel(branches, _) => branches.iter_mut().for_each(|branch| fit_transfers(branch, widths)),
+            RungNode::Leaf(Element::UartSend { name, rest } | Element::UartRecv { name, rest }, _) => {
+                let width = widths.get(name.as_str()).copied().unwrap_or(1);
+                *rest = rest.map(|(bytes, wait)| (bytes.min(width), wait));
+            }
+            RungNode::Leaf(..) => {}
+        }
+    }
 }
 
 /// The seed of one program and of its checks.

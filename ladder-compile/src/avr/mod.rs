@@ -60,7 +60,7 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     let taps = emu_avr::chips::part(chip.name).and_then(|part| part.timers.get(2)).map_or(&[][..], |t| &t.taps);
     let lacks = || BuildRefusal::Unsupported {
         cause: format!("{} has no converter", chip.name),
-        hint: "take a chip that has one".to_owned(),
+        hint: "take a chip that has one, such as atmega328p".to_owned(),
         element: None,
     };
     let (inputs, turns) = reset::plan_converter(&regs, job).ok_or_else(lacks)?;

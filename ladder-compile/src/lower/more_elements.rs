@@ -16,7 +16,7 @@ impl Lowering<'_> {
         use ladder::segments::{DEGREE_CODE, SEGMENT_CHARACTERS};
         let (dst, at) = (self.word(dest), self.value(src));
         let (degree, characters) = (DEGREE_CODE as i32, SEGMENT_CHARACTERS as i32);
-        let values: Vec<i32> = display.characters().iter().map(|&lit| i32::from(lit)).collect();
+        let values: Vec<i32> = display.characters().iter().map(|&lit| lit as i32).collect();
         let mut ops = Vec::new();
         match at {
             WordOperand::Const(code) => {

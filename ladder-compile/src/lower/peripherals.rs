@@ -148,10 +148,14 @@ impl Lowering<'_> {
     }
 
     /// Lowers UART_SEND.
-    pub(super) fn send(&mut self, name: &str) {
-        let value = WordOperand::Cell(self.word(name));
-        let ops = self.if_transmitter_free(vec![IrOp::Send { value }]);
-        self.push(if_accumulator(ops));
+    pub(super) fn send(&mut self, name: &str, bytes: u32) {
+        let word = self.word(name);
+        if bytes > 1 {
+            self.send_bytes(word, bytes as i32);
+        } else {
+            let ops = self.if_transmitter_free(vec![IrOp::Send { value: WordOperand::Cell(word) }]);
+            self.push(if_accumulator(ops));
+        }
         match self.transmitter_busy {
             Some(TransmitterBusy::Bit(bit)) => self.push(IrOp::Load { bit, negated: false }),
             Some(TransmitterBusy::Scans(word, _)) => {
@@ -162,18 +166,71 @@ impl Lowering<'_> {
         }
     }
 
+    /// Sends the bytes of a word one by one, the lowest first, each as it is when its turn comes.
+    fn send_bytes(&mut self, word: WordId, bytes: i32) {
+        let pending = self.new_bit(self.element_name("sends"), BitRole::Memory);
+        let number = self.new_word_cell(self.element_name("byte"), WordRole::Memory, 1, 0);
+        let value = self.temporary("sent", self.ir.bytes(word));
+        let mut shift = Vec::new();
+        for n in (1..bytes).rev() {
+            let mut down = vec![IrOp::Math {
+                op: ArithmeticOp::Shr,
+                dst: value,
+                a: WordOperand::Cell(value),
+                b: WordOperand::Const(8),
+            }];
+            down.append(&mut shift);
+            shift = self.if_comparison(CompareOp::Geq, number.into(), WordOperand::Const(n), down, Vec::new());
+        }
+        let mut turn = vec![IrOp::Move { dst: value, src: WordOperand::Cell(word) }];
+        turn.append(&mut shift);
+        turn.push(IrOp::Send { value: WordOperand::Cell(value) });
+        turn.push(step_word(number, ArithmeticOp::Add));
+        let end =
+            vec![IrOp::Move { dst: number, src: WordOperand::Const(0) }, IrOp::SetBit { bit: pending, value: false }];
+        turn.extend(self.if_comparison(CompareOp::Geq, number.into(), WordOperand::Const(bytes), end, Vec::new()));
+        self.push(if_accumulator(vec![IrOp::SetBit { bit: pending, value: true }]));
+        let if_true = self.if_transmitter_free(turn);
+        self.push(IrOp::If { cond: BranchCondition::Bit(pending), if_true, if_false: Vec::new() });
+    }
+
     /// Lowers UART_RECV. A program that tests whether a byte waits has taken it from the receiver before the rungs.
-    pub(super) fn receive(&mut self, name: &str) {
-        let dst = self.word(name);
-        let Some((byte, bit)) = self.received else {
-            return self.push(if_accumulator(vec![IrOp::Receive { dst }]));
+    pub(super) fn receive(&mut self, name: &str, bytes: u32) {
+        let name = self.word(name);
+        let dst = if bytes > 1 { self.temporary("received", bytes as u8) } else { name };
+        let mut ops = match self.received {
+            None => vec![IrOp::Receive { dst }],
+            Some((byte, bit)) => vec![IrOp::If {
+                cond: BranchCondition::Bit(bit),
+                if_true: vec![IrOp::Move { dst, src: WordOperand::Cell(byte) }, IrOp::SetBit { bit, value: false }],
+                if_false: vec![IrOp::SetAccumulator(false)],
+            }],
         };
-        let take = vec![IrOp::Move { dst, src: WordOperand::Cell(byte) }, IrOp::SetBit { bit, value: false }];
-        self.push(if_accumulator(vec![IrOp::If {
-            cond: BranchCondition::Bit(bit),
-            if_true: take,
-            if_false: vec![IrOp::SetAccumulator(false)],
-        }]));
+        if bytes > 1 {
+            ops.push(if_accumulator(self.join_byte(name, dst, bytes)));
+        }
+        self.push(if_accumulator(ops));
+    }
+
+    /// Puts a byte on top of those that came before it; the word gets them once all have come.
+    fn join_byte(&mut self, word: WordId, byte: WordId, bytes: u32) -> Vec<IrOp> {
+        let joined = self.new_word_cell(self.element_name("joined"), WordRole::Memory, bytes as u8, 0);
+        let number = self.new_word_cell(self.element_name("byte"), WordRole::Memory, 1, 0);
+        let math = |op, dst, a, b| IrOp::Math { op, dst, a: WordOperand::Cell(a), b };
+        let mut ops = vec![
+            math(ArithmeticOp::Shr, joined, joined, WordOperand::Const(8)),
+            math(ArithmeticOp::Mul, byte, byte, WordOperand::Const(1 << (8 * (bytes - 1)))),
+            math(ArithmeticOp::Or, joined, joined, WordOperand::Cell(byte)),
+            step_word(number, ArithmeticOp::Add),
+        ];
+        let whole = vec![
+            IrOp::Move { dst: word, src: WordOperand::Cell(joined) },
+            IrOp::Move { dst: number, src: WordOperand::Const(0) },
+        ];
+        let parts = vec![IrOp::SetAccumulator(false)];
+        let count = WordOperand::Const(bytes as i32);
+        ops.extend(self.if_comparison(CompareOp::Geq, number.into(), count, whole, parts));
+        ops
     }
 
     /// Lowers UART_RECV_AVAIL.

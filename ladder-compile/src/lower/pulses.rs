@@ -1,4 +1,4 @@
-//! Lowers PULSER, STEPPER and QUAD_ENCOD.
+//! Lowers PULSER, NPULSE, STEPPER and QUAD_ENCOD.
 
 use ladder::{CompareOp, Element, LadderOperand, stepper_counters};
 
@@ -26,6 +26,7 @@ impl Lowering<'_> {
     pub(super) fn pulse_element(&mut self, element: &Element) {
         match element {
             Element::Pulser { high, low, accel, count, coil } => self.pulser([high, low, accel, count], coil),
+            Element::Npulse { hertz, coil, count } => self.npulse(count, hertz, coil),
             Element::Stepper { name, max, period, coil, .. } => self.stepper(name, max, period, coil),
             Element::QuadEncod { .. } => self.encoder(element),
             // The caller passes only the elements above.
@@ -69,6 +70,54 @@ impl Lowering<'_> {
         let rest = vec![IrOp::SetBit { bit, value: false }, IrOp::SetAccumulator(false)];
         let ops = self.if_comparison(Les, left.into(), constant(1), rest, run);
         ops.into_iter().for_each(|op| self.push(op));
+    }
+
+    /// Gives each NPULSE its word of pulses that are left, which every NPULSE_OFF clears.
+    pub(super) fn plan_pulse_trains(&mut self) {
+        let program = self.program;
+        for (id, element, _) in program.elements() {
+            if let Element::Npulse { count, .. } = element {
+                self.element = id;
+                let bytes = match self.value(count) {
+                    WordOperand::Cell(word) => self.ir.bytes(word),
+                    WordOperand::Const(constant) => min_bytes(constant),
+                };
+                let left = self.memory_word("pulses left", bytes);
+                self.trains.insert(id, left);
+            }
+        }
+    }
+
+    fn npulse(&mut self, count: &LadderOperand, hertz: &LadderOperand, coil: &str) {
+        let (Some(&left), LadderOperand::Const { value: hertz, .. }) = (self.trains.get(&self.element), hertz) else {
+            return;
+        };
+        let (one, zero) = (WordOperand::Const(1), WordOperand::Const(0));
+        // The checks refuse a frequency whose half is no scan.
+        let pair = u64::try_from(*hertz).unwrap_or(1).max(1).saturating_mul(self.program.settings.cycle_us.max(1));
+        let half = i32::try_from(500_000 / pair).unwrap_or(1).max(1);
+        let rest = self.memory_word("scans left", min_bytes(2 * half));
+        let (bit, count) = (self.symbol_bit(coil), self.value(count));
+        let begin = copy(rest, WordOperand::Const(2 * half));
+        let start = vec![copy(left, count), begin.clone()];
+        let start = self.if_comparison(CompareOp::Les, left.into(), one, start, Vec::new());
+        self.push(if_accumulator(start));
+        let set = |value| vec![IrOp::SetBit { bit, value }];
+        let mut run = self.if_comparison(CompareOp::Grt, rest.into(), WordOperand::Const(half), set(true), set(false));
+        run.push(step_word(rest, ArithmeticOp::Sub));
+        let next = vec![step_word(left, ArithmeticOp::Sub), begin];
+        run.extend(self.if_comparison(CompareOp::Equ, rest.into(), zero, next, Vec::new()));
+        run.push(IrOp::SetAccumulator(true));
+        let idle = vec![IrOp::SetBit { bit, value: false }, IrOp::SetAccumulator(false)];
+        let ops = self.if_comparison(CompareOp::Les, left.into(), one, idle, run);
+        ops.into_iter().for_each(|op| self.push(op));
+    }
+
+    /// Lowers NPULSE_OFF.
+    pub(super) fn stop_pulses(&mut self) {
+        let mut words: Vec<WordId> = self.trains.values().copied().collect();
+        words.sort_unstable();
+        self.push(if_accumulator(words.into_iter().map(|word| copy(word, WordOperand::Const(0))).collect()));
     }
 
     fn stepper(&mut self, name: &str, max: &LadderOperand, period: &LadderOperand, coil: &str) {

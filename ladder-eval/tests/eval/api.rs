@@ -197,6 +197,7 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
     let placeholder = refusal(|_| {}, Element::Placeholder).map_err(|e| e.to_string());
     let refusal_text = "rung 2, element 3: `PLACEHOLDER`: an empty place: the rung is not complete";
     assert_eq!(placeholder, Err(refusal_text.to_owned()));
+    let npulse = |hertz| Element::Npulse { count: constant(3), hertz, coil: "Yq".to_owned() };
     #[rustfmt::skip]
     let in_dialect_5: Vec<(Element, &str)> = vec![
         (timer("Tt", 10_000),                                                       ""),
@@ -217,7 +218,17 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
         (pwm(constant(1000), Some("0-100")),                                        ""),
         (pwm(constant(1000), Some("")),                                             ""),
         (pwm(constant(1000), Some("0-256")),                                        "the resolution `0-256`"),
-        (Element::UartSend { name: name(), rest: Some((2, 0)) },                    "2 byte(s)"),
+        (Element::UartSend { name: name(), rest: Some((2, 0)) },                    ""),
+        (Element::UartSend { name: name(), rest: Some((3, 0)) },                    "3 byte(s) with wait 0"),
+        (Element::UartSend { name: name(), rest: Some((2, 1)) },                    "2 byte(s) with wait 1"),
+        (Element::UartSend { name: name(), rest: Some((1, 1)) },                    "1 byte(s) with wait 1"),
+        (Element::UartRecv { name: name(), rest: Some((1, 1)) },                    ""),
+        (Element::UartRecv { name: name(), rest: Some((2, 0)) },                    ""),
+        (Element::UartRecv { name: name(), rest: Some((2, 1)) },                    "wanted 1 to 2 without waiting"),
+        (npulse(constant(50)),                                                      ""),
+        (npulse(constant(51)),                                                      "at least one scan of 10000 us"),
+        (npulse(constant(0)),                                                       "at least one scan"),
+        (npulse(var("n")),                                                          "constant"),
     ];
     for (element, reason) in in_dialect_5 {
         expect(&element, reason, refusal(|p| p.dialect = LadderDialect::Ldmicro5, element.clone()));

@@ -154,9 +154,9 @@ fn bit_element() -> impl Strategy<Value = Element> {
     let order =
         prop_oneof![prop::array::uniform8(0..8u8), Just([0, 1, 2, 3, 4, 5, 6, 7]), Just([7, 6, 5, 4, 3, 2, 1, 0])];
     let bus = (integer(), operand(), order).prop_map(|(dest, src, targets)| Element::Bus { dest, src, targets });
-    use ladder::SegmentDisplay::{Nine, Seven};
+    use ladder::SegmentDisplay::{Fourteen, Nine, Seven, Sixteen};
     let code = prop_oneof![operand(), (-2..180i64).prop_map(constant)];
-    let segments = (select(vec![Seven, Nine]), integer(), code, select(vec!['C', 'A', 'x']))
+    let segments = (select(vec![Seven, Nine, Fourteen, Sixteen]), integer(), code, select(vec!['C', 'A', 'x']))
         .prop_map(|(display, dest, src, common)| Element::Segments { display, dest, src, common });
     let time = prop_oneof![(0..9 * CYCLE).prop_map(constant), Just(constant(1_000_000_000_000))];
     let time =
@@ -203,8 +203,8 @@ fn device() -> impl Strategy<Value = Element> {
         3 => curve,
         1 => Just(Element::ReadAdc { name: "Ain".to_owned(), refs: None }),
         1 => operand().prop_map(|duty| Element::SetPwm { duty, hertz: constant(1000), output: None }),
-        1 => integer().prop_map(|name| Element::UartSend { name, rest: None }),
-        2 => integer().prop_map(|name| Element::UartRecv { name, rest: None }),
+        2 => (integer(), transfer()).prop_map(|(name, rest)| Element::UartSend { name, rest }),
+        3 => (integer(), transfer()).prop_map(|(name, rest)| Element::UartRecv { name, rest }),
         3 => text,
         2 => integer().prop_map(|name| Element::Persist { name }),
         1 => select(vec![Element::UartRecvAvail, Element::UartSendReady]),
@@ -212,11 +212,22 @@ fn device() -> impl Strategy<Value = Element> {
     ]
 }
 
-/// PULSER, STEPPER and QUAD_ENCOD.
+/// Numbers of bytes; [`in_dialect`] makes them fit the widths.
+fn transfer() -> impl Strategy<Value = Option<(u32, u32)>> {
+    prop::option::of((1..5u32).prop_map(|bytes| (bytes, 0)))
+}
+
+/// PULSER, NPULSE, STEPPER and QUAD_ENCOD.
 fn pulse_element() -> impl Strategy<Value = Element> {
     let few = || prop_oneof![4 => (-1..4i64).prop_map(constant), 1 => operand()];
     let pulser = (few(), few(), few(), few(), select(COILS))
         .prop_map(|(high, low, accel, count, coil)| Element::Pulser { high, low, accel, count, coil: coil.to_owned() });
+    let hertz = select(vec![1, 3, 10, 24, 50, 125]).prop_map(constant);
+    let npulse = (few(), hertz, select(COILS)).prop_map(|(count, hertz, coil)| Element::Npulse {
+        count,
+        hertz,
+        coil: coil.to_owned(),
+    });
     let stepper = (select(vec!["q", "r"]), few(), few()).prop_map(|(name, max, period)| Element::Stepper {
         name: name.to_owned(),
         max,
@@ -239,7 +250,7 @@ fn pulse_element() -> impl Strategy<Value = Element> {
                 zero_kind,
                 turn,
             });
-    prop_oneof![pulser, stepper, encoder]
+    prop_oneof![2 => pulser, 2 => npulse, 1 => Just(Element::NpulseOff), 2 => stepper, 2 => encoder]
 }
 
 /// Creates a program of the dialect, with widths for some of its integers, and a rate of 1 to 4 scans per
@@ -263,7 +274,23 @@ fn in_dialect(rungs: Vec<Vec<RungNode>>, five: bool, old: bool, widths: Vec<u8>,
         pos: Default::default(),
     });
     program.vars = Some(entries.collect());
+    let widths = program.symbols().into_iter().map(|symbol| (symbol.name, symbol.bytes.into())).collect();
+    program.rungs.iter_mut().for_each(|rung| fit_transfers(&mut rung.series, &widths));
     program
+}
+
+/// Lets the elements of the serial line transfer no more bytes than their integers have.
+fn fit_transfers(series: &mut [RungNode], widths: &std::collections::HashMap<String, u32>) {
+    for node in series {
+        match node {
+            RungNode::Parallel(branches, _) => branches.iter_mut().for_each(|branch| fit_transfers(branch, widths)),
+            RungNode::Leaf(
+                Element::UartSend { name, rest: Some((bytes, _)) } | Element::UartRecv { name, rest: Some((bytes, _)) },
+                _,
+            ) => *bytes = widths[name].min(*bytes),
+            RungNode::Leaf(..) => {}
+        }
+    }
 }
 
 /// Puts inputs and outputs on ports whose registers the elements name.
@@ -312,6 +339,7 @@ fn only_release_23(series: &mut [RungNode]) {
                 }
             }
             Element::Coil { ttrigger, .. } => *ttrigger = None,
+            Element::UartSend { rest, .. } | Element::UartRecv { rest, .. } => *rest = None,
             Element::Odr | Element::Odf | Element::Osl | Element::Osc => *element = Element::Short,
             element if element.facts().needs_ldmicro5 => *element = Element::Short,
             _ => {}

@@ -64,6 +64,10 @@ pub struct NaiveInterpreter {
     /// State of the elements of pulses.
     pulsers: HashMap<(u32, u32), pulses::NaivePulser>,
     encoders: HashMap<(u32, u32), pulses::NaiveEncoder>,
+    /// For each NPULSE that runs: the scans that are left of all its pulses.
+    trains: HashMap<(u32, u32), i64>,
+    /// For each UART_SEND and UART_RECV of several bytes: those that have passed.
+    transfers: HashMap<(u32, u32), Vec<u8>>,
     /// Bits of registers that are inputs and outputs, and whether a 1 directs outwards.
     homes: Vec<ports::BitHome>,
     avr: bool,
@@ -309,6 +313,34 @@ impl NaiveInterpreter {
                 }
                 power
             }
+            Element::UartSend { name, rest: Some((bytes @ 2.., _)) } => {
+                if power {
+                    self.transfers.entry(self.current_element).or_default();
+                }
+                if self.now >= self.line_free
+                    && let Some(mut sent) = self.transfers.remove(&self.current_element)
+                {
+                    let byte = self.integer(name).div_euclid(1 << (8 * sent.len())).rem_euclid(256) as u8;
+                    self.transmit(byte, program);
+                    sent.push(byte);
+                    if sent.len() < *bytes as usize {
+                        self.transfers.insert(self.current_element, sent);
+                    }
+                }
+                self.now < self.line_free
+            }
+            Element::UartRecv { name, rest: Some((bytes @ 2.., _)) } => {
+                let Some(byte) = self.received_byte.filter(|_| power) else { return false };
+                self.received_byte = None;
+                let come = self.transfers.entry(self.current_element).or_default();
+                come.push(byte);
+                let all = come.len() == *bytes as usize;
+                if all {
+                    let number = (0..).zip(come.drain(..)).map(|(n, byte)| i64::from(byte) << (8 * n)).sum();
+                    self.store(name, wrap_to_bits(number, 8 * bytes));
+                }
+                all
+            }
             Element::UartSend { name, .. } => {
                 if power && self.now >= self.line_free {
                     self.transmit(self.integer(name).rem_euclid(256) as u8, program);
@@ -326,6 +358,13 @@ impl NaiveInterpreter {
             Element::UartRecvAvail => power && self.received_byte.is_some(),
             Element::UartSendReady => power && self.now >= self.line_free,
             Element::Pulser { high, low, accel, count, coil } => self.pulser([high, low, accel, count], coil, power),
+            Element::Npulse { count, hertz, coil } => self.npulse(count, hertz, coil, (power, program)),
+            Element::NpulseOff => {
+                if power {
+                    self.trains.clear();
+                }
+                power
+            }
             Element::Stepper { name, max, period, coil, .. } => {
                 self.stepper(name, [max, period], coil, (power, before))
             }

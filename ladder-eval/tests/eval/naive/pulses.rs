@@ -1,4 +1,4 @@
-//! PULSER, STEPPER and QUAD_ENCOD of the naive interpreter.
+//! PULSER, NPULSE, STEPPER and QUAD_ENCOD of the naive interpreter.
 
 use super::*;
 
@@ -43,6 +43,25 @@ impl NaiveInterpreter {
         }
         self.pulsers.insert(self.current_element, now);
         runs
+    }
+
+    pub(super) fn npulse(
+        &mut self,
+        count: &LadderOperand,
+        hertz: &LadderOperand,
+        coil: &str,
+        (power, program): (bool, &LadderProgram),
+    ) -> bool {
+        let half = 500_000 / self.operand_value(hertz) / program.settings.cycle_us as i64;
+        let mut left = self.trains.remove(&self.current_element).unwrap_or(0);
+        if left == 0 && power {
+            left = self.operand_value(count).max(0) * 2 * half;
+        }
+        self.bits.insert(coil.to_owned(), left > 0 && (left - 1) / half % 2 == 1);
+        if left > 1 {
+            self.trains.insert(self.current_element, left - 1);
+        }
+        left > 0
     }
 
     pub(super) fn stepper(
