@@ -94,7 +94,8 @@ pub(crate) struct AsmDialect {
     pub directives: &'static [AsmDirective],
     /// Returns what an include provides; `include` is the name in lower case, without path and `<>`.
     pub include_provided: fn(chip: &Chip, include: &str) -> ProvidedInclude,
-    /// Returns names and texts that are defined before the first line.
+    /// Returns names and texts that are defined before the first line. A name may have a parameter in
+    /// parentheses.
     pub predefined: fn(chip: &Chip) -> Vec<(String, String)>,
     /// Refuses an instruction that the dialect does not take with these operands: code, cause and hint.
     pub refuse_instruction: fn(mnemonic: &str, operands: &str) -> Option<AsmRefusal>,
@@ -138,6 +139,9 @@ pub(crate) struct DialectHooks {
     pub is_atmel: bool,
     /// Returns the dialect of a source whose directives begin with a dot.
     pub with_dots: fn() -> Option<&'static AsmDialect>,
+    /// Reports whether the name of a register in the range of `in` and `out` is its I/O address, and not its
+    /// address in data memory.
+    pub names_io_addresses: fn(&Assembler<'_>) -> bool,
     /// The source is for sdas8051, which uses the low byte of an address in constants and bytes.
     pub is_sdas: bool,
     /// Returns the end and the value of the quoted value at a position.
@@ -182,6 +186,7 @@ impl DialectHooks {
         with_dots: || None,
         is_sdas: false,
         quoted: None,
+        names_io_addresses: |_| false,
         plain_backslashes: |_| None,
         code_end: None,
         no_bytes: |_| None,

@@ -54,6 +54,7 @@ pub(super) const ATMEL: AsmDialect = AsmDialect {
         cut,
         no_bytes: |_| Some(("a program cannot fill RAM".to_owned(), "reserve room with .byte, as in `.byte 2`".to_owned())),
         ..DialectHooks::NONE
+        names_io_addresses: |_| true,
     },
     directives: &[
         AsmDirective::run("cseg", |asm, call| segment(asm, call, "text")),
