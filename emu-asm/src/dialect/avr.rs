@@ -1,10 +1,11 @@
 //! The AVR dialect of avr-as, with those directives of Atmel's assembler that do not contradict it.
 
 pub(crate) mod atmel;
+mod atmel_names;
 mod commons;
 mod gas;
-
 mod sfr;
+
 use std::ops::Range;
 
 use emu_core::chip::Chip;
