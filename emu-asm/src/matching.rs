@@ -10,6 +10,7 @@ use crate::fault::LineFault;
 use crate::form_table::{FormMeaning, InstructionForm, SyntaxPiece};
 use crate::lines::{behind_name, byte, cut, skip_space, trim};
 use crate::symbols::AsmSymbolKind;
+use crate::value::AsmValue;
 
 /// The operand kind of literals that may be written as a value, such as `W` and `F`.
 pub(crate) const DESTINATION: &str = "destination";
@@ -330,15 +331,7 @@ impl Assembler<'_> {
             let cause = format!("{} has more than 32 bits", value.number);
             return OperandResult::Wrong(3, LineFault::new("ASM003", range, cause, "use a value in range"));
         };
-        let is_constant = kind.name == "constant" && d.hooks.is_sdas;
-        let bits = if kind.wide { 16 } else { 8 };
-        let limit = 1i32 << bits;
-        if is_constant && !value.is_label && !value.is_unknown && !(-limit..limit).contains(&n) {
-            let cause = format!("{n} does not fit into {bits} bits: its upper bits are dropped");
-            let hint = "select the bits with & or `#<`";
-            self.notes.push(LineFault::new("ASM030", range.clone(), cause, hint).warning());
-        }
-        let n = if is_constant { n & (limit - 1) } else { n };
+        let n = if d.hooks.is_sdas { self.cut_for_sdas(kind, &value, n, &range) } else { n };
         // R0 to R7 are words, so the address of a chip register belongs to another form, or to none.
         if d.dot_is_bit && value.is_register && kind.name.starts_with("register") {
             return OperandResult::OtherKind;
@@ -386,6 +379,25 @@ impl Assembler<'_> {
     fn try_zone(&mut self, text: &str, range: Range<usize>, kind: &OperandKind) -> Option<OperandResult> {
         let piece = text.get(range.clone()).filter(|_| self.dialect.zones)?;
         let inner = piece.get(1..)?.trim_start().strip_prefix('(')?.strip_suffix(')')?;
+    /// Returns the value of an operand in a source for sdas8051: it truncates constants, and its linker
+    /// truncates addresses of labels. Notes truncation, except of a constant that is an address.
+    fn cut_for_sdas(&mut self, kind: &OperandKind, value: &AsmValue, n: i32, at: &Range<usize>) -> i32 {
+        let bits = if kind.wide { 16 } else { 8 };
+        let limit = 1i32 << bits;
+        let (is_cut, hint) = match kind.name {
+            "constant" => (!value.is_label, "select the bits with & or `#<`"),
+            "direct address" | "bit address" if value.is_label => {
+                (true, "put the variable into internal RAM, or use movx; `#<` selects the low byte")
+            }
+            _ => return n,
+        };
+        if is_cut && !value.is_unknown && !(-limit..limit).contains(&n) {
+            let cause = format!("{n} does not fit into {bits} bits: its upper bits are dropped");
+            self.notes.push(LineFault::new("ASM030", at.clone(), cause, hint).warning());
+        }
+        n & (limit - 1)
+    }
+
         let letter = piece.get(..1).filter(|letter| letter.starts_with(|c: char| c.is_ascii_alphabetic()))?;
         (kind.parse_name)(&format!("{letter}0"))?;
         let start = range.end - 1 - inner.len();
