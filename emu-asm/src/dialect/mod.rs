@@ -123,6 +123,8 @@ pub(crate) struct DialectHooks {
     pub more: &'static [AsmDirective],
     /// Directives that the family's usual assembler does not have: alone in column 1 they are labels.
     pub foreign: &'static [&'static str],
+    /// Directives that may have no label before them.
+    pub without_label: &'static [&'static str],
     /// Operands of an instruction that takes none are dropped, with a warning.
     pub drops_operands: bool,
     /// Places sections at the end of a pass; returns true if one has moved, which requires another pass.
@@ -176,6 +178,7 @@ impl DialectHooks {
         ignored_dotted: &[],
         more: &[],
         foreign: &[],
+        without_label: &[],
         drops_operands: false,
         place_sections: |_| false,
         value_names: false,
