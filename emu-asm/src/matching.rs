@@ -208,7 +208,8 @@ impl Assembler<'_> {
             let Some((_, range)) = parts.iter().find(|(letter, _)| *letter == slot.letter) else {
                 return FormResult::OtherForm;
             };
-            match self.try_operand(text, range.clone(), slot.kind, &site) {
+            let width = row.pattern.extract_field(slot.letter, 0).width;
+            match self.try_operand(text, range.clone(), slot.kind, width, &site) {
                 OperandResult::Value(value, sure) => {
                     known &= sure;
                     values.push((value, range.clone()));
@@ -286,7 +287,8 @@ impl Assembler<'_> {
         if value.is_unknown || !sure {
             return value.is_unknown && self.pass == 1;
         }
-        self.fit_operand(if number.is_some() { LITERAL } else { DESTINATION }, value.number, &at) == wanted
+        let kind = if number.is_some() { LITERAL } else { DESTINATION };
+        self.fit_operand(kind, u32::BITS, value.number, &at) == wanted
     }
 
     fn try_operand(
@@ -294,6 +296,7 @@ impl Assembler<'_> {
         text: &str,
         range: Range<usize>,
         kind: &OperandKind,
+        width: u32,
         site: &InstructionLocation,
     ) -> OperandResult {
         let piece = text.get(range.clone()).unwrap_or_default();
@@ -326,7 +329,8 @@ impl Assembler<'_> {
             Err(fault) if fault.code == "ASM008" => return OperandResult::OtherKind,
             Err(fault) => return OperandResult::Wrong(2, fault),
         };
-        let fitted = if value.is_unknown { value.number } else { self.fit_operand(kind.name, value.number, &range) };
+        let fitted =
+            if value.is_unknown { value.number } else { self.fit_operand(kind.name, width, value.number, &range) };
         let Ok(n) = i32::try_from(fitted).or_else(|_| u32::try_from(value.number).map(|n| n as i32)) else {
             let cause = format!("{} has more than 32 bits", value.number);
             return OperandResult::Wrong(3, LineFault::new("ASM003", range, cause, "use a value in range"));
@@ -368,17 +372,13 @@ impl Assembler<'_> {
         })
     }
 
-    /// Returns the value of an operand in its field; notes truncation.
-    fn fit_operand(&mut self, kind: &str, n: i64, at: &Range<usize>) -> i64 {
-        let Some((fitted, said)) = (self.dialect.hooks.cut)(self.chip, kind, n) else { return n };
+    /// Returns the value of an operand in its field of `width` bits; notes truncation.
+    fn fit_operand(&mut self, kind: &str, width: u32, n: i64, at: &Range<usize>) -> i64 {
+        let Some((fitted, said)) = (self.dialect.hooks.cut)(self.chip, kind, width, n) else { return n };
         self.notes.extend(said.map(|(code, cause, hint)| LineFault::new(code, at.clone(), cause, hint).warning()));
         fitted
     }
 
-    /// `M(256+n)`: resolves the name that the letter and the value in parentheses form.
-    fn try_zone(&mut self, text: &str, range: Range<usize>, kind: &OperandKind) -> Option<OperandResult> {
-        let piece = text.get(range.clone()).filter(|_| self.dialect.zones)?;
-        let inner = piece.get(1..)?.trim_start().strip_prefix('(')?.strip_suffix(')')?;
     /// Returns the value of an operand in a source for sdas8051: it truncates constants, and its linker
     /// truncates addresses of labels. Notes truncation, except of a constant that is an address.
     fn cut_for_sdas(&mut self, kind: &OperandKind, value: &AsmValue, n: i32, at: &Range<usize>) -> i32 {
@@ -398,6 +398,10 @@ impl Assembler<'_> {
         n & (limit - 1)
     }
 
+    /// `M(256+n)`: resolves the name that the letter and the value in parentheses form.
+    fn try_zone(&mut self, text: &str, range: Range<usize>, kind: &OperandKind) -> Option<OperandResult> {
+        let piece = text.get(range.clone()).filter(|_| self.dialect.zones)?;
+        let inner = piece.get(1..)?.trim_start().strip_prefix('(')?.strip_suffix(')')?;
         let letter = piece.get(..1).filter(|letter| letter.starts_with(|c: char| c.is_ascii_alphabetic()))?;
         (kind.parse_name)(&format!("{letter}0"))?;
         let start = range.end - 1 - inner.len();

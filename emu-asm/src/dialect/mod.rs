@@ -27,9 +27,9 @@ pub(crate) type UnaryOperator = (&'static str, u8, fn(i64) -> i64);
 /// A check of a dialect on an instruction, with the values and positions of its operands.
 pub(crate) type CheckInstruction = fn(&InstructionRow, &[(i32, Range<usize>)]) -> Option<LineFault>;
 
-/// Truncates a value that is too large for an operand field: returns the value that fits, and code, cause and
-/// hint of a warning. `None` if the value is taken as it is or refused as usual.
-pub(crate) type CutToField = fn(&Chip, kind: &str, value: i64) -> Option<(i64, Option<AsmRefusal>)>;
+/// Truncates a value that is too large for an operand field of `width` bits: returns the value that fits, and
+/// code, cause and hint of a warning. `None` if the value is taken as it is or refused as usual.
+pub(crate) type CutToField = fn(&Chip, kind: &str, width: u32, value: i64) -> Option<(i64, Option<AsmRefusal>)>;
 
 /// An assembler dialect.
 pub(crate) struct AsmDialect {
@@ -139,11 +139,11 @@ pub(crate) struct DialectHooks {
     pub is_external: fn(&Assembler<'_>, &str) -> bool,
     /// The source is for Atmel's AVR assembler.
     pub is_atmel: bool,
-    /// Returns the dialect of a source whose directives begin with a dot.
-    pub with_dots: fn() -> Option<&'static AsmDialect>,
     /// Reports whether the name of a register in the range of `in` and `out` is its I/O address, and not its
     /// address in data memory.
     pub names_io_addresses: fn(&Assembler<'_>) -> bool,
+    /// Returns the dialect of a source whose directives begin with a dot.
+    pub with_dots: fn() -> Option<&'static AsmDialect>,
     /// The source is for sdas8051, which uses the low byte of an address in constants and bytes.
     pub is_sdas: bool,
     /// Returns the end and the value of the quoted value at a position.
@@ -174,7 +174,7 @@ impl DialectHooks {
     pub const NONE: DialectHooks = DialectHooks {
         check: |_, _| None,
         mismatch: |_, _, _, _| None,
-        cut: |_, _, _| None,
+        cut: |_, _, _, _| None,
         ignored_dotted: &[],
         more: &[],
         foreign: &[],
@@ -186,10 +186,10 @@ impl DialectHooks {
         refused_operators: &[],
         is_external: |_, _| false,
         is_atmel: false,
+        names_io_addresses: |_| false,
         with_dots: || None,
         is_sdas: false,
         quoted: None,
-        names_io_addresses: |_| false,
         plain_backslashes: |_| None,
         code_end: None,
         no_bytes: |_| None,

@@ -215,10 +215,10 @@ fn padded(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, give: fn(&mut Assem
 
 /// Converts a target from words to bytes, because instructions count bytes here. A constant of more than 8
 /// bits is truncated, with a warning.
-fn cut(_: &Chip, kind: &str, value: i64) -> Option<(i64, Option<AsmRefusal>)> {
+fn cut(_: &Chip, kind: &str, width: u32, value: i64) -> Option<(i64, Option<AsmRefusal>)> {
     match kind {
         "target" => Some((value.saturating_mul(WORD.into()), None)),
-        "constant" if !(-0x80..0x100).contains(&value) => {
+        "constant" if width == 8 && !(-0x80..0x100).contains(&value) => {
             let cause = format!("{value} does not fit into 8 bits: its upper bits are dropped");
             Some((value & 0xFF, Some(("ASM030", cause, "select the bits with low() or &".to_owned()))))
         }
