@@ -73,8 +73,8 @@ pub const CODES: &[DiagnosticCode] = &[
         explain: "Instructions of the AVR are at even byte addresses, and an odd number of data bytes precedes this one. Fix: put \
                   `.balign 2` before it." },
     DiagnosticCode { code: "ASM023", title: "a directive has the wrong number of arguments",
-        explain: "The directive needs a name, a value or a word that is missing, or has too many. docs/formats/asm.md lists the \
-                  arguments of each directive." },
+        explain: "The directive needs a name, a value or a word that is missing, or has too many, or has a label that it may not have. \
+                  docs/formats/asm.md lists the arguments of each directive." },
     DiagnosticCode { code: "ASM024", title: "the program reports an error",
         explain: "The source has an `error` directive here, usually in a conditional block that checks a requirement of the program." },
     DiagnosticCode { code: "ASM025", title: "the program reports a warning",

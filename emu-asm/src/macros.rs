@@ -200,8 +200,14 @@ impl Assembler<'_> {
     /// Defines the names of the caller and those of the chip.
     pub fn define_given(&mut self) {
         self.defines = HashMap::new();
-        let all = (self.dialect.predefined)(self.chip).into_iter().chain(self.given_defines.clone());
-        for (name, text) in all {
+        for (name, text) in (self.dialect.predefined)(self.chip) {
+            let (name, param) = match name.strip_suffix(')').and_then(|name| name.split_once('(')) {
+                Some((name, param)) => (name.to_owned(), Some(vec![param.to_owned()])),
+                None => (name, None),
+            };
+            self.defines.insert(name, Rc::new(TextDefine { params: param, text }));
+        }
+        for (name, text) in self.given_defines.clone() {
             self.defines.insert(name, Rc::new(TextDefine { params: None, text }));
         }
     }

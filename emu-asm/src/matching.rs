@@ -10,6 +10,7 @@ use crate::fault::LineFault;
 use crate::form_table::{FormMeaning, InstructionForm, SyntaxPiece};
 use crate::lines::{behind_name, byte, cut, skip_space, trim};
 use crate::symbols::AsmSymbolKind;
+use crate::value::AsmValue;
 
 /// The operand kind of literals that may be written as a value, such as `W` and `F`.
 pub(crate) const DESTINATION: &str = "destination";
@@ -207,7 +208,8 @@ impl Assembler<'_> {
             let Some((_, range)) = parts.iter().find(|(letter, _)| *letter == slot.letter) else {
                 return FormResult::OtherForm;
             };
-            match self.try_operand(text, range.clone(), slot.kind, &site) {
+            let width = row.pattern.extract_field(slot.letter, 0).width;
+            match self.try_operand(text, range.clone(), slot.kind, width, &site) {
                 OperandResult::Value(value, sure) => {
                     known &= sure;
                     values.push((value, range.clone()));
@@ -285,7 +287,8 @@ impl Assembler<'_> {
         if value.is_unknown || !sure {
             return value.is_unknown && self.pass == 1;
         }
-        self.fit_operand(if number.is_some() { LITERAL } else { DESTINATION }, value.number, &at) == wanted
+        let kind = if number.is_some() { LITERAL } else { DESTINATION };
+        self.fit_operand(kind, u32::BITS, value.number, &at) == wanted
     }
 
     fn try_operand(
@@ -293,6 +296,7 @@ impl Assembler<'_> {
         text: &str,
         range: Range<usize>,
         kind: &OperandKind,
+        width: u32,
         site: &InstructionLocation,
     ) -> OperandResult {
         let piece = text.get(range.clone()).unwrap_or_default();
@@ -325,20 +329,13 @@ impl Assembler<'_> {
             Err(fault) if fault.code == "ASM008" => return OperandResult::OtherKind,
             Err(fault) => return OperandResult::Wrong(2, fault),
         };
-        let fitted = if value.is_unknown { value.number } else { self.fit_operand(kind.name, value.number, &range) };
+        let fitted =
+            if value.is_unknown { value.number } else { self.fit_operand(kind.name, width, value.number, &range) };
         let Ok(n) = i32::try_from(fitted).or_else(|_| u32::try_from(value.number).map(|n| n as i32)) else {
             let cause = format!("{} has more than 32 bits", value.number);
             return OperandResult::Wrong(3, LineFault::new("ASM003", range, cause, "use a value in range"));
         };
-        let is_constant = kind.name == "constant" && d.hooks.is_sdas;
-        let bits = if kind.wide { 16 } else { 8 };
-        let limit = 1i32 << bits;
-        if is_constant && !value.is_label && !value.is_unknown && !(-limit..limit).contains(&n) {
-            let cause = format!("{n} does not fit into {bits} bits: its upper bits are dropped");
-            let hint = "select the bits with & or `#<`";
-            self.notes.push(LineFault::new("ASM030", range.clone(), cause, hint).warning());
-        }
-        let n = if is_constant { n & (limit - 1) } else { n };
+        let n = if d.hooks.is_sdas { self.cut_for_sdas(kind, &value, n, &range) } else { n };
         // R0 to R7 are words, so the address of a chip register belongs to another form, or to none.
         if d.dot_is_bit && value.is_register && kind.name.starts_with("register") {
             return OperandResult::OtherKind;
@@ -375,11 +372,30 @@ impl Assembler<'_> {
         })
     }
 
-    /// Returns the value of an operand in its field; notes truncation.
-    fn fit_operand(&mut self, kind: &str, n: i64, at: &Range<usize>) -> i64 {
-        let Some((fitted, said)) = (self.dialect.hooks.cut)(self.chip, kind, n) else { return n };
+    /// Returns the value of an operand in its field of `width` bits; notes truncation.
+    fn fit_operand(&mut self, kind: &str, width: u32, n: i64, at: &Range<usize>) -> i64 {
+        let Some((fitted, said)) = (self.dialect.hooks.cut)(self.chip, kind, width, n) else { return n };
         self.notes.extend(said.map(|(code, cause, hint)| LineFault::new(code, at.clone(), cause, hint).warning()));
         fitted
+    }
+
+    /// Returns the value of an operand in a source for sdas8051: it truncates constants, and its linker
+    /// truncates addresses of labels. Notes truncation, except of a constant that is an address.
+    fn cut_for_sdas(&mut self, kind: &OperandKind, value: &AsmValue, n: i32, at: &Range<usize>) -> i32 {
+        let bits = if kind.wide { 16 } else { 8 };
+        let limit = 1i32 << bits;
+        let (is_cut, hint) = match kind.name {
+            "constant" => (!value.is_label, "select the bits with & or `#<`"),
+            "direct address" | "bit address" if value.is_label => {
+                (true, "put the variable into internal RAM, or use movx; `#<` selects the low byte")
+            }
+            _ => return n,
+        };
+        if is_cut && !value.is_unknown && !(-limit..limit).contains(&n) {
+            let cause = format!("{n} does not fit into {bits} bits: its upper bits are dropped");
+            self.notes.push(LineFault::new("ASM030", at.clone(), cause, hint).warning());
+        }
+        n & (limit - 1)
     }
 
     /// `M(256+n)`: resolves the name that the letter and the value in parentheses form.

@@ -22,8 +22,9 @@ impl NameValues for Assembler<'_> {
         if let Some(value) = self.chip_names.get(name) {
             let name = self.folded_name(name).into_owned();
             self.chip_names_read.insert(name);
-            // In Atmel's files, a register in the range of `in` and `out` is its I/O address.
-            let io = self.dialect.hooks.is_atmel && value.is_register && (0x20..0x60).contains(&value.number);
+            let io = value.is_register
+                && (0x20..0x60).contains(&value.number)
+                && (self.dialect.hooks.names_io_addresses)(self);
             return Ok(if io { AsmValue::of(value.number - 0x20) } else { value });
         }
         if let Some(n) = (self.dialect.hooks.own_name_value)(self, name) {

@@ -124,10 +124,11 @@ impl PassOutput {
         copied.map(|section| section.align).max().map_or(1, |align| align.max(1) as u64)
     }
 
-    /// Returns the start of the current section if it begins where others end; otherwise 0. Atmel's `dseg`
-    /// has fixed addresses of RAM.
+    /// Returns the start of the current section, with all its subsections, if it begins where others end;
+    /// otherwise 0. Atmel's `dseg` has fixed addresses of RAM.
     pub fn shift(&self) -> i64 {
-        let first = self.initial_sections.get(self.current).filter(|first| first.name != "dseg");
+        let whole = self.initial_sections.get(self.current).map(|own| (own.rank.0, own.rank.1, 0));
+        let first = self.initial_sections.iter().find(|first| Some(first.rank) == whole && first.name != "dseg");
         first.filter(|first| first.behind.is_some()).map_or(0, |first| first.pos / i64::from(first.unit.max(1)))
     }
 

@@ -181,6 +181,7 @@ impl Assembler<'_> {
 
     fn read_code(&mut self, text: &str, mut from: usize, end: usize) {
         self.line_address = self.out.next_address();
+        let mut before = None;
         loop {
             let head = self.parse_head(text, from, end);
             let word = text.get(head.word.clone()).unwrap_or_default();
@@ -204,16 +205,16 @@ impl Assembler<'_> {
                         )
                     ),
                 ) {
-                    self.run_flow_directive(
-                        flow,
-                        &DirectiveCall { text, label: None, word: head.word, rest: head.rest },
-                    );
+                    let call = DirectiveCall { text, label: None, word: head.word, rest: head.rest };
+                    self.run_flow_directive(flow, &call);
+                    self.check_without_label(directive, head.label, &call);
                 }
                 return;
             }
             let named = directive.is_some_and(|d| d.label == LabelUse::Name);
             if let Some(label) = head.label.clone().filter(|_| !named) {
-                self.give_label(text, label);
+                self.give_label(text, label.clone());
+                before = Some(label);
                 if head.word.is_empty() && head.rest.start < end && head.rest.start > from {
                     from = head.rest.start;
                     continue;
@@ -223,8 +224,22 @@ impl Assembler<'_> {
                 return self.no_word(text, trim(text, head.rest));
             }
             let call = DirectiveCall { text, label: head.label.filter(|_| named), word: head.word, rest: head.rest };
-            return self.run_word(directive, flow, &call);
+            self.run_word(directive, flow, &call);
+            return self.check_without_label(directive, before, &call);
         }
+    }
+
+    /// Reports a label before a directive that may have none, unless the directive ends the reading of lines.
+    fn check_without_label(
+        &mut self,
+        directive: Option<&AsmDirective>,
+        label: Option<Range<usize>>,
+        call: &DirectiveCall<'_>,
+    ) {
+        let refused = directive.is_some_and(|d| self.dialect.hooks.without_label.contains(&d.name));
+        let Some(label) = label.filter(|_| refused && self.is_reading()) else { return };
+        let cause = format!("`{}` may have no label before it", call.get(call.word.clone()));
+        self.report(LineFault::new("ASM023", label, cause, "put the label into a line of its own"));
     }
 
     /// Reads the statement `call.text[from..]` after a one-line condition; refuses another such condition

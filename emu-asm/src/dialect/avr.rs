@@ -1,8 +1,10 @@
 //! The AVR dialect of avr-as, with those directives of Atmel's assembler that do not contradict it.
 
 pub(crate) mod atmel;
+mod atmel_names;
 mod commons;
 mod gas;
+mod sfr;
 
 use std::ops::Range;
 
@@ -59,7 +61,6 @@ pub(super) const AVR: AsmDialect = AsmDialect {
         ("byte3", 12, |n| n >> 16 & 0xFF),
         ("pm", 12, |n| n >> 1), ("gs", 12, |n| n >> 1), ("pm_lo8", 12, |n| n >> 1 & 0xFF), ("pm_hi8", 12, |n| n >> 9 & 0xFF),
         ("pm_hh8", 12, |n| n >> 17 & 0xFF), ("lo8_gs", 12, |n| n >> 1 & 0xFF), ("hi8_gs", 12, |n| n >> 9 & 0xFF),
-        ("_SFR_IO_ADDR", 12, |n| n - 0x20), ("_SFR_MEM_ADDR", 12, |n| n), ("_BV", 12, |n| 1i64.checked_shl(n as u32).unwrap_or(0)),
     ],
     true_value: -1,
     arithmetic: super::AsmArithmetic::Signed,
@@ -74,7 +75,7 @@ pub(super) const AVR: AsmDialect = AsmDialect {
     space_fills: true,
     zones: false,
     literals: &[],
-    hooks: DialectHooks { check: check_constant, ignored_dotted: gas::WITHOUT_EFFECT, more: gas::DIRECTIVES, ..DialectHooks::NONE },
+    hooks: DialectHooks { check: check_constant, names_io_addresses: sfr::names_io_addresses, own_name_value: sfr::default_offset, ignored_dotted: gas::WITHOUT_EFFECT, more: gas::DIRECTIVES, ..DialectHooks::NONE },
     directives: &[
         AsmDirective::run("skip", space),
         AsmDirective::run("zero", space),
@@ -96,7 +97,7 @@ pub(super) const AVR: AsmDialect = AsmDialect {
         AsmDirective::run("cseg", |asm, call| atmel::segment(asm, call, "text")),
         AsmDirective::run("dseg", |asm, call| atmel::segment(asm, call, "dseg")),
         AsmDirective::run("eseg", |asm, call| atmel::segment(asm, call, "eeprom")),
-        AsmDirective::run("include", atmel::including),
+        AsmDirective::run("include", sfr::including),
         AsmDirective::named("equ", atmel::equate),
         AsmDirective::named("def", |asm, call| constant(asm, call, AsmSymbolKind::Set)),
         AsmDirective::run("comm", |asm, call| commons::common(asm, call, "COMMON")),
@@ -247,7 +248,7 @@ fn defines(chip: &Chip) -> Vec<(String, String)> {
         ("__AVR_DEVICE_NAME__".to_owned(), chip.name.to_owned()),
         ("__AVR_SFR_OFFSET__".to_owned(), "0x20".to_owned()),
     ];
-    ones.chain(texts).collect()
+    ones.chain(texts).chain(sfr::macros()).collect()
 }
 
 /// Returns the chip's macro: `__AVR_ATmega328P__`.

@@ -384,7 +384,10 @@ fn compare(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, holds: fn(i64) -> 
     let parts = required_arguments(asm, call);
     let mut numbers = parts.iter().map(|part| asm.evaluate_number(call.text, part.clone()).unwrap_or(0));
     let (first, second) = (numbers.next().unwrap_or(0), numbers.next().unwrap_or(0));
-    holds(first.wrapping_sub(second))
+    drop(numbers);
+    let difference = first.wrapping_sub(second);
+    // sdas8051 compares 32 bits with a sign.
+    holds(if asm.dialect.hooks.is_sdas { i64::from(difference as i32) } else { difference })
 }
 
 pub(super) fn is_blank(call: &DirectiveCall<'_>) -> bool {

@@ -374,7 +374,7 @@ fn condition(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> bool {
     let is_own = asm.symbols.get("nul", true).is_some();
     match nul.filter(|rest| rest.starts_with([' ', '\t']) || rest.is_empty() && !is_own) {
         Some(rest) => matches!(rest.trim(), "" | "<>"),
-        None => if_true(asm, call),
+        None => asxxxx::compared(asm, call).unwrap_or_else(|| if_true(asm, call)),
     }
 }
 

@@ -27,9 +27,9 @@ pub(crate) type UnaryOperator = (&'static str, u8, fn(i64) -> i64);
 /// A check of a dialect on an instruction, with the values and positions of its operands.
 pub(crate) type CheckInstruction = fn(&InstructionRow, &[(i32, Range<usize>)]) -> Option<LineFault>;
 
-/// Truncates a value that is too large for an operand field: returns the value that fits, and code, cause and
-/// hint of a warning. `None` if the value is taken as it is or refused as usual.
-pub(crate) type CutToField = fn(&Chip, kind: &str, value: i64) -> Option<(i64, Option<AsmRefusal>)>;
+/// Truncates a value that is too large for an operand field of `width` bits: returns the value that fits, and
+/// code, cause and hint of a warning. `None` if the value is taken as it is or refused as usual.
+pub(crate) type CutToField = fn(&Chip, kind: &str, width: u32, value: i64) -> Option<(i64, Option<AsmRefusal>)>;
 
 /// An assembler dialect.
 pub(crate) struct AsmDialect {
@@ -94,7 +94,8 @@ pub(crate) struct AsmDialect {
     pub directives: &'static [AsmDirective],
     /// Returns what an include provides; `include` is the name in lower case, without path and `<>`.
     pub include_provided: fn(chip: &Chip, include: &str) -> ProvidedInclude,
-    /// Returns names and texts that are defined before the first line.
+    /// Returns names and texts that are defined before the first line. A name may have a parameter in
+    /// parentheses.
     pub predefined: fn(chip: &Chip) -> Vec<(String, String)>,
     /// Refuses an instruction that the dialect does not take with these operands: code, cause and hint.
     pub refuse_instruction: fn(mnemonic: &str, operands: &str) -> Option<AsmRefusal>,
@@ -122,6 +123,8 @@ pub(crate) struct DialectHooks {
     pub more: &'static [AsmDirective],
     /// Directives that the family's usual assembler does not have: alone in column 1 they are labels.
     pub foreign: &'static [&'static str],
+    /// Directives that may have no label before them.
+    pub without_label: &'static [&'static str],
     /// Operands of an instruction that takes none are dropped, with a warning.
     pub drops_operands: bool,
     /// Places sections at the end of a pass; returns true if one has moved, which requires another pass.
@@ -136,6 +139,9 @@ pub(crate) struct DialectHooks {
     pub is_external: fn(&Assembler<'_>, &str) -> bool,
     /// The source is for Atmel's AVR assembler.
     pub is_atmel: bool,
+    /// Reports whether the name of a register in the range of `in` and `out` is its I/O address, and not its
+    /// address in data memory.
+    pub names_io_addresses: fn(&Assembler<'_>) -> bool,
     /// Returns the dialect of a source whose directives begin with a dot.
     pub with_dots: fn() -> Option<&'static AsmDialect>,
     /// The source is for sdas8051, which uses the low byte of an address in constants and bytes.
@@ -168,10 +174,11 @@ impl DialectHooks {
     pub const NONE: DialectHooks = DialectHooks {
         check: |_, _| None,
         mismatch: |_, _, _, _| None,
-        cut: |_, _, _| None,
+        cut: |_, _, _, _| None,
         ignored_dotted: &[],
         more: &[],
         foreign: &[],
+        without_label: &[],
         drops_operands: false,
         place_sections: |_| false,
         value_names: false,
@@ -179,6 +186,7 @@ impl DialectHooks {
         refused_operators: &[],
         is_external: |_, _| false,
         is_atmel: false,
+        names_io_addresses: |_| false,
         with_dots: || None,
         is_sdas: false,
         quoted: None,

@@ -48,6 +48,13 @@ pub(crate) struct Pic16PassState {
     pub is_inhx8m: bool,
 }
 
+/// Directives before which gpasm refuses a label, with its error 121.
+#[rustfmt::skip]
+const WITHOUT_LABEL: &[&str] = &[
+    "if", "ifdef", "ifndef", "else", "endif", "list", "nolist", "expand", "noexpand", "include", "processor", "radix", "errorlevel", "page", "space", "messg",
+    "error", "config", "__badram", "exitm", "end",
+];
+
 /// Common directives that gpasm does not have.
 #[rustfmt::skip]
 const FOREIGN: &[&str] = &[
@@ -100,7 +107,7 @@ pub(super) const PIC16: AsmDialect = AsmDialect {
     space_fills: false,
     zones: false,
     literals: &[("W", 0), ("F", 1)],
-    hooks: DialectHooks { check, cut: fields::cut_to_field, drops_operands: true, ignored_dotted: DOTTED, foreign: FOREIGN, place_sections: link::place, value_names: true, is_32: true, no_bytes, ..DialectHooks::NONE },
+    hooks: DialectHooks { check, cut: fields::cut_to_field, drops_operands: true, ignored_dotted: DOTTED, foreign: FOREIGN, without_label: WITHOUT_LABEL, place_sections: link::place, value_names: true, is_32: true, no_bytes, ..DialectHooks::NONE },
     directives: &[
         AsmDirective::run("include", chip::include),
         AsmDirective::flow("ifdef", ReadFlow::If(|asm, call| chip::is_defined(asm, call, true))),

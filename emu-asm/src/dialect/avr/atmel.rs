@@ -9,6 +9,7 @@ use super::super::{
     AsmDialect, AsmDirective, AsmRefusal, C_OPERATORS, DialectHooks, ProvidedInclude, ReadFlow, SectionContent,
     UnaryOperator,
 };
+use super::atmel_names::further_names;
 use super::{AVR, longs, section};
 use crate::arguments::scan_name;
 use crate::engine::{Assembler, DirectiveCall};
@@ -19,6 +20,9 @@ use crate::value::AsmValue;
 
 /// Bytes of a program word.
 const WORD: u32 = 2;
+/// The first address behind the registers of `in` and `out`, and the I/O address of the last of them.
+const FIRST_EXTENDED: i64 = 0x60;
+const LAST_IO: i64 = 0x3F;
 /// Arguments of a macro, `@0` to `@9`.
 pub(crate) const ARGUMENTS: usize = 10;
 
@@ -50,6 +54,7 @@ pub(super) const ATMEL: AsmDialect = AsmDialect {
     space_fills: false,
     hooks: DialectHooks {
         is_atmel: true,
+        names_io_addresses: |_| true,
         digit_groups: Some('_'),
         cut,
         no_bytes: |_| Some(("a program cannot fill RAM".to_owned(), "reserve room with .byte, as in `.byte 2`".to_owned())),
@@ -125,7 +130,8 @@ pub(super) fn including(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     include(asm, call);
 }
 
-/// Returns names of Atmel's files other than registers: sizes in words, and interrupt addresses.
+/// Returns names of Atmel's files other than registers: sizes in words, interrupt addresses, and further
+/// ones.
 fn names(chip: &Chip) -> Vec<(String, i64)> {
     let constant = |wanted: &str| {
         (chip.constants)().into_iter().find(|(name, _)| *name == wanted).map_or(0, |(_, value)| i64::from(value))
@@ -135,7 +141,9 @@ fn names(chip: &Chip) -> Vec<(String, i64)> {
     let fixed = [
         ("SRAM_START", ram),
         ("SRAM_SIZE", chip.ram_len.into()),
-        ("IOEND", ram - 1),
+        ("IOEND", if ram == FIRST_EXTENDED { LAST_IO } else { ram - 1 }),
+        // 0 without memory outside.
+        ("XRAMEND", Some(constant("XRAMEND")).filter(|end| *end != constant("RAMEND")).unwrap_or(0)),
         ("EEPROMEND", constant("E2END")),
         ("FLASHEND", i64::from(chip.flash_bytes) / i64::from(WORD) - 1),
         ("PAGESIZE", page),
@@ -146,7 +154,8 @@ fn names(chip: &Chip) -> Vec<(String, i64)> {
         .iter()
         .zip(0i64..)
         .filter_map(|(name, number)| Some((format!("{}addr", interrupt(name)?), number * vector)));
-    fixed.into_iter().map(|(name, value)| (name.to_owned(), value)).chain(vectors).collect()
+    let fixed = fixed.into_iter().map(|(name, value)| (name.to_owned(), value));
+    fixed.chain(vectors).chain(further_names(chip)).collect()
 }
 
 /// Returns the name that Atmel's files give an interrupt, without the `addr` at its end.
@@ -206,10 +215,10 @@ fn padded(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, give: fn(&mut Assem
 
 /// Converts a target from words to bytes, because instructions count bytes here. A constant of more than 8
 /// bits is truncated, with a warning.
-fn cut(_: &Chip, kind: &str, value: i64) -> Option<(i64, Option<AsmRefusal>)> {
+fn cut(_: &Chip, kind: &str, width: u32, value: i64) -> Option<(i64, Option<AsmRefusal>)> {
     match kind {
         "target" => Some((value.saturating_mul(WORD.into()), None)),
-        "constant" if !(-0x80..0x100).contains(&value) => {
+        "constant" if width == 8 && !(-0x80..0x100).contains(&value) => {
             let cause = format!("{value} does not fit into 8 bits: its upper bits are dropped");
             Some((value & 0xFF, Some(("ASM030", cause, "select the bits with low() or &".to_owned()))))
         }

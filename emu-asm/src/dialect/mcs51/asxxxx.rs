@@ -4,9 +4,18 @@ use super::super::common::{constant, purge, required_arguments};
 use super::super::{AsmDirective, ReadFlow};
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
-use crate::lines::{byte, cut, skip_space, trim};
+use crate::lines::{behind_name, byte, cut, skip_space, trim};
 use crate::symbols::AsmSymbolKind;
 use crate::value::AsmValue;
+
+/// A comparison of a value with 0.
+type ZeroComparison = fn(i64) -> bool;
+
+/// The comparisons by the words of `.if`.
+#[rustfmt::skip]
+const COMPARISONS: &[(&str, ZeroComparison)] = &[
+    ("eq", |n| n == 0), ("ne", |n| n != 0), ("gt", |n| n > 0), ("lt", |n| n < 0), ("ge", |n| n >= 0), ("le", |n| n <= 0),
+];
 
 /// The directives, without a dot.
 #[rustfmt::skip]
@@ -27,7 +36,7 @@ pub(super) const DIRECTIVES: &[AsmDirective] = &[
     AsmDirective::flow("iift", ReadFlow::WithinLine(|holds| holds)),
     AsmDirective::flow("iiff", ReadFlow::WithinLine(|holds| !holds)),
     AsmDirective::flow("iiftf", ReadFlow::WithinLine(|_| true)),
-    AsmDirective::run("iif", |asm, call| run_one_line(asm, call, |n| n != 0)),
+    AsmDirective::run("iif", run_one_line_if),
     AsmDirective::run("iifne", |asm, call| run_one_line(asm, call, |n| n != 0)),
     AsmDirective::run("iifeq", |asm, call| run_one_line(asm, call, |n| n == 0)),
     AsmDirective::run("iifgt", |asm, call| run_one_line(asm, call, |n| n > 0)),
@@ -36,12 +45,40 @@ pub(super) const DIRECTIVES: &[AsmDirective] = &[
     AsmDirective::run("iifle", |asm, call| run_one_line(asm, call, |n| n <= 0)),
 ];
 
+/// Splits `eq,value`, a condition of `.if` and `.iif`: returns its comparison with 0, and the position of the
+/// value. The comma may be missing. sdas8051 does not take these words as names there.
+fn split_comparison(text: &str, at: usize) -> Option<(ZeroComparison, usize)> {
+    let start = skip_space(text, at);
+    let end = behind_name(text, start, false);
+    let word = text.get(start..end)?.to_ascii_lowercase();
+    let (_, holds) = COMPARISONS.iter().find(|(name, _)| *name == word)?;
+    let comma = skip_space(text, end);
+    Some((*holds, comma + usize::from(byte(text, comma) == b',')))
+}
+
+/// Evaluates the condition `eq,value` of a source for sdas8051; `None` if it has another form.
+pub(super) fn compared(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> Option<bool> {
+    let (holds, at) = split_comparison(call.text, call.rest.start).filter(|_| asm.dialect.hooks.is_sdas)?;
+    Some(asm.evaluate_number(call.text, at..call.rest.end.max(at)).is_some_and(|n| holds(i64::from(n as i32))))
+}
+
+/// `.iif eq,value statement`: as `.iifeq value statement`.
+fn run_one_line_if(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    match split_comparison(call.text, call.rest.start).filter(|_| asm.dialect.hooks.is_sdas) {
+        Some((holds, at)) => {
+            let rest = at..call.rest.end.max(at);
+            run_one_line(asm, &DirectiveCall { rest, label: None, word: call.word.clone(), ..*call }, holds);
+        }
+        None => run_one_line(asm, call, |n| n != 0),
+    }
+}
+
 /// `.iif condition, statement`: reads the statement only if the condition holds.
-fn run_one_line(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, holds: fn(i64) -> bool) {
+fn run_one_line(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, holds: ZeroComparison) {
     let Some((value, behind)) = asm.front_value(call.text, call.rest.clone()) else { return };
     let comma = skip_space(call.text, behind);
     let from = comma + usize::from(byte(call.text, comma) == b',');
-    if holds(if value.is_unknown { 0 } else { value.number }) {
+    if holds(if value.is_unknown { 0 } else { i64::from(value.number as i32) }) {
         asm.inner_statement(call, from);
     }
 }

@@ -15,7 +15,7 @@ const FILE_ADDRESSES: i64 = 0x200;
 const REACHABLE_WORDS: i64 = 0x2000;
 
 /// Implements [`crate::dialect::CutToField`] for the PIC16.
-pub(super) fn cut_to_field(chip: &Chip, kind: &str, value: i64) -> Option<(i64, Option<AsmRefusal>)> {
+pub(super) fn cut_to_field(chip: &Chip, kind: &str, _: u32, value: i64) -> Option<(i64, Option<AsmRefusal>)> {
     // Signed 32 bits: 0xFFFFFFFF is -1.
     let n = i64::from(value as i32);
     let warned = |code, fits: i64, of: &str| {
