@@ -5,6 +5,7 @@
 //! ranges have a budget in the order of the file size.
 
 mod attributes;
+mod unit_context;
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -13,6 +14,8 @@ use gimli::{
     AttributeValue, DebuggingInformationEntry, DwAt, Dwarf, EndianSlice, Error, LittleEndian as Le, SectionId, Unit,
     UnitOffset,
 };
+
+use unit_context::UnitContext;
 
 use attributes::{constant_bytes, encoding, lossy_text, range, signed_value, unsigned_attribute};
 
@@ -454,64 +457,4 @@ pub(super) fn finish_functions(info: &mut DebugInfo) {
 /// The placeholder of a name until all entries were read: none has such a character.
 fn type_reference(origin: Option<usize>) -> String {
     origin.map_or(String::new(), |at| format!("\0{at}"))
-}
-
-/// The unit of an entry.
-struct UnitContext<'a, 'b> {
-    dwarf: &'a Dwarf<DwarfSlice<'b>>,
-    unit: &'a Unit<DwarfSlice<'b>>,
-    start: usize,
-}
-
-impl UnitContext<'_, '_> {
-    fn name(&self, entry: &DwarfEntry<'_>) -> Option<String> {
-        self.text(entry, gimli::DW_AT_name)
-    }
-
-    fn text(&self, entry: &DwarfEntry<'_>, name: DwAt) -> Option<String> {
-        let value = entry.attr_value(name)?;
-        let name = match value {
-            AttributeValue::String(name) => lossy_text(name),
-            AttributeValue::DebugStrRef(offset) => lossy_text(self.dwarf.string(offset).ok()?),
-            AttributeValue::DebugLineStrRef(offset) => lossy_text(self.dwarf.line_string(offset).ok()?),
-            AttributeValue::DebugStrOffsetsIndex(index) => {
-                let offset = self.dwarf.string_offset(self.unit, index).ok()?;
-                lossy_text(self.dwarf.string(offset).ok()?)
-            }
-            _ => return None,
-        };
-        (!name.is_empty()).then_some(name)
-    }
-
-    /// The entry that an attribute refers to, by its offset.
-    fn kind(&self, entry: &DwarfEntry<'_>, name: DwAt) -> Option<TypeId> {
-        match entry.attr_value(name)? {
-            AttributeValue::UnitRef(offset) => self.start.checked_add(offset.0).map(TypeId),
-            AttributeValue::DebugInfoRef(offset) => Some(TypeId(offset.0)),
-            _ => None,
-        }
-    }
-
-    /// The name of a source file, given its number, without its folder.
-    fn file(&self, number: u32) -> Option<String> {
-        let header = self.unit.line_program.as_ref()?.header();
-        let name = self.dwarf.attr_line_string(header.file(number.into())?.path_name()).ok().map(lossy_text)?;
-        Some(name.rsplit('/').next().unwrap_or_default().to_owned())
-    }
-
-    /// Offset in bytes of a member.
-    fn offset(&self, entry: &DwarfEntry<'_>) -> u32 {
-        if let Some(offset) = unsigned_attribute(entry, gimli::DW_AT_data_member_location) {
-            return offset;
-        }
-        let Some(AttributeValue::Exprloc(expression)) = entry.attr_value(gimli::DW_AT_data_member_location) else {
-            return 0;
-        };
-        // In DWARF 2 the offset is an expression: add a constant.
-        let mut operations = expression.operations(self.unit.encoding());
-        match operations.next() {
-            Ok(Some(gimli::Operation::PlusConstant { value })) => u32::try_from(value).unwrap_or(0),
-            _ => 0,
-        }
-    }
 }
