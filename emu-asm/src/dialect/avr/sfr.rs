@@ -17,18 +17,18 @@ const ADDRESS: &str = "_SFR_ADDR";
 /// The distance of addresses in data memory from I/O addresses.
 const DATA_OFFSET: i64 = 0x20;
 
-/// The macros with their parameter, and their texts. A sum is a plain number, also if the argument is the
-/// name of a register.
+/// The macros with their parameter, and their texts, without spaces, which separate arguments of macros. A
+/// sum is a plain number, also if the argument is the name of a register.
 const MACROS: &[(&str, &str)] = &[
-    ("_BV(bit)", "(1 << (bit))"),
+    ("_BV(bit)", "(1<<(bit))"),
     ("_SFR_MEM8(addr)", "(addr)"),
     ("_SFR_MEM16(addr)", "(addr)"),
     ("_SFR_MEM32(addr)", "(addr)"),
-    ("_SFR_IO8(addr)", "((addr) + __SFR_OFFSET)"),
-    ("_SFR_IO16(addr)", "((addr) + __SFR_OFFSET)"),
-    ("_SFR_IO_ADDR(sfr)", "((sfr) - __SFR_OFFSET)"),
-    ("_SFR_MEM_ADDR(sfr)", "((sfr) + 0)"),
-    ("_SFR_IO_REG_P(sfr)", "((sfr) < 0x40 + __SFR_OFFSET)"),
+    ("_SFR_IO8(addr)", "((addr)+__SFR_OFFSET)"),
+    ("_SFR_IO16(addr)", "((addr)+__SFR_OFFSET)"),
+    ("_SFR_IO_ADDR(sfr)", "((sfr)-__SFR_OFFSET)"),
+    ("_SFR_MEM_ADDR(sfr)", "((sfr)+0)"),
+    ("_SFR_IO_REG_P(sfr)", "((sfr)<0x40+__SFR_OFFSET)"),
     ("_SFR_ADDR(sfr)", "_SFR_MEM_ADDR(sfr)"),
 ];
 

@@ -4,7 +4,13 @@
 #endif
 #include <avr/io.h>
 
+        .macro  store register bits
+        ldi     r24, \bits
+        out     \register, r24
+        .endm
+
 main:
+        store   _SFR_IO_ADDR(PORTB), _BV(3)|_BV(4)
         ldi r30, PORTB
         ldi r31, __SFR_OFFSET
         lds r17, PORTB
