@@ -8,9 +8,12 @@ use crate::lines::{behind_name, byte, cut, skip_space, trim};
 use crate::symbols::AsmSymbolKind;
 use crate::value::AsmValue;
 
-/// The comparisons of a value with 0.
+/// A comparison of a value with 0.
+type ZeroComparison = fn(i64) -> bool;
+
+/// The comparisons by the words of `.if`.
 #[rustfmt::skip]
-const COMPARISONS: &[(&str, fn(i64) -> bool)] = &[
+const COMPARISONS: &[(&str, ZeroComparison)] = &[
     ("eq", |n| n == 0), ("ne", |n| n != 0), ("gt", |n| n > 0), ("lt", |n| n < 0), ("ge", |n| n >= 0), ("le", |n| n <= 0),
 ];
 
@@ -44,7 +47,7 @@ pub(super) const DIRECTIVES: &[AsmDirective] = &[
 
 /// Splits `eq,value`, a condition of `.if` and `.iif`: returns its comparison with 0, and the position of the
 /// value. The comma may be missing. sdas8051 does not take these words as names there.
-fn split_comparison(text: &str, at: usize) -> Option<(fn(i64) -> bool, usize)> {
+fn split_comparison(text: &str, at: usize) -> Option<(ZeroComparison, usize)> {
     let start = skip_space(text, at);
     let end = behind_name(text, start, false);
     let word = text.get(start..end)?.to_ascii_lowercase();
@@ -71,7 +74,7 @@ fn run_one_line_if(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
 }
 
 /// `.iif condition, statement`: reads the statement only if the condition holds.
-fn run_one_line(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, holds: fn(i64) -> bool) {
+fn run_one_line(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, holds: ZeroComparison) {
     let Some((value, behind)) = asm.front_value(call.text, call.rest.clone()) else { return };
     let comma = skip_space(call.text, behind);
     let from = comma + usize::from(byte(call.text, comma) == b',');
