@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::dialect::AsmDirective;
 use crate::dialect::pic16::special::is_special;
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
@@ -38,6 +39,19 @@ impl Assembler<'_> {
         let (code, what) = if directive && !special { ("ASM041", "directive") } else { ("ASM040", "instruction") };
         let cause = format!("the {what} `{}` is in column 1, which is for labels", call.get(call.word.clone()));
         self.report(LineFault::new(code, call.word.clone(), cause, "put a space before it").warning());
+    }
+
+    /// Reports a label before a directive that may have none, unless the directive ends the reading of lines.
+    pub fn check_without_label(
+        &mut self,
+        directive: Option<&AsmDirective>,
+        label: Option<Range<usize>>,
+        call: &DirectiveCall<'_>,
+    ) {
+        let refused = directive.is_some_and(|d| self.dialect.hooks.without_label.contains(&d.name));
+        let Some(label) = label.filter(|_| refused && self.is_reading()) else { return };
+        let cause = format!("`{}` may have no label before it", call.get(call.word.clone()));
+        self.report(LineFault::new("ASM023", label, cause, "put the label into a line of its own"));
     }
 
     /// Reports an instruction in column 1 that is meant as a name, because a directive with values follows:

@@ -229,19 +229,6 @@ impl Assembler<'_> {
         }
     }
 
-    /// Reports a label before a directive that may have none, unless the directive ends the reading of lines.
-    fn check_without_label(
-        &mut self,
-        directive: Option<&AsmDirective>,
-        label: Option<Range<usize>>,
-        call: &DirectiveCall<'_>,
-    ) {
-        let refused = directive.is_some_and(|d| self.dialect.hooks.without_label.contains(&d.name));
-        let Some(label) = label.filter(|_| refused && self.is_reading()) else { return };
-        let cause = format!("`{}` may have no label before it", call.get(call.word.clone()));
-        self.report(LineFault::new("ASM023", label, cause, "put the label into a line of its own"));
-    }
-
     /// Reads the statement `call.text[from..]` after a one-line condition; refuses another such condition
     /// within it.
     pub fn inner_statement(&mut self, call: &DirectiveCall<'_>, from: usize) {
