@@ -164,6 +164,31 @@ impl DebugSession {
         }
     }
 
+    /// Goes forward to the last position before the cycle `end` at which a breakpoint would have stopped a
+    /// run: a step back that crosses calls has passed it. Returns `None`, without a move, if there is none.
+    pub fn forward_to_passed_breakpoint(&mut self, end: u64, go_on: KeepRunning<'_>) -> Option<HaltResult> {
+        let start = self.current.cycle();
+        let mut points = self.points.clone();
+        let others = points.all().iter().filter(|point| !matches!(point.trigger, PointTrigger::Code(_)));
+        let others: Vec<u32> = others.map(|point| point.id).collect();
+        others.into_iter().for_each(|id| _ = points.remove(id));
+        points.enabled().next()?;
+        let mut last = None;
+        let searched = self.hits_between(&[start, end], &points, go_on, &mut |replay, hits| {
+            if (start + 1..end).contains(&replay.cycle()) {
+                last = Some((replay.fork(), hits));
+            }
+            true
+        });
+        if let Err(why) = searched {
+            return Some(HaltResult { reason: why });
+        }
+        let (replay, hits) = last?;
+        self.arrive(replay);
+        self.points.note_stops(hits.iter().map(|hit| hit.id));
+        Some(HaltResult { reason: HaltReason::Points(hits) })
+    }
+
     /// Finds the last time up to now at which `wanted` was accessed or changed, including the instruction
     /// that ended here: the cycle after that instruction, and the hit. The machine does not move.
     ///

@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use emu_core::chip::ChipFamily;
-use emu_core::image::{AVR_DATA, BaseEncoding, CType, DebugInfo, FunctionInfo, VariableInfo};
+use emu_core::image::{AVR_DATA, BaseEncoding, CType, DebugInfo, FunctionInfo, Mcs51Memory, VariableInfo};
 
 pub use byte_locations::ObjectByteLocation;
 pub(super) use byte_locations::number_from_bytes;
@@ -51,6 +51,8 @@ pub struct ObjectExpr {
     indices: Vec<(DebugExpression, u32)>,
     /// A bit field: its first bit and its number of bits.
     bits: Option<(u32, u32)>,
+    /// On an 8051, the base of the memory that contains it, if that is known without a machine.
+    memory: Option<u32>,
 }
 
 impl ObjectExpr {
@@ -62,7 +64,9 @@ impl ObjectExpr {
         level: usize,
     ) -> ObjectExpr {
         let kind = CTypeRef::new(variable.variable_type);
-        ObjectExpr::of(calls, ObjectBase::Variable { variable: Arc::new(variable.clone()), known, level }, kind)
+        let memory = calls.info.memory_of_variable(variable);
+        let base = ObjectBase::Variable { variable: Arc::new(variable.clone()), known, level };
+        ObjectExpr { memory, ..ObjectExpr::of(calls, base, kind) }
     }
 
     /// Returns memory at an address.
@@ -150,7 +154,7 @@ impl ObjectExpr {
     }
 
     fn of(calls: CallStack, base: ObjectBase, kind: CTypeRef) -> ObjectExpr {
-        ObjectExpr { calls, base, ctype: kind, offset: 0, indices: Vec::new(), bits: None }
+        ObjectExpr { calls, base, ctype: kind, offset: 0, indices: Vec::new(), bits: None, memory: None }
     }
 
     /// Returns the types and functions of the program.
@@ -170,7 +174,7 @@ impl ObjectExpr {
     #[must_use]
     pub fn element_type(&self) -> Option<CTypeRef> {
         if let Some(stars) = self.ctype.pointer_depth.checked_sub(1) {
-            return Some(CTypeRef { pointer_depth: stars, ..self.ctype });
+            return Some(CTypeRef { pointer_depth: stars, memory: None, ..self.ctype });
         }
         match self.resolved_type()? {
             CType::Pointer { to, .. } => Some(CTypeRef::new(*to)),
@@ -203,8 +207,8 @@ impl ObjectExpr {
             if let ObjectBase::AddressOf(object) = &self.base {
                 return Ok(ObjectExpr { ctype: kind, ..(**object).clone() });
             }
-            let addr = self.with_memory(DebugExpression::Object(Box::new(self.clone())));
-            return Ok(ObjectExpr::at(self.calls.clone(), addr, kind));
+            let value = DebugExpression::Object(Box::new(self.clone()));
+            return Ok(self.target_at(value, kind));
         }
         let size = size.filter(|size| *size > 0).ok_or(DebugError::UnknownSize { what: "what it points to" })?;
         if self.is_array() {
@@ -218,8 +222,24 @@ impl ObjectExpr {
             }
             return Ok(found);
         }
-        let addr = self.with_memory(self.scaled_offset(BinaryOperator::Add, index, size));
-        Ok(ObjectExpr::at(self.calls.clone(), addr, kind))
+        Ok(self.target_at(self.scaled_offset(BinaryOperator::Add, index, size), kind))
+    }
+
+    /// Reports whether it is a variable whose type the program does not describe.
+    #[must_use]
+    pub fn has_unknown_type(&self) -> bool {
+        let is_untyped =
+            matches!(&self.base, ObjectBase::Variable { variable, .. } if variable.variable_type.is_none());
+        is_untyped && self.ctype == CTypeRef::default()
+    }
+
+    /// Returns a variable without a type as an object of a type; `None` for other objects.
+    pub(super) fn with_declared_type(&self, kind: CTypeRef) -> Option<ObjectExpr> {
+        let ObjectBase::Variable { variable, known, level } = &self.base else { return None };
+        let mut typed = VariableInfo::clone(variable);
+        typed.variable_type = kind.id.filter(|_| self.has_unknown_type() && kind.pointer_depth == 0);
+        typed.variable_type?;
+        Some(ObjectExpr::variable(self.calls.clone(), &typed, known.clone(), *level))
     }
 
     /// Returns what a pointer points to.
@@ -228,16 +248,23 @@ impl ObjectExpr {
         self.element(DebugExpression::Number(0)).ok().filter(|_| !self.is_array())
     }
 
-    /// Adds the base of the memory that a pointer of this type points to to an address that it holds.
-    fn with_memory(&self, addr: DebugExpression) -> DebugExpression {
-        let base = self.info().pointer_base(self.ctype.id.filter(|_| self.ctype.pointer_depth == 0));
-        match base {
+    /// Returns the object at an address that a pointer of this type holds.
+    fn target_at(&self, addr: DebugExpression, kind: CTypeRef) -> ObjectExpr {
+        let memory = self.info().memory_of_target(self.ctype);
+        let addr = match memory {
             None => addr,
             Some(base) => {
                 let base = DebugExpression::Number(base.into());
                 DebugExpression::Binary(BinaryOperator::Add, Box::new(addr), Box::new(base))
             }
-        }
+        };
+        ObjectExpr { memory, ..ObjectExpr::at(self.calls.clone(), addr, kind) }
+    }
+
+    /// Returns the base of the memory that its value points to: for an array that of the array, for a pointer
+    /// that of its type.
+    pub(super) fn memory_of_target(&self) -> Option<u32> {
+        if self.is_array() { self.memory } else { self.info().memory_of_target(self.ctype) }
     }
 
     /// Returns a pointer moved by a number of elements.
@@ -251,7 +278,7 @@ impl ObjectExpr {
     pub(super) fn offset_by(&self, operator: BinaryOperator, by: &DebugExpression) -> Option<ObjectExpr> {
         let kind = self.element_type().filter(|_| !self.is_function() && !self.is_function_pointer())?;
         let size = self.info().size_of(kind).unwrap_or(1).max(1);
-        let kind = CTypeRef { pointer_depth: kind.pointer_depth + 1, ..kind };
+        let kind = CTypeRef { pointer_depth: kind.pointer_depth + 1, memory: self.memory_of_target(), ..kind };
         let from = if self.is_array() { self.address().ok()? } else { self.clone() };
         Some(ObjectExpr::value_of(self.calls.clone(), from.scaled_offset(operator, by.clone(), size), kind))
     }
@@ -265,7 +292,7 @@ impl ObjectExpr {
             return Err(DebugError::NoAddress { text: None });
         }
         // The address of a bit field is that of its first byte, as in gdb.
-        let kind = CTypeRef { pointer_depth: self.ctype.pointer_depth + 1, ..self.ctype };
+        let kind = CTypeRef { pointer_depth: self.ctype.pointer_depth + 1, memory: self.memory, ..self.ctype };
         Ok(ObjectExpr::of(self.calls.clone(), ObjectBase::AddressOf(Box::new(self.clone())), kind))
     }
 
@@ -326,6 +353,12 @@ impl ObjectExpr {
                 } else {
                     ((value as u64) << unused >> unused) as i64
                 })
+            }
+            ObjectBase::AddressOf(object) if object.memory == Some(Mcs51Memory::POINTER) => {
+                match object.byte_locations(target).first()? {
+                    ObjectByteLocation::Memory(space, addr) => Some(i64::from(Mcs51Memory::generic_tag(space) | *addr)),
+                    _ => None,
+                }
             }
             ObjectBase::AddressOf(object) => object.first_address(target),
             _ => {
@@ -443,6 +476,17 @@ impl ObjectExpr {
             ObjectBase::Function(_) | ObjectBase::Kept(_) => false,
         };
         own || self.indices.iter().any(|(index, _)| index.is_local())
+    }
+
+    /// Returns the code in which the local variable that it is computed from is in scope.
+    pub(super) fn local_scope(&self) -> Option<&[Range<u32>]> {
+        let own = match &self.base {
+            ObjectBase::Variable { known, .. } => (!known.is_empty()).then_some(known.as_slice()),
+            ObjectBase::At(of) | ObjectBase::Value(of) => of.first_local_scope(),
+            ObjectBase::AddressOf(of) => of.local_scope(),
+            ObjectBase::Function(_) | ObjectBase::Kept(_) => None,
+        };
+        own.or_else(|| self.indices.iter().find_map(|(index, _)| index.first_local_scope()))
     }
 
     /// Reports whether its address depends only on time.

@@ -1,6 +1,6 @@
 //! Queries on C types.
 
-use emu_core::image::{CType, DebugInfo, TypeId};
+use emu_core::image::{CType, DebugInfo, Mcs51Memory, TypeId};
 
 /// A type, with pointers around it that the program need not define: `&x` is one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -11,13 +11,16 @@ pub struct CTypeRef {
     pub pointer_depth: u32,
     /// For an array: the number of dimensions that are already indexed.
     pub indexed_dimensions: usize,
+    /// For a pointer with `pointer_depth` above 0: what is added to its value to get an address that contains
+    /// its memory (8051); `None` if the memory is not known.
+    pub memory: Option<u32>,
 }
 
 impl CTypeRef {
     /// Returns a type of the program.
     #[must_use]
     pub fn new(id: Option<TypeId>) -> CTypeRef {
-        CTypeRef { id, pointer_depth: 0, indexed_dimensions: 0 }
+        CTypeRef { id, pointer_depth: 0, indexed_dimensions: 0, memory: None }
     }
 }
 
@@ -33,6 +36,7 @@ pub(super) trait CTypeQueries {
     fn member(&self, record: Option<TypeId>, name: &str, depth: u32) -> Option<FoundMember>;
     fn member_names(&self, record: Option<TypeId>) -> Vec<&str>;
     fn type_name(&self, kind: CTypeRef) -> String;
+    fn memory_of_target(&self, kind: CTypeRef) -> Option<u32>;
 }
 
 /// Offset of a member in bytes, its bit field, its type.
@@ -45,7 +49,8 @@ impl CTypeQueries for DebugInfo {
 
     fn size_of(&self, kind: CTypeRef) -> Option<u32> {
         if kind.pointer_depth > 0 {
-            return Some(POINTER_BYTES);
+            // A generic pointer of the 8051 has the memory in its third byte.
+            return Some(POINTER_BYTES + u32::from(kind.memory == Some(Mcs51Memory::POINTER)));
         }
         match self.array(kind) {
             Some((of, counts)) => counts.iter().try_fold(self.size(of)?, |size, count| size.checked_mul((*count)?)),
@@ -91,5 +96,10 @@ impl CTypeQueries for DebugInfo {
 
     fn type_name(&self, kind: CTypeRef) -> String {
         super::c_types::declaration(self, kind, "")
+    }
+
+    /// Returns the base of the memory that a pointer of this type points to.
+    fn memory_of_target(&self, kind: CTypeRef) -> Option<u32> {
+        if kind.pointer_depth > 0 { kind.memory } else { self.pointer_base(kind.id) }
     }
 }

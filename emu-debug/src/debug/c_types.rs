@@ -184,7 +184,7 @@ pub(super) fn find_type(info: &DebugInfo, text: &str) -> Option<CTypeRef> {
     let qualifier = bare.split_whitespace().find(|word| is_qualifier(word));
     let stars = u32::try_from(stars).ok()?;
     if words == ["void"] {
-        return Some(CTypeRef { id: None, pointer_depth: stars, indexed_dimensions: 0 });
+        return Some(CTypeRef { id: None, pointer_depth: stars, ..CTypeRef::default() });
     }
     let wanted = canonical(&words);
     let is = |kind: &CType| match kind {
@@ -217,7 +217,7 @@ pub(super) fn find_type(info: &DebugInfo, text: &str) -> Option<CTypeRef> {
                 .find(|(_, kind)| matches!(kind, CType::Qualified { word: own, of } if *own == word && same(of)))
         })
         .map_or(found, |(id, _)| id);
-    Some(CTypeRef { id: Some(found), pointer_depth: stars, indexed_dimensions: 0 })
+    Some(CTypeRef { id: Some(found), pointer_depth: stars, ..CTypeRef::default() })
 }
 
 /// Returns the words of a type in a canonical order, without a redundant `int`: `long unsigned int` and

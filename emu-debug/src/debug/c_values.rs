@@ -94,6 +94,9 @@ impl ObjectExpr {
     /// Returns the value without the type of a pointer.
     #[must_use]
     pub fn text_without_type(&self, scope: &NameScope, target: &dyn DynMachine) -> String {
+        if self.has_unknown_type() {
+            return "<unknown type>".to_owned();
+        }
         let shown = CValueFormatter { scope, info: self.info(), target, letter: None };
         shown.value(self.ctype, self.bit_field(), &self.byte_locations(target), MAX_DEPTH)
     }
@@ -301,9 +304,12 @@ impl CValueFormatter<'_> {
                 BaseEncoding::Float => float(&bytes),
             },
             Some(CType::Enum { values, .. }) => enumerator(values, value),
-            Some(CType::Pointer { to, .. }) => self.pointer(value, CTypeRef::new(*to), self.info.pointer_base(kind.id)),
+            Some(CType::Pointer { to, .. }) => {
+                self.pointer(value, CTypeRef::new(*to), self.info.memory_of_target(kind))
+            }
             _ if kind.pointer_depth > 0 => {
-                self.pointer(value, CTypeRef { pointer_depth: kind.pointer_depth - 1, ..kind }, None)
+                let to = CTypeRef { pointer_depth: kind.pointer_depth - 1, memory: None, ..kind };
+                self.pointer(value, to, self.info.memory_of_target(kind))
             }
             _ => value.to_string(),
         }

@@ -307,6 +307,9 @@ impl CallStack {
                 next.cfa = self.unwind_frame(target, &next).map(|unwinding| unwinding.unwound.cfa);
                 Some(next)
             }
+            ChipFamily::Mcs51 if let Some((word, sp)) = self.interrupted_code(target, frame) => {
+                Some(outer((word, word), sp))
+            }
             ChipFamily::Mcs51 => {
                 let peek = |at: u32| target.peek(target.chip().ram_space, at).map(u32::from);
                 (0x09..=frame.sp.min(0xFF)).rev().find_map(|at| {
@@ -321,6 +324,40 @@ impl CallStack {
             }
             ChipFamily::Ap101 => None,
         }
+    }
+
+    /// Returns the program word that a service routine of an 8051 has interrupted, and the stack pointer there;
+    /// `None` if the frame is in no such routine. A vector of SDCC jumps to its routine, which begins with all
+    /// its pushes and ends with their pops and RETI.
+    fn interrupted_code(&self, target: &dyn DynMachine, frame: &CallFrame) -> Option<(u32, u32)> {
+        const LJMP: u16 = 0x02;
+        const RETI: u16 = 0x32;
+        const PUSH: u16 = 0xC0;
+        const POP: u16 = 0xD0;
+        let chip = target.chip();
+        let code = |at: u32| session::word(target, at);
+        // Start-up code of SDCC at the first vector jumps to `main`.
+        let start = self.function(frame.call_word).filter(|(_, name)| name != "main")?.0.start;
+        let mut vectors = (1..chip.vectors.len() as u32)
+            .map(|n| (n * chip.words_per_vector).saturating_sub(chip.later_vectors_back_words));
+        vectors.find(|at| {
+            *at == start || code(*at) == LJMP && u32::from(code(at + 1)) << 8 | u32::from(code(at + 2)) == start
+        })?;
+        let count = |mut at: u32, end: u32, wanted: u16| {
+            let first = at;
+            while at < end && code(at) == wanted {
+                at += 2;
+            }
+            (at, (at - first) / 2)
+        };
+        let pushed = match count(frame.word, u32::MAX, POP) {
+            (end, pops) if code(end) == RETI => pops,
+            _ => count(start, frame.call_word, PUSH).1,
+        };
+        let peek = |at: u32| target.peek(chip.ram_space, at).map(u32::from);
+        let high = frame.sp.checked_sub(pushed)?;
+        let low = high.checked_sub(1)?;
+        Some((peek(high)? << 8 | peek(low)?, low.saturating_sub(1)))
     }
 
     /// Returns the call before a return address, if it can have led to the frame.

@@ -138,6 +138,21 @@ impl DebugExpression {
         }
     }
 
+    /// Reports whether its first local variable is that of another expression: the same variable of the same
+    /// block, in whichever call.
+    #[must_use]
+    pub fn is_in_scope_of(&self, other: &DebugExpression) -> bool {
+        self.first_local_scope() == other.first_local_scope()
+    }
+
+    /// Returns the code in which its first local variable is in scope.
+    pub(super) fn first_local_scope(&self) -> Option<&[std::ops::Range<u32>]> {
+        match self {
+            DebugExpression::Object(object) => object.local_scope(),
+            _ => self.operands().into_iter().find_map(DebugExpression::first_local_scope),
+        }
+    }
+
     /// Reports whether the compiler has optimized away something that it is computed from.
     #[must_use]
     pub fn is_optimized_out(&self, target: &dyn DynMachine) -> bool {

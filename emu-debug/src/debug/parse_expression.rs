@@ -127,7 +127,15 @@ impl<'a> DebugExpressionParser<'a> {
         let expr = match sign {
             Some('(') => match self.cast() {
                 Some((here, kind)) => {
-                    DebugExpression::Object(Box::new(ObjectExpr::value_of(here.calls.clone(), self.unary()?, kind)))
+                    let value = self.unary()?;
+                    if let Some(typed) = value.object().and_then(|object| object.with_declared_type(kind)) {
+                        self.depth -= 1;
+                        return Ok(DebugExpression::Object(Box::new(typed)));
+                    }
+                    // A pointer keeps its memory.
+                    let memory = value.object().and_then(ObjectExpr::memory_of_target);
+                    let kind = CTypeRef { memory: memory.filter(|_| kind.pointer_depth > 0), ..kind };
+                    DebugExpression::Object(Box::new(ObjectExpr::value_of(here.calls.clone(), value, kind)))
                 }
                 None => {
                     self.take("(");

@@ -313,6 +313,13 @@ impl NameScope {
         )))
     }
 
+    /// Returns the value of an undefined name with `$`, for the value history.
+    #[must_use]
+    pub fn void_value(&self) -> DebugExpression {
+        let (zero, void) = (DebugExpression::Number(0), Default::default());
+        DebugExpression::Object(Box::new(ObjectExpr::value_of(self.calls().clone(), zero, void)))
+    }
+
     /// Returns the name of the C type of a computed value; `None` if it has none, such as a register.
     #[must_use]
     pub fn computed_type(&self, expr: &DebugExpression) -> Option<String> {

@@ -8,7 +8,7 @@ use emu_core::cpu::{LAST_CYCLE, StopReason};
 use super::breakpoint_probe::BreakpointProbe;
 use super::call_flow::CallFlow;
 use super::dyn_machine::ObserveLevel;
-use super::points::PointTrigger;
+use super::points::{PointTrigger, breakpoint_words};
 use super::session::{
     DebugSession, FIRST_STRETCH, HOST_TIME_BETWEEN_COPIES, HaltReason, HaltResult, KeepRunning, halt_reason,
 };
@@ -59,7 +59,8 @@ impl DebugSession {
                 since = Instant::now();
             }
             let pc = self.current.machine.pc();
-            let reached = if stops_at_breakpoints { StopReason::Breakpoint { pc } } else { StopReason::Limit };
+            let is_reached = stops_at_breakpoints && self.reaches_breakpoint(pc);
+            let reached = if is_reached { StopReason::Breakpoint { pc } } else { StopReason::Limit };
             let hits = self.take_hits(&observations, &changes, if stop == StopReason::Limit { reached } else { stop });
             let done = stop == StopReason::Limit && self.current.at_step_end && test(self, flow, irq);
             if !hits.is_empty() {
@@ -86,6 +87,21 @@ impl DebugSession {
                 return HaltResult { reason: HaltReason::Interrupted };
             }
         }
+    }
+
+    /// Reports whether the instruction at `pc` has a breakpoint and is executed next. A pending interrupt is
+    /// taken first: then the breakpoint stops the machine after the service routine, as in a run.
+    fn reaches_breakpoint(&self, pc: u32) -> bool {
+        if !breakpoint_words(&self.points).any(|word| word == pc) {
+            return false;
+        }
+        let mut copy = self.current.machine.fork();
+        copy.set_breakpoints(&BTreeSet::from([pc]));
+        let stop = copy.step(ObserveLevel::Nothing, &mut ());
+        // A sleeping machine is at its breakpoint too.
+        stop == StopReason::Breakpoint { pc }
+            || copy.pc() == pc
+            || copy.instructions() > self.current.machine.instructions()
     }
 
     /// Reports whether only a stimulus can change what the program does

@@ -258,7 +258,10 @@ impl AddressNames<'_> {
     #[must_use]
     pub fn nearest_symbol(&self, byte: u32) -> Option<String> {
         let code = self.symbols.iter().filter(|s| s.space == self.chip.code_space && s.addr <= byte);
-        Some(self.format_symbol_offset(preferred_symbol(code)?, byte))
+        let symbol = preferred_symbol(code)?;
+        // A function of SDCC has an end: code of a library behind it is not part of it.
+        let is_behind = self.chip.family == ChipFamily::Mcs51 && symbol.size > 0 && byte - symbol.addr >= symbol.size;
+        (!is_behind).then(|| self.format_symbol_offset(symbol, byte))
     }
 
     /// Returns the symbol that contains a byte address of a memory, as `buf` or `buf+0x2`; `None` if no

@@ -44,7 +44,17 @@ fn reverse_search(
 ) -> CommandResult {
     let count = shell.parse_count(args)?;
     shell.run_and_report(out, |session, go_on| {
-        repeat_steps(count, go_on, |go_on| FrameSearch::search(session, calls, wanted, go_on))
+        repeat_steps(count, go_on, |go_on| {
+            let now = session.machine().cycle();
+            let halt = FrameSearch::search(session, calls, wanted, &mut *go_on);
+            match halt.reason {
+                // A breakpoint in a call that the step has crossed stops it, as in gdb.
+                HaltReason::Done | HaltReason::Beginning => {
+                    session.forward_to_passed_breakpoint(now, go_on).unwrap_or(halt)
+                }
+                _ => halt,
+            }
+        })
     });
     Ok(())
 }

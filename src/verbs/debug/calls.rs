@@ -31,7 +31,7 @@ pub(super) fn backtrace(shell: &mut DebugShell, args: &str, out: &mut String) ->
         }
     }
     if frames.len().saturating_sub(skipped) > count {
-        out.push_str("(More calls follow...)\n");
+        out.push_str("(More stack frames follow...)\n");
     }
     Ok(())
 }

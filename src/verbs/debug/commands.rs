@@ -200,6 +200,10 @@ const FOREIGN: &[(&str, &str)] = &[
     ("catch", "break on an interrupt's routine"), ("handle", "a chip has no signals"), ("signal", "a chip has no signals"),
     ("python", "source executes a file of commands"), ("py", "source executes a file of commands"),
     ("guile", "source executes a file of commands"), ("gu", "source executes a file of commands"),
+    ("find", "x and print show memory, last-write finds the last write of a place"),
+    ("search", "list shows the source"), ("forward-search", "list shows the source"), ("reverse-search", "list shows the source"),
+    ("starti", "reset goes to the first instruction"), ("compare-sections", "the image is the program memory; emu disasm shows it"),
+    ("maint", "commands for the developers of gdb"), ("maintenance", "commands for the developers of gdb"),
     ("compile", "the debugger compiles nothing"), ("thbreak", "tbreak is the same"),
 ];
 

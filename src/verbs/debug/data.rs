@@ -192,9 +192,13 @@ impl DebugShell {
 
     fn single(&self, text: &str, format: ExamineFormat) -> Result<(String, Option<DebugExpression>), String> {
         if self.is_void(text) {
-            return Ok(("void".to_owned(), None));
+            return Ok(("void".to_owned(), Some(self.session.scope.void_value())));
         }
-        let expr = self.session.scope.with_type(self.parse_expression(text)?);
+        let expr = self.parse_expression(text)?;
+        if let Some(shown) = self.frame_register_text(text, &expr).filter(|_| format.letter.is_none()) {
+            return Ok((shown, expr.kept(self.session.machine())));
+        }
+        let expr = self.session.scope.with_type(expr);
         self.check_type_is_known(text, &expr)?;
         if missing_value_reason(&expr, self.session.machine()) == Some(DIVISION_BY_ZERO) {
             return Err("Division by zero".to_owned());
@@ -274,6 +278,18 @@ impl DebugShell {
             ExpressionPlace::Reg(_) => Some(value.to_string()),
             _ => None,
         }
+    }
+
+    /// Returns the value of `$pc`, `$sp` or `$r28` of a calling frame as that of the machine's register.
+    fn frame_register_text(&self, text: &str, expr: &DebugExpression) -> Option<String> {
+        let name = text.trim().strip_prefix('$').filter(|_| self.level > 0)?.to_ascii_lowercase();
+        let place = match name.as_str() {
+            "pc" => ExpressionPlace::Pc,
+            "sp" => ExpressionPlace::Reg("SP"),
+            _ if name.strip_prefix('r').is_some_and(|number| number.parse::<u8>().is_ok()) => ExpressionPlace::Reg("R"),
+            _ => return None,
+        };
+        self.core_register_text(Some(place), expr.value(self.session.machine())?)
     }
 
     /// Returns the value of a register in decimal, or as an address if it holds one.
@@ -390,8 +406,11 @@ impl DebugShell {
     /// Refuses a symbol alone whose type the debugging information of a C program does not contain, as gdb
     /// does.
     fn check_type_is_known(&self, text: &str, expr: &DebugExpression) -> CommandResult {
-        let DebugExpression::Place(ExpressionPlace::Memory { space, .. }) = expr else { return Ok(()) };
         let (scope, name) = (&self.session.scope, text.trim());
+        if expr.object().is_some_and(ObjectExpr::has_unknown_type) {
+            return Err(format!("'{name}' has unknown type; cast it to its declared type"));
+        }
+        let DebugExpression::Place(ExpressionPlace::Memory { space, .. }) = expr else { return Ok(()) };
         let chip = scope.chip();
         let is_symbol = *space == chip.ram_space
             && chip.reg(name).is_none()

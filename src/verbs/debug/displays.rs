@@ -22,10 +22,9 @@ impl DebugShell {
     pub(super) fn show_displays(&mut self, out: &mut String) {
         for display in self.displays.iter().filter(|display| display.enabled) {
             match &display.expr {
-                // A variable of a call that has returned has no value to show.
-                Some(expr) if !expr.is_known(self.session.machine()) => {}
-                Some(expr) => {
-                    let value = self.value_text(expr, display.format);
+                Some(_) => {
+                    let Some(expr) = self.displayed_expression(display) else { continue };
+                    let value = self.value_text(&expr, display.format);
                     out.push_str(&format!("{}: {}{} = {value}\n", display.id, display.written, display.text));
                 }
                 None => {
@@ -37,6 +36,17 @@ impl DebugShell {
         }
     }
 
+    /// Returns the expression of a display in the selected call, as gdb evaluates it. Returns `None` if the
+    /// block that the expression was written in is not that of the selected call.
+    fn displayed_expression(&self, display: &DisplayedExpression) -> Option<DebugExpression> {
+        let written = display.expr.as_ref()?;
+        if !written.is_local() {
+            return Some(written.clone());
+        }
+        let here = self.parse_expression(&display.text).ok()?;
+        (here.is_in_scope_of(written) && here.is_known(self.session.machine())).then_some(here)
+    }
+
     /// `info display`: lists the displays.
     pub(super) fn list_displays(&self, out: &mut String) {
         if self.displays.is_empty() {
@@ -45,7 +55,7 @@ impl DebugShell {
         }
         out.push_str("Auto-display expressions now in effect:\nNum Enb Expression\n");
         for display in &self.displays {
-            let lost = display.expr.as_ref().is_some_and(|expr| !expr.is_known(self.session.machine()));
+            let lost = display.expr.is_some() && self.displayed_expression(display).is_none();
             let lost = if lost { "\n(cannot be evaluated in the current context)" } else { "" };
             let on = if display.enabled { 'y' } else { 'n' };
             out.push_str(&format!("{}:   {on}  {}{}{lost}\n", display.id, display.written, display.text));

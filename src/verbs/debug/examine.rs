@@ -78,6 +78,15 @@ impl DebugShell {
         Ok(ExamineState { space, addr, format })
     }
 
+    /// Makes a program word the default of the next `x`, and the value of `$_`, as `info line` of gdb does.
+    pub(super) fn set_examined_code(&mut self, word: u32) {
+        let chip = self.session.scope.chip();
+        let (space, addr) = (chip.code_space, chip.code_address(word));
+        let format = ExamineFormat { letter: Some('i'), ..ExamineFormat::default() };
+        self.examined = Some(ExamineState { space, addr, format });
+        self.session.scope.values.set("_", DebugExpression::Number(addr.into()));
+    }
+
     /// Returns the lines that `x` prints, and where the next `x` continues.
     pub(super) fn examine_lines(&self, at: ExamineState) -> Result<(String, ExamineState), String> {
         let ExamineState { space, addr, format } = at;

@@ -58,6 +58,7 @@ const FOREIGN: &[(&str, &str)] = &[
     ("record", "`info cycle` shows the start of the history"),
     ("checkpoints", "save and load keep the machine, goto-cycle goes back"),
     ("inferiors", "the machine is the only one"),
+    ("exec", "`info files` shows the program"),
     ("os", "a chip has no operating system"),
 ];
 

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use emu_core::chip::ChipFamily;
 use emu_debug::address_names::decimal_offset;
-use emu_debug::debug::{DebugExpression, ExpressionPlace, ObjectExpr};
+use emu_debug::debug::{DebugExpression, ExpressionPlace, ObjectByteLocation, ObjectExpr};
 use regex_lite::Regex;
 
 use super::shell::{CommandResult, DebugShell};
@@ -89,6 +89,10 @@ pub(super) fn info_symbol(shell: &mut DebugShell, args: &str, out: &mut String) 
             return Ok(());
         }
     }
+    if let Some(name) = symbol_of_pointer(shell, args) {
+        out.push_str(&format!("{name}\n"));
+        return Ok(());
+    }
     let value = shell.integer_value(args)?;
     let address = u32::try_from(value).map_err(|_| format!("{value} is not an address"))?;
     let code = || {
@@ -107,6 +111,17 @@ pub(super) fn info_symbol(shell: &mut DebugShell, args: &str, out: &mut String) 
         None => out.push_str(&format!("No symbol matches {args}.\n")),
     }
     Ok(())
+}
+
+/// Returns the symbol at the target of a pointer, or at an array, in the memory of that object (8051).
+fn symbol_of_pointer(shell: &DebugShell, text: &str) -> Option<String> {
+    let (scope, target) = (&shell.session.scope, shell.session.machine());
+    let expr = shell.parse_expression(text).ok().filter(|_| scope.chip().family == ChipFamily::Mcs51)?;
+    let object = expr.object().filter(|object| !object.is_function() && !object.is_function_pointer())?;
+    let object = if object.is_array() { object.clone() } else { object.pointed_object()? };
+    let ObjectByteLocation::Memory(space, addr) = *object.byte_locations(target).first()? else { return None };
+    let name = scope.source().names.containing_symbol(space, addr)?;
+    Some(format!("{} in {space}", spaced(&name)))
 }
 
 /// Converts `main+0x4` to `main + 4`.
@@ -145,6 +160,7 @@ pub(super) fn info_line(shell: &mut DebugShell, args: &str, out: &mut String) ->
         out.push_str(&format!("It has more code at {}.\n", others.join(", ")));
     }
     shell.listed = None;
+    shell.set_examined_code(word);
     Ok(())
 }
 

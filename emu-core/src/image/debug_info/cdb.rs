@@ -11,7 +11,7 @@
 //! Each memory has its part of one address space; pointers without a tag of their own get that of their
 //! memory ([`Mcs51Memory`]).
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::{
     BaseEncoding, BlockInfo, CType, DebugInfo, FunctionInfo, StructMember, TypeId, UnitInfo, VariableInfo,
@@ -38,6 +38,16 @@ impl Mcs51Memory {
     /// Bits, one to a byte.
     pub const BIT: u32 = 0x83_0000;
 
+    /// Returns what a generic pointer has above its 16 bits of address, for a memory.
+    #[must_use]
+    pub fn generic_tag(space: &str) -> u32 {
+        match space {
+            "idata" => Self::IDATA,
+            "code" => Self::CODE,
+            _ => 0,
+        }
+    }
+
     /// Returns the memory and the address there.
     #[must_use]
     pub fn split(address: u32) -> (&'static str, u32) {
@@ -62,8 +72,29 @@ const DW_OP_ADDR: u8 = 0x03;
 const DW_OP_REG0: u8 = 0x50;
 const DW_OP_PIECE: u8 = 0x93;
 
+/// What the records describe.
+#[derive(Default)]
+pub(in crate::image) struct CdbTypes {
+    pub info: DebugInfo,
+    /// Bit variables outside of functions: SDCC gives their addresses only in the map of the linker.
+    pub unplaced_bits: Vec<VariableInfo>,
+}
+
+impl CdbTypes {
+    /// Returns the debugging information, with the bit variables whose addresses `address_of` knows.
+    pub fn with_bit_addresses(mut self, address_of: impl Fn(&str) -> Option<u32>) -> DebugInfo {
+        for bit in self.unplaced_bits {
+            if let Some(addr) = address_of(&bit.name) {
+                let location = address_location(Mcs51Memory::BIT, addr);
+                self.info.globals.push(VariableInfo { location, ..bit });
+            }
+        }
+        self.info
+    }
+}
+
 /// Reads the records; damaged ones are left out.
-pub(in crate::image) fn read_cdb_types(text: &str) -> DebugInfo {
+pub(in crate::image) fn read_cdb_types(text: &str) -> CdbTypes {
     let records = || text.lines().map(str::trim_end).filter_map(|line| line.split_once(':'));
     let mut reader = CdbReader::default();
     let links = records().filter(|(kind, _)| *kind == "L").filter_map(|(_, rest)| rest.rsplit_once(':'));
@@ -79,6 +110,7 @@ pub(in crate::image) fn read_cdb_types(text: &str) -> DebugInfo {
     bodies.into_iter().for_each(|(body, id)| reader.members(body, id));
     records().filter(|(kind, _)| *kind == "F").for_each(|(_, rest)| reader.function(rest));
     records().filter(|(kind, _)| *kind == "S").for_each(|(_, rest)| reader.variable(rest));
+    records().filter(|(kind, _)| *kind == "L").for_each(|(_, rest)| reader.untyped_variable(rest));
     reader.finish()
 }
 
@@ -102,6 +134,11 @@ struct CdbReader<'t> {
     bodies: Vec<(&'t str, TypeId)>,
     known: HashMap<(&'t str, u32), TypeId>,
     next: usize,
+    /// Keys of the symbol records.
+    described: HashSet<String>,
+    unplaced_bits: Vec<VariableInfo>,
+    /// Number of variables of functions in internal RAM, and in external RAM.
+    local_counts: (usize, usize),
 }
 
 impl<'t> CdbReader<'t> {
@@ -258,7 +295,9 @@ impl<'t> CdbReader<'t> {
         if matches!(space, "I" | "J") || chain.starts_with("DF") {
             return;
         }
-        let linked = key(name).and_then(|key| self.links.get(&key)).copied();
+        let key = key(name);
+        let linked = key.as_ref().and_then(|key| self.links.get(key)).copied();
+        self.described.extend(key);
         let registers = fields.nth(2).unwrap_or_default();
         let location = match (space, linked) {
             ("R", _) => registers_location(registers),
@@ -275,20 +314,53 @@ impl<'t> CdbReader<'t> {
         let variable = VariableInfo { name, variable_type, parameter: false, line: 0, external, location, unit };
         match scope {
             SymbolScope::Function(path) => {
-                let function = path.rsplit('.').next().unwrap_or_default();
-                let is = |known: &&mut FunctionInfo| known.name == function && (known.external || known.unit == unit);
-                if let Some(function) = self.info.functions.iter_mut().find(is) {
-                    function.block.variables.push(variable);
-                }
+                self.local_counts.0 += usize::from(space == "E");
+                self.local_counts.1 += usize::from(space == "F");
+                self.add_local(path, variable);
             }
+            _ if space == "H" && linked.is_none() => self.unplaced_bits.push(variable),
             _ if variable.location != VariableLocation::OptimizedOut => self.info.globals.push(variable),
             _ => {}
         }
     }
 
-    fn finish(mut self) -> DebugInfo {
+    fn add_local(&mut self, path: &str, variable: VariableInfo) {
+        let function = path.rsplit('.').next().unwrap_or_default();
+        let is = |known: &&mut FunctionInfo| known.name == function && (known.external || known.unit == variable.unit);
+        if let Some(function) = self.info.functions.iter_mut().find(is) {
+            function.block.variables.push(variable);
+        }
+    }
+
+    /// `Lring.crc_step$d$1_0$13:1B`, a parameter without a symbol record: SDCC leaves the record out if the
+    /// parameter stays in its overlaid memory. Its type is unknown, and its memory is that of most other
+    /// variables of functions.
+    fn untyped_variable(&mut self, rest: &'t str) {
+        let Some((name, addr)) = rest.rsplit_once(':') else { return };
+        let Some(DebugRecord::Symbol { scope, name: own, .. }) = parse_debug_record(name) else { return };
+        let SymbolScope::Function(path) = scope else { return };
+        let Ok(addr) = u32::from_str_radix(addr, 16) else { return };
+        if key(name).is_none_or(|key| !self.described.insert(key)) {
+            return;
+        }
+        let is_external_ram = addr > 0xFF || self.local_counts.1 > self.local_counts.0;
+        let memory = if is_external_ram { Mcs51Memory::XDATA } else { Mcs51Memory::IDATA };
+        let variable = VariableInfo {
+            name: own.to_owned(),
+            variable_type: None,
+            parameter: true,
+            line: 0,
+            external: false,
+            location: address_location(memory, addr),
+            unit: self.unit(scope),
+        };
+        self.add_local(path, variable);
+    }
+
+    fn finish(mut self) -> CdbTypes {
         let encoding = gimli::Encoding { format: gimli::Format::Dwarf32, version: 4, address_size: 4 };
         let names = if self.units.is_empty() { vec![""] } else { self.units };
+        self.info.has_memories = true;
         self.info.units = names
             .into_iter()
             .map(|name| UnitInfo {
@@ -302,7 +374,7 @@ impl<'t> CdbReader<'t> {
             })
             .collect();
         self.info.functions.sort_by_key(|function| function.block.ranges.iter().map(|range| range.start).min());
-        self.info
+        CdbTypes { info: self.info, unplaced_bits: self.unplaced_bits }
     }
 }
 

@@ -251,6 +251,8 @@ pub struct DebugInfo {
     pub(super) units: Vec<UnitInfo>,
     /// What is added to pointers of a type, so that the sum tells its memory too.
     pub(super) pointer_bases: HashMap<usize, u32>,
+    /// Whether addresses of variables contain their memory ([`Mcs51Memory`]).
+    pub(super) has_memories: bool,
     /// The calls that the compiler describes.
     pub(super) call_sites: call_sites::CallSites,
     /// Contents of `.debug_frame`, and below them those of `.debug_addr`.
@@ -374,6 +376,19 @@ impl DebugInfo {
     #[must_use]
     pub fn pointer_base(&self, id: Option<TypeId>) -> Option<u32> {
         self.pointer_bases.get(&self.resolve_typedefs(id)?.0).copied()
+    }
+
+    /// What is added to an address in the memory of a variable to get an address that contains the memory
+    /// ([`Mcs51Memory`]); `None` for chips whose pointers are into one memory.
+    #[must_use]
+    pub fn memory_of_variable(&self, variable: &VariableInfo) -> Option<u32> {
+        match &variable.location {
+            VariableLocation::Expression(bytes) if self.has_memories && variable.is_everywhere() => {
+                let address = bytes.get(1..5)?.try_into().ok().map(u32::from_le_bytes)?;
+                Some(address & !0xFFFF)
+            }
+            _ => None,
+        }
     }
 
     /// Name of the source file of a function, as the compiler was given it.

@@ -20,7 +20,11 @@ struct CdbSymbol {
     /// Memory; `None` for a variable on a stack or in registers.
     mem: Option<MemorySpace>,
     size: u32,
+    function: bool,
 }
+
+/// A link record: line number, line, name, address.
+type CdbLink<'t> = (u32, &'t str, &'t str, u32);
 
 type CdbKey<'t> = (SymbolScope<'t>, &'t str, &'t str, &'t str);
 
@@ -54,15 +58,29 @@ pub(super) fn read_cdb(text: &str, found: &mut CollectedSymbols, faults: &mut Fa
         let hint = "link with --debug as well and give the .cdb that the linker wrote";
         faults.error("SYM007", Pos::default(), cause, hint);
     }
+    let functions = function_ends(&links, &kinds);
     for (number, line, name, addr) in links {
-        place_symbol(name, addr, &kinds, pos_of(number, line, name), found, faults);
+        place_symbol(name, addr, (&kinds, &functions), pos_of(number, line, name), found, faults);
     }
+}
+
+/// Returns the addresses of the functions, and below them those of their last instructions.
+fn function_ends(links: &[CdbLink], kinds: &HashMap<CdbKey, CdbSymbol>) -> HashMap<u32, u32> {
+    let ends = links.iter().filter_map(|(_, _, name, addr)| Some((name.strip_prefix('X')?, *addr)));
+    let ends: HashMap<&str, u32> = ends.collect();
+    let functions = links.iter().filter(|(_, _, name, _)| match names::parse_debug_record(name) {
+        Some(DebugRecord::Symbol { scope, name, level, block }) => {
+            kinds.get(&(scope, name, level, block)).is_some_and(|kind| kind.function)
+        }
+        _ => false,
+    });
+    functions.map(|(_, _, name, addr)| (*addr, ends.get(name).copied().unwrap_or(*addr))).collect()
 }
 
 fn place_symbol(
     name: &str,
     addr: u32,
-    kinds: &HashMap<CdbKey, CdbSymbol>,
+    (kinds, functions): (&HashMap<CdbKey, CdbSymbol>, &HashMap<u32, u32>),
     pos: Pos,
     found: &mut CollectedSymbols,
     faults: &mut FaultList,
@@ -75,7 +93,14 @@ fn place_symbol(
         Some(DebugRecord::End) => {}
         Some(DebugRecord::Symbol { scope, name: short, level, block }) => {
             match kinds.get(&(scope, short, level, block)) {
-                Some(&CdbSymbol { mem: Some(mem), size }) => {
+                Some(&CdbSymbol { mem: Some(mem), size, function }) => {
+                    let size = match functions.get(&addr).filter(|_| mem == MemorySpace::Code) {
+                        // From the first byte to the first of the last instruction, as in the line records.
+                        Some(last) if function => last.saturating_sub(addr).saturating_add(1),
+                        // A string that the linker has put into another one keeps an address of code.
+                        Some(_) => 0,
+                        None => size,
+                    };
                     found.add_symbol(mem, addr, size, names::c_names(scope, short, block), pos, faults);
                 }
                 _ => found.unplaced.push((short.to_owned(), addr)),
@@ -116,7 +141,7 @@ fn symbol(line: &str) -> Result<(CdbKey<'_>, CdbSymbol), CdbDamage<'_>> {
     };
     // The size in the record of a function is that of a pointer to it; the size of a bit is in bytes.
     let size = if function { 0 } else { bytes };
-    Ok(((scope, name, level, block), CdbSymbol { mem, size }))
+    Ok(((scope, name, level, block), CdbSymbol { mem, size, function }))
 }
 
 /// Parses `L:name:address`.

@@ -26,7 +26,7 @@ mod spaces;
 use diag::text::{into_printable, printable};
 use diag::{Diagnostic, Pos};
 
-use super::debug_info::cdb::read_cdb_types;
+use super::debug_info::cdb::{CdbTypes, read_cdb_types};
 use super::faults::FaultList;
 use super::{DebugInfo, Image, SourceKind, SourceLine, SymbolAt};
 pub use gputils::message::{SimulatorMessage, load_messages};
@@ -119,7 +119,7 @@ pub(super) struct CollectedSymbols {
     pub lines: Vec<SourceLine>,
     pub unplaced: Vec<(String, u32)>,
     processors: Vec<(String, String)>,
-    debug_info: DebugInfo,
+    cdb_types: CdbTypes,
 }
 
 impl CollectedSymbols {
@@ -190,7 +190,9 @@ impl CollectedSymbols {
         self.unplaced.retain(|(name, _)| !known.contains(name.as_str()));
         self.unplaced.sort_unstable();
         self.unplaced.dedup();
-        let (processors_by_file, debug_info) = (self.processors, self.debug_info);
+        let bit = |name: &str| symbols.iter().find(|s| s.space == MemorySpace::Bit.name() && s.name == name);
+        let debug_info = self.cdb_types.with_bit_addresses(|name| bit(name).map(|symbol| symbol.addr));
+        let processors_by_file = self.processors;
         Symbols { symbols, lines: self.lines, unplaced: self.unplaced, processors_by_file, warnings, debug_info }
     }
 }
@@ -237,7 +239,7 @@ fn read(file: &SymbolFile, spaces: SymbolSpaces, found: &mut CollectedSymbols, f
         Some(SymbolFormat::Cdb) => {
             found.is_complete = true;
             cdb::read_cdb(&text, found, faults);
-            found.debug_info = read_cdb_types(&text);
+            found.cdb_types = read_cdb_types(&text);
         }
         Some(SymbolFormat::Listing) => {
             found.is_complete = true;
