@@ -7,6 +7,7 @@ mod devices;
 mod naive;
 mod nesting;
 mod random;
+mod random_adapt;
 mod random_flow;
 mod speed;
 #[path = "../../../tests/ladder/mod.rs"]

@@ -6,6 +6,7 @@
 use crate::common::model;
 use crate::common::model::{constant, leaf, parallel, program, var};
 use crate::naive;
+use crate::random_adapt::{fit_transfers, name_pins, only_release_23};
 use crate::random_flow::with_flow;
 use std::collections::HashMap;
 
@@ -24,7 +25,7 @@ const INTEGERS: &[&str] = &["Ta", "Tb", "Ca", "n", "m", "s0", "s2", "Ain"];
 const TEXTS: &[&str] = &["", "a", "x\\r"];
 const NUMBERS: &[&str] = &["\\1", "=\\3;", "\\-5", "a\\-2"];
 /// Cycle in microseconds: writing one EEPROM cell takes three scans.
-const CYCLE: i64 = 4_000;
+pub(crate) const CYCLE: i64 = 4_000;
 /// Boundary values: 16-bit limits, zero, small presets and their neighbours, byte boundaries.
 const VALUES: &[i64] = &[
     -32768, -32767, -257, -256, -255, -129, -128, -3, -2, -1, 0, 1, 2, 3, 4, 5, 127, 128, 181, 182, 255, 256, 257, 300,
@@ -277,74 +278,6 @@ fn in_dialect(rungs: Vec<Vec<RungNode>>, five: bool, old: bool, widths: Vec<u8>,
     let widths = program.symbols().into_iter().map(|symbol| (symbol.name, symbol.bytes.into())).collect();
     program.rungs.iter_mut().for_each(|rung| fit_transfers(&mut rung.series, &widths));
     program
-}
-
-/// Lets the elements of the serial line transfer no more bytes than their integers have.
-fn fit_transfers(series: &mut [RungNode], widths: &std::collections::HashMap<String, u32>) {
-    for node in series {
-        match node {
-            RungNode::Parallel(branches, _) => branches.iter_mut().for_each(|branch| fit_transfers(branch, widths)),
-            RungNode::Leaf(
-                Element::UartSend { name, rest: Some((bytes, _)) } | Element::UartRecv { name, rest: Some((bytes, _)) },
-                _,
-            ) => *bytes = widths[name].min(*bytes),
-            RungNode::Leaf(..) => {}
-        }
-    }
-}
-
-/// Puts inputs and outputs on ports whose registers the elements name.
-fn name_pins(program: &mut LadderProgram, avr: bool) {
-    let (micro, pins) = match avr {
-        true => ("Atmel AVR ATmega328 28-PDIP", [14, 24, 16]),
-        false => ("Microchip PIC16F877 40-PDIP", [33, 16, 40]),
-    };
-    program.settings.micro = Some(micro.to_owned());
-    let entry = |(name, pin): (&str, u32)| ladder::IoEntry {
-        name: name.to_owned(),
-        pin,
-        modbus: None,
-        pos: Default::default(),
-    };
-    program.io = ["Xa", "Xb", "Ya"].into_iter().zip(pins).map(entry).collect();
-}
-
-/// Removes what only ldmicro-5 supports.
-fn only_release_23(series: &mut [RungNode]) {
-    for node in series {
-        let element = match node {
-            RungNode::Parallel(branches, _) => {
-                branches.iter_mut().for_each(|branch| only_release_23(branch));
-                continue;
-            }
-            RungNode::Leaf(element, _) => element,
-        };
-        match element {
-            Element::Counter { kind, max, init, input, .. } => {
-                (*init, *input) = (None, None);
-                if let LadderOperand::Var(_) = max {
-                    *max = constant(2);
-                }
-                if *kind == CounterKind::Ctr {
-                    *kind = CounterKind::Ctc;
-                }
-            }
-            Element::Timer { kind, delay, adjust, .. } => {
-                *adjust = None;
-                if !matches!(delay, LadderOperand::Const { value, .. } if *value >= 2 * CYCLE) {
-                    *delay = constant(2 * CYCLE);
-                }
-                if !matches!(kind, TimerKind::Ton | TimerKind::Tof | TimerKind::Rto) {
-                    *kind = TimerKind::Ton;
-                }
-            }
-            Element::Coil { ttrigger, .. } => *ttrigger = None,
-            Element::UartSend { rest, .. } | Element::UartRecv { rest, .. } => *rest = None,
-            Element::Odr | Element::Odf | Element::Osl | Element::Osc => *element = Element::Short,
-            element if element.facts().needs_ldmicro5 => *element = Element::Short,
-            _ => {}
-        }
-    }
 }
 
 fn maybe_with_flow(rungs: Vec<Vec<RungNode>>, seed: Option<u64>) -> Vec<Vec<RungNode>> {
