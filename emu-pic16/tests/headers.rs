@@ -150,8 +150,8 @@ fn check_bad(part: &Pic16Part, h: &Header, diff: &mut Vec<String>) -> usize {
     usize::from(h.max_ram) + 1
 }
 
-/// Registers with the bits, in hexadecimal, that do not read as they were written, and why. Sections are of the
-/// reference manual of the family, DS33023.
+/// Registers with the bits, in hexadecimal, that do not read as they were written, and why. Sections are of
+/// the reference manual of the family, DS33023.
 const NOT_KEPT: &str = "
     INDF    | FF | the register that FSR selects; 6.3.2
     PORTA   | FF | reads pins, and TRISA has the bits; 9.2

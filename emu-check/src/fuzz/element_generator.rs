@@ -94,7 +94,8 @@ pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> 
     }
 }
 
-/// How many bytes UART_SEND or UART_RECV transfers, without waiting; the generator makes them fit the integer.
+/// How many bytes UART_SEND or UART_RECV transfers, without waiting; the generator makes them fit the
+/// integer.
 fn random_transfer(draw: &mut ProgramGenerator) -> Option<(u32, u32)> {
     (draw.is_ldmicro5() && draw.rng.one_in(2)).then(|| (1 + draw.rng.below(4) as u32, 0))
 }

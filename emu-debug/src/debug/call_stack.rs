@@ -326,9 +326,9 @@ impl CallStack {
         }
     }
 
-    /// Returns the program word that a service routine of an 8051 has interrupted, and the stack pointer there;
-    /// `None` if the frame is in no such routine. A vector of SDCC jumps to its routine, which begins with all
-    /// its pushes and ends with their pops and RETI.
+    /// Returns the program word that a service routine of an 8051 has interrupted, and the stack pointer
+    /// there; `None` if the frame is in no such routine. A vector of SDCC jumps to its routine, which begins
+    /// with all its pushes and ends with their pops and RETI.
     fn interrupted_code(&self, target: &dyn DynMachine, frame: &CallFrame) -> Option<(u32, u32)> {
         const LJMP: u16 = 0x02;
         const RETI: u16 = 0x32;

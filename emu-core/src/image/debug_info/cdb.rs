@@ -5,7 +5,7 @@
 //!   S:G$items$0_0$0({14}DA2d,STitem:S),E,0,0    chain of types, outermost first; memory
 //!   S:Lm.main$i$1_0$6({1}SC:U),R,0,0,[r5]       in registers, the lowest byte first
 //!   T:Fm$item[({0}S:S$kind$0_0$0({1}SC:U),Z,0,0)..]
-//!   L:G$add$0$0:68   L:XG$add$0$0:76            first address of a function, and that of its last instruction
+//!   L:G$add$0$0:68   L:XG$add$0$0:76            first address of a function, and of its last instruction
 //! ```
 //!
 //! Each memory has its part of one address space; pointers without a tag of their own get that of their
