@@ -122,7 +122,7 @@ fn a_signal_stops_a_script_of_the_debugger() {
         let (printed, reported) = (String::from_utf8_lossy(&out.stdout), String::from_utf8_lossy(&out.stderr));
         assert_eq!(out.status.code(), Some(5), "{script:?} {signal}: {printed}{reported}");
         assert!(
-            format!("{printed}{reported}").contains("interrupted: what was still"),
+            format!("{printed}{reported}").contains("interrupted: the remaining commands"),
             "{script:?}: {printed}{reported}"
         );
         assert!(!printed.contains("later\n"), "{script:?} {signal}: {printed}");
