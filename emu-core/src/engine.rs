@@ -163,7 +163,7 @@ pub fn step_until<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P
 
 /// Whether only an event from outside can change what the program does ([`Cpu::is_blocked_on_input`]). That
 /// is so if nothing is due, and the machine sleeps, or is in a polling loop, or reaches one of these within 2
-/// * [`RETRY_AFTER_CYCLES`] cycles.
+/// * `RETRY_AFTER_CYCLES` cycles.
 pub fn is_blocked_on_input<E: CpuEngine>(cpu: &mut E) -> bool {
     let now = cpu.cycle();
     if cpu.fire(now) != NEVER {

@@ -41,7 +41,7 @@ pub enum LdFormat {
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct SourceStyle {
     /// Text after `LDmicro` in a header that is neither `LDmicro0.1` nor `LDmicro0.2`; empty for the bare
-    /// header of LDmicro 5.4. `None` for the header of [`LadderProgram::format`].
+    /// header of LDmicro 5.4. `None` for the header of `LadderProgram::format`.
     pub header: Option<String>,
     /// True if each rung has its number, from 1, after `RUNG`.
     pub rung_numbers: bool,

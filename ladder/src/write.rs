@@ -51,7 +51,7 @@ pub fn write(program: &LadderProgram) -> String {
     out
 }
 
-/// Writes a program as [`write`] does, in the encoding in which it was read.
+/// Writes a program as [`write()`] does, in the encoding in which it was read.
 ///
 /// The result is UTF-8 if the program now contains characters that the code page lacks.
 #[must_use]

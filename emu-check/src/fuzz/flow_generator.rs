@@ -8,7 +8,7 @@ use ladder::{Element, FlowOp, Rung, RungNode};
 /// one.
 pub(super) fn add_flow(rng: &mut Rng, rungs: &mut Vec<Rung>, inputs: &[String], full: bool) {
     let body = if full && rng.one_in(2) { add_subprogram(rng, rungs, inputs) } else { 0..0 };
-    for _ in 0..rng.below(3) {
+    for jump in 0..rng.below(3) {
         let from = rng.below(rungs.len() as u64) as usize;
         let to = rng.below(rungs.len() as u64 + 1) as usize;
         // SUBPROG and ENDSUB are alone in their rungs, and a jump stays on its side of them.
@@ -25,7 +25,7 @@ pub(super) fn add_flow(rng: &mut Rng, rungs: &mut Vec<Rung>, inputs: &[String], 
         } else if to == body.start && !body.is_empty() || to + 1 == body.end {
             continue;
         } else {
-            let name = format!("l{from}_{to}");
+            let name = format!("l{jump}_{to}");
             insert(rng, &mut rungs[to].series, vec![flow(FlowOp::Label, &name)]);
             name
         };

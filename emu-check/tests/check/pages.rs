@@ -8,7 +8,7 @@ fn tags(text: &str) -> Vec<String> {
     let (mut open, mut all, mut rest) = (Vec::new(), Vec::new(), text);
     while let Some(at) = rest.find('<') {
         for (n, _) in rest[..at].match_indices('&') {
-            let known = ["&amp;", "&lt;", "&gt;", "&quot;", "&#39;"];
+            let known = ["&amp;", "&lt;", "&gt;", "&quot;", "&#39;", "&apos;"];
             assert!(known.iter().any(|entity| rest[n..].starts_with(entity)), "{}", &rest[n..n + 20]);
         }
         let end = at + rest[at..].find('>').expect("an end of the tag");

@@ -27,7 +27,7 @@ impl SerialLineSender {
     /// Returns a sender of `baud` bits per second.
     ///
     /// # Errors
-    /// Zero, or more than [`MAX_BAUD`].
+    /// Zero, or more than `MAX_BAUD`.
     pub fn new(pin: PinId, baud: u64) -> Result<SerialLineSender, InputError> {
         SerialLineSender::check_baud_rate(baud).map(|()| SerialLineSender { pin, baud, free_at: 0 })
     }
@@ -35,7 +35,7 @@ impl SerialLineSender {
     /// Checks that a rate is allowed.
     ///
     /// # Errors
-    /// It is not within 1 to [`MAX_BAUD`].
+    /// It is not within 1 to `MAX_BAUD`.
     pub fn check_baud_rate(baud: u64) -> Result<(), InputError> {
         match baud {
             1..=MAX_BAUD => Ok(()),

@@ -1,6 +1,6 @@
 //! Selects 8051 instructions for the intermediate code.
 //!
-//! The accumulator of the intermediate code is the carry; [`SelectorState`] holds what else is known of it.
+//! The accumulator of the intermediate code is the carry; `SelectorState` holds what else is known of it.
 //! Code is collected in lines first, so that the two arms of a branch can be made to agree before they join.
 
 use emu_8051::isa::Kind;

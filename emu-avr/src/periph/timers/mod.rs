@@ -1,9 +1,9 @@
 //! The timer/counters (sections 15 to 18): counter, compare units and their pins, input capture, asynchronous
 //! operation.
 //!
-//! Most clock edges only count, so the counter is computed in closed form ([`counting_cycle`]), and the flags
+//! Most clock edges only count, so the counter is computed in closed form (`counting_cycle`), and the flags
 //! are computed when they are read. Special edges change a pin, update a buffered OCR, or are the first after
-//! a write of TCNT; [`count`] executes them one at a time.
+//! a write of TCNT; `count` executes them one at a time.
 
 mod count;
 mod counting_cycle;
