@@ -59,7 +59,7 @@ fn documents_are_well_formed_and_complete() {
     let found = tags(&xml);
     let count = |name: &str| found.iter().filter(|tag| *tag == name).count();
     assert_eq!((count("testcase"), count("failure"), count("skipped")), (3, 1, 1), "{xml}");
-    assert!(xml.contains("tests=\"3\" failures=\"1\" errors=\"0\""), "{xml}");
+    assert!(xml.contains("tests=\"3\" skipped=\"1\" failures=\"1\" errors=\"0\""), "{xml}");
 
     let entry = |(outcome, compiled)| ReportEntry { program: &good, options: &options, compiled, outcome };
     let page = html_report(&outcomes.iter().zip([None, Some(&broken), None]).map(entry).collect::<Vec<_>>());
