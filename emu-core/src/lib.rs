@@ -48,6 +48,7 @@ pub mod cpu;
 pub mod engine;
 mod error;
 pub mod external_io;
+mod family;
 pub mod image;
 pub mod lint;
 pub mod machine;

@@ -141,7 +141,7 @@ pub fn read_image_with_symbols(
     if std::iter::once(file).chain(symbols.iter().map(String::as_str)).filter(|name| *name == "-").count() > 1 {
         return Err(VerbFailure::Usage("standard input (-) can be only one of the files".to_owned()));
     }
-    let Some(spaces) = family::symbol_spaces(chip) else {
+    let Some(spaces) = chip.family_traits().symbol_spaces else {
         return match symbols.first() {
             None => read_image(file, chip, terminal),
             Some(_) => Err(VerbFailure::Usage(format!(

@@ -82,7 +82,7 @@ fn document(chip: &Chip) -> Value {
     let pins = chip.present_pins().map(|(_, def)| def);
     json!({
         "name": chip.name,
-        "family": family::family_name(chip.family),
+        "family": chip.family_traits().id,
         "title": chip.title,
         "source": chip.data_sheet,
         "flash": chip.on_chip_flash_bytes,

@@ -4,7 +4,7 @@ mod resolve;
 
 use std::sync::{Arc, OnceLock};
 
-use emu_core::chip::{Chip, ChipFamily};
+use emu_core::chip::Chip;
 use emu_core::image::{BlockInfo, FrameView as _, SourceLines, SymbolAt, VariableInfo};
 
 use super::c_objects::ObjectExpr;
@@ -366,7 +366,7 @@ impl NameScope {
                     (AddressRange { space, start: own, end: own + 1 }, text.to_owned())
                 }
                 // A cell of AP101 is a bit.
-                None if self.chip.family == ChipFamily::Ap101 => {
+                None if self.chip.is_bit_controller() => {
                     (AddressRange { space, start: addr, end: addr + 1 }, text.to_owned())
                 }
                 None => (AddressRange { space, start: addr, end: addr + 1 }, format!("the byte of {text}")),

@@ -3,7 +3,6 @@
 use std::collections::{BTreeSet, HashMap};
 use std::time::{Duration, Instant};
 
-use emu_core::chip::ChipFamily;
 use emu_core::cpu::{LAST_CYCLE, ProgramFault, StopReason};
 use emu_core::state::SnapshotDamaged;
 
@@ -397,7 +396,7 @@ impl DebugSession {
     /// its actions no longer have an effect; but its programs still run, so it is stepped for one whole
     /// repetition.
     fn run_settled_controller(&mut self, words: &BTreeSet<u32>, until: u64, probe: &mut BreakpointProbe) -> StopReason {
-        if self.scope.chip().family != ChipFamily::Ap101 || words.is_empty() {
+        if !self.scope.chip().is_bit_controller() || words.is_empty() {
             return StopReason::Halted;
         }
         self.current.set_breakpoints(words);

@@ -163,8 +163,8 @@ fn register_name(names: &AddressNames<'_>, addr: u16) -> String {
 
 /// Returns a byte of RAM with the variable that contains it, or a core register, if those have addresses.
 fn cell_name(names: &AddressNames<'_>, space: &str, addr: u16) -> String {
-    let cpu_reg = if names.chip.family == ChipFamily::Avr { names.chip.cpu_regs.get(usize::from(addr)) } else { None };
-    if let Some(name) = cpu_reg.filter(|_| addr < 32) {
+    let is_register = u32::from(addr) < names.chip.family_traits().registers_in_ram;
+    if let Some(name) = names.chip.cpu_regs.get(usize::from(addr)).filter(|_| is_register) {
         return (*name).to_owned();
     }
     let symbol = names.containing_symbol(space, addr.into()).map_or(String::new(), |symbol| format!(" ({symbol})"));

@@ -2,8 +2,7 @@
 
 use emu_debug::debug::{CallFrame, ObjectExpr};
 
-use emu_core::chip::ChipFamily;
-use emu_core::image::{AVR_DATA, BlockInfo};
+use emu_core::image::BlockInfo;
 
 use super::shell::{CommandResult, DebugShell};
 
@@ -99,7 +98,7 @@ pub(super) fn info_frame(shell: &DebugShell, out: &mut String) -> CommandResult 
     let frames = shell.calls();
     let chip = shell.session.scope.chip();
     let frame = frames.get(shell.level).ok_or("the selected call does not exist any more; bt lists the calls")?;
-    let linked = if chip.family == ChipFamily::Avr { AVR_DATA } else { 0 };
+    let linked = chip.family_traits().linked_data.unwrap_or(0);
     let at = |addr: u32| format!("0x{:x}", linked + addr);
     let frame_at = |frame: &CallFrame| frame.cfa.map(|cfa| at(cfa.saturating_sub(1)));
     let number = shell.level.saturating_sub(shell.hidden);

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use emu_core::chip::ChipFamily;
 use emu_debug::address_names::decimal_offset;
 use emu_debug::debug::{DebugExpression, ExpressionPlace, ObjectByteLocation, ObjectExpr};
 use regex_lite::Regex;
@@ -39,7 +38,7 @@ fn computed_type(shell: &DebugShell, text: &str) -> Result<String, String> {
         return Ok("void".to_owned());
     }
     let expr = shell.parse_expression(text)?;
-    let is_avr = shell.session.scope.chip().family == ChipFamily::Avr;
+    let is_avr = shell.session.scope.chip().is_known_to_gdb();
     let known = match &expr {
         DebugExpression::Place(ExpressionPlace::Pc) if is_avr => Some("void (*)()".to_owned()),
         DebugExpression::Place(ExpressionPlace::Reg("SP")) if is_avr => Some("void *".to_owned()),
