@@ -265,7 +265,7 @@ impl AddressNames<'_> {
         let code = self.symbols.iter().filter(|s| s.space == self.chip.code_space && s.addr <= byte);
         let symbol = preferred_symbol(code)?;
         // A function of SDCC has an end: code of a library behind it is not part of it.
-        let is_behind = self.chip.family == ChipFamily::Mcs51 && symbol.size > 0 && byte - symbol.addr >= symbol.size;
+        let is_behind = self.chip.has_sdcc_pointers() && symbol.size > 0 && byte - symbol.addr >= symbol.size;
         (!is_behind).then(|| self.format_symbol_offset(symbol, byte))
     }
 

@@ -115,7 +115,7 @@ pub(super) fn info_symbol(shell: &mut DebugShell, args: &str, out: &mut String) 
 /// Returns the symbol at the target of a pointer, or at an array, in the memory of that object (8051).
 fn symbol_of_pointer(shell: &DebugShell, text: &str) -> Option<String> {
     let (scope, target) = (&shell.session.scope, shell.session.machine());
-    let expr = shell.parse_expression(text).ok().filter(|_| scope.chip().family == ChipFamily::Mcs51)?;
+    let expr = shell.parse_expression(text).ok().filter(|_| scope.chip().has_sdcc_pointers())?;
     let object = expr.object().filter(|object| !object.is_function() && !object.is_function_pointer())?;
     let object = if object.is_array() { object.clone() } else { object.pointed_object()? };
     let ObjectByteLocation::Memory(space, addr) = *object.byte_locations(target).first()? else { return None };
