@@ -24,6 +24,7 @@ use emu_debug::time;
 use crate::shared::fail::VerbFailure;
 use crate::shared::family::visit_machine;
 use crate::shared::machine::{MachineArgs, MachineOptions, WiredMachine};
+use crate::shared::output::RequestedOutput;
 use crate::shared::report::MessageStyle;
 use crate::shared::snapshots::SnapshotWriter;
 use crate::shared::{family, input, output, snapshots};
@@ -168,7 +169,8 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &MessageStyle) -> Result<u8, VerbFai
     let device_files = machine.attach.iter().map(|attached| ("--attach", file(&attached.file)));
     let recorded_scenario = ("--record", file(&args.scenario_flags.record));
     let outputs = outputs.into_iter().chain([recorded_scenario]).chain(args.cover.outputs()).chain(device_files);
-    let output_files: Vec<_> = outputs.filter(|(_, file)| !file.is_empty()).collect();
+    let given = outputs.filter(|(_, file)| !file.is_empty());
+    let output_files: Vec<_> = given.map(|(flag, file)| RequestedOutput::new(flag, file)).collect();
     output::check_distinct_outputs(&output_files)?;
     let scenario_inputs = args.scenario_flags.scenario.iter().chain(&args.scenario_flags.stimulus);
     let inputs = std::iter::once(&args.image).chain(&machine.symbols).chain(&args.snapshot.snapshot_in);
@@ -177,14 +179,14 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &MessageStyle) -> Result<u8, VerbFai
     for file in &protected_files {
         output::check_input_not_overwritten(file, &output_files)?;
     }
-    protected_files.extend(output_files.iter().map(|(_, file)| (*file).to_owned()));
+    protected_files.extend(output_files.iter().map(|output| output.file.to_owned()));
     if matches!(args.ram, RamChoice::Trap) && args.snapshot.snapshot_in.is_some() {
         let why = "--ram trap and --snapshot-in do not go together: a snapshot does not say what of RAM was written";
         return Err(VerbFailure::Usage(why.to_owned()));
     }
     let chip_choice = machine.mcu.choose_chip(&args.image)?;
     let chip = chip_choice.chip;
-    let to_stdout = output_files.iter().any(|(_, file)| output::is_stdout(file));
+    let to_stdout = output_files.iter().any(|requested| output::is_stdout(requested.file));
     check_serial_flags(args, chip)?;
     let cod = &args.cod;
     let mut script = cod.as_deref().map(|file| cod::read_script(file, chip)).transpose()?;

@@ -3,7 +3,7 @@
 
 use diag::{Diagnostic, Pos, Severity};
 use ladder::{LadderDialect, LadderProgram, LdFormat};
-use ladder_compile::CompiledProgram;
+use ladder_compile::{CompiledProgram, PinAssignment};
 
 use crate::CheckOptions;
 use crate::chip::deviation::Deviation;
@@ -211,10 +211,9 @@ pub(crate) fn replay_command(program: &LadderProgram, options: &CheckOptions, sc
         options.mcu.to_ascii_lowercase(),
         options.seed
     );
-    options
-        .pins
-        .iter()
-        .for_each(|(symbol, pin)| command += &format!(" --pin {}", shell_quote(&format!("{symbol}={pin}"))));
+    options.pins.iter().for_each(|PinAssignment { symbol, pin }| {
+        command += &format!(" --pin {}", shell_quote(&format!("{symbol}={pin}")))
+    });
     match (program.format, program.dialect) {
         (LdFormat::V01, LadderDialect::Ldmicro5) => command += " --dialect ldmicro-5",
         (LdFormat::V02, LadderDialect::Ldmicro23) => command += " --dialect ldmicro-2.3",

@@ -9,6 +9,7 @@ use emu_core::image::Image;
 use emu_debug::debug::{DebugSession, DynMachine, MachineWithDevices, NameScope, SessionOptions};
 use emu_debug::stimulus::{queue_drives, supply_changes};
 use emu_debug::{AddressNames, CycleClock, ProgramSource, TimedDrive};
+use ladder_compile::PinAssignment;
 use ladder_view::LadderView;
 
 use super::ladder;
@@ -46,7 +47,7 @@ pub struct DebugSubject {
     /// Put an input or output of a ladder program at a pin: Xstart=PD2. Overrides the pins of the program.
     /// Repeatable.
     #[arg(long = "pin", value_name = "NAME=PIN", value_parser = parse_pin_assignment)]
-    pub(super) pins: Vec<(String, String)>,
+    pub(super) pins: Vec<PinAssignment>,
     /// The dialect of the elements of a ladder program: ldmicro-2.3 or ldmicro-5.
     #[arg(long, value_name = "DIALECT", value_parser = parse_dialect)]
     pub(super) dialect: Option<LadderDialect>,

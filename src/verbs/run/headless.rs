@@ -141,7 +141,8 @@ impl HeadlessRun<'_> {
             true => Some(args.scenario_flags.scenario_setup(
                 cpu,
                 &source,
-                (args, &planned, scenario.as_ref()),
+                (args, &planned),
+                scenario.as_ref(),
                 (&self.snapshot_writer, self.terminal),
             )?),
             false => None,

@@ -3,6 +3,7 @@
 use emu_avr::{Avr, chips::ATMEGA328P};
 use emu_core::image::{ElfMachine, load};
 use emu_core::{Cpu, CycleTime, PinLevel, RamInit, StopReason};
+use ladder_compile::PinAssignment;
 use ladder_compile::emit::arduino::{SketchOptions, emit};
 
 use crate::tools::{folder, run, source};
@@ -27,7 +28,7 @@ fn inputs_are_debounced() {
     for case in CASES.lines().filter(|line| !line.is_empty()) {
         let fields: Vec<&str> = case.split('|').map(str::trim).collect();
         let debounce_ms = fields[0].parse().unwrap_or_else(|e| panic!("{case}: {e}"));
-        let pins = vec![("Xa".to_owned(), "PD2".to_owned()), ("Ya".to_owned(), "PB0".to_owned())];
+        let pins = vec![PinAssignment::new("Xa", "PD2"), PinAssignment::new("Ya", "PB0")];
         let sketch = emit(&program, &SketchOptions { pins, debounce_ms }).unwrap_or_else(|e| panic!("{e:?}"));
         std::fs::write(dir.join("follow.ino"), &sketch.source.text).unwrap_or_else(|e| panic!("{e}"));
         run(&source("emu-check/src/via/arduino.sh"), &["follow.ino", "./follow.elf"], &dir);
