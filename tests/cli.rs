@@ -35,9 +35,7 @@ fn text_files(folder: &str, ending: &str) -> Vec<PathBuf> {
 
 /// Creates an empty folder with the input files.
 fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("cli-{name}"));
-    _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).expect("a folder for the test");
+    let folder = emu_test_support::empty_test_folder!(format!("cli-{name}"));
     for entry in fs::read_dir(root().join("tests/cli/in")).expect("the inputs") {
         let from = entry.expect("an entry").path();
         fs::copy(&from, folder.join(from.file_name().expect("a name"))).expect("a copy");

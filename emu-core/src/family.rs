@@ -1,5 +1,5 @@
-//! What a chip family is, as data: one [`FamilyTraits`] for each [`ChipFamily`]. Tools read it instead of naming
-//! families, so that a new family does not compile until its row is written.
+//! What a chip family is, as data: one [`FamilyTraits`] for each [`ChipFamily`]. Tools read it instead of
+//! naming families, so that a new family does not compile until its row is written.
 
 use crate::chip::{Chip, ChipFamily};
 use crate::image::{AVR_DATA, SymbolSpaces};
