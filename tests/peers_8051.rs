@@ -3,8 +3,6 @@
 //! A plain `cargo test` ignores them; `.ci/peers` installs the peer and runs them. Random tests take their
 //! seed from the variable EMU_SEED and print it.
 
-use std::path::{Path, PathBuf};
-
 #[path = "peers/s51/batch.rs"]
 mod batch;
 #[path = "peers/s51/drive.rs"]

@@ -3,8 +3,6 @@
 //! A plain `cargo test` ignores the tests that need them; `.ci/peers` installs them and runs these tests.
 //! Random tests take their seed from the variable EMU_SEED and print it.
 
-use std::path::{Path, PathBuf};
-
 #[path = "peers/gpsim/batch.rs"]
 mod batch;
 #[path = "peers/gpsim/drive.rs"]

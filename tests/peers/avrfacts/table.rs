@@ -5,8 +5,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs;
 
-use emu_test_support::assert_file;
-use emu_test_support::{run_tool, test_folder};
+use emu_test_support::{assert_file, run_tool, test_folder};
 
 use crate::harness;
 use crate::tools::source;
