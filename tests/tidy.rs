@@ -26,6 +26,7 @@ emu-check:      ladder diag emu-core emu-avr emu-8051 emu-pic16 emu-ap101 emu-de
 emu:            ladder diag emu-core emu-asm emu-avr emu-8051 emu-pic16 emu-ap101 emu-debug emu-gdb ladder-eval ladder-compile emu-check ladder-view scenario emu-dap emu-tui
 emu-tui:        ladder ladder-eval
 test-support:   emu-core
+test-machines:  emu-core emu-avr emu-8051 emu-pic16 emu-ap101 emu-debug
 fuzz:           emu emu-core emu-asm emu-avr emu-8051 emu-pic16 emu-ap101 emu-debug emu-gdb emu-dap ladder ladder-eval ladder-compile ladder-view scenario
 ";
 
