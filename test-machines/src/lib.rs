@@ -22,7 +22,8 @@ pub fn find_chip(name: &str) -> Option<&'static Chip> {
     all.find(|chip| chip.name == name)
 }
 
-/// A machine that a debugging session can run. Its methods are not generic, so that this crate has their code.
+/// A machine that a debugging session can run. Its methods are not generic, so that this crate has their
+/// code.
 pub trait DebugMachine: Cpu + Sized {
     /// Returns the machine without devices, at a clock of `hz` Hz.
     fn boxed(self, hz: u64) -> Box<dyn DynMachine>;
