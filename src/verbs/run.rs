@@ -59,8 +59,6 @@ pub struct RunArgs {
     /// by its name (.asm, .s, .a51, .src), which is assembled first. - is standard input.
     #[arg(value_name = "IMAGE")]
     image: String,
-    #[command(flatten)]
-    machine: MachineArgs,
     /// End after this much chip time: 2s, 10ms, 2.5us, 100ns, or 1000c (machine cycles). Default: 60s.
     #[arg(long = "for", value_name = "TIME", conflicts_with = "cycles")]
     time: Option<String>,
@@ -119,6 +117,9 @@ pub struct RunArgs {
     trace: trace::TraceFlags,
     #[command(flatten)]
     snapshot: snapshot::SnapshotFlags,
+    // Last, because the headings of the families would also stand over the flags behind them.
+    #[command(flatten)]
+    machine: MachineArgs,
     /// Execute the messages in this .cod file, as gpsim does: external parts, commands, assertions. The
     /// program passes (exit code 0, otherwise 1, and 4 for an illegal instruction) when the first message
     /// that halts it says PASSED. The run has no start-up times. Its frequency is that of --clock, otherwise

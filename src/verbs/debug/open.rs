@@ -33,8 +33,6 @@ pub struct DebugSubject {
     /// its name (.asm, .s, .a51, .src), or a ladder program (.ld), which is compiled first.
     #[arg(value_name = "FILE")]
     pub file: String,
-    #[command(flatten)]
-    pub machine: MachineArgs,
     /// What RAM and registers hold after power-up: random:SEED or zero.
     #[arg(long, value_name = "FILL", default_value = "zero", value_parser = parse_ram_init)]
     ram: RamInit,
@@ -58,6 +56,9 @@ pub struct DebugSubject {
     /// Maximum size of the copies of the machine for going back in time: 64M, 500k, 1G.
     #[arg(long, value_name = "BYTES", default_value = "64M", value_parser = parse_byte_count)]
     history: usize,
+    // Last, because the headings of the families would also stand over the flags behind them.
+    #[command(flatten)]
+    pub machine: MachineArgs,
 }
 
 /// Parses the value of `--ram`; the check for reads of unwritten RAM is not available here.
