@@ -59,6 +59,8 @@ pub mod state;
 pub mod table;
 
 pub use chip::{Chip, ChipFamily, InstructionSet, NamedAddress, PinDef};
-pub use cpu::{Bus, BusEffect, Cpu, LAST_CYCLE, NEVER, Probe, ProgramFault, RamInit, ResetCause, StopReason};
+pub use cpu::{
+    Bus, BusEffect, Cpu, LAST_CYCLE, NEVER, Probe, ProgramError, ProgramFault, RamInit, ResetCause, StopReason,
+};
 pub use error::CoreError;
 pub use pins::{ChipEvent, CycleTime, PinId, PinLevel};

@@ -73,7 +73,7 @@ fn main() {
         println!(
             "{file} on {}: {:?} at cycle {}, run {took:.2?}, {copies} copies in {} KB; step back: first half of {STEPS} under {:.2?}, slowest {:.2?}",
             chip.name,
-            halt.reason,
+            halt,
             session.machine().cycle(),
             bytes >> 10,
             times[STEPS / 2],

@@ -113,7 +113,7 @@ fn walks(family: Family, name: &str, count: u64) {
                     let (before, at) = (print(&session), session.machine().cycle());
                     let mut back = 0;
                     for _ in 0..n {
-                        if session.step_back(1, &mut || true).reason == HaltReason::Beginning {
+                        if session.step_back(1, &mut || true) == HaltReason::Beginning {
                             break;
                         }
                         back += 1;

@@ -29,7 +29,7 @@ use crate::shared::report::MessageStyle;
 use crate::shared::snapshots::SnapshotWriter;
 use crate::shared::{family, input, output, snapshots};
 use crate::verbs::run::lint::LintMode;
-use headless::HeadlessRun;
+use headless::RunJob;
 pub use rungs::CODES as COVER_CODES;
 use snapshot::RunSnapshots;
 
@@ -212,7 +212,7 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &MessageStyle) -> Result<u8, VerbFai
     let snapshot_writer = SnapshotWriter { head: snapshots::snapshot_header(chip, &image, &setup), protected_files };
     let snapshots = RunSnapshots::open(&args.snapshot, snapshot_writer.head.clone())?;
     let pic16 = setup.pic16;
-    let headless = HeadlessRun {
+    let headless = RunJob {
         args,
         image: &image,
         script,

@@ -102,7 +102,7 @@ impl ProgramGenerator {
     }
 
     fn begins_group(&mut self, depth: u32) -> bool {
-        self.remaining_elements > 0 && depth < self.style.depth && self.rng.one_in(self.style.group)
+        self.remaining_elements > 0 && depth < self.style.depth && self.rng.one_in(self.style.nodes_per_group)
     }
 
     fn parallel(&mut self, depth: u32, rail: bool) -> RungNode {

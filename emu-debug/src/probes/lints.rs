@@ -1,8 +1,8 @@
 //! Collects suspicious behaviour of programs ([`Lint`]), each once, with its count and first cycle.
 //!
-//! Cores with diagnostics report their lints themselves. This module finds reads of RAM that was never
-//! written, except on machines that track for each value whether it is defined (AVR, AP101): these report
-//! such reads themselves, and only where the value makes a difference.
+//! The cores report most of them. On the 8051 and the PIC16 this module finds reads of RAM that was never
+//! written. AVR and AP101 report such reads themselves, and only where the value makes a difference, because
+//! they track for each value whether it is defined.
 
 use std::collections::BTreeMap;
 

@@ -38,8 +38,8 @@ use crate::shared::{avr, family, output, pic16, scenarios, store};
 use crate::verbs::run::summary::RunSummary;
 use crate::verbs::run::{cod, lint, summary};
 
-/// A run with all its inputs.
-pub struct HeadlessRun<'a> {
+/// The job of `emu run`, for a machine of any family ([`MachineVisitor`]).
+pub struct RunJob<'a> {
     /// The flags.
     pub args: &'a RunArgs,
     /// The program.
@@ -66,7 +66,7 @@ pub struct HeadlessRun<'a> {
     pub terminal: &'a MessageStyle,
 }
 
-impl MachineVisitor for HeadlessRun<'_> {
+impl MachineVisitor for RunJob<'_> {
     type Output = Result<u8, VerbFailure>;
 
     fn visit<C: Cpu + 'static>(mut self, mut cpu: C) -> Self::Output {
@@ -102,7 +102,7 @@ impl MachineVisitor for HeadlessRun<'_> {
     }
 }
 
-impl HeadlessRun<'_> {
+impl RunJob<'_> {
     /// Returns names and source lines of the program's addresses.
     fn source(&self, chip: &'static Chip) -> ProgramSource<'_> {
         ProgramSource { names: AddressNames { chip, symbols: &self.image.symbols }, lines: &self.image.lines }
