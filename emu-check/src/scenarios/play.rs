@@ -410,7 +410,7 @@ impl EvaluatorPlay {
         self.scan_with_chip(None)
     }
 
-    /// Like [`EvaluatorPlay::scan`], next to a chip that the caller runs: symbol values, by evaluator index,
+    /// Executes one scan, as [`EvaluatorPlay::scan`] does, next to a chip that the caller runs: symbol values, by evaluator index,
     /// are read from `chip`.
     pub fn scan_with_chip(&mut self, chip: Option<&dyn Fn(usize) -> i32>) -> bool {
         let eval = &self.eval;

@@ -36,7 +36,7 @@ impl ScanStimulus {
         self.writes.iter().for_each(|&(symbol, value)| eval.set(symbol, value));
     }
 
-    /// Like [`ScanStimulus::apply`], without a serial line that takes time: the byte is received at once,
+    /// Applies the inputs and writes of a scan without a serial line that takes time: the byte is received at once,
     /// unless one waits.
     pub(crate) fn apply_immediately(&self, hints: &ValueHints, eval: &mut Evaluator) {
         self.apply(hints, eval);
@@ -55,7 +55,7 @@ enum InputPlan {
     Sweep,
     /// Each input changes by an [`InputMode`] of its own.
     Modes,
-    /// Like [`InputPlan::Modes`], but a mode may last long.
+    /// Modes that may last long; otherwise [`InputPlan::Modes`].
     Slow,
 }
 

@@ -80,7 +80,7 @@ impl DebugSession {
         }
     }
 
-    /// Works as [`DebugSession::step_back_counted`], for many steps: it counts positions instead of recording
+    /// Steps back many instructions, as [`DebugSession::step_back_counted`] does for few: it counts positions instead of recording
     /// them.
     fn step_back_far(&mut self, n: u64, keep_running: KeepRunning<'_>) -> HaltReason {
         let (now, first) = (self.current.cycle(), self.history.first_cycle());

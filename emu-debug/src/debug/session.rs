@@ -282,7 +282,7 @@ impl DebugSession {
         self.step_remaining(&mut { n }, limit, false, keep_running)
     }
 
-    /// Works as [`DebugSession::step_instructions`]; `rest` is the number of steps left. If
+    /// Steps instructions, as [`DebugSession::step_instructions`] does; `rest` is the number of steps left. If
     /// `stops_at_breakpoints` is true, breakpoints stop the machine too.
     pub fn step_remaining(
         &mut self,

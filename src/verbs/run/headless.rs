@@ -251,9 +251,9 @@ fn run_recorded<C: Cpu>(
     let mut wave = wave
         .map(|out| {
             let levels = shown_pin_levels(cpu, chip);
-            let columns = &trace_request.columns();
+            let wave_signals = &trace_request.wave_signals();
             let start = CycleTime::at(cpu.cycle());
-            let extras = WaveExtras { start, uart: family::has_uart(chip), columns, split: args.trace.vcd_bits };
+            let extras = WaveExtras { start, uart: family::has_uart(chip), wave_signals, split: args.trace.vcd_bits };
             WaveWriter::with_extras((out, chip, planned.clock), &levels, extras)
         })
         .transpose()
