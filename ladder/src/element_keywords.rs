@@ -101,6 +101,11 @@ pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 90] = [
     ("FORMATTED_STRING", 2, ANY_COUNT, "FORMATTED_STRING name length c0 c1 .. or FORMATTED_STRING name \"text\" (name or (none))"),
 ];
 
+/// Keywords of all elements that the reader accepts, in the order of the language's page.
+pub fn element_keywords() -> impl Iterator<Item = &'static str> {
+    ELEMENT_KEYWORDS.iter().map(|row| row.0)
+}
+
 const TEXT_VARIABLE: &str = "a variable holds a number here, not a text";
 const NO_BUS: &str = "no bus of the chip is driven";
 const BY_BITS: &str =
