@@ -8,7 +8,7 @@ pub(crate) const ANY_COUNT: usize = usize::MAX;
 
 /// All elements that the reader accepts.
 #[rustfmt::skip]
-pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 90] = [
+pub(crate) const ELEMENT_KEYWORDS: &[ElementKeyword] = &[
     ("COMMENT",          0, ANY_COUNT, "COMMENT text"),
     ("CONTACTS",         2, 3,   "CONTACTS name negated [set1]"),
     ("COIL",             4, 5,   "COIL name negated set reset [ttrigger]"),
@@ -115,7 +115,7 @@ const FORMATTED: &str = "send the text with FORMATTED_STRING name \"text\", wher
 
 /// Elements of LDmicro 5 that are not supported: keyword, reason, and the nearest thing that works.
 #[rustfmt::skip]
-pub(crate) const UNSUPPORTED_KEYWORDS: [(&str, &str, &str); 14] = [
+pub(crate) const UNSUPPORTED_KEYWORDS: &[(&str, &str, &str)] = &[
     ("STRING",      TEXT_VARIABLE, FORMATTED),
     ("SPI",         NO_BUS, BY_BITS),
     ("SPI_WR",      NO_BUS, BY_BITS),

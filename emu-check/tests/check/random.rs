@@ -1,4 +1,4 @@
-//! Random programs of all elements: image and evaluator agree on each. EMU_RANDOM_PROGRAMS sets their number
+//! Random programs of all elements of LDmicro 2.3: image and evaluator agree on each. EMU_RANDOM_PROGRAMS sets their number
 //! (default 100), EMU_RANDOM_SEED the first seed; a failure prints seed and text.
 
 use crate::common;

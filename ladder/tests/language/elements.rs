@@ -21,7 +21,7 @@ fn every_element_reads_into_the_model_and_back() {
             }
         };
         let found: Vec<_> = program.elements().map(|(id, e, pos)| (id.to_string(), e, pos)).collect();
-        let [(id, element, pos)] = found.as_slice() else { panic!("line {number}: one element") };
+        let [(id, element, pos)] = found.as_slice() else { panic!("line {number}: {line} reads as {found:?}") };
         assert_eq!((id.as_str(), pos.line, pos.column), ("rung 1, element 1", 6, 3), "line {number}");
         if format!("{element:?}") != model {
             wrong.push(format!("line {number}: expected {model}, found {element:?}"));

@@ -184,6 +184,21 @@ fn every_element_is_generated() {
     assert!(missing.is_empty(), "element() never gives {}", missing.join(", "));
 }
 
+proptest! {
+    /// The constants of the operands are those of the element's row, which has the ones of tables too.
+    #[test]
+    fn operands_have_the_constants_of_the_row(mut element in element()) {
+        let constants = element.facts().constants;
+        let is_table = matches!(element, Element::LookUpTable { .. } | Element::PiecewiseLinear { .. });
+        let value = |operand: &mut LadderOperand| match operand {
+            LadderOperand::Const { value, .. } => Some(*value),
+            LadderOperand::Var(_) => None,
+        };
+        let found: Vec<i64> = element.operands_mut().into_iter().filter_map(value).collect();
+        prop_assert!(found == constants || is_table && constants.starts_with(&found), "{found:?} {constants:?}");
+    }
+}
+
 /// PULSER, NPULSE, STEPPER and QUAD_ENCOD.
 fn pulse_element() -> BoxedStrategy<Element> {
     let (coil, input) = (|| "[YR][A-Za-z0-9_]{0,8}", || "X[A-Za-z0-9_]{0,8}");
