@@ -67,6 +67,8 @@ macro_rules! with_unit {
                 $what
             }
             _ => {
+                // The last unit: a new one needs an arm above, and a new assertion.
+                const { assert!(unit_index::COUNT == unit_index::EXTERNAL + 1) };
                 let $unit = &mut $soc.external;
                 $what
             }
