@@ -110,8 +110,6 @@ impl AvrSoc {
             unit_index::SPM => bit(self.spm.peek(spm::SpmRegister::SPMCSR, t), 7),
             unit_index::WATCHDOG => bit(self.watchdog.peek(watchdog::WatchdogRegister::WDTCSR, t), 6),
             _ => {
-                // The last unit: a new one needs an arm above.
-                const { assert!(unit_index::COUNT == unit_index::EXTERNAL + 1) };
                 let ints = self.part.external_kind.int_mask();
                 let pins = self.external.peek(external::ExternalRegister::PCICR, t);
                 self.external.peek(external::ExternalRegister::EIMSK, t) & ints

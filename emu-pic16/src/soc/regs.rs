@@ -43,8 +43,10 @@ const fn unit_of(reg: Sfr) -> Option<usize> {
     })
 }
 
-// A new unit needs an arm in `with_unit!`, if it has registers, and a line in `for_each_unit!`.
-const _: () = assert!(unit_index::COUNT == unit_index::PSP + 1);
+const _: () = assert!(
+    unit_index::COUNT == unit_index::PSP + 1,
+    "a new unit needs a line in for_each_unit! and, if it has registers, an arm in with_unit!"
+);
 
 /// Evaluates `$what` with `$part` as the unit with this number, borrowed like `soc` (`[&self]`, `[&mut
 /// self]`); `$none` if there is no number.
