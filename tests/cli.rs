@@ -150,8 +150,8 @@ fn faulty_images_give_their_code_and_exit_3() {
 /// Verbs whose examples need another program, so that `tests/docs.rs` cannot run them.
 const SERVERS: &[&str] = &["dap", "lockstep"];
 
-/// Every flag that `--help` lists is in docs/cli.md or on another page, and every verb has an example there and
-/// in its help.
+/// Every flag that `--help` lists is on a page, and every verb has a row and an example in docs/cli.md, and
+/// an example in its help.
 #[test]
 fn every_verb_and_flag_is_documented() {
     let page = fs::read_to_string(root().join("docs/cli.md")).expect("docs/cli.md");
