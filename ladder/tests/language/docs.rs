@@ -1,6 +1,5 @@
 //! Tests that the page on the language lists every diagnostic and every element.
 
-use crate::common;
 use std::collections::BTreeSet;
 
 const PAGE: &str = include_str!("../../../docs/languages/ldmicro.md");
