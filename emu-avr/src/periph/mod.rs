@@ -190,7 +190,8 @@ pub trait AvrDevice {
     fn reset(&mut self, t: u64, out: &mut AvrOutbox);
     /// Stops the clock of the peripheral at `t` (sleep, PRR). Everything due at `t` has been done.
     fn stop_clock(&mut self, t: u64, out: &mut AvrOutbox);
-    /// Restarts the clock at `t`; the peripheral continues from its stopped state.
+    /// Restarts the clock at `t`; the peripheral continues from its stopped state. A reset in the cycle that
+    /// stops the clock restarts it one edge before it stops: `t` may be one below that of `stop_clock`.
     fn restart_clock(&mut self, t: u64, out: &mut AvrOutbox);
     /// Sets the clock to `hz` Hz from `t` on (initially, and when CLKPR changes it).
     fn set_clock_hz(&mut self, hz: u64, t: u64) {
