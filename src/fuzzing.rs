@@ -11,9 +11,10 @@ use emu_core::chip::Chip;
 use emu_core::cpu::RamInit;
 use emu_core::image::Image;
 
-use crate::args::{ColorChoice, CommandLine};
+use crate::args::CommandLine;
 pub use crate::shared::family::MachineVisitor;
 use crate::shared::family::{self, MachineSetup};
+use crate::shared::flags::ColorChoice;
 use crate::shared::report::MessageStyle;
 use crate::verbs::debug::commands;
 use crate::verbs::debug::open::{DebugSubject, open_session};

@@ -23,6 +23,7 @@ use clap::Parser;
 
 use args::{CliVerb, CommandLine};
 use shared::fail::{self, VerbFailure, exit};
+use shared::flags::ColorChoice;
 use shared::output;
 use shared::report::MessageStyle;
 use verbs::{
@@ -56,7 +57,7 @@ fn run_command_line() -> u8 {
                     Err(VerbFailure::write_failed("-", &why)),
                     "help",
                     false,
-                    &MessageStyle::new(args::ColorChoice::Auto, false),
+                    &MessageStyle::new(ColorChoice::Auto, false),
                 ),
             };
         }

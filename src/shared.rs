@@ -1,6 +1,7 @@
 //! Modules that several verbs use: input files, results, chips and their flags, messages and exit codes.
 
 pub mod ap101;
+pub mod assembly;
 pub mod attach;
 pub mod avr;
 pub mod chip_guess;
@@ -9,6 +10,7 @@ pub mod chosen_chip;
 pub mod codes;
 pub mod fail;
 pub mod family;
+pub mod flags;
 #[cfg(feature = "tui")]
 pub mod full_screen;
 pub mod image_origin;
@@ -23,6 +25,7 @@ pub mod readings;
 pub mod report;
 pub mod reset_hold;
 pub mod scan_bits;
+pub mod scan_inputs;
 pub mod scenarios;
 pub mod snapshots;
 pub mod sources;

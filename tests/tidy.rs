@@ -478,3 +478,14 @@ fn commands_for_contributors_run_tests_that_exist() {
         assert!(filters.is_empty(), "{command}: no test has {filters:?} in its name");
     }
 }
+
+/// What several verbs share does not use one of them; otherwise most of `src` would be one circle of modules.
+#[test]
+fn shared_modules_use_no_verb() {
+    let mut wrong = Vec::new();
+    for (path, text) in prose_files().into_iter().filter(|(path, _)| path.starts_with("src/shared/")) {
+        let uses = text.lines().filter(|line| line.contains("crate::verbs") || line.contains("crate::args"));
+        wrong.extend(uses.map(|line| format!("{path}: {}", line.trim())));
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}

@@ -4,12 +4,11 @@ use diag::text::readable;
 use emu_core::chip::Chip;
 use emu_core::image::{Image, SimavrSection, SimavrTrace, avr_device, avr_signature, read_simavr_section};
 
-use crate::args::McuFlags;
 use crate::shared::chip_guess::{hex_signature, name_chips};
 use crate::shared::fail::VerbFailure;
+use crate::shared::flags::McuFlags;
 use crate::shared::input::ELF_MAGIC;
-use crate::shared::{family, image_origin, input, output};
-use crate::verbs::asm;
+use crate::shared::{assembly, family, image_origin, input, output};
 
 /// The ELF section in which a program sends requests to simavr, as messages name it.
 const SECTION: &str = "section .mmcu";
@@ -115,7 +114,7 @@ pub fn named_chip(file: &str, bytes: &[u8]) -> Option<NamedChip> {
         let chip = ladder::chip_of(&name).and_then(|chip| family::parse_chip(chip).ok());
         return Some(NamedChip { name, place: MICRO.to_owned(), chip });
     }
-    if asm::is_source(file) {
+    if assembly::is_source(file) {
         let name = emu_asm::named_chip(bytes)?;
         return Some(NamedChip { chip: family::parse_chip(&name).ok(), name, place: "directive".to_owned() });
     }

@@ -1,6 +1,6 @@
-//! Diagnostic codes of the command line itself, with their explanations.
+//! Diagnostic codes of the command line itself, with their explanations, and the table of all codes.
 
-use diag::{Diagnostic, Pos, Severity};
+use diag::{Diagnostic, DiagnosticCode, Pos, Severity};
 
 diag::codes! {
     /// All codes of the command line, with title and explanation.
@@ -93,6 +93,51 @@ diag::codes! {
     TOO_LARGE_WAVE "WAV003" "a waveform is too large to be drawn"
         "The limits are 4,000,000 changes of the drawn signals, and 100,000 signals. Fix: select fewer signals with \
          --only, or record a shorter time.";
+    OTHER_LADDER "COV001" "a ladder program that does not belong to the map"
+        "The file of --ladder has other elements than the program of --map, so the report would assign code to wrong \
+         lines. Nothing was run. Fix: give the program that was compiled, or compile it again.";
+    PEER_FAILED "LCK001" "the other simulator of a lockstep run fails"
+        "`emu lockstep` started s51, gpsim or simavr. The simulator has ended, or its answers differ from those of the \
+         versions in Debian. simavr listens at port 1234, which must be free. Fix: start the simulator by hand with the same \
+         image, and read its messages.";
+    PEER_LACKS_CHIP "LCK002" "the other simulator of a lockstep run does not have the chip"
+        "gpsim and simavr support a list of chips. It has neither the chip of --mcu nor an equal chip with \
+         another name. docs/lockstep.md lists the chips of each peer. Fix: choose another chip of the family, if the program \
+         uses only what the two have in common, or a version of the simulator that has the chip (--peer FILE).";
+    PEER_TIMED_OUT "LCK003" "the other simulator of a lockstep run does not answer in time"
+        "An answer of s51, gpsim or simavr did not come within the time of --timeout (default 10 s), and emu ended the \
+         simulator. It hangs, its answers differ from those of the versions in Debian, or it is in a sleep from which it \
+         never wakes. Fix: give more time, or start the simulator by hand with the same image, and read its messages.";
+}
+
+/// Returns every diagnostic code of `emu`, sorted.
+pub fn all_codes() -> Vec<&'static DiagnosticCode> {
+    let tables = [
+        CODES,
+        emu_core::image::IMAGE_CODES,
+        emu_core::image::OMF_CODES,
+        emu_core::image::LINE_CODES,
+        emu_core::image::SYMBOL_CODES,
+        emu_asm::CODES,
+        emu_core::lint::LINT_CODES,
+        emu_ap101::config::CONFIG_CODES,
+        ladder::CODES,
+        ladder_compile::CODES,
+        ladder_view::CODES,
+        emu_check::via::CODES,
+        emu_debug::snapshot::CODES,
+        emu_check::CODES,
+        emu_check::FOREIGN_CODES,
+        scenario::CODES,
+    ];
+    let mut all: Vec<&DiagnosticCode> = tables.into_iter().flatten().collect();
+    all.sort_by_key(|c| c.code);
+    all
+}
+
+/// Finds the table row of a code.
+pub fn find_code(code: &str) -> Option<&'static DiagnosticCode> {
+    all_codes().into_iter().find(|c| c.code == code)
 }
 
 /// Builds an error about a whole file.

@@ -12,7 +12,7 @@ use ladder_eval::Evaluator;
 use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::output;
 use crate::shared::report::MessageStyle;
-use crate::verbs::sim::inputs::{ScanChange, SimInput};
+use crate::shared::scan_inputs::{ScanChange, SimInput};
 
 /// Valid widths and heights of a picture.
 const SIZES: std::ops::RangeInclusive<u16> = 1..=screen::MAX_SCREEN_SIDE;

@@ -17,8 +17,7 @@ use crate::shared::chip_guess::guess_chip;
 use crate::shared::codes::{OTHER_PROCESSOR, OTHER_PROGRAM, SOURCE_AS_IMAGE, UNREADABLE, file_error, system_message};
 use crate::shared::fail::VerbFailure;
 use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
-use crate::shared::{ap101, chosen_chip, family, output};
-use crate::verbs::asm;
+use crate::shared::{ap101, assembly, chosen_chip, family, output};
 
 /// Maximum size of a file, in bytes.
 const MAX_BYTES: u64 = 64 << 20;
@@ -82,8 +81,8 @@ pub fn read_file(file: &str) -> io::Result<Vec<u8>> {
 /// Reads the image for `chip` from a HEX, ELF or object file, or assembles it from a source. Prints warnings.
 pub fn read_image(file: &str, chip: &'static Chip, terminal: &MessageStyle) -> Result<Image, VerbFailure> {
     let bytes = read_bytes(file)?;
-    if asm::is_source(file) || file == "-" && is_text(&bytes) {
-        let image = asm::assemble_image(file, &bytes, chip, terminal)?;
+    if assembly::is_source(file) || file == "-" && is_text(&bytes) {
+        let image = assembly::assemble_image(file, &bytes, chip, terminal)?;
         let faults = ap101::configuration_faults(file, &[], chip, &image);
         return if faults.is_empty() { Ok(image) } else { Err(VerbFailure::Refused(faults, FileTexts::default())) };
     }

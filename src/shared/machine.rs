@@ -9,10 +9,10 @@ use emu_debug::stimulus::{ExternalDrive, missing_pin_reason, parse_drive, parse_
 use emu_debug::text_escapes::unescape;
 use emu_debug::{CycleClock, ProgramSource, SerialLineSender, TimedDrive, time};
 
-use crate::args::McuFlags;
 use crate::shared::attach::{AttachedDevice, AttachedStores};
 use crate::shared::fail::VerbFailure;
 use crate::shared::family::MachineSetup;
+use crate::shared::flags::McuFlags;
 use crate::shared::store::MemoryFile;
 use crate::shared::{ap101, attach, avr, family, mcs51, pic16, readings, store};
 

@@ -7,8 +7,8 @@ use ariadne::{CharSet, Color, Config, Label, LabelAttach, Report, ReportKind, So
 use diag::text::printable;
 use diag::{Diagnostic, Severity};
 
-use crate::args;
-use crate::verbs::explain;
+use crate::shared::codes;
+use crate::shared::flags::ColorChoice;
 
 /// Maximum length of a source line that is drawn, in bytes.
 const MAX_LENGTH: usize = 600;
@@ -33,14 +33,14 @@ pub struct MessageStyle {
 impl MessageStyle {
     /// Chooses the style from the flags and the environment (<https://no-color.org>,
     /// <https://bixense.com/clicolors>).
-    pub fn new(color: args::ColorChoice, verbose: bool) -> MessageStyle {
+    pub fn new(color: ColorChoice, verbose: bool) -> MessageStyle {
         let live = std::io::stderr().is_terminal();
         let set = |name| std::env::var_os(name).is_some_and(|v| !v.is_empty());
         let forced = set("CLICOLOR_FORCE") && std::env::var_os("CLICOLOR_FORCE").is_some_and(|v| v != "0");
         let wanted = |auto| match color {
-            args::ColorChoice::Always => true,
-            args::ColorChoice::Never => false,
-            args::ColorChoice::Auto => !set("NO_COLOR") && auto,
+            ColorChoice::Always => true,
+            ColorChoice::Never => false,
+            ColorChoice::Auto => !set("NO_COLOR") && auto,
         };
         MessageStyle {
             color: wanted(forced || live),
@@ -187,7 +187,7 @@ fn write_drawing(terminal: &MessageStyle, diagnostic: &Diagnostic, line: &str, o
         .with_color(terminal.color)
         .with_label_attach(LabelAttach::Start)
         .with_char_set(if terminal.is_terminal { CharSet::Unicode } else { CharSet::Ascii });
-    let title = explain::find_code(diagnostic.code).map_or("", |code| code.title);
+    let title = codes::find_code(diagnostic.code).map_or("", |code| code.title);
     let mut report = Report::build(ReportKind::Custom(name, color), span.clone())
         .with_config(config)
         .with_code(diagnostic.code)

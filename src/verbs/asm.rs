@@ -1,21 +1,21 @@
 //! `emu asm`: assembles a source to an image for a chip.
 
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use diag::{Diagnostic, Severity};
-use emu_asm::{AssembleOptions, AssembledProgram, IncludeFiles, SourceText};
+use emu_asm::{AssembleOptions, AssembledProgram};
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::image::{Image, write_hex, write_hex_aligned};
 use serde_json::json;
 
-use crate::args::McuFlags;
+use crate::shared::assembly::{assemble, report_warnings};
 use crate::shared::codes::{NOT_IN_HEX, file_error};
 use crate::shared::fail::{VerbFailure, exit};
+use crate::shared::flags::McuFlags;
 use crate::shared::output::RequestedOutput;
-use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
-use crate::shared::{family, input, output};
+use crate::shared::report::MessageStyle;
+use crate::shared::{input, output};
 use crate::verbs::compile::default_image_name;
 
 const EXAMPLES: &str = "\
@@ -27,9 +27,6 @@ Examples:
 
 /// The memory space that `--eeprom` writes.
 const EEPROM: &str = "eeprom";
-
-/// File name extensions of assembly sources.
-const SOURCES: &[&str] = &["asm", "s", "a51", "src"];
 
 /// Flags of `emu asm`.
 #[derive(Debug, Args)]
@@ -119,85 +116,6 @@ pub fn asm(args: &AsmArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
         report_warnings(terminal, assembled);
     }
     Ok(exit::OK)
-}
-
-/// Returns true if the extension of a file name is that of an assembly source.
-pub fn is_source(file: &str) -> bool {
-    let ending = Path::new(file).extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
-    ending.is_some_and(|ending| SOURCES.contains(&ending.as_str()))
-}
-
-/// Assembles a source to an image with symbols and source lines. Prints warnings.
-pub fn assemble_image(
-    file: &str,
-    bytes: &[u8],
-    chip: &'static Chip,
-    terminal: &MessageStyle,
-) -> Result<Image, VerbFailure> {
-    let mut assembled = assemble(file, bytes, chip, AssembleOptions::default(), &[])?;
-    let image = std::mem::take(&mut assembled.image);
-    report_warnings(terminal, assembled);
-    Ok(image)
-}
-
-fn report_warnings(terminal: &MessageStyle, assembled: AssembledProgram) {
-    report_diagnostics(terminal, &assembled.warnings, &texts(&assembled.texts));
-}
-
-fn assemble(
-    file: &str,
-    bytes: &[u8],
-    chip: &'static Chip,
-    options: AssembleOptions,
-    folders: &[PathBuf],
-) -> Result<AssembledProgram, VerbFailure> {
-    let chip_named = Some((|name| family::parse_chip(name).ok()) as fn(&str) -> Option<&'static Chip>);
-    let options = AssembleOptions { find_chip: chip_named, ..options };
-    emu_asm::assemble(&SourceText { name: file, bytes }, chip, &options, &mut IncludeFolders { folders })
-        .map_err(|refused| VerbFailure::Refused(refused.diagnostics, texts(&refused.texts)))
-}
-
-/// Returns the texts of the source and its include files, for drawing diagnostics.
-fn texts(read: &emu_asm::SourceTexts) -> FileTexts {
-    FileTexts(read.all().map(|(name, bytes)| (name.to_owned(), bytes.to_vec())).collect())
-}
-
-/// Finds include files in the folder of the including file and in the folders of `-I`.
-struct IncludeFolders<'a> {
-    folders: &'a [PathBuf],
-}
-
-impl IncludeFiles for IncludeFolders<'_> {
-    fn open(&mut self, name: &str, from: &str) -> io::Result<(String, Vec<u8>)> {
-        let includer_folder = Path::new(from).parent().unwrap_or(Path::new(""));
-        let folders = || std::iter::once(includer_folder).chain(self.folders.iter().map(PathBuf::as_path));
-        let mut first = None;
-        let exact = folders().map(|folder| folder.join(name));
-        // Sources from Windows may spell file names with any letter case.
-        for place in exact.chain(folders().filter_map(|folder| find_ignoring_case(folder, name))) {
-            match input::read_file(&place.to_string_lossy()) {
-                Ok(bytes) => return Ok((place.to_string_lossy().into_owned(), bytes)),
-                // "Not found" is reported for the first folder. Any other read error overrides it.
-                Err(error) if error.kind() == io::ErrorKind::NotFound => _ = first.get_or_insert(error),
-                Err(error) => return Err(error),
-            }
-        }
-        Err(first.unwrap_or_else(|| io::ErrorKind::NotFound.into()))
-    }
-}
-
-/// Finds the file `name` in a folder, ignoring letter case in each part of the path. If several files match,
-/// the first in byte order counts.
-fn find_ignoring_case(folder: &Path, name: &str) -> Option<PathBuf> {
-    name.split('/').try_fold(folder.to_owned(), |at, part| {
-        if matches!(part, "" | "." | "..") || at.join(part).exists() {
-            return Some(at.join(part));
-        }
-        let here = if at.as_os_str().is_empty() { Path::new(".") } else { &at };
-        let names = std::fs::read_dir(here).ok()?.filter_map(|entry| Some(entry.ok()?.file_name()));
-        let found = names.filter(|found| found.to_string_lossy().eq_ignore_ascii_case(part)).min()?;
-        Some(at.join(found))
-    })
 }
 
 /// Returns the image as Intel HEX, with each memory at its address range in the file.

@@ -17,9 +17,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 use ladder::LadderDialect;
 use rayon::prelude::*;
 
-use crate::args::parse_dialect;
 use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::family::{ChipChoice, ChipChoiceParser};
+use crate::shared::flags::parse_dialect;
 use crate::shared::input::ReadProgram;
 use crate::shared::output::RequestedOutput;
 use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};

@@ -8,8 +8,8 @@ use emu_debug::time;
 use ladder_compile::{CompileOptions, CompiledProgram, ImageMap, PinAssignment, emit};
 use serde_json::json;
 
-use crate::args::LadderFlags;
 use crate::shared::fail::{VerbFailure, exit};
+use crate::shared::flags::LadderFlags;
 use crate::shared::output::RequestedOutput;
 use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::{family, input, output};

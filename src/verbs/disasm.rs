@@ -15,8 +15,8 @@ use emu_core::table::DisassembledInstruction;
 use emu_debug::{AddressNames, ProgramSource};
 use serde_json::{Value, json};
 
-use crate::args::McuFlags;
 use crate::shared::fail::{VerbFailure, exit};
+use crate::shared::flags::McuFlags;
 use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::{input, output};
 use listing::SourceLineListing;

@@ -2,8 +2,8 @@
 
 use clap::Args;
 
-use crate::args::LadderFlags;
 use crate::shared::fail::{VerbFailure, exit};
+use crate::shared::flags::LadderFlags;
 use crate::shared::report::MessageStyle;
 use crate::shared::{input, output};
 

@@ -1,11 +1,10 @@
 //! `emu explain`: explains the code of a message.
 
 use clap::Args;
-use diag::DiagnosticCode;
 
+use crate::shared::codes::{all_codes, find_code};
 use crate::shared::fail::{VerbFailure, exit};
-use crate::shared::{codes, output};
-use crate::verbs::{lockstep, run};
+use crate::shared::output;
 use diag::nearest;
 
 const EXAMPLES: &str = "\
@@ -24,38 +23,6 @@ pub struct ExplainArgs {
     /// A code such as HEX006, or the first characters of several codes. Default: list all codes.
     #[arg(value_name = "CODE")]
     pub code: Option<String>,
-}
-
-/// Returns every diagnostic code of `emu`, sorted.
-pub fn all_codes() -> Vec<&'static DiagnosticCode> {
-    let tables = [
-        codes::CODES,
-        run::COVER_CODES,
-        lockstep::CODES,
-        emu_core::image::IMAGE_CODES,
-        emu_core::image::OMF_CODES,
-        emu_core::image::LINE_CODES,
-        emu_core::image::SYMBOL_CODES,
-        emu_asm::CODES,
-        emu_core::lint::LINT_CODES,
-        emu_ap101::config::CONFIG_CODES,
-        ladder::CODES,
-        ladder_compile::CODES,
-        ladder_view::CODES,
-        emu_check::via::CODES,
-        emu_debug::snapshot::CODES,
-        emu_check::CODES,
-        emu_check::FOREIGN_CODES,
-        scenario::CODES,
-    ];
-    let mut all: Vec<&DiagnosticCode> = tables.into_iter().flatten().collect();
-    all.sort_by_key(|c| c.code);
-    all
-}
-
-/// Finds the table row of a code.
-pub fn find_code(code: &str) -> Option<&'static DiagnosticCode> {
-    all_codes().into_iter().find(|c| c.code == code)
 }
 
 /// Explains a code, or lists codes.

@@ -8,7 +8,6 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use diag::DiagnosticCode;
 use diag::text::readable;
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::{Cpu, RamInit, StopReason};
@@ -23,10 +22,10 @@ use emu_debug::lockstep::{
 use emu_debug::{AddressNames, CycleClock, ProgramSource, time};
 use serde_json::{Value, json};
 
-use crate::args::McuFlags;
-use crate::shared::codes::file_error;
+use crate::shared::codes::{PEER_FAILED, PEER_LACKS_CHIP, PEER_TIMED_OUT, file_error};
 use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::family::{MachineSetup, MachineVisitor, visit_machine};
+use crate::shared::flags::McuFlags;
 use crate::shared::interrupts::listen_for_interrupts;
 use crate::shared::report::{FileTexts, MessageStyle};
 use crate::shared::{input, output, readings};
@@ -39,30 +38,6 @@ Examples:
 
 Exit codes: 0 no difference; 1 a difference; 2 the peer is not installed; 3 a file or the peer's answer was refused, it does
 not have the chip, or did not answer in time; 5 a signal (Ctrl-C) ended it.";
-
-/// The peer does not do what it is asked.
-pub const PEER_FAILED: &str = "LCK001";
-/// The peer does not support the chip.
-pub const NO_CHIP: &str = "LCK002";
-/// The peer does not answer in time.
-pub const PEER_TIMED_OUT: &str = "LCK003";
-
-/// All codes of lockstep runs.
-#[rustfmt::skip]
-pub const CODES: &[DiagnosticCode] = &[
-    DiagnosticCode { code: PEER_FAILED, title: "the other simulator of a lockstep run fails",
-        explain: "`emu lockstep` started s51, gpsim or simavr. The simulator has ended, or its answers differ from those of the versions \
-                  in Debian. simavr listens at port 1234, which must be free. Fix: start the simulator by hand with the same image, and \
-                  read its messages." },
-    DiagnosticCode { code: NO_CHIP, title: "the other simulator of a lockstep run does not have the chip",
-        explain: "gpsim and simavr support a list of chips. It has neither the chip of --mcu nor an equal chip with \
-                  another name. docs/lockstep.md lists the chips of each peer. Fix: choose another chip of the family, if the program uses \
-                  only what the two have in common, or a version of the simulator that has the chip (--peer FILE)." },
-    DiagnosticCode { code: PEER_TIMED_OUT, title: "the other simulator of a lockstep run does not answer in time",
-        explain: "An answer of s51, gpsim or simavr did not come within the time of --timeout (default 10 s), and emu ended the \
-                  simulator. It hangs, its answers differ from those of the versions in Debian, or it is in a sleep from which it never \
-                  wakes. Fix: give more time, or start the simulator by hand with the same image, and read its messages." },
-];
 
 /// Default limit of a run without another limit, in instructions.
 const DEFAULT_STEPS: u64 = 100_000;
@@ -326,7 +301,7 @@ impl OwnMachine<'_> {
                 );
             }
             (io::ErrorKind::Unsupported, _) => (
-                NO_CHIP,
+                PEER_LACKS_CHIP,
                 format!("has no {error}"),
                 "docs/lockstep.md lists what it has; take another chip, or another peer",
             ),

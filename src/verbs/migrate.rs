@@ -9,8 +9,8 @@ use emu_check::{
 use ladder::{LadderDialect, LadderProgram};
 use serde_json::{Value, json};
 
-use crate::args::{LadderFlags, parse_dialect};
 use crate::shared::fail::{VerbFailure, exit};
+use crate::shared::flags::{LadderFlags, parse_dialect};
 use crate::shared::input;
 use crate::shared::output::RequestedOutput;
 use crate::shared::output::{self, PendingFile};

@@ -30,7 +30,6 @@ use crate::shared::snapshots::SnapshotWriter;
 use crate::shared::{family, input, output, snapshots};
 use crate::verbs::run::lint::LintMode;
 use headless::RunJob;
-pub use rungs::CODES as COVER_CODES;
 use snapshot::RunSnapshots;
 
 const EXAMPLES: &str = "\

@@ -1,6 +1,5 @@
 //! `emu sim`: runs a ladder program on the reference evaluator, scan by scan, without a chip.
 
-pub mod inputs;
 mod scenario;
 mod trace;
 
@@ -11,14 +10,14 @@ use emu_debug::text_escapes::unescape;
 use ladder::{ChipPart, LadderProgram};
 use ladder_eval::{Evaluator, UnsupportedElement};
 
-use crate::args::LadderFlags;
 use crate::shared::codes::UNSUPPORTED_ELEMENT;
 use crate::shared::fail::{VerbFailure, exit};
+use crate::shared::flags::LadderFlags;
 use crate::shared::output::PendingFile;
 use crate::shared::output::RequestedOutput;
 use crate::shared::report::MessageStyle;
-use crate::shared::{input, output, scan_bits};
-use crate::verbs::sim::inputs::{ScanChange, SimInput};
+use crate::shared::scan_inputs::{ScanChange, SimInput};
+use crate::shared::{input, output, scan_bits, scan_inputs};
 use crate::verbs::sim::trace::ScanTraceTable;
 
 const EXAMPLES: &str = "\
@@ -209,7 +208,7 @@ pub fn unsupported(program: &LadderProgram, refusal: &UnsupportedElement) -> dia
 /// Returns the number of scans, and all changes in the order in which they are applied.
 fn planned_changes(args: &SimArgs, evaluator: &Evaluator) -> Result<(u64, Vec<ScanChange>), VerbFailure> {
     let (last, mut changes) = match &args.inputs {
-        Some(file) => inputs::read_input_table(file, evaluator)?,
+        Some(file) => scan_inputs::read_input_table(file, evaluator)?,
         None => (None, Vec::new()),
     };
     let scans = args.scans.or(last).unwrap_or(DEFAULT_SCANS).min(MAX_SCANS);

@@ -14,9 +14,9 @@ use ladder_view::LadderView;
 
 use super::ladder;
 use super::scenario::{ScenarioContext, scenario_drives};
-use crate::args::parse_dialect;
 use crate::shared::fail::VerbFailure;
 use crate::shared::family::{MachineVisitor, visit_machine};
+use crate::shared::flags::parse_dialect;
 use crate::shared::machine::{MachineArgs, MachineOptions, WiredMachine, check_pins_exist};
 use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::scenarios::ScenarioFile;

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use diag::DiagnosticCode;
 use emu_core::chip::Chip;
 use emu_debug::ProgramSource;
 use emu_debug::coverage::lcov::{BranchCount, FunctionCount, LcovRecord};
@@ -12,21 +11,10 @@ use ladder::LadderProgram;
 use ladder_compile::{CellLocation, ImageMap};
 
 use super::trace;
-use crate::shared::codes::file_error;
+use crate::shared::codes::{OTHER_LADDER, file_error};
 use crate::shared::fail::VerbFailure;
 use crate::shared::input;
 use crate::shared::report::{FileTexts, MessageStyle};
-
-/// The ladder program is not the one of the map.
-pub const OTHER_LADDER: &str = "COV001";
-
-/// All codes of coverage by rungs, for `emu explain`.
-#[rustfmt::skip]
-pub const CODES: &[DiagnosticCode] = &[
-    DiagnosticCode { code: OTHER_LADDER, title: "a ladder program that does not belong to the map",
-        explain: "The file of --ladder has other elements than the program of --map, so the report would assign code to wrong \
-                  lines. Nothing was run. Fix: give the program that was compiled, or compile it again." },
-];
 
 /// The map, and the program if it is given.
 pub struct MappedLadder {
