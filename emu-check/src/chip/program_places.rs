@@ -146,8 +146,8 @@ impl ProgramPlaces {
         families::pin_behaviour(self.chip, pin)
     }
 
-    /// True for AP101, which itself repeats the program with a fixed period and latches inputs before the first
-    /// instruction of a scan: it needs neither a timer nor a polling loop.
+    /// True for AP101, which itself repeats the program with a fixed period and latches inputs before the
+    /// first instruction of a scan: it needs neither a timer nor a polling loop.
     pub(crate) fn is_self_paced(&self) -> bool {
         self.chip.is_bit_controller()
     }

@@ -110,8 +110,8 @@ impl BoundaryGoals {
                     _ => {}
                 },
                 Element::LookUpTable { index: LadderOperand::Var(name), values, .. } => {
-                    // One goal per value. `coverage/rules.rs` has goals for the first and last value of a long
-                    // table.
+                    // One goal per value. `coverage/rules.rs` has goals for the first and last value of a
+                    // long table.
                     let each = (0..).take(values.len().min(MAX_TABLE_GOALS)).map(|n| GoalTarget::WhenActing(n, None));
                     add_goals(integer(name), each.collect());
                 }

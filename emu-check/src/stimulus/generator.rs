@@ -36,8 +36,8 @@ impl ScanStimulus {
         self.writes.iter().for_each(|&(symbol, value)| eval.set(symbol, value));
     }
 
-    /// Applies the inputs and writes of a scan without a serial line that takes time: the byte is received at once,
-    /// unless one waits.
+    /// Applies the inputs and writes of a scan without a serial line that takes time: the byte is received at
+    /// once, unless one waits.
     pub(crate) fn apply_immediately(&self, hints: &ValueHints, eval: &mut Evaluator) {
         self.apply(hints, eval);
         if let Some(byte) = self.byte.filter(|_| !eval.has_received_byte()) {
