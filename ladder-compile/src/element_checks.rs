@@ -91,6 +91,8 @@ fn has_part(target: &CompileTarget, part: ChipPart) -> bool {
         ChipPart::Converter => !target.adc.is_empty(),
         ChipPart::Pwm => target.pwm.is_some(),
         ChipPart::Eeprom => target.eeprom > 0,
+        ChipPart::I2c => target.i2c.is_some(),
+        ChipPart::Spi => target.spi.is_some(),
     }
 }
 

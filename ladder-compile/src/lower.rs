@@ -5,6 +5,7 @@
 //! [`crate::optimise`] removes what is not needed.
 
 mod bit_elements;
+mod buses;
 mod flow;
 mod more_elements;
 mod peripherals;
@@ -400,6 +401,7 @@ impl<'a> Lowering<'a> {
                 self.pulse_element(element)
             }
             Element::FormattedString { var, text, quoted } => self.send_string(var.as_deref(), text, *quoted),
+            Element::BusTransfer(transfer) => self.bus_transfer(transfer),
             Element::Persist { name } => self.persist(name),
             // SHORT passes power, COMMENT has no effect, and the checks refuse PLACEHOLDER.
             Element::Short | Element::Comment(_) | Element::Placeholder => {}

@@ -1,12 +1,12 @@
 //! The flat form of a program, and the execution of its steps on the state.
 
-use ladder::ElementId;
+use ladder::{BusOp, ElementId};
 
 use crate::arithmetic::{CountInput, CountMode, compare, count_step, math, truncate};
 use crate::bit_ops;
 pub(crate) use crate::element_op::{ElementOp, ValueSource};
 use crate::flow_steps::{FlowStep, ParallelGroup, ScanPosition};
-use crate::peripheral_state::{FormattedText, PeripheralState, PiecewiseCurve};
+use crate::peripheral_state::{BusEvent, FormattedText, PeripheralState, PiecewiseCurve};
 use crate::ports::FlatPort;
 use crate::pulse_ops::{EncoderState, FlatEncoder, FlatNpulse, FlatPulser, FlatStepper, NpulseState, PulserState};
 
@@ -34,6 +34,8 @@ pub(crate) struct FlatProgram {
     pub texts: Vec<FormattedText>,
     /// Symbols that READ_ADC uses, each once, in ascending order.
     pub adc_symbols: Vec<u32>,
+    /// Texts of the SPI_WR elements.
+    pub bus_texts: Vec<Vec<u8>>,
     /// The PULSER elements.
     pub pulsers: Vec<FlatPulser>,
     /// The NPULSE elements.
@@ -412,6 +414,23 @@ impl ScanState {
             }
             ElementOp::ReadAdc { dest, input } => {
                 self.store(code, dest, self.parts.adc[input as usize].into());
+                true
+            }
+            ElementOp::Transfer { op, send, device, register, recv } => {
+                let (byte, register) = (self.read_value(send) as u8, self.read_value(register) as u8);
+                self.parts.transfers_of_scan.push(match op {
+                    BusOp::I2cRead => BusEvent::I2cRead { device, register },
+                    BusOp::I2cWrite => BusEvent::I2cWrite { device, register, byte },
+                    BusOp::Spi | BusOp::SpiText => BusEvent::Spi { byte },
+                });
+                if let Some(recv) = recv {
+                    self.store(code, recv, self.parts.bus_answer.into());
+                }
+                true
+            }
+            ElementOp::SendText { text } => {
+                let bytes = code.bus_texts[text as usize].iter();
+                self.parts.transfers_of_scan.extend(bytes.map(|&byte| BusEvent::Spi { byte }));
                 true
             }
             ElementOp::SetPwm { duty } => {

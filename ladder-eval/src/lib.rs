@@ -40,6 +40,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 pub use ladder::{ElementId, LadderProgram, LadderSymbol};
+pub use peripheral_state::BusEvent;
 pub use unsupported::UnsupportedReason;
 
 /// Executes one program scan by scan. A `clone` is a snapshot: it copies the whole state and shares the
@@ -201,6 +202,17 @@ impl Evaluator {
     #[must_use]
     pub fn sent(&self) -> Option<u8> {
         self.state.parts.sent
+    }
+
+    /// What the last scan did on the buses of the chip, in order.
+    #[must_use]
+    pub fn bus_events(&self) -> &[BusEvent] {
+        &self.state.parts.transfers_of_scan
+    }
+
+    /// Sets the byte that devices on the buses answer from the next scan on; FFh, a bus without devices, at power-up.
+    pub fn set_bus_answer(&mut self, byte: u8) {
+        self.state.parts.bus_answer = byte;
     }
 
     /// Number of scans for which the transmitter is busy.

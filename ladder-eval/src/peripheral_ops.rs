@@ -2,7 +2,7 @@
 //! elements.
 
 use ladder::format::{self, StringPiece};
-use ladder::{Element, LadderDialect, LadderOperand, is_percent_resolution};
+use ladder::{BusOp, BusTransfer, Element, LadderDialect, LadderOperand, is_percent_resolution};
 
 use crate::UnsupportedReason;
 use crate::flat_program::{ElementOp, ValueSource};
@@ -84,6 +84,7 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
             }
             ElementOp::Text { text: push_index(&mut builder.code.texts, FormattedText { pieces, var }) }
         }
+        Element::BusTransfer(transfer) => bus_op(builder, transfer)?,
         Element::Persist { name } => {
             let var = builder.integer_index(name)?;
             builder.code.scans_per_eeprom_write =
@@ -101,6 +102,32 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
 fn push_index<T>(list: &mut Vec<T>, item: T) -> u32 {
     list.push(item);
     list.len() as u32 - 1
+}
+
+/// The operation of an element on a bus. The chip is the master, the highest bit goes first, SPI has mode 0 and 8 bits.
+fn bus_op(builder: &mut FlatBuilder<'_>, transfer: &BusTransfer) -> Result<ElementOp, UnsupportedReason> {
+    let BusTransfer { op, send, recv, mode, device, register, first, .. } = transfer;
+    let number = |operand: &LadderOperand| match operand {
+        LadderOperand::Const { value, .. } => u8::try_from(*value).ok(),
+        LadderOperand::Var(_) => None,
+    };
+    let device = number(device).filter(|device| if op.is_i2c() { *device < 128 } else { *device == 0 });
+    let is_known = op.is_i2c() || number(register) == Some(8);
+    let (Some(device), true) = (device, is_known && mode == "Master" && first.starts_with("MSB")) else {
+        return Err(UnsupportedReason::UnsupportedBus);
+    };
+    if *op == BusOp::I2cRead && recv.is_none() {
+        return Err(UnsupportedReason::UnsupportedBus);
+    }
+    if *op == BusOp::SpiText {
+        return Ok(ElementOp::SendText {
+            text: push_index(&mut builder.code.bus_texts, transfer.text_bytes()),
+        });
+    }
+    let send = send.as_ref().map_or(Ok(ValueSource::Const(0)), |send| builder.operand_source(send))?;
+    let register = builder.operand_source(register)?;
+    let recv = recv.as_ref().map(|name| builder.integer_index(name)).transpose()?;
+    Ok(ElementOp::Transfer { op: *op, send, device, register, recv })
 }
 
 /// Checks the points of a curve: the arithmetic has 16 bits, or 32 if an operand is wider, and each segment

@@ -36,6 +36,9 @@ pub(crate) struct FormattedText {
     pub var: Option<u32>,
 }
 
+/// What a read gives if no device answers: the lines are high.
+const BUS_AT_REST: u8 = 0xFF;
+
 /// State of one FORMATTED_STRING.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct TextTransmission {
@@ -47,6 +50,32 @@ pub(crate) struct TextTransmission {
     remaining_number: i32,
     /// True while all digits so far were zero.
     only_zeros_so_far: bool,
+}
+
+/// What a scan did on a bus of the chip (5.14).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BusEvent {
+    /// A register of an I2C device was written.
+    I2cWrite {
+        /// Address of the device.
+        device: u8,
+        /// The register.
+        register: u8,
+        /// The byte.
+        byte: u8,
+    },
+    /// A register of an I2C device was read.
+    I2cRead {
+        /// Address of the device.
+        device: u8,
+        /// The register.
+        register: u8,
+    },
+    /// A byte was sent, and one received, on the SPI bus.
+    Spi {
+        /// The byte sent.
+        byte: u8,
+    },
 }
 
 /// State of all peripherals.
@@ -62,6 +91,10 @@ pub(crate) struct PeripheralState {
     pub sent: Option<u8>,
     /// Byte that waits in the receiver.
     pub received_byte: Option<u8>,
+    /// What this scan did on the buses, in order.
+    pub transfers_of_scan: Vec<BusEvent>,
+    /// The byte that devices answer in this scan.
+    pub bus_answer: u8,
     /// EEPROM cells from address 0.
     pub eeprom: Vec<u8>,
     /// Number of scans until the current EEPROM write is complete.
@@ -81,6 +114,8 @@ impl PeripheralState {
             transmitter_busy_scans: 0,
             sent: None,
             received_byte: None,
+            transfers_of_scan: Vec::new(),
+            bus_answer: BUS_AT_REST,
             eeprom: vec![0xFF; code.eeprom_cells as usize],
             eeprom_busy_scans: 0,
             transfers: vec![Vec::new(); code.transfers as usize],
@@ -95,6 +130,7 @@ impl PeripheralState {
     /// Advances the peripherals by one scan.
     pub(crate) fn start_scan(&mut self) {
         self.sent = None;
+        self.transfers_of_scan.clear();
         self.transmitter_busy_scans = self.transmitter_busy_scans.saturating_sub(1);
         self.eeprom_busy_scans = self.eeprom_busy_scans.saturating_sub(1);
     }

@@ -188,6 +188,9 @@ pub enum UnsupportedReason {
         /// Most bytes that the integer allows.
         most: u8,
     },
+    /// An element of a bus has an argument that is not supported.
+    #[error("a bus has a master with a constant address, the highest bit first, and on SPI mode 0 and 8 bits")]
+    UnsupportedBus,
     /// The serial line has no rate, because BAUD= is missing or 0.
     #[error("the serial line has no rate: BAUD= is missing or 0")]
     NoBaudRate,

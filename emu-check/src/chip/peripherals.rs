@@ -9,6 +9,7 @@ use ladder::{ChipPart, LadderProgram};
 use ladder_compile::{ImageMap, SpecialPin};
 use ladder_eval::Evaluator;
 
+use crate::chip::bus_devices::BusPins;
 use crate::chip::map_contract::ScanPace;
 use crate::chip::pwm_meter::ExpectedPwm;
 use crate::chip::serial_line::{BitTime, byte_levels};
@@ -31,6 +32,8 @@ pub(crate) struct CheckedPeripherals {
     pub analog: Vec<(usize, PinId)>,
     /// The pin of the PWM output, with its expected timing.
     pub pwm: Option<(PinId, ExpectedPwm)>,
+    /// The pins of the buses.
+    pub buses: BusPins,
     /// Number of EEPROM cells in use, from address 0.
     pub eeprom_cells: u32,
     /// Clocks per machine cycle.
@@ -86,7 +89,20 @@ impl CheckedPeripherals {
             });
             analog.extend(at.map(|at| (symbol, at)));
         }
+        let mut buses = BusPins::default();
+        for special in &map.specials {
+            match special {
+                SpecialPin::I2c { pin, clock, .. } => buses.i2c = chip.pin(pin).zip(chip.pin(clock)),
+                SpecialPin::Spi { pin, clock, out, input, .. } => {
+                    let found = [pin, clock, out, input].map(|name| chip.pin(name));
+                    buses.spi = if let [Some(a), Some(b), Some(c), Some(d)] = found { Some([a, b, c, d]) } else { None };
+                }
+                _ => {}
+            }
+        }
         let needs = [
+            (program.uses_part(ChipPart::I2c) && buses.i2c.is_none(), "the I2C bus"),
+            (program.uses_part(ChipPart::Spi) && buses.spi.is_none(), "the SPI bus"),
             (sends && transmit.is_none(), "the transmitter"),
             (receives && receive.is_none(), "the receiver"),
             (pulses && pwm.is_none(), "the PWM output"),
@@ -103,6 +119,7 @@ impl CheckedPeripherals {
             bit_time: BitTime { hz: pace.clock_hz, baud: program.settings.baud.unwrap_or(1) },
             analog,
             pwm: pwm.zip(wanted),
+            buses,
             eeprom_cells: eval.eeprom().len() as u32,
             clocks_per_cycle: pace.clocks_per_cycle,
         })
@@ -111,7 +128,7 @@ impl CheckedPeripherals {
     /// All pins of these peripherals.
     pub(crate) fn pins(&self) -> impl Iterator<Item = PinId> {
         let serial = self.transmit.into_iter().chain(self.receive);
-        serial.chain(self.pwm.map(|pwm| pwm.0)).chain(self.analog.iter().map(|analog| analog.1))
+        serial.chain(self.buses.pins()).chain(self.pwm.map(|pwm| pwm.0)).chain(self.analog.iter().map(|analog| analog.1))
     }
 
     /// Converts clocks since power-up to a time of the chip.

@@ -271,6 +271,10 @@ impl<'a> AnalysisPass<'a> {
                 same
             }
             Element::SetPwm { .. } | Element::Comment(_) => same,
+            Element::BusTransfer(transfer) => {
+                transfer.recv.iter().for_each(|name| _ = self.integers.remove(name));
+                same
+            }
             Element::UartRecvAvail | Element::UartSendReady => when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE),
             Element::Pulser { coil, .. } | Element::Npulse { coil, .. } => {
                 self.bits.insert(coil.clone(), BOTH);

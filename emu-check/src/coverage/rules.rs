@@ -123,6 +123,7 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
             }));
             (CoverageClass::Tables, index_outcomes(eval, symbol, dest, index, &parts))
         }
+        Element::BusTransfer(_) => (CoverageClass::Peripherals, acts()),
         Element::ReadAdc { .. } | Element::SetPwm { .. } => (CoverageClass::Peripherals, acts()),
         Element::Persist { .. } => (CoverageClass::Peripherals, vec![("writes", IN, WroteEeprom), ("rests", NOT_IN, Always)]),
         Element::UartRecv { .. } => (CoverageClass::Serial, vec![("receives", TRUE_TRUE, Always), ("finds no byte", TRUE_FALSE, Always)]),

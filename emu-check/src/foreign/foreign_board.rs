@@ -8,6 +8,7 @@ use ladder_compile::{ImageMap, SpecialPin};
 use ladder_eval::Evaluator;
 
 use crate::CheckOptions;
+use crate::chip::bus_devices::BusPins;
 use crate::chip::map_contract::{ScanPace, pwm_frequency, requested_pin};
 use crate::chip::peripherals::{CheckedPeripherals, SerialUse, serial_use};
 use crate::chip::program_places::ProgramPlaces;
@@ -156,6 +157,7 @@ impl ForeignBoard {
             bit_time: BitTime { hz: pace.clock_hz, baud },
             analog,
             pwm: None,
+            buses: BusPins::default(),
             eeprom_cells: addr,
             clocks_per_cycle: pace.clocks_per_cycle,
         };

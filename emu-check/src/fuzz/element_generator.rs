@@ -2,7 +2,9 @@
 //! that are also operands.
 
 use ladder::format::{StringPiece, split_format_string};
-use ladder::{CompareOp, CounterKind, Element, LadderOperand, MathOp, SegmentDisplay, ShiftOp, TimerKind, UnaryOp};
+use ladder::{
+    BusOp, BusTransfer, CompareOp, CounterKind, Element, LadderOperand, MathOp, SegmentDisplay, ShiftOp, TimerKind, UnaryOp,
+};
 
 use super::generator::ProgramGenerator;
 use super::program_style::ElementSort;
@@ -89,6 +91,7 @@ pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> 
                 if draw.rng.one_in(3) { constant_operand(draw.rng.below(101) as i64) } else { random_operand(draw) };
             Element::SetPwm { duty, hertz, output: None }
         }
+        ElementSort::Bus => random_bus_element(draw),
         ElementSort::Persist => Element::Persist { name: random_integer(draw) },
         ElementSort::Master => Element::MasterRelay,
     }
@@ -143,6 +146,33 @@ fn random_bit_element(draw: &mut ProgramGenerator) -> Element {
             Element::Bus { dest, src, targets }
         }
     }
+}
+
+/// Elements on a bus that a program may have.
+const MAX_TRANSFERS: u32 = 6;
+
+/// SPI, SPI_WR, I2C_RD and I2C_WR; a transfer takes some time, so the bus is not slow.
+fn random_bus_element(draw: &mut ProgramGenerator) -> Element {
+    if draw.transfers == MAX_TRANSFERS {
+        return Element::Move { dest: random_integer(draw), src: random_operand(draw) };
+    }
+    draw.transfers += 1;
+    let op = draw.pick(&[BusOp::Spi, BusOp::SpiText, BusOp::I2cRead, BusOp::I2cWrite]);
+    let sends = matches!(op, BusOp::Spi | BusOp::I2cWrite);
+    let receives = op == BusOp::I2cRead || op == BusOp::Spi && draw.rng.one_in(2);
+    let register = if draw.rng.one_in(3) { random_operand(draw) } else { constant_operand(draw.rng.below(256) as i64) };
+    Element::BusTransfer(Box::new(BusTransfer {
+        op,
+        name: "bus".to_owned(),
+        send: sends.then(|| random_operand(draw)),
+        text: if op == BusOp::SpiText { draw.pick(&["a", "Hi!", "~0"]).to_owned() } else { String::new() },
+        recv: receives.then(|| random_integer(draw)),
+        mode: "Master".to_owned(),
+        device: constant_operand(if op.is_i2c() { draw.rng.below(128) as i64 } else { 0 }),
+        register: if op.is_i2c() { register } else { constant_operand(8) },
+        first: "MSB_FIRST".to_owned(),
+        hertz: draw.pick(&[0, 100_000, 400_000]),
+    }))
 }
 
 /// PULSER, NPULSE, STEPPER and QUAD_ENCOD: mostly short ones.

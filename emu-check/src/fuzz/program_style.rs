@@ -20,6 +20,8 @@ pub enum ProgramProfile {
     Serial,
     /// In addition, the A/D converter, the PWM output and the EEPROM.
     Whole,
+    /// In addition, the buses, but no PWM output, which has a pin of the SPI bus on some chips.
+    Buses,
 }
 
 impl ProgramProfile {
@@ -32,6 +34,9 @@ impl ProgramProfile {
             ProgramProfile::Bits => true,
             ProgramProfile::Words => words,
             ProgramProfile::Serial => serial,
+            ProgramProfile::Buses => {
+                ProgramProfile::Whole.is_supported_by(target) && target.i2c.is_some() && target.spi.is_some()
+            }
             ProgramProfile::Whole => serial && target.pwm.is_some() && target.adc.len() >= 2 && target.eeprom >= 64,
         }
     }
@@ -65,6 +70,8 @@ pub(super) enum ElementSort {
     Adc,
     Pwm,
     Persist,
+    /// SPI, SPI_WR, I2C_RD and I2C_WR.
+    Bus,
     Master,
 }
 
@@ -96,6 +103,7 @@ const SORTS: &[(ElementSort, ProgramProfile, u64, bool)] = &[
     (ElementSort::Adc,     ProgramProfile::Whole,   4, true),
     (ElementSort::Pwm,     ProgramProfile::Whole,   4, true),
     (ElementSort::Persist, ProgramProfile::Whole,   3, true),
+    (ElementSort::Bus,     ProgramProfile::Buses,   5, true),
 ];
 
 /// (Clock in Hz, cycle in microseconds, baud rate): combinations that all families support.
@@ -165,13 +173,19 @@ impl ProgramStyle {
             0..4 => ProgramProfile::Bits,
             4..7 => ProgramProfile::Words,
             7..9 => ProgramProfile::Serial,
+            11 => ProgramProfile::Buses,
             _ => ProgramProfile::Whole,
         };
-        let dialect = if rng.one_in(3) { LadderDialect::Ldmicro5 } else { LadderDialect::Ldmicro23 };
+        // The buses are elements of LDmicro 5.
+        let dialect = if rng.one_in(3) || profile == ProgramProfile::Buses { LadderDialect::Ldmicro5 } else { LadderDialect::Ldmicro23 };
         let (clock_hz, mut cycle_us, rate) = CLOCKS_AND_CYCLES[rng.below(CLOCKS_AND_CYCLES.len() as u64) as usize];
         let (mut clock_hz, baud) = (clock_hz, (profile >= ProgramProfile::Serial).then_some(rate));
         if baud.is_none() && rng.one_in(2) {
             (clock_hz, cycle_us) = PLAIN_CLOCKS_AND_CYCLES[rng.below(PLAIN_CLOCKS_AND_CYCLES.len() as u64) as usize];
+        }
+        // Several transfers on a bus take some milliseconds.
+        if profile == ProgramProfile::Buses {
+            cycle_us = cycle_us.max(10_000);
         }
         // A few programs are larger than a page of code memory; they get a longer cycle.
         let large = profile != ProgramProfile::Bits && rng.one_in(40);
@@ -215,7 +229,7 @@ impl ProgramStyle {
             // Stages of the shift register `s`.
             style.integers.extend(["s0", "s1", "s2"].map(str::to_owned));
         }
-        if profile == ProgramProfile::Whole {
+        if profile >= ProgramProfile::Whole {
             style.integers.extend(style.analog.iter().cloned());
         }
         style
@@ -230,9 +244,18 @@ impl ProgramStyle {
     fn set_weights(&mut self, rng: &mut Rng) {
         let five = self.dialect == LadderDialect::Ldmicro5;
         let has_meaning = |sort| {
-            five || !matches!(sort, ElementSort::BitTest | ElementSort::Bits | ElementSort::Line | ElementSort::Pulse)
+            let newer = [
+                ElementSort::BitTest,
+                ElementSort::Bits,
+                ElementSort::Line,
+                ElementSort::Pulse,
+                ElementSort::Bus,
+            ];
+            five || !newer.contains(&sort)
         };
-        for &(sort, least, weight, last) in SORTS.iter().filter(|row| row.1 <= self.profile && has_meaning(row.0)) {
+        let has_part = |sort| sort != ElementSort::Pwm || self.profile != ProgramProfile::Buses;
+        let rows = SORTS.iter().filter(|row| row.1 <= self.profile && has_meaning(row.0) && has_part(row.0));
+        for &(sort, least, weight, last) in rows {
             // The sorts that a profile adds to the next smaller one get a higher weight.
             let own_factor = if least == self.profile && least > ProgramProfile::Words { 3 } else { 1 };
             let raised = weight * own_factor * if rng.one_in(4) { 5 } else { 1 };

@@ -327,6 +327,7 @@ impl<'a> RunningSketch<'a> {
         };
         let level = |name: &String| self.pin(name).is_some_and(|pin| self.cpu.pin_level(pin) == PinLevel::High);
         ScanRecord {
+            buses: 0,
             cells: source.cells.iter().zip(&self.places).map(cell).collect(),
             outputs: source.outputs.iter().map(level).collect(),
             sent: (0, 0),

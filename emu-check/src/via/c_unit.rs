@@ -8,13 +8,16 @@ const SERVE: &str = include_str!("serve.c");
 const PORTS: &str = include_str!("ports.c");
 
 /// Functions whose names a unit and its program share; a unit among several gets names of its own for them.
-const SHARED: [&str; 10] = [
+const SHARED: [&str; 13] = [
     "PlcInit",
     "PlcCycle",
     "PlcReadInput",
     "PlcWriteOutput",
     "PlcReadAdc",
     "PlcSetPwm",
+    "PlcI2cWrite",
+    "PlcI2cRead",
+    "PlcSpi",
     "PlcSendByte",
     "PlcReceiveByte",
     "PlcReadEeprom",

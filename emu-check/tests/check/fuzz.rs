@@ -186,6 +186,6 @@ fn programs_are_valid_and_written_as_they_are() {
         *profiles.entry(profile).or_insert(0) += 1;
     }
     // At least a part of the programs suits all families.
-    assert!(profiles[&ProgramProfile::Bits] >= 60 && profiles.len() == 4, "{profiles:?}");
+    assert!(profiles[&ProgramProfile::Bits] >= 60 && profiles.len() == 5, "{profiles:?}");
     assert!(FAMILIES.iter().all(|mcu| ProgramProfile::Bits.is_supported_by(find_target(mcu).expect("a chip"))));
 }

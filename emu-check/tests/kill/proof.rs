@@ -281,6 +281,14 @@ impl ProofSpace {
                 self.set(ir, s, *dst, value);
                 s.parts = self.opaque_term("received", &[s.parts]);
             }
+            IrOp::Transfer { action, register, value, dst } => {
+                let operands = [self.value(s, *register), self.value(s, *value), s.parts];
+                s.parts = self.opaque_term(&format!("transfer {action:?}"), &operands);
+                if let Some(dst) = dst {
+                    let answer = self.opaque_term("answer", &[]);
+                    self.set(ir, s, *dst, answer);
+                }
+            }
             IrOp::ReadEeprom { dst, addr } => {
                 let value = self.opaque_term(&format!("cell {addr} {}", ir.words[dst.0 as usize].bytes), &[s.parts]);
                 self.set(ir, s, *dst, value);

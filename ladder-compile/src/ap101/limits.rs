@@ -97,6 +97,7 @@ impl LimitCheck<'_> {
             IrOp::Send { .. } | IrOp::Receive { .. } => {
                 Some((format!("`{}`: AP101 has no serial line", text()), TIMERS))
             }
+            IrOp::Transfer { .. } => Some((format!("`{}`: AP101 has no bus", text()), TIMERS)),
             IrOp::ReadEeprom { .. } | IrOp::WriteEeprom { .. } => {
                 Some((format!("`{}`: AP101 has no EEPROM", text()), TIMERS))
             }

@@ -45,7 +45,7 @@ const PINS: [&str; CHANNELS] = {
 
 /// Chips of this back end.
 pub const TARGETS: &[CompileTarget] =
-    &[CompileTarget { chip: &AP101, pins: &PINS, uart: None, pwm: None, adc: &[], eeprom: 0, build }];
+    &[CompileTarget { chip: &AP101, pins: &PINS, uart: None, pwm: None, i2c: None, spi: None, adc: &[], eeprom: 0, build }];
 
 /// Builds an image.
 ///

@@ -285,6 +285,7 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
             | IrOp::SetPwm { .. }
             | IrOp::Send { .. }
             | IrOp::Receive { .. }
+            | IrOp::Transfer { .. }
             | IrOp::ReadEeprom { .. }
             | IrOp::WriteEeprom { .. } => {}
         }

@@ -3,6 +3,7 @@
 use emu_avr::isa::Kind;
 
 use super::arch::AvrJump;
+use super::buses::{AvrI2cSetup, AvrSpiSetup};
 use super::pwm::AvrPwmSetup;
 use super::registers::{self, A, BYTE, SCRATCH, ZERO};
 use super::runtime::AvrRoutine;
@@ -18,6 +19,10 @@ use crate::ir::{WordId, WordOperand};
 pub struct AvrPeripherals {
     /// Serial line, if used.
     pub serial: Option<AvrUartSetup>,
+    /// I2C bus, if used.
+    pub i2c: Option<AvrI2cSetup>,
+    /// SPI bus, if used.
+    pub spi: Option<AvrSpiSetup>,
     /// PWM output, if used.
     pub pwm: Option<AvrPwmSetup>,
     /// Value of ADMUX for each analog input.

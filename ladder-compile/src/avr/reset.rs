@@ -152,6 +152,12 @@ pub fn set_up_peripherals(
     if let Some(serial) = devices.serial {
         serial.start(asm, regs, job);
     }
+    if let Some(i2c) = devices.i2c {
+        i2c.start(asm, regs);
+    }
+    if let Some(spi) = devices.spi {
+        spi.start(asm, regs);
+    }
     if let Some(pwm) = devices.pwm {
         pwm.start(asm, regs);
     }

@@ -135,6 +135,7 @@ impl AvrSelector<'_> {
             IrOp::SetPwm { duty } => self.set_pwm(*duty),
             IrOp::Send { value } => self.send(*value),
             IrOp::Receive { dst } => self.receive(*dst),
+            IrOp::Transfer { action, register, value, dst } => self.transfer(*action, *register, *value, *dst),
             IrOp::ReadEeprom { dst, addr } => self.recall(*dst, *addr),
             IrOp::WriteEeprom { src, addr, busy, scans } => self.persist(*src, *addr, *busy, *scans),
             IrOp::Module { .. } => self.internal_error = Some(CodegenError::NoCodeFor { op: self.ir.op_text(op) }),

@@ -93,6 +93,11 @@ impl AvrUsage {
                 self.word(*index);
             }
             IrOp::ReadAdc { dst, .. } | IrOp::Receive { dst } | IrOp::ReadEeprom { dst, .. } => self.word(*dst),
+            IrOp::Transfer { register, value, dst, .. } => {
+                self.value(*register);
+                self.value(*value);
+                dst.iter().for_each(|dst| self.word(*dst));
+            }
             IrOp::SetPwm { duty: value } | IrOp::Send { value } => self.value(*value),
             IrOp::WriteEeprom { src, busy, .. } => {
                 self.word(*src);

@@ -34,6 +34,8 @@ pub const ARDUINO_BOARD: CompileTarget = CompileTarget {
     pwm: Some("PB1"),
     adc: &[("PC0", 0), ("PC1", 1), ("PC2", 2), ("PC3", 3), ("PC4", 4), ("PC5", 5)],
     eeprom: 1024,
+    i2c: Some(("PC4", "PC5")),
+    spi: Some(["PB2", "PB5", "PB3", "PB4"]),
     build: refuse_image,
 };
 
@@ -137,6 +139,12 @@ pub fn emit_ir(program: &LadderProgram, ir: &Ir, pins: &[AssignedPin], debounce_
     if ir.eeprom_bytes > 0 {
         text += "#include <avr/eeprom.h>\n";
     }
+    if ir.buses.i2c.is_some() {
+        text += "#include <Wire.h>\n";
+    }
+    if ir.buses.spi.is_some() {
+        text += "#include <SPI.h>\n";
+    }
     text += helpers::TYPES;
     let _ = write!(
         text,
@@ -157,6 +165,12 @@ pub fn emit_ir(program: &LadderProgram, ir: &Ir, pins: &[AssignedPin], debounce_
     }
     if ir.uart.send || ir.uart.receive {
         let _ = writeln!(text, "    Serial.begin({}UL);", program.settings.baud.unwrap_or(0));
+    }
+    if let Some(hz) = ir.buses.i2c {
+        let _ = writeln!(text, "    Wire.begin();\n    Wire.setClock({hz}UL);");
+    }
+    if ir.buses.spi.is_some() {
+        text += "    digitalWrite(SS, HIGH);\n    SPI.begin();\n";
     }
     text += "    due = micros();\n}\n\nvoid loop()\n{\n    while (micros() - due < CYCLE_US)\n        ;\n    due += CYCLE_US;\n\n";
     text += &each(BitRole::Input, "read");
@@ -290,6 +304,38 @@ static void PlcSetPwm(unsigned char percent)
 }
 ";
 
+const I2C_FUNCTIONS: &str = "
+/* A register of a device on the I2C bus; FFh if none answers. */
+static inline void PlcI2cWrite(unsigned char device, unsigned char reg, unsigned char byte)
+{
+    Wire.beginTransmission(device);
+    Wire.write(reg);
+    Wire.write(byte);
+    Wire.endTransmission();
+}
+static inline unsigned char PlcI2cRead(unsigned char device, unsigned char reg)
+{
+    Wire.beginTransmission(device);
+    Wire.write(reg);
+    Wire.endTransmission(false);
+    Wire.requestFrom(device, (unsigned char)1);
+    return (unsigned char)Wire.read();
+}
+";
+
+const SPI_FUNCTION: &str = "
+/* A byte goes out on the SPI bus, and one comes in. */
+static inline unsigned char PlcSpi(unsigned char byte)
+{
+    SPI.beginTransaction(SPISettings(SPI_HZ, MSBFIRST, SPI_MODE0));
+    digitalWrite(SS, LOW);
+    byte = SPI.transfer(byte);
+    digitalWrite(SS, HIGH);
+    SPI.endTransaction();
+    return byte;
+}
+";
+
 /// Functions for the peripherals that the program uses.
 fn peripheral_functions(plan: &EmitContext<'_>, pins: &[AssignedPin]) -> String {
     let ir = plan.ir;
@@ -304,6 +350,12 @@ fn peripheral_functions(plan: &EmitContext<'_>, pins: &[AssignedPin]) -> String 
     }
     if let Some(hz) = ir.pwm_hz {
         let _ = write!(text, "\n#define PWM_HZ {hz}UL{PWM_FUNCTIONS}");
+    }
+    if ir.buses.i2c.is_some() {
+        text += I2C_FUNCTIONS;
+    }
+    if let Some(hz) = ir.buses.spi {
+        let _ = write!(text, "\n#define SPI_HZ {hz}UL{SPI_FUNCTION}");
     }
     if ir.uart.send {
         text += "\nstatic void PlcSendByte(unsigned char byte) { Serial.write(byte); }\n";

@@ -57,6 +57,7 @@ impl Lowering<'_> {
             self.ir.prologue.push(IrOp::If { cond, if_true: Vec::new(), if_false: take });
             self.received = Some((word, waits));
         }
+        self.set_up_buses();
         let mut duties = Vec::new();
         for (_, element, _) in program.elements() {
             if let Element::SetPwm { duty, .. } = element {

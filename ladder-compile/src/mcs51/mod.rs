@@ -52,6 +52,8 @@ const fn target(name: &str) -> CompileTarget {
         pins: PINS,
         uart: Some(("P3.1", "P3.0")),
         pwm: None,
+        i2c: None,
+        spi: None,
         adc: &[],
         eeprom: 0,
         build,

@@ -162,6 +162,7 @@ impl<'a> Mcs51Selector<'a> {
             // The checks refuse these, because the chips have no such peripherals.
             IrOp::ReadAdc { .. }
             | IrOp::SetPwm { .. }
+            | IrOp::Transfer { .. }
             | IrOp::ReadEeprom { .. }
             | IrOp::WriteEeprom { .. }
             | IrOp::Module { .. } => {}

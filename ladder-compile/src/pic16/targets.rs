@@ -48,6 +48,8 @@ const fn target(name: &str) -> CompileTarget {
         pins: PINS_28,
         uart: Some(("RC6", "RC7")),
         pwm: Some("RC1"),
+        i2c: None,
+        spi: None,
         adc: ADC_28,
         eeprom: part.chip.eeprom_bytes,
         build: super::build,

@@ -35,6 +35,10 @@ pub struct NaiveInterpreter {
     pub levels: HashMap<String, i64>,
     /// Byte that the last scan sent.
     pub sent: Option<u8>,
+    /// What this scan did on the buses, as `(device, register, byte)`: -1 on SPI, and for a byte that is read.
+    pub on_buses: Vec<(i64, i64, i64)>,
+    /// Byte that devices answer in this scan.
+    pub answer: i64,
     /// Byte that waits in the receiver.
     pub received_byte: Option<u8>,
     pub duty: Option<i64>,
@@ -123,6 +127,7 @@ impl NaiveInterpreter {
         self.seen.clear();
         self.now += 1;
         self.sent = None;
+        self.on_buses.clear();
         self.sample_pins();
         self.jumps_back = 0;
         if !self.locked {
@@ -382,6 +387,12 @@ impl NaiveInterpreter {
                 if power && self.now >= self.cells_free {
                     self.persist(name, before, program);
                     self.remembered.insert(self.current_element, true);
+                }
+                power
+            }
+            Element::BusTransfer(transfer) => {
+                if power {
+                    self.on_bus(transfer);
                 }
                 power
             }

@@ -41,6 +41,24 @@ impl NaiveInterpreter {
         }
     }
 
+    /// SPI, SPI_WR, I2C_RD and I2C_WR with power.
+    pub(super) fn on_bus(&mut self, transfer: &ladder::BusTransfer) {
+        let low = |value: i64| value.rem_euclid(256);
+        let byte = transfer.send.as_ref().map_or(0, |send| low(self.operand_value(send)));
+        let place = (self.operand_value(&transfer.device), low(self.operand_value(&transfer.register)));
+        match transfer.op {
+            ladder::BusOp::SpiText => {
+                self.on_buses.extend(transfer.text_bytes().into_iter().map(|byte| (-1, -1, i64::from(byte))));
+            }
+            ladder::BusOp::Spi => self.on_buses.push((-1, -1, byte)),
+            ladder::BusOp::I2cWrite => self.on_buses.push((place.0, place.1, byte)),
+            ladder::BusOp::I2cRead => self.on_buses.push((place.0, place.1, -1)),
+        }
+        if let Some(name) = &transfer.recv {
+            self.store(name, self.answer);
+        }
+    }
+
     /// The number of scans that a constant delay gives.
     pub(super) fn scans_of(
         &self,
