@@ -157,7 +157,8 @@ fn random_bus_element(draw: &mut ProgramGenerator) -> Element {
         return Element::Move { dest: random_integer(draw), src: random_operand(draw) };
     }
     draw.transfers += 1;
-    let op = draw.pick(&[BusOp::Spi, BusOp::SpiText, BusOp::I2cRead, BusOp::I2cWrite]);
+    let all = if draw.style.uses_i2c { [BusOp::I2cRead, BusOp::I2cWrite] } else { [BusOp::Spi, BusOp::SpiText] };
+    let op = draw.pick(&all);
     let sends = matches!(op, BusOp::Spi | BusOp::I2cWrite);
     let receives = op == BusOp::I2cRead || op == BusOp::Spi && draw.rng.one_in(2);
     let register = if draw.rng.one_in(3) { random_operand(draw) } else { constant_operand(draw.rng.below(256) as i64) };

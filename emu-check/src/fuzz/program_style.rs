@@ -20,7 +20,7 @@ pub enum ProgramProfile {
     Serial,
     /// In addition, the A/D converter, the PWM output and the EEPROM.
     Whole,
-    /// In addition, the buses, but no PWM output, which has a pin of the SPI bus on some chips.
+    /// In addition, one of the buses, but no PWM output, which has a pin of the SPI bus on some chips.
     Buses,
 }
 
@@ -136,6 +136,8 @@ pub(super) struct ProgramStyle {
     pub cycle_us: u64,
     /// Bits per second of the serial line; `None` in programs without one.
     pub baud: Option<u64>,
+    /// True if its bus is I2C, false for SPI: some chips have one at a time.
+    pub uses_i2c: bool,
     /// Frequency of the PWM output in Hz.
     pub hertz: u64,
     /// Number of rungs.
@@ -198,6 +200,7 @@ impl ProgramStyle {
             clock_hz,
             cycle_us,
             baud: baud.map(|rate| if large { 9_600 } else { rate }),
+            uses_i2c: profile == ProgramProfile::Buses && rng.one_in(2),
             hertz: random_hertz(clock_hz, rng),
             rungs: if large { 40 + rng.below(30) } else { 1 + rng.below(8) },
             elements: if large { 400 } else { 10 + rng.below(80) },

@@ -5,6 +5,7 @@ use emu_pic16::chips::{ComparatorKind, Pic16AdcKind as Converter};
 use emu_pic16::isa::Kind;
 use emu_pic16::periph::map::Sfr;
 
+use super::buses::{self, Pic16BusSetup};
 use super::chip_data::{ANY_BANK, Pic16ChipData};
 use super::select::{Pic16Routine, Pic16Selector};
 use super::writer::{Pic16Writer, STATUS, Z};
@@ -77,6 +78,8 @@ pub struct Pic16Peripherals {
     pub uart: Option<Pic16UartSetup>,
     /// PWM output, if used.
     pub pwm: Option<Pic16PwmSetup>,
+    /// I2C or SPI bus, if used.
+    pub bus: Option<Pic16BusSetup>,
     /// Converter, if used.
     pub adc: Option<Pic16AdcSetup>,
     /// Pins of the peripherals with their parameters.
@@ -112,6 +115,7 @@ pub fn plan_peripherals(job: &CompileJob<'_>, chip: &Pic16ChipData) -> Result<Pi
         }
         devices.uart = Some(uart);
     }
+    devices.bus = buses::plan_bus(job, &mut devices.specials)?;
     if !job.ir.adcs.is_empty() {
         let adc = plan_adc(job, chip, &mut devices.specials)?;
         devices.adc = Some(adc);
@@ -246,6 +250,9 @@ impl Pic16Peripherals {
         }
         if let Some(pwm) = self.pwm {
             out.set_byte(chip.reg(Sfr::PR2), pwm.period);
+        }
+        if let Some(bus) = self.bus {
+            bus.start(out);
         }
         if self.uart.is_some() {
             let receive: &[&str] = if uses.receive { &["SPEN", "CREN"] } else { &["SPEN"] };
