@@ -310,6 +310,7 @@ void PlcCycle(void)
         case 0x3E: value[n] = wrap((u32)value[n] + 1, width[n]); break;
         case 0x3F: value[n] = wrap((u32)value[n] - 1, width[n]); break;
         case 0x50: pc = code + n; break;
+        case 0x52: PlcWaitSent(); break;
         case 0x51: transfer((unsigned char)n); break;
         default: return; /* No byte code of this version. */
         }

@@ -41,6 +41,8 @@ int PlcReadAdc(unsigned input);
 void PlcSetPwm(unsigned char percent);
 /* A byte goes out; the one before it has had its time. */
 void PlcSendByte(unsigned char byte);
+/* Returns when the last byte has gone. */
+void PlcWaitSent(void);
 /* Takes the byte that has been received, 0 to 255; -1 when there is none. */
 int PlcReceiveByte(void);
 /* A register of a device on the I2C bus; FFh if none answers. */

@@ -108,6 +108,8 @@ pub struct UartUse {
     pub send: bool,
     /// True if the program receives.
     pub receive: bool,
+    /// True if the program waits for bytes to go.
+    pub waits: bool,
 }
 
 /// What an [`IrOp::Transfer`] does.
@@ -284,6 +286,8 @@ pub enum IrOp {
         /// Value whose low byte is sent.
         value: WordOperand,
     },
+    /// Waits until the byte of the last [`IrOp::Send`] has gone; acc is preserved. One has been sent before.
+    WaitSent,
     /// acc := whether a received byte waits; if so, dst := the byte, 0 to 255, and the receiver is free.
     Receive {
         /// Destination.

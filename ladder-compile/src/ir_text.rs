@@ -70,6 +70,7 @@ impl Ir {
             }
             IrOp::SetPwm { duty } => format!("pwm {}", self.value(*duty)),
             IrOp::Send { value } => format!("send {}", self.value(*value)),
+            IrOp::WaitSent => "wait until sent".to_owned(),
             IrOp::Receive { dst } => format!("receive {}", self.word(*dst)),
             IrOp::Transfer { action, register, value, dst } => {
                 let to = dst.map_or_else(String::new, |dst| format!("{} := ", self.word(dst)));

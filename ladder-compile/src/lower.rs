@@ -392,7 +392,7 @@ impl<'a> Lowering<'a> {
             Element::PiecewiseLinear { dest, index, points } => self.piecewise(dest, index, points),
             Element::ReadAdc { name, .. } => self.read_adc(name),
             Element::SetPwm { duty, .. } => self.set_pwm(duty),
-            Element::UartSend { name, rest } => self.send(name, rest.map_or(1, |(bytes, _)| bytes)),
+            Element::UartSend { name, rest } => self.send(name, rest.unwrap_or((1, 0))),
             Element::UartRecv { name, rest } => self.receive(name, rest.map_or(1, |(bytes, _)| bytes)),
             Element::UartRecvAvail => self.test_received(),
             Element::UartSendReady => self.test_transmitter(),

@@ -49,6 +49,7 @@ pub(crate) enum ElementOp {
     ReadAdc  { dest: u32, input: u32 },
     SetPwm   { duty: ValueSource },
     Send     { src: u32 },
+    SendWait { src: u32, bytes: u8 },
     Receive  { dest: u32 },
     SendBytes    { src: u32, bytes: u8, transfer: u32 },
     ReceiveBytes { dest: u32, bytes: u8, transfer: u32 },

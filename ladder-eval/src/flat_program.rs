@@ -328,6 +328,7 @@ impl ScanState {
             ElementOp::SendBytes { src, bytes, transfer } => {
                 self.parts.send_bytes(code, (transfer, bytes), self.read_symbol(src), rung)
             }
+            ElementOp::SendWait { src, bytes } => self.parts.send_at_once(code, bytes, self.read_symbol(src), rung),
             ElementOp::Text { text } => self.parts.send_text(code, text as usize, &self.values, rung),
             // The edge memory is updated in every scan, whether or not the rung is true.
             ElementOp::Shift { stages, memory } => {

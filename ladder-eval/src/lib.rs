@@ -198,10 +198,16 @@ impl Evaluator {
         self.state.parts.received_byte.is_some()
     }
 
-    /// The byte that the last scan sent; a scan sends at most one.
+    /// The last byte that the last scan sent. Only UART_SEND that waits sends several in a scan.
     #[must_use]
     pub fn sent(&self) -> Option<u8> {
-        self.state.parts.sent
+        self.state.parts.sent.last().copied()
+    }
+
+    /// All bytes that the last scan sent, in order.
+    #[must_use]
+    pub fn sent_bytes(&self) -> &[u8] {
+        &self.state.parts.sent
     }
 
     /// What the last scan did on the buses of the chip, in order.

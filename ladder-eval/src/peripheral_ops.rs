@@ -63,7 +63,9 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
         }
         Element::UartSend { name, rest } => {
             let src = builder.integer_index(name)?;
-            match check_transfer(builder, src, rest.unwrap_or((1, 0)), true)? {
+            let bytes = check_transfer(builder, src, rest.unwrap_or((1, 0)), true)?;
+            match bytes {
+                _ if rest.is_some_and(|(_, wait)| wait != 0) => ElementOp::SendWait { src, bytes },
                 1 => ElementOp::Send { src },
                 bytes => ElementOp::SendBytes { src, bytes, transfer: new_transfer(builder) },
             }
@@ -196,7 +198,8 @@ fn new_transfer(builder: &mut FlatBuilder<'_>) -> u32 {
     builder.code.transfers - 1
 }
 
-/// The number of bytes that an element of the serial line transfers; fails if it waits, or has too many for its symbol.
+/// The number of bytes that an element of the serial line transfers; fails if it waits for other bytes, or has too many
+/// for its symbol.
 fn check_transfer(
     builder: &mut FlatBuilder<'_>,
     symbol: u32,
@@ -205,7 +208,7 @@ fn check_transfer(
 ) -> Result<u8, UnsupportedReason> {
     check_serial(builder)?;
     let five = builder.program.dialect == LadderDialect::Ldmicro5;
-    let waits = wait != 0 && (sends || bytes > 1 || !five);
+    let waits = wait != 0 && (bytes > 1 && !sends || !five);
     let most = if five { builder.integer_bytes(symbol) } else { 1 };
     match u8::try_from(bytes) {
         Ok(bytes) if !waits && (1..=most).contains(&bytes) => Ok(bytes),

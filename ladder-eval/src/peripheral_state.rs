@@ -87,8 +87,8 @@ pub(crate) struct PeripheralState {
     pub duty: Option<u8>,
     /// Number of scans until the transmitter is free.
     pub transmitter_busy_scans: u32,
-    /// Byte sent in this scan.
-    pub sent: Option<u8>,
+    /// Bytes sent in this scan.
+    pub sent: Vec<u8>,
     /// Byte that waits in the receiver.
     pub received_byte: Option<u8>,
     /// What this scan did on the buses, in order.
@@ -112,7 +112,7 @@ impl PeripheralState {
             adc: vec![0; code.adc_symbols.len()],
             duty: None,
             transmitter_busy_scans: 0,
-            sent: None,
+            sent: Vec::new(),
             received_byte: None,
             transfers_of_scan: Vec::new(),
             bus_answer: BUS_AT_REST,
@@ -129,7 +129,7 @@ impl PeripheralState {
 
     /// Advances the peripherals by one scan.
     pub(crate) fn start_scan(&mut self) {
-        self.sent = None;
+        self.sent.clear();
         self.transfers_of_scan.clear();
         self.transmitter_busy_scans = self.transmitter_busy_scans.saturating_sub(1);
         self.eeprom_busy_scans = self.eeprom_busy_scans.saturating_sub(1);
@@ -137,7 +137,7 @@ impl PeripheralState {
 
     /// Sends a byte, for UART_SEND or FORMATTED_STRING.
     fn transmit(&mut self, code: &FlatProgram, byte: u8) {
-        self.sent = Some(byte);
+        self.sent.push(byte);
         self.transmitter_busy_scans = code.scans_per_byte;
     }
 
@@ -162,6 +162,18 @@ impl PeripheralState {
             self.transmit(code, (value >> (8 * number)) as u8);
         }
         self.transfers[at as usize] = left;
+        self.transmitter_busy_scans > 0
+    }
+
+    /// Executes UART_SEND that waits: on a true rung all bytes go in this scan. A single byte has gone when the element ends,
+    /// on a false rung also that of another element. Returns whether the transmitter is busy.
+    pub(crate) fn send_at_once(&mut self, code: &FlatProgram, bytes: u8, value: i32, rung: bool) -> bool {
+        if rung {
+            value.to_le_bytes().into_iter().take(bytes.into()).for_each(|byte| self.transmit(code, byte));
+        }
+        if bytes == 1 {
+            self.transmitter_busy_scans = 0;
+        }
         self.transmitter_busy_scans > 0
     }
 

@@ -197,8 +197,8 @@ fn check_transfer(checker: &mut Checker<'_>, at: CheckedElement<'_>, name: &str,
         return checker.error(codes::ARGUMENT_LDMICRO5, at, cause, hint);
     }
     // LDmicro 5 ignores the flag for a single received byte.
-    if wait != 0 && (bytes > 1 || matches!(at.element, Element::UartSend { .. })) {
-        let cause = "the flag `wait` stops the scan until the bytes have passed, and a scan has a fixed time here";
+    if wait != 0 && bytes > 1 && matches!(at.element, Element::UartRecv { .. }) {
+        let cause = "the flag `wait` stops the scan until the bytes have come, which may be never, and a scan has a fixed time here";
         let hint = format!(
             "write 0 in its place: `{} {name} {bytes} 0` goes on from scan to scan",
             at.element.facts().keyword

@@ -108,7 +108,7 @@ impl PeripheralLines {
     /// sent and set.
     pub(crate) fn note_evaluated_scan<C: CheckedChip>(&mut self, runner: &mut ChipRunner<'_, C>, eval: &Evaluator) {
         let now = runner.clock();
-        if let Some(byte) = eval.sent() {
+        for &byte in eval.sent_bytes() {
             self.awaited.push_back(AwaitedByte { byte, earliest: now, latest: u64::MAX, scan: runner.scans_started() });
         }
         let longest_scan_clocks = self.longest_scan_clocks;
@@ -126,7 +126,7 @@ impl PeripheralLines {
         let Some((pin, listener)) = runner.listener.as_mut().and_then(|listener| listener.serial.as_mut()) else {
             return Ok(0);
         };
-        if let Some(last) = self.awaited.back_mut().filter(|last| last.latest == u64::MAX) {
+        for last in self.awaited.iter_mut().rev().take_while(|last| last.latest == u64::MAX) {
             last.latest = now;
         }
         listener.advance_to(now);

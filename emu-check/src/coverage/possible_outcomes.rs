@@ -294,6 +294,7 @@ impl<'a> AnalysisPass<'a> {
                 self.integers.remove(name);
                 when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE)
             }
+            Element::UartSend { rest: Some((1, 1)), .. } => when(FALSE_FALSE, TRUE_FALSE),
             // A transmitter may be busy on any rung, so every outcome is taken as possible.
             Element::UartSend { .. } | Element::FormattedString { .. } | Element::Placeholder => {
                 when(FALSE_FALSE | FALSE_TRUE, TRUE_FALSE | TRUE_TRUE)

@@ -134,6 +134,10 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
             let c = symbol(counter);
             (CoverageClass::Counters, vec![("steps", IN, Changed(c)), ("rests on a true rung", TRUE_FALSE, Always)])
         }
+        // A single byte that was waited for has gone.
+        Element::UartSend { rest: Some((1, 1..)), .. } => {
+            (CoverageClass::Serial, vec![("sends", TRUE_FALSE, SentByte), ("rests", FALSE_FALSE, Always)])
+        }
         Element::UartSend { .. } => {
             let mut goals = vec![("sends", TRUE_TRUE, SentByte), ("rests", FALSE_FALSE, Always)];
             // If a byte takes less than a scan, the line is never busy in the next scan.

@@ -119,7 +119,7 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         }
         step.apply(self.hints, &mut self.eval);
         let evaluated = EvaluatedScan::run(&mut self.eval);
-        if let Some(byte) = self.eval.sent() {
+        for &byte in self.eval.sent_bytes() {
             self.sent = true;
             self.awaited.push_back((self.starts.scans, byte));
         }

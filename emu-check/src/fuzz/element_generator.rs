@@ -60,7 +60,8 @@ pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> 
         }
         ElementSort::Send => {
             let name = random_integer(draw);
-            Element::UartSend { name, rest: random_transfer(draw) }
+            let rest = random_transfer(draw).map(|(bytes, _)| (bytes, u32::from(draws_wait(draw))));
+            Element::UartSend { name, rest }
         }
         ElementSort::Receive => {
             let name = random_integer(draw);
@@ -97,7 +98,16 @@ pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> 
     }
 }
 
-/// How many bytes UART_SEND or UART_RECV transfers, without waiting; the generator makes them fit the
+/// Whether UART_SEND waits: a few, where a scan has the time for some bytes.
+fn draws_wait(draw: &mut ProgramGenerator) -> bool {
+    let rate = draw.style.baud.unwrap_or(0).saturating_mul(draw.style.cycle_us);
+    // Twice four bytes of ten bits.
+    let waits = rate >= 95_000_000 && draw.transfers < 2 && draw.rng.one_in(2);
+    draw.transfers += u32::from(waits);
+    waits
+}
+
+/// How many bytes UART_SEND or UART_RECV transfers; the generator makes them fit the
 /// integer.
 fn random_transfer(draw: &mut ProgramGenerator) -> Option<(u32, u32)> {
     (draw.is_ldmicro5() && draw.rng.one_in(2)).then(|| (1 + draw.rng.below(4) as u32, 0))
@@ -153,7 +163,7 @@ const MAX_TRANSFERS: u32 = 6;
 
 /// SPI, SPI_WR, I2C_RD and I2C_WR; a transfer takes some time, so the bus is not slow.
 fn random_bus_element(draw: &mut ProgramGenerator) -> Element {
-    if draw.transfers == MAX_TRANSFERS {
+    if draw.transfers >= MAX_TRANSFERS {
         return Element::Move { dest: random_integer(draw), src: random_operand(draw) };
     }
     draw.transfers += 1;

@@ -160,7 +160,7 @@ pub(super) fn run_sketch(
             Err(found) => return Ok(Err(SourceMismatch { scan: first + found.scan, ..found })),
         }
         // The last bytes may still be in transmission.
-        let sent: Vec<u8> = run.iter().filter_map(|scan_stimulus| scan_stimulus.sent).collect();
+        let sent: Vec<u8> = run.iter().flat_map(|scan_stimulus| scan_stimulus.sent.iter().copied()).collect();
         let limit = board.cpu.cycle() + 3 * board.period + CLOCK_HZ * 30 / program.settings.baud.unwrap_or(9600).max(1);
         while board.cpu.cycle() < limit && board.cpu.run(limit, &mut board.watch) == StopReason::Probe {}
         if !board.watch.sent.starts_with(&sent) {

@@ -8,7 +8,7 @@ const SERVE: &str = include_str!("serve.c");
 const PORTS: &str = include_str!("ports.c");
 
 /// Functions whose names a unit and its program share; a unit among several gets names of its own for them.
-const SHARED: [&str; 13] = [
+const SHARED: [&str; 14] = [
     "PlcInit",
     "PlcCycle",
     "PlcReadInput",
@@ -19,6 +19,7 @@ const SHARED: [&str; 13] = [
     "PlcI2cRead",
     "PlcSpi",
     "PlcSendByte",
+    "PlcWaitSent",
     "PlcReceiveByte",
     "PlcReadEeprom",
     "PlcWriteEeprom",

@@ -30,8 +30,8 @@ pub(super) struct RecordedScan {
     pub writes: Vec<(String, i32)>,
     /// Value of every symbol after the scan, in the evaluator's order.
     pub values: Vec<i32>,
-    /// The byte sent in this scan.
-    pub sent: Option<u8>,
+    /// The bytes sent in this scan.
+    pub sent: Vec<u8>,
     /// The transfers on buses as the number that `serve.c` makes of them.
     pub buses: u16,
     /// Duty cycle of the PWM output in percent.
@@ -85,7 +85,8 @@ pub(super) fn record_stimulus(
         scan.writes = step.writes.iter().map(|&(symbol, value)| (name(symbol), value)).collect();
         goals.mark_reached(&EvaluatedScan::run(&mut eval));
         scan.values = (0..names.len()).map(|symbol| eval.get(symbol)).collect();
-        (scan.sent, scan.duty) = (eval.sent(), eval.pwm_percent());
+        scan.sent = eval.sent_bytes().to_vec();
+        scan.duty = eval.pwm_percent();
         scan.buses = bus_number(eval.bus_events());
         (scan.cells, scan.eeprom_idle) = (eval.eeprom().to_vec(), eval.eeprom_busy_scans() == 0);
         recorded.push(scan);
@@ -166,7 +167,7 @@ impl RecordedStimulus {
                 }
                 compared += 1;
             }
-            let sent = (scan.sent.map_or(0, |_| 1), scan.sent.unwrap_or(0));
+            let sent = (scan.sent.len() as u8, scan.sent.last().copied().unwrap_or(0));
             if !lines && record.sent != sent {
                 return mismatch("sent bytes and the last one", format!("{sent:?}"), format!("{:?}", record.sent));
             }

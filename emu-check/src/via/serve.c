@@ -55,6 +55,9 @@ void PlcSendByte(unsigned char byte)
     last = byte;
 }
 
+void PlcWaitSent(void);
+void PlcWaitSent(void) {}
+
 int PlcReceiveByte(void)
 {
     int byte = received;

@@ -281,6 +281,7 @@ impl ProofSpace {
                 self.set(ir, s, *dst, value);
                 s.parts = self.opaque_term("received", &[s.parts]);
             }
+            IrOp::WaitSent => s.parts = self.opaque_term("wait", &[s.parts]),
             IrOp::Transfer { action, register, value, dst } => {
                 let operands = [self.value(s, *register), self.value(s, *value), s.parts];
                 s.parts = self.opaque_term(&format!("transfer {action:?}"), &operands);

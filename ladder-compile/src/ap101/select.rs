@@ -286,6 +286,7 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
             | IrOp::Send { .. }
             | IrOp::Receive { .. }
             | IrOp::Transfer { .. }
+            | IrOp::WaitSent
             | IrOp::ReadEeprom { .. }
             | IrOp::WriteEeprom { .. } => {}
         }

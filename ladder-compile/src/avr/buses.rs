@@ -106,7 +106,7 @@ impl AvrSpiSetup {
 }
 
 /// Emits a loop that waits until one bit of a register is 1, bounded to `turns` iterations for the longest path.
-fn wait_set(asm: &mut AvrCodeWriter, addr: i32, bit: i32, turns: u32) {
+pub fn wait_set(asm: &mut AvrCodeWriter, addr: i32, bit: i32, turns: u32) {
     let again = asm.new_label();
     asm.place_label(again);
     registers::read(asm, BYTE, addr);

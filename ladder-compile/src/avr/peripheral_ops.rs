@@ -132,7 +132,19 @@ impl AvrSelector<'_> {
     /// Writes the low byte of a value to the transmitter.
     pub fn send(&mut self, value: WordOperand) {
         let [from, ..] = self.source_registers(value, 1, A);
+        if self.ir.uart.waits
+            && let Some(line) = self.devices.serial
+        {
+            line.clear_sent(self.asm, self.regs);
+        }
         registers::write(self.asm, self.regs.serial(serial::DATA), from);
+    }
+
+    /// Waits until the transmitter has sent its byte.
+    pub fn wait_sent(&mut self) {
+        if let Some(line) = self.devices.serial {
+            line.wait_sent(self.asm, self.regs);
+        }
     }
 
     /// T := a byte has been received; if so, it is stored in dst.

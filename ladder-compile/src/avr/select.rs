@@ -134,6 +134,7 @@ impl AvrSelector<'_> {
             IrOp::ReadAdc { dst, input } => self.read_adc(*dst, *input),
             IrOp::SetPwm { duty } => self.set_pwm(*duty),
             IrOp::Send { value } => self.send(*value),
+            IrOp::WaitSent => self.wait_sent(),
             IrOp::Receive { dst } => self.receive(*dst),
             IrOp::Transfer { action, register, value, dst } => self.transfer(*action, *register, *value, *dst),
             IrOp::ReadEeprom { dst, addr } => self.recall(*dst, *addr),

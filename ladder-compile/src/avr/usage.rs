@@ -86,7 +86,7 @@ impl AvrUsage {
                 }
             }
             // AVR chips have no timer and counter modules.
-            IrOp::Module { .. } => {}
+            IrOp::Module { .. } | IrOp::WaitSent => {}
             IrOp::Lookup { dst, index, .. } => {
                 self.tables = true;
                 self.word(*dst);

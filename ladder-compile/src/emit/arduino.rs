@@ -139,12 +139,6 @@ pub fn emit_ir(program: &LadderProgram, ir: &Ir, pins: &[AssignedPin], debounce_
     if ir.eeprom_bytes > 0 {
         text += "#include <avr/eeprom.h>\n";
     }
-    if ir.buses.i2c.is_some() {
-        text += "#include <Wire.h>\n";
-    }
-    if ir.buses.spi.is_some() {
-        text += "#include <SPI.h>\n";
-    }
     text += helpers::TYPES;
     let _ = write!(
         text,
@@ -166,11 +160,11 @@ pub fn emit_ir(program: &LadderProgram, ir: &Ir, pins: &[AssignedPin], debounce_
     if ir.uart.send || ir.uart.receive {
         let _ = writeln!(text, "    Serial.begin({}UL);", program.settings.baud.unwrap_or(0));
     }
-    if let Some(hz) = ir.buses.i2c {
-        let _ = writeln!(text, "    Wire.begin();\n    Wire.setClock({hz}UL);");
+    if ir.buses.i2c.is_some() {
+        text += "    PlcSetupI2c();\n";
     }
     if ir.buses.spi.is_some() {
-        text += "    digitalWrite(SS, HIGH);\n    SPI.begin();\n";
+        text += "    PlcSetupSpi();\n";
     }
     text += "    due = micros();\n}\n\nvoid loop()\n{\n    while (micros() - due < CYCLE_US)\n        ;\n    due += CYCLE_US;\n\n";
     text += &each(BitRole::Input, "read");
@@ -305,34 +299,82 @@ static void PlcSetPwm(unsigned char percent)
 ";
 
 const I2C_FUNCTIONS: &str = "
-/* A register of a device on the I2C bus; FFh if none answers. */
+/* The I2C bus at A4 (SDA) and A5 (SCL). A device that does not answer is ignored, and FFh is read from it. */
+#define I2C_COUNT (F_CPU / I2C_HZ < 36 ? 10 : (F_CPU / I2C_HZ - 15) / 2)
+static void PlcSetupI2c()
+{
+    TWSR = 0;
+    TWBR = I2C_COUNT > 255 ? 255 : I2C_COUNT;
+}
+static unsigned char PlcI2cStep(unsigned char bits)
+{
+    TWCR = _BV(TWINT) | _BV(TWEN) | bits;
+    while (!(TWCR & _BV(TWINT)))
+        ;
+    return TWSR & 0xF8;
+}
+static unsigned char PlcI2cByte(unsigned char byte)
+{
+    TWDR = byte;
+    return PlcI2cStep(0);
+}
+static void PlcI2cStop()
+{
+    TWCR = _BV(TWINT) | _BV(TWEN) | _BV(TWSTO);
+    while (TWCR & _BV(TWSTO))
+        ;
+}
 static inline void PlcI2cWrite(unsigned char device, unsigned char reg, unsigned char byte)
 {
-    Wire.beginTransmission(device);
-    Wire.write(reg);
-    Wire.write(byte);
-    Wire.endTransmission();
+    PlcI2cStep(_BV(TWSTA));
+    PlcI2cByte(device << 1);
+    PlcI2cByte(reg);
+    PlcI2cByte(byte);
+    PlcI2cStop();
 }
 static inline unsigned char PlcI2cRead(unsigned char device, unsigned char reg)
 {
-    Wire.beginTransmission(device);
-    Wire.write(reg);
-    Wire.endTransmission(false);
-    Wire.requestFrom(device, (unsigned char)1);
-    return (unsigned char)Wire.read();
+    unsigned char byte = 0xFF;
+    PlcI2cStep(_BV(TWSTA));
+    PlcI2cByte(device << 1);
+    PlcI2cByte(reg);
+    PlcI2cStep(_BV(TWSTA));
+    if (PlcI2cByte(device << 1 | 1) == 0x40) {
+        PlcI2cStep(0);
+        byte = TWDR;
+    }
+    PlcI2cStop();
+    return byte;
 }
 ";
 
-const SPI_FUNCTION: &str = "
-/* A byte goes out on the SPI bus, and one comes in. */
+const SPI_FUNCTIONS: &str = "
+/* The SPI bus: 10 selects the device, 11 is data out, 12 data in, 13 the clock. */
+#if F_CPU / SPI_HZ <= 4
+#define SPI_RATE 0
+#elif F_CPU / SPI_HZ <= 16
+#define SPI_RATE _BV(SPR0)
+#elif F_CPU / SPI_HZ <= 64
+#define SPI_RATE _BV(SPR1)
+#else
+#define SPI_RATE (_BV(SPR1) | _BV(SPR0))
+#endif
+static void PlcSetupSpi()
+{
+    digitalWrite(10, HIGH);
+    pinMode(10, OUTPUT);
+    pinMode(11, OUTPUT);
+    pinMode(13, OUTPUT);
+    SPCR = _BV(SPE) | _BV(MSTR) | SPI_RATE;
+}
 static inline unsigned char PlcSpi(unsigned char byte)
 {
-    SPI.beginTransaction(SPISettings(SPI_HZ, MSBFIRST, SPI_MODE0));
-    digitalWrite(SS, LOW);
-    byte = SPI.transfer(byte);
-    digitalWrite(SS, HIGH);
-    SPI.endTransaction();
-    return byte;
+    digitalWrite(10, LOW);
+    SPDR = byte;
+    while (!(SPSR & _BV(SPIF)))
+        ;
+    digitalWrite(10, HIGH);
+    return SPDR;
 }
 ";
 
@@ -351,14 +393,17 @@ fn peripheral_functions(plan: &EmitContext<'_>, pins: &[AssignedPin]) -> String 
     if let Some(hz) = ir.pwm_hz {
         let _ = write!(text, "\n#define PWM_HZ {hz}UL{PWM_FUNCTIONS}");
     }
-    if ir.buses.i2c.is_some() {
-        text += I2C_FUNCTIONS;
+    if let Some(hz) = ir.buses.i2c {
+        let _ = write!(text, "\n#define I2C_HZ {hz}UL{I2C_FUNCTIONS}");
     }
     if let Some(hz) = ir.buses.spi {
-        let _ = write!(text, "\n#define SPI_HZ {hz}UL{SPI_FUNCTION}");
+        let _ = write!(text, "\n#define SPI_HZ {hz}UL{SPI_FUNCTIONS}");
     }
     if ir.uart.send {
         text += "\nstatic void PlcSendByte(unsigned char byte) { Serial.write(byte); }\n";
+    }
+    if ir.uart.waits {
+        text += "\nstatic void PlcWaitSent() { Serial.flush(); }\n";
     }
     if ir.uart.receive {
         text += "

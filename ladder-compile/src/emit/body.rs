@@ -161,6 +161,7 @@ impl<'a> StatementWriter<'a> {
                 }
             },
             IrOp::Send { value } => self.line(&format!("PlcSendByte({});", self.low_byte(*value))),
+            IrOp::WaitSent => self.line("PlcWaitSent();"),
             IrOp::Receive { dst } => {
                 self.line("{");
                 self.depth += 1;

@@ -64,6 +64,8 @@ mod code {
     pub(super) const JUMP: u8 = 0x50;
     /// A transfer on a bus; a number says which, and which operands follow.
     pub(super) const TRANSFER: u8 = 0x51;
+    /// Waits until the last byte has gone; a zero follows.
+    pub(super) const WAIT_SENT: u8 = 0x52;
     pub(super) const SHORT_AND: u8 = 0x80;
     pub(super) const SHORT_AND_NOT: u8 = 0xA0;
     pub(super) const SHORT_LOAD: u8 = 0xC0;
@@ -337,6 +339,7 @@ impl BytecodeWriter {
                     WordOperand::Cell(word) => self.word(out, word),
                 }
             }
+            IrOp::WaitSent => out.extend([code::WAIT_SENT, 0]),
             IrOp::Receive { dst } => {
                 out.push(code::RECEIVE);
                 self.word(out, *dst);

@@ -141,6 +141,10 @@ fn hook_declarations(plan: &EmitContext<'_>) -> String {
         text += "/* You write this: a byte goes out; the one before it has had its time. */\n";
         text += "void PlcSendByte(unsigned char byte);\n";
     }
+    if ir.uart.waits {
+        text += "/* You write this: returns when the last byte has gone. */\n";
+        text += "void PlcWaitSent(void);\n";
+    }
     if ir.uart.receive {
         text += "/* You write this: takes the byte that has been received, 0 to 255; -1 when there is none. */\n";
         text += "int PlcReceiveByte(void);\n";

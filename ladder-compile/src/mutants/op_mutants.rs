@@ -143,6 +143,8 @@ fn own_mutants(ir: &Ir, op: &IrOp) -> Vec<Option<IrOp>> {
             other_words(ir, dst).for_each(|dst| new(IrOp::Receive { dst }));
             new(IrOp::SetAccumulator(false));
         }
+        // Without it a byte goes at another time, which matters only if others follow at once.
+        IrOp::WaitSent => {}
         IrOp::Transfer { action, register, value, dst } => {
             let of = |action, register, value, dst| IrOp::Transfer { action, register, value, dst };
             let i2c = |device: u8| (device ^ 1) & 127;

@@ -95,6 +95,10 @@ const PCFG: [(u8, u8); 6] =
 const TAD_NS: u64 = 1_600;
 const ACQUIRE_NS: u64 = 20_000;
 
+/// Bit times that a byte may take to go, and that the end of the one before it may take.
+const SENT_BITS: u64 = 11;
+const BEFORE_BITS: u64 = 2;
+
 /// Chooses the settings of all peripherals.
 ///
 /// # Errors
@@ -321,6 +325,19 @@ impl Pic16Selector<'_, '_> {
                 self.out.byte_op(Kind::MovfW, self.layout.word(word));
                 self.out.byte_op(Kind::Movwf, to);
             }
+        }
+    }
+
+    /// Waits until the transmitter has sent its byte: first TXREG is empty, then the shift register.
+    pub fn wait_sent(&mut self) {
+        for (flag, bits) in [("TXIF", BEFORE_BITS), ("TRMT", SENT_BITS)] {
+            let turns = self.devices.uart.map_or(0, |uart| (bits * uart.bit).div_ceil(3)) as u32;
+            let flag = self.out.chip.bit(flag);
+            self.out.select_bank(self.out.chip.reachable_banks(flag.0));
+            let wait = self.out.label();
+            self.out.place(wait);
+            self.out.skip_unless(flag, false);
+            self.out.goto_back(wait, turns);
         }
     }
 

@@ -436,6 +436,7 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
             IrOp::ReadAdc { dst, input } => self.convert(*dst, *input),
             IrOp::SetPwm { duty } => self.set_duty(*duty),
             IrOp::Send { value } => self.send(*value),
+            IrOp::WaitSent => self.wait_sent(),
             IrOp::Transfer { action, register, value, dst } => self.transfer(*action, *register, *value, *dst),
             IrOp::ReadEeprom { dst, addr } => self.recall(*dst, *addr),
             IrOp::WriteEeprom { src, addr, busy, scans } => {

@@ -204,7 +204,9 @@ fn device() -> impl Strategy<Value = Element> {
         3 => curve,
         1 => Just(Element::ReadAdc { name: "Ain".to_owned(), refs: None }),
         1 => operand().prop_map(|duty| Element::SetPwm { duty, hertz: constant(1000), output: None }),
-        2 => (integer(), transfer()).prop_map(|(name, rest)| Element::UartSend { name, rest }),
+        2 => (integer(), transfer(), 0..2u32).prop_map(|(name, rest, wait)| {
+            Element::UartSend { name, rest: rest.map(|(bytes, _)| (bytes, wait)) }
+        }),
         3 => (integer(), transfer()).prop_map(|(name, rest)| Element::UartRecv { name, rest }),
         3 => text,
         2 => integer().prop_map(|name| Element::Persist { name }),
@@ -395,7 +397,7 @@ proptest! {
             eval.scan_watched(&mut |element, before, after| seen.push((element, before, after)));
             prop_assert_eq!(seen, naive.scan(&program), "scan {}", scan + 1);
             prop_assert_eq!(eval.scans(), scan as u64 + 1);
-            prop_assert_eq!(eval.sent(), naive.sent, "scan {}", scan + 1);
+            prop_assert_eq!(eval.sent_bytes(), &naive.sent[..], "scan {}", scan + 1);
             let on_buses: Vec<(i64, i64, i64)> = eval.bus_events().iter().map(as_numbers).collect();
             prop_assert_eq!(&on_buses, &naive.on_buses, "scan {}", scan + 1);
             prop_assert_eq!(eval.has_received_byte(), naive.received_byte.is_some());
@@ -473,7 +475,7 @@ proptest! {
                 let mut out = None;
                 eval.scan_watched(&mut |_, _, after| out = Some(after));
                 let values: Vec<i32> = (0..eval.symbols().len()).filter(|n| *n != but).map(|n| eval.get(n)).collect();
-                (out, values, (eval.sent(), eval.bus_events().to_vec()), eval.pwm_percent(), eval.eeprom().to_vec())
+                (out, values, (eval.sent_bytes().to_vec(), eval.bus_events().to_vec()), eval.pwm_percent(), eval.eeprom().to_vec())
             };
             for (symbol, named) in eval.symbols().iter().enumerate() {
                 if named.name == "Xa" || facts.symbols.iter().any(|used| used.is_read && used.name == named.name) {

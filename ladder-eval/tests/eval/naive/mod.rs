@@ -33,8 +33,8 @@ pub struct NaiveInterpreter {
     pub integers: HashMap<String, i64>,
     /// Result of a conversion, by name.
     pub levels: HashMap<String, i64>,
-    /// Byte that the last scan sent.
-    pub sent: Option<u8>,
+    /// Bytes that the last scan sent.
+    pub sent: Vec<u8>,
     /// What this scan did on the buses, as `(device, register, byte)`: -1 on SPI, and for a byte that is read.
     pub on_buses: Vec<(i64, i64, i64)>,
     /// Byte that devices answer in this scan.
@@ -126,7 +126,7 @@ impl NaiveInterpreter {
         self.master_relay = true;
         self.seen.clear();
         self.now += 1;
-        self.sent = None;
+        self.sent.clear();
         self.on_buses.clear();
         self.sample_pins();
         self.jumps_back = 0;
@@ -318,6 +318,17 @@ impl NaiveInterpreter {
                     self.duty = Some(self.operand_value(duty).clamp(0, 100));
                 }
                 power
+            }
+            Element::UartSend { name, rest: Some((bytes, 1)) } => {
+                let all = bits::of(self.integer(name), 32);
+                for byte in all.chunks(8).take(if power { *bytes as usize } else { 0 }) {
+                    let byte = (0..8).filter(|&n| byte[n]).map(|n| 1 << n).sum();
+                    self.transmit(byte, program);
+                }
+                if *bytes == 1 {
+                    self.line_free = self.now;
+                }
+                self.now < self.line_free
             }
             Element::UartSend { name, rest: Some((bytes @ 2.., _)) } => {
                 if power {

@@ -123,7 +123,7 @@ impl NaiveInterpreter {
 
     pub(super) fn transmit(&mut self, byte: u8, program: &LadderProgram) {
         let rate = program.settings.baud.expect("a rate") * program.settings.cycle_us;
-        self.sent = Some(byte);
+        self.sent.push(byte);
         self.line_free = self.now + (10_000_000 / rate + u64::from(10_000_000 % rate != 0)).max(1);
     }
 

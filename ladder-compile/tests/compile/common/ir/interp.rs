@@ -148,6 +148,7 @@ impl<'a> IrInterpreter<'a> {
             IrOp::ReadAdc { dst, input } => self.put(*dst, self.adc[*input as usize].into()),
             IrOp::SetPwm { duty } => self.duty = Some(self.value(*duty).clamp(0, 100) as u8),
             IrOp::Send { value } => self.sent.push(self.value(*value) as u8),
+            IrOp::WaitSent => {}
             IrOp::Receive { dst } => {
                 let byte = self.received.take();
                 self.acc = byte.is_some();
