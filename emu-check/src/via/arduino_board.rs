@@ -7,6 +7,7 @@ use emu_avr::chips::ATMEGA328P;
 use emu_core::cpu::{Cpu, Probe, RamInit, StopReason};
 use emu_core::image::{ElfMachine, Image};
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
+use ladder::ChipPart;
 use ladder_compile::emit::EmittedSource;
 use ladder_compile::emit::arduino::{self, ArduinoSketch};
 
@@ -212,6 +213,7 @@ impl<'a> RunningSketch<'a> {
         sketch_run.idle_receiver(true);
         // `due` is written twice: cleared together with all of RAM, and set from the time that `setup` reads
         // last. Then the first wait begins.
+        sketch_run.pull_up_buses(program);
         let reached = sketch_run.run_to_due().and_then(|_| sketch_run.run_to_wait());
         let reached = reached.and_then(|()| sketch_run.run_to_due()).and_then(|_| sketch_run.run_to_wait());
         reached.map_err(|stop| {
@@ -227,6 +229,16 @@ impl<'a> RunningSketch<'a> {
             && !self.sketch.pins.iter().any(|pin| pin.pin == "PD0")
         {
             self.cpu.drive(now, pin, PinLevel::from_bit(level));
+        }
+    }
+
+    /// Puts resistors at the lines of the buses that the program uses; no device is there.
+    fn pull_up_buses(&mut self, program: &ladder::LadderProgram) {
+        let uses = |part| program.uses_part(part);
+        let lines = [(uses(ChipPart::I2c), "PC4"), (uses(ChipPart::I2c), "PC5"), (uses(ChipPart::Spi), "PB4")];
+        for (_, name) in lines.into_iter().filter(|line| line.0) {
+            let pin = self.cpu.chip().pin(name);
+            pin.into_iter().for_each(|pin| self.cpu.drive(CycleTime::at(0), pin, PinLevel::PullUp));
         }
     }
 
