@@ -398,6 +398,8 @@ pub struct Ir {
     pub tables: Vec<ConstantTable>,
     /// Symbols of the analog inputs.
     pub adcs: Vec<String>,
+    /// Reference selection of each analog input, as its elements have it: 0 is the supply.
+    pub adc_references: Vec<u8>,
     /// Frequency of the PWM output in Hz, if the program uses it.
     pub pwm_hz: Option<u32>,
     /// Use of the serial line.

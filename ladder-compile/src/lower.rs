@@ -390,7 +390,7 @@ impl<'a> Lowering<'a> {
             Element::ShiftRegister { name, stages } => self.shift(name, *stages),
             Element::LookUpTable { dest, index, values, .. } => self.look_up(dest, index, values),
             Element::PiecewiseLinear { dest, index, points } => self.piecewise(dest, index, points),
-            Element::ReadAdc { name, .. } => self.read_adc(name),
+            Element::ReadAdc { name, refs } => self.read_adc(name, refs.unwrap_or(0) as u8),
             Element::SetPwm { duty, .. } => self.set_pwm(duty),
             Element::UartSend { name, rest } => self.send(name, rest.unwrap_or((1, 0))),
             Element::UartRecv { name, rest } => self.receive(name, rest.map_or(1, |(bytes, _)| bytes)),

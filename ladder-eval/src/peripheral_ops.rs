@@ -1,17 +1,21 @@
 //! Selects the operations of the tables and of the elements that use a part of the chip, or refuses these
 //! elements.
 
+use std::collections::HashMap;
+
 use ladder::format::{self, StringPiece};
 use ladder::{BusOp, BusTransfer, Element, LadderDialect, LadderOperand, is_percent_resolution};
 
 use crate::UnsupportedReason;
 use crate::flat_program::{ElementOp, ValueSource};
-use crate::flatten::{FlatBuilder, require_absent_or_zero};
+use crate::flatten::FlatBuilder;
 use crate::peripheral_state::{FormattedText, PiecewiseCurve};
 
 /// Settings on which all elements of a program must agree.
 #[derive(Debug, Default)]
 pub(crate) struct DeviceSettings {
+    /// Reference selection of each analog input.
+    references: HashMap<String, u32>,
     /// Frequency in Hz and output name of the first SET_PWM.
     pwm: Option<(u32, Option<String>)>,
 }
@@ -43,7 +47,7 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
             ElementOp::Curve { dest, index, curve: push_index(&mut builder.code.curves, curve) }
         }
         Element::ReadAdc { name, refs } => {
-            require_absent_or_zero("reference selection", *refs)?;
+            check_reference(builder, name, refs.unwrap_or(0))?;
             let dest = builder.integer_index(name)?;
             let input = builder.code.adc_symbols.iter().position(|symbol| *symbol == dest);
             let input = input.and_then(|at| u32::try_from(at).ok());
@@ -130,6 +134,14 @@ fn bus_op(builder: &mut FlatBuilder<'_>, transfer: &BusTransfer) -> Result<Eleme
     let register = builder.operand_source(register)?;
     let recv = recv.as_ref().map(|name| builder.integer_index(name)).transpose()?;
     Ok(ElementOp::Transfer { op: *op, send, device, register, recv })
+}
+
+/// Checks the reference of a conversion, which is one for each input. It does not change the meaning: a conversion gives 0 to
+/// 1023 of whatever the reference is.
+fn check_reference(builder: &mut FlatBuilder<'_>, name: &str, refs: u32) -> Result<(), UnsupportedReason> {
+    let most = if builder.program.dialect == LadderDialect::Ldmicro5 { 3 } else { 0 };
+    let same = *builder.devices.references.entry(name.to_owned()).or_insert(refs) == refs;
+    if refs <= most && same { Ok(()) } else { Err(UnsupportedReason::UnsupportedReference { refs }) }
 }
 
 /// Checks the points of a curve: the arithmetic has 16 bits, or 32 if an operand is wider, and each segment

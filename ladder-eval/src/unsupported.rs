@@ -127,6 +127,12 @@ pub enum UnsupportedReason {
         /// Value of the argument.
         value: u32,
     },
+    /// The reference of READ_ADC is unknown, or differs from that of another READ_ADC of the input.
+    #[error("its reference selection is {refs}; wanted 0 to 3 in dialect ldmicro-5, one for each input")]
+    UnsupportedReference {
+        /// Value of the argument.
+        refs: u32,
+    },
     /// The symbol of READ_ADC is not an analog input.
     #[error("its name is not an analog input")]
     NotAnalogInput,

@@ -5,7 +5,7 @@ use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
-use ladder::{ChipPart, LadderProgram};
+use ladder::{ChipPart, Element, LadderProgram};
 use ladder_compile::{ImageMap, SpecialPin};
 use ladder_eval::Evaluator;
 
@@ -16,8 +16,30 @@ use crate::chip::serial_line::{BitTime, byte_levels};
 
 /// Number of steps of the converter.
 const CONVERTER_STEPS: u32 = 1024;
-/// Reference voltage of the converter in millivolts.
-const REFERENCE_MILLIVOLTS: u32 = 5_000;
+/// The supply in millivolts, the usual reference of the converter.
+const SUPPLY_MILLIVOLTS: u32 = 5_000;
+
+/// Millivolts that convert to `value`: the middle of the step, or its lower end if steps are hardly wider than a millivolt.
+pub(crate) fn input_millivolts(value: u16, reference: u32) -> u32 {
+    let value = u32::from(value);
+    let middle = (2 * value + 1) * reference / (2 * CONVERTER_STEPS);
+    let is_within = middle * CONVERTER_STEPS / reference.max(1) == value;
+    if is_within { middle } else { (value * reference).div_ceil(CONVERTER_STEPS) }
+}
+
+/// Reference of the conversions of an analog input in millivolts: an internal one of the chip with REFS 2 and 3.
+pub(crate) fn reference_millivolts(program: &LadderProgram, chip: &Chip, name: &str) -> u32 {
+    let refs = program.elements().find_map(|(_, element, _)| match element {
+        Element::ReadAdc { name: of, refs } if of == name => *refs,
+        _ => None,
+    });
+    let kind = emu_avr::chips::part(chip.name).map(|part| part.adc_kind);
+    match (refs, kind) {
+        (Some(3), Some(kind)) => kind.reference_mv,
+        (Some(2), Some(kind)) => kind.low_reference_mv.unwrap_or(SUPPLY_MILLIVOLTS),
+        _ => SUPPLY_MILLIVOLTS,
+    }
+}
 
 /// What a program uses of the chip besides port pins.
 #[derive(Debug, Clone)]
@@ -28,8 +50,8 @@ pub(crate) struct CheckedPeripherals {
     pub receive: Option<PinId>,
     /// Length of a bit on the serial line.
     pub bit_time: BitTime,
-    /// The analog symbols in the evaluator's order, with their pins.
-    pub analog: Vec<(usize, PinId)>,
+    /// The analog symbols in the evaluator's order, with their pins and their reference in millivolts.
+    pub analog: Vec<(usize, PinId, u32)>,
     /// The pin of the PWM output, with its expected timing.
     pub pwm: Option<(PinId, ExpectedPwm)>,
     /// The pins of the buses.
@@ -87,7 +109,7 @@ impl CheckedPeripherals {
                 SpecialPin::Analog { pin, name: of } if of == name => Some(pin),
                 _ => None,
             });
-            analog.extend(at.map(|at| (symbol, at)));
+            analog.extend(at.map(|at| (symbol, at, reference_millivolts(program, chip, name))));
         }
         let mut buses = BusPins::default();
         for special in &map.specials {
@@ -141,9 +163,9 @@ impl CheckedPeripherals {
         at.cycle * self.clocks_per_cycle + u64::from(at.phase)
     }
 
-    /// Applies a voltage to an analog input that converts to `value`: the middle of that step.
-    pub(crate) fn drive_analog<C: Cpu>(&self, cpu: &mut C, pin: PinId, value: u16) {
-        let millivolts = (2 * u32::from(value) + 1) * REFERENCE_MILLIVOLTS / (2 * CONVERTER_STEPS);
+    /// Applies a voltage to an analog input, given with its reference, that converts to `value`.
+    pub(crate) fn drive_analog<C: Cpu>(&self, cpu: &mut C, (pin, reference): (PinId, u32), value: u16) {
+        let millivolts = input_millivolts(value, reference);
         cpu.drive_volts(CycleTime::at(cpu.cycle()), pin, millivolts);
     }
 

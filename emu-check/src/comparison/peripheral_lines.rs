@@ -64,8 +64,8 @@ impl PeripheralLines {
         step: &ScanStimulus,
     ) {
         let peripherals = &runner.places.peripherals;
-        for (&(_, pin), &value) in peripherals.analog.iter().zip(&step.analog) {
-            peripherals.drive_analog(&mut runner.cpu, pin, value);
+        for (&(_, pin, reference), &value) in peripherals.analog.iter().zip(&step.analog) {
+            peripherals.drive_analog(&mut runner.cpu, (pin, reference), value);
         }
         let Some(byte) = step.byte.filter(|_| self.can_begin_byte(eval)) else { return };
         if peripherals.receive.is_none() {

@@ -10,7 +10,7 @@ use ladder_eval::Evaluator;
 use crate::CheckOptions;
 use crate::chip::bus_devices::BusPins;
 use crate::chip::map_contract::{ScanPace, pwm_frequency, requested_pin};
-use crate::chip::peripherals::{CheckedPeripherals, SerialUse, serial_use};
+use crate::chip::peripherals::{CheckedPeripherals, SerialUse, reference_millivolts, serial_use};
 use crate::chip::program_places::ProgramPlaces;
 use crate::chip::serial_line::BitTime;
 
@@ -97,7 +97,8 @@ impl ForeignBoard {
                 SymbolKind::Input => inputs.extend(pin(&symbol.name)),
                 SymbolKind::Output => outputs.extend(pin(&symbol.name).map(|pin| (index, pin))),
                 SymbolKind::Adc if read_analog.contains(&index) => {
-                    analog.extend(pin(&symbol.name).map(|pin| (index, pin)))
+                    let reference = reference_millivolts(program, chip, &symbol.name);
+                    analog.extend(pin(&symbol.name).map(|pin| (index, pin, reference)));
                 }
                 _ => {}
             }

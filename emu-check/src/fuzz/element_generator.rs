@@ -85,7 +85,12 @@ pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> 
         ElementSort::Shift => Element::ShiftRegister { name: "s".to_owned(), stages: 1 + draw.rng.below(5) as u32 },
         ElementSort::Table => random_table(draw),
         ElementSort::Curve => random_curve(draw),
-        ElementSort::Adc => Element::ReadAdc { name: draw.pick(&draw.style.analog.clone()), refs: None },
+        ElementSort::Adc => {
+            let name = draw.pick(&draw.style.analog.clone());
+            // One reference for each input; all chips have the supply.
+            let refs = draw.is_ldmicro5().then(|| u32::from(name == "Ab"));
+            Element::ReadAdc { name, refs }
+        }
         ElementSort::Pwm => {
             let hertz = constant_operand(draw.style.hertz as i64);
             let duty =

@@ -7,6 +7,7 @@ use emu_avr::chips::ATMEGA328P;
 use emu_core::cpu::{Cpu, Probe, RamInit, StopReason};
 use emu_core::image::{ElfMachine, Image};
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
+use crate::chip::peripherals::{input_millivolts, reference_millivolts};
 use ladder::ChipPart;
 use ladder_compile::emit::EmittedSource;
 use ladder_compile::emit::arduino::{self, ArduinoSketch};
@@ -278,8 +279,8 @@ impl<'a> RunningSketch<'a> {
             self.pin(name).into_iter().for_each(|pin| self.cpu.drive(now, pin, PinLevel::from_bit(*on)));
         }
         for (name, value) in &scan_stimulus.analog {
-            // The middle of the conversion step, with a reference of 5 V.
-            let millivolts = (u32::from(*value) * 2 + 1) * 5000 / 2048;
+            let reference = reference_millivolts(program, self.cpu.chip(), name);
+            let millivolts = input_millivolts(*value, reference);
             self.pin(name).into_iter().for_each(|pin| _ = self.cpu.drive_volts(now, pin, millivolts));
         }
         if let (Some(byte), Some(pin), Some(baud)) =

@@ -386,7 +386,16 @@ fn peripheral_functions(plan: &EmitContext<'_>, pins: &[AssignedPin]) -> String 
         text += "\n/* Analog inputs, 0 to 1023. */\nstatic int PlcReadAdc(unsigned input)\n{\n    switch (input) {\n";
         for (name, n) in ir.adcs.iter().zip(0..) {
             let pin = pins.iter().find(|pin| pin.name == *name).and_then(|pin| board_pin_number(pin.pin)).unwrap_or(14);
-            let _ = writeln!(text, "    case {n}: return analogRead({pin}); /* {} */", comment_text(name));
+            let reference = match ir.adc_references.get(n).copied().unwrap_or(0) {
+                0 | 1 => "DEFAULT",
+                _ => "INTERNAL",
+            };
+            let select = if ir.adc_references.iter().any(|refs| *refs > 1) {
+                format!("analogReference({reference}); ")
+            } else {
+                String::new()
+            };
+            let _ = writeln!(text, "    case {n}: {select}return analogRead({pin}); /* {} */", comment_text(name));
         }
         text += "    default: return 0;\n    }\n}\n";
     }

@@ -123,11 +123,12 @@ impl Lowering<'_> {
     }
 
     /// Lowers READ_ADC.
-    pub(super) fn read_adc(&mut self, name: &str) {
+    pub(super) fn read_adc(&mut self, name: &str, reference: u8) {
         let dst = self.word(name);
         let known = self.ir.adcs.iter().position(|other| other == name);
         let input = known.unwrap_or_else(|| {
             self.ir.adcs.push(name.to_owned());
+            self.ir.adc_references.push(reference);
             self.ir.adcs.len() - 1
         });
         self.push(if_accumulator(vec![IrOp::ReadAdc { dst, input: input as u32 }]));
