@@ -1,12 +1,12 @@
 //! The flat form of a program, and the execution of its steps on the state.
 
-use ladder::{BusOp, ElementId};
+use ladder::ElementId;
 
 use crate::arithmetic::{CountInput, CountMode, compare, count_step, math, truncate};
 use crate::bit_ops;
 pub(crate) use crate::element_op::{ElementOp, ValueSource};
 use crate::flow_steps::{FlowStep, ParallelGroup, ScanPosition};
-use crate::peripheral_state::{BusEvent, FormattedText, PeripheralState, PiecewiseCurve};
+use crate::peripheral_state::{FormattedText, PeripheralState, PiecewiseCurve};
 use crate::ports::FlatPort;
 use crate::pulse_ops::{EncoderState, FlatEncoder, FlatNpulse, FlatPulser, FlatStepper, NpulseState, PulserState};
 
@@ -419,19 +419,12 @@ impl ScanState {
             }
             ElementOp::Transfer { op, send, device, register, recv } => {
                 let (byte, register) = (self.read_value(send) as u8, self.read_value(register) as u8);
-                self.parts.transfers_of_scan.push(match op {
-                    BusOp::I2cRead => BusEvent::I2cRead { device, register },
-                    BusOp::I2cWrite => BusEvent::I2cWrite { device, register, byte },
-                    BusOp::Spi | BusOp::SpiText => BusEvent::Spi { byte },
-                });
-                if let Some(recv) = recv {
-                    self.store(code, recv, self.parts.bus_answer.into());
-                }
+                let answer = self.parts.transfer(op, (device, register), byte);
+                recv.into_iter().for_each(|recv| self.store(code, recv, answer.into()));
                 true
             }
             ElementOp::SendText { text } => {
-                let bytes = code.bus_texts[text as usize].iter();
-                self.parts.transfers_of_scan.extend(bytes.map(|&byte| BusEvent::Spi { byte }));
+                self.parts.send_bus_text(&code.bus_texts[text as usize]);
                 true
             }
             ElementOp::SetPwm { duty } => {

@@ -126,9 +126,7 @@ fn bus_op(builder: &mut FlatBuilder<'_>, transfer: &BusTransfer) -> Result<Eleme
         return Err(UnsupportedReason::UnsupportedBus);
     }
     if *op == BusOp::SpiText {
-        return Ok(ElementOp::SendText {
-            text: push_index(&mut builder.code.bus_texts, transfer.text_bytes()),
-        });
+        return Ok(ElementOp::SendText { text: push_index(&mut builder.code.bus_texts, transfer.text_bytes()) });
     }
     let send = send.as_ref().map_or(Ok(ValueSource::Const(0)), |send| builder.operand_source(send))?;
     let register = builder.operand_source(register)?;

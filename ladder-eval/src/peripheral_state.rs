@@ -2,6 +2,7 @@
 //!
 //! The curves and strings are here too, because they need more than one line of arithmetic.
 
+use ladder::BusOp;
 use ladder::format::StringPiece;
 
 use crate::arithmetic::truncate;
@@ -188,6 +189,21 @@ impl PeripheralState {
         let number = come.drain(..).rev().fold(0, |number, byte| number << 8 | i64::from(byte));
         let spare = 64 - 8 * u32::from(bytes);
         Some(number << spare >> spare)
+    }
+
+    /// Executes a transfer on a bus, and returns the byte that its device answers.
+    pub(crate) fn transfer(&mut self, op: BusOp, (device, register): (u8, u8), byte: u8) -> u8 {
+        self.transfers_of_scan.push(match op {
+            BusOp::I2cRead => BusEvent::I2cRead { device, register },
+            BusOp::I2cWrite => BusEvent::I2cWrite { device, register, byte },
+            BusOp::Spi | BusOp::SpiText => BusEvent::Spi { byte },
+        });
+        self.bus_answer
+    }
+
+    /// Executes SPI_WR.
+    pub(crate) fn send_bus_text(&mut self, text: &[u8]) {
+        self.transfers_of_scan.extend(text.iter().map(|&byte| BusEvent::Spi { byte }));
     }
 
     /// Takes the received byte, if one waits.

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use emu_debug::debug::{DynMachine, ProgramFollower};
-use ladder::{ChipPart, Element, ElementId, LadderProgram, PowerEffect, SymbolKind, SymbolUse, WriteMoment, element_text};
+use ladder::{
+    ChipPart, Element, ElementId, LadderProgram, PowerEffect, SymbolKind, SymbolUse, WriteMoment, element_text,
+};
 use ladder_eval::Evaluator;
 
 use crate::power_flow::{PowerDecider, deciders};

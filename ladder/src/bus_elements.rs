@@ -116,10 +116,7 @@ pub(crate) fn read_bus_element(r: &mut LdReader<'_>, keyword: &'static str, args
             read_operand_in_range(r, keyword, device, "the address", 0, 127),
             read_operand_in_range(r, keyword, register, "the register", 0, 255),
         ),
-        false => (
-            Some(spi_mode(device)),
-            read_operand_in_range(r, keyword, register, "the number of bits", 0, 255),
-        ),
+        false => (Some(spi_mode(device)), read_operand_in_range(r, keyword, register, "the number of bits", 0, 255)),
     };
     let hertz = r.read_u32(hertz, "the rate in bits per second", 0, 100_000_000);
     let (name, mode, first) = (name.text.to_owned(), mode.text.to_owned(), first.text.to_owned());
@@ -196,7 +193,10 @@ pub(crate) fn check_bus_element(checker: &mut Checker<'_>, at: CheckedElement<'_
     } else {
         if !is(&transfer.device, 0) {
             let cause = format!("the clock mode is {}", message_text(operand_text(&transfer.device)));
-            refuse(cause, "write 0b00, the only mode that LDmicro's own library has: SCK rests low, the rising edge samples");
+            refuse(
+                cause,
+                "write 0b00, the only mode that LDmicro's own library has: SCK rests low, the rising edge samples",
+            );
         }
         if !is(&transfer.register, 8) {
             let cause = format!("a transfer has {} bits", message_text(operand_text(&transfer.register)));

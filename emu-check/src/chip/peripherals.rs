@@ -117,7 +117,8 @@ impl CheckedPeripherals {
                 SpecialPin::I2c { pin, clock, .. } => buses.i2c = chip.pin(pin).zip(chip.pin(clock)),
                 SpecialPin::Spi { pin, clock, out, input, .. } => {
                     let found = [pin, clock, out, input].map(|name| chip.pin(name));
-                    buses.spi = if let [Some(a), Some(b), Some(c), Some(d)] = found { Some([a, b, c, d]) } else { None };
+                    buses.spi =
+                        if let [Some(a), Some(b), Some(c), Some(d)] = found { Some([a, b, c, d]) } else { None };
                 }
                 _ => {}
             }
@@ -150,7 +151,10 @@ impl CheckedPeripherals {
     /// All pins of these peripherals.
     pub(crate) fn pins(&self) -> impl Iterator<Item = PinId> {
         let serial = self.transmit.into_iter().chain(self.receive);
-        serial.chain(self.buses.pins()).chain(self.pwm.map(|pwm| pwm.0)).chain(self.analog.iter().map(|analog| analog.1))
+        serial
+            .chain(self.buses.pins())
+            .chain(self.pwm.map(|pwm| pwm.0))
+            .chain(self.analog.iter().map(|analog| analog.1))
     }
 
     /// Converts clocks since power-up to a time of the chip.

@@ -172,9 +172,8 @@ impl PeripheralLines {
 pub(crate) fn compare_buses<C: CheckedChip>(runner: &mut ChipRunner<'_, C>, eval: &Evaluator) -> Result<u64, Mismatch> {
     let cycle = runner.cpu.cycle();
     let Some(devices) = runner.listener.as_mut().and_then(|listener| listener.buses.as_mut()) else { return Ok(0) };
-    let difference = |expected: String, found: String| {
-        Err(Mismatch::of_text(DifferenceKind::Bus, cycle, expected, found))
-    };
+    let difference =
+        |expected: String, found: String| Err(Mismatch::of_text(DifferenceKind::Bus, cycle, expected, found));
     let (wanted, found) = (eval.bus_events(), std::mem::take(&mut devices.events));
     let text = |event: Option<&BusEvent>| event.map_or_else(|| "no transfer".to_owned(), event_text);
     if let Some(fault) = devices.fault.take() {

@@ -3,7 +3,8 @@
 
 use ladder::format::{StringPiece, split_format_string};
 use ladder::{
-    BusOp, BusTransfer, CompareOp, CounterKind, Element, LadderOperand, MathOp, SegmentDisplay, ShiftOp, TimerKind, UnaryOp,
+    BusOp, BusTransfer, CompareOp, CounterKind, Element, LadderOperand, MathOp, SegmentDisplay, ShiftOp, TimerKind,
+    UnaryOp,
 };
 
 use super::generator::ProgramGenerator;
@@ -176,7 +177,10 @@ fn random_bus_element(draw: &mut ProgramGenerator) -> Element {
     let op = draw.pick(&all);
     let sends = matches!(op, BusOp::Spi | BusOp::I2cWrite);
     let receives = op == BusOp::I2cRead || op == BusOp::Spi && draw.rng.one_in(2);
-    let register = if draw.rng.one_in(3) { random_operand(draw) } else { constant_operand(draw.rng.below(256) as i64) };
+    let register = match draw.rng.below(3) {
+        0 => LadderOperand::Var(random_integer(draw)),
+        _ => constant_operand(draw.rng.below(256) as i64),
+    };
     Element::BusTransfer(Box::new(BusTransfer {
         op,
         name: "bus".to_owned(),

@@ -179,7 +179,11 @@ impl ProgramStyle {
             _ => ProgramProfile::Whole,
         };
         // The buses are elements of LDmicro 5.
-        let dialect = if rng.one_in(3) || profile == ProgramProfile::Buses { LadderDialect::Ldmicro5 } else { LadderDialect::Ldmicro23 };
+        let dialect = if rng.one_in(3) || profile == ProgramProfile::Buses {
+            LadderDialect::Ldmicro5
+        } else {
+            LadderDialect::Ldmicro23
+        };
         let (clock_hz, mut cycle_us, rate) = CLOCKS_AND_CYCLES[rng.below(CLOCKS_AND_CYCLES.len() as u64) as usize];
         let (mut clock_hz, baud) = (clock_hz, (profile >= ProgramProfile::Serial).then_some(rate));
         if baud.is_none() && rng.one_in(2) {
@@ -247,13 +251,8 @@ impl ProgramStyle {
     fn set_weights(&mut self, rng: &mut Rng) {
         let five = self.dialect == LadderDialect::Ldmicro5;
         let has_meaning = |sort| {
-            let newer = [
-                ElementSort::BitTest,
-                ElementSort::Bits,
-                ElementSort::Line,
-                ElementSort::Pulse,
-                ElementSort::Bus,
-            ];
+            let newer =
+                [ElementSort::BitTest, ElementSort::Bits, ElementSort::Line, ElementSort::Pulse, ElementSort::Bus];
             five || !newer.contains(&sort)
         };
         let has_part = |sort| sort != ElementSort::Pwm || self.profile != ProgramProfile::Buses;

@@ -1,13 +1,13 @@
 //! Runs emitted Arduino sketches on the emulated ATmega328P: inputs are driven at the pins, outputs are read
 //! from the pins, and all other state is found by the names of the sketch's objects.
 
+use crate::chip::peripherals::{input_millivolts, reference_millivolts};
 use diag::Diagnostic;
 use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
 use emu_core::cpu::{Cpu, Probe, RamInit, StopReason};
 use emu_core::image::{ElfMachine, Image};
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
-use crate::chip::peripherals::{input_millivolts, reference_millivolts};
 use ladder::ChipPart;
 use ladder_compile::emit::EmittedSource;
 use ladder_compile::emit::arduino::{self, ArduinoSketch};

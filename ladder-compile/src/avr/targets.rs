@@ -22,7 +22,15 @@ pub const TARGETS: &[CompileTarget] = &[
     target_mega16("atmega1284"),
     target_mega128("atmega64"),
     target_mega128("atmega128"),
-    CompileTarget { pins: PINS_162, uart: Some(("PB3", "PB2")), pwm: Some("PB1"), adc: &[], i2c: None, spi: SPI_40, ..target_x8("atmega162") },
+    CompileTarget {
+        pins: PINS_162,
+        uart: Some(("PB3", "PB2")),
+        pwm: Some("PB1"),
+        adc: &[],
+        i2c: None,
+        spi: SPI_40,
+        ..target_x8("atmega162")
+    },
 ];
 
 /// PC6 is reset, PB6 and PB7 connect the crystal. PD0 and PD1 come last, because boards use them for the

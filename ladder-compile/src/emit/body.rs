@@ -7,8 +7,8 @@ use ladder::ElementId;
 use super::names::comment_text;
 use super::tables::{TableElement, table_element};
 use crate::ir::{
-    ArithmeticOp, BitId, BranchCondition, BusAction, Ir, IrOp, LabelId, LogicOp, RelationOp, WordComparison, WordId, WordOperand,
-    min_bytes, shift_count,
+    ArithmeticOp, BitId, BranchCondition, BusAction, Ir, IrOp, LabelId, LogicOp, RelationOp, WordComparison, WordId,
+    WordOperand, min_bytes, shift_count,
 };
 
 /// How a source spells each cell: as an expression that can be read and assigned.

@@ -180,9 +180,7 @@ impl Lowering<'_> {
     fn send_at_once(&mut self, word: WordId, bytes: i32) {
         self.ir.uart.waits = true;
         let (is_busy, set_busy) = match self.transmitter_busy {
-            Some(TransmitterBusy::Bit(bit)) => {
-                (BranchCondition::Bit(bit), IrOp::SetBit { bit, value: bytes > 1 })
-            }
+            Some(TransmitterBusy::Bit(bit)) => (BranchCondition::Bit(bit), IrOp::SetBit { bit, value: bytes > 1 }),
             Some(TransmitterBusy::Scans(dst, scans)) => {
                 let src = WordOperand::Const(if bytes > 1 { scans } else { 0 });
                 (BranchCondition::Compare(not_zero(dst)), IrOp::Move { dst, src })

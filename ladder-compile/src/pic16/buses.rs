@@ -164,7 +164,8 @@ pub fn emit_transfer(
     out.assume_banks(chip.reachable_banks(scratch));
     out.place(label);
     if let Pic16BusSetup::Spi(_, (letter, bit)) = setup {
-        let port = chip.part.ports.iter().find(|row| row.port.name().ends_with(letter)).map_or(0, |row| chip.reg(row.port));
+        let port =
+            chip.part.ports.iter().find(|row| row.port.name().ends_with(letter)).map_or(0, |row| chip.reg(row.port));
         out.set_bit((port, bit), false);
         step(out, BusStep::Byte(byte), turns);
         out.set_bit((port, bit), true);

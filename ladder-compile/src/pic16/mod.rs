@@ -261,7 +261,8 @@ fn write_port(
 ) {
     let cells = job.ir.port_cells(port.letter);
     let free = port.existing_bits & !job.used_pins(port.letter);
-    let high = reset::driven_pins(job, devices).filter(|pin| pin.1).fold(0, |all, pin| all | pin_mask(pin.0, port.letter));
+    let high =
+        reset::driven_pins(job, devices).filter(|pin| pin.1).fold(0, |all, pin| all | pin_mask(pin.0, port.letter));
     let write = |out: &mut Pic16Writer<'_>| {
         if high != 0 {
             out.literal_op(Kind::Iorlw, high);

@@ -81,7 +81,8 @@ pub fn driven_pins(
 /// The bit of a pin such as `RC2` in its port, or with `direction` in the register of its directions.
 fn port_bit(out: &Pic16Writer<'_>, pin: &str, direction: bool) -> (u16, u8) {
     let chip = out.chip;
-    let row = chip.part.ports.iter().find(|row| pin.chars().nth(1).is_some_and(|letter| row.port.name().ends_with(letter)));
+    let row =
+        chip.part.ports.iter().find(|row| pin.chars().nth(1).is_some_and(|letter| row.port.name().ends_with(letter)));
     let bit = pin.chars().nth(2).and_then(|digit| digit.to_digit(8)).unwrap_or(0);
     (row.map_or(0, |row| chip.reg(if direction { row.tris } else { row.port })), bit as u8)
 }

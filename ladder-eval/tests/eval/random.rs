@@ -11,8 +11,8 @@ use crate::random_flow::with_flow;
 use std::collections::HashMap;
 
 use ladder::{
-    BusOp, BusTransfer, CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
-    PowerEffect, RungNode, ShiftOp, TimerKind, UnaryOp, VarEntry, WriteMoment,
+    BusOp, BusTransfer, CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram,
+    LdFormat, MathOp, PowerEffect, RungNode, ShiftOp, TimerKind, UnaryOp, VarEntry, WriteMoment,
 };
 use ladder_eval::{BusEvent, Evaluator};
 use proptest::prelude::*;
@@ -219,22 +219,24 @@ fn device() -> impl Strategy<Value = Element> {
 /// SPI, SPI_WR, I2C_RD and I2C_WR.
 fn bus_element() -> impl Strategy<Value = Element> {
     let op = select(vec![BusOp::Spi, BusOp::SpiText, BusOp::I2cRead, BusOp::I2cWrite]);
-    (op, operand(), integer(), any::<bool>(), 0..128i64, operand()).prop_map(|(op, send, recv, keep, device, register)| {
-        let sends = matches!(op, BusOp::Spi | BusOp::I2cWrite);
-        let receives = op == BusOp::I2cRead || op == BusOp::Spi && keep;
-        Element::BusTransfer(Box::new(BusTransfer {
-            op,
-            name: "b".to_owned(),
-            send: sends.then_some(send),
-            text: if op == BusOp::SpiText { "aZ09".to_owned() } else { String::new() },
-            recv: receives.then_some(recv),
-            mode: "Master".to_owned(),
-            device: constant(if op.is_i2c() { device } else { 0 }),
-            register: if op.is_i2c() { register } else { constant(8) },
-            first: "MSB_FIRST".to_owned(),
-            hertz: 0,
-        }))
-    })
+    (op, operand(), integer(), any::<bool>(), 0..128i64, operand()).prop_map(
+        |(op, send, recv, keep, device, register)| {
+            let sends = matches!(op, BusOp::Spi | BusOp::I2cWrite);
+            let receives = op == BusOp::I2cRead || op == BusOp::Spi && keep;
+            Element::BusTransfer(Box::new(BusTransfer {
+                op,
+                name: "b".to_owned(),
+                send: sends.then_some(send),
+                text: if op == BusOp::SpiText { "aZ09".to_owned() } else { String::new() },
+                recv: receives.then_some(recv),
+                mode: "Master".to_owned(),
+                device: constant(if op.is_i2c() { device } else { 0 }),
+                register: if op.is_i2c() { register } else { constant(8) },
+                first: "MSB_FIRST".to_owned(),
+                hertz: 0,
+            }))
+        },
+    )
 }
 
 /// Numbers of bytes; [`in_dialect`] makes them fit the widths.

@@ -85,7 +85,6 @@ impl NaiveInterpreter {
     pub fn new(program: &LadderProgram) -> NaiveInterpreter {
         let widths = program.symbols().into_iter().map(|s| (s.name, s.bytes.into())).collect();
         let mut naive = NaiveInterpreter { widths, ..NaiveInterpreter::default() };
-
         naive.set_up_ports(program);
         let mut address = 0;
         for (ElementId { rung, index }, element, _) in program.elements() {
@@ -319,17 +318,7 @@ impl NaiveInterpreter {
                 }
                 power
             }
-            Element::UartSend { name, rest: Some((bytes, 1)) } => {
-                let all = bits::of(self.integer(name), 32);
-                for byte in all.chunks(8).take(if power { *bytes as usize } else { 0 }) {
-                    let byte = (0..8).filter(|&n| byte[n]).map(|n| 1 << n).sum();
-                    self.transmit(byte, program);
-                }
-                if *bytes == 1 {
-                    self.line_free = self.now;
-                }
-                self.now < self.line_free
-            }
+            Element::UartSend { name, rest: Some((bytes, 1)) } => self.send_at_once(name, *bytes, (power, program)),
             Element::UartSend { name, rest: Some((bytes @ 2.., _)) } => {
                 if power {
                     self.transfers.entry(self.current_element).or_default();
@@ -401,12 +390,7 @@ impl NaiveInterpreter {
                 }
                 power
             }
-            Element::BusTransfer(transfer) => {
-                if power {
-                    self.on_bus(transfer);
-                }
-                power
-            }
+            Element::BusTransfer(transfer) => self.on_bus(transfer, power),
             Element::Move { dest, src } => {
                 if power {
                     self.store(dest, self.operand_value(src));

@@ -41,8 +41,24 @@ impl NaiveInterpreter {
         }
     }
 
-    /// SPI, SPI_WR, I2C_RD and I2C_WR with power.
-    pub(super) fn on_bus(&mut self, transfer: &ladder::BusTransfer) {
+    /// UART_SEND that waits.
+    pub(super) fn send_at_once(&mut self, name: &str, bytes: u32, (power, program): (bool, &LadderProgram)) -> bool {
+        let all = bits::of(self.integer(name), 32);
+        for byte in all.chunks(8).take(if power { bytes as usize } else { 0 }) {
+            let byte = (0..8).filter(|&n| byte[n]).map(|n| 1 << n).sum();
+            self.transmit(byte, program);
+        }
+        if bytes == 1 {
+            self.line_free = self.now;
+        }
+        self.now < self.line_free
+    }
+
+    /// SPI, SPI_WR, I2C_RD and I2C_WR.
+    pub(super) fn on_bus(&mut self, transfer: &ladder::BusTransfer, power: bool) -> bool {
+        if !power {
+            return false;
+        }
         let low = |value: i64| value.rem_euclid(256);
         let byte = transfer.send.as_ref().map_or(0, |send| low(self.operand_value(send)));
         let place = (self.operand_value(&transfer.device), low(self.operand_value(&transfer.register)));
@@ -57,6 +73,7 @@ impl NaiveInterpreter {
         if let Some(name) = &transfer.recv {
             self.store(name, self.answer);
         }
+        true
     }
 
     /// The number of scans that a constant delay gives.
