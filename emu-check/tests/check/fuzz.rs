@@ -73,7 +73,7 @@ t   | LES               | 8
 t   | LEQ               | 8
 t   | SHIFT_REGISTER    | 10
 t   | LOOK_UP_TABLE     | 15
-t   | PIECEWISE_LINEAR  | 15
+t   | PIECEWISE_LINEAR  | 12
 t   | UART_SEND         | 10
 t   | UART_RECV         | 10
 t   | FORMATTED_STRING  | 10
