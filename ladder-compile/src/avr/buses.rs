@@ -51,7 +51,7 @@ pub fn plan_i2c(job: &CompileJob<'_>) -> Option<AvrI2cSetup> {
     let hertz = u64::from(job.ir.buses.i2c?).max(1);
     let over = job.clock_hz.div_ceil(hertz).saturating_sub(FIXED_BIT_CLOCKS);
     let setup = |prescaler: u8, rate: u64| {
-        let bit = FIXED_BIT_CLOCKS + (2 * rate << (2 * prescaler));
+        let bit = FIXED_BIT_CLOCKS + ((2 * rate) << (2 * prescaler));
         AvrI2cSetup { rate: rate as u8, prescaler, bit }
     };
     let fits = (0..4u8).find_map(|prescaler| {
