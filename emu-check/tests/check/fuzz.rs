@@ -203,8 +203,10 @@ const LEFT_OUT: &[(&str, &str)] = &[
 #[test]
 fn every_element_is_drawn() {
     let rows = include_str!("../../../ladder/tests/language/tables/elements.txt").lines();
-    let mut missing: BTreeSet<&str> =
-        rows.filter(|row| row.contains(" => ")).filter_map(|row| row.split_whitespace().next()).collect();
+    let mut missing: BTreeSet<&str> = rows
+        .filter(|row| row.contains(" => ") && !row.starts_with('#'))
+        .filter_map(|row| row.split_whitespace().next())
+        .collect();
     assert!(missing.len() > 90, "{}", missing.len());
     for number in 0..3_000 {
         let (program, _) = generate_program(26, number);
