@@ -38,4 +38,6 @@ diag::codes! {
         "After the write time, the cells of all PERSIST elements on the chip must contain the values that the language defines: two cells per element (as many as the variable has bytes), in text order from address 0, lowest byte first. At power-up both sides contain the same, erased or random.";
     DIFFERS_BOUND "EC020" "a scan takes longer than the compiler computed"
         "The map gives the longest scan, from its start until the chip waits again. The compiler refuses a program whose longest scan does not fit the period. A scan on the emulated chip took longer, so the computation of the compiler is wrong.";
+    DIFFERS_BUS "EC021" "a transfer on a bus differs"
+        "Devices of the checker are at the pins of the I2C and SPI bus. They read addresses, registers and bytes from the edges of the chip, and answer reads with a byte that changes from scan to scan. At the end of a scan the transfers must be those of its elements SPI, SPI_WR, I2C_RD and I2C_WR, in order and complete.";
 }

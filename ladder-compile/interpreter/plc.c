@@ -208,6 +208,24 @@ static void persist(unsigned src)
     }
 }
 
+static void transfer(unsigned char how)
+{
+    unsigned char device = byte();
+    s32 reg = how & 4 ? constant() : value[number()];
+    s32 sent = how & 8 ? constant() : value[number()];
+    unsigned char got = 0;
+    unsigned dst;
+    switch (how & 3) {
+    case 0: PlcI2cWrite(device, (unsigned char)reg, (unsigned char)sent); break;
+    case 1: got = PlcI2cRead(device, (unsigned char)reg); break;
+    default: got = PlcSpi((unsigned char)sent); break;
+    }
+    if (how & 16) {
+        dst = (unsigned)number();
+        value[dst] = wrap(got, width[dst]);
+    }
+}
+
 void PlcCycle(void)
 {
     unsigned char op, rung = 1, was, i;
@@ -292,6 +310,8 @@ void PlcCycle(void)
         case 0x3E: value[n] = wrap((u32)value[n] + 1, width[n]); break;
         case 0x3F: value[n] = wrap((u32)value[n] - 1, width[n]); break;
         case 0x50: pc = code + n; break;
+        case 0x52: PlcWaitSent(); break;
+        case 0x51: transfer((unsigned char)n); break;
         default: return; /* No byte code of this version. */
         }
     }

@@ -41,8 +41,15 @@ int PlcReadAdc(unsigned input);
 void PlcSetPwm(unsigned char percent);
 /* A byte goes out; the one before it has had its time. */
 void PlcSendByte(unsigned char byte);
+/* Returns when the last byte has gone. */
+void PlcWaitSent(void);
 /* Takes the byte that has been received, 0 to 255; -1 when there is none. */
 int PlcReceiveByte(void);
+/* A register of a device on the I2C bus; FFh if none answers. */
+void PlcI2cWrite(unsigned char device, unsigned char reg, unsigned char byte);
+unsigned char PlcI2cRead(unsigned char device, unsigned char reg);
+/* A byte goes out on the SPI bus, and one comes in. */
+unsigned char PlcSpi(unsigned char byte);
 /* A cell of EEPROM; a write begins and has some ms to end before the next. */
 unsigned char PlcReadEeprom(unsigned cell);
 void PlcWriteEeprom(unsigned cell, unsigned char byte);

@@ -63,6 +63,9 @@ pub enum CodegenError {
     /// The program uses the PWM output but sets no frequency.
     #[error("the PWM output has no frequency")]
     NoPwmFrequency,
+    /// The intermediate code uses a bus that the chip does not have.
+    #[error("the bus has no settings")]
+    NoBus,
     /// An analog input has no pin with a converter channel.
     #[error("{name} has no analog pin")]
     NoAnalogPin {

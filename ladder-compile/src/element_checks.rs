@@ -56,6 +56,12 @@ pub fn unsupported_elements(program: &LadderProgram, target: Option<&CompileTarg
             }
         }
         match element {
+            Element::ReadAdc { refs: Some(refs @ 2..), .. } => {
+                if let Some(target) = target.filter(|target| !has_reference(target, *refs)) {
+                    let cause = format!("READ_ADC: {} has no reference {refs}", target.chip.name);
+                    error(codes::LACKS, cause, "write 0 for the supply, or take an AVR that has this one (REFS)");
+                }
+            }
             Element::Placeholder => {
                 error(codes::NOT_COMPILED, "PLACEHOLDER has no meaning".to_owned(), "put an element here");
             }
@@ -91,7 +97,15 @@ fn has_part(target: &CompileTarget, part: ChipPart) -> bool {
         ChipPart::Converter => !target.adc.is_empty(),
         ChipPart::Pwm => target.pwm.is_some(),
         ChipPart::Eeprom => target.eeprom > 0,
+        ChipPart::I2c => target.i2c.is_some(),
+        ChipPart::Spi => target.spi.is_some(),
     }
+}
+
+/// True if the converter of the target has an internal reference with this number.
+fn has_reference(target: &CompileTarget, refs: u32) -> bool {
+    let kind = emu_avr::chips::part(target.chip.name).map(|part| part.adc_kind);
+    kind.is_some_and(|kind| refs == 3 || kind.low_reference_mv.is_some())
 }
 
 /// Why a program for `target` cannot have a register of a port; sources have none.

@@ -108,6 +108,28 @@ pub struct UartUse {
     pub send: bool,
     /// True if the program receives.
     pub receive: bool,
+    /// True if the program waits for bytes to go.
+    pub waits: bool,
+}
+
+/// What an [`IrOp::Transfer`] does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BusAction {
+    /// Writes a register of the I2C device with this address.
+    I2cWrite(u8),
+    /// Reads a register of the I2C device with this address.
+    I2cRead(u8),
+    /// Sends a byte on the SPI bus and receives one.
+    Spi,
+}
+
+/// Rates of the buses that a program uses, in bits per second.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct BusUse {
+    /// Rate of the I2C bus, if the program uses it.
+    pub i2c: Option<u32>,
+    /// Rate of the SPI bus, if the program uses it.
+    pub spi: Option<u32>,
 }
 
 /// Operand of a word operation.
@@ -264,10 +286,23 @@ pub enum IrOp {
         /// Value whose low byte is sent.
         value: WordOperand,
     },
+    /// Waits until the byte of the last [`IrOp::Send`] has gone; acc is preserved. One has been sent before.
+    WaitSent,
     /// acc := whether a received byte waits; if so, dst := the byte, 0 to 255, and the receiver is free.
     Receive {
         /// Destination.
         dst: WordId,
+    },
+    /// Transfers a byte on a bus of the chip and waits for its end; acc is preserved.
+    Transfer {
+        /// What is done on which bus.
+        action: BusAction,
+        /// Register of an I2C device: its low byte; unused on SPI.
+        register: WordOperand,
+        /// Value whose low byte is sent; unused by a read.
+        value: WordOperand,
+        /// Destination of the received byte, 0 to 255; FFh if no device answers.
+        dst: Option<WordId>,
     },
     /// dst := EEPROM, least significant byte first; acc is preserved. No write is in progress.
     ReadEeprom {
@@ -363,10 +398,14 @@ pub struct Ir {
     pub tables: Vec<ConstantTable>,
     /// Symbols of the analog inputs.
     pub adcs: Vec<String>,
+    /// Reference selection of each analog input, as its elements have it: 0 is the supply.
+    pub adc_references: Vec<u8>,
     /// Frequency of the PWM output in Hz, if the program uses it.
     pub pwm_hz: Option<u32>,
     /// Use of the serial line.
     pub uart: UartUse,
+    /// Use of the buses.
+    pub buses: BusUse,
     /// Number of EEPROM bytes in use, from address 0.
     pub eeprom_bytes: u16,
     /// Ports whose registers the program names, by letter.

@@ -2,7 +2,9 @@
 
 use std::fmt;
 
-use crate::ir::{BitId, BranchCondition, Ir, IrOp, JumpKind, LogicOp, RelationOp, WordComparison, WordId, WordOperand};
+use crate::ir::{
+    BitId, BranchCondition, BusAction, Ir, IrOp, JumpKind, LogicOp, RelationOp, WordComparison, WordId, WordOperand,
+};
 
 impl Ir {
     fn bit(&self, bit: BitId, negated: bool) -> String {
@@ -68,7 +70,18 @@ impl Ir {
             }
             IrOp::SetPwm { duty } => format!("pwm {}", self.value(*duty)),
             IrOp::Send { value } => format!("send {}", self.value(*value)),
+            IrOp::WaitSent => "wait until sent".to_owned(),
             IrOp::Receive { dst } => format!("receive {}", self.word(*dst)),
+            IrOp::Transfer { action, register, value, dst } => {
+                let to = dst.map_or_else(String::new, |dst| format!("{} := ", self.word(dst)));
+                match action {
+                    BusAction::I2cWrite(device) => {
+                        format!("i2c {device} {} := {}", self.value(*register), self.value(*value))
+                    }
+                    BusAction::I2cRead(device) => format!("{to}i2c {device} {}", self.value(*register)),
+                    BusAction::Spi => format!("{to}spi {}", self.value(*value)),
+                }
+            }
             IrOp::ReadEeprom { dst, addr } => format!("{} := eeprom {addr}", self.word(*dst)),
             IrOp::WriteEeprom { src, addr, busy, scans } => {
                 format!("eeprom {addr} := {}, {} := {scans}", self.word(*src), self.word(*busy))

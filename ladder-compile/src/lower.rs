@@ -5,6 +5,7 @@
 //! [`crate::optimise`] removes what is not needed.
 
 mod bit_elements;
+mod buses;
 mod flow;
 mod more_elements;
 mod peripherals;
@@ -389,9 +390,9 @@ impl<'a> Lowering<'a> {
             Element::ShiftRegister { name, stages } => self.shift(name, *stages),
             Element::LookUpTable { dest, index, values, .. } => self.look_up(dest, index, values),
             Element::PiecewiseLinear { dest, index, points } => self.piecewise(dest, index, points),
-            Element::ReadAdc { name, .. } => self.read_adc(name),
+            Element::ReadAdc { name, refs } => self.read_adc(name, refs.unwrap_or(0) as u8),
             Element::SetPwm { duty, .. } => self.set_pwm(duty),
-            Element::UartSend { name, rest } => self.send(name, rest.map_or(1, |(bytes, _)| bytes)),
+            Element::UartSend { name, rest } => self.send(name, rest.unwrap_or((1, 0))),
             Element::UartRecv { name, rest } => self.receive(name, rest.map_or(1, |(bytes, _)| bytes)),
             Element::UartRecvAvail => self.test_received(),
             Element::UartSendReady => self.test_transmitter(),
@@ -400,6 +401,7 @@ impl<'a> Lowering<'a> {
                 self.pulse_element(element)
             }
             Element::FormattedString { var, text, quoted } => self.send_string(var.as_deref(), text, *quoted),
+            Element::BusTransfer(transfer) => self.bus_transfer(transfer),
             Element::Persist { name } => self.persist(name),
             // SHORT passes power, COMMENT has no effect, and the checks refuse PLACEHOLDER.
             Element::Short | Element::Comment(_) | Element::Placeholder => {}

@@ -111,6 +111,28 @@ pub enum SpecialPin {
         /// Symbol.
         name: String,
     },
+    /// Pins of the I2C bus.
+    I2c {
+        /// Data pin.
+        pin: String,
+        /// Clock pin.
+        clock: String,
+        /// Machine cycles per bit.
+        bit: Ratio,
+    },
+    /// Pins of the SPI bus.
+    Spi {
+        /// Pin that selects the device.
+        pin: String,
+        /// Clock pin.
+        clock: String,
+        /// Pin of the bytes that are sent.
+        out: String,
+        /// Pin of the bytes that are received.
+        input: String,
+        /// Machine cycles per bit.
+        bit: Ratio,
+    },
     /// Pin of the PWM output.
     Pwm {
         /// Pin.

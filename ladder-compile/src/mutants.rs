@@ -56,7 +56,7 @@ pub struct Mutant {
 /// The change that a fault makes.
 enum MutantChange {
     /// Other intermediate code.
-    Ir(Ir),
+    Ir(Box<Ir>),
     /// Other pins.
     Pins(Vec<AssignedPin>),
     /// Clock frequency and cycle time used for the image, instead of the right ones.
@@ -111,7 +111,7 @@ pub fn compile_mutant(
         let change = (code.swap_remove(id).make_change)();
         let (mut ir, mut pins) = (None, None);
         match change {
-            MutantChange::Ir(changed) => ir = Some(changed),
+            MutantChange::Ir(changed) => ir = Some(*changed),
             MutantChange::Pins(changed) => pins = Some(changed),
             MutantChange::Time(..) | MutantChange::OmittedInstruction(_) => {}
         }
@@ -158,7 +158,7 @@ pub fn mutant_ir(program: &LadderProgram, options: &CompileOptions, id: u32) -> 
     let prepared = prepare(program, options).ok()?;
     let change = code_candidates(&prepared).into_iter().nth(id as usize).map(|found| (found.make_change)())?;
     let MutantChange::Ir(changed) = change else { return None };
-    Some(MutantIr { sound: prepared.ir, faulty: changed })
+    Some(MutantIr { sound: prepared.ir, faulty: *changed })
 }
 
 /// Faults introduced before the image is built.
@@ -201,7 +201,7 @@ fn op_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
                     let mut changed = ir.clone();
                     let new = op_mutants::nth_mutant(ir, &step.op, n).map(|op| IrStep { element: step.element, op });
                     changed.rungs[number].steps.splice(at..=at, new).for_each(drop);
-                    MutantChange::Ir(changed)
+                    MutantChange::Ir(Box::new(changed))
                 };
                 let what = what(op, new);
                 let (kind, element) = (MutantKind::Operation, Some(step.element));
@@ -216,7 +216,7 @@ fn op_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
                     let mut changed = ir.clone();
                     let list = if begin { &mut changed.prologue } else { &mut changed.epilogue };
                     list.splice(at..=at, op_mutants::nth_mutant(ir, op, n)).for_each(drop);
-                    MutantChange::Ir(changed)
+                    MutantChange::Ir(Box::new(changed))
                 };
                 let what = what(op_changed, new);
                 all.push(MutantCandidate {
@@ -234,7 +234,7 @@ fn op_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
             let make = move || {
                 let mut changed = ir.clone();
                 changed.tables[number].values[at] = other;
-                MutantChange::Ir(changed)
+                MutantChange::Ir(Box::new(changed))
             };
             let what = move || format!("{}[{at}] is {other} instead of {value}", table.name);
             all.push(MutantCandidate {

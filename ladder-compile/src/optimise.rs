@@ -223,6 +223,7 @@ fn forward_op(op: IrOp, known: &mut KnownBits, temporary: &HashSet<BitId>, out: 
             out.push(op)
         }
         IrOp::Send { .. } | IrOp::ReadEeprom { .. } | IrOp::WriteEeprom { .. } | IrOp::Jump { .. } => out.push(op),
+        IrOp::Transfer { .. } | IrOp::WaitSent => out.push(op),
         // A label can be reached from several jumps, so nothing is known there.
         IrOp::Label(_) => {
             known.acc = known.new_unknown();
@@ -365,6 +366,13 @@ impl Liveness {
                 Some(op)
             }
             IrOp::SetPwm { duty: value } | IrOp::Send { value } => {
+                self.mark_operand_read(value);
+                Some(op)
+            }
+            IrOp::WaitSent => Some(op),
+            IrOp::Transfer { register, value, dst, .. } => {
+                dst.iter().for_each(|dst| _ = self.dead_words.insert(*dst));
+                self.mark_operand_read(register);
                 self.mark_operand_read(value);
                 Some(op)
             }

@@ -142,8 +142,13 @@ pub fn assign_pins(
     let ports: Vec<char> = registers::port_registers(program).iter().map(|register| register.port).collect();
     let of_register = |pin: &str| pin.chars().nth(1).is_some_and(|letter| ports.contains(&letter));
     let mut used_by: HashMap<&'static str, &str> = HashMap::new();
-    used_by.extend(target.pins.iter().filter(|pin| of_register(pin)).map(|pin| (*pin, "a register of its port")));
-    used_by.extend(peripheral_pins(program, target));
+    used_by.extend(target.pins.iter().filter(|pin| of_register(pin)).map(|pin| (*pin, OF_REGISTER)));
+    for (pin, part) in peripheral_pins(program, target) {
+        if let Some(other) = used_by.insert(pin, part).filter(|other| *other != part && *other != OF_REGISTER) {
+            let cause = format!("{pin} of {} belongs to {part} and to {other}, and the program uses both", chip.name);
+            push_diagnostic(codes::PIN_TAKEN, none, cause, "use one of the two, or a chip with more pins".to_owned());
+        }
+    }
     let port_and_bit = |pin: &SharedPin| format!("{}{}", pin.port, pin.bit);
     let mut assigned_pins: HashMap<&str, &'static str> = HashMap::new();
     let usable = |kind: SymbolKind| usable_pins(target, kind);
@@ -256,6 +261,9 @@ fn usable_pins(target: &'static CompileTarget, kind: SymbolKind) -> Vec<&'static
     }
 }
 
+/// What uses a pin of a port whose register the program names.
+const OF_REGISTER: &str = "a register of its port";
+
 /// Pins that peripherals use, with the name of the peripheral.
 fn peripheral_pins(program: &LadderProgram, target: &'static CompileTarget) -> Vec<(&'static str, &'static str)> {
     let (sends, receives) = (program.uses_part(ChipPart::Transmitter), program.uses_part(ChipPart::Receiver));
@@ -264,6 +272,10 @@ fn peripheral_pins(program: &LadderProgram, target: &'static CompileTarget) -> V
     out.extend(target.uart.filter(|_| sends).map(|(transmit, _)| (transmit, "the serial line")));
     out.extend(target.uart.filter(|_| receives).map(|(_, receive)| (receive, "the serial line")));
     out.extend(target.pwm.filter(|_| pwm).map(|pin| (pin, "the PWM output")));
+    let (i2c, spi) = (program.uses_part(ChipPart::I2c), program.uses_part(ChipPart::Spi));
+    let i2c = target.i2c.filter(|_| i2c).into_iter().flat_map(|(data, clock)| [data, clock]);
+    out.extend(i2c.map(|pin| (pin, "the I2C bus")));
+    out.extend(target.spi.filter(|_| spi).into_iter().flatten().map(|pin| (pin, "the SPI bus")));
     out
 }
 

@@ -20,6 +20,10 @@ pub struct CompileTarget {
     pub uart: Option<(&'static str, &'static str)>,
     /// Pin of the PWM output.
     pub pwm: Option<&'static str>,
+    /// Data and clock pin of the I2C bus.
+    pub i2c: Option<(&'static str, &'static str)>,
+    /// Pins of the SPI bus: select, clock, data out, data in.
+    pub spi: Option<[&'static str; 4]>,
     /// Pins with a converter channel, and the channel.
     pub adc: &'static [(&'static str, u8)],
     /// Size of the EEPROM in bytes; 0 if there is none.
@@ -61,6 +65,24 @@ pub struct CompileJob<'a> {
 }
 
 impl CompileJob<'_> {
+    /// What the I2C bus needs outside of the chip, if the program uses it.
+    #[must_use]
+    pub fn bus_needs(&self) -> Vec<PinNeed> {
+        let (Some((data, clock)), Some(_)) = (self.target.i2c, self.ir.buses.i2c) else { return Vec::new() };
+        vec![PinNeed {
+            severity: Severity::Note,
+            cause: format!("the I2C bus is at {data} (SDA) and {clock} (SCL), which only pull their lines low"),
+            hint: "each line needs a resistor to the supply, such as 4.7 kOhm; many modules have them",
+        }]
+    }
+
+    /// Pins of the buses that the program uses.
+    pub fn bus_pins(&self) -> impl Iterator<Item = &'static str> {
+        let i2c = self.target.i2c.filter(|_| self.ir.buses.i2c.is_some());
+        let spi = self.target.spi.filter(|_| self.ir.buses.spi.is_some());
+        i2c.into_iter().flat_map(|(data, clock)| [data, clock]).chain(spi.into_iter().flatten())
+    }
+
     /// Mask of the bits of a port whose pins symbols or peripherals of the program use, or that no program can use.
     #[must_use]
     pub fn used_pins(&self, letter: char) -> u8 {
@@ -77,7 +99,7 @@ impl CompileJob<'_> {
                 .map(|(_, pin)| pin)
         });
         let pins = self.pins.iter().map(|pin| pin.pin);
-        let used = pins.chain(uart).chain(target.pwm.filter(|_| ir.pwm_hz.is_some()));
+        let used = pins.chain(uart).chain(self.bus_pins()).chain(target.pwm.filter(|_| ir.pwm_hz.is_some()));
         used.fold(!usable, |all, pin| all | mask(pin))
     }
 }

@@ -1,6 +1,6 @@
 //! The operations of elements in the flat form.
 
-use ladder::{CompareOp, MathOp, SegmentDisplay, ShiftOp, UnaryOp};
+use ladder::{BusOp, CompareOp, MathOp, SegmentDisplay, ShiftOp, UnaryOp};
 
 use crate::arithmetic::{CountInput, CountMode};
 use crate::flow_steps::FlowStep;
@@ -49,11 +49,14 @@ pub(crate) enum ElementOp {
     ReadAdc  { dest: u32, input: u32 },
     SetPwm   { duty: ValueSource },
     Send     { src: u32 },
+    SendWait { src: u32, bytes: u8 },
     Receive  { dest: u32 },
     SendBytes    { src: u32, bytes: u8, transfer: u32 },
     ReceiveBytes { dest: u32, bytes: u8, transfer: u32 },
     Text     { text: u32 },
     Persist  { var: u32, cell: u32, memory: u32 },
+    Transfer { op: BusOp, send: ValueSource, device: u8, register: ValueSource, recv: Option<u32> },
+    SendText { text: u32 },
     Available,
     Ready,
     Pulser   { pulser: u32 },

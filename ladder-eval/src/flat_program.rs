@@ -34,6 +34,8 @@ pub(crate) struct FlatProgram {
     pub texts: Vec<FormattedText>,
     /// Symbols that READ_ADC uses, each once, in ascending order.
     pub adc_symbols: Vec<u32>,
+    /// Texts of the SPI_WR elements.
+    pub bus_texts: Vec<Vec<u8>>,
     /// The PULSER elements.
     pub pulsers: Vec<FlatPulser>,
     /// The NPULSE elements.
@@ -326,6 +328,7 @@ impl ScanState {
             ElementOp::SendBytes { src, bytes, transfer } => {
                 self.parts.send_bytes(code, (transfer, bytes), self.read_symbol(src), rung)
             }
+            ElementOp::SendWait { src, bytes } => self.parts.send_at_once(code, bytes, self.read_symbol(src), rung),
             ElementOp::Text { text } => self.parts.send_text(code, text as usize, &self.values, rung),
             // The edge memory is updated in every scan, whether or not the rung is true.
             ElementOp::Shift { stages, memory } => {
@@ -412,6 +415,16 @@ impl ScanState {
             }
             ElementOp::ReadAdc { dest, input } => {
                 self.store(code, dest, self.parts.adc[input as usize].into());
+                true
+            }
+            ElementOp::Transfer { op, send, device, register, recv } => {
+                let (byte, register) = (self.read_value(send) as u8, self.read_value(register) as u8);
+                let answer = self.parts.transfer(op, (device, register), byte);
+                recv.into_iter().for_each(|recv| self.store(code, recv, answer.into()));
+                true
+            }
+            ElementOp::SendText { text } => {
+                self.parts.send_bus_text(&code.bus_texts[text as usize]);
                 true
             }
             ElementOp::SetPwm { duty } => {

@@ -256,6 +256,7 @@ impl FlatBuilder<'_> {
             | Element::SetPwm { .. }
             | Element::UartRecv { .. }
             | Element::UartSend { .. }
+            | Element::BusTransfer(_)
             | Element::Persist { .. }
             | Element::FormattedString { .. } => peripheral_ops::peripheral_op(self, element)?,
         };

@@ -40,6 +40,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 pub use ladder::{ElementId, LadderProgram, LadderSymbol};
+pub use peripheral_state::BusEvent;
 pub use unsupported::UnsupportedReason;
 
 /// Executes one program scan by scan. A `clone` is a snapshot: it copies the whole state and shares the
@@ -197,10 +198,27 @@ impl Evaluator {
         self.state.parts.received_byte.is_some()
     }
 
-    /// The byte that the last scan sent; a scan sends at most one.
+    /// The last byte that the last scan sent. Only UART_SEND that waits sends several in a scan.
     #[must_use]
     pub fn sent(&self) -> Option<u8> {
-        self.state.parts.sent
+        self.state.parts.sent.last().copied()
+    }
+
+    /// All bytes that the last scan sent, in order.
+    #[must_use]
+    pub fn sent_bytes(&self) -> &[u8] {
+        &self.state.parts.sent
+    }
+
+    /// What the last scan did on the buses of the chip, in order.
+    #[must_use]
+    pub fn bus_events(&self) -> &[BusEvent] {
+        &self.state.parts.transfers_of_scan
+    }
+
+    /// Sets the byte that devices on the buses answer from the next scan on; FFh, a bus without devices, at power-up.
+    pub fn set_bus_answer(&mut self, byte: u8) {
+        self.state.parts.bus_answer = byte;
     }
 
     /// Number of scans for which the transmitter is busy.

@@ -1,17 +1,21 @@
 //! Selects the operations of the tables and of the elements that use a part of the chip, or refuses these
 //! elements.
 
+use std::collections::HashMap;
+
 use ladder::format::{self, StringPiece};
-use ladder::{Element, LadderDialect, LadderOperand, is_percent_resolution};
+use ladder::{BusOp, BusTransfer, Element, LadderDialect, LadderOperand, is_percent_resolution};
 
 use crate::UnsupportedReason;
 use crate::flat_program::{ElementOp, ValueSource};
-use crate::flatten::{FlatBuilder, require_absent_or_zero};
+use crate::flatten::FlatBuilder;
 use crate::peripheral_state::{FormattedText, PiecewiseCurve};
 
 /// Settings on which all elements of a program must agree.
 #[derive(Debug, Default)]
 pub(crate) struct DeviceSettings {
+    /// Reference selection of each analog input.
+    references: HashMap<String, u32>,
     /// Frequency in Hz and output name of the first SET_PWM.
     pwm: Option<(u32, Option<String>)>,
 }
@@ -43,7 +47,7 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
             ElementOp::Curve { dest, index, curve: push_index(&mut builder.code.curves, curve) }
         }
         Element::ReadAdc { name, refs } => {
-            require_absent_or_zero("reference selection", *refs)?;
+            check_reference(builder, name, refs.unwrap_or(0))?;
             let dest = builder.integer_index(name)?;
             let input = builder.code.adc_symbols.iter().position(|symbol| *symbol == dest);
             let input = input.and_then(|at| u32::try_from(at).ok());
@@ -63,7 +67,9 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
         }
         Element::UartSend { name, rest } => {
             let src = builder.integer_index(name)?;
-            match check_transfer(builder, src, rest.unwrap_or((1, 0)), true)? {
+            let bytes = check_transfer(builder, src, rest.unwrap_or((1, 0)), true)?;
+            match bytes {
+                _ if rest.is_some_and(|(_, wait)| wait != 0) => ElementOp::SendWait { src, bytes },
                 1 => ElementOp::Send { src },
                 bytes => ElementOp::SendBytes { src, bytes, transfer: new_transfer(builder) },
             }
@@ -84,6 +90,7 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
             }
             ElementOp::Text { text: push_index(&mut builder.code.texts, FormattedText { pieces, var }) }
         }
+        Element::BusTransfer(transfer) => bus_op(builder, transfer)?,
         Element::Persist { name } => {
             let var = builder.integer_index(name)?;
             builder.code.scans_per_eeprom_write =
@@ -101,6 +108,38 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
 fn push_index<T>(list: &mut Vec<T>, item: T) -> u32 {
     list.push(item);
     list.len() as u32 - 1
+}
+
+/// The operation of an element on a bus. The chip is the master, the highest bit goes first, SPI has mode 0 and 8 bits.
+fn bus_op(builder: &mut FlatBuilder<'_>, transfer: &BusTransfer) -> Result<ElementOp, UnsupportedReason> {
+    let BusTransfer { op, send, recv, mode, device, register, first, .. } = transfer;
+    let number = |operand: &LadderOperand| match operand {
+        LadderOperand::Const { value, .. } => u8::try_from(*value).ok(),
+        LadderOperand::Var(_) => None,
+    };
+    let device = number(device).filter(|device| if op.is_i2c() { *device < 128 } else { *device == 0 });
+    let is_known = op.is_i2c() || number(register) == Some(8);
+    let (Some(device), true) = (device, is_known && mode == "Master" && first.starts_with("MSB")) else {
+        return Err(UnsupportedReason::UnsupportedBus);
+    };
+    if *op == BusOp::I2cRead && recv.is_none() {
+        return Err(UnsupportedReason::UnsupportedBus);
+    }
+    if *op == BusOp::SpiText {
+        return Ok(ElementOp::SendText { text: push_index(&mut builder.code.bus_texts, transfer.text_bytes()) });
+    }
+    let send = send.as_ref().map_or(Ok(ValueSource::Const(0)), |send| builder.operand_source(send))?;
+    let register = builder.operand_source(register)?;
+    let recv = recv.as_ref().map(|name| builder.integer_index(name)).transpose()?;
+    Ok(ElementOp::Transfer { op: *op, send, device, register, recv })
+}
+
+/// Checks the reference of a conversion, which is one for each input. It does not change the meaning: a conversion gives 0 to
+/// 1023 of whatever the reference is.
+fn check_reference(builder: &mut FlatBuilder<'_>, name: &str, refs: u32) -> Result<(), UnsupportedReason> {
+    let most = if builder.program.dialect == LadderDialect::Ldmicro5 { 3 } else { 0 };
+    let same = *builder.devices.references.entry(name.to_owned()).or_insert(refs) == refs;
+    if refs <= most && same { Ok(()) } else { Err(UnsupportedReason::UnsupportedReference { refs }) }
 }
 
 /// Checks the points of a curve: the arithmetic has 16 bits, or 32 if an operand is wider, and each segment
@@ -169,7 +208,8 @@ fn new_transfer(builder: &mut FlatBuilder<'_>) -> u32 {
     builder.code.transfers - 1
 }
 
-/// The number of bytes that an element of the serial line transfers; fails if it waits, or has too many for its symbol.
+/// The number of bytes that an element of the serial line transfers; fails if it waits for other bytes, or has too many
+/// for its symbol.
 fn check_transfer(
     builder: &mut FlatBuilder<'_>,
     symbol: u32,
@@ -178,7 +218,7 @@ fn check_transfer(
 ) -> Result<u8, UnsupportedReason> {
     check_serial(builder)?;
     let five = builder.program.dialect == LadderDialect::Ldmicro5;
-    let waits = wait != 0 && (sends || bytes > 1 || !five);
+    let waits = wait != 0 && (bytes > 1 && !sends || !five);
     let most = if five { builder.integer_bytes(symbol) } else { 1 };
     match u8::try_from(bytes) {
         Ok(bytes) if !waits && (1..=most).contains(&bytes) => Ok(bytes),

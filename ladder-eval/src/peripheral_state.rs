@@ -2,6 +2,7 @@
 //!
 //! The curves and strings are here too, because they need more than one line of arithmetic.
 
+use ladder::BusOp;
 use ladder::format::StringPiece;
 
 use crate::arithmetic::truncate;
@@ -36,6 +37,9 @@ pub(crate) struct FormattedText {
     pub var: Option<u32>,
 }
 
+/// What a read gives if no device answers: the lines are high.
+const BUS_AT_REST: u8 = 0xFF;
+
 /// State of one FORMATTED_STRING.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct TextTransmission {
@@ -49,6 +53,32 @@ pub(crate) struct TextTransmission {
     only_zeros_so_far: bool,
 }
 
+/// What a scan did on a bus of the chip (5.14).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BusEvent {
+    /// A register of an I2C device was written.
+    I2cWrite {
+        /// Address of the device.
+        device: u8,
+        /// The register.
+        register: u8,
+        /// The byte.
+        byte: u8,
+    },
+    /// A register of an I2C device was read.
+    I2cRead {
+        /// Address of the device.
+        device: u8,
+        /// The register.
+        register: u8,
+    },
+    /// A byte was sent, and one received, on the SPI bus.
+    Spi {
+        /// The byte sent.
+        byte: u8,
+    },
+}
+
 /// State of all peripherals.
 #[derive(Debug, Clone)]
 pub(crate) struct PeripheralState {
@@ -58,10 +88,14 @@ pub(crate) struct PeripheralState {
     pub duty: Option<u8>,
     /// Number of scans until the transmitter is free.
     pub transmitter_busy_scans: u32,
-    /// Byte sent in this scan.
-    pub sent: Option<u8>,
+    /// Bytes sent in this scan.
+    pub sent: Vec<u8>,
     /// Byte that waits in the receiver.
     pub received_byte: Option<u8>,
+    /// What this scan did on the buses, in order.
+    pub transfers_of_scan: Vec<BusEvent>,
+    /// The byte that devices answer in this scan.
+    pub bus_answer: u8,
     /// EEPROM cells from address 0.
     pub eeprom: Vec<u8>,
     /// Number of scans until the current EEPROM write is complete.
@@ -79,8 +113,10 @@ impl PeripheralState {
             adc: vec![0; code.adc_symbols.len()],
             duty: None,
             transmitter_busy_scans: 0,
-            sent: None,
+            sent: Vec::new(),
             received_byte: None,
+            transfers_of_scan: Vec::new(),
+            bus_answer: BUS_AT_REST,
             eeprom: vec![0xFF; code.eeprom_cells as usize],
             eeprom_busy_scans: 0,
             transfers: vec![Vec::new(); code.transfers as usize],
@@ -94,14 +130,15 @@ impl PeripheralState {
 
     /// Advances the peripherals by one scan.
     pub(crate) fn start_scan(&mut self) {
-        self.sent = None;
+        self.sent.clear();
+        self.transfers_of_scan.clear();
         self.transmitter_busy_scans = self.transmitter_busy_scans.saturating_sub(1);
         self.eeprom_busy_scans = self.eeprom_busy_scans.saturating_sub(1);
     }
 
     /// Sends a byte, for UART_SEND or FORMATTED_STRING.
     fn transmit(&mut self, code: &FlatProgram, byte: u8) {
-        self.sent = Some(byte);
+        self.sent.push(byte);
         self.transmitter_busy_scans = code.scans_per_byte;
     }
 
@@ -129,6 +166,18 @@ impl PeripheralState {
         self.transmitter_busy_scans > 0
     }
 
+    /// Executes UART_SEND that waits: on a true rung all bytes go in this scan. A single byte has gone when the element ends,
+    /// on a false rung also that of another element. Returns whether the transmitter is busy.
+    pub(crate) fn send_at_once(&mut self, code: &FlatProgram, bytes: u8, value: i32, rung: bool) -> bool {
+        if rung {
+            value.to_le_bytes().into_iter().take(bytes.into()).for_each(|byte| self.transmit(code, byte));
+        }
+        if bytes == 1 {
+            self.transmitter_busy_scans = 0;
+        }
+        self.transmitter_busy_scans > 0
+    }
+
     /// Executes UART_RECV of several bytes on a true rung: the number that they make, once all have come.
     pub(crate) fn receive_bytes(&mut self, at: u32, bytes: u8) -> Option<i64> {
         let byte = self.take_received();
@@ -140,6 +189,21 @@ impl PeripheralState {
         let number = come.drain(..).rev().fold(0, |number, byte| number << 8 | i64::from(byte));
         let spare = 64 - 8 * u32::from(bytes);
         Some(number << spare >> spare)
+    }
+
+    /// Executes a transfer on a bus, and returns the byte that its device answers.
+    pub(crate) fn transfer(&mut self, op: BusOp, (device, register): (u8, u8), byte: u8) -> u8 {
+        self.transfers_of_scan.push(match op {
+            BusOp::I2cRead => BusEvent::I2cRead { device, register },
+            BusOp::I2cWrite => BusEvent::I2cWrite { device, register, byte },
+            BusOp::Spi | BusOp::SpiText => BusEvent::Spi { byte },
+        });
+        self.bus_answer
+    }
+
+    /// Executes SPI_WR.
+    pub(crate) fn send_bus_text(&mut self, text: &[u8]) {
+        self.transfers_of_scan.extend(text.iter().map(|&byte| BusEvent::Spi { byte }));
     }
 
     /// Takes the received byte, if one waits.

@@ -127,6 +127,12 @@ pub enum UnsupportedReason {
         /// Value of the argument.
         value: u32,
     },
+    /// The reference of READ_ADC is unknown, or differs from that of another READ_ADC of the input.
+    #[error("its reference selection is {refs}; wanted 0 to 3 in dialect ldmicro-5, one for each input")]
+    UnsupportedReference {
+        /// Value of the argument.
+        refs: u32,
+    },
     /// The symbol of READ_ADC is not an analog input.
     #[error("its name is not an analog input")]
     NotAnalogInput,
@@ -188,6 +194,9 @@ pub enum UnsupportedReason {
         /// Most bytes that the integer allows.
         most: u8,
     },
+    /// An element of a bus has an argument that is not supported.
+    #[error("a bus has a master with a constant address, the highest bit first, and on SPI mode 0 and 8 bits")]
+    UnsupportedBus,
     /// The serial line has no rate, because BAUD= is missing or 0.
     #[error("the serial line has no rate: BAUD= is missing or 0")]
     NoBaudRate,

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use emu_debug::debug::{DynMachine, ProgramFollower};
-use ladder::{ChipPart, Element, ElementId, LadderProgram, PowerEffect, SymbolKind, WriteMoment, element_text};
+use ladder::{
+    ChipPart, Element, ElementId, LadderProgram, PowerEffect, SymbolKind, SymbolUse, WriteMoment, element_text,
+};
 use ladder_eval::Evaluator;
 
 use crate::power_flow::{PowerDecider, deciders};
@@ -237,9 +239,15 @@ pub(crate) fn symbol_writes(program: &LadderProgram, start: &Evaluator) -> Vec<(
     all
 }
 
-/// Returns the symbols that only the serial line writes.
-pub(crate) fn serial_symbols(program: &LadderProgram, start: &Evaluator, writes: &[(ElementId, u32)]) -> Vec<usize> {
-    let receives = program.elements().filter(|(_, element, _)| element.facts().part == Some(ChipPart::Receiver));
+/// Returns the symbols that only elements of these parts of the chip write, such as those of a received byte.
+pub(crate) fn received_symbols(
+    program: &LadderProgram,
+    start: &Evaluator,
+    writes: &[(ElementId, u32)],
+    parts: &[ChipPart],
+) -> Vec<usize> {
+    let is_one = |part: ChipPart| parts.contains(&part);
+    let receives = program.elements().filter(|(_, element, _)| element.facts().part.is_some_and(is_one));
     let names = receives
         .flat_map(|(_, element, _)| element.facts().written().filter_map(|name| start.index(name)).collect::<Vec<_>>());
     names.filter(|symbol| writes.iter().filter(|write| write.1 as usize == *symbol).count() == 1).collect()
@@ -254,7 +262,9 @@ fn deciding_symbols(element: &Element) -> Vec<String> {
         PowerEffect::Decides => false,
         PowerEffect::NoWire | PowerEffect::Wire | PowerEffect::Acts => return Vec::new(),
     };
-    let symbols = facts.symbols.into_iter().filter(|symbol| symbol.is_read && (decides || symbol.write.is_some()));
+    // The inputs of an encoder decide too.
+    let counts = |symbol: &SymbolUse<'_>| decides || symbol.write.is_some() || symbol.kind.is_bit();
+    let symbols = facts.symbols.into_iter().filter(|symbol| symbol.is_read && counts(symbol));
     symbols.map(|symbol| symbol.name.into_owned()).collect()
 }
 

@@ -30,7 +30,7 @@ use std::sync::Arc;
 use diag::{Diagnostic, DiagnosticCode, Pos, Severity};
 use emu_core::Chip;
 use emu_debug::debug::{DynMachine, ExpressionPlace, ProgramFollower};
-use ladder::{ElementId, LadderProgram, RungNode};
+use ladder::{ChipPart, ElementId, LadderProgram, RungNode};
 use ladder_compile::{CellLocation as Kept, ElementMap, ImageMap, SpecialPin};
 use ladder_eval::Evaluator;
 
@@ -81,6 +81,8 @@ struct ProgramFacts {
     has_jumps: bool,
     /// Symbols that only the serial line writes.
     received_symbols: Vec<usize>,
+    /// Symbols that only reads of a bus write.
+    bus_symbols: Vec<usize>,
     /// Address and bit mask of the flag that signals a received byte.
     byte_flag: Option<(u16, u8)>,
     /// Program words where the follower acts: reset, start of a scan, and inputs latched.
@@ -158,7 +160,9 @@ impl LadderView {
         stops.dedup();
         let first = (0..places.len()).map(|symbol| start.get(symbol)).collect();
         let writes = explain::symbol_writes(&program, &start);
-        let received = explain::serial_symbols(&program, &start, &writes);
+        let symbols_of = |parts: &[ChipPart]| explain::received_symbols(&program, &start, &writes, parts);
+        let received = symbols_of(&[ChipPart::Receiver]);
+        let bus_symbols = symbols_of(&[ChipPart::I2c, ChipPart::Spi]);
         let byte_flag = BYTE_FLAGS.iter().find_map(|(name, bit)| Some((chip.reg(name)?, *bit)));
         let facts = ProgramFacts {
             program,
@@ -170,6 +174,7 @@ impl LadderView {
             initial_values: first,
             writes,
             received_symbols: received,
+            bus_symbols,
             byte_flag,
             follow_words: stops,
             scan_start,

@@ -136,6 +136,9 @@ impl ScanFollower {
         for symbol in eval.adc_symbols().collect::<Vec<usize>>() {
             eval.set_adc(symbol, value(symbol).clamp(0, 1023) as u16);
         }
+        for &symbol in &self.facts.bus_symbols {
+            eval.set_bus_answer(value(symbol) as u8);
+        }
         let came = |symbol: &usize| {
             self.byte_received || start.get(*symbol).is_some_and(|start| i64::from(*start) != value(*symbol))
         };

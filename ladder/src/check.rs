@@ -3,6 +3,7 @@
 use diag::{Diagnostic, Pos, Severity};
 
 use crate::bit_checks;
+use crate::bus_elements;
 use crate::codes;
 use crate::flow_checks;
 use crate::integer_widths::{self, IntegerWidths};
@@ -174,6 +175,7 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
         | Element::Shift { .. }
         | Element::BitWrite { .. }
         | Element::BitTest { .. } => bit_checks::check_bit_element(checker, at),
+        Element::BusTransfer(transfer) => bus_elements::check_bus_element(checker, at, transfer),
         Element::LookUpTable { .. }
         | Element::PiecewiseLinear { .. }
         | Element::ReadAdc { .. }

@@ -81,6 +81,10 @@ pub enum ChipPart {
     Pwm,
     /// Data EEPROM.
     Eeprom,
+    /// Two-wire bus.
+    I2c,
+    /// SPI bus.
+    Spi,
 }
 
 impl ChipPart {
@@ -92,6 +96,8 @@ impl ChipPart {
             ChipPart::Converter => "converter",
             ChipPart::Pwm => "PWM output",
             ChipPart::Eeprom => "EEPROM",
+            ChipPart::I2c => "I2C bus",
+            ChipPart::Spi => "SPI bus",
         }
     }
 }
@@ -409,6 +415,12 @@ impl Element {
                 let row = row.symbol(counter, Variable, true, Some(Powered));
                 let row = inputs.iter().chain(zero).fold(row, |row, name| row.reads(name, kind_by_letter(name)));
                 dir.iter().fold(row, |row, name| row.writes(name, kind_by_letter(name), Powered))
+            }
+            Element::BusTransfer(transfer) => {
+                let row = row(transfer.op.keyword(), Acts).uses_part(transfer.op.part()).ldmicro5();
+                let row = transfer.send.iter().fold(row, ElementFacts::operand);
+                let row = if transfer.op.is_i2c() { row.argument(&transfer.register) } else { row };
+                transfer.recv.iter().fold(row, |row, name| row.writes(name, Variable, Powered))
             }
             // PERSIST loads the variable from the EEPROM the first time that it has power.
             Element::Persist { name } => {

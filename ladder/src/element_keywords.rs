@@ -97,6 +97,10 @@ pub(crate) const ELEMENT_KEYWORDS: &[ElementKeyword] = &[
     ("NPULSE",           3, 3,   "NPULSE count hertz coil"),
     ("NPULSE_OFF",       0, 0,   "NPULSE_OFF"),
     ("QUAD_ENCOD",       8, 8,   "QUAD_ENCOD counter interrupt A B Z dir kind turn"),
+    ("SPI",              8, 8,   "SPI name send recv Master 0b00 8 MSB_FIRST rate"),
+    ("SPI_WR",           8, 8,   "SPI_WR name text - Master 0b00 8 MSB_FIRST rate"),
+    ("I2C_RD",           8, 8,   "I2C_RD name - recv Master device register MSB_FIRST rate"),
+    ("I2C_WR",           8, 8,   "I2C_WR name send - Master device register MSB_FIRST rate"),
     ("PERSIST",          1, 1,   "PERSIST name"),
     ("FORMATTED_STRING", 2, ANY_COUNT, "FORMATTED_STRING name length c0 c1 .. or FORMATTED_STRING name \"text\" (name or (none))"),
 ];
@@ -107,27 +111,20 @@ pub fn element_keywords() -> impl Iterator<Item = &'static str> {
 }
 
 const TEXT_VARIABLE: &str = "a variable holds a number here, not a text";
-const NO_BUS: &str = "no bus of the chip is driven";
-const BY_BITS: &str =
-    "shift the bits out yourself: IF_BIT_SET and COIL for the data, OSC and COIL for the clock, one bit a scan";
-const BY_SERIAL_LINE: &str = "use the serial line: UART_SEND and UART_RECV of 1 to 4 bytes, or an expander with a UART";
+const NO_TEXT_ON_BUS: &str = "a bus sends single bytes here";
 const FORMATTED: &str = "send the text with FORMATTED_STRING name \"text\", where \\5 is the place of the number";
 
 /// Elements of LDmicro 5 that are not supported: keyword, reason, and the nearest thing that works.
 #[rustfmt::skip]
 pub(crate) const UNSUPPORTED_KEYWORDS: &[(&str, &str, &str)] = &[
     ("STRING",      TEXT_VARIABLE, FORMATTED),
-    ("SPI",         NO_BUS, BY_BITS),
-    ("SPI_WR",      NO_BUS, BY_BITS),
-    ("I2C_RD",      NO_BUS, BY_SERIAL_LINE),
-    ("I2C_WR",      NO_BUS, BY_SERIAL_LINE),
     ("UART_RECVn",  "LDmicro 5 itself does not read it back", "write UART_RECV name 2 0 for two bytes, up to 4"),
     ("UART_SENDn",  "LDmicro 5 itself does not read it back", "write UART_SEND name 2 0 for two bytes, up to 4"),
     ("CPRINTF",     TEXT_VARIABLE, FORMATTED),
     ("SPRINTF",     TEXT_VARIABLE, FORMATTED),
     ("FPRINTF",     "a chip has no files", FORMATTED),
     ("PRINTF",      "a chip has no console", FORMATTED),
-    ("I2C_PRINTF",  NO_BUS, FORMATTED),
-    ("ISP_PRINTF",  NO_BUS, FORMATTED),
+    ("I2C_PRINTF",  NO_TEXT_ON_BUS, "send its characters one by one: LOOK_UP_TABLE and I2C_WR"),
+    ("ISP_PRINTF",  NO_TEXT_ON_BUS, "send the text with SPI_WR"),
     ("UART_PRINTF", "the serial line takes one character a scan", FORMATTED),
 ];

@@ -2,6 +2,7 @@
 
 use diag::{Pos, Severity, nearest};
 
+use crate::bus_elements;
 use crate::codes;
 use crate::counted_elements;
 use crate::element_keywords::{ANY_COUNT, ELEMENT_KEYWORDS, ElementKeyword, UNSUPPORTED_KEYWORDS};
@@ -194,6 +195,7 @@ fn build_element(r: &mut LdReader<'_>, line: &LdLine<'_>, row: &ElementKeyword, 
         ("UART_SEND_READY", _) => Element::UartSendReady,
         ("NPULSE_OFF", _) => Element::NpulseOff,
         ("PULSER" | "NPULSE" | "STEPPER" | "QUAD_ENCOD", args) => pulse_elements::read_pulse_element(r, keyword, args)?,
+        ("SPI" | "SPI_WR" | "I2C_RD" | "I2C_WR", args) => bus_elements::read_bus_element(r, keyword, args)?,
         ("PERSIST", [name]) => Element::Persist { name: r.read_integer_name(keyword, *name)? },
         ("FORMATTED_STRING", [var, rest @ ..]) => counted_elements::read_formatted_string(r, line, row, *var, rest)?,
         // The argument count was checked against the row, so every valid line matches an arm above.

@@ -1,5 +1,6 @@
 //! Appearance of each element in a drawing: one line of text above the wire and one in it.
 
+use crate::bus_elements;
 use crate::model::{CompareOp, CounterKind, Element, FlowOp, LadderOperand, MathOp};
 use crate::write;
 
@@ -154,6 +155,10 @@ pub(crate) fn element_symbol(element: &Element) -> ElementSymbol {
         }
         Element::QuadEncod { counter, inputs: [a, b], .. } => {
             in_brackets("[", &format!("QUAD {counter}"), &format!("{a} {b}"), "]")
+        }
+        Element::BusTransfer(transfer) => {
+            let (upper, lower) = bus_elements::bus_element_symbol(transfer);
+            in_brackets("{", &upper, &lower, "}")
         }
         Element::Persist { name } => (name.clone(), "{PERSIST}".to_owned()),
         Element::FormattedString { var, text, .. } => (var.clone().unwrap_or_default(), format!("{{\"{text}\"}}")),

@@ -16,6 +16,7 @@
 #![forbid(unsafe_code)]
 
 mod bit_checks;
+mod bus_elements;
 mod check;
 mod codes;
 mod counted_elements;
@@ -48,6 +49,7 @@ mod symbol_kinds;
 pub mod symbols;
 mod write;
 
+pub use bus_elements::{BusOp, BusTransfer, bus_hertz};
 pub use check::check;
 pub use codes::{CODES, NO_PORT_PIN, REWRITTEN};
 pub use draw::{Drawing, DrawnElement, draw, draw_rung};

@@ -129,9 +129,12 @@ fn check_io_line(reader: &mut LdReader<'_>, line: &LdLine<'_>, entry: &IoEntry, 
         return;
     }
     let hint = "the line is kept, but has no effect";
-    if is_ldmicro5 && (entry.name.starts_with(['I', 'M', 'C', 'H']) || BUS_PINS.iter().any(|p| entry.name.contains(p)))
-    {
-        let cause = format!("{} is a pin of a bus, Modbus, I2C or SPI, that is not supported here", entry.name);
+    if is_ldmicro5 && BUS_PINS.iter().any(|p| entry.name.contains(p)) {
+        let cause = format!("{} is a pin of a bus, which has its own pins of the chip here", entry.name);
+        return reader.report(Severity::Note, codes::IO_KIND, line.pos, cause, hint);
+    }
+    if is_ldmicro5 && entry.name.starts_with(['I', 'M', 'C', 'H']) {
+        let cause = format!("{} belongs to Modbus, which is not supported here", entry.name);
         reader.report(Severity::Note, codes::IO_KIND, line.pos, cause, hint);
     } else {
         let cause = format!("{} is neither an input X.., an output Y.. nor an analog A..", entry.name);

@@ -7,6 +7,7 @@
 use diag::Pos;
 use serde::Serialize;
 
+use crate::bus_elements::BusTransfer;
 use crate::element_facts::ChipPart;
 pub use crate::operations::{CounterKind, FlowOp, TimerKind};
 pub use crate::operators::{CompareOp, MathOp, ShiftOp, UnaryOp};
@@ -412,6 +413,8 @@ pub enum Element {
         /// Steps of a turn; 0 clears the counter at the zero mark.
         turn: u32,
     },
+    /// `SPI|SPI_WR|I2C_RD|I2C_WR name send recv mode device register first rate` (LDmicro 5).
+    BusTransfer(Box<BusTransfer>),
     /// `PERSIST var`.
     Persist {
         /// Variable that is kept in the EEPROM.

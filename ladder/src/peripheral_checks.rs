@@ -30,10 +30,7 @@ pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: CheckedEle
             }
             check_curve(checker, at, dest, index, points);
         }
-        Element::ReadAdc { refs: Some(1..), .. } => {
-            let hint = "write READ_ADC with the name alone: the reference here is the supply (AVCC, VDD)";
-            check_default_argument(checker, at, "the reference selection", hint);
-        }
+        Element::ReadAdc { refs: Some(refs @ 1..), name } => check_reference(checker, at, name, *refs),
         Element::SetPwm { hertz, output, .. } => {
             match hertz {
                 LadderOperand::Const { value: 1.., .. } => {}
@@ -83,6 +80,24 @@ pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: CheckedEle
         }
         // No check of a single line applies to the other elements.
         _ => {}
+    }
+}
+
+/// Checks the reference of a conversion: REFS of an AVR, the same in all READ_ADC of a name.
+fn check_reference(checker: &mut Checker<'_>, at: CheckedElement<'_>, name: &str, refs: u32) {
+    if refs > 3 || checker.program.dialect == LadderDialect::Ldmicro23 {
+        let hint = "write 0 for the supply (AVCC, VDD), or 1 (AVCC), 2 or 3 (internal) as REFS of the AVR";
+        return check_default_argument(checker, at, "this reference selection", hint);
+    }
+    let other = checker.program.elements().find_map(|(id, element, _)| match element {
+        Element::ReadAdc { name: of, refs: other } if of == name => {
+            Some((id, other.unwrap_or(0))).filter(|(_, other)| *other != refs)
+        }
+        _ => None,
+    });
+    if let Some((id, other)) = other {
+        let cause = format!("the reference of {name} is {refs}, but {id} has {other}");
+        checker.error(codes::ARGUMENT_LDMICRO5, at, cause, "let all READ_ADC of a name have the same one");
     }
 }
 
@@ -197,8 +212,8 @@ fn check_transfer(checker: &mut Checker<'_>, at: CheckedElement<'_>, name: &str,
         return checker.error(codes::ARGUMENT_LDMICRO5, at, cause, hint);
     }
     // LDmicro 5 ignores the flag for a single received byte.
-    if wait != 0 && (bytes > 1 || matches!(at.element, Element::UartSend { .. })) {
-        let cause = "the flag `wait` stops the scan until the bytes have passed, and a scan has a fixed time here";
+    if wait != 0 && bytes > 1 && matches!(at.element, Element::UartRecv { .. }) {
+        let cause = "the flag `wait` stops the scan until the bytes have come, which may be never, and a scan has a fixed time here";
         let hint = format!(
             "write 0 in its place: `{} {name} {bytes} 0` goes on from scan to scan",
             at.element.facts().keyword

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use diag::text::{TextEncoding, to_code_page};
 
+use crate::bus_elements;
 use crate::model::{
     CompareOp, CounterKind, Element, FlowOp, LadderOperand, LadderProgram, LdFormat, MathOp, ProgramSettings, RungNode,
     SegmentDisplay, ShiftOp, TimerKind, UnaryOp,
@@ -225,6 +226,7 @@ fn write_element(out: &mut String, element: &Element) -> std::fmt::Result {
         Element::Pulser { .. } | Element::Npulse { .. } | Element::Stepper { .. } | Element::QuadEncod { .. } => {
             write!(out, "{}", pulse_elements::pulse_element_text(element))
         }
+        Element::BusTransfer(transfer) => write!(out, "{}", bus_elements::bus_element_text(transfer)),
         Element::Persist { name } => write!(out, "PERSIST {name}"),
         Element::FormattedString { var, text, quoted } => {
             write!(out, "FORMATTED_STRING {}", var.as_deref().unwrap_or("(none)"))?;

@@ -122,6 +122,8 @@ fn check_special_pins(
         let (SpecialPin::Transmit { pin, .. }
         | SpecialPin::Receive { pin, .. }
         | SpecialPin::Analog { pin, .. }
+        | SpecialPin::I2c { pin, .. }
+        | SpecialPin::Spi { pin, .. }
         | SpecialPin::Pwm { pin, .. }) = special;
         if names.iter().any(|name| name.eq_ignore_ascii_case(pin)) {
             differences.push(Deviation::new(format!("one job for the pin {pin}"), "several"));

@@ -1,6 +1,7 @@
 //! The chip under check: its facts, the places of the program in it, its pins and peripherals, and the run
 //! from scan to scan.
 
+pub(crate) mod bus_devices;
 pub(crate) mod deviation;
 pub(crate) mod families;
 pub(crate) mod map_contract;

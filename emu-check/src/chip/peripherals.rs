@@ -5,18 +5,41 @@ use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
-use ladder::{ChipPart, LadderProgram};
+use ladder::{ChipPart, Element, LadderProgram};
 use ladder_compile::{ImageMap, SpecialPin};
 use ladder_eval::Evaluator;
 
+use crate::chip::bus_devices::BusPins;
 use crate::chip::map_contract::ScanPace;
 use crate::chip::pwm_meter::ExpectedPwm;
 use crate::chip::serial_line::{BitTime, byte_levels};
 
 /// Number of steps of the converter.
 const CONVERTER_STEPS: u32 = 1024;
-/// Reference voltage of the converter in millivolts.
-const REFERENCE_MILLIVOLTS: u32 = 5_000;
+/// The supply in millivolts, the usual reference of the converter.
+const SUPPLY_MILLIVOLTS: u32 = 5_000;
+
+/// Millivolts that convert to `value`: the middle of the step, or its lower end if steps are hardly wider than a millivolt.
+pub(crate) fn input_millivolts(value: u16, reference: u32) -> u32 {
+    let value = u32::from(value);
+    let middle = (2 * value + 1) * reference / (2 * CONVERTER_STEPS);
+    let is_within = middle * CONVERTER_STEPS / reference.max(1) == value;
+    if is_within { middle } else { (value * reference).div_ceil(CONVERTER_STEPS) }
+}
+
+/// Reference of the conversions of an analog input in millivolts: an internal one of the chip with REFS 2 and 3.
+pub(crate) fn reference_millivolts(program: &LadderProgram, chip: &Chip, name: &str) -> u32 {
+    let refs = program.elements().find_map(|(_, element, _)| match element {
+        Element::ReadAdc { name: of, refs } if of == name => *refs,
+        _ => None,
+    });
+    let kind = emu_avr::chips::part(chip.name).map(|part| part.adc_kind);
+    match (refs, kind) {
+        (Some(3), Some(kind)) => kind.reference_mv,
+        (Some(2), Some(kind)) => kind.low_reference_mv.unwrap_or(SUPPLY_MILLIVOLTS),
+        _ => SUPPLY_MILLIVOLTS,
+    }
+}
 
 /// What a program uses of the chip besides port pins.
 #[derive(Debug, Clone)]
@@ -27,10 +50,12 @@ pub(crate) struct CheckedPeripherals {
     pub receive: Option<PinId>,
     /// Length of a bit on the serial line.
     pub bit_time: BitTime,
-    /// The analog symbols in the evaluator's order, with their pins.
-    pub analog: Vec<(usize, PinId)>,
+    /// The analog symbols in the evaluator's order, with their pins and their reference in millivolts.
+    pub analog: Vec<(usize, PinId, u32)>,
     /// The pin of the PWM output, with its expected timing.
     pub pwm: Option<(PinId, ExpectedPwm)>,
+    /// The pins of the buses.
+    pub buses: BusPins,
     /// Number of EEPROM cells in use, from address 0.
     pub eeprom_cells: u32,
     /// Clocks per machine cycle.
@@ -84,9 +109,23 @@ impl CheckedPeripherals {
                 SpecialPin::Analog { pin, name: of } if of == name => Some(pin),
                 _ => None,
             });
-            analog.extend(at.map(|at| (symbol, at)));
+            analog.extend(at.map(|at| (symbol, at, reference_millivolts(program, chip, name))));
+        }
+        let mut buses = BusPins::default();
+        for special in &map.specials {
+            match special {
+                SpecialPin::I2c { pin, clock, .. } => buses.i2c = chip.pin(pin).zip(chip.pin(clock)),
+                SpecialPin::Spi { pin, clock, out, input, .. } => {
+                    let found = [pin, clock, out, input].map(|name| chip.pin(name));
+                    buses.spi =
+                        if let [Some(a), Some(b), Some(c), Some(d)] = found { Some([a, b, c, d]) } else { None };
+                }
+                _ => {}
+            }
         }
         let needs = [
+            (program.uses_part(ChipPart::I2c) && buses.i2c.is_none(), "the I2C bus"),
+            (program.uses_part(ChipPart::Spi) && buses.spi.is_none(), "the SPI bus"),
             (sends && transmit.is_none(), "the transmitter"),
             (receives && receive.is_none(), "the receiver"),
             (pulses && pwm.is_none(), "the PWM output"),
@@ -103,6 +142,7 @@ impl CheckedPeripherals {
             bit_time: BitTime { hz: pace.clock_hz, baud: program.settings.baud.unwrap_or(1) },
             analog,
             pwm: pwm.zip(wanted),
+            buses,
             eeprom_cells: eval.eeprom().len() as u32,
             clocks_per_cycle: pace.clocks_per_cycle,
         })
@@ -111,7 +151,10 @@ impl CheckedPeripherals {
     /// All pins of these peripherals.
     pub(crate) fn pins(&self) -> impl Iterator<Item = PinId> {
         let serial = self.transmit.into_iter().chain(self.receive);
-        serial.chain(self.pwm.map(|pwm| pwm.0)).chain(self.analog.iter().map(|analog| analog.1))
+        serial
+            .chain(self.buses.pins())
+            .chain(self.pwm.map(|pwm| pwm.0))
+            .chain(self.analog.iter().map(|analog| analog.1))
     }
 
     /// Converts clocks since power-up to a time of the chip.
@@ -124,9 +167,9 @@ impl CheckedPeripherals {
         at.cycle * self.clocks_per_cycle + u64::from(at.phase)
     }
 
-    /// Applies a voltage to an analog input that converts to `value`: the middle of that step.
-    pub(crate) fn drive_analog<C: Cpu>(&self, cpu: &mut C, pin: PinId, value: u16) {
-        let millivolts = (2 * u32::from(value) + 1) * REFERENCE_MILLIVOLTS / (2 * CONVERTER_STEPS);
+    /// Applies a voltage to an analog input, given with its reference, that converts to `value`.
+    pub(crate) fn drive_analog<C: Cpu>(&self, cpu: &mut C, (pin, reference): (PinId, u32), value: u16) {
+        let millivolts = input_millivolts(value, reference);
         cpu.drive_volts(CycleTime::at(cpu.cycle()), pin, millivolts);
     }
 

@@ -1,8 +1,9 @@
-//! A probe that observes the pins of the serial line and of the PWM output.
+//! A probe that observes the pins of the serial line, of the PWM output and of the buses.
 
 use emu_core::cpu::Probe;
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 
+use crate::chip::bus_devices::BusDevices;
 use crate::chip::peripherals::CheckedPeripherals;
 use crate::chip::pwm_meter::PwmMeter;
 use crate::chip::serial_line::SerialListener;
@@ -14,6 +15,8 @@ pub(crate) struct PinListener {
     pub serial: Option<(PinId, SerialListener)>,
     /// The pin of the PWM output with its meter.
     pub pwm: Option<(PinId, PwmMeter)>,
+    /// The devices on the buses.
+    pub buses: Option<BusDevices>,
     clocks: u64,
 }
 
@@ -22,7 +25,13 @@ impl PinListener {
     pub(crate) fn new(of: &CheckedPeripherals) -> Option<PinListener> {
         let serial = of.transmit.map(|pin| (pin, SerialListener::new(of.bit_time, 2 * of.clocks_per_cycle)));
         let pwm = of.pwm.map(|(pin, wanted)| (pin, PwmMeter::new(wanted)));
-        (serial.is_some() || pwm.is_some()).then_some(PinListener { serial, pwm, clocks: of.clocks_per_cycle })
+        let buses = BusDevices::new(of.buses);
+        (serial.is_some() || pwm.is_some() || buses.is_some()).then_some(PinListener {
+            serial,
+            pwm,
+            buses,
+            clocks: of.clocks_per_cycle,
+        })
     }
 }
 
@@ -36,6 +45,10 @@ impl Probe for PinListener {
                 (Some((line, listener)), _) if *line == pin => listener.note_edge(clock, high),
                 (_, Some((output, meter))) if *output == pin => meter.note_edge(clock, high),
                 _ => {}
+            }
+            if let Some(buses) = &mut self.buses {
+                buses.note_edge(pin, high);
+                return buses.drive.is_some();
             }
         }
         false

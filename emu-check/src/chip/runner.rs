@@ -45,7 +45,7 @@ pub(crate) struct ChipRunner<'a, C> {
     pub cpu: C,
     /// The addresses, pins and timing of its program.
     pub places: &'a ProgramPlaces,
-    /// The probe that observes the serial line and the PWM output.
+    /// The probe that observes the serial line, the PWM output and the buses.
     pub listener: Option<PinListener>,
     /// Machine cycle at which the pacing timer was started; on a self-paced machine, the start of the first
     /// scan.
@@ -72,6 +72,9 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
         }
         if let Some(pin) = places.peripherals.receive {
             cpu.drive(CycleTime::at(0), pin, PinLevel::High);
+        }
+        for pin in places.peripherals.buses.pull_ups() {
+            cpu.drive(CycleTime::at(0), pin, PinLevel::PullUp);
         }
         let mut runner = ChipRunner {
             cpu,
@@ -223,6 +226,13 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
                 Some(listener) => self.cpu.run(until, listener),
                 None => self.cpu.run(until, &mut ()),
             };
+            // A device on a bus answers an edge before the next one of the chip.
+            if let Some((pin, level)) = self.listener.as_mut().and_then(|l| l.buses.as_mut()?.drive.take()) {
+                self.cpu.drive(CycleTime::at(self.cpu.cycle()), pin, level);
+                if stop == StopReason::Probe {
+                    continue;
+                }
+            }
             let Some(power) =
                 self.places.supply_pin().filter(|_| stop == StopReason::Halted && self.cpu.cycle() < until)
             else {

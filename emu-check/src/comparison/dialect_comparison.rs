@@ -90,7 +90,7 @@ impl DialectPair<'_> {
     fn differing(&self) -> impl Iterator<Item = (&str, i32, i32)> {
         let values =
             self.symbols.iter().map(|&(name, before, after)| (name, self.before.get(before), self.after.get(after)));
-        let sent = |eval: &Evaluator| eval.sent().map_or(-1, i32::from);
+        let sent = |eval: &Evaluator| eval.sent_bytes().iter().fold(-1, |all, byte| all << 8 | i32::from(*byte));
         values
             .chain([(SERIAL_LINE, sent(&self.before), sent(&self.after))])
             .filter(|(_, before, after)| before != after)

@@ -29,6 +29,9 @@ pub(crate) fn find_faulty_element<C: CheckedChip, F: Fn(u64) -> C>(
     match mismatch.kind {
         DifferenceKind::Serial => return (only_element_with(ChipPart::Transmitter), None),
         DifferenceKind::Pwm => return (only_element_with(ChipPart::Pwm), None),
+        DifferenceKind::Bus => {
+            return (only_element_with(ChipPart::I2c).or_else(|| only_element_with(ChipPart::Spi)), None);
+        }
         DifferenceKind::Eeprom => return (only_element_with(ChipPart::Eeprom), None),
         _ => {}
     }

@@ -10,7 +10,7 @@ use crate::chip::families::CheckedChip;
 use crate::chip::pin_behaviour;
 use crate::chip::program_places::{ProgramPlaces, ScanPoint};
 use crate::chip::runner::{ChipRunner, LostSync, StackChange};
-use crate::comparison::peripheral_lines::PeripheralLines;
+use crate::comparison::peripheral_lines::{PeripheralLines, compare_buses};
 use crate::coverage::goals::EvaluatedScan;
 use crate::report::check_report::DifferenceKind;
 use crate::stimulus::generator::ScanStimulus;
@@ -182,6 +182,7 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
             let all = self.hints.bits.iter().chain(&self.hints.integers).copied().filter(|symbol| !is_late(symbol));
             compared += self.compare_symbols(DifferenceKind::Reset, all)? + self.compare_wiring(true)?;
         }
+        self.lines.choose_answer(&mut self.runner, &mut self.eval);
         step.apply(self.hints, &mut self.eval);
         for &(symbol, value) in &step.writes {
             self.places.write_symbol(&mut self.runner.cpu, symbol, value);
@@ -205,7 +206,7 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
         compared += self.compare_symbols(DifferenceKind::Symbol, 0..self.eval.symbols().len())?
             + self.compare_pins()?
             + self.compare_wiring(is_first_scan)?;
-        compared += self.lines.compare_sent(&mut self.runner)?;
+        compared += self.lines.compare_sent(&mut self.runner)? + compare_buses(&mut self.runner, &self.eval)?;
         let end = self.runner.cpu.cycle();
         let cycles = end - start + *self.tail_cycles.get_or_insert_with(|| self.runner.tail_cycles());
         if cycles > self.worst_scan_cycles {

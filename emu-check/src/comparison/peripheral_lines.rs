@@ -4,8 +4,9 @@
 use std::collections::VecDeque;
 
 use emu_core::pins::{CycleTime, PinLevel};
-use ladder_eval::Evaluator;
+use ladder_eval::{BusEvent, Evaluator};
 
+use crate::chip::bus_devices::event_text;
 use crate::chip::families::CheckedChip;
 use crate::chip::program_places::ProgramPlaces;
 use crate::chip::runner::ChipRunner;
@@ -63,8 +64,8 @@ impl PeripheralLines {
         step: &ScanStimulus,
     ) {
         let peripherals = &runner.places.peripherals;
-        for (&(_, pin), &value) in peripherals.analog.iter().zip(&step.analog) {
-            peripherals.drive_analog(&mut runner.cpu, pin, value);
+        for (&(_, pin, reference), &value) in peripherals.analog.iter().zip(&step.analog) {
+            peripherals.drive_analog(&mut runner.cpu, (pin, reference), value);
         }
         let Some(byte) = step.byte.filter(|_| self.can_begin_byte(eval)) else { return };
         if peripherals.receive.is_none() {
@@ -95,11 +96,19 @@ impl PeripheralLines {
         Ok(compare_pwm(runner)? + compare_eeprom(runner, eval)?)
     }
 
+    /// At the start of a scan: chooses the byte that devices on the buses answer in it.
+    pub(crate) fn choose_answer<C: CheckedChip>(&self, runner: &mut ChipRunner<'_, C>, eval: &mut Evaluator) {
+        if let Some(devices) = runner.listener.as_mut().and_then(|listener| listener.buses.as_mut()) {
+            devices.answer = (eval.scans() as u8).wrapping_mul(0x9D) ^ 0x5A;
+            eval.set_bus_answer(devices.answer);
+        }
+    }
+
     /// At the start of a scan on the chip, after the evaluator has executed it: records what the evaluator
     /// sent and set.
     pub(crate) fn note_evaluated_scan<C: CheckedChip>(&mut self, runner: &mut ChipRunner<'_, C>, eval: &Evaluator) {
         let now = runner.clock();
-        if let Some(byte) = eval.sent() {
+        for &byte in eval.sent_bytes() {
             self.awaited.push_back(AwaitedByte { byte, earliest: now, latest: u64::MAX, scan: runner.scans_started() });
         }
         let longest_scan_clocks = self.longest_scan_clocks;
@@ -117,7 +126,7 @@ impl PeripheralLines {
         let Some((pin, listener)) = runner.listener.as_mut().and_then(|listener| listener.serial.as_mut()) else {
             return Ok(0);
         };
-        if let Some(last) = self.awaited.back_mut().filter(|last| last.latest == u64::MAX) {
+        for last in self.awaited.iter_mut().rev().take_while(|last| last.latest == u64::MAX) {
             last.latest = now;
         }
         listener.advance_to(now);
@@ -157,6 +166,25 @@ impl PeripheralLines {
         }
         Ok(compared)
     }
+}
+
+/// At the end of a scan: compares the transfers on the buses. Returns the number of values compared.
+pub(crate) fn compare_buses<C: CheckedChip>(runner: &mut ChipRunner<'_, C>, eval: &Evaluator) -> Result<u64, Mismatch> {
+    let cycle = runner.cpu.cycle();
+    let Some(devices) = runner.listener.as_mut().and_then(|listener| listener.buses.as_mut()) else { return Ok(0) };
+    let difference =
+        |expected: String, found: String| Err(Mismatch::of_text(DifferenceKind::Bus, cycle, expected, found));
+    let (wanted, found) = (eval.bus_events(), std::mem::take(&mut devices.events));
+    let text = |event: Option<&BusEvent>| event.map_or_else(|| "no transfer".to_owned(), event_text);
+    if let Some(fault) = devices.fault.take() {
+        return difference(text(wanted.get(found.len())), fault);
+    }
+    for n in 0..wanted.len().max(found.len()) {
+        if wanted.get(n) != found.get(n) {
+            return difference(text(wanted.get(n)), text(found.get(n)));
+        }
+    }
+    Ok(wanted.len() as u64 + 1)
 }
 
 fn byte_name(byte: u8) -> String {

@@ -271,6 +271,10 @@ impl<'a> AnalysisPass<'a> {
                 same
             }
             Element::SetPwm { .. } | Element::Comment(_) => same,
+            Element::BusTransfer(transfer) => {
+                transfer.recv.iter().for_each(|name| _ = self.integers.remove(name));
+                same
+            }
             Element::UartRecvAvail | Element::UartSendReady => when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE),
             Element::Pulser { coil, .. } | Element::Npulse { coil, .. } => {
                 self.bits.insert(coil.clone(), BOTH);
@@ -290,6 +294,7 @@ impl<'a> AnalysisPass<'a> {
                 self.integers.remove(name);
                 when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE)
             }
+            Element::UartSend { rest: Some((1, 1)), .. } => when(FALSE_FALSE, TRUE_FALSE),
             // A transmitter may be busy on any rung, so every outcome is taken as possible.
             Element::UartSend { .. } | Element::FormattedString { .. } | Element::Placeholder => {
                 when(FALSE_FALSE | FALSE_TRUE, TRUE_FALSE | TRUE_TRUE)

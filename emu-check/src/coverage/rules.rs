@@ -123,6 +123,7 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
             }));
             (CoverageClass::Tables, index_outcomes(eval, symbol, dest, index, &parts))
         }
+        Element::BusTransfer(_) => (CoverageClass::Peripherals, acts()),
         Element::ReadAdc { .. } | Element::SetPwm { .. } => (CoverageClass::Peripherals, acts()),
         Element::Persist { .. } => (CoverageClass::Peripherals, vec![("writes", IN, WroteEeprom), ("rests", NOT_IN, Always)]),
         Element::UartRecv { .. } => (CoverageClass::Serial, vec![("receives", TRUE_TRUE, Always), ("finds no byte", TRUE_FALSE, Always)]),
@@ -132,6 +133,10 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
         Element::QuadEncod { counter, .. } => {
             let c = symbol(counter);
             (CoverageClass::Counters, vec![("steps", IN, Changed(c)), ("rests on a true rung", TRUE_FALSE, Always)])
+        }
+        // A single byte that was waited for has gone.
+        Element::UartSend { rest: Some((1, 1..)), .. } => {
+            (CoverageClass::Serial, vec![("sends", TRUE_FALSE, SentByte), ("rests", FALSE_FALSE, Always)])
         }
         Element::UartSend { .. } => {
             let mut goals = vec![("sends", TRUE_TRUE, SentByte), ("rests", FALSE_FALSE, Always)];

@@ -8,8 +8,9 @@ use ladder_compile::{ImageMap, SpecialPin};
 use ladder_eval::Evaluator;
 
 use crate::CheckOptions;
+use crate::chip::bus_devices::BusPins;
 use crate::chip::map_contract::{ScanPace, pwm_frequency, requested_pin};
-use crate::chip::peripherals::{CheckedPeripherals, SerialUse, serial_use};
+use crate::chip::peripherals::{CheckedPeripherals, SerialUse, reference_millivolts, serial_use};
 use crate::chip::program_places::ProgramPlaces;
 use crate::chip::serial_line::BitTime;
 
@@ -96,7 +97,8 @@ impl ForeignBoard {
                 SymbolKind::Input => inputs.extend(pin(&symbol.name)),
                 SymbolKind::Output => outputs.extend(pin(&symbol.name).map(|pin| (index, pin))),
                 SymbolKind::Adc if read_analog.contains(&index) => {
-                    analog.extend(pin(&symbol.name).map(|pin| (index, pin)))
+                    let reference = reference_millivolts(program, chip, &symbol.name);
+                    analog.extend(pin(&symbol.name).map(|pin| (index, pin, reference)));
                 }
                 _ => {}
             }
@@ -133,6 +135,9 @@ impl ForeignBoard {
         if !compares_bytes {
             left_out.push("values of bytes: they depend on the moment at which others were sent".to_owned());
         }
+        if program.uses_part(ChipPart::I2c) || program.uses_part(ChipPart::Spi) {
+            left_out.push("transfers on buses: no device is at their pins, and reads give FFh".to_owned());
+        }
         let mut addr = 0;
         let mut eeprom_variables = Vec::new();
         for (_, element, _) in program.elements() {
@@ -156,6 +161,7 @@ impl ForeignBoard {
             bit_time: BitTime { hz: pace.clock_hz, baud },
             analog,
             pwm: None,
+            buses: BusPins::default(),
             eeprom_cells: addr,
             clocks_per_cycle: pace.clocks_per_cycle,
         };

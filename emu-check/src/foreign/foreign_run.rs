@@ -119,7 +119,7 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         }
         step.apply(self.hints, &mut self.eval);
         let evaluated = EvaluatedScan::run(&mut self.eval);
-        if let Some(byte) = self.eval.sent() {
+        for &byte in self.eval.sent_bytes() {
             self.sent = true;
             self.awaited.push_back((self.starts.scans, byte));
         }
@@ -141,8 +141,8 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         for (&pin, &level) in self.board.inputs.iter().zip(&step.inputs) {
             self.cpu.drive(now, pin, PinLevel::from_bit(level));
         }
-        for (&(_, pin), &value) in peripherals.analog.iter().zip(&step.analog) {
-            peripherals.drive_analog(&mut self.cpu, pin, value);
+        for (&(_, pin, reference), &value) in peripherals.analog.iter().zip(&step.analog) {
+            peripherals.drive_analog(&mut self.cpu, (pin, reference), value);
         }
         let Some(byte) = step.byte.filter(|_| self.incoming.is_none() && !self.eval.has_received_byte()) else {
             return;
@@ -362,8 +362,8 @@ pub(crate) fn wire_board<C: CheckedChip>(cpu: &mut C, board: &ForeignBoard) {
     for &(_, pin) in board.outputs.iter().filter(|output| is_open_drain(output.1)) {
         cpu.drive(now, pin, PinLevel::PullUp);
     }
-    for &(_, pin) in &board.peripherals.analog {
-        board.peripherals.drive_analog(cpu, pin, 0);
+    for &(_, pin, reference) in &board.peripherals.analog {
+        board.peripherals.drive_analog(cpu, (pin, reference), 0);
     }
     if let Some(pin) = board.peripherals.receive {
         cpu.drive(now, pin, PinLevel::High);

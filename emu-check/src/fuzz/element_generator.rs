@@ -2,7 +2,10 @@
 //! that are also operands.
 
 use ladder::format::{StringPiece, split_format_string};
-use ladder::{CompareOp, CounterKind, Element, LadderOperand, MathOp, SegmentDisplay, ShiftOp, TimerKind, UnaryOp};
+use ladder::{
+    BusOp, BusTransfer, CompareOp, CounterKind, Element, LadderOperand, MathOp, SegmentDisplay, ShiftOp, TimerKind,
+    UnaryOp,
+};
 
 use super::generator::ProgramGenerator;
 use super::program_style::ElementSort;
@@ -58,7 +61,8 @@ pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> 
         }
         ElementSort::Send => {
             let name = random_integer(draw);
-            Element::UartSend { name, rest: random_transfer(draw) }
+            let rest = random_transfer(draw).map(|(bytes, _)| (bytes, u32::from(draws_wait(draw))));
+            Element::UartSend { name, rest }
         }
         ElementSort::Receive => {
             let name = random_integer(draw);
@@ -82,19 +86,34 @@ pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> 
         ElementSort::Shift => Element::ShiftRegister { name: "s".to_owned(), stages: 1 + draw.rng.below(5) as u32 },
         ElementSort::Table => random_table(draw),
         ElementSort::Curve => random_curve(draw),
-        ElementSort::Adc => Element::ReadAdc { name: draw.pick(&draw.style.analog.clone()), refs: None },
+        ElementSort::Adc => {
+            let name = draw.pick(&draw.style.analog.clone());
+            // One reference for each input; all chips have the supply.
+            let refs = draw.is_ldmicro5().then(|| u32::from(name == "Ab"));
+            Element::ReadAdc { name, refs }
+        }
         ElementSort::Pwm => {
             let hertz = constant_operand(draw.style.hertz as i64);
             let duty =
                 if draw.rng.one_in(3) { constant_operand(draw.rng.below(101) as i64) } else { random_operand(draw) };
             Element::SetPwm { duty, hertz, output: None }
         }
+        ElementSort::Bus => random_bus_element(draw),
         ElementSort::Persist => Element::Persist { name: random_integer(draw) },
         ElementSort::Master => Element::MasterRelay,
     }
 }
 
-/// How many bytes UART_SEND or UART_RECV transfers, without waiting; the generator makes them fit the
+/// Whether UART_SEND waits: a few, where a scan has the time for some bytes.
+fn draws_wait(draw: &mut ProgramGenerator) -> bool {
+    let rate = draw.style.baud.unwrap_or(0).saturating_mul(draw.style.cycle_us);
+    // Twice four bytes of ten bits.
+    let waits = rate >= 95_000_000 && draw.transfers < 2 && draw.rng.one_in(2);
+    draw.transfers += u32::from(waits);
+    waits
+}
+
+/// How many bytes UART_SEND or UART_RECV transfers; the generator makes them fit the
 /// integer.
 fn random_transfer(draw: &mut ProgramGenerator) -> Option<(u32, u32)> {
     (draw.is_ldmicro5() && draw.rng.one_in(2)).then(|| (1 + draw.rng.below(4) as u32, 0))
@@ -143,6 +162,37 @@ fn random_bit_element(draw: &mut ProgramGenerator) -> Element {
             Element::Bus { dest, src, targets }
         }
     }
+}
+
+/// Elements on a bus that a program may have.
+const MAX_TRANSFERS: u32 = 6;
+
+/// SPI, SPI_WR, I2C_RD and I2C_WR; a transfer takes some time, so the bus is not slow.
+fn random_bus_element(draw: &mut ProgramGenerator) -> Element {
+    if draw.transfers >= MAX_TRANSFERS {
+        return Element::Move { dest: random_integer(draw), src: random_operand(draw) };
+    }
+    draw.transfers += 1;
+    let all = if draw.style.uses_i2c { [BusOp::I2cRead, BusOp::I2cWrite] } else { [BusOp::Spi, BusOp::SpiText] };
+    let op = draw.pick(&all);
+    let sends = matches!(op, BusOp::Spi | BusOp::I2cWrite);
+    let receives = op == BusOp::I2cRead || op == BusOp::Spi && draw.rng.one_in(2);
+    let register = match draw.rng.below(3) {
+        0 => LadderOperand::Var(random_integer(draw)),
+        _ => constant_operand(draw.rng.below(256) as i64),
+    };
+    Element::BusTransfer(Box::new(BusTransfer {
+        op,
+        name: "bus".to_owned(),
+        send: sends.then(|| random_operand(draw)),
+        text: if op == BusOp::SpiText { draw.pick(&["a", "Hi!", "~0"]).to_owned() } else { String::new() },
+        recv: receives.then(|| random_integer(draw)),
+        mode: "Master".to_owned(),
+        device: constant_operand(if op.is_i2c() { draw.rng.below(128) as i64 } else { 0 }),
+        register: if op.is_i2c() { register } else { constant_operand(8) },
+        first: "MSB_FIRST".to_owned(),
+        hertz: draw.pick(&[0, 100_000, 400_000]),
+    }))
 }
 
 /// PULSER, NPULSE, STEPPER and QUAD_ENCOD: mostly short ones.

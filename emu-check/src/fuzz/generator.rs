@@ -18,8 +18,14 @@ pub fn generate_program(seed: u64, number: u64) -> (LadderProgram, ProgramProfil
     let style = ProgramStyle::draw(&mut rng);
     let profile = style.profile;
     let elements_left = style.elements;
-    let mut generator =
-        ProgramGenerator { rng, style, modules: Vec::new(), constants: Vec::new(), remaining_elements: elements_left };
+    let mut generator = ProgramGenerator {
+        rng,
+        style,
+        modules: Vec::new(),
+        constants: Vec::new(),
+        transfers: 0,
+        remaining_elements: elements_left,
+    };
     let mut rungs: Vec<Rung> = (0..generator.style.rungs).map(|_| generator.rung()).collect();
     generator.add_missing_modules(&mut rungs);
     // Drawn from numbers of its own, so that the program is otherwise the same with and without jumps.
@@ -62,6 +68,8 @@ pub(super) struct ProgramGenerator {
     pub modules: Vec<String>,
     /// Constants generated so far; their neighbours are worth trying.
     pub constants: Vec<i64>,
+    /// Number of elements on a bus so far; each takes some of the scan.
+    pub transfers: u32,
     /// Number of elements until no more groups are started, which limits the size of the program.
     remaining_elements: u64,
 }

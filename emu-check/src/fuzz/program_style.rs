@@ -20,6 +20,8 @@ pub enum ProgramProfile {
     Serial,
     /// In addition, the A/D converter, the PWM output and the EEPROM.
     Whole,
+    /// In addition, one of the buses, but no PWM output, which has a pin of the SPI bus on some chips.
+    Buses,
 }
 
 impl ProgramProfile {
@@ -32,6 +34,9 @@ impl ProgramProfile {
             ProgramProfile::Bits => true,
             ProgramProfile::Words => words,
             ProgramProfile::Serial => serial,
+            ProgramProfile::Buses => {
+                ProgramProfile::Whole.is_supported_by(target) && target.i2c.is_some() && target.spi.is_some()
+            }
             ProgramProfile::Whole => serial && target.pwm.is_some() && target.adc.len() >= 2 && target.eeprom >= 64,
         }
     }
@@ -71,6 +76,8 @@ pub(super) enum ElementSort {
     Adc,
     Pwm,
     Persist,
+    /// SPI, SPI_WR, I2C_RD and I2C_WR.
+    Bus,
     Master,
 }
 
@@ -102,6 +109,7 @@ const SORTS: &[(ElementSort, ProgramProfile, u64, bool)] = &[
     (ElementSort::Adc,     ProgramProfile::Whole,   4, true),
     (ElementSort::Pwm,     ProgramProfile::Whole,   4, true),
     (ElementSort::Persist, ProgramProfile::Whole,   3, true),
+    (ElementSort::Bus,     ProgramProfile::Buses,   5, true),
 ];
 
 /// (Clock in Hz, cycle in microseconds, baud rate): combinations that all families support.
@@ -134,6 +142,8 @@ pub(super) struct ProgramStyle {
     pub cycle_us: u64,
     /// Bits per second of the serial line; `None` in programs without one.
     pub baud: Option<u64>,
+    /// True if its bus is I2C, false for SPI: some chips have one at a time.
+    pub uses_i2c: bool,
     /// Frequency of the PWM output in Hz.
     pub hertz: u64,
     /// Number of rungs.
@@ -171,13 +181,23 @@ impl ProgramStyle {
             0..4 => ProgramProfile::Bits,
             4..7 => ProgramProfile::Words,
             7..9 => ProgramProfile::Serial,
+            11 => ProgramProfile::Buses,
             _ => ProgramProfile::Whole,
         };
-        let dialect = if rng.one_in(3) { LadderDialect::Ldmicro5 } else { LadderDialect::Ldmicro23 };
+        // The buses are elements of LDmicro 5.
+        let dialect = if rng.one_in(3) || profile == ProgramProfile::Buses {
+            LadderDialect::Ldmicro5
+        } else {
+            LadderDialect::Ldmicro23
+        };
         let (clock_hz, mut cycle_us, rate) = CLOCKS_AND_CYCLES[rng.below(CLOCKS_AND_CYCLES.len() as u64) as usize];
         let (mut clock_hz, baud) = (clock_hz, (profile >= ProgramProfile::Serial).then_some(rate));
         if baud.is_none() && rng.one_in(2) {
             (clock_hz, cycle_us) = PLAIN_CLOCKS_AND_CYCLES[rng.below(PLAIN_CLOCKS_AND_CYCLES.len() as u64) as usize];
+        }
+        // Several transfers on a bus take some milliseconds.
+        if profile == ProgramProfile::Buses {
+            cycle_us = cycle_us.max(10_000);
         }
         // A few programs are larger than a page of code memory; they get a longer cycle.
         let large = profile != ProgramProfile::Bits && rng.one_in(40);
@@ -190,6 +210,7 @@ impl ProgramStyle {
             clock_hz,
             cycle_us,
             baud: baud.map(|rate| if large { 9_600 } else { rate }),
+            uses_i2c: profile == ProgramProfile::Buses && rng.one_in(2),
             hertz: random_hertz(clock_hz, rng),
             rungs: if large { 40 + rng.below(30) } else { 1 + rng.below(8) },
             elements: if large { 400 } else { 10 + rng.below(80) },
@@ -221,7 +242,7 @@ impl ProgramStyle {
             // Stages of the shift register `s`.
             style.integers.extend(["s0", "s1", "s2"].map(str::to_owned));
         }
-        if profile == ProgramProfile::Whole {
+        if profile >= ProgramProfile::Whole {
             style.integers.extend(style.analog.iter().cloned());
         }
         style
@@ -236,9 +257,13 @@ impl ProgramStyle {
     fn set_weights(&mut self, rng: &mut Rng) {
         let five = self.dialect == LadderDialect::Ldmicro5;
         let has_meaning = |sort| {
-            five || !matches!(sort, ElementSort::BitTest | ElementSort::Bits | ElementSort::Line | ElementSort::Pulse)
+            let newer =
+                [ElementSort::BitTest, ElementSort::Bits, ElementSort::Line, ElementSort::Pulse, ElementSort::Bus];
+            five || !newer.contains(&sort)
         };
-        for &(sort, least, weight, last) in SORTS.iter().filter(|row| row.1 <= self.profile && has_meaning(row.0)) {
+        let has_part = |sort| sort != ElementSort::Pwm || self.profile != ProgramProfile::Buses;
+        let rows = SORTS.iter().filter(|row| row.1 <= self.profile && has_meaning(row.0) && has_part(row.0));
+        for &(sort, least, weight, last) in rows {
             // The sorts that a profile adds to the next smaller one get a higher weight.
             let own_factor = if least == self.profile && least > ProgramProfile::Words { 3 } else { 1 };
             let raised = weight * own_factor * if rng.one_in(4) { 5 } else { 1 };

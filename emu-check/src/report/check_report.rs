@@ -100,6 +100,8 @@ pub enum DifferenceKind {
     Pwm,
     /// A cell of the EEPROM.
     Eeprom,
+    /// A transfer on a bus.
+    Bus,
     /// The chip, timing or pins in the compiler's map.
     Map,
 }
@@ -120,6 +122,7 @@ impl DifferenceKind {
             DifferenceKind::Serial => codes::DIFFERS_SERIAL,
             DifferenceKind::Pwm => codes::DIFFERS_PWM,
             DifferenceKind::Eeprom => codes::DIFFERS_EEPROM,
+            DifferenceKind::Bus => codes::DIFFERS_BUS,
         }
     }
 }
@@ -216,6 +219,7 @@ impl CheckDifference {
             (DifferenceKind::Serial, None) => "the serial line".to_owned(),
             (DifferenceKind::Pwm, None) => "the PWM output".to_owned(),
             (DifferenceKind::Eeprom, None) => "the EEPROM".to_owned(),
+            (DifferenceKind::Bus, None) => "a bus".to_owned(),
             (DifferenceKind::Stack, None) => "the stack pointer".to_owned(),
             (_, None) => "the course of the program".to_owned(),
         };

@@ -194,7 +194,7 @@ impl MachineVisitor for PlayVisitor<'_> {
                 }
                 let step = io.next_stimulus(pair.lines.can_begin_byte(&pair.eval));
                 compared += pair.scan(&step)?.compared;
-                io.end_scan(&resolver, None);
+                io.end_scan(&resolver, &[]);
                 while let Some((scan, byte)) = pair.lines.received_bytes.pop_front() {
                     io.note_sent_byte(&resolver, scans_before + scan, byte);
                 }

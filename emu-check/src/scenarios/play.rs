@@ -223,9 +223,9 @@ impl ScenarioIo {
     }
 
     /// Records the end of a scan, with the byte that the program sent in it.
-    pub(crate) fn end_scan(&mut self, resolver: &LadderResolver, sent: Option<u8>) {
+    pub(crate) fn end_scan(&mut self, resolver: &LadderResolver, sent: &[u8]) {
         self.scan += 1;
-        self.bytes_on_line.extend(sent.map(|byte| (self.scan + resolver.scans_to_be_received, byte)));
+        self.bytes_on_line.extend(sent.iter().map(|byte| (self.scan + resolver.scans_to_be_received, *byte)));
         self.deliver_sent_bytes();
     }
 
@@ -435,7 +435,7 @@ impl EvaluatorPlay {
         }
         step.apply(&self.resolver.hints, &mut self.eval);
         self.eval.scan();
-        self.io.end_scan(&self.resolver, self.eval.sent());
+        self.io.end_scan(&self.resolver, self.eval.sent_bytes());
         self.last_stimulus = step;
         true
     }

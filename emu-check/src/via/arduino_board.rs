@@ -1,12 +1,14 @@
 //! Runs emitted Arduino sketches on the emulated ATmega328P: inputs are driven at the pins, outputs are read
 //! from the pins, and all other state is found by the names of the sketch's objects.
 
+use crate::chip::peripherals::{input_millivolts, reference_millivolts};
 use diag::Diagnostic;
 use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
 use emu_core::cpu::{Cpu, Probe, RamInit, StopReason};
 use emu_core::image::{ElfMachine, Image};
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
+use ladder::ChipPart;
 use ladder_compile::emit::EmittedSource;
 use ladder_compile::emit::arduino::{self, ArduinoSketch};
 
@@ -160,7 +162,7 @@ pub(super) fn run_sketch(
             Err(found) => return Ok(Err(SourceMismatch { scan: first + found.scan, ..found })),
         }
         // The last bytes may still be in transmission.
-        let sent: Vec<u8> = run.iter().filter_map(|scan_stimulus| scan_stimulus.sent).collect();
+        let sent: Vec<u8> = run.iter().flat_map(|scan_stimulus| scan_stimulus.sent.iter().copied()).collect();
         let limit = board.cpu.cycle() + 3 * board.period + CLOCK_HZ * 30 / program.settings.baud.unwrap_or(9600).max(1);
         while board.cpu.cycle() < limit && board.cpu.run(limit, &mut board.watch) == StopReason::Probe {}
         if !board.watch.sent.starts_with(&sent) {
@@ -212,6 +214,7 @@ impl<'a> RunningSketch<'a> {
         sketch_run.idle_receiver(true);
         // `due` is written twice: cleared together with all of RAM, and set from the time that `setup` reads
         // last. Then the first wait begins.
+        sketch_run.pull_up_buses(program);
         let reached = sketch_run.run_to_due().and_then(|_| sketch_run.run_to_wait());
         let reached = reached.and_then(|()| sketch_run.run_to_due()).and_then(|_| sketch_run.run_to_wait());
         reached.map_err(|stop| {
@@ -227,6 +230,16 @@ impl<'a> RunningSketch<'a> {
             && !self.sketch.pins.iter().any(|pin| pin.pin == "PD0")
         {
             self.cpu.drive(now, pin, PinLevel::from_bit(level));
+        }
+    }
+
+    /// Puts resistors at the lines of the buses that the program uses; no device is there.
+    fn pull_up_buses(&mut self, program: &ladder::LadderProgram) {
+        let uses = |part| program.uses_part(part);
+        let lines = [(uses(ChipPart::I2c), "PC4"), (uses(ChipPart::I2c), "PC5"), (uses(ChipPart::Spi), "PB4")];
+        for (_, name) in lines.into_iter().filter(|line| line.0) {
+            let pin = self.cpu.chip().pin(name);
+            pin.into_iter().for_each(|pin| self.cpu.drive(CycleTime::at(0), pin, PinLevel::PullUp));
         }
     }
 
@@ -266,8 +279,8 @@ impl<'a> RunningSketch<'a> {
             self.pin(name).into_iter().for_each(|pin| self.cpu.drive(now, pin, PinLevel::from_bit(*on)));
         }
         for (name, value) in &scan_stimulus.analog {
-            // The middle of the conversion step, with a reference of 5 V.
-            let millivolts = (u32::from(*value) * 2 + 1) * 5000 / 2048;
+            let reference = reference_millivolts(program, self.cpu.chip(), name);
+            let millivolts = input_millivolts(*value, reference);
             self.pin(name).into_iter().for_each(|pin| _ = self.cpu.drive_volts(now, pin, millivolts));
         }
         if let (Some(byte), Some(pin), Some(baud)) =
@@ -327,6 +340,7 @@ impl<'a> RunningSketch<'a> {
         };
         let level = |name: &String| self.pin(name).is_some_and(|pin| self.cpu.pin_level(pin) == PinLevel::High);
         ScanRecord {
+            buses: 0,
             cells: source.cells.iter().zip(&self.places).map(cell).collect(),
             outputs: source.outputs.iter().map(level).collect(),
             sent: (0, 0),

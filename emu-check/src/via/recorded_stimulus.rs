@@ -4,7 +4,7 @@
 use emu_core::rng::Rng;
 use ladder::LadderProgram;
 use ladder_compile::emit::EmittedSource;
-use ladder_eval::Evaluator;
+use ladder_eval::{BusEvent, Evaluator};
 
 use super::script::{ScanRecord, ServeScript, SlotNumbering};
 use crate::LadderCoverage;
@@ -30,8 +30,10 @@ pub(super) struct RecordedScan {
     pub writes: Vec<(String, i32)>,
     /// Value of every symbol after the scan, in the evaluator's order.
     pub values: Vec<i32>,
-    /// The byte sent in this scan.
-    pub sent: Option<u8>,
+    /// The bytes sent in this scan.
+    pub sent: Vec<u8>,
+    /// The transfers on buses as the number that `serve.c` makes of them.
+    pub buses: u16,
     /// Duty cycle of the PWM output in percent.
     pub duty: Option<u8>,
     /// Contents of the EEPROM after the scan.
@@ -83,11 +85,23 @@ pub(super) fn record_stimulus(
         scan.writes = step.writes.iter().map(|&(symbol, value)| (name(symbol), value)).collect();
         goals.mark_reached(&EvaluatedScan::run(&mut eval));
         scan.values = (0..names.len()).map(|symbol| eval.get(symbol)).collect();
-        (scan.sent, scan.duty) = (eval.sent(), eval.pwm_percent());
+        scan.sent = eval.sent_bytes().to_vec();
+        scan.duty = eval.pwm_percent();
+        scan.buses = bus_number(eval.bus_events());
         (scan.cells, scan.eeprom_idle) = (eval.eeprom().to_vec(), eval.eeprom_busy_scans() == 0);
         recorded.push(scan);
     }
     RecordedStimulus { scans: recorded, coverage: goals.coverage(program), names }
+}
+
+/// The number that `serve.c` makes of the transfers of a scan.
+fn bus_number(events: &[BusEvent]) -> u16 {
+    let bytes = events.iter().flat_map(|event| match *event {
+        BusEvent::I2cWrite { device, register, byte } => vec![0, device, register, byte],
+        BusEvent::I2cRead { device, register } => vec![1, device, register],
+        BusEvent::Spi { byte } => vec![2, byte],
+    });
+    bytes.fold(0, |number: u16, byte| number.wrapping_mul(31).wrapping_add(u16::from(byte) + 1))
 }
 
 impl RecordedStimulus {
@@ -153,9 +167,12 @@ impl RecordedStimulus {
                 }
                 compared += 1;
             }
-            let sent = (scan.sent.map_or(0, |_| 1), scan.sent.unwrap_or(0));
+            let sent = (scan.sent.len() as u8, scan.sent.last().copied().unwrap_or(0));
             if !lines && record.sent != sent {
                 return mismatch("sent bytes and the last one", format!("{sent:?}"), format!("{:?}", record.sent));
+            }
+            if !lines && record.buses != scan.buses {
+                return mismatch("transfers on buses", format!("{:04X}", scan.buses), format!("{:04X}", record.buses));
             }
             let duty = if lines { record.duty.map(|_| scan.duty.unwrap_or(0)) } else { scan.duty };
             if record.duty != duty {

@@ -98,6 +98,8 @@ pub struct ScanRecord {
     pub sent: (u8, u8),
     /// Duty cycle of the PWM output in percent; `None` before it is set.
     pub duty: Option<u8>,
+    /// A number that the transfers on buses give.
+    pub buses: u16,
     /// Contents of the EEPROM.
     pub eeprom: Vec<u8>,
 }
@@ -140,10 +142,10 @@ impl RecordShape {
     /// Length of a record in bytes.
     #[must_use]
     pub fn len(&self) -> usize {
-        4 * self.slots + self.outputs + 3 + self.eeprom
+        4 * self.slots + self.outputs + 5 + self.eeprom
     }
 
-    /// Always false: a record has at least 3 bytes.
+    /// Always false: a record has at least 5 bytes.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -154,7 +156,7 @@ impl RecordShape {
     pub fn read_record(&self, bytes: &[u8]) -> Option<ScanRecord> {
         let (slots, rest) = bytes.split_at_checked(4 * self.slots)?;
         let (outputs, rest) = rest.split_at_checked(self.outputs)?;
-        let ([count, last, duty], rest) = rest.split_first_chunk()?;
+        let ([count, last, duty, bus_low, bus_high], rest) = rest.split_first_chunk()?;
         let value = |slot: &u16| -> Option<i32> {
             let at = 4 * usize::from(*slot);
             Some(i32::from_le_bytes(slots.get(at..at + 4)?.try_into().ok()?))
@@ -164,6 +166,7 @@ impl RecordShape {
             outputs: outputs.iter().map(|&on| on != 0).collect(),
             sent: (*count, *last),
             duty: (*duty != 255).then_some(*duty),
+            buses: u16::from_le_bytes([*bus_low, *bus_high]),
             eeprom: rest.get(..self.eeprom)?.to_vec(),
         })
     }

@@ -3,7 +3,7 @@
  *   I n n on     an input            A n n lo hi   an analog input      B b   a byte has been received
  *   E n n b      a cell of EEPROM    W n n v0 v1 v2 v3   a bit or an integer, by its slot
  *   S            one scan; tells all slots (four bytes each, low byte first), the outputs as written, how many bytes were sent and
- *                the last of them, the duty (255: none yet), the cells of EEPROM
+ *                the last of them, the duty (255: none yet), two bytes of the transfers on buses, the cells of EEPROM
  *   U            the end
  * Before this text stand the program and: SLOTS, OUTPUTS, CELLS; MOST_INPUTS, MOST_OUTPUTS, MOST_ANALOG, MOST_CELLS, at least 1;
  * look() and poke() by slot; get() and put().
@@ -12,6 +12,7 @@ static unsigned char level[MOST_INPUTS], written[MOST_OUTPUTS], cell[MOST_CELLS]
 static int analog[MOST_ANALOG];
 static int received;
 static unsigned char sent, last, duty;
+static unsigned bus;
 
 unsigned char PlcReadInput(unsigned input) { return level[input]; }
 void PlcWriteOutput(unsigned output, unsigned char on) { written[output] = on; }
@@ -20,11 +21,42 @@ void PlcSetPwm(unsigned char percent) { duty = percent; }
 unsigned char PlcReadEeprom(unsigned n) { return cell[n]; }
 void PlcWriteEeprom(unsigned n, unsigned char byte) { cell[n] = byte; }
 
+/* No device is on the buses. Their transfers of a scan give a number, from the kind and the bytes of each. */
+static void note(unsigned char byte) { bus = (bus * 31u + byte + 1u) & 0xFFFFu; }
+void PlcI2cWrite(unsigned char device, unsigned char reg, unsigned char byte);
+unsigned char PlcI2cRead(unsigned char device, unsigned char reg);
+unsigned char PlcSpi(unsigned char byte);
+void PlcI2cWrite(unsigned char device, unsigned char reg, unsigned char byte)
+{
+    note(0);
+    note(device);
+    note(reg);
+    note(byte);
+}
+
+unsigned char PlcI2cRead(unsigned char device, unsigned char reg)
+{
+    note(1);
+    note(device);
+    note(reg);
+    return 0xFF;
+}
+
+unsigned char PlcSpi(unsigned char byte)
+{
+    note(2);
+    note(byte);
+    return 0xFF;
+}
+
 void PlcSendByte(unsigned char byte)
 {
     sent++;
     last = byte;
 }
+
+void PlcWaitSent(void);
+void PlcWaitSent(void) {}
 
 int PlcReceiveByte(void)
 {
@@ -75,6 +107,7 @@ static void scan(void)
     unsigned n;
     sent = 0;
     last = 0;
+    bus = 0;
     PlcCycle();
     for (n = 0; n != SLOTS; n++)
         put_four(look(n));
@@ -83,6 +116,8 @@ static void scan(void)
     put(sent);
     put(last);
     put(duty);
+    put((unsigned char)(bus & 0xFFu));
+    put((unsigned char)(bus >> 8));
     for (n = 0; n != CELLS; n++)
         put(cell[n]);
 }

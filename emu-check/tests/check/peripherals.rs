@@ -1,4 +1,4 @@
-//! The serial line, A/D converter, PWM output and EEPROM on every chip that has them, and images with faults
+//! The serial line, A/D converter, PWM output, buses and EEPROM on every chip that has them, and images with faults
 //! in them.
 
 use crate::common;
@@ -11,7 +11,8 @@ const SCANS: u64 = 120;
 
 /// A program with a clock that fits common baud rates and that all chips support.
 fn program(rungs: &str) -> LadderProgram {
-    let head = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=3686400\nBAUD=2400\nIO LIST\nEND\nPROGRAM";
+    let release = if rungs.contains(" Master ") { "0.2" } else { "0.1" };
+    let head = format!("LDmicro{release}\nCYCLE=10000\nCRYSTAL=3686400\nBAUD=2400\nIO LIST\nEND\nPROGRAM");
     common::parse("peripherals.ld", &format!("{head}\n{rungs}\n"))
 }
 
@@ -39,6 +40,18 @@ const PROGRAMS: &[(&str, &str)] = &[
         RUNG\n GRT Ain 511\n COIL Yhalf 0 0 0\nEND",
     ),
     ("pwm", "RUNG\n CONTACTS Xa 0\n SET_PWM d 2000\nEND"),
+    (
+        "i2c",
+        "
+        RUNG\n CONTACTS Xa 0\n ADD n n 37\n I2C_WR b n - Master 0x20 5 MSB 100000\nEND
+        RUNG\n CONTACTS Xb 0\n I2C_RD b - r Master 0x50 n MSB 400000\n COIL Ya 0 0 0\nEND",
+    ),
+    (
+        "spi",
+        "
+        RUNG\n CONTACTS Xa 0\n ADD n n 37\n SPI b n r Master 0b00 8 MSB_FIRST 1000000\n COIL Ya 0 0 0\nEND
+        RUNG\n CONTACTS Xb 0\n SPI_WR b Hello - Master 0b00 8 MSB_FIRST 0\nEND",
+    ),
     (
         "persist",
         "
@@ -80,6 +93,9 @@ fn every_chip_that_has_the_part_agrees() {
     }
     println!("{agreed:?}");
     // On chips with one CCP module, CCP1 generates the PWM output.
+    for (name, mcu) in [("i2c", "pic16f873"), ("i2c", "atmega128"), ("spi", "pic16f877a"), ("spi", "atmega162")] {
+        assert!(agreed.contains(&(name, mcu)), "{name} on {mcu} is refused");
+    }
     for mcu in ["pic16f628", "pic16f628a", "pic16f88", "pic16f819"] {
         assert!(agreed.contains(&("pwm", mcu)), "pwm on {mcu} is refused");
     }
@@ -102,6 +118,24 @@ const FAULTS: &[(&str, &str, &str, DifferenceKind)] = &[
         "RUNG\n CONTACTS Xgo 0\n FORMATTED_STRING (none) 2 118 61\nEND",
         "RUNG\n CONTACTS Xgo 0\n FORMATTED_STRING (none) 2 118 62\nEND",
         DifferenceKind::Serial,
+    ),
+    (
+        "another byte on I2C",
+        "RUNG\n CONTACTS Xa 0\n I2C_WR b 5 - Master 32 1 MSB 0\nEND",
+        "RUNG\n CONTACTS Xa 0\n I2C_WR b 6 - Master 32 1 MSB 0\nEND",
+        DifferenceKind::Bus,
+    ),
+    (
+        "another register on I2C",
+        "RUNG\n CONTACTS Xa 0\n I2C_RD b - r Master 32 1 MSB 0\nEND",
+        "RUNG\n CONTACTS Xa 0\n I2C_RD b - r Master 32 2 MSB 0\nEND",
+        DifferenceKind::Bus,
+    ),
+    (
+        "no transfer on SPI",
+        "RUNG\n CONTACTS Xa 0\n SPI b 5 - Master 0b00 8 MSB 0\nEND",
+        "RUNG\n CONTACTS Xa 1\n SPI b 5 - Master 0b00 8 MSB 0\nEND",
+        DifferenceKind::Bus,
     ),
     ("another frequency", "RUNG\n SET_PWM 50 2000\nEND", "RUNG\n SET_PWM 50 2300\nEND", DifferenceKind::Map),
     ("another duty", "RUNG\n SET_PWM 50 2000\nEND", "RUNG\n SET_PWM 52 2000\nEND", DifferenceKind::Pwm),

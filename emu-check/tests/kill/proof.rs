@@ -5,6 +5,8 @@
 //! Codes without a proof may still have the same meaning: terms know only arithmetic of constants, and the
 //! only invariants known are which memories of elements are always 0 or always equal.
 
+mod parts;
+
 use std::collections::{HashMap, HashSet};
 
 use ladder_compile::ir::{
@@ -281,6 +283,8 @@ impl ProofSpace {
                 self.set(ir, s, *dst, value);
                 s.parts = self.opaque_term("received", &[s.parts]);
             }
+            IrOp::WaitSent => s.parts = self.opaque_term("wait", &[s.parts]),
+            IrOp::Transfer { action: a, register: r, value: v, dst } => self.record_transfer(ir, s, (*a, *r, *v), *dst),
             IrOp::ReadEeprom { dst, addr } => {
                 let value = self.opaque_term(&format!("cell {addr} {}", ir.words[dst.0 as usize].bytes), &[s.parts]);
                 self.set(ir, s, *dst, value);
@@ -323,11 +327,6 @@ impl ProofSpace {
     }
 
     /// Records a value that goes out through a peripheral.
-    fn record_output(&mut self, what: &str, value: WordOperand, s: &mut SymbolicState) {
-        let value = self.value(s, value);
-        s.parts = self.opaque_term(what, &[s.parts, value]);
-    }
-
     fn bit(&mut self, s: &SymbolicState, bit: BitId, negated: bool) -> usize {
         let bit = s.bits[bit.0 as usize];
         if negated { self.choose_diagram(bit, 0, 1) } else { bit }

@@ -147,7 +147,7 @@ impl PanelMachine {
             }
         });
         now.scans += 1;
-        if let Some(byte) = now.evaluator.sent() {
+        for &byte in now.evaluator.sent_bytes() {
             if now.sent.len() == MAX_SENT_BYTES {
                 now.sent.pop_front();
             }

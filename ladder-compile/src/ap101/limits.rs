@@ -94,9 +94,10 @@ impl LimitCheck<'_> {
             }
             IrOp::ReadAdc { .. } => Some((format!("`{}`: AP101 has no converter", text()), TIMERS)),
             IrOp::SetPwm { .. } => Some((format!("`{}`: AP101 has no PWM output", text()), TIMERS)),
-            IrOp::Send { .. } | IrOp::Receive { .. } => {
+            IrOp::Send { .. } | IrOp::WaitSent | IrOp::Receive { .. } => {
                 Some((format!("`{}`: AP101 has no serial line", text()), TIMERS))
             }
+            IrOp::Transfer { .. } => Some((format!("`{}`: AP101 has no bus", text()), TIMERS)),
             IrOp::ReadEeprom { .. } | IrOp::WriteEeprom { .. } => {
                 Some((format!("`{}`: AP101 has no EEPROM", text()), TIMERS))
             }

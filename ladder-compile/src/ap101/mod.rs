@@ -44,8 +44,17 @@ const PINS: [&str; CHANNELS] = {
 };
 
 /// Chips of this back end.
-pub const TARGETS: &[CompileTarget] =
-    &[CompileTarget { chip: &AP101, pins: &PINS, uart: None, pwm: None, adc: &[], eeprom: 0, build }];
+pub const TARGETS: &[CompileTarget] = &[CompileTarget {
+    chip: &AP101,
+    pins: &PINS,
+    uart: None,
+    pwm: None,
+    i2c: None,
+    spi: None,
+    adc: &[],
+    eeprom: 0,
+    build,
+}];
 
 /// Builds an image.
 ///

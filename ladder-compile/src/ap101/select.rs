@@ -285,6 +285,8 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
             | IrOp::SetPwm { .. }
             | IrOp::Send { .. }
             | IrOp::Receive { .. }
+            | IrOp::Transfer { .. }
+            | IrOp::WaitSent
             | IrOp::ReadEeprom { .. }
             | IrOp::WriteEeprom { .. } => {}
         }

@@ -60,9 +60,9 @@ pub struct AvrPortUse {
     pub inputs: u8,
     /// Mask of bits that are outputs of the program.
     pub outputs: u8,
-    /// Mask of bits with a pull-up: the inputs, and the receiver's pin.
+    /// Mask of bits whose latch is 1: the pull-ups of the inputs and of the receiver's pin, and the pin that selects an SPI device.
     pub pull_ups: u8,
-    /// Mask of bits that are driven: the outputs, and the pin of the PWM output.
+    /// Mask of bits that are driven: the outputs, and the pins of the PWM output and of the SPI bus.
     pub driven: u8,
 }
 
@@ -169,7 +169,15 @@ fn try_layout(job: &CompileJob<'_>, uses: &AvrUsage, fraction: u16, use_y: bool)
 
     let receive = target.uart.filter(|_| ir.uart.receive).map(|(_, receive)| receive);
     let named: Vec<char> = ir.ports.iter().map(|cells| cells.letter).collect();
-    let mut ports = port_uses(pins, receive, target.pwm.filter(|_| ir.pwm_hz.is_some()), &named);
+    let mut others: Vec<PinUse<'_>> = receive.iter().map(|&pin| PinUse { pin, high: true, driven: false }).collect();
+    let pwm = target.pwm.filter(|_| ir.pwm_hz.is_some());
+    others.extend(pwm.map(|pin| PinUse { pin, high: false, driven: true }));
+    if let Some([select, clock, out, _]) = target.spi.filter(|_| ir.buses.spi.is_some()) {
+        // The device is selected only during a byte.
+        others.push(PinUse { pin: select, high: true, driven: true });
+        others.extend([clock, out].map(|pin| PinUse { pin, high: false, driven: true }));
+    }
+    let mut ports = port_uses(pins, &others, &named);
     for port in &mut ports {
         port.input = if port.inputs != 0 { free.take(BIT_REGISTERS, 1) } else { None };
         port.output = if port.outputs != 0 { free.take(BIT_REGISTERS, 1) } else { None };
@@ -246,11 +254,20 @@ fn try_layout(job: &CompileJob<'_>, uses: &AvrUsage, fraction: u16, use_y: bool)
     })
 }
 
+/// A pin of a peripheral.
+#[derive(Debug, Clone, Copy)]
+struct PinUse<'a> {
+    pin: &'a str,
+    /// Its latch is 1: a pull-up, or a driven pin that rests high.
+    high: bool,
+    /// It is an output.
+    driven: bool,
+}
+
 /// Returns the ports of these pins, by letter, without registers.
 ///
-/// `receive` and `pwm` are the pins of receiver and PWM output, if the program uses them, `named` the ports whose
-/// registers it names.
-fn port_uses(pins: &[AssignedPin], receive: Option<&str>, pwm: Option<&str>, named: &[char]) -> Vec<AvrPortUse> {
+/// `others` are the pins of peripherals, if the program uses them, `named` the ports whose registers it names.
+fn port_uses(pins: &[AssignedPin], others: &[PinUse<'_>], named: &[char]) -> Vec<AvrPortUse> {
     let mut ports: Vec<AvrPortUse> = Vec::new();
     let mut add = |letter, inputs, outputs, pull_ups, driven| {
         let port = match ports.iter_mut().find(|port: &&mut AvrPortUse| port.letter == letter) {
@@ -278,9 +295,9 @@ fn port_uses(pins: &[AssignedPin], receive: Option<&str>, pwm: Option<&str>, nam
         let bit = 1 << pin.bit_number();
         if pin.output { add(pin.port_letter(), 0, bit, 0, 0) } else { add(pin.port_letter(), bit, 0, 0, 0) }
     }
-    for (pin, pull_up) in receive.map(|pin| (pin, true)).into_iter().chain(pwm.map(|pin| (pin, false))) {
+    for &PinUse { pin, high, driven } in others {
         let (letter, bit) = port_and_mask(pin);
-        if pull_up { add(letter, 0, 0, bit, 0) } else { add(letter, 0, 0, 0, bit) }
+        add(letter, 0, 0, if high { bit } else { 0 }, if driven { bit } else { 0 });
     }
     named.iter().for_each(|&letter| add(letter, 0, 0, 0, 0));
     ports.sort_by_key(|port| port.letter);

@@ -1,6 +1,7 @@
 //! The AVR back end: translates intermediate code to an image of program memory.
 
 pub mod arch;
+pub mod buses;
 pub mod compare;
 pub mod layout;
 pub mod pacing;
@@ -66,6 +67,8 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     let (inputs, turns) = reset::plan_converter(&regs, job).ok_or_else(lacks)?;
     let devices = AvrPeripherals {
         serial: serial::plan_uart(job)?,
+        i2c: buses::plan_i2c(job),
+        spi: buses::plan_spi(job),
         pwm: pwm::plan_pwm(job, taps)?,
         adc_selects: inputs,
         conversion_iterations: turns,
@@ -302,7 +305,7 @@ fn built_image(plan: &AvrBuildPlan<'_>, code: &FinishedCode) -> Result<BuiltImag
         ram_bytes: layout.ram_bytes.into(),
         fuses: targets::fuse_requirements(chip, job.clock_hz),
         specials: special_pins(plan),
-        pin_needs: Vec::new(),
+        pin_needs: job.bus_needs(),
     })
 }
 
@@ -356,6 +359,15 @@ fn special_pins(plan: &AvrBuildPlan<'_>) -> Vec<SpecialPin> {
         if job.ir.uart.receive {
             specials.push(SpecialPin::Receive { pin: receive.to_owned(), baud });
         }
+    }
+    let cycles = |num| crate::map::Ratio { num, den: 1 };
+    if let (Some(i2c), Some((pin, clock))) = (plan.devices.i2c, target.i2c) {
+        let (pin, clock) = (pin.to_owned(), clock.to_owned());
+        specials.push(SpecialPin::I2c { pin, clock, bit: cycles(i2c.bit) });
+    }
+    if let (Some(spi), Some(pins)) = (plan.devices.spi, target.spi) {
+        let [pin, clock, out, input] = pins.map(str::to_owned);
+        specials.push(SpecialPin::Spi { pin, clock, out, input, bit: cycles(spi.bit) });
     }
     for pin in job.pins.iter().filter(|pin| pin.analog) {
         specials.push(SpecialPin::Analog { pin: pin.pin.to_owned(), name: pin.name.clone() });

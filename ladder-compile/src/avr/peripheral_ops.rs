@@ -3,6 +3,7 @@
 use emu_avr::isa::Kind;
 
 use super::arch::AvrJump;
+use super::buses::{AvrI2cSetup, AvrSpiSetup};
 use super::pwm::AvrPwmSetup;
 use super::registers::{self, A, BYTE, SCRATCH, ZERO};
 use super::runtime::AvrRoutine;
@@ -18,6 +19,10 @@ use crate::ir::{WordId, WordOperand};
 pub struct AvrPeripherals {
     /// Serial line, if used.
     pub serial: Option<AvrUartSetup>,
+    /// I2C bus, if used.
+    pub i2c: Option<AvrI2cSetup>,
+    /// SPI bus, if used.
+    pub spi: Option<AvrSpiSetup>,
     /// PWM output, if used.
     pub pwm: Option<AvrPwmSetup>,
     /// Value of ADMUX for each analog input.
@@ -127,7 +132,19 @@ impl AvrSelector<'_> {
     /// Writes the low byte of a value to the transmitter.
     pub fn send(&mut self, value: WordOperand) {
         let [from, ..] = self.source_registers(value, 1, A);
+        if self.ir.uart.waits
+            && let Some(line) = self.devices.serial
+        {
+            line.clear_sent(self.asm, self.regs);
+        }
         registers::write(self.asm, self.regs.serial(serial::DATA), from);
+    }
+
+    /// Waits until the transmitter has sent its byte.
+    pub fn wait_sent(&mut self) {
+        if let Some(line) = self.devices.serial {
+            line.wait_sent(self.asm, self.regs);
+        }
     }
 
     /// T := a byte has been received; if so, it is stored in dst.

@@ -152,6 +152,12 @@ pub fn set_up_peripherals(
     if let Some(serial) = devices.serial {
         serial.start(asm, regs, job);
     }
+    if let Some(i2c) = devices.i2c {
+        i2c.start(asm, regs);
+    }
+    if let Some(spi) = devices.spi {
+        spi.start(asm, regs);
+    }
     if let Some(pwm) = devices.pwm {
         pwm.start(asm, regs);
     }
@@ -177,13 +183,17 @@ pub fn set_up_peripherals(
 /// loop that waits for a conversion.
 #[must_use]
 pub fn plan_converter(regs: &AvrRegisters, job: &CompileJob<'_>) -> Option<(Vec<u8>, u32)> {
-    let channel = |name: &String| {
+    let channel = |(n, name): (usize, &String)| {
         let pin = job.pins.iter().find(|pin| pin.analog && pin.name == *name)?;
         let (_, channel) = job.target.adc.iter().find(|(known, _)| *known == pin.pin)?;
-        // The reference voltage is the supply.
-        Some(channel | regs.mask(&[&["REFS0"]]) as u8)
+        let reference = match job.ir.adc_references.get(n).copied().unwrap_or(0) {
+            // The reference voltage is the supply.
+            0 => regs.mask(&[&["REFS0"]]) as u8,
+            refs => refs << 6,
+        };
+        Some(channel | reference)
     };
-    let inputs = job.ir.adcs.iter().map(channel).collect::<Option<Vec<u8>>>()?;
+    let inputs = job.ir.adcs.iter().enumerate().map(channel).collect::<Option<Vec<u8>>>()?;
     Some((inputs, wait_iterations(regs.addr(&["ADCSRA"]), CONVERSION_CLOCKS, job.clock_hz)))
 }
 

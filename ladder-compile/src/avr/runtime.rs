@@ -4,6 +4,7 @@
 use emu_avr::isa::Kind;
 
 use super::arch::{AvrCodeWriter, AvrJump};
+use super::buses;
 use super::layout::{AvrCellPlace, AvrLayout};
 use super::registers::{self, A, AvrRegisters, B, BYTE, LOW_ZERO, SCRATCH, ZERO};
 use crate::ir::WordId;
@@ -22,6 +23,12 @@ pub enum AvrRoutine {
     /// Writes this many bytes of A to the EEPROM from the address in [`BYTE`] on, as
     /// [`IrOp::WriteEeprom`](crate::ir::IrOp::WriteEeprom) requires.
     WriteEeprom(u8, WordId, i32),
+    /// Writes a register of an I2C device, waiting for at most this many iterations for each byte.
+    I2cWrite(u32),
+    /// A := a register of an I2C device, with such waits.
+    I2cRead(u32),
+    /// A := the byte that SPI exchanges for that in A, with such a wait; the pin of the device by its letter and number.
+    Spi(u32, (char, u8)),
 }
 
 /// What the bodies of the subroutines need.
@@ -45,6 +52,9 @@ impl AvrRoutine {
             AvrRoutine::Convert(_) => "conversion",
             AvrRoutine::ReadEeprom(_) => "read the EEPROM",
             AvrRoutine::WriteEeprom(..) => "write the EEPROM",
+            AvrRoutine::I2cWrite(_) => "write an I2C register",
+            AvrRoutine::I2cRead(_) => "read an I2C register",
+            AvrRoutine::Spi(..) => "exchange a byte on SPI",
         }
     }
 
@@ -55,6 +65,9 @@ impl AvrRoutine {
             AvrRoutine::Divide(bytes, signed) => divide(asm, bytes.into(), signed),
             AvrRoutine::Convert(turns) => convert(asm, context.regs, turns),
             AvrRoutine::ReadEeprom(bytes) => recall(asm, context, bytes.into()),
+            AvrRoutine::I2cWrite(turns) => buses::write_register(asm, context.regs, turns),
+            AvrRoutine::I2cRead(turns) => buses::read_register(asm, context.regs, turns),
+            AvrRoutine::Spi(turns, select) => buses::exchange(asm, context.regs, turns, select),
             AvrRoutine::WriteEeprom(bytes, busy, scans) => persist(asm, context, bytes.into(), (busy, scans)),
         }
     }

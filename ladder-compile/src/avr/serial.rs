@@ -1,7 +1,9 @@
 //! Set-up of the serial line and choice of its baud rate.
 
 use super::arch::AvrCodeWriter;
-use super::registers::{self, AvrRegisters};
+use super::buses::wait_set;
+use super::registers::{self, AvrRegisters, SCRATCH};
+use super::runtime::wait_clocks;
 use crate::map::Ratio;
 use crate::target::{BuildRefusal, CompileJob};
 
@@ -51,6 +53,10 @@ pub const DATA: &[&str] = &["UDR1", "UDR0", "UDR"];
 pub const STATUS: &[&str] = &["UCSR1A", "UCSR0A", "UCSRA"];
 /// Status bit: a byte has been received.
 pub const RECEIVED: &[&str] = &["RXC1", "RXC0", "RXC"];
+/// Status bit: the last byte has gone.
+const SENT: &[&str] = &["TXC1", "TXC0", "TXC"];
+/// Bit times that a byte may take to go, with those of a byte before it.
+const SENT_BITS: u64 = 12;
 const CONTROL: &[&str] = &["UCSR1B", "UCSR0B", "UCSRB"];
 const RATE_HIGH: &[&str] = &["UBRR1H", "UBRR0H", "UBRRH"];
 const RATE_LOW: &[&str] = &["UBRR1L", "UBRR0L", "UBRRL"];
@@ -72,6 +78,19 @@ impl AvrUartSetup {
         let parts = [(job.ir.uart.send, TRANSMIT), (job.ir.uart.receive, RECEIVE)];
         let parts: Vec<&[&str]> = parts.into_iter().filter(|part| part.0).map(|part| part.1).collect();
         registers::write_constant(asm, regs.serial(CONTROL), regs.mask(&parts), 24);
+    }
+
+    /// Emits the end of the flag of a byte that has gone; the other flags are not written.
+    pub fn clear_sent(&self, asm: &mut AvrCodeWriter, regs: &AvrRegisters) {
+        let double = if self.double { regs.mask(&[DOUBLE]) } else { 0 };
+        registers::write_constant(asm, regs.serial(STATUS), regs.mask(&[SENT]) | double, SCRATCH);
+    }
+
+    /// Emits the wait for the end of a byte.
+    pub fn wait_sent(&self, asm: &mut AvrCodeWriter, regs: &AvrRegisters) {
+        let status = regs.serial(STATUS);
+        let turns = (SENT_BITS * self.bit).div_ceil(wait_clocks(status).into());
+        wait_set(asm, status, regs.bit(SENT), turns as u32);
     }
 
     /// Clocks per bit, as a fraction.

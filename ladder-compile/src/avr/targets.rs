@@ -22,7 +22,15 @@ pub const TARGETS: &[CompileTarget] = &[
     target_mega16("atmega1284"),
     target_mega128("atmega64"),
     target_mega128("atmega128"),
-    CompileTarget { pins: PINS_162, uart: Some(("PB3", "PB2")), pwm: Some("PB1"), adc: &[], ..target_x8("atmega162") },
+    CompileTarget {
+        pins: PINS_162,
+        uart: Some(("PB3", "PB2")),
+        pwm: Some("PB1"),
+        adc: &[],
+        i2c: None,
+        spi: SPI_40,
+        ..target_x8("atmega162")
+    },
 ];
 
 /// PC6 is reset, PB6 and PB7 connect the crystal. PD0 and PD1 come last, because boards use them for the
@@ -35,6 +43,8 @@ const fn target_x8(name: &str) -> CompileTarget {
         ],
         uart: Some(("PD1", "PD0")),
         pwm: Some("PB3"),
+        i2c: Some(("PC4", "PC5")),
+        spi: Some(["PB2", "PB5", "PB3", "PB4"]),
         adc: &[("PC0", 0), ("PC1", 1), ("PC2", 2), ("PC3", 3), ("PC4", 4), ("PC5", 5)],
         chip: chip(name),
         eeprom: chip(name).eeprom_bytes,
@@ -51,6 +61,8 @@ const fn target_mega16(name: &str) -> CompileTarget {
             "PD0", "PD1",
         ],
         pwm: Some("PD7"),
+        i2c: Some(("PC1", "PC0")),
+        spi: SPI_40,
         adc: &[("PA0", 0), ("PA1", 1), ("PA2", 2), ("PA3", 3), ("PA4", 4), ("PA5", 5), ("PA6", 6), ("PA7", 7)],
         ..target_x8(name)
     }
@@ -67,6 +79,8 @@ const fn target_mega128(name: &str) -> CompileTarget {
         ],
         uart: Some(("PD3", "PD2")),
         pwm: Some("PB7"),
+        i2c: Some(("PD1", "PD0")),
+        spi: Some(["PB0", "PB1", "PB2", "PB3"]),
         adc: &[("PF0", 0), ("PF1", 1), ("PF2", 2), ("PF3", 3), ("PF4", 4), ("PF5", 5), ("PF6", 6), ("PF7", 7)],
         ..target_x8(name)
     }
@@ -78,6 +92,9 @@ const PINS_162: &[&str] = &[
     "PD3", "PD4", "PD5", "PD6", "PD7", "PC0", "PC1", "PC2", "PC3", "PE0", "PE1", "PE2", "PB1", "PC4", "PC5", "PC6",
     "PC7", "PB2", "PB3",
 ];
+
+/// Pins of the SPI bus of the chips with 40 pins.
+const SPI_40: Option<[&str; 4]> = Some(["PB4", "PB7", "PB5", "PB6"]);
 
 /// The chip with this name.
 const fn chip(name: &str) -> &'static Chip {

@@ -86,13 +86,18 @@ impl AvrUsage {
                 }
             }
             // AVR chips have no timer and counter modules.
-            IrOp::Module { .. } => {}
+            IrOp::Module { .. } | IrOp::WaitSent => {}
             IrOp::Lookup { dst, index, .. } => {
                 self.tables = true;
                 self.word(*dst);
                 self.word(*index);
             }
             IrOp::ReadAdc { dst, .. } | IrOp::Receive { dst } | IrOp::ReadEeprom { dst, .. } => self.word(*dst),
+            IrOp::Transfer { register, value, dst, .. } => {
+                self.value(*register);
+                self.value(*value);
+                dst.iter().for_each(|dst| self.word(*dst));
+            }
             IrOp::SetPwm { duty: value } | IrOp::Send { value } => self.value(*value),
             IrOp::WriteEeprom { src, busy, .. } => {
                 self.word(*src);

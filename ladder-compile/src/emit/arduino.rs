@@ -34,6 +34,8 @@ pub const ARDUINO_BOARD: CompileTarget = CompileTarget {
     pwm: Some("PB1"),
     adc: &[("PC0", 0), ("PC1", 1), ("PC2", 2), ("PC3", 3), ("PC4", 4), ("PC5", 5)],
     eeprom: 1024,
+    i2c: Some(("PC4", "PC5")),
+    spi: Some(["PB2", "PB5", "PB3", "PB4"]),
     build: refuse_image,
 };
 
@@ -157,6 +159,12 @@ pub fn emit_ir(program: &LadderProgram, ir: &Ir, pins: &[AssignedPin], debounce_
     }
     if ir.uart.send || ir.uart.receive {
         let _ = writeln!(text, "    Serial.begin({}UL);", program.settings.baud.unwrap_or(0));
+    }
+    if ir.buses.i2c.is_some() {
+        text += "    PlcSetupI2c();\n";
+    }
+    if ir.buses.spi.is_some() {
+        text += "    PlcSetupSpi();\n";
     }
     text += "    due = micros();\n}\n\nvoid loop()\n{\n    while (micros() - due < CYCLE_US)\n        ;\n    due += CYCLE_US;\n\n";
     text += &each(BitRole::Input, "read");
@@ -290,6 +298,86 @@ static void PlcSetPwm(unsigned char percent)
 }
 ";
 
+const I2C_FUNCTIONS: &str = "
+/* The I2C bus at A4 (SDA) and A5 (SCL). A device that does not answer is ignored, and FFh is read from it. */
+#define I2C_COUNT (F_CPU / I2C_HZ < 36 ? 10 : (F_CPU / I2C_HZ - 15) / 2)
+static void PlcSetupI2c()
+{
+    TWSR = 0;
+    TWBR = I2C_COUNT > 255 ? 255 : I2C_COUNT;
+}
+static unsigned char PlcI2cStep(unsigned char bits)
+{
+    TWCR = _BV(TWINT) | _BV(TWEN) | bits;
+    while (!(TWCR & _BV(TWINT)))
+        ;
+    return TWSR & 0xF8;
+}
+static unsigned char PlcI2cByte(unsigned char byte)
+{
+    TWDR = byte;
+    return PlcI2cStep(0);
+}
+static void PlcI2cStop()
+{
+    TWCR = _BV(TWINT) | _BV(TWEN) | _BV(TWSTO);
+    while (TWCR & _BV(TWSTO))
+        ;
+}
+static inline void PlcI2cWrite(unsigned char device, unsigned char reg, unsigned char byte)
+{
+    PlcI2cStep(_BV(TWSTA));
+    PlcI2cByte(device << 1);
+    PlcI2cByte(reg);
+    PlcI2cByte(byte);
+    PlcI2cStop();
+}
+static inline unsigned char PlcI2cRead(unsigned char device, unsigned char reg)
+{
+    unsigned char byte = 0xFF;
+    PlcI2cStep(_BV(TWSTA));
+    PlcI2cByte(device << 1);
+    PlcI2cByte(reg);
+    PlcI2cStep(_BV(TWSTA));
+    if (PlcI2cByte(device << 1 | 1) == 0x40) {
+        PlcI2cStep(0);
+        byte = TWDR;
+    }
+    PlcI2cStop();
+    return byte;
+}
+";
+
+const SPI_FUNCTIONS: &str = "
+/* The SPI bus: 10 selects the device, 11 is data out, 12 data in, 13 the clock. */
+#if F_CPU / SPI_HZ <= 4
+#define SPI_RATE 0
+#elif F_CPU / SPI_HZ <= 16
+#define SPI_RATE _BV(SPR0)
+#elif F_CPU / SPI_HZ <= 64
+#define SPI_RATE _BV(SPR1)
+#else
+#define SPI_RATE (_BV(SPR1) | _BV(SPR0))
+#endif
+static void PlcSetupSpi()
+{
+    digitalWrite(10, HIGH);
+    pinMode(10, OUTPUT);
+    pinMode(11, OUTPUT);
+    pinMode(13, OUTPUT);
+    SPCR = _BV(SPE) | _BV(MSTR) | SPI_RATE;
+}
+static inline unsigned char PlcSpi(unsigned char byte)
+{
+    digitalWrite(10, LOW);
+    SPDR = byte;
+    while (!(SPSR & _BV(SPIF)))
+        ;
+    digitalWrite(10, HIGH);
+    return SPDR;
+}
+";
+
 /// Functions for the peripherals that the program uses.
 fn peripheral_functions(plan: &EmitContext<'_>, pins: &[AssignedPin]) -> String {
     let ir = plan.ir;
@@ -298,15 +386,33 @@ fn peripheral_functions(plan: &EmitContext<'_>, pins: &[AssignedPin]) -> String 
         text += "\n/* Analog inputs, 0 to 1023. */\nstatic int PlcReadAdc(unsigned input)\n{\n    switch (input) {\n";
         for (name, n) in ir.adcs.iter().zip(0..) {
             let pin = pins.iter().find(|pin| pin.name == *name).and_then(|pin| board_pin_number(pin.pin)).unwrap_or(14);
-            let _ = writeln!(text, "    case {n}: return analogRead({pin}); /* {} */", comment_text(name));
+            let reference = match ir.adc_references.get(n).copied().unwrap_or(0) {
+                0 | 1 => "DEFAULT",
+                _ => "INTERNAL",
+            };
+            let select = if ir.adc_references.iter().any(|refs| *refs > 1) {
+                format!("analogReference({reference}); ")
+            } else {
+                String::new()
+            };
+            let _ = writeln!(text, "    case {n}: {select}return analogRead({pin}); /* {} */", comment_text(name));
         }
         text += "    default: return 0;\n    }\n}\n";
     }
     if let Some(hz) = ir.pwm_hz {
         let _ = write!(text, "\n#define PWM_HZ {hz}UL{PWM_FUNCTIONS}");
     }
+    if let Some(hz) = ir.buses.i2c {
+        let _ = write!(text, "\n#define I2C_HZ {hz}UL{I2C_FUNCTIONS}");
+    }
+    if let Some(hz) = ir.buses.spi {
+        let _ = write!(text, "\n#define SPI_HZ {hz}UL{SPI_FUNCTIONS}");
+    }
     if ir.uart.send {
         text += "\nstatic void PlcSendByte(unsigned char byte) { Serial.write(byte); }\n";
+    }
+    if ir.uart.waits {
+        text += "\nstatic void PlcWaitSent() { Serial.flush(); }\n";
     }
     if ir.uart.receive {
         text += "

@@ -7,8 +7,8 @@ use ladder::ElementId;
 use super::names::comment_text;
 use super::tables::{TableElement, table_element};
 use crate::ir::{
-    ArithmeticOp, BitId, BranchCondition, Ir, IrOp, LabelId, LogicOp, RelationOp, WordComparison, WordId, WordOperand,
-    min_bytes, shift_count,
+    ArithmeticOp, BitId, BranchCondition, BusAction, Ir, IrOp, LabelId, LogicOp, RelationOp, WordComparison, WordId,
+    WordOperand, min_bytes, shift_count,
 };
 
 /// How a source spells each cell: as an expression that can be read and assigned.
@@ -160,10 +160,8 @@ impl<'a> StatementWriter<'a> {
                     self.line(&format!("PlcSetPwm((unsigned char)({duty} < 0 ? 0 : {duty} > 100 ? 100 : {duty}));"));
                 }
             },
-            IrOp::Send { value } => match value {
-                WordOperand::Const(byte) => self.line(&format!("PlcSendByte({});", byte & 0xFF)),
-                WordOperand::Cell(_) => self.line(&format!("PlcSendByte({});", self.byte(*value, 0))),
-            },
+            IrOp::Send { value } => self.line(&format!("PlcSendByte({});", self.low_byte(*value))),
+            IrOp::WaitSent => self.line("PlcWaitSent();"),
             IrOp::Receive { dst } => {
                 self.line("{");
                 self.depth += 1;
@@ -173,6 +171,22 @@ impl<'a> StatementWriter<'a> {
                 self.line(&format!("if (rung) {} = {value};", self.word(*dst)));
                 self.depth -= 1;
                 self.line("}");
+            }
+            IrOp::Transfer { action, register, value, dst } => {
+                let (register, value) = (self.low_byte(*register), self.low_byte(*value));
+                let call = match action {
+                    BusAction::I2cWrite(device) => format!("PlcI2cWrite({device}, {register}, {value})"),
+                    BusAction::I2cRead(device) => format!("PlcI2cRead({device}, {register})"),
+                    BusAction::Spi => format!("PlcSpi({value})"),
+                };
+                match dst {
+                    Some(dst) => {
+                        let value = self.fitted_value(*dst, &call, 2, true);
+                        self.line(&format!("{} = {value};", self.word(*dst)));
+                    }
+                    None if *action == BusAction::Spi => self.line(&format!("(void){call};")),
+                    None => self.line(&format!("{call};")),
+                }
             }
             IrOp::ReadEeprom { dst, addr } => {
                 let bytes = self.ir.bytes(*dst);
@@ -215,6 +229,14 @@ impl<'a> StatementWriter<'a> {
                     }
                 }
             }
+        }
+    }
+
+    /// The low byte of a value, 0 to 255.
+    fn low_byte(&self, value: WordOperand) -> String {
+        match value {
+            WordOperand::Const(byte) => format!("{}", byte & 0xFF),
+            WordOperand::Cell(_) => self.byte(value, 0),
         }
     }
 

@@ -9,7 +9,7 @@ use ladder::LadderProgram;
 use super::names::comment_text;
 use super::{EmitContext, EmittedSource, lower_and_optimise};
 use crate::ir::{
-    ArithmeticOp, BitId, BitRole, BranchCondition, ConstantTable, Ir, IrOp, LabelId, LogicOp, RelationOp,
+    ArithmeticOp, BitId, BitRole, BranchCondition, BusAction, ConstantTable, Ir, IrOp, LabelId, LogicOp, RelationOp,
     WordComparison, WordId, WordOperand,
 };
 
@@ -62,6 +62,10 @@ mod code {
     pub(super) const BITWISE: u8 = 0x40;
     /// Goes on at a distance from the first operation, in three bytes.
     pub(super) const JUMP: u8 = 0x50;
+    /// A transfer on a bus; a number says which, and which operands follow.
+    pub(super) const TRANSFER: u8 = 0x51;
+    /// Waits until the last byte has gone; a zero follows.
+    pub(super) const WAIT_SENT: u8 = 0x52;
     pub(super) const SHORT_AND: u8 = 0x80;
     pub(super) const SHORT_AND_NOT: u8 = 0xA0;
     pub(super) const SHORT_LOAD: u8 = 0xC0;
@@ -335,9 +339,22 @@ impl BytecodeWriter {
                     WordOperand::Cell(word) => self.word(out, word),
                 }
             }
+            IrOp::WaitSent => out.extend([code::WAIT_SENT, 0]),
             IrOp::Receive { dst } => {
                 out.push(code::RECEIVE);
                 self.word(out, *dst);
+            }
+            IrOp::Transfer { action, register, value, dst } => {
+                let (kind, device) = match *action {
+                    BusAction::I2cWrite(device) => (0, device),
+                    BusAction::I2cRead(device) => (1, device),
+                    BusAction::Spi => (2, 0),
+                };
+                let stores = if dst.is_some() { 16 } else { 0 };
+                out.extend([code::TRANSFER, kind | constant(*register) << 2 | constant(*value) << 3 | stores, device]);
+                self.value(out, *register);
+                self.value(out, *value);
+                dst.iter().for_each(|dst| self.word(out, *dst));
             }
             IrOp::ReadEeprom { dst, addr } => {
                 out.push(code::RECALL);

@@ -141,9 +141,28 @@ fn hook_declarations(plan: &EmitContext<'_>) -> String {
         text += "/* You write this: a byte goes out; the one before it has had its time. */\n";
         text += "void PlcSendByte(unsigned char byte);\n";
     }
+    if ir.uart.waits {
+        text += "/* You write this: returns when the last byte has gone. */\n";
+        text += "void PlcWaitSent(void);\n";
+    }
     if ir.uart.receive {
         text += "/* You write this: takes the byte that has been received, 0 to 255; -1 when there is none. */\n";
         text += "int PlcReceiveByte(void);\n";
+    }
+    if let Some(hz) = ir.buses.i2c {
+        let _ = write!(
+            text,
+            "\n/* You write these: a register of a device on the I2C bus, at this rate in Hz; FFh if none answers. */\n\
+             #define PLC_I2C_HZ {hz}UL\nvoid PlcI2cWrite(unsigned char device, unsigned char reg, unsigned char byte);\n\
+             unsigned char PlcI2cRead(unsigned char device, unsigned char reg);\n"
+        );
+    }
+    if let Some(hz) = ir.buses.spi {
+        let _ = write!(
+            text,
+            "\n/* You write this: a byte goes out on the SPI bus, at this rate in Hz, and one comes in. */\n\
+             #define PLC_SPI_HZ {hz}UL\nunsigned char PlcSpi(unsigned char byte);\n"
+        );
     }
     if ir.eeprom_bytes > 0 {
         let _ = write!(

@@ -57,6 +57,7 @@ impl Lowering<'_> {
             self.ir.prologue.push(IrOp::If { cond, if_true: Vec::new(), if_false: take });
             self.received = Some((word, waits));
         }
+        self.set_up_buses();
         let mut duties = Vec::new();
         for (_, element, _) in program.elements() {
             if let Element::SetPwm { duty, .. } = element {
@@ -122,11 +123,12 @@ impl Lowering<'_> {
     }
 
     /// Lowers READ_ADC.
-    pub(super) fn read_adc(&mut self, name: &str) {
+    pub(super) fn read_adc(&mut self, name: &str, reference: u8) {
         let dst = self.word(name);
         let known = self.ir.adcs.iter().position(|other| other == name);
         let input = known.unwrap_or_else(|| {
             self.ir.adcs.push(name.to_owned());
+            self.ir.adc_references.push(reference);
             self.ir.adcs.len() - 1
         });
         self.push(if_accumulator(vec![IrOp::ReadAdc { dst, input: input as u32 }]));
@@ -148,14 +150,22 @@ impl Lowering<'_> {
     }
 
     /// Lowers UART_SEND.
-    pub(super) fn send(&mut self, name: &str, bytes: u32) {
+    pub(super) fn send(&mut self, name: &str, (bytes, wait): (u32, u32)) {
         let word = self.word(name);
+        if wait != 0 {
+            return self.send_at_once(word, bytes as i32);
+        }
         if bytes > 1 {
             self.send_bytes(word, bytes as i32);
         } else {
             let ops = self.if_transmitter_free(vec![IrOp::Send { value: WordOperand::Cell(word) }]);
             self.push(if_accumulator(ops));
         }
+        self.load_busy();
+    }
+
+    /// acc := the transmitter is busy.
+    fn load_busy(&mut self) {
         match self.transmitter_busy {
             Some(TransmitterBusy::Bit(bit)) => self.push(IrOp::Load { bit, negated: false }),
             Some(TransmitterBusy::Scans(word, _)) => {
@@ -164,6 +174,39 @@ impl Lowering<'_> {
             }
             None => {}
         }
+    }
+
+    /// Sends all bytes of a word in this scan, the lowest first, and for a single byte waits until it has gone.
+    fn send_at_once(&mut self, word: WordId, bytes: i32) {
+        self.ir.uart.waits = true;
+        let (is_busy, set_busy) = match self.transmitter_busy {
+            Some(TransmitterBusy::Bit(bit)) => (BranchCondition::Bit(bit), IrOp::SetBit { bit, value: bytes > 1 }),
+            Some(TransmitterBusy::Scans(dst, scans)) => {
+                let src = WordOperand::Const(if bytes > 1 { scans } else { 0 });
+                (BranchCondition::Compare(not_zero(dst)), IrOp::Move { dst, src })
+            }
+            None => return,
+        };
+        let wait = IrOp::If { cond: is_busy, if_true: vec![IrOp::WaitSent], if_false: Vec::new() };
+        if bytes == 1 {
+            self.push(wait);
+            let send = IrOp::Send { value: WordOperand::Cell(word) };
+            self.push(if_accumulator(vec![send, IrOp::WaitSent]));
+            self.push(set_busy);
+            return self.push(IrOp::SetAccumulator(false));
+        }
+        let rest = self.temporary("sent", self.ir.bytes(word));
+        let mut ops = vec![wait, IrOp::Move { dst: rest, src: WordOperand::Cell(word) }];
+        for n in 0..bytes {
+            if n > 0 {
+                let (a, b) = (WordOperand::Cell(rest), WordOperand::Const(8));
+                ops.extend([IrOp::WaitSent, IrOp::Math { op: ArithmeticOp::Shr, dst: rest, a, b }]);
+            }
+            ops.push(IrOp::Send { value: WordOperand::Cell(rest) });
+        }
+        ops.push(set_busy);
+        self.push(if_accumulator(ops));
+        self.load_busy();
     }
 
     /// Sends the bytes of a word one by one, the lowest first, each as it is when its turn comes.

@@ -128,6 +128,7 @@ fn is_accumulator_read(op: &IrOp, after: bool) -> bool {
         IrOp::SetBit { .. } | IrOp::Move { .. } | IrOp::Math { .. } | IrOp::Lookup { .. } | IrOp::ReadAdc { .. } => {
             after
         }
+        IrOp::Transfer { .. } | IrOp::WaitSent => after,
         IrOp::SetPwm { .. } | IrOp::Send { .. } | IrOp::ReadEeprom { .. } | IrOp::WriteEeprom { .. } => after,
         IrOp::If { cond, if_true: then, if_false: otherwise } => {
             *cond == BranchCondition::Acc || reads_accumulator(then, after) || reads_accumulator(otherwise, after)

@@ -81,6 +81,13 @@ impl Mcs51Selector<'_> {
         self.copy_sfr(line, byte);
     }
 
+    /// Waits until the transmitter has sent its byte; the next write to it clears the flag.
+    pub(super) fn wait_sent(&mut self) {
+        let (here, sent) = (self.asm.new_label(), self.regs.bit("TI"));
+        self.place(here);
+        self.pending.push(PendingCode::Repeat(Mcs51Jump::conditional(Kind::Jnb, &[sent]), here, self.sent_iterations));
+    }
+
     /// acc := a byte had been received when the scan began; if so, moves it to dst.
     pub(super) fn receive(&mut self, dst: WordId) {
         let (arrived, none) = (i32::from(self.layout.byte_received_flag.unwrap_or(0)), self.asm.new_label());

@@ -52,6 +52,8 @@ const fn target(name: &str) -> CompileTarget {
         pins: PINS,
         uart: Some(("P3.1", "P3.0")),
         pwm: None,
+        i2c: None,
+        spi: None,
         adc: &[],
         eeprom: 0,
         build,
@@ -190,7 +192,9 @@ impl Mcs51BuildPlan<'_> {
             asm.op(Kind::MovBitC, &[arrived.into()]);
         }
         let mut select = Mcs51Selector::new(&mut asm, ir, self.layout, self.regs);
-        select.must_wait_for_transmitter = waits;
+        select.must_wait_for_transmitter = waits || ir.uart.waits;
+        // Two cycles an iteration, and the bit time until the first bit begins.
+        select.sent_iterations = self.speed.map_or(0, |speed| (speed.byte_cycles() * 12 / 20) as u32 + 8);
         scan(self.job, &mut select);
         let sends = std::mem::take(&mut select.send_labels);
         let (multiply, divide, tables) = (select.multiply, select.divide, std::mem::take(&mut select.tables));

@@ -53,6 +53,8 @@ pub struct Mcs51Selector<'a> {
     pub send_labels: Vec<CodeLabel>,
     /// True if the previous byte may still be in transmission when a byte is sent.
     pub must_wait_for_transmitter: bool,
+    /// Iterations of the loop that waits for a byte to go.
+    pub sent_iterations: u32,
 }
 
 impl<'a> Mcs51Selector<'a> {
@@ -71,6 +73,7 @@ impl<'a> Mcs51Selector<'a> {
             jump_labels: JumpLabels::default(),
             send_labels: Vec::new(),
             must_wait_for_transmitter: false,
+            sent_iterations: 0,
         }
     }
 
@@ -157,11 +160,13 @@ impl<'a> Mcs51Selector<'a> {
             IrOp::Logic { dst, function: is } => self.logic(*dst, *is),
             IrOp::Lookup { dst, index, table } => self.lookup(*dst, *index, *table, live),
             IrOp::Send { value } => self.send(*value),
+            IrOp::WaitSent => self.wait_sent(),
             IrOp::Receive { dst } => self.receive(*dst),
             IrOp::If { cond, if_true: then, if_false: otherwise } => self.branch(*cond, then, otherwise, live),
             // The checks refuse these, because the chips have no such peripherals.
             IrOp::ReadAdc { .. }
             | IrOp::SetPwm { .. }
+            | IrOp::Transfer { .. }
             | IrOp::ReadEeprom { .. }
             | IrOp::WriteEeprom { .. }
             | IrOp::Module { .. } => {}

@@ -129,6 +129,13 @@ pub(super) fn for_each_cell(op: &mut IrOp, see: &mut dyn FnMut(CellSlot<'_>, boo
             see(CellSlot::Acc, true);
             see(CellSlot::Peripheral, true);
         }
+        IrOp::WaitSent => see(CellSlot::Peripheral, true),
+        IrOp::Transfer { register, value: sent, dst, .. } => {
+            value(register, see);
+            value(sent, see);
+            see(CellSlot::Peripheral, true);
+            dst.iter_mut().for_each(|dst| see(CellSlot::Word(dst), true));
+        }
         IrOp::ReadEeprom { dst, .. } => {
             see(CellSlot::Peripheral, false);
             see(CellSlot::Word(dst), true);

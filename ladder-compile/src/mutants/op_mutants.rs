@@ -3,7 +3,7 @@
 use ladder::{CounterKind, TimerKind};
 
 use crate::ir::{
-    ArithmeticOp, BitId, BitRole, BranchCondition, Ir, IrOp, JumpKind, LogicOp, RelationOp, TimedModule,
+    ArithmeticOp, BitId, BitRole, BranchCondition, BusAction, Ir, IrOp, JumpKind, LogicOp, RelationOp, TimedModule,
     WordComparison, WordId, WordOperand,
 };
 
@@ -142,6 +142,29 @@ fn own_mutants(ir: &Ir, op: &IrOp) -> Vec<Option<IrOp>> {
         IrOp::Receive { dst } => {
             other_words(ir, dst).for_each(|dst| new(IrOp::Receive { dst }));
             new(IrOp::SetAccumulator(false));
+        }
+        // Without it a byte goes at another time, which matters only if others follow at once.
+        IrOp::WaitSent => {}
+        IrOp::Transfer { action, register, value, dst } => {
+            let of = |action, register, value, dst| IrOp::Transfer { action, register, value, dst };
+            let i2c = |device: u8| (device ^ 1) & 127;
+            match action {
+                BusAction::I2cWrite(device) => {
+                    new(of(BusAction::I2cWrite(i2c(device)), register, value, dst));
+                    other_operands(ir, value).into_iter().for_each(|value| new(of(action, register, value, dst)));
+                }
+                BusAction::I2cRead(device) => new(of(BusAction::I2cRead(i2c(device)), register, value, dst)),
+                BusAction::Spi => {
+                    other_operands(ir, value).into_iter().for_each(|value| new(of(action, register, value, dst)));
+                }
+            }
+            if action != BusAction::Spi {
+                other_operands(ir, register).into_iter().for_each(|register| new(of(action, register, value, dst)));
+            }
+            if let Some(to) = dst {
+                other_words(ir, to).for_each(|to| new(of(action, register, value, Some(to))));
+            }
+            out.push(None);
         }
         IrOp::ReadEeprom { dst, addr } => {
             let more = addr + 1;

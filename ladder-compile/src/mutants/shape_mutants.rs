@@ -33,7 +33,7 @@ fn order_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
                 let mut changed = ir.clone();
                 let steps = &mut changed.rungs[number].steps;
                 (steps[at].op, steps[at + 1].op) = (second.op.clone(), first.op.clone());
-                MutantChange::Ir(changed)
+                MutantChange::Ir(Box::new(changed))
             };
             let what = move || format!("`{}` comes behind `{}`", text(ir, &first.op), text(ir, &second.op));
             let (kind, element) = (MutantKind::Order, Some(first.element));
@@ -81,7 +81,7 @@ fn rung_order_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
             };
             changed.rungs[n].steps = moved(n + 1, n);
             changed.rungs[n + 1].steps = moved(n, n + 1);
-            MutantChange::Ir(changed)
+            MutantChange::Ir(Box::new(changed))
         };
         let what = move || format!("rungs {} and {} change places", n + 1, n + 2);
         all.push(MutantCandidate {
@@ -110,7 +110,7 @@ fn alias_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
                     if let Some(op) = aliased(&step.op, &mut left) {
                         changed.rungs[number].steps[at].op = op;
                     }
-                    MutantChange::Ir(changed)
+                    MutantChange::Ir(Box::new(changed))
                 };
                 let (kind, element) = (MutantKind::Aliasing, Some(step.element));
                 all.push(MutantCandidate { kind, element, describe: Box::new(what), make_change: Box::new(make) });
@@ -187,13 +187,13 @@ fn state_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
             continue;
         };
         let make = move || {
-            MutantChange::Ir(rename_cells(ir, &mut |slot| {
+            MutantChange::Ir(Box::new(rename_cells(ir, &mut |slot| {
                 if let CellSlot::Bit(bit) = slot
                     && bit.0 as usize == n
                 {
                     bit.0 = other as u32;
                 }
-            }))
+            })))
         };
         all.push(moved_cell_candidate(&cell.name, &ir.bits[other].name, Box::new(make)));
     }
@@ -204,13 +204,13 @@ fn state_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
         };
         let Some(other) = ir.words.iter().skip(n + 1).position(same).map(|at| n + 1 + at) else { continue };
         let make = move || {
-            MutantChange::Ir(rename_cells(ir, &mut |slot| {
+            MutantChange::Ir(Box::new(rename_cells(ir, &mut |slot| {
                 if let CellSlot::Word(word) = slot
                     && word.0 as usize == n
                 {
                     word.0 = other as u32;
                 }
-            }))
+            })))
         };
         all.push(moved_cell_candidate(&cell.name, &ir.words[other].name, Box::new(make)));
     }

@@ -103,6 +103,7 @@ fn next_access(op: &IrOp, wanted: BitId) -> Option<BitAccess> {
         IrOp::Move { .. } | IrOp::Math { .. } | IrOp::Lookup { .. } | IrOp::ReadAdc { .. } | IrOp::SetPwm { .. } => {
             None
         }
+        IrOp::Transfer { .. } | IrOp::WaitSent => None,
         IrOp::Send { .. } | IrOp::ReadEeprom { .. } | IrOp::WriteEeprom { .. } | IrOp::Label(_) => None,
         // It may be read where the jump goes.
         IrOp::Jump { .. } => Some(BitAccess::Read),

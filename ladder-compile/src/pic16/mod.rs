@@ -2,6 +2,7 @@
 
 pub mod arch;
 mod branch;
+pub mod buses;
 pub mod chip_data;
 mod compare;
 pub mod config;
@@ -142,6 +143,7 @@ fn scratch_bytes(ir: &Ir, chip: &Pic16ChipData) -> u16 {
                 if same { 0 } else { runtime::scratch(ir.bytes(*dst)) }
             }
             IrOp::SetPwm { .. } => 5,
+            IrOp::Transfer { .. } => buses::SCRATCH_BYTES,
             IrOp::ReadAdc { .. } => 1,
             _ => 0,
         };
@@ -203,7 +205,7 @@ fn build_code(
     let (mut out, mut routines) = (select.out, select.routines);
     out.mark(CodeMark::Section("write the outputs"));
     for port in &layout.ports {
-        write_port(&mut out, job, layout, port);
+        write_port(&mut out, job, (layout, devices), port);
     }
     out.select_bank(1);
     out.mark(CodeMark::ScanEnd);
@@ -251,31 +253,44 @@ fn build_code(
 
 /// Emits the outputs of a port, and the latch and the directions if the program names them. Pins that the program uses
 /// otherwise keep their outputs and directions.
-fn write_port(out: &mut Pic16Writer<'_>, job: &CompileJob<'_>, layout: &Pic16Layout, port: &Pic16PortUse) {
+fn write_port(
+    out: &mut Pic16Writer<'_>,
+    job: &CompileJob<'_>,
+    (layout, devices): (&Pic16Layout, &Pic16Peripherals),
+    port: &Pic16PortUse,
+) {
     let cells = job.ir.port_cells(port.letter);
     let free = port.existing_bits & !job.used_pins(port.letter);
+    let high =
+        reset::driven_pins(job, devices).filter(|pin| pin.1).fold(0, |all, pin| all | pin_mask(pin.0, port.letter));
+    let write = |out: &mut Pic16Writer<'_>| {
+        if high != 0 {
+            out.literal_op(Kind::Iorlw, high);
+        }
+        out.byte_op(Kind::Movwf, port.port);
+    };
     if let Some(latch) = cells.and_then(|cells| cells.latch) {
         out.byte_op(Kind::MovfW, layout.word(latch));
         out.literal_op(Kind::Andlw, free);
         if port.output_bits != 0 {
             out.byte_op(Kind::IorwfW, port.output);
         }
-        out.byte_op(Kind::Movwf, port.port);
+        write(out);
     } else if port.output_bits != 0 {
         out.byte_op(Kind::MovfW, port.output);
-        out.byte_op(Kind::Movwf, port.port);
+        write(out);
     }
     if let Some(direction) = cells.and_then(|cells| cells.direction) {
         out.byte_op(Kind::MovfW, layout.word(direction));
         out.literal_op(Kind::Andlw, free);
-        let pwm = job.target.pwm.filter(|_| job.ir.pwm_hz.is_some()).map_or(0, |pin| pin_mask(pin, port.letter));
-        out.literal_op(Kind::Iorlw, port.existing_bits & !(free | port.output_bits | pwm));
+        let driven = reset::driven_pins(job, devices).fold(0, |all, (pin, _)| all | pin_mask(pin, port.letter));
+        out.literal_op(Kind::Iorlw, port.existing_bits & !(free | port.output_bits | driven));
         out.byte_op(Kind::Movwf, port.tris);
     }
 }
 
 /// Mask of a pin such as `RC2` in the port of a letter; 0 for a pin of another port.
-fn pin_mask(pin: &str, letter: char) -> u8 {
+pub(super) fn pin_mask(pin: &str, letter: char) -> u8 {
     let bit = pin.chars().nth(2).and_then(|digit| digit.to_digit(8));
     bit.filter(|_| pin.chars().nth(1) == Some(letter)).map_or(0, |bit| 1 << bit)
 }

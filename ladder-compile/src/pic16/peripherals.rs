@@ -5,6 +5,7 @@ use emu_pic16::chips::{ComparatorKind, Pic16AdcKind as Converter};
 use emu_pic16::isa::Kind;
 use emu_pic16::periph::map::Sfr;
 
+use super::buses::{self, Pic16BusSetup};
 use super::chip_data::{ANY_BANK, Pic16ChipData};
 use super::select::{Pic16Routine, Pic16Selector};
 use super::writer::{Pic16Writer, STATUS, Z};
@@ -77,6 +78,8 @@ pub struct Pic16Peripherals {
     pub uart: Option<Pic16UartSetup>,
     /// PWM output, if used.
     pub pwm: Option<Pic16PwmSetup>,
+    /// I2C or SPI bus, if used.
+    pub bus: Option<Pic16BusSetup>,
     /// Converter, if used.
     pub adc: Option<Pic16AdcSetup>,
     /// Pins of the peripherals with their parameters.
@@ -91,6 +94,10 @@ const PCFG: [(u8, u8); 6] =
 /// 11.2).
 const TAD_NS: u64 = 1_600;
 const ACQUIRE_NS: u64 = 20_000;
+
+/// Bit times that a byte may take to go, and that the end of the one before it may take.
+const SENT_BITS: u64 = 11;
+const BEFORE_BITS: u64 = 2;
 
 /// Chooses the settings of all peripherals.
 ///
@@ -112,6 +119,7 @@ pub fn plan_peripherals(job: &CompileJob<'_>, chip: &Pic16ChipData) -> Result<Pi
         }
         devices.uart = Some(uart);
     }
+    devices.bus = buses::plan_bus(job, &mut devices.specials)?;
     if !job.ir.adcs.is_empty() {
         let adc = plan_adc(job, chip, &mut devices.specials)?;
         devices.adc = Some(adc);
@@ -247,6 +255,9 @@ impl Pic16Peripherals {
         if let Some(pwm) = self.pwm {
             out.set_byte(chip.reg(Sfr::PR2), pwm.period);
         }
+        if let Some(bus) = self.bus {
+            bus.start(out);
+        }
         if self.uart.is_some() {
             let receive: &[&str] = if uses.receive { &["SPEN", "CREN"] } else { &["SPEN"] };
             out.set_byte(chip.reg(Sfr::RCSTA), chip.mask(receive));
@@ -314,6 +325,19 @@ impl Pic16Selector<'_, '_> {
                 self.out.byte_op(Kind::MovfW, self.layout.word(word));
                 self.out.byte_op(Kind::Movwf, to);
             }
+        }
+    }
+
+    /// Waits until the transmitter has sent its byte: first TXREG is empty, then the shift register.
+    pub fn wait_sent(&mut self) {
+        for (flag, bits) in [("TXIF", BEFORE_BITS), ("TRMT", SENT_BITS)] {
+            let turns = self.devices.uart.map_or(0, |uart| (bits * uart.bit).div_ceil(3)) as u32;
+            let flag = self.out.chip.bit(flag);
+            self.out.select_bank(self.out.chip.reachable_banks(flag.0));
+            let wait = self.out.label();
+            self.out.place(wait);
+            self.out.skip_unless(flag, false);
+            self.out.goto_back(wait, turns);
         }
     }
 

@@ -40,16 +40,17 @@ pub fn emit_reset(
     for port in layout.ports.iter().filter(|port| port.output_bits != 0 || latched(port.letter)) {
         out.byte_op(Kind::Clrf, port.port);
     }
-    let pwm = job.target.pwm.filter(|_| devices.pwm.is_some());
+    for (pin, _) in driven_pins(job, devices).filter(|pin| pin.1) {
+        out.set_bit(port_bit(out, pin, false), true);
+    }
     if chip.part.comparators == emu_pic16::chips::ComparatorKind::F62x {
         peripherals::disable_comparators(out);
     }
     devices.configure_analog(out);
-    let pwm_bit = pwm.and_then(|pin| Some((pin.chars().nth(1)?, pin.chars().nth(2)?.to_digit(8)?)));
     for port in &layout.ports {
-        let pwm = pwm_bit.filter(|(letter, _)| *letter == port.letter).map_or(0, |(_, bit)| 1u8 << bit);
-        let directions = port.existing_bits & !(port.output_bits | pwm);
-        if port.output_bits | pwm != 0 {
+        let driven = driven_pins(job, devices).fold(0, |all, (pin, _)| all | super::pin_mask(pin, port.letter));
+        let directions = port.existing_bits & !(port.output_bits | driven);
+        if port.output_bits | driven != 0 {
             out.set_byte(port.tris, directions);
         }
         if port.letter == 'B' && port.input_bits != 0 {
@@ -57,20 +58,33 @@ pub fn emit_reset(
             out.set_bit(chip.bit("NOT_RBPU"), false);
         }
     }
-    if let Some((letter, bit)) = pwm_bit
-        && !layout.ports.iter().any(|port| port.letter == letter)
-    {
-        let row = chip.part.ports.iter().find(|row| row.port.name().ends_with(letter));
-        if let Some(row) = row {
-            out.byte_op(Kind::Bcf, 0);
-            out.items.pop();
-            out.set_bit((chip.reg(row.tris), bit as u8), false);
+    for (pin, _) in driven_pins(job, devices) {
+        if !layout.ports.iter().any(|port| super::pin_mask(pin, port.letter) != 0) {
+            out.set_bit(port_bit(out, pin, true), false);
         }
     }
     pace.prepare(out);
     devices.start(out, job.ir.uart);
     out.mark(CodeMark::Section("pacing timer"));
     pace.start(out, layout.fraction, layout.extension);
+}
+
+/// Pins that peripherals drive, with their level at rest.
+pub fn driven_pins(
+    job: &CompileJob<'_>,
+    devices: &Pic16Peripherals,
+) -> impl Iterator<Item = (&'static str, bool)> + use<> {
+    let pwm = job.target.pwm.filter(|_| devices.pwm.is_some()).map(|pin| (pin, false));
+    pwm.into_iter().chain(devices.bus.map_or_else(Vec::new, |bus| bus.outputs(job)))
+}
+
+/// The bit of a pin such as `RC2` in its port, or with `direction` in the register of its directions.
+fn port_bit(out: &Pic16Writer<'_>, pin: &str, direction: bool) -> (u16, u8) {
+    let chip = out.chip;
+    let row =
+        chip.part.ports.iter().find(|row| pin.chars().nth(1).is_some_and(|letter| row.port.name().ends_with(letter)));
+    let bit = pin.chars().nth(2).and_then(|digit| digit.to_digit(8)).unwrap_or(0);
+    (row.map_or(0, |row| chip.reg(if direction { row.tris } else { row.port })), bit as u8)
 }
 
 /// Clears bytes that are all in one bank.
@@ -127,5 +141,5 @@ pub fn pin_needs(job: &CompileJob<'_>, layout: &Pic16Layout) -> Vec<PinNeed> {
         hint: "use another pin, or a resistor to the supply",
     };
     let floating = PinNeed::of_floating_inputs(job.pins, |pin| pin.port_letter() != 'B');
-    job.pins.iter().filter(open).map(drain).chain(floating).collect()
+    job.pins.iter().filter(open).map(drain).chain(floating).chain(job.bus_needs()).collect()
 }

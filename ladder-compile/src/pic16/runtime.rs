@@ -13,6 +13,7 @@
 use emu_pic16::isa::Kind;
 use emu_pic16::periph::map::Sfr;
 
+use super::buses;
 use super::chip_data::ANY_BANK;
 use super::peripherals::{self, Pic16Peripherals};
 use super::select::Pic16Routine;
@@ -102,6 +103,9 @@ pub fn emit_routine(
             out.set_bit(chip.bit("WREN"), false);
             out.select_bank(1);
             out.implied_op(Kind::Return);
+        }
+        Pic16Routine::I2cWrite | Pic16Routine::I2cRead | Pic16Routine::Spi => {
+            buses::emit_transfer(out, (routine, label), devices.bus, scratch);
         }
         Pic16Routine::Duty => {
             let banks = out.common_banks(&[scratch, peripherals::duty_register(out.chip, devices)]);

@@ -38,6 +38,12 @@ pub enum Pic16Routine {
     WriteEeprom,
     /// Sets the duty cycle of the PWM output to W percent.
     Duty,
+    /// Writes a register of an I2C device.
+    I2cWrite,
+    /// Reads a register of an I2C device.
+    I2cRead,
+    /// Exchanges a byte on SPI.
+    Spi,
 }
 
 /// State of instruction selection.
@@ -430,6 +436,8 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
             IrOp::ReadAdc { dst, input } => self.convert(*dst, *input),
             IrOp::SetPwm { duty } => self.set_duty(*duty),
             IrOp::Send { value } => self.send(*value),
+            IrOp::WaitSent => self.wait_sent(),
+            IrOp::Transfer { action, register, value, dst } => self.transfer(*action, *register, *value, *dst),
             IrOp::ReadEeprom { dst, addr } => self.recall(*dst, *addr),
             IrOp::WriteEeprom { src, addr, busy, scans } => {
                 self.persist(*src, *addr, (*busy, WordOperand::Const(*scans)))

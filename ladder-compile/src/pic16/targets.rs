@@ -48,6 +48,8 @@ const fn target(name: &str) -> CompileTarget {
         pins: PINS_28,
         uart: Some(("RC6", "RC7")),
         pwm: Some("RC1"),
+        i2c: Some(("RC4", "RC3")),
+        spi: Some(["RC2", "RC3", "RC5", "RC4"]),
         adc: ADC_28,
         eeprom: part.chip.eeprom_bytes,
         build: super::build,
@@ -59,7 +61,15 @@ const fn target40(name: &str) -> CompileTarget {
 }
 
 const fn target18(name: &str) -> CompileTarget {
-    CompileTarget { pins: PINS_18, uart: Some(("RB2", "RB1")), pwm: Some("RB3"), adc: &[], ..target(name) }
+    CompileTarget {
+        pins: PINS_18,
+        uart: Some(("RB2", "RB1")),
+        pwm: Some("RB3"),
+        i2c: None,
+        spi: None,
+        adc: &[],
+        ..target(name)
+    }
 }
 
 /// Chips of this back end.

@@ -58,6 +58,8 @@ impl TouchedCells {
                 self.words.insert(*dst);
             }
             IrOp::WriteEeprom { busy, .. } => _ = self.words.insert(*busy),
+            IrOp::WaitSent => {}
+            IrOp::Transfer { dst, .. } => self.words.extend(dst),
             IrOp::SetPwm { .. } | IrOp::Send { .. } | IrOp::Label(_) => {}
             IrOp::Jump { .. } => self.leaves = true,
             IrOp::Logic { dst, function: is } => {

@@ -151,7 +151,7 @@ fn what_does_not_fit_is_refused_with_the_figures() {
 
     // 4 MHz / 8 / 4 is 125,000, which is 8 % off 115,200.
     let mut serial = program(1, vec![IrOp::Send { value: WordOperand::Cell(WordId(0)) }]);
-    serial.uart = UartUse { send: true, receive: false };
+    serial.uart = UartUse { send: true, ..UartUse::default() };
     let fast = ImageBench { baud: Some(115_200), ..bench("atmega16") };
     assert_eq!(fast.build(&serial).err(), Some(BuildRefusal::BaudOutOfRange { nearest: 125_000 }));
 

@@ -96,7 +96,7 @@ fn agree(program: &LadderProgram, ir: &Ir, seed: u64) -> Result<(), String> {
                 return Err(format!("scan {scan}: {} is {found}, wanted {}", symbol.name, eval.get(n)));
             }
         }
-        let sent: Vec<u8> = eval.sent().into_iter().collect();
+        let sent = eval.sent_bytes().to_vec();
         let wrong =
             |what: &str, found: &str, wanted: &str| Err(format!("scan {scan}: {what} {found}, wanted {wanted}"));
         if machine.sent != sent {

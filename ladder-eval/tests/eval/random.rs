@@ -11,10 +11,10 @@ use crate::random_flow::with_flow;
 use std::collections::{BTreeSet, HashMap};
 
 use ladder::{
-    CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
-    PowerEffect, RungNode, ShiftOp, TimerKind, UnaryOp, VarEntry, WriteMoment,
+    BusOp, BusTransfer, CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram,
+    LdFormat, MathOp, PowerEffect, RungNode, ShiftOp, TimerKind, UnaryOp, VarEntry, WriteMoment,
 };
-use ladder_eval::Evaluator;
+use ladder_eval::{BusEvent, Evaluator};
 use proptest::prelude::*;
 use proptest::sample::select;
 use proptest::strategy::ValueTree;
@@ -226,18 +226,53 @@ fn device() -> impl Strategy<Value = Element> {
         3 => curve,
         1 => Just(Element::ReadAdc { name: "Ain".to_owned(), refs: None }),
         1 => operand().prop_map(|duty| Element::SetPwm { duty, hertz: constant(1000), output: None }),
-        2 => (integer(), transfer()).prop_map(|(name, rest)| Element::UartSend { name, rest }),
+        2 => (integer(), transfer(), 0..2u32).prop_map(|(name, rest, wait)| {
+            Element::UartSend { name, rest: rest.map(|(bytes, _)| (bytes, wait)) }
+        }),
         3 => (integer(), transfer()).prop_map(|(name, rest)| Element::UartRecv { name, rest }),
         3 => text,
         2 => integer().prop_map(|name| Element::Persist { name }),
         1 => select(vec![Element::UartRecvAvail, Element::UartSendReady]),
         3 => pulse_element(),
+        3 => bus_element(),
     ]
+}
+
+/// SPI, SPI_WR, I2C_RD and I2C_WR.
+fn bus_element() -> impl Strategy<Value = Element> {
+    let op = select(vec![BusOp::Spi, BusOp::SpiText, BusOp::I2cRead, BusOp::I2cWrite]);
+    (op, operand(), integer(), any::<bool>(), 0..128i64, operand()).prop_map(
+        |(op, send, recv, keep, device, register)| {
+            let sends = matches!(op, BusOp::Spi | BusOp::I2cWrite);
+            let receives = op == BusOp::I2cRead || op == BusOp::Spi && keep;
+            Element::BusTransfer(Box::new(BusTransfer {
+                op,
+                name: "b".to_owned(),
+                send: sends.then_some(send),
+                text: if op == BusOp::SpiText { "aZ09".to_owned() } else { String::new() },
+                recv: receives.then_some(recv),
+                mode: "Master".to_owned(),
+                device: constant(if op.is_i2c() { device } else { 0 }),
+                register: if op.is_i2c() { register } else { constant(8) },
+                first: "MSB_FIRST".to_owned(),
+                hertz: 0,
+            }))
+        },
+    )
 }
 
 /// Numbers of bytes; [`in_dialect`] makes them fit the widths.
 fn transfer() -> impl Strategy<Value = Option<(u32, u32)>> {
     prop::option::of((1..5u32).prop_map(|bytes| (bytes, 0)))
+}
+
+/// What happened on a bus, as the naive interpreter notes it.
+fn as_numbers(event: &BusEvent) -> (i64, i64, i64) {
+    match *event {
+        BusEvent::I2cWrite { device, register, byte } => (device.into(), register.into(), byte.into()),
+        BusEvent::I2cRead { device, register } => (device.into(), register.into(), -1),
+        BusEvent::Spi { byte } => (-1, -1, byte.into()),
+    }
 }
 
 /// PULSER, NPULSE, STEPPER and QUAD_ENCOD.
@@ -377,13 +412,18 @@ proptest! {
                 prop_assert_eq!(eval.receive(byte), free);
             }
             // A snapshot that scans without a watcher must end in the same state as the watched original.
+            let answer = (scan * 77 % 256) as u8;
+            naive.answer = answer.into();
+            eval.set_bus_answer(answer);
             let mut unwatched = eval.clone();
             unwatched.scan();
             let mut seen = Vec::new();
             eval.scan_watched(&mut |element, before, after| seen.push((element, before, after)));
             prop_assert_eq!(seen, naive.scan(&program), "scan {}", scan + 1);
             prop_assert_eq!(eval.scans(), scan as u64 + 1);
-            prop_assert_eq!(eval.sent(), naive.sent, "scan {}", scan + 1);
+            prop_assert_eq!(eval.sent_bytes(), &naive.sent[..], "scan {}", scan + 1);
+            let on_buses: Vec<(i64, i64, i64)> = eval.bus_events().iter().map(as_numbers).collect();
+            prop_assert_eq!(&on_buses, &naive.on_buses, "scan {}", scan + 1);
             prop_assert_eq!(eval.has_received_byte(), naive.received_byte.is_some());
             prop_assert_eq!(eval.pwm_percent().map(i64::from), naive.duty);
             let cells: Vec<u8> = (0..eval.eeprom().len()).map(|a| naive.cells.get(&a).copied().unwrap_or(255)).collect();
@@ -459,7 +499,7 @@ proptest! {
                 let mut out = None;
                 eval.scan_watched(&mut |_, _, after| out = Some(after));
                 let values: Vec<i32> = (0..eval.symbols().len()).filter(|n| *n != but).map(|n| eval.get(n)).collect();
-                (out, values, eval.sent(), eval.pwm_percent(), eval.eeprom().to_vec())
+                (out, values, (eval.sent_bytes().to_vec(), eval.bus_events().to_vec()), eval.pwm_percent(), eval.eeprom().to_vec())
             };
             for (symbol, named) in eval.symbols().iter().enumerate() {
                 if named.name == "Xa" || facts.symbols.iter().any(|used| used.is_read && used.name == named.name) {

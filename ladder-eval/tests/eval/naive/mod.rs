@@ -33,8 +33,12 @@ pub struct NaiveInterpreter {
     pub integers: HashMap<String, i64>,
     /// Result of a conversion, by name.
     pub levels: HashMap<String, i64>,
-    /// Byte that the last scan sent.
-    pub sent: Option<u8>,
+    /// Bytes that the last scan sent.
+    pub sent: Vec<u8>,
+    /// What this scan did on the buses, as `(device, register, byte)`: -1 on SPI, and for a byte that is read.
+    pub on_buses: Vec<(i64, i64, i64)>,
+    /// Byte that devices answer in this scan.
+    pub answer: i64,
     /// Byte that waits in the receiver.
     pub received_byte: Option<u8>,
     pub duty: Option<i64>,
@@ -81,7 +85,6 @@ impl NaiveInterpreter {
     pub fn new(program: &LadderProgram) -> NaiveInterpreter {
         let widths = program.symbols().into_iter().map(|s| (s.name, s.bytes.into())).collect();
         let mut naive = NaiveInterpreter { widths, ..NaiveInterpreter::default() };
-
         naive.set_up_ports(program);
         let mut address = 0;
         for (ElementId { rung, index }, element, _) in program.elements() {
@@ -122,7 +125,8 @@ impl NaiveInterpreter {
         self.master_relay = true;
         self.seen.clear();
         self.now += 1;
-        self.sent = None;
+        self.sent.clear();
+        self.on_buses.clear();
         self.sample_pins();
         self.jumps_back = 0;
         if !self.locked {
@@ -314,6 +318,7 @@ impl NaiveInterpreter {
                 }
                 power
             }
+            Element::UartSend { name, rest: Some((bytes, 1)) } => self.send_at_once(name, *bytes, (power, program)),
             Element::UartSend { name, rest: Some((bytes @ 2.., _)) } => {
                 if power {
                     self.transfers.entry(self.current_element).or_default();
@@ -385,6 +390,7 @@ impl NaiveInterpreter {
                 }
                 power
             }
+            Element::BusTransfer(transfer) => self.on_bus(transfer, power),
             Element::Move { dest, src } => {
                 if power {
                     self.store(dest, self.operand_value(src));

@@ -41,6 +41,41 @@ impl NaiveInterpreter {
         }
     }
 
+    /// UART_SEND that waits.
+    pub(super) fn send_at_once(&mut self, name: &str, bytes: u32, (power, program): (bool, &LadderProgram)) -> bool {
+        let all = bits::of(self.integer(name), 32);
+        for byte in all.chunks(8).take(if power { bytes as usize } else { 0 }) {
+            let byte = (0..8).filter(|&n| byte[n]).map(|n| 1 << n).sum();
+            self.transmit(byte, program);
+        }
+        if bytes == 1 {
+            self.line_free = self.now;
+        }
+        self.now < self.line_free
+    }
+
+    /// SPI, SPI_WR, I2C_RD and I2C_WR.
+    pub(super) fn on_bus(&mut self, transfer: &ladder::BusTransfer, power: bool) -> bool {
+        if !power {
+            return false;
+        }
+        let low = |value: i64| value.rem_euclid(256);
+        let byte = transfer.send.as_ref().map_or(0, |send| low(self.operand_value(send)));
+        let place = (self.operand_value(&transfer.device), low(self.operand_value(&transfer.register)));
+        match transfer.op {
+            ladder::BusOp::SpiText => {
+                self.on_buses.extend(transfer.text_bytes().into_iter().map(|byte| (-1, -1, i64::from(byte))));
+            }
+            ladder::BusOp::Spi => self.on_buses.push((-1, -1, byte)),
+            ladder::BusOp::I2cWrite => self.on_buses.push((place.0, place.1, byte)),
+            ladder::BusOp::I2cRead => self.on_buses.push((place.0, place.1, -1)),
+        }
+        if let Some(name) = &transfer.recv {
+            self.store(name, self.answer);
+        }
+        true
+    }
+
     /// The number of scans that a constant delay gives.
     pub(super) fn scans_of(
         &self,
@@ -105,7 +140,7 @@ impl NaiveInterpreter {
 
     pub(super) fn transmit(&mut self, byte: u8, program: &LadderProgram) {
         let rate = program.settings.baud.expect("a rate") * program.settings.cycle_us;
-        self.sent = Some(byte);
+        self.sent.push(byte);
         self.line_free = self.now + (10_000_000 / rate + u64::from(10_000_000 % rate != 0)).max(1);
     }
 

@@ -170,7 +170,7 @@ impl IrGenerator<'_> {
             self.eebusy = Some(counter(&mut self.ir, "eebusy"));
             self.ir.eeprom_bytes = self.ir.words[..self.free as usize].iter().map(|cell| u16::from(cell.bytes)).sum();
         }
-        self.ir.uart = UartUse { send: self.wants(ops::SEND), receive: self.wants(ops::RECEIVE) };
+        self.ir.uart = UartUse { send: self.wants(ops::SEND), receive: self.wants(ops::RECEIVE), waits: false };
         self.ir.pwm_hz = self.wants(ops::PWM).then_some(1000);
         self.ir.adcs = (0..self.limits.adcs).map(|n| format!("A{n}")).collect();
     }
