@@ -243,6 +243,8 @@ impl Element {
             | Element::SetPwm { duty: operand, .. }
             | Element::Npulse { count: operand, .. } => vec![operand],
             Element::Pulser { high, low, accel, count, coil: _ } => vec![high, low, accel, count],
+            // Device and register are addresses.
+            Element::BusTransfer(transfer) => transfer.send.iter_mut().collect(),
             Element::Comment(_) | Element::Contacts { .. } | Element::Coil { .. } | Element::Short | Element::Open => {
                 Vec::new()
             }

@@ -96,6 +96,7 @@ fn script(
             outputs: of(BitRole::Output).map(|n| model.bits[n]).collect(),
             sent: (model.sent.len() as u8, model.sent.last().copied().unwrap_or(0)),
             duty: model.duty,
+            buses: 0,
             eeprom: model.eeprom.clone(),
         });
     }
