@@ -8,9 +8,10 @@
 //! far), while the machine cycles, in which pins are driven and events are logged, continue.
 
 use std::collections::VecDeque;
+use std::convert::Infallible;
 
 use emu_core::cpu::{Bus, BusEffect, NEVER, ResetCause};
-use emu_core::external_io::{DriveQueue, EventLog};
+use emu_core::external_io::{DriveQueue, EventLog, OutsideInput};
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel, PinState};
 
 mod baud;
@@ -152,31 +153,10 @@ impl Mcs51Soc {
         self.next_interrupt_boundary = 0;
     }
 
-    /// Drives a pin from outside at the machine cycle `at`, or immediately if that is in the past.
-    pub fn drive(&mut self, at: u64, now: u64, pin: PinId, level: PinLevel) {
-        self.run(now);
-        let at = at.max(now);
-        self.drives.push(at, (pin, level));
-        self.update_deadline();
-        self.run(now);
-    }
-
-    /// Level of a pin after everything that was executed so far; [`PinLevel::Float`] if the pin does not
-    /// exist.
-    #[must_use]
-    pub fn level(&self, pin: PinId) -> PinLevel {
-        self.ports.pin(pin).level()
-    }
-
     /// All pins.
     #[must_use]
     pub fn pins(&self) -> &[PinState] {
         self.ports.pins()
-    }
-
-    /// Removes and returns the oldest logged event.
-    pub fn next_event(&mut self) -> Option<ChipEvent> {
-        self.log.pop()
     }
 
     /// The latch of port 2.
@@ -350,6 +330,8 @@ impl Mcs51Soc {
 }
 
 impl Bus for Mcs51Soc {
+    type Request = Infallible;
+
     fn read(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
         let due = self.next_due() <= now;
         self.run(now);
@@ -467,6 +449,58 @@ impl Bus for Mcs51Soc {
         let receives = self.serial.rx_ticks_to_next_step().is_some() && self.next_serial() != NEVER;
         let frames = self.serial.is_busy() || receives || self.serial.next_shift_cycle() != NEVER;
         frames || self.next_toggle().is_some() || self.drives.next_cycle() != NEVER || !self.edges.is_empty()
+    }
+
+    fn is_core_stopped(&self) -> bool {
+        self.power.is_core_stopped() || self.pcon & power::IDL != 0
+    }
+
+    #[inline]
+    fn requested_reset(&mut self, _: u64) -> Option<ResetCause> {
+        self.power.requested.take()
+    }
+
+    fn level(&self, pin: PinId) -> PinLevel {
+        self.ports.pin(pin).level()
+    }
+
+    /// Models levels only.
+    fn queue_input(&mut self, at: CycleTime, now: u64, input: OutsideInput) -> bool {
+        let OutsideInput::Level(pin, level) = input else { return false };
+        self.run(now);
+        self.drives.push(at.cycle.max(now), (pin, level));
+        self.update_deadline();
+        self.run(now);
+        true
+    }
+
+    fn byte_in_stop_bit(&self) -> Option<u8> {
+        self.serial.byte_in_stop_bit()
+    }
+
+    fn set_event_log(&mut self, on: bool, now: u64) {
+        self.log.set_enabled(on, now, (0..PINS as PinId).filter(|&pin| self.ports.has_contention(pin)));
+    }
+
+    #[inline]
+    fn event_log(&mut self) -> &mut EventLog {
+        &mut self.log
+    }
+
+    fn normalize(&mut self, now: u64) {
+        self.log = EventLog::OFF;
+        self.run(now);
+        let t = self.to_oscillator_time(now);
+        let before = t.saturating_sub(1);
+        if self.timers_synced_to < before {
+            self.sync_timers(before);
+        }
+        self.pass_ticks(before);
+        self.timers.normalize(t);
+        if let Some(timer2) = &mut self.timer2 {
+            timer2.normalize(t);
+        }
+        self.update_deadline();
     }
 }
 

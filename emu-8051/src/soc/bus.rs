@@ -15,7 +15,6 @@ use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 
 use super::Mcs51Soc;
 use crate::periph::map::{pin, sfr};
-use crate::periph::ports::PINS;
 
 /// Clocks of the first cycle.
 const ADDRESS_PHASE: u8 = 8;
@@ -56,18 +55,6 @@ impl Mcs51Soc {
             self.log_transfer(transfer, now);
         }
         self.write_bits(u16::from(sfr::P0), 0xFF, 0xFF, now)
-    }
-
-    /// Enables or disables the log of edges, sent bytes and contentions from the machine cycle `now` on.
-    /// Enabling it logs the present contentions; disabling it discards all events.
-    pub fn set_event_log(&mut self, on: bool, now: u64) {
-        self.log.set_enabled(on, now, (0..PINS as PinId).filter(|&pin| self.ports.has_contention(pin)));
-    }
-
-    /// The byte whose stop bit is being sent.
-    #[must_use]
-    pub fn byte_in_stop_bit(&self) -> Option<u8> {
-        self.serial.byte_in_stop_bit()
     }
 
     fn log_transfer(&mut self, transfer: BusTransfer, now: u64) {
