@@ -6,9 +6,9 @@
 use std::{collections::VecDeque, sync::Arc};
 
 use emu_core::cpu::{BusEffect, NEVER, ResetCause};
-use emu_core::external_io::{DriveQueue, EventLog};
+use emu_core::external_io::{DriveQueue, EventLog, OutsideInput};
 use emu_core::parts::prescaler::Prescaler;
-use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel, PinState};
+use emu_core::pins::{ChipEvent, CycleTime, PinState};
 
 use crate::chips::{AvrPart, FuseLayout, unit_index};
 use crate::cpu::Options;
@@ -85,7 +85,6 @@ mod state;
 
 pub(crate) use lint::BaudClock;
 pub use memory::LOW_BYTES;
-pub use pins::OutsideInput;
 use pins::PinLines;
 use power::PowerState;
 pub use sleep::SleepMode;
@@ -212,34 +211,10 @@ impl AvrSoc {
         soc
     }
 
-    /// Returns the level of a pin after everything executed so far; [`PinLevel::Float`] for a pin that does
-    /// not exist.
-    #[must_use]
-    pub fn level(&self, pin: PinId) -> PinLevel {
-        self.ports.pin(pin).level()
-    }
-
     /// Returns the states of all pins.
     #[must_use]
     pub fn pins(&self) -> &[PinState] {
         self.ports.pins()
-    }
-
-    /// Starts to log edges, sent bytes and contention on pins from the cycle `now` on, including contention
-    /// that already exists; or stops logging and clears the log.
-    pub fn set_event_log(&mut self, on: bool, now: u64) {
-        let pins = 0..self.ports.pins().len() as PinId;
-        self.log.set_enabled(on, now, pins.filter(|&pin| self.ports.pin(pin).has_contention()));
-    }
-
-    /// Removes and returns the oldest logged event.
-    pub fn next_event(&mut self) -> Option<ChipEvent> {
-        self.log.pop()
-    }
-
-    /// Removes and returns the oldest request to the core.
-    pub fn next_request(&mut self) -> Option<CoreRequest> {
-        self.requests.pop_front()
     }
 
     /// Returns the content of the EEPROM.

@@ -42,6 +42,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod bus;
 pub mod chip;
 pub mod countdown;
 pub mod cpu;
@@ -57,7 +58,8 @@ pub mod rng;
 pub mod state;
 pub mod table;
 
+pub use bus::{Bus, BusEffect};
 pub use chip::{Chip, ChipFamily, InstructionSet, NamedAddress, PinDef};
-pub use cpu::{Bus, BusEffect, Cpu, LAST_CYCLE, NEVER, Probe, ProgramFault, RamInit, ResetCause, StopReason};
+pub use cpu::{Cpu, CpuParts, LAST_CYCLE, NEVER, Probe, ProgramFault, RamInit, ResetCause, StopReason};
 pub use error::CoreError;
 pub use pins::{ChipEvent, CycleTime, PinId, PinLevel};

@@ -12,7 +12,7 @@ mod state;
 use std::collections::VecDeque;
 
 use emu_core::cpu::{Bus, BusEffect, NEVER, ResetCause};
-use emu_core::external_io::EventLog;
+use emu_core::external_io::{EventLog, OutsideInput};
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel, PinState};
 
 use crate::chips::{self, Pic16Part};
@@ -30,7 +30,7 @@ use crate::periph::usart::Pic16Usart;
 use crate::periph::{Pic16Device, Pic16Outbox, Pic16Signal};
 
 pub use irq::Pic16Interrupts;
-use pins::{OutsideInput, PinInputs};
+use pins::PinInputs;
 use power::PowerState;
 pub use power::TimingClocks;
 
@@ -194,40 +194,10 @@ impl Pic16Soc {
         soc
     }
 
-    /// Drives a pin from outside at `at`, or at once if that has passed. `now` is the machine cycle of the
-    /// boundary.
-    pub fn drive(&mut self, at: CycleTime, now: u64, pin: PinId, level: PinLevel) {
-        self.queue_input(at, now, OutsideInput::Level(pin, level));
-    }
-
-    /// Returns the level of a pin after everything executed so far; [`PinLevel::Float`] for a pin that does
-    /// not exist.
-    #[must_use]
-    pub fn level(&self, pin: PinId) -> PinLevel {
-        self.ports.pin(pin).level()
-    }
-
     /// Returns the states of all pins.
     #[must_use]
     pub fn pins(&self) -> &[PinState] {
         self.ports.pins()
-    }
-
-    /// Removes and returns the oldest logged event.
-    pub fn next_event(&mut self) -> Option<ChipEvent> {
-        self.log.pop()
-    }
-
-    /// Removes and returns the oldest request to the core at the machine cycle `now`.
-    pub fn next_request(&mut self, now: u64) -> Option<CoreRequest> {
-        if let Some(order) = self.requests.pop_front() {
-            return Some(order);
-        }
-        if now < self.stall {
-            return Some(CoreRequest::Stall { until: std::mem::take(&mut self.stall) });
-        }
-        let (from, until) = self.ignored_cycles;
-        ((from..until).contains(&now)).then_some(CoreRequest::Ignore { until })
     }
 
     /// Supplies a requested word of program memory.
@@ -250,12 +220,6 @@ impl Pic16Soc {
     #[must_use]
     pub fn config(&self, index: usize) -> u16 {
         self.config.get(index).copied().unwrap_or(0x3FFF)
-    }
-
-    /// Returns the byte whose stop bit is being sent, if the program can already see it as sent.
-    #[must_use]
-    pub fn byte_in_stop_bit(&self) -> Option<u8> {
-        self.usart.byte_in_stop_bit()
     }
 
     /// Executes everything due up to the clock `t`, in order of time.
@@ -375,6 +339,8 @@ fn to_cycle_time(t: u64) -> CycleTime {
 }
 
 impl Bus for Pic16Soc {
+    type Request = CoreRequest;
+
     fn read(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
         let due = self.due <= 4 * now;
         self.run(4 * now);
@@ -462,5 +428,70 @@ impl Bus for Pic16Soc {
         let clocked = self.ssp.waits_for_timer2() && self.timers.timer2_match_next(self.run_to_clock) != NEVER;
         let due = parts.iter().any(|&next| next != NEVER) || self.pin_inputs.drives.next_cycle() != NEVER;
         due || clocked || self.timers.moves_pins()
+    }
+
+    fn is_core_stopped(&self) -> bool {
+        !self.power.is_running()
+    }
+
+    #[inline]
+    fn requested_reset(&mut self, _: u64) -> Option<ResetCause> {
+        self.power.request.take()
+    }
+
+    #[inline]
+    fn next_request(&mut self, now: u64) -> Option<CoreRequest> {
+        if let Some(order) = self.requests.pop_front() {
+            return Some(order);
+        }
+        if now < self.stall {
+            return Some(CoreRequest::Stall { until: std::mem::take(&mut self.stall) });
+        }
+        let (from, until) = self.ignored_cycles;
+        ((from..until).contains(&now)).then_some(CoreRequest::Ignore { until })
+    }
+
+    fn level(&self, pin: PinId) -> PinLevel {
+        self.ports.pin(pin).level()
+    }
+
+    fn queue_input(&mut self, at: CycleTime, now: u64, input: OutsideInput) -> bool {
+        self.run(4 * now);
+        let t = at.cycle.saturating_mul(4).saturating_add(u64::from(at.phase.min(3)));
+        self.pin_inputs.drives.push(t.max(4 * now), input);
+        self.update_deadlines();
+        self.run(4 * now);
+        true
+    }
+
+    fn byte_in_stop_bit(&self) -> Option<u8> {
+        self.usart.byte_in_stop_bit()
+    }
+
+    fn set_event_log(&mut self, on: bool, now: u64) {
+        let pins = 0..crate::periph::ports::PIN_COUNT as PinId;
+        self.log.set_enabled(on, now, pins.filter(|&pin| self.ports.pin(pin).has_contention()));
+        self.ports.set_peripheral_pins(if on { u64::MAX } else { self.pin_inputs.peripheral_pins() });
+    }
+
+    #[inline]
+    fn event_log(&mut self) -> &mut EventLog {
+        &mut self.log
+    }
+
+    fn normalize(&mut self, now: u64) {
+        self.log = EventLog::OFF;
+        let t = 4 * now;
+        self.run(t);
+        for_each_unit!(self, part, number => {
+            self.touched_units |= 1 << number;
+            part.run_due(t, &mut self.out);
+        });
+        self.apply_signals();
+        self.update_deadlines();
+        self.run(t);
+        if self.ignored_cycles.1 <= now {
+            self.ignored_cycles = (0, 0);
+        }
     }
 }

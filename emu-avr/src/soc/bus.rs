@@ -1,14 +1,18 @@
 //! The chip as its core accesses it: registers, interrupts, and what keeps the chip awake.
 
-use emu_core::cpu::{Bus, BusEffect, NEVER};
+use emu_core::cpu::{Bus, BusEffect, NEVER, ResetCause};
+use emu_core::external_io::{EventLog, OutsideInput};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
 
-use super::AvrSoc;
 use super::memory::MaskedWrite;
+use super::{AvrSoc, CoreRequest};
 use crate::chips::{RegisterSlot, unit_index};
 use crate::periph::usart::AvrUsart;
 use crate::periph::{AvrDevice, timers, watchdog};
 
 impl Bus for AvrSoc {
+    type Request = CoreRequest;
+
     #[inline]
     fn read(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
         // Fast path for the flag registers that programs poll.
@@ -97,6 +101,21 @@ impl Bus for AvrSoc {
             || interrupts_enabled && (waits || listens)
     }
 
+    fn is_core_stopped(&self) -> bool {
+        self.power.is_held_in_reset() || self.power.start_cycle != 0 || self.power.wake_cycle != 0 || self.stall != 0
+    }
+
+    #[inline]
+    fn requested_reset(&mut self, now: u64) -> Option<ResetCause> {
+        self.run(now);
+        self.power.reset_request.take()
+    }
+
+    #[inline]
+    fn next_request(&mut self, _: u64) -> Option<CoreRequest> {
+        self.requests.pop_front()
+    }
+
     fn is_busy(&self) -> bool {
         // Units that change pins without an enabled interrupt.
         let moves =
@@ -106,6 +125,38 @@ impl Bus for AvrSoc {
             || self.usarts.iter().any(AvrUsart::is_sending)
             || (0..4).any(moves)
             || units.iter().any(|&n| self.unit_deadlines[n] != NEVER)
+    }
+
+    fn level(&self, pin: PinId) -> PinLevel {
+        self.ports.pin(pin).level()
+    }
+
+    fn queue_input(&mut self, at: CycleTime, now: u64, input: OutsideInput) -> bool {
+        self.run(now);
+        let at = at.cycle.max(now);
+        self.drives.push(at, input);
+        self.due = self.due.min(at);
+        self.run(now);
+        true
+    }
+
+    fn set_event_log(&mut self, on: bool, now: u64) {
+        let pins = 0..self.ports.pins().len() as PinId;
+        self.log.set_enabled(on, now, pins.filter(|&pin| self.ports.pin(pin).has_contention()));
+    }
+
+    #[inline]
+    fn event_log(&mut self) -> &mut EventLog {
+        &mut self.log
+    }
+
+    fn normalize(&mut self, now: u64) {
+        self.log = EventLog::OFF;
+        self.run(now);
+        for number in 0..unit_index::COUNT {
+            self.run_unit(number, now);
+        }
+        self.update_deadlines();
     }
 }
 

@@ -2,8 +2,8 @@
 
 use emu_core::chip::ChipPackage;
 use emu_core::cpu::ResetCause;
+use emu_core::external_io::OutsideInput;
 use emu_core::pins::{CycleTime, PinId, PinLevel};
-use emu_core::state;
 
 use super::AvrSoc;
 
@@ -11,25 +11,6 @@ use crate::chips::{AvrPart, unit_index};
 use crate::periph::comparator::ComparatorInput;
 use crate::periph::ports::{PIN_COUNT, PinChange};
 use crate::periph::{AvrDevice, AvrDrive, AvrLine, timers};
-
-/// An input from outside the chip.
-#[derive(Debug, Clone, Copy)]
-pub enum OutsideInput {
-    /// A level on a pin, or no drive.
-    Level(PinId, PinLevel),
-    /// A voltage on a pin, in millivolts.
-    Volts(PinId, u32),
-    /// The supply voltage, in millivolts.
-    Supply(u32),
-}
-
-impl Default for OutsideInput {
-    fn default() -> OutsideInput {
-        OutsideInput::Supply(0)
-    }
-}
-
-state! { enum OutsideInput { 0 = Level(pin, level), 1 = Volts(pin, millivolts), 2 = Supply(millivolts) } }
 
 /// The unit lines on each pin, and the package, if one is selected.
 #[derive(Debug)]
@@ -58,21 +39,6 @@ impl AvrSoc {
     #[must_use]
     pub fn has_pin(&self, pin: PinId) -> bool {
         self.wiring.1.map_or_else(|| self.part.chip.has_pin(pin), |package| package.pin_number(pin).is_some())
-    }
-
-    /// Drives a pin from outside at the cycle `at`, or at once if that has passed. Drives in the same cycle
-    /// take effect in call order.
-    pub fn drive(&mut self, at: u64, now: u64, pin: PinId, level: PinLevel) {
-        self.queue_input(at, now, OutsideInput::Level(pin, level));
-    }
-
-    /// Queues an input from outside for the cycle `at`, or applies it at once if that has passed.
-    pub fn queue_input(&mut self, at: u64, now: u64, put: OutsideInput) {
-        self.run(now);
-        let at = at.max(now);
-        self.drives.push(at, put);
-        self.due = self.due.min(at);
-        self.run(now);
     }
 
     /// Applies the queued inputs that are due at or before the edge `t`.

@@ -34,7 +34,7 @@ pub(super) struct PowerState {
     /// Edges at which CLKPCE, IVCE, BODSE and BODS are cleared.
     unlock_ends: [u64; 4],
     /// Requested reset, if any.
-    reset_request: Option<ResetCause>,
+    pub reset_request: Option<ResetCause>,
     /// True while the reset pin is low.
     pub reset_pin_low: bool,
     /// True if the reset pin is not a port pin.
@@ -46,7 +46,7 @@ pub(super) struct PowerState {
     /// Supply voltage in millivolts.
     pub supply: u32,
     /// Cycle at which the core starts after a reset; 0 while it runs.
-    start_cycle: u64,
+    pub start_cycle: u64,
     /// True if IVSEL has just been written.
     pub moved_vectors: bool,
     /// Cycle from which the core's clock runs again after sleep; 0 if it is not waking.
@@ -263,24 +263,10 @@ impl AvrSoc {
         self.update_deadlines();
     }
 
-    /// Executes everything up to `now`, and takes the requested reset, if any.
-    #[inline]
-    pub fn requested_reset(&mut self, now: u64) -> Option<ResetCause> {
-        self.run(now);
-        self.power.reset_request.take()
-    }
-
     /// Reports whether IVCE is set at the cycle `now`: no interrupt is taken then (12.5.1).
     #[must_use]
     pub const fn ivce(&self, now: u64) -> bool {
         self.power.ivce_open(now)
-    }
-
-    /// Reports whether the core is stopped: in reset, during start-up, while waking, or halted by a memory
-    /// access.
-    #[must_use]
-    pub fn is_core_stopped(&self) -> bool {
-        self.power.is_held_in_reset() || self.power.start_cycle != 0 || self.power.wake_cycle != 0 || self.stall != 0
     }
 
     /// Updates the pins and the start-up after the chip entered or left the held reset.

@@ -5,7 +5,6 @@ use emu_core::external_io::EventLog;
 use emu_core::state;
 
 use super::{AvrSoc, CoreRequest};
-use crate::chips::unit_index;
 
 state! { enum CoreRequest { 0 = Erase { addr, len }, 1 = Program { addr, words } } }
 
@@ -36,17 +35,6 @@ state! {
 }
 
 impl AvrSoc {
-    /// Executes everything up to `now`, including what is normally computed only when it is read. Equal
-    /// machines then have equal fields.
-    pub(crate) fn normalize(&mut self, now: u64) {
-        self.log = EventLog::OFF;
-        self.run(now);
-        for number in 0..unit_index::COUNT {
-            self.run_unit(number, now);
-        }
-        self.update_deadlines();
-    }
-
     /// Recomputes the derived fields after a restore.
     fn restore_derived(&mut self) {
         self.log = EventLog::OFF;

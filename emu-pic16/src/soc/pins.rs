@@ -2,7 +2,7 @@
 //! peripherals.
 
 use emu_core::cpu::NEVER;
-use emu_core::external_io::DriveQueue;
+use emu_core::external_io::{DriveQueue, OutsideInput};
 use emu_core::pins::{PinId, PinLevel};
 
 use super::{Pic16Soc, to_cycle_time, unit_index};
@@ -10,25 +10,6 @@ use crate::chips::{NO_PIN, PeripheralPin, Pic16Part};
 use crate::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use crate::periph::ports::{PIN_COUNT, PORTB, PORTD, PinChange};
 use crate::periph::{Pic16Device, Pic16Drive};
-
-/// An input from outside the chip.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum OutsideInput {
-    /// A level on a pin, or no drive.
-    Level(PinId, PinLevel),
-    /// A voltage on a pin, in millivolts.
-    Volts(PinId, u32),
-    /// The supply voltage, in millivolts.
-    Supply(u32),
-}
-
-impl Default for OutsideInput {
-    fn default() -> OutsideInput {
-        OutsideInput::Supply(0)
-    }
-}
-
-emu_core::state! { enum OutsideInput { 0 = Level(pin, level), 1 = Volts(pin, millivolts), 2 = Supply(millivolts) } }
 
 /// Inputs from outside, and the lines on each pin.
 #[derive(Debug, Clone)]

@@ -1,9 +1,8 @@
 //! Configuration, start-up, resets, standby, supply (DS30292, chapter 12).
 
 use emu_core::cpu::{NEVER, ResetCause};
-use emu_core::pins::{CycleTime, PinId, PinLevel};
+use emu_core::pins::{PinId, PinLevel};
 
-use super::pins::OutsideInput;
 use super::{CoreRequest, Pic16Soc, for_each_unit, unit_index};
 use crate::chips::{InternalOscillator, NO_PIN, OscillatorMode, Pic16Part};
 use crate::cpu::{Options, TimingCorner};
@@ -159,7 +158,7 @@ pub(super) struct PowerState {
     pub config: ConfigSettings,
     clocks: TimingClocks,
     state: PowerPhase,
-    request: Option<ResetCause>,
+    pub request: Option<ResetCause>,
     /// Clock at which a low supply becomes a brown-out.
     brown_out_at: u64,
     /// True if the supply is too low to run.
@@ -295,12 +294,6 @@ impl Pic16Soc {
             self.apply_signals();
         }
         self.power.state = state;
-    }
-
-    /// Reports whether the core does not execute instructions.
-    #[must_use]
-    pub fn is_asleep(&self) -> bool {
-        !self.power.is_running()
     }
 
     /// Reports whether the core is in standby after SLEEP.
@@ -439,30 +432,6 @@ impl Pic16Soc {
         }
     }
 
-    /// Removes and returns the requested reset.
-    pub fn requested_reset(&mut self) -> Option<ResetCause> {
-        self.power.request.take()
-    }
-
-    /// Puts a voltage on a pin at `at` (machine cycle and clock), or at once if that has passed.
-    pub fn queue_volts(&mut self, at: CycleTime, now: u64, pin: PinId, millivolts: u32) {
-        self.queue_input(at, now, OutsideInput::Volts(pin, millivolts));
-    }
-
-    /// Sets the supply in millivolts at `at` (machine cycle and clock), or at once if that has passed.
-    pub fn queue_supply(&mut self, at: CycleTime, now: u64, millivolts: u32) {
-        self.queue_input(at, now, OutsideInput::Supply(millivolts));
-    }
-
-    /// Queues an input from outside for `at` (machine cycle and clock).
-    pub(super) fn queue_input(&mut self, at: CycleTime, now: u64, put: OutsideInput) {
-        self.run(4 * now);
-        let t = at.cycle.saturating_mul(4).saturating_add(u64::from(at.phase.min(3)));
-        self.pin_inputs.drives.push(t.max(4 * now), put);
-        self.update_deadlines();
-        self.run(4 * now);
-    }
-
     /// Reports whether an enabled source can still interrupt, wake or reset the chip without outside input:
     /// the watchdog, or an interrupt source while an event is due.
     pub(super) fn can_wake_up(&self) -> bool {
@@ -473,14 +442,6 @@ impl Pic16Soc {
         let enabled = || rows().any(|row| self.is_enabled(self.irq.enables, row.enable, row.peripheral));
         self.power.state != PowerPhase::Held
             && (starts || watched || self.irq.at != NEVER || heard && self.due != NEVER && enabled())
-    }
-
-    /// Starts to log edges, sent bytes and contention on pins from the machine cycle `now` on, including
-    /// contention that already exists; or stops logging and clears the log.
-    pub fn set_event_log(&mut self, on: bool, now: u64) {
-        let pins = 0..crate::periph::ports::PIN_COUNT as PinId;
-        self.log.set_enabled(on, now, pins.filter(|&pin| self.ports.pin(pin).has_contention()));
-        self.ports.set_peripheral_pins(if on { u64::MAX } else { self.pin_inputs.peripheral_pins() });
     }
 
     /// Writes a register from outside between two instructions.
@@ -494,6 +455,6 @@ impl Pic16Soc {
     /// Reports whether nothing drives the pin.
     #[must_use]
     pub fn is_floating(&self, pin: PinId) -> bool {
-        self.level(pin) == PinLevel::Float
+        self.ports.pin(pin).level() == PinLevel::Float
     }
 }

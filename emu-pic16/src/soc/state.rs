@@ -4,8 +4,7 @@ use emu_core::cpu::NEVER;
 use emu_core::external_io::EventLog;
 use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
 
-use super::{CoreRequest, Pic16Soc, for_each_unit, unit_index};
-use crate::periph::Pic16Device;
+use super::{CoreRequest, Pic16Soc};
 
 emu_core::state! {
     enum CoreRequest {
@@ -64,25 +63,5 @@ impl SnapshotState for Pic16Soc {
             tape.require(self.due > tape.now())?;
         }
         Ok(())
-    }
-}
-
-impl Pic16Soc {
-    /// Executes everything up to the cycle `now`, including what is normally computed only when it is read.
-    /// Equal machines then have equal fields.
-    pub(crate) fn normalize(&mut self, now: u64) {
-        self.log = EventLog::OFF;
-        let t = 4 * now;
-        self.run(t);
-        for_each_unit!(self, part, number => {
-            self.touched_units |= 1 << number;
-            part.run_due(t, &mut self.out);
-        });
-        self.apply_signals();
-        self.update_deadlines();
-        self.run(t);
-        if self.ignored_cycles.1 <= now {
-            self.ignored_cycles = (0, 0);
-        }
     }
 }
