@@ -134,7 +134,7 @@ impl RepetitionDetector {
 impl Ap101 {
     /// Restarts the detection: something from outside has changed the machine.
     pub(crate) fn forget_repetition(&mut self) {
-        let RepetitionDetector { next_check: at, pause_cycles: blind, state: known, .. } = &mut self.repetition;
+        let RepetitionDetector { next_check: at, pause_cycles: blind, state: known } = &mut self.repetition;
         (*at, *blind, *known) =
             (self.core.clock.now() + FIRST_PAUSE_CYCLES, FIRST_PAUSE_CYCLES, RepetitionState::Unknown);
     }

@@ -391,7 +391,7 @@ impl Bus for Ap101Soc {
     #[inline(always)]
     fn fire(&mut self, now: u64) -> u64 {
         self.apply_drives(CLOCKS * now);
-        self.next().div_ceil(CLOCKS)
+        if self.next() == NEVER { NEVER } else { self.next().div_ceil(CLOCKS) }
     }
 
     fn is_core_stopped(&self) -> bool {
