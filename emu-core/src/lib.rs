@@ -46,6 +46,7 @@ pub mod bus;
 pub mod chip;
 pub mod countdown;
 pub mod cpu;
+pub mod device;
 pub mod engine;
 mod error;
 pub mod external_io;

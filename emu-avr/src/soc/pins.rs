@@ -10,7 +10,7 @@ use super::AvrSoc;
 use crate::chips::{AvrPart, unit_index};
 use crate::periph::comparator::ComparatorInput;
 use crate::periph::ports::{PIN_COUNT, PinChange};
-use crate::periph::{AvrDevice, AvrDrive, AvrLine, timers};
+use crate::periph::{AvrDrive, AvrLine, Device, SignalReceiver, timers};
 
 /// The unit lines on each pin, and the package, if one is selected.
 #[derive(Debug)]
@@ -139,7 +139,7 @@ impl AvrSoc {
             unit.run_due(t, &mut self.out);
             unit.on_line_changed(line, high, t, &mut self.out);
         });
-        self.mark_touched(number);
+        self.schedule.touch(number);
         self.apply_signals(number);
         self.notify_trigger(number, t);
     }
@@ -209,7 +209,7 @@ impl AvrSoc {
                     unit.run_due(t, &mut self.out);
                     unit.on_direction_changed(line, output, t, &mut self.out);
                 });
-                self.mark_touched(number);
+                self.schedule.touch(number);
                 self.apply_signals(number);
             }
         }
@@ -251,7 +251,7 @@ impl AvrSoc {
             && self.part.adc_trigger(source).is_some_and(|(of, _)| of == number)
         {
             self.adc.trigger(source, self.trigger_flag(source, t), t);
-            self.mark_touched(unit_index::ADC);
+            self.schedule.touch(unit_index::ADC);
         }
     }
 
@@ -272,7 +272,7 @@ impl AvrSoc {
         for n in 0..self.timers.len() {
             let irqs = wanted.filter(|&(number, _)| number == unit_index::TIMER + n).map_or(0, |(_, irq)| 1 << irq);
             self.timers[n].set_listened_interrupts(irqs, t, &mut self.out);
-            self.mark_touched(unit_index::TIMER + n);
+            self.schedule.touch(unit_index::TIMER + n);
             self.apply_signals(unit_index::TIMER + n);
         }
         self.external.set_flag_listener(
@@ -280,11 +280,11 @@ impl AvrSoc {
             t,
             &mut self.out,
         );
-        self.mark_touched(unit_index::EXTERNAL);
+        self.schedule.touch(unit_index::EXTERNAL);
         self.apply_signals(unit_index::EXTERNAL);
         self.comparator.select(self.adc.comparator_channel(), t, &mut self.out);
         self.comparator.hold_reference_on(self.adc.enabled() || self.power.bod_mv != 0, t, &mut self.out);
-        self.mark_touched(unit_index::COMPARATOR);
+        self.schedule.touch(unit_index::COMPARATOR);
         self.apply_signals(unit_index::COMPARATOR);
     }
 

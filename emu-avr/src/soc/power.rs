@@ -11,7 +11,7 @@ use crate::chips::{AvrPart, FuseLayout, StartUpTime, unit_index};
 use crate::cpu::Options;
 use crate::periph::ports::PIN_COUNT;
 use crate::periph::spm::ConfigBytes;
-use crate::periph::{AvrDevice, AvrDrive};
+use crate::periph::{AvrDrive, Device};
 
 /// Mask of WDRF in MCUSR.
 pub(super) const WDRF: u8 = 1 << 3;
@@ -240,12 +240,12 @@ impl AvrSoc {
             if self.power.stopped_units >> number & 1 == 1 {
                 with_unit!(self, number, unit => unit.restart_clock(now, &mut self.out));
             }
-            with_unit!(self, number, unit => unit.reset(now, &mut self.out));
+            with_unit!(self, number, unit => unit.reset(why == ResetCause::PowerOn, now, &mut self.out));
         }
         self.power.reset();
         // Overrides that units requested before the reset are discarded.
         self.out.clear();
-        self.touched_units = u16::MAX;
+        self.schedule.touch_all();
         self.prescalers = [Prescaler::new(now); 2];
         self.notify_prescaler(0, now);
         self.notify_prescaler(1, now);
@@ -290,7 +290,7 @@ impl AvrSoc {
         if self.power.start_cycle != 0 && self.power.start_cycle <= t && !self.power.is_held_in_reset() {
             self.power.start_cycle = 0;
             self.watchdog.hold(false, t, &mut self.out);
-            self.mark_touched(unit_index::WATCHDOG);
+            self.schedule.touch(unit_index::WATCHDOG);
         }
         if self.stall <= t {
             self.stall = 0;
@@ -315,7 +315,7 @@ impl AvrSoc {
         }
         self.eeprom.block_until(self.spm.busy_until(), t);
         self.spm.block_until(self.eeprom.busy_until(), t);
-        self.touched_units = u16::MAX;
+        self.schedule.touch_all();
     }
 
     /// Writes CLKPR: CLKPCE alone opens the window in which CLKPS can be written (9.12.2).
@@ -357,6 +357,6 @@ impl AvrSoc {
             self.power.is_browned_out = below;
         }
         self.hold_in_reset(t);
-        self.touched_units = u16::MAX;
+        self.schedule.touch_all();
     }
 }

@@ -30,7 +30,7 @@ state! {
     AvrSoc {
         ports, timers, usarts, spi, twi, adc, comparator, eeprom, spm, watchdog, external, prescalers, gtccr, mcusr, mcucr, smcr, prr,
         osccal, rampz, kept_bytes, low_ram, ursel_read, power, drives, requests, stall,
-    } stays { part, wiring, log, unit_deadlines, unit_requests, touched_units, first_vector, due, core_deadline, out, lints }
+    } stays { part, wiring, log, schedule, first_vector, core_deadline, out, lints }
     if |soc, _now| soc.stall != NEVER && soc.requests.iter().all(|order| order.is_within_flash(soc.part.chip.flash_bytes)), then AvrSoc::restore_derived
 }
 
@@ -41,12 +41,12 @@ impl AvrSoc {
         self.out.clear();
         self.lints.forget();
         self.core_deadline = NEVER;
-        self.touched_units = u16::MAX;
+        self.schedule.touch_all();
         self.update_deadlines();
     }
 
     /// Reports whether everything up to `now` has been executed.
     pub(crate) fn is_settled(&self, now: u64) -> bool {
-        self.due > now
+        self.schedule.due > now
     }
 }

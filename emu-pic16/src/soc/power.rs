@@ -6,7 +6,7 @@ use emu_core::pins::{PinId, PinLevel};
 use super::{CoreRequest, Pic16Soc, for_each_unit, unit_index};
 use crate::chips::{InternalOscillator, NO_PIN, OscillatorMode, Pic16Part};
 use crate::cpu::{Options, TimingCorner};
-use crate::periph::{Pic16Device, Pic16Outbox, adc::ClockFraction, map::Sfr};
+use crate::periph::{Device, Pic16Outbox, SignalReceiver, adc::ClockFraction, map::Sfr};
 
 /// Clocks of the start-up timer of a crystal (12.6).
 const OSCILLATOR_START_CLOCKS: u64 = 1024;
@@ -225,7 +225,7 @@ impl Pic16Soc {
         let slept = self.in_standby();
         if !self.power.is_running() {
             for_each_unit!(self, part => part.restart_clock(t, &mut self.out));
-            self.touched_units = u8::MAX;
+            self.schedule.touch_all();
         }
         self.power.state = PowerPhase::Runs;
         self.reset_parts(power_on, t);
@@ -244,7 +244,7 @@ impl Pic16Soc {
         self.irq.seen_port_b = self.ports.input(crate::periph::ports::PORTB);
         // Pin changes caused by the reset itself do not count.
         self.irq.sampled = [NEVER; 2];
-        self.apply_signals();
+        self.apply_signals(());
         // POR and BOR by DS30292, tables 12-3 and 12-5.
         self.pcon = match why {
             ResetCause::PowerOn if matches!(self.part.internal, InternalOscillator::F62x(_)) => OSCF,
@@ -273,25 +273,17 @@ impl Pic16Soc {
     }
 
     fn reset_parts(&mut self, power_on: bool, t: u64) {
-        self.touched_units = u8::MAX;
-        let out = &mut self.out;
-        self.timer0.reset(t);
-        self.timers.reset(power_on, t, out);
-        self.usart.reset(power_on, t, out);
-        self.ssp.reset(power_on, t, out);
-        self.timers.set_timer2_listener(false, t, out);
-        self.eeprom.reset(power_on, t);
-        self.adc.reset(t);
-        self.comparators.reset(t, out);
-        self.psp.reset();
+        self.schedule.touch_all();
+        for_each_unit!(self, part => part.reset(power_on, t, &mut self.out));
+        self.timers.set_timer2_listener(false, t, &mut self.out);
     }
 
     /// Stops the core and the oscillator.
     fn enter_phase(&mut self, state: PowerPhase, t: u64) {
         if self.power.is_running() {
             for_each_unit!(self, part => part.stop_clock(t, &mut self.out));
-            self.touched_units = u8::MAX;
-            self.apply_signals();
+            self.schedule.touch_all();
+            self.apply_signals(());
         }
         self.power.state = state;
     }
@@ -331,9 +323,9 @@ impl Pic16Soc {
 
     /// Clears the watchdog at the clock `t`, at which TMR0 may also overflow.
     fn restart_watchdog(&mut self, t: u64) {
-        self.touched_units |= 1 << unit_index::TIMER0;
+        self.schedule.touch(unit_index::TIMER0);
         self.timer0.clear_watchdog(t, &mut self.out);
-        self.apply_signals();
+        self.apply_signals(());
         self.update_deadlines();
     }
 
@@ -385,7 +377,7 @@ impl Pic16Soc {
     /// Sets the supply voltage from the clock `t` on.
     pub(super) fn set_supply(&mut self, millivolts: u32, t: u64) {
         self.pin_inputs.supply = millivolts;
-        self.touched_units |= 1 << unit_index::ADC | 1 << unit_index::COMPARATORS;
+        self.schedule.touched |= 1 << unit_index::ADC | 1 << unit_index::COMPARATORS;
         self.adc.set_supply(millivolts, t);
         self.comparators.set_supply(millivolts, t, &mut self.out);
         let clocks = self.power.clocks;
@@ -418,8 +410,8 @@ impl Pic16Soc {
         {
             self.power.state = PowerPhase::Runs;
             for_each_unit!(self, part => part.restart_clock(t, &mut self.out));
-            self.touched_units = u8::MAX;
-            self.apply_signals();
+            self.schedule.touch_all();
+            self.apply_signals(());
             match woken {
                 Some(by_watchdog) => {
                     self.requests.push_back(CoreRequest::EndStandby { by_watchdog });
@@ -441,7 +433,7 @@ impl Pic16Soc {
         let rows = || self.part.flags.iter();
         let enabled = || rows().any(|row| self.is_enabled(self.irq.enables, row.enable, row.peripheral));
         self.power.state != PowerPhase::Held
-            && (starts || watched || self.irq.at != NEVER || heard && self.due != NEVER && enabled())
+            && (starts || watched || self.irq.at != NEVER || heard && self.schedule.due != NEVER && enabled())
     }
 
     /// Writes a register from outside between two instructions.

@@ -28,7 +28,7 @@ impl SnapshotState for Pic16Soc {
         // Deadlines are derived from the other fields, and the core gets its deadline again.
         #[rustfmt::skip]
         let Pic16Soc {
-            part: _, config: _, log: _, unit_deadlines: _, touched_units: _, due: _, run_to_clock: _, core_deadline: _, out: _, ports, timer0, timers, usart, ssp, eeprom,
+            part: _, config: _, log: _, schedule: _, run_to_clock: _, core_deadline: _, out: _, ports, timer0, timers, usart, ssp, eeprom,
             adc, comparators, psp, irq, power, pcon, osc, pin_inputs: outside, requests: orders, stall, ignored_cycles: ignored,
         } = self;
         ports.pass_state(tape)?;
@@ -56,11 +56,11 @@ impl SnapshotState for Pic16Soc {
         };
         tape.require(orders.iter().all(sound) && *stall != NEVER && (ignored.1 <= cycle || near(ignored.1)))?;
         if tape.is_reading() {
-            (self.log, self.core_deadline, self.run_to_clock, self.touched_units) =
-                (EventLog::OFF, 0, tape.now(), u8::MAX);
+            (self.log, self.core_deadline, self.run_to_clock) = (EventLog::OFF, 0, tape.now());
+            self.schedule.touch_all();
             self.out.clear();
             self.update_deadlines();
-            tape.require(self.due > tape.now())?;
+            tape.require(self.schedule.due > tape.now())?;
         }
         Ok(())
     }
