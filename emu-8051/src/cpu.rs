@@ -3,9 +3,8 @@
 use std::sync::Arc;
 
 use emu_core::chip::Chip;
-use emu_core::countdown::Countdown;
-use emu_core::cpu::{Bus, Cpu, CpuParts, Probe, RamInit, ResetCause, StopReason, rewrite_bit};
-use emu_core::engine::{self, CpuEngine, RunState};
+use emu_core::cpu::{Bus, Cpu, Probe, RamInit, ResetCause, rewrite_bit};
+use emu_core::engine::RunState;
 use emu_core::image::Image;
 use emu_core::rng::Rng;
 use emu_core::state::SnapshotDamaged;
@@ -169,32 +168,11 @@ impl Mcs51 {
     }
 }
 
-impl CpuParts for Mcs51 {
-    type Bus = Mcs51Soc;
-
-    #[inline]
-    fn bus(&self) -> &Mcs51Soc {
-        &self.soc
-    }
-    #[inline]
-    fn bus_mut(&mut self) -> &mut Mcs51Soc {
-        &mut self.soc
-    }
-    #[inline]
-    fn clock(&self) -> &Countdown {
-        &self.core.clock
-    }
-    #[inline]
-    fn clock_mut(&mut self) -> &mut Countdown {
-        &mut self.core.clock
-    }
-    #[inline]
-    fn run_state(&mut self) -> &mut RunState {
-        &mut self.run_state
-    }
-}
+emu_core::cpu_parts!(Mcs51, Mcs51Soc);
 
 impl Cpu for Mcs51 {
+    emu_core::run_by_engine!();
+
     fn chip(&self) -> &'static Chip {
         &self.part.chip
     }
@@ -319,25 +297,9 @@ impl Cpu for Mcs51 {
         }
     }
 
-    fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
-        engine::run(self, until, probe)
-    }
-
     fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotDamaged> {
         *self = self.restored(bytes)?;
         Ok(())
-    }
-
-    fn is_asleep(&self) -> bool {
-        CpuEngine::is_core_asleep(self)
-    }
-
-    fn is_blocked_on_input(&mut self) -> bool {
-        engine::is_blocked_on_input(self)
-    }
-
-    fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
-        engine::step_until(self, until, probe)
     }
 }
 

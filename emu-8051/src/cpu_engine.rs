@@ -14,12 +14,8 @@ impl CpuEngine for Mcs51 {
     /// A, B, PSW and the data pointers.
     type CoreState = (u32, u32, u8, u32, u32);
 
-    fn stop_requested(&mut self) -> &mut bool {
-        &mut self.core.stop_requested
-    }
-    fn slow_path_requested(&mut self) -> &mut bool {
-        &mut self.core.slow_path_requested
-    }
+    emu_core::engine_methods!();
+
     fn apply_request(&mut self, request: Infallible) {
         match request {}
     }
@@ -35,9 +31,6 @@ impl CpuEngine for Mcs51 {
         true
     }
 
-    fn has_breakpoint(&self, pc: u32) -> bool {
-        self.code.has_breakpoint(pc)
-    }
     fn instruction_mark(&self, pc: u32) -> InstructionMark {
         self.code.instruction_mark(pc)
     }
@@ -54,11 +47,6 @@ impl CpuEngine for Mcs51 {
     fn core_state(&self) -> Self::CoreState {
         let core = &self.core;
         (core.acc, core.b, core.psw(), core.dptr, core.other_dptr)
-    }
-
-    fn burst<P: Probe>(&mut self, stop_at_polling_loops: bool, probe: &mut P) {
-        let (executor, code) = self.executor(probe);
-        self.core = executor.burst(&code.ops[usize::from(stop_at_polling_loops)]);
     }
 
     fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), StopReason> {

@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use emu_core::chip::Chip;
-use emu_core::countdown::Countdown;
-use emu_core::cpu::{Bus, Cpu, CpuParts, Probe, ResetCause, StopReason, Subcycle};
+use emu_core::cpu::{Bus, Cpu, Probe, ResetCause, StopReason, Subcycle};
 use emu_core::engine::RunState;
 use emu_core::external_io::OutsideInput;
 use emu_core::image::Image;
@@ -139,30 +138,7 @@ impl Ap101 {
     }
 }
 
-impl CpuParts for Ap101 {
-    type Bus = Ap101Soc;
-
-    #[inline]
-    fn bus(&self) -> &Ap101Soc {
-        &self.soc
-    }
-    #[inline]
-    fn bus_mut(&mut self) -> &mut Ap101Soc {
-        &mut self.soc
-    }
-    #[inline]
-    fn clock(&self) -> &Countdown {
-        &self.core.clock
-    }
-    #[inline]
-    fn clock_mut(&mut self) -> &mut Countdown {
-        &mut self.core.clock
-    }
-    #[inline]
-    fn run_state(&mut self) -> &mut RunState {
-        &mut self.run_state
-    }
-}
+emu_core::cpu_parts!(Ap101, Ap101Soc);
 
 impl Cpu for Ap101 {
     fn chip(&self) -> &'static Chip {

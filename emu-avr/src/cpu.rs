@@ -3,9 +3,8 @@
 use std::sync::Arc;
 
 use emu_core::chip::Chip;
-use emu_core::countdown::Countdown;
-use emu_core::cpu::{Bus, Cpu, CpuParts, Probe, RamInit, ResetCause, StopReason, rewrite_bit};
-use emu_core::engine::{self, CpuEngine, RunState};
+use emu_core::cpu::{Bus, Cpu, Probe, RamInit, ResetCause, rewrite_bit};
+use emu_core::engine::RunState;
 use emu_core::image::Image;
 use emu_core::pins::PinId;
 use emu_core::rng::Rng;
@@ -194,32 +193,11 @@ impl Avr {
     }
 }
 
-impl CpuParts for Avr {
-    type Bus = AvrSoc;
-
-    #[inline]
-    fn bus(&self) -> &AvrSoc {
-        &self.soc
-    }
-    #[inline]
-    fn bus_mut(&mut self) -> &mut AvrSoc {
-        &mut self.soc
-    }
-    #[inline]
-    fn clock(&self) -> &Countdown {
-        &self.core.clock
-    }
-    #[inline]
-    fn clock_mut(&mut self) -> &mut Countdown {
-        &mut self.core.clock
-    }
-    #[inline]
-    fn run_state(&mut self) -> &mut RunState {
-        &mut self.run_state
-    }
-}
+emu_core::cpu_parts!(Avr, AvrSoc);
 
 impl Cpu for Avr {
+    emu_core::run_by_engine!();
+
     fn chip(&self) -> &'static Chip {
         self.part.chip
     }
@@ -338,22 +316,6 @@ impl Cpu for Avr {
         if self.code.has_breakpoint(pc) != on && Arc::make_mut(&mut self.code).set_breakpoint(pc, on) {
             self.run_state.breakpoint_to_pass = self.run_state.breakpoint_to_pass.filter(|&p| on || p != pc);
         }
-    }
-
-    fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
-        engine::run(self, until, probe)
-    }
-
-    fn is_asleep(&self) -> bool {
-        CpuEngine::is_core_asleep(self)
-    }
-
-    fn is_blocked_on_input(&mut self) -> bool {
-        engine::is_blocked_on_input(self)
-    }
-
-    fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
-        engine::step_until(self, until, probe)
     }
 }
 

@@ -13,12 +13,8 @@ use crate::soc::CoreRequest;
 impl CpuEngine for Avr {
     type CoreState = ([u8; 32], SregFlags);
 
-    fn stop_requested(&mut self) -> &mut bool {
-        &mut self.core.stop_requested
-    }
-    fn slow_path_requested(&mut self) -> &mut bool {
-        &mut self.core.slow_path_requested
-    }
+    emu_core::engine_methods!();
+
     fn apply_request(&mut self, request: CoreRequest) {
         match request {
             CoreRequest::Erase { addr, len } => {
@@ -70,9 +66,6 @@ impl CpuEngine for Avr {
     fn accepts_interrupts(&self) -> bool {
         self.core.flags.get(SregFlag::I)
     }
-    fn has_breakpoint(&self, pc: u32) -> bool {
-        self.code.has_breakpoint(pc)
-    }
     fn instruction_mark(&self, pc: u32) -> InstructionMark {
         self.code.instruction_mark(pc)
     }
@@ -87,11 +80,6 @@ impl CpuEngine for Avr {
     }
     fn core_state(&self) -> Self::CoreState {
         (std::array::from_fn(|r| self.data.bytes[r]), self.core.flags)
-    }
-
-    fn burst<P: Probe>(&mut self, stop_at_polling_loops: bool, probe: &mut P) {
-        let (executor, code) = self.executor(probe);
-        self.core = executor.burst(&code.ops[usize::from(stop_at_polling_loops)]);
     }
 
     fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), StopReason> {

@@ -48,6 +48,7 @@ pub mod countdown;
 pub mod cpu;
 pub mod device;
 pub mod engine;
+pub mod engine_macros;
 mod error;
 pub mod external_io;
 pub mod image;

@@ -5,9 +5,8 @@ mod cpu_engine;
 use std::sync::Arc;
 
 use emu_core::chip::Chip;
-use emu_core::countdown::Countdown;
-use emu_core::cpu::{Bus, Cpu, CpuParts, Probe, RamInit, ResetCause, StopReason};
-use emu_core::engine::{self, CpuEngine, RunState};
+use emu_core::cpu::{Bus, Cpu, Probe, RamInit, ResetCause};
+use emu_core::engine::RunState;
 use emu_core::image::Image;
 
 use crate::chips::{self, Pic16Part};
@@ -167,32 +166,11 @@ fn as_core_register(file_address: FileAddress) -> Option<Sfr> {
     CORE.into_iter().find(|&sfr| file_address == FileAddress::sfr(sfr)).or(unimplemented)
 }
 
-impl CpuParts for Pic16 {
-    type Bus = Pic16Soc;
-
-    #[inline]
-    fn bus(&self) -> &Pic16Soc {
-        &self.soc
-    }
-    #[inline]
-    fn bus_mut(&mut self) -> &mut Pic16Soc {
-        &mut self.soc
-    }
-    #[inline]
-    fn clock(&self) -> &Countdown {
-        &self.core.clock
-    }
-    #[inline]
-    fn clock_mut(&mut self) -> &mut Countdown {
-        &mut self.core.clock
-    }
-    #[inline]
-    fn run_state(&mut self) -> &mut RunState {
-        &mut self.run_state
-    }
-}
+emu_core::cpu_parts!(Pic16, Pic16Soc);
 
 impl Cpu for Pic16 {
+    emu_core::run_by_engine!();
+
     fn chip(&self) -> &'static Chip {
         &self.part.chip
     }
@@ -325,21 +303,5 @@ impl Cpu for Pic16 {
             Some(chips::FileSlot::Ram(canonical)) => Some(canonical.into()),
             _ => None,
         }
-    }
-
-    fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
-        engine::run(self, until, probe)
-    }
-
-    fn is_asleep(&self) -> bool {
-        CpuEngine::is_core_asleep(self)
-    }
-
-    fn is_blocked_on_input(&mut self) -> bool {
-        engine::is_blocked_on_input(self)
-    }
-
-    fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
-        engine::step_until(self, until, probe)
     }
 }

@@ -14,12 +14,7 @@ use crate::soc::CoreRequest;
 impl CpuEngine for Pic16 {
     type CoreState = (u32, u8, u32, u32);
 
-    fn stop_requested(&mut self) -> &mut bool {
-        &mut self.core.stop_requested
-    }
-    fn slow_path_requested(&mut self) -> &mut bool {
-        &mut self.core.slow_path_requested
-    }
+    emu_core::engine_methods!();
 
     fn apply_request(&mut self, request: CoreRequest) {
         let now = self.core.clock.now();
@@ -65,9 +60,6 @@ impl CpuEngine for Pic16 {
         true
     }
 
-    fn has_breakpoint(&self, pc: u32) -> bool {
-        self.code.has_breakpoint(pc)
-    }
     fn instruction_mark(&self, pc: u32) -> InstructionMark {
         self.code.instruction_mark(self.core.bank_and_pc & BANK, pc)
     }
@@ -82,11 +74,6 @@ impl CpuEngine for Pic16 {
     }
     fn core_state(&self) -> Self::CoreState {
         (self.core.w, self.core.status(), self.core.indirect_address, self.core.pclath)
-    }
-
-    fn burst<P: Probe>(&mut self, stop_at_polling_loops: bool, probe: &mut P) {
-        let (executor, code) = self.executor(probe);
-        self.core = executor.burst(&code.ops[usize::from(stop_at_polling_loops)]);
     }
 
     fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), StopReason> {
