@@ -29,6 +29,7 @@ use crate::periph::ports::{Mcs51Ports, PINS};
 use crate::periph::serial::{SerialEdge, SerialLine, SerialPort, SerialStep};
 use crate::periph::timer::Mcs51Timers;
 use crate::periph::timer2::Mcs51Timer2;
+use crate::periph::{Device, Mcs51Outbox};
 use baud::BaudClock;
 use irq::InterruptSystem;
 pub use movx::BusTransfer;
@@ -236,29 +237,17 @@ impl Mcs51Soc {
             self.next_interrupt_boundary = 0;
             match pin {
                 pin::INT0 | pin::INT1 => {
-                    let n = usize::from(pin == pin::INT1);
-                    self.timers.advance_to(t.saturating_sub(1));
-                    self.timers.pin_int(n, high, t);
-                    self.interrupts.external[n].sample(high, t);
+                    self.timers.on_line_changed(pin, high, t, &mut Mcs51Outbox::new());
+                    self.interrupts.external[usize::from(pin == pin::INT1)].sample(high, t);
                 }
-                pin::T0 | pin::T1 => {
-                    self.timers.advance_to(t.saturating_sub(1));
-                    self.timers.pin_t(usize::from(pin == pin::T1), high, t);
-                }
+                pin::T0 | pin::T1 => self.timers.on_line_changed(pin, high, t, &mut Mcs51Outbox::new()),
                 pin::RXD => {
                     self.pass_ticks(t.saturating_sub(1));
                     self.serial.set_rxd_level(high);
                 }
-                pin::T2 => {
+                pin::T2 | pin::T2EX => {
                     if let Some(timer2) = &mut self.timer2 {
-                        timer2.advance_to(t.saturating_sub(1));
-                        timer2.pin_t2(high, t);
-                    }
-                }
-                pin::T2EX => {
-                    if let Some(timer2) = &mut self.timer2 {
-                        timer2.advance_to(t.saturating_sub(1));
-                        timer2.pin_t2ex(high, t);
+                        timer2.on_line_changed(pin, high, t, &mut Mcs51Outbox::new());
                     }
                 }
                 _ => self.power.set_reset_pin(high && !self.ports.rst_high, t + self.stopped_cycles),
