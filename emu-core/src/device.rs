@@ -1,9 +1,9 @@
 //! [`Device`], a peripheral of a chip, and [`Scheduler`], which knows when each of them is due.
 //!
 //! Nothing is called in every cycle. A device computes its state at a given time `t`, and the time of its next
-//! event. The chip chooses the unit of time: machine cycles on AVR, 8051 and AP101, oscillator clocks on
-//! PIC16. What a device does outside itself, it leaves as signals in an [`Outbox`], and the chip carries them
-//! out ([`SignalReceiver`]). So no device knows another one, a pin, an address or a chip.
+//! event. The chip chooses the unit of time: machine cycles on AVR and 8051, oscillator clocks on PIC16. What
+//! a device does outside itself, it leaves as signals in an [`Outbox`], and the chip carries them out
+//! ([`SignalReceiver`]). So no device knows another one, a pin, an address or a chip.
 
 use crate::cpu::NEVER;
 
