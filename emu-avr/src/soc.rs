@@ -280,7 +280,7 @@ impl AvrSoc {
     /// Computes the next deadline. It includes the end of an EEPROM write, which is visible from outside.
     fn update_deadlines(&mut self) {
         let touched = self.schedule.touched;
-        for number in (0..unit_index::COUNT).filter(|number| touched >> number & 1 == 1) {
+        while let Some(number) = self.schedule.take_touched() {
             with_unit!(self, number, unit => self.schedule.ask(number, unit));
         }
         if touched >> unit_index::EEPROM & 1 == 1 {

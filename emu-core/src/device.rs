@@ -113,6 +113,17 @@ impl<const N: usize> Scheduler<N> {
         self.touched = Self::START.touched;
     }
 
+    /// Removes and returns the first touched device.
+    #[inline(always)]
+    pub const fn take_touched(&mut self) -> Option<usize> {
+        if self.touched == 0 {
+            return None;
+        }
+        let number = self.touched.trailing_zeros() as usize;
+        self.touched &= self.touched - 1;
+        Some(number)
+    }
+
     /// Asks a touched device for its deadline and requests.
     #[inline(always)]
     pub fn ask<S: DeviceSignal>(&mut self, number: usize, device: &impl Device<S>) {
