@@ -1,8 +1,8 @@
 //! [`Device`], a peripheral of a chip, and [`Scheduler`], which knows when each of them is due.
 //!
-//! Nothing is called in every cycle. A device computes its state at a given time `t`, and the time of its next
-//! event. The chip chooses the unit of time: machine cycles on AVR and 8051, oscillator clocks on PIC16. What
-//! a device does outside itself, it leaves as signals in an [`Outbox`], and the chip carries them out
+//! Nothing is called in every cycle. A device computes its state at a given time `t`, and the time of its
+//! next event. The chip chooses the unit of time: machine cycles on AVR and 8051, oscillator clocks on PIC16.
+//! What a device does outside itself, it leaves as signals in an [`Outbox`], and the chip carries them out
 //! ([`SignalReceiver`]). So no device knows another one, a pin, an address or a chip.
 
 use crate::cpu::NEVER;
@@ -24,8 +24,8 @@ pub trait Device<S: DeviceSignal> {
     /// Executes everything that is due at or before `t`. Repeated calls have no further effect.
     fn run_due(&mut self, t: u64, out: &mut Outbox<S>);
     /// Returns the time at which [`Device::run_due`] next has an effect outside the device (an enabled
-    /// interrupt, a flag of the chip, a line, a signal), if no register is written and no line changes before;
-    /// [`NEVER`] if there is none.
+    /// interrupt, a flag of the chip, a line, a signal), if no register is written and no line changes
+    /// before; [`NEVER`] if there is none.
     fn next_deadline(&self) -> u64;
     /// Returns the requested interrupts, with flag and enable both set; call `run_due` first. Bit `n` is
     /// interrupt `n` of the device, in the order of the vectors. A device whose flags are in registers of the
@@ -82,8 +82,8 @@ pub trait Device<S: DeviceSignal> {
     fn steady_until(&self, reg: Self::Reg, t: u64) -> u64;
 }
 
-/// When each of the `N` devices of a chip is due, which interrupts it requests, and when the chip is due. Only
-/// devices that were touched are asked again. All of it is derived from the devices, so it is not saved.
+/// When each of the `N` devices of a chip is due, which interrupts it requests, and when the chip is due.
+/// Only devices that were touched are asked again. All of it is derived from the devices, so it is not saved.
 #[derive(Debug, Clone)]
 pub struct Scheduler<const N: usize> {
     /// The time of the next event of the chip, or [`NEVER`].

@@ -1,6 +1,6 @@
-//! Macros for what is the same text in the machines of several families, but needs the fields of their types. A
-//! machine has the chip in `soc`, the registers of the core in `core`, predecoded program memory in `code`, and
-//! the settings of its runs in `run_state`.
+//! Macros for what is the same text in the machines of several families, but needs the fields of their types.
+//! A machine has the chip in `soc`, the registers of the core in `core`, predecoded program memory in `code`,
+//! and the settings of its runs in `run_state`.
 
 /// Implements [`CpuParts`](crate::cpu::CpuParts).
 #[macro_export]
@@ -71,9 +71,9 @@ macro_rules! engine_methods {
     };
 }
 
-/// The hot loop: executes instructions of the executor `$m` until the deadline. `$op` is the op at the program
-/// counter, `$pc` the address that probes get, and `$execute` executes the op. The body is written twice, so
-/// that there are two indirect jumps, which the host predicts better than one.
+/// The hot loop: executes instructions of the executor `$m` until the deadline. `$op` is the op at the
+/// program counter, `$pc` the address that probes get, and `$execute` executes the op. The body is written
+/// twice, so that there are two indirect jumps, which the host predicts better than one.
 #[macro_export]
 macro_rules! burst_loop {
     ($m:ident, $op:ident = $fetch:expr, $pc:expr, $execute:block) => {

@@ -173,9 +173,9 @@ state! {
     Mcs51Timers { tmod, run, t, int, counts, counts_before } stays { counter_setup, is_counting } if |timers, now| timers.counts.synced + 1 >= now, then Mcs51Timers::update_setup
 }
 
-/// TMOD and the counts; TCON is shared with the external interrupts, so the chip reads and writes its bits one
-/// by one. A write at the end of cycle `t` and a level at S5P2 of cycle `t` are the first that count for cycle
-/// `t + 1` and `t`. The last level of a cycle wins. There is no signal: the chip asks for the flags.
+/// TMOD and the counts; TCON is shared with the external interrupts, so the chip reads and writes its bits
+/// one by one. A write at the end of cycle `t` acts from cycle `t + 1` on, a level at S5P2 of cycle `t` from
+/// `t` on. The last level of a cycle wins. There is no signal: the chip asks for the flags.
 impl Device<Mcs51Signal> for Mcs51Timers {
     /// A direct address.
     type Reg = u8;
@@ -222,8 +222,8 @@ impl Device<Mcs51Signal> for Mcs51Timers {
         self.on_register_written();
     }
 
-    /// The timers must be advanced to the cycle before `t`, or to `t` itself if a pin change of that cycle was
-    /// already reported.
+    /// The timers must be advanced to the cycle before `t`, or to `t` itself if a pin change of that cycle
+    /// was already reported.
     fn on_line_changed(&mut self, line: PinId, high: bool, t: u64, _out: &mut Mcs51Outbox) {
         let n = usize::from(matches!(line, pin::T1 | pin::INT1));
         match line {

@@ -118,8 +118,8 @@ state! {
     then Mcs51Timer2::update_setup
 }
 
-/// A write at the end of cycle `t` and a level at S5P2 of cycle `t` are the first that count for cycle `t + 1`
-/// and `t`. The last level of a cycle wins. There is no signal: the chip asks for the flags and the clock.
+/// A write at the end of cycle `t` acts from cycle `t + 1` on, a level at S5P2 of cycle `t` from `t` on. The
+/// last level of a cycle wins. There is no signal: the chip asks for the flags and the clock.
 impl Device<Mcs51Signal> for Mcs51Timer2 {
     /// A direct address.
     type Reg = u8;

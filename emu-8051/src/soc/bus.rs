@@ -1,5 +1,5 @@
-//! The chip as the core and the run loop access it: registers, interrupts, inputs from outside, and what keeps
-//! the chip awake.
+//! The chip as the core and the run loop access it: registers, interrupts, inputs from outside, and what
+//! keeps the chip awake.
 
 use std::convert::Infallible;
 
