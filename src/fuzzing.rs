@@ -7,8 +7,13 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
 use clap::Parser;
+use emu_core::chip::Chip;
+use emu_core::cpu::RamInit;
+use emu_core::image::Image;
 
 use crate::args::{ColorChoice, CommandLine};
+pub use crate::shared::family::MachineVisitor;
+use crate::shared::family::{self, MachineSetup};
 use crate::shared::report::MessageStyle;
 use crate::verbs::debug::commands;
 use crate::verbs::debug::open::{DebugSubject, open_session};
@@ -20,6 +25,11 @@ const COMMAND_TIME_LIMIT: Duration = Duration::from_millis(5);
 
 /// Debugger commands that read or write the file that they name. Generated text must not choose files.
 const FILE_COMMANDS: &[&str] = &["save", "load", "source", "record"];
+
+/// Runs a job on a machine of `chip` after power-up, with `image` in its memories and zeros in RAM.
+pub fn visit_machine<V: MachineVisitor>(chip: &'static Chip, image: &Image, visitor: V) -> V::Output {
+    family::visit_machine(chip, image, &MachineSetup::new(chip, image, RamInit::Zero), visitor)
+}
 
 /// Reads a trace as `emu diff` does. Returns its number of lines, or `None` if the trace is refused.
 #[must_use]

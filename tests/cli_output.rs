@@ -7,9 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("cli-output-{name}"));
-    _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).expect("a folder for the test");
+    let folder = emu_test_support::empty_test_folder!(format!("cli-output-{name}"));
     let input = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/in/hello.hex");
     fs::copy(input, folder.join("hello.hex")).expect("a copy");
     folder

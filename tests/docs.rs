@@ -77,8 +77,7 @@ fn copy(from: &Path, to: &Path) {
 
 /// Creates an empty folder with a copy of the repository's `examples`.
 fn folder(name: &str) -> PathBuf {
-    let dir = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("page-{name}"));
-    let _ = fs::remove_dir_all(&dir);
+    let dir = emu_test_support::empty_test_folder!(format!("page-{name}"));
     copy(&root().join("examples"), &dir.join("examples"));
     dir
 }

@@ -19,23 +19,16 @@ mod tools;
 #[path = "peers/uart.rs"]
 mod uart;
 
-use tools::{folder, run, source};
+use emu_test_support::{run_tool, test_folder};
+use tools::source;
 
 /// Returns the path of a program that wraps simavr's library. The first test that needs one builds them all.
 fn harness(name: &str) -> PathBuf {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     let built = BUILT.get_or_init(|| {
-        let out = folder("peers");
-        run(&source("tests/peers/build.sh"), &[&out.to_string_lossy()], &out);
+        let out = test_folder!("peers");
+        run_tool(source("tests/peers/build.sh"), &[&out.to_string_lossy()], &out);
         out
     });
     built.join(name)
-}
-
-fn seed() -> u64 {
-    let given = std::env::var("EMU_SEED").ok();
-    given.map_or(1, |text| {
-        let digits = text.strip_prefix("0x").map(|hex| u64::from_str_radix(hex, 16));
-        digits.unwrap_or_else(|| text.parse()).unwrap_or_else(|e| panic!("EMU_SEED {text}: {e}"))
-    })
 }

@@ -23,7 +23,8 @@ use avr_programs::{MCU, example, sent};
 use emu_avr::{Avr, chips};
 use emu_core::image::{ElfMachine, load};
 use emu_core::{Cpu, Probe, RamInit, StopReason};
-use tools::{folder, run, source};
+use emu_test_support::{run_tool, test_folder};
+use tools::source;
 
 const LEVELS: [&str; 4] = ["-O0", "-Os", "-O2", "-O3"];
 
@@ -73,7 +74,7 @@ fn hello() -> Vec<String> {
 fn build(name: &str, level: &str, more: &[&str]) -> PathBuf {
     static BUILT: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
     let folder_name = format!("avr_programs/{name}{level}{}", more.concat());
-    let dir = folder(&folder_name);
+    let dir = test_folder!(&folder_name);
     let elf = dir.join(format!("{name}.elf"));
     let mut built = BUILT.lock().unwrap_or_else(|e| panic!("another build failed: {e}"));
     if built.contains(&folder_name) {
@@ -92,7 +93,7 @@ fn build(name: &str, level: &str, more: &[&str]) -> PathBuf {
     let mut args: Vec<&str> = words.iter().map(String::as_str).collect();
     args.extend(["-Wall", "-Wextra", "-Werror"].into_iter().filter(|_| level != "-O0"));
     args.extend(more);
-    run(Path::new(&compiler), &args, &dir);
+    run_tool(&compiler, &args, &dir);
     built.insert(folder_name);
     elf
 }
@@ -101,14 +102,14 @@ fn build(name: &str, level: &str, more: &[&str]) -> PathBuf {
 fn under_simavr(elf: &Path, cycles: u64, what: &str) -> Vec<(char, u8, u64)> {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     let built = BUILT.get_or_init(|| {
-        let out = folder("peers-programs");
-        run(&source("tests/peers/build.sh"), &[&out.to_string_lossy()], &out);
+        let out = test_folder!("peers-programs");
+        run_tool(source("tests/peers/build.sh"), &[&out.to_string_lossy()], &out);
         out
     });
     let words = what.split_whitespace().flat_map(|word| if word == "HELLO" { hello() } else { vec![word.to_owned()] });
     let args: Vec<String> = [elf.to_string_lossy().into_owned(), cycles.to_string()].into_iter().chain(words).collect();
     let args: Vec<&str> = args.iter().map(String::as_str).collect();
-    let output = run(&built.join("simavr_program"), &args, elf.parent().expect("a folder"));
+    let output = run_tool(built.join("simavr_program"), &args, elf.parent().expect("a folder"));
     let said = String::from_utf8_lossy(&output.stdout);
     let line = |line: &str| -> Option<(char, u8, u64)> {
         let mut words = line.split(' ');

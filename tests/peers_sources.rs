@@ -20,7 +20,3 @@ mod random;
 mod text;
 #[path = "peers/tools.rs"]
 mod tools;
-
-fn seed() -> u64 {
-    std::env::var("EMU_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(1)
-}

@@ -8,6 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use emu_test_support::test_folder;
 use vcd::{Command as Line, Parser};
 
 /// An image of `tests/cli/in`, its chip, the flags of the run, and ticks of the file per machine cycle.
@@ -33,12 +34,6 @@ const RUNS: &[(&str, &str, &[&str], u64)] = &[
     ),
     ("and.asm", "ap101", &["--set", "I1=1", "--at", "20c:I2=1", "--cycles", "60", "--vcd-add", "A"], 2000),
 ];
-
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    fs::create_dir_all(&folder).expect("a folder");
-    folder
-}
 
 /// Runs a program, requires exit code 0, and returns its output.
 fn run(program: &str, args: &[&str]) -> String {
@@ -94,7 +89,7 @@ fn changes(file: &Path) -> (BTreeMap<String, Vec<(u64, String)>>, u64) {
 #[test]
 #[ignore = "needs sigrok-cli"]
 fn sigrok_reads_the_same_bits() {
-    let folder = folder("peers-sigrok");
+    let folder = test_folder!("peers-sigrok");
     for row in RUNS {
         let file = record(&folder, row, true);
         let (ours, end) = changes(&file);
@@ -124,7 +119,7 @@ fn sigrok_reads_the_same_bits() {
 #[test]
 #[ignore = "needs gtkwave (vcd2fst, fst2vcd)"]
 fn gtkwave_reads_the_same_values() {
-    let folder = folder("peers-gtkwave");
+    let folder = test_folder!("peers-gtkwave");
     for row in RUNS {
         for bits in [false, true] {
             let file = record(&folder, row, bits);

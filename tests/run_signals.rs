@@ -12,10 +12,7 @@ fn root() -> &'static Path {
 }
 
 fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("signals-{name}"));
-    _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).expect("a folder for the test");
-    folder
+    emu_test_support::empty_test_folder!(format!("signals-{name}"))
 }
 
 /// Starts a run that does not end during the test: 60 s of a program that never halts take longer than the

@@ -26,6 +26,7 @@ emu-check:      ladder diag emu-core emu-avr emu-8051 emu-pic16 emu-ap101 emu-de
 emu:            ladder diag emu-core emu-asm emu-avr emu-8051 emu-pic16 emu-ap101 emu-debug emu-gdb ladder-eval ladder-compile emu-check ladder-view scenario emu-dap emu-tui
 emu-tui:        ladder ladder-eval
 test-support:   emu-core
+test-machines:  emu-core emu-avr emu-8051 emu-pic16 emu-ap101 emu-debug
 fuzz:           emu emu-core emu-asm emu-avr emu-8051 emu-pic16 emu-ap101 emu-debug emu-gdb emu-dap ladder ladder-eval ladder-compile ladder-view scenario
 ";
 
@@ -429,4 +430,51 @@ fn arms_for_all_other_elements_say_why() {
         }
     }
     assert!(silent.is_empty(), "{}", silent.join("\n"));
+}
+
+/// Filters that match no test would make a command of CONTRIBUTING.md pass without testing anything.
+#[test]
+fn commands_for_contributors_run_tests_that_exist() {
+    let page = fs::read_to_string(root().join("CONTRIBUTING.md")).expect("CONTRIBUTING.md");
+    let manifest = |dir: &Path| fs::read_to_string(dir.join("Cargo.toml")).expect("Cargo.toml");
+    let folder = |package: &str| {
+        let mut all = crates().into_iter().map(|(_, dir)| dir);
+        all.find(|dir| manifest(dir).contains(&format!("\nname = \"{package}\"\n")))
+            .unwrap_or_else(|| panic!("{package}"))
+    };
+    let page = page.replace('\n', " ");
+    let commands = page.split('`').filter(|text| text.starts_with("cargo test ") || text.starts_with("cargo bless "));
+    let commands: Vec<&str> =
+        commands.filter(|command| command.contains(" -p ") && !command.contains("PART")).collect();
+    assert!(commands.len() > 25, "{commands:#?}");
+    for command in commands {
+        let words: Vec<&str> = command.split_whitespace().skip(2).collect();
+        let (mut dir, mut filters) = (root(), Vec::new());
+        let mut values = words.iter().copied();
+        while let Some(word) = values.next() {
+            match word {
+                "-p" => dir = folder(values.next().unwrap_or_default()),
+                "--test" => {
+                    let name = values.next().unwrap_or_default();
+                    let places = [format!("tests/{name}.rs"), format!("tests/{name}/main.rs")];
+                    let exists = manifest(&dir).contains(&format!("name = \"{name}\""))
+                        || places.iter().any(|place| dir.join(place).exists());
+                    assert!(exists, "{command}: there is no test file {name}");
+                }
+                _ if word.starts_with('-') => {}
+                _ => filters.push(word),
+            }
+        }
+        let mut files = Vec::new();
+        rust_files(&dir.join(if words.contains(&"--lib") { "src" } else { "tests" }), &mut files);
+        let has = |filter: &str| {
+            files.iter().any(|file| {
+                let stem = file.file_stem().is_some_and(|stem| stem.to_string_lossy().contains(filter));
+                let text = fs::read_to_string(file).expect("source");
+                stem || text.lines().any(|line| line.trim_start().starts_with("fn ") && line.contains(filter))
+            })
+        };
+        filters.retain(|filter| !has(filter));
+        assert!(filters.is_empty(), "{command}: no test has {filters:?} in its name");
+    }
 }

@@ -8,6 +8,7 @@
 
 mod markup;
 mod nearest;
+mod table;
 pub mod text;
 
 use std::borrow::Cow;
@@ -17,6 +18,7 @@ use serde::Serialize;
 
 pub use markup::escape_markup;
 pub use nearest::{distance, nearest};
+pub use table::align_columns;
 
 /// One row of a crate's table of diagnostic codes; `emu explain` prints it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -159,7 +159,7 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     Cow::Owned(clean)
 }
 
-/// As [`printable`], but takes a `String` and returns it unchanged if nothing is escaped.
+/// Escapes what cannot be printed, as [`printable`] does, but returns the `String` itself if nothing is escaped.
 #[must_use]
 pub fn into_printable(text: String) -> String {
     match printable(&text) {

@@ -47,7 +47,7 @@ mod value;
 
 use diag::text::to_display_text;
 use diag::{Diagnostic, Severity};
-use emu_core::chip::{Chip, ChipFamily};
+use emu_core::chip::Chip;
 use emu_core::image::{CONSTANT_SPACE, Image, SourceLines, SymbolAt};
 use emu_core::table::AsmError;
 
@@ -176,7 +176,7 @@ fn bit_of(chip: &Chip, register: &str) -> Option<(&'static str, u32)> {
     let zone =
         [('t', "r"), ('o', "e")].iter().find(|row| row.0 == zone).map_or(zone.to_string(), |row| row.1.to_owned());
     let number = register.get(1..)?.trim_start_matches('_').parse().ok()?;
-    let &(space, size, _) = chip.spaces.iter().find(|(name, ..)| chip.family == ChipFamily::Ap101 && *name == zone)?;
+    let &(space, size, _) = chip.spaces.iter().find(|(name, ..)| chip.is_bit_controller() && *name == zone)?;
     (number < size).then_some((space, number))
 }
 

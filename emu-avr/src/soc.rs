@@ -27,6 +27,11 @@ use crate::periph::usart::AvrUsart;
 use crate::periph::watchdog::AvrWatchdog;
 use crate::periph::{AvrOutbox, AvrSignal, Device, SignalReceiver};
 
+const _: () = assert!(
+    unit_index::COUNT == unit_index::EXTERNAL + 1,
+    "a new unit needs an arm in with_unit! and in enables (soc/lint.rs); the last unit is their `_`"
+);
+
 /// Evaluates `$what` with `$unit` as the unit number `$number`.
 macro_rules! with_unit {
     ($soc:expr, $number:expr, $unit:ident => $what:expr) => {

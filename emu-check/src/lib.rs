@@ -53,7 +53,7 @@ use diag::{Diagnostic, Pos, Severity};
 use emu_core::chip::Chip;
 use emu_core::image::{self, Image};
 use ladder::LadderProgram;
-use ladder_compile::CompiledProgram;
+use ladder_compile::{CompiledProgram, PinAssignment};
 use ladder_eval::Evaluator;
 
 use chip::deviation::Deviation;
@@ -94,8 +94,8 @@ pub struct CheckOptions {
     pub seed: u64,
     /// Number of scans to compare, at least 1.
     pub scans: u64,
-    /// Pin assignments as (symbol, pin), such as (`Xstart`, `PD2`).
-    pub pins: Vec<(String, String)>,
+    /// Pins of symbols; they override those of `IO LIST`.
+    pub pins: Vec<PinAssignment>,
     /// Clock in Hz; overrides the clock of the program.
     pub clock_hz: Option<u64>,
     /// Whether the execution time of every rung is measured; a check without it is faster.

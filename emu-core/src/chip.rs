@@ -1,5 +1,6 @@
 //! The data that describes a chip. Each chip is one row of type [`Chip`], written with struct update syntax.
 
+pub use crate::family::{AssemblyWords, FamilyTraits};
 use crate::image::ImageSpace;
 use crate::pins::{PinId, PinLevel};
 use crate::table::{DisassembledInstruction, FlowKind, InstructionLocation, InstructionRow, SyntaxAlias};

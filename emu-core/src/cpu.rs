@@ -54,6 +54,25 @@ pub enum StopReason {
     Probe,
 }
 
+/// Why a program cannot continue. The instruction was not executed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ProgramError {
+    /// The word at the program counter is not an instruction of this chip.
+    Illegal {
+        /// Program word address.
+        pc: u32,
+        /// The word there.
+        word: u16,
+    },
+    /// The instruction did something that the model cannot execute.
+    Fault {
+        /// Program word address.
+        pc: u32,
+        /// What it did.
+        fault: ProgramFault,
+    },
+}
+
 /// An action of the emulated program that the model cannot execute.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ProgramFault {

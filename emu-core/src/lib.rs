@@ -51,6 +51,7 @@ pub mod engine;
 pub mod engine_macros;
 mod error;
 pub mod external_io;
+mod family;
 pub mod image;
 pub mod lint;
 pub mod machine;
@@ -62,6 +63,6 @@ pub mod table;
 
 pub use bus::{Bus, BusEffect};
 pub use chip::{Chip, ChipFamily, InstructionSet, NamedAddress, PinDef};
-pub use cpu::{Cpu, CpuParts, LAST_CYCLE, NEVER, Probe, ProgramFault, RamInit, ResetCause, StopReason};
+pub use cpu::{Cpu, CpuParts, LAST_CYCLE, NEVER, Probe, ProgramError, ProgramFault, RamInit, ResetCause, StopReason};
 pub use error::CoreError;
 pub use pins::{ChipEvent, CycleTime, PinId, PinLevel};

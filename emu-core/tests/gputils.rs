@@ -5,6 +5,7 @@ use emu_core::image::{
     SYMBOL_CODES, SimulatorMessage, SourceKind, SymbolFile, SymbolSpaces, Symbols, load_messages, load_symbols,
 };
 use emu_core::rng::Rng;
+use emu_test_support::{run_tool, test_folder};
 
 const DIR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/gputils");
 
@@ -167,16 +168,11 @@ fn damaged_files_are_answered() {
 #[test]
 #[ignore = "needs gputils"]
 fn the_files_are_those_of_gputils() {
-    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("gputils");
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = test_folder!("gputils");
     for name in ["absolute.asm", "main.asm", "sub.asm", "macros.inc"] {
         std::fs::copy(format!("{DIR}/{name}"), folder.join(name)).unwrap();
     }
-    let run = |program: &str, args: &[&str]| {
-        let done = std::process::Command::new(program).args(args).current_dir(&folder).output();
-        let done = done.unwrap_or_else(|e| panic!("{program}: {e}"));
-        assert!(done.status.success(), "{program} {args:?}: {done:?}");
-    };
+    let run = |program: &str, args: &[&str]| run_tool(program, args, &folder);
     run("gpasm", &["absolute.asm"]);
     run("gpasm", &["-c", "main.asm"]);
     run("gpasm", &["-c", "sub.asm"]);

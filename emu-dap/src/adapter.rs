@@ -99,7 +99,7 @@ pub(crate) struct DapMachine {
     pub expandable_objects: std::cell::RefCell<Vec<(String, emu_debug::debug::ObjectExpr)>>,
     /// Number of inlined functions that begin at the current instruction and are not entered yet: they are
     /// not frames.
-    pub hidden: usize,
+    pub not_entered: usize,
 }
 
 impl DapMachine {
@@ -202,10 +202,10 @@ impl<'a> DebugAdapter<'a> {
         vec![self.response(0, "", Err(RequestError::new(protocol::MALFORMED, why)))]
     }
 
-    /// Continues the run until the machine stops, `go_on` returns false (it is called about every
+    /// Continues the run until the machine stops, `keep_running` returns false (it is called about every
     /// millisecond), or a slice of 20 ms is over. Returns the events.
-    pub fn run_slice(&mut self, go_on: &mut dyn FnMut() -> bool) -> Vec<Value> {
-        self.advance_run(go_on);
+    pub fn run_slice(&mut self, keep_running: &mut dyn FnMut() -> bool) -> Vec<Value> {
+        self.advance_run(keep_running);
         self.take_events()
     }
 
@@ -392,7 +392,7 @@ impl<'a> DebugAdapter<'a> {
         let folder = path.parent().map(std::path::Path::to_path_buf).unwrap_or_default();
         self.machine = Some(DapMachine {
             expandable_objects: std::cell::RefCell::default(),
-            hidden: 0,
+            not_entered: 0,
             events_reported_to: opened.session.machine().cycle(),
             ladder: opened.view.map(LadderSource::new),
             session: opened.session,

@@ -7,8 +7,7 @@ use std::time::{Duration, Instant};
 
 use emu_core::cpu::LAST_CYCLE;
 use emu_debug::debug::{
-    CallFlow, DebugSession, HaltReason, HaltResult, LineOrigin, LinePosition, PointTrigger, RunGoal, StepVerdict,
-    call_flow,
+    CallFlow, DebugSession, HaltReason, LineOrigin, LinePosition, PointTrigger, RunGoal, StepVerdict, call_flow,
 };
 
 use crate::adapter::DebugAdapter;
@@ -64,11 +63,11 @@ impl StepOverCall {
         (flow == CallFlow::Call).then_some(StepOverCall { return_word: pc.wrapping_add(len), depth })
     }
 
-    fn slice(&self, session: &mut DebugSession, go_on: KeepRunning<'_>) -> HaltResult {
+    fn slice(&self, session: &mut DebugSession, keep_running: KeepRunning<'_>) -> HaltReason {
         let goal = RunGoal { words: BTreeSet::from([self.return_word]), ..RunGoal::default() };
         loop {
-            let halt = session.run(&goal, go_on);
-            if halt.reason != HaltReason::Done || self.is_done(session) {
+            let halt = session.run(&goal, keep_running);
+            if halt != HaltReason::Done || self.is_done(session) {
                 return halt;
             }
         }
@@ -109,16 +108,16 @@ pub(crate) struct LineStep {
     /// Stack depth of the frame of `origin`.
     depth: u32,
     /// Number of inlined functions that begin at the start and are not entered yet.
-    hidden: usize,
+    not_entered: usize,
     /// Number of inlined functions that begin at the end and are not entered, if it is not the number of all
     /// that begin there.
-    hidden_at_end: Option<usize>,
+    not_entered_at_end: Option<usize>,
 }
 
 impl LineStep {
-    /// A step that starts at the current location, where `hidden` inlined functions are not entered yet.
-    pub fn new(kind: LineStepKind, session: &DebugSession, hidden: usize) -> LineStep {
-        let origin = LinePosition::of(session).origin(hidden);
+    /// A step that starts at the current location, where `not_entered` inlined functions are not entered yet.
+    pub fn new(kind: LineStepKind, session: &DebugSession, not_entered: usize) -> LineStep {
+        let origin = LinePosition::of(session).origin(not_entered);
         let here = (session.machine().pc(), session.machine().stack_depth());
         let line = session.scope.source().line_at(here.0).map(|line| (Arc::clone(&line.file), line.line));
         LineStep {
@@ -131,44 +130,44 @@ impl LineStep {
             done: false,
             origin,
             depth: here.1,
-            hidden,
-            hidden_at_end: None,
+            not_entered,
+            not_entered_at_end: None,
         }
     }
 
-    fn slice(&mut self, session: &mut DebugSession, go_on: KeepRunning<'_>) -> HaltResult {
+    fn slice(&mut self, session: &mut DebugSession, keep_running: KeepRunning<'_>) -> HaltReason {
         // The call of an inlined function has no instruction: the step enters it where the machine is.
-        if self.kind == LineStepKind::Into && self.hidden > 0 && !self.done {
-            (self.hidden_at_end, self.done) = (Some(self.hidden - 1), true);
-            return HaltResult { reason: HaltReason::Done };
+        if self.kind == LineStepKind::Into && self.not_entered > 0 && !self.done {
+            (self.not_entered_at_end, self.done) = (Some(self.not_entered - 1), true);
+            return HaltReason::Done;
         }
         loop {
             if let Some(over) = &self.passing {
-                let halt = over.slice(session, go_on);
-                let returned = halt.reason == HaltReason::Done || over.is_done(session);
+                let halt = over.slice(session, keep_running);
+                let returned = halt == HaltReason::Done || over.is_done(session);
                 if returned {
                     self.passing = None;
                     self.before_step = (session.machine().pc(), session.machine().stack_depth());
                     self.done = self.has_arrived(session);
                 }
-                if self.done || !returned || halt.reason != HaltReason::Done {
+                if self.done || !returned || halt != HaltReason::Done {
                     return halt;
                 }
             }
-            let halt =
-                session.step_until(LAST_CYCLE, true, go_on, &mut |session, flow, irq| self.step(session, flow, irq));
-            if self.done || halt.reason != HaltReason::Done {
+            let halt = session
+                .step_until(LAST_CYCLE, true, keep_running, &mut |session, flow, irq| self.step(session, flow, irq));
+            if self.done || halt != HaltReason::Done {
                 return halt;
             }
             if std::mem::take(&mut self.at_self_jump) {
                 let (before, until) = (self.before_step, session.machine().cycle().saturating_add(SELF_JUMP_CYCLES));
-                let halt = session.run(&RunGoal { until: Some(until), ..RunGoal::default() }, go_on);
+                let halt = session.run(&RunGoal { until: Some(until), ..RunGoal::default() }, keep_running);
                 self.before_step = (session.machine().pc(), session.machine().stack_depth());
                 // An interrupt may have started meanwhile.
                 if self.before_step.1 > before.1 {
                     self.passing = Some(StepOverCall { return_word: before.0, depth: before.1 });
                 }
-                if halt.reason != HaltReason::Limit {
+                if halt != HaltReason::Limit {
                     return halt;
                 }
             }
@@ -236,16 +235,16 @@ impl LineStep {
                 (self.origin, self.depth) = (next, depth);
                 false
             }
-            StepVerdict::Stop(hidden) => {
-                self.hidden_at_end = Some(hidden);
+            StepVerdict::Stop(not_entered) => {
+                self.not_entered_at_end = Some(not_entered);
                 true
             }
         }
     }
 
     /// Returns the number of inlined functions that begin where the step has ended and are not entered.
-    pub fn hidden(&self) -> Option<usize> {
-        self.hidden_at_end.filter(|_| self.done)
+    pub fn not_entered(&self) -> Option<usize> {
+        self.not_entered_at_end.filter(|_| self.done)
     }
 }
 
@@ -279,10 +278,10 @@ impl BackLineStep {
         }
     }
 
-    fn slice(&self, session: &mut DebugSession, go_on: KeepRunning<'_>) -> HaltResult {
+    fn slice(&self, session: &mut DebugSession, keep_running: KeepRunning<'_>) -> HaltReason {
         let scope = session.scope.clone();
         let source = scope.source();
-        session.run_back_until(go_on, &mut || true, &mut |passed| {
+        session.run_back_until(keep_running, &mut || true, &mut |passed| {
             let (pc, depth) = (passed.target.pc(), passed.target.stack_depth());
             let byte = pc.saturating_mul(scope.chip().word_bytes);
             let here = self.line.as_ref().map(|line| (&*line.0, line.1));
@@ -297,18 +296,18 @@ impl BackLineStep {
 }
 
 impl PendingRun {
-    /// Continues the run as long as `go_on` returns true.
-    fn slice(&mut self, session: &mut DebugSession, go_on: KeepRunning<'_>) -> HaltResult {
+    /// Continues the run as long as `keep_running` returns true.
+    fn slice(&mut self, session: &mut DebugSession, keep_running: KeepRunning<'_>) -> HaltReason {
         match self {
-            PendingRun::Continue => session.run(&RunGoal::default(), go_on),
-            PendingRun::Steps(left) => session.step_remaining(left, LAST_CYCLE, true, go_on),
-            PendingRun::StepOver(over) => over.slice(session, go_on),
-            PendingRun::StepLine(step) => step.slice(session, go_on),
+            PendingRun::Continue => session.run(&RunGoal::default(), keep_running),
+            PendingRun::Steps(left) => session.step_remaining(left, LAST_CYCLE, true, keep_running),
+            PendingRun::StepOver(over) => over.slice(session, keep_running),
+            PendingRun::StepLine(step) => step.slice(session, keep_running),
             PendingRun::ToWords(words, left) => {
                 let goal = RunGoal { words: words.clone(), ..RunGoal::default() };
                 loop {
-                    let halt = session.run(&goal, go_on);
-                    if halt.reason != HaltReason::Done {
+                    let halt = session.run(&goal, keep_running);
+                    if halt != HaltReason::Done {
                         return halt;
                     }
                     *left = left.saturating_sub(1);
@@ -317,23 +316,23 @@ impl PendingRun {
                     }
                 }
             }
-            PendingRun::Cycle(cycle) => session.goto_cycle(*cycle, go_on),
-            PendingRun::ReverseContinue => session.run_back(go_on),
+            PendingRun::Cycle(cycle) => session.goto_cycle(*cycle, keep_running),
+            PendingRun::ReverseContinue => session.run_back(keep_running),
             PendingRun::BackSteps(n) => session.step_back(*n, &mut || true),
-            PendingRun::BackLine(line) => line.slice(session, go_on),
+            PendingRun::BackLine(line) => line.slice(session, keep_running),
             PendingRun::BackTo(words, left) => {
                 let own = session.points.add(PointTrigger::Code(words.iter().copied().collect()), "", false);
                 let halt = loop {
-                    let halt = session.run_back(go_on);
-                    let HaltReason::Points(mut hits) = halt.reason else { break halt };
+                    let halt = session.run_back(keep_running);
+                    let HaltReason::Points(mut hits) = halt else { break halt };
                     let wanted = hits.iter().any(|hit| hit.id == own);
                     hits.retain(|hit| hit.id != own);
                     *left = left.saturating_sub(u64::from(wanted));
                     if !hits.is_empty() {
-                        break HaltResult { reason: HaltReason::Points(hits) };
+                        break HaltReason::Points(hits);
                     }
                     if *left == 0 {
-                        break HaltResult { reason: HaltReason::Done };
+                        break HaltReason::Done;
                     }
                 };
                 session.points.remove(own);
@@ -370,17 +369,17 @@ impl PendingRun {
 
 impl DebugAdapter<'_> {
     /// Executes a slice of the requested run.
-    pub(crate) fn advance_run(&mut self, go_on: KeepRunning<'_>) {
+    pub(crate) fn advance_run(&mut self, keep_running: KeepRunning<'_>) {
         let (Some(mut run), Some(machine)) = (self.run.take(), self.machine.as_mut()) else { return };
         let (back, end) = (run.is_backwards(), Instant::now() + RUN_SLICE);
         let log_points = if back { self.points.disable_log_points(&mut machine.session) } else { Vec::new() };
         // An interrupted search backwards starts again, so it is only interrupted by a request.
-        let halt = run.slice(&mut machine.session, &mut || (back || Instant::now() < end) && go_on());
+        let halt = run.slice(&mut machine.session, &mut || (back || Instant::now() < end) && keep_running());
         self.points.enable_log_points(&mut machine.session, &log_points);
         machine.listing = None;
         machine.expandable_objects.borrow_mut().clear();
         self.report_events();
-        match halt.reason {
+        match halt {
             HaltReason::Interrupted => self.run = Some(run),
             HaltReason::Points(hits) if !back => {
                 let hits = self.filter_hits(hits);
@@ -394,13 +393,13 @@ impl DebugAdapter<'_> {
                 }
             }
             why => {
-                let hidden = match (&run, &why) {
-                    (PendingRun::StepLine(step), HaltReason::Done) => step.hidden(),
+                let not_entered = match (&run, &why) {
+                    (PendingRun::StepLine(step), HaltReason::Done) => step.not_entered(),
                     _ => None,
                 };
                 self.report_stop(self.stop_of(&why));
-                if let (Some(hidden), Some(machine)) = (hidden, &mut self.machine) {
-                    machine.hidden = hidden;
+                if let (Some(not_entered), Some(machine)) = (not_entered, &mut self.machine) {
+                    machine.not_entered = not_entered;
                 }
             }
         }

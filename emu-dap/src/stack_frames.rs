@@ -71,7 +71,7 @@ impl DebugAdapter<'_> {
     /// # Errors
     /// The frame does not exist.
     pub(crate) fn frame_level(&self, id: Option<i64>) -> Result<usize, RequestError> {
-        let hidden = self.machine.as_ref().map_or(0, |machine| machine.hidden);
+        let not_entered = self.machine.as_ref().map_or(0, |machine| machine.not_entered);
         match id {
             Some(id) if !(0..=MAX_FRAMES as i64 + 1).contains(&id) => {
                 Err(RequestError::new(protocol::NOT_FOUND, format!("there is no frame {id}")))
@@ -79,9 +79,9 @@ impl DebugAdapter<'_> {
             // If there is a frame of the ladder program, it is above the machine's frame.
             Some(id) => {
                 let above = self.machine.as_ref().map_or(0, |machine| i64::from(machine.has_ladder_frame()));
-                Ok(usize::try_from(id - 1 - above).unwrap_or(0) + hidden)
+                Ok(usize::try_from(id - 1 - above).unwrap_or(0) + not_entered)
             }
-            None => Ok(hidden),
+            None => Ok(not_entered),
         }
     }
 }
@@ -119,6 +119,6 @@ impl DapMachine {
             };
             (frame.call_word, name.to_owned(), line)
         };
-        scope.calls().frames(target).iter().skip(self.hidden).take(MAX_FRAMES).map(describe).collect()
+        scope.calls().frames(target).iter().skip(self.not_entered).take(MAX_FRAMES).map(describe).collect()
     }
 }

@@ -93,7 +93,7 @@ impl DebugAdapter<'_> {
             StepUnit::Line => PendingRun::StepLine(LineStep::new(
                 if into { LineStepKind::Into } else { LineStepKind::Next },
                 &machine.session,
-                machine.hidden,
+                machine.not_entered,
             )),
             StepUnit::Instruction => match StepOverCall::here(&mut machine.session).filter(|_| !into) {
                 Some(over) => PendingRun::StepOver(over),
@@ -111,7 +111,7 @@ impl DebugAdapter<'_> {
         let rungs = machine.ladder.as_ref().filter(|ladder| unit == StepUnit::Element && ladder.rung_at(pc).is_some());
         let run = match rungs {
             Some(ladder) => PendingRun::ToWords(ladder.rung_starts(), 1),
-            None => PendingRun::StepLine(LineStep::new(LineStepKind::Out, &machine.session, machine.hidden)),
+            None => PendingRun::StepLine(LineStep::new(LineStepKind::Out, &machine.session, machine.not_entered)),
         };
         self.begin_run(run, Value::Null)
     }
@@ -148,7 +148,9 @@ impl DebugAdapter<'_> {
                 ("instruction", false) => PendingRun::Steps(count),
                 ("instruction", true) => PendingRun::BackSteps(count),
                 _ if count > 1 => return Err(RequestError::new(protocol::ARGUMENTS, "lines are stepped one by one")),
-                (_, false) => PendingRun::StepLine(LineStep::new(LineStepKind::Next, &machine.session, machine.hidden)),
+                (_, false) => {
+                    PendingRun::StepLine(LineStep::new(LineStepKind::Next, &machine.session, machine.not_entered))
+                }
                 (_, true) => PendingRun::BackLine(BackLineStep::new(&machine.session)),
             });
         }

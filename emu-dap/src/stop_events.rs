@@ -1,5 +1,6 @@
 //! Stop reasons of the machine as events of the protocol.
 
+use emu_core::cpu::ProgramError;
 use emu_core::pins::ChipEvent;
 use emu_debug::debug::{HaltReason, PointHit, PointTrigger};
 use serde_json::{Value, json};
@@ -62,7 +63,7 @@ impl DebugAdapter<'_> {
         }
         self.run = None;
         if let Some(machine) = &mut self.machine {
-            machine.hidden = machine.calls_to_come(stop.hits_inlined_code);
+            machine.not_entered = machine.calls_to_come(stop.hits_inlined_code);
             machine.stop = stop;
         }
         self.event("stopped", body);
@@ -94,11 +95,13 @@ impl DebugAdapter<'_> {
                 text: Some("Only an external stimulus can change what the program does.".to_owned()),
                 ..StopEvent::plain("halted")
             },
-            HaltReason::Illegal { pc, word } => {
+            HaltReason::Error(ProgramError::Illegal { pc, word }) => {
                 let text = format!("0x{word:04x} at {} is not an instruction of this chip", place(*pc));
                 exception("illegal", "Illegal instruction", text)
             }
-            HaltReason::Fault { pc, fault } => exception("fault", "Fault", format!("{}: {fault}", place(*pc))),
+            HaltReason::Error(ProgramError::Fault { pc, fault }) => {
+                exception("fault", "Fault", format!("{}: {fault}", place(*pc)))
+            }
             HaltReason::Points(hits) => self.stop_of_hits(hits),
         }
     }

@@ -4,13 +4,17 @@
 use std::time::{Duration, Instant};
 
 use emu_core::Chip;
-use emu_core::cpu::{Cpu, RamInit};
+use emu_core::cpu::RamInit;
 use emu_core::image::{self, ElfMachine, Image};
-use emu_debug::debug::{DebugSession, DynMachine, MachineWithDevices, NameScope, RunGoal, SessionOptions};
-use emu_debug::{AttachedDevices, CycleClock};
+use emu_debug::CycleClock;
+use emu_debug::debug::{DebugSession, DynMachine, NameScope, RunGoal, SessionOptions};
+use emu_test_machines::DebugMachine;
 
 /// Cycles that run first.
 const CYCLES: u64 = 1_000_000_000;
+
+/// Frequency of the clock in Hz.
+const HZ: u64 = 16_000_000;
 
 /// Number of steps back that are timed.
 const STEPS: usize = 101;
@@ -27,26 +31,19 @@ fn load(chip: &'static Chip, file: &str) -> Image {
     image::load(file, &bytes, chip.hex_spaces, chip.elf_spaces, ElfMachine(chip.elf_machine)).expect("an image").image
 }
 
-fn boxed<C: Cpu + 'static>(cpu: C) -> Box<dyn DynMachine> {
-    Box::new(MachineWithDevices::new(
-        cpu,
-        AttachedDevices::new(Vec::new(), CycleClock { hz: 16_000_000, clocks_per_cycle: 1 }),
-    ))
-}
-
 fn main() {
     let avr = &emu_avr::chips::ATMEGA328P;
     let mcs51 = emu_8051::chips::chips().find(|chip| chip.name == "8052").expect("8052");
     let pic = emu_pic16::chips::chips().find(|chip| chip.name == "pic16f877a").expect("pic16f877a");
     type Build = fn(&'static Chip, &Image) -> Box<dyn DynMachine>;
     let machines: [(&str, &'static Chip, Build); 4] = [
-        ("counter", avr, |chip, image| boxed(emu_avr::Avr::new(chip, image, RamInit::Zero))),
-        ("examples/avr/sort.elf", avr, |chip, image| boxed(emu_avr::Avr::new(chip, image, RamInit::Zero))),
+        ("counter", avr, |chip, image| emu_avr::Avr::new(chip, image, RamInit::Zero).boxed(HZ)),
+        ("examples/avr/sort.elf", avr, |chip, image| emu_avr::Avr::new(chip, image, RamInit::Zero).boxed(HZ)),
         ("examples/8051/traffic.hex", mcs51, |chip, image| {
-            boxed(emu_8051::Mcs51::with(chip, image, RamInit::Zero, emu_8051::Options::default()))
+            emu_8051::Mcs51::with(chip, image, RamInit::Zero, emu_8051::Options::default()).boxed(HZ)
         }),
         ("examples/pic16/blink.hex", pic, |chip, image| {
-            boxed(emu_pic16::Pic16::with(chip, image, RamInit::Zero, emu_pic16::Options::default()))
+            emu_pic16::Pic16::with(chip, image, RamInit::Zero, emu_pic16::Options::default()).boxed(HZ)
         }),
     ];
     for (file, chip, build) in machines {
@@ -76,7 +73,7 @@ fn main() {
         println!(
             "{file} on {}: {:?} at cycle {}, run {took:.2?}, {copies} copies in {} KB; step back: first half of {STEPS} under {:.2?}, slowest {:.2?}",
             chip.name,
-            halt.reason,
+            halt,
             session.machine().cycle(),
             bytes >> 10,
             times[STEPS / 2],

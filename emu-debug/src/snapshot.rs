@@ -13,21 +13,21 @@ const MAGIC: &[u8; 8] = b"\x89EMUSNP\n";
 /// a state change.
 const VERSION: u16 = 2;
 
-/// The file is not a snapshot.
+/// Code of a file that is not a snapshot.
 pub const NO_SNAPSHOT: &str = "SNP001";
-/// It ends early.
+/// Code of a snapshot that ends early.
 pub const CUT_SHORT: &str = "SNP002";
-/// It was changed after it was written.
+/// Code of a snapshot that was changed after it was written.
 pub const CHECKSUM: &str = "SNP003";
-/// It has another version.
+/// Code of a snapshot in the format of another version.
 pub const OTHER_VERSION: &str = "SNP004";
-/// It is for another chip.
+/// Code of a snapshot of another chip.
 pub const OTHER_CHIP: &str = "SNP005";
-/// It is for another program.
+/// Code of a snapshot of a machine with another program.
 pub const OTHER_PROGRAM: &str = "SNP006";
-/// It is for a machine with another configuration.
+/// Code of a snapshot of a machine with another configuration.
 pub const OTHER_OPTIONS: &str = "SNP007";
-/// Its contents are not a state of the machine.
+/// Code of a snapshot whose contents are not a state of the machine.
 pub const NO_STATE: &str = "SNP008";
 
 /// All codes.

@@ -66,7 +66,7 @@ fn a_point_that_is_long_past_is_found_with_few_copies() {
     let main = 0x102 / 2;
     let id = session.points.add(PointTrigger::Code(vec![main]), "main", false);
     let goal = RunGoal { until: Some(8_000_000), ..RunGoal::default() };
-    assert!(matches!(session.run(&goal, &mut || true).reason, HaltReason::Points(_)));
+    assert!(matches!(session.run(&goal, &mut || true), HaltReason::Points(_)));
     let at = session.machine().cycle();
     while session.history_size().0 < 64 {
         // Long enough for a copy on a fast host too.
@@ -74,7 +74,7 @@ fn a_point_that_is_long_past_is_found_with_few_copies() {
     }
     let kept = session.history_size().0;
     copies.set(0);
-    match session.run_back(&mut || true).reason {
+    match session.run_back(&mut || true) {
         HaltReason::Points(hits) => assert_eq!((hits[0].id, session.machine().cycle()), (id, at)),
         why => panic!("{why:?}"),
     }

@@ -29,7 +29,7 @@ fn no_breakpoint_is_lost() {
     let mut seen = Vec::new();
     let mut asked = 0;
     while seen.len() < 6 && asked < 100 {
-        match session.run(&RunGoal::default(), &mut || false).reason {
+        match session.run(&RunGoal::default(), &mut || false) {
             HaltReason::Points(hits) => seen.extend(hits.iter().map(|hit| hit.pc)),
             why => assert_eq!(why, HaltReason::Interrupted),
         }
@@ -46,7 +46,7 @@ fn nor_on_the_way_back() {
         session.run(&RunGoal { until: Some(cycle), ..RunGoal::default() }, &mut || true);
     }
     session.points.add(PointTrigger::Code(vec![1, 2, 3, 4]), "", false);
-    let back = |session: &mut DebugSession| match session.run_back(&mut || true).reason {
+    let back = |session: &mut DebugSession| match session.run_back(&mut || true) {
         HaltReason::Points(hits) => hits.first().map(|hit| (hit.pc, session.machine().cycle())),
         _ => None,
     };
@@ -60,7 +60,7 @@ fn breakpoints_make_no_run_deaf() {
     let mut session = session_of("loop: inc r16\nrjmp loop\n");
     session.points.add(PointTrigger::Code(vec![1]), "", false);
     for _ in 0..100 {
-        assert!(matches!(session.run(&RunGoal::default(), &mut || true).reason, HaltReason::Points(_)));
+        assert!(matches!(session.run(&RunGoal::default(), &mut || true), HaltReason::Points(_)));
     }
     session.points.clear();
     let (start, mut asked) = (session.machine().cycle(), 0);
@@ -68,7 +68,7 @@ fn breakpoints_make_no_run_deaf() {
         asked += 1;
         asked < 4
     });
-    assert_eq!(halt.reason, HaltReason::Interrupted);
+    assert_eq!(halt, HaltReason::Interrupted);
     // A stretch takes a millisecond or two on any host; with the fault, stretches are 2^40 cycles long.
     assert!(session.machine().cycle() - start < 1 << 32, "{}", session.machine().cycle() - start);
 }
@@ -89,15 +89,15 @@ fn endless_waits_are_stopped() {
     for (program, why) in rows {
         let mut session = session_of(program);
         for turn in 1..4 {
-            assert_eq!(session.run(&RunGoal::default(), &mut || true).reason, why, "{program}");
+            assert_eq!(session.run(&RunGoal::default(), &mut || true), why, "{program}");
             assert!(session.machine().cycle() < turn << 16, "{program}: {}", session.machine().cycle());
         }
         // Time passes if the run has an end, and can be reverted.
         let goal = RunGoal { until: Some(1 << 40), runs_while_halted: true, ..RunGoal::default() };
-        assert_eq!(session.run(&goal, &mut || true).reason, HaltReason::Limit, "{program}");
+        assert_eq!(session.run(&goal, &mut || true), HaltReason::Limit, "{program}");
         let (cycle, state) = (session.machine().cycle(), session.machine().save());
         assert!((1 << 40..(1 << 40) + 4).contains(&cycle), "{program}: {cycle}");
-        assert_eq!(session.step_back(1, &mut || true).reason, HaltReason::Done, "{program}");
+        assert_eq!(session.step_back(1, &mut || true), HaltReason::Done, "{program}");
         assert!(session.machine().cycle() < cycle, "{program}");
         session.step_instructions(1, 1 << 41, &mut || true);
         assert!(session.machine().save() == state, "{program}");
@@ -105,7 +105,7 @@ fn endless_waits_are_stopped() {
     // A timer that still runs ends the wait, so its time is taken into account.
     let mut session =
         session_of("ldi r16, 1\nout 0x25, r16\nloop: in r17, 0x26\ncpi r17, 200\nbrne loop\nend: rjmp end\n");
-    assert_eq!(session.run(&RunGoal::default(), &mut || true).reason, HaltReason::Halted);
+    assert_eq!(session.run(&RunGoal::default(), &mut || true), HaltReason::Halted);
     assert_eq!(session.machine().pc(), 5);
 }
 
@@ -115,7 +115,7 @@ fn endless_waits_are_stopped() {
 fn a_search_back_through_a_long_wait_is_interrupted() {
     let mut session = session_of("ldi r16, 5\nout 0x25, r16\nloop: sbis 0x15, 0\nrjmp loop\nsbi 0x15, 0\nrjmp loop\n");
     let goal = RunGoal { until: Some(1 << 36), ..RunGoal::default() };
-    assert_eq!(session.run(&goal, &mut || true).reason, HaltReason::Limit);
+    assert_eq!(session.run(&goal, &mut || true), HaltReason::Limit);
     let wanted = session.scope.parse_expression("r20").expect("a register");
     let mut asked = 0;
     let found = session.last_access(PointTrigger::Change(wanted), &mut || {

@@ -7,16 +7,16 @@ mod examples;
 use std::collections::BTreeMap;
 
 use emu_core::Chip;
-use emu_core::cpu::{Cpu, RamInit, ResetCause};
+use emu_core::cpu::{RamInit, ResetCause};
 use emu_core::image::Image;
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
+use emu_debug::CycleClock;
 use emu_debug::debug::{
-    DebugSession, DynMachine, ExpressionPlace, HaltReason, MachineWithDevices, NameScope, RunGoal, SessionOptions,
-    UserAction,
+    DebugSession, DynMachine, ExpressionPlace, HaltReason, NameScope, RunGoal, SessionOptions, UserAction,
 };
 use emu_debug::stimulus::{ExternalDrive, TimedDrive};
-use emu_debug::{AttachedDevices, CycleClock};
+use emu_test_machines::DebugMachine;
 use emu_test_support::slices::pick_random;
 
 use examples::{chip_8051, chip_pic, load};
@@ -29,6 +29,9 @@ const WALKS: u64 = if cfg!(debug_assertions) { 8 } else { 1_000 };
 
 /// Actions of a random execution.
 const ACTS: u64 = 24;
+
+/// Frequency of the clock in Hz.
+const HZ: u64 = 16_000_000;
 
 /// Small, so that copies are removed.
 const HISTORY: usize = 1 << 20;
@@ -55,13 +58,6 @@ struct Family {
     files: &'static [(&'static str, &'static str)],
     build: fn(&'static str, &Image) -> Box<dyn DynMachine>,
     chip: fn(&str) -> &'static Chip,
-}
-
-fn boxed<C: Cpu + 'static>(cpu: C) -> Box<dyn DynMachine> {
-    Box::new(MachineWithDevices::new(
-        cpu,
-        AttachedDevices::new(Vec::new(), CycleClock { hz: 16_000_000, clocks_per_cycle: 1 }),
-    ))
 }
 
 fn walks(family: Family, name: &str, count: u64) {
@@ -117,7 +113,7 @@ fn walks(family: Family, name: &str, count: u64) {
                     let (before, at) = (print(&session), session.machine().cycle());
                     let mut back = 0;
                     for _ in 0..n {
-                        if session.step_back(1, &mut || true).reason == HaltReason::Beginning {
+                        if session.step_back(1, &mut || true) == HaltReason::Beginning {
                             break;
                         }
                         back += 1;
@@ -221,7 +217,7 @@ fn avr() {
         ("atmega328p", "avr/tone.elf"),
         ("atmega328p", "avr/boot.elf"),
     ];
-    let build = |chip: &'static str, image: &Image| boxed(emu_avr::Avr::new(avr_chip(chip), image, RamInit::Zero));
+    let build = |chip: &'static str, image: &Image| emu_avr::Avr::new(avr_chip(chip), image, RamInit::Zero).boxed(HZ);
     walks(Family { files, build, chip: avr_chip }, "avr", WALKS);
 }
 
@@ -238,7 +234,7 @@ fn mcs51() {
         ("8052", "8051/traffic.hex"),
     ];
     let build = |chip: &'static str, image: &Image| {
-        boxed(emu_8051::Mcs51::with(chip_8051(chip), image, RamInit::Zero, emu_8051::Options::default()))
+        emu_8051::Mcs51::with(chip_8051(chip), image, RamInit::Zero, emu_8051::Options::default()).boxed(HZ)
     };
     walks(Family { files, build, chip: chip_8051 }, "mcs51", WALKS);
 }
@@ -247,7 +243,7 @@ fn mcs51() {
 fn pic16() {
     let files = &[("pic16f877a", "pic16/blink.hex"), ("pic16f873", "pic16/hello.hex")];
     let build = |chip: &'static str, image: &Image| {
-        boxed(emu_pic16::Pic16::with(chip_pic(chip), image, RamInit::Zero, emu_pic16::Options::default()))
+        emu_pic16::Pic16::with(chip_pic(chip), image, RamInit::Zero, emu_pic16::Options::default()).boxed(HZ)
     };
     walks(Family { files, build, chip: chip_pic }, "pic16", WALKS);
 }
@@ -255,6 +251,6 @@ fn pic16() {
 #[test]
 fn ap101() {
     let files = &[("ap101", "timer.asm"), ("ap101", "latch.asm"), ("ap101", "multiprogram.asm"), ("ap101", "jump.asm")];
-    let build = |_: &'static str, image: &Image| boxed(emu_ap101::Ap101::with(image, emu_ap101::Options::default()));
+    let build = |_: &'static str, image: &Image| emu_ap101::Ap101::with(image, emu_ap101::Options::default()).boxed(HZ);
     walks(Family { files, build, chip: |_| &emu_ap101::chips::AP101 }, "ap101", WALKS);
 }

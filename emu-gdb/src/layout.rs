@@ -5,34 +5,9 @@
 
 use std::fmt::Write;
 
-use emu_core::chip::{Chip, ChipFamily};
+use emu_core::chip::Chip;
 use emu_debug::debug::DynMachine;
 use emu_debug::trace::register_bits;
-
-/// gdb's base addresses of the memories of each family.
-const MEMORY_BASES: &[(ChipFamily, &[(&str, u32)])] = &[
-    (
-        ChipFamily::Avr,
-        &[("flash", 0), ("data", 0x80_0000), ("eeprom", 0x81_0000), ("fuse", 0x82_0000), ("lock", 0x83_0000)],
-    ),
-    (
-        ChipFamily::Mcs51,
-        &[("code", 0), ("idata", 0x80_0000), ("sfr", 0x81_0000), ("xdata", 0x82_0000), ("bit", 0x83_0000)],
-    ),
-    (ChipFamily::Pic16, &[("flash", 0), ("data", 0x80_0000), ("eeprom", 0x81_0000), ("config", 0x82_0000)]),
-    (
-        ChipFamily::Ap101,
-        &[
-            ("code", 0),
-            ("m", 0x80_0000),
-            ("i", 0x81_0000),
-            ("e", 0x82_0000),
-            ("r", 0x83_0000),
-            ("preset", 0x84_0000),
-            ("value", 0x85_0000),
-        ],
-    ),
-];
 
 /// Number of stack levels of a PIC16; the stack is not part of a memory.
 const PIC16_STACK_LEVELS: usize = 8;
@@ -81,8 +56,7 @@ impl GdbLayout {
         });
         let places = if target.return_stack().is_empty() { 0 } else { PIC16_STACK_LEVELS };
         let registers = core.chain((0..places).map(|place| (GdbRegister::Stack(place), 4))).collect();
-        let of = MEMORY_BASES.iter().find(|(family, _)| *family == chip.family).map_or(&[][..], |found| found.1);
-        let memories = of.iter().filter_map(|&(name, base)| {
+        let memories = chip.family_traits().gdb_memories.iter().filter_map(|&(name, base)| {
             let &(space, size, width) = chip.spaces.iter().find(|(space, ..)| *space == name)?;
             Some(GdbMemory { space, base, len: size.saturating_mul(width), width })
         });
@@ -111,17 +85,13 @@ impl GdbLayout {
         let mut xml =
             "<?xml version=\"1.0\"?>\n<!DOCTYPE target SYSTEM \"gdb-target.dtd\">\n<target version=\"1.0\">\n"
                 .to_owned();
-        let feature = match self.chip.family {
-            ChipFamily::Avr => {
-                // Small AVR chips have neither CALL nor JMP.
-                let core = if self.chip.flash_bytes > 0x2000 { "avr:5" } else { "avr:4" };
-                return format!("{xml}  <architecture>{core}</architecture>\n</target>\n");
-            }
-            ChipFamily::Mcs51 => "mcs51",
-            ChipFamily::Pic16 => "pic16",
-            ChipFamily::Ap101 => "ap101",
-        };
-        _ = writeln!(xml, "  <feature name=\"org.emu.{feature}\">");
+        let family = self.chip.family_traits();
+        if let Some([small, large]) = family.gdb_architectures {
+            // Small AVR chips have neither CALL nor JMP.
+            let core = if self.chip.flash_bytes > 0x2000 { large } else { small };
+            return format!("{xml}  <architecture>{core}</architecture>\n</target>\n");
+        }
+        _ = writeln!(xml, "  <feature name=\"org.emu.{}\">", family.id);
         for (kind, bytes) in &self.registers {
             let (name, kind) = match kind {
                 GdbRegister::Core(name) => (name.to_ascii_lowercase(), format!("uint{}", 8 * bytes)),

@@ -104,7 +104,7 @@ impl GdbTarget<'_> {
         };
         let input = &mut self.input;
         let halt = self.session.step_back(n, &mut || input.may_continue());
-        self.describe_move(&halt.reason)
+        self.describe_move(&halt)
     }
 
     fn run_goto_command(&mut self, rest: &str) -> String {
@@ -112,7 +112,7 @@ impl GdbTarget<'_> {
         let Some(cycle) = number else { return format!("`{rest}` is not a cycle; write `goto 1000`") };
         let input = &mut self.input;
         let halt = self.session.goto_cycle(cycle, &mut || input.may_continue());
-        self.describe_move(&halt.reason)
+        self.describe_move(&halt)
     }
 
     fn describe_move(&self, why: &HaltReason) -> String {

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::convert::Infallible;
 use std::ops::Range;
 
-use emu_core::cpu::{LAST_CYCLE, ProgramFault, StopReason};
-use emu_debug::debug::{CallFlow, DebugSession, HaltReason, HaltResult, ObserveLevel, PointHit, PointTrigger, RunGoal};
+use emu_core::cpu::{LAST_CYCLE, ProgramError, ProgramFault, StopReason};
+use emu_debug::debug::{CallFlow, DebugSession, HaltReason, ObserveLevel, PointHit, PointTrigger, RunGoal};
 use gdbstub::common::Signal;
 use gdbstub::stub::SingleThreadStopReason;
 use gdbstub::target::ext::base::reverse_exec::{
@@ -42,18 +42,18 @@ impl GdbTarget<'_> {
     pub(crate) fn run(&mut self) -> StopReport {
         let (session, input) = (&mut *self.session, &mut self.input);
         let since = session.machine().cycle();
-        let go_on = &mut || input.may_continue();
+        let keep_running = &mut || input.may_continue();
         let halt = match self.resume.clone() {
-            ResumeKind::Continue => session.run(&RunGoal::default(), go_on),
-            ResumeKind::Step => session.step_instructions(1, LAST_CYCLE, go_on),
-            ResumeKind::StepRange(words) => step_range(session, &words, go_on),
-            ResumeKind::ReverseContinue => run_back(session, go_on),
+            ResumeKind::Continue => session.run(&RunGoal::default(), keep_running),
+            ResumeKind::Step => session.step_instructions(1, LAST_CYCLE, keep_running),
+            ResumeKind::StepRange(words) => step_range(session, &words, keep_running),
+            ResumeKind::ReverseContinue => run_back(session, keep_running),
             ResumeKind::ReverseStep => session.step_back(1, &mut || true),
         };
-        let (reason, text) = self.stop_report(&halt.reason);
+        let (reason, text) = self.stop_report(&halt);
         let resets = self.session.resets_since(since);
         let lines = |line: Option<String>| line.into_iter().chain(resets.clone()).collect::<Vec<_>>().join("; ");
-        self.last_halt = lines(Some(text.clone().unwrap_or_else(|| self.describe_halt(&halt.reason))));
+        self.last_halt = lines(Some(text.clone().unwrap_or_else(|| self.describe_halt(&halt))));
         let text = lines(text);
         (reason, (!text.is_empty()).then_some(text))
     }
@@ -74,11 +74,11 @@ impl GdbTarget<'_> {
             HaltReason::BlockedOnInput => {
                 (signal(Signal::SIGSTOP), Some("only an external stimulus can change what the program does".to_owned()))
             }
-            HaltReason::Illegal { pc, word } => {
+            HaltReason::Error(ProgramError::Illegal { pc, word }) => {
                 let text = format!("0x{word:04x} at {} is not an instruction of this chip", place(pc));
                 (signal(Signal::SIGILL), Some(text))
             }
-            HaltReason::Fault { pc, fault } => {
+            HaltReason::Error(ProgramError::Fault { pc, fault }) => {
                 let number = match fault {
                     ProgramFault::UninitialisedRead { .. } => Signal::SIGSEGV,
                     ProgramFault::JumpOutOfProgram { .. } | ProgramFault::CycleTooLong => Signal::SIGBUS,
@@ -124,12 +124,12 @@ impl GdbTarget<'_> {
 /// Steps through the code of a source line. An interrupt service routine that starts meanwhile runs to its
 /// end. A jump to itself that nothing can end is the end of the program; single steps alone would not detect
 /// it.
-fn step_range(session: &mut DebugSession, words: &Range<u32>, go_on: &mut dyn FnMut() -> bool) -> HaltResult {
+fn step_range(session: &mut DebugSession, words: &Range<u32>, keep_running: &mut dyn FnMut() -> bool) -> HaltReason {
     let (mut depth, mut from) = (session.machine().stack_depth(), session.machine().pc());
     let mut service: Option<u32> = None;
     let mut self_jumps = 0u64;
     let mut halted = false;
-    let halt = session.step_until(LAST_CYCLE, true, go_on, &mut |session, flow, entered| {
+    let halt = session.step_until(LAST_CYCLE, true, keep_running, &mut |session, flow, entered| {
         let target = session.machine();
         match service {
             None if entered => service = Some(depth),
@@ -147,34 +147,34 @@ fn step_range(session: &mut DebugSession, words: &Range<u32>, go_on: &mut dyn Fn
         };
         halted || service.is_none() && !words.contains(&target.pc())
     });
-    if halted && halt.reason == HaltReason::Done { HaltResult { reason: HaltReason::Halted } } else { halt }
+    if halted && halt == HaltReason::Done { HaltReason::Halted } else { halt }
 }
 
 /// Runs backwards. The session stops after the instruction that hit a watchpoint; gdb expects the stop before
 /// it, where the memory has its old value.
-fn run_back(session: &mut DebugSession, go_on: &mut dyn FnMut() -> bool) -> HaltResult {
+fn run_back(session: &mut DebugSession, keep_running: &mut dyn FnMut() -> bool) -> HaltReason {
     if session.points.enabled().any(|point| !matches!(point.trigger, PointTrigger::Code(_))) {
         // The instruction that was just executed may have hit a watchpoint.
         let now = session.machine().cycle();
-        if session.step_back(1, &mut || true).reason == HaltReason::Done
-            && let HaltReason::Points(hits) = session.step_instructions(1, now, &mut || true).reason
+        if session.step_back(1, &mut || true) == HaltReason::Done
+            && let HaltReason::Points(hits) = session.step_instructions(1, now, &mut || true)
         {
             return step_before_access(session, hits);
         }
     }
-    match session.run_back(go_on).reason {
+    match session.run_back(keep_running) {
         HaltReason::Points(hits) if !hits.iter().any(|hit| is_breakpoint(session, hit.id)) => {
             step_before_access(session, hits)
         }
-        why => HaltResult { reason: why },
+        why => why,
     }
 }
 
 /// Goes back before the instruction that hit a watchpoint; that instruction may have a breakpoint.
-fn step_before_access(session: &mut DebugSession, mut hits: Vec<PointHit>) -> HaltResult {
+fn step_before_access(session: &mut DebugSession, mut hits: Vec<PointHit>) -> HaltReason {
     session.step_back(1, &mut || true);
     hits.extend(breakpoints_here(session));
-    HaltResult { reason: HaltReason::Points(hits) }
+    HaltReason::Points(hits)
 }
 
 fn is_breakpoint(session: &DebugSession, id: u32) -> bool {

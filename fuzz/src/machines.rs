@@ -1,7 +1,8 @@
 //! Chips and machines for the targets; one chip represents each family.
 
+pub(crate) use emu::fuzzing::{MachineVisitor, visit_machine};
 use emu_core::chip::{Chip, ChipFamily};
-use emu_core::cpu::{Cpu, RamInit};
+use emu_core::cpu::Cpu;
 use emu_core::image::{Image, Segment};
 use emu_debug::debug::{DebugSession, DynMachine, MachineWithDevices, NameScope, SessionOptions};
 use emu_debug::{AttachedDevices, CycleClock};
@@ -23,24 +24,6 @@ pub(crate) fn family_chip(family: ChipFamily) -> &'static Chip {
 /// The chips of all families.
 pub(crate) fn family_chips() -> impl Iterator<Item = &'static Chip> {
     FAMILIES.into_iter().map(family_chip)
-}
-
-/// An action that is generic over the type of the machine.
-pub(crate) trait MachineVisitor {
-    /// The result of the action.
-    type Output;
-    /// Runs the action with a machine in its power-up state.
-    fn visit<C: Cpu + 'static>(self, cpu: C) -> Self::Output;
-}
-
-/// Runs an action with a machine of a chip that has the image in its memories and zeros in RAM.
-pub(crate) fn visit_machine<V: MachineVisitor>(chip: &'static Chip, image: &Image, visitor: V) -> V::Output {
-    match chip.family {
-        ChipFamily::Avr => visitor.visit(emu_avr::Avr::new(chip, image, RamInit::Zero)),
-        ChipFamily::Mcs51 => visitor.visit(emu_8051::Mcs51::new(chip, image, RamInit::Zero)),
-        ChipFamily::Pic16 => visitor.visit(emu_pic16::Pic16::new(chip, image, RamInit::Zero)),
-        ChipFamily::Ap101 => visitor.visit(emu_ap101::Ap101::new(image)),
-    }
 }
 
 /// A program in the assembly language of a family that counts and writes memory in an endless loop.

@@ -6,7 +6,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use emu_core::chip::{Chip, ChipFamily};
+use emu_core::chip::{AssemblyWords, Chip, ChipFamily};
 use ladder::LadderProgram;
 
 use crate::ap101;
@@ -67,8 +67,7 @@ pub fn assembly(program: &LadderProgram, chip: &Chip, built: &BuiltImage, map: &
     }
     for (from, bytes) in data_segments(chip, built) {
         // The AP101 configuration has its own directives.
-        if let Some(lines) = Some(bytes).filter(|_| chip.family == ChipFamily::Ap101).and_then(ap101::config_directives)
-        {
+        if let Some(lines) = Some(bytes).filter(|_| chip.is_bit_controller()).and_then(ap101::config_directives) {
             out += &lines;
             continue;
         }
@@ -83,13 +82,10 @@ pub fn assembly(program: &LadderProgram, chip: &Chip, built: &BuiltImage, map: &
 }
 
 fn assembly_syntax(chip: &Chip) -> AssemblySyntax {
-    let (data, org, head, tail) = match chip.family {
-        ChipFamily::Avr => (".word", ".org", String::new(), ""),
-        ChipFamily::Mcs51 => (".db", ".org", String::new(), ""),
-        ChipFamily::Pic16 => {
-            ("dw", "org", format!("    list p={}\n", chip.name.trim_start_matches("pic")), "    end\n")
-        }
-        ChipFamily::Ap101 => (".word", ".org", String::new(), ""),
+    let AssemblyWords { data, org, is_mpasm, .. } = chip.family_traits().assembly;
+    let (head, tail) = match is_mpasm {
+        true => (format!("    list p={}\n", chip.name.trim_start_matches("pic")), "    end\n"),
+        false => (String::new(), ""),
     };
     AssemblySyntax { data, org, head, tail }
 }

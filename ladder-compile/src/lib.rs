@@ -63,6 +63,7 @@ pub use codegen_error::CodegenError;
 pub use codes::{CODES, FUSES_NOTE};
 pub use map::{CellLocation, EepromMap, ElementMap, ImageMap, PinMap, Ratio, RungMap, SCHEMA, SpecialPin, SymbolMap};
 pub use mutants::{Mutant, MutantIr, MutantKind, compile_mutant, mutant_ir, mutants};
+pub use pins::PinAssignment;
 
 /// All target chips of the compiler, by family.
 pub const TARGETS: &[&[CompileTarget]] = &[avr::TARGETS, mcs51::TARGETS, pic16::TARGETS, ap101::TARGETS];
@@ -92,8 +93,8 @@ pub fn find_chip(name: &str) -> Option<&'static Chip> {
 pub struct CompileOptions {
     /// Name of the chip, such as `atmega328p`.
     pub mcu: String,
-    /// Pins by symbol, such as (`Xstart`, `PD2`); they override those of `IO LIST`.
-    pub pins: Vec<(String, String)>,
+    /// Pins of symbols; they override those of `IO LIST`.
+    pub pins: Vec<PinAssignment>,
     /// Clock frequency in Hz that overrides `CRYSTAL=`.
     pub clock_hz: Option<u64>,
     /// True to optimise; false for plain three-address code, which is easy to follow by eye.

@@ -11,6 +11,23 @@ use ladder::{ChipPart, Element, LadderProgram, SymbolKind};
 use crate::codes;
 use crate::target::CompileTarget;
 
+/// A pin that the user gives to a symbol, such as `--pin Xstart=PD2`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PinAssignment {
+    /// Name of the input, output or analog input.
+    pub symbol: String,
+    /// Name of the pin, such as `PD2`.
+    pub pin: String,
+}
+
+impl PinAssignment {
+    /// Creates an assignment; the compiler checks both names.
+    #[must_use]
+    pub fn new(symbol: &str, pin: &str) -> PinAssignment {
+        PinAssignment { symbol: symbol.to_owned(), pin: pin.to_owned() }
+    }
+}
+
 /// A symbol with its pin.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct AssignedPin {
@@ -49,7 +66,7 @@ struct PinRequest {
 /// Adds errors, and a note if pins were assigned automatically, to `notes`.
 pub fn assign_pins(
     program: &LadderProgram,
-    requested: &[(String, String)],
+    requested: &[PinAssignment],
     target: &'static CompileTarget,
     notes: &mut Vec<Diagnostic>,
 ) -> Vec<AssignedPin> {
@@ -80,7 +97,7 @@ pub fn assign_pins(
     let io_list_applies = named.is_some_and(|named| has_same_pins(named, target));
     let pwm_name = pwm_output(program);
     if io_list_applies {
-        let overridden = |name: &str| requested.iter().any(|(symbol, _)| symbol == name);
+        let overridden = |name: &str| requested.iter().any(|given| given.symbol == name);
         let is_wanted = |name: &str| wanted_pins.iter().any(|s| s.name == name) || pwm_name == Some(name);
         for entry in program.io.iter().filter(|e| e.pin != 0 && is_wanted(&e.name) && !overridden(&e.name)) {
             match ladder::package_pin(micro, entry.pin) {
@@ -95,7 +112,7 @@ pub fn assign_pins(
         }
     }
     let mut requested_symbols: Vec<&str> = Vec::new();
-    for (symbol, pin) in requested {
+    for PinAssignment { symbol, pin } in requested {
         if !wanted_pins.iter().any(|s| s.name == *symbol) && pwm_name != Some(symbol) {
             let cause = format!("--pin {symbol}={pin}: the program has no input or output `{symbol}`");
             push_diagnostic(

@@ -1,7 +1,7 @@
 //! Interface between the compiler and its back ends: the target, the job and the built image.
 
 use diag::Severity;
-use emu_core::chip::{Chip, ChipFamily};
+use emu_core::chip::Chip;
 use ladder::ElementId;
 
 use crate::CodegenError;
@@ -32,14 +32,14 @@ impl CompileTarget {
     /// True if the chip has timers and counters as modules, which lowering then keeps.
     #[must_use]
     pub fn has_modules(&self) -> bool {
-        self.chip.family == ChipFamily::Ap101
+        self.chip.is_bit_controller()
     }
 
     /// True if a pin can be an output (`output`) or an input. Only controllers with channels have pins that
     /// cannot be both.
     #[must_use]
     pub fn can_use_pin(&self, pin: &str, output: bool) -> bool {
-        self.chip.family != ChipFamily::Ap101 || pin.starts_with('E') == output
+        !self.chip.is_bit_controller() || pin.starts_with('E') == output
     }
 }
 

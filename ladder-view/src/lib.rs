@@ -29,7 +29,6 @@ use std::sync::Arc;
 
 use diag::{Diagnostic, DiagnosticCode, Pos, Severity};
 use emu_core::Chip;
-use emu_core::chip::ChipFamily;
 use emu_debug::debug::{DynMachine, ExpressionPlace, ProgramFollower};
 use ladder::{ElementId, LadderProgram, RungNode};
 use ladder_compile::{CellLocation as Kept, ElementMap, ImageMap, SpecialPin};
@@ -151,7 +150,7 @@ impl LadderView {
         let scan_start = word(map.scan_start);
         let first_rung =
             map.rungs.iter().find(|rung| rung.start < rung.end).map_or(scan_start, |rung| word(rung.start));
-        let latches = chip.family == ChipFamily::Ap101;
+        let latches = chip.is_bit_controller();
         // If the chip latches inputs itself, they are visible after that instruction, a load that changes no
         // symbol.
         let latched = first_rung + u32::from(latches);

@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use emu_core::chip::ChipFamily;
 use emu_debug::debug::{DynMachine, ObserveLevel, ProgramFollower};
 use ladder::ElementId;
 
@@ -70,7 +69,7 @@ impl LadderView {
     #[must_use]
     pub fn current_word(&self, target: &dyn DynMachine) -> u32 {
         let (word, end) = (target.pc(), self.word(self.facts.map.scan_end));
-        if word <= end || self.facts.chip.family == ChipFamily::Ap101 {
+        if word <= end || self.facts.chip.is_bit_controller() {
             return word;
         }
         let mut copy = target.fork();

@@ -35,7 +35,7 @@ fn example(program: &str, mcu: &'static str) -> (DebugSession, LadderView) {
 fn run_to(session: &mut DebugSession, words: impl IntoIterator<Item = u32>) {
     let until = Some(session.machine().cycle() + 100_000_000);
     let goal = RunGoal { until, words: words.into_iter().collect::<BTreeSet<u32>>(), runs_while_halted: false };
-    assert_eq!(session.run(&goal, &mut || true).reason, HaltReason::Done);
+    assert_eq!(session.run(&goal, &mut || true), HaltReason::Done);
 }
 
 fn run_command(command: &str, open_now: &mut Option<(DebugSession, LadderView)>, out: &mut String) {

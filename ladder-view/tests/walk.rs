@@ -103,7 +103,7 @@ fn walk_back_and_forth(setup: ChipSetup, seed: u64) -> u32 {
     let (mut session, view) = open(&format!("{PROGRAM}{quotient}"), setup);
     let mut draw = Xorshift(seed);
     let mut known: BTreeMap<u64, String> = BTreeMap::new();
-    let mut go_on = || true;
+    let mut keep_running = || true;
     let mut resets = 0;
     for n in 0..100 {
         let deed = draw.below(16);
@@ -122,25 +122,26 @@ fn walk_back_and_forth(setup: ChipSetup, seed: u64) -> u32 {
                 words.extend([view.scan_start(), 0]);
                 let word = words[draw.below(words.len() as u64) as usize];
                 let until = Some(session.machine().cycle() + 20_000);
-                let halt = session.run(&RunGoal { until, words: [word].into(), runs_while_halted: false }, &mut go_on);
-                resets += u32::from(word == 0 && halt.reason == HaltReason::Done);
+                let halt =
+                    session.run(&RunGoal { until, words: [word].into(), runs_while_halted: false }, &mut keep_running);
+                resets += u32::from(word == 0 && halt == HaltReason::Done);
             }
             9 => {
                 let cycle = session.machine().cycle().saturating_sub(draw.below(8000));
-                session.goto_cycle(cycle, &mut go_on);
+                session.goto_cycle(cycle, &mut keep_running);
             }
-            10 => _ = session.step_instructions(1 + draw.below(300), u64::MAX, &mut go_on),
+            10 => _ = session.step_instructions(1 + draw.below(300), u64::MAX, &mut keep_running),
             _ => {
                 let steps = 1 + [draw.below(4), draw.below(60), draw.below(300)][draw.below(3) as usize];
                 if !session.is_at_step_end() {
-                    session.step_instructions(1, u64::MAX, &mut go_on);
+                    session.step_instructions(1, u64::MAX, &mut keep_running);
                 }
                 let before = position_text(&session, &view);
-                if session.step_back(steps, &mut || true).reason == HaltReason::Done {
+                if session.step_back(steps, &mut || true) == HaltReason::Done {
                     if let Some(known) = known.get(&session.machine().cycle()).filter(|_| session.is_at_step_end()) {
                         assert_eq!(*known, position_text(&session, &view), "{context}: {steps} back");
                     }
-                    session.step_instructions(steps, u64::MAX, &mut go_on);
+                    session.step_instructions(steps, u64::MAX, &mut keep_running);
                     assert_eq!(before, position_text(&session, &view), "{context}: {steps} back and forward");
                 }
             }

@@ -216,6 +216,50 @@ impl Element {
         if row.symbols.iter().any(|symbol| symbol.name.starts_with('#')) { row.ldmicro5() } else { row }
     }
 
+    /// Operands whose constants are integers of the program; delays and frequencies are not among them.
+    pub fn operands_mut(&mut self) -> Vec<&mut LadderOperand> {
+        match self {
+            Element::Math { op1: a, op2: b, .. }
+            | Element::Compare { op1: a, op2: b, .. }
+            | Element::Shift { src: a, count: b, .. }
+            | Element::Stepper { max: a, period: b, .. } => vec![a, b],
+            Element::Counter { max, init, .. } => std::iter::once(max).chain(init).collect(),
+            Element::Move { src: operand, .. }
+            | Element::Unary { src: operand, .. }
+            | Element::Bus { src: operand, .. }
+            | Element::Segments { src: operand, .. }
+            | Element::SeedRandom { src: operand, .. }
+            | Element::BitWrite { bit: operand, .. }
+            | Element::BitTest { bit: operand, .. }
+            | Element::Delay { time: operand }
+            | Element::LookUpTable { index: operand, .. }
+            | Element::PiecewiseLinear { index: operand, .. }
+            | Element::SetPwm { duty: operand, .. }
+            | Element::Npulse { count: operand, .. } => vec![operand],
+            Element::Pulser { high, low, accel, count, coil: _ } => vec![high, low, accel, count],
+            Element::Comment(_) | Element::Contacts { .. } | Element::Coil { .. } | Element::Short | Element::Open => {
+                Vec::new()
+            }
+            Element::Placeholder | Element::MasterRelay | Element::Osr | Element::Osf | Element::Odr | Element::Odf => {
+                Vec::new()
+            }
+            Element::Osl | Element::Osc | Element::Timer { .. } | Element::Res { .. } | Element::Flow { .. } => {
+                Vec::new()
+            }
+            Element::Return | Element::TimeValue { .. } | Element::Random { .. } | Element::Sleep | Element::Lock => {
+                Vec::new()
+            }
+            Element::ClearWatchdog | Element::ShiftRegister { .. } | Element::ReadAdc { .. } => Vec::new(),
+            Element::UartRecv { .. } | Element::UartSend { .. } | Element::UartRecvAvail | Element::UartSendReady => {
+                Vec::new()
+            }
+            Element::NpulseOff
+            | Element::QuadEncod { .. }
+            | Element::Persist { .. }
+            | Element::FormattedString { .. } => Vec::new(),
+        }
+    }
+
     fn row(&self) -> ElementFacts<'_> {
         use PowerEffect::{Acts, Decides, Narrows, NoWire, Wire};
         use SymbolKind::{Adc, Counter, Timer, Variable};

@@ -8,7 +8,7 @@ pub(crate) const ANY_COUNT: usize = usize::MAX;
 
 /// All elements that the reader accepts.
 #[rustfmt::skip]
-pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 90] = [
+pub(crate) const ELEMENT_KEYWORDS: &[ElementKeyword] = &[
     ("COMMENT",          0, ANY_COUNT, "COMMENT text"),
     ("CONTACTS",         2, 3,   "CONTACTS name negated [set1]"),
     ("COIL",             4, 5,   "COIL name negated set reset [ttrigger]"),
@@ -101,6 +101,11 @@ pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 90] = [
     ("FORMATTED_STRING", 2, ANY_COUNT, "FORMATTED_STRING name length c0 c1 .. or FORMATTED_STRING name \"text\" (name or (none))"),
 ];
 
+/// Keywords of all elements that the reader accepts, in the order of the language's page.
+pub fn element_keywords() -> impl Iterator<Item = &'static str> {
+    ELEMENT_KEYWORDS.iter().map(|row| row.0)
+}
+
 const TEXT_VARIABLE: &str = "a variable holds a number here, not a text";
 const NO_BUS: &str = "no bus of the chip is driven";
 const BY_BITS: &str =
@@ -110,7 +115,7 @@ const FORMATTED: &str = "send the text with FORMATTED_STRING name \"text\", wher
 
 /// Elements of LDmicro 5 that are not supported: keyword, reason, and the nearest thing that works.
 #[rustfmt::skip]
-pub(crate) const UNSUPPORTED_KEYWORDS: [(&str, &str, &str); 14] = [
+pub(crate) const UNSUPPORTED_KEYWORDS: &[(&str, &str, &str)] = &[
     ("STRING",      TEXT_VARIABLE, FORMATTED),
     ("SPI",         NO_BUS, BY_BITS),
     ("SPI_WR",      NO_BUS, BY_BITS),

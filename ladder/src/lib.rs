@@ -52,6 +52,7 @@ pub use check::check;
 pub use codes::{CODES, NO_PORT_PIN, REWRITTEN};
 pub use draw::{Drawing, DrawnElement, draw, draw_rung};
 pub use element_facts::{ChipPart, ElementFacts, PowerEffect, SymbolUse, WriteMoment};
+pub use element_keywords::element_keywords;
 pub use model::*;
 pub use packages::{UnmodelledTarget, chip_of, package_pin, package_pin_count, package_pin_name, unmodelled_target};
 pub use parse::{

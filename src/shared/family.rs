@@ -8,7 +8,7 @@ use emu_avr::chips::unit_index;
 use emu_avr::periph;
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::{Cpu, RamInit};
-use emu_core::image::{Image, SymbolSpaces};
+use emu_core::image::Image;
 use emu_core::pins::PinId;
 use emu_pic16::Pic16;
 
@@ -18,26 +18,6 @@ pub use crate::shared::chip_names::{ChipChoice, ChipChoiceParser, ChipParser, fi
 pub fn chips() -> impl Iterator<Item = &'static Chip> {
     let avr = emu_avr::chips::AVR_CHIPS.iter().copied();
     avr.chain(emu_8051::chips::chips()).chain(emu_pic16::chips::chips()).chain(emu_ap101::chips::chips())
-}
-
-/// Returns the name of a family for JSON documents.
-pub fn family_name(family: ChipFamily) -> &'static str {
-    match family {
-        ChipFamily::Avr => "avr",
-        ChipFamily::Mcs51 => "mcs51",
-        ChipFamily::Pic16 => "pic16",
-        ChipFamily::Ap101 => "ap101",
-    }
-}
-
-/// Returns the memories for symbols from separate files of a linker, or `None` if the image contains its
-/// symbols.
-pub fn symbol_spaces(chip: &Chip) -> Option<SymbolSpaces> {
-    match chip.family {
-        ChipFamily::Avr | ChipFamily::Ap101 => None,
-        ChipFamily::Mcs51 => Some(SymbolSpaces::MCS51),
-        ChipFamily::Pic16 => Some(SymbolSpaces::PIC16),
-    }
 }
 
 /// Returns true if the chip has a serial port whose bytes can be shown or awaited.
@@ -89,6 +69,21 @@ pub struct MachineSetup {
     pub pic16: emu_pic16::Options,
     /// Options that override the configuration of an AP101.
     pub ap101: emu_ap101::Options,
+}
+
+impl MachineSetup {
+    /// The default options of each family for a chip with this image, as `new` of its machine has them.
+    pub fn new(chip: &'static Chip, image: &Image, ram: RamInit) -> MachineSetup {
+        let start_up = image.bytes_in("fuse").next().is_some();
+        MachineSetup {
+            ram,
+            bus: false,
+            avr: emu_avr::Options { start_up, ..emu_avr::Options::at_hz(chip.default_hz) },
+            mcs51: Default::default(),
+            pic16: Default::default(),
+            ap101: Default::default(),
+        }
+    }
 }
 
 /// A job that runs on a machine of any family.

@@ -11,6 +11,7 @@ use diag::{Diagnostic, Severity};
 use emu_core::chip::Chip;
 use emu_core::image::{self, CONSTANT_SPACE, ElfMachine, Image, SourceLines, SymbolAt, SymbolFile, Symbols};
 use ladder::{LadderDialect, LadderProgram};
+use ladder_compile::PinAssignment;
 
 use crate::shared::chip_guess::guess_chip;
 use crate::shared::codes::{OTHER_PROCESSOR, OTHER_PROGRAM, SOURCE_AS_IMAGE, UNREADABLE, file_error, system_message};
@@ -141,7 +142,7 @@ pub fn read_image_with_symbols(
     if std::iter::once(file).chain(symbols.iter().map(String::as_str)).filter(|name| *name == "-").count() > 1 {
         return Err(VerbFailure::Usage("standard input (-) can be only one of the files".to_owned()));
     }
-    let Some(spaces) = family::symbol_spaces(chip) else {
+    let Some(spaces) = chip.family_traits().symbol_spaces else {
         return match symbols.first() {
             None => read_image(file, chip, terminal),
             Some(_) => Err(VerbFailure::Usage(format!(
@@ -256,12 +257,12 @@ pub fn read_program(
 pub fn read_program_for_pins(
     file: &str,
     dialect: Option<LadderDialect>,
-    pins: &[(String, String)],
+    pins: &[PinAssignment],
     terminal: &MessageStyle,
 ) -> Result<ReadProgram, VerbFailure> {
     let (read, mut notes) = parse_program(file, read_bytes(file)?, dialect, true)?;
     let moved = |note: &Diagnostic| {
-        let of = |entry: &&ladder::IoEntry| entry.pos == note.pos && pins.iter().any(|(name, _)| *name == entry.name);
+        let of = |entry: &&ladder::IoEntry| entry.pos == note.pos && pins.iter().any(|pin| pin.symbol == entry.name);
         read.program.io.iter().any(|entry| of(&entry))
     };
     notes.retain(|note| note.code != ladder::NO_PORT_PIN || !moved(note));

@@ -1,7 +1,7 @@
 //! The machine of a command: its chip, its options, and what drives its pins. `run` and `debug` share it.
 
 use clap::Args;
-use emu_core::chip::{Chip, ChipFamily};
+use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::Image;
 use emu_core::pins::{CycleTime, PinId};
@@ -114,7 +114,7 @@ impl MachineArgs {
         read: impl FnOnce() -> Result<Image, VerbFailure>,
     ) -> Result<WiredMachine, VerbFailure> {
         let requested_hz = options.clock;
-        if self.no_start_up && matches!(chip.family, ChipFamily::Mcs51 | ChipFamily::Ap101) {
+        if self.no_start_up && !chip.family_traits().has_start_up {
             let why = format!("--no-start-up is for chips of the AVR and PIC16 families; {} is not one", chip.name);
             return Err(VerbFailure::Usage(why));
         }

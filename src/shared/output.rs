@@ -175,15 +175,42 @@ pub fn is_stdout(name: &str) -> bool {
     output_target(name) == OutputTarget::Stdout
 }
 
-/// Refuses outputs if two of them go to one place, including standard output. Each output is a pair of flag
-/// and file.
-pub fn check_distinct_outputs(outputs: &[(&str, &str)]) -> Result<(), VerbFailure> {
-    for (i, (flag, file)) in outputs.iter().enumerate() {
-        let same = |other: &&(&str, &str)| same_place(file, other.1) || is_stdout(file) && is_stdout(other.1);
-        if let Some((other, _)) = outputs[..i].iter().find(same) {
+/// A requested output: the flag that requests it, and its file, or `-` for standard output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RequestedOutput<'a> {
+    /// The flag as it is typed, such as `--vcd`.
+    pub flag: &'a str,
+    /// Name of the file.
+    pub file: &'a str,
+}
+
+impl<'a> RequestedOutput<'a> {
+    /// Creates an output for a flag and a file.
+    pub const fn new(flag: &'a str, file: &'a str) -> RequestedOutput<'a> {
+        RequestedOutput { flag, file }
+    }
+
+    /// Returns the output of a flag that prints to standard output, if the flag is given.
+    pub fn printed(flag: &'a str, given: bool) -> Option<RequestedOutput<'a>> {
+        given.then_some(RequestedOutput::new(flag, "-"))
+    }
+
+    /// Returns the output of a flag with a file, if the flag is given.
+    pub fn to_file(flag: &'a str, file: Option<&'a str>) -> Option<RequestedOutput<'a>> {
+        file.map(|file| RequestedOutput::new(flag, file))
+    }
+}
+
+/// Refuses outputs if two of them go to one place, including standard output.
+pub fn check_distinct_outputs(outputs: &[RequestedOutput<'_>]) -> Result<(), VerbFailure> {
+    for (i, RequestedOutput { flag, file }) in outputs.iter().enumerate() {
+        let same =
+            |other: &&RequestedOutput<'_>| same_place(file, other.file) || is_stdout(file) && is_stdout(other.file);
+        if let Some(other) = outputs[..i].iter().find(same) {
             let place = if is_stdout(file) { "standard output" } else { file };
             return Err(VerbFailure::Usage(format!(
-                "{other} and {flag} both write to {place}; give one of them another file"
+                "{} and {flag} both write to {place}; give one of them another file",
+                other.flag
             )));
         }
     }
@@ -191,9 +218,11 @@ pub fn check_distinct_outputs(outputs: &[(&str, &str)]) -> Result<(), VerbFailur
 }
 
 /// Refuses an output that would replace the input.
-pub fn check_input_not_overwritten(input: &str, outputs: &[(&str, &str)]) -> Result<(), VerbFailure> {
-    match outputs.iter().find(|(_, file)| input != "-" && same_place(input, file)) {
-        Some((flag, file)) => Err(VerbFailure::Usage(format!("{flag} {file} would replace the input"))),
+pub fn check_input_not_overwritten(input: &str, outputs: &[RequestedOutput<'_>]) -> Result<(), VerbFailure> {
+    match outputs.iter().find(|output| input != "-" && same_place(input, output.file)) {
+        Some(RequestedOutput { flag, file }) => {
+            Err(VerbFailure::Usage(format!("{flag} {file} would replace the input")))
+        }
         None => Ok(()),
     }
 }

@@ -133,12 +133,7 @@ fn check_readings(readings: &[ReadingChoice], chip: &Chip) -> Result<(), VerbFai
     match readings.iter().find(|reading| reading.family != chip.family) {
         None => Ok(()),
         Some(reading) => {
-            let family = match reading.family {
-                ChipFamily::Avr => "AVR",
-                ChipFamily::Mcs51 => "8051",
-                ChipFamily::Pic16 => "PIC16",
-                ChipFamily::Ap101 => "AP101",
-            };
+            let family = reading.family.traits().title;
             let why =
                 format!("--reading {} is for chips of the {family} family; {} is not one", reading.name, chip.name);
             Err(VerbFailure::Usage(why))

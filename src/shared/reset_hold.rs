@@ -1,6 +1,5 @@
 //! Explains why a halted chip never continues when it is held in reset.
 
-use emu_core::chip::ChipFamily;
 use emu_core::cpu::{Cpu, StopReason};
 use emu_core::pins::{CycleTime, PinLevel};
 use emu_debug::TimedDrive;
@@ -9,23 +8,13 @@ use emu_debug::stimulus::{ExternalDrive, find_pin, supply_name};
 /// A supply at which all chips run, in millivolts.
 const SUFFICIENT_SUPPLY_MV: u32 = 5_000;
 
-/// Returns the name of a family's reset pin, the level that holds the chip in reset, and the level that lets
-/// it run.
-fn reset_pin(family: ChipFamily) -> (&'static str, PinLevel, PinLevel) {
-    match family {
-        ChipFamily::Avr => ("RESET", PinLevel::Low, PinLevel::High),
-        ChipFamily::Mcs51 => ("RST", PinLevel::High, PinLevel::Low),
-        ChipFamily::Pic16 => ("MCLR", PinLevel::Low, PinLevel::High),
-        ChipFamily::Ap101 => ("POWER", PinLevel::Low, PinLevel::High),
-    }
-}
-
 /// Returns what holds a halted chip in reset: its reset pin, or the last supply in `drives`. A copy of the
 /// machine is run without that cause, because only the chip knows how its configuration treats a pin or a
 /// voltage.
 pub fn reset_hold<C: Cpu>(cpu: &C, drives: &[TimedDrive]) -> Option<String> {
     let now = CycleTime::at(cpu.cycle());
-    let (name, holds, runs) = reset_pin(cpu.chip().family);
+    let (name, holds) = cpu.chip().family_traits().reset_pin;
+    let runs = if holds == PinLevel::Low { PinLevel::High } else { PinLevel::Low };
     let reset_pin_held = find_pin(cpu.chip(), name).ok().filter(|&pin| cpu.pin_level(pin) == holds);
     let reset = reset_pin_held.map(|pin| (name, pin, holds, runs));
     // If several drives of the supply have the same time, the last one counts.
@@ -61,6 +50,6 @@ pub fn reset_hold<C: Cpu>(cpu: &C, drives: &[TimedDrive]) -> Option<String> {
         (Some(pin), Some(supply)) if goes_on(true, true) => format!("{pin}, and {supply}"),
         _ => return None,
     };
-    let how = if cpu.chip().family == ChipFamily::Ap101 { "without supply" } else { "held in reset" };
+    let how = cpu.chip().family_traits().reset_state;
     Some(format!("{how}: {why}, and nothing ends that"))
 }

@@ -13,6 +13,7 @@ use serde_json::json;
 use crate::args::McuFlags;
 use crate::shared::codes::{NOT_IN_HEX, file_error};
 use crate::shared::fail::{VerbFailure, exit};
+use crate::shared::output::RequestedOutput;
 use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::{family, input, output};
 use crate::verbs::compile::default_image_name;
@@ -90,10 +91,10 @@ pub fn asm(args: &AsmArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
         return Err(VerbFailure::Usage(format!("--eeprom is for chips with an EEPROM; {} has none", chip.name)));
     }
     let hex = args.output.clone().unwrap_or_else(|| default_image_name(&args.file));
-    let mut outputs = vec![("--output", hex.as_str())];
-    outputs.extend(args.listing.as_deref().map(|file| ("--listing", file)));
-    outputs.extend(args.eeprom.as_deref().map(|file| ("--eeprom", file)));
-    let printed = args.json.then_some(("--json", "-"));
+    let mut outputs = vec![RequestedOutput::new("--output", &hex)];
+    outputs.extend(RequestedOutput::to_file("--listing", args.listing.as_deref()));
+    outputs.extend(RequestedOutput::to_file("--eeprom", args.eeprom.as_deref()));
+    let printed = RequestedOutput::printed("--json", args.json);
     let all: Vec<_> = printed.into_iter().chain(outputs.iter().copied()).collect();
     output::check_distinct_outputs(&all)?;
     output::check_input_not_overwritten(&args.file, &all)?;

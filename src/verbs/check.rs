@@ -21,6 +21,7 @@ use crate::args::parse_dialect;
 use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::family::{ChipChoice, ChipChoiceParser};
 use crate::shared::input::ReadProgram;
+use crate::shared::output::RequestedOutput;
 use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::{chosen_chip, codes, family, input, output};
 use crate::verbs::compile::TargetFlags;
@@ -101,10 +102,10 @@ pub fn check(args: &CheckArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
     if args.files.iter().filter(|file| *file == "-").count() > 1 {
         return Err(VerbFailure::Usage("standard input (-) can be only one of the programs".to_owned()));
     }
-    let json_output = args.json.then_some(("--json", "-"));
-    let outputs: Vec<(&str, &str)> = [("--junit", &args.junit), ("--report", &args.report)]
+    let json_output = RequestedOutput::printed("--json", args.json);
+    let outputs: Vec<RequestedOutput<'_>> = [("--junit", &args.junit), ("--report", &args.report)]
         .into_iter()
-        .filter_map(|(flag, file)| Some((flag, file.as_deref()?)))
+        .filter_map(|(flag, file)| RequestedOutput::to_file(flag, file.as_deref()))
         .collect();
     output::check_distinct_outputs(&outputs.iter().copied().chain(json_output).collect::<Vec<_>>())?;
     for file in &args.files {

@@ -1,6 +1,7 @@
 //! `emu chips`: lists the chips and their properties.
 
 use clap::Args;
+use diag::align_columns;
 use emu_core::chip::{Chip, ChipPackage, PinDef};
 use emu_core::pins::PinId;
 use serde_json::{Value, json};
@@ -45,7 +46,6 @@ pub fn chips(args: &ChipsArgs) -> Result<u8, VerbFailure> {
 
 /// Returns the title of a chip, and a table of its pins with their numbers.
 fn table(chip: &Chip) -> String {
-    const NUMBER: usize = 6;
     let names: Vec<&str> = chip.packages.iter().map(|package| package.name).collect();
     // A row without packages has the pin numbers of one package, which it does not name.
     let numbers = |id: PinId, def: &PinDef| -> Vec<Option<u8>> {
@@ -54,20 +54,17 @@ fn table(chip: &Chip) -> String {
             packages => packages.iter().map(|package| package.pin_number(id)).collect(),
         }
     };
-    let width = chip.present_pins().map(|(_, def)| def.name.len()).max().unwrap_or(0).max("pin".len());
-    let line = |name: &str, cells: Vec<String>, note: &str| {
-        let cells: String = cells.iter().map(|cell| format!("  {cell:>NUMBER$}")).collect();
-        format!("{}\n", format!("{name:width$}{cells}  {note}").trim_end())
-    };
-    let mut text = format!("{}  {}\n", chip.name, chip.title);
+    let mut rows: Vec<Vec<String>> = Vec::new();
     if !names.is_empty() {
-        text += &line("pin", names.iter().map(|name| (*name).to_owned()).collect(), "");
+        rows.push(["pin"].iter().chain(&names).map(|&name| name.to_owned()).collect());
     }
     for (id, def) in chip.present_pins() {
         let shown = |number: Option<u8>| number.map_or("-".to_owned(), |number| number.to_string());
-        text += &line(def.name, numbers(id, def).into_iter().map(shown).collect(), def.note);
+        let numbers = numbers(id, def).into_iter().map(shown);
+        rows.push(std::iter::once(def.name.to_owned()).chain(numbers).chain([def.note.to_owned()]).collect());
     }
-    text
+    let last = rows.iter().map(Vec::len).max().unwrap_or(0).saturating_sub(1);
+    format!("{}  {}\n{}", chip.name, chip.title, align_columns(&rows, |column| column > 0 && column < last))
 }
 
 /// Returns a package as JSON: its name, and the numbers of its pins by pin name.
@@ -82,7 +79,7 @@ fn document(chip: &Chip) -> Value {
     let pins = chip.present_pins().map(|(_, def)| def);
     json!({
         "name": chip.name,
-        "family": family::family_name(chip.family),
+        "family": chip.family_traits().id,
         "title": chip.title,
         "source": chip.data_sheet,
         "flash": chip.on_chip_flash_bytes,

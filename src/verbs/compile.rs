@@ -5,11 +5,12 @@ use std::path::Path;
 use clap::{Args, ValueEnum};
 use emu_core::chip::Chip;
 use emu_debug::time;
-use ladder_compile::{CompileOptions, CompiledProgram, ImageMap, emit};
+use ladder_compile::{CompileOptions, CompiledProgram, ImageMap, PinAssignment, emit};
 use serde_json::json;
 
 use crate::args::LadderFlags;
 use crate::shared::fail::{VerbFailure, exit};
+use crate::shared::output::RequestedOutput;
 use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::{family, input, output};
 
@@ -115,16 +116,16 @@ impl EmitKind {
 pub struct TargetFlags {
     /// Assign an input or output to a pin: Xstart=PD2. Overrides the pins of the program. Repeatable.
     #[arg(long = "pin", value_name = "NAME=PIN", value_parser = parse_pin_assignment)]
-    pub pins: Vec<(String, String)>,
+    pub pins: Vec<PinAssignment>,
     /// Oscillator frequency, instead of the program's CRYSTAL: 16MHz, 8000000.
     #[arg(long, value_name = "HZ", value_parser = time::parse_hertz)]
     pub clock: Option<u64>,
 }
 
 /// Parses `NAME=PIN`.
-pub fn parse_pin_assignment(text: &str) -> Result<(String, String), String> {
-    match text.split_once('=').map(|(name, pin)| (name.trim(), pin.trim())) {
-        Some((name, pin)) if !name.is_empty() && !pin.is_empty() => Ok((name.to_owned(), pin.to_owned())),
+pub fn parse_pin_assignment(text: &str) -> Result<PinAssignment, String> {
+    match text.split_once('=').map(|(symbol, pin)| (symbol.trim(), pin.trim())) {
+        Some((symbol, pin)) if !symbol.is_empty() && !pin.is_empty() => Ok(PinAssignment::new(symbol, pin)),
         _ => Err("write a symbol and a pin, as in Xstart=PD2".to_owned()),
     }
 }
@@ -139,10 +140,10 @@ impl CompileArgs {
 /// Compiles a program. If any step fails, no file is written.
 pub fn compile(args: &CompileArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     let main = args.output.clone().unwrap_or_else(|| output_name(&args.program.file, args.emit.ending()));
-    let mut outputs = vec![("--output", main.as_str())];
-    outputs.extend(args.listing.as_deref().map(|file| ("--listing", file)));
-    outputs.extend(args.map.as_deref().map(|file| ("--map", file)));
-    let printed = args.json.then_some(("--json", "-"));
+    let mut outputs = vec![RequestedOutput::new("--output", &main)];
+    outputs.extend(RequestedOutput::to_file("--listing", args.listing.as_deref()));
+    outputs.extend(RequestedOutput::to_file("--map", args.map.as_deref()));
+    let printed = RequestedOutput::printed("--json", args.json);
     output::check_distinct_outputs(&outputs.iter().copied().chain(printed).collect::<Vec<_>>())?;
     output::check_input_not_overwritten(&args.program.file, &outputs)?;
     if args.debounce.is_some() && !matches!(args.emit, EmitKind::Arduino) {
@@ -179,7 +180,7 @@ pub fn compile(args: &CompileArgs, terminal: &MessageStyle) -> Result<u8, VerbFa
     };
     let texts = [Some(&text), args.listing.as_ref().map(|_| &compiled.listing), args.map.as_ref().map(|_| &map)];
     let files: Vec<(&str, &[u8])> =
-        outputs.iter().zip(texts.into_iter().flatten()).map(|((_, file), text)| (*file, text.as_bytes())).collect();
+        outputs.iter().zip(texts.into_iter().flatten()).map(|(output, text)| (output.file, text.as_bytes())).collect();
     output::write_files(&files)?;
     report_diagnostics(terminal, &compiled.notes, &read.texts);
     if args.json {

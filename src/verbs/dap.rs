@@ -14,7 +14,11 @@ use crate::verbs::debug::open;
 use crate::verbs::debug::open::DebugSubject;
 
 const EXAMPLES: &str = "\
-An editor starts it, and says in its `launch` request what is debugged; docs/dap.md shows how for VS Code, Neovim and Emacs.
+Examples:
+  emu dap                  for an editor that starts it
+  emu dap --listen :4711   for an editor that connects over TCP
+
+The editor says in its `launch` request what is debugged; docs/dap.md shows how for VS Code, Neovim and Emacs.
 
 Exit codes: 0 the editor has disconnected, or its input or connection has ended; 2 the address makes no sense; 3 what came in is not the
 protocol.";

@@ -68,8 +68,6 @@ refused; 4 a script ended where the program had stopped in a fault; 5 a signal (
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct DebugArgs {
-    #[command(flatten)]
-    subject: DebugSubject,
     /// Execute the commands of a file first, up to the first that fails. Repeatable.
     #[arg(short = 'x', long = "command", value_name = "FILE")]
     files: Vec<String>,
@@ -90,6 +88,8 @@ pub struct DebugArgs {
     #[cfg(feature = "tui")]
     #[command(flatten)]
     played: crate::shared::full_screen::ScriptedKeys,
+    #[command(flatten)]
+    subject: DebugSubject,
 }
 
 /// Opens a session and runs it as a gdb server, on a full screen or as a command line. Returns the exit code.

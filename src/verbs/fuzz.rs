@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use crate::shared::codes::{CAMPAIGN_RECORD, file_error};
 use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::family::{ChipChoice, ChipChoiceParser};
+use crate::shared::output::RequestedOutput;
 use crate::shared::report::{FileTexts, MessageStyle};
 use crate::shared::{input, output};
 
@@ -106,8 +107,8 @@ fn seconds(text: &str) -> Result<Duration, String> {
 /// Runs a campaign or one of its shards, or merges records.
 pub fn fuzz(args: &FuzzArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     let printed = if args.json { "--json" } else { "the figures" };
-    let outputs: Vec<_> =
-        std::iter::once((printed, "-")).chain(args.out.as_deref().map(|out| ("--out", out))).collect();
+    let mut outputs = vec![RequestedOutput::new(printed, "-")];
+    outputs.extend(RequestedOutput::to_file("--out", args.out.as_deref()));
     output::check_distinct_outputs(&outputs)?;
     args.merge.iter().try_for_each(|file| output::check_input_not_overwritten(file, &outputs))?;
     if !args.merge.is_empty() {

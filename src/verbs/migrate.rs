@@ -12,6 +12,7 @@ use serde_json::{Value, json};
 use crate::args::{LadderFlags, parse_dialect};
 use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::input;
+use crate::shared::output::RequestedOutput;
 use crate::shared::output::{self, PendingFile};
 use crate::shared::report::{MessageStyle, report_diagnostics};
 use crate::verbs::sim;
@@ -63,7 +64,7 @@ pub fn migrate(args: &MigrateArgs, terminal: &MessageStyle) -> Result<u8, VerbFa
         return Err(VerbFailure::Usage(format!("{file} is a program of {to} already; --to names the other dialect")));
     }
     if let Some(csv) = &args.inputs {
-        output::check_input_not_overwritten(file, &[("--inputs", csv)])?;
+        output::check_input_not_overwritten(file, &[RequestedOutput::new("--inputs", csv)])?;
     }
     // Its notes are those of the first reading; only what the other release refuses is of interest.
     let (after, _) = input::parse_program(file, text, Some(to), true).inspect_err(|_| {

@@ -24,11 +24,12 @@ use emu_debug::time;
 use crate::shared::fail::VerbFailure;
 use crate::shared::family::visit_machine;
 use crate::shared::machine::{MachineArgs, MachineOptions, WiredMachine};
+use crate::shared::output::RequestedOutput;
 use crate::shared::report::MessageStyle;
 use crate::shared::snapshots::SnapshotWriter;
 use crate::shared::{family, input, output, snapshots};
 use crate::verbs::run::lint::LintMode;
-use headless::HeadlessRun;
+use headless::RunJob;
 pub use rungs::CODES as COVER_CODES;
 use snapshot::RunSnapshots;
 
@@ -58,8 +59,6 @@ pub struct RunArgs {
     /// by its name (.asm, .s, .a51, .src), which is assembled first. - is standard input.
     #[arg(value_name = "IMAGE")]
     image: String,
-    #[command(flatten)]
-    machine: MachineArgs,
     /// End after this much chip time: 2s, 10ms, 2.5us, 100ns, or 1000c (machine cycles). Default: 60s.
     #[arg(long = "for", value_name = "TIME", conflicts_with = "cycles")]
     time: Option<String>,
@@ -118,6 +117,9 @@ pub struct RunArgs {
     trace: trace::TraceFlags,
     #[command(flatten)]
     snapshot: snapshot::SnapshotFlags,
+    // Last, because the headings of the families would also stand over the flags behind them.
+    #[command(flatten)]
+    machine: MachineArgs,
     /// Execute the messages in this .cod file, as gpsim does: external parts, commands, assertions. The
     /// program passes (exit code 0, otherwise 1, and 4 for an illegal instruction) when the first message
     /// that halts it says PASSED. The run has no start-up times. Its frequency is that of --clock, otherwise
@@ -168,7 +170,8 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &MessageStyle) -> Result<u8, VerbFai
     let device_files = machine.attach.iter().map(|attached| ("--attach", file(&attached.file)));
     let recorded_scenario = ("--record", file(&args.scenario_flags.record));
     let outputs = outputs.into_iter().chain([recorded_scenario]).chain(args.cover.outputs()).chain(device_files);
-    let output_files: Vec<_> = outputs.filter(|(_, file)| !file.is_empty()).collect();
+    let given = outputs.filter(|(_, file)| !file.is_empty());
+    let output_files: Vec<_> = given.map(|(flag, file)| RequestedOutput::new(flag, file)).collect();
     output::check_distinct_outputs(&output_files)?;
     let scenario_inputs = args.scenario_flags.scenario.iter().chain(&args.scenario_flags.stimulus);
     let inputs = std::iter::once(&args.image).chain(&machine.symbols).chain(&args.snapshot.snapshot_in);
@@ -177,14 +180,14 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &MessageStyle) -> Result<u8, VerbFai
     for file in &protected_files {
         output::check_input_not_overwritten(file, &output_files)?;
     }
-    protected_files.extend(output_files.iter().map(|(_, file)| (*file).to_owned()));
+    protected_files.extend(output_files.iter().map(|output| output.file.to_owned()));
     if matches!(args.ram, RamChoice::Trap) && args.snapshot.snapshot_in.is_some() {
         let why = "--ram trap and --snapshot-in do not go together: a snapshot does not say what of RAM was written";
         return Err(VerbFailure::Usage(why.to_owned()));
     }
     let chip_choice = machine.mcu.choose_chip(&args.image)?;
     let chip = chip_choice.chip;
-    let to_stdout = output_files.iter().any(|(_, file)| output::is_stdout(file));
+    let to_stdout = output_files.iter().any(|requested| output::is_stdout(requested.file));
     check_serial_flags(args, chip)?;
     let cod = &args.cod;
     let mut script = cod.as_deref().map(|file| cod::read_script(file, chip)).transpose()?;
@@ -209,7 +212,7 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &MessageStyle) -> Result<u8, VerbFai
     let snapshot_writer = SnapshotWriter { head: snapshots::snapshot_header(chip, &image, &setup), protected_files };
     let snapshots = RunSnapshots::open(&args.snapshot, snapshot_writer.head.clone())?;
     let pic16 = setup.pic16;
-    let headless = HeadlessRun {
+    let headless = RunJob {
         args,
         image: &image,
         script,

@@ -101,6 +101,20 @@ mod tests {
         assert!(script.contains("compgen -W \"all atmega328p "), "verbs of several");
     }
 
+    /// The heading of the last family must not stand over flags for all chips.
+    #[test]
+    fn only_its_own_flags_are_under_the_heading_of_ap101() {
+        let root = root_command();
+        let mut count = 0;
+        for command in commands(&root) {
+            let heading = |arg: &&clap::Arg| arg.get_help_heading() == Some("Only for AP101");
+            let under: Vec<&str> = command.get_arguments().filter(heading).map(|arg| arg.get_id().as_str()).collect();
+            assert!(under.is_empty() || under == ["inputs"], "{}: {under:?}", command.get_name());
+            count += under.len();
+        }
+        assert!(count >= 2, "{count} verbs run AP101");
+    }
+
     /// The page of emu refers to `emu-run(1)` and other pages; each of them is written.
     #[test]
     fn every_page_referred_to_is_written() {

@@ -15,6 +15,7 @@ use crate::args::LadderFlags;
 use crate::shared::codes::UNSUPPORTED_ELEMENT;
 use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::output::PendingFile;
+use crate::shared::output::RequestedOutput;
 use crate::shared::report::MessageStyle;
 use crate::shared::{input, output, scan_bits};
 use crate::verbs::sim::inputs::{ScanChange, SimInput};
@@ -170,11 +171,15 @@ fn write_results(
 }
 
 /// Returns the requested results other than the table. Refuses two of them in one place.
-fn check_outputs(args: &SimArgs) -> Result<Vec<(&'static str, &str)>, VerbFailure> {
+fn check_outputs(args: &SimArgs) -> Result<Vec<RequestedOutput<'_>>, VerbFailure> {
     let printed = |flag| if flag { "-" } else { "" };
     let (csv, vcd) = (args.csv.as_deref().unwrap_or(""), args.vcd.as_deref().unwrap_or(""));
     let all = [("--json", printed(args.json)), ("--wave", printed(args.wave)), ("--csv", csv), ("--vcd", vcd)];
-    let used: Vec<_> = all.into_iter().filter(|(_, file)| !file.is_empty()).collect();
+    let used: Vec<_> = all
+        .into_iter()
+        .filter(|(_, file)| !file.is_empty())
+        .map(|(flag, file)| RequestedOutput::new(flag, file))
+        .collect();
     output::check_distinct_outputs(&used)?;
     for input in std::iter::once(&args.program.file).chain(&args.inputs).chain(&args.scenario).chain(&args.stimulus) {
         output::check_input_not_overwritten(input, &used)?;

@@ -9,6 +9,7 @@ use clap::Args;
 
 use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::output;
+use crate::shared::output::RequestedOutput;
 use diag::nearest;
 use read::{WaveFile, WaveSignal};
 
@@ -62,7 +63,7 @@ struct WaveDrawing<'a> {
 /// Draws a waveform.
 pub fn wave(args: &WaveArgs) -> Result<u8, VerbFailure> {
     if let Some(file) = &args.svg {
-        output::check_input_not_overwritten(&args.file, &[("--svg", file)])?;
+        output::check_input_not_overwritten(&args.file, &[RequestedOutput::new("--svg", file)])?;
     }
     let waves = read::read(&args.file, &args.only)?;
     let time = |flag: &str, text: &Option<String>| {

@@ -8,9 +8,7 @@ use emu_avr::isa::{KINDS, Kind, PC_MASK, ROWS, disassemble, encode, is_missing};
 use emu_core::rng::Rng;
 use emu_core::table::{BitPattern, InstructionLocation, InstructionRow};
 use emu_test_support::case_lines;
-
-use crate::seed;
-use crate::tools::{folder, run};
+use emu_test_support::{random_seed, run_tool, test_folder};
 
 /// Maximum number of instructions per row; a row with fewer forms is tested completely.
 const MOST: u32 = 4_096;
@@ -74,14 +72,14 @@ fn assembled(name: &str, kind: Kind, text: &str, dir: &Path) -> Vec<u16> {
     let core = if is_missing(2 * (PC_MASK + 1), kind) { "avr51" } else { "avr5" };
     std::fs::write(dir.join(format!("{name}.s")), text).expect("a source");
     let file = |end: &str| format!("{name}.{end}");
-    run(Path::new("avr-as"), &[&format!("-mmcu={core}"), &file("s"), "-o", &file("o")], dir);
+    run_tool("avr-as", &[&format!("-mmcu={core}"), &file("s"), "-o", &file("o")], dir);
     let start = format!("-Ttext={START:#x}");
-    run(
-        Path::new("avr-ld"),
+    run_tool(
+        "avr-ld",
         &["-m", core, "--no-relax", "--defsym=__heap_end=0", &start, &file("o"), "-o", &file("elf")],
         dir,
     );
-    run(Path::new("avr-objcopy"), &["-O", "binary", "-j", ".text", &file("elf"), &file("bin")], dir);
+    run_tool("avr-objcopy", &["-O", "binary", "-j", ".text", &file("elf"), &file("bin")], dir);
     let bytes = std::fs::read(dir.join(file("bin"))).expect("the code");
     bytes.chunks(2).map(|b| u16::from_le_bytes([b[0], b[1]])).collect()
 }
@@ -89,8 +87,8 @@ fn assembled(name: &str, kind: Kind, text: &str, dir: &Path) -> Vec<u16> {
 #[test]
 #[ignore = "needs binutils-avr: .ci/peers installs it"]
 fn the_gnu_assembler_encodes_every_row_as_we_do() {
-    let dir = folder("gas");
-    let seed = seed();
+    let dir = test_folder!("gas");
+    let seed = random_seed();
     let mut rng = Rng::new(seed);
     let mut all = 0;
     for (row, &kind) in ROWS.iter().zip(KINDS) {
@@ -169,10 +167,10 @@ fn differences() -> Vec<Difference> {
 #[ignore = "needs binutils-avr: .ci/peers installs it"]
 fn the_gnu_disassembler_reads_every_word_as_we_do() {
     const SECOND: u16 = 0x1234;
-    let dir = folder("objdump");
+    let dir = test_folder!("objdump");
     let bytes: Vec<u8> = (0..=0xFFFFu16).flat_map(|w| [w, SECOND]).flat_map(u16::to_le_bytes).collect();
     std::fs::write(dir.join("all.bin"), bytes).expect("all.bin");
-    let listing = run(Path::new("avr-objdump"), &["-D", "-z", "-b", "binary", "-m", "avr:5", "all.bin"], &dir).stdout;
+    let listing = run_tool("avr-objdump", &["-D", "-z", "-b", "binary", "-m", "avr:5", "all.bin"], &dir).stdout;
     let listing = String::from_utf8_lossy(&listing);
     let differences = differences();
     let mut used = vec![0usize; differences.len()];

@@ -13,9 +13,10 @@ use emu_avr::isa::{KINDS, Kind, ROWS, disassemble};
 use emu_core::rng::Rng;
 use emu_core::table::InstructionRow;
 use emu_core::{Cpu, StopReason};
+use emu_test_support::random_seed;
 
+use crate::harness;
 use crate::states::{Draw, at_the_ends, batch, machine, put};
-use crate::{harness, seed};
 
 /// Minimum number of complete states compared per row.
 const WANTED: usize = 10_000;
@@ -231,7 +232,7 @@ fn check(row: &InstructionRow, kind: Kind, rng: &mut Rng) -> Tally {
 #[test]
 #[ignore = "needs simavr: .ci/peers installs it"]
 fn every_row_in_lock_step_with_simavr() {
-    let seed = seed();
+    let seed = random_seed();
     println!("seed {seed:#x} (EMU_SEED), {WANTED} states a row or more");
     let rows: Vec<(usize, &InstructionRow, Kind)> =
         ROWS.iter().zip(KINDS).enumerate().map(|(n, (row, &k))| (n, row, k)).collect();

@@ -6,9 +6,10 @@ use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
 use emu_core::image::{ElfMachine, load};
 use emu_core::{ChipEvent, Cpu, CycleTime, PinId, PinLevel, Probe, RamInit, StopReason};
+use emu_test_support::{run_tool, test_folder};
 
 use crate::harness;
-use crate::tools::{folder, run, source};
+use crate::tools::source;
 
 /// Enough cycles for the complete program, which ends with a sleep with interrupts disabled.
 const CYCLES: u64 = 8_000_000;
@@ -80,11 +81,11 @@ fn machine(elf: &Path) -> Avr {
 #[test]
 #[ignore = "needs avr-gcc and simavr: .ci/peers installs them"]
 fn a_c_program_prints_the_same() {
-    let dir = folder("uart");
+    let dir = test_folder!("uart");
     let source = source("tests/peers/hello.c");
     let args = ["-mmcu=atmega328p", "-DF_CPU=16000000", "-Os", "-Wall", &source.to_string_lossy(), "-o", "hello.elf"];
-    run(Path::new("avr-gcc"), &args, &dir);
-    let theirs = run(&harness("simavr_uart"), &["hello.elf", &CYCLES.to_string()], &dir).stdout;
+    run_tool("avr-gcc", &args, &dir);
+    let theirs = run_tool(harness("simavr_uart"), &["hello.elf", &CYCLES.to_string()], &dir).stdout;
 
     let (ours, stop, cycle) = sent_here(&dir.join("hello.elf"), CYCLES);
 

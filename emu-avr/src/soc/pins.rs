@@ -298,6 +298,7 @@ impl AvrSoc {
                 let flags = self.timers[n].peek(timers::TimerRegister::TIFR, t);
                 self.timers[n].shape().irqs_of(flags) >> irq & 1 == 1
             }
+            // Only these three units trigger conversions (`adc_triggers` of the rows).
             _ => false,
         }
     }

@@ -63,7 +63,8 @@ impl AvrSoc {
             RegisterSlot::Spm(_) => unit_index::SPM,
             RegisterSlot::Watchdog(_) => unit_index::WATCHDOG,
             RegisterSlot::External(_) => unit_index::EXTERNAL,
-            _ => return None,
+            RegisterSlot::Reserved | RegisterSlot::Core | RegisterSlot::Low(_) | RegisterSlot::Port(..) => return None,
+            RegisterSlot::Kept(_) | RegisterSlot::Split(_) | RegisterSlot::Own(_) => return None,
         })
     }
 
@@ -369,7 +370,8 @@ impl AvrSoc {
             RegisterSlot::Split(bits) => {
                 bits.iter().map(|&(_, site, _)| self.register_steady_until(site, t)).min().unwrap_or(NEVER)
             }
-            _ => NEVER,
+            RegisterSlot::Reserved | RegisterSlot::Core | RegisterSlot::Low(_) | RegisterSlot::Port(..) => NEVER,
+            RegisterSlot::Kept(_) | RegisterSlot::Own(_) => NEVER,
         }
     }
 }

@@ -25,10 +25,10 @@ pub(crate) struct FamilyTiming {
     /// Maximum number of timer ticks per period.
     pub max_period_ticks: u128,
     /// Maximum machine cycles from a timer match to the first instruction of its scan: one iteration of a
-    /// waiting loop that just missed the match, plus the poll that sees it.
+    /// polling loop that just missed the match, plus the poll that sees it.
     pub poll_cycles: u64,
-    /// Like `poll_cycles`, where a period exceeds the 65,536 ticks of the timer, so that the loop also counts
-    /// rounds.
+    /// Maximum machine cycles from a timer match to the first instruction of its scan, where a period exceeds the 65,536 ticks of the timer, so that the loop also counts
+    /// overflows of the timer.
     pub poll_cycles_with_rounds: u64,
 }
 

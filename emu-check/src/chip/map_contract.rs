@@ -3,7 +3,7 @@
 
 use emu_core::chip::Chip;
 use ladder::{Element, LadderOperand, LadderProgram, SymbolKind};
-use ladder_compile::{ImageMap, SpecialPin};
+use ladder_compile::{ImageMap, PinAssignment, SpecialPin};
 
 use crate::CheckOptions;
 use crate::chip::deviation::Deviation;
@@ -244,7 +244,7 @@ pub(crate) fn requested_pin<'a>(
     chip: &Chip,
     name: &str,
 ) -> Option<&'a str> {
-    if let Some((_, pin)) = options.pins.iter().find(|(symbol, _)| symbol == name) {
+    if let Some(PinAssignment { pin, .. }) = options.pins.iter().find(|given| given.symbol == name) {
         return Some(pin);
     }
     let micro = program.settings.micro.as_deref()?;

@@ -4,7 +4,7 @@
 use std::ops::RangeInclusive;
 
 use diag::{Diagnostic, Pos, Severity};
-use emu_core::chip::{Chip, ChipFamily};
+use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
 use emu_core::pins::PinId;
 use ladder::LadderProgram;
@@ -146,10 +146,10 @@ impl ProgramPlaces {
         families::pin_behaviour(self.chip, pin)
     }
 
-    /// True if the machine itself paces the program: it latches inputs before the first instruction of a scan
-    /// and needs neither a timer nor a waiting loop.
+    /// True for AP101, which itself repeats the program with a fixed period and latches inputs before the first
+    /// instruction of a scan: it needs neither a timer nor a polling loop.
     pub(crate) fn is_self_paced(&self) -> bool {
-        self.chip.family == ChipFamily::Ap101
+        self.chip.is_bit_controller()
     }
 
     /// The supply pin of a self-paced machine, which halts when no event is due.

@@ -3,7 +3,7 @@
 
 use diag::{Diagnostic, Pos, Severity};
 use ladder::{LadderDialect, LadderProgram, LdFormat};
-use ladder_compile::CompiledProgram;
+use ladder_compile::{CompiledProgram, PinAssignment};
 
 use crate::CheckOptions;
 use crate::chip::deviation::Deviation;
@@ -24,11 +24,16 @@ const SCANS_PER_PROGRESS: u64 = 64;
 /// Totals of a check.
 #[derive(Default)]
 struct RunTotals {
+    /// Scans executed on both sides.
     scans: u64,
+    /// Runs, each of which begins with a power-up.
     runs: u64,
+    /// Values compared.
     compared: u64,
+    /// Machine cycles of the chip.
     cycles: u64,
-    longest: u64,
+    /// Machine cycles of the longest scan.
+    longest_scan_cycles: u64,
     /// Longest execution of each rung, in machine cycles.
     rungs: Vec<Option<u64>>,
 }
@@ -89,7 +94,7 @@ pub(crate) fn run_check<'a, C: CheckedChip, F: Fn(u64) -> C>(
                 goals.mark_reached(&matched.evaluated);
                 totals.compared += matched.compared;
                 totals.cycles += matched.cycles;
-                totals.longest = totals.longest.max(matched.cycles);
+                totals.longest_scan_cycles = totals.longest_scan_cycles.max(matched.cycles);
                 for (rung, cycles) in matched.rungs {
                     if let Some(most) = totals.rungs.get_mut(rung) {
                         *most = (*most).max(Some(cycles));
@@ -129,7 +134,7 @@ pub(crate) fn run_check<'a, C: CheckedChip, F: Fn(u64) -> C>(
             ram_bytes: map.ram_bytes,
             period_cycles: bench.places.pace.period(),
             clocks_per_cycle: bench.places.pace.clocks_per_cycle,
-            scan_cycles_max: totals.longest,
+            scan_cycles_max: totals.longest_scan_cycles,
             // Two decimal places are enough.
             scan_cycles_mean: (totals.cycles as f64 / totals.scans.max(1) as f64 * 100.0).round() / 100.0,
             scan_cycles_bound: map.worst_scan_cycles.into(),
@@ -211,10 +216,9 @@ pub(crate) fn replay_command(program: &LadderProgram, options: &CheckOptions, sc
         options.mcu.to_ascii_lowercase(),
         options.seed
     );
-    options
-        .pins
-        .iter()
-        .for_each(|(symbol, pin)| command += &format!(" --pin {}", shell_quote(&format!("{symbol}={pin}"))));
+    options.pins.iter().for_each(|PinAssignment { symbol, pin }| {
+        command += &format!(" --pin {}", shell_quote(&format!("{symbol}={pin}")))
+    });
     match (program.format, program.dialect) {
         (LdFormat::V01, LadderDialect::Ldmicro5) => command += " --dialect ldmicro-5",
         (LdFormat::V02, LadderDialect::Ldmicro23) => command += " --dialect ldmicro-2.3",

@@ -20,7 +20,9 @@ use crate::stimulus::value_hints::ValueHints;
 pub(crate) struct TestBench<'a, C, F: Fn(u64) -> C> {
     /// Makes a chip in its power-up state with the image loaded and RAM contents from the given seed.
     pub power_up: F,
+    /// Where the program's symbols are on the chip.
     pub places: &'a ProgramPlaces,
+    /// Values at which the program behaves differently.
     pub hints: &'a ValueHints,
     /// Machine cycles of the longest scan, as computed by the compiler.
     pub worst_scan_cycles: u64,

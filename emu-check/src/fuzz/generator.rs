@@ -102,7 +102,7 @@ impl ProgramGenerator {
     }
 
     fn begins_group(&mut self, depth: u32) -> bool {
-        self.remaining_elements > 0 && depth < self.style.depth && self.rng.one_in(self.style.group)
+        self.remaining_elements > 0 && depth < self.style.depth && self.rng.one_in(self.style.nodes_per_group)
     }
 
     fn parallel(&mut self, depth: u32, rail: bool) -> RungNode {
@@ -184,5 +184,36 @@ fn complete_program(generator: &mut ProgramGenerator, rungs: Vec<Rung>) -> Ladde
         vars,
         pull_ups,
         rungs,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::generate_program;
+
+    /// Elements that random programs leave out.
+    #[rustfmt::skip]
+    const LEFT_OUT: &[(&str, &str)] = &[
+        ("PLACEHOLDER", "no chip compiles it"),
+        ("DELAY",       "has no effect that the checker sees"),
+        ("SLEEP",       "has no effect that the checker sees"),
+        ("CLRWDT",      "has no effect that the checker sees"),
+        ("LOCK",        "ends all scans, so that nothing else of the program would be checked"),
+    ];
+
+    #[test]
+    fn every_element_is_generated() {
+        let mut found = BTreeSet::new();
+        for number in 0..2_000 {
+            found.extend(generate_program(1, number).0.elements().map(|(_, element, _)| element.facts().keyword));
+        }
+        let missing: Vec<&str> = ladder::element_keywords().filter(|keyword| !found.contains(keyword)).collect();
+        assert_eq!(
+            missing,
+            LEFT_OUT.iter().map(|row| row.0).collect::<Vec<_>>(),
+            "missing, and left out with a reason"
+        );
     }
 }

@@ -42,14 +42,20 @@ impl ProgramProfile {
 pub(super) enum ElementSort {
     Contact,
     Compare,
+    /// OSR, OSF and their inverses.
     OneShot,
     Timer,
     Counter,
+    /// SHORT and OPEN.
     Wire,
+    /// UART_SEND.
     Send,
+    /// UART_RECV.
     Receive,
+    /// FORMATTED_STRING.
     Text,
     Coil,
+    /// Reset of a timer or counter.
     Res,
     Move,
     Math,
@@ -138,8 +144,8 @@ pub(super) struct ProgramStyle {
     pub longest: u64,
     /// Maximum nesting depth of groups.
     pub depth: u32,
-    /// One node in `group` is a group.
-    pub group: u64,
+    /// One node in this number of nodes is a group.
+    pub nodes_per_group: u64,
     /// One operand in `constant` is a constant.
     pub constant: u64,
     /// One coil in `latch` is a set or reset coil.
@@ -189,7 +195,7 @@ impl ProgramStyle {
             elements: if large { 400 } else { 10 + rng.below(80) },
             longest: 1 + rng.below(4),
             depth: 1 + rng.below(4) as u32,
-            group: [3, 5, 8][rng.below(3) as usize],
+            nodes_per_group: [3, 5, 8][rng.below(3) as usize],
             constant: [2, 3, 6][rng.below(3) as usize],
             latch: [2, 4, 8][rng.below(3) as usize],
             middle_weights: Vec::new(),
@@ -223,7 +229,7 @@ impl ProgramStyle {
 
     /// Sets deep nesting with few rungs.
     fn make_deep(&mut self) {
-        (self.depth, self.group, self.rungs) = (7, 2, self.rungs.min(3));
+        (self.depth, self.nodes_per_group, self.rungs) = (7, 2, self.rungs.min(3));
     }
 
     /// Sets the weights of the sorts: those of [`SORTS`], some of them raised.

@@ -143,39 +143,6 @@ fn simpler_elements(element: &Element) -> Vec<Element> {
         Element::Contacts { name, negated: true, set1 } => {
             out.push(Element::Contacts { name: name.clone(), negated: false, set1: *set1 });
         }
-        Element::Math { op, dest, op1, op2 } => {
-            let new = |op1, op2| Element::Math { op: *op, dest: dest.clone(), op1, op2 };
-            simpler_operands(op1).into_iter().for_each(|op1| out.push(new(op1, op2.clone())));
-            simpler_operands(op2).into_iter().for_each(|op2| out.push(new(op1.clone(), op2)));
-        }
-        Element::Compare { op, op1, op2 } => {
-            simpler_operands(op1)
-                .into_iter()
-                .for_each(|op1| out.push(Element::Compare { op: *op, op1, op2: op2.clone() }));
-            simpler_operands(op2)
-                .into_iter()
-                .for_each(|op2| out.push(Element::Compare { op: *op, op1: op1.clone(), op2 }));
-        }
-        Element::Unary { op, dest, src } => {
-            let new = |src| Element::Unary { op: *op, dest: dest.clone(), src };
-            out.extend(simpler_operands(src).into_iter().map(new));
-        }
-        Element::Shift { op, dest, src, count } => {
-            let new = |src, count| Element::Shift { op: *op, dest: dest.clone(), src, count };
-            out.extend(simpler_operands(src).into_iter().map(|src| new(src, count.clone())));
-            out.extend(simpler_operands(count).into_iter().map(|count| new(src.clone(), count)));
-        }
-        Element::BitWrite { name, bit, value } => {
-            let new = |bit| Element::BitWrite { name: name.clone(), bit, value: *value };
-            out.extend(simpler_operands(bit).into_iter().map(new));
-        }
-        Element::BitTest { name, bit, value } => {
-            let new = |bit| Element::BitTest { name: name.clone(), bit, value: *value };
-            out.extend(simpler_operands(bit).into_iter().map(new));
-        }
-        Element::Move { dest, src } => {
-            out.extend(simpler_operands(src).into_iter().map(|src| Element::Move { dest: dest.clone(), src }));
-        }
         Element::LookUpTable { dest, index, as_string, values } if values.len() > 1 => {
             let values = values[..values.len() / 2].to_vec();
             out.push(Element::LookUpTable { dest: dest.clone(), index: index.clone(), as_string: *as_string, values });
@@ -189,8 +156,17 @@ fn simpler_elements(element: &Element) -> Vec<Element> {
         Element::ShiftRegister { name, stages: 2.. } => {
             out.push(Element::ShiftRegister { name: name.clone(), stages: 1 });
         }
-        // Other elements have no simpler form; the finding is only a little longer.
+        // Of the other elements only the operands can be simpler.
         _ => {}
+    }
+    for at in 0..element.clone().operands_mut().len() {
+        let simpler = |operand: LadderOperand| {
+            let mut new = element.clone();
+            new.operands_mut().into_iter().nth(at).into_iter().for_each(|old| *old = operand.clone());
+            new
+        };
+        let operand = element.clone().operands_mut().into_iter().nth(at).map(|operand| simpler_operands(operand));
+        out.extend(operand.into_iter().flatten().map(simpler));
     }
     out
 }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt::Write;
 
-use ladder::{Element, LadderOperand, LadderProgram, RungNode};
+use ladder::{Element, LadderProgram, RungNode};
 use serde::{Deserialize, Serialize};
 
 use crate::CheckReport;
@@ -188,37 +188,21 @@ fn risky_features(program: &LadderProgram) -> Vec<&'static str> {
     let (mut coils, mut modules): (HashMap<&str, u32>, HashMap<&str, u32>) = Default::default();
     let mut found = HashSet::new();
     for (_, element, _) in program.elements() {
-        if matches!(
-            element,
-            Element::Unary { .. }
-                | Element::Shift { .. }
-                | Element::BitWrite { .. }
-                | Element::BitTest { .. }
-                | Element::Bus { .. }
-        ) {
-            found.insert("bits of integers");
+        let facts = element.facts();
+        let mut written = facts.symbols.iter().filter(|symbol| symbol.write.is_some() && !symbol.is_read);
+        if written.any(|dest| facts.symbols.iter().any(|symbol| symbol.is_read && symbol.name == dest.name)) {
+            found.insert(if matches!(element, Element::LookUpTable { .. } | Element::PiecewiseLinear { .. }) {
+                "aliased tables"
+            } else {
+                "aliased operands"
+            });
         }
-        let is = |operand: &LadderOperand, name: &str| matches!(operand, LadderOperand::Var(var) if var == name);
         match element {
             Element::Coil { name, set: false, reset: false, .. } => *coils.entry(name).or_default() += 1,
             Element::Timer { name, .. } | Element::Counter { name, .. } => {
                 *modules.entry(name).or_default() += 1;
             }
-            Element::Math { dest, op1, op2, .. } if is(op1, dest) || is(op2, dest) => {
-                _ = found.insert("aliased operands")
-            }
-            Element::Unary { dest, src, .. } | Element::Bus { dest, src, .. } if is(src, dest) => {
-                _ = found.insert("aliased operands")
-            }
-            Element::Shift { dest, src, count, .. } if is(src, dest) || is(count, dest) => {
-                _ = found.insert("aliased operands")
-            }
-            Element::LookUpTable { dest, index, .. } | Element::PiecewiseLinear { dest, index, .. }
-                if is(index, dest) =>
-            {
-                found.insert("aliased tables");
-            }
-            // Other elements are not counted.
+            // Several other elements of one name are nothing unusual.
             _ => {}
         }
     }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use diag::Diagnostic;
+use diag::{Diagnostic, align_columns};
 use serde::Serialize;
 
 use crate::report::check_report::{CheckReport, SCHEMA, count_text};
@@ -81,17 +81,7 @@ pub fn summary_table(outcomes: &[CheckOutcome]) -> String {
             }
         }
     }
-    let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();
-    let widths: Vec<usize> = (0..COLUMN_HEADS.len()).map(|column| width(column).unwrap_or(0)).collect();
-    let mut text = String::new();
-    for row in &rows {
-        let cells = row.iter().zip(&widths).enumerate().map(|(column, (cell, &width))| match column {
-            0..=2 => format!("{cell:<width$}"),
-            _ => format!("{cell:>width$}"),
-        });
-        let line = cells.collect::<Vec<_>>().join("  ");
-        _ = writeln!(text, "{}", line.trim_end());
-    }
+    let mut text = align_columns(&rows, |column| column > 2);
     _ = writeln!(text, "{}", verdict_line(outcomes));
     if !reasons.is_empty() {
         _ = writeln!(text, "refused:\n{}", reasons.trim_end());

@@ -3,7 +3,7 @@
 //!
 //! A tick is the moment between two scans: tick n is after scan n and before scan n + 1. An input that is set
 //! in a tick takes effect in the scan after it; a value that is read is what the scan before it left. The
-//! same holds on the chip (`scenario_on_chip.rs`), so the verdicts must be the same.
+//! same holds on the chip (`on_chip.rs`), so the verdicts must be the same.
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
@@ -51,8 +51,10 @@ pub struct LadderResolver {
     scale: TimeScale,
     cycle_us: u64,
     serial: SerialUse,
-    /// (Scans until a received byte has arrived, scans until a sent byte has been received).
-    byte_scans: (u64, u64),
+    /// Scans until a byte that the scenario sends has arrived.
+    scans_to_arrive: u64,
+    /// Scans until a byte that the program sends has been received.
+    scans_to_be_received: u64,
 }
 
 impl LadderResolver {
@@ -72,7 +74,8 @@ impl LadderResolver {
             scale: TimeScale::for_scans(cycle_us, settings.crystal_hz),
             cycle_us,
             serial: serial_use(program),
-            byte_scans: (scans(BYTE_BITS), scans(SENT_BYTE_BITS) + 1),
+            scans_to_arrive: scans(BYTE_BITS),
+            scans_to_be_received: scans(SENT_BYTE_BITS) + 1,
         }
     }
 
@@ -97,7 +100,7 @@ impl LadderResolver {
 
     /// Scans from the start of a byte until it has arrived.
     pub(crate) fn arrival_scans(&self) -> u64 {
-        self.byte_scans.0
+        self.scans_to_arrive
     }
 }
 
@@ -222,13 +225,13 @@ impl ScenarioIo {
     /// Records the end of a scan, with the byte that the program sent in it.
     pub(crate) fn end_scan(&mut self, resolver: &LadderResolver, sent: Option<u8>) {
         self.scan += 1;
-        self.bytes_on_line.extend(sent.map(|byte| (self.scan + resolver.byte_scans.1, byte)));
+        self.bytes_on_line.extend(sent.map(|byte| (self.scan + resolver.scans_to_be_received, byte)));
         self.deliver_sent_bytes();
     }
 
     /// Records that a byte was sent in scan `scan`.
     pub(crate) fn note_sent_byte(&mut self, resolver: &LadderResolver, scan: u64, byte: u8) {
-        self.bytes_on_line.push_back((scan + resolver.byte_scans.1, byte));
+        self.bytes_on_line.push_back((scan + resolver.scans_to_be_received, byte));
         self.deliver_sent_bytes();
     }
 
@@ -407,7 +410,7 @@ impl EvaluatorPlay {
         self.scan_with_chip(None)
     }
 
-    /// Like [`EvaluatorPlay::scan`], next to a chip that the caller runs: symbol values, by evaluator index,
+    /// Executes one scan, as [`EvaluatorPlay::scan`] does, next to a chip that the caller runs: symbol values, by evaluator index,
     /// are read from `chip`.
     pub fn scan_with_chip(&mut self, chip: Option<&dyn Fn(usize) -> i32>) -> bool {
         let eval = &self.eval;
@@ -425,7 +428,7 @@ impl EvaluatorPlay {
         }
         let step = self.io.next_stimulus(self.incoming.is_none() && !self.eval.has_received_byte());
         if let Some(byte) = step.byte {
-            self.incoming = Some((self.io.scan + self.resolver.byte_scans.0, byte));
+            self.incoming = Some((self.io.scan + self.resolver.scans_to_arrive, byte));
         }
         if let Some((_, byte)) = self.incoming.take_if(|(due, _)| *due <= self.io.scan) {
             self.eval.receive(byte);

@@ -32,8 +32,10 @@ struct BoundaryGoal {
     is_reached: bool,
 }
 
+/// The value that a goal gives to its integer.
 #[derive(Debug, Clone, Copy)]
 enum GoalTarget {
+    /// This value.
     Value(i32),
     /// The value of another integer at the start of the scan, plus this distance.
     NearSymbol(usize, i32),
@@ -108,7 +110,7 @@ impl BoundaryGoals {
                     _ => {}
                 },
                 Element::LookUpTable { index: LadderOperand::Var(name), values, .. } => {
-                    // One goal per value. `coverage_rules` has goals for the first and last value of a long
+                    // One goal per value. `coverage/rules.rs` has goals for the first and last value of a long
                     // table.
                     let each = (0..).take(values.len().min(MAX_TABLE_GOALS)).map(|n| GoalTarget::WhenActing(n, None));
                     add_goals(integer(name), each.collect());

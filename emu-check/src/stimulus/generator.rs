@@ -36,7 +36,7 @@ impl ScanStimulus {
         self.writes.iter().for_each(|&(symbol, value)| eval.set(symbol, value));
     }
 
-    /// Like [`ScanStimulus::apply`], without a serial line that takes time: the byte is received at once,
+    /// Applies the inputs and writes of a scan without a serial line that takes time: the byte is received at once,
     /// unless one waits.
     pub(crate) fn apply_immediately(&self, hints: &ValueHints, eval: &mut Evaluator) {
         self.apply(hints, eval);
@@ -55,7 +55,7 @@ enum InputPlan {
     Sweep,
     /// Each input changes by an [`InputMode`] of its own.
     Modes,
-    /// Like [`InputPlan::Modes`], but a mode may last long.
+    /// Modes that may last long; otherwise [`InputPlan::Modes`].
     Slow,
 }
 
@@ -71,7 +71,8 @@ enum WritePlan {
     RareIntegers,
 }
 
-/// A kind of run: inputs, writes, number of scans (a sweep has at least as many scans as combinations).
+/// A kind of run: inputs, writes, and number of scans. A sweep has at least as many scans as combinations; 0
+/// stands for `long_run_scans`.
 type RunKind = (InputPlan, WritePlan, usize);
 
 /// The first runs, each done once.
@@ -93,8 +94,8 @@ const ROUND_RUNS: [RunKind; 6] = [
     (InputPlan::Modes, WritePlan::Nothing, 160),
 ];
 
-/// The run after each round in a check that cannot write symbols (foreign images). It is `long_run_scans`
-/// scans long, and inputs may keep a level for a large part of it.
+/// The run after each round in a check that cannot write symbols (foreign images), where its writes have no
+/// effect. It is `long_run_scans` scans long, and inputs may keep a level for a large part of it.
 const LONG_RUN: RunKind = (InputPlan::Slow, WritePlan::RareIntegers, 0);
 
 /// Maximum number of inputs whose combinations are all tried.

@@ -18,7 +18,7 @@ fn program(cycle_us: u64) -> LadderProgram {
 }
 
 fn compiled(program: &LadderProgram, pins: &[(&str, &str)], clock_hz: Option<u64>) -> CompiledProgram {
-    let pins = pins.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect();
+    let pins = pins.iter().map(|(symbol, pin)| ladder_compile::PinAssignment::new(symbol, pin)).collect();
     let options = ladder_compile::CompileOptions { mcu: "atmega328p".to_owned(), pins, clock_hz, optimise: true };
     compile(program, &options).unwrap_or_else(|faults| panic!("{faults:?}"))
 }
@@ -85,7 +85,7 @@ fn whole_compilers_that_are_wrong_are_found() {
     let report = checked(&lies, &CheckOptions::default());
     assert_eq!(report.difference.map(|d| (d.what, d.scan)), Some((DifferenceKind::Period, 1)));
     // Options of the command line override the program.
-    let pins = vec![("Xa".to_owned(), "pb3".to_owned())];
+    let pins = vec![ladder_compile::PinAssignment::new("Xa", "pb3")];
     assert!(checked(&moved, &CheckOptions { pins: pins.clone(), ..CheckOptions::default() }).agreed);
     assert!(!checked(&compiled(&program(10_000), &[], None), &CheckOptions { pins, ..CheckOptions::default() }).agreed);
     assert!(checked(&fast_clock, &CheckOptions { clock_hz: Some(16_000_000), ..CheckOptions::default() }).agreed);

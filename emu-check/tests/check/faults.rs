@@ -93,7 +93,7 @@ fn replays(name: &str, program: &LadderProgram, image: &CompiledProgram, report:
 fn replay_repeats_the_options() {
     let mut program = common::rungs("my program's.ld", RUNGS);
     program.format = ladder::LdFormat::V02;
-    let pins = vec![("Xa".to_owned(), "PD2".to_owned())];
+    let pins = vec![ladder_compile::PinAssignment::new("Xa", "PD2")];
     let options = CheckOptions { pins, clock_hz: Some(1_000_000), seed: 9, ..CheckOptions::default() };
     let mut image = compiled(&program);
     let at = place(&image, "2.1");

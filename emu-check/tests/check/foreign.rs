@@ -5,6 +5,7 @@ use crate::common;
 use emu_check::{CheckOptions, ForeignImage, ForeignReport, check_foreign};
 use emu_core::image::{Image, load_hex};
 use ladder::LadderProgram;
+use ladder_compile::PinAssignment;
 
 /// Checks an image of our own compiler as a foreign image; its pins are given like on the command line.
 fn check_own_image(program: &LadderProgram, mcu: &str, with_map: bool, scans: u64) -> Option<ForeignReport> {
@@ -15,9 +16,9 @@ fn check_own_image(program: &LadderProgram, mcu: &str, with_map: bool, scans: u6
     .ok()?;
     let chip = ladder_compile::find_chip(mcu)?;
     let image = load_hex("own.hex", compiled.hex.as_bytes(), chip.hex_spaces).expect("an image").image;
-    let mut pins: Vec<_> = compiled.map.pins.iter().map(|pin| (pin.name.clone(), pin.pin.clone())).collect();
+    let mut pins: Vec<_> = compiled.map.pins.iter().map(|pin| PinAssignment::new(&pin.name, &pin.pin)).collect();
     pins.extend(compiled.map.specials.iter().filter_map(|special| match special {
-        ladder_compile::SpecialPin::Analog { pin, name } => Some((name.clone(), pin.clone())),
+        ladder_compile::SpecialPin::Analog { pin, name } => Some(PinAssignment::new(name, pin)),
         _ => None,
     }));
     let options = CheckOptions { mcu: mcu.to_owned(), pins, ..CheckOptions::default() };
@@ -122,7 +123,7 @@ fn codes(
     pins: [(&str, &str); 2],
 ) -> (Vec<&'static str>, ForeignReport) {
     let image = assembled(mcu, source);
-    let pins = pins.map(|(name, pin)| (name.to_owned(), pin.to_owned())).to_vec();
+    let pins = pins.map(|(symbol, pin)| PinAssignment::new(symbol, pin)).to_vec();
     let options = CheckOptions { mcu: mcu.to_owned(), pins, ..CheckOptions::default() };
     let foreign = ForeignImage { file: "theirs.hex", image: &image, map: None, scans: Some(600) };
     let report = check_foreign(program, &foreign, &options, &mut |_, _| {})
@@ -232,7 +233,7 @@ fn unusable_images_are_refused() {
     ];
     for (what, mcu, source, pinned, code) in cases {
         let image = assembled(mcu, &source);
-        let pins = [("Xa", "PD2"), ("Ya", "PB5")].map(|(name, pin)| (name.to_owned(), pin.to_owned()));
+        let pins = [("Xa", "PD2"), ("Ya", "PB5")].map(|(symbol, pin)| PinAssignment::new(symbol, pin));
         let pins = if pinned { pins.to_vec() } else { Vec::new() };
         let options = CheckOptions { mcu: mcu.to_owned(), pins, ..CheckOptions::default() };
         let foreign = ForeignImage { file: "theirs.hex", image: &image, map: None, scans: Some(50) };
@@ -259,7 +260,7 @@ fn slow_faults_are_found_by_default() {
         let compiled = ladder_compile::compile(&other, &wanted).expect("an image");
         let chip = ladder_compile::find_chip("atmega128").expect("a chip");
         let image = load_hex("own.hex", compiled.hex.as_bytes(), chip.hex_spaces).expect("an image").image;
-        let pins = compiled.map.pins.iter().map(|pin| (pin.name.clone(), pin.pin.clone())).collect();
+        let pins = compiled.map.pins.iter().map(|pin| PinAssignment::new(&pin.name, &pin.pin)).collect();
         let options = CheckOptions { mcu: "atmega128".to_owned(), pins, ..CheckOptions::default() };
         let foreign = ForeignImage { file: "own.hex", image: &image, map: None, scans: None };
         let report = check_foreign(&program, &foreign, &options, &mut |_, _| {}).expect("a report");

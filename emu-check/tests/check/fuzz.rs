@@ -81,7 +81,6 @@ t   | aliased operands  | 10
 t   | aliased tables    | 1
 t   | IF_BIT_SET        | 8
 t   | IF_BIT_CLEAR      | 8
-t   | bits of integers  | 12
 t   | shared timers or counters    | 10
 t   | integers of several widths   | 15
 p   | READ_ADC          | 15

@@ -3,6 +3,7 @@
 
 use crate::common;
 use emu_check::{CheckOptions, ForeignImage, check_foreign};
+use ladder_compile::PinAssignment;
 
 /// How the main loop of a program waits.
 #[derive(Debug, Clone, Copy)]
@@ -144,7 +145,7 @@ fn scans_are_found_whatever_else_a_wait_does() {
         );
         let program = common::parse("wait.ld", &text);
         let chip = ladder_compile::find_chip(mcu).expect("a chip");
-        let pins = pins.map(|(name, pin)| (name.to_owned(), pin.to_owned())).to_vec();
+        let pins = pins.map(|(symbol, pin)| PinAssignment::new(symbol, pin)).to_vec();
         let options = CheckOptions { mcu: mcu.to_owned(), pins, ..CheckOptions::default() };
         for way in WAYS {
             let faults: [(&str, u32, u32, bool, &[&str]); 5] = [
@@ -187,7 +188,7 @@ fn images_whose_scans_are_not_found_are_refused() {
     let scan = "ldi r16, 2\nout 0x16, r16\nsbic 0x09, 2\nsbi 0x05, 5\nsbis 0x09, 2\ncbi 0x05, 5\nrjmp w\n";
     let cases = [("does not wait", "w:\nldi r20, 247\nd:\nnop\ndec r20\nbrne d\n")];
     let chip = ladder_compile::find_chip("atmega328p").expect("a chip");
-    let pins = [("Xa", "PD2"), ("Ya", "PB5")].map(|(name, pin)| (name.to_owned(), pin.to_owned())).to_vec();
+    let pins = [("Xa", "PD2"), ("Ya", "PB5")].map(|(symbol, pin)| PinAssignment::new(symbol, pin)).to_vec();
     let options = CheckOptions { mcu: "atmega328p".to_owned(), pins, ..CheckOptions::default() };
     for (says, wait) in cases {
         let image = emu_asm::assemble_text(chip, &format!("{setup}{wait}{scan}")).expect("an image");

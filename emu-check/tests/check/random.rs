@@ -1,5 +1,7 @@
-//! Random programs of all elements: image and evaluator agree on each. EMU_RANDOM_PROGRAMS sets their number
-//! (default 100), EMU_RANDOM_SEED the first seed; a failure prints seed and text.
+//! Random programs of all elements of LDmicro 2.3: image and evaluator agree on each.
+//!
+//! EMU_RANDOM_PROGRAMS sets their number (default 100), EMU_RANDOM_SEED the first seed; a failure prints seed
+//! and text.
 
 use crate::common;
 use emu_check::CheckOptions;

@@ -2,6 +2,7 @@
 
 use crate::common;
 use emu_check::{CODES, CheckOptions, check};
+use ladder_compile::PinAssignment;
 
 const TOGGLE: &str = "RUNG\n CONTACTS Xa 0\n OSR\n COIL Ypulse 0 0 0\nEND";
 
@@ -50,7 +51,7 @@ fn refusals() {
     let cases = [
         (&good, CheckOptions { scans: 0, ..CheckOptions::default() }, "EC001"),
         (&good, CheckOptions { mcu: "z80".to_owned(), ..CheckOptions::default() }, "LC"),
-        (&good, CheckOptions { pins: vec![("Xa".to_owned(), "PZ9".to_owned())], ..CheckOptions::default() }, "LC"),
+        (&good, CheckOptions { pins: vec![PinAssignment::new("Xa", "PZ9")], ..CheckOptions::default() }, "LC"),
     ];
     for (program, options, code) in cases {
         let faults = check(program, &options, &mut |_, _| {}).expect_err("a refusal");

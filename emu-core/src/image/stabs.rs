@@ -178,7 +178,7 @@ pub(super) fn split_name(text: &[u8]) -> Option<(&[u8], &[u8])> {
     }
 }
 
-/// A record of type FUN begins a function: its name. Others with that type tell of variables in program
+/// A record of type FUN begins a function: its name. Others with that type describe variables in program
 /// memory.
 pub(super) fn function_name(text: &[u8]) -> Option<(&[u8], &[u8])> {
     let (name, rest) = split_name(text)?;

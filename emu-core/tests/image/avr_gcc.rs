@@ -1,10 +1,8 @@
 //! The ELF file of a program built by avr-gcc, and the HEX file that avr-objcopy makes from it, give the same
 //! flash.
 
-use std::path::Path;
-use std::process::Command;
-
 use emu_core::image::{ImageSpace, load};
+use emu_test_support::{run_tool, test_folder};
 
 use crate::AVR;
 use crate::elf::MEMORIES;
@@ -24,22 +22,15 @@ int main(void) {
 }
 ";
 
-fn run(program: &str, args: &[&str], folder: &Path) {
-    let status =
-        Command::new(program).args(args).current_dir(folder).status().unwrap_or_else(|e| panic!("{program}: {e}"));
-    assert!(status.success(), "{program} {args:?}: {status}");
-}
-
 #[test]
 #[ignore = "needs avr-gcc"]
 fn elf_and_objcopy_agree() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("image-avr-gcc");
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = test_folder!("image-avr-gcc");
     std::fs::write(folder.join("a.c"), SOURCE).unwrap();
-    run("avr-gcc", &["-mmcu=atmega328p", "-Os", "a.c", "-o", "a.elf"], &folder);
-    run("avr-objcopy", &["-O", "ihex", "-R", ".eeprom", "a.elf", "flash.hex"], &folder);
-    run("avr-objcopy", &["-O", "ihex", "a.elf", "all.hex"], &folder);
-    run("avr-objcopy", &["-O", "ihex", "-j", ".eeprom", "a.elf", "eeprom.hex"], &folder);
+    run_tool("avr-gcc", &["-mmcu=atmega328p", "-Os", "a.c", "-o", "a.elf"], &folder);
+    run_tool("avr-objcopy", &["-O", "ihex", "-R", ".eeprom", "a.elf", "flash.hex"], &folder);
+    run_tool("avr-objcopy", &["-O", "ihex", "a.elf", "all.hex"], &folder);
+    run_tool("avr-objcopy", &["-O", "ihex", "-j", ".eeprom", "a.elf", "eeprom.hex"], &folder);
     let get = |name: &str, hex: &[ImageSpace]| {
         let bytes = std::fs::read(folder.join(name)).unwrap();
         load(name, &bytes, hex, MEMORIES, AVR).unwrap_or_else(|e| panic!("{name}: {e:?}")).image
@@ -62,7 +53,7 @@ fn elf_and_objcopy_agree() {
     assert_eq!(find("cells"), Some(("eeprom", 3)));
     assert!(matches!(find("main"), Some(("flash", 1..))));
 
-    run("avr-gcc", &["-mmcu=atmega328p", "-Os", "-c", "a.c", "-o", "a.o"], &folder);
+    run_tool("avr-gcc", &["-mmcu=atmega328p", "-Os", "-c", "a.c", "-o", "a.o"], &folder);
     let object = std::fs::read(folder.join("a.o")).unwrap();
     let found = load("a.o", &object, &[], MEMORIES, AVR).unwrap_err();
     assert_eq!(found.iter().map(|d| d.code).collect::<Vec<_>>(), ["ELF005"]);

@@ -1,9 +1,9 @@
 //! Programs built by avr-gcc: the line of every instruction agrees with avr-addr2line.
 
 use std::path::Path;
-use std::process::Command;
 
 use emu_core::image::{ElfMachine, ImageSpace, SourceLines, load};
+use emu_test_support::{test_folder, tool_text};
 
 use crate::{DIR, line_of};
 
@@ -56,16 +56,9 @@ int far(int a)
 }
 ";
 
-fn run(program: &str, args: &[&str], folder: &Path) -> String {
-    let out =
-        Command::new(program).args(args).current_dir(folder).output().unwrap_or_else(|e| panic!("{program}: {e}"));
-    assert!(out.status.success(), "{program} {args:?}: {}", String::from_utf8_lossy(&out.stderr));
-    String::from_utf8_lossy(&out.stdout).into_owned()
-}
-
 /// Addresses of all instructions in the listing of avr-objdump.
 fn instructions(folder: &Path, elf: &str) -> Vec<String> {
-    let listing = run("avr-objdump", &["-d", elf], folder);
+    let listing = tool_text("avr-objdump", &["-d", elf], folder);
     let rows = listing.lines().filter_map(|line| line.strip_prefix(' '));
     let addresses = rows.filter_map(|row| row.split_once(":\t")).map(|(addr, _)| format!("0x{}", addr.trim()));
     addresses.collect()
@@ -77,7 +70,7 @@ fn compare(folder: &Path, elf: &str, dropped: &[&str]) -> usize {
     assert!(!addresses.is_empty());
     let mut args = vec!["-e", elf];
     args.extend(addresses.iter().map(String::as_str));
-    let theirs = run("avr-addr2line", &args, folder);
+    let theirs = tool_text("avr-addr2line", &args, folder);
     let lines = SourceLines::from_elf(elf, std::fs::read(folder.join(elf)).unwrap());
     let mut known = 0;
     assert_eq!(theirs.lines().count(), addresses.len());
@@ -120,7 +113,7 @@ fn lines_are_those_of_addr2line() {
                 let elf = format!("app{at}{level}{}.elf", sections.len());
                 let flags = ["-mmcu=atmega328p", "-DF_CPU=16000000UL", "-w", "-I.", "-Wl,--gc-sections"];
                 let all = [&flags[..], &[version, optimise, sections, "app.c", "sub/far.c", "-o", &elf]].concat();
-                run("avr-gcc", &all, &folder);
+                tool_text("avr-gcc", &all, &folder);
                 let dropped = if sections == "-ffunction-sections" { DROPPED } else { &[] };
                 known += compare(&folder, &elf, dropped);
             }
@@ -134,15 +127,14 @@ fn lines_are_those_of_addr2line() {
 #[test]
 #[ignore = "needs avr-gcc"]
 fn the_program_of_the_tests_is_what_its_sources_say() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("lines-fixture");
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = test_folder!("lines-fixture");
     for name in ["lines.c", "lines.h", "twice.S"] {
         std::fs::copy(format!("{DIR}/{name}"), folder.join(name)).unwrap();
     }
     let map = format!("-fdebug-prefix-map={}=/src", folder.display());
     let flags =
         ["-mmcu=atmega328p", "-Os", "-gdwarf-4", "-nostartfiles", "-nostdlib", "lines.c", "twice.S", "-o", "lines.elf"];
-    run("avr-gcc", &[&[map.as_str()][..], &flags].concat(), &folder);
+    tool_text("avr-gcc", &[&[map.as_str()][..], &flags].concat(), &folder);
     let flash =
         [ImageSpace { name: "flash", start: 0, len: 0x8000, word: 2, word_bits: emu_core::image::WordBits::All }];
     let read = |file: &str| {

@@ -4,10 +4,8 @@
 //! sequence of rows and a range with its real length, from 0 for functions without a section. clang and rustc
 //! for AVR give the same form (rustc itself is not one of the peers).
 
-use std::path::Path;
-use std::process::Command;
-
 use emu_core::image::{SourceKind, SourceLines};
+use emu_test_support::{test_folder, tool_text};
 use gimli::write::{
     Address, AttributeValue, DwarfUnit, EndianVec, LineProgram, LineString, Range, RangeList, Sections,
 };
@@ -155,14 +153,8 @@ int main(void)
 #[test]
 #[ignore = "needs clang and avr-gcc"]
 fn programs_of_compilers_have_the_lines_of_what_is_there() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("lines-dropped");
-    std::fs::create_dir_all(&folder).unwrap();
-    let run = |program: &str, args: &[&str]| {
-        let out = Command::new(program).args(args).current_dir(&folder).output();
-        let out = out.unwrap_or_else(|e| panic!("{program}: {e}"));
-        assert!(out.status.success(), "{program} {args:?}: {}", String::from_utf8_lossy(&out.stderr));
-        String::from_utf8_lossy(&out.stdout).into_owned()
-    };
+    let folder = test_folder!("lines-dropped");
+    let run = |program: &str, args: &[&str]| tool_text(program, args, &folder);
     std::fs::write(folder.join("gc.c"), SOURCE).unwrap();
     let clang: &[&str] = &["--target=avr", "-mmcu=atmega328p"];
     let gcc: &[&str] = &["-mmcu=atmega328p"];

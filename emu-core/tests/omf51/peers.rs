@@ -1,9 +1,7 @@
 //! Object files of other tools: SDCC's linker and srecord.
 
-use std::path::Path;
-use std::process::Command;
-
 use emu_core::image::{ElfMachine, SymbolFile, SymbolSpaces, load, load_symbols};
+use emu_test_support::{run_tool, test_folder};
 
 use super::{CODE, good, place, read, record};
 
@@ -34,14 +32,9 @@ void main(void)
 
 /// Builds a program with SDCC. Returns its folder, and a function that runs a tool in it.
 fn build(name: &str) -> (std::path::PathBuf, impl Fn(&str, &[&str])) {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = test_folder!(name);
     let home = folder.clone();
-    let run = move |program: &str, args: &[&str]| {
-        let out = Command::new(program).args(args).current_dir(&home).output();
-        let out = out.unwrap_or_else(|e| panic!("{program}: {e}"));
-        assert!(out.status.success(), "{program} {args:?}: {}", String::from_utf8_lossy(&out.stderr));
-    };
+    let run = move |program: &str, args: &[&str]| _ = run_tool(program, args, &home);
     std::fs::write(folder.join("app.c"), SOURCE).unwrap();
     run("sdcc", &["-mmcs51", "--debug", "app.c"]);
     (folder, run)

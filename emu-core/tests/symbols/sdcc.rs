@@ -1,19 +1,11 @@
 //! Builds the sources of the folder again: the symbols name the bytes that the image has at their addresses.
 
-use std::path::Path;
-use std::process::Command;
-
 use emu_core::image::{ElfMachine, ImageSpace, WordBits, load};
+use emu_test_support::{empty_test_folder, run_tool};
 
 use crate::{DIR, bytes, load as load_files};
 
 const CODE: &[ImageSpace] = &[ImageSpace { name: "code", start: 0, len: 0x1_0000, word: 1, word_bits: WordBits::All }];
-
-fn run(program: &str, args: &[&str], folder: &Path) {
-    let status =
-        Command::new(program).args(args).current_dir(folder).status().unwrap_or_else(|e| panic!("{program}: {e}"));
-    assert!(status.success(), "{program} {args:?}: {status}");
-}
 
 #[test]
 #[ignore = "needs sdcc"]
@@ -26,9 +18,7 @@ fn symbols_name_the_bytes_of_the_image() {
 }
 
 fn check(model: &str, debug: bool) {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("symbols-{model}-{debug}"));
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = empty_test_folder!(format!("symbols-{model}-{debug}"));
     for name in ["main.c", "sensor.c", "sensor.h", "nudge.asm"] {
         std::fs::copy(format!("{DIR}/{name}"), folder.join(name)).unwrap();
     }
@@ -36,9 +26,9 @@ fn check(model: &str, debug: bool) {
     let sdcc = |args: &[&str]| {
         let all: Vec<&str> =
             debug.then_some("--debug").into_iter().chain([flag.as_str()]).chain(args.iter().copied()).collect();
-        run("sdcc", &all, &folder);
+        run_tool("sdcc", &all, &folder);
     };
-    run("sdas8051", &["-plosgff", "nudge.asm"], &folder);
+    run_tool("sdas8051", &["-plosgff", "nudge.asm"], &folder);
     sdcc(&["-c", "sensor.c"]);
     sdcc(&["-c", "main.c"]);
     sdcc(&["main.rel", "sensor.rel", "nudge.rel"]);

@@ -6,11 +6,12 @@ use emu_8051::Mcs51;
 use emu_ap101::Ap101;
 use emu_avr::Avr;
 use emu_core::chip::{Chip, ChipFamily};
-use emu_core::cpu::{Cpu, RamInit};
+use emu_core::cpu::RamInit;
 use emu_core::image::{ElfMachine, Image, SourceLines, load};
 use emu_dap::{LaunchArguments, LaunchError, OpenedMachine};
-use emu_debug::debug::{DebugSession, DynMachine, MachineWithDevices, NameScope, SessionOptions};
-use emu_debug::{AttachedDevices, CycleClock};
+use emu_debug::CycleClock;
+use emu_debug::debug::{DebugSession, DynMachine, NameScope, SessionOptions};
+use emu_test_machines::DebugMachine;
 use ladder_view::LadderView;
 
 /// The folder of the workspace.
@@ -19,29 +20,19 @@ pub fn root() -> PathBuf {
 }
 
 fn chip(name: &str) -> Result<&'static Chip, String> {
-    let avr = emu_avr::chips::AVR_CHIPS.iter().copied();
-    let mut all = avr.chain(emu_8051::chips::chips()).chain(emu_pic16::chips::chips()).chain(emu_ap101::chips::chips());
-    all.find(|chip| chip.name == name).ok_or_else(|| format!("no chip `{name}`"))
+    emu_test_machines::find_chip(name).ok_or_else(|| format!("no chip `{name}`"))
 }
 
-fn rig<C: Cpu + 'static>(cpu: C, hz: u64) -> (Box<dyn DynMachine>, CycleClock) {
-    let clock = CycleClock { hz, clocks_per_cycle: cpu.clocks_per_cycle() };
-    let mut cpu = cpu;
-    let mut board = AttachedDevices::new(Vec::new(), clock);
-    board.connect(&mut cpu);
-    (Box::new(MachineWithDevices::new(cpu, board)), clock)
-}
-
-fn machine(chip: &'static Chip, image: &Image, hz: u64) -> (Box<dyn DynMachine>, CycleClock) {
+fn machine(chip: &'static Chip, image: &Image, hz: u64) -> Box<dyn DynMachine> {
     let ram = RamInit::Zero;
     match chip.family {
-        ChipFamily::Avr => rig(Avr::new(chip, image, ram), hz),
-        ChipFamily::Mcs51 => rig(Mcs51::new(chip, image, ram), hz),
+        ChipFamily::Avr => Avr::new(chip, image, ram).boxed(hz),
+        ChipFamily::Mcs51 => Mcs51::new(chip, image, ram).boxed(hz),
         ChipFamily::Pic16 => {
             let options = emu_pic16::Options { hz, start_up: false, ..emu_pic16::Options::default() };
-            rig(emu_pic16::Pic16::with(chip, image, ram, options), hz)
+            emu_pic16::Pic16::with(chip, image, ram, options).boxed(hz)
         }
-        ChipFamily::Ap101 => rig(Ap101::new(image), hz),
+        ChipFamily::Ap101 => Ap101::new(image).boxed(hz),
     }
 }
 
@@ -84,7 +75,8 @@ pub fn open(arguments: &LaunchArguments) -> Result<OpenedMachine, LaunchError> {
     } else {
         (image(&path, chip)?, None, chip.default_hz)
     };
-    let (target, clock) = machine(chip, &image, hz);
+    let target = machine(chip, &image, hz);
+    let clock = CycleClock { hz, clocks_per_cycle: target.clocks_per_cycle() };
     let mut scope = NameScope::new(chip);
     scope.symbols = image.symbols;
     scope.lines = image.lines;

@@ -1,6 +1,6 @@
 //! The run: from edge to edge, from message to message.
 
-use emu_core::cpu::{Cpu, Probe, ProgramFault, StopReason};
+use emu_core::cpu::{Cpu, Probe, ProgramError, StopReason};
 use emu_core::image::SimulatorMessage;
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 
@@ -55,20 +55,8 @@ pub enum CodVerdict {
         /// Machine cycle.
         cycle: u64,
     },
-    /// An illegal instruction was reached.
-    Illegal {
-        /// Program word address.
-        pc: u32,
-        /// The word there.
-        word: u16,
-    },
-    /// The program did something that cannot be executed.
-    Fault {
-        /// Program word address.
-        pc: u32,
-        /// The fault.
-        fault: ProgramFault,
-    },
+    /// The program cannot continue.
+    Error(ProgramError),
     /// A message cannot be executed.
     Refused(CodRefusal),
     /// Chip and bench react to each other without end, as in a ring of gates through a comparator.
@@ -195,8 +183,8 @@ impl CodRun<'_> {
                         }
                     }
                 }
-                StopReason::Illegal { pc, word } => return CodVerdict::Illegal { pc, word },
-                StopReason::Fault { pc, fault } => return CodVerdict::Fault { pc, fault },
+                StopReason::Illegal { pc, word } => return CodVerdict::Error(ProgramError::Illegal { pc, word }),
+                StopReason::Fault { pc, fault } => return CodVerdict::Error(ProgramError::Fault { pc, fault }),
                 StopReason::Breakpoint { pc } => {
                     if let Some(verdict) = self.messages(cpu, script, pc, &mut *analog) {
                         return verdict;
@@ -312,8 +300,8 @@ impl CodRun<'_> {
             let stop = cpu.step(&mut dyn_probe::probe_events(&mut self.edges));
             self.apply_edges(cpu, &mut *analog);
             match stop {
-                StopReason::Illegal { pc, word } => return Some(CodVerdict::Illegal { pc, word }),
-                StopReason::Fault { pc, fault } => return Some(CodVerdict::Fault { pc, fault }),
+                StopReason::Illegal { pc, word } => return Some(CodVerdict::Error(ProgramError::Illegal { pc, word })),
+                StopReason::Fault { pc, fault } => return Some(CodVerdict::Error(ProgramError::Fault { pc, fault })),
                 _ => {}
             }
         }

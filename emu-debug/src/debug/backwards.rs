@@ -9,21 +9,21 @@ use super::breakpoint_probe::{BreakpointProbe, candidate_hits};
 use super::call_flow::CallFlow;
 use super::dyn_machine::{DynMachine, ObserveLevel};
 use super::expression_place::ExpressionPlace;
-use super::history::LeftPosition;
+use super::history::MidStepPosition;
 use super::machine_with_follower::MachineWithFollower;
 use super::points::{DebugPoints, PointTrigger, breakpoint_words};
-use super::session::{DebugSession, HOST_TIME_BETWEEN_COPIES, HaltReason, HaltResult, KeepRunning, PointHit};
+use super::session::{DebugSession, HOST_TIME_BETWEEN_COPIES, HaltReason, KeepRunning, PointHit};
 
 /// Maximum duration of most instructions in machine cycles.
 const TYPICAL_CYCLES: u64 = 8;
 
-/// Number of steps between two calls of `go_on`.
+/// Number of steps between two calls of `keep_running`.
 const STEPS_BETWEEN_CHECKS: u64 = 1 << 16;
 
 /// Number of steps back up to which every position is recorded, and of cycles that a search examines first.
 const NEAR_STEPS: u64 = 1 << 12;
 
-/// A position that a search backwards visits. Within the stretch between two copies it goes forwards.
+/// A position that a search backwards visits. The positions between two copies are visited forwards.
 pub struct PassedPosition<'a> {
     /// The machine.
     pub target: &'a dyn DynMachine,
@@ -39,28 +39,28 @@ pub struct PassedPosition<'a> {
 impl DebugSession {
     /// Goes `n` steps back, or to the beginning of the history. From within a step, the first step back leads
     /// to the start of that step; the same number of steps forward right afterwards returns to the original
-    /// position. Far back, it goes one stretch between two copies at a time and calls `go_on` in between; if
+    /// position. Far back, it goes one stretch between two copies at a time and calls `keep_running` in between; if
     /// interrupted, it does not move.
-    pub fn step_back(&mut self, n: u64, go_on: KeepRunning<'_>) -> HaltResult {
+    pub fn step_back(&mut self, n: u64, keep_running: KeepRunning<'_>) -> HaltReason {
         let now = self.current.cycle();
-        let left = self.left_position.filter(|left| left.returned_to == now).map(|left| left.cycle);
+        let left = self.mid_step_position.filter(|left| left.returned_to == now).map(|left| left.cycle);
         let at = if self.current.at_step_end { left } else { Some(now) };
-        let halt = if n > NEAR_STEPS { self.step_back_far(n, go_on) } else { self.step_back_counted(n) };
-        if halt.reason == HaltReason::Interrupted {
+        let halt = if n > NEAR_STEPS { self.step_back_far(n, keep_running) } else { self.step_back_counted(n) };
+        if halt == HaltReason::Interrupted {
             return halt;
         }
-        self.left_position = at.map(|at| LeftPosition { cycle: at, returned_to: self.current.cycle() });
+        self.mid_step_position = at.map(|at| MidStepPosition { cycle: at, returned_to: self.current.cycle() });
         halt
     }
 
     /// Goes `n` steps back, and forgets the original position.
-    fn step_back_counted(&mut self, n: u64) -> HaltResult {
+    fn step_back_counted(&mut self, n: u64) -> HaltReason {
         let now = self.current.cycle();
         let wanted = usize::try_from(n).unwrap_or(usize::MAX);
         let mut reach = n.saturating_mul(TYPICAL_CYCLES).max(TYPICAL_CYCLES);
         loop {
             let from = now.saturating_sub(reach).max(self.history.first_cycle());
-            let Some(mut replay) = self.replayed(from) else { return HaltResult { reason: HaltReason::Beginning } };
+            let Some(mut replay) = self.replayed(from) else { return HaltReason::Beginning };
             let begins = replay.cycle() <= self.history.first_cycle();
             let base = replay.fork();
             // A run that was stopped by its limit may be in the middle of a sleep; only the end of a step is
@@ -71,18 +71,18 @@ impl DebugSession {
             if found.len() >= wanted || begins {
                 let enough = found.len() >= wanted;
                 let to = found.get(found.len().saturating_sub(wanted)).copied();
-                let Some(to) = to else { return HaltResult { reason: HaltReason::Beginning } };
+                let Some(to) = to else { return HaltReason::Beginning };
                 self.current = base;
                 self.step_to(to);
-                return HaltResult { reason: if enough { HaltReason::Done } else { HaltReason::Beginning } };
+                return if enough { HaltReason::Done } else { HaltReason::Beginning };
             }
             reach = reach.saturating_mul(8);
         }
     }
 
-    /// Works as [`DebugSession::step_back_counted`], for many steps: it counts positions instead of recording
+    /// Steps back many instructions, as [`DebugSession::step_back_counted`] does for few: it counts positions instead of recording
     /// them.
-    fn step_back_far(&mut self, n: u64, go_on: KeepRunning<'_>) -> HaltResult {
+    fn step_back_far(&mut self, n: u64, keep_running: KeepRunning<'_>) -> HaltReason {
         let (now, first) = (self.current.cycle(), self.history.first_cycle());
         let starts: Vec<u64> = self.history.copies_before(now).map(MachineWithFollower::cycle).collect();
         let (mut end, mut rest) = (now, n);
@@ -106,34 +106,34 @@ impl DebugSession {
                 self.visit_positions(&mut base.fork(), end, &mut visit);
                 self.current = base;
                 self.step_to(found.unwrap_or(start));
-                return HaltResult { reason: HaltReason::Done };
+                return HaltReason::Done;
             }
             rest -= positions;
             end = start;
-            if !go_on() {
-                return HaltResult { reason: HaltReason::Interrupted };
+            if !keep_running() {
+                return HaltReason::Interrupted;
             }
         }
         if let Some(replay) = self.replayed(first) {
-            self.arrive(replay);
+            self.move_to(replay);
         }
-        HaltResult { reason: HaltReason::Beginning }
+        HaltReason::Beginning
     }
 
     /// Goes to a cycle, in the past or in the future, and ignores points. If an instruction spans the cycle,
     /// goes to the position before it.
-    pub fn goto_cycle(&mut self, cycle: u64, go_on: KeepRunning<'_>) -> HaltResult {
+    pub fn goto_cycle(&mut self, cycle: u64, keep_running: KeepRunning<'_>) -> HaltReason {
         let (cycle, first) = (cycle.min(LAST_CYCLE), self.history.first_cycle());
         if cycle >= self.current.cycle() {
             let points = std::mem::take(&mut self.points);
             let goal = super::RunGoal { until: Some(cycle), runs_while_halted: true, ..super::RunGoal::default() };
-            let halt = self.run(&goal, go_on);
+            let halt = self.run(&goal, keep_running);
             self.points = points;
-            if halt.reason != HaltReason::Limit {
+            if halt != HaltReason::Limit {
                 return halt;
             }
         } else if let Some(replay) = self.replayed(cycle.max(first)) {
-            self.arrive(replay);
+            self.move_to(replay);
         }
         // It went past the cycle: return to the end of the previous step. In sleep, stay at the cycle.
         if self.current.cycle() > first.max(cycle) {
@@ -141,32 +141,33 @@ impl DebugSession {
             self.step_back_counted(1);
             self.step_to(cycle.min(now));
         }
-        HaltResult { reason: if cycle < first { HaltReason::Beginning } else { HaltReason::Done } }
+        if cycle < first { HaltReason::Beginning } else { HaltReason::Done }
     }
 
     /// Goes back to the last position at which a point would have stopped a forward run. Ignore counts have
     /// no effect, conditions do.
-    pub fn run_back(&mut self, go_on: KeepRunning<'_>) -> HaltResult {
+    pub fn run_back(&mut self, keep_running: KeepRunning<'_>) -> HaltReason {
         let points = self.points.clone();
-        match self.last_hit(&points, false, go_on) {
-            Err(why) => HaltResult { reason: why },
+        match self.last_hit(&points, false, keep_running) {
+            Err(why) => why,
             Ok(Some((replay, hits))) => {
-                self.arrive(replay);
+                self.move_to(replay);
                 self.points.note_stops(hits.iter().map(|hit| hit.id));
-                HaltResult { reason: HaltReason::Points(hits) }
+                HaltReason::Points(hits)
             }
             Ok(None) => {
                 if let Some(replay) = self.replayed(self.history.first_cycle()) {
-                    self.arrive(replay);
+                    self.move_to(replay);
                 }
-                HaltResult { reason: HaltReason::Beginning }
+                HaltReason::Beginning
             }
         }
     }
 
     /// Goes forward to the last position before the cycle `end` at which a breakpoint would have stopped a
-    /// run: a step back that crosses calls has passed it. Returns `None`, without a move, if there is none.
-    pub fn forward_to_passed_breakpoint(&mut self, end: u64, go_on: KeepRunning<'_>) -> Option<HaltResult> {
+    /// run; reverse-next may have gone past it within a call. Returns `None`, without a move, if there is
+    /// none.
+    pub fn forward_to_passed_breakpoint(&mut self, end: u64, keep_running: KeepRunning<'_>) -> Option<HaltReason> {
         let start = self.current.cycle();
         let mut points = self.points.clone();
         let others = points.all().iter().filter(|point| !matches!(point.trigger, PointTrigger::Code(_)));
@@ -174,34 +175,34 @@ impl DebugSession {
         others.into_iter().for_each(|id| _ = points.remove(id));
         points.enabled().next()?;
         let mut last = None;
-        let searched = self.hits_between(&[start, end], &points, go_on, &mut |replay, hits| {
+        let searched = self.hits_between(&[start, end], &points, keep_running, &mut |replay, hits| {
             if (start + 1..end).contains(&replay.cycle()) {
                 last = Some((replay.fork(), hits));
             }
             true
         });
         if let Err(why) = searched {
-            return Some(HaltResult { reason: why });
+            return Some(why);
         }
         let (replay, hits) = last?;
-        self.arrive(replay);
+        self.move_to(replay);
         self.points.note_stops(hits.iter().map(|hit| hit.id));
-        Some(HaltResult { reason: HaltReason::Points(hits) })
+        Some(HaltReason::Points(hits))
     }
 
     /// Finds the last time up to now at which `wanted` was accessed or changed, including the instruction
     /// that ended here: the cycle after that instruction, and the hit. The machine does not move.
     ///
     /// # Errors
-    /// [`HaltReason::Interrupted`] if `go_on` returned false.
+    /// [`HaltReason::Interrupted`] if `keep_running` returned false.
     pub fn last_access(
         &mut self,
         wanted: PointTrigger,
-        go_on: KeepRunning<'_>,
+        keep_running: KeepRunning<'_>,
     ) -> Result<Option<(u64, PointHit)>, HaltReason> {
         let mut points = DebugPoints::default();
         points.add(wanted, "", false);
-        let found = self.last_hit(&points, true, go_on)?;
+        let found = self.last_hit(&points, true, keep_running)?;
         Ok(found.and_then(|(replay, hits)| Some((replay.cycle(), *hits.first()?))))
     }
 
@@ -238,10 +239,10 @@ impl DebugSession {
     /// false, the search is over and the machine does not move.
     pub fn run_back_until(
         &mut self,
-        go_on: KeepRunning<'_>,
+        keep_running: KeepRunning<'_>,
         ended: &mut dyn FnMut() -> bool,
         test: &mut dyn FnMut(&PassedPosition<'_>) -> bool,
-    ) -> HaltResult {
+    ) -> HaltReason {
         let now = self.current.cycle();
         let (mut end, mut reach) = (now, NEAR_STEPS);
         loop {
@@ -275,24 +276,24 @@ impl DebugSession {
                     break;
                 }
                 steps += 1;
-                if steps.is_multiple_of(STEPS_BETWEEN_CHECKS) && !go_on() {
-                    return HaltResult { reason: HaltReason::Interrupted };
+                if steps.is_multiple_of(STEPS_BETWEEN_CHECKS) && !keep_running() {
+                    return HaltReason::Interrupted;
                 }
             }
             if let Some(cycle) = found {
                 self.current = base;
                 self.step_to(cycle);
-                return HaltResult { reason: HaltReason::Done };
+                return HaltReason::Done;
             }
-            if !(ended() && go_on()) {
-                return HaltResult { reason: HaltReason::Interrupted };
+            if !(ended() && keep_running()) {
+                return HaltReason::Interrupted;
             }
             end = base.cycle();
         }
         if let Some(replay) = self.replayed(self.history.first_cycle()) {
-            self.arrive(replay);
+            self.move_to(replay);
         }
-        HaltResult { reason: HaltReason::Beginning }
+        HaltReason::Beginning
     }
 
     fn call_flow_on(&self, replay: &MachineWithFollower, pc: u32) -> CallFlow {
@@ -301,13 +302,13 @@ impl DebugSession {
     }
 
     /// Returns the last earlier position at which points would have stopped a run. The past is run through
-    /// once, newest stretches first, and more of them at a time the further back it goes, because setting
-    /// breakpoints in a copy costs as much as a stretch.
+    /// once, newest stretches first. The number of stretches doubles in each round, because setting breakpoints
+    /// in a copy costs as much as a stretch.
     fn last_hit(
         &mut self,
         points: &DebugPoints,
         here_too: bool,
-        go_on: KeepRunning<'_>,
+        keep_running: KeepRunning<'_>,
     ) -> Result<Option<(MachineWithFollower, Vec<PointHit>)>, HaltReason> {
         let now = self.current.cycle();
         let mut end = now;
@@ -316,12 +317,12 @@ impl DebugSession {
         let mut count = 1;
         while !left.is_empty() {
             let (stretches, older) = left.split_at(count.min(left.len()));
-            // A copy at a breakpoint does not see it; the previous stretch reaches it.
+            // A replay that starts on a breakpoint does not report it; the previous stretch reaches it.
             let reach = if end < now { end + 1 } else { end };
             let mut bounds: Vec<u64> = stretches.iter().rev().copied().chain([reach]).collect();
             // The first pass finds the cycle of the last hit, the second stops there.
             let mut last: Option<(u64, u64)> = None;
-            self.hits_between(&bounds, points, go_on, &mut |replay, _| {
+            self.hits_between(&bounds, points, keep_running, &mut |replay, _| {
                 let at = replay.cycle();
                 if at <= end && (at < now || here_too && at == now) {
                     last = Some((at, last.filter(|last| last.0 == at).map_or(1, |last| last.1 + 1)));
@@ -332,7 +333,7 @@ impl DebugSession {
                 let previous = bounds.partition_point(|bound| *bound < at).saturating_sub(1);
                 for from in [previous, 0] {
                     let (mut seen, mut hit) = (0, Vec::new());
-                    let replay = self.hits_between(&bounds[from..], points, go_on, &mut |replay, hits| {
+                    let replay = self.hits_between(&bounds[from..], points, keep_running, &mut |replay, hits| {
                         seen += u64::from(replay.cycle() == at);
                         hit = hits;
                         seen < nth && replay.cycle() <= at
@@ -355,7 +356,7 @@ impl DebugSession {
         &self,
         bounds: &[u64],
         points: &DebugPoints,
-        go_on: KeepRunning<'_>,
+        keep_running: KeepRunning<'_>,
         on_hit: &mut dyn FnMut(&MachineWithFollower, Vec<PointHit>) -> bool,
     ) -> Result<Option<MachineWithFollower>, HaltReason> {
         let words: BTreeSet<u32> = breakpoint_words(points).collect();
@@ -396,14 +397,14 @@ impl DebugSession {
                     true => slice,
                     false => STEPS_BETWEEN_CHECKS,
                 };
-                if !go_on() {
+                if !keep_running() {
                     return Err(HaltReason::Interrupted);
                 }
             }
-            if !go_on() {
+            if !keep_running() {
                 return Err(HaltReason::Interrupted);
             }
-            // A fault ended the run here too, until the user did something.
+            // The program had a fault here; the replay continues from the user's next action.
             if replay.cycle() < end && bounds.last() != Some(&end) {
                 let Some(next) = self.replayed(end) else { return Ok(None) };
                 replay = next;
@@ -446,7 +447,7 @@ impl DebugSession {
         }
     }
 
-    /// Steps the machine itself as long as it does not pass a cycle.
+    /// Steps the current machine, not a copy, up to a cycle but not past it.
     fn step_to(&mut self, cycle: u64) {
         self.current.set_breakpoints(&BTreeSet::new());
         let mut scout = self.current.fork();
@@ -461,13 +462,14 @@ impl DebugSession {
         for _ in 0..steps {
             self.current.step(&self.history.input_events, cycle, ObserveLevel::Nothing, &mut ());
         }
-        self.left_position = None;
+        self.mid_step_position = None;
         self.forget_events();
     }
 
-    fn arrive(&mut self, replay: MachineWithFollower) {
+    /// Makes a replayed copy the current machine.
+    fn move_to(&mut self, replay: MachineWithFollower) {
         self.current = replay;
-        self.left_position = None;
+        self.mid_step_position = None;
         self.forget_events();
     }
 }

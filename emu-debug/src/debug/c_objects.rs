@@ -6,7 +6,6 @@ mod byte_locations;
 use std::ops::Range;
 use std::sync::Arc;
 
-use emu_core::chip::ChipFamily;
 use emu_core::image::{AVR_DATA, BaseEncoding, CType, DebugInfo, FunctionInfo, Mcs51Memory, VariableInfo};
 
 pub use byte_locations::ObjectByteLocation;
@@ -408,12 +407,12 @@ impl ObjectExpr {
         }
         match self.byte_locations(target).first()? {
             ObjectByteLocation::Memory(space, addr)
-                if *space == chip.ram_space && (*addr >= 32 || chip.family != ChipFamily::Avr) =>
+                if *space == chip.ram_space && *addr >= chip.family_traits().registers_in_ram =>
             {
                 Some((*addr).into())
             }
             ObjectByteLocation::Memory(space, addr) if *space == chip.code_space => Some((*addr).into()),
-            ObjectByteLocation::Memory(_, addr) if chip.family == ChipFamily::Mcs51 => Some((*addr).into()),
+            ObjectByteLocation::Memory(_, addr) if chip.has_sdcc_pointers() => Some((*addr).into()),
             ObjectByteLocation::Memory(space, addr) if *space != chip.ram_space => {
                 Some(i64::from(chip.elf_spaces.iter().find(|window| window.name == *space)?.start + addr))
             }

@@ -1,7 +1,6 @@
 //! C values as text in the notation of gdb.
 
-use emu_core::chip::ChipFamily;
-use emu_core::image::{AVR_DATA, BaseEncoding, CType, DebugInfo, Mcs51Memory};
+use emu_core::image::{BaseEncoding, CType, DebugInfo, Mcs51Memory};
 
 use super::c_objects::{ObjectByteLocation, ObjectExpr, number_from_bytes};
 use super::c_strings::{REPEAT_THRESHOLD, collapse_repeats, text};
@@ -340,8 +339,8 @@ impl CValueFormatter<'_> {
 
     /// Returns an address of data as in ELF files: 0x800100 on the AVR. A null pointer stays 0.
     fn linked(&self, value: i64) -> i64 {
-        let is_data = self.scope.chip().family == ChipFamily::Avr && (1..0x1_0000).contains(&value);
-        if is_data { value + i64::from(AVR_DATA) } else { value }
+        let base = self.scope.chip().family_traits().linked_data.filter(|_| (1..0x1_0000).contains(&value));
+        value + i64::from(base.unwrap_or(0))
     }
 
     fn points_to_code(&self, kind: CTypeRef) -> bool {

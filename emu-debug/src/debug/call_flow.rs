@@ -1,6 +1,6 @@
 //! Classifies calls and returns.
 
-use emu_core::chip::{Chip, ChipFamily};
+use emu_core::chip::Chip;
 
 /// What an instruction does to the call stack.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,17 +13,6 @@ pub enum CallFlow {
     Return,
 }
 
-/// Mnemonics per family, from the instruction tables: calls, then returns. AP101 has neither.
-#[rustfmt::skip]
-const CALL_MNEMONICS: &[(ChipFamily, &[&str], &[&str])] = &[
-    (ChipFamily::Avr,   &["call", "rcall", "icall", "eicall"], &["ret", "reti"]),
-    (ChipFamily::Mcs51, &["lcall", "acall"],                   &["ret", "reti"]),
-    (ChipFamily::Pic16, &["call"],                             &["return", "retlw", "retfie"]),
-];
-
-/// `rcall .+0`.
-const RCALL_NEXT: u16 = 0xD000;
-
 /// Returns what the instruction at a program word does to the call stack, and its length in program words.
 /// `word` reads program memory.
 #[must_use]
@@ -31,14 +20,14 @@ pub fn call_flow(chip: &Chip, word: impl Fn(u32) -> u16, pc: u32) -> (CallFlow, 
     let line = (chip.isa.disassemble)(&[word(pc), word(pc + 1), word(pc + 2)], pc);
     let mnemonic = line.row.and_then(|row| chip.isa.rows.get(row)).map_or("", |row| row.mnemonic);
     // Compilers call the next instruction to allocate space on the stack.
-    let room = chip.family == ChipFamily::Avr && word(pc) == RCALL_NEXT;
-    let of = CALL_MNEMONICS.iter().find(|(family, ..)| *family == chip.family);
+    let family = chip.family_traits();
+    let room = family.stack_allocation == Some(word(pc));
     let is = |names: &[&str]| names.iter().any(|name| name.eq_ignore_ascii_case(mnemonic));
-    let flow = match of {
-        _ if room => CallFlow::Plain,
-        Some((_, calls, _)) if is(calls) => CallFlow::Call,
-        Some((.., returns)) if is(returns) => CallFlow::Return,
-        _ => CallFlow::Plain,
+    let flow = match () {
+        () if room => CallFlow::Plain,
+        () if is(family.calls) => CallFlow::Call,
+        () if is(family.returns) => CallFlow::Return,
+        () => CallFlow::Plain,
     };
     (flow, line.len as u32)
 }

@@ -51,9 +51,9 @@ struct MachineCopy {
     cost: Duration,
 }
 
-/// A position within a step, such as sleep, at which a run was stopped and which steps back have left.
+/// A cycle within a step, such as a sleep, at which a run was stopped before steps back.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct LeftPosition {
+pub(super) struct MidStepPosition {
     /// Its cycle.
     pub cycle: u64,
     /// The cycle that steps back and forth have reached; any other movement from there discards the position.
@@ -93,7 +93,7 @@ impl MachineHistory {
         while self.used > self.budget && self.drop_cheapest() {}
     }
 
-    /// Removes the copy whose absence costs least. The first copy stays, because everything begins there.
+    /// Removes the copy whose removal adds the least host time to replays. The first copy stays, because everything begins there.
     fn drop_cheapest(&mut self) -> bool {
         let last = self.copies.len().saturating_sub(NEWEST_KEPT.min(self.copies.len() / 2)).max(2);
         let pairs = self.copies.windows(2).take(last - 1).enumerate();

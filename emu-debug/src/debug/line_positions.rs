@@ -27,7 +27,7 @@ pub struct LinePosition {
     /// The inlined functions around it, the outermost first.
     pub inlined: Vec<usize>,
     /// Number of the innermost of these functions that begin here: their calls are not executed yet.
-    pub hidden: usize,
+    pub not_entered: usize,
     /// The lines of their calls, the outermost first.
     calls: Vec<u32>,
 }
@@ -54,27 +54,27 @@ impl LinePosition {
             begins: row == Some(byte),
             is_statement: scope.lines.begins_statement(byte),
             inlined: blocks.iter().rev().map(|block| std::ptr::from_ref(*block) as usize).collect(),
-            hidden: scope.calls().call_sites(byte),
+            not_entered: scope.calls().call_sites(byte),
             calls: blocks.iter().rev().map(|block| block.call_site.1).collect(),
         }
     }
 
-    /// Returns the inlined functions that the machine is in, if `hidden` of those around it are not entered
+    /// Returns the inlined functions that the machine is in, if `not_entered` of those around it are not entered
     /// yet.
-    fn entered(&self, hidden: usize) -> &[usize] {
-        self.inlined.get(..self.inlined.len().saturating_sub(hidden)).unwrap_or_default()
+    fn entered(&self, not_entered: usize) -> &[usize] {
+        self.inlined.get(..self.inlined.len().saturating_sub(not_entered)).unwrap_or_default()
     }
 
-    /// Returns the line of the next call of an inlined function, if `hidden` of them are not entered yet.
-    fn call(&self, hidden: usize) -> Option<u32> {
-        self.calls.get(self.inlined.len().checked_sub(hidden)?).copied().filter(|_| hidden > 0)
+    /// Returns the line of the next call of an inlined function, if `not_entered` of them are not entered yet.
+    fn call(&self, not_entered: usize) -> Option<u32> {
+        self.calls.get(self.inlined.len().checked_sub(not_entered)?).copied().filter(|_| not_entered > 0)
     }
 
-    /// Returns what a step that starts here leaves, if `hidden` inlined functions are still to be entered.
+    /// Returns what a step that starts here leaves, if `not_entered` inlined functions are still to be entered.
     #[must_use]
-    pub fn origin(&self, hidden: usize) -> LineOrigin {
-        let line = self.line.clone().map(|(file, number)| (file, self.call(hidden).unwrap_or(number)));
-        LineOrigin { line, row: self.row, inlined: self.entered(hidden).to_vec() }
+    pub fn origin(&self, not_entered: usize) -> LineOrigin {
+        let line = self.line.clone().map(|(file, number)| (file, self.call(not_entered).unwrap_or(number)));
+        LineOrigin { line, row: self.row, inlined: self.entered(not_entered).to_vec() }
     }
 }
 
@@ -94,27 +94,27 @@ impl LineOrigin {
     /// function of the start has returned.
     #[must_use]
     pub fn verdict(&self, now: &LinePosition, over: bool, same_frame: bool) -> StepVerdict {
-        let entered = now.entered(now.hidden);
-        if same_frame && entered == self.inlined && now.hidden > 0 {
+        let entered = now.entered(now.not_entered);
+        if same_frame && entered == self.inlined && now.not_entered > 0 {
             // An inlined function begins.
-            let is_own = self.line.as_ref().map(|line| line.1) == now.call(now.hidden);
+            let is_own = self.line.as_ref().map(|line| line.1) == now.call(now.not_entered);
             return match (over, is_own) {
                 (true, true) => StepVerdict::GoOn,
-                (false, true) => StepVerdict::Stop(now.hidden - 1),
-                (_, false) => StepVerdict::Stop(now.hidden),
+                (false, true) => StepVerdict::Stop(now.not_entered - 1),
+                (_, false) => StepVerdict::Stop(now.not_entered),
             };
         }
         if same_frame && entered.len() > self.inlined.len() && entered.starts_with(&self.inlined) {
-            return if over { StepVerdict::GoOn } else { StepVerdict::Stop(now.hidden) };
+            return if over { StepVerdict::GoOn } else { StepVerdict::Stop(now.not_entered) };
         }
-        let Some((file, _)) = &now.line else { return StepVerdict::Stop(now.hidden) };
+        let Some((file, _)) = &now.line else { return StepVerdict::Stop(now.not_entered) };
         match now.line != self.line && now.begins {
-            true if now.is_statement => StepVerdict::Stop(now.hidden),
+            true if now.is_statement => StepVerdict::Stop(now.not_entered),
             true if same_frame && entered == self.inlined => StepVerdict::GoOn,
             // The step has reached another function, but not at a place to stop: it stops at the next line.
-            true => StepVerdict::LeaveFrom(LineOrigin { line: Some((file.clone(), 0)), ..now.origin(now.hidden) }),
+            true => StepVerdict::LeaveFrom(LineOrigin { line: Some((file.clone(), 0)), ..now.origin(now.not_entered) }),
             // In the middle of a line, the step continues to the end of that line, as in gdb.
-            false => StepVerdict::LeaveFrom(now.origin(now.hidden)),
+            false => StepVerdict::LeaveFrom(now.origin(now.not_entered)),
         }
     }
 }

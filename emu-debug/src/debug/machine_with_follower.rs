@@ -112,7 +112,7 @@ impl MachineWithFollower {
             if self.cycle() > before {
                 self.follower_notified = false;
             }
-            // The time that has passed here may belong to the next step.
+            // The run may have ended within a sleep, which is not the end of a step.
             self.at_step_end &= self.cycle() == before;
             if let StopReason::Breakpoint { pc } = stop {
                 self.note_arrival(pc)

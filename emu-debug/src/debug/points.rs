@@ -54,19 +54,28 @@ pub struct DebugPoint {
     pub ignore: u64,
     /// Number of hits so far, including ignored ones; running backwards counts none.
     pub hits: u64,
-    /// The word and the stack pointer after the return of the call whose variables it watches; there it is
-    /// deleted.
-    pub call_end: Option<(u32, u32)>,
+    /// Where the call returns whose variables it watches; it is deleted there.
+    pub call_end: Option<CallEnd>,
     /// Commands that the command line executes when it has stopped the machine.
     pub commands: Vec<String>,
+}
+
+/// Where a call has returned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CallEnd {
+    /// Program word address of the instruction after the call.
+    pub return_word: u32,
+    /// The least value of the stack pointer after the return.
+    pub stack_pointer: u32,
 }
 
 impl DebugPoint {
     /// Reports whether the call whose variables it watches has just returned.
     #[must_use]
     pub fn has_left(&self, target: &dyn DynMachine) -> bool {
-        self.call_end
-            .is_some_and(|(word, sp)| target.pc() == word && target.reg("SP").is_some_and(|present| present >= sp))
+        self.call_end.is_some_and(|end| {
+            target.pc() == end.return_word && target.reg("SP").is_some_and(|sp| sp >= end.stack_pointer)
+        })
     }
 
     /// Reports whether the condition holds now, or there is none. A condition without a value (a floating
@@ -159,6 +168,6 @@ impl DebugPoints {
 pub(super) fn breakpoint_words(points: &DebugPoints) -> impl Iterator<Item = u32> + '_ {
     points.enabled().flat_map(|point| match &point.trigger {
         PointTrigger::Code(words) => words.clone(),
-        _ => point.call_end.iter().map(|(word, _)| *word).collect(),
+        _ => point.call_end.iter().map(|end| end.return_word).collect(),
     })
 }

@@ -4,7 +4,7 @@ mod resolve;
 
 use std::sync::{Arc, OnceLock};
 
-use emu_core::chip::{Chip, ChipFamily};
+use emu_core::chip::Chip;
 use emu_core::image::{BlockInfo, FrameView as _, SourceLines, SymbolAt, VariableInfo};
 
 use super::c_objects::ObjectExpr;
@@ -14,7 +14,7 @@ use super::error::DebugError;
 use super::expression::DebugExpression;
 use super::expression_place::ExpressionPlace;
 use super::parse_expression;
-use super::values::Values;
+use super::values::RememberedValues;
 use crate::InputError;
 use crate::address_names::{AddressNames, AddressRange};
 use crate::bit_space;
@@ -31,7 +31,7 @@ pub struct NameScope {
     /// Symbols of a ladder program, with their locations on the chip.
     pub ladder: Vec<(String, ExpressionPlace)>,
     /// Printed values, and user variables: `$1`, `$i`.
-    pub values: Values,
+    pub values: RememberedValues,
     /// Format of values (`set print`).
     pub print: super::c_values::PrintSettings,
     calls: OnceLock<CallStack>,
@@ -60,7 +60,7 @@ impl NameScope {
             symbols: Vec::new(),
             lines: SourceLines::default(),
             ladder: Vec::new(),
-            values: Values::default(),
+            values: RememberedValues::default(),
             print: Default::default(),
             calls: OnceLock::new(),
         }
@@ -366,7 +366,7 @@ impl NameScope {
                     (AddressRange { space, start: own, end: own + 1 }, text.to_owned())
                 }
                 // A cell of AP101 is a bit.
-                None if self.chip.family == ChipFamily::Ap101 => {
+                None if self.chip.is_bit_controller() => {
                     (AddressRange { space, start: addr, end: addr + 1 }, text.to_owned())
                 }
                 None => (AddressRange { space, start: addr, end: addr + 1 }, format!("the byte of {text}")),

@@ -1,10 +1,9 @@
-//! A session: a machine, its history, and its points.
+//! A debugging session: a machine, its history, and its breakpoints and watchpoints.
 
 use std::collections::{BTreeSet, HashMap};
 use std::time::{Duration, Instant};
 
-use emu_core::chip::ChipFamily;
-use emu_core::cpu::{LAST_CYCLE, ProgramFault, StopReason};
+use emu_core::cpu::{LAST_CYCLE, ProgramError, StopReason};
 use emu_core::state::SnapshotDamaged;
 
 use super::breakpoint_probe::{BreakpointProbe, Observation, candidate_hits};
@@ -14,24 +13,24 @@ use super::error::DebugError;
 use super::event_log::SessionEvents;
 use super::expression::DebugExpression;
 use super::expression_value::ExpressionValue;
-use super::history::{LeftPosition, MachineHistory, UserAction};
+use super::history::{MachineHistory, MidStepPosition, UserAction};
 use super::machine_with_follower::{MachineWithFollower, ProgramFollower};
 use super::points::{DebugPoints, breakpoint_words};
 use super::scope::NameScope;
 use crate::time::CycleClock;
 
-/// Target duration of a stretch between two copies, in time of the host.
+/// Target host time of a stretch, which is the part of a run between two copies of the machine in the history.
 pub(super) const HOST_TIME_BETWEEN_COPIES: std::ops::Range<Duration> =
     Duration::from_micros(300)..Duration::from_millis(1);
 
-/// Length of a stretch in machine cycles.
+/// The allowed lengths of a stretch, in machine cycles.
 const CYCLES_BETWEEN_COPIES: std::ops::RangeInclusive<u64> = 1 << 10..=1 << 40;
 
-/// Length in machine cycles of the first stretch, and of the last one of a waiting program: after it the
-/// program is in its waiting loop.
+/// Length of the first stretch, in machine cycles. A program that only an external stimulus can change still
+/// runs for that long before the session reports [`HaltReason::BlockedOnInput`].
 pub(super) const FIRST_STRETCH: u64 = 1 << 12;
 
-/// Steps within which a halted controller repeats: two program cycles of a full memory.
+/// Maximum steps of one repetition of a halted AP101: two program cycles of the largest program.
 const MAX_PERIOD_STEPS: u32 = 2 << 12;
 
 /// The start parameters of a session.
@@ -85,41 +84,21 @@ pub enum HaltReason {
     /// Only a stimulus can change what the program does: it waits for a pin, or sleeps with its receiver
     /// enabled.
     BlockedOnInput,
-    /// An illegal instruction was reached.
-    Illegal {
-        /// Program word address.
-        pc: u32,
-        /// The word there.
-        word: u16,
-    },
-    /// The program did something that cannot be executed.
-    Fault {
-        /// Program word address.
-        pc: u32,
-        /// The fault.
-        fault: ProgramFault,
-    },
+    /// The program cannot continue.
+    Error(ProgramError),
     /// The user has interrupted the run.
     Interrupted,
     /// Running backwards reached the beginning of the history.
     Beginning,
 }
 
-/// How a command of the session has ended.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct HaltResult {
-    /// The reason.
-    pub reason: HaltReason,
-}
-
 /// A machine under the debugger.
 pub struct DebugSession {
     pub(super) current: MachineWithFollower,
     pub(super) history: MachineHistory,
-    pub(super) left_position: Option<LeftPosition>,
-    /// For a new history: the follower before it has followed anything, and the maximum size of copies in
-    /// bytes.
-    fresh_history: (Option<Box<dyn ProgramFollower>>, usize),
+    pub(super) mid_step_position: Option<MidStepPosition>,
+    /// From what a new history is made.
+    history_template: HistoryTemplate,
     /// Breakpoints and watchpoints.
     pub points: DebugPoints,
     /// Names.
@@ -128,7 +107,25 @@ pub struct DebugSession {
     pub(super) events: SessionEvents,
     /// Length of the next stretch in cycles.
     stretch: u64,
-    flows: HashMap<u32, (u16, CallFlow, u32)>,
+    /// Call flow of instructions that were executed, by program word.
+    flows: HashMap<u32, CachedCallFlow>,
+}
+
+/// From what the history of a session is made again after a reset of the session.
+struct HistoryTemplate {
+    /// The follower in its initial state.
+    follower: Option<Box<dyn ProgramFollower>>,
+    /// Maximum size of the copies of the machine, in bytes.
+    budget_bytes: usize,
+}
+
+/// What an instruction does to the call stack.
+struct CachedCallFlow {
+    /// First word of the instruction, to notice that the program has changed.
+    first_word: u16,
+    flow: CallFlow,
+    /// Length of the instruction in program words.
+    length: u32,
 }
 
 /// Called periodically; returns whether to continue.
@@ -138,13 +135,16 @@ impl DebugSession {
     /// Returns a session with a machine in its current state, where the history begins.
     #[must_use]
     pub fn new(target: Box<dyn DynMachine>, scope: NameScope, options: SessionOptions) -> DebugSession {
-        let first = (options.follower.as_ref().map(|follow| follow.fork()), options.history_bytes);
+        let history_template = HistoryTemplate {
+            follower: options.follower.as_ref().map(|follow| follow.fork()),
+            budget_bytes: options.history_bytes,
+        };
         let current = MachineWithFollower::new(target, options.follower);
         DebugSession {
-            fresh_history: first,
+            history_template,
             history: MachineHistory::new(&current, options.history_bytes),
             current,
-            left_position: None,
+            mid_step_position: None,
             points: DebugPoints::default(),
             scope,
             clock: options.clock,
@@ -218,7 +218,7 @@ impl DebugSession {
             return Err(why);
         }
         self.history.branch(&self.current, action);
-        self.left_position = None;
+        self.mid_step_position = None;
         self.current.events_applied = self.history.input_events.len();
         Ok(())
     }
@@ -266,53 +266,54 @@ impl DebugSession {
         if target.cycle() != cycle {
             return Err(SnapshotDamaged);
         }
-        self.current = MachineWithFollower::new(target, self.fresh_history.0.as_ref().map(|follow| follow.fork()));
-        self.history = MachineHistory::new(&self.current, self.fresh_history.1);
-        self.left_position = None;
+        self.current =
+            MachineWithFollower::new(target, self.history_template.follower.as_ref().map(|follow| follow.fork()));
+        self.history = MachineHistory::new(&self.current, self.history_template.budget_bytes);
+        self.mid_step_position = None;
         self.events = SessionEvents::default();
         self.flows.clear();
         Ok(())
     }
 
     /// Steps `n` instructions (an interrupt entry counts as one), or fewer if a watchpoint stops the machine.
-    /// Sleep passes, up to the cycle `limit`. If steps back have left a position within a step, that position
-    /// also ends a step, so the same number of steps forward returns there.
-    pub fn step_instructions(&mut self, n: u64, limit: u64, go_on: KeepRunning<'_>) -> HaltResult {
-        self.step_remaining(&mut { n }, limit, false, go_on)
+    /// Sleep passes, up to the cycle `limit`. If a run was stopped within a sleep before steps back, a step
+    /// forward stops there again, so the same number of steps returns to the start.
+    pub fn step_instructions(&mut self, n: u64, limit: u64, keep_running: KeepRunning<'_>) -> HaltReason {
+        self.step_remaining(&mut { n }, limit, false, keep_running)
     }
 
-    /// Works as [`DebugSession::step_instructions`]; `rest` is the number of steps left. If
+    /// Steps instructions, as [`DebugSession::step_instructions`] does; `rest` is the number of steps left. If
     /// `stops_at_breakpoints` is true, breakpoints stop the machine too.
     pub fn step_remaining(
         &mut self,
         rest: &mut u64,
         limit: u64,
         stops_at_breakpoints: bool,
-        go_on: KeepRunning<'_>,
-    ) -> HaltResult {
+        keep_running: KeepRunning<'_>,
+    ) -> HaltReason {
         let now = self.current.cycle();
-        let mut left = self.left_position.take().filter(|left| left.returned_to == now && left.cycle < limit);
+        let mut left = self.mid_step_position.take().filter(|left| left.returned_to == now && left.cycle < limit);
         loop {
             let end = left.map_or(limit, |left| left.cycle);
-            let halt = self.step_until_with((end, stops_at_breakpoints, false), &mut *go_on, &mut |_, _, _| {
+            let halt = self.step_until_with((end, stops_at_breakpoints, false), &mut *keep_running, &mut |_, _, _| {
                 *rest = rest.saturating_sub(1);
                 *rest == 0
             });
             let Some(passed) = left.take() else { return halt };
             let now = self.current.cycle();
-            self.left_position = (now < passed.cycle).then_some(LeftPosition { returned_to: now, ..passed });
-            if halt.reason != HaltReason::Limit {
+            self.mid_step_position = (now < passed.cycle).then_some(MidStepPosition { returned_to: now, ..passed });
+            if halt != HaltReason::Limit {
                 return halt;
             }
             *rest = rest.saturating_sub(u64::from(!self.current.at_step_end));
             if *rest == 0 {
-                return HaltResult { reason: HaltReason::Done };
+                return HaltReason::Done;
             }
         }
     }
 
     /// Runs until a point, the goal, or the end of the program.
-    pub fn run(&mut self, goal: &RunGoal, go_on: KeepRunning<'_>) -> HaltResult {
+    pub fn run(&mut self, goal: &RunGoal, keep_running: KeepRunning<'_>) -> HaltReason {
         let until = goal.until.unwrap_or(LAST_CYCLE).min(LAST_CYCLE);
         let words = breakpoint_words(&self.points).chain(goal.words.iter().copied()).collect::<BTreeSet<u32>>();
         let mut left_start = !words.contains(&self.current.machine.pc()) || self.current.machine.is_asleep();
@@ -321,7 +322,7 @@ impl DebugSession {
         let (mut stretch, mut waits) = (FIRST_STRETCH.min(self.stretch), false);
         loop {
             if self.current.cycle() >= until {
-                return HaltResult { reason: HaltReason::Limit };
+                return HaltReason::Limit;
             }
             let start = (Instant::now(), self.current.cycle());
             probe.events = Some(std::mem::take(&mut self.events));
@@ -336,8 +337,7 @@ impl DebugSession {
                 let end = until.min(start.1.saturating_add(stretch));
                 self.current.step(input_events, end, probe.observe_level(), &mut probe)
             };
-            let stop =
-                if stop == StopReason::Halted { self.run_settled_controller(&words, until, &mut probe) } else { stop };
+            let stop = if stop == StopReason::Halted { self.run_halted_ap101(&words, until, &mut probe) } else { stop };
             self.events = probe.events.take().unwrap_or_default();
             let observations = std::mem::take(&mut probe.observations);
             let changes = probe.take_changes(&*self.current.machine);
@@ -346,27 +346,27 @@ impl DebugSession {
             }
             let hits = self.take_hits(&observations, &changes, stop);
             if !hits.is_empty() {
-                return HaltResult { reason: HaltReason::Points(hits) };
+                return HaltReason::Points(hits);
             }
             match stop {
                 StopReason::Breakpoint { pc } if goal.words.contains(&pc) => {
-                    return HaltResult { reason: HaltReason::Done };
+                    return HaltReason::Done;
                 }
                 // Without an end, a waiting program would run forever, although its time costs nothing.
                 StopReason::Limit if goal.until.is_none() && self.is_blocked_on_input() => match waits {
-                    true => return HaltResult { reason: HaltReason::BlockedOnInput },
+                    true => return HaltReason::BlockedOnInput,
                     false => (waits, stretch) = (true, FIRST_STRETCH),
                 },
                 StopReason::Limit | StopReason::Breakpoint { .. } | StopReason::Probe => {
                     (waits, stretch) = (false, self.stretch)
                 }
-                stop => return HaltResult { reason: halt_reason(stop) },
+                stop => return halt_reason(stop),
             }
             // A run that starts at a stop word passes it. Therefore the run is not interrupted at such a word
             // before it has been reported.
             let unseen = stop == StopReason::Limit && words.contains(&self.current.machine.pc());
-            if !unseen && !go_on() {
-                return HaltResult { reason: HaltReason::Interrupted };
+            if !unseen && !keep_running() {
+                return HaltReason::Interrupted;
             }
         }
     }
@@ -378,11 +378,11 @@ impl DebugSession {
         let read = |word| self::word(target, word);
         let first = read(pc);
         match self.flows.get(&pc) {
-            Some((known, flow, len)) if *known == first => (*flow, *len),
+            Some(known) if known.first_word == first => (known.flow, known.length),
             _ => {
-                let (flow, len) = call_flow(chip, read, pc);
-                self.flows.insert(pc, (first, flow, len));
-                (flow, len)
+                let (flow, length) = call_flow(chip, read, pc);
+                self.flows.insert(pc, CachedCallFlow { first_word: first, flow, length });
+                (flow, length)
             }
         }
     }
@@ -393,11 +393,10 @@ impl DebugSession {
         self::word(&*self.current.machine, word)
     }
 
-    /// Runs a settled controller until it reaches one of `words`. Such a controller counts as halted, because
-    /// its actions no longer have an effect; but its programs still run, so it is stepped for one whole
-    /// repetition.
-    fn run_settled_controller(&mut self, words: &BTreeSet<u32>, until: u64, probe: &mut BreakpointProbe) -> StopReason {
-        if self.scope.chip().family != ChipFamily::Ap101 || words.is_empty() {
+    /// Runs a halted AP101 until it reaches one of `words`. It counts as halted because its program no longer
+    /// changes anything; but the program still runs, so it is stepped for one whole repetition.
+    fn run_halted_ap101(&mut self, words: &BTreeSet<u32>, until: u64, probe: &mut BreakpointProbe) -> StopReason {
+        if !self.scope.chip().is_bit_controller() || words.is_empty() {
             return StopReason::Halted;
         }
         self.current.set_breakpoints(words);
@@ -418,20 +417,20 @@ impl DebugSession {
 
     /// Keeps a copy of the current machine, and adapts the length of the next stretch; a stretch that was cut
     /// short does not show how long a whole one takes.
-    pub(super) fn keep_copy(&mut self, took: Duration, cycles: u64) {
-        if took >= HOST_TIME_BETWEEN_COPIES.end {
+    pub(super) fn keep_copy(&mut self, host_time: Duration, cycles: u64) {
+        if host_time >= HOST_TIME_BETWEEN_COPIES.end {
             self.stretch = (self.stretch / 2).max(*CYCLES_BETWEEN_COPIES.start());
-        } else if took < HOST_TIME_BETWEEN_COPIES.start && cycles >= self.stretch {
+        } else if host_time < HOST_TIME_BETWEEN_COPIES.start && cycles >= self.stretch {
             self.stretch = (self.stretch * 2).min(*CYCLES_BETWEEN_COPIES.end());
         }
         // Runs that end early do not each leave a copy.
-        if took >= HOST_TIME_BETWEEN_COPIES.start / 4 {
-            self.history.keep_copy(&self.current, took);
+        if host_time >= HOST_TIME_BETWEEN_COPIES.start / 4 {
+            self.history.keep_copy(&self.current, host_time);
         }
     }
 
-    /// Returns the points that stop the machine here: those with observations, after conditions and ignore
-    /// counts.
+    /// Applies conditions and ignore counts to the points that were observed, and returns those that stop the
+    /// machine here.
     pub(super) fn take_hits(
         &mut self,
         observations: &[Observation],
@@ -473,8 +472,8 @@ impl DebugSession {
 
 pub(super) fn halt_reason(stop: StopReason) -> HaltReason {
     match stop {
-        StopReason::Illegal { pc, word } => HaltReason::Illegal { pc, word },
-        StopReason::Fault { pc, fault } => HaltReason::Fault { pc, fault },
+        StopReason::Illegal { pc, word } => HaltReason::Error(ProgramError::Illegal { pc, word }),
+        StopReason::Fault { pc, fault } => HaltReason::Error(ProgramError::Fault { pc, fault }),
         StopReason::Halted => HaltReason::Halted,
         StopReason::Limit | StopReason::Breakpoint { .. } | StopReason::Probe => HaltReason::Limit,
     }

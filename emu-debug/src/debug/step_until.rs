@@ -9,9 +9,7 @@ use super::breakpoint_probe::BreakpointProbe;
 use super::call_flow::CallFlow;
 use super::dyn_machine::ObserveLevel;
 use super::points::{PointTrigger, breakpoint_words};
-use super::session::{
-    DebugSession, FIRST_STRETCH, HOST_TIME_BETWEEN_COPIES, HaltReason, HaltResult, KeepRunning, halt_reason,
-};
+use super::session::{DebugSession, FIRST_STRETCH, HOST_TIME_BETWEEN_COPIES, HaltReason, KeepRunning, halt_reason};
 
 impl DebugSession {
     /// Steps until `test` returns true. It gets the session, what the instruction did to the call stack, and
@@ -21,20 +19,20 @@ impl DebugSession {
         &mut self,
         limit: u64,
         stops_at_breakpoints: bool,
-        go_on: KeepRunning<'_>,
+        keep_running: KeepRunning<'_>,
         test: &mut dyn FnMut(&DebugSession, CallFlow, bool) -> bool,
-    ) -> HaltResult {
-        self.step_until_with((limit, stops_at_breakpoints, limit == LAST_CYCLE), go_on, test)
+    ) -> HaltReason {
+        self.step_until_with((limit, stops_at_breakpoints, limit == LAST_CYCLE), keep_running, test)
     }
 
-    /// Works as `step_until`; with `searches` the number of steps is unknown, so the run checks whether it
-    /// ever ends.
+    /// Steps until `test` returns true. Set `detects_endless_loops` if the number of steps is unknown: then
+    /// the run checks whether it can ever end.
     pub(super) fn step_until_with(
         &mut self,
-        (limit, stops_at_breakpoints, searches): (u64, bool, bool),
-        go_on: KeepRunning<'_>,
+        (limit, stops_at_breakpoints, detects_endless_loops): (u64, bool, bool),
+        keep_running: KeepRunning<'_>,
         test: &mut dyn FnMut(&DebugSession, CallFlow, bool) -> bool,
-    ) -> HaltResult {
+    ) -> HaltReason {
         self.current.set_breakpoints(&BTreeSet::new());
         let mut probe = BreakpointProbe::new(&self.points, &*self.current.machine);
         self.current.runs_while_halted = limit < LAST_CYCLE;
@@ -42,7 +40,7 @@ impl DebugSession {
         let mut stuck: Option<(u64, HaltReason)> = None;
         loop {
             if self.current.cycle() >= limit {
-                return HaltResult { reason: HaltReason::Limit };
+                return HaltReason::Limit;
             }
             let flow = self.call_flow(self.current.machine.pc()).0;
             let entered = probe.interrupts_entered;
@@ -64,27 +62,27 @@ impl DebugSession {
             let hits = self.take_hits(&observations, &changes, if stop == StopReason::Limit { reached } else { stop });
             let done = stop == StopReason::Limit && self.current.at_step_end && test(self, flow, irq);
             if !hits.is_empty() {
-                return HaltResult { reason: HaltReason::Points(hits) };
+                return HaltReason::Points(hits);
             }
             match stop {
-                _ if done => return HaltResult { reason: HaltReason::Done },
+                _ if done => return HaltReason::Done,
                 StopReason::Limit | StopReason::Breakpoint { .. } | StopReason::Probe => {}
-                stop => return HaltResult { reason: halt_reason(stop) },
+                stop => return halt_reason(stop),
             }
-            // Checked at increasing intervals, because the wake may take long.
+            // At increasing intervals, because the check runs a copy and is expensive during a long sleep.
             slept = if self.current.at_step_end { 0 } else { slept + 1 };
             if slept.is_power_of_two() && limit == LAST_CYCLE && self.is_blocked_on_input() {
-                return HaltResult { reason: HaltReason::BlockedOnInput };
+                return HaltReason::BlockedOnInput;
             }
-            steps += u64::from(searches);
+            steps += u64::from(detects_endless_loops);
             if steps >= FIRST_STRETCH && steps.is_power_of_two() && stuck.is_none() {
                 stuck = self.endless_loop().map(|why| (self.current.cycle() + 2 * FIRST_STRETCH, why));
             }
             if let Some((_, why)) = stuck.take_if(|stuck| self.current.cycle() > stuck.0) {
-                return HaltResult { reason: why };
+                return why;
             }
-            if !go_on() {
-                return HaltResult { reason: HaltReason::Interrupted };
+            if !keep_running() {
+                return HaltReason::Interrupted;
             }
         }
     }

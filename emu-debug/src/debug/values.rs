@@ -8,13 +8,13 @@ use super::expression::DebugExpression;
 
 /// The value history, and the user's variables.
 #[derive(Debug, Clone, Default)]
-pub struct Values {
+pub struct RememberedValues {
     /// `$1`, `$2`, ..; `None` for a sequence of objects, which is not a single value.
     history: Vec<Option<DebugExpression>>,
     variables: BTreeMap<String, DebugExpression>,
 }
 
-impl Values {
+impl RememberedValues {
     /// Appends a value to the history; returns its number, from 1.
     pub fn push(&mut self, value: Option<DebugExpression>) -> usize {
         self.history.push(value);

@@ -1,6 +1,6 @@
 //! Addresses as users write them: numbers, and names of the program's symbols and of the chip's registers.
 
-use emu_core::chip::{Chip, ChipFamily};
+use emu_core::chip::Chip;
 use emu_core::image::{CONSTANT_SPACE, SymbolAt};
 
 use crate::names::bit_space::{self, BIT_SPACE};
@@ -147,7 +147,7 @@ impl AddressNames<'_> {
         let (name, rest) = text.split_at(text.find('=').unwrap_or(text.len()));
         let named = self.symbols.iter().find(|s| s.name == name.trim() && matches!(s.space, "i" | "e"));
         let channel = |s: &SymbolAt| format!("{}{}{rest}", s.space.to_ascii_uppercase(), s.addr);
-        named.filter(|_| self.chip.family == ChipFamily::Ap101).map_or_else(|| text.to_owned(), channel)
+        named.filter(|_| self.chip.is_bit_controller()).map_or_else(|| text.to_owned(), channel)
     }
 
     /// Returns the memories that have the name at the start of a text without a memory. The program's names
@@ -182,6 +182,11 @@ impl AddressNames<'_> {
         found.into_iter().filter(|(rank, _)| Some(*rank) == best).map(|(_, symbol)| symbol).collect()
     }
 
+    /// Number of addresses at the start of data memory that are registers of the core.
+    fn registers_in_ram(&self) -> u32 {
+        self.chip.family_traits().registers_in_ram
+    }
+
     /// Returns address and size in bytes of a chip register. A register with two adjacent halves, such as
     /// TCNT1 with TCNT1L and TCNT1H, has two bytes. On AVR this includes r0 to r31, with which data memory
     /// begins.
@@ -189,9 +194,9 @@ impl AddressNames<'_> {
         if let Some(addr) = self.chip.reg(name) {
             return Some((addr.into(), 1));
         }
-        if let Some(number) = name.strip_prefix(['r', 'R']).filter(|_| self.chip.family == ChipFamily::Avr) {
+        if let Some(number) = name.strip_prefix(['r', 'R']).filter(|_| self.registers_in_ram() > 0) {
             let digits = number.len() <= 2 && number.bytes().all(|byte| byte.is_ascii_digit());
-            return number.parse().ok().filter(|&at: &u32| digits && at < 32).map(|at| (at, 1));
+            return number.parse().ok().filter(|&at: &u32| digits && at < self.registers_in_ram()).map(|at| (at, 1));
         }
         let low = self.chip.reg(&format!("{name}L"))?;
         let high = self.chip.reg(&format!("{name}H"))?;
@@ -200,7 +205,7 @@ impl AddressNames<'_> {
 
     /// Returns the bit that a controller's program names `I1`, `E2`, `R3` or `M4`.
     fn ap101_channel(&self, name: &str) -> Option<(&'static str, u32)> {
-        let (letter, digits) = name.split_at_checked(1).filter(|_| self.chip.family == ChipFamily::Ap101)?;
+        let (letter, digits) = name.split_at_checked(1).filter(|_| self.chip.is_bit_controller())?;
         let &(space, size, _) = self.chip.spaces.iter().find(|(space, ..)| space.eq_ignore_ascii_case(letter))?;
         let plain = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
         let addr = digits.parse().ok().filter(|&addr: &u32| plain && addr < size)?;
@@ -260,7 +265,7 @@ impl AddressNames<'_> {
         let code = self.symbols.iter().filter(|s| s.space == self.chip.code_space && s.addr <= byte);
         let symbol = preferred_symbol(code)?;
         // A function of SDCC has an end: code of a library behind it is not part of it.
-        let is_behind = self.chip.family == ChipFamily::Mcs51 && symbol.size > 0 && byte - symbol.addr >= symbol.size;
+        let is_behind = self.chip.has_sdcc_pointers() && symbol.size > 0 && byte - symbol.addr >= symbol.size;
         (!is_behind).then(|| self.format_symbol_offset(symbol, byte))
     }
 
@@ -329,7 +334,7 @@ impl AddressNames<'_> {
         }
         let named = match space {
             BIT_SPACE => self.chip.bit(text).map(u32::from),
-            _ if self.chip.family == ChipFamily::Ap101 => {
+            _ if self.chip.is_bit_controller() => {
                 self.ap101_channel(text).filter(|found| found.0 == space).map(|found| found.1)
             }
             _ => self.register(text).filter(|_| space == self.chip.reg_space).map(|found| found.0),

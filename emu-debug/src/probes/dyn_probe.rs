@@ -4,7 +4,7 @@ use emu_core::cpu::Probe;
 use emu_core::pins::ChipEvent;
 
 /// How closely a run is observed. Each level has a loop compiled for it, and costs more than the previous
-/// one.
+/// one. The levels are not nested: `Instructions` has no writes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ObserveLevel {
     /// Nothing is reported.
@@ -12,7 +12,7 @@ pub enum ObserveLevel {
     /// Pin edges, sent bytes, and resets.
     Events,
     /// Also every interrupt entry, every write to data memory, and instructions, except in skipped iterations
-    /// of waiting loops.
+    /// of polling loops.
     Writes,
     /// Every instruction and every interrupt entry, but no writes.
     Instructions,

@@ -1,8 +1,8 @@
 //! Collects suspicious behaviour of programs ([`Lint`]), each once, with its count and first cycle.
 //!
-//! Cores with diagnostics report their lints themselves. This module finds reads of RAM that was never
-//! written, except on machines that track for each value whether it is defined (AVR, AP101): these report
-//! such reads themselves, and only where the value makes a difference.
+//! The cores report most of them. On the 8051 and the PIC16 this module finds reads of RAM that was never
+//! written. AVR and AP101 report such reads themselves, and only where the value makes a difference, because
+//! they track for each value whether it is defined.
 
 use std::collections::BTreeMap;
 
@@ -163,8 +163,8 @@ fn register_name(names: &AddressNames<'_>, addr: u16) -> String {
 
 /// Returns a byte of RAM with the variable that contains it, or a core register, if those have addresses.
 fn cell_name(names: &AddressNames<'_>, space: &str, addr: u16) -> String {
-    let cpu_reg = if names.chip.family == ChipFamily::Avr { names.chip.cpu_regs.get(usize::from(addr)) } else { None };
-    if let Some(name) = cpu_reg.filter(|_| addr < 32) {
+    let is_register = u32::from(addr) < names.chip.family_traits().registers_in_ram;
+    if let Some(name) = names.chip.cpu_regs.get(usize::from(addr)).filter(|_| is_register) {
         return (*name).to_owned();
     }
     let symbol = names.containing_symbol(space, addr.into()).map_or(String::new(), |symbol| format!(" ({symbol})"));

@@ -29,7 +29,7 @@ pub struct InterruptService {
     pub longest: u64,
 }
 
-/// Counts cycles. Iterations of a waiting loop are skipped, as in a run without probes; their cycles are
+/// Counts cycles. Iterations of a polling loop are skipped, as in a run without probes; their cycles are
 /// still counted.
 #[derive(Debug, Clone)]
 pub struct CycleProfile {
@@ -39,8 +39,8 @@ pub struct CycleProfile {
     cycles: BTreeMap<Option<u8>, Vec<u64>>,
     /// Cycles in which the core was stopped, by active interrupt.
     idle: BTreeMap<Option<u8>, u64>,
-    /// Cycles of interrupt entries that were interrupted before an instruction, by the interrupt that was
-    /// entered.
+    /// Cycles of interrupt entries after which another interrupt was entered before the first instruction of
+    /// the service, by the interrupt that was entered first.
     entries: BTreeMap<Option<u8>, u64>,
     /// Cycles before the first instruction.
     before_first: u64,
@@ -66,8 +66,8 @@ enum CycleOwner {
 /// What the profile needs to know about an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct InstructionFacts {
-    /// Maximum cycles if the core does not stop after it; 0 if this is unknown, or if it may close a loop
-    /// with skipped iterations.
+    /// Maximum cycles of the instruction; what takes longer is sleep after it. 0 if sleep is not separated,
+    /// because the maximum is unknown or the instruction may close a loop with skipped iterations.
     max_cycles: u8,
     /// Whether it ends the service of an interrupt.
     ends_service: bool,
@@ -150,7 +150,7 @@ impl CycleProfile {
     /// Ends the profile at the cycle `now`. Active services are counted up to there.
     pub fn finish(&mut self, now: u64) {
         let next = match self.current {
-            // Its first instruction would count as part of the service.
+            // No instruction of the service was executed, so none is charged.
             CycleOwner::Entry => None,
             CycleOwner::Word(pc) => Some(pc),
             CycleOwner::Before => None,

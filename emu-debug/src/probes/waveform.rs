@@ -8,9 +8,9 @@ use vcd::{IdCode, SimulationCommand, TimescaleUnit, Value, VarType, Writer};
 
 use crate::text::time::CycleClock;
 
-/// A signal in addition to the pins: its name, its bits, and its initial value, if it has one.
+/// A signal that is written in addition to the pins.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct WaveColumn {
+pub struct WaveSignal {
     /// Name, without white space.
     pub name: String,
     /// Number of bits, 1 to 64.
@@ -26,8 +26,8 @@ pub struct WaveExtras<'a> {
     pub start: CycleTime,
     /// Whether the chip has a serial port.
     pub uart: bool,
-    /// Signals.
-    pub columns: &'a [WaveColumn],
+    /// The signals after the pins.
+    pub wave_signals: &'a [WaveSignal],
     /// Without vectors: each bit of a wide signal is a wire of its own. Some readers do not support vectors,
     /// and stop at the first one.
     pub split: bool,
@@ -94,14 +94,14 @@ impl WaveWriter {
         WaveWriter::with_extras((out, chip, clock), levels, WaveExtras { uart, ..WaveExtras::default() })
     }
 
-    /// Works as [`WaveWriter::new`], with signals in addition to the pins.
+    /// Creates a writer of the pins, as [`WaveWriter::new`] does, and of more signals.
     ///
     /// # Errors
     /// The errors of the output.
     pub fn with_extras(
         (out, chip, clock): (Box<dyn Write>, &Chip, CycleClock),
         levels: &[Option<PinLevel>],
-        WaveExtras { start, uart, columns, split }: WaveExtras<'_>,
+        WaveExtras { start, uart, wave_signals, split }: WaveExtras<'_>,
     ) -> io::Result<WaveWriter> {
         let mut out = Writer::new(out);
         let scale = VcdTimescale::of(clock);
@@ -118,7 +118,8 @@ impl WaveWriter {
             }
             false => None,
         };
-        let signals = if columns.is_empty() { Vec::new() } else { declare_signals(&mut out, columns, split)? };
+        let signals =
+            if wave_signals.is_empty() { Vec::new() } else { declare_signals(&mut out, wave_signals, split)? };
         out.upscope()?;
         out.enddefinitions()?;
         let last = scale.ticks(start);
@@ -130,14 +131,14 @@ impl WaveWriter {
         if let Some((byte, _)) = &uart {
             byte.change(&mut out, None)?;
         }
-        for (wires, column) in signals.iter().zip(columns) {
+        for (wires, column) in signals.iter().zip(wave_signals) {
             wires.change(&mut out, column.value)?;
         }
         out.end()?;
         Ok(WaveWriter { out, pins, uart, signals, scale, last_tick: last, first_error: None })
     }
 
-    /// Records a new value of the signal at this position in the columns, from machine cycle `cycle` on.
+    /// Records a new value of the signal at this position in the wave_signals, from machine cycle `cycle` on.
     pub fn change_signal(&mut self, cycle: u64, index: usize, value: Option<u64>) {
         if self.first_error.is_none() {
             let written = self.advance_to(CycleTime::at(cycle)).and_then(|()| match self.signals.get(index) {
@@ -200,9 +201,13 @@ impl WaveWriter {
 }
 
 /// Declares the signals in a scope of their own, so that their names do not clash with pins.
-fn declare_signals(out: &mut Writer<Box<dyn Write>>, columns: &[WaveColumn], split: bool) -> io::Result<Vec<VcdWires>> {
+fn declare_signals(
+    out: &mut Writer<Box<dyn Write>>,
+    wave_signals: &[WaveSignal],
+    split: bool,
+) -> io::Result<Vec<VcdWires>> {
     out.add_module("signals")?;
-    let wires = columns.iter().map(|column| VcdWires::new(out, &column.name, column.bits, split));
+    let wires = wave_signals.iter().map(|column| VcdWires::new(out, &column.name, column.bits, split));
     let wires = wires.collect::<io::Result<_>>()?;
     out.upscope()?;
     Ok(wires)

@@ -1,7 +1,7 @@
 //! The runner: runs until a condition, a limit, the end of the program, or its fault.
 
 use emu_core::chip::Chip;
-use emu_core::cpu::{Cpu, Probe, ProgramFault, StopReason};
+use emu_core::cpu::{Cpu, Probe, ProgramError, StopReason};
 use emu_core::pins::{PinId, PinLevel};
 
 use crate::devices::attached_devices::AttachedDevices;
@@ -55,20 +55,8 @@ pub enum RunEnd {
     Expected,
     /// The text of [`RunPlan::fail`].
     Failed,
-    /// An illegal instruction was reached.
-    Illegal {
-        /// Program word address.
-        pc: u32,
-        /// The word there.
-        word: u16,
-    },
-    /// The program did something that cannot be executed, or read unwritten memory.
-    Fault {
-        /// Program word address.
-        pc: u32,
-        /// The fault.
-        fault: ProgramFault,
-    },
+    /// The program cannot continue, or read unwritten memory.
+    Error(ProgramError),
     /// The controller did not continue.
     Declined,
     /// The user interrupted the controller.
@@ -237,7 +225,7 @@ impl RunPlan {
 
     /// Returns why the run ends, if an access or a fetch ends it.
     fn end_reason(&self, monitor: &AccessMonitor) -> Option<RunEnd> {
-        let fault = monitor.unwritten_read.map(|(pc, fault)| RunEnd::Fault { pc, fault });
+        let fault = monitor.unwritten_read.map(|(pc, fault)| RunEnd::Error(ProgramError::Fault { pc, fault }));
         let access = || monitor.first_access.and_then(|a| Some(RunEnd::Until(self.watches().get(a.watch)?.0, Some(a))));
         let fetched = || monitor.seen_fetch.and_then(|i| Some(RunEnd::Until(self.awaited_fetches().get(i)?.0, None)));
         fault.or_else(access).or_else(fetched)
@@ -339,8 +327,8 @@ fn run_until_end<C: Cpu, L: RunObserver>(
             StopReason::Limit if cpu.cycle() >= plan.limit => break RunEnd::Limit,
             StopReason::Limit | StopReason::Probe => {}
             StopReason::Halted => break RunEnd::Halted,
-            StopReason::Illegal { pc, word } => break RunEnd::Illegal { pc, word },
-            StopReason::Fault { pc, fault } => break RunEnd::Fault { pc, fault },
+            StopReason::Illegal { pc, word } => break RunEnd::Error(ProgramError::Illegal { pc, word }),
+            StopReason::Fault { pc, fault } => break RunEnd::Error(ProgramError::Fault { pc, fault }),
             StopReason::Breakpoint { pc } => {
                 let is_reached = |until: &StopCondition| match until {
                     StopCondition::Pc(word) => *word == pc,
@@ -357,7 +345,7 @@ fn run_until_end<C: Cpu, L: RunObserver>(
     // The byte in its stop bit counts: the chip has reported it to the program as sent.
     let last = cpu.byte_in_stop_bit().filter(|_| !plan.continues).and_then(|byte| probes.uart.push_byte(byte));
     let reason = match last.and_then(|text| end_of_text.get(text)) {
-        Some(RunEnd::Failed) if !matches!(reason, RunEnd::Illegal { .. } | RunEnd::Fault { .. }) => RunEnd::Failed,
+        Some(RunEnd::Failed) if !matches!(reason, RunEnd::Error(_)) => RunEnd::Failed,
         Some(&text) if matches!(reason, RunEnd::Limit | RunEnd::Halted | RunEnd::Until(..)) => text,
         _ => reason,
     };

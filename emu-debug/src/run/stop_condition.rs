@@ -1,6 +1,5 @@
 //! Conditions that end a run.
 
-use emu_core::chip::ChipFamily;
 use emu_core::pins::{PinId, PinLevel};
 
 use crate::names::address_names::{AddressNames, AddressRange};
@@ -39,7 +38,7 @@ pub fn parse_condition(names: &AddressNames<'_>, text: &str) -> Result<StopCondi
     let rest = rest.trim();
     match word {
         "pc" => Ok(StopCondition::Pc(names.parse_program_word(rest.trim_start_matches('=').trim())?)),
-        "fetch" if names.chip.family == ChipFamily::Ap101 => {
+        "fetch" if names.chip.is_bit_controller() => {
             Ok(StopCondition::Fetch(names.parse_program_word(rest.trim_start_matches('=').trim())?))
         }
         "fetch" => Err(InputError::NoFetchCycles { text: text.to_owned(), chip: names.chip.name }),

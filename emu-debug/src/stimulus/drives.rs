@@ -1,6 +1,6 @@
 //! Stimuli: what drives the pins and the supply, and when.
 
-use emu_core::chip::{Chip, ChipFamily};
+use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 
@@ -100,7 +100,7 @@ pub fn parse_drive(chip: &Chip, text: &str) -> Result<ExternalDrive, InputError>
     level.map(|level| ExternalDrive::Level(pin, level)).ok_or_else(|| {
         // The 8051 and AP101 only have digital levels.
         let volts = match parse_decimal(value) {
-            _ if matches!(chip.family, ChipFamily::Mcs51 | ChipFamily::Ap101) => String::new(),
+            _ if !chip.family_traits().has_analog_levels => String::new(),
             Some(_)
                 if parse_millivolts(&format!("{value}V")).is_ok_and(|millivolts| millivolts <= INITIAL_SUPPLY_MV) =>
             {
@@ -238,8 +238,7 @@ fn split_at_equals<'t>(chip: &Chip, text: &'t str) -> Result<(&'t str, &'t str),
 /// Returns the name of the supply in the chip's data sheet.
 #[must_use]
 pub fn supply_name(chip: &Chip) -> &'static str {
-    let [vdd, vcc] = SUPPLY_NAMES;
-    if chip.family == ChipFamily::Avr { vcc } else { vdd }
+    chip.family_traits().supply
 }
 
 /// Finds a pin by its name, ignoring case, or by a function in the chip row's notes: `MCLR` and `RESET` also
@@ -255,7 +254,7 @@ pub fn find_pin(chip: &Chip, name: &str) -> Result<PinId, InputError> {
     let by_function = || chip.present_pins().find(|(_, def)| has_function(def.note)).map(|(pin, _)| pin);
     pin.or_else(by_function).ok_or_else(|| {
         let names: Vec<&str> = chip.present_pins().map(|(_, def)| def.name).collect();
-        let names = if chip.family == ChipFamily::Ap101 { AP101_PIN_NAMES.to_owned() } else { names.join(" ") };
+        let names = if chip.is_bit_controller() { AP101_PIN_NAMES.to_owned() } else { names.join(" ") };
         InputError::UnknownPin { chip: chip.name, name: name.to_owned(), known: names }
     })
 }

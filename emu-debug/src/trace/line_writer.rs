@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::io::Write;
 
-use emu_core::chip::{Chip, ChipFamily};
+use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
 
 use super::signals::register_bits;
@@ -271,7 +271,7 @@ fn place_name<'p>(
         let &(space, size, _) = space.unwrap_or(&("?", 0, 1));
         let digits = if size > 0x100 { 4 } else { 2 };
         let regs = if space == BIT_SPACE { chip.bits } else { chip.regs };
-        let named = space == BIT_SPACE || space == chip.reg_space && chip.family != ChipFamily::Ap101;
+        let named = space == BIT_SPACE || space == chip.reg_space && !chip.is_bit_controller();
         let reg = || regs.iter().find(|reg| named && reg.addr == access.addr).map(|reg| reg.name.to_owned());
         let name = source.names.containing_symbol(space, addr).or_else(reg);
         match (format, name) {
@@ -286,7 +286,7 @@ fn place_name<'p>(
 /// Reports whether an address of this memory is a single bit.
 fn is_bit_space(chip: &Chip, space: u8) -> bool {
     let space = chip.spaces.get(usize::from(space));
-    space.is_some_and(|&(name, _, width)| name == BIT_SPACE || chip.family == ChipFamily::Ap101 && width == 1)
+    space.is_some_and(|&(name, _, width)| name == BIT_SPACE || chip.is_bit_controller() && width == 1)
 }
 
 /// Returns a text as a JSON string.

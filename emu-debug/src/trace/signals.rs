@@ -5,7 +5,7 @@ use emu_core::cpu::Cpu;
 
 use crate::names::bit_space;
 use crate::names::bit_space::BIT_SPACE;
-use crate::probes::waveform::{WaveColumn, WaveWriter};
+use crate::probes::waveform::{WaveSignal, WaveWriter};
 
 /// Returns the number of bits of a core register.
 #[must_use]
@@ -109,10 +109,10 @@ impl TraceSignals {
         signals
     }
 
-    /// Returns the columns of a waveform with these signals.
+    /// Returns the signals for a waveform.
     #[must_use]
-    pub fn columns(&self) -> Vec<WaveColumn> {
-        let column = |(signal, value): (&TraceSignal, &Option<u64>)| WaveColumn {
+    pub fn wave_signals(&self) -> Vec<WaveSignal> {
+        let column = |(signal, value): (&TraceSignal, &Option<u64>)| WaveSignal {
             name: signal.name.clone(),
             bits: signal.bits,
             value: *value,

@@ -4,36 +4,31 @@ use std::net::{SocketAddr, TcpListener};
 use std::thread::JoinHandle;
 
 use emu_core::chip::Chip;
-use emu_core::cpu::{Cpu, RamInit};
+use emu_core::cpu::RamInit;
 use emu_core::image::Image;
-use emu_debug::debug::{DebugSession, DynMachine, MachineWithDevices, NameScope, SessionOptions};
-use emu_debug::{AttachedDevices, CycleClock};
+use emu_debug::CycleClock;
+use emu_debug::debug::{DebugSession, NameScope, SessionOptions};
+use emu_test_machines::DebugMachine;
 
 /// The chip with this name.
 pub fn chip(name: &str) -> &'static Chip {
-    let avr = emu_avr::chips::AVR_CHIPS.iter().copied();
-    let mut all = avr.chain(emu_8051::chips::chips()).chain(emu_pic16::chips::chips()).chain(emu_ap101::chips::chips());
-    all.find(|chip| chip.name == name).unwrap_or_else(|| panic!("no chip {name}"))
-}
-
-fn rig<C: Cpu + 'static>(cpu: C) -> Box<dyn DynMachine> {
-    let clock = CycleClock { hz: cpu.chip().default_hz, clocks_per_cycle: cpu.clocks_per_cycle() };
-    Box::new(MachineWithDevices::new(cpu, AttachedDevices::new(Vec::new(), clock)))
+    emu_test_machines::find_chip(name).unwrap_or_else(|| panic!("no chip {name}"))
 }
 
 /// A machine after power-up with zeros in its RAM.
 pub fn session(chip: &'static Chip, image: &Image) -> DebugSession {
     use emu_core::chip::ChipFamily;
+    let hz = chip.default_hz;
     let target = match chip.family {
-        ChipFamily::Avr => rig(emu_avr::Avr::new(chip, image, RamInit::Zero)),
-        ChipFamily::Mcs51 => rig(emu_8051::Mcs51::new(chip, image, RamInit::Zero)),
-        ChipFamily::Pic16 => rig(emu_pic16::Pic16::new(chip, image, RamInit::Zero)),
-        ChipFamily::Ap101 => rig(emu_ap101::Ap101::new(image)),
+        ChipFamily::Avr => emu_avr::Avr::new(chip, image, RamInit::Zero).boxed(hz),
+        ChipFamily::Mcs51 => emu_8051::Mcs51::new(chip, image, RamInit::Zero).boxed(hz),
+        ChipFamily::Pic16 => emu_pic16::Pic16::new(chip, image, RamInit::Zero).boxed(hz),
+        ChipFamily::Ap101 => emu_ap101::Ap101::new(image).boxed(hz),
     };
     let mut scope = NameScope::new(chip);
     scope.symbols = image.symbols.clone();
     scope.lines = image.lines.clone();
-    let clock = CycleClock { hz: chip.default_hz, clocks_per_cycle: target.clocks_per_cycle() };
+    let clock = CycleClock { hz, clocks_per_cycle: target.clocks_per_cycle() };
     DebugSession::new(target, scope, SessionOptions { clock, history_bytes: 64 << 20, follower: None })
 }
 

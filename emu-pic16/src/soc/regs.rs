@@ -36,9 +36,17 @@ const fn unit_of(reg: Sfr) -> Option<usize> {
         Sfr::ADRESH | Sfr::ADRESL | Sfr::ADCON0 | Sfr::ADCON1 | Sfr::ANSEL => unit_index::ADC,
         Sfr::CMCON | Sfr::CVRCON => unit_index::COMPARATORS,
         Sfr::EEDATA | Sfr::EEADR | Sfr::EEDATH | Sfr::EEADRH | Sfr::EECON1 | Sfr::EECON2 => unit_index::EEPROM,
-        _ => return None,
+        Sfr::INDF | Sfr::PCL | Sfr::STATUS | Sfr::FSR | Sfr::PCLATH | Sfr::INTCON
+        | Sfr::PORTA | Sfr::PORTB | Sfr::PORTC | Sfr::PORTD | Sfr::PORTE
+        | Sfr::TRISA | Sfr::TRISB | Sfr::TRISC | Sfr::TRISD | Sfr::TRISE
+        | Sfr::PIR1 | Sfr::PIR2 | Sfr::PIE1 | Sfr::PIE2 | Sfr::PCON | Sfr::OSCCON | Sfr::OSCTUNE => return None,
     })
 }
+
+const _: () = assert!(
+    unit_index::COUNT == unit_index::PSP + 1,
+    "a new unit needs a line in for_each_unit! and, if it has registers, an arm in with_unit!"
+);
 
 /// Evaluates `$what` with `$part` as the unit with this number, borrowed like `soc` (`[&self]`, `[&mut
 /// self]`); `$none` if there is no number.

@@ -19,7 +19,7 @@ fn live(seed: u64, clocks: u64) -> usize {
     // Some executions have many writes, some few; in some T0CKI is fast.
     let (busy, pins) = (4 + rng.below(200), 1 + rng.below(60));
     let mut pin = false;
-    // Results of `next_clock` and `steady_until`, valid until the next disturbance.
+    // Results of `next_deadline` and `steady_until`, valid until the next disturbance.
     let (mut promised, mut steady) = (timer.next_deadline(), (0, 0));
     for t in 0..clocks {
         let cycle = t.is_multiple_of(4);

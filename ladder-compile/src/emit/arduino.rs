@@ -18,7 +18,7 @@ use super::{EmitContext, EmittedSource, helpers, lower_and_optimise, tables};
 use crate::CodegenError;
 use crate::codes;
 use crate::ir::{BitRole, Ir, WordRole};
-use crate::pins::{self, AssignedPin};
+use crate::pins::{self, AssignedPin, PinAssignment};
 use crate::target::{BuildRefusal, CompileJob, CompileTarget};
 
 /// The board: an ATmega328P with its pins in the order of their board numbers, those of the serial line last.
@@ -51,7 +51,7 @@ const CLOCK_HZ: u64 = 16_000_000;
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct SketchOptions {
     /// Pins by symbol, such as (`Xstart`, `PD2`); they override those of `IO LIST`.
-    pub pins: Vec<(String, String)>,
+    pub pins: Vec<PinAssignment>,
     /// Time in milliseconds for which an input must be stable, rounded up to whole scans; 0 disables
     /// debouncing.
     pub debounce_ms: u32,

@@ -338,7 +338,7 @@ fn outputs_on_port_0_are_warned_of() {
     let rungs = "RUNG\nCONTACTS Xa 0\nCOIL Ya 0 0 0\nEND\nRUNG\nCONTACTS Xa 1\nCOIL Yb 0 0 0\nEND\n";
     let options = |pin: &str| CompileOptions {
         mcu: "8051".to_owned(),
-        pins: vec![("Ya".to_owned(), pin.to_owned())],
+        pins: vec![ladder_compile::PinAssignment::new("Ya", pin)],
         ..CompileOptions::default()
     };
     let program = program(&headed(10_000, "", rungs));

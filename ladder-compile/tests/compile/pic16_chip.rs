@@ -7,7 +7,7 @@ use emu_pic16::Pic16;
 use ladder_compile::{CellLocation, CompileOptions, CompiledProgram, ImageMap, SpecialPin, compile};
 
 fn compiled(text: &str, mcu: &str, pins: &[(&str, &str)]) -> CompiledProgram {
-    let pins = pins.iter().map(|&(name, pin)| (name.to_owned(), pin.to_owned())).collect();
+    let pins = pins.iter().map(|(symbol, pin)| ladder_compile::PinAssignment::new(symbol, pin)).collect();
     let options = CompileOptions { mcu: mcu.to_owned(), pins, ..CompileOptions::default() };
     compile(&program(text), &options).unwrap_or_else(|errors| {
         panic!("{mcu}\n{text}\n{}", errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))

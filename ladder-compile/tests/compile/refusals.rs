@@ -12,7 +12,7 @@ fn every_refusal_says_what_the_table_says() {
             match word.split_once('=') {
                 Some(("mcu", mcu)) => options.mcu = mcu.to_owned(),
                 Some(("clock", hz)) => options.clock_hz = Some(hz.parse().expect("a clock")),
-                Some((symbol, pin)) => options.pins.push((symbol.to_owned(), pin.to_owned())),
+                Some((symbol, pin)) => options.pins.push(ladder_compile::PinAssignment::new(symbol, pin)),
                 None => panic!("{name}: `{word}`"),
             }
         }

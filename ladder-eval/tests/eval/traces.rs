@@ -3,6 +3,7 @@
 use crate::common;
 use crate::table::{self, Column};
 use ladder_eval::Evaluator;
+use std::collections::BTreeSet;
 
 /// Sets a column before a scan.
 fn set_column(eval: &mut Evaluator, column: &Column, value: i32) {
@@ -45,4 +46,15 @@ fn every_line_of_every_trace() {
         }
     }
     assert!(faults.is_empty(), "{faults:#?}");
+}
+
+#[test]
+fn every_element_has_a_trace() {
+    let mut found = BTreeSet::new();
+    for case in table::cases() {
+        let program = common::parse("test.ld", &case.program);
+        found.extend(program.elements().map(|(_, element, _)| element.facts().keyword));
+    }
+    let missing: Vec<&str> = ladder::element_keywords().filter(|keyword| !found.contains(keyword)).collect();
+    assert_eq!(missing, ["PLACEHOLDER"], "tests/ladder has no trace of these; PLACEHOLDER has no meaning");
 }

@@ -1,16 +1,13 @@
 //! Opens debugger sessions of ladder programs on chips.
 
-use emu_core::cpu::{Cpu, RamInit};
+use emu_core::cpu::RamInit;
 use emu_core::image::load_hex;
 use emu_core::pins::{CycleTime, PinLevel};
-use emu_debug::debug::{DebugSession, DynMachine, MachineWithDevices, NameScope, SessionOptions, UserAction};
+use emu_debug::CycleClock;
+use emu_debug::debug::{DebugSession, NameScope, SessionOptions, UserAction};
 use emu_debug::stimulus::{ExternalDrive, TimedDrive};
-use emu_debug::{AttachedDevices, CycleClock};
+use emu_test_machines::DebugMachine;
 use ladder_view::LadderView;
-
-fn debug_machine<C: Cpu + 'static>(cpu: C, clock: CycleClock) -> Box<dyn DynMachine> {
-    Box::new(MachineWithDevices::new(cpu, AttachedDevices::new(Vec::new(), clock)))
-}
 
 /// Chip and power-up options.
 #[derive(Clone, Copy)]
@@ -32,21 +29,15 @@ pub fn open(text: &str, setup: ChipSetup) -> (DebugSession, LadderView) {
     let image = load_hex("program", compiled.hex.as_bytes(), chip.hex_spaces).expect("a HEX file").image;
     let clock = CycleClock { hz: compiled.map.clock_hz, clocks_per_cycle: 1 };
     let target = match chip.family {
-        emu_core::chip::ChipFamily::Avr => debug_machine(emu_avr::Avr::new(chip, &image, RamInit::Zero), clock),
-        emu_core::chip::ChipFamily::Mcs51 => {
-            debug_machine(emu_8051::Mcs51::with(chip, &image, RamInit::Zero, emu_8051::Options::default()), clock)
-        }
+        emu_core::chip::ChipFamily::Avr => emu_avr::Avr::new(chip, &image, RamInit::Zero).boxed(clock.hz),
+        emu_core::chip::ChipFamily::Mcs51 => emu_8051::Mcs51::new(chip, &image, RamInit::Zero).boxed(clock.hz),
         emu_core::chip::ChipFamily::Pic16 => {
             let options = emu_pic16::Options { hz: clock.hz, ..Default::default() };
             let config = watchdog.then_some(0x3FFF);
-            debug_machine(
-                emu_pic16::Pic16::with(chip, &image, RamInit::Zero, emu_pic16::Options { config, ..options }),
-                clock,
-            )
+            let options = emu_pic16::Options { config, ..options };
+            emu_pic16::Pic16::with(chip, &image, RamInit::Zero, options).boxed(clock.hz)
         }
-        emu_core::chip::ChipFamily::Ap101 => {
-            debug_machine(emu_ap101::Ap101::with(&image, emu_ap101::Options::default()), clock)
-        }
+        emu_core::chip::ChipFamily::Ap101 => emu_ap101::Ap101::new(&image).boxed(clock.hz),
     };
     let view = LadderView::new(program, compiled.map, chip).expect("they belong together");
     let mut scope = NameScope::new(chip);

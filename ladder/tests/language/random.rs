@@ -11,6 +11,9 @@ use ladder::{
 use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::TestRunner;
+use std::collections::BTreeSet;
 
 fn integer() -> impl Strategy<Value = String> {
     "[ACTa-z][A-Za-z0-9_]{0,8}"
@@ -36,8 +39,10 @@ fn boxed(strategy: impl Strategy<Value = Element> + 'static) -> BoxedStrategy<El
 
 fn element() -> impl Strategy<Value = Element> {
     let flag = option::of(0u32..=1);
-    let timer = prop_oneof![Just(TimerKind::Ton), Just(TimerKind::Tof), Just(TimerKind::Rto)];
-    let counter = prop_oneof![Just(CounterKind::Ctu), Just(CounterKind::Ctd), Just(CounterKind::Ctc)];
+    use CounterKind::{Ctc, Ctd, Ctr, Ctu};
+    use TimerKind::{Rtl, Rto, Tcy, Thi, Tlo, Tof, Ton};
+    let timer = proptest::sample::select(vec![Ton, Tof, Rto, Rtl, Tcy, Thi, Tlo]);
+    let counter = proptest::sample::select(vec![Ctu, Ctd, Ctc, Ctr]);
     let math = proptest::sample::select(vec![
         MathOp::Add,
         MathOp::Sub,
@@ -73,6 +78,13 @@ fn element() -> impl Strategy<Value = Element> {
         Element::MasterRelay,
         Element::Osr,
         Element::Osf,
+        Element::Odr,
+        Element::Odf,
+        Element::Osl,
+        Element::Osc,
+        Element::UartRecvAvail,
+        Element::UartSendReady,
+        Element::NpulseOff,
     ]);
     let value = -32768i64..=32767;
     let uart = option::of((1u32..=255, 0u32..=1));
@@ -158,8 +170,60 @@ fn element() -> impl Strategy<Value = Element> {
         boxed((integer(), uart.clone()).prop_map(|(name, rest)| Element::UartRecv { name, rest })),
         boxed((integer(), uart).prop_map(|(name, rest)| Element::UartSend { name, rest })),
         boxed(integer().prop_map(|name| Element::Persist { name })),
+        pulse_element(),
         boxed(string.prop_map(|(var, text, quoted)| Element::FormattedString { var, text, quoted })),
     ])
+}
+
+#[test]
+fn every_element_is_generated() {
+    let (elements, mut runner) = (element(), TestRunner::deterministic());
+    let mut next = || elements.new_tree(&mut runner).expect("an element").current().facts().keyword;
+    let found: BTreeSet<&str> = (0..10_000).map(|_| next()).collect();
+    let missing: Vec<&str> = ladder::element_keywords().filter(|keyword| !found.contains(keyword)).collect();
+    assert!(missing.is_empty(), "element() never gives {}", missing.join(", "));
+}
+
+proptest! {
+    /// The constants of the operands are those of the element's row, which has the ones of tables too.
+    #[test]
+    fn operands_have_the_constants_of_the_row(mut element in element()) {
+        let constants = element.facts().constants;
+        let is_table = matches!(element, Element::LookUpTable { .. } | Element::PiecewiseLinear { .. });
+        let value = |operand: &mut LadderOperand| match operand {
+            LadderOperand::Const { value, .. } => Some(*value),
+            LadderOperand::Var(_) => None,
+        };
+        let found: Vec<i64> = element.operands_mut().into_iter().filter_map(value).collect();
+        prop_assert!(found == constants || is_table && constants.starts_with(&found), "{found:?} {constants:?}");
+    }
+}
+
+/// PULSER, NPULSE, STEPPER and QUAD_ENCOD.
+fn pulse_element() -> BoxedStrategy<Element> {
+    let (coil, input) = (|| "[YR][A-Za-z0-9_]{0,8}", || "X[A-Za-z0-9_]{0,8}");
+    let pulser = (operand(), operand(), operand(), operand(), coil())
+        .prop_map(|(high, low, accel, count, coil)| Element::Pulser { high, low, accel, count, coil });
+    let npulse = (operand(), 1i64..=100_000_000, coil()).prop_map(|(count, hertz, coil)| {
+        let hertz = LadderOperand::Const { value: hertz, text: hertz.to_string() };
+        Element::Npulse { count, hertz, coil }
+    });
+    let stepper = (integer(), operand(), operand(), 0u32..=1024, 0u32..=255, "Y[A-Za-z0-9_]{0,8}")
+        .prop_map(|(name, max, period, size, graph, coil)| Element::Stepper { name, max, period, size, graph, coil });
+    let kind = proptest::sample::select(vec!['/', '\\', '-', 'o']);
+    let names = (input(), input(), option::of(input()), option::of(coil()));
+    let encoder = (integer(), 0u32..=255, names, kind, 0u32..=32_767).prop_map(
+        |(counter, interrupt, (a, b, zero, dir), zero_kind, turn)| Element::QuadEncod {
+            counter,
+            interrupt,
+            inputs: [a, b],
+            zero,
+            dir,
+            zero_kind,
+            turn,
+        },
+    );
+    prop_oneof![pulser, npulse, stepper, encoder].boxed()
 }
 
 fn node() -> impl Strategy<Value = RungNode> {
@@ -306,6 +370,8 @@ fn flow_element() -> impl Strategy<Value = Element> {
     use FlowOp::{EndSubprogram, Gosub, Goto, Label, Subprogram};
     let named =
         (proptest::sample::select(vec![Label, Goto, Gosub, Subprogram, EndSubprogram]), "[A-Za-z_][A-Za-z0-9_]{0,8}");
+    use SegmentDisplay::{Fourteen, Nine, Seven, Sixteen};
+    let display = proptest::sample::select(vec![Seven, Nine, Fourteen, Sixteen]);
     prop_oneof![
         4 => named.prop_map(|(op, label)| Element::Flow { op, label }),
         1 => (1..1000u32).prop_map(|rung| Element::Flow { op: Goto, label: rung.to_string() }),
@@ -318,8 +384,8 @@ fn flow_element() -> impl Strategy<Value = Element> {
             dest,
             time,
         }),
-        2 => (any::<bool>(), integer(), operand(), "[A-Za-z]").prop_map(|(seven, dest, src, letter)| Element::Segments {
-            display: if seven { SegmentDisplay::Seven } else { SegmentDisplay::Nine },
+        2 => (display, integer(), operand(), "[A-Za-z]").prop_map(|(display, dest, src, letter)| Element::Segments {
+            display,
             dest,
             src,
             common: letter.chars().next().unwrap_or('C'),

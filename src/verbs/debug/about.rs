@@ -1,7 +1,6 @@
 //! Topics of `info` about the whole program: scopes, addresses, memories, and what a chip does not have.
 
-use emu_core::chip::ChipFamily;
-use emu_core::image::AVR_DATA;
+use emu_core::chip::Chip;
 use emu_debug::debug::{ExpressionPlace, ObjectExpr};
 
 use super::info;
@@ -41,7 +40,7 @@ pub(super) fn address(shell: &mut DebugShell, args: &str, out: &mut String) -> C
             format!("Symbol \"{args}\" is a function at address 0x{:x}.\n", shell.integer_value(args)?)
         }
         (Some(_), Some(ExpressionPlace::Memory { space, addr, .. }))
-            if shell.session.scope.chip().family == ChipFamily::Avr && space == AVR_RAM && addr < FIRST_DATA =>
+            if is_core_register(shell.session.scope.chip(), space, addr) =>
         {
             format!("Symbol \"{args}\" is {storage} in $r{addr}.\n")
         }
@@ -57,20 +56,19 @@ pub(super) fn address(shell: &mut DebugShell, args: &str, out: &mut String) -> C
     Ok(())
 }
 
-/// Name of the data space of an AVR.
-const AVR_RAM: &str = "data";
-
-/// First address of the data space of an AVR after the core registers r0 to r31.
-const FIRST_DATA: u32 = 32;
+/// Whether an address of a memory is a register of the core.
+fn is_core_register(chip: &Chip, space: &str, addr: u32) -> bool {
+    space == chip.ram_space && addr < chip.family_traits().registers_in_ram
+}
 
 /// Returns the address of a place as text.
 fn data_address(shell: &DebugShell, place: ExpressionPlace) -> String {
     let chip = shell.session.scope.chip();
     match place {
         ExpressionPlace::Memory { space, addr, .. } | ExpressionPlace::Bit { space, addr, .. } => {
-            match chip.family == ChipFamily::Avr && space == chip.ram_space {
-                true => format!("0x{:x}", AVR_DATA + addr),
-                false => format!("{space}:0x{addr:x}"),
+            match chip.linked_address(space, addr) {
+                Some(linked) => format!("0x{linked:x}"),
+                None => format!("{space}:0x{addr:x}"),
             }
         }
         _ => "unknown".to_owned(),

@@ -1,8 +1,8 @@
 //! Commands that go back in time.
 
 use emu_debug::debug::{
-    AccessKind, DebugExpression, ExpressionPlace, HaltReason, HaltResult, NameScope, PassedPosition, PointHit,
-    PointTrigger, UserAction,
+    AccessKind, DebugExpression, ExpressionPlace, HaltReason, NameScope, PassedPosition, PointHit, PointTrigger,
+    UserAction,
 };
 
 use super::frames::{CallScope, FrameSearch};
@@ -12,21 +12,21 @@ use super::steps::repeat_steps;
 
 pub(super) fn stepi(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let count = shell.parse_count(args)?;
-    shell.run_and_report(out, |session, go_on| session.step_back(count, go_on));
+    shell.run_and_report(out, |session, keep_running| session.step_back(count, keep_running));
     Ok(())
 }
 
 pub(super) fn reverse_continue(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
-    shell.run_and_report(out, |session, go_on| session.run_back(go_on));
+    shell.run_and_report(out, |session, keep_running| session.run_back(keep_running));
     Ok(())
 }
 
 pub(super) fn goto_cycle(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let cycle = shell.parse_cycle(args)?;
-    shell.run_and_report(out, |session, go_on| {
-        let halt = session.goto_cycle(cycle, go_on);
+    shell.run_and_report(out, |session, keep_running| {
+        let halt = session.goto_cycle(cycle, keep_running);
         // Reaching the requested cycle is the normal end and is not reported.
-        if halt.reason == HaltReason::Limit { HaltResult { reason: HaltReason::Done } } else { halt }
+        if halt == HaltReason::Limit { HaltReason::Done } else { halt }
     });
     Ok(())
 }
@@ -43,14 +43,14 @@ fn reverse_search(
     out: &mut String,
 ) -> CommandResult {
     let count = shell.parse_count(args)?;
-    shell.run_and_report(out, |session, go_on| {
-        repeat_steps(count, go_on, |go_on| {
+    shell.run_and_report(out, |session, keep_running| {
+        repeat_steps(count, keep_running, |keep_running| {
             let now = session.machine().cycle();
-            let halt = FrameSearch::search(session, calls, wanted, &mut *go_on);
-            match halt.reason {
+            let halt = FrameSearch::search(session, calls, wanted, &mut *keep_running);
+            match halt {
                 // A breakpoint in a call that the step has crossed stops it, as in gdb.
                 HaltReason::Done | HaltReason::Beginning => {
-                    session.forward_to_passed_breakpoint(now, go_on).unwrap_or(halt)
+                    session.forward_to_passed_breakpoint(now, keep_running).unwrap_or(halt)
                 }
                 _ => halt,
             }
@@ -122,7 +122,7 @@ pub(super) fn last_write(shell: &mut DebugShell, args: &str, out: &mut String) -
     {
         out.push_str(&format!("{text} {}, set by hand at cycle {cycle}\n", short_hex(value)));
         if moves {
-            shell.run_and_report(out, |session, go_on| session.goto_cycle(cycle, go_on));
+            shell.run_and_report(out, |session, keep_running| session.goto_cycle(cycle, keep_running));
         }
         return Ok(());
     }
@@ -138,7 +138,7 @@ pub(super) fn last_write(shell: &mut DebugShell, args: &str, out: &mut String) -
     let instruction = shell.instruction(hit.pc).text;
     out.push_str(&format!("{text} {value}, by {}: {instruction}, at cycle {cycle}\n", shell.word_with_rung(hit.pc)));
     if moves {
-        shell.run_and_report(out, |session, go_on| session.goto_cycle(cycle, go_on));
+        shell.run_and_report(out, |session, keep_running| session.goto_cycle(cycle, keep_running));
     }
     Ok(())
 }

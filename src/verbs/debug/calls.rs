@@ -2,8 +2,7 @@
 
 use emu_debug::debug::{CallFrame, ObjectExpr};
 
-use emu_core::chip::ChipFamily;
-use emu_core::image::{AVR_DATA, BlockInfo};
+use emu_core::image::BlockInfo;
 
 use super::shell::{CommandResult, DebugShell};
 
@@ -22,7 +21,7 @@ pub(super) fn backtrace(shell: &mut DebugShell, args: &str, out: &mut String) ->
         }
     }
     let frames = shell.calls();
-    let skipped = shell.hidden.max(frames.len().saturating_sub(outermost));
+    let skipped = shell.not_entered.max(frames.len().saturating_sub(outermost));
     for (level, frame) in frames.iter().enumerate().skip(skipped).take(count) {
         out.push_str(&shell.frame_line(level, frame));
         if full {
@@ -55,13 +54,13 @@ pub(super) fn frame(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
                 .frame_name(shell.session.machine(), frame)
                 .is_some_and(|own| own.0 == name.trim())
         };
-        let found = shell.calls().iter().skip(shell.hidden).position(is);
+        let found = shell.calls().iter().skip(shell.not_entered).position(is);
         let level = found.ok_or_else(|| format!("no call of {} is in progress; bt lists them", name.trim()))?;
-        return shell.select_frame(level + shell.hidden, out);
+        return shell.select_frame(level + shell.not_entered, out);
     }
     let level = shell.integer_value(args)?;
     let level = usize::try_from(level).map_err(|_| format!("there is no call {level}; bt lists them"))?;
-    shell.select_frame(level.saturating_add(shell.hidden), out)
+    shell.select_frame(level.saturating_add(shell.not_entered), out)
 }
 
 /// `select-frame`: selects a call like `frame`, but prints nothing.
@@ -80,10 +79,10 @@ pub(super) fn up(shell: &mut DebugShell, args: &str, out: &mut String) -> Comman
 
 pub(super) fn down(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let count = usize::try_from(shell.parse_count(args)?).unwrap_or(usize::MAX);
-    if shell.level <= shell.hidden {
+    if shell.level <= shell.not_entered {
         return Err("Bottom (innermost) frame selected; you cannot go down.".to_owned());
     }
-    shell.select_frame(shell.level.saturating_sub(count).max(shell.hidden), out)
+    shell.select_frame(shell.level.saturating_sub(count).max(shell.not_entered), out)
 }
 
 /// `info locals` and `info args`: prints the variables or the parameters of the selected call.
@@ -99,10 +98,10 @@ pub(super) fn info_frame(shell: &DebugShell, out: &mut String) -> CommandResult 
     let frames = shell.calls();
     let chip = shell.session.scope.chip();
     let frame = frames.get(shell.level).ok_or("the selected call does not exist any more; bt lists the calls")?;
-    let linked = if chip.family == ChipFamily::Avr { AVR_DATA } else { 0 };
+    let linked = chip.family_traits().linked_data.unwrap_or(0);
     let at = |addr: u32| format!("0x{:x}", linked + addr);
     let frame_at = |frame: &CallFrame| frame.cfa.map(|cfa| at(cfa.saturating_sub(1)));
-    let number = shell.level.saturating_sub(shell.hidden);
+    let number = shell.level.saturating_sub(shell.not_entered);
     out.push_str(&format!(
         "Stack level {number}{}:\n",
         frame_at(frame).map_or(String::new(), |at| format!(", frame at {at}"))
@@ -167,8 +166,8 @@ impl DebugShell {
     /// its location.
     pub(super) fn frame_line(&self, level: usize, frame: &CallFrame) -> String {
         let place = self.describe_call(frame);
-        let innermost = level == self.hidden;
-        let level = level.saturating_sub(self.hidden);
+        let innermost = level == self.not_entered;
+        let level = level.saturating_sub(self.not_entered);
         match self.is_described(frame) {
             true if frame.inlined_skipped > 0 || innermost && self.begins_line(frame) => format!("#{level}  {place}\n"),
             true => {

@@ -1,7 +1,5 @@
 //! Commands about values: print, set, display, assert.
 
-use emu_core::chip::ChipFamily;
-use emu_core::image::AVR_DATA;
 use emu_core::pins::{CycleTime, PinId};
 use emu_debug::address_names::decimal_offset;
 use emu_debug::debug::{
@@ -269,7 +267,7 @@ impl DebugShell {
     /// Returns the value of a core register as gdb prints it, for a C program on an AVR.
     fn core_register_text(&self, place: Option<ExpressionPlace>, value: i64) -> Option<String> {
         let (scope, chip) = (&self.session.scope, self.session.scope.chip());
-        if chip.family != ChipFamily::Avr || !scope.has_debug_info() {
+        if !chip.is_known_to_gdb() || !scope.has_debug_info() {
             return None;
         }
         match place? {
@@ -302,7 +300,7 @@ impl DebugShell {
                 let symbol = symbol.map_or(String::new(), |name| format!(" <{}>", decimal_offset(&name)));
                 format!("0x{value:x}{symbol}")
             }
-            "sp" if chip.family == ChipFamily::Avr => format!("0x{:x}", value + i64::from(AVR_DATA)),
+            "sp" if let Some(base) = chip.family_traits().linked_data => format!("0x{:x}", value + i64::from(base)),
             _ => value.to_string(),
         }
     }
@@ -416,7 +414,7 @@ impl DebugShell {
             && chip.reg(name).is_none()
             && self.view.is_none()
             && !name.contains("::")
-            && !(chip.family == ChipFamily::Mcs51 && name.starts_with('_'))
+            && !(chip.has_sdcc_pointers() && name.starts_with('_'))
             && scope.symbols.iter().any(|symbol| symbol.name == name);
         match is_symbol && !scope.calls().info.globals.is_empty() {
             true => Err(format!("'{name}' has unknown type; cast it to its declared type")),

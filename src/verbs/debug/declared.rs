@@ -3,8 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use emu_core::chip::ChipFamily;
-use emu_core::image::{AVR_DATA, SymbolAt};
+use emu_core::image::SymbolAt;
 use emu_debug::bit_space::BIT_SPACE;
 use emu_debug::debug::{Declaration, DeclarationKind};
 
@@ -71,7 +70,7 @@ pub(super) fn info_kind(shell: &DebugShell, args: &str, code: bool, out: &mut St
         name.strip_prefix('_').is_some_and(|bare| other(bare) || is_declared(bare))
     };
     // SDCC also defines statics with their module and function, and bits of registers from its headers.
-    let is_sdcc = chip.family == ChipFamily::Mcs51 && scope.has_debug_info();
+    let is_sdcc = chip.has_sdcc_pointers() && scope.has_debug_info();
     let others = if is_sdcc { scope.declarations(DeclarationKind::Variable) } else { Vec::new() };
     let of_sdcc = |symbol: &SymbolAt| {
         is_sdcc
@@ -83,10 +82,10 @@ pub(super) fn info_kind(shell: &DebugShell, args: &str, code: bool, out: &mut St
     let symbols = scope.symbols.iter().filter(|symbol| is(symbol.space) && fresh(&symbol.name) && !of_sdcc(symbol));
     let row = |space: &'static str, addr: u32, name: &str| {
         let addr = addr / chip.bytes_per_address(space).max(1);
-        let place = match chip.family {
+        let place = match chip.linked_address(space, addr) {
             _ if code => format!("0x{addr:08x}"),
-            ChipFamily::Avr if space == chip.ram_space => format!("0x{:08x}", AVR_DATA + addr),
-            _ => format!("{space}:0x{addr:04x}"),
+            Some(linked) => format!("0x{linked:08x}"),
+            None => format!("{space}:0x{addr:04x}"),
         };
         (place, name.to_owned())
     };

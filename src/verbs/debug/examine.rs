@@ -1,7 +1,5 @@
 //! The command `x`: prints memory from an address on as numbers, strings or instructions.
 
-use emu_core::chip::ChipFamily;
-use emu_core::image::AVR_DATA;
 use emu_debug::AddressRange;
 use emu_debug::address_names::decimal_offset;
 use emu_debug::debug::{DebugExpression, ObjectByteLocation, real_text};
@@ -57,7 +55,7 @@ impl DebugShell {
         }
         // A pointer of SDCC names its memory space.
         if let Some(DebugExpression::Object(object)) = &expr
-            && chip.family == ChipFamily::Mcs51
+            && chip.has_sdcc_pointers()
             && let Some(ObjectByteLocation::Memory(space, addr)) =
                 object.pointed_object().and_then(|of| of.byte_locations(target).first().copied())
         {
@@ -155,7 +153,7 @@ impl DebugShell {
     /// Fills in the format and unit of the last `x` if none is given. Only for C programs on an AVR, as in
     /// gdb.
     fn with_last_format(&self, format: ExamineFormat) -> ExamineFormat {
-        if !self.session.scope.has_debug_info() || self.session.scope.chip().family != ChipFamily::Avr {
+        if !self.session.scope.has_debug_info() || !self.session.scope.chip().is_known_to_gdb() {
             return format;
         }
         let last = self.examined.map(|last| last.format).unwrap_or_default();
@@ -202,9 +200,9 @@ impl DebugShell {
     fn examined_place(&self, space: &str, addr: u32, known: Option<String>) -> String {
         let (scope, chip) = (&self.session.scope, self.session.scope.chip());
         let name = |name: String| format!(" <{name}>");
-        match chip.family == ChipFamily::Avr && space == chip.ram_space && scope.has_debug_info() {
-            true => format!("0x{:x}{}", AVR_DATA + addr, known.map_or(String::new(), |own| name(decimal_offset(&own)))),
-            false => format!("{space}:0x{addr:04x}{}", known.map_or(String::new(), name)),
+        match chip.linked_address(space, addr).filter(|_| scope.has_debug_info()) {
+            Some(linked) => format!("0x{linked:x}{}", known.map_or(String::new(), |own| name(decimal_offset(&own)))),
+            None => format!("{space}:0x{addr:04x}{}", known.map_or(String::new(), name)),
         }
     }
 

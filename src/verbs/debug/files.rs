@@ -7,6 +7,7 @@ use crate::shared::codes::system_message;
 use crate::shared::fail::VerbFailure;
 use crate::shared::input;
 use crate::shared::output;
+use crate::shared::output::RequestedOutput;
 use crate::shared::report::FileTexts;
 
 /// Maximum nesting depth of scripts.
@@ -84,7 +85,8 @@ fn save_breakpoints(shell: &DebugShell, args: &str, out: &mut String) -> Command
         return Err("nothing to save: there are no breakpoints and no watchpoints".to_owned());
     }
     for own in &shell.snapshot_writer.protected_files {
-        output::check_input_not_overwritten(own, &[("save", file)]).map_err(|failure| failure.sentence())?;
+        output::check_input_not_overwritten(own, &[RequestedOutput::new("save", file)])
+            .map_err(|failure| failure.sentence())?;
     }
     let text = super::points::commands_that_set(shell);
     output::write_files(&[(file, text.as_bytes())]).map_err(|failure| failure.sentence())?;

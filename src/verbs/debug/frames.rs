@@ -6,7 +6,7 @@
 
 use std::cell::RefCell;
 
-use emu_debug::debug::{CallFlow, DebugSession, HaltResult, NameScope, PassedPosition};
+use emu_debug::debug::{CallFlow, DebugSession, HaltReason, NameScope, PassedPosition};
 
 /// Which positions a search accepts, relative to the call where it begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,14 +50,14 @@ impl FrameSearch {
         session: &mut DebugSession,
         calls: CallScope,
         wanted: fn(&NameScope, &PassedPosition<'_>) -> bool,
-        go_on: &mut dyn FnMut() -> bool,
-    ) -> HaltResult {
+        keep_running: &mut dyn FnMut() -> bool,
+    ) -> HaltReason {
         let now = session.machine().cycle();
         let scope = session.scope.clone();
         let has_vectors = !scope.chip().vectors.is_empty();
         let frames = RefCell::new(FrameSearch { later_candidates: vec![None], ..FrameSearch::default() });
         let halt = session.run_back_until(
-            go_on,
+            keep_running,
             &mut || {
                 let mut frames = frames.borrow_mut();
                 frames.end_stretch(calls);
@@ -71,7 +71,7 @@ impl FrameSearch {
             },
         );
         match frames.into_inner().found {
-            Some(cycle) => session.goto_cycle(cycle, go_on),
+            Some(cycle) => session.goto_cycle(cycle, keep_running),
             None => halt,
         }
     }

@@ -1,6 +1,6 @@
 //! `info`: prints information about the machine and the session.
 
-use emu_core::chip::{Chip, ChipFamily};
+use emu_core::chip::Chip;
 
 use super::numbers::hex;
 use super::shell::{CommandResult, DebugShell};
@@ -70,19 +70,15 @@ enum ChipPart {
     Interrupts,
 }
 
-/// Prefixes of the names of the registers of a part, by family.
-#[rustfmt::skip]
-const PARTS: &[(ChipFamily, ChipPart, &[&str])] = &[
-    (ChipFamily::Avr,   ChipPart::Timers,     &["TCCR", "TCNT", "OCR", "ICR", "TIMSK", "TIFR", "ETIMSK", "ETIFR", "ASSR", "GTCCR", "SFIOR"]),
-    (ChipFamily::Avr,   ChipPart::Uart,       &["UDR", "UCSR", "UBRR"]),
-    (ChipFamily::Avr,   ChipPart::Interrupts, &["EIMSK", "EIFR", "EICR", "PCICR", "PCIFR", "PCMSK", "GICR", "GIFR", "TIMSK", "TIFR"]),
-    (ChipFamily::Mcs51, ChipPart::Timers,     &["TCON", "TMOD", "TL", "TH", "T2CON", "T2MOD", "RCAP2"]),
-    (ChipFamily::Mcs51, ChipPart::Uart,       &["SCON", "SBUF", "PCON"]),
-    (ChipFamily::Mcs51, ChipPart::Interrupts, &["IE", "IP", "TCON", "SCON"]),
-    (ChipFamily::Pic16, ChipPart::Timers,     &["OPTION_REG", "TMR", "T1CON", "T2CON", "PR2", "CCP"]),
-    (ChipFamily::Pic16, ChipPart::Uart,       &["TXSTA", "RCSTA", "TXREG", "RCREG", "SPBRG"]),
-    (ChipFamily::Pic16, ChipPart::Interrupts, &["INTCON", "PIE", "PIR"]),
-];
+/// Returns the prefixes of the names of a part's registers; empty if the family has no such part.
+fn register_prefixes(chip: &Chip, part: ChipPart) -> &'static [&'static str] {
+    let family = chip.family_traits();
+    match part {
+        ChipPart::Timers => family.timer_registers,
+        ChipPart::Uart => family.uart_registers,
+        ChipPart::Interrupts => family.interrupt_registers,
+    }
+}
 
 /// `info`: prints a topic, or lists the topics.
 pub(super) fn info(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
@@ -196,14 +192,14 @@ fn modules(shell: &DebugShell, out: &mut String) {
 /// Prints names and values of the registers of a part.
 fn part(shell: &mut DebugShell, part: ChipPart, out: &mut String) -> CommandResult {
     let (chip, target) = (shell.session.scope.chip(), shell.session.machine());
-    let prefixes = PARTS.iter().find(|(family, of, _)| (*family, *of) == (chip.family, part)).map(|row| row.2);
-    let Some(prefixes) = prefixes else {
+    let prefixes = register_prefixes(chip, part);
+    if prefixes.is_empty() {
         match part {
             ChipPart::Timers if chip.spaces.iter().any(|space| space.0 == PRESET) => modules(shell, out),
             _ => out.push_str(&format!("{} has no registers of that kind\n", chip.name)),
         }
         return Ok(());
-    };
+    }
     let of = |name: &str| prefixes.iter().any(|prefix| name.starts_with(prefix));
     let regs = chip.regs.iter().filter(|reg| of(reg.name));
     let values: Vec<String> = regs

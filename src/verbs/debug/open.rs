@@ -9,6 +9,7 @@ use emu_core::image::Image;
 use emu_debug::debug::{DebugSession, DynMachine, MachineWithDevices, NameScope, SessionOptions};
 use emu_debug::stimulus::{queue_drives, supply_changes};
 use emu_debug::{AddressNames, CycleClock, ProgramSource, TimedDrive};
+use ladder_compile::PinAssignment;
 use ladder_view::LadderView;
 
 use super::ladder;
@@ -32,8 +33,6 @@ pub struct DebugSubject {
     /// its name (.asm, .s, .a51, .src), or a ladder program (.ld), which is compiled first.
     #[arg(value_name = "FILE")]
     pub file: String,
-    #[command(flatten)]
-    pub machine: MachineArgs,
     /// What RAM and registers hold after power-up: random:SEED or zero.
     #[arg(long, value_name = "FILL", default_value = "zero", value_parser = parse_ram_init)]
     ram: RamInit,
@@ -46,7 +45,7 @@ pub struct DebugSubject {
     /// Put an input or output of a ladder program at a pin: Xstart=PD2. Overrides the pins of the program.
     /// Repeatable.
     #[arg(long = "pin", value_name = "NAME=PIN", value_parser = parse_pin_assignment)]
-    pub(super) pins: Vec<(String, String)>,
+    pub(super) pins: Vec<PinAssignment>,
     /// The dialect of the elements of a ladder program: ldmicro-2.3 or ldmicro-5.
     #[arg(long, value_name = "DIALECT", value_parser = parse_dialect)]
     pub(super) dialect: Option<LadderDialect>,
@@ -57,6 +56,9 @@ pub struct DebugSubject {
     /// Maximum size of the copies of the machine for going back in time: 64M, 500k, 1G.
     #[arg(long, value_name = "BYTES", default_value = "64M", value_parser = parse_byte_count)]
     history: usize,
+    // Last, because the headings of the families would also stand over the flags behind them.
+    #[command(flatten)]
+    pub machine: MachineArgs,
 }
 
 /// Parses the value of `--ram`; the check for reads of unwritten RAM is not available here.

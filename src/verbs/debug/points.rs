@@ -1,7 +1,8 @@
 //! Commands about breakpoints and watchpoints.
 
 use emu_debug::debug::{
-    AccessKind, DebugError, DebugExpression, DebugPoint, ExpressionPlace, ExpressionValue, PointTrigger,
+    AccessKind, CallEnd, CallFrame, DebugError, DebugExpression, DebugPoint, ExpressionPlace, ExpressionValue,
+    PointTrigger,
 };
 use emu_debug::stimulus::parse_pin_level;
 
@@ -101,11 +102,12 @@ fn without_location_flag(text: &str) -> (&str, bool) {
 impl DebugShell {
     /// Returns the return address of the selected call as a program word, and the stack pointer after the
     /// return.
-    fn call_end(&self) -> Option<(u32, u32)> {
+    fn call_end(&self) -> Option<CallEnd> {
         let frames = self.calls();
         let own = frames.get(self.level)?;
         let outer = frames.iter().skip(self.level + 1);
-        outer.map(|frame| (frame.word, frame.sp)).find(|end| *end != (own.word, own.sp))
+        let end = |frame: &CallFrame| CallEnd { return_word: frame.word, stack_pointer: frame.sp };
+        outer.map(end).find(|found| *found != end(own))
     }
 }
 

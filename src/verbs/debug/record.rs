@@ -11,6 +11,7 @@ use scenario::{RecordedAction, Recorder, ScenarioValue};
 use super::shell::{CommandResult, DebugShell};
 use crate::shared::fail::VerbFailure;
 use crate::shared::output;
+use crate::shared::output::RequestedOutput;
 
 /// Maximum size in bytes of a number in memory that a scenario can set.
 const BYTES: u8 = 4;
@@ -21,7 +22,7 @@ pub(super) fn record(shell: &mut DebugShell, args: &str, out: &mut String) -> Co
     }
     let sentence = |failure: VerbFailure| failure.sentence();
     for file in &shell.snapshot_writer.protected_files {
-        output::check_input_not_overwritten(file, &[("record", args)]).map_err(sentence)?;
+        output::check_input_not_overwritten(file, &[RequestedOutput::new("record", args)]).map_err(sentence)?;
     }
     let (text, lost) = shell.recording();
     if output::is_stdout(args) {

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use emu_core::cpu::LAST_CYCLE;
-use emu_debug::debug::{DebugSession, HaltReason, HaltResult, RunGoal};
+use emu_debug::debug::{DebugSession, HaltReason, RunGoal};
 use ladder_view::{ElementStart, LadderView};
 
 use super::shell::{CommandResult, DebugShell};
@@ -98,12 +98,12 @@ fn of_rung(view: &LadderView, text: &str) -> Result<Vec<u32>, String> {
 }
 
 /// Runs to the next of some program words; a halted AP101 is stepped to its next scan.
-fn run_to(session: &mut DebugSession, words: &BTreeSet<u32>, go_on: &mut dyn FnMut() -> bool) -> HaltResult {
-    let halt = session.run(&RunGoal { words: words.clone(), ..RunGoal::default() }, go_on);
-    if halt.reason != HaltReason::Halted {
+fn run_to(session: &mut DebugSession, words: &BTreeSet<u32>, keep_running: &mut dyn FnMut() -> bool) -> HaltReason {
+    let halt = session.run(&RunGoal { words: words.clone(), ..RunGoal::default() }, keep_running);
+    if halt != HaltReason::Halted {
         return halt;
     }
-    session.step_until(LAST_CYCLE, true, go_on, &mut |session, _, _| words.contains(&session.machine().pc()))
+    session.step_until(LAST_CYCLE, true, keep_running, &mut |session, _, _| words.contains(&session.machine().pc()))
 }
 
 /// Runs to one of some words `count` times, and reports only the last stop.
@@ -115,7 +115,9 @@ fn run_to_words(
 ) -> CommandResult {
     let words = words(shell.ladder()?);
     let count = shell.parse_count(args)?;
-    shell.run_and_report(out, |session, go_on| repeat_steps(count, go_on, |go_on| run_to(session, &words, go_on)));
+    shell.run_and_report(out, |session, keep_running| {
+        repeat_steps(count, keep_running, |keep_running| run_to(session, &words, keep_running))
+    });
     Ok(())
 }
 

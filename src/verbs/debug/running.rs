@@ -3,8 +3,7 @@
 use emu_core::cpu::{LAST_CYCLE, ResetCause};
 use emu_core::image::TypeId;
 use emu_debug::debug::{
-    CallFrame, DebugExpression, DebugSession, ExpressionPlace, HaltReason, HaltResult, PointTrigger, RunGoal,
-    UserAction,
+    CallFrame, DebugExpression, DebugSession, ExpressionPlace, HaltReason, PointTrigger, RunGoal, UserAction,
 };
 use emu_debug::stimulus::parse_pin_level;
 
@@ -21,21 +20,24 @@ fn repeat_run(
     shell: &mut DebugShell,
     args: &str,
     out: &mut String,
-    mut once: impl FnMut(&mut DebugSession, &mut dyn FnMut() -> bool) -> HaltResult,
+    mut once: impl FnMut(&mut DebugSession, &mut dyn FnMut() -> bool) -> HaltReason,
 ) -> CommandResult {
     let count = shell.parse_count(args)?;
-    shell.run_and_report(out, |session, go_on| repeat_steps(count, go_on, |go_on| once(session, go_on)));
+    shell.run_and_report(out, |session, keep_running| {
+        repeat_steps(count, keep_running, |keep_running| once(session, keep_running))
+    });
     Ok(())
 }
 
 /// Takes steps of source lines.
 fn line_steps(shell: &mut DebugShell, args: &str, kind: LineStep, out: &mut String) -> CommandResult {
     let count = shell.parse_count(args)?;
-    let mut hidden = shell.hidden;
-    shell.run_and_report_inlined(out, |session, go_on| {
-        let halt = repeat_steps(count, go_on, |go_on| line_step(session, kind, &mut hidden, go_on));
-        let hidden = (halt.reason == HaltReason::Done).then_some(hidden);
-        (halt, hidden)
+    let mut not_entered = shell.not_entered;
+    shell.run_and_report_inlined(out, |session, keep_running| {
+        let halt =
+            repeat_steps(count, keep_running, |keep_running| line_step(session, kind, &mut not_entered, keep_running));
+        let not_entered = (halt == HaltReason::Done).then_some(not_entered);
+        (halt, not_entered)
     });
     Ok(())
 }
@@ -64,14 +66,14 @@ pub(super) fn next(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
 
 pub(super) fn stepi(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let count = shell.parse_count(args)?;
-    shell.run_and_report(out, |session, go_on| session.step_instructions(count, LAST_CYCLE, go_on));
+    shell.run_and_report(out, |session, keep_running| session.step_instructions(count, LAST_CYCLE, keep_running));
     Ok(())
 }
 
 pub(super) fn nexti(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
-    repeat_run(shell, args, out, |session, go_on| {
+    repeat_run(shell, args, out, |session, keep_running| {
         let mut depth = CallDepth::default();
-        session.step_until(LAST_CYCLE, true, go_on, &mut |_, flow, entry| {
+        session.step_until(LAST_CYCLE, true, keep_running, &mut |_, flow, entry| {
             depth.update(flow, entry);
             depth.is_back_at_start()
         })
@@ -81,11 +83,11 @@ pub(super) fn nexti(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
 /// Steps until the subroutine or service routine has returned.
 fn run_out_of_subroutine(
     session: &mut DebugSession,
-    go_on: &mut dyn FnMut() -> bool,
+    keep_running: &mut dyn FnMut() -> bool,
     also: &mut dyn FnMut(&DebugSession) -> bool,
-) -> HaltResult {
+) -> HaltReason {
     let mut depth = CallDepth::default();
-    session.step_until(LAST_CYCLE, true, go_on, &mut |session, flow, entry| {
+    session.step_until(LAST_CYCLE, true, keep_running, &mut |session, flow, entry| {
         depth.update(flow, entry);
         depth.calls < 0 || also(session)
     })
@@ -107,8 +109,8 @@ pub(super) fn finish(shell: &mut DebugShell, _: &str, out: &mut String) -> Comma
             let byte = session.machine().pc().saturating_mul(session.scope.chip().word_bytes);
             session.machine().reg("SP").is_some_and(|sp| sp >= frame.sp) && !block.has_code_at(byte)
         };
-        shell.run_and_report(out, |session, go_on| {
-            session.step_until(LAST_CYCLE, true, go_on, &mut |session, _, _| left(session))
+        shell.run_and_report(out, |session, keep_running| {
+            session.step_until(LAST_CYCLE, true, keep_running, &mut |session, _, _| left(session))
         });
         return Ok(());
     }
@@ -119,19 +121,20 @@ pub(super) fn finish(shell: &mut DebugShell, _: &str, out: &mut String) -> Comma
     }
     out.push_str(&format!("Run till exit from {}", shell.frame_line(shell.level, &frame)));
     let kind = shell.result_type(&frame);
-    if shell.level > shell.hidden {
+    if shell.level > shell.not_entered {
         // As in gdb, run until the selected call has returned.
         let target = return_addresses.get(shell.level + 1).map(|frame| (frame.word, frame.sp));
         let (word, sp) = target.ok_or("the outermost call does not return")?;
         let reached =
             move |session: &DebugSession| session.machine().pc() == word && session.machine().reg("SP") == Some(sp);
-        let halt = shell.run_and_report(out, |session, go_on| {
-            session.step_until(LAST_CYCLE, true, go_on, &mut |session, _, _| reached(session))
+        let halt = shell.run_and_report(out, |session, keep_running| {
+            session.step_until(LAST_CYCLE, true, keep_running, &mut |session, _, _| reached(session))
         });
         shell.print_result(&halt, kind, out);
         return Ok(());
     }
-    let halt = shell.run_and_report(out, |session, go_on| run_out_of_subroutine(session, go_on, &mut |_| false));
+    let halt =
+        shell.run_and_report(out, |session, keep_running| run_out_of_subroutine(session, keep_running, &mut |_| false));
     shell.print_result(&halt, kind, out);
     Ok(())
 }
@@ -146,8 +149,8 @@ pub(super) fn advance(shell: &mut DebugShell, args: &str, out: &mut String) -> C
 /// Goes back to the beginning of the history. Fails if it is interrupted.
 fn rewind(shell: &mut DebugShell) -> CommandResult {
     let first = shell.session.first_cycle();
-    let go_on = &mut shell.keep_running();
-    match shell.session.goto_cycle(first, go_on).reason {
+    let keep_running = &mut shell.keep_running();
+    match shell.session.goto_cycle(first, keep_running) {
         HaltReason::Interrupted => Err("interrupted".to_owned()),
         _ => Ok(()),
     }
@@ -161,8 +164,8 @@ pub(super) fn run(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandR
 pub(super) fn start(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
     let words = shell.parse_line_location("main").map_err(|why| format!("{why}; run goes to the first breakpoint"))?;
     rewind(shell)?;
-    shell.run_and_report(out, |session, go_on| {
-        session.run(&RunGoal { words: words.into_iter().collect(), ..RunGoal::default() }, go_on)
+    shell.run_and_report(out, |session, keep_running| {
+        session.run(&RunGoal { words: words.into_iter().collect(), ..RunGoal::default() }, keep_running)
     });
     Ok(())
 }
@@ -185,9 +188,9 @@ pub(super) fn until(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
     }
     let words = shell.parse_line_location(args)?;
     let inside = !shell.return_addresses().is_empty();
-    shell.run_and_report(out, |session, go_on| match inside {
-        true => run_out_of_subroutine(session, go_on, &mut |session| words.contains(&session.machine().pc())),
-        false => session.run(&RunGoal { words: words.into_iter().collect(), ..RunGoal::default() }, go_on),
+    shell.run_and_report(out, |session, keep_running| match inside {
+        true => run_out_of_subroutine(session, keep_running, &mut |session| words.contains(&session.machine().pc())),
+        false => session.run(&RunGoal { words: words.into_iter().collect(), ..RunGoal::default() }, keep_running),
     });
     Ok(())
 }
@@ -204,7 +207,7 @@ pub(super) fn continue_running(shell: &mut DebugShell, args: &str, out: &mut Str
             None => out.push_str("note: there is no breakpoint here, so the count has no effect\n"),
         }
     }
-    shell.run_and_report(out, |session, go_on| session.run(&RunGoal::default(), go_on));
+    shell.run_and_report(out, |session, keep_running| session.run(&RunGoal::default(), keep_running));
     Ok(())
 }
 
@@ -214,7 +217,7 @@ pub(super) fn until_pin(shell: &mut DebugShell, args: &str, out: &mut String) ->
     let own = avr::chip_pin_text(chip, &shell.session.scope.source().names.replace_channel_name(&named));
     let (pin, level) = parse_pin_level(chip, &own)?;
     let id = shell.session.points.add(PointTrigger::Pin(pin, Some(level)), args, true);
-    shell.run_and_report(out, |session, go_on| session.run(&RunGoal::default(), go_on));
+    shell.run_and_report(out, |session, keep_running| session.run(&RunGoal::default(), keep_running));
     shell.session.points.remove(id);
     Ok(())
 }
@@ -225,8 +228,8 @@ pub(super) fn run_to_cycle(shell: &mut DebugShell, args: &str, out: &mut String)
     if cycle < now {
         return Err(format!("cycle {cycle} is in the past, the current cycle is {now}; goto-cycle goes back"));
     }
-    shell.run_and_report(out, |session, go_on| {
-        session.run(&RunGoal { until: Some(cycle), runs_while_halted: true, ..RunGoal::default() }, go_on)
+    shell.run_and_report(out, |session, keep_running| {
+        session.run(&RunGoal { until: Some(cycle), runs_while_halted: true, ..RunGoal::default() }, keep_running)
     });
     Ok(())
 }
@@ -268,10 +271,10 @@ impl DebugShell {
     }
 
     /// Prints the result of a function.
-    fn print_result(&mut self, halt: &HaltResult, kind: Option<TypeId>, out: &mut String) {
+    fn print_result(&mut self, halt: &HaltReason, kind: Option<TypeId>, out: &mut String) {
         let chip = self.session.scope.chip();
         let object = kind.and_then(|kind| self.session.scope.calls().result(kind, chip));
-        let Some(object) = object.filter(|_| halt.reason == HaltReason::Done) else { return };
+        let Some(object) = object.filter(|_| *halt == HaltReason::Done) else { return };
         let machine = self.session.machine();
         let value = object.text(&self.session.scope, machine, None);
         let kept = DebugExpression::Object(Box::new(object)).kept(machine);

@@ -146,7 +146,7 @@ fn drives_on_image<C: Cpu>(
 /// Runs to a program word and returns the cycle, or `None` if the word is not reached before `until`.
 fn run_to_word(session: &mut DebugSession, word: u32, until: u64) -> Option<u64> {
     let goal = RunGoal { until: Some(until), words: BTreeSet::from([word]), runs_while_halted: false };
-    (session.run(&goal, &mut || true).reason == HaltReason::Done).then(|| session.machine().cycle())
+    (session.run(&goal, &mut || true) == HaltReason::Done).then(|| session.machine().cycle())
 }
 
 /// Prints how a scenario ended.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use emu_debug::TimedDrive;
-use emu_debug::debug::{DebugExpression, DebugSession, HaltResult};
+use emu_debug::debug::{DebugExpression, DebugSession, HaltReason};
 use ladder_view::LadderView;
 
 use super::blocks::{BlockKind, OpenBlock, UserCommand};
@@ -65,9 +65,9 @@ pub struct DebugShell {
     pub(super) level: usize,
     /// Number of inlined functions that begin at the current instruction and are not entered yet: their calls
     /// are not part of the stack.
-    pub(super) hidden: usize,
-    /// Value of `hidden` at the next stop, if the step knows it.
-    pub(super) next_hidden: Option<usize>,
+    pub(super) not_entered: usize,
+    /// Value of `not_entered` at the next stop, if the step knows it.
+    pub(super) next_not_entered: Option<usize>,
     /// Function and frame address of the selected call at the last stop.
     pub(super) stopped_in: Option<(String, Option<u32>)>,
     /// File and line where the next `list` continues.
@@ -120,8 +120,8 @@ impl DebugShell {
             registers: Vec::new(),
             reported_to: 0,
             level: 0,
-            hidden: 0,
-            next_hidden: None,
+            not_entered: 0,
+            next_not_entered: None,
             stopped_in: None,
             listed: None,
             examined: None,
@@ -270,8 +270,8 @@ impl DebugShell {
     pub(super) fn run_and_report(
         &mut self,
         out: &mut String,
-        run: impl FnOnce(&mut DebugSession, &mut dyn FnMut() -> bool) -> HaltResult,
-    ) -> HaltResult {
+        run: impl FnOnce(&mut DebugSession, &mut dyn FnMut() -> bool) -> HaltReason,
+    ) -> HaltReason {
         self.run_and_report_inlined(out, |session, keep_running| (run(session, keep_running), None))
     }
 
@@ -280,12 +280,12 @@ impl DebugShell {
     pub(super) fn run_and_report_inlined(
         &mut self,
         out: &mut String,
-        run: impl FnOnce(&mut DebugSession, &mut dyn FnMut() -> bool) -> (HaltResult, Option<usize>),
-    ) -> HaltResult {
+        run: impl FnOnce(&mut DebugSession, &mut dyn FnMut() -> bool) -> (HaltReason, Option<usize>),
+    ) -> HaltReason {
         let points = self.session.points.clone();
         let interrupt = Arc::clone(&self.interrupt);
-        let (halt, hidden) = run(&mut self.session, &mut || !interrupt.load(Ordering::SeqCst));
-        self.next_hidden = hidden;
+        let (halt, not_entered) = run(&mut self.session, &mut || !interrupt.load(Ordering::SeqCst));
+        self.next_not_entered = not_entered;
         self.report_stop(&halt, &points, out);
         halt
     }

@@ -1,25 +1,25 @@
 //! Steps by source lines, into or over calls, as in gdb.
 
 use emu_core::cpu::LAST_CYCLE;
-use emu_debug::debug::{CallFlow, DebugSession, HaltReason, HaltResult, LinePosition, StepVerdict};
+use emu_debug::debug::{CallFlow, DebugSession, HaltReason, LinePosition, StepVerdict};
 
 /// Takes `count` steps, or fewer if a step stops for another reason or the user interrupts. Returns the last
 /// stop.
 pub(super) fn repeat_steps(
     count: u64,
-    go_on: &mut dyn FnMut() -> bool,
-    mut step: impl FnMut(&mut dyn FnMut() -> bool) -> HaltResult,
-) -> HaltResult {
-    let mut halt = step(go_on);
+    keep_running: &mut dyn FnMut() -> bool,
+    mut step: impl FnMut(&mut dyn FnMut() -> bool) -> HaltReason,
+) -> HaltReason {
+    let mut halt = step(keep_running);
     for _ in 1..count {
-        if halt.reason != HaltReason::Done {
+        if halt != HaltReason::Done {
             break;
         }
         // A short step does not check for an interrupt itself.
-        if !go_on() {
-            return HaltResult { reason: HaltReason::Interrupted };
+        if !keep_running() {
+            return HaltReason::Interrupted;
         }
-        halt = step(go_on);
+        halt = step(keep_running);
     }
     halt
 }
@@ -68,21 +68,21 @@ pub(super) enum LineStep {
     Forward,
 }
 
-/// Takes one step of a source line, or of one instruction without source lines. `hidden` is the number of
+/// Takes one step of a source line, or of one instruction without source lines. `not_entered` is the number of
 /// inlined functions that begin at the current instruction and are not entered yet.
 pub(super) fn line_step(
     session: &mut DebugSession,
     kind: LineStep,
-    hidden: &mut usize,
-    go_on: &mut dyn FnMut() -> bool,
-) -> HaltResult {
+    not_entered: &mut usize,
+    keep_running: &mut dyn FnMut() -> bool,
+) -> HaltReason {
     let over = kind != LineStep::Into;
-    if *hidden > 0 && !over {
-        *hidden -= 1;
-        return HaltResult { reason: HaltReason::Done };
+    if *not_entered > 0 && !over {
+        *not_entered -= 1;
+        return HaltReason::Done;
     }
     let from = session.machine().pc();
-    let mut origin = LinePosition::of(session).origin(*hidden);
+    let mut origin = LinePosition::of(session).origin(*not_entered);
     let (mut depth, mut last, mut left) = (CallDepth::default(), from, false);
     // A function without lines is left as a whole.
     let mut unlined_function = match &origin.line {
@@ -91,7 +91,7 @@ pub(super) fn line_step(
     };
     // The word after the prologue of a function that the step has entered, and its call depth.
     let mut entered: Option<(u32, i64)> = None;
-    session.step_until(LAST_CYCLE, true, go_on, &mut |session, flow, entry| {
+    session.step_until(LAST_CYCLE, true, keep_running, &mut |session, flow, entry| {
         depth.update(flow, entry);
         if depth.service > 0 {
             return false;
@@ -99,7 +99,7 @@ pub(super) fn line_step(
         let pc = session.machine().pc();
         let mut stop = |session: &DebugSession, sites: Option<usize>| {
             let byte = pc.saturating_mul(session.scope.chip().word_bytes);
-            *hidden = sites.unwrap_or_else(|| session.scope.calls().call_sites(byte));
+            *not_entered = sites.unwrap_or_else(|| session.scope.calls().call_sites(byte));
             true
         };
         if let Some((word, calls)) = entered.filter(|(_, calls)| depth.calls >= *calls) {
@@ -125,7 +125,7 @@ pub(super) fn line_step(
                     return stop(session, None);
                 }
                 // The step has returned into the middle of a line.
-                (origin, depth.calls) = (now.origin(now.hidden), 0);
+                (origin, depth.calls) = (now.origin(now.not_entered), 0);
                 return false;
             }
         }

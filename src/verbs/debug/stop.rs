@@ -1,10 +1,9 @@
 //! Reports of stops: reason, location, time, and what has changed.
 
+use emu_core::cpu::ProgramError;
 use emu_core::pins::{ChipEvent, PinLevel};
 use emu_core::table::DisassembledInstruction;
-use emu_debug::debug::{
-    AccessKind, DebugPoint, DebugPoints, HaltReason, HaltResult, ObjectExpr, PointHit, PointTrigger,
-};
+use emu_debug::debug::{AccessKind, DebugPoint, DebugPoints, HaltReason, ObjectExpr, PointHit, PointTrigger};
 use emu_debug::text_escapes::escape;
 
 use super::numbers::{hex, short_hex};
@@ -18,13 +17,13 @@ const SILENT: &str = "silent";
 
 impl DebugShell {
     /// Reports a stop. `before` is the points as they were when the run began.
-    pub(super) fn report_stop(&mut self, halt: &HaltResult, before: &DebugPoints, out: &mut String) {
-        self.set_faulted(matches!(halt.reason, HaltReason::Illegal { .. } | HaltReason::Fault { .. }));
-        let hits: &[PointHit] = if let HaltReason::Points(hits) = &halt.reason { hits } else { &[] };
+    pub(super) fn report_stop(&mut self, halt: &HaltReason, before: &DebugPoints, out: &mut String) {
+        self.set_faulted(matches!(halt, HaltReason::Error(_)));
+        let hits: &[PointHit] = if let HaltReason::Points(hits) = &halt { hits } else { &[] };
         let commands: Vec<String> =
             hits.iter().filter_map(|hit| before.get(hit.id)).flat_map(|point| point.commands.clone()).collect();
-        if self.next_hidden.is_none() && self.is_of_inlined(hits, before) {
-            self.next_hidden = Some(0);
+        if self.next_not_entered.is_none() && self.is_of_inlined(hits, before) {
+            self.next_not_entered = Some(0);
         }
         if commands.first().is_some_and(|first| first == SILENT) {
             self.select_innermost_call();
@@ -80,10 +79,10 @@ impl DebugShell {
 
     /// Prints the selected call, unless a breakpoint reports it, or a step has ended in the call of the last
     /// stop.
-    fn report_frame(&self, halt: &HaltResult, before: &DebugPoints, out: &mut String) {
+    fn report_frame(&self, halt: &HaltReason, before: &DebugPoints, out: &mut String) {
         let is_breakpoint =
             |hit: &PointHit| before.get(hit.id).is_some_and(|point| matches!(point.trigger, PointTrigger::Code(_)));
-        match &halt.reason {
+        match &halt {
             HaltReason::Points(hits) if hits.iter().any(is_breakpoint) => return,
             HaltReason::Done if self.stopped_in == self.present_call() => return,
             _ => {}
@@ -94,8 +93,8 @@ impl DebugShell {
     /// Selects the innermost call.
     fn select_innermost_call(&mut self) {
         let byte = self.session.machine().pc().saturating_mul(self.session.scope.chip().word_bytes);
-        self.hidden = self.next_hidden.take().unwrap_or_else(|| self.session.scope.calls().call_sites(byte));
-        (self.listed, self.level) = (None, self.hidden);
+        self.not_entered = self.next_not_entered.take().unwrap_or_else(|| self.session.scope.calls().call_sites(byte));
+        (self.listed, self.level) = (None, self.not_entered);
     }
 
     /// Returns whether a breakpoint of an inlined function, or of a line in it, has stopped the machine, so
@@ -123,9 +122,9 @@ impl DebugShell {
     }
 
     /// Returns the reason of a stop, one line per cause.
-    fn describe_reason(&self, halt: &HaltResult, before: &DebugPoints) -> String {
+    fn describe_reason(&self, halt: &HaltReason, before: &DebugPoints) -> String {
         let place = |word| self.word_with_rung(word);
-        match &halt.reason {
+        match &halt {
             HaltReason::Done => String::new(),
             HaltReason::Limit => format!("Cycle {} is reached\n", self.session.machine().cycle()),
             HaltReason::Halted => {
@@ -135,11 +134,11 @@ impl DebugShell {
                 "Waits: only an external stimulus can change what the program does (drive a pin, reset it, or go back)\n"
                     .to_owned()
             }
-            HaltReason::Illegal { pc, word } => {
+            HaltReason::Error(ProgramError::Illegal { pc, word }) => {
                 let digits = self.session.scope.chip().word_bytes as usize * 2;
                 format!("Illegal instruction: 0x{word:0digits$x} at {}\n", place(*pc))
             }
-            HaltReason::Fault { pc, fault } => format!("Fault of the program at {}: {fault}\n", place(*pc)),
+            HaltReason::Error(ProgramError::Fault { pc, fault }) => format!("Fault of the program at {}: {fault}\n", place(*pc)),
             HaltReason::Interrupted => "Interrupted\n".to_owned(),
             HaltReason::Beginning => "No more history: it begins here\n".to_owned(),
             HaltReason::Points(hits) => {
@@ -202,7 +201,7 @@ impl DebugShell {
         let word = self.session.machine().pc();
         let source = self.session.scope.source();
         // Before an inlined function, the location is the line of its call.
-        let call = self.current_line().filter(|_| self.hidden > 0);
+        let call = self.current_line().filter(|_| self.not_entered > 0);
         if let Some((file, number)) = call {
             let chip = self.session.scope.chip();
             let name = source.names.nearest_symbol(word.saturating_mul(chip.word_bytes)).unwrap_or_default();

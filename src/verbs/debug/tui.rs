@@ -108,9 +108,9 @@ impl DebuggedMachine for TuiSession {
         let points = self.shell.session.points.clone();
         let until = cycles.map(|cycles| self.shell.session.machine().cycle().saturating_add(cycles));
         let begin = Instant::now();
-        let go_on = &mut || host.is_none_or(|host| begin.elapsed() < host);
-        let halt = self.shell.session.run(&RunGoal { until, ..RunGoal::default() }, go_on);
-        if matches!(halt.reason, HaltReason::Limit | HaltReason::Interrupted) {
+        let keep_running = &mut || host.is_none_or(|host| begin.elapsed() < host);
+        let halt = self.shell.session.run(&RunGoal { until, ..RunGoal::default() }, keep_running);
+        if matches!(halt, HaltReason::Limit | HaltReason::Interrupted) {
             return None;
         }
         self.running = false;

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use emu_core::chip::ChipFamily;
 use emu_debug::address_names::decimal_offset;
 use emu_debug::debug::{DebugExpression, ExpressionPlace, ObjectByteLocation, ObjectExpr};
 use regex_lite::Regex;
@@ -39,7 +38,7 @@ fn computed_type(shell: &DebugShell, text: &str) -> Result<String, String> {
         return Ok("void".to_owned());
     }
     let expr = shell.parse_expression(text)?;
-    let is_avr = shell.session.scope.chip().family == ChipFamily::Avr;
+    let is_avr = shell.session.scope.chip().is_known_to_gdb();
     let known = match &expr {
         DebugExpression::Place(ExpressionPlace::Pc) if is_avr => Some("void (*)()".to_owned()),
         DebugExpression::Place(ExpressionPlace::Reg("SP")) if is_avr => Some("void *".to_owned()),
@@ -116,7 +115,7 @@ pub(super) fn info_symbol(shell: &mut DebugShell, args: &str, out: &mut String) 
 /// Returns the symbol at the target of a pointer, or at an array, in the memory of that object (8051).
 fn symbol_of_pointer(shell: &DebugShell, text: &str) -> Option<String> {
     let (scope, target) = (&shell.session.scope, shell.session.machine());
-    let expr = shell.parse_expression(text).ok().filter(|_| scope.chip().family == ChipFamily::Mcs51)?;
+    let expr = shell.parse_expression(text).ok().filter(|_| scope.chip().has_sdcc_pointers())?;
     let object = expr.object().filter(|object| !object.is_function() && !object.is_function_pointer())?;
     let object = if object.is_array() { object.clone() } else { object.pointed_object()? };
     let ObjectByteLocation::Memory(space, addr) = *object.byte_locations(target).first()? else { return None };

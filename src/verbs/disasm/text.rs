@@ -5,7 +5,7 @@
 
 use std::collections::HashSet;
 
-use emu_core::chip::{Chip, ChipFamily};
+use emu_core::chip::Chip;
 use emu_core::image::{Image, SymbolAt, WordBits};
 use emu_core::table::DisassembledInstruction;
 use emu_debug::{AddressNames, ProgramSource};
@@ -127,7 +127,7 @@ impl<'a> AssemblableText<'a> {
     /// Returns the filler for an `.org`. On AVR `.org` fills the skipped bytes with zeros by default; the
     /// erased value as filler leaves them unchanged.
     fn filler(&self) -> &'static str {
-        if self.chip.family == ChipFamily::Avr { ", 0xFF" } else { "" }
+        self.chip.family_traits().assembly.filler
     }
 
     /// Writes an `.org` unless the assembler is already at this word.
@@ -189,7 +189,7 @@ impl<'a> AssemblableText<'a> {
         meant.extend((!why.is_empty()).then(|| why.trim().to_owned()));
         // On AP101 a program may contain words that no source can produce, such as one that sets an input.
         // For other families the tests of the instruction tables cover every word.
-        let back = self.chip.family != ChipFamily::Ap101
+        let back = !self.chip.is_bit_controller()
             || emu_asm::assemble_line(self.chip, text, at).is_ok_and(|back| back == words);
         let text = if back {
             text.to_owned()

@@ -3,6 +3,7 @@
 use diag::Diagnostic;
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::Cpu;
+use emu_core::cpu::ProgramError;
 use emu_core::image::{SymbolFile, SymbolSpaces, load_messages, load_symbols};
 use emu_debug::cod::{CodOutcome, CodRefusal, CodRunLimits, CodScript, CodVerdict, run_script};
 use emu_debug::{ProgramSource, TimedDrive};
@@ -95,7 +96,7 @@ pub fn run_and_judge<C: Cpu>(
         output::print(text(cpu, &outcome, &source, drives))?;
     }
     Ok(match outcome.verdict {
-        CodVerdict::Illegal { .. } | CodVerdict::Fault { .. } => exit::FAULT,
+        CodVerdict::Error(_) => exit::FAULT,
         verdict if verdict.passed() => exit::OK,
         _ => exit::FAILED,
     })
@@ -112,8 +113,12 @@ fn sentence<C: Cpu>(cpu: &C, outcome: &CodOutcome, source: &ProgramSource<'_>, d
             let why = reset_hold(cpu, drives).map_or_else(String::new, |why| format!(": {why}"));
             format!("the program halted at {}, cycle {cycle}, without a message{why}", source.describe_word(*pc))
         }
-        CodVerdict::Illegal { pc, word } => format!("no instruction: 0x{word:04x} at {}", source.describe_word(*pc)),
-        CodVerdict::Fault { pc, fault } => format!("a fault of the program at {}: {fault}", source.describe_word(*pc)),
+        CodVerdict::Error(ProgramError::Illegal { pc, word }) => {
+            format!("no instruction: 0x{word:04x} at {}", source.describe_word(*pc))
+        }
+        CodVerdict::Error(ProgramError::Fault { pc, fault }) => {
+            format!("a fault of the program at {}: {fault}", source.describe_word(*pc))
+        }
         CodVerdict::Unsettled { cycle } => format!("chip and parts answer each other without end in cycle {cycle}"),
         CodVerdict::Refused(refusal) => refusal.to_string(),
     }
@@ -142,8 +147,8 @@ fn document<C: Cpu>(
         CodVerdict::Message { failed_assertion, .. } => ("message", failed_assertion.as_ref()),
         CodVerdict::Limit { .. } => ("limit", None),
         CodVerdict::Halted { .. } => ("halted", None),
-        CodVerdict::Illegal { .. } => ("illegal", None),
-        CodVerdict::Fault { .. } => ("fault", None),
+        CodVerdict::Error(ProgramError::Illegal { .. }) => ("illegal", None),
+        CodVerdict::Error(ProgramError::Fault { .. }) => ("fault", None),
         CodVerdict::Unsettled { .. } => ("unsettled", None),
         CodVerdict::Refused(_) => ("refused", None),
     };

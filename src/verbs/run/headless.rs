@@ -38,8 +38,8 @@ use crate::shared::{avr, family, output, pic16, scenarios, store};
 use crate::verbs::run::summary::RunSummary;
 use crate::verbs::run::{cod, lint, summary};
 
-/// A run with all its inputs.
-pub struct HeadlessRun<'a> {
+/// The job of `emu run`, for a machine of any family ([`MachineVisitor`]).
+pub struct RunJob<'a> {
     /// The flags.
     pub args: &'a RunArgs,
     /// The program.
@@ -66,7 +66,7 @@ pub struct HeadlessRun<'a> {
     pub terminal: &'a MessageStyle,
 }
 
-impl MachineVisitor for HeadlessRun<'_> {
+impl MachineVisitor for RunJob<'_> {
     type Output = Result<u8, VerbFailure>;
 
     fn visit<C: Cpu + 'static>(mut self, mut cpu: C) -> Self::Output {
@@ -102,7 +102,7 @@ impl MachineVisitor for HeadlessRun<'_> {
     }
 }
 
-impl HeadlessRun<'_> {
+impl RunJob<'_> {
     /// Returns names and source lines of the program's addresses.
     fn source(&self, chip: &'static Chip) -> ProgramSource<'_> {
         ProgramSource { names: AddressNames { chip, symbols: &self.image.symbols }, lines: &self.image.lines }
@@ -141,7 +141,8 @@ impl HeadlessRun<'_> {
             true => Some(args.scenario_flags.scenario_setup(
                 cpu,
                 &source,
-                (args, &planned, scenario.as_ref()),
+                (args, &planned),
+                scenario.as_ref(),
                 (&self.snapshot_writer, self.terminal),
             )?),
             false => None,
@@ -250,9 +251,9 @@ fn run_recorded<C: Cpu>(
     let mut wave = wave
         .map(|out| {
             let levels = shown_pin_levels(cpu, chip);
-            let columns = &trace_request.columns();
+            let wave_signals = &trace_request.wave_signals();
             let start = CycleTime::at(cpu.cycle());
-            let extras = WaveExtras { start, uart: family::has_uart(chip), columns, split: args.trace.vcd_bits };
+            let extras = WaveExtras { start, uart: family::has_uart(chip), wave_signals, split: args.trace.vcd_bits };
             WaveWriter::with_extras((out, chip, planned.clock), &levels, extras)
         })
         .transpose()

@@ -81,6 +81,6 @@ pub fn exit_code(plan: &RunPlan, ended: &RunResult, limit_requested: bool) -> u8
         RunEnd::Halted => exit::OK,
         RunEnd::Limit if limit_requested && !still_waits => exit::OK,
         RunEnd::Limit | RunEnd::Declined | RunEnd::Interrupted => exit::LIMIT,
-        RunEnd::Illegal { .. } | RunEnd::Fault { .. } => exit::FAULT,
+        RunEnd::Error(_) => exit::FAULT,
     }
 }

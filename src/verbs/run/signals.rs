@@ -1,6 +1,5 @@
 //! `--vcd-add`: resolves names of registers, memory and ladder symbols to signals.
 
-use emu_core::chip::ChipFamily;
 use emu_core::cpu::Cpu;
 use emu_debug::ProgramSource;
 use emu_debug::bit_space::BIT_SPACE;
@@ -62,7 +61,7 @@ pub fn parse_signal<C: Cpu>(
     if len > MAX_SIGNAL_BYTES {
         return Err(format!("has {len} bytes; a signal has at most {MAX_SIGNAL_BYTES}"));
     }
-    let is_single_bit = range.space == BIT_SPACE || chip.family == ChipFamily::Ap101 && width == 1;
+    let is_single_bit = range.space == BIT_SPACE || chip.is_bit_controller() && width == 1;
     if is_single_bit && len > 1 {
         return Err("names several bits; add them one by one".to_owned());
     }

@@ -1,7 +1,7 @@
 //! Summary of a run, as text and as JSON.
 
 use emu_core::chip::PinDef;
-use emu_core::cpu::{Cpu, ProgramFault};
+use emu_core::cpu::{Cpu, ProgramError, ProgramFault};
 use emu_core::pins::{PinId, PinLevel};
 use emu_debug::text_escapes::escape;
 use emu_debug::{AddressRange, CycleClock, ProgramSource, RunEnd, RunPlan, RunResult};
@@ -41,8 +41,8 @@ pub fn reason_word(reason: RunEnd) -> &'static str {
         RunEnd::Until(..) => "until",
         RunEnd::Expected => "expect-uart",
         RunEnd::Failed => "fail-uart",
-        RunEnd::Illegal { .. } => "illegal",
-        RunEnd::Fault { .. } => "fault",
+        RunEnd::Error(ProgramError::Illegal { .. }) => "illegal",
+        RunEnd::Error(ProgramError::Fault { .. }) => "fault",
         RunEnd::Declined => "timeout",
         RunEnd::Interrupted => "interrupted",
         RunEnd::Finished => "scenario",
@@ -59,7 +59,7 @@ impl<C: Cpu> RunSummary<'_, C> {
     /// next one.
     fn end_word(&self) -> u32 {
         match self.ended.reason {
-            RunEnd::Illegal { pc, .. } | RunEnd::Fault { pc, .. } => pc,
+            RunEnd::Error(ProgramError::Illegal { pc, .. } | ProgramError::Fault { pc, .. }) => pc,
             _ => self.cpu.pc(),
         }
     }
@@ -91,12 +91,12 @@ impl<C: Cpu> RunSummary<'_, C> {
             }
             RunEnd::Expected => self.plan.expect.as_deref().map(escape),
             RunEnd::Failed => self.plan.fail.as_deref().map(escape),
-            RunEnd::Illegal { .. } => Some(self.instruction()),
-            RunEnd::Fault { fault: ProgramFault::UninitialisedRead { space, addr }, .. } => {
+            RunEnd::Error(ProgramError::Illegal { .. }) => Some(self.instruction()),
+            RunEnd::Error(ProgramError::Fault { fault: ProgramFault::UninitialisedRead { space, addr }, .. }) => {
                 let (instruction, object_suffix) = (self.instruction(), self.object_suffix(space, addr.into()));
                 Some(format!("{instruction}: {space}:0x{addr:04x}{object_suffix} was read before it was written"))
             }
-            RunEnd::Fault { fault, .. } => Some(format!("{}: {fault}", self.instruction())),
+            RunEnd::Error(ProgramError::Fault { fault, .. }) => Some(format!("{}: {fault}", self.instruction())),
             RunEnd::Halted => self.reset_hold.clone(),
             RunEnd::Limit | RunEnd::Declined | RunEnd::Interrupted | RunEnd::Finished => None,
         }
@@ -176,15 +176,15 @@ pub fn report_faults<C: Cpu>(summary: &RunSummary<'_, C>, out_of_code: &str) {
     let erased = summary.source.names.chip.isa.erased_word;
     let erased_hint = format!("0x{erased:x} is erased memory: the program ran or jumped out of its code{out_of_code}");
     let (problem, hint) = match summary.ended.reason {
-        RunEnd::Illegal { word, .. } if word == erased => ("no instruction", erased_hint.as_str()),
-        RunEnd::Illegal { .. } => ("no instruction", "is the image built for this chip?"),
-        RunEnd::Fault { fault: ProgramFault::UninitialisedRead { .. }, .. } => {
+        RunEnd::Error(ProgramError::Illegal { word, .. }) if word == erased => ("no instruction", erased_hint.as_str()),
+        RunEnd::Error(ProgramError::Illegal { .. }) => ("no instruction", "is the image built for this chip?"),
+        RunEnd::Error(ProgramError::Fault { fault: ProgramFault::UninitialisedRead { .. }, .. }) => {
             ("a fault of the program", "write the cell first; after power-up RAM is undefined")
         }
-        RunEnd::Fault { fault: ProgramFault::JumpOutOfProgram { .. }, .. } => {
+        RunEnd::Error(ProgramError::Fault { fault: ProgramFault::JumpOutOfProgram { .. }, .. }) => {
             ("a fault of the program", "jump only within the program, as the program table has it")
         }
-        RunEnd::Fault { fault: ProgramFault::CycleTooLong, .. } => {
+        RunEnd::Error(ProgramError::Fault { fault: ProgramFault::CycleTooLong, .. }) => {
             ("a fault of the program", "let NA pass the last word of the program, or jump to its first one")
         }
         _ => return,

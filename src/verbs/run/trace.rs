@@ -7,7 +7,7 @@ use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
 use emu_core::image::SymbolAt;
 use emu_debug::trace::{TraceFormat, TraceLineWriter, TraceOutput, TraceProbe, TraceSignals, TraceSink, WordSet};
-use emu_debug::waveform::WaveColumn;
+use emu_debug::waveform::WaveSignal;
 use emu_debug::{ProgramSource, RunResult};
 use ladder_compile::{ImageMap, SCHEMA};
 
@@ -151,9 +151,9 @@ impl TraceFlags {
 }
 
 impl TraceRequest {
-    /// Returns the columns of the waveform in addition to the pins.
-    pub fn columns(&self) -> Vec<WaveColumn> {
-        self.signals.as_ref().map_or_else(Vec::new, TraceSignals::columns)
+    /// Returns the signals of the waveform in addition to the pins.
+    pub fn wave_signals(&self) -> Vec<WaveSignal> {
+        self.signals.as_ref().map_or_else(Vec::new, TraceSignals::wave_signals)
     }
 }
 

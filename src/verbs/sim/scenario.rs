@@ -8,6 +8,7 @@ use scenario::bind;
 use super::{MAX_VALUES, SimArgs, unsupported, write_results};
 use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::input::ReadProgram;
+use crate::shared::output::RequestedOutput;
 use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::scenarios::PlayedScenario;
 use crate::shared::{output, scenarios};
@@ -17,7 +18,7 @@ use crate::verbs::sim::trace::ScanTraceTable;
 pub fn play(
     args: &SimArgs,
     read: &ReadProgram,
-    used: &[(&str, &str)],
+    used: &[RequestedOutput<'_>],
     terminal: &MessageStyle,
 ) -> Result<u8, VerbFailure> {
     let program = &read.program;
@@ -72,6 +73,6 @@ pub fn play(
     };
     let verdict = play.finish("the run was over");
     write_results(args, program, &trace, Some(file.verdict_json(&verdict)))?;
-    let printed = used.iter().any(|(_, file)| output::is_stdout(file));
+    let printed = used.iter().any(|output| output::is_stdout(output.file));
     file.report_verdict(&PlayedScenario { steps: file.steps(), verdict: &verdict }, printed, terminal)
 }

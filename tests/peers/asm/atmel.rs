@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use emu_core::image::{ElfMachine, load};
+use emu_test_support::test_folder;
 
 use crate::corpus::differences;
-use crate::folder;
 use crate::judges::{Cells, Judge, cells};
 use crate::ours;
 
@@ -45,7 +45,7 @@ fn sources_for_atmels_assembler_give_the_bytes_of_avra() {
         let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
         let chip = text.lines().next().and_then(|line| line.strip_prefix("; chip: "));
         let chip = Judge::Avr.chip(chip.unwrap_or_else(|| panic!("{name} names no chip")));
-        let wanted = avra(&path, &home, &folder(&format!("asm-avra/{name}")), chip);
+        let wanted = avra(&path, &home, &test_folder!(&format!("asm-avra/{name}")), chip);
         assert!(!wanted.is_empty(), "{name}: avra fills nothing");
         let found = ours::cells_in(&home, &name, &text, chip).unwrap_or_else(|errors| panic!("{name}:\n{errors}"));
         let differ = differences(chip, &wanted, &found);
@@ -87,7 +87,7 @@ fn names_of_atmels_include_files_have_their_values() {
         files += 1;
         count += names.len();
         // avra does not know the device of every file that it has.
-        let home = folder(&format!("asm-avra-names/{file}"));
+        let home = test_folder!(&format!("asm-avra-names/{file}"));
         let kept: Vec<&str> = text.lines().filter(|line| !line.starts_with(".device")).collect();
         std::fs::write(home.join(&file), kept.join("\n")).expect("an include file");
         let line = |n: &String| format!(" .dw low({n})|(high({n})<<8), byte3({n})|(byte4({n})<<8)\n");

@@ -17,8 +17,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use emu_core::Chip;
 use emu_core::table::find_row;
+use emu_test_support::test_folder;
 
-use crate::folder;
 use crate::judges::{Cells, Judge, home};
 use crate::ours;
 
@@ -59,7 +59,7 @@ impl Source {
         // Tests that run in parallel assemble the same source, each in its own folder.
         static NUMBER: AtomicU32 = AtomicU32::new(0);
         let what = format!("{}/{}", self.judge.name(), self.name);
-        let own = folder(&format!("asm-{}/{what}", NUMBER.fetch_add(1, Ordering::Relaxed)));
+        let own = test_folder!(&format!("asm-{}/{what}", NUMBER.fetch_add(1, Ordering::Relaxed)));
         let verdict = self.judge.assemble(&home(self.judge), &self.name, self.chip, &own);
         let expected = |line: &&String| {
             self.expected_codes.iter().any(|n| line.contains(&format!("[{n}]")) || line.contains(&format!("[{n:0>3}]")))

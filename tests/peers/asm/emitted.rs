@@ -4,15 +4,15 @@
 use std::path::{Path, PathBuf};
 
 use emu_core::chip::ChipFamily;
+use emu_test_support::test_folder;
 use ladder_compile::{CompileOptions, assembly, compile, targets};
 
-use crate::folder;
 use crate::judges::{Judge, cells};
 
 #[test]
 #[ignore = "needs gpasm, as31, sdas8051, avr-as"]
 fn sources_assemble_elsewhere_too() {
-    let out = folder("emit");
+    let out = test_folder!("emit");
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
     let mut programs: Vec<PathBuf> = std::fs::read_dir(examples)
         .expect("examples")

@@ -4,9 +4,9 @@
 //! Its output is checked too, so that a line is removed when that assembler is fixed.
 
 use emu_test_support::case_lines;
+use emu_test_support::test_folder;
 
 use crate::corpus::Source;
-use crate::folder;
 use crate::judges::{Cells, Judge};
 use crate::ours;
 
@@ -46,7 +46,7 @@ fn faults_of_the_assemblers_are_as_listed() {
             chip,
             expected_codes: Vec::new(),
         };
-        let dir = folder("asm-faults");
+        let dir = test_folder!("asm-faults");
         std::fs::write(dir.join(&source.name), &source.text).expect("a source");
         let found = judge.assemble(&dir, &source.name, chip, &dir);
         let found = found.cells.map_or("-".to_owned(), |cells| shown(&cells, chip.code_space));

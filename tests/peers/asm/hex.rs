@@ -3,8 +3,8 @@
 use std::process::Command;
 
 use crate::corpus::sources;
-use crate::folder;
 use crate::judges::{Judge, home, product};
+use emu_test_support::test_folder;
 
 #[test]
 #[ignore = "needs gputils: .ci/peers installs it"]
@@ -12,7 +12,7 @@ fn hex_files_of_pic16_are_those_of_gpasm_and_gplink() {
     let mut wrong = Vec::new();
     let all = sources(Judge::Gpasm);
     for source in &all {
-        let out = folder(&format!("asm-hex/{}", source.name));
+        let out = test_folder!(&format!("asm-hex/{}", source.name));
         Judge::Gpasm.assemble(&home(Judge::Gpasm), &source.name, source.chip, &out);
         let file = home(Judge::Gpasm).join(&source.name);
         let mut emu = Command::new(env!("CARGO_BIN_EXE_emu"));

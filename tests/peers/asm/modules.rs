@@ -7,10 +7,10 @@ use std::process::Command;
 
 use emu_asm::{AssembleOptions, assemble};
 use emu_core::rng::Rng;
+use emu_test_support::{random_seed, test_folder};
 
 use crate::corpus::differences;
 use crate::judges::{Cells, Judge, cells};
-use crate::{folder, seed};
 
 /// Sources of SDCC's library, as Debian's `sdcc-libraries` installs them.
 const LIBRARY: &str = "/usr/share/sdcc/lib/src";
@@ -65,7 +65,7 @@ fn compare(home: &Path, source: &str) -> Option<String> {
 #[test]
 #[ignore = "needs sdcc with the sources of its library: .ci/peers installs them"]
 fn modules_of_sdccs_library_are_those_of_sdas8051_and_sdld() {
-    let home = folder("asm-modules");
+    let home = test_folder!("asm-modules");
     let mut sources: Vec<PathBuf> = std::fs::read_dir(LIBRARY)
         .expect("sources of the library")
         .filter_map(|entry| Some(entry.ok()?.path()))
@@ -167,8 +167,8 @@ fn random_module(rng: &mut Rng) -> String {
 #[test]
 #[ignore = "needs sdas8051 and sdld"]
 fn random_areas_lie_where_sdld_puts_them() {
-    let home = folder("asm-areas");
-    let seed = seed();
+    let home = test_folder!("asm-areas");
+    let seed = random_seed();
     println!("EMU_SEED={seed}");
     let mut rng = Rng::new(seed);
     for _ in 0..300 {

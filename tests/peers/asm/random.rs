@@ -7,11 +7,11 @@ use emu_core::Chip;
 use emu_core::chip::ChipFamily;
 use emu_core::rng::Rng;
 use emu_core::table::{InstructionRow, OperandSlot};
+use emu_test_support::{random_seed, test_folder};
 
 use crate::corpus::{Source, differences};
-use crate::folder;
 use crate::judges::Judge;
-use crate::{ours, seed};
+use crate::ours;
 
 /// Writes a non-negative number in one notation.
 type Form = fn(i32) -> String;
@@ -199,13 +199,13 @@ fn program(judge: Judge, rng: &mut Rng) -> (Source, usize) {
 #[test]
 #[ignore = "needs as31, sdcc, gputils and binutils-avr: .ci/peers installs them"]
 fn random_programs_give_the_bytes_of_their_assemblers() {
-    let seed = seed();
+    let seed = random_seed();
     println!("seed {seed:#x}");
     let mut wrong = Vec::new();
     for judge in Judge::ALL {
         let mut rng = Rng::new(seed ^ judge as u64);
         let mut lines = 0;
-        let dir = folder(&format!("asm-random-{}", judge.name()));
+        let dir = test_folder!(&format!("asm-random-{}", judge.name()));
         while lines < 30_000 {
             let (source, written) = program(judge, &mut rng);
             lines += written;

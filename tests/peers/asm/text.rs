@@ -2,9 +2,9 @@
 //! each assembler.
 
 use emu_asm::{AssembleOptions, assemble};
+use emu_test_support::test_folder;
 
 use crate::corpus::differences;
-use crate::folder;
 use crate::judges::{Judge, cells};
 
 /// Bytes that are not ASCII: from code pages, from UTF-8, from both.
@@ -75,7 +75,7 @@ const LINES: &[(Judge, &str, &str, &[&str])] = &[
 fn texts_of_any_encoding() {
     let mut wrong = Vec::new();
     for (judge, chip, frame, lines) in LINES {
-        let (home, chip, mut same) = (folder(&format!("asm-text-{}", judge.name())), judge.chip(chip), 0);
+        let (home, chip, mut same) = (test_folder!(&format!("asm-text-{}", judge.name())), judge.chip(chip), 0);
         for line in *lines {
             for text in TEXTS {
                 let whole = frame.replacen('@', line, 1);

@@ -4,12 +4,11 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs;
-use std::path::Path;
 
-use emu_test_support::assert_file;
+use emu_test_support::{assert_file, run_tool, test_folder};
 
 use crate::harness;
-use crate::tools::{folder, run, source};
+use crate::tools::source;
 use crate::uart::sent_by_wire;
 
 /// Enough cycles for the complete program, which ends with a sleep with interrupts disabled.
@@ -74,17 +73,17 @@ fn cell(value: &str, wanted: &str) -> String {
 #[test]
 #[ignore = "needs avr-gcc and simavr: .ci/peers installs them"]
 fn every_cycle_fact_is_as_the_data_sheet_says() {
-    let dir = folder("avrfacts");
+    let dir = test_folder!("avrfacts");
     let sources = ["facts.c", "serial.c", "timers.c", "core.S", "parts.S", "boot.S"];
     let sources = sources.map(|name| source(&format!("tests/peers/avrfacts/{name}")));
     let mut args = vec!["-mmcu=atmega328p", "-DF_CPU=16000000", "-Os", "-Wall", "-Wextra", BOOT, "-o", "facts.elf"];
     args.extend(sources.iter().map(|path| path.to_str().expect("a path")));
-    run(Path::new("avr-gcc"), &args, &dir);
+    run_tool("avr-gcc", &args, &dir);
     // simavr does not load sections of an ELF file other than .text and .data.
-    run(Path::new("avr-objcopy"), &["-O", "binary", "facts.elf", "facts.bin"], &dir);
+    run_tool("avr-objcopy", &["-O", "binary", "facts.elf", "facts.bin"], &dir);
 
     let ours = figures(&sent_by_wire(&dir.join("facts.elf"), CYCLES));
-    let theirs = figures(&run(&harness("simavr_uart"), &["facts.bin", &CYCLES.to_string(), "wire"], &dir).stdout);
+    let theirs = figures(&run_tool(harness("simavr_uart"), &["facts.bin", &CYCLES.to_string(), "wire"], &dir).stdout);
 
     let parts = facts(include_str!("facts.txt"));
     let names: Vec<&String> = parts.iter().flat_map(|part| &part.1).map(|fact| &fact.name).collect();

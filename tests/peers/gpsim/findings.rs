@@ -6,9 +6,9 @@
 use emu_core::image::{Image, Segment, write_hex};
 use emu_core::{Cpu, StopReason};
 use emu_pic16::chips;
+use emu_test_support::test_folder;
 
 use crate::drive::{VIEW, View, gpsim, machine, there, view};
-use crate::folder;
 
 const FILES: [&str; 2] = [include_str!("findings.txt"), include_str!("facts.txt")];
 
@@ -97,7 +97,7 @@ fn our_machine_does_what_the_sheets_say() {
 #[ignore = "needs gpsim"]
 fn gpsim_does_what_is_written_of_it() {
     let mut wrong = Vec::new();
-    let folder = folder("gpsim-findings");
+    let folder = test_folder!("gpsim-findings");
     for line in lines() {
         let mut parts: Vec<(u32, &[u8])> = line.code.iter().map(|s| (s.addr, s.bytes.as_slice())).collect();
         parts.push((0x400E, &CONFIG));

@@ -8,10 +8,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use emu_core::Chip;
 use emu_pic16::chips::{self, FileSlot};
 use emu_pic16::isa::{ROWS, disassemble};
+use emu_test_support::{random_seed, test_folder};
 
 use crate::batch::{Batch, CASES, CLRW, CORE, Case, Kind, STORAGE, batch, kinds};
 use crate::drive::{View, gpsim, image, machine};
-use crate::{folder, seed};
 
 /// Minimum number of states compared per row.
 const ENOUGH: u64 = 10_000;
@@ -153,7 +153,7 @@ fn run(rows: &[Kind], watchdog: bool, seed: u64, tally: &Mutex<Tally>) {
     };
     std::thread::scope(|scope| {
         for worker in 0..WORKERS {
-            let (work, folder) = (&work, folder(&format!("gpsim-{worker}-{watchdog}")));
+            let (work, folder) = (&work, test_folder!(&format!("gpsim-{worker}-{watchdog}")));
             scope.spawn(move || work(&folder));
         }
     });
@@ -162,7 +162,7 @@ fn run(rows: &[Kind], watchdog: bool, seed: u64, tally: &Mutex<Tally>) {
 #[test]
 #[ignore = "needs gpsim"]
 fn all_rows_beside_gpsim() {
-    let seed = seed();
+    let seed = random_seed();
     println!("EMU_SEED {seed:#x}");
     let rows = kinds();
     let none = || vec![0; ROWS.len()];

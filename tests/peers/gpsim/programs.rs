@@ -12,9 +12,9 @@ use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::{Chip, Cpu};
 use emu_pic16::{Pic16, chips};
 use emu_test_support::case_lines;
+use emu_test_support::test_folder;
 
 use crate::drive::{VIEW, gpsim, image, machine};
-use crate::folder;
 
 const DIFFERENCES: &str = include_str!("programs/differences.txt");
 
@@ -136,7 +136,7 @@ fn ours(chip: &'static Chip, program: &Program, hex: &str) -> Vec<u8> {
 #[ignore = "needs gpasm and gpsim"]
 fn programs_beside_gpsim() {
     let chip = chips::chip("pic16f877a").expect("a chip of the family");
-    let folder = folder("gpsim-programs");
+    let folder = test_folder!("gpsim-programs");
     let mut found = BTreeMap::new();
     let mut cells = 0;
     for program in programs() {
@@ -168,7 +168,7 @@ fn programs_beside_gpsim() {
 #[ignore = "needs gpasm"]
 fn hex_files_of_the_benches_are_their_sources() {
     let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/programs_pic");
-    let folder = folder("gpsim-benches");
+    let folder = test_folder!("gpsim-benches");
     for name in ["alu", "crc", "tmr0int", "ladder", "wdtsleep", "t1sleep"] {
         let hex = sources.join(format!("{name}.hex"));
         let kept = std::fs::read_to_string(&hex).unwrap_or_else(|e| panic!("{}: {e}", hex.display()));

@@ -7,9 +7,9 @@ use emu_8051::{Mcs51, chips};
 use emu_core::image::{Image, Segment};
 use emu_core::{Cpu, RamInit};
 use emu_test_support::case_lines;
+use emu_test_support::test_folder;
 
 use crate::drive::s51_script;
-use crate::folder;
 
 const LINES: &str = include_str!("findings.txt");
 /// Every program reaches its final jump to itself before this number of instructions or cycles.
@@ -81,7 +81,8 @@ fn s51_still_differs() {
     for finding in findings() {
         let parts: Vec<(u32, &[u8])> = finding.code.iter().map(|s| (s.addr, s.bytes.as_slice())).collect();
         let dumps = [("iram", 0, 128), ("sfr", 128, 128)];
-        let said = s51_script(finding.chip, &parts, &format!("pc 0\nstep {LONG}\n"), &dumps, &folder("s51-findings"));
+        let said =
+            s51_script(finding.chip, &parts, &format!("pc 0\nstep {LONG}\n"), &dumps, &test_folder!("s51-findings"));
         let found = values(finding.s51, |space, addr| match space {
             "idata" => said.dumps[0][usize::from(addr)],
             _ => said.dumps[1][usize::from(addr) - 128],

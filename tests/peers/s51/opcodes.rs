@@ -9,11 +9,11 @@ use emu_8051::isa::disassemble;
 use emu_8051::{Mcs51, chips};
 use emu_core::image::{Image, Segment};
 use emu_core::{Cpu, RamInit, StopReason};
+use emu_test_support::{random_seed, test_folder};
 
 use crate::batch::{Batch, CASES, Case, EACH, batch};
 use crate::drive::{Run, s51};
 use crate::program::{RESULT, XDATA, at, gave};
-use crate::{folder, seed};
 
 /// Minimum number of states compared completely per opcode.
 const ENOUGH: u64 = 10_000;
@@ -167,14 +167,14 @@ fn work(seed: u64, next: &AtomicU64, batches: u64, tally: &Mutex<Tally>, folder:
 #[test]
 #[ignore = "needs s51"]
 fn all_opcodes_beside_s51() {
-    let seed = seed();
+    let seed = random_seed();
     println!("EMU_SEED {seed:#x}");
     let next = AtomicU64::new(0);
     let tally = Mutex::new(Tally { whole: [0; 256], in_part: vec![[0; 256]; LEFT_OUT.len()], wrong: Vec::new() });
     std::thread::scope(|scope| {
         for worker in 0..WORKERS {
             let (next, tally) = (&next, &tally);
-            scope.spawn(move || work(seed, next, BATCHES, tally, &folder(&format!("s51-{worker}"))));
+            scope.spawn(move || work(seed, next, BATCHES, tally, &test_folder!(&format!("s51-{worker}"))));
         }
     });
     let tally = tally.into_inner().expect("no worker panicked");

@@ -11,8 +11,9 @@ use std::process::Command;
 use emu_8051::{Mcs51, chips};
 use emu_core::image::{Image, load_hex};
 use emu_core::{Chip, ChipEvent, Cpu, Probe, RamInit, StopReason};
+use emu_test_support::{run_tool, test_folder};
 
-use crate::tools::{folder, run, source};
+use crate::tools::source;
 
 /// A read of this XDATA address ends a program.
 const END: u16 = 0x7654;
@@ -39,7 +40,7 @@ fn chip() -> &'static Chip {
 
 /// Compiles `NAME.c` for a memory model, with one macro defined, to a HEX file in a separate folder.
 pub fn build(name: &str, model: &str, way: &str) -> String {
-    let dir = folder(&format!("s51_programs/{name}-{model}-{way}"));
+    let dir = test_folder!(&format!("s51_programs/{name}-{model}-{way}"));
     let (c, include) = (source(&format!("tests/peers/s51_programs/{name}.c")), source("tests/peers/s51_programs"));
     let args = [
         "-mmcs51",
@@ -54,7 +55,7 @@ pub fn build(name: &str, model: &str, way: &str) -> String {
         "-o",
         "program.ihx",
     ];
-    run(Path::new("sdcc"), &args, &dir);
+    run_tool("sdcc", &args, &dir);
     dir.join("program.ihx").to_string_lossy().into_owned()
 }
 

@@ -4,6 +4,7 @@
 use emu_check::via::script::{ScanRecord, ServeScript, SlotNumbering};
 use emu_check::via::serve::{ServedForm, run_interpreted, run_native, run_on_chip};
 use emu_core::rng::Rng;
+use emu_test_support::random_seed;
 use ladder_compile::emit::{EmittedSource, bytecode, c};
 use ladder_compile::ir::{BitRole, Ir, WordRole};
 
@@ -108,7 +109,7 @@ struct Case {
 
 /// Returns `count` programs; EMU_SEED shifts their seeds.
 fn cases(count: u64) -> Vec<Case> {
-    let first = crate::seed() * 1000;
+    let first = random_seed() * 1000;
     let wish = |seed: u64| WISHES[(seed % WISHES.len() as u64) as usize];
     (first..first + count).map(|seed| Case { seed, ir: random_ir(&mut Rng::new(seed), wish(seed)) }).collect()
 }

@@ -3,9 +3,11 @@
 use emu_avr::{Avr, chips::ATMEGA328P};
 use emu_core::image::{ElfMachine, load};
 use emu_core::{Cpu, CycleTime, PinLevel, RamInit, StopReason};
+use emu_test_support::{run_tool, test_folder};
+use ladder_compile::PinAssignment;
 use ladder_compile::emit::arduino::{SketchOptions, emit};
 
-use crate::tools::{folder, run, source};
+use crate::tools::source;
 
 /// `milliseconds | level of the input before each scan | output after it`, with scans of 10 ms.
 const CASES: &str = "
@@ -23,14 +25,14 @@ fn inputs_are_debounced() {
     let text =
         "LDmicro0.1\nCYCLE=10000\nCRYSTAL=16000000\nIO LIST\nEND\nPROGRAM\nRUNG\nCONTACTS Xa 0\nCOIL Ya 0 0 0\nEND\n";
     let program = ladder::parse("follow.ld", text).unwrap_or_else(|e| panic!("{e:?}")).program;
-    let dir = folder("sources/debounce");
+    let dir = test_folder!("sources/debounce");
     for case in CASES.lines().filter(|line| !line.is_empty()) {
         let fields: Vec<&str> = case.split('|').map(str::trim).collect();
         let debounce_ms = fields[0].parse().unwrap_or_else(|e| panic!("{case}: {e}"));
-        let pins = vec![("Xa".to_owned(), "PD2".to_owned()), ("Ya".to_owned(), "PB0".to_owned())];
+        let pins = vec![PinAssignment::new("Xa", "PD2"), PinAssignment::new("Ya", "PB0")];
         let sketch = emit(&program, &SketchOptions { pins, debounce_ms }).unwrap_or_else(|e| panic!("{e:?}"));
         std::fs::write(dir.join("follow.ino"), &sketch.source.text).unwrap_or_else(|e| panic!("{e}"));
-        run(&source("emu-check/src/via/arduino.sh"), &["follow.ino", "./follow.elf"], &dir);
+        run_tool(source("emu-check/src/via/arduino.sh"), &["follow.ino", "./follow.elf"], &dir);
         let bytes = std::fs::read(dir.join("follow.elf")).unwrap_or_else(|e| panic!("{e}"));
         let loaded = load("follow.elf", &bytes, ATMEGA328P.hex_spaces, ATMEGA328P.elf_spaces, ElfMachine::AVR);
         let mut cpu = Avr::new(&ATMEGA328P, &loaded.unwrap_or_else(|e| panic!("{e:?}")).image, RamInit::Random(1));

@@ -4,16 +4,17 @@
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use emu_test_support::{run_tool, test_folder};
 use ladder_compile::emit::{bytecode, c};
 
-use crate::tools::{folder, run, source};
+use crate::tools::source;
 
 /// Writes the welder source to a separate folder. The arc starts one second after the trigger, and the motor
 /// stays on for one second.
 fn welder(name: &str, file: &str, text: impl Fn(&ladder::LadderProgram) -> String) -> std::path::PathBuf {
     let ld = std::fs::read_to_string(source("examples/welder.ld")).unwrap_or_else(|e| panic!("{e}"));
     let program = ladder::parse("welder.ld", &ld).unwrap_or_else(|e| panic!("{e:?}")).program;
-    let dir = folder(name);
+    let dir = test_folder!(name);
     std::fs::write(dir.join(file), text(&program)).unwrap_or_else(|e| panic!("{e}"));
     dir
 }
@@ -63,7 +64,7 @@ fn c_on_a_computer() {
     let main = example("c/pc.c");
     let mut args = STRICT.to_vec();
     args.extend(["-DPROGRAM=\"welder.c\"", "-DINPUTS=1", "-DOUTPUTS=2", "-I.", &main, "-o", "welder"]);
-    run(Path::new("gcc"), &args, &dir);
+    run_tool("gcc", &args, &dir);
     assert_eq!(answers(&dir.join("welder")), wanted());
 }
 
@@ -75,7 +76,7 @@ fn byte_code_on_a_computer() {
     let (main, plc) = (interpreter("pc.c"), interpreter("plc.c"));
     let mut args = STRICT.to_vec();
     args.extend(["-DPROGRAM=\"welder.inc\"", "-I.", &main, &plc, "-o", "welder"]);
-    run(Path::new("gcc"), &args, &dir);
+    run_tool("gcc", &args, &dir);
     assert_eq!(answers(&dir.join("welder")), wanted());
 }
 
@@ -86,10 +87,10 @@ fn c_for_chips_compiles() {
     let main = example("c/avr.c");
     let mut args = STRICT.to_vec();
     args.extend(["-mmcu=atmega328p", "-Os", "-DPROGRAM=\"welder.c\"", "-I.", &main, "-o", "welder.elf"]);
-    run(Path::new("avr-gcc"), &args, &dir);
+    run_tool("avr-gcc", &args, &dir);
     let main = example("c/mcs51.c");
     let args = ["-mmcs51", "--std-c89", "--Werror", "-DPROGRAM=\"welder.c\"", "-I.", &main, "-o", "welder.ihx"];
-    run(Path::new("sdcc"), &args, &dir);
+    run_tool("sdcc", &args, &dir);
 }
 
 #[test]

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use emu_check::CheckOptions;
 use emu_check::via::serve::ServedForm;
 use emu_check::via::{SourceCheckReport, SourceRoute, check, check_many};
+use emu_test_support::random_seed;
 use ladder::LadderProgram;
 
 use crate::random::Generator;
-use crate::seed;
 use crate::text::texts;
 
 fn parse(file: &str, text: &str) -> LadderProgram {
@@ -41,12 +41,12 @@ fn tables() -> Vec<LadderProgram> {
 }
 
 fn random(count: u64) -> Vec<LadderProgram> {
-    let first = seed() * 10_000;
+    let first = random_seed() * 10_000;
     (first..first + count).map(|seed| parse(&format!("random {seed}"), &Generator::program(seed))).collect()
 }
 
 fn options(scans: u64) -> CheckOptions {
-    CheckOptions { seed: seed(), scans, ..CheckOptions::default() }
+    CheckOptions { seed: random_seed(), scans, ..CheckOptions::default() }
 }
 
 fn agreed(program: &LadderProgram, report: &SourceCheckReport) {

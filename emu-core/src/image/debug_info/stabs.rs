@@ -72,7 +72,7 @@ struct OpenBlock {
 struct StabReader<'b> {
     info: DebugInfo,
     types: StabTypes,
-    /// Units that other formats tell of.
+    /// Units with debug information in other formats.
     first_unit: usize,
     /// Addresses of global variables, sizes of functions.
     symbols: SymbolTable<'b>,

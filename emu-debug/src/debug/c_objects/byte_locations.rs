@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use emu_core::chip::ChipFamily;
 use emu_core::image::{AVR_DATA, ByteLocation};
 
 use super::{ObjectBase, ObjectExpr};
@@ -56,7 +55,7 @@ impl ObjectExpr {
             ObjectBase::At(addr) => {
                 let addr = addr.value(target).and_then(|addr| addr.checked_add(first));
                 let Some(addr) = addr.and_then(|addr| u32::try_from(addr).ok()) else { return missing() };
-                let is_data = addr < 0x1_0000 && chip.family != ChipFamily::Mcs51;
+                let is_data = addr < 0x1_0000 && !chip.has_sdcc_pointers();
                 let addr = if is_data { addr | AVR_DATA } else { addr };
                 (0..bytes).map(|n| in_memory(addr.saturating_add(n))).collect()
             }
@@ -88,7 +87,7 @@ impl ObjectExpr {
                 let cell = |at: ByteLocation| match at {
                     ByteLocation::Memory(address) => in_memory(address),
                     // On the 8051, the places where a call saves registers are unknown.
-                    ByteLocation::Register(number) if chip.family == ChipFamily::Mcs51 => {
+                    ByteLocation::Register(number) if chip.has_sdcc_pointers() => {
                         let bank = target.reg("PSW").unwrap_or(0) & 0x18;
                         match frame.word == target.pc() {
                             true => ObjectByteLocation::Memory(chip.ram_space, bank + u32::from(number)),

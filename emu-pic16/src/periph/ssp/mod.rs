@@ -4,7 +4,7 @@
 //! In I2C mode the port pulls SCL and SDA low or leaves them open ([`Pic16Drive::Low`],
 //! [`Pic16Drive::Open`]). The level of each line arrives by [`Device::on_line_changed`], at the same
 //! clock if the port itself caused it. [`Device::run_due`] must be called at exactly the clocks that
-//! [`Device::next_clock`] returns, so that the port reads its lines in time.
+//! [`Device::next_deadline`] returns, so that the port reads its lines in time.
 
 mod master;
 mod regs;

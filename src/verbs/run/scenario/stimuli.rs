@@ -50,7 +50,8 @@ impl ScenarioFlags {
         &self,
         cpu: &C,
         source: &ProgramSource<'_>,
-        (args, planned, file): (&RunArgs, &PlannedRun, Option<&ScenarioFile>),
+        (args, planned): (&RunArgs, &PlannedRun),
+        file: Option<&ScenarioFile>,
         (snapshot_writer, terminal): (&SnapshotWriter, &MessageStyle),
     ) -> Result<ScenarioSetup, VerbFailure> {
         let has_byte = |space: &str, addr: u32| cpu.peek(space, addr).is_some();
