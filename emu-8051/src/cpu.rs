@@ -3,10 +3,9 @@
 use std::sync::Arc;
 
 use emu_core::chip::Chip;
-use emu_core::cpu::{Bus, Cpu, Probe, RamInit, ResetCause, StopReason, rewrite_bit};
-use emu_core::engine::{self, CpuEngine, RunState};
+use emu_core::cpu::{Bus, Cpu, Probe, RamInit, ResetCause, rewrite_bit};
+use emu_core::engine::RunState;
 use emu_core::image::Image;
-use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
 use emu_core::state::SnapshotDamaged;
 
@@ -113,11 +112,6 @@ impl Mcs51 {
         mcs51
     }
 
-    /// Enables (the default) or disables skipping of polling loops. Results do not change, only the run time.
-    pub fn set_skip_idle_loops(&mut self, on: bool) {
-        self.run_state.skip_idle_loops = on;
-    }
-
     /// Enables or disables (the default) reporting of the bus edges of MOVX to probes; they are many.
     pub fn set_bus_on_pins(&mut self, on: bool) {
         self.soc.set_bus_on_pins(on);
@@ -174,7 +168,11 @@ impl Mcs51 {
     }
 }
 
+emu_core::cpu_parts!(Mcs51, Mcs51Soc);
+
 impl Cpu for Mcs51 {
+    emu_core::run_by_engine!();
+
     fn chip(&self) -> &'static Chip {
         &self.part.chip
     }
@@ -189,14 +187,6 @@ impl Cpu for Mcs51 {
         self.core = CoreRegisters { clock: self.core.clock, ..CoreRegisters::START };
         self.run_state.breakpoint_to_pass = None;
         self.soc.reset(why, now);
-    }
-
-    fn cycle(&self) -> u64 {
-        self.core.clock.now()
-    }
-
-    fn instructions(&self) -> u64 {
-        self.core.clock.instructions()
     }
 
     fn pc(&self) -> u32 {
@@ -307,47 +297,9 @@ impl Cpu for Mcs51 {
         }
     }
 
-    fn pin_level(&self, pin: PinId) -> PinLevel {
-        self.soc.level(pin)
-    }
-
-    fn byte_in_stop_bit(&self) -> Option<u8> {
-        self.soc.byte_in_stop_bit()
-    }
-
-    fn drive(&mut self, at: CycleTime, pin: PinId, level: PinLevel) {
-        let now = self.cycle();
-        self.soc.drive(at.cycle, now, pin, level);
-        self.core.clock.expire();
-    }
-
-    fn save(&self) -> Vec<u8> {
-        self.to_snapshot()
-    }
-
     fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotDamaged> {
         *self = self.restored(bytes)?;
         Ok(())
-    }
-
-    fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
-        engine::run(self, until, probe)
-    }
-
-    fn is_asleep(&self) -> bool {
-        CpuEngine::is_core_asleep(self)
-    }
-
-    fn set_run_while_halted(&mut self, on: bool) {
-        self.run_state.run_while_halted = on;
-    }
-
-    fn is_blocked_on_input(&mut self) -> bool {
-        engine::is_blocked_on_input(self)
-    }
-
-    fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
-        engine::step_until(self, until, probe)
     }
 }
 

@@ -409,39 +409,15 @@ macro_rules! execute_op {
     };
 }
 
-/// Fetches and executes the instruction at the program counter.
-macro_rules! burst_loop {
-    ($executor:ident, $ops:ident) => {{
-        let m = &mut $executor;
-        let op: &Mcs51Op = &$ops[m.core.pc as u16 as usize];
-        if P::INSN
-            && op.kind as u8 != Kind::Breakpoint as u8
-            && m.probe.on_instruction(m.core.clock.now(), m.core.pc & 0xFFFF)
-        {
-            m.core.stop_requested = true;
-            m.core.clock.expire();
-            break;
-        }
-        execute_op!(m, op, {
-            m.core.slow_path_requested = true;
-            m.core.clock.expire();
-        });
-    }};
-}
-
 impl<P: Probe> Executor<'_, P> {
-    /// Executes instructions until the deadline; returns the registers of the core. The loop body is written
-    /// twice, so that there are two indirect jumps, which the host predicts better than one.
+    /// Executes instructions until the deadline; returns the registers of the core.
     #[inline(never)]
     pub(crate) fn burst(self, ops: &[Mcs51Op; ADDRESS_SPACE]) -> CoreRegisters {
         let mut executor = self;
-        while executor.core.clock.is_before_deadline() {
-            burst_loop!(executor, ops);
-            if !executor.core.clock.is_before_deadline() {
-                break;
-            }
-            burst_loop!(executor, ops);
-        }
+        let m = &mut executor;
+        emu_core::burst_loop!(m, op = ops[m.core.pc as u16 as usize], m.core.pc & 0xFFFF, {
+            execute_op!(m, op, emu_core::leave_burst!(m));
+        });
         executor.core
     }
 

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use emu_core::engine::InstructionMark;
+use emu_core::engine::{InstructionMark, LoopPlan};
 use emu_core::state::MemoryChanges;
 use emu_core::table::{InstructionLocation, MatchedRow, PredecodedOp};
 
@@ -25,27 +25,8 @@ pub(crate) enum XdataBus {
     Absent,
 }
 
-/// A polling loop or a countdown loop.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct LoopPlan {
-    /// Its first instruction.
-    pub head: u32,
-    /// Direct addresses of the registers of the chip that it reads.
-    pub registers_read: Vec<u8>,
-    /// Whether it clears the watchdog.
-    pub clears_watchdog: bool,
-    /// The byte that it counts down, if it does nothing else.
-    pub counted_byte: Option<LoopCounter>,
-}
-
-/// The counter of a DJNZ.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum LoopCounter {
-    /// A register of the selected bank.
-    Reg(u8),
-    /// A byte of RAM.
-    Ram(u8),
-}
+/// In the number of a counter byte: it is a register of the selected bank instead of an address of RAM.
+pub(crate) const BANKED: u16 = 0x100;
 
 /// Program memory as bytes and as ops.
 #[derive(Debug, Clone)]
@@ -186,17 +167,17 @@ impl CodeMemory {
         let is_complete = starts.last() == Some(&end) && !jumps_into_instruction;
         (is_complete && !registers_read.iter().any(|&addr| volatile_register(addr))).then_some(LoopPlan {
             head,
-            registers_read,
+            registers_read: registers_read.into_iter().map(u16::from).collect(),
             clears_watchdog,
-            counted_byte: None,
+            counter: Vec::new(),
         })
     }
 
     /// The loop from `head` to the DJNZ `op` at `end`, if there are only NOPs between them.
     fn countdown_loop(&self, op: Mcs51Op, head: u32, end: u32) -> Option<LoopPlan> {
         let counter = match op.kind {
-            Kind::DjnzReg => LoopCounter::Reg(op.args[0]),
-            Kind::DjnzRam => LoopCounter::Ram(op.args[0]),
+            Kind::DjnzReg => BANKED | u16::from(op.args[0]),
+            Kind::DjnzRam => u16::from(op.args[0]),
             _ => return None,
         };
         let only_nops = (head..end).all(|pc| decode(self.bytes_at(pc), pc, self.xdata_bus).kind == Kind::Nop);
@@ -204,7 +185,7 @@ impl CodeMemory {
             head,
             registers_read: Vec::new(),
             clears_watchdog: false,
-            counted_byte: Some(counter),
+            counter: vec![counter],
         })
     }
 }

@@ -9,7 +9,7 @@
 
 use std::collections::VecDeque;
 
-use emu_core::cpu::{Bus, BusEffect, NEVER, ResetCause};
+use emu_core::cpu::{NEVER, ResetCause};
 use emu_core::external_io::{DriveQueue, EventLog};
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel, PinState};
 
@@ -17,6 +17,7 @@ mod baud;
 mod bus;
 mod clock;
 mod irq;
+mod movx;
 mod power;
 mod regs;
 mod state;
@@ -28,9 +29,10 @@ use crate::periph::ports::{Mcs51Ports, PINS};
 use crate::periph::serial::{SerialEdge, SerialLine, SerialPort, SerialStep};
 use crate::periph::timer::Mcs51Timers;
 use crate::periph::timer2::Mcs51Timer2;
+use crate::periph::{Device, Mcs51Outbox};
 use baud::BaudClock;
-pub use bus::BusTransfer;
 use irq::InterruptSystem;
+pub use movx::BusTransfer;
 use power::{Mcs51Watchdog, PowerState};
 
 /// The chip without its core and memories.
@@ -152,31 +154,10 @@ impl Mcs51Soc {
         self.next_interrupt_boundary = 0;
     }
 
-    /// Drives a pin from outside at the machine cycle `at`, or immediately if that is in the past.
-    pub fn drive(&mut self, at: u64, now: u64, pin: PinId, level: PinLevel) {
-        self.run(now);
-        let at = at.max(now);
-        self.drives.push(at, (pin, level));
-        self.update_deadline();
-        self.run(now);
-    }
-
-    /// Level of a pin after everything that was executed so far; [`PinLevel::Float`] if the pin does not
-    /// exist.
-    #[must_use]
-    pub fn level(&self, pin: PinId) -> PinLevel {
-        self.ports.pin(pin).level()
-    }
-
     /// All pins.
     #[must_use]
     pub fn pins(&self) -> &[PinState] {
         self.ports.pins()
-    }
-
-    /// Removes and returns the oldest logged event.
-    pub fn next_event(&mut self) -> Option<ChipEvent> {
-        self.log.pop()
     }
 
     /// The latch of port 2.
@@ -256,29 +237,17 @@ impl Mcs51Soc {
             self.next_interrupt_boundary = 0;
             match pin {
                 pin::INT0 | pin::INT1 => {
-                    let n = usize::from(pin == pin::INT1);
-                    self.timers.advance_to(t.saturating_sub(1));
-                    self.timers.pin_int(n, high, t);
-                    self.interrupts.external[n].sample(high, t);
+                    self.timers.on_line_changed(pin, high, t, &mut Mcs51Outbox::new());
+                    self.interrupts.external[usize::from(pin == pin::INT1)].sample(high, t);
                 }
-                pin::T0 | pin::T1 => {
-                    self.timers.advance_to(t.saturating_sub(1));
-                    self.timers.pin_t(usize::from(pin == pin::T1), high, t);
-                }
+                pin::T0 | pin::T1 => self.timers.on_line_changed(pin, high, t, &mut Mcs51Outbox::new()),
                 pin::RXD => {
                     self.pass_ticks(t.saturating_sub(1));
                     self.serial.set_rxd_level(high);
                 }
-                pin::T2 => {
+                pin::T2 | pin::T2EX => {
                     if let Some(timer2) = &mut self.timer2 {
-                        timer2.advance_to(t.saturating_sub(1));
-                        timer2.pin_t2(high, t);
-                    }
-                }
-                pin::T2EX => {
-                    if let Some(timer2) = &mut self.timer2 {
-                        timer2.advance_to(t.saturating_sub(1));
-                        timer2.pin_t2ex(high, t);
+                        timer2.on_line_changed(pin, high, t, &mut Mcs51Outbox::new());
                     }
                 }
                 _ => self.power.set_reset_pin(high && !self.ports.rst_high, t + self.stopped_cycles),
@@ -346,142 +315,5 @@ impl Mcs51Soc {
         let edge = self.edges.front().map_or(NEVER, |edge| edge.at.cycle);
         let toggle = self.next_toggle().map_or(NEVER, |(state, _)| state / 6);
         self.deadline = edge.min(toggle).min(self.sample_at).min(self.next_serial()).min(self.watchdog.next());
-    }
-}
-
-impl Bus for Mcs51Soc {
-    fn read(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
-        let due = self.next_due() <= now;
-        self.run(now);
-        let addr = reg as u8;
-        if is_counter_register(addr) {
-            self.sync_timers(self.to_oscillator_time(now));
-        }
-        let hold = self.readings.read_holds_interrupts && matches!(addr, sfr::IE | sfr::IP);
-        let wake =
-            BusEffect(if due { BusEffect::RECHECK.0 } else { 0 } | if hold { BusEffect::HOLD_INTERRUPTS.0 } else { 0 });
-        (self.read_sfr(addr), wake)
-    }
-
-    fn read_latch(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
-        match port_of(reg as u8).filter(|&port| !self.is_port_missing(port)) {
-            Some(port) => (self.ports.latch(port), BusEffect::NONE),
-            None => self.read(reg, now),
-        }
-    }
-
-    fn peek(&self, reg: u16, now: u64) -> u8 {
-        let mut soc = self.clone();
-        soc.run(now);
-        soc.sync_timers(soc.to_oscillator_time(now));
-        soc.read_sfr(reg as u8)
-    }
-
-    fn write(&mut self, reg: u16, value: u8, now: u64) -> BusEffect {
-        self.write_bits(reg, 0xFF, value, now)
-    }
-
-    fn write_bits(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> BusEffect {
-        let due = self.next_due() <= now;
-        self.run(now);
-        let t = self.to_oscillator_time(now);
-        let addr = reg as u8;
-        if let Some(port) = port_of(addr) {
-            // A user can write while the oscillator is stopped; events have the time of the machine cycle.
-            let ahead = now.saturating_sub(self.power.stopped_at(now));
-            self.stopped_cycles += ahead;
-            let quiet = self.write_port(port, mask, value, t);
-            self.stopped_cycles -= ahead;
-            return if quiet && !due { BusEffect::NONE } else { BusEffect::RECHECK };
-        }
-        let logged = self.log.len();
-        self.sync_timers(t);
-        self.write_sfr(addr, mask, value, t);
-        self.update_deadline();
-        self.next_interrupt_boundary = self.next_interrupt(t);
-        // The core need not check before its next deadline unless something is due sooner.
-        let sooner =
-            self.next_due().min(self.next_interrupt_boundary.saturating_add(self.stopped_cycles)) < self.core_deadline;
-        let seen = sooner || due || self.log.len() != logged || addr == sfr::PCON;
-        match addr {
-            sfr::IE | sfr::IP => BusEffect(BusEffect::RECHECK.0 | BusEffect::HOLD_INTERRUPTS.0),
-            _ if seen => BusEffect::RECHECK,
-            _ => BusEffect::NONE,
-        }
-    }
-
-    fn fire(&mut self, now: u64) -> u64 {
-        self.run(now);
-        self.core_deadline = self.next_due();
-        if self.power.is_core_stopped() {
-            return self.core_deadline;
-        }
-        let t = self.to_oscillator_time(now);
-        if self.next_interrupt_boundary <= t {
-            self.sync_boundary(t);
-            self.next_interrupt_boundary = self.next_interrupt(t);
-        }
-        self.core_deadline = self.core_deadline.min(self.next_interrupt_boundary.saturating_add(self.stopped_cycles));
-        self.core_deadline
-    }
-
-    fn steady_until(&self, reg: u16, now: u64) -> u64 {
-        if self.next_due() <= now { now } else { self.sfr_steady_until(reg as u8, now) }
-    }
-
-    fn pending_interrupt(&self, now: u64) -> Option<u8> {
-        if self.next_due() <= now {
-            let mut soc = self.clone();
-            soc.run(now);
-            return soc.pending_interrupt(now);
-        }
-        let t = self.to_oscillator_time(now);
-        if self.next_interrupt_boundary > t || self.power.is_core_stopped() {
-            return None;
-        }
-        if self.timers_synced_to < t {
-            let mut soc = self.clone();
-            soc.sync_timers(t);
-            return soc.interrupt_to_serve(t);
-        }
-        self.interrupt_to_serve(t)
-    }
-
-    fn acknowledge_interrupt(&mut self, vector: u8, now: u64) {
-        self.run(now);
-        let t = self.to_oscillator_time(now);
-        self.sync_timers(t);
-        self.pcon &= !power::IDL;
-        self.watchdog.resume(t);
-        self.enter(vector);
-        self.update_deadline();
-        self.next_interrupt_boundary = 0;
-    }
-
-    fn can_wake(&self, interrupts_enabled: bool) -> bool {
-        let _ = interrupts_enabled;
-        self.can_wake_up()
-    }
-
-    fn is_busy(&self) -> bool {
-        let receives = self.serial.rx_ticks_to_next_step().is_some() && self.next_serial() != NEVER;
-        let frames = self.serial.is_busy() || receives || self.serial.next_shift_cycle() != NEVER;
-        frames || self.next_toggle().is_some() || self.drives.next_cycle() != NEVER || !self.edges.is_empty()
-    }
-}
-
-/// Whether a register depends on the counts of timers.
-const fn is_counter_register(addr: u8) -> bool {
-    matches!(addr, sfr::TCON..=sfr::TH1 | sfr::T2CON..=sfr::TH2)
-}
-
-/// The number of the port at a direct address.
-const fn port_of(addr: u8) -> Option<usize> {
-    match addr {
-        sfr::P0 => Some(0),
-        sfr::P1 => Some(1),
-        sfr::P2 => Some(2),
-        sfr::P3 => Some(3),
-        _ => None,
     }
 }

@@ -4,27 +4,19 @@ use std::sync::Arc;
 
 use emu_core::cpu::Cpu;
 use emu_core::engine::RunState;
-use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape, load_state, save_state};
+use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape, load_state};
 
 use crate::core_state::CoreRegisters;
 use crate::cpu::Mcs51;
 use crate::executor::ADDRESS_SPACE;
 
 impl Mcs51 {
-    /// The state of this machine as bytes.
-    pub(crate) fn to_snapshot(&self) -> Vec<u8> {
-        let mut copy = self.clone();
-        let now = copy.cycle();
-        copy.soc.normalize(now);
-        save_state(&mut copy)
-    }
-
     /// A copy of this machine with the state in `bytes`.
     pub(crate) fn restored(&self, bytes: &[u8]) -> Result<Mcs51, SnapshotDamaged> {
         let mut copy = self.clone();
         load_state(&mut copy, bytes)?;
         // Bytes can describe a state that no machine reaches and that cannot be saved again.
-        load_state(&mut self.clone(), &copy.to_snapshot())?;
+        load_state(&mut self.clone(), &copy.save())?;
         Ok(copy)
     }
 }

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use emu_core::chip::Chip;
-use emu_core::cpu::{Cpu, NEVER, Probe, ResetCause, StopReason, Subcycle};
+use emu_core::cpu::{Bus, Cpu, Probe, ResetCause, StopReason, Subcycle};
+use emu_core::engine::RunState;
+use emu_core::external_io::OutsideInput;
 use emu_core::image::Image;
 use emu_core::pins::{CycleTime, PinId, PinLevel};
-use emu_core::state::SnapshotDamaged;
 
 use crate::chips::{AP101, POWER_PIN};
 use crate::config::{Ap101Config, InputSampling, MODULES, OUTPUTS, ProgramEntry};
@@ -46,8 +47,7 @@ pub struct Ap101 {
     pub(crate) running_program: Option<usize>,
     /// Number of program cycles that took longer than the period.
     pub(crate) overruns: u16,
-    /// The breakpoint that stopped the last run; the next run passes it once.
-    pub(crate) breakpoint_to_pass: Option<u32>,
+    pub(crate) run_state: RunState,
     pub(crate) repetition: RepetitionDetector,
 }
 
@@ -87,7 +87,7 @@ impl Ap101 {
             program_index: 0,
             running_program: None,
             overruns: 0,
-            breakpoint_to_pass: None,
+            run_state: RunState::START,
             repetition: RepetitionDetector::START,
         };
         machine.start(true);
@@ -104,12 +104,6 @@ impl Ap101 {
     #[must_use]
     pub const fn hz(&self) -> u64 {
         self.hz
-    }
-
-    /// Enables (the default) or disables skipping of repeated program cycles. Results do not change, only the
-    /// run time.
-    pub fn set_skip_idle_loops(&mut self, on: bool) {
-        self.repetition.skip_idle_loops = on;
     }
 
     /// Whether no instruction is next: outputs are reloaded, a period is not over, no program is enabled, or
@@ -144,6 +138,8 @@ impl Ap101 {
     }
 }
 
+emu_core::cpu_parts!(Ap101, Ap101Soc);
+
 impl Cpu for Ap101 {
     fn chip(&self) -> &'static Chip {
         &AP101
@@ -161,21 +157,13 @@ impl Cpu for Ap101 {
         }
     }
 
-    fn cycle(&self) -> u64 {
-        self.core.clock.now()
-    }
-
-    fn instructions(&self) -> u64 {
-        self.core.clock.instructions()
-    }
-
     fn pc(&self) -> u32 {
         self.core.next_address % SPAN as u32
     }
 
     fn set_pc(&mut self, pc: u32) {
         self.core.next_address = pc % SPAN as u32;
-        (self.fetched_word, self.breakpoint_to_pass) = (None, None);
+        (self.fetched_word, self.run_state.breakpoint_to_pass) = (None, None);
         self.core.clock.expire();
         self.forget_repetition();
     }
@@ -262,12 +250,8 @@ impl Cpu for Ap101 {
         let pc = pc % SPAN as u32;
         if self.code.has_breakpoint(pc) != on {
             Arc::make_mut(&mut self.code).set_breakpoint(pc, on);
-            self.breakpoint_to_pass = self.breakpoint_to_pass.filter(|&passing| on || passing != pc);
+            self.run_state.breakpoint_to_pass = self.run_state.breakpoint_to_pass.filter(|&p| on || p != pc);
         }
-    }
-
-    fn pin_level(&self, pin: PinId) -> PinLevel {
-        self.soc.level(pin)
     }
 
     fn has_pin(&self, pin: PinId) -> bool {
@@ -284,9 +268,9 @@ impl Cpu for Ap101 {
     }
 
     fn drive(&mut self, at: CycleTime, pin: PinId, level: PinLevel) {
-        let clock = at.cycle.saturating_mul(CLOCKS).saturating_add(at.phase.into());
-        let now = CLOCKS * self.cycle() + u64::from(self.fetched_word.is_some());
-        self.soc.drive(clock.max(now).min(NEVER - 1), pin, level);
+        let now = self.cycle();
+        let earliest = CycleTime { cycle: now, phase: self.fetched_word.is_some().into() };
+        self.soc.queue_input(at.max(earliest), now, OutsideInput::Level(pin, level));
     }
 
     /// M is 0 after a cold start, so no bit of it is ever unknown.
@@ -294,21 +278,8 @@ impl Cpu for Ap101 {
         None
     }
 
-    fn save(&self) -> Vec<u8> {
-        self.to_snapshot()
-    }
-
-    fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotDamaged> {
-        *self = self.restored(bytes)?;
-        Ok(())
-    }
-
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
         self.run_to::<P, true>(until, probe)
-    }
-
-    fn set_run_while_halted(&mut self, on: bool) {
-        self.repetition.run_while_halted = on;
     }
 
     /// Continues even if nothing changes any more, where [`Cpu::run`] halts.

@@ -4,7 +4,7 @@
 //! them in host registers. Memory is borrowed.
 
 use emu_core::countdown::Countdown;
-use emu_core::cpu::Probe;
+use emu_core::cpu::{Bus, BusEffect, Probe};
 use emu_core::dispatch;
 use emu_core::lint::Lint;
 
@@ -152,9 +152,9 @@ impl<P: Probe> Executor<'_, P> {
         if P::DATA || P::LINT {
             self.report_bit_access(place, bit, true);
         }
-        let changed = write_location(self.soc, place, bit, self.core.clock.now());
+        let effect = self.soc.write(place.0, bit.into(), self.cycle());
         // The event of an edge is reported at the next boundary.
-        if P::EVENTS && changed {
+        if P::EVENTS && effect.contains(BusEffect::RECHECK) {
             self.core.clock.expire();
         }
     }
@@ -168,35 +168,6 @@ impl<P: Probe> Executor<'_, P> {
         } else {
             self.report_lint(Lint::PresetPort { module: n, why: "no NOP with data follows" });
         }
-    }
-}
-
-/// Writes to a location; the change is visible from the machine cycle `next` on. Returns true if a pin
-/// changes.
-#[inline(never)]
-fn write_location(soc: &mut Ap101Soc, place: BitAddress, bit: bool, next: u64) -> bool {
-    match place.location() {
-        BitLocation::Output(n) => return soc.write_output(n, bit, next),
-        BitLocation::Cell(cell) if cell >= M_START || !soc.reads_inputs_live() => soc.set(cell, bit),
-        BitLocation::Module(n) => {
-            let cycle_start = soc.cycle_start();
-            soc.module_mut(n).write(bit, next, cycle_start);
-        }
-        BitLocation::Running(n) if bit => soc.module_mut(n).clear(next),
-        _ => {}
-    }
-    false
-}
-
-/// Reads a location in the machine cycle `now`.
-#[inline(never)]
-fn read_location(soc: &Ap101Soc, place: BitAddress, now: u64) -> bool {
-    match place.location() {
-        BitLocation::Cell(cell) => soc.get(cell),
-        BitLocation::Output(n) => soc.get(IMAGE_START + n),
-        BitLocation::Module(n) => soc.module(n).q(now),
-        BitLocation::Running(n) => soc.module(n).is_running(now),
-        BitLocation::Port(_) | BitLocation::Nothing(_) => false,
     }
 }
 
@@ -243,7 +214,7 @@ impl<P: Probe> Ap101Machine for Executor<'_, P> {
 
     #[inline(always)]
     fn read_bit(&mut self, place: BitAddress) -> bool {
-        let bit = read_location(self.soc, place, self.cycle());
+        let bit = self.soc.read(place.0, self.cycle()).0 != 0;
         if P::DATA || P::LINT {
             self.report_bit_access(place, bit, false);
         }

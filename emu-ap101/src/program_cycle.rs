@@ -8,7 +8,8 @@
 //! ```
 //! Only the program cycle has instructions. The other phases pass in one step, up to what is due next.
 
-use emu_core::cpu::{LAST_CYCLE, NEVER, Probe, ProgramFault, StopReason, Subcycle};
+use emu_core::bus::report_events;
+use emu_core::cpu::{Bus, LAST_CYCLE, NEVER, Probe, ProgramFault, StopReason, Subcycle};
 use emu_core::lint::Lint;
 use emu_core::pins::CycleTime;
 
@@ -48,7 +49,7 @@ impl Ap101 {
     pub(crate) fn run_to<P: Probe, const HALTS: bool>(&mut self, until: u64, probe: &mut P) -> StopReason {
         let until = until.min(LAST_CYCLE);
         let now = self.core.clock.now();
-        self.soc.log.set_enabled(P::EVENTS, now, std::iter::empty());
+        self.soc.set_event_log(P::EVENTS, now);
         loop {
             let mut already_checked = false;
             if let Some(stop) = self.handle_boundary::<P, HALTS>(until, &mut already_checked, probe) {
@@ -62,7 +63,7 @@ impl Ap101 {
             }
             if let Some(stop) = self.execute_one(already_checked, probe) {
                 // Drives that were applied before the stop are reported first.
-                self.report_events(probe);
+                self.core.stop_requested |= report_events(&mut self.soc, probe);
                 return stop;
             }
         }
@@ -83,7 +84,9 @@ impl Ap101 {
             let at_instruction_boundary = self.fetched_word.is_none();
             let mut next = None;
             if at_instruction_boundary {
-                if self.soc.fire(CLOCKS * now, self.phase != ProgramPhase::NoSupply) {
+                let due = self.soc.next();
+                self.soc.fire(now);
+                if self.soc.next() != due {
                     self.forget_repetition();
                 }
                 self.update_supply(now);
@@ -96,7 +99,7 @@ impl Ap101 {
                     next = Some((program_index, self.repeated_cycles(now)));
                 }
             }
-            self.report_events(probe);
+            self.core.stop_requested |= report_events(&mut self.soc, probe);
             if std::mem::take(&mut self.core.stop_requested) {
                 return Some(StopReason::Probe);
             }
@@ -107,14 +110,14 @@ impl Ap101 {
                 if let Some((program_index, repetition_cycles)) = next {
                     if let Some(repetition_cycles) = repetition_cycles.filter(|_| HALTS) {
                         let due = self.soc.next();
-                        if !self.repetition.run_while_halted
+                        if !self.run_state.run_while_halted
                             && due == NEVER
                             && self.has_no_more_overruns(repetition_cycles)
                         {
                             return Some(StopReason::Halted);
                         }
                         let jumps =
-                            self.repetition.skip_idle_loops && !needs_slow_path::<P>() && !self.code.has_breakpoints();
+                            self.run_state.skip_idle_loops && !needs_slow_path::<P>() && !self.code.has_breakpoints();
                         if jumps && self.skip_repetitions(repetition_cycles, until.min(due / CLOCKS)) {
                             continue;
                         }
@@ -135,7 +138,7 @@ impl Ap101 {
             }
             // Inputs were latched at the first clock of the cycle. What is driven in the second clock is
             // visible to live inputs.
-            let fired = self.soc.fire(CLOCKS * now + CLOCKS - 1, self.phase != ProgramPhase::NoSupply);
+            let fired = self.soc.apply_drives(CLOCKS * now + CLOCKS - 1);
             if fired {
                 self.forget_repetition();
             }
@@ -148,7 +151,7 @@ impl Ap101 {
                 }
                 ProgramPhase::Reload { from, .. } => from + self.soc.channels(),
                 ProgramPhase::Ready { at } if now < at => at,
-                ProgramPhase::NoSupply | ProgramPhase::Ready { .. } if idle && !self.repetition.run_while_halted => {
+                ProgramPhase::NoSupply | ProgramPhase::Ready { .. } if idle && !self.run_state.run_while_halted => {
                     return Some(StopReason::Halted);
                 }
                 ProgramPhase::NoSupply | ProgramPhase::Ready { .. } => NEVER,
@@ -161,15 +164,6 @@ impl Ap101 {
         }
     }
 
-    /// Reports pin events to the probe.
-    fn report_events<P: Probe>(&mut self, probe: &mut P) {
-        if P::EVENTS {
-            while let Some(event) = self.soc.log.pop() {
-                self.core.stop_requested |= probe.on_event(event);
-            }
-        }
-    }
-
     /// Handles a supply that comes or goes, and a request for a cold start.
     fn update_supply(&mut self, now: u64) {
         let events = self.soc.take_supply_events();
@@ -177,6 +171,7 @@ impl Ap101 {
             (false, false) => {
                 self.lose_supply(now);
                 self.phase = ProgramPhase::NoSupply;
+                self.soc.is_supplied = false;
             }
             (false, true) if events.was_lost => {
                 let cold = self.soc.has_clear_request();
@@ -204,11 +199,12 @@ impl Ap101 {
         if cold {
             self.soc.clear(&self.config);
         }
-        (self.overruns, self.running_program, self.breakpoint_to_pass) = (0, None, None);
+        (self.overruns, self.running_program, self.run_state.breakpoint_to_pass) = (0, None, None);
         self.forget_repetition();
         self.program_index = self.choose_program().unwrap_or(0);
         self.core.next_address = self.code.programs.get(self.program_index).map_or(0, |ops| ops.program.start.into());
         self.phase = ProgramPhase::Reload { from: now, due: None };
+        self.soc.is_supplied = true;
     }
 
     /// Whether NA is after the last word of the running program.
@@ -280,7 +276,7 @@ impl Ap101 {
         self.core = executor.burst(&ops.ops);
         if self.core.clock.instructions() != counted {
             self.ric = self.code.word(self.core.last);
-            self.breakpoint_to_pass = None;
+            self.run_state.breakpoint_to_pass = None;
         }
         if self.core.next_address == SPAN as u32 && !self.is_at_program_end() {
             self.core.next_address = 0;
@@ -291,8 +287,8 @@ impl Ap101 {
     /// one.
     fn stop_at_instruction<P: Probe>(&mut self, now: u64, probe: &mut P) -> Option<StopReason> {
         let pc = self.core.next_address % SPAN as u32;
-        if self.code.has_breakpoint(pc) && self.breakpoint_to_pass != Some(pc) {
-            self.breakpoint_to_pass = Some(pc);
+        if self.code.has_breakpoint(pc) && self.run_state.breakpoint_to_pass != Some(pc) {
+            self.run_state.breakpoint_to_pass = Some(pc);
             return Some(StopReason::Breakpoint { pc });
         }
         (P::INSN && probe.on_instruction(now, pc)).then_some(StopReason::Probe)
@@ -308,7 +304,7 @@ impl Ap101 {
             if !already_checked && let Some(stop) = self.stop_at_instruction(now, probe) {
                 return Some(stop);
             }
-            self.breakpoint_to_pass = None;
+            self.run_state.breakpoint_to_pass = None;
             let previous_ric = std::mem::replace(&mut self.ric, self.code.word(pc));
             self.fetched_word = Some(previous_ric);
             self.core.next_address = pc + 1;

@@ -60,10 +60,6 @@ enum RepetitionState {
 /// way of running it halts in the same cycle.
 #[derive(Debug, Clone)]
 pub(crate) struct RepetitionDetector {
-    /// Whether repetitions are skipped.
-    pub skip_idle_loops: bool,
-    /// Whether a run continues to its limit even if the machine has settled.
-    pub run_while_halted: bool,
     /// The cycle of the next check.
     next_check: u64,
     pause_cycles: u64,
@@ -129,8 +125,6 @@ impl Ap101 {
 impl RepetitionDetector {
     /// The initial state.
     pub(crate) const START: RepetitionDetector = RepetitionDetector {
-        skip_idle_loops: true,
-        run_while_halted: false,
         next_check: FIRST_PAUSE_CYCLES,
         pause_cycles: FIRST_PAUSE_CYCLES,
         state: RepetitionState::Unknown,
@@ -140,7 +134,7 @@ impl RepetitionDetector {
 impl Ap101 {
     /// Restarts the detection: something from outside has changed the machine.
     pub(crate) fn forget_repetition(&mut self) {
-        let RepetitionDetector { next_check: at, pause_cycles: blind, state: known, .. } = &mut self.repetition;
+        let RepetitionDetector { next_check: at, pause_cycles: blind, state: known } = &mut self.repetition;
         (*at, *blind, *known) =
             (self.core.clock.now() + FIRST_PAUSE_CYCLES, FIRST_PAUSE_CYCLES, RepetitionState::Unknown);
     }

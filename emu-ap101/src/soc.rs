@@ -1,13 +1,16 @@
 //! The parts around the core: input latches, M, output channels, modules, and their pins.
 
-use emu_core::external_io::{DriveQueue, EventLog};
+use std::convert::Infallible;
+
+use emu_core::cpu::{Bus, BusEffect, NEVER};
+use emu_core::external_io::{DriveQueue, EventLog, OutsideInput};
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
 
 use crate::chips::{CLEAR_PIN, FIRST_OUTPUT, PIN_COUNT, POWER_PIN};
 use crate::config::{Ap101Config, INPUTS, InputSampling, MODULES, OUTPUTS};
 use crate::modules::Ap101Module;
-use crate::operands::{CELL_COUNT, IMAGE_START, M_START};
+use crate::operands::{BitAddress, BitLocation, CELL_COUNT, IMAGE_START, M_START};
 
 /// Clocks per machine cycle.
 pub(crate) const CLOCKS: u64 = 2;
@@ -17,19 +20,19 @@ const ENABLES: u16 = M_START + 248;
 
 /// Channels, memory and modules.
 #[derive(Debug, Clone)]
-pub(crate) struct Ap101Soc {
+pub struct Ap101Soc {
     /// Input latches, then M with the images of outputs. With live inputs, a latch is the level of its pin.
-    pub cells: [bool; CELL_COUNT],
+    pub(crate) cells: [bool; CELL_COUNT],
     /// The bistables of the outputs.
     outputs: [bool; OUTPUTS as usize],
     /// The outputs that the present program cycle has written.
     written_outputs: [bool; OUTPUTS as usize],
-    pub modules: Box<[Ap101Module; MODULES]>,
+    pub(crate) modules: Box<[Ap101Module; MODULES]>,
     /// Levels driven on the pins from outside.
     driven_levels: Box<[PinLevel; PIN_COUNT]>,
     /// Future drives; their times are in clocks.
     drives: DriveQueue,
-    pub log: EventLog,
+    pub(crate) log: EventLog,
     input_channels: u16,
     output_channels: u16,
     reads_inputs_live: bool,
@@ -37,7 +40,9 @@ pub(crate) struct Ap101Soc {
     cycle_start: u64,
     /// Whether an output has changed or the program has changed a preset, which a comparison of two states
     /// cannot show.
-    pub has_changed: bool,
+    pub(crate) has_changed: bool,
+    /// Whether the machine works, so that its pins have an effect: it has its supply since the last boundary.
+    pub(crate) is_supplied: bool,
     /// Whether the supply was lost since the last boundary.
     supply_was_lost: bool,
     /// Whether a cold start was requested since the last boundary.
@@ -56,7 +61,7 @@ impl SnapshotState for Ap101Soc {
     fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         #[rustfmt::skip]
         let Ap101Soc {
-            log, input_channels: _, output_channels: _, reads_inputs_live: _, cells, outputs, written_outputs: written, modules, driven_levels: outside, drives, cycle_start: begun, has_changed: moved, supply_was_lost: dipped, cold_start_requested: rose,
+            log, input_channels: _, output_channels: _, reads_inputs_live: _, is_supplied: _, cells, outputs, written_outputs: written, modules, driven_levels: outside, drives, cycle_start: begun, has_changed: moved, supply_was_lost: dipped, cold_start_requested: rose,
         } = self;
         *begun = tape.now();
         cells.pass_state(tape)?;
@@ -94,6 +99,7 @@ impl Ap101Soc {
             reads_inputs_live: inputs == InputSampling::Live,
             cycle_start: 0,
             has_changed: false,
+            is_supplied: false,
             supply_was_lost: false,
             cold_start_requested: false,
         }
@@ -113,56 +119,38 @@ impl Ap101Soc {
         self.input_channels == INPUTS && self.output_channels == OUTPUTS
     }
 
-    /// The level of a pin.
-    pub(crate) fn level(&self, pin: PinId) -> PinLevel {
-        match pin {
-            FIRST_OUTPUT..POWER_PIN if self.has_pin(pin) => PinLevel::from_bit(self.output(pin - FIRST_OUTPUT)),
-            FIRST_OUTPUT..POWER_PIN => PinLevel::Float,
-            _ => match self.driven_levels.get(usize::from(pin)) {
-                None | Some(PinLevel::Float) => PinLevel::Float,
-                Some(&level) => PinLevel::from_bit(is_high(level)),
-            },
-        }
-    }
-
-    /// Queues a drive of a pin at a clock.
-    pub(crate) fn drive(&mut self, clock: u64, pin: PinId, level: PinLevel) {
-        self.drives.push(clock, (pin, level));
-    }
-
     /// The clock of the next drive, or [`NEVER`](emu_core::cpu::NEVER).
     #[inline(always)]
     pub(crate) fn next(&self) -> u64 {
         self.drives.next_cycle()
     }
 
-    /// Applies drives up to the clock `now`; returns true if there were any. `supplied` means that the
-    /// machine has its supply.
+    /// Applies drives up to the clock `now`; returns true if there were any.
     #[inline(always)]
-    pub(crate) fn fire(&mut self, now: u64, supplied: bool) -> bool {
-        self.drives.next_cycle() <= now && self.drive_up_to(now, supplied)
+    pub(crate) fn apply_drives(&mut self, now: u64) -> bool {
+        self.drives.next_cycle() <= now && self.drive_up_to(now)
     }
 
-    /// As [`Ap101Soc::fire`], if there is a drive.
+    /// As [`Ap101Soc::apply_drives`], if there is a drive.
     #[cold]
-    fn drive_up_to(&mut self, now: u64, supplied: bool) -> bool {
+    fn drive_up_to(&mut self, now: u64) -> bool {
         let mut fired = false;
         while self.drives.next_cycle() <= now {
             let clock = self.drives.next_cycle();
             let Some((pin, level)) = self.drives.pop_due(now) else { break };
             let at = CycleTime { cycle: clock / CLOCKS, phase: (clock % CLOCKS) as u8 };
-            self.apply_level(at, pin, level, supplied);
+            self.apply_level(at, pin, level);
             fired = true;
         }
         fired
     }
 
     /// Applies a drive of a pin.
-    fn apply_level(&mut self, at: CycleTime, pin: PinId, level: PinLevel, supplied: bool) {
+    fn apply_level(&mut self, at: CycleTime, pin: PinId, level: PinLevel) {
         if (FIRST_OUTPUT..POWER_PIN).contains(&pin) {
             // A drive of an output changes its bistable but not its image. A drive without a level, or
             // without supply, has no effect.
-            if matches!(level, PinLevel::Low | PinLevel::High) && supplied && self.has_pin(pin) {
+            if matches!(level, PinLevel::Low | PinLevel::High) && self.is_supplied && self.has_pin(pin) {
                 self.set_output(pin - FIRST_OUTPUT, level == PinLevel::High, at);
             }
             return;
@@ -177,7 +165,7 @@ impl Ap101Soc {
         }
         match pin {
             POWER_PIN => self.supply_was_lost |= after == PinLevel::Low,
-            CLEAR_PIN => self.cold_start_requested |= supplied && is_high(level) && !was_high,
+            CLEAR_PIN => self.cold_start_requested |= self.is_supplied && is_high(level) && !was_high,
             _ if self.reads_inputs_live && pin < self.input_channels => self.set(pin, is_high(level)),
             _ => {}
         }
@@ -265,11 +253,6 @@ impl Ap101Soc {
         self.modules.iter().filter(|module| module.exists())
     }
 
-    /// The first machine cycle of the present program cycle.
-    pub(crate) const fn cycle_start(&self) -> u64 {
-        self.cycle_start
-    }
-
     /// Whether inputs are read live.
     pub(crate) const fn reads_inputs_live(&self) -> bool {
         self.reads_inputs_live
@@ -347,5 +330,108 @@ impl Ap101Soc {
                 self.set(bit, enabled);
             }
         }
+    }
+}
+
+impl Ap101Soc {
+    /// Reads a location in the machine cycle `now`.
+    #[inline(never)]
+    fn read_location(&self, place: BitAddress, now: u64) -> bool {
+        match place.location() {
+            BitLocation::Cell(cell) => self.get(cell),
+            BitLocation::Output(n) => self.get(IMAGE_START + n),
+            BitLocation::Module(n) => self.module(n).q(now),
+            BitLocation::Running(n) => self.module(n).is_running(now),
+            BitLocation::Port(_) | BitLocation::Nothing(_) => false,
+        }
+    }
+
+    /// Writes to a location; the change is visible from the machine cycle `next` on. Returns true if a pin
+    /// changes.
+    #[inline(never)]
+    fn write_location(&mut self, place: BitAddress, bit: bool, next: u64) -> bool {
+        match place.location() {
+            BitLocation::Output(n) => return self.write_output(n, bit, next),
+            BitLocation::Cell(cell) if cell >= M_START || !self.reads_inputs_live => self.set(cell, bit),
+            BitLocation::Module(n) => {
+                let cycle_start = self.cycle_start;
+                self.module_mut(n).write(bit, next, cycle_start);
+            }
+            BitLocation::Running(n) if bit => self.module_mut(n).clear(next),
+            _ => {}
+        }
+        false
+    }
+}
+
+/// A register is a [`BitAddress`], and its value is 0 or 1.
+impl Bus for Ap101Soc {
+    type Request = Infallible;
+
+    #[inline(always)]
+    fn read(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
+        (self.read_location(BitAddress(reg), now).into(), BusEffect::NONE)
+    }
+
+    fn peek(&self, reg: u16, now: u64) -> u8 {
+        self.read_location(BitAddress(reg), now).into()
+    }
+
+    #[inline(always)]
+    fn write(&mut self, reg: u16, value: u8, now: u64) -> BusEffect {
+        let changed = self.write_location(BitAddress(reg), value & 1 != 0, now.wrapping_add(1));
+        if changed { BusEffect::RECHECK } else { BusEffect::NONE }
+    }
+
+    fn write_bits(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> BusEffect {
+        if mask & 1 != 0 { self.write(reg, value, now) } else { BusEffect::NONE }
+    }
+
+    /// Applies the drives at the first clock of the cycle `now`, and all before.
+    #[inline(always)]
+    fn fire(&mut self, now: u64) -> u64 {
+        self.apply_drives(CLOCKS * now);
+        if self.next() == NEVER { NEVER } else { self.next().div_ceil(CLOCKS) }
+    }
+
+    fn is_core_stopped(&self) -> bool {
+        !self.is_supplied
+    }
+
+    /// Only a drive of the supply or of CLEAR starts a machine that does not run.
+    fn can_wake(&self, _: bool) -> bool {
+        false
+    }
+
+    fn is_busy(&self) -> bool {
+        self.next() != NEVER
+    }
+
+    fn level(&self, pin: PinId) -> PinLevel {
+        match pin {
+            FIRST_OUTPUT..POWER_PIN if self.has_pin(pin) => PinLevel::from_bit(self.output(pin - FIRST_OUTPUT)),
+            FIRST_OUTPUT..POWER_PIN => PinLevel::Float,
+            _ => match self.driven_levels.get(usize::from(pin)) {
+                None | Some(PinLevel::Float) => PinLevel::Float,
+                Some(&level) => PinLevel::from_bit(is_high(level)),
+            },
+        }
+    }
+
+    /// Models levels only.
+    fn queue_input(&mut self, at: CycleTime, now: u64, input: OutsideInput) -> bool {
+        let OutsideInput::Level(pin, level) = input else { return false };
+        let clock = at.cycle.saturating_mul(CLOCKS).saturating_add(at.phase.into());
+        self.drives.push(clock.max(CLOCKS * now).min(NEVER - 1), (pin, level));
+        true
+    }
+
+    fn set_event_log(&mut self, on: bool, now: u64) {
+        self.log.set_enabled(on, now, std::iter::empty());
+    }
+
+    #[inline]
+    fn event_log(&mut self) -> &mut EventLog {
+        &mut self.log
     }
 }

@@ -3,25 +3,11 @@
 
 use std::sync::Arc;
 
-use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape, load_state, save_state};
+use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
 
 use crate::cpu::Ap101;
 use crate::isa::SPAN;
 use crate::program_cycle::ProgramPhase;
-
-impl Ap101 {
-    /// The state of this machine as bytes.
-    pub(crate) fn to_snapshot(&self) -> Vec<u8> {
-        save_state(&mut self.clone())
-    }
-
-    /// A copy of this machine with the state in `bytes`.
-    pub(crate) fn restored(&self, bytes: &[u8]) -> Result<Ap101, SnapshotDamaged> {
-        let mut copy = self.clone();
-        load_state(&mut copy, bytes)?;
-        Ok(copy)
-    }
-}
 
 impl SnapshotState for Ap101 {
     fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
@@ -34,7 +20,7 @@ impl SnapshotState for Ap101 {
         let behind = tape.pass_flag(self.core.next_address >= SPAN as u32)?;
         self.core.next_address = u32::from(na) + if behind { SPAN as u32 } else { 0 };
         tape.require(self.core.next_address <= SPAN as u32)?;
-        (self.core.stop_requested, self.breakpoint_to_pass) = (false, None);
+        (self.core.stop_requested, self.run_state.breakpoint_to_pass) = (false, None);
         for (addr, word) in self.code.changes.pass_state(&*self.code.words, tape)? {
             Arc::make_mut(&mut self.code).poke(addr as u32, word);
         }
@@ -61,6 +47,7 @@ impl SnapshotState for Ap101 {
         };
         tape.require(sound)?;
         tape.set_now(begun);
+        self.soc.is_supplied = self.phase != ProgramPhase::NoSupply;
         self.soc.pass_state(tape)?;
         tape.set_now(now);
         self.pass_repetition_state(tape)

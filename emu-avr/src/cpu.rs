@@ -3,12 +3,11 @@
 use std::sync::Arc;
 
 use emu_core::chip::Chip;
-use emu_core::cpu::{Bus, Cpu, Probe, RamInit, ResetCause, StopReason, rewrite_bit};
-use emu_core::engine::{self, CpuEngine, RunState};
+use emu_core::cpu::{Bus, Cpu, Probe, RamInit, ResetCause, rewrite_bit};
+use emu_core::engine::RunState;
 use emu_core::image::Image;
-use emu_core::pins::{CycleTime, PinId, PinLevel};
+use emu_core::pins::PinId;
 use emu_core::rng::Rng;
-use emu_core::state::SnapshotDamaged;
 
 use crate::chips::{self, AvrPart};
 use crate::executor::{CoreRegisters, DataMemory, Executor, MAX_RAM, RAM_START, SPH, SPL, SREG, ram};
@@ -18,7 +17,7 @@ use crate::periph::external;
 use crate::periph::spm::ConfigBytes;
 use crate::periph::timers::TimerShape;
 use crate::predecode::CodeMemory;
-use crate::soc::{AvrSoc, LOW_BYTES, OutsideInput};
+use crate::soc::{AvrSoc, LOW_BYTES};
 
 /// Configuration of a machine: clock, fuses, package, and the assumed behaviour of the silicon.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -174,12 +173,6 @@ impl Avr {
         self.core.clock.expire();
     }
 
-    /// Switches skipping of polling loops on (default) or off. The results are the same; only the run time
-    /// changes.
-    pub fn set_skip_idle_loops(&mut self, on: bool) {
-        self.run_state.skip_idle_loops = on;
-    }
-
     /// Returns the chip around the core.
     #[must_use]
     pub fn soc(&self) -> &AvrSoc {
@@ -200,7 +193,11 @@ impl Avr {
     }
 }
 
+emu_core::cpu_parts!(Avr, AvrSoc);
+
 impl Cpu for Avr {
+    emu_core::run_by_engine!();
+
     fn chip(&self) -> &'static Chip {
         self.part.chip
     }
@@ -218,14 +215,6 @@ impl Cpu for Avr {
         let now = self.core.clock.now();
         self.soc.reset(why, now);
         self.restart_core();
-    }
-
-    fn cycle(&self) -> u64 {
-        self.core.clock.now()
-    }
-
-    fn instructions(&self) -> u64 {
-        self.core.clock.instructions()
     }
 
     fn pc(&self) -> u32 {
@@ -327,59 +316,6 @@ impl Cpu for Avr {
         if self.code.has_breakpoint(pc) != on && Arc::make_mut(&mut self.code).set_breakpoint(pc, on) {
             self.run_state.breakpoint_to_pass = self.run_state.breakpoint_to_pass.filter(|&p| on || p != pc);
         }
-    }
-
-    fn pin_level(&self, pin: PinId) -> PinLevel {
-        self.soc.level(pin)
-    }
-
-    fn drive(&mut self, at: CycleTime, pin: PinId, level: PinLevel) {
-        let now = self.cycle();
-        self.soc.drive(at.cycle, now, pin, level);
-        self.core.clock.expire();
-    }
-
-    fn drive_volts(&mut self, at: CycleTime, pin: PinId, millivolts: u32) -> bool {
-        let now = self.cycle();
-        self.soc.queue_input(at.cycle, now, OutsideInput::Volts(pin, millivolts));
-        self.core.clock.expire();
-        true
-    }
-
-    fn set_supply(&mut self, at: CycleTime, millivolts: u32) -> bool {
-        let now = self.cycle();
-        self.soc.queue_input(at.cycle, now, OutsideInput::Supply(millivolts));
-        self.core.clock.expire();
-        true
-    }
-
-    fn save(&self) -> Vec<u8> {
-        self.to_snapshot()
-    }
-
-    fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotDamaged> {
-        *self = self.restored(bytes)?;
-        Ok(())
-    }
-
-    fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
-        engine::run(self, until, probe)
-    }
-
-    fn is_asleep(&self) -> bool {
-        CpuEngine::is_core_asleep(self)
-    }
-
-    fn set_run_while_halted(&mut self, on: bool) {
-        self.run_state.run_while_halted = on;
-    }
-
-    fn is_blocked_on_input(&mut self) -> bool {
-        engine::is_blocked_on_input(self)
-    }
-
-    fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
-        engine::step_until(self, until, probe)
     }
 }
 

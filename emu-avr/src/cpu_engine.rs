@@ -1,14 +1,11 @@
 //! [`CpuEngine`] for [`Avr`]: what the shared run loop asks between two instructions.
 
-use emu_core::countdown::Countdown;
 use std::sync::Arc;
 
-use emu_core::cpu::{Bus, Cpu, NEVER, Probe, ResetCause, StopReason};
-use emu_core::engine::{CpuEngine, InstructionMark, RunState};
-use emu_core::pins::ChipEvent;
+use emu_core::cpu::{Bus, Cpu, Probe, StopReason};
+use emu_core::engine::{CpuEngine, InstructionMark, LoopPlan};
 
 use crate::cpu::Avr;
-use crate::executor::{SPL, SREG};
 use crate::flags::{SregFlag, SregFlags};
 use crate::isa::Kind;
 use crate::soc::CoreRequest;
@@ -16,35 +13,9 @@ use crate::soc::CoreRequest;
 impl CpuEngine for Avr {
     type CoreState = ([u8; 32], SregFlags);
 
-    fn clock(&mut self) -> &mut Countdown {
-        &mut self.core.clock
-    }
-    fn stop_requested(&mut self) -> &mut bool {
-        &mut self.core.stop_requested
-    }
-    fn slow_path_requested(&mut self) -> &mut bool {
-        &mut self.core.slow_path_requested
-    }
-    fn run_state(&mut self) -> &mut RunState {
-        &mut self.run_state
-    }
-    fn fire(&mut self, now: u64) -> u64 {
-        self.soc.fire(now)
-    }
-    fn set_event_log(&mut self, on: bool) {
-        let now = self.cycle();
-        self.soc.set_event_log(on, now);
-    }
-    fn next_event(&mut self) -> Option<ChipEvent> {
-        self.soc.next_event()
-    }
-    #[inline]
-    fn requested_reset(&mut self) -> Option<ResetCause> {
-        let now = self.cycle();
-        self.soc.requested_reset(now)
-    }
-    fn apply_request(&mut self) -> bool {
-        let Some(request) = self.soc.next_request() else { return false };
+    emu_core::engine_methods!();
+
+    fn apply_request(&mut self, request: CoreRequest) {
         match request {
             CoreRequest::Erase { addr, len } => {
                 let code = Arc::make_mut(&mut self.code);
@@ -59,7 +30,6 @@ impl CpuEngine for Avr {
                 }
             }
         }
-        true
     }
     fn holds_interrupts(&self, now: u64) -> bool {
         self.core.no_interrupt_at == now || self.is_interrupt_locked(now)
@@ -93,45 +63,23 @@ impl CpuEngine for Avr {
     fn is_core_asleep(&self) -> bool {
         self.core.is_sleeping || self.soc.is_core_stopped()
     }
-    fn is_halted(&self) -> bool {
-        !self.soc.is_busy() && !self.soc.can_wake(self.core.flags.get(SregFlag::I))
-    }
-    fn has_breakpoint(&self, pc: u32) -> bool {
-        self.code.has_breakpoint(pc)
+    fn accepts_interrupts(&self) -> bool {
+        self.core.flags.get(SregFlag::I)
     }
     fn instruction_mark(&self, pc: u32) -> InstructionMark {
         self.code.instruction_mark(pc)
     }
-    fn loop_head(&self, end: u32) -> Option<u32> {
-        self.code.loop_plan(end).map(|plan| plan.head)
+    fn loop_plan(&self, end: u32) -> Option<&LoopPlan> {
+        self.code.loop_plan(end)
     }
-    fn loop_steady_until(&self, end: u32, at: u64) -> u64 {
-        let addresses_read = self.code.loop_plan(end).map_or(&[][..], |plan| &plan.addresses_read);
-        let io = addresses_read
-            .iter()
-            .filter(|&&r| (0x20..self.part.chip.ram_start).contains(&r) && !matches!(r, SPL..=SREG));
-        io.map(|&r| self.soc.steady_until(r, at)).min().unwrap_or(NEVER)
+    fn counter_byte(&self, number: u16) -> u8 {
+        self.data.bytes[usize::from(number)]
     }
-    fn loop_clears_watchdog(&self, end: u32) -> bool {
-        self.code.loop_plan(end).is_some_and(|plan| plan.clears_watchdog)
-    }
-    fn loop_counter(&self, end: u32) -> Option<u64> {
-        let regs = &self.code.loop_plan(end).filter(|plan| !plan.counter_registers.is_empty())?.counter_registers;
-        Some(regs.iter().rev().fold(0, |high, &reg| high << 8 | u64::from(self.data.bytes[usize::from(reg)])))
-    }
-    fn set_loop_counter(&mut self, end: u32, value: u64) {
-        let Some(plan) = self.code.loop_plan(end) else { return };
-        for (&reg, byte) in plan.counter_registers.iter().zip(value.to_le_bytes()) {
-            self.data.bytes[usize::from(reg)] = byte;
-        }
+    fn set_counter_byte(&mut self, number: u16, value: u8) {
+        self.data.bytes[usize::from(number)] = value;
     }
     fn core_state(&self) -> Self::CoreState {
         (std::array::from_fn(|r| self.data.bytes[r]), self.core.flags)
-    }
-
-    fn burst<P: Probe>(&mut self, stop_at_polling_loops: bool, probe: &mut P) {
-        let (executor, code) = self.executor(probe);
-        self.core = executor.burst(&code.ops[usize::from(stop_at_polling_loops)]);
     }
 
     fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), StopReason> {

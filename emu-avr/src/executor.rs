@@ -387,42 +387,18 @@ macro_rules! execute_op {
     };
 }
 
-/// Fetches and executes the instruction at the program counter.
-macro_rules! burst_loop {
-    ($executor:ident, $ops:ident) => {{
-        let m = &mut $executor;
-        let op: &AvrOp = &$ops[m.core.pc as u16 as usize];
-        if P::INSN
-            && op.kind as u8 != Kind::Breakpoint as u8
-            && m.probe.on_instruction(m.core.clock.now(), m.core.pc & m.code.mask())
-        {
-            m.core.stop_requested = true;
-            m.core.clock.expire();
-            break;
-        }
-        if P::LINT {
-            m.lint(op);
-        }
-        execute_op!(m, op, {
-            m.core.slow_path_requested = true;
-            m.core.clock.expire();
-        });
-    }};
-}
-
 impl<P: Probe> Executor<'_, P> {
-    /// Executes instructions until the deadline; returns the registers of the core. The loop body is written
-    /// twice, so that there are two indirect jumps, which the host predicts better than one.
+    /// Executes instructions until the deadline; returns the registers of the core.
     #[inline(never)]
     pub(crate) fn burst(self, ops: &[AvrOp; MAX_WORDS]) -> CoreRegisters {
         let mut executor = self;
-        while executor.core.clock.is_before_deadline() {
-            burst_loop!(executor, ops);
-            if !executor.core.clock.is_before_deadline() {
-                break;
+        let m = &mut executor;
+        emu_core::burst_loop!(m, op = ops[m.core.pc as u16 as usize], m.core.pc & m.code.mask(), {
+            if P::LINT {
+                m.lint(op);
             }
-            burst_loop!(executor, ops);
-        }
+            execute_op!(m, op, emu_core::leave_burst!(m));
+        });
         executor.core
     }
 

@@ -2,30 +2,18 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use emu_core::engine::InstructionMark;
+use emu_core::engine::{InstructionMark, LoopPlan};
 use emu_core::state::MemoryChanges;
 use emu_core::table::{InstructionLocation, MatchedRow, PredecodedOp};
 
 use crate::chips::AvrPart;
+use crate::executor::{SPL, SREG};
 use crate::isa::{AvrOp, Kind, find_row, is_missing};
 use crate::recorder::record_instruction;
 
 /// Program words in the op array: all that a 16-bit program counter can address, so that no bounds check is
 /// needed. Words past the end of a smaller memory go to the slow path, which wraps to the start.
 pub(crate) const MAX_WORDS: usize = 0x1_0000;
-
-/// A loop that only reads until a value changes, or that only counts down.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct LoopPlan {
-    /// Program word of its first instruction.
-    pub head: u32,
-    /// Data addresses that it reads.
-    pub addresses_read: Vec<u16>,
-    /// True if it clears the watchdog.
-    pub clears_watchdog: bool,
-    /// Registers of the counter, lowest byte first, if the loop only counts it down to zero.
-    pub counter_registers: Vec<u8>,
-}
 
 /// Program memory as bytes and as predecoded ops.
 #[derive(Debug, Clone)]
@@ -212,10 +200,15 @@ impl CodeMemory {
             !addresses_read.is_empty() && !addresses_read.iter().any(|&reg| self.part.volatile_register(reg));
         (needs & writes == 0 && head != end && reads_only_steady).then_some(LoopPlan {
             head,
-            addresses_read,
+            registers_read: addresses_read.into_iter().filter(|&addr| self.is_bus_register(addr)).collect(),
             clears_watchdog,
-            counter_registers: Vec::new(),
+            counter: Vec::new(),
         })
+    }
+
+    /// Reports whether a data address is a register of the chip around the core.
+    fn is_bus_register(&self, addr: u16) -> bool {
+        (0x20..self.part.chip.ram_start).contains(&addr) && !matches!(addr, SPL..=SREG)
     }
 
     /// Returns the plan of the loop from `head` to the BRNE at `end`, if it decrements a counter by DEC, SBIW
@@ -239,9 +232,9 @@ impl CodeMemory {
         let is_countdown = self.decode(end).kind == Kind::Brne && !counter.is_empty();
         is_countdown.then_some(LoopPlan {
             head,
-            addresses_read: Vec::new(),
+            registers_read: Vec::new(),
             clears_watchdog: false,
-            counter_registers: counter,
+            counter: counter.into_iter().map(u16::from).collect(),
         })
     }
 }

@@ -6,9 +6,10 @@
 use std::{collections::VecDeque, sync::Arc};
 
 use emu_core::cpu::{BusEffect, NEVER, ResetCause};
-use emu_core::external_io::{DriveQueue, EventLog};
+use emu_core::device::Scheduler;
+use emu_core::external_io::{DriveQueue, EventLog, OutsideInput};
 use emu_core::parts::prescaler::Prescaler;
-use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel, PinState};
+use emu_core::pins::{ChipEvent, CycleTime, PinState};
 
 use crate::chips::{AvrPart, FuseLayout, unit_index};
 use crate::cpu::Options;
@@ -24,7 +25,7 @@ use crate::periph::timers::AvrTimer;
 use crate::periph::twi::AvrTwi;
 use crate::periph::usart::AvrUsart;
 use crate::periph::watchdog::AvrWatchdog;
-use crate::periph::{AvrDevice, AvrOutbox, AvrSignal};
+use crate::periph::{AvrOutbox, AvrSignal, Device, SignalReceiver};
 
 const _: () = assert!(
     unit_index::COUNT == unit_index::EXTERNAL + 1,
@@ -90,7 +91,6 @@ mod state;
 
 pub(crate) use lint::BaudClock;
 pub use memory::LOW_BYTES;
-pub use pins::OutsideInput;
 use pins::PinLines;
 use power::PowerState;
 pub use sleep::SleepMode;
@@ -149,14 +149,9 @@ pub struct AvrSoc {
     /// Levels, voltages and supply changes that are queued for later.
     drives: DriveQueue<OutsideInput>,
     log: EventLog,
-    /// Per unit: cycle of its next event, and requested interrupts; then a mask of the units that were
-    /// touched since these were computed.
-    unit_deadlines: [u64; unit_index::COUNT],
-    unit_requests: [u8; unit_index::COUNT],
-    touched_units: u16,
+    schedule: Scheduler<{ unit_index::COUNT }>,
     /// Vector of the pending interrupt with the highest priority.
     first_vector: Option<u8>,
-    due: u64,
     /// Last deadline that the core was given.
     core_deadline: u64,
     requests: VecDeque<CoreRequest>,
@@ -202,11 +197,8 @@ impl AvrSoc {
             power,
             drives: DriveQueue::NONE,
             log: EventLog::OFF,
-            unit_deadlines: [NEVER; unit_index::COUNT],
-            unit_requests: [0; unit_index::COUNT],
-            touched_units: u16::MAX,
+            schedule: Scheduler::START,
             first_vector: None,
-            due: NEVER,
             core_deadline: NEVER,
             requests: VecDeque::new(),
             stall: 0,
@@ -217,34 +209,10 @@ impl AvrSoc {
         soc
     }
 
-    /// Returns the level of a pin after everything executed so far; [`PinLevel::Float`] for a pin that does
-    /// not exist.
-    #[must_use]
-    pub fn level(&self, pin: PinId) -> PinLevel {
-        self.ports.pin(pin).level()
-    }
-
     /// Returns the states of all pins.
     #[must_use]
     pub fn pins(&self) -> &[PinState] {
         self.ports.pins()
-    }
-
-    /// Starts to log edges, sent bytes and contention on pins from the cycle `now` on, including contention
-    /// that already exists; or stops logging and clears the log.
-    pub fn set_event_log(&mut self, on: bool, now: u64) {
-        let pins = 0..self.ports.pins().len() as PinId;
-        self.log.set_enabled(on, now, pins.filter(|&pin| self.ports.pin(pin).has_contention()));
-    }
-
-    /// Removes and returns the oldest logged event.
-    pub fn next_event(&mut self) -> Option<ChipEvent> {
-        self.log.pop()
-    }
-
-    /// Removes and returns the oldest request to the core.
-    pub fn next_request(&mut self) -> Option<CoreRequest> {
-        self.requests.pop_front()
     }
 
     /// Returns the content of the EEPROM.
@@ -294,11 +262,11 @@ impl AvrSoc {
 
     /// Executes everything due up to `now`, in order of time.
     fn run(&mut self, now: u64) {
-        while self.due <= now && self.due != NEVER {
-            let due = self.due;
+        while self.schedule.due <= now && self.schedule.due != NEVER {
+            let due = self.schedule.due;
             self.apply_inputs(due);
             for number in 0..unit_index::COUNT {
-                if self.unit_deadlines[number] <= due {
+                if self.schedule.deadlines[number] <= due {
                     self.run_unit(number, due);
                 }
             }
@@ -309,54 +277,65 @@ impl AvrSoc {
 
     /// Executes what is due in a unit up to the edge `t`.
     fn run_unit(&mut self, number: usize, t: u64) {
-        self.mark_touched(number);
+        self.schedule.touch(number);
         with_unit!(self, number, unit => unit.run_due(t, &mut self.out));
         self.apply_signals(number);
     }
 
-    fn mark_touched(&mut self, number: usize) {
-        self.touched_units |= 1 << number;
-    }
-
     /// Computes the next deadline. It includes the end of an EEPROM write, which is visible from outside.
     fn update_deadlines(&mut self) {
-        let mut touched = self.touched_units & ((1 << unit_index::COUNT) - 1);
-        while touched != 0 {
-            let number = touched.trailing_zeros() as usize;
-            touched &= touched - 1;
-            (self.unit_deadlines[number], self.unit_requests[number]) =
-                with_unit!(self, number, unit => (unit.next_cycle(), unit.interrupt_requests()));
+        let touched = self.schedule.touched;
+        while let Some(number) = self.schedule.take_touched() {
+            with_unit!(self, number, unit => self.schedule.ask(number, unit));
         }
-        if self.touched_units >> unit_index::EEPROM & 1 == 1 {
-            self.unit_deadlines[unit_index::EEPROM] =
-                self.unit_deadlines[unit_index::EEPROM].min(self.eeprom.changes_at());
+        if touched >> unit_index::EEPROM & 1 == 1 {
+            let deadline = &mut self.schedule.deadlines[unit_index::EEPROM];
+            *deadline = self.eeprom.changes_at().min(*deadline);
         }
-        if std::mem::take(&mut self.touched_units) != 0 {
+        if touched != 0 {
             self.first_vector = self.highest_priority_vector();
         }
         let stall = if self.stall == 0 { NEVER } else { self.stall };
-        let due = self.drives.next_cycle().min(self.power.next()).min(stall);
-        self.due = self.unit_deadlines.iter().fold(due, |due, &next| due.min(next));
+        self.schedule.update_due(self.drives.next_cycle().min(self.power.next()).min(stall));
     }
 
-    /// Processes the signals that the unit `number` has put into the outbox.
+    /// Returns the trigger source that the converter listens to.
+    fn listened_trigger(&self) -> Option<u8> {
+        self.adc.listened_trigger()
+    }
+
+    /// Returns the effect of an access on the core. `logged` and `asks` are the number of logged events and
+    /// the requested interrupts before the access.
+    fn bus_effect(&self, logged: usize, asks: [u8; unit_index::COUNT]) -> BusEffect {
+        let calm = self.schedule.due >= self.core_deadline
+            && self.requests.is_empty()
+            && self.stall == 0
+            && self.log.len() == logged
+            && !self.power.has_reset_request()
+            && self.schedule.requests == asks;
+        if calm { BusEffect::NONE } else { BusEffect::RECHECK }
+    }
+
+    /// Returns the vector of the requested interrupt with the highest priority, which is the first in the
+    /// order of the vectors.
+    fn highest_priority_vector(&self) -> Option<u8> {
+        if self.schedule.requests == [0; unit_index::COUNT] {
+            return None;
+        }
+        let deaf = self.power.asleep.map_or(0, |asleep| asleep.0.units_unable_to_wake());
+        let asks =
+            |&(number, irq): &(usize, u8)| self.schedule.requests[number] >> irq & 1 == 1 && deaf >> number & 1 == 0;
+        self.part.interrupt_sources.iter().position(asks).map(|at| at as u8 + 1)
+    }
+}
+
+impl SignalReceiver for AvrSoc {
+    type Signal = AvrSignal;
+    type Sender = usize;
+
     #[inline(always)]
-    fn apply_signals(&mut self, number: usize) {
-        if !self.out.is_empty() {
-            self.apply_all_signals(number);
-        }
-    }
-
-    #[inline(never)]
-    fn apply_all_signals(&mut self, number: usize) {
-        let mut signals = std::mem::take(&mut self.out);
-        for signal in signals.drain(..) {
-            self.apply_signal(number, signal);
-        }
-        // Keeps the allocation of the list.
-        if self.out.is_empty() {
-            self.out = signals;
-        }
+    fn outbox(&mut self) -> &mut AvrOutbox {
+        &mut self.out
     }
 
     fn apply_signal(&mut self, number: usize, signal: AvrSignal) {
@@ -371,7 +350,7 @@ impl AvrSoc {
                     self.listened_trigger().filter(|&source| self.part.adc_trigger(source) == Some((number, irq)))
                 {
                     self.adc.trigger(source, true, t);
-                    self.mark_touched(unit_index::ADC);
+                    self.schedule.touch(unit_index::ADC);
                 }
             }
             AvrSignal::Reset { .. } => self.power.request(ResetCause::Watchdog),
@@ -381,33 +360,5 @@ impl AvrSoc {
             }
             AvrSignal::WritePage { addr, words } => self.requests.push_back(CoreRequest::Program { addr, words }),
         }
-    }
-
-    /// Returns the trigger source that the converter listens to.
-    fn listened_trigger(&self) -> Option<u8> {
-        self.adc.listened_trigger()
-    }
-
-    /// Returns the effect of an access on the core. `logged` and `asks` are the number of logged events and
-    /// the requested interrupts before the access.
-    fn bus_effect(&self, logged: usize, asks: [u8; unit_index::COUNT]) -> BusEffect {
-        let calm = self.due >= self.core_deadline
-            && self.requests.is_empty()
-            && self.stall == 0
-            && self.log.len() == logged
-            && !self.power.has_reset_request()
-            && self.unit_requests == asks;
-        if calm { BusEffect::NONE } else { BusEffect::RECHECK }
-    }
-
-    /// Returns the vector of the requested interrupt with the highest priority, which is the first in the
-    /// order of the vectors.
-    fn highest_priority_vector(&self) -> Option<u8> {
-        if self.unit_requests == [0; unit_index::COUNT] {
-            return None;
-        }
-        let deaf = self.power.asleep.map_or(0, |asleep| asleep.0.units_unable_to_wake());
-        let asks = |&(number, irq): &(usize, u8)| self.unit_requests[number] >> irq & 1 == 1 && deaf >> number & 1 == 0;
-        self.part.interrupt_sources.iter().position(asks).map(|at| at as u8 + 1)
     }
 }

@@ -1,31 +1,14 @@
-//! Snapshots of the machine as bytes: [`Cpu::save`] and [`Cpu::restore`].
+//! Snapshots of the machine as bytes: [`Cpu::save`](emu_core::Cpu::save) and
+//! [`Cpu::restore`](emu_core::Cpu::restore).
 
 use std::sync::Arc;
 
-use emu_core::cpu::Cpu;
 use emu_core::engine::RunState;
-use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape, load_state, save_state};
+use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
 
 use crate::cpu::Avr;
 use crate::executor::{CoreRegisters, RAM_START};
 use crate::flags::SregFlags;
-
-impl Avr {
-    /// Returns the machine as bytes.
-    pub(crate) fn to_snapshot(&self) -> Vec<u8> {
-        let mut copy = self.clone();
-        let now = copy.cycle();
-        copy.soc.normalize(now);
-        save_state(&mut copy)
-    }
-
-    /// Returns the machine with the state in `bytes`.
-    pub(crate) fn restored(&self, bytes: &[u8]) -> Result<Avr, SnapshotDamaged> {
-        let mut copy = self.clone();
-        load_state(&mut copy, bytes)?;
-        Ok(copy)
-    }
-}
 
 impl SnapshotState for Avr {
     fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {

@@ -2,7 +2,9 @@
 
 use emu_avr::chips::AVR_PARTS;
 use emu_avr::{Avr, Options};
+use emu_core::CycleTime;
 use emu_core::cpu::{Bus, ResetCause};
+use emu_core::external_io::OutsideInput;
 use emu_core::image::Image;
 use emu_core::rng::Rng;
 use emu_core::{PinLevel, RamInit};
@@ -28,7 +30,11 @@ fn nothing_written_breaks_a_chip() {
                 }
                 1 => {
                     let pin = rng.below(part.chip.pins.len() as u64) as u16;
-                    soc.drive(now, now, pin, PinLevel::from_bit(value & 1 == 1));
+                    soc.queue_input(
+                        CycleTime::at(now),
+                        now,
+                        OutsideInput::Level(pin, PinLevel::from_bit(value & 1 == 1)),
+                    );
                 }
                 2 => {
                     soc.sleep(now);
@@ -51,7 +57,7 @@ fn nothing_written_breaks_a_chip() {
                     soc.write(reg, value, now);
                 }
             }
-            while soc.next_request().is_some() {}
+            while soc.next_request(now).is_some() {}
             let _ = soc.requested_reset(now);
             now += 1;
         }

@@ -1,9 +1,13 @@
-//! The traits that every chip implements and every tool uses: [`Cpu`], [`Bus`] and [`Probe`].
+//! The traits that every chip implements and every tool uses: [`Cpu`] and [`Probe`].
 
+pub use crate::bus::{Bus, BusEffect};
 use crate::chip::Chip;
+use crate::countdown::Countdown;
+use crate::engine::RunState;
+use crate::external_io::OutsideInput;
 use crate::lint::Lint;
 use crate::pins::{ChipEvent, CycleTime, PinId, PinLevel};
-use crate::state::SnapshotDamaged;
+use crate::state::{SnapshotDamaged, SnapshotState, load_state, save_state};
 
 /// The source of a chip reset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -118,9 +122,27 @@ pub enum RamInit {
     Zero,
 }
 
+/// The parts of every machine: the chip around the core, the cycle counter, and the settings of its runs. The
+/// provided methods of [`Cpu`] need nothing else.
+pub trait CpuParts: Clone + SnapshotState {
+    /// The chip around the core.
+    type Bus: Bus;
+    /// The chip around the core.
+    fn bus(&self) -> &Self::Bus;
+    /// The chip around the core, for changes. After a change of what is due, the deadline of the clock must
+    /// be set to now.
+    fn bus_mut(&mut self) -> &mut Self::Bus;
+    /// The cycle counter of the hot loop.
+    fn clock(&self) -> &Countdown;
+    /// The cycle counter of the hot loop, for changes.
+    fn clock_mut(&mut self) -> &mut Countdown;
+    /// Settings and data of the run.
+    fn run_state(&mut self) -> &mut RunState;
+}
+
 /// A chip as a value. `Clone` makes a snapshot within the process, [`Cpu::save`] a snapshot as bytes. The
 /// same inputs always give the same bytes.
-pub trait Cpu: Clone {
+pub trait Cpu: CpuParts {
     /// The data row of the chip.
     fn chip(&self) -> &'static Chip;
     /// Oscillator clocks per machine cycle: 1 on AVR.
@@ -128,9 +150,15 @@ pub trait Cpu: Clone {
     /// Resets the chip for the given reason. The cycle count continues.
     fn reset(&mut self, cause: ResetCause);
     /// Machine cycles since power-up.
-    fn cycle(&self) -> u64;
+    #[inline]
+    fn cycle(&self) -> u64 {
+        self.clock().now()
+    }
     /// Instructions executed since power-up, without interrupt entries.
-    fn instructions(&self) -> u64;
+    #[inline]
+    fn instructions(&self) -> u64 {
+        self.clock().instructions()
+    }
     /// Program counter in program words.
     fn pc(&self) -> u32;
     /// Sets the program counter, in program words. The value wraps within program memory.
@@ -170,26 +198,28 @@ pub trait Cpu: Clone {
         (0..self.chip().pins.len() as PinId).filter(|pin| self.has_pin(*pin)).collect()
     }
     /// Present level of a pin.
-    fn pin_level(&self, pin: PinId) -> PinLevel;
+    fn pin_level(&self, pin: PinId) -> PinLevel {
+        self.bus().level(pin)
+    }
     /// The byte whose stop bit the first serial port is sending now, if the program already sees the byte as
     /// sent and so may end before the stop bit does. `None` on chips that report a byte after its stop bit.
     fn byte_in_stop_bit(&self) -> Option<u8> {
-        None
+        self.bus().byte_in_stop_bit()
     }
     /// Drives a pin from outside at the time `at`, or connects a resistor to it. A time in the past means
     /// immediately. The last drive of a pin wins.
-    fn drive(&mut self, at: CycleTime, pin: PinId, level: PinLevel);
+    fn drive(&mut self, at: CycleTime, pin: PinId, level: PinLevel) {
+        queue_input(self, at, OutsideInput::Level(pin, level));
+    }
     /// Applies a voltage, in millivolts, to a pin from outside at the time `at`; a time in the past means
     /// immediately. Returns false on machines that model levels only.
     fn drive_volts(&mut self, at: CycleTime, pin: PinId, millivolts: u32) -> bool {
-        let _ = (at, pin, millivolts);
-        false
+        queue_input(self, at, OutsideInput::Volts(pin, millivolts))
     }
     /// Sets the supply voltage, in millivolts, from the time `at` on; a time in the past means immediately.
     /// Returns false on machines that do not model a supply.
     fn set_supply(&mut self, at: CycleTime, millivolts: u32) -> bool {
-        let _ = (at, millivolts);
-        false
+        queue_input(self, at, OutsideInput::Supply(millivolts))
     }
     /// Returns the address under which the model keeps the RAM byte that the program reaches at `addr` of
     /// [`Chip::ram_space`]. The result is an address of that memory, below 64 K, and is the same for all
@@ -202,13 +232,23 @@ pub trait Cpu: Clone {
     /// Writes the whole state that a program or the outside can ever see, as bytes for [`Cpu::restore`].
     /// Equal machines give equal bytes. Program memory is included where the program changed it. Breakpoints,
     /// logs, and the chip, image and options of the machine are not included.
-    fn save(&self) -> Vec<u8>;
+    fn save(&self) -> Vec<u8> {
+        let mut copy = self.clone();
+        let now = copy.cycle();
+        copy.bus_mut().normalize(now);
+        save_state(&mut copy)
+    }
     /// Restores the state that [`Cpu::save`] wrote. The machine must have the same chip, image and options as
     /// the saved one; its breakpoints stay.
     ///
     /// # Errors
     /// The bytes are not a state of such a machine. The machine is unchanged then.
-    fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotDamaged>;
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotDamaged> {
+        let mut copy = self.clone();
+        load_state(&mut copy, bytes)?;
+        *self = copy;
+        Ok(())
+    }
     /// Return addresses, as program words, of a stack that is not in a memory space; the newest is first.
     /// Unused stack entries are included. Empty on chips without such a stack.
     fn return_stack(&self) -> Vec<u32> {
@@ -232,7 +272,14 @@ pub trait Cpu: Clone {
     }
     /// With `on`, a run continues to its limit even if nothing can wake the chip, so [`StopReason::Halted`]
     /// is never returned. The setting is neither visible to a program nor part of the saved state.
-    fn set_run_while_halted(&mut self, on: bool);
+    fn set_run_while_halted(&mut self, on: bool) {
+        self.run_state().run_while_halted = on;
+    }
+    /// Enables (the default) or disables skipping of what repeats: polling loops, or the cycles of a program
+    /// that has settled. Results do not change, only the run time.
+    fn set_skip_idle_loops(&mut self, on: bool) {
+        self.run_state().skip_idle_loops = on;
+    }
     /// Whether only an event from outside can change what the program does, although the machine does not
     /// count as halted: the program polls a pin, or sleeps with its receiver enabled. Call it on a copy,
     /// because it runs the machine. A family that reports all such states as halted returns false.
@@ -252,61 +299,17 @@ pub trait Cpu: Clone {
     fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason;
 }
 
-/// Requests of a bus access to the core, as a set of bits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct BusEffect(pub u32);
-
-impl BusEffect {
-    /// No request.
-    pub const NONE: BusEffect = BusEffect(0);
-    /// Deadlines, pending interrupts or interrupt enables may have changed: check them before the next
-    /// instruction.
-    pub const RECHECK: BusEffect = BusEffect(1);
-    /// Take no interrupt before the next instruction has been executed.
-    pub const HOLD_INTERRUPTS: BusEffect = BusEffect(2);
-
-    /// Whether the set contains a bit of `other`.
-    #[must_use]
-    pub const fn contains(self, other: BusEffect) -> bool {
-        self.0 & other.0 != 0
-    }
-}
-
 /// The time of an event that never happens.
 pub const NEVER: u64 = u64::MAX;
 
 /// The last cycle up to which a machine runs: 2^62, about 9,000 years at 16 MHz.
 pub const LAST_CYCLE: u64 = 1 << 62;
 
-/// What a core sees of its chip, except for plain RAM. `now` is the machine cycle of the access. A write
-/// takes effect at the edge that ends that cycle. Every access first executes what is due at its own cycle.
-pub trait Bus: Clone {
-    /// Reads a register as the program does, with side effects.
-    fn read(&mut self, reg: u16, now: u64) -> (u8, BusEffect);
-    /// Reads a register for a read-modify-write instruction. A port returns its latch instead of its pins,
-    /// where that makes a difference.
-    fn read_latch(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
-        self.read(reg, now)
-    }
-    /// Reads a register without side effects.
-    fn peek(&self, reg: u16, now: u64) -> u8;
-    /// Writes a register.
-    fn write(&mut self, reg: u16, value: u8, now: u64) -> BusEffect;
-    /// Writes only the bits in `mask`, as single-bit instructions do.
-    fn write_bits(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> BusEffect;
-    /// Executes what is due up to `now` and returns the next deadline, or [`NEVER`].
-    fn fire(&mut self, now: u64) -> u64;
-    /// Returns the cycle up to which a read of `reg` gives the same value without side effects if the program
-    /// does nothing. The result is after `now`, or is `now` itself if nothing is guaranteed.
-    fn steady_until(&self, reg: u16, now: u64) -> u64;
-    /// The vector number of the interrupt that would be taken at `now`, if any.
-    fn pending_interrupt(&self, now: u64) -> Option<u8>;
-    /// Acknowledges the interrupt that the core takes.
-    fn acknowledge_interrupt(&mut self, vector: u8, now: u64);
-    /// Whether an enabled source can still interrupt or reset the chip.
-    fn can_wake(&self, interrupts_enabled: bool) -> bool;
-    /// Whether something is still pending: a byte that is being sent, or a queued drive.
-    fn is_busy(&self) -> bool;
+/// Passes an input from outside to the chip. Returns false if the machine does not model such inputs.
+fn queue_input<C: Cpu>(cpu: &mut C, at: CycleTime, input: OutsideInput) -> bool {
+    let now = cpu.cycle();
+    cpu.clock_mut().expire();
+    cpu.bus_mut().queue_input(at, now, input)
 }
 
 /// Reads a byte and writes it back with one bit changed. This is [`Cpu::poke_bit`] for memories without

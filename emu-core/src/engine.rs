@@ -6,8 +6,8 @@
 //! a deadline, the cycle of the next event, and calls the hot loop of the family, [`CpuEngine::burst`], which
 //! executes instructions up to the deadline.
 
-use crate::countdown::Countdown;
-use crate::cpu::{Cpu, LAST_CYCLE, NEVER, Probe, ResetCause, StopReason};
+use crate::bus::{Bus, report_events};
+use crate::cpu::{Cpu, LAST_CYCLE, NEVER, Probe, StopReason};
 use crate::pins::{ChipEvent, CycleTime};
 
 /// Iterations of a loop are skipped only if nothing that the loop reads changes for at least this number of
@@ -56,36 +56,35 @@ pub enum InstructionMark {
     ClosesLoop,
 }
 
-/// A machine as the run loop sees it.
+/// A polling loop or a countdown loop of the program, as predecode found it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LoopPlan {
+    /// Program word of its first instruction.
+    pub head: u32,
+    /// Registers of the chip that it reads, as [`Bus`] numbers them.
+    pub registers_read: Vec<u16>,
+    /// Whether it clears the watchdog. Of such a loop only the last iteration matters, since each one
+    /// restarts the watchdog.
+    pub clears_watchdog: bool,
+    /// Bytes of the counter, lowest first, if the loop does nothing but count down to zero by one per
+    /// iteration; otherwise empty. [`CpuEngine::counter_byte`] knows the numbers.
+    pub counter: Vec<u16>,
+}
+
+/// The core of a machine as the run loop sees it. The chip around it is a [`Bus`].
 pub trait CpuEngine: Cpu {
     /// The state of the core that a polling loop can change. If an iteration leaves it unchanged, the next
     /// iteration does the same.
     type CoreState: PartialEq;
 
-    /// The cycle counter of the hot loop.
-    fn clock(&mut self) -> &mut Countdown;
     /// The flag that the probe requested a stop.
     fn stop_requested(&mut self) -> &mut bool;
     /// The flag that the burst stopped at an op that it does not execute itself: a breakpoint, the jump at
     /// the end of a polling loop, or a word that is not an instruction.
     fn slow_path_requested(&mut self) -> &mut bool;
-    /// Settings and data of the run.
-    fn run_state(&mut self) -> &mut RunState;
 
-    /// Executes all events of the chip (timers, serial ports, queued drives) that are due up to the machine
-    /// cycle `now`, and returns the cycle of the next one, or [`NEVER`].
-    fn fire(&mut self, now: u64) -> u64;
-    /// Enables or disables the log of events.
-    fn set_event_log(&mut self, on: bool);
-    /// Removes and returns the oldest logged event.
-    fn next_event(&mut self) -> Option<ChipEvent>;
-    /// The reset that the chip requests, if any.
-    fn requested_reset(&mut self) -> Option<ResetCause>;
-    /// Carries out other requests of the chip to the core between two instructions. Returns true if that took
-    /// time.
-    fn apply_request(&mut self) -> bool {
-        false
-    }
+    /// Carries out a request of the chip between two instructions.
+    fn apply_request(&mut self, request: <Self::Bus as Bus>::Request);
     /// Whether no interrupt is taken between two instructions at the cycle `now`, because of the instruction
     /// before it, such as RETI.
     fn holds_interrupts(&self, now: u64) -> bool {
@@ -93,30 +92,34 @@ pub trait CpuEngine: Cpu {
         false
     }
     /// Whether an interrupt would be taken at the cycle `now`.
-    fn has_pending_interrupt(&self, now: u64) -> bool;
+    fn has_pending_interrupt(&self, now: u64) -> bool {
+        self.bus().pending_interrupt(now).is_some()
+    }
     /// Enters the pending interrupt, if there is one. Returns true if it did.
     fn enter_interrupt<P: Probe>(&mut self, now: u64, probe: &mut P) -> bool;
     /// Whether the core is stopped until something wakes it.
-    fn is_core_asleep(&self) -> bool;
+    fn is_core_asleep(&self) -> bool {
+        self.bus().is_core_stopped()
+    }
+    /// Whether the core accepts interrupts. Cores whose chip decides that return true.
+    fn accepts_interrupts(&self) -> bool {
+        true
+    }
     /// Whether nothing that is enabled can wake or reset the chip, and nothing is pending.
-    fn is_halted(&self) -> bool;
+    fn is_halted(&self) -> bool {
+        !self.bus().is_busy() && !self.bus().can_wake(self.accepts_interrupts())
+    }
 
     /// Whether a breakpoint is set at `pc`.
     fn has_breakpoint(&self, pc: u32) -> bool;
     /// What predecode found out about the instruction at `pc`.
     fn instruction_mark(&self, pc: u32) -> InstructionMark;
-    /// The first instruction of the polling loop that ends with the instruction at `end`.
-    fn loop_head(&self, end: u32) -> Option<u32>;
-    /// The cycle up to which everything that this loop reads keeps its value, from the cycle `at` on.
-    fn loop_steady_until(&self, end: u32, at: u64) -> u64;
-    /// Whether the polling loop that ends with the instruction at `end` clears the watchdog. Of such a loop
-    /// only the last iteration matters, since each one restarts the watchdog.
-    fn loop_clears_watchdog(&self, end: u32) -> bool;
-    /// The counter value of the loop that ends with the instruction at `end`, if the loop does nothing but
-    /// count down to zero by one per iteration. `None` for other loops.
-    fn loop_counter(&self, end: u32) -> Option<u64>;
-    /// Sets that counter.
-    fn set_loop_counter(&mut self, end: u32, value: u64);
+    /// The polling loop or countdown loop that ends with the instruction at `end`.
+    fn loop_plan(&self, end: u32) -> Option<&LoopPlan>;
+    /// A byte of the counter of a countdown loop ([`LoopPlan::counter`]).
+    fn counter_byte(&self, number: u16) -> u8;
+    /// Sets such a byte.
+    fn set_counter_byte(&mut self, number: u16, value: u8);
     /// The present state of the core.
     fn core_state(&self) -> Self::CoreState;
 
@@ -133,7 +136,8 @@ pub trait CpuEngine: Cpu {
 /// Runs to the machine cycle `until`, or until something stops the run ([`Cpu::run`]).
 pub fn run<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> StopReason {
     let until = until.min(LAST_CYCLE);
-    cpu.set_event_log(P::EVENTS);
+    let now = cpu.cycle();
+    cpu.bus_mut().set_event_log(P::EVENTS, now);
     let may_skip = may_skip_loops::<E, P>(cpu);
     if P::FLOW {
         probe.on_flow_start(cpu.pc());
@@ -154,7 +158,7 @@ pub fn run<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> St
 /// ([`Cpu::step_until`]).
 pub fn step_until<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> StopReason {
     let now = cpu.cycle();
-    let next_event = cpu.fire(now);
+    let next_event = cpu.bus_mut().fire(now);
     // A machine that is asleep with an interrupt pending, or with no event due and no limit, passes one
     // cycle.
     let sleeps = cpu.is_core_asleep() && !cpu.has_pending_interrupt(now) && next_event.min(until) < LAST_CYCLE;
@@ -166,7 +170,7 @@ pub fn step_until<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P
 /// * `RETRY_AFTER_CYCLES` cycles.
 pub fn is_blocked_on_input<E: CpuEngine>(cpu: &mut E) -> bool {
     let now = cpu.cycle();
-    if cpu.fire(now) != NEVER {
+    if cpu.bus_mut().fire(now) != NEVER {
         return false;
     }
     *cpu.run_state() = RunState::START;
@@ -181,13 +185,11 @@ pub fn is_blocked_on_input<E: CpuEngine>(cpu: &mut E) -> bool {
 fn handle_boundary<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P) -> Option<StopReason> {
     loop {
         let now = cpu.cycle();
-        let next_event = cpu.fire(now);
-        if P::EVENTS {
-            while let Some(event) = cpu.next_event() {
-                *cpu.stop_requested() |= probe.on_event(event);
-            }
+        let next_event = cpu.bus_mut().fire(now);
+        if report_events(cpu.bus_mut(), probe) {
+            *cpu.stop_requested() = true;
         }
-        if let Some(cause) = cpu.requested_reset() {
+        if let Some(cause) = cpu.bus_mut().requested_reset(now) {
             let (stop_requested, pc_before) = (*cpu.stop_requested(), cpu.pc());
             cpu.reset(cause);
             *cpu.stop_requested() =
@@ -202,7 +204,8 @@ fn handle_boundary<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut 
             return Some(StopReason::Limit);
         }
         let pc_before = cpu.pc();
-        if cpu.apply_request() {
+        if let Some(request) = cpu.bus_mut().next_request(now) {
+            cpu.apply_request(request);
             report_jump(cpu, pc_before, probe);
             continue;
         }
@@ -210,7 +213,7 @@ fn handle_boundary<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut 
             report_jump(cpu, pc_before, probe);
             cpu.run_state().breakpoint_to_pass = None;
             *cpu.slow_path_requested() = false;
-            cpu.clock().expire();
+            cpu.clock_mut().expire();
             continue;
         }
         if cpu.is_core_asleep() {
@@ -220,7 +223,7 @@ fn handle_boundary<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut 
             cpu.run_state().is_blocked |= next_event == NEVER && !cpu.has_pending_interrupt(now);
             // What was due in this cycle has been executed, and an interrupt, if there is one, is not
             // enabled.
-            let clock = cpu.clock();
+            let clock = cpu.clock_mut();
             clock.advance_cycles(next_event.min(until).max(now + 1) - now);
             clock.expire();
             continue;
@@ -229,7 +232,7 @@ fn handle_boundary<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut 
         let deadline = if cpu.holds_interrupts(now) { now + 1 } else { next_event.min(until).max(now + 1) };
         let no_skip_before = cpu.run_state().no_skip_before;
         let retry_deadline = if no_skip_before > now { no_skip_before } else { NEVER };
-        cpu.clock().set_deadline(deadline.min(retry_deadline));
+        cpu.clock_mut().set_deadline(deadline.min(retry_deadline));
         if std::mem::take(cpu.slow_path_requested()) {
             let nothing_due = next_event == NEVER && !cpu.has_pending_interrupt(now);
             if let Some(stop) = slow_path(cpu, deadline, nothing_due, probe) {
@@ -289,7 +292,7 @@ fn slow_path<E: CpuEngine, P: Probe>(
         }
         _ => {}
     }
-    cpu.clock().expire();
+    cpu.clock_mut().expire();
     None
 }
 
@@ -299,11 +302,32 @@ fn may_skip_loops<E: CpuEngine, P: Probe>(cpu: &mut E) -> bool {
     cpu.run_state().skip_idle_loops && !P::EVERY_ITERATION && !P::DATA_READS
 }
 
+/// The cycle up to which everything that the loop that ends at `end` reads keeps its value, from the cycle
+/// `at` on.
+fn loop_steady_until<E: CpuEngine>(cpu: &E, end: u32, at: u64) -> u64 {
+    let registers_read = cpu.loop_plan(end).map_or(&[][..], |plan| &plan.registers_read);
+    registers_read.iter().map(|&reg| cpu.bus().steady_until(reg, at)).min().unwrap_or(NEVER)
+}
+
+/// The counter value of the loop that ends at `end`, if it is a countdown loop.
+fn loop_counter<E: CpuEngine>(cpu: &E, end: u32) -> Option<u64> {
+    let bytes = &cpu.loop_plan(end).filter(|plan| !plan.counter.is_empty())?.counter;
+    Some(bytes.iter().rev().fold(0, |high, &number| high << 8 | u64::from(cpu.counter_byte(number))))
+}
+
+/// Sets that counter.
+fn set_loop_counter<E: CpuEngine>(cpu: &mut E, end: u32, value: u64) {
+    for (i, byte) in value.to_le_bytes().into_iter().enumerate() {
+        let Some(&number) = cpu.loop_plan(end).and_then(|plan| plan.counter.get(i)) else { return };
+        cpu.set_counter_byte(number, byte);
+    }
+}
+
 /// Advances the clock by as many iterations as fit before the cycle `limit`, each equal to the one that began
 /// at the cycle `start` and has just ended.
 fn repeat_iterations<E: CpuEngine>(cpu: &mut E, limit: u64, start: u64, instructions_before: u64) {
     let now = cpu.cycle();
-    cpu.clock().repeat_iterations(limit.saturating_sub(now) / (now - start), start, instructions_before);
+    cpu.clock_mut().repeat_iterations(limit.saturating_sub(now) / (now - start), start, instructions_before);
 }
 
 /// Skips iterations of the polling loop that ends with the jump at `end`, if the jump was taken and the
@@ -312,13 +336,13 @@ fn repeat_iterations<E: CpuEngine>(cpu: &mut E, limit: u64, start: u64, instruct
 /// where the program leaves the loop. If the loop clears the watchdog, the last iteration is executed,
 /// because its effect is that of all the skipped ones.
 fn skip_iterations<E: CpuEngine, P: Probe>(cpu: &mut E, end: u32, deadline: u64, nothing_due: bool, probe: &mut P) {
-    let Some(head) = cpu.loop_head(end).filter(|&head| head == cpu.pc()) else { return };
-    if let Some(iterations_left) = cpu.loop_counter(end) {
+    let Some(head) = cpu.loop_plan(end).map(|plan| plan.head).filter(|&head| head == cpu.pc()) else { return };
+    if let Some(iterations_left) = loop_counter(cpu, end) {
         skip_counted_iterations(cpu, (head, end), iterations_left, deadline, probe);
         return;
     }
     let (start, instructions_before, state_before) = (cpu.cycle(), cpu.instructions(), cpu.core_state());
-    let steady_until = cpu.loop_steady_until(end, start);
+    let steady_until = loop_steady_until(cpu, end, start);
     if steady_until.min(deadline).saturating_sub(start) < MIN_QUIET_CYCLES {
         cpu.run_state().no_skip_before = start + RETRY_AFTER_CYCLES;
         return;
@@ -329,10 +353,10 @@ fn skip_iterations<E: CpuEngine, P: Probe>(cpu: &mut E, end: u32, deadline: u64,
     let now = cpu.cycle();
     // A guarantee that ends now was sufficient for this iteration, but says nothing about the next one.
     if cpu.pc() == head && cpu.core_state() == state_before && now < steady_until {
-        let steady_until = cpu.loop_steady_until(end, now);
+        let steady_until = loop_steady_until(cpu, end, now);
         cpu.run_state().is_blocked |= nothing_due && steady_until == NEVER;
         let limit = steady_until.min(deadline);
-        if cpu.loop_clears_watchdog(end) {
+        if cpu.loop_plan(end).is_some_and(|plan| plan.clears_watchdog) {
             repeat_iterations(cpu, limit.saturating_sub(now - start), start, instructions_before);
             run_iteration(cpu, (head, end), deadline, probe);
         } else {
@@ -362,10 +386,10 @@ fn skip_counted_iterations<E: CpuEngine, P: Probe>(
     }
     let iteration_cycles = cpu.cycle() - start;
     let iterations_that_fit = (deadline.saturating_sub(cpu.cycle()) / iteration_cycles).saturating_sub(1);
-    if let Some(counter) = cpu.loop_counter(end).filter(|&counter| counter + 1 == iterations_left) {
+    if let Some(counter) = loop_counter(cpu, end).filter(|&counter| counter + 1 == iterations_left) {
         let skipped = iterations_that_fit.min(counter.saturating_sub(2));
-        cpu.set_loop_counter(end, counter - skipped);
-        cpu.clock().repeat_iterations(skipped, start, instructions_before);
+        set_loop_counter(cpu, end, counter - skipped);
+        cpu.clock_mut().repeat_iterations(skipped, start, instructions_before);
         run_iteration(cpu, (head, end), deadline, probe);
     }
 }

@@ -7,6 +7,25 @@ use crate::cpu::NEVER;
 use crate::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 use crate::state::{SnapshotDamaged, SnapshotState, StateTape};
 
+/// An input from outside a chip.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OutsideInput {
+    /// A level on a pin, or no drive.
+    Level(PinId, PinLevel),
+    /// A voltage on a pin, in millivolts.
+    Volts(PinId, u32),
+    /// The supply voltage, in millivolts.
+    Supply(u32),
+}
+
+impl Default for OutsideInput {
+    fn default() -> OutsideInput {
+        OutsideInput::Supply(0)
+    }
+}
+
+crate::state! { enum OutsideInput { 0 = Level(pin, level), 1 = Volts(pin, millivolts), 2 = Supply(millivolts) } }
+
 /// Future drives from outside (by default of a pin to a level), in order of time. Drives of the same time
 /// keep the order in which they were queued. Times are machine cycles, or clocks on a chip that counts
 /// clocks.

@@ -42,10 +42,13 @@
 
 #![forbid(unsafe_code)]
 
+pub mod bus;
 pub mod chip;
 pub mod countdown;
 pub mod cpu;
+pub mod device;
 pub mod engine;
+pub mod engine_macros;
 mod error;
 pub mod external_io;
 mod family;
@@ -58,9 +61,8 @@ pub mod rng;
 pub mod state;
 pub mod table;
 
+pub use bus::{Bus, BusEffect};
 pub use chip::{Chip, ChipFamily, InstructionSet, NamedAddress, PinDef};
-pub use cpu::{
-    Bus, BusEffect, Cpu, LAST_CYCLE, NEVER, Probe, ProgramError, ProgramFault, RamInit, ResetCause, StopReason,
-};
+pub use cpu::{Cpu, CpuParts, LAST_CYCLE, NEVER, Probe, ProgramError, ProgramFault, RamInit, ResetCause, StopReason};
 pub use error::CoreError;
 pub use pins::{ChipEvent, CycleTime, PinId, PinLevel};

@@ -5,11 +5,9 @@ mod cpu_engine;
 use std::sync::Arc;
 
 use emu_core::chip::Chip;
-use emu_core::cpu::{Bus, Cpu, Probe, RamInit, ResetCause, StopReason};
-use emu_core::engine::{self, CpuEngine, RunState};
+use emu_core::cpu::{Bus, Cpu, Probe, RamInit, ResetCause};
+use emu_core::engine::RunState;
 use emu_core::image::Image;
-use emu_core::pins::{CycleTime, PinId, PinLevel};
-use emu_core::state::SnapshotDamaged;
 
 use crate::chips::{self, Pic16Part};
 use crate::core_state::{BANK, CoreRegisters, PD, TO};
@@ -80,12 +78,6 @@ impl Pic16 {
         };
         pic.core.clock.expire();
         pic
-    }
-
-    /// Switches skipping of polling loops on (default) or off. The results are the same; only the run time
-    /// changes.
-    pub fn set_skip_idle_loops(&mut self, on: bool) {
-        self.run_state.skip_idle_loops = on;
     }
 
     /// Returns the chip around the core.
@@ -174,7 +166,11 @@ fn as_core_register(file_address: FileAddress) -> Option<Sfr> {
     CORE.into_iter().find(|&sfr| file_address == FileAddress::sfr(sfr)).or(unimplemented)
 }
 
+emu_core::cpu_parts!(Pic16, Pic16Soc);
+
 impl Cpu for Pic16 {
+    emu_core::run_by_engine!();
+
     fn chip(&self) -> &'static Chip {
         &self.part.chip
     }
@@ -210,14 +206,6 @@ impl Cpu for Pic16 {
             self.ram = power_up_ram(self.init, now);
         }
         self.soc.reset(why, now);
-    }
-
-    fn cycle(&self) -> u64 {
-        self.core.clock.now()
-    }
-
-    fn instructions(&self) -> u64 {
-        self.core.clock.instructions()
     }
 
     fn pc(&self) -> u32 {
@@ -306,34 +294,6 @@ impl Cpu for Pic16 {
         }
     }
 
-    fn pin_level(&self, pin: PinId) -> PinLevel {
-        self.soc.level(pin)
-    }
-
-    fn byte_in_stop_bit(&self) -> Option<u8> {
-        self.soc.byte_in_stop_bit()
-    }
-
-    fn drive(&mut self, at: CycleTime, pin: PinId, level: PinLevel) {
-        let now = self.cycle();
-        self.soc.drive(at, now, pin, level);
-        self.core.clock.expire();
-    }
-
-    fn drive_volts(&mut self, at: CycleTime, pin: PinId, millivolts: u32) -> bool {
-        let now = self.cycle();
-        self.soc.queue_volts(at, now, pin, millivolts);
-        self.core.clock.expire();
-        true
-    }
-
-    fn set_supply(&mut self, at: CycleTime, millivolts: u32) -> bool {
-        let now = self.cycle();
-        self.soc.queue_supply(at, now, millivolts);
-        self.core.clock.expire();
-        true
-    }
-
     fn canonical_ram_address(&self, addr: u32) -> Option<u32> {
         let slot = u16::try_from(addr)
             .ok()
@@ -343,34 +303,5 @@ impl Cpu for Pic16 {
             Some(chips::FileSlot::Ram(canonical)) => Some(canonical.into()),
             _ => None,
         }
-    }
-
-    fn save(&self) -> Vec<u8> {
-        self.to_snapshot()
-    }
-
-    fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotDamaged> {
-        *self = self.restored(bytes)?;
-        Ok(())
-    }
-
-    fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
-        engine::run(self, until, probe)
-    }
-
-    fn is_asleep(&self) -> bool {
-        CpuEngine::is_core_asleep(self)
-    }
-
-    fn set_run_while_halted(&mut self, on: bool) {
-        self.run_state.run_while_halted = on;
-    }
-
-    fn is_blocked_on_input(&mut self) -> bool {
-        engine::is_blocked_on_input(self)
-    }
-
-    fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
-        engine::step_until(self, until, probe)
     }
 }

@@ -398,36 +398,6 @@ macro_rules! execute_op {
     };
 }
 
-/// Fetches and executes the instruction at the program counter.
-macro_rules! burst_loop {
-    ($executor:ident, $ops:ident) => {{
-        let m = &mut $executor;
-        let op: &Pic16Op = &$ops[m.core.bank_and_pc as u16 as usize];
-        if P::INSN && op.kind as u8 != Kind::Breakpoint as u8 && m.probe.on_instruction(m.core.clock.now(), m.core.pc())
-        {
-            m.core.stop_requested = true;
-            m.core.clock.expire();
-            break;
-        }
-        execute_op!(
-            m,
-            op,
-            match op.kind {
-                Kind::BtfscGoto => then_goto!(m, $ops, skip_bit(m, ram_of(op), bit_of(op), false)),
-                Kind::BtfssGoto => then_goto!(m, $ops, skip_bit(m, ram_of(op), bit_of(op), true)),
-                Kind::DecfszGoto => then_goto!(m, $ops, decfsz(m, ram_of(op), false)),
-                Kind::IncfszGoto => then_goto!(m, $ops, incfsz(m, ram_of(op), false)),
-                Kind::BtfscSfrGoto => then_goto!(m, $ops, skip_bit(m, file_of(op), bit_of(op), false)),
-                Kind::BtfssSfrGoto => then_goto!(m, $ops, skip_bit(m, file_of(op), bit_of(op), true)),
-                _ => {
-                    m.core.slow_path_requested = true;
-                    m.core.clock.expire();
-                }
-            }
-        );
-    }};
-}
-
 /// Executes a test and, unless it skips or the deadline is reached, the GOTO after it.
 macro_rules! then_goto {
     ($m:ident, $ops:ident, $test:expr) => {{
@@ -457,18 +427,26 @@ fn bit_of(op: &Pic16Op) -> B {
 }
 
 impl<P: Probe> Executor<'_, P> {
-    /// Executes instructions until the deadline; returns the registers of the core. The loop body is written
-    /// twice, so that there are two indirect jumps, which the host predicts better than one.
+    /// Executes instructions until the deadline; returns the registers of the core.
     #[inline(never)]
     pub(crate) fn burst(self, ops: &[Pic16Op; OPS]) -> CoreRegisters {
         let mut executor = self;
-        while executor.core.clock.is_before_deadline() {
-            burst_loop!(executor, ops);
-            if !executor.core.clock.is_before_deadline() {
-                break;
-            }
-            burst_loop!(executor, ops);
-        }
+        let m = &mut executor;
+        emu_core::burst_loop!(m, op = ops[m.core.bank_and_pc as u16 as usize], m.core.pc(), {
+            execute_op!(
+                m,
+                op,
+                match op.kind {
+                    Kind::BtfscGoto => then_goto!(m, ops, skip_bit(m, ram_of(op), bit_of(op), false)),
+                    Kind::BtfssGoto => then_goto!(m, ops, skip_bit(m, ram_of(op), bit_of(op), true)),
+                    Kind::DecfszGoto => then_goto!(m, ops, decfsz(m, ram_of(op), false)),
+                    Kind::IncfszGoto => then_goto!(m, ops, incfsz(m, ram_of(op), false)),
+                    Kind::BtfscSfrGoto => then_goto!(m, ops, skip_bit(m, file_of(op), bit_of(op), false)),
+                    Kind::BtfssSfrGoto => then_goto!(m, ops, skip_bit(m, file_of(op), bit_of(op), true)),
+                    _ => emu_core::leave_burst!(m),
+                }
+            );
+        });
         executor.core
     }
 

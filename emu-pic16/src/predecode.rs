@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use emu_core::engine::InstructionMark;
+use emu_core::engine::{InstructionMark, LoopPlan};
 use emu_core::state::MemoryChanges;
 use emu_core::table::{InstructionLocation, PredecodedOp};
 
@@ -15,19 +15,6 @@ use crate::recorder::record_instruction;
 
 /// Longest loop that is analyzed: words between its first instruction and its GOTO.
 const MAX_LOOP_WORDS: u32 = 16;
-
-/// A loop that only reads until a value changes, or that only counts down.
-#[derive(Debug, Clone)]
-pub(crate) struct LoopPlan {
-    /// Program word of its first instruction.
-    pub head: u32,
-    /// Registers of the chip that it reads.
-    pub registers_read: Vec<Sfr>,
-    /// True if it clears the watchdog.
-    pub clears_watchdog: bool,
-    /// RAM address of the counter, if the loop only counts it down to zero.
-    pub counted_address: Option<u16>,
-}
 
 /// Program memory as words and as predecoded ops. It repeats after its end (DS33023, section 6.2).
 #[derive(Debug, Clone)]
@@ -194,10 +181,15 @@ impl CodeMemory {
             }
             skipped = record.skips;
             clears_watchdog |= record.clears_watchdog;
-            registers_read
-                .extend(record.addresses_read.iter().filter_map(|file_address| as_chip_register(*file_address)));
+            registers_read.extend(
+                record
+                    .addresses_read
+                    .iter()
+                    .filter_map(|file_address| as_chip_register(*file_address))
+                    .map(|sfr| sfr as u16),
+            );
         }
-        (bank_now == bank).then_some(LoopPlan { head, registers_read, clears_watchdog, counted_address: None })
+        (bank_now == bank).then_some(LoopPlan { head, registers_read, clears_watchdog, counter: Vec::new() })
     }
 
     /// Returns the plan of the loop that the GOTO `op` at `end` closes, if it decrements a byte by DECFSZ and
@@ -211,12 +203,12 @@ impl CodeMemory {
         let at = |pc: u32| decode(self.words[pc as usize], bank, &self.file_addresses);
         let only_clears_watchdog = (head..end - 1).all(|pc| matches!(at(pc).kind, Kind::Nop | Kind::Clrwdt));
         let test = at(end - 1);
-        let counter = Some(u16::from_le_bytes([test.args[0], test.args[1]]));
+        let counter = vec![u16::from_le_bytes([test.args[0], test.args[1]])];
         (only_clears_watchdog && test.kind == Kind::DecfszFRam).then_some(LoopPlan {
             head,
             registers_read: Vec::new(),
             clears_watchdog: false,
-            counted_address: counter,
+            counter,
         })
     }
 }

@@ -12,7 +12,8 @@ mod state;
 use std::collections::VecDeque;
 
 use emu_core::cpu::{Bus, BusEffect, NEVER, ResetCause};
-use emu_core::external_io::EventLog;
+use emu_core::device::Scheduler;
+use emu_core::external_io::{EventLog, OutsideInput};
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel, PinState};
 
 use crate::chips::{self, Pic16Part};
@@ -27,10 +28,10 @@ use crate::periph::ssp::Pic16Ssp;
 use crate::periph::timer0::Timer0;
 use crate::periph::timers::{Pic16Timers, Timer1Crystal};
 use crate::periph::usart::Pic16Usart;
-use crate::periph::{Pic16Device, Pic16Outbox, Pic16Signal};
+use crate::periph::{Device, Pic16Outbox, Pic16Signal, SignalReceiver};
 
 pub use irq::Pic16Interrupts;
-use pins::{OutsideInput, PinInputs};
+use pins::PinInputs;
 use power::PowerState;
 pub use power::TimingClocks;
 
@@ -96,12 +97,8 @@ pub struct Pic16Soc {
     /// Machine cycles in which instructions are not executed: first, and end (exclusive).
     ignored_cycles: (u64, u64),
     log: EventLog,
-    /// Clock of each unit's next event, except for the units in `touched_units`.
-    unit_deadlines: [u64; unit_index::COUNT],
-    /// Mask of the units that were touched since their deadline was computed.
-    touched_units: u8,
-    /// Clock of the next event of the chip.
-    due: u64,
+    /// In clocks.
+    schedule: Scheduler<{ unit_index::COUNT }>,
     /// Clock up to which everything has been executed.
     run_to_clock: u64,
     /// Last deadline that the core was given, in machine cycles.
@@ -183,9 +180,7 @@ impl Pic16Soc {
             stall: 0,
             ignored_cycles: (0, 0),
             log: EventLog::OFF,
-            unit_deadlines: [NEVER; unit_index::COUNT],
-            touched_units: u8::MAX,
-            due: 0,
+            schedule: Scheduler { due: 0, ..Scheduler::START },
             run_to_clock: 0,
             core_deadline: NEVER,
             out: Pic16Outbox::new(),
@@ -194,40 +189,10 @@ impl Pic16Soc {
         soc
     }
 
-    /// Drives a pin from outside at `at`, or at once if that has passed. `now` is the machine cycle of the
-    /// boundary.
-    pub fn drive(&mut self, at: CycleTime, now: u64, pin: PinId, level: PinLevel) {
-        self.queue_input(at, now, OutsideInput::Level(pin, level));
-    }
-
-    /// Returns the level of a pin after everything executed so far; [`PinLevel::Float`] for a pin that does
-    /// not exist.
-    #[must_use]
-    pub fn level(&self, pin: PinId) -> PinLevel {
-        self.ports.pin(pin).level()
-    }
-
     /// Returns the states of all pins.
     #[must_use]
     pub fn pins(&self) -> &[PinState] {
         self.ports.pins()
-    }
-
-    /// Removes and returns the oldest logged event.
-    pub fn next_event(&mut self) -> Option<ChipEvent> {
-        self.log.pop()
-    }
-
-    /// Removes and returns the oldest request to the core at the machine cycle `now`.
-    pub fn next_request(&mut self, now: u64) -> Option<CoreRequest> {
-        if let Some(order) = self.requests.pop_front() {
-            return Some(order);
-        }
-        if now < self.stall {
-            return Some(CoreRequest::Stall { until: std::mem::take(&mut self.stall) });
-        }
-        let (from, until) = self.ignored_cycles;
-        ((from..until).contains(&now)).then_some(CoreRequest::Ignore { until })
     }
 
     /// Supplies a requested word of program memory.
@@ -252,32 +217,26 @@ impl Pic16Soc {
         self.config.get(index).copied().unwrap_or(0x3FFF)
     }
 
-    /// Returns the byte whose stop bit is being sent, if the program can already see it as sent.
-    #[must_use]
-    pub fn byte_in_stop_bit(&self) -> Option<u8> {
-        self.usart.byte_in_stop_bit()
-    }
-
     /// Executes everything due up to the clock `t`, in order of time.
     #[inline(always)]
     fn run(&mut self, t: u64) {
         self.run_to_clock = self.run_to_clock.max(t);
-        if self.due <= t {
+        if self.schedule.due <= t {
             self.run_due(t);
         }
     }
 
     #[inline(never)]
     fn run_due(&mut self, t: u64) {
-        while self.due <= t {
-            let due = self.due;
+        while self.schedule.due <= t {
+            let due = self.schedule.due;
             self.apply_inputs(due);
             self.run_samples(due);
-            for_each_unit!(self, part, number => if self.unit_deadlines[number] <= due {
-                self.touched_units |= 1 << number;
+            for_each_unit!(self, part, number => if self.schedule.deadlines[number] <= due {
+                self.schedule.touch(number);
                 part.run_due(due, &mut self.out);
             });
-            self.apply_signals();
+            self.apply_signals(());
             self.run_power(due);
             self.update_deadlines();
         }
@@ -285,69 +244,16 @@ impl Pic16Soc {
 
     /// Computes the next deadline.
     fn update_deadlines(&mut self) {
-        let due = self.pin_inputs.drives.next_cycle().min(self.irq.next_sample_clock()).min(self.power.next());
-        if self.touched_units != 0 {
-            for_each_unit!(self, part, number => if self.touched_units >> number & 1 == 1 { self.unit_deadlines[number] = part.next_clock() });
-            self.touched_units = 0;
+        if self.schedule.touched != 0 {
+            for_each_unit!(self, part, number => if self.schedule.touched >> number & 1 == 1 { self.schedule.ask(number, part) });
         }
-        self.due = self.unit_deadlines.into_iter().fold(due, u64::min);
-    }
-
-    /// Processes the signals that units have put into the outbox, and those that follow from them.
-    #[inline(always)]
-    fn apply_signals(&mut self) {
-        if !self.out.is_empty() {
-            self.apply_all_signals();
-        }
-    }
-
-    #[inline(never)]
-    fn apply_all_signals(&mut self) {
-        while !self.out.is_empty() {
-            let mut signals = std::mem::take(&mut self.out);
-            for signal in signals.drain(..) {
-                self.apply_signal(signal);
-            }
-            // Keeps the allocation of the list.
-            if self.out.is_empty() {
-                self.out = signals;
-                return;
-            }
-        }
-    }
-
-    fn apply_signal(&mut self, signal: Pic16Signal) {
-        match signal {
-            Pic16Signal::Flag { t, flag } => {
-                self.raise(flag, t);
-                self.flag_raised(t);
-            }
-            Pic16Signal::Drive { t, line, drive } => self.set_line_driver(line, drive, t),
-            Pic16Signal::Sent { t, byte } => self.log.record(ChipEvent::Sent { at: to_cycle_time(t), uart: 0, byte }),
-            Pic16Signal::Convert { t } => {
-                self.touched_units |= 1 << unit_index::ADC;
-                self.adc.start(t, &mut self.out);
-            }
-            Pic16Signal::Timer2 { t } => {
-                self.touched_units |= 1 << unit_index::SSP;
-                self.ssp.timer2(t, &mut self.out);
-            }
-            Pic16Signal::Watchdog { t } => self.watchdog_ran_out(t),
-            Pic16Signal::FlashRead { addr } => self.requests.push_back(CoreRequest::ReadWord { addr }),
-            Pic16Signal::FlashWrite { addr, words } => {
-                self.requests.push_back(CoreRequest::WriteWords { addr, words, erased: true })
-            }
-            Pic16Signal::FlashProgram { addr, words } => {
-                self.requests.push_back(CoreRequest::WriteWords { addr, words, erased: false })
-            }
-            Pic16Signal::Stall { until } => self.stall = until.div_ceil(4),
-            Pic16Signal::Ignore { from, until } => self.ignored_cycles = (from.div_ceil(4), until.div_ceil(4)),
-        }
+        let inputs = self.pin_inputs.drives.next_cycle().min(self.irq.next_sample_clock());
+        self.schedule.update_due(inputs.min(self.power.next()));
     }
 
     /// Returns the effect of an access on the core.
     fn bus_effect(&mut self, now: u64) -> BusEffect {
-        let sooner = self.due.div_ceil(4).min(self.irq.at) < self.core_deadline;
+        let sooner = self.schedule.due.div_ceil(4).min(self.irq.at) < self.core_deadline;
         if sooner
             || !self.requests.is_empty()
             || self.stall > now
@@ -375,8 +281,10 @@ fn to_cycle_time(t: u64) -> CycleTime {
 }
 
 impl Bus for Pic16Soc {
+    type Request = CoreRequest;
+
     fn read(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
-        let due = self.due <= 4 * now;
+        let due = self.schedule.due <= 4 * now;
         self.run(4 * now);
         let Some(&sfr) = Sfr::ALL.get(usize::from(reg)) else { return (0, BusEffect::NONE) };
         // Fast path for ports.
@@ -393,7 +301,7 @@ impl Bus for Pic16Soc {
 
     fn peek(&self, reg: u16, now: u64) -> u8 {
         let Some(&sfr) = Sfr::ALL.get(usize::from(reg)) else { return 0 };
-        if self.due <= 4 * now {
+        if self.schedule.due <= 4 * now {
             let mut soc = self.clone();
             soc.run(4 * now);
             return soc.peek_register(sfr, 4 * now);
@@ -403,7 +311,7 @@ impl Bus for Pic16Soc {
 
     fn write(&mut self, reg: u16, value: u8, now: u64) -> BusEffect {
         let Some(&sfr) = Sfr::ALL.get(usize::from(reg)) else { return BusEffect::NONE };
-        let due = self.due <= 4 * now + 3;
+        let due = self.schedule.due <= 4 * now + 3;
         if sfr == Sfr::PORTB {
             // A write of the port reads it in Q2, as a read does (DS30292, 3.2).
             self.run(4 * now);
@@ -423,7 +331,7 @@ impl Bus for Pic16Soc {
     fn fire(&mut self, now: u64) -> u64 {
         self.run(4 * now);
         self.core_deadline =
-            self.due.div_ceil(4).min(if self.ignored_cycles.0 > now { self.ignored_cycles.0 } else { NEVER });
+            self.schedule.due.div_ceil(4).min(if self.ignored_cycles.0 > now { self.ignored_cycles.0 } else { NEVER });
         if self.power.is_running() {
             self.core_deadline = self.core_deadline.min(self.irq.at);
         }
@@ -431,15 +339,15 @@ impl Bus for Pic16Soc {
     }
 
     fn steady_until(&self, reg: u16, now: u64) -> u64 {
-        if self.due <= 4 * now {
+        if self.schedule.due <= 4 * now {
             return now;
         }
         let sfr = Sfr::ALL.get(usize::from(reg)).copied();
-        sfr.map_or(NEVER, |sfr| self.register_steady_until(sfr, 4 * now).min(self.due)).div_ceil(4)
+        sfr.map_or(NEVER, |sfr| self.register_steady_until(sfr, 4 * now).min(self.schedule.due)).div_ceil(4)
     }
 
     fn pending_interrupt(&self, now: u64) -> Option<u8> {
-        if self.due <= 4 * now {
+        if self.schedule.due <= 4 * now {
             let mut soc = self.clone();
             soc.run(4 * now);
             return soc.interrupt_since(now).map(|_| 1);
@@ -458,9 +366,118 @@ impl Bus for Pic16Soc {
     }
 
     fn is_busy(&self) -> bool {
-        let parts = [self.usart.next_clock(), self.ssp.next_clock(), self.eeprom.next_clock(), self.adc.next_clock()];
+        let parts = [
+            self.usart.next_deadline(),
+            self.ssp.next_deadline(),
+            self.eeprom.next_deadline(),
+            self.adc.next_deadline(),
+        ];
         let clocked = self.ssp.waits_for_timer2() && self.timers.timer2_match_next(self.run_to_clock) != NEVER;
         let due = parts.iter().any(|&next| next != NEVER) || self.pin_inputs.drives.next_cycle() != NEVER;
         due || clocked || self.timers.moves_pins()
+    }
+
+    fn is_core_stopped(&self) -> bool {
+        !self.power.is_running()
+    }
+
+    #[inline]
+    fn requested_reset(&mut self, _: u64) -> Option<ResetCause> {
+        self.power.request.take()
+    }
+
+    #[inline]
+    fn next_request(&mut self, now: u64) -> Option<CoreRequest> {
+        if let Some(order) = self.requests.pop_front() {
+            return Some(order);
+        }
+        if now < self.stall {
+            return Some(CoreRequest::Stall { until: std::mem::take(&mut self.stall) });
+        }
+        let (from, until) = self.ignored_cycles;
+        ((from..until).contains(&now)).then_some(CoreRequest::Ignore { until })
+    }
+
+    fn level(&self, pin: PinId) -> PinLevel {
+        self.ports.pin(pin).level()
+    }
+
+    fn queue_input(&mut self, at: CycleTime, now: u64, input: OutsideInput) -> bool {
+        self.run(4 * now);
+        let t = at.cycle.saturating_mul(4).saturating_add(u64::from(at.phase.min(3)));
+        self.pin_inputs.drives.push(t.max(4 * now), input);
+        self.update_deadlines();
+        self.run(4 * now);
+        true
+    }
+
+    fn byte_in_stop_bit(&self) -> Option<u8> {
+        self.usart.byte_in_stop_bit()
+    }
+
+    fn set_event_log(&mut self, on: bool, now: u64) {
+        let pins = 0..crate::periph::ports::PIN_COUNT as PinId;
+        self.log.set_enabled(on, now, pins.filter(|&pin| self.ports.pin(pin).has_contention()));
+        self.ports.set_peripheral_pins(if on { u64::MAX } else { self.pin_inputs.peripheral_pins() });
+    }
+
+    #[inline]
+    fn event_log(&mut self) -> &mut EventLog {
+        &mut self.log
+    }
+
+    fn normalize(&mut self, now: u64) {
+        self.log = EventLog::OFF;
+        let t = 4 * now;
+        self.run(t);
+        for_each_unit!(self, part, number => {
+            self.schedule.touch(number);
+            part.run_due(t, &mut self.out);
+        });
+        self.apply_signals(());
+        self.update_deadlines();
+        self.run(t);
+        if self.ignored_cycles.1 <= now {
+            self.ignored_cycles = (0, 0);
+        }
+    }
+}
+
+impl SignalReceiver for Pic16Soc {
+    type Signal = Pic16Signal;
+    type Sender = ();
+
+    #[inline(always)]
+    fn outbox(&mut self) -> &mut Pic16Outbox {
+        &mut self.out
+    }
+
+    fn apply_signal(&mut self, _: (), signal: Pic16Signal) {
+        match signal {
+            Pic16Signal::Flag { t, flag } => {
+                self.raise(flag, t);
+                self.flag_raised(t);
+            }
+            Pic16Signal::Drive { t, line, drive } => self.set_line_driver(line, drive, t),
+            Pic16Signal::Sent { t, byte } => self.log.record(ChipEvent::Sent { at: to_cycle_time(t), uart: 0, byte }),
+            Pic16Signal::Convert { t } => {
+                self.schedule.touch(unit_index::ADC);
+                self.adc.start(t, &mut self.out);
+            }
+            Pic16Signal::Timer2 { t } => {
+                self.schedule.touch(unit_index::SSP);
+                self.ssp.timer2(t, &mut self.out);
+            }
+            Pic16Signal::Watchdog { t } => self.watchdog_ran_out(t),
+            Pic16Signal::FlashRead { addr } => self.requests.push_back(CoreRequest::ReadWord { addr }),
+            Pic16Signal::FlashWrite { addr, words } => {
+                self.requests.push_back(CoreRequest::WriteWords { addr, words, erased: true })
+            }
+            Pic16Signal::FlashProgram { addr, words } => {
+                self.requests.push_back(CoreRequest::WriteWords { addr, words, erased: false })
+            }
+            Pic16Signal::Stall { until } => self.stall = until.div_ceil(4),
+            Pic16Signal::Ignore { from, until } => self.ignored_cycles = (from.div_ceil(4), until.div_ceil(4)),
+        }
     }
 }

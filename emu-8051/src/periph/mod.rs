@@ -12,3 +12,18 @@ pub mod ports;
 pub mod serial;
 pub mod timer;
 pub mod timer2;
+
+pub use emu_core::device::Device;
+use emu_core::device::{DeviceSignal, Outbox};
+use emu_core::pins::PinId;
+
+/// A signal of a peripheral. There are none yet: the chip asks its peripherals for their flags and lines.
+#[derive(Debug, Clone, Copy)]
+pub enum Mcs51Signal {}
+
+impl DeviceSignal for Mcs51Signal {
+    type Line = PinId;
+}
+
+/// The list in which peripherals leave their signals.
+pub type Mcs51Outbox = Outbox<Mcs51Signal>;

@@ -13,7 +13,10 @@
 //!   by its INT pin, and has no effect on TH0.
 //! - A flag that is already set is not set again: its time stays that of the first overflow.
 
+use super::map::{pin, sfr};
+use super::{Device, Mcs51Outbox, Mcs51Signal};
 use emu_core::NEVER;
+use emu_core::pins::PinId;
 use emu_core::state;
 
 const GATE: u8 = 8;
@@ -170,6 +173,75 @@ state! {
     Mcs51Timers { tmod, run, t, int, counts, counts_before } stays { counter_setup, is_counting } if |timers, now| timers.counts.synced + 1 >= now, then Mcs51Timers::update_setup
 }
 
+/// TMOD and the counts; TCON is shared with the external interrupts, so the chip reads and writes its bits
+/// one by one. A write at the end of cycle `t` acts from cycle `t + 1` on, a level at S5P2 of cycle `t` from
+/// `t` on. The last level of a cycle wins. There is no signal: the chip asks for the flags.
+impl Device<Mcs51Signal> for Mcs51Timers {
+    /// A direct address.
+    type Reg = u8;
+
+    fn run_due(&mut self, t: u64, _out: &mut Mcs51Outbox) {
+        self.advance_to(t);
+    }
+
+    fn next_deadline(&self) -> u64 {
+        self.next_flag(0).min(self.next_flag(1))
+    }
+
+    fn interrupt_requests(&self) -> u8 {
+        u8::from(self.flag(0)) | u8::from(self.flag(1)) << 1
+    }
+
+    fn peek(&self, reg: u8, t: u64) -> u8 {
+        if t > self.counts.synced {
+            let mut timers = self.clone();
+            timers.advance_to(t);
+            return timers.peek(reg, t);
+        }
+        match reg {
+            sfr::TMOD => self.tmod,
+            sfr::TL0 => self.counts.tl[0],
+            sfr::TL1 => self.counts.tl[1],
+            sfr::TH0 => self.counts.th[0],
+            sfr::TH1 => self.counts.th[1],
+            _ => 0,
+        }
+    }
+
+    fn write(&mut self, reg: u8, value: u8, mask: u8, t: u64, _out: &mut Mcs51Outbox) {
+        self.advance_to(t);
+        let register = match reg {
+            sfr::TMOD => &mut self.tmod,
+            sfr::TL0 => &mut self.counts.tl[0],
+            sfr::TL1 => &mut self.counts.tl[1],
+            sfr::TH0 => &mut self.counts.th[0],
+            sfr::TH1 => &mut self.counts.th[1],
+            _ => return,
+        };
+        *register = *register & !mask | value & mask;
+        self.on_register_written();
+    }
+
+    /// The timers must be advanced to the cycle before `t`, or to `t` itself if a pin change of that cycle
+    /// was already reported.
+    fn on_line_changed(&mut self, line: PinId, high: bool, t: u64, _out: &mut Mcs51Outbox) {
+        let n = usize::from(matches!(line, pin::T1 | pin::INT1));
+        match line {
+            pin::T0 | pin::T1 => self.change_pin(t, |timers, cycle| timers.t[n].drive(high, cycle)),
+            pin::INT0 | pin::INT1 => self.change_pin(t, |timers, _| timers.int[n] = high),
+            _ => {}
+        }
+    }
+
+    fn reset(&mut self, _power_on: bool, t: u64, _out: &mut Mcs51Outbox) {
+        *self = Mcs51Timers::new(t);
+    }
+
+    fn steady_until(&self, reg: u8, t: u64) -> u64 {
+        if reg == sfr::TMOD { NEVER } else { t }
+    }
+}
+
 impl Mcs51Timers {
     /// The state after reset, advanced to cycle `now`: registers 0, pins high.
     #[must_use]
@@ -219,24 +291,6 @@ impl Mcs51Timers {
         }
     }
 
-    /// TMOD.
-    #[must_use]
-    pub fn tmod(&self) -> u8 {
-        self.tmod
-    }
-
-    /// TLn.
-    #[must_use]
-    pub fn tl(&self, n: usize) -> u8 {
-        self.counts.tl[n & 1]
-    }
-
-    /// THn.
-    #[must_use]
-    pub fn th(&self, n: usize) -> u8 {
-        self.counts.th[n & 1]
-    }
-
     /// TRn.
     #[must_use]
     pub fn run(&self, n: usize) -> bool {
@@ -256,24 +310,6 @@ impl Mcs51Timers {
         self.counts.since[n & 1]
     }
 
-    /// Writes TMOD.
-    pub fn set_tmod(&mut self, value: u8) {
-        self.tmod = value;
-        self.on_register_written();
-    }
-
-    /// Writes TLn.
-    pub fn set_tl(&mut self, n: usize, value: u8) {
-        self.counts.tl[n & 1] = value;
-        self.on_register_written();
-    }
-
-    /// Writes THn.
-    pub fn set_th(&mut self, n: usize, value: u8) {
-        self.counts.th[n & 1] = value;
-        self.on_register_written();
-    }
-
     /// Writes TRn.
     pub fn set_run(&mut self, n: usize, on: bool) {
         self.run[n & 1] = on;
@@ -287,18 +323,6 @@ impl Mcs51Timers {
         *since = if on { (*since).min(next) } else { NEVER };
         self.counts.flag[n & 1] = on;
         self.on_register_written();
-    }
-
-    /// Sets the level of pin Tn at S5P2 of `cycle` and later. The timers must be advanced to the cycle
-    /// before, or to `cycle` itself if a pin change of that cycle was already reported. The last change of a
-    /// cycle wins.
-    pub fn pin_t(&mut self, n: usize, level: bool, cycle: u64) {
-        self.change_pin(cycle, |timers, cycle| timers.t[n & 1].drive(level, cycle));
-    }
-
-    /// Sets the level of pin INTn at S5P2 of `cycle` and later; otherwise as [`Mcs51Timers::pin_t`].
-    pub fn pin_int(&mut self, n: usize, level: bool, cycle: u64) {
-        self.change_pin(cycle, |timers, _| timers.int[n & 1] = level);
     }
 
     /// The cycle of the next overflow that sets TFn if no register or pin changes, even if TFn is already

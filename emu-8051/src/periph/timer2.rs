@@ -23,8 +23,11 @@
 //!   in the cycle before an overflow, it is polled as that of the overflow, a cycle earlier than the written
 //!   flag would be.
 
+use super::map::{pin, sfr};
 use super::timer::{InputPin, overflows_in};
+use super::{Device, Mcs51Outbox, Mcs51Signal};
 use emu_core::NEVER;
+use emu_core::pins::PinId;
 use emu_core::state;
 
 const TF2: u8 = 0x80;
@@ -115,6 +118,80 @@ state! {
     then Mcs51Timer2::update_setup
 }
 
+/// A write at the end of cycle `t` acts from cycle `t + 1` on, a level at S5P2 of cycle `t` from `t` on. The
+/// last level of a cycle wins. There is no signal: the chip asks for the flags and the clock.
+impl Device<Mcs51Signal> for Mcs51Timer2 {
+    /// A direct address.
+    type Reg = u8;
+
+    fn run_due(&mut self, t: u64, _out: &mut Mcs51Outbox) {
+        self.advance_to(t);
+    }
+
+    fn next_deadline(&self) -> u64 {
+        self.next_flag()
+    }
+
+    fn interrupt_requests(&self) -> u8 {
+        u8::from(self.flags_set_since() != NEVER)
+    }
+
+    fn peek(&self, reg: u8, t: u64) -> u8 {
+        if t > self.counts.synced {
+            let mut timer = self.clone();
+            timer.advance_to(t);
+            return timer.peek(reg, t);
+        }
+        let ([high, low], [rcaph, rcapl]) = (self.counts.value.to_be_bytes(), self.counts.rcap.to_be_bytes());
+        match reg {
+            sfr::T2CON => self.t2con(),
+            sfr::T2MOD => self.mode,
+            sfr::RCAP2L => rcapl,
+            sfr::RCAP2H => rcaph,
+            sfr::TL2 => low,
+            sfr::TH2 => high,
+            _ => 0,
+        }
+    }
+
+    fn write(&mut self, reg: u8, value: u8, mask: u8, t: u64, _out: &mut Mcs51Outbox) {
+        self.advance_to(t);
+        let value = self.peek(reg, t) & !mask | value & mask;
+        let (low, high) = (u16::from(value), u16::from(value) << 8);
+        match reg {
+            sfr::T2CON => self.change(|timer| timer.set_t2con(value)),
+            sfr::T2MOD => self.change(|timer| timer.mode = value & (T2OE | DCEN)),
+            sfr::RCAP2L => self.change(|timer| timer.counts.rcap = timer.counts.rcap & 0xFF00 | low),
+            sfr::RCAP2H => self.change(|timer| timer.counts.rcap = timer.counts.rcap & 0xFF | high),
+            sfr::TL2 => self.change(|timer| timer.counts.value = timer.counts.value & 0xFF00 | low),
+            sfr::TH2 => self.change(|timer| timer.counts.value = timer.counts.value & 0xFF | high),
+            _ => {}
+        }
+    }
+
+    /// The timer must be advanced to the cycle before `t`, or to `t` itself if a pin change of that cycle was
+    /// already reported.
+    fn on_line_changed(&mut self, line: PinId, high: bool, t: u64, _out: &mut Mcs51Outbox) {
+        match line {
+            pin::T2 => self.drive(t, |timer, cycle| timer.t2.drive(high, cycle)),
+            pin::T2EX => self.drive(t, |timer, cycle| timer.t2ex.drive(high, cycle)),
+            _ => {}
+        }
+    }
+
+    fn reset(&mut self, _power_on: bool, t: u64, _out: &mut Mcs51Outbox) {
+        *self = Mcs51Timer2::new(t);
+    }
+
+    fn steady_until(&self, reg: u8, t: u64) -> u64 {
+        match reg {
+            sfr::T2CON => self.next_flag(),
+            sfr::T2MOD => NEVER,
+            _ => t,
+        }
+    }
+}
+
 impl Default for Mcs51Timer2 {
     fn default() -> Mcs51Timer2 {
         Mcs51Timer2::new(0)
@@ -182,89 +259,6 @@ impl Mcs51Timer2 {
     #[must_use]
     pub fn t2con(&self) -> u8 {
         self.control | if self.counts.tf2 { TF2 } else { 0 } | if self.counts.exf2 { EXF2 } else { 0 }
-    }
-
-    /// T2MOD: T2OE in bit 1, DCEN in bit 0, the others 0.
-    #[must_use]
-    pub fn t2mod(&self) -> u8 {
-        self.mode
-    }
-
-    /// TL2.
-    #[must_use]
-    pub fn tl(&self) -> u8 {
-        self.counts.value as u8
-    }
-
-    /// TH2.
-    #[must_use]
-    pub fn th(&self) -> u8 {
-        (self.counts.value >> 8) as u8
-    }
-
-    /// RCAP2L.
-    #[must_use]
-    pub fn rcapl(&self) -> u8 {
-        self.counts.rcap as u8
-    }
-
-    /// RCAP2H.
-    #[must_use]
-    pub fn rcaph(&self) -> u8 {
-        (self.counts.rcap >> 8) as u8
-    }
-
-    /// Writes T2CON, including TF2 and EXF2.
-    pub fn set_t2con(&mut self, value: u8) {
-        self.write(|timer| {
-            let next = timer.counts.synced.saturating_add(1);
-            let counts = &mut timer.counts;
-            counts.tf2 = value & TF2 != 0;
-            if !counts.tf2 {
-                (counts.tf2_since, counts.tf2_early) = (NEVER, false);
-            } else if next < counts.tf2_since {
-                (counts.tf2_since, counts.tf2_early) = (next, false);
-            }
-            counts.exf2 = value & EXF2 != 0;
-            timer.control = value & !(TF2 | EXF2);
-        });
-    }
-
-    /// Writes T2MOD; only T2OE and DCEN are kept.
-    pub fn set_t2mod(&mut self, value: u8) {
-        self.write(|timer| timer.mode = value & (T2OE | DCEN));
-    }
-
-    /// Writes TL2.
-    pub fn set_tl(&mut self, value: u8) {
-        self.write(|timer| timer.counts.value = timer.counts.value & 0xFF00 | u16::from(value));
-    }
-
-    /// Writes TH2.
-    pub fn set_th(&mut self, value: u8) {
-        self.write(|timer| timer.counts.value = timer.counts.value & 0xFF | u16::from(value) << 8);
-    }
-
-    /// Writes RCAP2L.
-    pub fn set_rcapl(&mut self, value: u8) {
-        self.write(|timer| timer.counts.rcap = timer.counts.rcap & 0xFF00 | u16::from(value));
-    }
-
-    /// Writes RCAP2H.
-    pub fn set_rcaph(&mut self, value: u8) {
-        self.write(|timer| timer.counts.rcap = timer.counts.rcap & 0xFF | u16::from(value) << 8);
-    }
-
-    /// Sets the level of pin T2 at S5P2 of `cycle` and later. The timer must be advanced to the cycle before,
-    /// or to `cycle` itself if a pin change of that cycle was already reported. The last change of a cycle
-    /// wins.
-    pub fn pin_t2(&mut self, level: bool, cycle: u64) {
-        self.drive(cycle, |timer, cycle| timer.t2.drive(level, cycle));
-    }
-
-    /// Sets the level of pin T2EX at S5P2 of `cycle` and later; otherwise as [`Mcs51Timer2::pin_t2`].
-    pub fn pin_t2ex(&mut self, level: bool, cycle: u64) {
-        self.drive(cycle, |timer, cycle| timer.t2ex.drive(level, cycle));
     }
 
     /// The cycle x since which the timer has requested its interrupt, which is polled from x+1 on; [`NEVER`]
@@ -418,8 +412,22 @@ impl Mcs51Timer2 {
         self.counts.exf2_since = self.counts.exf2_since.min(cycle);
     }
 
+    /// Sets T2CON, including TF2 and EXF2.
+    fn set_t2con(&mut self, value: u8) {
+        let next = self.counts.synced.saturating_add(1);
+        let counts = &mut self.counts;
+        counts.tf2 = value & TF2 != 0;
+        if !counts.tf2 {
+            (counts.tf2_since, counts.tf2_early) = (NEVER, false);
+        } else if next < counts.tf2_since {
+            (counts.tf2_since, counts.tf2_early) = (next, false);
+        }
+        counts.exf2 = value & EXF2 != 0;
+        self.control = value & !(TF2 | EXF2);
+    }
+
     /// Applies a write at the end of the cycle to which the timer is advanced.
-    fn write(&mut self, change: impl FnOnce(&mut Mcs51Timer2)) {
+    fn change(&mut self, change: impl FnOnce(&mut Mcs51Timer2)) {
         if self.setup.feed == Timer2Feed::States {
             self.count(self.counts.states_behind, self.counts.synced);
         }

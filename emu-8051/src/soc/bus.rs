@@ -1,109 +1,203 @@
-//! The external bus: the effect of MOVX on the pins of ports 0, 2 and 3 (user's manual, "Accessing external
-//! memory", figures of the data memory cycles).
-//!
-//! The transfer ends with the instruction, so it changes no pin permanently except those of port 0, whose
-//! latch is set to ones. The edges are logged on request. In clocks of the two cycles of MOVX:
-//!
-//! ```text
-//! first  S5P1  P0 takes the lower, P2 the upper byte of the address      S6P1  P0 floats, for a read
-//!        S6P2  P0 takes the byte, for a write
-//! second S1P1  RD or WR falls     S4P1  it rises     S4P2  P0 floats, P2 shows its latch again
-//! ```
+//! The chip as the core and the run loop access it: registers, interrupts, inputs from outside, and what
+//! keeps the chip awake.
 
-use emu_core::cpu::{Bus as _, BusEffect};
-use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
+use std::convert::Infallible;
 
-use super::Mcs51Soc;
-use crate::periph::map::{pin, sfr};
+use emu_core::cpu::{Bus, BusEffect, NEVER, ResetCause};
+use emu_core::external_io::{EventLog, OutsideInput};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
+
+use super::{Mcs51Soc, power};
+use crate::periph::map::sfr;
 use crate::periph::ports::PINS;
 
-/// Clocks of the first cycle.
-const ADDRESS_PHASE: u8 = 8;
-const TURNAROUND_PHASE: u8 = 10;
-const DATA_PHASE: u8 = 11;
-/// Clocks of the second cycle.
-const STROBE_FALL_PHASE: u8 = 0;
-const STROBE_RISE_PHASE: u8 = 6;
-const RELEASE_PHASE: u8 = 7;
+impl Bus for Mcs51Soc {
+    type Request = Infallible;
 
-/// A byte that is moved over the bus.
-#[derive(Debug, Clone, Copy)]
-pub struct BusTransfer {
-    /// Address; for MOVX @Ri its upper byte is that of the latch of P2.
-    pub addr: u16,
-    /// The byte.
-    pub value: u8,
-    /// Whether the byte is written.
-    pub write: bool,
-}
-
-impl Mcs51Soc {
-    /// Whether MOVX must be reported to the chip: it changes the latch of port 0, or its edges are logged.
-    #[inline]
-    #[must_use]
-    pub fn has_bus_pins(&self) -> bool {
-        self.logs_bus || self.ports.latch(0) != 0xFF
-    }
-
-    /// Enables or disables logging of the edges of MOVX. A chip without a bus has none.
-    pub fn set_bus_on_pins(&mut self, on: bool) {
-        self.logs_bus = on && self.part.has_bus;
-    }
-
-    /// Applies a MOVX whose last cycle is `now`: it sets the latch of port 0 to ones.
-    pub fn external_access(&mut self, transfer: BusTransfer, now: u64) -> BusEffect {
-        if self.logs_bus && self.log.is_enabled() && !self.ports.is_bus(0) {
-            self.log_transfer(transfer, now);
+    fn read(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
+        let due = self.next_due() <= now;
+        self.run(now);
+        let addr = reg as u8;
+        if is_counter_register(addr) {
+            self.sync_timers(self.to_oscillator_time(now));
         }
-        self.write_bits(u16::from(sfr::P0), 0xFF, 0xFF, now)
+        let hold = self.readings.read_holds_interrupts && matches!(addr, sfr::IE | sfr::IP);
+        let wake =
+            BusEffect(if due { BusEffect::RECHECK.0 } else { 0 } | if hold { BusEffect::HOLD_INTERRUPTS.0 } else { 0 });
+        (self.read_sfr(addr), wake)
     }
 
-    /// Enables or disables the log of edges, sent bytes and contentions from the machine cycle `now` on.
-    /// Enabling it logs the present contentions; disabling it discards all events.
-    pub fn set_event_log(&mut self, on: bool, now: u64) {
-        self.log.set_enabled(on, now, (0..PINS as PinId).filter(|&pin| self.ports.has_contention(pin)));
+    fn read_latch(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
+        match port_of(reg as u8).filter(|&port| !self.is_port_missing(port)) {
+            Some(port) => (self.ports.latch(port), BusEffect::NONE),
+            None => self.read(reg, now),
+        }
     }
 
-    /// The byte whose stop bit is being sent.
-    #[must_use]
-    pub fn byte_in_stop_bit(&self) -> Option<u8> {
+    fn peek(&self, reg: u16, now: u64) -> u8 {
+        let mut soc = self.clone();
+        soc.run(now);
+        soc.sync_timers(soc.to_oscillator_time(now));
+        soc.read_sfr(reg as u8)
+    }
+
+    fn write(&mut self, reg: u16, value: u8, now: u64) -> BusEffect {
+        self.write_bits(reg, 0xFF, value, now)
+    }
+
+    fn write_bits(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> BusEffect {
+        let due = self.next_due() <= now;
+        self.run(now);
+        let t = self.to_oscillator_time(now);
+        let addr = reg as u8;
+        if let Some(port) = port_of(addr) {
+            // A user can write while the oscillator is stopped; events have the time of the machine cycle.
+            let ahead = now.saturating_sub(self.power.stopped_at(now));
+            self.stopped_cycles += ahead;
+            let quiet = self.write_port(port, mask, value, t);
+            self.stopped_cycles -= ahead;
+            return if quiet && !due { BusEffect::NONE } else { BusEffect::RECHECK };
+        }
+        let logged = self.log.len();
+        self.sync_timers(t);
+        self.write_sfr(addr, mask, value, t);
+        self.update_deadline();
+        self.next_interrupt_boundary = self.next_interrupt(t);
+        // The core need not check before its next deadline unless something is due sooner.
+        let sooner =
+            self.next_due().min(self.next_interrupt_boundary.saturating_add(self.stopped_cycles)) < self.core_deadline;
+        let seen = sooner || due || self.log.len() != logged || addr == sfr::PCON;
+        match addr {
+            sfr::IE | sfr::IP => BusEffect(BusEffect::RECHECK.0 | BusEffect::HOLD_INTERRUPTS.0),
+            _ if seen => BusEffect::RECHECK,
+            _ => BusEffect::NONE,
+        }
+    }
+
+    fn fire(&mut self, now: u64) -> u64 {
+        self.run(now);
+        self.core_deadline = self.next_due();
+        if self.power.is_core_stopped() {
+            return self.core_deadline;
+        }
+        let t = self.to_oscillator_time(now);
+        if self.next_interrupt_boundary <= t {
+            self.sync_boundary(t);
+            self.next_interrupt_boundary = self.next_interrupt(t);
+        }
+        self.core_deadline = self.core_deadline.min(self.next_interrupt_boundary.saturating_add(self.stopped_cycles));
+        self.core_deadline
+    }
+
+    fn steady_until(&self, reg: u16, now: u64) -> u64 {
+        if self.next_due() <= now { now } else { self.sfr_steady_until(reg as u8, now) }
+    }
+
+    fn pending_interrupt(&self, now: u64) -> Option<u8> {
+        if self.next_due() <= now {
+            let mut soc = self.clone();
+            soc.run(now);
+            return soc.pending_interrupt(now);
+        }
+        let t = self.to_oscillator_time(now);
+        if self.next_interrupt_boundary > t || self.power.is_core_stopped() {
+            return None;
+        }
+        if self.timers_synced_to < t {
+            let mut soc = self.clone();
+            soc.sync_timers(t);
+            return soc.interrupt_to_serve(t);
+        }
+        self.interrupt_to_serve(t)
+    }
+
+    fn acknowledge_interrupt(&mut self, vector: u8, now: u64) {
+        self.run(now);
+        let t = self.to_oscillator_time(now);
+        self.sync_timers(t);
+        self.pcon &= !power::IDL;
+        self.watchdog.resume(t);
+        self.enter(vector);
+        self.update_deadline();
+        self.next_interrupt_boundary = 0;
+    }
+
+    fn can_wake(&self, interrupts_enabled: bool) -> bool {
+        let _ = interrupts_enabled;
+        self.can_wake_up()
+    }
+
+    fn is_busy(&self) -> bool {
+        let receives = self.serial.rx_ticks_to_next_step().is_some() && self.next_serial() != NEVER;
+        let frames = self.serial.is_busy() || receives || self.serial.next_shift_cycle() != NEVER;
+        frames || self.next_toggle().is_some() || self.drives.next_cycle() != NEVER || !self.edges.is_empty()
+    }
+
+    fn is_core_stopped(&self) -> bool {
+        self.power.is_core_stopped() || self.pcon & power::IDL != 0
+    }
+
+    #[inline]
+    fn requested_reset(&mut self, _: u64) -> Option<ResetCause> {
+        self.power.requested.take()
+    }
+
+    fn level(&self, pin: PinId) -> PinLevel {
+        self.ports.pin(pin).level()
+    }
+
+    /// Models levels only.
+    fn queue_input(&mut self, at: CycleTime, now: u64, input: OutsideInput) -> bool {
+        let OutsideInput::Level(pin, level) = input else { return false };
+        self.run(now);
+        self.drives.push(at.cycle.max(now), (pin, level));
+        self.update_deadline();
+        self.run(now);
+        true
+    }
+
+    fn byte_in_stop_bit(&self) -> Option<u8> {
         self.serial.byte_in_stop_bit()
     }
 
-    fn log_transfer(&mut self, transfer: BusTransfer, now: u64) {
+    fn set_event_log(&mut self, on: bool, now: u64) {
+        self.log.set_enabled(on, now, (0..PINS as PinId).filter(|&pin| self.ports.has_contention(pin)));
+    }
+
+    #[inline]
+    fn event_log(&mut self) -> &mut EventLog {
+        &mut self.log
+    }
+
+    fn normalize(&mut self, now: u64) {
+        self.log = EventLog::OFF;
         self.run(now);
-        let [high, low] = transfer.addr.to_be_bytes();
-        let strobe = if transfer.write { pin::WR } else { pin::RD };
-        let (first, second) = (now.saturating_sub(1), now);
-        let mut levels = [0, 1, 2, 3].map(|port| [0, 1, 2, 3, 4, 5, 6, 7].map(|bit| self.level(port * 8 + bit)));
-        let rest = levels;
-        let mut edge = |cycle: u64, clock: u8, pin: PinId, level: PinLevel| {
-            let before = &mut levels[usize::from(pin / 8)][usize::from(pin % 8)];
-            if *before != level {
-                *before = level;
-                let phase = clock * self.clocks_per_cycle / 12;
-                self.log.record(ChipEvent::Edge { at: CycleTime { cycle, phase }, pin, level });
-            }
-        };
-        for bit in 0..8 {
-            edge(first, ADDRESS_PHASE, bit, PinLevel::from_bit(low >> bit & 1 == 1));
-            edge(first, ADDRESS_PHASE, 16 + bit, PinLevel::from_bit(high >> bit & 1 == 1));
+        let t = self.to_oscillator_time(now);
+        let before = t.saturating_sub(1);
+        if self.timers_synced_to < before {
+            self.sync_timers(before);
         }
-        for bit in 0..8 {
-            match transfer.write {
-                true => edge(first, DATA_PHASE, bit, PinLevel::from_bit(transfer.value >> bit & 1 == 1)),
-                false => edge(first, TURNAROUND_PHASE, bit, PinLevel::Float),
-            }
+        self.pass_ticks(before);
+        self.timers.normalize(t);
+        if let Some(timer2) = &mut self.timer2 {
+            timer2.normalize(t);
         }
-        let pulls = rest[3][usize::from(strobe % 8)] == PinLevel::High;
-        if pulls {
-            edge(second, STROBE_FALL_PHASE, strobe, PinLevel::Low);
-            edge(second, STROBE_RISE_PHASE, strobe, PinLevel::High);
-        }
-        for bit in 0..8 {
-            // The pins of port 0 return to the level of the present latch, before the ones are written.
-            edge(second, RELEASE_PHASE, bit, rest[0][usize::from(bit)]);
-            edge(second, RELEASE_PHASE, 16 + bit, rest[2][usize::from(bit)]);
-        }
+        self.update_deadline();
+    }
+}
+
+/// Whether a register depends on the counts of timers.
+const fn is_counter_register(addr: u8) -> bool {
+    matches!(addr, sfr::TCON..=sfr::TH1 | sfr::T2CON..=sfr::TH2)
+}
+
+/// The number of the port at a direct address.
+const fn port_of(addr: u8) -> Option<usize> {
+    match addr {
+        sfr::P0 => Some(0),
+        sfr::P1 => Some(1),
+        sfr::P2 => Some(2),
+        sfr::P3 => Some(3),
+        _ => None,
     }
 }

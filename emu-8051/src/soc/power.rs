@@ -45,7 +45,7 @@ pub(super) struct PowerState {
     /// The cycle at which the reset pin will have been high long enough.
     reset_at: u64,
     /// A reset that must be carried out.
-    requested: Option<ResetCause>,
+    pub requested: Option<ResetCause>,
     /// The cycle until which the core is held in reset; NEVER while the reset pin is high.
     held_until: Option<u64>,
     /// The cycle at which the watchdog's pulse on the reset pin ends.
@@ -155,17 +155,6 @@ impl Mcs51Watchdog {
 }
 
 impl Mcs51Soc {
-    /// Whether the core does not execute: idle, power-down, or held in reset.
-    #[must_use]
-    pub fn is_asleep(&self) -> bool {
-        self.power.is_core_stopped() || self.pcon & IDL != 0
-    }
-
-    /// Takes the pending reset of the chip.
-    pub fn requested_reset(&mut self) -> Option<ResetCause> {
-        self.power.requested.take()
-    }
-
     /// Enters a power-saving mode after a program has written PCON at the end of cycle `t`.
     pub(super) fn enter_power_modes(&mut self, t: u64) {
         if self.pcon & PD != 0 && !self.power.is_powered_down() {

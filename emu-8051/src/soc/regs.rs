@@ -7,6 +7,7 @@ use emu_core::pins::PinId;
 use super::{Mcs51Soc, SAMPLED_PINS, power};
 use crate::chips;
 use crate::periph::map::sfr;
+use crate::periph::{Device, Mcs51Outbox};
 
 impl Mcs51Soc {
     /// Advances timers and serial port to S5P2 of cycle `t`.
@@ -37,7 +38,6 @@ impl Mcs51Soc {
 
     /// The value that a register reads; everything must be advanced.
     pub(super) fn read_sfr(&self, addr: u8) -> u8 {
-        let timers = &self.timers;
         match addr {
             sfr::P0 if self.part.has_bus => self.ports.input(0),
             sfr::P1 => self.ports.input(1),
@@ -45,28 +45,13 @@ impl Mcs51Soc {
             sfr::P3 => self.ports.input(3),
             sfr::PCON => self.pcon,
             sfr::TCON => self.tcon(),
-            sfr::TMOD => timers.tmod(),
-            sfr::TL0 => timers.tl(0),
-            sfr::TL1 => timers.tl(1),
-            sfr::TH0 => timers.th(0),
-            sfr::TH1 => timers.th(1),
+            sfr::TMOD..=sfr::TH1 => self.timers.peek(addr, self.timers_synced_to),
             sfr::AUXR if self.part.is_at89s => self.auxr,
             sfr::SCON => self.serial.scon(),
             sfr::SBUF => self.serial.sbuf(),
             sfr::IE => self.interrupts.ie,
             sfr::IP => self.interrupts.ip,
-            _ => match &self.timer2 {
-                Some(timer2) => match addr {
-                    sfr::T2CON => timer2.t2con(),
-                    sfr::T2MOD => timer2.t2mod(),
-                    sfr::RCAP2L => timer2.rcapl(),
-                    sfr::RCAP2H => timer2.rcaph(),
-                    sfr::TL2 => timer2.tl(),
-                    sfr::TH2 => timer2.th(),
-                    _ => 0,
-                },
-                None => 0,
-            },
+            _ => self.timer2.as_ref().map_or(0, |timer2| timer2.peek(addr, self.timers_synced_to)),
         }
     }
 
@@ -101,12 +86,10 @@ impl Mcs51Soc {
                 self.enter_power_modes(t);
             }
             sfr::TCON => self.write_tcon(mask, value, t),
-            sfr::TMOD => self.timers.set_tmod(kept(self.timers.tmod())),
-            sfr::TL0 => self.timers.set_tl(0, value),
-            sfr::TL1 => self.timers.set_tl(1, value),
-            sfr::TH0 => self.timers.set_th(0, value),
-            sfr::TH1 => self.timers.set_th(1, value),
-            sfr::AUXR if self.part.is_at89s => self.auxr = value & (power::DISRTO | power::WDIDLE | power::DISALE),
+            sfr::TMOD..=sfr::TH1 => self.timers.write(addr, value, mask, t, &mut Mcs51Outbox::new()),
+            sfr::AUXR if self.part.is_at89s => {
+                self.auxr = kept(self.auxr) & (power::DISRTO | power::WDIDLE | power::DISALE);
+            }
             sfr::WDTRST if self.part.is_at89s => self.watchdog.write(value, t),
             sfr::SCON => {
                 self.poll(t);
@@ -122,16 +105,12 @@ impl Mcs51Soc {
             sfr::T2CON | sfr::T2MOD => self.poll(t),
             _ => {}
         }
-        if let Some(timer2) = &mut self.timer2 {
-            match addr {
-                sfr::T2CON => timer2.set_t2con(kept(timer2.t2con())),
-                sfr::T2MOD if self.part.timer2 == chips::Timer2Kind::Full => timer2.set_t2mod(value & 3),
-                sfr::RCAP2L => timer2.set_rcapl(value),
-                sfr::RCAP2H => timer2.set_rcaph(value),
-                sfr::TL2 => timer2.set_tl(value),
-                sfr::TH2 => timer2.set_th(value),
-                _ => {}
-            }
+        let has_register = match addr {
+            sfr::T2MOD => self.part.timer2 == chips::Timer2Kind::Full,
+            _ => (sfr::T2CON..=sfr::TH2).contains(&addr),
+        };
+        if let Some(timer2) = self.timer2.as_mut().filter(|_| has_register) {
+            timer2.write(addr, value, mask, t, &mut Mcs51Outbox::new());
         }
         if matches!(addr, sfr::T2CON..=sfr::TH2) {
             self.on_clock_control_written(t);

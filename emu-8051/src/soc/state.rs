@@ -47,23 +47,3 @@ impl SnapshotState for Mcs51Soc {
         Ok(())
     }
 }
-
-impl Mcs51Soc {
-    /// Executes everything up to the machine cycle `now`, including what is not visible yet, so that equal
-    /// machines have equal states.
-    pub(crate) fn normalize(&mut self, now: u64) {
-        self.log = EventLog::OFF;
-        self.run(now);
-        let t = self.to_oscillator_time(now);
-        let before = t.saturating_sub(1);
-        if self.timers_synced_to < before {
-            self.sync_timers(before);
-        }
-        self.pass_ticks(before);
-        self.timers.normalize(t);
-        if let Some(timer2) = &mut self.timer2 {
-            timer2.normalize(t);
-        }
-        self.update_deadline();
-    }
-}

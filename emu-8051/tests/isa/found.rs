@@ -89,3 +89,13 @@ fn a_hand_puts_to_sleep_in_the_cycle_of_an_edge() {
         assert_eq!(cpu.pin_level(pin), emu_core::PinLevel::Low, "{name}");
     }
 }
+
+/// A user changes one bit of a register of a timer, or of AUXR. It used to clear the other bits.
+#[test]
+fn a_hand_changes_one_bit_and_keeps_the_others() {
+    let mut cpu = machine("at89s52", &["sjmp $"], Options::default());
+    for addr in [0x89, 0x8A, 0x8B, 0x8C, 0x8D, 0x8E, 0xC8, 0xCA, 0xCB, 0xCC, 0xCD] {
+        assert!(cpu.poke("sfr", addr, 0x10) && cpu.poke_bit("sfr", addr, 3, true));
+        assert_eq!(cpu.peek("sfr", addr), Some(0x18), "{addr:02X}");
+    }
+}

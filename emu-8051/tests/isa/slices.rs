@@ -30,7 +30,7 @@ fn random_programs() {
         memories,
         code_words: 0x1_0000,
         set_skip_idle_loops: Mcs51::set_skip_idle_loops,
-        asleep: |cpu| cpu.soc().is_asleep(),
+        asleep: |cpu| cpu.is_asleep(),
         corrupt_state: |cpu| {
             cpu.poke("code", cpu.pc(), 0);
             cpu.poke("xdata", 0x40, 0xFF);

@@ -1,21 +1,27 @@
 //! Cases for timers 0 and 1, computed by hand (user's manual, "Timer/Counters").
 
-use crate::table::{Device, check};
+use crate::table::{TimerUnderTest, check};
+use emu_8051::periph::map::{pin, sfr};
 use emu_8051::periph::timer::Mcs51Timers;
+use emu_8051::periph::{Device, Mcs51Outbox};
 use emu_core::NEVER;
 
-impl Device for Mcs51Timers {
+/// The direct address of a register.
+fn address(name: &str) -> Option<u8> {
+    let names = ["tmod", "tl0", "tl1", "th0", "th1"];
+    names.iter().position(|&known| known == name).map(|at| sfr::TMOD + at as u8)
+}
+
+impl TimerUnderTest for Mcs51Timers {
     fn sync(&mut self, cycle: u64) {
         self.advance_to(cycle);
     }
 
     fn get(&self, name: &str) -> u64 {
+        if let Some(reg) = address(name) {
+            return self.peek(reg, 0).into();
+        }
         match name {
-            "tmod" => u64::from(self.tmod()),
-            "tl0" => u64::from(self.tl(0)),
-            "tl1" => u64::from(self.tl(1)),
-            "th0" => u64::from(self.th(0)),
-            "th1" => u64::from(self.th(1)),
             "tr0" => u64::from(self.run(0)),
             "tr1" => u64::from(self.run(1)),
             "tf0" => u64::from(self.flag(0)),
@@ -35,27 +41,23 @@ impl Device for Mcs51Timers {
 
     fn set(&mut self, name: &str, value: u8) {
         match name {
-            "tmod" => self.set_tmod(value),
-            "tl0" => self.set_tl(0, value),
-            "tl1" => self.set_tl(1, value),
-            "th0" => self.set_th(0, value),
-            "th1" => self.set_th(1, value),
             "tr0" => self.set_run(0, value != 0),
             "tr1" => self.set_run(1, value != 0),
             "tf0" => self.set_flag(0, value != 0),
             "tf1" => self.set_flag(1, value != 0),
-            _ => panic!("no {name}"),
+            _ => self.write(address(name).expect(name), value, 0xFF, 0, &mut Mcs51Outbox::new()),
         }
     }
 
     fn pin(&mut self, name: &str, level: bool, cycle: u64) {
-        match name {
-            "T0" => self.pin_t(0, level, cycle),
-            "T1" => self.pin_t(1, level, cycle),
-            "INT0" => self.pin_int(0, level, cycle),
-            "INT1" => self.pin_int(1, level, cycle),
+        let line = match name {
+            "T0" => pin::T0,
+            "T1" => pin::T1,
+            "INT0" => pin::INT0,
+            "INT1" => pin::INT1,
             _ => panic!("no {name}"),
-        }
+        };
+        self.on_line_changed(line, level, cycle, &mut Mcs51Outbox::new());
     }
 
     fn decimal(&self, name: &str) -> bool {
@@ -139,20 +141,25 @@ fn by_hand() {
 
 #[test]
 fn numbers_of_timers_are_masked_and_time_does_not_go_back() {
+    let out = &mut Mcs51Outbox::new();
     let mut timers = Mcs51Timers::new(100);
-    timers.set_tmod(0x11);
+    timers.write(sfr::TMOD, 0x11, 0xFF, 100, out);
     timers.set_run(3, true);
     timers.advance_to(110);
     timers.advance_to(50);
-    assert_eq!((timers.tl(0), timers.tl(1), timers.tl(7)), (0, 10, 10));
-    timers.pin_t(5, false, 3);
+    assert_eq!((timers.peek(sfr::TL0, 110), timers.peek(sfr::TL1, 110)), (0, 10));
+    assert_eq!(timers.peek(sfr::TL1, 112), 12, "a peek in the future counts on a copy");
+    timers.write(sfr::TL1, 0xF0, 0x30, 110, out);
+    assert_eq!(timers.peek(sfr::TL1, 110), 0x3A, "only the bits in the mask");
+    timers.write(sfr::TL1, 10, 0xFF, 110, out);
+    timers.on_line_changed(pin::T1, false, 3, out);
     timers.advance_to(u64::MAX);
     assert_eq!(timers.next_flag(1), NEVER, "beyond the end of time there is no moment to name");
 
     let mut counter = Mcs51Timers::new(100);
-    counter.set_tmod(0x50);
+    counter.write(sfr::TMOD, 0x50, 0xFF, 100, out);
     counter.set_run(1, true);
-    counter.pin_t(1, false, 3);
+    counter.on_line_changed(pin::T1, false, 3, out);
     counter.advance_to(101);
-    assert_eq!(counter.tl(1), 1, "an edge reported too late is one of the cycle synced to");
+    assert_eq!(counter.peek(sfr::TL1, 101), 1, "an edge reported too late is one of the cycle synced to");
 }

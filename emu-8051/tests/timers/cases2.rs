@@ -1,19 +1,22 @@
 //! Cases for timer 2, computed by hand (user's manual, "Timer 2"; AT89S52 data sheet for T2MOD).
 
-use crate::table::{Device, check};
+use crate::table::{TimerUnderTest, check};
+use emu_8051::periph::map::{pin, sfr};
 use emu_8051::periph::timer2::Mcs51Timer2;
+use emu_8051::periph::{Device, Mcs51Outbox};
 
-impl Device for Mcs51Timer2 {
+impl TimerUnderTest for Mcs51Timer2 {
     fn sync(&mut self, cycle: u64) {
         self.advance_to(cycle);
     }
 
     fn get(&self, name: &str) -> u64 {
+        let reg = |reg: u8| u64::from(self.peek(reg, 0));
         match name {
-            "con" => u64::from(self.t2con()),
-            "mod" => u64::from(self.t2mod()),
-            "t" => u64::from(self.th()) << 8 | u64::from(self.tl()),
-            "rcap" => u64::from(self.rcaph()) << 8 | u64::from(self.rcapl()),
+            "con" => reg(sfr::T2CON),
+            "mod" => reg(sfr::T2MOD),
+            "t" => reg(sfr::TH2) << 8 | reg(sfr::TL2),
+            "rcap" => reg(sfr::RCAP2H) << 8 | reg(sfr::RCAP2L),
             "tf2" => u64::from(self.t2con() >> 7),
             "exf2" => u64::from(self.t2con() >> 6 & 1),
             "out" => self.clock_out().map_or(0xFF, u64::from),
@@ -30,23 +33,25 @@ impl Device for Mcs51Timer2 {
     }
 
     fn set(&mut self, name: &str, value: u8) {
-        match name {
-            "con" => self.set_t2con(value),
-            "mod" => self.set_t2mod(value),
-            "tl" => self.set_tl(value),
-            "th" => self.set_th(value),
-            "rl" => self.set_rcapl(value),
-            "rh" => self.set_rcaph(value),
+        let reg = match name {
+            "con" => sfr::T2CON,
+            "mod" => sfr::T2MOD,
+            "tl" => sfr::TL2,
+            "th" => sfr::TH2,
+            "rl" => sfr::RCAP2L,
+            "rh" => sfr::RCAP2H,
             _ => panic!("no {name}"),
-        }
+        };
+        self.write(reg, value, 0xFF, 0, &mut Mcs51Outbox::new());
     }
 
     fn pin(&mut self, name: &str, level: bool, cycle: u64) {
-        match name {
-            "T2" => self.pin_t2(level, cycle),
-            "EX" => self.pin_t2ex(level, cycle),
+        let line = match name {
+            "T2" => pin::T2,
+            "EX" => pin::T2EX,
             _ => panic!("no {name}"),
-        }
+        };
+        self.on_line_changed(line, level, cycle, &mut Mcs51Outbox::new());
     }
 
     fn decimal(&self, name: &str) -> bool {
@@ -128,21 +133,22 @@ fn by_hand() {
 
 #[test]
 fn time_does_not_go_back_and_has_no_end() {
+    let out = &mut Mcs51Outbox::new();
     let mut timer = Mcs51Timer2::new(100);
-    timer.set_t2con(0x1C);
+    timer.write(sfr::T2CON, 0x1C, 0xFF, 100, out);
     timer.advance_to(110);
     timer.advance_to(50);
-    assert_eq!(timer.tl(), 59);
+    assert_eq!(timer.peek(sfr::TL2, 110), 59);
     let mut last = timer.clone();
     last.advance_to(u64::MAX);
     assert_eq!(last.t2con() & 0x40, 0, "no edge, however long");
-    timer.pin_t2ex(false, 3);
+    timer.on_line_changed(pin::T2EX, false, 3, out);
     timer.advance_to(u64::MAX);
     assert_eq!(timer.t2con() & 0x40, 0, "an edge reported too late is not an edge of the cycles gone");
 
     let mut counter = Mcs51Timer2::new(100);
-    counter.set_t2con(0x06);
-    counter.pin_t2(false, 3);
+    counter.write(sfr::T2CON, 0x06, 0xFF, 100, out);
+    counter.on_line_changed(pin::T2, false, 3, out);
     counter.advance_to(101);
-    assert_eq!(counter.tl(), 1, "an edge reported too late is one of the cycle synced to");
+    assert_eq!(counter.peek(sfr::TL2, 101), 1, "an edge reported too late is one of the cycle synced to");
 }

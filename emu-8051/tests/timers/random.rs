@@ -1,7 +1,9 @@
 //! Timers 0 and 1 compared with the ticked model, with random writes, pins and distances.
 
 use crate::model::Model;
+use emu_8051::periph::map::{pin, sfr};
 use emu_8051::periph::timer::Mcs51Timers;
+use emu_8051::periph::{Device, Mcs51Outbox};
 use emu_core::NEVER;
 use emu_core::rng::Rng;
 
@@ -29,15 +31,15 @@ fn write(rng: &mut Rng, timers: &mut Mcs51Timers, model: &mut Model) {
     match rng.below(5) {
         0 => {
             let value = rng.next_u64() as u8;
-            timers.set_tmod(value);
+            timers.write(sfr::TMOD, value, 0xFF, model.cycle, &mut Mcs51Outbox::new());
             model.tmod = value;
         }
         1 => {
-            timers.set_tl(n, value);
+            timers.write([sfr::TL0, sfr::TL1][n], value, 0xFF, model.cycle, &mut Mcs51Outbox::new());
             model.tl[n] = value;
         }
         2 => {
-            timers.set_th(n, value);
+            timers.write([sfr::TH0, sfr::TH1][n], value, 0xFF, model.cycle, &mut Mcs51Outbox::new());
             model.th[n] = value;
         }
         3 => {
@@ -56,21 +58,28 @@ fn write(rng: &mut Rng, timers: &mut Mcs51Timers, model: &mut Model) {
 fn pins(rng: &mut Rng, timers: &mut Mcs51Timers, model: &mut Model, cycle: u64) {
     let (n, level) = (rng.below(2) as usize, rng.one_in(2));
     if rng.one_in(2) {
-        timers.pin_t(n, level, cycle);
+        timers.on_line_changed([pin::T0, pin::T1][n], level, cycle, &mut Mcs51Outbox::new());
         model.t[n] = level;
     } else {
-        timers.pin_int(n, level, cycle);
+        timers.on_line_changed([pin::INT0, pin::INT1][n], level, cycle, &mut Mcs51Outbox::new());
         model.int[n] = level;
     }
 }
 
 fn same(timers: &Mcs51Timers, model: &Model, seed: u64, step: u64) {
     for n in 0..2 {
-        let found = (timers.tl(n), timers.th(n), timers.run(n), timers.flag(n), timers.flag_set_since(n));
+        let reg = |regs: [u8; 2]| timers.peek(regs[n], model.cycle);
+        let found = (
+            reg([sfr::TL0, sfr::TL1]),
+            reg([sfr::TH0, sfr::TH1]),
+            timers.run(n),
+            timers.flag(n),
+            timers.flag_set_since(n),
+        );
         let wanted = (model.tl[n], model.th[n], model.run[n], model.flag[n], model.since[n]);
         assert_eq!(found, wanted, "seed {seed} step {step} cycle {}: timer {n}: tl th run flag since", model.cycle);
     }
-    let found = (timers.tmod(), timers.overflows());
+    let found = (timers.peek(sfr::TMOD, model.cycle), timers.overflows());
     assert_eq!(found, (model.tmod, model.overflows), "seed {seed} step {step}: tmod, overflows");
 }
 

@@ -2,40 +2,43 @@
 
 use crate::model2::Model;
 use crate::random::{byte, distance};
+use emu_8051::periph::map::{pin, sfr};
 use emu_8051::periph::timer2::Mcs51Timer2;
+use emu_8051::periph::{Device, Mcs51Outbox};
 use emu_core::rng::Rng;
 
 fn write(rng: &mut Rng, timer: &mut Mcs51Timer2, model: &mut Model) {
     model.finish();
     let value = byte(rng);
     let (low, high) = (u16::from(value), u16::from(value) << 8);
+    let mut write = |reg, value| timer.write(reg, value, 0xFF, model.cycle, &mut Mcs51Outbox::new());
     match rng.below(6) {
         0 => {
             // Baud generators, counters and stopped timers are less frequent than their opposites.
             let mut value = rng.next_u64() as u8 & (rng.next_u64() as u8 | 0xC9);
             value |= if rng.one_in(5) { 0 } else { 4 };
-            timer.set_t2con(value);
+            write(sfr::T2CON, value);
             model.write_t2con(value);
         }
         1 => {
             let value = rng.next_u64() as u8 & (rng.next_u64() as u8 | 1);
-            timer.set_t2mod(value);
+            write(sfr::T2MOD, value);
             model.write_t2mod(value);
         }
         2 => {
-            timer.set_tl(value);
+            write(sfr::TL2, value);
             model.value = model.value & 0xFF00 | low;
         }
         3 => {
-            timer.set_th(value);
+            write(sfr::TH2, value);
             model.value = model.value & 0xFF | high;
         }
         4 => {
-            timer.set_rcapl(value);
+            write(sfr::RCAP2L, value);
             model.rcap = model.rcap & 0xFF00 | low;
         }
         _ => {
-            timer.set_rcaph(value);
+            write(sfr::RCAP2H, value);
             model.rcap = model.rcap & 0xFF | high;
         }
     }
@@ -43,19 +46,16 @@ fn write(rng: &mut Rng, timer: &mut Mcs51Timer2, model: &mut Model) {
 
 fn pins(rng: &mut Rng, timer: &mut Mcs51Timer2, model: &mut Model, cycle: u64) {
     let (n, level) = (rng.below(2) as usize, rng.one_in(2));
-    if n == 0 {
-        timer.pin_t2(level, cycle)
-    } else {
-        timer.pin_t2ex(level, cycle)
-    }
+    timer.on_line_changed([pin::T2, pin::T2EX][n], level, cycle, &mut Mcs51Outbox::new());
     model.pins[n] = level;
 }
 
 fn same(timer: &Mcs51Timer2, model: &Model, at: &str) {
-    let found = (timer.t2con(), timer.t2mod(), timer.th(), timer.tl(), timer.rcaph(), timer.rcapl());
+    let reg = |reg| timer.peek(reg, model.cycle);
+    let found = [sfr::T2CON, sfr::T2MOD, sfr::TH2, sfr::TL2, sfr::RCAP2H, sfr::RCAP2L].map(reg);
     let [high, low] = model.value.to_be_bytes();
     let [rcaph, rcapl] = model.rcap.to_be_bytes();
-    let wanted = (model.t2con(), model.t2mod, high, low, rcaph, rcapl);
+    let wanted = [model.t2con(), model.t2mod, high, low, rcaph, rcapl];
     assert_eq!(found, wanted, "{at} now {}: t2con t2mod th2 tl2 rcap2h rcap2l", model.cycle);
     let found = (timer.flags_set_since(), timer.overflows(), timer.clock_out());
     let wanted = (model.since(), model.overflows, model.clock_on().then_some(model.clock));

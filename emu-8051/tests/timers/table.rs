@@ -9,7 +9,7 @@
 use emu_core::NEVER;
 
 /// A device that a table drives.
-pub trait Device {
+pub trait TimerUnderTest {
     /// Advances to `cycle`.
     fn sync(&mut self, cycle: u64);
     /// A register, bit or time by name.
@@ -23,7 +23,7 @@ pub trait Device {
 }
 
 /// Runs every line on a new device at cycle 0.
-pub fn check<D: Device>(make: impl Fn() -> D, text: &str) {
+pub fn check<D: TimerUnderTest>(make: impl Fn() -> D, text: &str) {
     let mut wrong = Vec::new();
     let mut cases = 0;
     for line in text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#')) {

@@ -11,7 +11,7 @@ use emu_core::NEVER;
 use emu_core::state;
 
 pub use self::kind::{AdcRegister, AvrAdcKind};
-use super::{AvrDevice, AvrOutbox};
+use super::{AvrOutbox, AvrSignal, Device};
 
 const ADEN: u8 = 1 << 7;
 const ADSC: u8 = 1 << 6;
@@ -394,14 +394,14 @@ impl AvrAdc {
     }
 }
 
-impl AvrDevice for AvrAdc {
+impl Device<AvrSignal> for AvrAdc {
     type Reg = AdcRegister;
 
     fn run_due(&mut self, t: u64, _out: &mut AvrOutbox) {
         self.advance(t);
     }
 
-    fn next_cycle(&self) -> u64 {
+    fn next_deadline(&self) -> u64 {
         if self.adcsra & (ADIE | ADIF) == ADIE { self.end_at() } else { NEVER }
     }
 
@@ -455,7 +455,7 @@ impl AvrDevice for AvrAdc {
         }
     }
 
-    fn reset(&mut self, t: u64, _out: &mut AvrOutbox) {
+    fn reset(&mut self, _power_on: bool, t: u64, _out: &mut AvrOutbox) {
         self.advance(t);
         let AvrAdc { kind, levels, aref, avcc, sources, .. } = *self;
         *self = AvrAdc { levels, aref, avcc, sources, ..AvrAdc::new(kind) };

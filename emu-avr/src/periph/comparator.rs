@@ -8,7 +8,7 @@ use emu_core::NEVER;
 use emu_core::state;
 
 use super::real_time_delay::RealTimeDelay;
-use super::{AvrDevice, AvrDrive, AvrLine, AvrOutbox, AvrSignal};
+use super::{AvrDrive, AvrLine, AvrOutbox, AvrSignal, Device};
 
 /// The registers of the comparator.
 #[allow(missing_docs)]
@@ -265,7 +265,7 @@ fn input_index(input: ComparatorInput) -> usize {
     }
 }
 
-impl AvrDevice for AvrComparator {
+impl Device<AvrSignal> for AvrComparator {
     type Reg = ComparatorRegister;
 
     fn run_due(&mut self, t: u64, out: &mut AvrOutbox) {
@@ -277,7 +277,7 @@ impl AvrDevice for AvrComparator {
         self.synchronise(self.to_io_time(t), out);
     }
 
-    fn next_cycle(&self) -> u64 {
+    fn next_deadline(&self) -> u64 {
         self.aco_changes().min(self.reference_ready_event())
     }
 
@@ -294,7 +294,7 @@ impl AvrDevice for AvrComparator {
     }
 
     fn peek(&self, reg: ComparatorRegister, t: u64) -> u8 {
-        if self.next_cycle() > t {
+        if self.next_deadline() > t {
             return self.register_value(reg);
         }
         let mut comparator = self.clone();
@@ -326,7 +326,7 @@ impl AvrDevice for AvrComparator {
     }
 
     /// Clears the control bits and ACI; changes on their way to ACO continue.
-    fn reset(&mut self, t: u64, out: &mut AvrOutbox) {
+    fn reset(&mut self, _power_on: bool, t: u64, out: &mut AvrOutbox) {
         self.restart_clock(t, out);
         self.run_due(t, out);
         if self.acsr & ACIC != 0 {
@@ -362,7 +362,7 @@ impl AvrDevice for AvrComparator {
         let change = match reg {
             ComparatorRegister::DIDR1 => NEVER,
             // A change of the output is visible in ACO two cycles later at the earliest.
-            ComparatorRegister::ACSR => self.next_cycle(),
+            ComparatorRegister::ACSR => self.next_deadline(),
         };
         change.max(t)
     }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use emu_core::NEVER;
 
 use super::real_time_delay::RealTimeDelay;
-use super::{AvrDevice, AvrOutbox, AvrSignal};
+use super::{AvrOutbox, AvrSignal, Device};
 
 /// The registers of the EEPROM.
 #[allow(missing_docs)]
@@ -188,7 +188,7 @@ impl AvrEeprom {
     }
 }
 
-impl AvrDevice for AvrEeprom {
+impl Device<AvrSignal> for AvrEeprom {
     type Reg = EepromRegister;
 
     fn run_due(&mut self, t: u64, _out: &mut AvrOutbox) {
@@ -197,7 +197,7 @@ impl AvrDevice for AvrEeprom {
 
     /// Only the interrupt makes the end of a write visible outside; otherwise the content is computed when it
     /// is read.
-    fn next_cycle(&self) -> u64 {
+    fn next_deadline(&self) -> u64 {
         match self.busy_until().max(self.blocked) {
             0 => NEVER,
             _ if self.control & EERIE == 0 => NEVER,
@@ -244,21 +244,13 @@ impl AvrDevice for AvrEeprom {
     }
 
     /// EEAR keeps its value, and a write in progress continues with its mode (initial values of 8.6, 8.4.2).
-    fn reset(&mut self, t: u64, _out: &mut AvrOutbox) {
+    fn reset(&mut self, _power_on: bool, t: u64, _out: &mut AvrOutbox) {
         self.finish(t);
         self.control &= if self.job.is_some() { EEPM } else { 0 };
         (self.data, self.window) = (0, 0);
     }
 
     /// Writes have their own clock, so they continue.
-    fn stop_clock(&mut self, t: u64, _out: &mut AvrOutbox) {
-        self.finish(t);
-    }
-
-    fn restart_clock(&mut self, t: u64, _out: &mut AvrOutbox) {
-        self.finish(t);
-    }
-
     fn set_clock_hz(&mut self, hz: u64, t: u64) {
         self.finish(t);
         self.hz = hz;

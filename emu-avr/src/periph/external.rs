@@ -5,10 +5,10 @@
 //! 13-1). In both cases a change at the edge `t` sets its flag at `t + 3`. Levels, and the edges that the
 //! data sheet calls asynchronous, need no clock.
 //!
-//! While the I/O clock is stopped, [`interrupt_requests`](super::AvrDevice::interrupt_requests) returns what
+//! While the I/O clock is stopped, [`interrupt_requests`](super::Device::interrupt_requests) returns what
 //! requests a wake-up: levels, edges without a clock or by [`ExternalKind::edges_wake`], and changes of
 //! enabled pins. The chip asks again at the end of the start-up time, after
-//! [`restart_clock`](super::AvrDevice::restart_clock): a level that has gone by then, or a pin that is back
+//! [`restart_clock`](super::Device::restart_clock): a level that has gone by then, or a pin that is back
 //! at its old level, causes no interrupt (13.1). The flag of a pin that is not back is set within the four
 //! cycles for which the core is then halted (10.2).
 

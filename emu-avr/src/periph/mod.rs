@@ -3,23 +3,26 @@
 //! Time is counted in cycles of the core's clock since power-on, `t`. Cycle `t` is between the edges `t` and
 //! `t + 1`. Time continues while clocks are stopped in sleep, at the rate that they had. The I/O clock is the
 //! core's clock, so peripherals on it count cycles. A peripheral on another oscillator (watchdog, EEPROM,
-//! timer 2 on its crystal) gets the clock in Hz by [`AvrDevice::set_clock_hz`]. Nothing is called in every
+//! timer 2 on its crystal) gets the clock in Hz by [`Device::set_clock_hz`]. Nothing is called in every
 //! cycle: a peripheral computes its state at a given cycle, and the cycle of its next event.
 //!
 //! Within a cycle:
 //!
-//! - An instruction that reads in cycle `t` sees everything up to the edge `t`: [`AvrDevice::read`] gets `t`,
+//! - An instruction that reads in cycle `t` sees everything up to the edge `t`: [`Device::read`] gets `t`,
 //!   and everything due at `t` or before has been done.
-//! - A write in cycle `t` takes effect at the edge that ends the cycle: [`AvrDevice::write`] gets `t + 1`.
+//! - A write in cycle `t` takes effect at the edge that ends the cycle: [`Device::write`] gets `t + 1`.
 //!   What happens at that very edge by the settings before the write still happens, and flags that it sets
 //!   stay set. Then the write takes effect (a counter that is written takes the value instead of counting).
-//! - Pins change at edges; [`AvrDevice::on_line_changed`] gets the edge. Synchronizers belong to the
+//! - Pins change at edges; [`Device::on_line_changed`] gets the edge. Synchronizers belong to the
 //!   peripheral: a flip-flop that samples a line at the edge `t` sees its level in cycle `t - 1`.
 //!
 //! Interrupt flags are in the registers of the peripheral. It computes a flag that nobody waits for only when
-//! the flag is read: [`AvrDevice::next_cycle`] considers only flags that are enabled or that another
+//! the flag is read: [`Device::next_deadline`] considers only flags that are enabled or that another
 //! peripheral listens to.
 
+pub use emu_core::device::Device;
+pub(crate) use emu_core::device::SignalReceiver;
+use emu_core::device::{DeviceSignal, Outbox};
 use emu_core::state;
 
 pub mod adc;
@@ -141,63 +144,8 @@ pub enum AvrSignal {
 }
 
 /// List in which peripherals leave their signals. Signals of one peripheral are in order of time.
-pub type AvrOutbox = Vec<AvrSignal>;
+pub type AvrOutbox = Outbox<AvrSignal>;
 
-/// A peripheral of the chip. Calls are in order of time; `t` never decreases.
-pub trait AvrDevice {
-    /// Registers by their names without the number of the peripheral (UCSRA for UCSR0A and UCSR1A).
-    type Reg: Copy;
-
-    /// Executes everything that is due at or before `t`. Repeated calls have no further effect.
-    fn run_due(&mut self, t: u64, out: &mut AvrOutbox);
-    /// Returns the cycle at which [`AvrDevice::run_due`] next has an effect outside the peripheral (an
-    /// enabled interrupt, a line, a signal), if no register is written and no line changes before; `NEVER` if
-    /// there is none.
-    fn next_cycle(&self) -> u64;
-    /// Returns the requested interrupts, with flag and enable both set; call `run_due` first. Bit `n` is
-    /// interrupt `n` of the peripheral, in the order of the vectors.
-    fn interrupt_requests(&self) -> u8 {
-        0
-    }
-    /// Handles the entry of the interrupt `irq` at the edge `t`: clears the flag, if the hardware does so.
-    fn on_interrupt_taken(&mut self, irq: u8, t: u64, out: &mut AvrOutbox) {
-        let _ = (irq, t, out);
-    }
-    /// Reads a register as an instruction does in cycle `t`, with side effects. Everything due at `t` has
-    /// been done.
-    fn read(&mut self, reg: Self::Reg, t: u64, out: &mut AvrOutbox) -> u8 {
-        let _ = out;
-        self.peek(reg, t)
-    }
-    /// Returns the value that a read in cycle `t` would give, without side effects.
-    fn peek(&self, reg: Self::Reg, t: u64) -> u8;
-    /// Writes the bits in `mask` at the edge `t`, which ends the cycle of the write. `mask` is FFh except for
-    /// SBI and CBI, which write one bit. Everything due before `t` has been done; the peripheral does what is
-    /// due at `t` first.
-    fn write(&mut self, reg: Self::Reg, value: u8, mask: u8, t: u64, out: &mut AvrOutbox);
-    /// Handles a change of a line's level at the edge `t`, from inside or outside the chip. Everything due at
-    /// `t` has been done.
-    fn on_line_changed(&mut self, line: AvrLine, high: bool, t: u64, out: &mut AvrOutbox) {
-        let _ = (line, high, t, out);
-    }
-    /// Handles a change of the DDR bit of a line's pin at the edge `t`; initially all pins are inputs. It
-    /// matters for DDR_XCK, which selects the clock source, and for SS, which as an output does not select
-    /// the SPI.
-    fn on_direction_changed(&mut self, line: AvrLine, output: bool, t: u64, out: &mut AvrOutbox) {
-        let _ = (line, output, t, out);
-    }
-    /// Sets the registers to their initial values at `t`.
-    fn reset(&mut self, t: u64, out: &mut AvrOutbox);
-    /// Stops the clock of the peripheral at `t` (sleep, PRR). Everything due at `t` has been done.
-    fn stop_clock(&mut self, t: u64, out: &mut AvrOutbox);
-    /// Restarts the clock at `t`; the peripheral continues from its stopped state. A reset in the cycle that
-    /// stops the clock restarts it one edge before it stops: `t` may be one below that of `stop_clock`.
-    fn restart_clock(&mut self, t: u64, out: &mut AvrOutbox);
-    /// Sets the clock to `hz` Hz from `t` on (initially, and when CLKPR changes it).
-    fn set_clock_hz(&mut self, hz: u64, t: u64) {
-        let _ = (hz, t);
-    }
-    /// Returns the cycle up to which a read of `reg` gives the same value as at `t`, without side effects, if
-    /// nothing is written and no line changes; `t` itself if nothing is guaranteed.
-    fn steady_until(&self, reg: Self::Reg, t: u64) -> u64;
+impl DeviceSignal for AvrSignal {
+    type Line = AvrLine;
 }

@@ -11,7 +11,7 @@ use emu_core::state;
 
 pub use self::kind::{ConfigBytes, SpmKind};
 use super::real_time_delay::RealTimeDelay;
-use super::{AvrDevice, AvrOutbox, AvrSignal};
+use super::{AvrOutbox, AvrSignal, Device};
 
 /// The register of self-programming.
 #[allow(missing_docs)]
@@ -264,7 +264,7 @@ impl SelfProgramming {
     }
 }
 
-impl AvrDevice for SelfProgramming {
+impl Device<AvrSignal> for SelfProgramming {
     type Reg = SpmRegister;
 
     fn run_due(&mut self, t: u64, _out: &mut AvrOutbox) {
@@ -272,7 +272,7 @@ impl AvrDevice for SelfProgramming {
     }
 
     /// The end of a command is visible outside by its interrupt, and by the lock bits that it changes.
-    fn next_cycle(&self) -> u64 {
+    fn next_deadline(&self) -> u64 {
         let ready = self.busy_until().max(self.blocked);
         let ready = if self.spmie && ready > self.now { ready } else { NEVER };
         let locks = self.job.filter(|job| job.lock != self.bytes.lock);
@@ -308,7 +308,7 @@ impl AvrDevice for SelfProgramming {
     }
 
     /// A command in progress is completed.
-    fn reset(&mut self, t: u64, _out: &mut AvrOutbox) {
+    fn reset(&mut self, _power_on: bool, t: u64, _out: &mut AvrOutbox) {
         self.finish(t);
         if let Some(job) = self.job.take() {
             self.bytes.lock = job.lock;
@@ -318,14 +318,6 @@ impl AvrDevice for SelfProgramming {
     }
 
     /// Commands have their own clock, so they continue.
-    fn stop_clock(&mut self, t: u64, _out: &mut AvrOutbox) {
-        self.finish(t);
-    }
-
-    fn restart_clock(&mut self, t: u64, _out: &mut AvrOutbox) {
-        self.finish(t);
-    }
-
     fn set_clock_hz(&mut self, hz: u64, t: u64) {
         self.finish(t);
         self.hz = hz;

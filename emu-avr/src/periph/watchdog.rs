@@ -6,7 +6,7 @@
 use emu_core::NEVER;
 use emu_core::state;
 
-use super::{AvrDevice, AvrOutbox, AvrSignal};
+use super::{AvrOutbox, AvrSignal, Device};
 
 /// The register of the watchdog.
 #[allow(missing_docs)]
@@ -118,7 +118,7 @@ impl AvrWatchdog {
 
     /// Sets whether WDRF is set, from the edge `t` on. While WDRF is set, WDE is set too (11.9.2), and WDE
     /// stays set afterwards. Has no effect on chips without the interrupt. Call it before
-    /// [`AvrDevice::reset`] if a reset changes WDRF.
+    /// [`Device::reset`] if a reset changes WDRF.
     pub fn set_forced_on(&mut self, on: bool, t: u64, out: &mut AvrOutbox) {
         self.change_setup(t, out, |watchdog| watchdog.forced = on && watchdog.kind.interrupt);
     }
@@ -214,7 +214,7 @@ impl AvrWatchdog {
     }
 }
 
-impl AvrDevice for AvrWatchdog {
+impl Device<AvrSignal> for AvrWatchdog {
     type Reg = WatchdogRegister;
 
     fn run_due(&mut self, t: u64, out: &mut AvrOutbox) {
@@ -238,7 +238,7 @@ impl AvrDevice for AvrWatchdog {
         }
     }
 
-    fn next_cycle(&self) -> u64 {
+    fn next_deadline(&self) -> u64 {
         if self.is_change_pending() { NEVER } else { self.timeout_cycle() }
     }
 
@@ -288,18 +288,10 @@ impl AvrDevice for AvrWatchdog {
         });
     }
 
-    fn reset(&mut self, t: u64, _out: &mut AvrOutbox) {
+    fn reset(&mut self, _power_on: bool, t: u64, _out: &mut AvrOutbox) {
         self.wdtcsr = if self.forced || self.always_on { WDE } else { 0 };
         self.window = 0;
         self.clear_counter(t);
-    }
-
-    fn stop_clock(&mut self, t: u64, out: &mut AvrOutbox) {
-        self.run_due(t, out);
-    }
-
-    fn restart_clock(&mut self, t: u64, out: &mut AvrOutbox) {
-        self.run_due(t, out);
     }
 
     /// Call `run_due` first, so that no time-out is lost. 0 Hz counts as 1.
@@ -312,6 +304,6 @@ impl AvrDevice for AvrWatchdog {
 
     fn steady_until(&self, _reg: WatchdogRegister, t: u64) -> u64 {
         let window = if t < self.window { self.window } else { NEVER };
-        window.min(self.next_cycle()).max(t)
+        window.min(self.next_deadline()).max(t)
     }
 }

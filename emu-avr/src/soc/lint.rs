@@ -2,7 +2,7 @@
 
 use super::AvrSoc;
 use crate::chips::{AvrPart, unit_index};
-use crate::periph::{AvrDevice, adc, comparator, eeprom, external, spi, spm, timers, twi, usart, watchdog};
+use crate::periph::{Device, adc, comparator, eeprom, external, spi, spm, timers, twi, usart, watchdog};
 
 use emu_core::pins::{PinId, PinLevel};
 

@@ -3,6 +3,7 @@
 
 use super::{AvrSoc, regs};
 use crate::chips::unit_index;
+use crate::periph::SignalReceiver;
 
 /// Lowest data address at which RAM can start.
 pub const LOW_BYTES: usize = 0x60;
@@ -32,7 +33,7 @@ impl AvrSoc {
         self.run(t);
         self.spm.spm(self.rampz_address(z), data, pc, t, &mut self.out);
         self.eeprom.block_until(self.spm.busy_until(), t);
-        self.touched_units |= 1 << unit_index::SPM | 1 << unit_index::EEPROM;
+        self.schedule.touched |= 1 << unit_index::SPM | 1 << unit_index::EEPROM;
         self.apply_signals(unit_index::SPM);
         self.update_deadlines();
     }
@@ -43,7 +44,7 @@ impl AvrSoc {
         let byte = self.spm.lpm(addr, pc, t);
         if byte.is_some() {
             self.eeprom.block_until(self.spm.busy_until(), t);
-            self.touched_units |= 1 << unit_index::SPM | 1 << unit_index::EEPROM;
+            self.schedule.touched |= 1 << unit_index::SPM | 1 << unit_index::EEPROM;
             self.update_deadlines();
         }
         byte

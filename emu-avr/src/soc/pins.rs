@@ -2,34 +2,15 @@
 
 use emu_core::chip::ChipPackage;
 use emu_core::cpu::ResetCause;
+use emu_core::external_io::OutsideInput;
 use emu_core::pins::{CycleTime, PinId, PinLevel};
-use emu_core::state;
 
 use super::AvrSoc;
 
 use crate::chips::{AvrPart, unit_index};
 use crate::periph::comparator::ComparatorInput;
 use crate::periph::ports::{PIN_COUNT, PinChange};
-use crate::periph::{AvrDevice, AvrDrive, AvrLine, timers};
-
-/// An input from outside the chip.
-#[derive(Debug, Clone, Copy)]
-pub enum OutsideInput {
-    /// A level on a pin, or no drive.
-    Level(PinId, PinLevel),
-    /// A voltage on a pin, in millivolts.
-    Volts(PinId, u32),
-    /// The supply voltage, in millivolts.
-    Supply(u32),
-}
-
-impl Default for OutsideInput {
-    fn default() -> OutsideInput {
-        OutsideInput::Supply(0)
-    }
-}
-
-state! { enum OutsideInput { 0 = Level(pin, level), 1 = Volts(pin, millivolts), 2 = Supply(millivolts) } }
+use crate::periph::{AvrDrive, AvrLine, Device, SignalReceiver, timers};
 
 /// The unit lines on each pin, and the package, if one is selected.
 #[derive(Debug)]
@@ -58,21 +39,6 @@ impl AvrSoc {
     #[must_use]
     pub fn has_pin(&self, pin: PinId) -> bool {
         self.wiring.1.map_or_else(|| self.part.chip.has_pin(pin), |package| package.pin_number(pin).is_some())
-    }
-
-    /// Drives a pin from outside at the cycle `at`, or at once if that has passed. Drives in the same cycle
-    /// take effect in call order.
-    pub fn drive(&mut self, at: u64, now: u64, pin: PinId, level: PinLevel) {
-        self.queue_input(at, now, OutsideInput::Level(pin, level));
-    }
-
-    /// Queues an input from outside for the cycle `at`, or applies it at once if that has passed.
-    pub fn queue_input(&mut self, at: u64, now: u64, put: OutsideInput) {
-        self.run(now);
-        let at = at.max(now);
-        self.drives.push(at, put);
-        self.due = self.due.min(at);
-        self.run(now);
     }
 
     /// Applies the queued inputs that are due at or before the edge `t`.
@@ -173,7 +139,7 @@ impl AvrSoc {
             unit.run_due(t, &mut self.out);
             unit.on_line_changed(line, high, t, &mut self.out);
         });
-        self.mark_touched(number);
+        self.schedule.touch(number);
         self.apply_signals(number);
         self.notify_trigger(number, t);
     }
@@ -243,7 +209,7 @@ impl AvrSoc {
                     unit.run_due(t, &mut self.out);
                     unit.on_direction_changed(line, output, t, &mut self.out);
                 });
-                self.mark_touched(number);
+                self.schedule.touch(number);
                 self.apply_signals(number);
             }
         }
@@ -285,7 +251,7 @@ impl AvrSoc {
             && self.part.adc_trigger(source).is_some_and(|(of, _)| of == number)
         {
             self.adc.trigger(source, self.trigger_flag(source, t), t);
-            self.mark_touched(unit_index::ADC);
+            self.schedule.touch(unit_index::ADC);
         }
     }
 
@@ -306,7 +272,7 @@ impl AvrSoc {
         for n in 0..self.timers.len() {
             let irqs = wanted.filter(|&(number, _)| number == unit_index::TIMER + n).map_or(0, |(_, irq)| 1 << irq);
             self.timers[n].set_listened_interrupts(irqs, t, &mut self.out);
-            self.mark_touched(unit_index::TIMER + n);
+            self.schedule.touch(unit_index::TIMER + n);
             self.apply_signals(unit_index::TIMER + n);
         }
         self.external.set_flag_listener(
@@ -314,11 +280,11 @@ impl AvrSoc {
             t,
             &mut self.out,
         );
-        self.mark_touched(unit_index::EXTERNAL);
+        self.schedule.touch(unit_index::EXTERNAL);
         self.apply_signals(unit_index::EXTERNAL);
         self.comparator.select(self.adc.comparator_channel(), t, &mut self.out);
         self.comparator.hold_reference_on(self.adc.enabled() || self.power.bod_mv != 0, t, &mut self.out);
-        self.mark_touched(unit_index::COMPARATOR);
+        self.schedule.touch(unit_index::COMPARATOR);
         self.apply_signals(unit_index::COMPARATOR);
     }
 

@@ -11,7 +11,7 @@ use crate::chips::{AvrPart, FuseLayout, StartUpTime, unit_index};
 use crate::cpu::Options;
 use crate::periph::ports::PIN_COUNT;
 use crate::periph::spm::ConfigBytes;
-use crate::periph::{AvrDevice, AvrDrive};
+use crate::periph::{AvrDrive, Device};
 
 /// Mask of WDRF in MCUSR.
 pub(super) const WDRF: u8 = 1 << 3;
@@ -34,7 +34,7 @@ pub(super) struct PowerState {
     /// Edges at which CLKPCE, IVCE, BODSE and BODS are cleared.
     unlock_ends: [u64; 4],
     /// Requested reset, if any.
-    reset_request: Option<ResetCause>,
+    pub reset_request: Option<ResetCause>,
     /// True while the reset pin is low.
     pub reset_pin_low: bool,
     /// True if the reset pin is not a port pin.
@@ -46,7 +46,7 @@ pub(super) struct PowerState {
     /// Supply voltage in millivolts.
     pub supply: u32,
     /// Cycle at which the core starts after a reset; 0 while it runs.
-    start_cycle: u64,
+    pub start_cycle: u64,
     /// True if IVSEL has just been written.
     pub moved_vectors: bool,
     /// Cycle from which the core's clock runs again after sleep; 0 if it is not waking.
@@ -240,12 +240,12 @@ impl AvrSoc {
             if self.power.stopped_units >> number & 1 == 1 {
                 with_unit!(self, number, unit => unit.restart_clock(now, &mut self.out));
             }
-            with_unit!(self, number, unit => unit.reset(now, &mut self.out));
+            with_unit!(self, number, unit => unit.reset(why == ResetCause::PowerOn, now, &mut self.out));
         }
         self.power.reset();
         // Overrides that units requested before the reset are discarded.
         self.out.clear();
-        self.touched_units = u16::MAX;
+        self.schedule.touch_all();
         self.prescalers = [Prescaler::new(now); 2];
         self.notify_prescaler(0, now);
         self.notify_prescaler(1, now);
@@ -263,24 +263,10 @@ impl AvrSoc {
         self.update_deadlines();
     }
 
-    /// Executes everything up to `now`, and takes the requested reset, if any.
-    #[inline]
-    pub fn requested_reset(&mut self, now: u64) -> Option<ResetCause> {
-        self.run(now);
-        self.power.reset_request.take()
-    }
-
     /// Reports whether IVCE is set at the cycle `now`: no interrupt is taken then (12.5.1).
     #[must_use]
     pub const fn ivce(&self, now: u64) -> bool {
         self.power.ivce_open(now)
-    }
-
-    /// Reports whether the core is stopped: in reset, during start-up, while waking, or halted by a memory
-    /// access.
-    #[must_use]
-    pub fn is_core_stopped(&self) -> bool {
-        self.power.is_held_in_reset() || self.power.start_cycle != 0 || self.power.wake_cycle != 0 || self.stall != 0
     }
 
     /// Updates the pins and the start-up after the chip entered or left the held reset.
@@ -304,7 +290,7 @@ impl AvrSoc {
         if self.power.start_cycle != 0 && self.power.start_cycle <= t && !self.power.is_held_in_reset() {
             self.power.start_cycle = 0;
             self.watchdog.hold(false, t, &mut self.out);
-            self.mark_touched(unit_index::WATCHDOG);
+            self.schedule.touch(unit_index::WATCHDOG);
         }
         if self.stall <= t {
             self.stall = 0;
@@ -329,7 +315,7 @@ impl AvrSoc {
         }
         self.eeprom.block_until(self.spm.busy_until(), t);
         self.spm.block_until(self.eeprom.busy_until(), t);
-        self.touched_units = u16::MAX;
+        self.schedule.touch_all();
     }
 
     /// Writes CLKPR: CLKPCE alone opens the window in which CLKPS can be written (9.12.2).
@@ -371,6 +357,6 @@ impl AvrSoc {
             self.power.is_browned_out = below;
         }
         self.hold_in_reset(t);
-        self.touched_units = u16::MAX;
+        self.schedule.touch_all();
     }
 }

@@ -5,7 +5,7 @@ use emu_core::cpu::{BusEffect, NEVER};
 use super::AvrSoc;
 use crate::chips::{RegisterSlot, SocRegister, unit_index};
 use crate::periph::usart::UsartRegister::{UBRRH, UCSRC};
-use crate::periph::{AvrDevice, adc, timers, usart};
+use crate::periph::{Device, SignalReceiver, adc, timers, usart};
 
 /// Bits of GTCCR.
 const TSM: u8 = 1 << 7;
@@ -39,7 +39,7 @@ macro_rules! read {
 macro_rules! write {
     ($soc:ident, $number:expr, $unit:expr, $reg:expr, $value:ident, $mask:ident, $t:ident) => {{
         $unit.write($reg, $value, $mask, $t, &mut $soc.out);
-        $soc.mark_touched($number);
+        $soc.schedule.touch($number);
         $soc.apply_signals($number);
     }};
 }
@@ -76,7 +76,7 @@ impl AvrSoc {
     /// Reads any register, after everything that is due.
     #[inline(never)]
     pub(super) fn read_any(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
-        let due = self.due <= now;
+        let due = self.schedule.due <= now;
         self.run(now);
         let (value, acts) = match self.register_slot(reg) {
             RegisterSlot::Port(port, 0) => (self.peek_pins(port, now), false),
@@ -123,7 +123,7 @@ impl AvrSoc {
             _ => return (self.peek_register(site, t), false),
         };
         if let (true, Some(number)) = (acts.1, AvrSoc::unit_index_of(site)) {
-            self.mark_touched(number);
+            self.schedule.touch(number);
             self.update_deadlines();
         }
         acts
@@ -230,12 +230,12 @@ impl AvrSoc {
             RegisterSlot::Eeprom(reg) => {
                 write!(self, unit_index::EEPROM, self.eeprom, reg, value, mask, t);
                 self.spm.block_until(self.eeprom.busy_until(), t);
-                self.mark_touched(unit_index::SPM);
+                self.schedule.touch(unit_index::SPM);
             }
             RegisterSlot::Spm(reg) => {
                 write!(self, unit_index::SPM, self.spm, reg, value, mask, t);
                 self.eeprom.block_until(self.spm.busy_until(), t);
-                self.mark_touched(unit_index::EEPROM);
+                self.schedule.touch(unit_index::EEPROM);
             }
             RegisterSlot::Watchdog(reg) => write!(self, unit_index::WATCHDOG, self.watchdog, reg, value, mask, t),
             RegisterSlot::External(reg) => {
@@ -280,7 +280,7 @@ impl AvrSoc {
             SocRegister::MCUSR => {
                 self.mcusr &= kept(self.mcusr, 0xFF);
                 self.watchdog.set_forced_on(self.mcusr & super::power::WDRF != 0, t, &mut self.out);
-                self.mark_touched(unit_index::WATCHDOG);
+                self.schedule.touch(unit_index::WATCHDOG);
                 self.apply_signals(unit_index::WATCHDOG);
             }
             SocRegister::SMCR => self.smcr = kept(self.smcr, 0x0F),
@@ -343,7 +343,7 @@ impl AvrSoc {
         for n in 0..self.part.timers.len().min(4) {
             if usize::from(self.part.timers[n].asynchronous) == group {
                 self.timers[n].prescaler(self.prescalers[group], t, &mut self.out);
-                self.mark_touched(unit_index::TIMER + n);
+                self.schedule.touch(unit_index::TIMER + n);
                 self.apply_signals(unit_index::TIMER + n);
             }
         }

@@ -4,8 +4,8 @@ use emu_core::state;
 
 use super::AvrSoc;
 use crate::chips::unit_index;
-use crate::periph::AvrDevice;
 use crate::periph::timers::AvrTimer;
+use crate::periph::{Device, SignalReceiver};
 
 /// Cycles from the start of the clock to the interrupt that woke the core (7.7.1).
 const WAKE_CYCLES: u64 = 4;
@@ -100,7 +100,7 @@ impl AvrSoc {
         if matches!(mode, SleepMode::Idle | SleepMode::AdcNoiseReduction) {
             self.run_unit(unit_index::ADC, now + 1);
             self.adc.on_core_halted(now + 1);
-            self.mark_touched(unit_index::ADC);
+            self.schedule.touch(unit_index::ADC);
         }
         self.update_clocks(now + 1);
         self.update_deadlines();
@@ -120,7 +120,7 @@ impl AvrSoc {
             _ => 0,
         };
         self.power.wake_cycle = (now + wait).max(1);
-        self.due = self.due.min(self.power.wake_cycle);
+        self.schedule.due = self.schedule.due.min(self.power.wake_cycle);
         // The brown-out detector is on again, and detects a low supply that began during sleep (10.11.2).
         if self.power.supply < self.power.bod_mv {
             self.set_supply(self.power.supply, now);
@@ -152,7 +152,7 @@ impl AvrSoc {
                 unit.run_due(t, &mut self.out);
                 if stop >> number & 1 == 0 { unit.restart_clock(t, &mut self.out) } else { unit.stop_clock(t, &mut self.out) }
             });
-            self.mark_touched(number);
+            self.schedule.touch(number);
             self.apply_signals(number);
         }
         let crystal = mode.is_none_or(SleepMode::keeps_crystal);
@@ -160,7 +160,7 @@ impl AvrSoc {
             for n in 0..self.part.timers.len().min(4) {
                 if self.part.timers[n].asynchronous {
                     self.timers[n].set_oscillator_running(crystal, t, &mut self.out);
-                    self.mark_touched(unit_index::TIMER + n);
+                    self.schedule.touch(unit_index::TIMER + n);
                     self.apply_signals(unit_index::TIMER + n);
                 }
             }

@@ -5,7 +5,6 @@ use emu_core::external_io::EventLog;
 use emu_core::state;
 
 use super::{AvrSoc, CoreRequest};
-use crate::chips::unit_index;
 
 state! { enum CoreRequest { 0 = Erase { addr, len }, 1 = Program { addr, words } } }
 
@@ -31,34 +30,23 @@ state! {
     AvrSoc {
         ports, timers, usarts, spi, twi, adc, comparator, eeprom, spm, watchdog, external, prescalers, gtccr, mcusr, mcucr, smcr, prr,
         osccal, rampz, kept_bytes, low_ram, ursel_read, power, drives, requests, stall,
-    } stays { part, wiring, log, unit_deadlines, unit_requests, touched_units, first_vector, due, core_deadline, out, lints }
+    } stays { part, wiring, log, schedule, first_vector, core_deadline, out, lints }
     if |soc, _now| soc.stall != NEVER && soc.requests.iter().all(|order| order.is_within_flash(soc.part.chip.flash_bytes)), then AvrSoc::restore_derived
 }
 
 impl AvrSoc {
-    /// Executes everything up to `now`, including what is normally computed only when it is read. Equal
-    /// machines then have equal fields.
-    pub(crate) fn normalize(&mut self, now: u64) {
-        self.log = EventLog::OFF;
-        self.run(now);
-        for number in 0..unit_index::COUNT {
-            self.run_unit(number, now);
-        }
-        self.update_deadlines();
-    }
-
     /// Recomputes the derived fields after a restore.
     fn restore_derived(&mut self) {
         self.log = EventLog::OFF;
         self.out.clear();
         self.lints.forget();
         self.core_deadline = NEVER;
-        self.touched_units = u16::MAX;
+        self.schedule.touch_all();
         self.update_deadlines();
     }
 
     /// Reports whether everything up to `now` has been executed.
     pub(crate) fn is_settled(&self, now: u64) -> bool {
-        self.due > now
+        self.schedule.due > now
     }
 }

@@ -3,7 +3,7 @@
 //! millivolts.
 
 use emu_avr::periph::adc::{AdcRegister, AvrAdc, AvrAdcKind};
-use emu_avr::periph::{AvrDevice, AvrOutbox};
+use emu_avr::periph::{AvrOutbox, Device};
 use emu_core::NEVER;
 
 const REGS: [AdcRegister; 6] = [
@@ -26,8 +26,8 @@ fn step(adc: &mut AvrAdc, step: &str) -> Result<(), String> {
     let hex = |text: &str| u8::from_str_radix(text, 16).map_err(|e| e.to_string());
     if let Some((name, want)) = what.split_once('?') {
         let got = match name {
-            "next" if adc.next_cycle() == NEVER => "-".to_string(),
-            "next" => adc.next_cycle().to_string(),
+            "next" if adc.next_deadline() == NEVER => "-".to_string(),
+            "next" => adc.next_deadline().to_string(),
             "irq" => {
                 adc.run_due(t, &mut out);
                 adc.interrupt_requests().to_string()
@@ -53,7 +53,7 @@ fn step(adc: &mut AvrAdc, step: &str) -> Result<(), String> {
         "halted" => adc.on_core_halted(t),
         "sleep" => adc.stop_clock(t, &mut out),
         "wake" => adc.restart_clock(t, &mut out),
-        "reset" => adc.reset(t, &mut out),
+        "reset" => adc.reset(false, t, &mut out),
         _ => {
             let (set, source) = (what.starts_with("flag"), &what[4..]);
             adc.trigger(source.parse().map_err(|_| "source")?, set, t);

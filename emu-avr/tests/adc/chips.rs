@@ -1,10 +1,11 @@
 //! The converter of chips that differ from the ATmega328P: channels and references.
 
 use emu_avr::chips::chip;
-use emu_avr::soc::OutsideInput;
 use emu_avr::{Avr, Options};
+use emu_core::CycleTime;
 use emu_core::RamInit;
 use emu_core::cpu::Bus;
+use emu_core::external_io::OutsideInput;
 use emu_core::image::Image;
 
 /// Returns the result of a conversion on the chip `name` with `millivolts` on a pin.
@@ -12,7 +13,7 @@ fn converted(name: &str, pin: &str, millivolts: u32, admux: u8) -> u16 {
     let chip = chip(name).expect("a chip");
     let reg = |name: &str| chip.reg(name).expect("a register");
     let mut soc = Avr::with(chip, &Image::default(), RamInit::Zero, Options::at_hz(chip.default_hz)).soc().clone();
-    soc.queue_input(0, 0, OutsideInput::Volts(chip.pin(pin).expect("a pin"), millivolts));
+    soc.queue_input(CycleTime::at(0), 0, OutsideInput::Volts(chip.pin(pin).expect("a pin"), millivolts));
     soc.write(reg("ADMUX"), admux, 1);
     soc.write(reg("ADCSRA"), 0xC0, 2);
     soc.fire(100);

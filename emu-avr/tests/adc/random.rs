@@ -2,7 +2,7 @@
 //! every cycle.
 
 use emu_avr::periph::adc::{AdcRegister, AvrAdc, AvrAdcKind};
-use emu_avr::periph::{AvrDevice, AvrOutbox};
+use emu_avr::periph::{AvrOutbox, Device};
 use emu_core::NEVER;
 use emu_core::rng::Rng;
 
@@ -78,7 +78,7 @@ fn live(seed: u64, seen: &mut Seen) {
         let was = (model.flag, model.result, model.blocked);
         model.tick();
         let at = || format!("seed {seed}, cycle {t}");
-        if dut.next_cycle() <= t || rng.one_in(30) {
+        if dut.next_deadline() <= t || rng.one_in(30) {
             dut.run_due(t, &mut out);
         }
         for (n, &(until, value)) in promised.iter().enumerate().filter(|(_, p)| p.0 > t) {
@@ -133,7 +133,7 @@ fn live(seed: u64, seen: &mut Seen) {
                     model.flag = false;
                 }
                 9 if rng.one_in(6) => {
-                    dut.reset(t, &mut out);
+                    dut.reset(false, t, &mut out);
                     model.reset();
                 }
                 _ => write(&mut rng, &mut dut, &mut model, t, &mut out),
@@ -190,7 +190,7 @@ fn a_long_time_of_free_running_is_one_step() {
         dut.write(reg, value, 0xFF, 1, &mut out);
         model.write(reg, value, 0xFF);
     }
-    assert_eq!(dut.next_cycle(), NEVER);
+    assert_eq!(dut.next_deadline(), NEVER);
     dut.set_millivolts(2, 1_000, 1);
     model.pins[2] = 1_000;
     for _ in 1..1_000_003 {

@@ -3,7 +3,7 @@
 //! 1,000,000 Hz.
 
 use emu_avr::periph::comparator::{AvrComparator, ComparatorInput, ComparatorRegister};
-use emu_avr::periph::{AvrDevice, AvrDrive, AvrOutbox, AvrSignal};
+use emu_avr::periph::{AvrDrive, AvrOutbox, AvrSignal, Device};
 
 struct TestBench {
     dut: AvrComparator,
@@ -48,7 +48,7 @@ impl TestBench {
                 "taken" => self.dut.on_interrupt_taken(0, t, out),
                 "sleep" => self.dut.stop_clock(t, out),
                 "wake" => self.dut.restart_clock(t, out),
-                "reset" => self.dut.reset(t, out),
+                "reset" => self.dut.reset(false, t, out),
                 _ => return Err("no such step".into()),
             }
         }

@@ -2,7 +2,7 @@
 //! programs: both must agree in every cycle in register reads, the interrupt, and the edges to timer 1.
 
 use emu_avr::periph::comparator::{AvrComparator, ComparatorInput, ComparatorRegister};
-use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrOutbox, AvrSignal};
+use emu_avr::periph::{AvrDrive, AvrLine, AvrOutbox, AvrSignal, Device};
 use emu_core::rng::Rng;
 
 const SECOND_PS: u64 = 1_000_000_000_000;
@@ -104,7 +104,7 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
         model.tick();
         let rose = model.flag_now && !flag_before;
         let reference_up = model.reference == Some(0);
-        if dut.next_cycle() <= t || rng.one_in(20) {
+        if dut.next_deadline() <= t || rng.one_in(20) {
             dut.run_due(t, &mut out);
         }
         assert!(promised.0 <= t || model.acsr() == promised.1, "ACSR promised until {}, {}", promised.0, at());
@@ -151,7 +151,7 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
                 12 if rng.one_in(5) => {
                     (model.acsr, model.didr, model.channel, model.clock_on) = (0, 0, None, true);
                     model.power();
-                    dut.reset(t, &mut out);
+                    dut.reset(false, t, &mut out);
                 }
                 13 => {
                     model.didr = model.didr & !(mask & 3) | byte & mask & 3;

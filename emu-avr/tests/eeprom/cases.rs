@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use emu_avr::periph::eeprom::{AvrEeprom, AvrEepromKind, EepromRegister};
-use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
+use emu_avr::periph::{AvrOutbox, AvrSignal, Device};
 use emu_core::NEVER;
 
 const REGS: [EepromRegister; 4] =
@@ -30,8 +30,8 @@ fn step(dut: &mut AvrEeprom, stalls: &mut Vec<String>, step: &str) -> Result<(),
                 dut.run_due(t, &mut out);
                 dut.interrupt_requests().to_string()
             }
-            _ if name == "next" && dut.next_cycle() == NEVER => "-".to_string(),
-            _ if name == "next" => dut.next_cycle().to_string(),
+            _ if name == "next" && dut.next_deadline() == NEVER => "-".to_string(),
+            _ if name == "next" => dut.next_deadline().to_string(),
             _ if name == "halts" => std::mem::take(stalls).join(","),
             _ => return Err("no such thing".into()),
         };
@@ -50,7 +50,7 @@ fn step(dut: &mut AvrEeprom, stalls: &mut Vec<String>, step: &str) -> Result<(),
         (_, "hz") => dut.set_clock_hz(value.parse().map_err(|_| "hz")?, t),
         (_, "sleep") => dut.stop_clock(t, &mut out),
         (_, "wake") => dut.restart_clock(t, &mut out),
-        (_, "reset") => dut.reset(t, &mut out),
+        (_, "reset") => dut.reset(false, t, &mut out),
         _ => return Err("no such step".into()),
     }
     for signal in out {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use emu_avr::periph::eeprom::{AvrEeprom, AvrEepromKind, EepromRegister};
-use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
+use emu_avr::periph::{AvrOutbox, AvrSignal, Device};
 use emu_core::rng::Rng;
 
 const SECOND_PS: u64 = 1_000_000_000_000;
@@ -130,7 +130,7 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
         let at = || format!("seed {seed}, cycle {t}");
         let mut out = AvrOutbox::new();
         model.tick();
-        if dut.next_cycle() <= t || rng.one_in(20) {
+        if dut.next_deadline() <= t || rng.one_in(20) {
             dut.run_due(t, &mut out);
         }
         for (n, &(_, value)) in promised.iter().enumerate().filter(|(_, p)| p.0 > t) {
@@ -166,7 +166,7 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
                 promised = [(0, 0); 4];
             }
             (_, 12) if rng.one_in(4) => {
-                dut.reset(t, &mut out);
+                dut.reset(false, t, &mut out);
                 (model.eedr, model.eerie, model.eempe) = (0, false, 0);
                 if model.busy.is_none() {
                     model.eepm = 0;

@@ -3,7 +3,7 @@
 //! `NAME.n=v` writes one bit.
 
 use emu_avr::periph::external::{ExternalInterrupts, ExternalKind, ExternalRegister};
-use emu_avr::periph::{AvrDevice, AvrLine, AvrOutbox, AvrSignal};
+use emu_avr::periph::{AvrLine, AvrOutbox, AvrSignal, Device};
 use emu_core::NEVER;
 
 struct TestBench {
@@ -40,8 +40,8 @@ impl TestBench {
             "irq" => format!("{:02X}", self.dut.interrupt_requests()),
             "flags" => self.flags.iter().map(u64::to_string).collect::<Vec<_>>().join(","),
             "flag" => u8::from(self.dut.flag()).to_string(),
-            "next" if self.dut.next_cycle() == NEVER => "-".into(),
-            "next" => self.dut.next_cycle().to_string(),
+            "next" if self.dut.next_deadline() == NEVER => "-".into(),
+            "next" => self.dut.next_deadline().to_string(),
             "steady" if self.dut.steady_until(ExternalRegister::EIFR, t) == NEVER => "-".into(),
             "steady" => self.dut.steady_until(ExternalRegister::EIFR, t).to_string(),
             _ => format!("{:02X}", self.dut.read(reg(name)?, t, &mut self.out)),
@@ -78,7 +78,7 @@ impl TestBench {
             None => match what {
                 "sleep" => self.dut.stop_clock(t, out),
                 "wake" => self.dut.restart_clock(t, out),
-                "reset" => self.dut.reset(t, out),
+                "reset" => self.dut.reset(false, t, out),
                 _ => return Err("no such step".into()),
             },
         }

@@ -2,7 +2,7 @@
 //! reads, interrupts, and the flag signalled to the converter.
 
 use emu_avr::periph::external::{ExternalInterrupts, ExternalKind, ExternalRegister};
-use emu_avr::periph::{AvrDevice, AvrLine, AvrOutbox, AvrSignal};
+use emu_avr::periph::{AvrLine, AvrOutbox, AvrSignal, Device};
 use emu_core::rng::Rng;
 
 use super::model::{Chip, Model};
@@ -44,7 +44,7 @@ fn live(seed: u64, seen: &mut [u64; 5]) {
         let at = || format!("seed {seed}, cycle {t}");
         let mut out = AvrOutbox::new();
         model.tick();
-        if dut.next_cycle() <= t || rng.one_in(20) {
+        if dut.next_deadline() <= t || rng.one_in(20) {
             dut.run_due(t, &mut out);
         }
         for (n, &(_, value)) in promised.iter().enumerate().filter(|(_, p)| p.0 > t) {
@@ -88,7 +88,7 @@ fn live(seed: u64, seen: &mut [u64; 5]) {
                 }
                 13 if rng.one_in(4) => {
                     model.reset();
-                    dut.reset(t, &mut out);
+                    dut.reset(false, t, &mut out);
                 }
                 14 if rng.one_in(2) => {
                     listened = byte & 1 != 0;

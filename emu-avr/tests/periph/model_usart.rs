@@ -3,6 +3,8 @@
 use std::collections::VecDeque;
 
 use crate::script::chip;
+use emu_core::CycleTime;
+use emu_core::external_io::OutsideInput;
 use emu_core::parts::uart::frame_edges;
 use emu_core::rng::Rng;
 use emu_core::{Bus, ChipEvent, PinLevel};
@@ -179,7 +181,7 @@ fn random_traffic_agrees_with_a_stepped_port_at_every_cycle() {
         let mut line_free = 100;
         let reads = 200 + rng.below(3000);
         soc.write(UCSR0A, u8::from(double) << 1, 0);
-        soc.drive(0, 0, RXD, PinLevel::High);
+        soc.queue_input(CycleTime::at(0), 0, OutsideInput::Level(RXD, PinLevel::High));
         while now < 9_000 {
             while let Some(&(_, level)) = drives.front().filter(|drive| drive.0 <= now) {
                 wire = level == PinLevel::High;
@@ -196,7 +198,7 @@ fn random_traffic_agrees_with_a_stepped_port_at_every_cycle() {
             } else {
                 assert_eq!(soc.level(TXD), PinLevel::Float, "TXD, {}", place());
             }
-            while let Some(event) = soc.next_event() {
+            while let Some(event) = soc.event_log().pop() {
                 if let ChipEvent::Sent { byte, at, .. } = event {
                     assert_eq!(at.cycle, now);
                     sent.push(byte);
@@ -221,7 +223,7 @@ fn random_traffic_agrees_with_a_stepped_port_at_every_cycle() {
                     line_free += bit;
                 }
                 for (at, level) in edges {
-                    soc.drive(at, now, RXD, level);
+                    soc.queue_input(CycleTime::at(at), now, OutsideInput::Level(RXD, level));
                     drives.push_back((at, level));
                 }
             }

@@ -2,6 +2,8 @@
 
 use crate::script::chip;
 use emu_avr::soc::AvrSoc;
+use emu_core::CycleTime;
+use emu_core::external_io::OutsideInput;
 use emu_core::rng::Rng;
 use emu_core::{Bus, ChipEvent, NEVER, PinLevel};
 
@@ -37,7 +39,7 @@ fn ports_agree(fresh: &AvrSoc, seed: u64, cycles: u64) {
     for now in 0..cycles {
         if rng.one_in(6) {
             let (at, pin, level) = (now + rng.below(9), rng.below(24) as u16, LEVELS[rng.below(3) as usize]);
-            soc.drive(at, now, pin, level);
+            soc.queue_input(CycleTime::at(at), now, OutsideInput::Level(pin, level));
             queue.push((at, pin, level));
         }
         queue.retain(|&(at, pin, level)| {
@@ -81,7 +83,7 @@ fn ports_agree(fresh: &AvrSoc, seed: u64, cycles: u64) {
         }
         // Two drives of one pin in one cycle log two edges; only the last one per pin is compared.
         let mut logged = [None; 24];
-        while let Some(event) = soc.next_event() {
+        while let Some(event) = soc.event_log().pop() {
             assert_eq!(event.time().cycle, now, "{event:?}, seed {seed}");
             match event {
                 ChipEvent::Edge { pin, level, .. } => logged[usize::from(pin)] = Some(level),
@@ -146,8 +148,8 @@ fn any_slicing_gives_the_same_chip_and_the_same_log() {
             }
             if rng.one_in(30) {
                 let (at, level) = (now + rng.below(300), LEVELS[rng.below(3) as usize]);
-                eager.drive(at, now, 16, level);
-                lazy.drive(at, now, 16, level);
+                eager.queue_input(CycleTime::at(at), now, OutsideInput::Level(16, level));
+                lazy.queue_input(CycleTime::at(at), now, OutsideInput::Level(16, level));
                 deadline = 0;
             }
             if rng.one_in(40) {
@@ -158,9 +160,9 @@ fn any_slicing_gives_the_same_chip_and_the_same_log() {
                 deadline = lazy.fire(now);
                 assert_eq!(view(&eager, now), view(&lazy, now), "seed {seed}, cycle {now}");
             }
-            eager_log.extend(std::iter::from_fn(|| eager.next_event()));
+            eager_log.extend(std::iter::from_fn(|| eager.event_log().pop()));
         }
-        lazy_log.extend(std::iter::from_fn(|| lazy.next_event()));
+        lazy_log.extend(std::iter::from_fn(|| lazy.event_log().pop()));
         assert_eq!(eager_log, lazy_log, "seed {seed}");
         assert!(eager_log.len() > 20, "seed {seed} saw nothing");
         assert!(eager_log.is_sorted_by_key(ChipEvent::time), "seed {seed}: log out of order");

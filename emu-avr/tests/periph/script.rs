@@ -15,6 +15,8 @@
 use emu_avr::chips::ATMEGA328P as CHIP;
 use emu_avr::soc::AvrSoc;
 use emu_avr::{Avr, Options};
+use emu_core::CycleTime;
+use emu_core::external_io::OutsideInput;
 use emu_core::image::Image;
 use emu_core::{Bus, NEVER, PinLevel, RamInit, ResetCause};
 
@@ -95,7 +97,7 @@ fn run(soc: &mut AvrSoc, step: &str) -> Result<(), String> {
             "Z" => PinLevel::Float,
             _ => return Err("no such level".into()),
         };
-        soc.drive(now, now, pin, level);
+        soc.queue_input(CycleTime::at(now), now, OutsideInput::Level(pin, level));
         return Ok(());
     }
     let reg = CHIP.reg(name).ok_or("no such name")?;

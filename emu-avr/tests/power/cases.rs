@@ -1,8 +1,10 @@
 //! Hand-made cases; a write in cycle `t` takes effect at the edge that ends it.
 
 use emu_avr::chips::ATMEGA328P;
-use emu_avr::soc::{AvrSoc, OutsideInput};
+use emu_avr::soc::AvrSoc;
 use emu_avr::{Avr, Options};
+use emu_core::CycleTime;
+use emu_core::external_io::OutsideInput;
 use emu_core::image::Image;
 use emu_core::{Bus, PinLevel, RamInit, ResetCause};
 
@@ -42,7 +44,7 @@ fn a_brown_out_in_sleep_is_seen_at_waking() {
         }
         soc.write(SMCR, 5, 3);
         assert!(soc.sleep(4));
-        soc.queue_input(10, 10, OutsideInput::Supply(2_000));
+        soc.queue_input(CycleTime::at(10), 10, OutsideInput::Supply(2_000));
         let found = soc.requested_reset(10);
         assert_eq!(found, in_sleep, "BODS {bods}");
         if found.is_none() {
@@ -57,18 +59,18 @@ fn a_brown_out_in_sleep_is_seen_at_waking() {
 #[test]
 fn a_supply_that_moves_does_not_prolong_start_up() {
     let mut soc = chip([0xC0, 0xD9, 0xFD], true);
-    soc.queue_input(10, 10, OutsideInput::Supply(4_800));
+    soc.queue_input(CycleTime::at(10), 10, OutsideInput::Supply(4_800));
     soc.fire(19);
     assert!(soc.is_core_stopped());
     soc.fire(20);
     assert!(!soc.is_core_stopped());
     // PC6 is low from 30 to 40.
-    soc.drive(30, 25, 14, PinLevel::Low);
+    soc.queue_input(CycleTime::at(30), 25, OutsideInput::Level(14, PinLevel::Low));
     soc.fire(30);
     assert_eq!(soc.requested_reset(30), Some(ResetCause::External));
     soc.reset(ResetCause::External, 30);
-    soc.drive(40, 30, 14, PinLevel::High);
-    soc.queue_input(45, 40, OutsideInput::Supply(4_900));
+    soc.queue_input(CycleTime::at(40), 30, OutsideInput::Level(14, PinLevel::High));
+    soc.queue_input(CycleTime::at(45), 40, OutsideInput::Supply(4_900));
     soc.fire(59);
     assert!(soc.is_core_stopped());
     soc.fire(60);

@@ -1,8 +1,10 @@
 //! Random programs, resets and supply voltages compared with the model.
 
 use emu_avr::chips::ATMEGA328P;
-use emu_avr::soc::{AvrSoc, OutsideInput};
+use emu_avr::soc::AvrSoc;
 use emu_avr::{Avr, Options};
+use emu_core::CycleTime;
+use emu_core::external_io::OutsideInput;
 use emu_core::image::Image;
 use emu_core::rng::Rng;
 use emu_core::{Bus, PinLevel, RamInit};
@@ -73,12 +75,12 @@ fn live(seed: u64, chips: &Chips, seen: &mut Seen) {
     for now in 0..cycles {
         if rng.one_in(90) {
             let low = rng.one_in(2);
-            soc.drive(now, now, RESET_PIN, PinLevel::from_bit(!low));
+            soc.queue_input(CycleTime::at(now), now, OutsideInput::Level(RESET_PIN, PinLevel::from_bit(!low)));
             seen.0[1] += u64::from(low && !model.held());
             model.pin(low);
         } else if rng.one_in(if model.asleep.is_some() { 15 } else { 60 }) {
             let millivolts = [5_000, 5_000, 3_000, 2_000, 1_500, 900][rng.below(6) as usize];
-            soc.queue_input(now, now, OutsideInput::Supply(millivolts));
+            soc.queue_input(CycleTime::at(now), now, OutsideInput::Supply(millivolts));
             let before = model.held();
             model.power(millivolts);
             seen.0[2] += u64::from(model.held() && !before);

@@ -1,7 +1,7 @@
 //! Hand-made cases, one per line, in cycles.
 
 use emu_avr::periph::spi::{AvrSpi, SpiRegister};
-use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrOutbox, AvrSignal};
+use emu_avr::periph::{AvrDrive, AvrLine, AvrOutbox, AvrSignal, Device};
 use emu_test_support::case_lines;
 
 /// Format: `topic | script | events`.
@@ -145,7 +145,7 @@ impl TestBench {
                 "n0" | "n1" => self.line(AvrLine::Ss, word == "n1"),
                 "out" | "in" => self.port.on_direction_changed(AvrLine::Ss, word == "out", t, &mut self.out),
                 "!k" => self.quiet = true,
-                "reset" => self.port.reset(t, &mut self.out),
+                "reset" => self.port.reset(false, t, &mut self.out),
                 "sleep" => self.port.stop_clock(t, &mut self.out),
                 "wake" => self.port.restart_clock(t, &mut self.out),
                 "take" => self.port.on_interrupt_taken(0, t, &mut self.out),

@@ -1,7 +1,7 @@
 //! A master and a slave that are connected to each other.
 
 use emu_avr::periph::spi::{AvrSpi, CPHA, CPOL, DORD, MSTR, SPE, SPIF, SpiRegister};
-use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
+use emu_avr::periph::{AvrDrive, AvrLine, AvrSignal, Device};
 use emu_core::rng::Rng;
 
 /// Passes the line changes of `from` at `t` to the other side.
@@ -40,7 +40,7 @@ fn exchange(modes: [u8; 2], rate: u8, double: u8) -> [Vec<u8>; 4] {
         // A byte at the slowest clock takes 1024 cycles.
         let end = t + 1100;
         while t < end && (a.peek(SpiRegister::SPSR, t) & b.peek(SpiRegister::SPSR, t)) & SPIF == 0 {
-            t = a.next_cycle().min(b.next_cycle()).min(end);
+            t = a.next_deadline().min(b.next_deadline()).min(end);
             a.run_due(t, &mut of_a);
             b.run_due(t, &mut of_b);
             carry(&mut of_a, &mut b, t, &mut of_b);

@@ -2,7 +2,7 @@
 //! something due.
 
 use emu_avr::periph::spi::{AvrSpi, CPHA, CPOL, DORD, MSTR, SPE, SPI2X, SPIE, SpiRegister};
-use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
+use emu_avr::periph::{AvrDrive, AvrLine, AvrSignal, Device};
 use emu_core::rng::Rng;
 
 use crate::model::Model;
@@ -72,7 +72,7 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
             seen.master += u64::from(set && !robbed && before.0 & MSTR != 0);
             seen.slave += u64::from(set && before.0 & MSTR == 0);
         }
-        if port.next_cycle() <= t {
+        if port.next_deadline() <= t {
             port.run_due(t, &mut out);
         }
         quiet -= 1;
@@ -91,7 +91,7 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
                     port.stop_clock(t, &mut out);
                 }
                 1 if rng.one_in(3) => {
-                    port.reset(t, &mut out);
+                    port.reset(false, t, &mut out);
                     model.reset(t);
                 }
                 2 => {

@@ -4,7 +4,7 @@
 //! The clock is 1,000,000 Hz; the boot section starts at 7800, NRWW at 7000.
 
 use emu_avr::periph::spm::{ConfigBytes, SelfProgramming, SpmKind, SpmRegister};
-use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
+use emu_avr::periph::{AvrOutbox, AvrSignal, Device};
 use emu_core::NEVER;
 
 const REG: SpmRegister = SpmRegister::SPMCSR;
@@ -42,8 +42,8 @@ fn step(dut: &mut SelfProgramming, said: &mut Vec<String>, step: &str) -> Result
                 match name {
                     "CSR" => format!("{:02X}", dut.read(REG, t, &mut out)),
                     "irq" => dut.interrupt_requests().to_string(),
-                    "next" if dut.next_cycle() == NEVER => "-".into(),
-                    "next" => dut.next_cycle().to_string(),
+                    "next" if dut.next_deadline() == NEVER => "-".into(),
+                    "next" => dut.next_deadline().to_string(),
                     "busy" => dut.busy_until().to_string(),
                     "lock" => format!("{:02X}", dut.config_bytes().lock),
                     _ => std::mem::take(said).join(","),
@@ -59,7 +59,7 @@ fn step(dut: &mut SelfProgramming, said: &mut Vec<String>, step: &str) -> Result
         "hz" => dut.set_clock_hz(value.parse().map_err(|_| "hz")?, t),
         "sleep" => dut.stop_clock(t, &mut out),
         "wake" => dut.restart_clock(t, &mut out),
-        "reset" => dut.reset(t, &mut out),
+        "reset" => dut.reset(false, t, &mut out),
         _ => {
             let z = name.strip_prefix("spm.").ok_or("no such step")?;
             let (data, pc) = value.split_once('@').ok_or("PC")?;

@@ -2,7 +2,7 @@
 //! agree in every cycle.
 
 use emu_avr::periph::spm::{ConfigBytes, SelfProgramming, SpmKind, SpmRegister};
-use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
+use emu_avr::periph::{AvrOutbox, AvrSignal, Device};
 use emu_core::rng::Rng;
 
 use crate::model::Model;
@@ -50,7 +50,7 @@ fn live(seed: u64, seen: &mut [u64; 5]) {
         let at = || format!("seed {seed}, cycle {t}");
         let mut out = AvrOutbox::new();
         model.tick();
-        if dut.next_cycle() <= t || rng.one_in(20) {
+        if dut.next_deadline() <= t || rng.one_in(20) {
             dut.run_due(t, &mut out);
         }
         assert!(t >= promised.0 || model.spmcsr() == promised.1, "SPMCSR promised, {}", at());
@@ -97,7 +97,7 @@ fn live(seed: u64, seen: &mut [u64; 5]) {
                 dut.block_until(if model.eeprom == 0 { 0 } else { t + model.eeprom }, t);
             }
             8 if rng.one_in(6) => {
-                dut.reset(t, &mut out);
+                dut.reset(false, t, &mut out);
                 model.reset();
                 (halted_until, promised) = (0, (0, 0));
             }

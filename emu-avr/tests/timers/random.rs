@@ -1,7 +1,7 @@
 //! Random writes, edges, sleeps and resets: timer and model must agree in every cycle.
 
 use emu_avr::periph::timers::{AvrTimer, TimerRegister, TimerShape};
-use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
+use emu_avr::periph::{AvrDrive, AvrLine, AvrSignal, Device};
 use emu_core::parts::prescaler::Prescaler;
 use emu_core::rng::Rng;
 
@@ -132,7 +132,7 @@ impl TestBench {
             (asleep, 3) => {
                 // A reset clears the prescaler.
                 model.reset();
-                timer.reset(t, out);
+                timer.reset(false, t, out);
                 if asleep.is_some() || rng.one_in(2) {
                     *prescaler = Prescaler::new(t);
                     model.clear_divider(false);
@@ -260,7 +260,7 @@ fn run(seed: u64, shape: TimerShape, cycles: u64, heard: &mut Heard) {
         if let Some((reg, value, mask)) = write {
             bench.timer.write(reg, value, mask, t, &mut bench.out);
             quiet = false;
-        } else if eager || bench.timer.next_cycle() <= t {
+        } else if eager || bench.timer.next_deadline() <= t {
             bench.timer.run_due(t, &mut bench.out);
         }
         let divider = bench.asleep.is_none_or(|(_, stopped)| !stopped);

@@ -9,7 +9,7 @@
 //! - `sleep`, `wake`, `reset`, `osc=0`, `rate=n`, `xtal=n`.
 
 use emu_avr::periph::timers::{AvrTimer, TimerRegister, TimerShape};
-use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
+use emu_avr::periph::{AvrDrive, AvrLine, AvrSignal, Device};
 use emu_core::NEVER;
 use emu_core::parts::prescaler::Prescaler;
 
@@ -51,8 +51,8 @@ struct TestBench {
 
 impl TestBench {
     fn due(&mut self, t: u64) {
-        while self.timer.next_cycle() <= t {
-            let next = self.timer.next_cycle();
+        while self.timer.next_deadline() <= t {
+            let next = self.timer.next_deadline();
             self.timer.run_due(next, &mut self.out);
         }
     }
@@ -89,7 +89,7 @@ impl TestBench {
             "take" => timer.on_interrupt_taken(value.parse().expect("a number"), t, out),
             "sleep" => timer.stop_clock(t, out),
             "wake" => timer.restart_clock(t, out),
-            "reset" => timer.reset(t, out),
+            "reset" => timer.reset(false, t, out),
             "osc" => timer.set_oscillator_running(value == "1", t, out),
             "rate" => timer.set_clock_hz(cycle(value), t),
             "xtal" => timer.crystal_hz(cycle(value), t, out),
@@ -104,7 +104,7 @@ impl TestBench {
         }
         match name {
             "irq" => assert_eq!(self.timer.interrupt_requests(), hex(value), "{}", at()),
-            "next" => assert_eq!(self.timer.next_cycle(), cycle(value), "{}", at()),
+            "next" => assert_eq!(self.timer.next_deadline(), cycle(value), "{}", at()),
             "flag" => {
                 let signal = AvrSignal::Flag { t, irq: value.parse().expect("a number") };
                 assert!(self.out.contains(&signal), "{}: {:?}", at(), self.out);

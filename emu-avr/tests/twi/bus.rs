@@ -1,7 +1,7 @@
 //! Two interfaces on one bus, each with its model, and a source of disturbances.
 
 use emu_avr::periph::twi::{AvrTwi, TwiRegister};
-use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
+use emu_avr::periph::{AvrDrive, AvrLine, AvrSignal, Device};
 
 use crate::model::Model;
 
@@ -60,14 +60,14 @@ impl Node {
     }
 
     pub fn reset(&mut self, t: u64) {
-        self.part.reset(t, &mut self.out);
+        self.part.reset(false, t, &mut self.out);
         self.model.reset(t);
         self.steady = [(0, 0); 6];
     }
 
     pub fn tick(&mut self, t: u64) {
         self.model.tick(t);
-        if self.part.next_cycle() <= t {
+        if self.part.next_deadline() <= t {
             self.part.run_due(t, &mut self.out);
         }
     }

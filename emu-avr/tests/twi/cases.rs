@@ -1,7 +1,7 @@
 //! Hand-made cases, one per line, in cycles.
 
 use emu_avr::periph::twi::{AvrTwi, TwiRegister};
-use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrOutbox, AvrSignal};
+use emu_avr::periph::{AvrDrive, AvrLine, AvrOutbox, AvrSignal, Device};
 use emu_test_support::case_lines;
 
 /// Format: `topic | script | events`.
@@ -106,8 +106,8 @@ impl TestBench {
 
     fn to(&mut self, t: u64) {
         assert!(t >= self.t, "{t} is past");
-        while self.part.next_cycle() <= t {
-            self.t = self.part.next_cycle();
+        while self.part.next_deadline() <= t {
+            self.t = self.part.next_deadline();
             self.part.run_due(self.t, &mut self.out);
             self.settle();
         }
@@ -150,7 +150,7 @@ impl TestBench {
                 "k0" | "k1" => self.pull(0, word == "k0"),
                 "d0" | "d1" => self.pull(1, word == "d0"),
                 "!k" => self.quiet = true,
-                "reset" => self.part.reset(t, &mut self.out),
+                "reset" => self.part.reset(false, t, &mut self.out),
                 "sleep" => self.part.stop_clock(t, &mut self.out),
                 "wake" => self.part.restart_clock(t, &mut self.out),
                 "?" => {

@@ -1,7 +1,7 @@
 //! Complete programs: interfaces on one bus with the software of section 22.7.
 
 use emu_avr::periph::twi::{AvrTwi, TWEA, TWEN, TWIE, TWINT, TWSTA, TWSTO, TwiRegister};
-use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
+use emu_avr::periph::{AvrDrive, AvrLine, AvrSignal, Device};
 
 /// An interface with its program.
 struct Node {
@@ -120,7 +120,7 @@ fn run(mut nodes: Vec<Node>, delay: u64) -> Vec<Node> {
     let mut answers: Vec<Option<u64>> = vec![None; nodes.len()];
     let mut t = 10;
     while t < 1_000_000 {
-        let next = nodes.iter().map(|node| node.part.next_cycle()).chain(answers.iter().flatten().copied()).min();
+        let next = nodes.iter().map(|node| node.part.next_deadline()).chain(answers.iter().flatten().copied()).min();
         let Some(next) = next.filter(|&next| next < 1_000_000) else { break };
         t = next;
         for (n, (node, answer)) in nodes.iter_mut().zip(&mut answers).enumerate() {

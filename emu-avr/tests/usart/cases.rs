@@ -1,7 +1,7 @@
 //! Hand-made cases, one per line, in cycles.
 
 use emu_avr::periph::usart::{AvrUsart, UsartRegister};
-use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrOutbox, AvrSignal};
+use emu_avr::periph::{AvrDrive, AvrLine, AvrOutbox, AvrSignal, Device};
 use emu_test_support::case_lines;
 
 /// Format: `topic | script | events`.
@@ -164,7 +164,7 @@ impl TestBench {
                 "r0" | "r1" => self.line(AvrLine::Rxd, word == "r1"),
                 "x0" | "x1" => self.line(AvrLine::Xck, word == "x1"),
                 "out" => self.port.on_direction_changed(AvrLine::Xck, true, t, &mut self.out),
-                "reset" => self.port.reset(t, &mut self.out),
+                "reset" => self.port.reset(false, t, &mut self.out),
                 "sleep" => self.port.stop_clock(t, &mut self.out),
                 "wake" => self.port.restart_clock(t, &mut self.out),
                 "take" => self.port.on_interrupt_taken(2, t, &mut self.out),

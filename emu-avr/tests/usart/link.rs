@@ -2,7 +2,7 @@
 
 use emu_avr::periph::spi::{self, AvrSpi};
 use emu_avr::periph::usart::{AvrUsart, RXC, RXEN, TXB8, TXEN, U2X, UCSZ2, UDRE, UsartRegister};
-use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
+use emu_avr::periph::{AvrDrive, AvrLine, AvrSignal, Device};
 use emu_core::rng::Rng;
 
 /// Number of words sent.
@@ -47,7 +47,7 @@ fn talk(setups: [Setup; 2], gives: usize, seed: u64) -> (Vec<u16>, Vec<(u16, u8)
     of_b.clear();
     let (mut sent, mut got, mut t, mut idle) = (Vec::new(), Vec::new(), 0, 8);
     while got.len() < WORDS && t < 4_000_000 {
-        t = a.next_cycle().min(b.next_cycle()).min(t + 1 + rng.below(4)).max(t + 1);
+        t = a.next_deadline().min(b.next_deadline()).min(t + 1 + rng.below(4)).max(t + 1);
         a.run_due(t, &mut of_a);
         b.run_due(t, &mut of_b);
         carry(&mut of_a, &mut b, t, &mut of_b);

@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 
 use emu_avr::periph::usart::{AvrUsart, MPCM, RXEN, TXB8, TXC, TXEN, U2X, UCSZ2, UsartRegister};
-use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
+use emu_avr::periph::{AvrDrive, AvrLine, AvrSignal, Device};
 use emu_core::rng::Rng;
 
 use crate::model::Model;
@@ -118,7 +118,7 @@ impl Life {
                 port.stop_clock(t, out);
             }
             1 if rng.one_in(4) => {
-                port.reset(t, out);
+                port.reset(false, t, out);
                 model.reset(t);
             }
             2 | 3 => {
@@ -181,7 +181,7 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
         if !life.asleep {
             life.model.tick(t);
         }
-        if life.port.next_cycle() <= t {
+        if life.port.next_deadline() <= t {
             life.port.run_due(t, &mut life.out);
         }
         quiet -= 1;
@@ -233,7 +233,7 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
             }
         }
         assert_eq!(port.interrupt_requests(), model.requests(), "seed {seed}, clock {t}");
-        if port.next_cycle() > t {
+        if port.next_deadline() > t {
             assert_eq!(port.is_sending(), model.sending(), "seed {seed}, clock {t}");
         }
         assert_eq!(port.is_receiver_enabled(), model.peek(UsartRegister::UCSRB) & 0x90 == 0x90);

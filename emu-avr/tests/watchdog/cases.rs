@@ -3,7 +3,7 @@
 //! initially, so that a clock of the newer watchdog oscillator is one cycle and 2K of them are 2,048.
 
 use emu_avr::periph::watchdog::{AvrWatchdog, WatchdogKind, WatchdogRegister};
-use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
+use emu_avr::periph::{AvrOutbox, AvrSignal, Device};
 use emu_core::NEVER;
 
 struct TestBench {
@@ -21,7 +21,7 @@ impl TestBench {
             "W" => format!("{:02X}", self.dut.read(WatchdogRegister::WDTCSR, t, &mut self.out)),
             "irq" => self.dut.interrupt_requests().to_string(),
             "runs" => u8::from(self.dut.is_running()).to_string(),
-            "next" => moment(self.dut.next_cycle()),
+            "next" => moment(self.dut.next_deadline()),
             "steady" => moment(self.dut.steady_until(WatchdogRegister::WDTCSR, t)),
             "resets" => self.resets.iter().map(u64::to_string).collect::<Vec<_>>().join(","),
             _ => return Err("no such question".into()),
@@ -52,7 +52,7 @@ impl TestBench {
                 "taken" => self.dut.on_interrupt_taken(0, t, out),
                 "sleep" => self.dut.stop_clock(t, out),
                 "wake" => self.dut.restart_clock(t, out),
-                "reset" => self.dut.reset(t, out),
+                "reset" => self.dut.reset(false, t, out),
                 _ => return Err("no such step".into()),
             },
         }
@@ -154,7 +154,7 @@ fn the_times_of_the_table() {
         let mut out = AvrOutbox::new();
         dut.write(WatchdogRegister::WDTCSR, 0x18, 0xFF, 100, &mut out);
         dut.write(WatchdogRegister::WDTCSR, 0x08 | wdp >> 3 << 5 | wdp & 7, 0xFF, 104, &mut out);
-        assert_eq!(dut.next_cycle(), 100 + clocks * 1_024 * 125, "WDP = {wdp}");
+        assert_eq!(dut.next_deadline(), 100 + clocks * 1_024 * 125, "WDP = {wdp}");
     }
 }
 
@@ -168,6 +168,6 @@ fn the_ends_of_time() {
         dut.set_clock_hz(hz.wrapping_add(3), u64::MAX - 5);
         dut.run_due(u64::MAX - 3, &mut out);
         dut.restart(u64::MAX - 2, &mut out);
-        assert!(dut.next_cycle() > u64::MAX - 3, "{hz} Hz");
+        assert!(dut.next_deadline() > u64::MAX - 3, "{hz} Hz");
     }
 }

@@ -2,7 +2,7 @@
 //! register reads, the interrupt and the resets.
 
 use emu_avr::periph::watchdog::{AvrWatchdog, WatchdogKind, WatchdogRegister};
-use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
+use emu_avr::periph::{AvrOutbox, AvrSignal, Device};
 use emu_core::rng::Rng;
 
 const SECOND_PS: u64 = 1_000_000_000_000;
@@ -158,7 +158,7 @@ fn live(seed: u64, seen: &mut [u64; 4]) {
         let at = || format!("seed {seed}, cycle {t}");
         let mut out = AvrOutbox::new();
         model.tick();
-        if dut.next_cycle() <= t || rng.one_in(20) {
+        if dut.next_deadline() <= t || rng.one_in(20) {
             dut.run_due(t, &mut out);
         }
         assert!(promised.0 <= t || model.shown() == promised.1, "promised until {}, {}", promised.0, at());
@@ -203,7 +203,7 @@ fn live(seed: u64, seen: &mut [u64; 4]) {
                 }
                 12 if rng.one_in(3) => {
                     model.reset();
-                    dut.reset(t, &mut out);
+                    dut.reset(false, t, &mut out);
                 }
                 13 if rng.one_in(3) => {
                     model.wdrf = byte & 1 != 0;

@@ -13,7 +13,7 @@ use emu_core::NEVER;
 
 use self::hold::{HoldCapacitor, HoldNetwork};
 use super::map::{InterruptFlag, Sfr};
-use super::{Pic16Device, Pic16Outbox, Pic16Signal};
+use super::{Device, Pic16Outbox, Pic16Signal};
 use crate::chips;
 
 const ADON: u8 = 1;
@@ -108,15 +108,6 @@ impl Pic16Adc {
     pub fn with_ideal_acquisition(mut self, ideal: bool) -> Pic16Adc {
         self.ideal = ideal;
         self
-    }
-
-    /// Resets the module at `t` for any cause: it is off, all pins are analog; ADRES keeps its value (DS30292
-    /// table 12-6).
-    pub fn reset(&mut self, t: u64) {
-        self.sample_by(t);
-        self.hold.open(t, self.source());
-        (self.adcon0, self.adcon1, self.ansel) = (0, 0, control::ansel_mask(self.kind));
-        (self.conversion, self.asleep) = (None, false);
     }
 
     /// Sets the voltage on AN`channel` from `t` on; channels that the chip does not have are ignored.
@@ -289,7 +280,9 @@ impl Pic16Adc {
     }
 }
 
-impl Pic16Device for Pic16Adc {
+impl Device<Pic16Signal> for Pic16Adc {
+    type Reg = Sfr;
+
     fn run_due(&mut self, t: u64, out: &mut Pic16Outbox) {
         self.sample_by(t);
         if let Some(AdcConversion { done, wait, code: Some(code), .. }) = self.conversion
@@ -308,7 +301,7 @@ impl Pic16Device for Pic16Adc {
         }
     }
 
-    fn next_clock(&self) -> u64 {
+    fn next_deadline(&self) -> u64 {
         self.conversion.map_or(NEVER, |conversion| conversion.done)
     }
 
@@ -323,7 +316,7 @@ impl Pic16Device for Pic16Adc {
         }
     }
 
-    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Pic16Outbox) {
+    fn write(&mut self, reg: Sfr, value: u8, _mask: u8, t: u64, out: &mut Pic16Outbox) {
         self.run_due(t, out);
         match reg {
             Sfr::ADCON0 => self.write_adcon0(value, t),
@@ -335,6 +328,15 @@ impl Pic16Device for Pic16Adc {
             }
             _ => {}
         }
+    }
+
+    /// Resets the module at `t` for any cause: it is off, all pins are analog; ADRES keeps its value (DS30292
+    /// table 12-6).
+    fn reset(&mut self, _power_on: bool, t: u64, _out: &mut Pic16Outbox) {
+        self.sample_by(t);
+        self.hold.open(t, self.source());
+        (self.adcon0, self.adcon1, self.ansel) = (0, 0, control::ansel_mask(self.kind));
+        (self.conversion, self.asleep) = (None, false);
     }
 
     fn stop_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
@@ -358,7 +360,7 @@ impl Pic16Device for Pic16Adc {
 
     fn steady_until(&self, reg: Sfr, _t: u64) -> u64 {
         match reg {
-            Sfr::ADCON0 | Sfr::ADRESH | Sfr::ADRESL => self.next_clock(),
+            Sfr::ADCON0 | Sfr::ADRESH | Sfr::ADRESL => self.next_deadline(),
             _ => NEVER,
         }
     }

@@ -7,7 +7,7 @@
 use emu_core::NEVER;
 
 use super::map::{InterruptFlag, Pic16Line, Sfr};
-use super::{Pic16Device, Pic16Drive, Pic16Outbox, Pic16Signal};
+use super::{Device, Pic16Drive, Pic16Outbox, Pic16Signal};
 use crate::chips;
 
 const C1OUT: u8 = 1 << 6;
@@ -99,13 +99,6 @@ impl Pic16Comparators {
             seen: 0,
             driven: [Pic16Drive::Port; 2],
         }
-    }
-
-    /// Resets the module at `t` for any cause (DS39582 section 12.8, DS40044 section 10.8).
-    pub fn reset(&mut self, t: u64, out: &mut Pic16Outbox) {
-        (self.cmcon, self.cvrcon) = (reset_cmcon(self.kind), 0);
-        (self.outputs, self.seen) = (0, 0);
-        self.update_outputs(t, out);
     }
 
     /// Sets the voltage on RA`pin`, 0 to 3, from `t` on; other pins are ignored. If RA2 carries the reference
@@ -208,10 +201,12 @@ fn reset_cmcon(kind: chips::ComparatorKind) -> u8 {
     }
 }
 
-impl Pic16Device for Pic16Comparators {
+impl Device<Pic16Signal> for Pic16Comparators {
+    type Reg = Sfr;
+
     fn run_due(&mut self, _t: u64, _out: &mut Pic16Outbox) {}
 
-    fn next_clock(&self) -> u64 {
+    fn next_deadline(&self) -> u64 {
         NEVER
     }
 
@@ -230,7 +225,7 @@ impl Pic16Device for Pic16Comparators {
         }
     }
 
-    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Pic16Outbox) {
+    fn write(&mut self, reg: Sfr, value: u8, _mask: u8, t: u64, out: &mut Pic16Outbox) {
         match reg {
             _ if self.kind == chips::ComparatorKind::None => {}
             Sfr::CMCON => {
@@ -249,9 +244,12 @@ impl Pic16Device for Pic16Comparators {
     }
 
     // Neither comparators nor reference need the oscillator: they continue in sleep (DS39582 section 12.7).
-    fn stop_clock(&mut self, _t: u64, _out: &mut Pic16Outbox) {}
-
-    fn restart_clock(&mut self, _t: u64, _out: &mut Pic16Outbox) {}
+    /// Resets the module at `t` for any cause (DS39582 section 12.8, DS40044 section 10.8).
+    fn reset(&mut self, _power_on: bool, t: u64, out: &mut Pic16Outbox) {
+        (self.cmcon, self.cvrcon) = (reset_cmcon(self.kind), 0);
+        (self.outputs, self.seen) = (0, 0);
+        self.update_outputs(t, out);
+    }
 
     fn steady_until(&self, _reg: Sfr, _t: u64) -> u64 {
         NEVER

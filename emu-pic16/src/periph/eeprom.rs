@@ -13,7 +13,7 @@ use std::ops::Range;
 use emu_core::NEVER;
 
 use super::map::{InterruptFlag, Sfr};
-use super::{Pic16Device, Pic16Outbox, Pic16Signal};
+use super::{Device, Pic16Outbox, Pic16Signal};
 use crate::chips::NonvolatileKind;
 
 /// Mask of EEPGD in EECON1: the access is to program memory.
@@ -178,19 +178,6 @@ impl Pic16Eeprom {
         }
     }
 
-    /// Resets the module at `t`; everything due at `t` is executed first. A write in progress is aborted,
-    /// which sets WRERR unless the power was off.
-    pub fn reset(&mut self, power_on: bool, t: u64) {
-        self.run_due(t, &mut Pic16Outbox::new());
-        let broken = self.job.take().is_some_and(|job| job.effect != WriteEffect::Nothing);
-        self.eecon1 &= if power_on { 0 } else { EEPGD | WRERR };
-        if broken && !power_on {
-            self.eecon1 |= WRERR;
-        }
-        self.read = None;
-        self.unlock = None;
-    }
-
     /// Reports whether the program can access program memory.
     const fn has_flash(&self) -> bool {
         matches!(
@@ -314,7 +301,9 @@ impl Pic16Eeprom {
     }
 }
 
-impl Pic16Device for Pic16Eeprom {
+impl Device<Pic16Signal> for Pic16Eeprom {
+    type Reg = Sfr;
+
     fn run_due(&mut self, t: u64, out: &mut Pic16Outbox) {
         if let Some(word) = self.read_result(t) {
             [self.eedath, self.eedata] = (word & ERASED_WORD).to_be_bytes();
@@ -337,7 +326,7 @@ impl Pic16Device for Pic16Eeprom {
         }
     }
 
-    fn next_clock(&self) -> u64 {
+    fn next_deadline(&self) -> u64 {
         match &self.job {
             Some(job) if job.effect != WriteEffect::Nothing => job.stall.min(job.until),
             _ => NEVER,
@@ -361,7 +350,7 @@ impl Pic16Device for Pic16Eeprom {
         }
     }
 
-    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Pic16Outbox) {
+    fn write(&mut self, reg: Sfr, value: u8, _mask: u8, t: u64, out: &mut Pic16Outbox) {
         let before = out.len();
         self.run_due(t, out);
         if self.kind == NonvolatileKind::None {
@@ -394,12 +383,17 @@ impl Pic16Device for Pic16Eeprom {
     }
 
     /// Writes have their own clock, so they continue.
-    fn stop_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
-        self.run_due(t, out);
-    }
-
-    fn restart_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
-        self.run_due(t, out);
+    /// Resets the module at `t`; everything due at `t` is executed first. A write in progress is aborted,
+    /// which sets WRERR unless the power was off.
+    fn reset(&mut self, power_on: bool, t: u64, _out: &mut Pic16Outbox) {
+        self.run_due(t, &mut Pic16Outbox::new());
+        let broken = self.job.take().is_some_and(|job| job.effect != WriteEffect::Nothing);
+        self.eecon1 &= if power_on { 0 } else { EEPGD | WRERR };
+        if broken && !power_on {
+            self.eecon1 |= WRERR;
+        }
+        self.read = None;
+        self.unlock = None;
     }
 
     fn steady_until(&self, reg: Sfr, t: u64) -> u64 {

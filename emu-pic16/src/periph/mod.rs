@@ -2,14 +2,14 @@
 //!
 //! Time is counted in clocks of the oscillator since power-up, four per instruction cycle: Q1 of cycle `c` is
 //! the clock `4 c`. Time continues while the oscillator is stopped in sleep; a peripheral that depends on the
-//! oscillator is notified by [`Pic16Device::stop_clock`] and [`Pic16Device::restart_clock`]. Nothing is
+//! oscillator is notified by [`Device::stop_clock`] and [`Device::restart_clock`]. Nothing is
 //! called in every clock: a peripheral computes its state at a given clock, and the clock of its next event.
 //!
 //! Within an instruction cycle:
 //!
-//! - An instruction that reads in Q2 sees everything up to the first edge of Q1: [`Pic16Device::read`] in
+//! - An instruction that reads in Q2 sees everything up to the first edge of Q1: [`Device::read`] in
 //!   cycle `c` gets `t = 4 c`.
-//! - It writes at the end of Q4: [`Pic16Device::write`] in cycle `c` gets `t = 4 c + 4`. What happens at that
+//! - It writes at the end of Q4: [`Device::write`] in cycle `c` gets `t = 4 c + 4`. What happens at that
 //!   very clock by the settings before the write still happens (a timer that is stopped counts a last time,
 //!   one that is started counts first at `t + 4`); a counter that is itself written takes the value instead
 //!   of counting.
@@ -28,7 +28,10 @@ pub mod timers;
 pub mod usart;
 pub mod watchdog;
 
-use map::{InterruptFlag, Pic16Line, Sfr};
+pub use emu_core::device::Device;
+pub(crate) use emu_core::device::SignalReceiver;
+use emu_core::device::{DeviceSignal, Outbox};
+use map::{InterruptFlag, Pic16Line};
 
 /// How a peripheral overrides the port of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -131,36 +134,8 @@ pub enum Pic16Signal {
 }
 
 /// List in which peripherals leave their signals. Signals of one peripheral are in order of time.
-pub type Pic16Outbox = Vec<Pic16Signal>;
+pub type Pic16Outbox = Outbox<Pic16Signal>;
 
-/// A peripheral of the chip. Calls are in order of time; `t` never decreases.
-pub trait Pic16Device {
-    /// Executes everything that is due at or before `t`. Repeated calls have no further effect.
-    fn run_due(&mut self, t: u64, out: &mut Pic16Outbox);
-    /// Returns the clock at which [`Pic16Device::run_due`] next has an effect outside the peripheral (a flag,
-    /// a line, a signal), if no register is written and no line changes before; `NEVER` if there is none.
-    /// While the oscillator is stopped, only events that do not need it count.
-    fn next_clock(&self) -> u64;
-    /// Reads a register as an instruction does, with side effects. Everything due at `t` has been done.
-    fn read(&mut self, reg: Sfr, t: u64, out: &mut Pic16Outbox) -> u8 {
-        let _ = out;
-        self.peek(reg, t)
-    }
-    /// Returns the value that a read at `t` would give, without side effects.
-    fn peek(&self, reg: Sfr, t: u64) -> u8;
-    /// Writes a register at the end of an instruction cycle. Everything due before `t` has been done; the
-    /// peripheral does what is due at `t`.
-    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Pic16Outbox);
-    /// Handles a change of a line's level at `t`, from inside or outside the chip. Everything due at `t` has
-    /// been done.
-    fn on_line_changed(&mut self, line: Pic16Line, high: bool, t: u64, out: &mut Pic16Outbox) {
-        let _ = (line, high, t, out);
-    }
-    /// Stops the oscillator at `t`. Everything due at `t` has been done.
-    fn stop_clock(&mut self, t: u64, out: &mut Pic16Outbox);
-    /// Restarts the oscillator at `t`; the peripheral continues from its stopped state.
-    fn restart_clock(&mut self, t: u64, out: &mut Pic16Outbox);
-    /// Returns the clock up to which a read of `reg` gives the same value as at `t`, without side effects, if
-    /// nothing is written and no line changes; `t` itself if nothing is guaranteed.
-    fn steady_until(&self, reg: Sfr, t: u64) -> u64;
+impl DeviceSignal for Pic16Signal {
+    type Line = Pic16Line;
 }

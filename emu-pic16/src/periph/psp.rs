@@ -7,7 +7,7 @@
 use emu_core::NEVER;
 
 use super::map::{InterruptFlag, Pic16Line, Sfr};
-use super::{Pic16Device, Pic16Outbox, Pic16Signal};
+use super::{Device, Pic16Outbox, Pic16Signal};
 
 const IBF: u8 = 1 << 7;
 const OBF: u8 = 1 << 6;
@@ -93,12 +93,6 @@ impl ParallelSlavePort {
             was_read: TransferEnds::NONE,
             asleep: false,
         }
-    }
-
-    /// Resets the port for any cause: PSPMODE and the flags of TRISE are cleared.
-    pub fn reset(&mut self) {
-        self.asleep = false;
-        self.set_trise(0);
     }
 
     /// Reports whether PSPMODE is set: then the slave port uses ports D and E, and TRISD has no effect.
@@ -194,10 +188,12 @@ impl ParallelSlavePort {
     }
 }
 
-impl Pic16Device for ParallelSlavePort {
+impl Device<Pic16Signal> for ParallelSlavePort {
+    type Reg = Sfr;
+
     fn run_due(&mut self, t: u64, out: &mut Pic16Outbox) {
         loop {
-            let due = self.next_clock();
+            let due = self.next_deadline();
             if due > t || due == NEVER {
                 return;
             }
@@ -207,7 +203,7 @@ impl Pic16Device for ParallelSlavePort {
         }
     }
 
-    fn next_clock(&self) -> u64 {
+    fn next_deadline(&self) -> u64 {
         self.written.0[0].min(self.was_read.0[0])
     }
 
@@ -215,7 +211,7 @@ impl Pic16Device for ParallelSlavePort {
         if reg == Sfr::TRISE { self.trise } else { 0 }
     }
 
-    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Pic16Outbox) {
+    fn write(&mut self, reg: Sfr, value: u8, _mask: u8, t: u64, out: &mut Pic16Outbox) {
         self.run_due(t, out);
         if reg == Sfr::TRISE {
             let full = if self.is_enabled() { self.trise & (IBF | OBF) } else { 0 };
@@ -238,6 +234,12 @@ impl Pic16Device for ParallelSlavePort {
         self.update_bus(t, out);
     }
 
+    /// Resets the port for any cause: PSPMODE and the flags of TRISE are cleared.
+    fn reset(&mut self, _power_on: bool, _t: u64, _out: &mut Pic16Outbox) {
+        self.asleep = false;
+        self.set_trise(0);
+    }
+
     fn stop_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
         self.run_due(t, out);
         self.asleep = true;
@@ -257,6 +259,6 @@ impl Pic16Device for ParallelSlavePort {
     }
 
     fn steady_until(&self, _reg: Sfr, _t: u64) -> u64 {
-        self.next_clock()
+        self.next_deadline()
     }
 }

@@ -19,7 +19,7 @@ use emu_core::NEVER;
 
 use super::map::{InterruptFlag, Pic16Line, Sfr};
 use super::watchdog::Pic16Watchdog;
-use super::{Pic16Device, Pic16Outbox, Pic16Signal};
+use super::{Device, Pic16Outbox, Pic16Signal};
 
 /// Mask of T0CS in OPTION: timer 0 counts T0CKI.
 const T0CS: u8 = 1 << 5;
@@ -81,20 +81,6 @@ impl Timer0 {
             free: 0,
             asleep: false,
         }
-    }
-
-    /// Resets the timer at `t`: OPTION is FFh, prescaler and watchdog start from zero, TMR0 keeps its value.
-    pub fn reset(&mut self, t: u64) {
-        // Events due up to this clock are lost with the reset.
-        self.settle(t, &mut Pic16Outbox::new());
-        self.option = 0xFF;
-        self.prescaler = 0;
-        self.watchdog.reset(t);
-        self.q12 = false;
-        self.seen = [false; 2];
-        self.free = 0;
-        self.asleep = false;
-        self.sampled = self.output();
     }
 
     /// Clears the watchdog at `t` (CLRWDT, SLEEP), and also the prescaler if it is assigned to the watchdog.
@@ -313,12 +299,14 @@ impl Timer0 {
     }
 }
 
-impl Pic16Device for Timer0 {
+impl Device<Pic16Signal> for Timer0 {
+    type Reg = Sfr;
+
     fn run_due(&mut self, t: u64, out: &mut Pic16Outbox) {
         self.settle(t, out);
     }
 
-    fn next_clock(&self) -> u64 {
+    fn next_deadline(&self) -> u64 {
         self.timeout().min(self.overflow())
     }
 
@@ -331,7 +319,7 @@ impl Pic16Device for Timer0 {
         }
     }
 
-    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Pic16Outbox) {
+    fn write(&mut self, reg: Sfr, value: u8, _mask: u8, t: u64, out: &mut Pic16Outbox) {
         if reg == Sfr::TMR0 {
             // The written value replaces a count at the same clock.
             self.settle(t.saturating_sub(1), out);
@@ -365,6 +353,20 @@ impl Pic16Device for Timer0 {
             self.settle(t, out);
             self.change_setup(t, |s| s.t0cki = high);
         }
+    }
+
+    /// Resets the timer at `t`: OPTION is FFh, prescaler and watchdog start from zero, TMR0 keeps its value.
+    fn reset(&mut self, _power_on: bool, t: u64, _out: &mut Pic16Outbox) {
+        // Events due up to this clock are lost with the reset.
+        self.settle(t, &mut Pic16Outbox::new());
+        self.option = 0xFF;
+        self.prescaler = 0;
+        self.watchdog.reset(t);
+        self.q12 = false;
+        self.seen = [false; 2];
+        self.free = 0;
+        self.asleep = false;
+        self.sampled = self.output();
     }
 
     fn stop_clock(&mut self, t: u64, out: &mut Pic16Outbox) {

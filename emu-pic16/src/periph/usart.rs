@@ -17,7 +17,7 @@ use self::fifo::ReceiveFifo;
 use self::receiver::{LevelHistory, UsartReceiver};
 use self::sender::OutgoingWord;
 use super::map::{InterruptFlag, Pic16Line};
-use super::{Pic16Device, Pic16Drive, Pic16Outbox, Pic16Signal};
+use super::{Pic16Drive, Pic16Outbox, Pic16Signal};
 
 /// RCSTA: serial port enable.
 pub const SPEN: u8 = 1 << 7;
@@ -177,26 +177,6 @@ impl Pic16Usart {
     pub fn with_early_trmt(mut self, early: bool) -> Pic16Usart {
         self.early_trmt = early;
         self
-    }
-
-    /// Resets the port at clock `t`; every kind of reset has the same effect (DS30292, table 12-6). It does
-    /// not restart the oscillator: a reset out of sleep also needs [`Pic16Device::restart_clock`].
-    pub fn reset(&mut self, power_on: bool, t: u64, out: &mut Pic16Outbox) {
-        let _ = power_on;
-        self.run_due(t, out);
-        let now = self.osc(t);
-        *self = Pic16Usart {
-            baud: BaudClock { spbrg: 0, origin: now },
-            slept: self.slept,
-            asleep: self.asleep,
-            past: self.past,
-            tx_line: self.tx_line,
-            rx_line: self.rx_line,
-            drives: self.drives,
-            early_trmt: self.early_trmt,
-            ..Pic16Usart::new()
-        };
-        self.settle(t, out);
     }
 
     /// Returns RCIF: there is a byte in RCREG. Call `run_due` first.

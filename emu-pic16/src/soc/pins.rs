@@ -2,33 +2,14 @@
 //! peripherals.
 
 use emu_core::cpu::NEVER;
-use emu_core::external_io::DriveQueue;
+use emu_core::external_io::{DriveQueue, OutsideInput};
 use emu_core::pins::{PinId, PinLevel};
 
 use super::{Pic16Soc, to_cycle_time, unit_index};
 use crate::chips::{NO_PIN, PeripheralPin, Pic16Part};
 use crate::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use crate::periph::ports::{PIN_COUNT, PORTB, PORTD, PinChange};
-use crate::periph::{Pic16Device, Pic16Drive};
-
-/// An input from outside the chip.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum OutsideInput {
-    /// A level on a pin, or no drive.
-    Level(PinId, PinLevel),
-    /// A voltage on a pin, in millivolts.
-    Volts(PinId, u32),
-    /// The supply voltage, in millivolts.
-    Supply(u32),
-}
-
-impl Default for OutsideInput {
-    fn default() -> OutsideInput {
-        OutsideInput::Supply(0)
-    }
-}
-
-emu_core::state! { enum OutsideInput { 0 = Level(pin, level), 1 = Volts(pin, millivolts), 2 = Supply(millivolts) } }
+use crate::periph::{Device, Pic16Drive, SignalReceiver};
 
 /// Inputs from outside, and the lines on each pin.
 #[derive(Debug, Clone)]
@@ -107,7 +88,7 @@ impl Pic16Soc {
                 OutsideInput::Supply(millivolts) => self.set_supply(millivolts, t),
             }
         }
-        self.apply_signals();
+        self.apply_signals(());
     }
 
     fn drive_pin(&mut self, pin: PinId, level: PinLevel, t: u64) {
@@ -182,12 +163,12 @@ impl Pic16Soc {
             }
             self.notify_voltage(pin, t);
         }
-        self.apply_signals();
+        self.apply_signals(());
     }
 
     /// Notifies a peripheral of a change of one of its lines.
     fn notify_line(&mut self, line: Pic16Line, high: bool, t: u64) {
-        self.touched_units |= match line {
+        self.schedule.touched |= match line {
             // A capture sends a flag; otherwise the level has no effect on the deadlines.
             Pic16Line::Ccp1 | Pic16Line::Ccp2 => 0,
             Pic16Line::T0cki => 1 << unit_index::TIMER0,
@@ -243,7 +224,7 @@ impl Pic16Soc {
             (PinLevel::Float, Some(millivolts)) => millivolts,
             _ => u32::from(wire.reads_high) * self.pin_inputs.supply,
         };
-        self.touched_units |= 1 << unit_index::ADC | 1 << unit_index::COMPARATORS;
+        self.schedule.touched |= 1 << unit_index::ADC | 1 << unit_index::COMPARATORS;
         self.adc.set_input(channel as u8, millivolts, t);
         self.comparators.set_input(channel as u8, millivolts, t, &mut self.out);
     }
@@ -251,7 +232,7 @@ impl Pic16Soc {
     /// Writes a latch at the clock `t`, the end of an instruction cycle; its pins change in Q4.
     pub(super) fn write_port(&mut self, port: usize, reg: Sfr, value: u8, t: u64) {
         if reg == Sfr::PORTD && self.psp.is_enabled() {
-            self.touched_units |= 1 << unit_index::PSP;
+            self.schedule.touch(unit_index::PSP);
             self.psp.write_port(value, t);
             return self.psp_bus(t);
         }
@@ -264,8 +245,8 @@ impl Pic16Soc {
         let changed = self.ports.tris(port) ^ value;
         self.ports.set_tris(port, value);
         if reg == Sfr::TRISE && self.part.psp {
-            self.touched_units |= 1 << unit_index::PSP;
-            self.psp.write(reg, value, t, &mut self.out);
+            self.schedule.touch(unit_index::PSP);
+            self.psp.write(reg, value, 0xFF, t, &mut self.out);
             self.psp_bus(t);
         }
         self.update_pins(port, changed, self.run_to_clock);
@@ -302,7 +283,7 @@ impl Pic16Soc {
             Sfr::CVRCON => {
                 if let Some(&pin) = self.part.analog.get(REFERENCE_INPUT) {
                     self.notify_voltage(pin, t);
-                    self.apply_signals();
+                    self.apply_signals(());
                 }
             }
             // While an output of a comparator differs from the value that the program has read, its flag is
@@ -316,9 +297,9 @@ impl Pic16Soc {
 
     /// Makes timer 2 signal its periods to the SSP if they are its clock.
     pub(super) fn clock_ssp(&mut self, t: u64) {
-        self.touched_units |= 1 << unit_index::TIMERS;
+        self.schedule.touch(unit_index::TIMERS);
         self.timers.set_timer2_listener(self.ssp.wants_timer2(), t, &mut self.out);
-        self.apply_signals();
+        self.apply_signals(());
     }
 
     /// Reports whether the flag is in this register.
@@ -356,7 +337,7 @@ impl Pic16Soc {
         }
         if changed != 0 {
             self.on_port_b_mismatch(t);
-            self.apply_signals();
+            self.apply_signals(());
         }
     }
 }

@@ -1,13 +1,12 @@
 //! Configuration, start-up, resets, standby, supply (DS30292, chapter 12).
 
 use emu_core::cpu::{NEVER, ResetCause};
-use emu_core::pins::{CycleTime, PinId, PinLevel};
+use emu_core::pins::{PinId, PinLevel};
 
-use super::pins::OutsideInput;
 use super::{CoreRequest, Pic16Soc, for_each_unit, unit_index};
 use crate::chips::{InternalOscillator, NO_PIN, OscillatorMode, Pic16Part};
 use crate::cpu::{Options, TimingCorner};
-use crate::periph::{Pic16Device, Pic16Outbox, adc::ClockFraction, map::Sfr};
+use crate::periph::{Device, Pic16Outbox, SignalReceiver, adc::ClockFraction, map::Sfr};
 
 /// Clocks of the start-up timer of a crystal (12.6).
 const OSCILLATOR_START_CLOCKS: u64 = 1024;
@@ -159,7 +158,7 @@ pub(super) struct PowerState {
     pub config: ConfigSettings,
     clocks: TimingClocks,
     state: PowerPhase,
-    request: Option<ResetCause>,
+    pub request: Option<ResetCause>,
     /// Clock at which a low supply becomes a brown-out.
     brown_out_at: u64,
     /// True if the supply is too low to run.
@@ -226,7 +225,7 @@ impl Pic16Soc {
         let slept = self.in_standby();
         if !self.power.is_running() {
             for_each_unit!(self, part => part.restart_clock(t, &mut self.out));
-            self.touched_units = u8::MAX;
+            self.schedule.touch_all();
         }
         self.power.state = PowerPhase::Runs;
         self.reset_parts(power_on, t);
@@ -245,7 +244,7 @@ impl Pic16Soc {
         self.irq.seen_port_b = self.ports.input(crate::periph::ports::PORTB);
         // Pin changes caused by the reset itself do not count.
         self.irq.sampled = [NEVER; 2];
-        self.apply_signals();
+        self.apply_signals(());
         // POR and BOR by DS30292, tables 12-3 and 12-5.
         self.pcon = match why {
             ResetCause::PowerOn if matches!(self.part.internal, InternalOscillator::F62x(_)) => OSCF,
@@ -274,33 +273,19 @@ impl Pic16Soc {
     }
 
     fn reset_parts(&mut self, power_on: bool, t: u64) {
-        self.touched_units = u8::MAX;
-        let out = &mut self.out;
-        self.timer0.reset(t);
-        self.timers.reset(power_on, t, out);
-        self.usart.reset(power_on, t, out);
-        self.ssp.reset(power_on, t, out);
-        self.timers.set_timer2_listener(false, t, out);
-        self.eeprom.reset(power_on, t);
-        self.adc.reset(t);
-        self.comparators.reset(t, out);
-        self.psp.reset();
+        self.schedule.touch_all();
+        for_each_unit!(self, part => part.reset(power_on, t, &mut self.out));
+        self.timers.set_timer2_listener(false, t, &mut self.out);
     }
 
     /// Stops the core and the oscillator.
     fn enter_phase(&mut self, state: PowerPhase, t: u64) {
         if self.power.is_running() {
             for_each_unit!(self, part => part.stop_clock(t, &mut self.out));
-            self.touched_units = u8::MAX;
-            self.apply_signals();
+            self.schedule.touch_all();
+            self.apply_signals(());
         }
         self.power.state = state;
-    }
-
-    /// Reports whether the core does not execute instructions.
-    #[must_use]
-    pub fn is_asleep(&self) -> bool {
-        !self.power.is_running()
     }
 
     /// Reports whether the core is in standby after SLEEP.
@@ -338,9 +323,9 @@ impl Pic16Soc {
 
     /// Clears the watchdog at the clock `t`, at which TMR0 may also overflow.
     fn restart_watchdog(&mut self, t: u64) {
-        self.touched_units |= 1 << unit_index::TIMER0;
+        self.schedule.touch(unit_index::TIMER0);
         self.timer0.clear_watchdog(t, &mut self.out);
-        self.apply_signals();
+        self.apply_signals(());
         self.update_deadlines();
     }
 
@@ -392,7 +377,7 @@ impl Pic16Soc {
     /// Sets the supply voltage from the clock `t` on.
     pub(super) fn set_supply(&mut self, millivolts: u32, t: u64) {
         self.pin_inputs.supply = millivolts;
-        self.touched_units |= 1 << unit_index::ADC | 1 << unit_index::COMPARATORS;
+        self.schedule.touched |= 1 << unit_index::ADC | 1 << unit_index::COMPARATORS;
         self.adc.set_supply(millivolts, t);
         self.comparators.set_supply(millivolts, t, &mut self.out);
         let clocks = self.power.clocks;
@@ -425,8 +410,8 @@ impl Pic16Soc {
         {
             self.power.state = PowerPhase::Runs;
             for_each_unit!(self, part => part.restart_clock(t, &mut self.out));
-            self.touched_units = u8::MAX;
-            self.apply_signals();
+            self.schedule.touch_all();
+            self.apply_signals(());
             match woken {
                 Some(by_watchdog) => {
                     self.requests.push_back(CoreRequest::EndStandby { by_watchdog });
@@ -439,30 +424,6 @@ impl Pic16Soc {
         }
     }
 
-    /// Removes and returns the requested reset.
-    pub fn requested_reset(&mut self) -> Option<ResetCause> {
-        self.power.request.take()
-    }
-
-    /// Puts a voltage on a pin at `at` (machine cycle and clock), or at once if that has passed.
-    pub fn queue_volts(&mut self, at: CycleTime, now: u64, pin: PinId, millivolts: u32) {
-        self.queue_input(at, now, OutsideInput::Volts(pin, millivolts));
-    }
-
-    /// Sets the supply in millivolts at `at` (machine cycle and clock), or at once if that has passed.
-    pub fn queue_supply(&mut self, at: CycleTime, now: u64, millivolts: u32) {
-        self.queue_input(at, now, OutsideInput::Supply(millivolts));
-    }
-
-    /// Queues an input from outside for `at` (machine cycle and clock).
-    pub(super) fn queue_input(&mut self, at: CycleTime, now: u64, put: OutsideInput) {
-        self.run(4 * now);
-        let t = at.cycle.saturating_mul(4).saturating_add(u64::from(at.phase.min(3)));
-        self.pin_inputs.drives.push(t.max(4 * now), put);
-        self.update_deadlines();
-        self.run(4 * now);
-    }
-
     /// Reports whether an enabled source can still interrupt, wake or reset the chip without outside input:
     /// the watchdog, or an interrupt source while an event is due.
     pub(super) fn can_wake_up(&self) -> bool {
@@ -472,15 +433,7 @@ impl Pic16Soc {
         let rows = || self.part.flags.iter();
         let enabled = || rows().any(|row| self.is_enabled(self.irq.enables, row.enable, row.peripheral));
         self.power.state != PowerPhase::Held
-            && (starts || watched || self.irq.at != NEVER || heard && self.due != NEVER && enabled())
-    }
-
-    /// Starts to log edges, sent bytes and contention on pins from the machine cycle `now` on, including
-    /// contention that already exists; or stops logging and clears the log.
-    pub fn set_event_log(&mut self, on: bool, now: u64) {
-        let pins = 0..crate::periph::ports::PIN_COUNT as PinId;
-        self.log.set_enabled(on, now, pins.filter(|&pin| self.ports.pin(pin).has_contention()));
-        self.ports.set_peripheral_pins(if on { u64::MAX } else { self.pin_inputs.peripheral_pins() });
+            && (starts || watched || self.irq.at != NEVER || heard && self.schedule.due != NEVER && enabled())
     }
 
     /// Writes a register from outside between two instructions.
@@ -494,6 +447,6 @@ impl Pic16Soc {
     /// Reports whether nothing drives the pin.
     #[must_use]
     pub fn is_floating(&self, pin: PinId) -> bool {
-        self.level(pin) == PinLevel::Float
+        self.ports.pin(pin).level() == PinLevel::Float
     }
 }

@@ -4,8 +4,8 @@ use emu_core::cpu::NEVER;
 
 use super::{Pic16Soc, unit_index};
 use crate::chips::InternalOscillator;
-use crate::periph::Pic16Device;
 use crate::periph::map::Sfr;
+use crate::periph::{Device, SignalReceiver};
 
 /// Bits of PCON that a program can write: OSCF if the chip has it, POR and BOR.
 const PCON: u8 = 0x0B;
@@ -123,7 +123,7 @@ impl Pic16Soc {
     #[inline(always)]
     fn touch(&mut self, reg: Sfr) -> Option<usize> {
         let part = unit_of(reg);
-        self.touched_units |= part.map_or(0, |number| 1 << number);
+        self.schedule.touched |= part.map_or(0, |number| 1 << number);
         part
     }
 
@@ -137,7 +137,7 @@ impl Pic16Soc {
                 _ => return value,
             }
         });
-        self.apply_signals();
+        self.apply_signals(());
         if matches!(reg, Sfr::RCREG | Sfr::CMCON | Sfr::SSPBUF | Sfr::PORTD) {
             self.update_request(t / 4 + 1);
             self.update_deadlines();
@@ -152,8 +152,8 @@ impl Pic16Soc {
             return self.write_latch(port, reg, value, t);
         }
         let part = self.touch(reg);
-        with_unit!(part, [&mut self], part => part.write(reg, value, t, &mut self.out), self.write_own(reg, value, t));
-        self.apply_signals();
+        with_unit!(part, [&mut self], part => part.write(reg, value, 0xFF, t, &mut self.out), self.write_own(reg, value, t));
+        self.apply_signals(());
         self.on_register_written(reg, value, t);
         // Ports cause interrupts only by their pins.
         if !(Sfr::TRISA..=Sfr::TRISE).contains(&reg) {
@@ -165,9 +165,9 @@ impl Pic16Soc {
     /// Writes the latch of a port, the most frequent kind of write.
     fn write_latch(&mut self, port: usize, reg: Sfr, value: u8, t: u64) {
         self.write_port(port, reg, value, t);
-        match self.touched_units {
+        match self.schedule.touched {
             // No unit is affected; only samples of pins can be due.
-            0 => self.due = self.due.min(self.irq.next_sample_clock()),
+            0 => self.schedule.due = self.schedule.due.min(self.irq.next_sample_clock()),
             _ => self.update_deadlines(),
         }
     }

@@ -4,8 +4,7 @@ use emu_core::cpu::NEVER;
 use emu_core::external_io::EventLog;
 use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
 
-use super::{CoreRequest, Pic16Soc, for_each_unit, unit_index};
-use crate::periph::Pic16Device;
+use super::{CoreRequest, Pic16Soc};
 
 emu_core::state! {
     enum CoreRequest {
@@ -29,7 +28,7 @@ impl SnapshotState for Pic16Soc {
         // Deadlines are derived from the other fields, and the core gets its deadline again.
         #[rustfmt::skip]
         let Pic16Soc {
-            part: _, config: _, log: _, unit_deadlines: _, touched_units: _, due: _, run_to_clock: _, core_deadline: _, out: _, ports, timer0, timers, usart, ssp, eeprom,
+            part: _, config: _, log: _, schedule: _, run_to_clock: _, core_deadline: _, out: _, ports, timer0, timers, usart, ssp, eeprom,
             adc, comparators, psp, irq, power, pcon, osc, pin_inputs: outside, requests: orders, stall, ignored_cycles: ignored,
         } = self;
         ports.pass_state(tape)?;
@@ -57,32 +56,12 @@ impl SnapshotState for Pic16Soc {
         };
         tape.require(orders.iter().all(sound) && *stall != NEVER && (ignored.1 <= cycle || near(ignored.1)))?;
         if tape.is_reading() {
-            (self.log, self.core_deadline, self.run_to_clock, self.touched_units) =
-                (EventLog::OFF, 0, tape.now(), u8::MAX);
+            (self.log, self.core_deadline, self.run_to_clock) = (EventLog::OFF, 0, tape.now());
+            self.schedule.touch_all();
             self.out.clear();
             self.update_deadlines();
-            tape.require(self.due > tape.now())?;
+            tape.require(self.schedule.due > tape.now())?;
         }
         Ok(())
-    }
-}
-
-impl Pic16Soc {
-    /// Executes everything up to the cycle `now`, including what is normally computed only when it is read.
-    /// Equal machines then have equal fields.
-    pub(crate) fn normalize(&mut self, now: u64) {
-        self.log = EventLog::OFF;
-        let t = 4 * now;
-        self.run(t);
-        for_each_unit!(self, part, number => {
-            self.touched_units |= 1 << number;
-            part.run_due(t, &mut self.out);
-        });
-        self.apply_signals();
-        self.update_deadlines();
-        self.run(t);
-        if self.ignored_cycles.1 <= now {
-            self.ignored_cycles = (0, 0);
-        }
     }
 }

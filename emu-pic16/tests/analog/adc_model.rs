@@ -6,7 +6,7 @@ use emu_core::rng::Rng;
 use emu_pic16::chips;
 use emu_pic16::periph::adc::{ClockFraction, Pic16Adc};
 use emu_pic16::periph::map::{InterruptFlag, Sfr};
-use emu_pic16::periph::{Pic16Device, Pic16Outbox, Pic16Signal};
+use emu_pic16::periph::{Device, Pic16Outbox, Pic16Signal};
 
 use crate::script::adc_kind;
 
@@ -262,7 +262,7 @@ fn the_converter_agrees_with_one_stepped_clock_by_clock() {
             model.tick();
             let mut out: Pic16Outbox = Vec::new();
             let writes = t % 4 == 0 && !model.asleep && rng.one_in(30);
-            if writes || dut.next_clock() <= t || rng.one_in(5) {
+            if writes || dut.next_deadline() <= t || rng.one_in(5) {
                 dut.run_due(if writes { t - 1 } else { t }, &mut out);
             }
             if writes {
@@ -339,26 +339,26 @@ fn write(rng: &mut Rng, dut: &mut Pic16Adc, model: &mut Model, t: u64, out: &mut
                     chips::Pic16AdcKind::Ansel => 0xF0,
                     _ => 0xCF,
                 };
-            dut.write(Sfr::ADCON1, value, t, out);
+            dut.write(Sfr::ADCON1, value, 0xFF, t, out);
         }
         1 => {
             model.adres[0] = value;
             model.or = model.adres;
-            dut.write(Sfr::ADRESH, value, t, out);
+            dut.write(Sfr::ADRESH, value, 0xFF, t, out);
         }
         2 => {
             model.ansel = if model.kind == chips::Pic16AdcKind::Ansel { value & 0x7F } else { 0 };
-            dut.write(Sfr::ANSEL, value, t, out);
+            dut.write(Sfr::ANSEL, value, 0xFF, t, out);
         }
         3 => {
             model.write_adcon0(value);
-            dut.write(Sfr::ADCON0, value, t, out);
+            dut.write(Sfr::ADCON0, value, 0xFF, t, out);
         }
         // Mostly what programs do: on, same clock and channel, and GO.
         _ => {
             let value = model.adcon0 & 0xFB | 1 | if rng.one_in(5) { value & 0x38 } else { 4 };
             model.write_adcon0(value);
-            dut.write(Sfr::ADCON0, value, t, out);
+            dut.write(Sfr::ADCON0, value, 0xFF, t, out);
         }
     }
 }

@@ -4,7 +4,7 @@
 use emu_core::rng::Rng;
 use emu_pic16::periph::comparator::Pic16Comparators;
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
-use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Signal};
+use emu_pic16::periph::{Device, Pic16Drive, Pic16Signal};
 
 use crate::script::comparator_kind;
 
@@ -88,12 +88,12 @@ fn comparators_agree_with_the_figures() {
                 5 | 6 => {
                     let value = rng.next_u64() as u8;
                     (seen, model.cmcon) = (before, value & 0x3F);
-                    dut.write(Sfr::CMCON, value, t, &mut out);
+                    dut.write(Sfr::CMCON, value, 0xFF, t, &mut out);
                 }
                 7 | 8 => {
                     let value = rng.next_u64() as u8;
                     model.cvrcon = value & 0xEF;
-                    dut.write(Sfr::CVRCON, value, t, &mut out);
+                    dut.write(Sfr::CVRCON, value, 0xFF, t, &mut out);
                 }
                 9 => {
                     seen = before;

@@ -3,7 +3,7 @@
 use emu_core::rng::Rng;
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use emu_pic16::periph::psp::ParallelSlavePort;
-use emu_pic16::periph::{Pic16Device, Pic16Outbox, Pic16Signal};
+use emu_pic16::periph::{Device, Pic16Outbox, Pic16Signal};
 
 /// A pending end of a strobe: not detected by a Q2 yet, or detected.
 #[derive(Default, Clone, Copy)]
@@ -108,13 +108,13 @@ fn the_port_agrees_with_flip_flops() {
             let mut out: Pic16Outbox = Vec::new();
             let at_work = t % 4 == 0 && !model.asleep;
             let writes = at_work && rng.one_in(8);
-            if !lazy || dut.next_clock() <= t || !writes {
+            if !lazy || dut.next_deadline() <= t || !writes {
                 dut.run_due(if writes { t - 1 } else { t }, &mut out);
             }
             if writes {
                 let value = rng.next_u64() as u8 | if rng.one_in(6) { 0 } else { 0x10 };
                 model.write_trise(value);
-                dut.write(Sfr::TRISE, value, t, &mut out);
+                dut.write(Sfr::TRISE, value, 0xFF, t, &mut out);
             } else if at_work && rng.one_in(6) {
                 let value = rng.next_u64() as u8;
                 model.output = value;

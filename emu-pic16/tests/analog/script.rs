@@ -7,7 +7,7 @@ use emu_pic16::periph::adc::{ClockFraction, Pic16Adc};
 use emu_pic16::periph::comparator::Pic16Comparators;
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use emu_pic16::periph::psp::ParallelSlavePort;
-use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Outbox, Pic16Signal};
+use emu_pic16::periph::{Device, Pic16Drive, Pic16Outbox, Pic16Signal};
 
 struct TestBench {
     adc: Pic16Adc,
@@ -65,10 +65,10 @@ pub fn check(text: &str) {
 
 impl TestBench {
     fn run(&mut self, t: u64) {
-        let parts: [&mut dyn Pic16Device; 3] = [&mut self.adc, &mut self.comparators, &mut self.psp];
+        let parts: [&mut dyn Device<Pic16Signal, Reg = Sfr>; 3] = [&mut self.adc, &mut self.comparators, &mut self.psp];
         for part in parts {
             part.run_due(t, &mut self.out);
-            assert!(part.next_clock() > t);
+            assert!(part.next_deadline() > t);
         }
         self.drain();
     }
@@ -86,7 +86,7 @@ impl TestBench {
         }
     }
 
-    fn device(&mut self, reg: Sfr) -> &mut dyn Pic16Device {
+    fn device(&mut self, reg: Sfr) -> &mut dyn Device<Pic16Signal, Reg = Sfr> {
         match reg {
             Sfr::CMCON | Sfr::CVRCON => &mut self.comparators,
             Sfr::TRISE => &mut self.psp,
@@ -120,9 +120,9 @@ impl TestBench {
                     self.psp.restart_clock(t, &mut self.out);
                 }
                 "reset" => {
-                    self.adc.reset(t);
-                    self.comparators.reset(t, &mut self.out);
-                    self.psp.reset();
+                    self.adc.reset(false, t, &mut self.out);
+                    self.comparators.reset(false, t, &mut self.out);
+                    self.psp.reset(false, t, &mut self.out);
                 }
                 "start" => self.adc.start(t, &mut self.out),
                 flag => {
@@ -139,7 +139,7 @@ impl TestBench {
         if let Some(reg) = name.parse_sfr() {
             let value = hex(value)?;
             let mut out = std::mem::take(&mut self.out);
-            self.device(reg).write(reg, value, t, &mut out);
+            self.device(reg).write(reg, value, 0xFF, t, &mut out);
             self.out = out;
             return Ok(());
         }

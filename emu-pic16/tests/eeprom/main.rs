@@ -7,7 +7,7 @@ mod random;
 use emu_pic16::chips::NonvolatileKind;
 use emu_pic16::periph::eeprom::{FlashAccess, Pic16Eeprom};
 use emu_pic16::periph::map::{InterruptFlag, Sfr};
-use emu_pic16::periph::{Pic16Device, Pic16Outbox, Pic16Signal};
+use emu_pic16::periph::{Device, Pic16Outbox, Pic16Signal};
 use emu_test_support::case_lines;
 
 /// Returns the content of program memory.
@@ -76,11 +76,11 @@ fn check(line: &str) -> Result<(), String> {
             written = true;
             match what.as_str() {
                 "SLEEP" => eeprom.stop_clock(t, &mut out),
-                "RESET" => eeprom.reset(*value == Some(1), t),
-                reg => eeprom.write(register(reg), value.unwrap(), t, &mut out),
+                "RESET" => eeprom.reset(*value == Some(1), t, &mut out),
+                reg => eeprom.write(register(reg), value.unwrap(), 0xFF, t, &mut out),
             }
         }
-        if !written && eeprom.next_clock() <= t {
+        if !written && eeprom.next_deadline() <= t {
             eeprom.run_due(t, &mut out);
         }
         answer(&mut eeprom, &out, 0);

@@ -5,7 +5,7 @@ use emu_core::rng::Rng;
 use emu_pic16::chips::NonvolatileKind;
 use emu_pic16::periph::eeprom::{FlashAccess, Pic16Eeprom};
 use emu_pic16::periph::map::Sfr;
-use emu_pic16::periph::{Pic16Device, Pic16Outbox, Pic16Signal};
+use emu_pic16::periph::{Device, Pic16Outbox, Pic16Signal};
 
 use crate::model::Model;
 
@@ -76,7 +76,7 @@ fn live(seed: u64, cycles: u64) -> [usize; 3] {
             };
         }
         let write = if cycle { script.remove(0) } else { None };
-        if write.is_none() && eeprom.next_clock() <= t {
+        if write.is_none() && eeprom.next_deadline() <= t {
             eeprom.run_due(t, &mut reported);
             assert!(!fresh.is_empty(), "seed {seed:#x}: nothing was due at {t}");
         }
@@ -84,7 +84,7 @@ fn live(seed: u64, cycles: u64) -> [usize; 3] {
             model.cycle(write, t, &mut fresh);
         }
         if let Some((reg, value)) = write {
-            eeprom.write(reg, value, t, &mut reported);
+            eeprom.write(reg, value, 0xFF, t, &mut reported);
         }
         super::answer(&mut eeprom, &reported, from);
         let mut disturbed = write.is_some();
@@ -92,7 +92,7 @@ fn live(seed: u64, cycles: u64) -> [usize; 3] {
             disturbed = true;
             let power_on = rng.one_in(3);
             model.reset(power_on);
-            eeprom.reset(power_on, t);
+            eeprom.reset(power_on, t, &mut reported);
             script.clear();
         } else if rng.one_in(1000) {
             eeprom.stop_clock(t, &mut reported);

@@ -34,7 +34,7 @@ fn random_programs() {
         memories,
         code_words: 0x400,
         set_skip_idle_loops: Pic16::set_skip_idle_loops,
-        asleep: |cpu| cpu.soc().is_asleep(),
+        asleep: |cpu| cpu.is_asleep(),
         corrupt_state: |cpu| {
             cpu.poke("flash", 2 * cpu.pc(), 0);
             cpu.poke("data", 0x40, 0xFF);

@@ -1,7 +1,7 @@
 //! Two lines with pull-ups, which every device can only pull low.
 
 use emu_pic16::periph::map::{Pic16Line, Sfr};
-use emu_pic16::periph::{Pic16Device, ssp::Pic16Ssp};
+use emu_pic16::periph::{Device, ssp::Pic16Ssp};
 
 use crate::rig::TestBench;
 

@@ -2,7 +2,7 @@
 
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use emu_pic16::periph::ssp::Pic16Ssp;
-use emu_pic16::periph::{Pic16Device, Pic16Drive};
+use emu_pic16::periph::{Device, Pic16Drive};
 use emu_test_support::case_lines;
 
 use crate::bus::Bus;
@@ -248,7 +248,7 @@ fn reset_gives_all_back() {
     let mut out = Vec::new();
     bench.port.reset(false, 8, &mut out);
     assert_eq!(bench.regs(8), [0x34, 0, 0, 0, 0]);
-    assert_eq!((out.len(), bench.port.next_clock()), (2, emu_core::NEVER), "{out:?}");
+    assert_eq!((out.len(), bench.port.next_deadline()), (2, emu_core::NEVER), "{out:?}");
     bench.port.reset(true, 12, &mut out);
     assert_eq!(bench.regs(12), [0; 5]);
 }
@@ -272,7 +272,7 @@ fn only_what_stays_is_promised_to_stay() {
     bench.write(Sfr::SSPCON, 0x23, 48);
     bench.write(Sfr::SSPBUF, 0x55, 48);
     assert_eq!(
-        (bench.port.steady_until(Sfr::SSPSTAT, 48), bench.port.next_clock()),
+        (bench.port.steady_until(Sfr::SSPSTAT, 48), bench.port.next_deadline()),
         (48, emu_core::NEVER),
         "timer 2 may come"
     );

@@ -4,7 +4,7 @@
 use emu_core::NEVER;
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use emu_pic16::periph::ssp::Pic16Ssp;
-use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Outbox, Pic16Signal};
+use emu_pic16::periph::{Device, Pic16Drive, Pic16Outbox, Pic16Signal};
 
 /// Registers of the port.
 pub const REGS: [Sfr; 5] = [Sfr::SSPBUF, Sfr::SSPCON, Sfr::SSPCON2, Sfr::SSPADD, Sfr::SSPSTAT];
@@ -17,7 +17,7 @@ pub struct TestBench {
     /// Flags set, with their clocks.
     pub flags: Vec<(u64, InterruptFlag)>,
     out: Pic16Outbox,
-    /// Guarantee of [`Pic16Device::steady_until`]: a register, its value, and the clock before which it does
+    /// Guarantee of [`Device::steady_until`]: a register, its value, and the clock before which it does
     /// not change.
     promised: Option<(Sfr, u8, u64)>,
 }
@@ -52,10 +52,10 @@ impl TestBench {
 
     /// Runs only when the port reports something due.
     pub fn tick(&mut self, t: u64) {
-        assert!(self.port.next_clock() >= t || t == 0, "something was due before");
-        if self.port.next_clock() == t {
+        assert!(self.port.next_deadline() >= t || t == 0, "something was due before");
+        if self.port.next_deadline() == t {
             self.port.run_due(t, &mut self.out);
-            assert!(self.port.next_clock() > t);
+            assert!(self.port.next_deadline() > t);
             self.collect(t);
         }
         let promised = *self.promised.get_or_insert_with(|| {
@@ -77,7 +77,7 @@ impl TestBench {
 
     pub fn write(&mut self, reg: Sfr, value: u8, t: u64) {
         self.promised = None;
-        self.port.write(reg, value, t, &mut self.out);
+        self.port.write(reg, value, 0xFF, t, &mut self.out);
         self.collect(t);
     }
 
@@ -97,7 +97,7 @@ impl TestBench {
         self.promised = None;
         self.port.stop_clock(t, &mut self.out);
         self.collect(t);
-        assert_eq!(self.port.next_clock(), NEVER);
+        assert_eq!(self.port.next_deadline(), NEVER);
     }
 
     pub fn wake(&mut self, t: u64) {

@@ -6,7 +6,7 @@ mod random;
 
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use emu_pic16::periph::timer0::Timer0;
-use emu_pic16::periph::{Pic16Device, Pic16Outbox, Pic16Signal};
+use emu_pic16::periph::{Device, Pic16Outbox, Pic16Signal};
 use emu_test_support::case_lines;
 
 fn register(name: &str) -> Option<Sfr> {
@@ -46,8 +46,8 @@ fn check(line: &str) -> Result<(), String> {
                 "SLEEP" => timer.stop_clock(t, &mut out),
                 "WAKE" => timer.restart_clock(t, &mut out),
                 "CLRWDT" => timer.clear_watchdog(t, &mut out),
-                "RESET" => timer.reset(t),
-                reg => timer.write(register(reg).unwrap(), value, t, &mut out),
+                "RESET" => timer.reset(false, t, &mut out),
+                reg => timer.write(register(reg).unwrap(), value, 0xFF, t, &mut out),
             }
         }
         for (_, what, value) in seen.iter().filter(|i| i.0 == t) {
@@ -58,7 +58,7 @@ fn check(line: &str) -> Result<(), String> {
                 }
             }
         }
-        if timer.next_clock() <= t {
+        if timer.next_deadline() <= t {
             timer.run_due(t, &mut out);
         }
     }

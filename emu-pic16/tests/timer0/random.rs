@@ -3,7 +3,7 @@
 use emu_core::rng::Rng;
 use emu_pic16::periph::map::{Pic16Line, Sfr};
 use emu_pic16::periph::timer0::Timer0;
-use emu_pic16::periph::{Pic16Device, Pic16Outbox};
+use emu_pic16::periph::{Device, Pic16Outbox};
 
 use crate::model::Model;
 
@@ -19,8 +19,8 @@ fn live(seed: u64, clocks: u64) -> usize {
     // Some executions have many writes, some few; in some T0CKI is fast.
     let (busy, pins) = (4 + rng.below(200), 1 + rng.below(60));
     let mut pin = false;
-    // Results of `next_clock` and `steady_until`, valid until the next disturbance.
-    let (mut promised, mut steady) = (timer.next_clock(), (0, 0));
+    // Results of `next_deadline` and `steady_until`, valid until the next disturbance.
+    let (mut promised, mut steady) = (timer.next_deadline(), (0, 0));
     for t in 0..clocks {
         let cycle = t.is_multiple_of(4);
         let write = (cycle && rng.one_in(busy)).then(|| match rng.below(8) {
@@ -33,13 +33,13 @@ fn live(seed: u64, clocks: u64) -> usize {
         let write = write.filter(|_| !model.asleep);
         let before = expected.len();
         model.arrive(t, matches!(write, Some((Sfr::TMR0, _))), &mut expected);
-        if write.is_none() && timer.next_clock() <= t {
+        if write.is_none() && timer.next_deadline() <= t {
             timer.run_due(t, &mut reported);
             assert!(expected.len() > before, "seed {seed:#x}: nothing was due at {t}");
         }
         let mut disturbed = write.is_some();
         if let Some((reg, value)) = write {
-            timer.write(reg, value, t, &mut reported);
+            timer.write(reg, value, 0xFF, t, &mut reported);
             model.write(reg, value, t, &mut expected);
         }
         if rng.one_in(pins) {
@@ -52,7 +52,7 @@ fn live(seed: u64, clocks: u64) -> usize {
             disturbed = true;
             match (rng.below(8), model.asleep) {
                 (0, _) => {
-                    timer.reset(t);
+                    timer.reset(false, t, &mut reported);
                     model.reset();
                 }
                 (1..5, false) => {
@@ -77,10 +77,10 @@ fn live(seed: u64, clocks: u64) -> usize {
             }
         }
         if disturbed || reported.len() > before {
-            promised = timer.next_clock();
+            promised = timer.next_deadline();
             steady = (timer.steady_until(Sfr::TMR0, t), model.tmr0);
         } else {
-            assert_eq!(timer.next_clock(), promised, "seed {seed:#x}: next() moved at {t}");
+            assert_eq!(timer.next_deadline(), promised, "seed {seed:#x}: next() moved at {t}");
             if t < steady.0 {
                 assert_eq!(model.tmr0, steady.1, "seed {seed:#x}: TMR0 was not steady up to {t}");
             } else if steady.0 != 0 && t == steady.0 {
@@ -112,7 +112,7 @@ fn a_long_quiet_run_in_one_call_reports_everything() {
             model.arrive(t, false, &mut expected);
             if t == 8 {
                 model.write(Sfr::OPTION, option, t, &mut expected);
-                timer.write(Sfr::OPTION, option, t, &mut reported);
+                timer.write(Sfr::OPTION, option, 0xFF, t, &mut reported);
             }
             model.tick(t);
         }

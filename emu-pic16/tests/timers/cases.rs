@@ -2,7 +2,7 @@
 
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use emu_pic16::periph::timers::{Pic16Timers, Timer1Crystal};
-use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Signal};
+use emu_pic16::periph::{Device, Pic16Drive, Pic16Signal};
 
 /// Formats a signal as the cases do.
 fn text(signal: &Pic16Signal) -> String {
@@ -17,8 +17,8 @@ fn text(signal: &Pic16Signal) -> String {
 
 /// Executes what is due up to and including `to`, each at its own clock.
 fn advance(timers: &mut Pic16Timers, to: u64, out: &mut Vec<Pic16Signal>) {
-    while timers.next_clock() <= to {
-        timers.run_due(timers.next_clock(), out);
+    while timers.next_deadline() <= to {
+        timers.run_due(timers.next_deadline(), out);
     }
 }
 
@@ -49,7 +49,7 @@ fn case(steps: &str, said: &str) -> Result<(), String> {
             let reg = register(reg).ok_or(format!("{reg}?"))?;
             let value = u8::from_str_radix(value, 16).map_err(|_| format!("{what}: hexadecimal"))?;
             advance(&mut timers, t - 1, &mut out);
-            timers.write(reg, value, t, &mut out);
+            timers.write(reg, value, 0xFF, t, &mut out);
             continue;
         }
         advance(&mut timers, t, &mut out);

@@ -2,7 +2,7 @@
 
 use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use emu_pic16::periph::usart::Pic16Usart;
-use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Outbox, Pic16Signal};
+use emu_pic16::periph::{Device, Pic16Drive, Pic16Outbox, Pic16Signal};
 use emu_test_support::case_lines;
 
 /// Format: `topic | script | events`.
@@ -155,7 +155,7 @@ impl TestBench {
                 "w" => Sfr::TXREG,
                 _ => panic!("{word}"),
             };
-            self.port.write(reg, u8::from_str_radix(value, 16).expect(word), self.t, &mut self.out);
+            self.port.write(reg, u8::from_str_radix(value, 16).expect(word), 0xFF, self.t, &mut self.out);
         } else if let Some((bits, time)) = word.split_once(':') {
             let time: u64 = time.parse().expect(word);
             for bit in bits[1..].chars() {

@@ -3,7 +3,7 @@
 use emu_core::rng::Rng;
 use emu_pic16::periph::map::{Pic16Line, Sfr};
 use emu_pic16::periph::usart::{ADDEN, BRGH, CREN, CSRC, Pic16Usart, RX9, SPEN, SYNC, TX9, TX9D, TXEN};
-use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Signal};
+use emu_pic16::periph::{Device, Pic16Drive, Pic16Signal};
 
 /// Number of words sent.
 const WORDS: usize = 40;
@@ -39,14 +39,14 @@ fn talk(txsta: [u8; 2], rcsta: [u8; 2], spbrg: [u8; 2], seed: u64) -> (Vec<u16>,
     b.on_line_changed(Pic16Line::Rx, true, 0, &mut of_b);
     for n in 0..2 {
         let (port, out) = if n == 0 { (&mut a, &mut of_a) } else { (&mut b, &mut of_b) };
-        port.write(Sfr::SPBRG, spbrg[n], 0, out);
-        port.write(Sfr::TXSTA, txsta[n], 0, out);
-        port.write(Sfr::RCSTA, rcsta[n], 0, out);
+        port.write(Sfr::SPBRG, spbrg[n], 0xFF, 0, out);
+        port.write(Sfr::TXSTA, txsta[n], 0xFF, 0, out);
+        port.write(Sfr::RCSTA, rcsta[n], 0xFF, 0, out);
     }
     carry(&mut of_a, lines, &mut b, 0, &mut of_b);
     let (mut sent, mut got, mut t, mut idle) = (Vec::new(), Vec::new(), 0, 8);
     while got.len() < WORDS && t < 1_500_000 {
-        let next = a.next_clock().min(b.next_clock()).min(t / 4 * 4 + 4);
+        let next = a.next_deadline().min(b.next_deadline()).min(t / 4 * 4 + 4);
         assert!(next > t, "clock {t}");
         t = next;
         a.run_due(t, &mut of_a);
@@ -58,8 +58,8 @@ fn talk(txsta: [u8; 2], rcsta: [u8; 2], spbrg: [u8; 2], seed: u64) -> (Vec<u16>,
                 if a.txif(t) && sent.len() < WORDS {
                     let word = rng.next_u64() as u16 & if txsta[0] & TX9 != 0 { 0x1FF } else { 0xFF };
                     let ninth = if word > 0xFF { TX9D } else { 0 };
-                    a.write(Sfr::TXSTA, txsta[0] | ninth, t, &mut of_a);
-                    a.write(Sfr::TXREG, word as u8, t, &mut of_a);
+                    a.write(Sfr::TXSTA, txsta[0] | ninth, 0xFF, t, &mut of_a);
+                    a.write(Sfr::TXREG, word as u8, 0xFF, t, &mut of_a);
                     sent.push(word);
                 }
             }

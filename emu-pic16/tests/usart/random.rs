@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use emu_core::rng::Rng;
 use emu_pic16::periph::map::{Pic16Line, Sfr};
 use emu_pic16::periph::usart::{ADDEN, BRGH, CREN, CSRC, Pic16Usart, RX9, SPEN, SREN, SYNC, TX9, TX9D, TXEN};
-use emu_pic16::periph::{Pic16Device, Pic16Signal};
+use emu_pic16::periph::{Device, Pic16Signal};
 
 use crate::model::Model;
 
@@ -98,7 +98,7 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
         let ctx = || format!("seed {seed}, clock {t}");
         model.tick(t);
         assert_eq!(port.txif(t), model.txif(), "{}: TXIF before its change is run", ctx());
-        if port.next_clock() <= t {
+        if port.next_deadline() <= t {
             port.run_due(t, &mut out);
         }
         if t % 4 == 0 {
@@ -112,7 +112,7 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
                 }
             } else if quiet == 0 {
                 let (reg, value) = write((model.peek(Sfr::RCSTA), model.peek(Sfr::TXSTA)), rng);
-                port.write(reg, value, t, &mut out);
+                port.write(reg, value, 0xFF, t, &mut out);
                 model.write(reg, value, t);
                 steady = Default::default();
                 quiet = 1 + if rng.one_in(3) { rng.below(3) } else { rng.below(150) };

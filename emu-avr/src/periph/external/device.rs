@@ -1,18 +1,18 @@
-//! [`AvrDevice`] for the external interrupts.
+//! [`Device`] for the external interrupts.
 
 use emu_core::NEVER;
 
-use super::{ExternalChange, ExternalInterrupts, ExternalRegister};
-use crate::periph::{AvrDevice, AvrLine, AvrOutbox};
+use super::{AvrSignal, ExternalChange, ExternalInterrupts, ExternalRegister};
+use crate::periph::{AvrLine, AvrOutbox, Device};
 
-impl AvrDevice for ExternalInterrupts {
+impl Device<AvrSignal> for ExternalInterrupts {
     type Reg = ExternalRegister;
 
     fn run_due(&mut self, t: u64, out: &mut AvrOutbox) {
         self.advance(t, out);
     }
 
-    fn next_cycle(&self) -> u64 {
+    fn next_deadline(&self) -> u64 {
         let ints = (self.eimsk | u8::from(self.has_flag_listener)) & !self.eifr;
         let groups = self.pcicr & !self.pcifr;
         let noticed = |change: &ExternalChange| self.found(change) & ints != 0 || change.groups & groups != 0;
@@ -91,7 +91,7 @@ impl AvrDevice for ExternalInterrupts {
     }
 
     /// Changes that have passed the first flip-flops are lost.
-    fn reset(&mut self, t: u64, out: &mut AvrOutbox) {
+    fn reset(&mut self, _power_on: bool, t: u64, out: &mut AvrOutbox) {
         self.restart_clock(t, out);
         *self = ExternalInterrupts {
             pins: self.pins,

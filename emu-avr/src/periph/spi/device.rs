@@ -1,11 +1,11 @@
-//! [`AvrDevice`] for the SPI: registers, lines and clocks.
+//! [`Device`] for the SPI: registers, lines and clocks.
 
 use emu_core::NEVER;
 
-use super::super::{AvrDevice, AvrLine, AvrOutbox};
+use super::super::{AvrLine, AvrOutbox, AvrSignal, Device};
 use super::{AvrSpi, CPOL, MSTR, SPE, SPI2X, SPIE, SPIF, SpiRegister, WCOL};
 
-impl AvrDevice for AvrSpi {
+impl Device<AvrSignal> for AvrSpi {
     type Reg = SpiRegister;
 
     fn run_due(&mut self, t: u64, out: &mut AvrOutbox) {
@@ -19,7 +19,7 @@ impl AvrDevice for AvrSpi {
     }
 
     /// The master changes a pin at every half bit; a slave changes one when SCK has passed the synchronizer.
-    fn next_cycle(&self) -> u64 {
+    fn next_deadline(&self) -> u64 {
         if self.asleep.is_some() {
             return NEVER;
         }
@@ -129,7 +129,7 @@ impl AvrDevice for AvrSpi {
         }
     }
 
-    fn reset(&mut self, t: u64, out: &mut AvrOutbox) {
+    fn reset(&mut self, _power_on: bool, t: u64, out: &mut AvrOutbox) {
         self.restart_clock(t, out);
         self.run_due(t, out);
         let AvrSpi { sck, mosi, miso, ss, ss_output, drives, .. } = *self;

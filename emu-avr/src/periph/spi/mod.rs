@@ -1,7 +1,7 @@
 //! SPI (section 19), master and slave.
 //!
-//! The levels of SCK, MOSI, MISO and SS arrive by [`on_line_changed`](super::AvrDevice::on_line_changed).
-//! [`on_direction_changed`](super::AvrDevice::on_direction_changed) reports whether SS is an output; as an
+//! The levels of SCK, MOSI, MISO and SS arrive by [`on_line_changed`](super::Device::on_line_changed).
+//! [`on_direction_changed`](super::Device::on_direction_changed) reports whether SS is an output; as an
 //! output it does not select the SPI.
 
 mod device;

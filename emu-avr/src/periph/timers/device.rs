@@ -1,19 +1,19 @@
-//! [`AvrDevice`] for a timer.
+//! [`Device`] for a timer.
 
 use emu_core::NEVER;
 
 use super::mode::MatchAction;
-use super::{AvrTimer, TimerRegister, regs};
-use crate::periph::{AvrDevice, AvrLine, AvrOutbox};
+use super::{AvrSignal, AvrTimer, TimerRegister, regs};
+use crate::periph::{AvrLine, AvrOutbox, Device};
 
-impl AvrDevice for AvrTimer {
+impl Device<AvrSignal> for AvrTimer {
     type Reg = TimerRegister;
 
     fn run_due(&mut self, t: u64, out: &mut AvrOutbox) {
         self.advance_to(t, out);
     }
 
-    fn next_cycle(&self) -> u64 {
+    fn next_deadline(&self) -> u64 {
         let watched = (self.timsk | self.listened_interrupts) & !self.tifr;
         let driven = self.channels.iter().any(|channel| channel.action != MatchAction::None)
             || self.busy & regs::CONTROL_BUSY != 0;
@@ -90,7 +90,7 @@ impl AvrDevice for AvrTimer {
         }
     }
 
-    fn reset(&mut self, t: u64, out: &mut AvrOutbox) {
+    fn reset(&mut self, _power_on: bool, t: u64, out: &mut AvrOutbox) {
         self.on_setup_changed(t, out);
         self.restart_after_sleep(t);
         self.tosc.set_external(false, t);

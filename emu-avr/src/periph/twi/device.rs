@@ -1,11 +1,11 @@
-//! [`AvrDevice`] for the TWI: registers, lines and clocks.
+//! [`Device`] for the TWI: registers, lines and clocks.
 
 use emu_core::NEVER;
 
-use super::super::{AvrDevice, AvrLine, AvrOutbox};
+use super::super::{AvrLine, AvrOutbox, AvrSignal, Device};
 use super::{AvrTwi, NO_STATUS, TWEN, TWIE, TWINT, TWWC, TwiRegister};
 
-impl AvrDevice for AvrTwi {
+impl Device<AvrSignal> for AvrTwi {
     type Reg = TwiRegister;
 
     fn run_due(&mut self, t: u64, out: &mut AvrOutbox) {
@@ -18,7 +18,7 @@ impl AvrDevice for AvrTwi {
         }
     }
 
-    fn next_cycle(&self) -> u64 {
+    fn next_deadline(&self) -> u64 {
         if self.has(TWEN) { self.due() } else { NEVER }
     }
 
@@ -86,7 +86,7 @@ impl AvrDevice for AvrTwi {
         }
     }
 
-    fn reset(&mut self, t: u64, out: &mut AvrOutbox) {
+    fn reset(&mut self, _power_on: bool, t: u64, out: &mut AvrOutbox) {
         self.restart_clock(t, out);
         self.run_due(t, out);
         let AvrTwi { scl, sda, drives, .. } = *self;

@@ -1,7 +1,7 @@
 //! Two-wire interface (section 22), simulated bit by bit on a shared bus.
 //!
 //! The interface pulls a line low ([`AvrDrive::Output`] with false) or releases it ([`AvrDrive::Input`]). The
-//! level of each line arrives by [`on_line_changed`](super::AvrDevice::on_line_changed), at the same edge if
+//! level of each line arrives by [`on_line_changed`](super::Device::on_line_changed), at the same edge if
 //! the interface itself caused it; the interface detects it two cycles later. Both halves of an SCL period
 //! are counted from edges on the line, so several masters and devices that stretch the clock stay
 //! synchronized.

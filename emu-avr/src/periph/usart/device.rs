@@ -1,14 +1,14 @@
-//! [`AvrDevice`] for the USART: registers, lines and clocks.
+//! [`Device`] for the USART: registers, lines and clocks.
 
 use emu_core::NEVER;
 
-use super::super::{AvrDevice, AvrLine, AvrOutbox};
+use super::super::{AvrLine, AvrOutbox, AvrSignal, Device};
 use super::{
     AvrUsart, BaudClock, MPCM, RXB8, RXC, ReceiveFifo, TXB8, TXC, U2X, UDRE, UsartMode, UsartReceiver, UsartRegister,
     UsartSender,
 };
 
-impl AvrDevice for AvrUsart {
+impl Device<AvrSignal> for AvrUsart {
     type Reg = UsartRegister;
 
     fn run_due(&mut self, t: u64, out: &mut AvrOutbox) {
@@ -21,7 +21,7 @@ impl AvrDevice for AvrUsart {
         }
     }
 
-    fn next_cycle(&self) -> u64 {
+    fn next_deadline(&self) -> u64 {
         if self.asleep.is_some() {
             return NEVER;
         }
@@ -146,7 +146,7 @@ impl AvrDevice for AvrUsart {
         }
     }
 
-    fn reset(&mut self, t: u64, out: &mut AvrOutbox) {
+    fn reset(&mut self, _power_on: bool, t: u64, out: &mut AvrOutbox) {
         self.restart_clock(t, out);
         self.run_due(t, out);
         self.a = 0;

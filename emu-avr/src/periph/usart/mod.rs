@@ -1,10 +1,10 @@
 //! USART (sections 20 and 21): asynchronous, synchronous, and as SPI master.
 //!
 //! All bits are on the lines: [`AvrSignal::Drive`] drives TXD and XCK, and
-//! [`on_line_changed`](super::AvrDevice::on_line_changed) receives RXD and XCK. The DDR bit of XCK, which
+//! [`on_line_changed`](super::Device::on_line_changed) receives RXD and XCK. The DDR bit of XCK, which
 //! selects clock master or slave, arrives by
-//! [`on_direction_changed`](super::AvrDevice::on_direction_changed). Between the events of
-//! [`next_cycle`](super::AvrDevice::next_cycle) the port may be behind; it catches up when it is accessed.
+//! [`on_direction_changed`](super::Device::on_direction_changed). Between the events of
+//! [`next_cycle`](super::Device::next_cycle) the port may be behind; it catches up when it is accessed.
 
 mod baud;
 mod device;

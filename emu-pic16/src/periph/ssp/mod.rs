@@ -2,9 +2,9 @@
 //! the basic SSP: DS39598 chapter 10 of the 16F818/819, DS30487 chapter 10 of the 16F87/88).
 //!
 //! In I2C mode the port pulls SCL and SDA low or leaves them open ([`Pic16Drive::Low`],
-//! [`Pic16Drive::Open`]). The level of each line arrives by [`Pic16Device::on_line_changed`], at the same
-//! clock if the port itself caused it. [`Pic16Device::run_due`] must be called at exactly the clocks that
-//! [`Pic16Device::next_clock`] returns, so that the port reads its lines in time.
+//! [`Pic16Drive::Open`]). The level of each line arrives by [`Device::on_line_changed`], at the same
+//! clock if the port itself caused it. [`Device::run_due`] must be called at exactly the clocks that
+//! [`Device::next_deadline`] returns, so that the port reads its lines in time.
 
 mod master;
 mod regs;
@@ -14,7 +14,7 @@ mod spi;
 use emu_core::NEVER;
 
 use super::map::{Pic16Line, Sfr};
-use super::{Pic16Device, Pic16Drive, Pic16Outbox};
+use super::{Device, Pic16Drive, Pic16Outbox, Pic16Signal};
 use master::I2cMaster;
 use regs::{BF, CKE, CKP, P, RW, S, SEQUENCES, SMP, SspMode, SspRegisters, UA, WCOL, raise_sspif};
 use slave::I2cSlave;
@@ -61,19 +61,6 @@ impl Pic16Ssp {
     pub fn with_kept_bits(mut self, keeps: bool) -> Pic16Ssp {
         self.regs.keeps_bits = keeps;
         self
-    }
-
-    /// Resets the port (DS39582 table 14-6): all registers are 0 except SSPBUF, which is unknown after
-    /// power-up (0 here) and otherwise unchanged.
-    pub fn reset(&mut self, power_on: bool, t: u64, out: &mut Pic16Outbox) {
-        self.set_mode(0);
-        let regs = &mut self.regs;
-        (regs.con2, regs.add, regs.stat) = (0, 0, 0);
-        if power_on {
-            regs.buf = 0;
-        }
-        self.asleep = None;
-        self.settle(t, out);
     }
 
     /// Reports whether periods of timer 2 clock the port: SPI master, SSPM 0011.
@@ -220,10 +207,12 @@ impl Pic16Ssp {
     }
 }
 
-impl Pic16Device for Pic16Ssp {
+impl Device<Pic16Signal> for Pic16Ssp {
+    type Reg = Sfr;
+
     fn run_due(&mut self, t: u64, out: &mut Pic16Outbox) {
         loop {
-            let due = self.next_clock();
+            let due = self.next_deadline();
             if due > t || due == NEVER {
                 return;
             }
@@ -236,7 +225,7 @@ impl Pic16Device for Pic16Ssp {
         }
     }
 
-    fn next_clock(&self) -> u64 {
+    fn next_deadline(&self) -> u64 {
         if self.asleep.is_some() { NEVER } else { self.spi.next().min(self.master.next()) }
     }
 
@@ -260,7 +249,7 @@ impl Pic16Device for Pic16Ssp {
         }
     }
 
-    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Pic16Outbox) {
+    fn write(&mut self, reg: Sfr, value: u8, _mask: u8, t: u64, out: &mut Pic16Outbox) {
         self.run_due(t, out);
         match reg {
             Sfr::SSPBUF => self.write_buf(value, t, out),
@@ -306,6 +295,19 @@ impl Pic16Device for Pic16Ssp {
         self.settle(t, out);
     }
 
+    /// Resets the port (DS39582 table 14-6): all registers are 0 except SSPBUF, which is unknown after
+    /// power-up (0 here) and otherwise unchanged.
+    fn reset(&mut self, power_on: bool, t: u64, out: &mut Pic16Outbox) {
+        self.set_mode(0);
+        let regs = &mut self.regs;
+        (regs.con2, regs.add, regs.stat) = (0, 0, 0);
+        if power_on {
+            regs.buf = 0;
+        }
+        self.asleep = None;
+        self.settle(t, out);
+    }
+
     fn stop_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
         self.asleep = Some(t);
         self.spi.sleep(&mut self.regs, t, out);
@@ -328,7 +330,7 @@ impl Pic16Device for Pic16Ssp {
             Sfr::SSPADD => NEVER,
             Sfr::SSPBUF if self.regs.stat & BF != 0 => t,
             _ if self.waits_for_timer2() => t,
-            _ => self.next_clock(),
+            _ => self.next_deadline(),
         }
     }
 }

@@ -21,7 +21,7 @@ mod timer2;
 use emu_core::NEVER;
 
 use super::map::{InterruptFlag, Pic16Line, Sfr};
-use super::{Pic16Device, Pic16Drive, Pic16Outbox, Pic16Signal};
+use super::{Device, Pic16Drive, Pic16Outbox, Pic16Signal};
 use ccp::{CcpMode, CcpModule};
 use timer1::Timer1;
 pub use timer1::Timer1Crystal;
@@ -65,24 +65,6 @@ impl Pic16Timers {
             asleep: false,
             next: [NEVER; 2],
         }
-    }
-
-    /// Resets the timers at `t` (DS30292 table 12-6): T2CON, TMR2 and CCPxCON are 0, PR2 is FFh. `power_on`
-    /// is true for power-on and brown-out; only then T1CON is 0, otherwise timer 1 and CCPRx continue
-    /// unchanged. The listener to timer 2 does not change. A sleep ends.
-    pub fn reset(&mut self, power_on: bool, t: u64, out: &mut Pic16Outbox) {
-        self.run_due(t, out);
-        if self.asleep {
-            self.restart_clock(t, out);
-        }
-        self.timer2 = Timer2::new(t);
-        if power_on {
-            self.timer1.power_on(t);
-        }
-        let before = self.drives();
-        self.ccp.iter_mut().for_each(|ccp| ccp.reset(power_on));
-        self.drive_outputs(before, t, out);
-        self.update_deadlines();
     }
 
     /// Sets whether every end of a timer 2 period after `t` sends [`Pic16Signal::Timer2`]; the clock of the
@@ -276,13 +258,15 @@ impl Pic16Timers {
     }
 }
 
-impl Pic16Device for Pic16Timers {
+impl Device<Pic16Signal> for Pic16Timers {
+    type Reg = Sfr;
+
     fn run_due(&mut self, t: u64, out: &mut Pic16Outbox) {
         self.run_events(t, t, out);
     }
 
     /// Sometimes too early, never too late: a reset of timer 1 by the special event counts as an event too.
-    fn next_clock(&self) -> u64 {
+    fn next_deadline(&self) -> u64 {
         self.next[0].min(self.next[1])
     }
 
@@ -303,7 +287,7 @@ impl Pic16Device for Pic16Timers {
         }
     }
 
-    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Pic16Outbox) {
+    fn write(&mut self, reg: Sfr, value: u8, _mask: u8, t: u64, out: &mut Pic16Outbox) {
         // A counter that is written takes the value instead of what is due at this clock.
         let before = t.saturating_sub(1);
         match reg {
@@ -358,6 +342,24 @@ impl Pic16Device for Pic16Timers {
             }
             _ => {}
         }
+        self.update_deadlines();
+    }
+
+    /// Resets the timers at `t` (DS30292 table 12-6): T2CON, TMR2 and CCPxCON are 0, PR2 is FFh. `power_on`
+    /// is true for power-on and brown-out; only then T1CON is 0, otherwise timer 1 and CCPRx continue
+    /// unchanged. The listener to timer 2 does not change. A sleep ends.
+    fn reset(&mut self, power_on: bool, t: u64, out: &mut Pic16Outbox) {
+        self.run_due(t, out);
+        if self.asleep {
+            self.restart_clock(t, out);
+        }
+        self.timer2 = Timer2::new(t);
+        if power_on {
+            self.timer1.power_on(t);
+        }
+        let before = self.drives();
+        self.ccp.iter_mut().for_each(|ccp| ccp.reset(power_on));
+        self.drive_outputs(before, t, out);
         self.update_deadlines();
     }
 

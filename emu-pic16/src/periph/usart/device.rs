@@ -1,15 +1,17 @@
-//! [`Pic16Device`] for the USART.
+//! [`Device`] for the USART.
 
 use emu_core::NEVER;
 
 use super::super::map::{Pic16Line, Sfr};
-use super::super::{Pic16Device, Pic16Outbox};
+use super::super::{Device, Pic16Outbox, Pic16Signal};
 use super::receiver::{IncomingFrame, UsartReceiver};
 use super::{
     BRGH, BaudClock, CREN, CSRC, FERR, OERR, Pic16Usart, RCSTA_WRITTEN, RX9D, SPEN, SYNC, TCY, TRMT, TXSTA_WRITTEN,
 };
 
-impl Pic16Device for Pic16Usart {
+impl Device<Pic16Signal> for Pic16Usart {
+    type Reg = Sfr;
+
     fn run_due(&mut self, t: u64, out: &mut Pic16Outbox) {
         loop {
             let send = self.clock(self.word.map_or(NEVER, |word| word.next));
@@ -32,7 +34,7 @@ impl Pic16Device for Pic16Usart {
         }
     }
 
-    fn next_clock(&self) -> u64 {
+    fn next_deadline(&self) -> u64 {
         let send = self.word.map_or(NEVER, |word| word.next);
         self.empty_change.min(self.load).min(self.clock(send.min(self.receiver_end())))
     }
@@ -60,7 +62,7 @@ impl Pic16Device for Pic16Usart {
         }
     }
 
-    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Pic16Outbox) {
+    fn write(&mut self, reg: Sfr, value: u8, _mask: u8, t: u64, out: &mut Pic16Outbox) {
         self.run_due(t, out);
         match reg {
             Sfr::RCSTA => {
@@ -111,6 +113,26 @@ impl Pic16Device for Pic16Usart {
         self.settle(t, out);
     }
 
+    /// Resets the port at clock `t`; every kind of reset has the same effect (DS30292, table 12-6). It does
+    /// not restart the oscillator: a reset out of sleep also needs [`Device::restart_clock`].
+    fn reset(&mut self, power_on: bool, t: u64, out: &mut Pic16Outbox) {
+        let _ = power_on;
+        self.run_due(t, out);
+        let now = self.osc(t);
+        *self = Pic16Usart {
+            baud: BaudClock { spbrg: 0, origin: now },
+            slept: self.slept,
+            asleep: self.asleep,
+            past: self.past,
+            tx_line: self.tx_line,
+            rx_line: self.rx_line,
+            drives: self.drives,
+            early_trmt: self.early_trmt,
+            ..Pic16Usart::new()
+        };
+        self.settle(t, out);
+    }
+
     fn stop_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
         self.run_due(t, out);
         self.asleep = self.asleep.or(Some(t));
@@ -126,8 +148,8 @@ impl Pic16Device for Pic16Usart {
     fn steady_until(&self, reg: Sfr, t: u64) -> u64 {
         match reg {
             Sfr::TXREG | Sfr::SPBRG => NEVER,
-            Sfr::TXSTA if !self.trmt(t) => self.next_clock().min(self.clock(self.trmt_due())).max(t),
-            _ => self.next_clock().max(t),
+            Sfr::TXSTA if !self.trmt(t) => self.next_deadline().min(self.clock(self.trmt_due())).max(t),
+            _ => self.next_deadline().max(t),
         }
     }
 }
