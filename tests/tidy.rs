@@ -103,9 +103,9 @@ fn arrows_between_crates() {
     assert!(wrong.is_empty(), "arrows that the design does not draw: {wrong:#?}");
 }
 
-/// What `cargo package --workspace` needs: every published package has the common prefix, which no other crate
-/// of the registry has, and the folder's name as the name of its library; dev-dependencies on crates of the
-/// workspace have no version, so that cargo leaves them out and they form no cycle.
+/// What `cargo package --workspace` needs: every published package has the common prefix, which no other
+/// crate of the registry has, and the folder's name as the name of its library; dev-dependencies on crates of
+/// the workspace have no version, so that cargo leaves them out and they form no cycle.
 #[test]
 fn packages_can_be_published() {
     let mut wrong = Vec::new();
@@ -280,9 +280,6 @@ const BANNED_PHRASES: &[(&str, &str)] = &[
 /// Files that may contain banned phrases or long comments, by the start of their path, each with the reason.
 const PROSE_EXCEPTIONS: &[(&str, &str)] = &[("tests/tidy.rs", "contains the list of banned phrases")];
 
-/// Crates whose long comments are not checked yet: to be removed, their elements are being extended.
-const LONG_COMMENT_EXCEPTIONS: &[&str] = &["ladder/", "ladder-eval/", "ladder-compile/"];
-
 /// Maximum number of columns of a line with a comment only.
 const COMMENT_COLUMNS: usize = 110;
 
@@ -342,8 +339,7 @@ fn prose_uses_the_words_of_the_field() {
 fn comments_fit_in_their_columns() {
     let mut wrong = Vec::new();
     for (path, text) in prose_files().into_iter().filter(|(path, _)| path.ends_with(".rs")) {
-        let mut exceptions = PROSE_EXCEPTIONS.iter().map(|(start, _)| start).chain(LONG_COMMENT_EXCEPTIONS);
-        if exceptions.any(|start| path.starts_with(start)) {
+        if PROSE_EXCEPTIONS.iter().any(|(start, _)| path.starts_with(start)) {
             continue;
         }
         let comments = text.lines().enumerate().filter(|(_, line)| line.trim_start().starts_with("//"));

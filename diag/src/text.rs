@@ -159,7 +159,8 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     Cow::Owned(clean)
 }
 
-/// Escapes what cannot be printed, as [`printable`] does, but returns the `String` itself if nothing is escaped.
+/// Escapes what cannot be printed, as [`printable`] does, but returns the `String` itself if nothing is
+/// escaped.
 #[must_use]
 pub fn into_printable(text: String) -> String {
     match printable(&text) {

@@ -68,8 +68,8 @@ pub trait Device<S: DeviceSignal> {
     fn stop_clock(&mut self, t: u64, out: &mut Outbox<S>) {
         self.run_due(t, out);
     }
-    /// Restarts the clock at `t`; the device continues from its stopped state. A reset in the cycle that stops
-    /// the clock restarts it one edge before it stops: `t` may be one below that of `stop_clock`.
+    /// Restarts the clock at `t`; the device continues from its stopped state. A reset in the cycle that
+    /// stops the clock restarts it one edge before it stops: `t` may be one below that of `stop_clock`.
     fn restart_clock(&mut self, t: u64, out: &mut Outbox<S>) {
         self.run_due(t, out);
     }

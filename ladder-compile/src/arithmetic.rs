@@ -2,8 +2,9 @@
 
 use crate::ir::WordOperand;
 
-/// Arithmetic modulo 2^(8 w) with w of [`Ir::width`](crate::ir::Ir::width). `Div` truncates; x / 0 is -1 for x >= 0 and 1 for x < 0; the lowest number
-/// divided by -1 stays what it is. `And`, `Or` and `Xor` are of all bits.
+/// Arithmetic modulo 2^(8 w) with w of [`Ir::width`](crate::ir::Ir::width). `Div` truncates; x / 0 is -1 for
+/// x >= 0 and 1 for x < 0; the lowest number divided by -1 stays what it is. `And`, `Or` and `Xor` are of all
+/// bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ArithmeticOp {
     /// Sum.
@@ -20,8 +21,8 @@ pub enum ArithmeticOp {
     Or,
     /// Bits of exactly one.
     Xor,
-    /// The left operand, cut or extended with sign to the width and then taken without sign, shifted right by a constant from 0
-    /// on; the right operand is that constant.
+    /// The left operand, cut or extended with sign to the width and then taken without sign, shifted right by
+    /// a constant from 0 on; the right operand is that constant.
     Shr,
 }
 

@@ -3,8 +3,8 @@
 //! The machine model is one that every target has in some form: *one bit accumulator* (the AVR's T flag, the
 //! 8051's carry, the result bit of a 1-bit controller) that holds the state of the rung, bit cells and word
 //! cells. Bit operations change or store the accumulator; word operations preserve it. Control flow is
-//! structured ([`IrOp::If`]) except for the jumps of programs that have jumps or subprograms ([`IrOp::Jump`]). Jumps
-//! back are counted, so the longest path of a scan is a matter of sums and maxima.
+//! structured ([`IrOp::If`]) except for the jumps of programs that have jumps or subprograms
+//! ([`IrOp::Jump`]). Jumps back are counted, so the longest path of a scan is a matter of sums and maxima.
 
 use ladder::{ElementId, SymbolKind};
 
@@ -31,7 +31,8 @@ pub enum JumpKind {
     Forward,
     /// Goes back. All jumps back of a scan are counted, and at most [`MAX_JUMPS_BACK`] are executed.
     Back,
-    /// Calls a subprogram: its code goes from the target of the jump to `end`, and it ends with a jump to `back`.
+    /// Calls a subprogram: its code goes from the target of the jump to `end`, and it ends with a jump to
+    /// `back`.
     Call {
         /// Position behind the subprogram.
         end: LabelId,

@@ -100,8 +100,8 @@ struct Lowering<'a> {
     ir: Ir,
     bits: HashMap<String, BitId>,
     words: HashMap<String, WordId>,
-    /// Input and output bit of the parallel groups, by the subprogram that they are in and the nesting depth: those of a rung
-    /// that calls a subprogram are still needed when it returns.
+    /// Input and output bit of the parallel groups, by the subprogram that they are in and the nesting depth:
+    /// those of a rung that calls a subprogram are still needed when it returns.
     groups: HashMap<(Option<u32>, usize), (BitId, BitId)>,
     /// State of each sequence of RANDOM, by the name of its destination.
     seeds: HashMap<String, WordId>,

@@ -83,7 +83,8 @@ impl CompileJob<'_> {
         i2c.into_iter().flat_map(|(data, clock)| [data, clock]).chain(spi.into_iter().flatten())
     }
 
-    /// Mask of the bits of a port whose pins symbols or peripherals of the program use, or that no program can use.
+    /// Mask of the bits of a port whose pins symbols or peripherals of the program use, or that no program
+    /// can use.
     #[must_use]
     pub fn used_pins(&self, letter: char) -> u8 {
         let (ir, target) = (self.ir, self.target);
@@ -238,7 +239,8 @@ pub struct BuiltImage {
 /// Something that a pin needs outside of the chip, such as a resistor at an output that cannot drive high.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PinNeed {
-    /// [`Severity::Warning`] if the pin cannot do its job without it, [`Severity::Note`] if many circuits have it anyway.
+    /// [`Severity::Warning`] if the pin cannot do its job without it, [`Severity::Note`] if many circuits
+    /// have it anyway.
     pub severity: Severity,
     /// The pin and what it lacks.
     pub cause: String,
@@ -247,8 +249,8 @@ pub struct PinNeed {
 }
 
 impl PinNeed {
-    /// Returns the need of the inputs that `lacks_pull_up` selects; `None` if it selects none. Without a pull-up an open input
-    /// floats: its level is that of the last charge.
+    /// Returns the need of the inputs that `lacks_pull_up` selects; `None` if it selects none. Without a
+    /// pull-up an open input floats: its level is that of the last charge.
     pub fn of_floating_inputs(pins: &[AssignedPin], lacks_pull_up: impl Fn(&AssignedPin) -> bool) -> Option<PinNeed> {
         let floating = pins.iter().filter(|pin| !pin.output && !pin.analog && lacks_pull_up(pin));
         let names: Vec<String> = floating.map(|pin| format!("{}={}", pin.name, pin.pin)).collect();

@@ -52,8 +52,8 @@ pub(crate) fn count_step(kind: CountMode, n: i32, max: i32) -> i64 {
     }
 }
 
-/// Exact arithmetic of sections 2.4 and 5.7. Only the low bytes are stored, so the width of the computation does not
-/// matter.
+/// Exact arithmetic of sections 2.4 and 5.7. Only the low bytes are stored, so the width of the computation
+/// does not matter.
 pub(crate) fn math(op: MathOp, a: i64, b: i64) -> i64 {
     match op {
         MathOp::Add => a + b,

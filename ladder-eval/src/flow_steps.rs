@@ -7,7 +7,8 @@ use crate::UnsupportedReason;
 use crate::flat_program::FlatProgram;
 use crate::flatten::FlatBuilder;
 
-/// What an element does to the order of execution. `to` is the index of a rung; the number of rungs is the end.
+/// What an element does to the order of execution. `to` is the index of a rung; the number of rungs is the
+/// end.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum FlowStep {
     /// LABEL: nothing.

@@ -130,8 +130,8 @@ impl Evaluator {
 
     /// Runs one scan and calls `watch` after each element with the rung bit before and after it.
     ///
-    /// Each element is reported when it is executed: exactly once, in text order, unless the program has jumps or
-    /// subprograms. Comments are not reported.
+    /// Each element is reported when it is executed: exactly once, in text order, unless the program has
+    /// jumps or subprograms. Comments are not reported.
     pub fn scan_watched(&mut self, watch: &mut dyn FnMut(ElementId, bool, bool)) {
         self.state.scan(&self.code.flat, |id, before, after, _| watch(id, before, after));
     }
@@ -144,7 +144,8 @@ impl Evaluator {
         self.state.scan(&self.code.flat, watch);
     }
 
-    /// True if the program has jumps or subprograms, so that a scan may leave elements out, or execute them several times.
+    /// True if the program has jumps or subprograms, so that a scan may leave elements out, or execute them
+    /// several times.
     #[must_use]
     pub fn has_jumps(&self) -> bool {
         self.code.flat.has_jumps
@@ -216,7 +217,8 @@ impl Evaluator {
         &self.state.parts.transfers_of_scan
     }
 
-    /// Sets the byte that devices on the buses answer from the next scan on; FFh, a bus without devices, at power-up.
+    /// Sets the byte that devices on the buses answer from the next scan on; FFh, a bus without devices, at
+    /// power-up.
     pub fn set_bus_answer(&mut self, byte: u8) {
         self.state.parts.bus_answer = byte;
     }

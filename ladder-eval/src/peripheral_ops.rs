@@ -110,7 +110,8 @@ fn push_index<T>(list: &mut Vec<T>, item: T) -> u32 {
     list.len() as u32 - 1
 }
 
-/// The operation of an element on a bus. The chip is the master, the highest bit goes first, SPI has mode 0 and 8 bits.
+/// The operation of an element on a bus. The chip is the master, the highest bit goes first, SPI has mode 0
+/// and 8 bits.
 fn bus_op(builder: &mut FlatBuilder<'_>, transfer: &BusTransfer) -> Result<ElementOp, UnsupportedReason> {
     let BusTransfer { op, send, recv, mode, device, register, first, .. } = transfer;
     let number = |operand: &LadderOperand| match operand {
@@ -134,8 +135,8 @@ fn bus_op(builder: &mut FlatBuilder<'_>, transfer: &BusTransfer) -> Result<Eleme
     Ok(ElementOp::Transfer { op: *op, send, device, register, recv })
 }
 
-/// Checks the reference of a conversion, which is one for each input. It does not change the meaning: a conversion gives 0 to
-/// 1023 of whatever the reference is.
+/// Checks the reference of a conversion, which is one for each input. It does not change the meaning: a
+/// conversion gives 0 to 1023 of whatever the reference is.
 fn check_reference(builder: &mut FlatBuilder<'_>, name: &str, refs: u32) -> Result<(), UnsupportedReason> {
     let most = if builder.program.dialect == LadderDialect::Ldmicro5 { 3 } else { 0 };
     let same = *builder.devices.references.entry(name.to_owned()).or_insert(refs) == refs;
@@ -208,8 +209,8 @@ fn new_transfer(builder: &mut FlatBuilder<'_>) -> u32 {
     builder.code.transfers - 1
 }
 
-/// The number of bytes that an element of the serial line transfers; fails if it waits for other bytes, or has too many
-/// for its symbol.
+/// The number of bytes that an element of the serial line transfers; fails if it waits for other bytes, or
+/// has too many for its symbol.
 fn check_transfer(
     builder: &mut FlatBuilder<'_>,
     symbol: u32,

@@ -150,8 +150,8 @@ impl PeripheralState {
         self.transmitter_busy_scans > 0
     }
 
-    /// Executes UART_SEND of several bytes: a true rung begins if nothing is left, and each free scan sends a byte of the
-    /// value as it is then. Returns whether the transmitter is busy.
+    /// Executes UART_SEND of several bytes: a true rung begins if nothing is left, and each free scan sends a
+    /// byte of the value as it is then. Returns whether the transmitter is busy.
     pub(crate) fn send_bytes(&mut self, code: &FlatProgram, (at, bytes): (u32, u8), value: i32, rung: bool) -> bool {
         let mut left = std::mem::take(&mut self.transfers[at as usize]);
         if rung && left.is_empty() {
@@ -166,8 +166,9 @@ impl PeripheralState {
         self.transmitter_busy_scans > 0
     }
 
-    /// Executes UART_SEND that waits: on a true rung all bytes go in this scan. A single byte has gone when the element ends,
-    /// on a false rung also that of another element. Returns whether the transmitter is busy.
+    /// Executes UART_SEND that waits: on a true rung all bytes go in this scan. A single byte has gone when
+    /// the element ends, on a false rung also that of another element. Returns whether the transmitter is
+    /// busy.
     pub(crate) fn send_at_once(&mut self, code: &FlatProgram, bytes: u8, value: i32, rung: bool) -> bool {
         if rung {
             value.to_le_bytes().into_iter().take(bytes.into()).for_each(|byte| self.transmit(code, byte));

@@ -1,4 +1,5 @@
-//! Registers of ports (5.12): their bits that are inputs and outputs of the program, and the levels of the pins.
+//! Registers of ports (5.12): their bits that are inputs and outputs of the program, and the levels of the
+//! pins.
 
 use ladder::registers::{self, PortRegister, RegisterFamily, RegisterKind};
 use ladder::{LadderProgram, SymbolKind};
@@ -55,8 +56,8 @@ pub(crate) fn power_up_directions(program: &LadderProgram, name: &str, kind: Sym
 }
 
 impl FlatPort {
-    /// Takes the levels of the pins: inputs and outputs of the program, and what its latch puts at pins that it directs
-    /// outwards; all others are 0.
+    /// Takes the levels of the pins: inputs and outputs of the program, and what its latch puts at pins that
+    /// it directs outwards; all others are 0.
     pub(crate) fn sample(&self, values: &mut [i32]) {
         let Some(levels) = self.levels else { return };
         let get = |symbol: Option<u32>| symbol.map_or(0, |symbol| values[symbol as usize]);
@@ -72,8 +73,8 @@ impl FlatPort {
         values[levels as usize] = i32::from(byte as i8);
     }
 
-    /// Makes the bits of the latch and the outputs equal again, after one of both was written. `held` is what they held
-    /// before.
+    /// Makes the bits of the latch and the outputs equal again, after one of both was written. `held` is what
+    /// they held before.
     pub(crate) fn share_outputs(&self, values: &mut [i32], held: &mut u8) {
         let Some(latch) = self.latch else { return };
         for &(bit, output) in &self.outputs {

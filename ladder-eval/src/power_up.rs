@@ -30,7 +30,8 @@ impl FlatBuilder<'_> {
                         None => LadderOperand::Const { value: 0, text: String::new() },
                         Some(start) => start.clone(),
                     };
-                    // At power-up an integer has the start of the last counter of its name that has a constant.
+                    // At power-up an integer has the start of the last counter of its name that has a
+                    // constant.
                     if let LadderOperand::Const { value, .. } = start
                         && let (Some(width), Some(initial)) =
                             (self.code.cut_bits.get(at), self.code.initial_values.get_mut(at))

@@ -157,7 +157,8 @@ impl ScanState {
             now.zeros -= 1;
         } else if runs {
             now.left -= 1;
-            // The next pulse is one scan longer than this one, where it has been longer than without the multiple.
+            // The next pulse is one scan longer than this one, where it has been longer than without the
+            // multiple.
             let longer = |length: i16, least: i32| length.wrapping_add(i16::from(i32::from(length) > least));
             now.lengths = (longer(now.lengths.0, high), longer(now.lengths.1, low));
             (now.ones, now.zeros) = now.lengths;

@@ -219,8 +219,8 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
     }
 }
 
-/// Refuses an argument whose value differs from the value that an omitted argument has; in ldmicro-5 the hint says what to
-/// write in its place.
+/// Refuses an argument whose value differs from the value that an omitted argument has; in ldmicro-5 the hint
+/// says what to write in its place.
 pub(crate) fn check_default_argument(checker: &mut Checker<'_>, at: CheckedElement<'_>, what: &str, hint: &str) {
     let (cause, hint) = match checker.program.dialect {
         LadderDialect::Ldmicro23 => (format!("{what} has a meaning in LDmicro 5 only"), IN_LDMICRO5),

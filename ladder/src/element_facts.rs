@@ -184,7 +184,8 @@ impl<'a> ElementFacts<'a> {
 }
 
 impl Element {
-    /// Whether only LDmicro 5 can have written the element with a meaning: release 2.3 lacks it, or one of its arguments.
+    /// Whether only LDmicro 5 can have written the element with a meaning: release 2.3 lacks it, or one of
+    /// its arguments.
     #[must_use]
     pub fn only_ldmicro5_writes(&self) -> bool {
         let is_zero = |operand: &LadderOperand| matches!(operand, LadderOperand::Const { value: 0, .. });
@@ -215,7 +216,8 @@ impl Element {
         }
     }
 
-    /// What the element is: its row of the table. An operand that is a register of a port exists in LDmicro 5 only.
+    /// What the element is: its row of the table. An operand that is a register of a port exists in LDmicro 5
+    /// only.
     #[must_use]
     pub fn facts(&self) -> ElementFacts<'_> {
         let row = self.row();

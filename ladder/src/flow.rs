@@ -87,8 +87,8 @@ impl<'a> ProgramFlow<'a> {
         flow
     }
 
-    /// How many subprograms are active at the same time while each is: 1 if it calls none, and more than there are subprograms
-    /// if it calls itself, directly or through others.
+    /// How many subprograms are active at the same time while each is: 1 if it calls none, and more than
+    /// there are subprograms if it calls itself, directly or through others.
     #[must_use]
     pub fn call_depths(&self) -> HashMap<&'a str, usize> {
         let most = self.subprograms.len();
@@ -109,8 +109,8 @@ impl<'a> ProgramFlow<'a> {
         depths
     }
 
-    /// Maximum number of elements that a scan executes if it takes no jump back. Calls must not nest deeper than
-    /// [`MAX_CALL_DEPTH`].
+    /// Maximum number of elements that a scan executes if it takes no jump back. Calls must not nest deeper
+    /// than [`MAX_CALL_DEPTH`].
     #[must_use]
     pub fn executed_elements(&self) -> u64 {
         // After as many rounds as calls may nest, the number of each is complete.

@@ -93,8 +93,8 @@ pub(crate) fn parse_number(text: &str) -> Option<i64> {
     Some(if negative { -value } else { value })
 }
 
-/// Splits a text after the number at its beginning, which C's `strtol` with base 0 reads: decimal, octal after
-/// a `0`, or hexadecimal after `0x`, with an optional sign.
+/// Splits a text after the number at its beginning, which C's `strtol` with base 0 reads: decimal, octal
+/// after a `0`, or hexadecimal after `0x`, with an optional sign.
 ///
 /// Returns `None` if the text does not begin with a number. Values beyond 64 bits saturate.
 pub(crate) fn split_c_number(text: &str) -> Option<(i64, &str)> {

@@ -1,7 +1,7 @@
 //! Reads the lines of `IO LIST`, `VAR LIST` and `PULL-UP LIST`, as LDmicro 5 reads them.
 //!
-//! LDmicro reads a line with C's `scanf`: it accepts any text after the part that it knows, and skips some lines
-//! that it does not know. What has no effect is reported as a note or a warning.
+//! LDmicro reads a line with C's `scanf`: it accepts any text after the part that it knows, and skips some
+//! lines that it does not know. What has no effect is reported as a note or a warning.
 
 use diag::{Pos, Severity};
 
@@ -70,7 +70,8 @@ fn read_io_line(reader: &mut LdReader<'_>, line: &LdLine<'_>) -> Option<IoEntry>
     Some(IoEntry { name: name.text.to_owned(), pin: pin?, modbus, pos: line.pos })
 }
 
-/// Reads the number of a pin; a text is the name of a pin, which no chip here has, so that no pin is assigned.
+/// Reads the number of a pin; a text is the name of a pin, which no chip here has, so that no pin is
+/// assigned.
 fn read_pin(reader: &mut LdReader<'_>, name: LdToken<'_>, pin: LdToken<'_>) -> Option<u32> {
     let (value, rest) = lexer::split_decimal(pin.text).unwrap_or((0, pin.text));
     let found = u32::try_from(value).ok().filter(|pin| *pin <= 255);
@@ -202,7 +203,8 @@ fn check_pull_up(reader: &mut LdReader<'_>, line: &LdLine<'_>, micro: Option<&st
     require_port(reader, port, micro, line.pos);
 }
 
-/// Checks the lines of PULL-UP LIST that came before `MICRO=`: they have no effect until the file is written back.
+/// Checks the lines of PULL-UP LIST that came before `MICRO=`: they have no effect until the file is written
+/// back.
 pub(crate) fn check_earlier_pull_ups(reader: &mut LdReader<'_>, pull_ups: &[String], micro: &str, pos: Pos) {
     for port in pull_ups.iter().filter_map(|text| pull_up_port(text)) {
         require_port(reader, port, micro, pos);

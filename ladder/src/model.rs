@@ -104,7 +104,8 @@ pub enum Element {
         name: String,
         /// True for a normally closed contact.
         negated: bool,
-        /// LDmicro 5's third argument, when written: the input begins as 1 in its simulator, which means nothing on a chip.
+        /// LDmicro 5's third argument, when written: the input begins as 1 in its simulator, which means
+        /// nothing on a chip.
         set1: Option<u32>,
     },
     /// `COIL name negated setOnly resetOnly [ttrigger]`; a valid coil has at most one of the three flags.

@@ -7,7 +7,8 @@ struct ChipPackage {
     pins: &'static [&'static str],
 }
 
-/// RA5, RA6 and RA7 are also MCLR, OSC2 and OSC1. Sources: DS40300 (PIC16F628), DS30487 (PIC16F88), DS39598 (PIC16F819), pin diagrams.
+/// RA5, RA6 and RA7 are also MCLR, OSC2 and OSC1. Sources: DS40300 (PIC16F628), DS30487 (PIC16F88), DS39598
+/// (PIC16F819), pin diagrams.
 #[rustfmt::skip]
 const PIC_18: &[&str] = &[
     "RA2", "RA3", "RA4", "RA5", "VSS", "RB0", "RB1", "RB2", "RB3", "RB4",
@@ -171,7 +172,8 @@ pub fn chip_of(micro: &str) -> Option<&'static str> {
     packages(micro).next().map(|package| package.chip)
 }
 
-/// Returns the row of a target of LDmicro's list that has no model; `None` for modelled chips and for unknown names.
+/// Returns the row of a target of LDmicro's list that has no model; `None` for modelled chips and for unknown
+/// names.
 #[must_use]
 pub fn unmodelled_target(micro: &str) -> Option<&'static UnmodelledTarget> {
     let name = micro.to_uppercase();
@@ -186,8 +188,8 @@ pub fn package_pin(micro: &str, pin: u32) -> Option<&'static str> {
     package_pin_name(micro, pin).filter(|name| is_port_bit(name))
 }
 
-/// Returns what is at a pin of the package named in LDmicro's name of a chip: a port bit, or the name of a supply, reset or
-/// clock pin such as `VCC`.
+/// Returns what is at a pin of the package named in LDmicro's name of a chip: a port bit, or the name of a
+/// supply, reset or clock pin such as `VCC`.
 ///
 /// Returns `None` if the chip or its package is unknown, or if the package has fewer pins. Pins count from 1.
 #[must_use]
@@ -196,7 +198,8 @@ pub fn package_pin_name(micro: &str, pin: u32) -> Option<&'static str> {
     pins.get(usize::try_from(pin.checked_sub(1)?).ok()?).copied()
 }
 
-/// Returns the number of pins of the package named in LDmicro's name of a chip, or `None` if [`package_pin_name`] does not know it.
+/// Returns the number of pins of the package named in LDmicro's name of a chip, or `None` if
+/// [`package_pin_name`] does not know it.
 #[must_use]
 pub fn package_pin_count(micro: &str) -> Option<usize> {
     find_package(micro).map(|package| package.pins.len())
@@ -213,14 +216,16 @@ fn packages(micro: &str) -> impl Iterator<Item = &'static ChipPackage> {
     PACKAGES.iter().filter(move |package| names_chip(&name, package.word))
 }
 
-/// The package in LDmicro's name; the first of the chip if the name states no number of pins (`32-TQFP`, `32-Pin packages`).
+/// The package in LDmicro's name; the first of the chip if the name states no number of pins (`32-TQFP`,
+/// `32-Pin packages`).
 fn find_package(micro: &str) -> Option<&'static ChipPackage> {
     let stated = |word: &str| word.split_once('-')?.0.parse::<usize>().ok();
     let counts: Vec<usize> = micro.split_whitespace().filter_map(stated).collect();
     packages(micro).find(|package| counts.iter().all(|count| *count == package.pins.len()))
 }
 
-/// Returns true if a word of the chip is in `name` and no digit follows it: `ATMEGA16` does not match `ATMEGA162`.
+/// Returns true if a word of the chip is in `name` and no digit follows it: `ATMEGA16` does not match
+/// `ATMEGA162`.
 fn names_chip(name: &str, word: &str) -> bool {
     name.match_indices(word)
         .any(|(at, word)| !name.get(at + word.len()..).unwrap_or("").starts_with(|c: char| c.is_ascii_digit()))

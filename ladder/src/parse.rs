@@ -111,8 +111,8 @@ fn parse_text(
     }
 }
 
-/// A program under the header of release 2.3 that only LDmicro 5 can have written: it has elements, flags or arguments that
-/// release 2.3 does not have. `None` for all other programs.
+/// A program under the header of release 2.3 that only LDmicro 5 can have written: it has elements, flags or
+/// arguments that release 2.3 does not have. `None` for all other programs.
 fn parse_as_ldmicro5(file: &str, text: &str, encoding: TextEncoding, marked: bool) -> Option<ParsedProgram> {
     lexer::split_lines(text).next().filter(|line| read_header(line.text) == Some((LdFormat::V01, None)))?;
     let newer = ParseOptions { dialect: Some(LadderDialect::Ldmicro5) };
@@ -176,8 +176,8 @@ fn read_program(reader: &mut LdReader<'_>, text: &str, options: ParseOptions) ->
     Some(parts.into_program(reader.file, format, reader.dialect, style, rungs))
 }
 
-/// The format that a header selects, and the text after `LDmicro` if it is neither 0.1 nor 0.2. LDmicro 5 reads
-/// every text but 0.1 as 0.2.
+/// The format that a header selects, and the text after `LDmicro` if it is neither 0.1 nor 0.2. LDmicro 5
+/// reads every text but 0.1 as 0.2.
 fn read_header(line: &str) -> Option<(LdFormat, Option<&str>)> {
     match line.strip_prefix("LDmicro")?.split_whitespace().next().unwrap_or("") {
         "0.1" => Some((LdFormat::V01, None)),
@@ -241,8 +241,8 @@ struct OpenGroup {
     has_refused_part: bool,
 }
 
-/// Reads all rungs; returns true with them if the first has a number. Open groups are kept in a list instead of
-/// on the call stack, so deep nesting cannot overflow the stack.
+/// Reads all rungs; returns true with them if the first has a number. Open groups are kept in a list instead
+/// of on the call stack, so deep nesting cannot overflow the stack.
 fn read_rungs<'a>(reader: &mut LdReader<'_>, lines: &mut impl Iterator<Item = LdLine<'a>>) -> (Vec<Rung>, bool) {
     let (mut rungs, mut numbered) = (Vec::new(), None);
     let mut open: Vec<OpenGroup> = Vec::new();
@@ -314,7 +314,8 @@ fn read_rungs<'a>(reader: &mut LdReader<'_>, lines: &mut impl Iterator<Item = Ld
     (rungs, numbered.unwrap_or_default())
 }
 
-/// Reads the words after RUNG; returns true if the first is a number, which only repeats the order of the rungs.
+/// Reads the words after RUNG; returns true if the first is a number, which only repeats the order of the
+/// rungs.
 fn read_rung_number(reader: &mut LdReader<'_>, line: &LdLine<'_>) -> bool {
     let has_number = line.tokens.get(1).is_some_and(|word| word.text.chars().all(|c| c.is_ascii_digit()));
     let words = 1 + usize::from(has_number);

@@ -11,8 +11,8 @@ use crate::model::{Element, LadderDialect, LadderOperand};
 /// Half a second in microseconds: half a pulse at 1 Hz.
 const HALF_SECOND_US: u64 = 500_000;
 
-/// True for the spellings of LDmicro 5's resolution of SET_PWM that mean percent, the only one that is supported; a
-/// missing resolution means it too.
+/// True for the spellings of LDmicro 5's resolution of SET_PWM that mean percent, the only one that is
+/// supported; a missing resolution means it too.
 #[must_use]
 pub fn is_percent_resolution(resolution: &str) -> bool {
     matches!(resolution, "" | "0-100" | "0-100%")

@@ -11,7 +11,8 @@ use crate::lexer::{self, LdToken};
 use crate::model::LadderDialect;
 use crate::registers::{self, PortRegister};
 
-/// Elements whose name cannot be a register: it is an accumulator, a stem of names, or kept when power is off.
+/// Elements whose name cannot be a register: it is an accumulator, a stem of names, or kept when power is
+/// off.
 const NO_REGISTERS: [&str; 15] = [
     "TON",
     "TOF",

@@ -69,8 +69,8 @@ fn check_write(checker: &mut Checker<'_>, at: CheckedElement<'_>, register: Port
     }
 }
 
-/// What a register does not reach: `inputs`, `outputs` say whether `IO LIST` has some on the port, `directed` whether
-/// the program names its direction.
+/// What a register does not reach: `inputs`, `outputs` say whether `IO LIST` has some on the port, `directed`
+/// whether the program names its direction.
 fn check_effect(
     checker: &mut Checker<'_>,
     at: CheckedElement<'_>,

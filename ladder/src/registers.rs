@@ -72,7 +72,8 @@ impl PortRegister {
     }
 }
 
-/// The port register at an address in the data memory of the chip that `MICRO=` names, as LDmicro's `#number` means it.
+/// The port register at an address in the data memory of the chip that `MICRO=` names, as LDmicro's `#number`
+/// means it.
 #[must_use]
 pub fn register_at(micro: &str, address: u32) -> Option<PortRegister> {
     use RegisterKind::{Direction, Latch, Level};
@@ -131,8 +132,8 @@ pub fn port_registers(program: &LadderProgram) -> BTreeSet<PortRegister> {
 
 /// The inputs and outputs on ports of which the program names a register, by port and bit.
 ///
-/// Of several symbols at one pin the first by kind and name counts. Empty if `MICRO=` names no chip whose pins are
-/// known.
+/// Of several symbols at one pin the first by kind and name counts. Empty if `MICRO=` names no chip whose
+/// pins are known.
 #[must_use]
 pub fn shared_pins(program: &LadderProgram) -> Vec<SharedPin> {
     let ports: BTreeSet<char> = port_registers(program).into_iter().map(|register| register.port).collect();

@@ -1,7 +1,7 @@
 //! Characters on displays of segments, as LDmicro 5 has them.
 //!
-//! The values for seven and nine segments are those that LDmicro's own output gave when it was run; for the characters that
-//! no run showed, and for 14 and 16 segments, those of its published table.
+//! The values for seven and nine segments are those that LDmicro's own output gave when it was run; for the
+//! characters that no run showed, and for 14 and 16 segments, those of its published table.
 
 /// A display with a table of characters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -10,7 +10,8 @@ pub enum SegmentDisplay {
     Seven,
     /// Seven segments and a point as before, and slanted ones in bits 8, 9 and 14.
     Nine,
-    /// Fourteen segments: a to f, the left half of the bar, a point, and from bit 8 j, m, h, i, k, l and the right half of the bar.
+    /// Fourteen segments: a to f, the left half of the bar, a point, and from bit 8 j, m, h, i, k, l and the
+    /// right half of the bar.
     Fourteen,
     /// Sixteen segments: as fourteen, with the right halves of the lower and the upper bar in bits 15 and 16.
     Sixteen,
@@ -23,7 +24,8 @@ pub const SEGMENT_CHARACTERS: usize = 129;
 pub const DEGREE_CODE: i64 = 176;
 
 impl SegmentDisplay {
-    /// The segments of each character. Characters 0 to 15 are the hexadecimal digits, 16 to 31 the same with a point.
+    /// The segments of each character. Characters 0 to 15 are the hexadecimal digits, 16 to 31 the same with
+    /// a point.
     #[must_use]
     pub const fn characters(self) -> &'static [u32; SEGMENT_CHARACTERS] {
         match self {

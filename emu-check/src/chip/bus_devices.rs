@@ -1,5 +1,5 @@
-//! The checker's own devices on the I2C and SPI bus of a chip. They note what the chip does there, from the edges at its
-//! pins, and answer every read with one byte.
+//! The checker's own devices on the I2C and SPI bus of a chip. They note what the chip does there, from the
+//! edges at its pins, and answer every read with one byte.
 
 use emu_core::pins::{PinId, PinLevel};
 use ladder_eval::BusEvent;
@@ -47,7 +47,8 @@ pub(crate) struct BusDevices {
 struct I2cDevice {
     data_low: bool,
     clock_low: bool,
-    /// The bytes since each start of this transfer, with those that the device sent; `None` between transfers.
+    /// The bytes since each start of this transfer, with those that the device sent; `None` between
+    /// transfers.
     segments: Option<Vec<Vec<u8>>>,
     /// Bits of the current byte, and how many there are; the ninth is the acknowledge.
     bits: (u8, u8),
@@ -169,8 +170,8 @@ impl BusDevices {
         }
     }
 
-    /// The rising edge takes a bit of both sides. The next bit follows at once, since the falling edge may be only two
-    /// clocks before the next rising one.
+    /// The rising edge takes a bit of both sides. The next bit follows at once, since the falling edge may be
+    /// only two clocks before the next rising one.
     fn on_spi_clock(&mut self, data_in: PinId) {
         if !self.spi.selected {
             return self.refuse("a clock of the SPI bus while no device is selected".to_owned());

@@ -27,8 +27,8 @@ pub(crate) struct FamilyTiming {
     /// Maximum machine cycles from a timer match to the first instruction of its scan: one iteration of a
     /// polling loop that just missed the match, plus the poll that sees it.
     pub poll_cycles: u64,
-    /// Maximum machine cycles from a timer match to the first instruction of its scan, where a period exceeds the 65,536 ticks of the timer, so that the loop also counts
-    /// overflows of the timer.
+    /// Maximum machine cycles from a timer match to the first instruction of its scan, where a period exceeds
+    /// the 65,536 ticks of the timer, so that the loop also counts overflows of the timer.
     pub poll_cycles_with_rounds: u64,
 }
 

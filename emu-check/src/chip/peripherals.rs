@@ -19,7 +19,8 @@ const CONVERTER_STEPS: u32 = 1024;
 /// The supply in millivolts, the usual reference of the converter.
 const SUPPLY_MILLIVOLTS: u32 = 5_000;
 
-/// Millivolts that convert to `value`: the middle of the step, or its lower end if steps are hardly wider than a millivolt.
+/// Millivolts that convert to `value`: the middle of the step, or its lower end if steps are hardly wider
+/// than a millivolt.
 pub(crate) fn input_millivolts(value: u16, reference: u32) -> u32 {
     let value = u32::from(value);
     let middle = (2 * value + 1) * reference / (2 * CONVERTER_STEPS);
@@ -27,7 +28,8 @@ pub(crate) fn input_millivolts(value: u16, reference: u32) -> u32 {
     if is_within { middle } else { (value * reference).div_ceil(CONVERTER_STEPS) }
 }
 
-/// Reference of the conversions of an analog input in millivolts: an internal one of the chip with REFS 2 and 3.
+/// Reference of the conversions of an analog input in millivolts: an internal one of the chip with REFS 2 and
+/// 3.
 pub(crate) fn reference_millivolts(program: &LadderProgram, chip: &Chip, name: &str) -> u32 {
     let refs = program.elements().find_map(|(_, element, _)| match element {
         Element::ReadAdc { name: of, refs } if of == name => *refs,

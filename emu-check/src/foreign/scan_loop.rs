@@ -227,8 +227,8 @@ pub(crate) fn find_scan_loop<C: Cpu>(cpu: C, period: u64) -> Result<ScanLoop, Ch
     Err(error)
 }
 
-/// Runs until the instruction at `clearing_pc`, which has a breakpoint, clears bits of `reg`, and executes it.
-/// Returns the cleared bits and the cycle in which the instruction starts.
+/// Runs until the instruction at `clearing_pc`, which has a breakpoint, clears bits of `reg`, and executes
+/// it. Returns the cleared bits and the cycle in which the instruction starts.
 fn run_to_clear<C: Cpu>(cpu: &mut C, (clearing_pc, reg): (u32, u16), limit: u64) -> Result<(u8, u64), CheckError> {
     let until = cpu.cycle().saturating_add(limit);
     loop {

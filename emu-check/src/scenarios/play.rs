@@ -410,8 +410,8 @@ impl EvaluatorPlay {
         self.scan_with_chip(None)
     }
 
-    /// Executes one scan, as [`EvaluatorPlay::scan`] does, next to a chip that the caller runs: symbol values, by evaluator index,
-    /// are read from `chip`.
+    /// Executes one scan, as [`EvaluatorPlay::scan`] does, next to a chip that the caller runs: symbol
+    /// values, by evaluator index, are read from `chip`.
     pub fn scan_with_chip(&mut self, chip: Option<&dyn Fn(usize) -> i32>) -> bool {
         let eval = &self.eval;
         let read = |symbol: usize| chip.map_or_else(|| eval.get(symbol), |read| read(symbol));

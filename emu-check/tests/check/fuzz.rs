@@ -198,7 +198,8 @@ const LEFT_OUT: &[(&str, &str)] = &[
     ("CLRWDT", "it has no effect"),
 ];
 
-/// Every element of the language occurs in random programs, from which campaigns and the kill table are drawn, or is listed.
+/// Every element of the language occurs in random programs, from which campaigns and the kill table are
+/// drawn, or is listed.
 #[test]
 fn every_element_is_drawn() {
     let rows = include_str!("../../../ladder/tests/language/tables/elements.txt").lines();

@@ -1,5 +1,5 @@
-//! The serial line, A/D converter, PWM output, buses and EEPROM on every chip that has them, and images with faults
-//! in them.
+//! The serial line, A/D converter, PWM output, buses and EEPROM on every chip that has them, and images with
+//! faults in them.
 
 use crate::common;
 use emu_check::{CheckOptions, CheckReport, DifferenceKind, check_compiled};

@@ -1,4 +1,5 @@
-//! What the proof says about the parts of the chip: their state is one opaque term, which every access changes.
+//! What the proof says about the parts of the chip: their state is one opaque term, which every access
+//! changes.
 
 use super::*;
 use ladder_compile::ir::BusAction;

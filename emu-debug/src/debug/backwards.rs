@@ -39,8 +39,8 @@ pub struct PassedPosition<'a> {
 impl DebugSession {
     /// Goes `n` steps back, or to the beginning of the history. From within a step, the first step back leads
     /// to the start of that step; the same number of steps forward right afterwards returns to the original
-    /// position. Far back, it goes one stretch between two copies at a time and calls `keep_running` in between; if
-    /// interrupted, it does not move.
+    /// position. Far back, it goes one stretch between two copies at a time and calls `keep_running` in
+    /// between; if interrupted, it does not move.
     pub fn step_back(&mut self, n: u64, keep_running: KeepRunning<'_>) -> HaltReason {
         let now = self.current.cycle();
         let left = self.mid_step_position.filter(|left| left.returned_to == now).map(|left| left.cycle);
@@ -80,8 +80,8 @@ impl DebugSession {
         }
     }
 
-    /// Steps back many instructions, as [`DebugSession::step_back_counted`] does for few: it counts positions instead of recording
-    /// them.
+    /// Steps back many instructions, as [`DebugSession::step_back_counted`] does for few: it counts positions
+    /// instead of recording them.
     fn step_back_far(&mut self, n: u64, keep_running: KeepRunning<'_>) -> HaltReason {
         let (now, first) = (self.current.cycle(), self.history.first_cycle());
         let starts: Vec<u64> = self.history.copies_before(now).map(MachineWithFollower::cycle).collect();
@@ -302,8 +302,8 @@ impl DebugSession {
     }
 
     /// Returns the last earlier position at which points would have stopped a run. The past is run through
-    /// once, newest stretches first. The number of stretches doubles in each round, because setting breakpoints
-    /// in a copy costs as much as a stretch.
+    /// once, newest stretches first. The number of stretches doubles in each round, because setting
+    /// breakpoints in a copy costs as much as a stretch.
     fn last_hit(
         &mut self,
         points: &DebugPoints,

@@ -93,7 +93,8 @@ impl MachineHistory {
         while self.used > self.budget && self.drop_cheapest() {}
     }
 
-    /// Removes the copy whose removal adds the least host time to replays. The first copy stays, because everything begins there.
+    /// Removes the copy whose removal adds the least host time to replays. The first copy stays, because
+    /// everything begins there.
     fn drop_cheapest(&mut self) -> bool {
         let last = self.copies.len().saturating_sub(NEWEST_KEPT.min(self.copies.len() / 2)).max(2);
         let pairs = self.copies.windows(2).take(last - 1).enumerate();

@@ -59,18 +59,20 @@ impl LinePosition {
         }
     }
 
-    /// Returns the inlined functions that the machine is in, if `not_entered` of those around it are not entered
-    /// yet.
+    /// Returns the inlined functions that the machine is in, if `not_entered` of those around it are not
+    /// entered yet.
     fn entered(&self, not_entered: usize) -> &[usize] {
         self.inlined.get(..self.inlined.len().saturating_sub(not_entered)).unwrap_or_default()
     }
 
-    /// Returns the line of the next call of an inlined function, if `not_entered` of them are not entered yet.
+    /// Returns the line of the next call of an inlined function, if `not_entered` of them are not entered
+    /// yet.
     fn call(&self, not_entered: usize) -> Option<u32> {
         self.calls.get(self.inlined.len().checked_sub(not_entered)?).copied().filter(|_| not_entered > 0)
     }
 
-    /// Returns what a step that starts here leaves, if `not_entered` inlined functions are still to be entered.
+    /// Returns what a step that starts here leaves, if `not_entered` inlined functions are still to be
+    /// entered.
     #[must_use]
     pub fn origin(&self, not_entered: usize) -> LineOrigin {
         let line = self.line.clone().map(|(file, number)| (file, self.call(not_entered).unwrap_or(number)));

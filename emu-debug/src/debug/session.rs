@@ -19,7 +19,8 @@ use super::points::{DebugPoints, breakpoint_words};
 use super::scope::NameScope;
 use crate::time::CycleClock;
 
-/// Target host time of a stretch, which is the part of a run between two copies of the machine in the history.
+/// Target host time of a stretch, which is the part of a run between two copies of the machine in the
+/// history.
 pub(super) const HOST_TIME_BETWEEN_COPIES: std::ops::Range<Duration> =
     Duration::from_micros(300)..Duration::from_millis(1);
 
@@ -282,8 +283,8 @@ impl DebugSession {
         self.step_remaining(&mut { n }, limit, false, keep_running)
     }
 
-    /// Steps instructions, as [`DebugSession::step_instructions`] does; `rest` is the number of steps left. If
-    /// `stops_at_breakpoints` is true, breakpoints stop the machine too.
+    /// Steps instructions, as [`DebugSession::step_instructions`] does; `rest` is the number of steps left.
+    /// If `stops_at_breakpoints` is true, breakpoints stop the machine too.
     pub fn step_remaining(
         &mut self,
         rest: &mut u64,

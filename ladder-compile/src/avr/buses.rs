@@ -35,8 +35,8 @@ pub struct AvrSpiSetup {
     select: (char, u8),
 }
 
-/// Clocks of a bit that do not depend on TWBR, and the least TWBR of a master (data sheet of ATmega16, "Bit rate generator
-/// unit").
+/// Clocks of a bit that do not depend on TWBR, and the least TWBR of a master (data sheet of ATmega16, "Bit
+/// rate generator unit").
 const FIXED_BIT_CLOCKS: u64 = 16;
 const MIN_RATE: u64 = 10;
 
@@ -105,7 +105,8 @@ impl AvrSpiSetup {
     }
 }
 
-/// Emits a loop that waits until one bit of a register is 1, bounded to `turns` iterations for the longest path.
+/// Emits a loop that waits until one bit of a register is 1, bounded to `turns` iterations for the longest
+/// path.
 pub fn wait_set(asm: &mut AvrCodeWriter, addr: i32, bit: i32, turns: u32) {
     let again = asm.new_label();
     asm.place_label(again);
@@ -142,7 +143,8 @@ fn stop(asm: &mut AvrCodeWriter, regs: &AvrRegisters, turns: u32) {
     wait_clear(asm, control, regs.bit(&["TWSTO"]), turns);
 }
 
-/// Emits the write of a register of a device, which need not answer: address in [`SCRATCH`], register in B, byte in A.
+/// Emits the write of a register of a device, which need not answer: address in [`SCRATCH`], register in B,
+/// byte in A.
 pub fn write_register(asm: &mut AvrCodeWriter, regs: &AvrRegisters, turns: u32) {
     address_register(asm, regs, turns);
     send_byte(asm, regs, A[0], turns);

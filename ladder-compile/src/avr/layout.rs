@@ -60,7 +60,8 @@ pub struct AvrPortUse {
     pub inputs: u8,
     /// Mask of bits that are outputs of the program.
     pub outputs: u8,
-    /// Mask of bits whose latch is 1: the pull-ups of the inputs and of the receiver's pin, and the pin that selects an SPI device.
+    /// Mask of bits whose latch is 1: the pull-ups of the inputs and of the receiver's pin, and the pin that
+    /// selects an SPI device.
     pub pull_ups: u8,
     /// Mask of bits that are driven: the outputs, and the pins of the PWM output and of the SPI bus.
     pub driven: u8,
@@ -266,7 +267,8 @@ struct PinUse<'a> {
 
 /// Returns the ports of these pins, by letter, without registers.
 ///
-/// `others` are the pins of peripherals, if the program uses them, `named` the ports whose registers it names.
+/// `others` are the pins of peripherals, if the program uses them, `named` the ports whose registers it
+/// names.
 fn port_uses(pins: &[AssignedPin], others: &[PinUse<'_>], named: &[char]) -> Vec<AvrPortUse> {
     let mut ports: Vec<AvrPortUse> = Vec::new();
     let mut add = |letter, inputs, outputs, pull_ups, driven| {

@@ -188,8 +188,8 @@ fn emit_image(
     Ok((asm, wanted))
 }
 
-/// Emits the latch and the directions of a port whose registers the program names. Pins that the program uses otherwise
-/// keep their outputs, pull-ups and directions.
+/// Emits the latch and the directions of a port whose registers the program names. Pins that the program uses
+/// otherwise keep their outputs, pull-ups and directions.
 fn write_port_cells(
     asm: &mut AvrCodeWriter,
     (job, regs, layout): (&CompileJob<'_>, &AvrRegisters, &AvrLayout),

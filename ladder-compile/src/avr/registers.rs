@@ -39,7 +39,8 @@ impl AvrRegisters {
         AvrRegisters { chip, bits: (chip.constants)(), uses_first_usart }
     }
 
-    /// Data address of a register of the serial line, by its names for the second, the first and an only line.
+    /// Data address of a register of the serial line, by its names for the second, the first and an only
+    /// line.
     #[must_use]
     pub fn serial(&self, names: &[&str]) -> i32 {
         self.addr(names.get(usize::from(self.uses_first_usart)..).unwrap_or_default())

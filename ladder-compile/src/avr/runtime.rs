@@ -27,7 +27,8 @@ pub enum AvrRoutine {
     I2cWrite(u32),
     /// A := a register of an I2C device, with such waits.
     I2cRead(u32),
-    /// A := the byte that SPI exchanges for that in A, with such a wait; the pin of the device by its letter and number.
+    /// A := the byte that SPI exchanges for that in A, with such a wait; the pin of the device by its letter
+    /// and number.
     Spi(u32, (char, u8)),
 }
 

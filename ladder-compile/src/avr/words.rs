@@ -273,7 +273,8 @@ impl AvrSelector<'_> {
         }
     }
 
-    /// Emits dst := a shifted right by a constant, zeros coming in: whole bytes are moved, the rest bit by bit.
+    /// Emits dst := a shifted right by a constant, zeros coming in: whole bytes are moved, the rest bit by
+    /// bit.
     fn shift_right(&mut self, dst: WordId, a: WordOperand, count: usize) {
         let width = self.bytes(dst);
         self.load_value(a, width, A);

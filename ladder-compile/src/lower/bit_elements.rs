@@ -1,7 +1,8 @@
-//! What LDmicro 5 does with the bits of integers: remainder, shifts and rotations, single bits, bytes and digits.
+//! What LDmicro 5 does with the bits of integers: remainder, shifts and rotations, single bits, bytes and
+//! digits.
 //!
-//! Operations on the bits of an operand are done in a temporary of its width; what is stored comes from there. So the
-//! destination may be any of the operands, and its width does not matter.
+//! Operations on the bits of an operand are done in a temporary of its width; what is stored comes from
+//! there. So the destination may be any of the operands, and its width does not matter.
 
 use ladder::{CompareOp, LadderOperand, ShiftOp, UnaryOp};
 

@@ -1,7 +1,8 @@
 //! Lowers labels, jumps and subprograms to jumps of the intermediate code.
 //!
-//! A call sets a bit of its own and jumps to the subprogram, whose end jumps back to the call whose bit is set. So a call
-//! needs no stack, and works on every target. Subprograms do not call themselves, so each bit is needed once.
+//! A call sets a bit of its own and jumps to the subprogram, whose end jumps back to the call whose bit is
+//! set. So a call needs no stack, and works on every target. Subprograms do not call themselves, so each bit
+//! is needed once.
 
 use std::collections::HashMap;
 
@@ -106,8 +107,8 @@ impl<'a> Lowering<'a> {
 
     /// The label at the start of a rung, if a jump goes there.
     ///
-    /// What is done once in a scan comes before the label of the first rung, so that no jump leads to the first
-    /// instruction of the rungs, which tells tools that a scan begins.
+    /// What is done once in a scan comes before the label of the first rung, so that no jump leads to the
+    /// first instruction of the rungs, which tells tools that a scan begins.
     pub(super) fn place_rung_label(&mut self, rung: u32) {
         if let Some(plan) = self.jumps.as_ref().filter(|_| rung == 0) {
             let end = plan.rungs.get(&(self.program.rungs.len() as u32)).copied();

@@ -176,7 +176,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Sends all bytes of a word in this scan, the lowest first, and for a single byte waits until it has gone.
+    /// Sends all bytes of a word in this scan, the lowest first, and for a single byte waits until it has
+    /// gone.
     fn send_at_once(&mut self, word: WordId, bytes: i32) {
         self.ir.uart.waits = true;
         let (is_busy, set_busy) = match self.transmitter_busy {
@@ -237,7 +238,8 @@ impl Lowering<'_> {
         self.push(IrOp::If { cond: BranchCondition::Bit(pending), if_true, if_false: Vec::new() });
     }
 
-    /// Lowers UART_RECV. A program that tests whether a byte waits has taken it from the receiver before the rungs.
+    /// Lowers UART_RECV. A program that tests whether a byte waits has taken it from the receiver before the
+    /// rungs.
     pub(super) fn receive(&mut self, name: &str, bytes: u32) {
         let name = self.word(name);
         let dst = if bytes > 1 { self.temporary("received", bytes as u8) } else { name };

@@ -1,4 +1,5 @@
-//! Lowers the registers of ports: integers whose bits are the outputs at the pins, and the levels of the pins.
+//! Lowers the registers of ports: integers whose bits are the outputs at the pins, and the levels of the
+//! pins.
 
 use ladder::Element;
 use ladder::registers::{self, PortRegister, RegisterFamily, RegisterKind, SharedPin};

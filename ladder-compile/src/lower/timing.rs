@@ -10,9 +10,9 @@ use ladder::{
 use super::{Lowering, if_accumulator, step_word};
 use crate::ir::{ArithmeticOp, BitRole, BranchCondition, IrOp, TimedModule, WordId, WordOperand};
 
-/// The number of scans that a timer counts: delay / cycle, truncated, plus its adjust; `None` beyond 32 bits, below 1 in
-/// dialect 2.3, or where delay or adjust are no constants. Without an adjust it is -1, as in release 2.3, but 0 in LDmicro
-/// 5's own files.
+/// The number of scans that a timer counts: delay / cycle, truncated, plus its adjust; `None` beyond 32 bits,
+/// below 1 in dialect 2.3, or where delay or adjust are no constants. Without an adjust it is -1, as in
+/// release 2.3, but 0 in LDmicro 5's own files.
 #[must_use]
 pub fn timer_scans(program: &LadderProgram, delay: &LadderOperand, adjust: Option<&LadderOperand>) -> Option<i32> {
     let LadderOperand::Const { value: delay, .. } = delay else { return None };
@@ -92,8 +92,9 @@ fn tof_start(program: &LadderProgram, delay: &LadderOperand, adjust: Option<&Lad
 impl Lowering<'_> {
     /// Presets the accumulators of TOF timers at their first execution.
     ///
-    /// Every element of release 2.3 is executed in every scan, so this is in the first scan. If no earlier element uses
-    /// the accumulator, the preset is done before all rungs. In LDmicro 5 they have it from power-up on.
+    /// Every element of release 2.3 is executed in every scan, so this is in the first scan. If no earlier
+    /// element uses the accumulator, the preset is done before all rungs. In LDmicro 5 they have it from
+    /// power-up on.
     pub(super) fn preset_off_delays(&mut self) {
         if self.keep_modules || self.program.dialect == LadderDialect::Ldmicro5 {
             return;
@@ -277,7 +278,8 @@ impl Lowering<'_> {
         out.into_iter().for_each(|op| self.push(op));
     }
 
-    /// LDmicro 5's circular counters: past the limit they go back to their own start value, and give a carry for one scan.
+    /// LDmicro 5's circular counters: past the limit they go back to their own start value, and give a carry
+    /// for one scan.
     fn count_around(&mut self, kind: CounterKind, (word, max): (WordId, WordOperand), start: WordOperand, input: char) {
         let (step, past) = match kind {
             CounterKind::Ctr => (ArithmeticOp::Sub, CompareOp::Les),

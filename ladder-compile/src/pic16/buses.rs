@@ -31,7 +31,8 @@ pub enum Pic16BusSetup {
 const I2C_MASTER: u8 = 0b1000;
 /// Least SSPADD, which leaves a device the time to answer.
 const MIN_ADDRESS: u64 = 4;
-/// Clocks per bit of SPI, and SSPM1:SSPM0. A quarter of the clock is left out: a device has no time to answer.
+/// Clocks per bit of SPI, and SSPM1:SSPM0. A quarter of the clock is left out: a device has no time to
+/// answer.
 const SPI_RATES: [(u64, u8); 2] = [(16, 1), (64, 2)];
 /// Bit times of a byte with its acknowledge, or of a start or stop.
 const BYTE_BITS: u64 = 12;

@@ -170,7 +170,8 @@ impl Pic16Selector<'_, '_> {
             self.out.common_banks(&addrs) != 0
         };
         let mut groups = Vec::new();
-        // A literal alone costs one word less than another part alone, so the other parts choose partners first.
+        // A literal alone costs one word less than another part alone, so the other parts choose partners
+        // first.
         for other in others {
             let partner = lits.iter().position(|lit| chain_of(&other, false).is_some() && reach(&other, lit));
             groups.push(match partner {

@@ -251,8 +251,8 @@ fn build_code(
     Ok((large || code.words.len() as u32 <= PAGE).then_some(code))
 }
 
-/// Emits the outputs of a port, and the latch and the directions if the program names them. Pins that the program uses
-/// otherwise keep their outputs and directions.
+/// Emits the outputs of a port, and the latch and the directions if the program names them. Pins that the
+/// program uses otherwise keep their outputs and directions.
 fn write_port(
     out: &mut Pic16Writer<'_>,
     job: &CompileJob<'_>,

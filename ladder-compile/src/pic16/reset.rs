@@ -124,8 +124,8 @@ fn clear_bytes(out: &mut Pic16Writer<'_>, used: &[u16]) {
     }
 }
 
-/// What pins need outside of the chip: outputs with an open drain, and inputs of all ports but B, which alone has pull-ups
-/// (DS30292, section 3.2).
+/// What pins need outside of the chip: outputs with an open drain, and inputs of all ports but B, which alone
+/// has pull-ups (DS30292, section 3.2).
 #[must_use]
 pub fn pin_needs(job: &CompileJob<'_>, layout: &Pic16Layout) -> Vec<PinNeed> {
     let open = |pin: &&AssignedPin| {

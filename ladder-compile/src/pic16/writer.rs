@@ -1,8 +1,9 @@
 //! Writer of PIC16 code that tracks which banks may be selected and what W holds.
 //!
 //! Every access to a byte first ensures that its bank is selected, and emits no instruction if it is known to
-//! be. All jumps go forward, except those of loops, which do not change the bank, and those of the program, whose labels
-//! any bank may reach. So the state known at another label is what all jumps to it and the preceding code agree on.
+//! be. All jumps go forward, except those of loops, which do not change the bank, and those of the program,
+//! whose labels any bank may reach. So the state known at another label is what all jumps to it and the
+//! preceding code agree on.
 
 use std::collections::BTreeMap;
 

@@ -26,8 +26,8 @@ fn agree(seed: u64, wish: ProgramLimits, optimised: bool, scans: u64) -> bool {
         Err(why) => panic!("seed {seed}: {why:?}\n{text}"),
     };
     let symbols = pair.eval.symbols().to_vec();
-    // Timers with a preset at power-up, which are the TOF of ldmicro-5: their modules hold it only from the first
-    // execution on (docs/compile-ap101.md).
+    // Timers with a preset at power-up, which are the TOF of ldmicro-5: their modules hold it only from the
+    // first execution on (docs/compile-ap101.md).
     let at_power_up = symbols.iter().enumerate().filter(|(index, _)| pair.eval.get(*index) != 0);
     let timers = at_power_up.filter(|(_, symbol)| symbol.kind == SymbolKind::Timer);
     let late: Vec<String> = timers.map(|(_, symbol)| symbol.name.clone()).collect();

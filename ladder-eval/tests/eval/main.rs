@@ -9,6 +9,7 @@ mod nesting;
 mod random;
 mod random_adapt;
 mod random_flow;
+mod random_parts;
 mod speed;
 #[path = "../../../tests/ladder/mod.rs"]
 mod table;

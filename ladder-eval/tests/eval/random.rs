@@ -8,11 +8,12 @@ use crate::common::model::{constant, leaf, parallel, program, var};
 use crate::naive;
 use crate::random_adapt::{fit_transfers, name_pins, only_release_23};
 use crate::random_flow::with_flow;
+use crate::random_parts::{bus_element, pulse_element};
 use std::collections::{BTreeSet, HashMap};
 
 use ladder::{
-    BusOp, BusTransfer, CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram,
-    LdFormat, MathOp, PowerEffect, RungNode, ShiftOp, TimerKind, UnaryOp, VarEntry, WriteMoment,
+    CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
+    PowerEffect, RungNode, ShiftOp, TimerKind, UnaryOp, VarEntry, WriteMoment,
 };
 use ladder_eval::{BusEvent, Evaluator};
 use proptest::prelude::*;
@@ -21,7 +22,7 @@ use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 
 const BITS: &[&str] = &["Xa", "Xb", "Ya", "Ra", "Rb"];
-const COILS: &[&str] = &["Ya", "Ra", "Rb"];
+pub(crate) const COILS: &[&str] = &["Ya", "Ra", "Rb"];
 const INTEGERS: &[&str] = &["Ta", "Tb", "Ca", "n", "m", "s0", "s2", "Ain"];
 /// Texts of strings without and with a number.
 const TEXTS: &[&str] = &["", "a", "x\\r"];
@@ -37,11 +38,11 @@ const VALUES: &[i64] = &[
 /// Registers that may be written.
 const REGISTERS: &[&str] = &["#PORTB", "#TRISB", "#PORTC"];
 
-fn integer() -> impl Strategy<Value = String> {
+pub(crate) fn integer() -> impl Strategy<Value = String> {
     select(INTEGERS).prop_map(str::to_owned)
 }
 
-fn operand() -> impl Strategy<Value = LadderOperand> {
+pub(crate) fn operand() -> impl Strategy<Value = LadderOperand> {
     prop_oneof![
         select(INTEGERS).prop_map(var),
         select(VALUES).prop_map(constant),
@@ -238,29 +239,6 @@ fn device() -> impl Strategy<Value = Element> {
     ]
 }
 
-/// SPI, SPI_WR, I2C_RD and I2C_WR.
-fn bus_element() -> impl Strategy<Value = Element> {
-    let op = select(vec![BusOp::Spi, BusOp::SpiText, BusOp::I2cRead, BusOp::I2cWrite]);
-    (op, operand(), integer(), any::<bool>(), 0..128i64, operand()).prop_map(
-        |(op, send, recv, keep, device, register)| {
-            let sends = matches!(op, BusOp::Spi | BusOp::I2cWrite);
-            let receives = op == BusOp::I2cRead || op == BusOp::Spi && keep;
-            Element::BusTransfer(Box::new(BusTransfer {
-                op,
-                name: "b".to_owned(),
-                send: sends.then_some(send),
-                text: if op == BusOp::SpiText { "aZ09".to_owned() } else { String::new() },
-                recv: receives.then_some(recv),
-                mode: "Master".to_owned(),
-                device: constant(if op.is_i2c() { device } else { 0 }),
-                register: if op.is_i2c() { register } else { constant(8) },
-                first: "MSB_FIRST".to_owned(),
-                hertz: 0,
-            }))
-        },
-    )
-}
-
 /// Numbers of bytes; [`in_dialect`] makes them fit the widths.
 fn transfer() -> impl Strategy<Value = Option<(u32, u32)>> {
     prop::option::of((1..5u32).prop_map(|bytes| (bytes, 0)))
@@ -273,42 +251,6 @@ fn as_numbers(event: &BusEvent) -> (i64, i64, i64) {
         BusEvent::I2cRead { device, register } => (device.into(), register.into(), -1),
         BusEvent::Spi { byte } => (-1, -1, byte.into()),
     }
-}
-
-/// PULSER, NPULSE, STEPPER and QUAD_ENCOD.
-fn pulse_element() -> impl Strategy<Value = Element> {
-    let few = || prop_oneof![4 => (-1..4i64).prop_map(constant), 1 => operand()];
-    let pulser = (few(), few(), few(), few(), select(COILS))
-        .prop_map(|(high, low, accel, count, coil)| Element::Pulser { high, low, accel, count, coil: coil.to_owned() });
-    let hertz = select(vec![1, 3, 10, 24, 50, 125]).prop_map(constant);
-    let npulse = (few(), hertz, select(COILS)).prop_map(|(count, hertz, coil)| Element::Npulse {
-        count,
-        hertz,
-        coil: coil.to_owned(),
-    });
-    let stepper = (select(vec!["q", "r"]), few(), few()).prop_map(|(name, max, period)| Element::Stepper {
-        name: name.to_owned(),
-        max,
-        period,
-        size: 0,
-        graph: 0,
-        coil: "Ya".to_owned(),
-    });
-    let name = |names: &'static [&'static str]| select(names).prop_map(str::to_owned);
-    let zero = prop::option::of(name(&["Xa", "Xb"]));
-    let kinds = (select(vec!['/', '\\', '-', 'o']), select(vec![0u32, 1, 2, 5, 127, 128]));
-    let encoder =
-        (integer(), name(&["Xa", "Xb"]), name(&["Xa", "Xb"]), zero, prop::option::of(name(&["Ra", "Ya"])), kinds)
-            .prop_map(|(counter, a, b, zero, dir, (zero_kind, turn))| Element::QuadEncod {
-                counter,
-                interrupt: 0,
-                inputs: [a, b],
-                zero,
-                dir,
-                zero_kind,
-                turn,
-            });
-    prop_oneof![2 => pulser, 2 => npulse, 1 => Just(Element::NpulseOff), 2 => stepper, 2 => encoder]
 }
 
 /// Creates a program of the dialect, with widths for some of its integers, and a rate of 1 to 4 scans per

@@ -1,7 +1,7 @@
 //! Measures the time of a scan of a small realistic program.
 //!
-//! Run it with `cargo test -p plcemu-ladder-eval --test eval -- --nocapture speed`. The test asserts the state after
-//! a million scans, but no time.
+//! Run it with `cargo test -p plcemu-ladder-eval --test eval -- --nocapture speed`. The test asserts the
+//! state after a million scans, but no time.
 
 use crate::common;
 use std::time::Instant;

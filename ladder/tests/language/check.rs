@@ -14,7 +14,8 @@ fn every_row_reports_what_is_written() {
         let (expected, rest) = row.split_once('|').expect("a row has a bar");
         let (body, cause) = rest.split_once(" => ").unwrap_or((rest, ""));
         let text = common::text(body);
-        // Under the old header the rows are about release 2.3, also where only LDmicro 5 can have written the program.
+        // Under the old header the rows are about release 2.3, also where only LDmicro 5 can have written the
+        // program.
         let dialect = text.starts_with("LDmicro0.1").then_some(LadderDialect::Ldmicro23);
         let program = match parse_with("t.ld", &text, ParseOptions { dialect }) {
             Ok(parsed) => parsed.program,

@@ -69,8 +69,8 @@ fn programs_of_the_corpus() {
     }
 }
 
-/// Programs of LDmicro 5 read back as they were written. Those that are refused have only elements that are not
-/// supported.
+/// Programs of LDmicro 5 read back as they were written. Those that are refused have only elements that are
+/// not supported.
 #[test]
 fn programs_of_ldmicro5() {
     let files = [("EMU_CORPUS5", "../shared/ld5"), ("EMU_CORPUS5_LEAVES", "../shared/ld5/leaves")];

@@ -5,8 +5,9 @@
 use crate::common;
 use diag::Pos;
 use ladder::{
-    CompareOp, CounterKind, Element, FlowOp, IoEntry, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
-    ProgramSettings, Rung, RungNode, SegmentDisplay, ShiftOp, SourceStyle, TimerKind, UnaryOp, VarEntry,
+    BusOp, BusTransfer, CompareOp, CounterKind, Element, FlowOp, IoEntry, LadderDialect, LadderOperand, LadderProgram,
+    LdFormat, MathOp, ProgramSettings, Rung, RungNode, SegmentDisplay, ShiftOp, SourceStyle, TimerKind, UnaryOp,
+    VarEntry,
 };
 use proptest::collection::vec;
 use proptest::option;
@@ -171,6 +172,7 @@ fn element() -> impl Strategy<Value = Element> {
         boxed((integer(), uart).prop_map(|(name, rest)| Element::UartSend { name, rest })),
         boxed(integer().prop_map(|name| Element::Persist { name })),
         pulse_element(),
+        bus_element(),
         boxed(string.prop_map(|(var, text, quoted)| Element::FormattedString { var, text, quoted })),
     ])
 }
@@ -197,6 +199,32 @@ proptest! {
         let found: Vec<i64> = element.operands_mut().into_iter().filter_map(value).collect();
         prop_assert!(found == constants || is_table && constants.starts_with(&found), "{found:?} {constants:?}");
     }
+}
+
+/// SPI, SPI_WR, I2C_RD and I2C_WR.
+fn bus_element() -> BoxedStrategy<Element> {
+    let op = proptest::sample::select(vec![BusOp::Spi, BusOp::SpiText, BusOp::I2cRead, BusOp::I2cWrite]);
+    let number = |value: i64| LadderOperand::Const { value, text: value.to_string() };
+    let words = ("[A-Za-z][a-z0-9]{0,5}", "[A-Za-z0-9]{1,8}", "Master|Slave", "MSB_FIRST|LSB_FIRST");
+    let receiver = option::of(integer());
+    (op, words, operand(), receiver, (0i64..128, 0i64..256, 0i64..4), 0u32..=100_000_000)
+        .prop_map(move |(op, (name, text, mode, first), send, recv, (device, register, clock), hertz)| {
+            let sends = matches!(op, BusOp::Spi | BusOp::I2cWrite);
+            let receives = matches!(op, BusOp::Spi | BusOp::I2cRead);
+            Element::BusTransfer(Box::new(BusTransfer {
+                op,
+                name,
+                send: sends.then_some(send),
+                text: if op == BusOp::SpiText { text } else { String::new() },
+                recv: recv.filter(|_| receives),
+                mode,
+                device: number(if op.is_i2c() { device } else { clock }),
+                register: number(register),
+                first,
+                hertz,
+            }))
+        })
+        .boxed()
 }
 
 /// PULSER, NPULSE, STEPPER and QUAD_ENCOD.

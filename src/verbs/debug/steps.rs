@@ -68,8 +68,8 @@ pub(super) enum LineStep {
     Forward,
 }
 
-/// Takes one step of a source line, or of one instruction without source lines. `not_entered` is the number of
-/// inlined functions that begin at the current instruction and are not entered yet.
+/// Takes one step of a source line, or of one instruction without source lines. `not_entered` is the number
+/// of inlined functions that begin at the current instruction and are not entered yet.
 pub(super) fn line_step(
     session: &mut DebugSession,
     kind: LineStep,

@@ -1,5 +1,5 @@
-//! Generates random ladder programs as text: both dialects, all elements except [`LEFT_OUT`], few names, so that
-//! they are shared, boundary constants.
+//! Generates random ladder programs as text: both dialects, all elements except [`LEFT_OUT`], few names, so
+//! that they are shared, boundary constants.
 
 use emu_core::rng::Rng;
 

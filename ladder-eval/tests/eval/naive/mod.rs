@@ -35,7 +35,8 @@ pub struct NaiveInterpreter {
     pub levels: HashMap<String, i64>,
     /// Bytes that the last scan sent.
     pub sent: Vec<u8>,
-    /// What this scan did on the buses, as `(device, register, byte)`: -1 on SPI, and for a byte that is read.
+    /// What this scan did on the buses, as `(device, register, byte)`: -1 on SPI, and for a byte that is
+    /// read.
     pub on_buses: Vec<(i64, i64, i64)>,
     /// Byte that devices answer in this scan.
     pub answer: i64,
