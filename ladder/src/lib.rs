@@ -28,6 +28,7 @@ mod element_symbol;
 pub mod flow;
 mod flow_checks;
 pub mod format;
+pub mod il;
 mod integer_widths;
 mod lexer;
 mod list_lines;

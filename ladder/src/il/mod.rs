@@ -1,0 +1,47 @@
+//! Instruction List (IL) of IEC 61131-3, edition 2: model, reader, writer and type check of its text.
+//!
+//! IL is the textual language of reference 001 (Lista de Instruções). A program is a list of lines; each has
+//! an operator that works on the current result (the accumulator of reference 001). This module does not
+//! define what a program computes, and it knows no chip.
+//!
+//! ```
+//! let text = "LD I1\nOR I2\nANDN I3\nST L\n"; // example 4 of reference 001
+//! let program = ladder::il::read("lamp.il", text).expect("a sound program").program;
+//! assert_eq!(program.instructions.len(), 4);
+//! assert!(ladder::il::check(&program).is_empty());
+//! let written = ladder::il::write(&program);
+//! assert_eq!(ladder::il::write(&ladder::il::read("lamp.il", &written).unwrap().program), written);
+//!
+//! // A fault has a code, a position, a cause and a hint.
+//! let faults = ladder::il::read("lamp.il", "LD I1\nANDM I2\n").unwrap_err();
+//! assert_eq!((faults[0].code, faults[0].pos.line), ("IL020", 2));
+//! ```
+
+mod check;
+mod codes;
+mod declarations;
+mod flow;
+mod functions;
+mod instructions;
+mod lexer;
+mod links;
+mod literals;
+mod model;
+mod names;
+mod operands;
+mod operators;
+mod reader;
+mod types;
+mod write;
+
+pub use check::{check, result_types};
+pub use codes::IL_CODES;
+pub use flow::ResultType;
+pub use functions::standard_functions;
+pub use model::{
+    IlBinaryOperand, IlBinaryOperator, IlBlockInput, IlCondition, IlInstruction, IlName, IlOperand, IlOperandKind,
+    IlOperation, IlParameter, IlProgram, IlQualifier, IlSection, IlVariable,
+};
+pub use reader::{MAX_IL_DEPTH, MAX_IL_LINES, ParsedIlProgram, read};
+pub use types::{AddressArea, AddressSize, BlockPart, DirectAddress, IecType, IlLiteral, IlValue, StandardBlock};
+pub use write::{instruction_text, write};
