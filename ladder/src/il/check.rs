@@ -178,13 +178,14 @@ impl<'a> Checker<'a> {
     }
 
     fn load(&mut self, negated: bool, operand: &IlOperand, before: &ResultType, pos: Pos) -> ResultType {
-        if let Some(instance) = self.instance_operand(operand) {
-            if self.block_part(instance, "LD").is_some_and(|part| part.is_input) && !negated {
-                // `LD C1` sets the input LD of a down counter.
-                let result = self.used(before, pos);
-                self.expect(&BOOL, &result, pos, "LD");
-                return before.clone();
-            }
+        if let Some(instance) = self.instance_operand(operand)
+            && self.block_part(instance, "LD").is_some_and(|part| part.is_input)
+            && !negated
+        {
+            // `LD C1` sets the input LD of a down counter.
+            let result = self.used(before, pos);
+            self.expect(&BOOL, &result, pos, "LD");
+            return before.clone();
         }
         let value = self.value_of(operand);
         if negated {
@@ -206,10 +207,10 @@ impl<'a> Checker<'a> {
     fn set_or_reset(&mut self, operator: &str, target: &IlOperand, before: &ResultType, pos: Pos) -> ResultType {
         let result = self.used(before, pos);
         self.expect(&BOOL, &result, pos, operator);
-        if let Some(instance) = self.instance_operand(target) {
-            if self.block_part(instance, operator).is_some_and(|part| part.is_input) {
-                return before.clone();
-            }
+        if let Some(instance) = self.instance_operand(target)
+            && self.block_part(instance, operator).is_some_and(|part| part.is_input)
+        {
+            return before.clone();
         }
         let place = self.target_of(target);
         self.expect(&BOOL, &place, target.pos, operator);
@@ -261,7 +262,7 @@ impl<'a> Checker<'a> {
             self.expect_bits(keyword, &unified, pos);
         } else if let ResultType::Of(iec_type) = &unified {
             let takes_time = matches!(operator, IlBinaryOperator::Add | IlBinaryOperator::Sub);
-            if !iec_type.is_integer() && !(takes_time && *iec_type == IecType::Time) {
+            if !(iec_type.is_integer() || takes_time && *iec_type == IecType::Time) {
                 let cause = format!("{keyword} does not take {}", iec_type.keyword());
                 self.error(codes::IL_TYPE, pos, cause, "give integers; ADD and SUB also take TIME");
                 return ResultType::Unknown;
@@ -271,11 +272,11 @@ impl<'a> Checker<'a> {
     }
 
     fn expect_bits(&mut self, operator: &str, result: &ResultType, pos: Pos) {
-        if let ResultType::Of(iec_type) = result {
-            if !iec_type.is_bit_string() {
-                let cause = format!("{operator} does not take {}", iec_type.keyword());
-                self.error(codes::IL_TYPE, pos, cause, "give BOOL, BYTE, WORD or DWORD, or convert with INT_TO_WORD");
-            }
+        if let ResultType::Of(iec_type) = result
+            && !iec_type.is_bit_string()
+        {
+            let cause = format!("{operator} does not take {}", iec_type.keyword());
+            self.error(codes::IL_TYPE, pos, cause, "give BOOL, BYTE, WORD or DWORD, or convert with INT_TO_WORD");
         }
     }
 

@@ -164,7 +164,7 @@ impl<'a> Lexer<'a> {
     /// Returns the length of the value of a literal: letters, digits, `_`, `#`, a full stop before a digit,
     /// the sign of an exponent, and for dates `-` and `:`.
     fn value_length(&self, start: usize, has_exponent: bool, is_date: bool) -> usize {
-        let bytes = self.rest[start..].as_bytes();
+        let bytes = &self.rest.as_bytes()[start..];
         let mut has_base = false;
         let mut at = 0;
         while let Some(&byte) = bytes.get(at) {

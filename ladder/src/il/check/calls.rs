@@ -83,14 +83,13 @@ impl Checker<'_> {
         let found = self.value_of(preset);
         let Some(part) = block.preset() else { return };
         if let IlOperandKind::Literal(IlLiteral { prefix: None, value: IlValue::Integer { value, .. } }) = &preset.kind
+            && part.iec_type() == IecType::Time
         {
-            if part.iec_type() == IecType::Time {
-                if *value < 0 {
-                    let hint = "give a delay in milliseconds, or T#100ms";
-                    self.error(codes::IL_RANGE, preset.pos, format!("the delay {value} is negative"), hint);
-                }
-                return;
+            if *value < 0 {
+                let hint = "give a delay in milliseconds, or T#100ms";
+                self.error(codes::IL_RANGE, preset.pos, format!("the delay {value} is negative"), hint);
             }
+            return;
         }
         self.expect(&ResultType::Of(part.iec_type()), &found, preset.pos, part.name);
     }
@@ -209,11 +208,11 @@ impl Checker<'_> {
     }
 
     fn expect_integer(&mut self, name: &str, value: &ResultType, pos: Pos) {
-        if let ResultType::Of(iec_type) = value {
-            if !iec_type.is_integer() {
-                let cause = format!("{name} needs an integer, but finds {}", iec_type.keyword());
-                self.error(codes::IL_TYPE, pos, cause, "give an integer such as INT or USINT");
-            }
+        if let ResultType::Of(iec_type) = value
+            && !iec_type.is_integer()
+        {
+            let cause = format!("{name} needs an integer, but finds {}", iec_type.keyword());
+            self.error(codes::IL_TYPE, pos, cause, "give an integer such as INT or USINT");
         }
     }
 }
