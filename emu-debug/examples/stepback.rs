@@ -7,7 +7,7 @@ use emu_core::Chip;
 use emu_core::cpu::RamInit;
 use emu_core::image::{self, ElfMachine, Image};
 use emu_debug::CycleClock;
-use emu_debug::debug::{DebugSession, DynMachine, NameScope, RunGoal, SessionOptions};
+use emu_debug::debug::{DebugSession, DynMachine, HistorySize, NameScope, RunGoal, SessionOptions};
 use emu_test_machines::DebugMachine;
 
 /// Cycles that run first.
@@ -58,7 +58,7 @@ fn main() {
         let until = Some(CYCLES);
         let halt = session.run(&RunGoal { until, ..RunGoal::default() }, &mut || true);
         let took = start.elapsed();
-        let (copies, bytes) = session.history_size();
+        let HistorySize { copies, bytes } = session.history_size();
         let mut times: Vec<Duration> = Vec::new();
         for n in 0..STEPS {
             // From the end, and from positions spread over the history.

@@ -68,11 +68,11 @@ fn a_point_that_is_long_past_is_found_with_few_copies() {
     let goal = RunGoal { until: Some(8_000_000), ..RunGoal::default() };
     assert!(matches!(session.run(&goal, &mut || true), HaltReason::Points(_)));
     let at = session.machine().cycle();
-    while session.history_size().0 < 64 {
+    while session.history_size().copies < 64 {
         // Long enough for a copy on a fast host too.
         session.step_instructions(200_000, u64::MAX, &mut || true);
     }
-    let kept = session.history_size().0;
+    let kept = session.history_size().copies;
     copies.set(0);
     match session.run_back(&mut || true) {
         HaltReason::Points(hits) => assert_eq!((hits[0].id, session.machine().cycle()), (id, at)),

@@ -118,13 +118,13 @@ fn readers_and_watches() {
 #[test]
 fn bits_and_bytes_agree() {
     for bit in 0..256u32 {
-        let (space, byte, position) = emu_debug::bit_space::byte_of_bit(&CHIP, bit).expect("a bit");
+        let at = emu_debug::bit_space::byte_of_bit(&CHIP, bit).expect("a bit");
         assert_eq!(
-            (space, byte * 8 + position),
+            (at.space, at.byte * 8 + at.bit),
             if bit < 128 { ("idata", 256 + bit) } else { ("sfr", (bit - bit % 8) * 8 + bit % 8) }
         );
-        let eight = emu_debug::bit_space::bits_of_byte(&CHIP, space, byte).expect("bits");
-        assert_eq!(eight.start + position, bit);
+        let eight = emu_debug::bit_space::bits_of_byte(&CHIP, at.space, at.byte).expect("bits");
+        assert_eq!(eight.start + at.bit, bit);
     }
     assert_eq!(emu_debug::bit_space::byte_of_bit(&CHIP, 256), None);
     assert_eq!(emu_debug::bit_space::byte_of_bit(&ATMEGA328P, 0), None);

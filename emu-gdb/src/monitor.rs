@@ -5,7 +5,7 @@ use std::convert::Infallible;
 
 use emu_core::cpu::ResetCause;
 use emu_debug::address_names::AddressRange;
-use emu_debug::debug::{HaltReason, UserAction};
+use emu_debug::debug::{HaltReason, HistorySize, UserAction};
 use gdbstub::target::ext::monitor_cmd::{ConsoleOutput, MonitorCmd};
 
 use crate::error::GdbError;
@@ -160,7 +160,7 @@ impl GdbTarget<'_> {
     }
 
     fn describe_history(&self) -> String {
-        let (copies, bytes) = self.session.history_size();
+        let HistorySize { copies, bytes } = self.session.history_size();
         let actions = self.session.input_events().count();
         format!("{copies} copies of the machine in {} KB, {actions} external actions", bytes.div_ceil(1024))
     }

@@ -11,7 +11,7 @@ use super::event_log::SessionEvents;
 use super::expression::DebugExpression;
 use super::points::{AccessKind, DebugPoints, PointTrigger};
 use super::session::PointHit;
-use crate::access_monitor::AccessWatch;
+use crate::access_monitor::{AccessWatch, MatchedAccess};
 use crate::address_names::AddressRange;
 use crate::bit_space::{self, BIT_SPACE};
 
@@ -103,24 +103,24 @@ impl BreakpointProbe {
 
     /// Reports whether the byte of RAM is part of a watched expression.
     fn is_watched(&self, space: &'static str, addr: u32) -> bool {
-        let (space, addr, _) = byte_of(self.chip, space, addr);
-        space == self.chip.ram_space && self.watched_ram.contains(&addr)
+        let byte = byte_of(self.chip, space, addr);
+        byte.space == self.chip.ram_space && self.watched_ram.contains(&byte.addr)
     }
 
     /// Returns points whose expression has changed since the last check, with both values, or whose pin has
     /// changed. An action on a stopped machine (a reset) produces no event, so pins are compared here too.
-    pub fn take_changes(&mut self, target: &dyn DynMachine) -> Vec<(u32, Option<i64>, Option<i64>)> {
+    pub fn take_changes(&mut self, target: &dyn DynMachine) -> Vec<PointChange> {
         let mut found = Vec::new();
         for (id, expr, old) in &mut self.changes {
             let new = expr.watched_value(target);
             if new != *old {
-                found.push((*id, std::mem::replace(old, new), new));
+                found.push(PointChange { id: *id, old: std::mem::replace(old, new), new });
             }
         }
         for (id, pin, wanted, old) in &mut self.pins {
             let new = target.pin_level(*pin);
             if new != std::mem::replace(old, new) && wanted.is_none_or(|wanted| wanted == new) {
-                found.push((*id, None, None));
+                found.push(PointChange { id: *id, old: None, new: None });
             }
         }
         found
@@ -142,7 +142,7 @@ impl Probe for BreakpointProbe {
                 AccessKind::Any => true,
             };
             let watch = AccessWatch { range: *range, write };
-            if wanted && let Some((.., value)) = watch.matching_access(self.chip, name, addr, value) {
+            if wanted && let Some(MatchedAccess { value, .. }) = watch.matching_access(self.chip, name, addr, value) {
                 self.observations.push(Observation { id: *id, pc: self.pc, value: Some(value), write });
             }
         }
@@ -168,12 +168,32 @@ impl Probe for BreakpointProbe {
     }
 }
 
+/// A byte of a memory, or one of its bits.
+pub(super) struct ByteOrBit {
+    /// The memory.
+    pub space: &'static str,
+    /// Address of the byte.
+    pub addr: u32,
+    /// Position of the bit, 0 to 7; `None` for the byte.
+    pub bit: Option<u8>,
+}
+
 /// Returns the byte that contains a bit of the memory `bit`; otherwise the location itself.
-pub(super) fn byte_of(chip: &Chip, space: &'static str, addr: u32) -> (&'static str, u32, Option<u8>) {
+pub(super) fn byte_of(chip: &Chip, space: &'static str, addr: u32) -> ByteOrBit {
     match (space == BIT_SPACE).then(|| bit_space::byte_of_bit(chip, addr)).flatten() {
-        Some((space, byte, bit)) => (space, byte, Some(bit as u8)),
-        None => (space, addr, None),
+        Some(at) => ByteOrBit { space: at.space, addr: at.byte, bit: Some(at.bit as u8) },
+        None => ByteOrBit { space, addr, bit: None },
     }
+}
+
+/// A point whose expression or pin has changed.
+pub(super) struct PointChange {
+    /// Number of the point.
+    pub id: u32,
+    /// Value before; `None` if there was none, and for pins.
+    pub old: Option<i64>,
+    /// Value now; `None` if there is none, and for pins.
+    pub new: Option<i64>,
 }
 
 /// Returns the points with an observation, each once, regardless of their conditions.
@@ -181,7 +201,7 @@ pub(super) fn candidate_hits(
     points: &DebugPoints,
     target: &dyn DynMachine,
     observations: &[Observation],
-    changes: &[(u32, Option<i64>, Option<i64>)],
+    changes: &[PointChange],
     stop: StopReason,
 ) -> Vec<PointHit> {
     let pc = target.pc();
@@ -203,7 +223,7 @@ pub(super) fn candidate_hits(
             });
         }
     }
-    for &(id, old, new) in changes {
+    for &PointChange { id, old, new } in changes {
         if hits.iter().all(|hit| hit.id != id) {
             hits.push(PointHit { id, old, new, write: None, pc });
         }

@@ -45,6 +45,15 @@ pub(super) struct InputEvent {
     pub action: UserAction,
 }
 
+/// How much a history keeps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct HistorySize {
+    /// Number of copies of the machine.
+    pub copies: usize,
+    /// Size of all copies in bytes.
+    pub bytes: usize,
+}
+
 /// A copy of the machine, and the host time to run from it to the next copy.
 struct MachineCopy {
     machine: MachineWithFollower,
@@ -124,9 +133,9 @@ impl MachineHistory {
         self.copies.first().map_or(0, |moment| moment.machine.cycle())
     }
 
-    /// Returns the number of copies, and their size in bytes.
-    pub fn size(&self) -> (usize, usize) {
-        (self.copies.len(), self.used)
+    /// Returns how much is kept.
+    pub fn size(&self) -> HistorySize {
+        HistorySize { copies: self.copies.len(), bytes: self.used }
     }
 
     /// Discards everything after `machine` and records an action: the future is different from now on.

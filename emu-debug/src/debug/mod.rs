@@ -76,7 +76,7 @@ pub use error::DebugError;
 pub use expression::{BinaryOperator, DebugExpression};
 pub use expression_place::ExpressionPlace;
 pub use expression_value::ExpressionValue;
-pub use history::UserAction;
+pub use history::{HistorySize, UserAction};
 pub use line_positions::{LineOrigin, LinePosition, StepVerdict};
 pub use machine_with_follower::ProgramFollower;
 pub use points::{AccessKind, CallEnd, DebugPoint, DebugPoints, PointTrigger};

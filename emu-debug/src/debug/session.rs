@@ -6,17 +6,18 @@ use std::time::{Duration, Instant};
 use emu_core::cpu::{LAST_CYCLE, ProgramError, StopReason};
 use emu_core::state::SnapshotDamaged;
 
-use super::breakpoint_probe::{BreakpointProbe, Observation, candidate_hits};
+use super::breakpoint_probe::{BreakpointProbe, Observation, PointChange, candidate_hits};
 use super::call_flow::{CallFlow, call_flow};
 use super::dyn_machine::{DynMachine, ObserveLevel};
 use super::error::DebugError;
 use super::event_log::SessionEvents;
 use super::expression::DebugExpression;
 use super::expression_value::ExpressionValue;
-use super::history::{MachineHistory, MidStepPosition, UserAction};
+use super::history::{HistorySize, MachineHistory, MidStepPosition, UserAction};
 use super::machine_with_follower::{MachineWithFollower, ProgramFollower};
 use super::points::{DebugPoints, breakpoint_words};
 use super::scope::NameScope;
+use super::step_until::StepLimits;
 use crate::time::CycleClock;
 
 /// Target host time of a stretch, which is the part of a run between two copies of the machine in the
@@ -186,9 +187,9 @@ impl DebugSession {
         self.current.follower.as_ref().and_then(|follow| follow.scan())
     }
 
-    /// Returns the number of copies kept, and their size in bytes.
+    /// Returns how much the history keeps.
     #[must_use]
-    pub fn history_size(&self) -> (usize, usize) {
+    pub fn history_size(&self) -> HistorySize {
         self.history.size()
     }
 
@@ -296,7 +297,8 @@ impl DebugSession {
         let mut left = self.mid_step_position.take().filter(|left| left.returned_to == now && left.cycle < limit);
         loop {
             let end = left.map_or(limit, |left| left.cycle);
-            let halt = self.step_until_with((end, stops_at_breakpoints, false), &mut *keep_running, &mut |_, _, _| {
+            let limits = StepLimits { cycle: end, stops_at_breakpoints, detects_endless_loops: false };
+            let halt = self.step_until_with(limits, &mut *keep_running, &mut |_, _, _| {
                 *rest = rest.saturating_sub(1);
                 *rest == 0
             });
@@ -435,7 +437,7 @@ impl DebugSession {
     pub(super) fn take_hits(
         &mut self,
         observations: &[Observation],
-        changes: &[(u32, Option<i64>, Option<i64>)],
+        changes: &[PointChange],
         stop: StopReason,
     ) -> Vec<PointHit> {
         let machine = &*self.current.machine;

@@ -11,6 +11,17 @@ use super::dyn_machine::ObserveLevel;
 use super::points::{PointTrigger, breakpoint_words};
 use super::session::{DebugSession, FIRST_STRETCH, HOST_TIME_BETWEEN_COPIES, HaltReason, KeepRunning, halt_reason};
 
+/// Where a series of steps ends, apart from its test.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct StepLimits {
+    /// Machine cycle that steps do not pass.
+    pub cycle: u64,
+    /// Whether breakpoints stop the machine too.
+    pub stops_at_breakpoints: bool,
+    /// Whether the run checks that it can end, because the number of steps is unknown.
+    pub detects_endless_loops: bool,
+}
+
 impl DebugSession {
     /// Steps until `test` returns true. It gets the session, what the instruction did to the call stack, and
     /// whether the step was an interrupt entry instead. If `stops_at_breakpoints` is true, breakpoints stop
@@ -22,17 +33,19 @@ impl DebugSession {
         keep_running: KeepRunning<'_>,
         test: &mut dyn FnMut(&DebugSession, CallFlow, bool) -> bool,
     ) -> HaltReason {
-        self.step_until_with((limit, stops_at_breakpoints, limit == LAST_CYCLE), keep_running, test)
+        let detects_endless_loops = limit == LAST_CYCLE;
+        let limits = StepLimits { cycle: limit, stops_at_breakpoints, detects_endless_loops };
+        self.step_until_with(limits, keep_running, test)
     }
 
-    /// Steps until `test` returns true. Set `detects_endless_loops` if the number of steps is unknown: then
-    /// the run checks whether it can ever end.
+    /// Steps until `test` returns true, within limits.
     pub(super) fn step_until_with(
         &mut self,
-        (limit, stops_at_breakpoints, detects_endless_loops): (u64, bool, bool),
+        limits: StepLimits,
         keep_running: KeepRunning<'_>,
         test: &mut dyn FnMut(&DebugSession, CallFlow, bool) -> bool,
     ) -> HaltReason {
+        let StepLimits { cycle: limit, stops_at_breakpoints, detects_endless_loops } = limits;
         self.current.set_breakpoints(&BTreeSet::new());
         let mut probe = BreakpointProbe::new(&self.points, &*self.current.machine);
         self.current.runs_while_halted = limit < LAST_CYCLE;

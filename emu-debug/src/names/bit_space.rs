@@ -16,17 +16,27 @@ const FIRST_BIT_ADDRESSABLE_BYTE: u32 = 0x20;
 /// First address of a bit of a chip register.
 const FIRST_SFR_BIT: u32 = 0x80;
 
-/// Returns the byte that contains the bit `addr`: memory, address, and position of the bit, 0 to 7. `None` if
-/// `chip` has no such bit.
+/// Where a bit of the memory `bit` is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BitLocation {
+    /// The memory of its byte.
+    pub space: &'static str,
+    /// Address of its byte.
+    pub byte: u32,
+    /// Its position in the byte, 0 to 7.
+    pub bit: u32,
+}
+
+/// Returns the location of the bit `addr`; `None` if `chip` has no such bit.
 #[must_use]
-pub fn byte_of_bit(chip: &Chip, addr: u32) -> Option<(&'static str, u32, u32)> {
+pub fn byte_of_bit(chip: &Chip, addr: u32) -> Option<BitLocation> {
     let size = chip.spaces.iter().find(|(name, ..)| *name == BIT_SPACE)?.1;
     let (space, byte) = match addr {
         _ if addr >= size => return None,
         _ if addr < FIRST_SFR_BIT => (chip.ram_space, FIRST_BIT_ADDRESSABLE_BYTE + addr / 8),
         _ => (chip.reg_space, addr & !7),
     };
-    Some((space, byte, addr % 8))
+    Some(BitLocation { space, byte, bit: addr % 8 })
 }
 
 /// Returns the addresses of the eight bits of a byte, as a range of the memory `bit`; `None` if they have
@@ -40,8 +50,8 @@ pub fn bits_of_byte(chip: &Chip, space: &str, byte: u32) -> Option<AddressRange>
     } else {
         byte
     };
-    let (found, at, position) = byte_of_bit(chip, first)?;
-    (found == space && at == byte && position == 0).then_some(AddressRange {
+    let found = byte_of_bit(chip, first)?;
+    (found.space == space && found.byte == byte && found.bit == 0).then_some(AddressRange {
         space: BIT_SPACE,
         start: first,
         end: first + 8,

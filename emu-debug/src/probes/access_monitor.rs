@@ -99,35 +99,49 @@ impl AccessMonitor {
     /// Returns the access for the report if a watch matches it.
     fn find_watched_access(&self, space: &'static str, addr: u16, value: u8, write: bool) -> Option<WatchedAccess> {
         self.watches.iter().enumerate().filter(|(_, w)| w.write == write).find_map(|(watch, w)| {
-            let (space, addr, value) = w.matching_access(self.chip, space, addr, value)?;
+            let MatchedAccess { space, addr, value } = w.matching_access(self.chip, space, addr, value)?;
             Some(WatchedAccess { watch, pc: self.pc, space, addr, value })
         })
     }
 }
 
+/// An access to a watched range: to a byte, or to a bit if bits are watched.
+pub(crate) struct MatchedAccess {
+    /// The memory.
+    pub space: &'static str,
+    /// Address in it.
+    pub addr: u16,
+    /// The value of the byte or bit.
+    pub value: u8,
+}
+
 impl AccessWatch {
-    /// Returns memory, address and value of an access for the report if it touches the range.
+    /// Returns an access for the report if it touches the range.
     pub(crate) fn matching_access(
         &self,
         chip: &Chip,
         space: &'static str,
         addr: u16,
         value: u8,
-    ) -> Option<(&'static str, u16, u8)> {
+    ) -> Option<MatchedAccess> {
         let addr32 = u32::from(addr);
         let within =
             |space: &str, addr: u32| self.range.space == space && (self.range.start..self.range.end).contains(&addr);
         if within(space, addr32) {
-            return Some((space, addr, value));
+            return Some(MatchedAccess { space, addr, value });
         }
         if space == BIT_SPACE {
-            let (byte_space, byte, _) = bit_space::byte_of_bit(chip, addr32)?;
-            return within(byte_space, byte).then_some((space, addr, value));
+            let at = bit_space::byte_of_bit(chip, addr32)?;
+            return within(at.space, at.byte).then_some(MatchedAccess { space, addr, value });
         }
         // An access to a byte when bits are watched: the first watched bit of that byte.
         let bits = (self.range.space == BIT_SPACE).then(|| bit_space::bits_of_byte(chip, space, addr32)).flatten()?;
         let first = bits.start.max(self.range.start);
-        (first < bits.end.min(self.range.end)).then(|| (BIT_SPACE, first as u16, value >> (first - bits.start) & 1))
+        (first < bits.end.min(self.range.end)).then(|| MatchedAccess {
+            space: BIT_SPACE,
+            addr: first as u16,
+            value: value >> (first - bits.start) & 1,
+        })
     }
 }
 
@@ -149,7 +163,7 @@ impl UnwrittenRam {
     pub(crate) fn note_access(&mut self, chip: &Chip, space: u8, addr: u16, write: bool) -> Option<u32> {
         let (space, addr) = (chip.spaces.get(usize::from(space))?.0, u32::from(addr));
         let bit = if space == BIT_SPACE { bit_space::byte_of_bit(chip, addr) } else { None };
-        let (space, addr, mask) = bit.map_or((space, addr, 0xFF), |(space, byte, bit)| (space, byte, 1 << bit));
+        let (space, addr, mask) = bit.map_or((space, addr, 0xFF), |at| (at.space, at.byte, 1 << at.bit));
         let canonical = self.canonical.get(addr as usize).copied().flatten().filter(|_| space == self.space)?;
         let unwritten = self.unwritten.get_mut(canonical as usize)?;
         if write {

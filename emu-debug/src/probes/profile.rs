@@ -29,6 +29,17 @@ pub struct InterruptService {
     pub longest: u64,
 }
 
+/// The cycles of one instruction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct InstructionCycles {
+    /// Number of the active interrupt, if there was one.
+    pub interrupt: Option<u8>,
+    /// Program word of the instruction.
+    pub word: u32,
+    /// Machine cycles.
+    pub count: u64,
+}
+
 /// Counts cycles. Iterations of a polling loop are skipped, as in a run without probes; their cycles are
 /// still counted.
 #[derive(Debug, Clone)]
@@ -162,11 +173,13 @@ impl CycleProfile {
         self.current = CycleOwner::Before;
     }
 
-    /// Returns the cycles by active interrupt, if there was one, and by program word; only counts above 0.
-    pub fn cycles(&self) -> impl Iterator<Item = (Option<u8>, u32, u64)> {
-        let words = |(serving, cycles)| (0..).zip(cycles).map(move |(pc, count)| (serving, pc, count));
+    /// Returns the cycles of the instructions that took any.
+    pub fn cycles(&self) -> impl Iterator<Item = InstructionCycles> {
+        let words = |(interrupt, cycles)| {
+            (0..).zip(cycles).map(move |(word, count)| InstructionCycles { interrupt, word, count })
+        };
         let all = self.cycles.iter().map(|(serving, cycles)| (*serving, cycles.iter().copied())).flat_map(words);
-        all.filter(|(.., count)| *count > 0)
+        all.filter(|one| one.count > 0)
     }
 
     /// Returns the cycles in which the core slept or was stalled, by active interrupt.
@@ -195,7 +208,7 @@ impl CycleProfile {
     #[must_use]
     pub fn total_cycles(&self) -> u64 {
         let without_instruction = self.idle().chain(self.entries()).map(|(_, count)| count).sum::<u64>();
-        self.before_first + without_instruction + self.cycles().map(|one| one.2).sum::<u64>()
+        self.before_first + without_instruction + self.cycles().map(|one| one.count).sum::<u64>()
     }
 }
 

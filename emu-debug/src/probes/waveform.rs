@@ -91,7 +91,7 @@ impl WaveWriter {
         levels: &[Option<PinLevel>],
         uart: bool,
     ) -> io::Result<WaveWriter> {
-        WaveWriter::with_extras((out, chip, clock), levels, WaveExtras { uart, ..WaveExtras::default() })
+        WaveWriter::with_extras(out, chip, clock, levels, WaveExtras { uart, ..WaveExtras::default() })
     }
 
     /// Creates a writer of the pins, as [`WaveWriter::new`] does, and of more signals.
@@ -99,7 +99,9 @@ impl WaveWriter {
     /// # Errors
     /// The errors of the output.
     pub fn with_extras(
-        (out, chip, clock): (Box<dyn Write>, &Chip, CycleClock),
+        out: Box<dyn Write>,
+        chip: &Chip,
+        clock: CycleClock,
         levels: &[Option<PinLevel>],
         WaveExtras { start, uart, wave_signals, split }: WaveExtras<'_>,
     ) -> io::Result<WaveWriter> {

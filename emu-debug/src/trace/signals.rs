@@ -135,7 +135,7 @@ impl TraceSignals {
             return at(addr.into());
         }
         let bit = || bit_space::byte_of_bit(self.chip, addr.into());
-        Some(space) == self.bit_space && bit().is_some_and(|(space, byte, _)| space == self.chip.ram_space && at(byte))
+        Some(space) == self.bit_space && bit().is_some_and(|bit| bit.space == self.chip.ram_space && at(bit.byte))
     }
 
     /// Writes the changes at the current cycle of the machine.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use emu_debug::ProgramSource;
-use emu_debug::profile::{CycleProfile, InterruptService};
+use emu_debug::profile::{CycleProfile, InstructionCycles, InterruptService};
 use serde_json::{Value, json};
 
 use super::rungs::MappedLadder;
@@ -42,7 +42,7 @@ impl CycleReport {
             |number: u8| chip.vectors.get(usize::from(number)).map_or_else(|| number.to_string(), |n| (*n).to_owned());
         let serving = |vector: Option<u8>| vector.map_or("program".to_owned(), vector_name);
         let (mut functions, mut by_rung, mut stacks) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
-        for (service, pc, count) in profile.cycles() {
+        for InstructionCycles { interrupt: service, word: pc, count } in profile.cycles() {
             let symbol = source.names.nearest_symbol(pc * chip.word_bytes);
             let name = symbol.as_deref().map_or(NO_SYMBOL, |name| name.split('+').next().unwrap_or(name)).to_owned();
             if let Some(rungs) = rungs {

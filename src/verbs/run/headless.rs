@@ -254,7 +254,7 @@ fn run_recorded<C: Cpu>(
             let wave_signals = &trace_request.wave_signals();
             let start = CycleTime::at(cpu.cycle());
             let extras = WaveExtras { start, uart: family::has_uart(chip), wave_signals, split: args.trace.vcd_bits };
-            WaveWriter::with_extras((out, chip, planned.clock), &levels, extras)
+            WaveWriter::with_extras(out, chip, planned.clock, &levels, extras)
         })
         .transpose()
         .map_err(vcd_error)?;

@@ -4,7 +4,7 @@ use emu_core::image::CONSTANT_SPACE;
 
 use super::NameScope;
 use crate::address_names::{AddressRange, split_memory};
-use crate::debug::breakpoint_probe::byte_of;
+use crate::debug::breakpoint_probe::{ByteOrBit, byte_of};
 use crate::debug::error::DebugError;
 use crate::debug::expression::DebugExpression;
 use crate::debug::expression_place::ExpressionPlace;
@@ -87,7 +87,7 @@ impl NameScope {
     #[must_use]
     pub fn place_of(&self, range: &AddressRange) -> ExpressionPlace {
         let width = self.chip.bytes_per_address(range.space);
-        let (space, addr, bit) = byte_of(self.chip, range.space, range.start.saturating_mul(width));
+        let ByteOrBit { space, addr, bit } = byte_of(self.chip, range.space, range.start.saturating_mul(width));
         match bit {
             Some(bit) => ExpressionPlace::Bit { space, addr, bit },
             None => {
