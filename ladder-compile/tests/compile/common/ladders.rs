@@ -163,7 +163,13 @@ impl LadderGenerator<'_> {
         let (a, b) = (self.integer(), self.integer());
         let [few, other, third] = [(); 3].map(|()| self.rng.below(5));
         let coil = self.pick(&["Ya", "Ra"]);
-        match self.rng.below(17) {
+        match self.rng.below(18) {
+            17 => match few {
+                0 => format!("SPI s {} {a} Master 0b00 8 MSB_FIRST 1000000", self.operand()),
+                1 => "SPI_WR s ab - Master 0b00 8 MSB_FIRST 1000000".to_owned(),
+                2 | 3 => format!("I2C_RD b - {a} Master 0x20 {other} MSB_FIRST 100000"),
+                _ => format!("I2C_WR b {} - Master 0x20 {other} MSB_FIRST 100000", self.operand()),
+            },
             16 => match few {
                 0 => self.pick(&["DELAY 5", "SLEEP", "CLRWDT"]).to_owned(),
                 1 => "RETURN".to_owned(),
