@@ -4,7 +4,7 @@
 //! [`on_line_changed`](super::Device::on_line_changed) receives RXD and XCK. The DDR bit of XCK, which
 //! selects clock master or slave, arrives by
 //! [`on_direction_changed`](super::Device::on_direction_changed). Between the events of
-//! [`next_cycle`](super::Device::next_cycle) the port may be behind; it catches up when it is accessed.
+//! [`next_deadline`](super::Device::next_deadline) the port may be behind; it catches up when it is accessed.
 
 mod baud;
 mod device;
