@@ -48,7 +48,7 @@ pub fn unsupported_elements(program: &LadderProgram, target: Option<&CompileTarg
         for constant in facts.constants {
             let (low, high) = match program.dialect {
                 LadderDialect::Ldmicro23 => (i64::from(i16::MIN), i64::from(i16::MAX)),
-                LadderDialect::Ldmicro5 => (i64::from(i32::MIN), i64::from(i32::MAX)),
+                LadderDialect::Ldmicro5 | LadderDialect::Iec => (i64::from(i32::MIN), i64::from(i32::MAX)),
             };
             if !(low..=high).contains(&constant) {
                 let cause = format!("the constant {constant} is not in {low}..{high}");
@@ -61,6 +61,10 @@ pub fn unsupported_elements(program: &LadderProgram, target: Option<&CompileTarg
                     let cause = format!("READ_ADC: {} has no reference {refs}", target.chip.name);
                     error(codes::LACKS, cause, "write 0 for the supply, or take an AVR that has this one (REFS)");
                 }
+            }
+            Element::Instruction(step) => {
+                let cause = format!("`{step}`: Instruction List is not compiled yet");
+                error(codes::NOT_COMPILED, cause, "run it with `emu sim`");
             }
             Element::Placeholder => {
                 error(codes::NOT_COMPILED, "PLACEHOLDER has no meaning".to_owned(), "put an element here");

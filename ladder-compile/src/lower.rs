@@ -403,8 +403,8 @@ impl<'a> Lowering<'a> {
             Element::FormattedString { var, text, quoted } => self.send_string(var.as_deref(), text, *quoted),
             Element::BusTransfer(transfer) => self.bus_transfer(transfer),
             Element::Persist { name } => self.persist(name),
-            // SHORT passes power, COMMENT has no effect, and the checks refuse PLACEHOLDER.
-            Element::Short | Element::Comment(_) | Element::Placeholder => {}
+            // SHORT passes power, COMMENT has no effect, and the checks refuse the others.
+            Element::Short | Element::Comment(_) | Element::Placeholder | Element::Instruction(_) => {}
         }
     }
 

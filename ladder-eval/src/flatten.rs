@@ -222,6 +222,7 @@ impl FlatBuilder<'_> {
                 ElementOp::Compare { op: *op, a: self.operand_source(op1)?, b: self.operand_source(op2)? }
             }
             Element::Placeholder => return Err(UnsupportedReason::EmptyPlace),
+            Element::Instruction(_) => return Err(UnsupportedReason::NoMeaning),
             Element::Segments { display, dest, src, common } => {
                 let (dest, src) = (self.integer_index(dest)?, self.operand_source(src)?);
                 ElementOp::Segments { display: *display, dest, src, inverted: *common != 'C' }
@@ -327,7 +328,7 @@ impl FlatBuilder<'_> {
     pub(crate) fn checked_constant(&self, what: &'static str, value: i64) -> Result<i32, UnsupportedReason> {
         let range = match self.program.dialect {
             LadderDialect::Ldmicro23 => i64::from(i16::MIN)..=i64::from(i16::MAX),
-            LadderDialect::Ldmicro5 => i64::from(i32::MIN)..=i64::from(i32::MAX),
+            LadderDialect::Ldmicro5 | LadderDialect::Iec => i64::from(i32::MIN)..=i64::from(i32::MAX),
         };
         i32::try_from(value).ok().filter(|_| range.contains(&value)).ok_or_else(|| {
             UnsupportedReason::ConstantOutOfRange { what, value, low: *range.start(), high: *range.end() }
@@ -338,7 +339,7 @@ impl FlatBuilder<'_> {
     fn require_dialect_5(&self, feature: impl Into<Cow<'static, str>>) -> Result<(), UnsupportedReason> {
         match self.program.dialect {
             LadderDialect::Ldmicro23 => Err(UnsupportedReason::NeedsDialect5 { feature: feature.into() }),
-            LadderDialect::Ldmicro5 => Ok(()),
+            LadderDialect::Ldmicro5 | LadderDialect::Iec => Ok(()),
         }
     }
 
@@ -390,10 +391,10 @@ impl FlatBuilder<'_> {
         let kind = match (kind, self.program.dialect) {
             (CounterKind::Ctu, LadderDialect::Ldmicro23) => CountMode::Up,
             (CounterKind::Ctd, LadderDialect::Ldmicro23) => CountMode::Down,
-            (CounterKind::Ctu, LadderDialect::Ldmicro5) => CountMode::UpTo,
-            (CounterKind::Ctd, LadderDialect::Ldmicro5) => CountMode::DownTo,
+            (CounterKind::Ctu, LadderDialect::Ldmicro5 | LadderDialect::Iec) => CountMode::UpTo,
+            (CounterKind::Ctd, LadderDialect::Ldmicro5 | LadderDialect::Iec) => CountMode::DownTo,
             (CounterKind::Ctc, LadderDialect::Ldmicro23) => CountMode::Circular,
-            (CounterKind::Ctc, LadderDialect::Ldmicro5) => CountMode::UpAround,
+            (CounterKind::Ctc, LadderDialect::Ldmicro5 | LadderDialect::Iec) => CountMode::UpAround,
             (CounterKind::Ctr, _) => CountMode::DownAround,
         };
         Ok(ElementOp::Count { kind, input, var, max, restart, memory: self.new_memory() })
@@ -440,7 +441,7 @@ impl FlatBuilder<'_> {
                 (1, (1_i128 << (8 * u32::from(self.integer_bytes(timer))).saturating_sub(1)) - 1)
             }
             // LDmicro 5 makes code of any number.
-            LadderDialect::Ldmicro5 => (i128::from(i32::MIN), i128::from(i32::MAX)),
+            LadderDialect::Ldmicro5 | LadderDialect::Iec => (i128::from(i32::MIN), i128::from(i32::MAX)),
         };
         let preset = i32::try_from(count).ok().filter(|_| (least..=most).contains(&count));
         preset.map(ValueSource::Const).ok_or(UnsupportedReason::TimerOutOfRange {

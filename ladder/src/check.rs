@@ -18,10 +18,16 @@ use crate::write::element_text;
 
 /// Checks a program against the rules of its dialect.
 ///
+/// A program of dialect IEC was checked when it was read.
+///
 /// An error means that the program cannot be evaluated or compiled. The list is sorted by position. Every
 /// message about an element names it as `rung N, element M`, followed by its text.
 #[must_use]
 pub fn check(program: &LadderProgram) -> Vec<Diagnostic> {
+    if program.dialect == LadderDialect::Iec {
+        // `il::to_ladder` has checked it.
+        return Vec::new();
+    }
     let mut found = Checker { program, widths: IntegerWidths::new(program), diagnostics: Vec::new() };
     if program.settings.cycle_us == 0 {
         let cause = "CYCLE=0: the scan has no fixed time";
@@ -215,7 +221,8 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
         | Element::ShiftRegister { .. }
         | Element::NpulseOff
         | Element::QuadEncod { .. }
-        | Element::Persist { .. } => {}
+        | Element::Persist { .. }
+        | Element::Instruction(_) => {}
     }
 }
 
@@ -224,7 +231,7 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
 pub(crate) fn check_default_argument(checker: &mut Checker<'_>, at: CheckedElement<'_>, what: &str, hint: &str) {
     let (cause, hint) = match checker.program.dialect {
         LadderDialect::Ldmicro23 => (format!("{what} has a meaning in LDmicro 5 only"), IN_LDMICRO5),
-        LadderDialect::Ldmicro5 => (format!("{what} has no meaning here"), hint),
+        LadderDialect::Ldmicro5 | LadderDialect::Iec => (format!("{what} has no meaning here"), hint),
     };
     checker.error(codes::ARGUMENT_LDMICRO5, at, cause, hint);
 }

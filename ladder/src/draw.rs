@@ -2,7 +2,7 @@
 //! right rail.
 
 use crate::element_symbol::{element_symbol, printable};
-use crate::model::{Element, ElementId, LadderProgram, RungNode};
+use crate::model::{Element, ElementId, LadderDialect, LadderProgram, RungNode};
 
 /// Position of an element in the lines of its drawn rung.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,9 +37,12 @@ const MAX_AREA: usize = 8_000_000;
 const MIN_ELEMENT_WIDTH: usize = 11;
 
 /// Draws the whole program: its rungs with empty lines between them, then LDmicro's END rung. Ends with a
-/// line break.
+/// line break. The networks of Instruction List are listed in columns.
 #[must_use]
 pub fn draw(program: &LadderProgram) -> String {
+    if program.dialect == LadderDialect::Iec {
+        return draw_networks(program);
+    }
     let width = common_width(program);
     let mut out = String::new();
     for index in 0..program.rungs.len() {
@@ -56,11 +59,29 @@ pub fn draw(program: &LadderProgram) -> String {
     out
 }
 
+/// Lists the networks of a program in Instruction List, with empty lines between them.
+fn draw_networks(program: &LadderProgram) -> String {
+    let mut out = String::new();
+    for index in 0..program.rungs.len() {
+        if index > 0 {
+            out.push('\n');
+        }
+        for line in crate::il::listing(program, index).lines {
+            out.push_str(line.trim_end());
+            out.push('\n');
+        }
+    }
+    out
+}
+
 /// Draws one rung (index from 0) as [`draw`] does, with the positions of its elements.
 ///
 /// The drawing is empty if the index is beyond the last rung.
 #[must_use]
 pub fn draw_rung(program: &LadderProgram, rung_index: usize) -> Drawing {
+    if program.dialect == LadderDialect::Iec {
+        return crate::il::listing(program, rung_index);
+    }
     draw_rung_lines(program, rung_index, common_width(program))
 }
 

@@ -266,7 +266,8 @@ impl Element {
             Element::NpulseOff
             | Element::QuadEncod { .. }
             | Element::Persist { .. }
-            | Element::FormattedString { .. } => Vec::new(),
+            | Element::FormattedString { .. }
+            | Element::Instruction(_) => Vec::new(),
         }
     }
 
@@ -434,6 +435,7 @@ impl Element {
                 let row = row("FORMATTED_STRING", Decides).with_memory().uses_part(ChipPart::Transmitter);
                 var.iter().fold(row, |row, name| row.reads(name, Variable))
             }
+            Element::Instruction(step) => crate::il::instruction_facts(step),
         }
     }
 }

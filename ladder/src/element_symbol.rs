@@ -162,6 +162,7 @@ pub(crate) fn element_symbol(element: &Element) -> ElementSymbol {
         }
         Element::Persist { name } => (name.clone(), "{PERSIST}".to_owned()),
         Element::FormattedString { var, text, .. } => (var.clone().unwrap_or_default(), format!("{{\"{text}\"}}")),
+        Element::Instruction(step) => (String::new(), step.to_string()),
     };
     ElementSymbol { above: printable(&top), in_wire: printable(&bottom) }
 }

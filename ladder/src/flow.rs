@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::il::IlAction;
 use crate::model::{Element, FlowOp, LadderProgram};
 
 /// Maximum number of jumps back that one scan takes; a further one is not taken.
@@ -51,6 +52,16 @@ pub struct ProgramFlow<'a> {
     pub is_used: bool,
 }
 
+/// Whether an element can change the order in which a scan executes the elements.
+#[must_use]
+pub fn changes_order(element: &Element) -> bool {
+    match element {
+        Element::Flow { .. } | Element::Return | Element::Lock => true,
+        Element::Instruction(step) => matches!(step.action, IlAction::Jump { .. } | IlAction::Return(_)),
+        _ => false,
+    }
+}
+
 impl<'a> ProgramFlow<'a> {
     /// Collects the labels and subprograms of a program.
     #[must_use]
@@ -65,7 +76,7 @@ impl<'a> ProgramFlow<'a> {
         };
         let mut open: Option<(&str, u32)> = None;
         for (id, element, _) in program.elements() {
-            flow.is_used |= matches!(element, Element::Flow { .. } | Element::Return | Element::Lock);
+            flow.is_used |= changes_order(element);
             let Element::Flow { op, label } = element else { continue };
             match (op, open) {
                 (FlowOp::Label, _) => _ = flow.labels.entry(label).or_insert(id.rung),

@@ -104,7 +104,7 @@ pub(crate) fn timer_preset(
     match program.dialect {
         LadderDialect::Ldmicro23 => delay.checked_div(cycle).map(|scans| scans + adjust),
         // LDmicro 5 divides once, so a negative number is cut towards 0.
-        LadderDialect::Ldmicro5 => (delay + cycle * adjust).checked_div(cycle),
+        LadderDialect::Ldmicro5 | LadderDialect::Iec => (delay + cycle * adjust).checked_div(cycle),
     }
 }
 
@@ -114,6 +114,6 @@ pub(crate) fn timer_preset(
 pub(crate) fn default_adjust(program: &LadderProgram) -> i128 {
     match (program.dialect, program.format) {
         (LadderDialect::Ldmicro23, _) | (LadderDialect::Ldmicro5, LdFormat::V01) => -1,
-        (LadderDialect::Ldmicro5, LdFormat::V02) => 0,
+        (LadderDialect::Ldmicro5, LdFormat::V02) | (LadderDialect::Iec, _) => 0,
     }
 }

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use crate::bus_elements::BusTransfer;
 use crate::element_facts::ChipPart;
+use crate::il::{IecVariable, IlStep};
 pub use crate::operations::{CounterKind, FlowOp, TimerKind};
 pub use crate::operators::{CompareOp, MathOp, ShiftOp, UnaryOp};
 pub use crate::program_parts::{IoEntry, LadderDialect, LdFormat, ProgramSettings, SourceStyle, VarEntry};
@@ -35,6 +36,8 @@ pub struct LadderProgram {
     pub vars: Option<Vec<VarEntry>>,
     /// Lines of `PULL-UP LIST` as written (trimmed); `None` if the file has no such section.
     pub pull_ups: Option<Vec<String>>,
+    /// Variables of an IEC program; empty in the dialects of LDmicro.
+    pub declarations: Vec<IecVariable>,
     /// Rungs from top to bottom. Messages number them from 1 and count every rung, also those with only
     /// comments.
     pub rungs: Vec<Rung>,
@@ -430,6 +433,8 @@ pub enum Element {
         /// True if written in quotes (LDmicro 5), false if written as decimal codes.
         quoted: bool,
     },
+    /// A line of Instruction List (dialect IEC).
+    Instruction(Box<IlStep>),
 }
 
 impl LadderProgram {
@@ -438,7 +443,8 @@ impl LadderProgram {
     ///
     /// Contacts and coils name bits, with the kind given by the first letter X, Y or R. A name is a timer or
     /// a counter if a timer or counter element uses it as its accumulator (the first such element in text
-    /// order decides), an analog input if READ_ADC uses it, and otherwise a variable.
+    /// order decides), an analog input if READ_ADC uses it, and otherwise a variable. The symbols of an IEC
+    /// program are those of its declarations.
     #[must_use]
     pub fn symbols(&self) -> Vec<LadderSymbol> {
         crate::symbols::collect_symbols(self)

@@ -64,7 +64,19 @@ impl ProgramHead {
             compiled: self.compiled,
         };
         let ProgramHead { io, vars, pull_ups, .. } = self;
-        LadderProgram { file: file.to_owned(), format, dialect, style, settings, io, vars, pull_ups, rungs }
+        let declarations = Vec::new();
+        LadderProgram {
+            file: file.to_owned(),
+            format,
+            dialect,
+            style,
+            settings,
+            io,
+            vars,
+            pull_ups,
+            declarations,
+            rungs,
+        }
     }
 }
 

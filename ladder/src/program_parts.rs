@@ -17,6 +17,9 @@ pub enum LadderDialect {
     /// 0.2 header.
     #[serde(rename = "ldmicro-5")]
     Ldmicro5,
+    /// IEC 61131-3: typed variables and Instruction List.
+    #[serde(rename = "iec")]
+    Iec,
 }
 
 impl fmt::Display for LadderDialect {
@@ -24,6 +27,7 @@ impl fmt::Display for LadderDialect {
         f.write_str(match self {
             LadderDialect::Ldmicro23 => "ldmicro-2.3",
             LadderDialect::Ldmicro5 => "ldmicro-5",
+            LadderDialect::Iec => "iec",
         })
     }
 }

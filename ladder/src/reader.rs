@@ -96,7 +96,7 @@ impl<'a> LdReader<'a> {
     pub(crate) const fn constant_range(&self) -> RangeInclusive<i64> {
         match self.dialect {
             LadderDialect::Ldmicro23 => i16::MIN as i64..=i16::MAX as i64,
-            LadderDialect::Ldmicro5 => i32::MIN as i64..=i32::MAX as i64,
+            LadderDialect::Ldmicro5 | LadderDialect::Iec => i32::MIN as i64..=i32::MAX as i64,
         }
     }
 

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::il::IecType;
+
 /// Kind of a symbol, derived from its first letter and its use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -43,6 +45,30 @@ pub struct LadderSymbol {
     ///
     /// Always 2 in dialect 2.3. In ldmicro-5, the width in `VAR LIST`. Without one, a counter has the fewest
     /// bytes that hold its limit and its start value, and a timer the fewest that hold the scans that it
-    /// counts (the largest, if several elements share the name); all other integers have 2.
+    /// counts (the largest, if several elements share the name); all other integers have 2. In an IEC program
+    /// the width of the type.
     pub bytes: u8,
+    /// Type in an IEC program; `None` in the dialects of LDmicro, whose integers have a sign.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub iec_type: Option<IecType>,
+}
+
+impl LadderSymbol {
+    /// Returns a value as the type shows it: of an unsigned type, the number without sign that has the same
+    /// bits.
+    #[must_use]
+    pub fn shown_value(&self, value: i32) -> i64 {
+        self.iec_type.as_ref().map_or(i64::from(value), |iec_type| iec_type.wrap(value.into()))
+    }
+
+    /// Returns the smallest and the largest value of the symbol.
+    #[must_use]
+    pub fn range(&self) -> (i64, i64) {
+        let bits = 8 * u32::from(self.bytes);
+        match &self.iec_type {
+            _ if bits == 0 => (0, 1),
+            Some(iec_type) if !iec_type.is_signed() => (0, (1_i64 << bits) - 1),
+            _ => (-1_i64 << (bits - 1), (1_i64 << (bits - 1)) - 1),
+        }
+    }
 }

@@ -3,10 +3,13 @@
 use std::collections::BTreeMap;
 
 use crate::integer_widths::IntegerWidths;
-use crate::model::{Element, LadderProgram, LadderSymbol, SymbolKind};
+use crate::model::{Element, LadderDialect, LadderProgram, LadderSymbol, SymbolKind};
 
 /// Collects the symbols of a program, as [`LadderProgram::symbols`] describes.
 pub(crate) fn collect_symbols(program: &LadderProgram) -> Vec<LadderSymbol> {
+    if program.dialect == LadderDialect::Iec {
+        return declared_symbols(program);
+    }
     let mut found: BTreeMap<String, SymbolKind> = BTreeMap::new();
     for (_, element, _) in program.elements() {
         for_each_symbol_use(element, &mut |name, kind| {
@@ -31,7 +34,24 @@ pub(crate) fn collect_symbols(program: &LadderProgram) -> Vec<LadderSymbol> {
         .map(|(name, kind)| {
             let pin = pins.get(name.as_str()).copied().unwrap_or(0);
             let bytes = if kind.is_bit() { 0 } else { widths.bytes_of_symbol(&name) };
-            LadderSymbol { name, kind, pin, bytes }
+            LadderSymbol { name, kind, pin, bytes, iec_type: None }
+        })
+        .collect();
+    list.sort_by(|a, b| (a.kind, &a.name).cmp(&(b.kind, &b.name)));
+    list
+}
+
+/// Returns the symbols of an IEC program, which its declarations give.
+fn declared_symbols(program: &LadderProgram) -> Vec<LadderSymbol> {
+    let pins: BTreeMap<&str, u32> = program.io.iter().rev().map(|e| (e.name.as_str(), e.pin)).collect();
+    let symbols = program.declarations.iter().flat_map(|variable| variable.symbols());
+    let mut list: Vec<LadderSymbol> = symbols
+        .map(|symbol| LadderSymbol {
+            pin: pins.get(symbol.name.as_str()).copied().unwrap_or(0),
+            kind: symbol.kind,
+            bytes: if symbol.kind.is_bit() { 0 } else { (symbol.iec_type.bits() / 8) as u8 },
+            iec_type: Some(symbol.iec_type),
+            name: symbol.name,
         })
         .collect();
     list.sort_by(|a, b| (a.kind, &a.name).cmp(&(b.kind, &b.name)));

@@ -6,17 +6,20 @@ use diag::text::{TextEncoding, to_code_page};
 
 use crate::bus_elements;
 use crate::model::{
-    CompareOp, CounterKind, Element, FlowOp, LadderOperand, LadderProgram, LdFormat, MathOp, ProgramSettings, RungNode,
-    SegmentDisplay, ShiftOp, TimerKind, UnaryOp,
+    CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
+    ProgramSettings, RungNode, SegmentDisplay, ShiftOp, TimerKind, UnaryOp,
 };
 use crate::pulse_elements;
 
-/// Writes a program as `.ld` text in LDmicro's layout.
+/// Writes a program as `.ld` text in LDmicro's layout, and a program of dialect IEC as Instruction List.
 ///
 /// Reading the text gives an equal program, except for the positions. The text equals the original up to
 /// white space, blank lines and lines that begin with `;`, except where the reader reported LD018.
 #[must_use]
 pub fn write(program: &LadderProgram) -> String {
+    if program.dialect == LadderDialect::Iec {
+        return crate::il::program_text(program);
+    }
     let mut out = String::new();
     let version = match (&program.style.header, program.format) {
         (Some(text), _) => text,
@@ -236,6 +239,7 @@ fn write_element(out: &mut String, element: &Element) -> std::fmt::Result {
             write!(out, " {}", text.chars().count())?;
             text.chars().try_for_each(|c| write!(out, " {}", c as u32))
         }
+        Element::Instruction(step) => write!(out, "{step}"),
     }
 }
 

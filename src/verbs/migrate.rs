@@ -56,9 +56,13 @@ pub fn migrate(args: &MigrateArgs, terminal: &MessageStyle) -> Result<u8, VerbFa
     let (read, notes) = input::parse_program(file, text.clone(), args.program.dialect, true)?;
     report_diagnostics(terminal, &notes, &read.texts);
     let before = &read.program;
+    if before.dialect == LadderDialect::Iec {
+        let why = format!("{file} is a program of IEC 61131-3, and emu migrate compares the releases of LDmicro");
+        return Err(VerbFailure::Usage(why));
+    }
     let to = args.to.unwrap_or(match before.dialect {
         LadderDialect::Ldmicro23 => LadderDialect::Ldmicro5,
-        LadderDialect::Ldmicro5 => LadderDialect::Ldmicro23,
+        LadderDialect::Ldmicro5 | LadderDialect::Iec => LadderDialect::Ldmicro23,
     });
     if to == before.dialect {
         return Err(VerbFailure::Usage(format!("{file} is a program of {to} already; --to names the other dialect")));

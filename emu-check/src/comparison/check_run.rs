@@ -223,7 +223,9 @@ pub(crate) fn replay_command(program: &LadderProgram, options: &CheckOptions, sc
         (LdFormat::V01, LadderDialect::Ldmicro5) => command += " --dialect ldmicro-5",
         (LdFormat::V02, LadderDialect::Ldmicro23) => command += " --dialect ldmicro-2.3",
         // The dialect that the header of the format implies; no option is needed.
-        (LdFormat::V01, LadderDialect::Ldmicro23) | (LdFormat::V02, LadderDialect::Ldmicro5) => {}
+        (LdFormat::V01, LadderDialect::Ldmicro23)
+        | (LdFormat::V02, LadderDialect::Ldmicro5)
+        | (_, LadderDialect::Iec) => {}
     }
     options.clock_hz.iter().for_each(|hz| command += &format!(" --clock {hz}"));
     command

@@ -2,5 +2,6 @@
 
 pub(crate) mod classes;
 pub(crate) mod goals;
+mod instruction_rules;
 pub(crate) mod possible_outcomes;
 pub(crate) mod rules;

@@ -7,6 +7,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
+use ladder::il::IlAction;
 use ladder::{
     CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode, SymbolKind,
     TimerKind,
@@ -58,9 +59,7 @@ pub(crate) fn possible_outcomes(program: &LadderProgram) -> Vec<Vec<u8>> {
     // none, the loop ends with all OSFs that can fire.
     let mut falling_edges = BTreeSet::new();
     // With jumps a rung may follow any other, and any number of times.
-    let jumps = program
-        .elements()
-        .any(|(_, element, _)| matches!(element, Element::Flow { .. } | Element::Return | Element::Lock));
+    let jumps = program.elements().any(|(_, element, _)| ladder::flow::changes_order(element));
     loop {
         let pass = |combination: u32| {
             let mut pass = AnalysisPass::new(&falling_edges, program.dialect != LadderDialect::Ldmicro23);
@@ -295,6 +294,14 @@ impl<'a> AnalysisPass<'a> {
                 when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE)
             }
             Element::UartSend { rest: Some((1, 1)), .. } => when(FALSE_FALSE, TRUE_FALSE),
+            // The current result of Instruction List does not begin anew with a rung.
+            Element::Instruction(step) => {
+                element.facts().written().for_each(|name| _ = self.bits.insert(name.to_owned(), BOTH));
+                if matches!(step.action, IlAction::Label) {
+                    return same;
+                }
+                FALSE_FALSE | FALSE_TRUE | TRUE_FALSE | TRUE_TRUE
+            }
             // A transmitter may be busy on any rung, so every outcome is taken as possible.
             Element::UartSend { .. } | Element::FormattedString { .. } | Element::Placeholder => {
                 when(FALSE_FALSE | FALSE_TRUE, TRUE_FALSE | TRUE_TRUE)

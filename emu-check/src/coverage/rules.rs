@@ -4,6 +4,7 @@ use ladder::{CounterKind, Element, FlowOp, LadderDialect, LadderOperand, LadderP
 use ladder_eval::Evaluator;
 
 use crate::coverage::classes::CoverageClass;
+use crate::coverage::instruction_rules::instruction_outcomes;
 use crate::coverage::possible_outcomes::{FALSE_FALSE, FALSE_TRUE, TRUE_FALSE, TRUE_TRUE};
 
 /// The condition of an outcome in addition to the rung bits. `usize` fields are symbol indices.
@@ -162,6 +163,7 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
         Element::Segments { .. } | Element::TimeValue { .. } | Element::Random { .. } => (CoverageClass::Actions, acts()),
         Element::SeedRandom { .. } | Element::Lock | Element::NpulseOff => (CoverageClass::Actions, acts()),
         Element::Flow { .. } | Element::Delay { .. } | Element::Sleep | Element::ClearWatchdog => return None,
+        Element::Instruction(step) => return instruction_outcomes(step, symbol),
         Element::Comment(_) | Element::Short | Element::Open | Element::Placeholder => return None,
     })
 }

@@ -158,7 +158,7 @@ impl ProgramGenerator {
 fn complete_program(generator: &mut ProgramGenerator, rungs: Vec<Rung>) -> LadderProgram {
     let (format, mut vars) = match generator.style.dialect {
         LadderDialect::Ldmicro23 => (LdFormat::V01, None),
-        LadderDialect::Ldmicro5 => (LdFormat::V02, Some(Vec::new())),
+        LadderDialect::Ldmicro5 | LadderDialect::Iec => (LdFormat::V02, Some(Vec::new())),
     };
     if let (Some(vars), false) = (&mut vars, generator.is_module_machine()) {
         for name in generator.style.plain_integers.clone() {
@@ -183,6 +183,7 @@ fn complete_program(generator: &mut ProgramGenerator, rungs: Vec<Rung>) -> Ladde
     };
     let (file, io, pull_ups) = ("fuzz.ld".to_owned(), Vec::new(), None);
     LadderProgram {
+        declarations: Vec::new(),
         file,
         format,
         dialect: style.dialect,

@@ -26,7 +26,7 @@ pub fn timer_scans(program: &LadderProgram, delay: &LadderOperand, adjust: Optio
     let scans = match program.dialect {
         LadderDialect::Ldmicro23 => delay.checked_div(cycle)? + i128::from(adjust),
         // One division of the whole: below 0 it is cut towards 0.
-        LadderDialect::Ldmicro5 => (delay + i128::from(adjust) * cycle).checked_div(cycle)?,
+        LadderDialect::Ldmicro5 | LadderDialect::Iec => (delay + i128::from(adjust) * cycle).checked_div(cycle)?,
     };
     let scans = i32::try_from(scans).ok()?;
     (scans >= 1 || program.dialect == LadderDialect::Ldmicro5).then_some(scans)

@@ -41,6 +41,11 @@ pub fn result_types(program: &IlProgram) -> Vec<ResultType> {
     Checker::new(program).follow().1
 }
 
+/// Returns the types of the current result before and after each line of the program.
+pub(super) fn types_around(program: &IlProgram) -> (Vec<ResultType>, Vec<ResultType>) {
+    Checker::new(program).follow()
+}
+
 const BOOL: ResultType = ResultType::Of(IecType::Bool);
 
 struct Checker<'a> {
@@ -98,7 +103,8 @@ impl<'a> Checker<'a> {
                 "the current result has no value here",
                 "load a value with LD first",
             ),
-            ResultType::AfterCall => (
+            ResultType::AfterCall(kept) if **kept == ResultType::NotLoaded => return self.used(kept, pos),
+            ResultType::AfterCall(_) => (
                 Severity::Warning,
                 codes::IL_AFTER_CALL,
                 "the current result is not defined after CAL",
@@ -113,7 +119,10 @@ impl<'a> Checker<'a> {
             value => return value.clone(),
         };
         self.report(severity, code, pos, cause.to_owned(), hint);
-        ResultType::Unknown
+        match result {
+            ResultType::AfterCall(kept) if kept.is_value() => (**kept).clone(),
+            _ => ResultType::Unknown,
+        }
     }
 
     /// Checks a line and returns the type after it. `waiting` is the line of the operator that
@@ -158,7 +167,10 @@ impl<'a> Checker<'a> {
             IlOperation::Call { condition, instance, parameters } => {
                 self.condition(*condition, before, pos);
                 self.call(instance, parameters);
-                ResultType::AfterCall
+                match before {
+                    ResultType::AfterCall(_) => before.clone(),
+                    kept => ResultType::AfterCall(Box::new(kept.clone())),
+                }
             }
             IlOperation::BlockInput { input, instance } => {
                 let result = self.used(before, pos);
@@ -228,7 +240,11 @@ impl<'a> Checker<'a> {
         let inner = self.used(inner, pos);
         let Some((opener, outer)) = waiting else { return inner };
         // The line of the operator reported a result without a value.
-        let outer = if outer.is_value() { outer.clone() } else { ResultType::Unknown };
+        let outer = match outer {
+            ResultType::AfterCall(kept) if kept.is_value() => (**kept).clone(),
+            outer if outer.is_value() => outer.clone(),
+            _ => ResultType::Unknown,
+        };
         match &self.program.instructions[opener].operation {
             Some(IlOperation::Binary { operator, .. }) => self.binary(*operator, &outer, &inner, pos),
             _ => inner,

@@ -89,4 +89,17 @@ diag::codes! {
         "The function takes another number of arguments. Without parentheses the current result is the first one.";
     IL_LOCATION "IL111" "the address does not fit the type"
         "The size letter of the address after AT must have as many bits as the type: X for BOOL, B for 8 bits, W for 16, D for 32. A block has no address.";
+
+    IL_NOT_RUN "IL201" "a part that does not run here"
+        "The program is sound, but this part has no meaning here: VAR_TEMP, a label inside parentheses, two variables at one address, one name for two blocks, or the short form of a block without a preset.";
+    IL_MILLISECONDS "IL202" "a duration that no timer can count"
+        "Timers count whole milliseconds in 32 bits: up to T#24d20h31m23s647ms. Fix: give a duration without microseconds.";
+    IL_CYCLE "IL203" "the cycle does not fit the timers"
+        "TON, TOF, TP, TONA and TOFA count milliseconds, so a scan must take whole milliseconds. Fix: give such a cycle with --cycle.";
+    IL_NUMBER_AT_PIN "IL204" "a number at an address of pins"
+        "A note: %I and %Q are the pins of a controller, and a pin holds one bit. A number at such an address is a variable without a pin; addresses do not overlap.";
+    IL_RETAIN "IL205" "RETAIN has no effect"
+        "A note: at power-up every variable has its initial value here, also one with RETAIN.";
+    IL_UNREACHED "IL206" "a line that is never reached"
+        "The line follows a JMP or RET without a condition and has no label to which a jump leads.";
 }

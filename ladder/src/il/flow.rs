@@ -14,8 +14,8 @@ pub enum ResultType {
     Unreached,
     /// Nothing is loaded: at the beginning of the program, and after `(` without operand.
     NotLoaded,
-    /// After CAL, where IEC 61131-3 does not define it.
-    AfterCall,
+    /// After CAL, where IEC 61131-3 does not define it. Here it keeps its value, of this type.
+    AfterCall(Box<ResultType>),
     /// A number without type; its value if it is known. It takes the type of what it is used with.
     Number(Option<i64>),
     /// The content of an address with a size letter: any type of this number of bits.
@@ -33,7 +33,7 @@ impl fmt::Display for ResultType {
         match self {
             ResultType::Unreached => f.write_str("unreached"),
             ResultType::NotLoaded => f.write_str("not loaded"),
-            ResultType::AfterCall => f.write_str("undefined after CAL"),
+            ResultType::AfterCall(_) => f.write_str("undefined after CAL"),
             ResultType::Number(Some(value)) => write!(f, "the number {value}"),
             ResultType::Number(None) => f.write_str("a number"),
             ResultType::Sized(bits) => write!(f, "{bits} bits"),

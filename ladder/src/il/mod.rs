@@ -17,31 +17,45 @@
 //! assert_eq!((faults[0].code, faults[0].pos.line), ("IL020", 2));
 //! ```
 
+mod calls;
 mod check;
 mod codes;
 mod declarations;
+mod facts;
 mod flow;
 mod functions;
+mod implied;
 mod instructions;
 mod lexer;
 mod links;
+mod listing;
 mod literals;
 mod model;
 mod names;
 mod operands;
 mod operators;
 mod reader;
+mod resolve;
+mod steps;
+mod symbols;
 mod types;
 mod write;
 
 pub use check::{check, result_types};
 pub use codes::IL_CODES;
+pub(crate) use facts::instruction_facts;
 pub use flow::ResultType;
 pub use functions::standard_functions;
+pub(crate) use listing::listing;
+pub use listing::program_text;
 pub use model::{
     IlBinaryOperand, IlBinaryOperator, IlBlockInput, IlCondition, IlInstruction, IlName, IlOperand, IlOperandKind,
     IlOperation, IlParameter, IlProgram, IlQualifier, IlSection, IlVariable,
 };
 pub use reader::{MAX_IL_DEPTH, MAX_IL_LINES, ParsedIlProgram, read};
+pub use resolve::{ResolvedIlProgram, il_settings, to_ladder};
+pub use steps::{
+    BlockCall, BlockOutput, FunctionCall, IecVariable, IlAction, IlFunction, IlSource, IlStep, TypedSymbol,
+};
 pub use types::{AddressArea, AddressSize, BlockPart, DirectAddress, IecType, IlLiteral, IlValue, StandardBlock};
 pub use write::{instruction_text, write};

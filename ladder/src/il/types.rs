@@ -1,5 +1,7 @@
 //! Types, direct addresses, literals and standard function blocks of IEC 61131-3.
 
+use serde::{Serialize, Serializer};
+
 /// A type of a variable (IEC 61131-3, 2.3.1 and 2.5.2.3). REAL, STRING, dates and 64-bit types are refused by
 /// name, because the chips have no support for them.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -47,7 +49,34 @@ const ELEMENTARY: [(IecType, &str); 11] = [
     (IecType::Time, "TIME"),
 ];
 
+impl Serialize for IecType {
+    /// Writes the keyword.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.keyword())
+    }
+}
+
 impl IecType {
+    /// Returns the number of bits of an elementary type, 0 for a block.
+    #[must_use]
+    pub fn bits(&self) -> u32 {
+        super::flow::size_of(self)
+    }
+
+    /// Whether numbers of the type have a sign: SINT, INT, DINT and TIME.
+    #[must_use]
+    pub fn is_signed(&self) -> bool {
+        matches!(self, IecType::Sint | IecType::Int | IecType::Dint | IecType::Time)
+    }
+
+    /// Returns the number modulo 2^n of the type, in its range; the lowest bit for BOOL.
+    #[must_use]
+    pub fn wrap(&self, number: i64) -> i64 {
+        let bits = self.bits().clamp(1, 32);
+        let low = number & ((1_i64 << bits) - 1);
+        if self.is_signed() && low >> (bits - 1) == 1 { low - (1_i64 << bits) } else { low }
+    }
+
     /// Returns all elementary types in the order of their declaration.
     pub fn elementary() -> impl Iterator<Item = IecType> {
         ELEMENTARY.into_iter().map(|(iec_type, _)| iec_type)
@@ -220,6 +249,15 @@ impl StandardBlock {
     #[must_use]
     pub fn from_keyword(word: &str) -> Option<StandardBlock> {
         Self::ALL.into_iter().find(|block| block.keyword().eq_ignore_ascii_case(word))
+    }
+
+    /// Whether the block counts time: TON, TOF, TP, TONA and TOFA.
+    #[must_use]
+    pub const fn is_timer(self) -> bool {
+        matches!(
+            self,
+            StandardBlock::Ton | StandardBlock::Tof | StandardBlock::Tp | StandardBlock::Tona | StandardBlock::Tofa
+        )
     }
 
     /// Returns the inputs, in the order of positional parameters, then the outputs.

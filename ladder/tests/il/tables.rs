@@ -100,6 +100,74 @@ fn each_source_has_its_types_or_faults() {
     });
 }
 
+/// The program as rungs, at a cycle of 10 ms.
+fn resolved(source: &str) -> Result<il::ResolvedIlProgram, Vec<Diagnostic>> {
+    il::to_ladder(&read(source)?, il::il_settings(10_000))
+}
+
+#[test]
+fn each_source_has_its_networks_and_symbols() {
+    let type_name = |of: &Option<il::IecType>| of.as_ref().map_or("-".to_owned(), |t| t.keyword().to_owned());
+    check_table("networks.txt", |source| match resolved(source) {
+        Ok(found) => {
+            let mut rungs: Vec<Vec<String>> = vec![Vec::new(); found.program.rungs.len()];
+            for (id, element, _) in found.program.elements() {
+                let text = match element {
+                    ladder::Element::Instruction(step) => {
+                        format!("{} {}>{}", step.to_string(), type_name(&step.before), type_name(&step.after))
+                    }
+                    other => ladder::element_text(other),
+                };
+                rungs[id.rung as usize].push(text);
+            }
+            rungs.iter().map(|rung| rung.join("; ")).collect::<Vec<_>>().join(" | ")
+        }
+        Err(diagnostics) => codes(&diagnostics),
+    });
+    check_table("symbols.txt", |source| match resolved(source) {
+        Ok(found) => {
+            let symbols = found.program.symbols().into_iter().map(|symbol| {
+                let letter = &format!("{:?}", symbol.kind)[..1];
+                format!("{letter} {} {}{}", symbol.name, type_name(&symbol.iec_type), symbol.bytes)
+            });
+            let notes = codes(&found.warnings);
+            format!("{} {notes}", symbols.collect::<Vec<_>>().join(", "))
+        }
+        Err(diagnostics) => codes(&diagnostics),
+    });
+}
+
+/// The action of the last line, with what is resolved in it.
+#[test]
+fn each_line_has_its_action() {
+    check_table("actions.txt", |source| match resolved(source) {
+        Ok(found) => {
+            let last = found.program.elements().last().map(|(_, element, _)| element.clone());
+            let Some(ladder::Element::Instruction(step)) = last else { return "none".to_owned() };
+            let text = format!("{:?}", step.action);
+            text.replace("TypedSymbol ", "").replace("iec_type: ", "").replace("kind: ", "").replace("name: ", "")
+        }
+        Err(diagnostics) => codes(&diagnostics),
+    });
+}
+
+#[test]
+fn the_written_program_is_the_same_program() {
+    for table in ["networks.txt", "symbols.txt", "actions.txt"] {
+        for (source, _) in rows(table) {
+            let Ok(found) = resolved(&source) else { continue };
+            let text = ladder::write(&found.program);
+            let again = resolved(&text).unwrap_or_else(|d| panic!("{}\n{text}", codes(&d))).program;
+            assert_eq!(ladder::write(&again), text);
+            let lines = |program: &ladder::LadderProgram| -> Vec<(ladder::ElementId, ladder::Element)> {
+                program.elements().map(|(id, element, _)| (id, element.clone())).collect()
+            };
+            assert_eq!(lines(&again), lines(&found.program), "{text}");
+            assert_eq!(again.symbols(), found.program.symbols(), "{text}");
+        }
+    }
+}
+
 /// What an operator with a modifier gives: its canonical text, or the code of the error.
 fn with_modifier(operator: &str, operand: &str, modifier: &str) -> String {
     let close = if modifier.ends_with('(') { "\n)" } else { "" };
@@ -141,13 +209,27 @@ fn keywords_have_no_case() {
 
 #[test]
 fn every_code_has_a_row() {
-    let written: String =
-        ["read.txt", "check.txt"].iter().flat_map(|t| rows(t)).map(|(_, expected)| expected + " ").collect();
-    // The tests of limits below have the codes about size.
-    let elsewhere = ["IL001", "IL002", "IL034"];
+    let written: String = ["read.txt", "check.txt", "symbols.txt", "actions.txt"]
+        .iter()
+        .flat_map(|t| rows(t))
+        .map(|(_, expected)| expected + " ")
+        .collect();
+    // The tests of limits below have the codes about size and cycle.
+    let elsewhere = ["IL001", "IL002", "IL034", "IL203"];
     let codes = il::IL_CODES.iter().map(|c| c.code);
     let missing: Vec<&str> = codes.filter(|c| !written.contains(c) && !elsewhere.contains(c)).collect();
     assert!(missing.is_empty(), "no row for {missing:?}");
+}
+
+#[test]
+fn timers_need_a_cycle_of_whole_milliseconds() {
+    let fault = |source: &str, cycle_us: u64| {
+        let program = read(source).expect("reads");
+        il::to_ladder(&program, il::il_settings(cycle_us)).map_or_else(|faults| codes(&faults), |_| String::new())
+    };
+    let timer = "LD a\nTON T1,100\n";
+    assert_eq!([1_000, 1_500, 500].map(|cycle| fault(timer, cycle)), ["", "IL203@2:1+3", "IL203@2:1+3"]);
+    assert_eq!(fault("LD a\nCTU C1,100\n", 1_500), "");
 }
 
 #[test]

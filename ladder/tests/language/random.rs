@@ -274,6 +274,7 @@ fn program() -> impl Strategy<Value = LadderProgram> {
         |(new, (micro, cycle_us, crystal_hz, baud), io, vars, (style, rungs))| {
             let has_micro = micro.is_some();
             LadderProgram {
+                declarations: Vec::new(),
                 file: "t".to_owned(),
                 format: if new { LdFormat::V02 } else { LdFormat::V01 },
                 dialect: if new { LadderDialect::Ldmicro5 } else { LadderDialect::Ldmicro23 },

@@ -5,6 +5,7 @@ use ladder::{Element, LadderDialect, LadderOperand, LadderProgram, LdFormat, Pro
 /// Creates a program with these rungs: dialect 2.3, a cycle of 10 ms.
 pub fn program(rungs: Vec<Vec<RungNode>>) -> LadderProgram {
     LadderProgram {
+        declarations: Vec::new(),
         file: "test.ld".to_owned(),
         format: LdFormat::V01,
         dialect: LadderDialect::Ldmicro23,

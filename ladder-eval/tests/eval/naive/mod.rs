@@ -169,6 +169,7 @@ impl NaiveInterpreter {
         match element {
             Element::Comment(_) | Element::Short => power,
             Element::Open => false,
+            Element::Instruction(step) => unreachable!("programs of LDmicro have no `{step}`"),
             Element::Contacts { name, negated, .. } => {
                 let closed = if *negated { !self.bit(name) } else { self.bit(name) };
                 power && closed
