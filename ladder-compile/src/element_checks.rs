@@ -62,10 +62,6 @@ pub fn unsupported_elements(program: &LadderProgram, target: Option<&CompileTarg
                     error(codes::LACKS, cause, "write 0 for the supply, or take an AVR that has this one (REFS)");
                 }
             }
-            Element::Instruction(step) => {
-                let cause = format!("`{step}`: Instruction List is not compiled yet");
-                error(codes::NOT_COMPILED, cause, "run it with `emu sim`");
-            }
             Element::Placeholder => {
                 error(codes::NOT_COMPILED, "PLACEHOLDER has no meaning".to_owned(), "put an element here");
             }

@@ -7,6 +7,10 @@
 mod bit_elements;
 mod buses;
 mod flow;
+mod instruction_blocks;
+mod instruction_functions;
+mod instruction_numbers;
+mod instructions;
 mod more_elements;
 mod peripherals;
 mod ports;
@@ -27,6 +31,7 @@ use crate::ir::{
     WordRole,
 };
 use flow::JumpPlan;
+use instructions::InstructionState;
 use peripherals::TransmitterBusy;
 use timing::CounterStart;
 use word_elements::ReducedComparison;
@@ -48,9 +53,10 @@ pub fn lower(program: &LadderProgram) -> Ir {
 #[must_use]
 pub fn lower_with_modules(program: &LadderProgram, modules: bool) -> Ir {
     let mut lower = Lowering::new(program, modules);
+    let initial: HashMap<&str, i64> = program.declarations.iter().map(|v| (v.name.as_str(), v.initial)).collect();
     for symbol in program.symbols() {
         if symbol.kind.is_bit() {
-            lower.symbol_bit(&symbol.name);
+            lower.new_symbol_bit(symbol.name, symbol.kind);
         } else {
             let start = lower.counter_starts.get(symbol.name.as_str());
             let unused = 32 - 8 * u32::from(symbol.bytes.clamp(1, 4));
@@ -58,7 +64,10 @@ pub fn lower_with_modules(program: &LadderProgram, modules: bool) -> Ir {
                 Some(PortRegister { port, kind: RegisterKind::Direction }) => {
                     i32::from(registers::initial_directions(program, port) as i8)
                 }
-                _ => start.map_or(0, |start| start.power_up) << unused >> unused,
+                _ => match initial.get(symbol.name.as_str()) {
+                    Some(value) => (*value as i32) << unused >> unused,
+                    None => start.map_or(0, |start| start.power_up) << unused >> unused,
+                },
             };
             lower.new_word(symbol.name, symbol.kind, symbol.bytes, initial);
         }
@@ -75,16 +84,19 @@ pub fn lower_with_modules(program: &LadderProgram, modules: bool) -> Ir {
     lower.set_up_peripherals();
     lower.preset_off_delays();
     lower.plan_pulse_trains();
+    lower.set_initial_bits();
     for (number, rung) in program.rungs.iter().enumerate() {
         lower.element = ElementId { rung: number as u32, index: 0 };
         lower.next = 0;
         lower.steps = Vec::new();
         lower.place_rung_label(number as u32);
         match lower.master {
+            _ if program.dialect == LadderDialect::Iec => lower.begin_network(number as u32),
             Some(bit) => lower.push(IrOp::Load { bit, negated: false }),
             None => lower.push(IrOp::SetAccumulator(true)),
         }
         lower.series(&rung.series, 0);
+        lower.leave_network();
         if number + 1 == program.rungs.len() {
             lower.place_rung_label(number as u32 + 1);
         }
@@ -129,6 +141,8 @@ struct Lowering<'a> {
     shared_pins: Vec<SharedPin>,
     /// Start values of counters, which RES stores too.
     counter_starts: HashMap<&'a str, CounterStart>,
+    /// What the lines of Instruction List need.
+    instructions: InstructionState,
     /// Timers and counters become [`IrOp::Module`] instead of simpler operations.
     keep_modules: bool,
     /// True if counters have the bounds of dialect `ldmicro-5`.
@@ -162,6 +176,7 @@ impl<'a> Lowering<'a> {
             eeprom_cells: eeprom_cells(program).into_iter(),
             shared_pins: Vec::new(),
             counter_starts: timing::counter_starts(program),
+            instructions: InstructionState::new(program),
             keep_modules: modules,
             bounded_counters: program.dialect == LadderDialect::Ldmicro5,
             element: ElementId { rung: 0, index: 0 },
@@ -183,13 +198,17 @@ impl<'a> Lowering<'a> {
         if let Some(&bit) = self.bits.get(name) {
             return bit;
         }
-        let role = match ladder::symbols::kind_by_letter(name) {
+        self.new_symbol_bit(name.to_owned(), ladder::symbols::kind_by_letter(name))
+    }
+
+    fn new_symbol_bit(&mut self, name: String, kind: SymbolKind) -> BitId {
+        let role = match kind {
             SymbolKind::Input => BitRole::Input,
             SymbolKind::Output => BitRole::Output,
             _ => BitRole::Relay,
         };
-        let bit = self.new_bit(name.to_owned(), role);
-        self.bits.insert(name.to_owned(), bit);
+        let bit = self.new_bit(name.clone(), role);
+        self.bits.insert(name, bit);
         bit
     }
 
@@ -403,8 +422,9 @@ impl<'a> Lowering<'a> {
             Element::FormattedString { var, text, quoted } => self.send_string(var.as_deref(), text, *quoted),
             Element::BusTransfer(transfer) => self.bus_transfer(transfer),
             Element::Persist { name } => self.persist(name),
-            // SHORT passes power, COMMENT has no effect, and the checks refuse the others.
-            Element::Short | Element::Comment(_) | Element::Placeholder | Element::Instruction(_) => {}
+            Element::Instruction(step) => self.instruction(step),
+            // SHORT passes power, COMMENT has no effect, and the checks refuse PLACEHOLDER.
+            Element::Short | Element::Comment(_) | Element::Placeholder => {}
         }
     }
 

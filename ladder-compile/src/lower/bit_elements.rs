@@ -192,9 +192,16 @@ impl Lowering<'_> {
         let (dst, src, count) = (self.word(dest), self.value(src), self.value(count));
         let bytes = self.operand_bytes(src);
         let x = self.temporary("bits", if op == ShiftOp::Shl { self.ir.bytes(dst) } else { bytes });
-        let bits = 8 * i32::from(self.ir.bytes(x));
-        // The numbers below are of the width of x; then what is stored.
         let mut ops = vec![copy(x, src)];
+        ops.extend(self.shift_word(op, x, count));
+        ops.push(copy(dst, x));
+        self.push(if_accumulator(ops));
+    }
+
+    /// x shifted or rotated by a count; by 0 and less, it stays what it is.
+    pub(super) fn shift_word(&mut self, op: ShiftOp, x: WordId, count: WordOperand) -> Vec<IrOp> {
+        let bits = 8 * i32::from(self.ir.bytes(x));
+        let mut ops = Vec::new();
         let all_out = match op {
             ShiftOp::Shl | ShiftOp::Sr0 => vec![copy(x, 0)],
             ShiftOp::Shr => self.if_comparison(CompareOp::Les, x.into(), 0.into(), vec![copy(x, -1)], vec![copy(x, 0)]),
@@ -232,8 +239,7 @@ impl Lowering<'_> {
                 ops.extend(self.if_comparison(CompareOp::Grt, count.into(), 0.into(), some, Vec::new()));
             }
         }
-        ops.push(copy(dst, x));
-        self.push(if_accumulator(ops));
+        ops
     }
 
     /// x rotated.

@@ -7,6 +7,7 @@
 use std::collections::HashMap;
 
 use ladder::flow::{ProgramFlow, Subprogram};
+use ladder::il::IlAction;
 use ladder::{Element, FlowOp};
 
 use super::{Lowering, if_accumulator};
@@ -90,11 +91,16 @@ impl<'a> Lowering<'a> {
                     plan.sites.insert((id.rung, id.index), site);
                     None
                 }
+                Element::Instruction(step) => match step.action {
+                    IlAction::Jump { target, .. } => Some(target),
+                    IlAction::Return(_) => Some(end),
+                    _ => None,
+                },
                 // No other element jumps.
                 _ => None,
             };
             let Some(target) = target else { continue };
-            if matches!(element, Element::Flow { op: FlowOp::Goto, .. }) && target <= id.rung && plan.left.is_none() {
+            if is_jump(element) && target <= id.rung && plan.left.is_none() {
                 plan.left = Some(self.new_word_cell("jumps left".to_owned(), WordRole::Memory, 1, 0));
             }
             if !plan.rungs.contains_key(&target) {
@@ -182,6 +188,16 @@ impl<'a> Lowering<'a> {
         }
     }
 
+    /// The operations of a jump to the start of a rung, and whether it goes back.
+    pub(super) fn jump_to_rung(&self, target: u32) -> Option<(Vec<IrOp>, bool)> {
+        let plan = self.jumps.as_ref()?;
+        let (to, is_back) = (*plan.rungs.get(&target)?, target <= self.element.rung);
+        Some(match plan.left.filter(|_| is_back) {
+            Some(left) => (vec![counted_jump(left, to)], true),
+            None => (vec![IrOp::Jump { to, kind: JumpKind::Forward }], false),
+        })
+    }
+
     /// LOCK: to the end of the scan, and no further scan executes anything.
     pub(super) fn lock(&mut self) {
         let Some(plan) = &self.jumps else { return };
@@ -202,6 +218,15 @@ impl<'a> Lowering<'a> {
             self.push(if_accumulator(vec![IrOp::Jump { to, kind: JumpKind::Forward }]));
             self.push(IrOp::SetAccumulator(false));
         }
+    }
+}
+
+/// Whether an element jumps to the start of a rung that it names.
+fn is_jump(element: &Element) -> bool {
+    match element {
+        Element::Flow { op: FlowOp::Goto, .. } => true,
+        Element::Instruction(step) => matches!(step.action, IlAction::Jump { .. }),
+        _ => false,
     }
 }
 
