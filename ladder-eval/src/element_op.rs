@@ -11,6 +11,8 @@ use crate::flow_steps::FlowStep;
 #[rustfmt::skip]
 pub(crate) enum ElementOp {
     Flow(FlowStep),
+    /// Number of a line of Instruction List.
+    Line(u32),
     Segments { display: SegmentDisplay, dest: u32, src: ValueSource, inverted: bool },
     Random   { dest: u32, seed: u32 },
     Seed     { seed: u32, src: ValueSource },

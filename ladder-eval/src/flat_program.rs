@@ -6,6 +6,7 @@ use crate::arithmetic::{CountInput, CountMode, compare, count_step, math, trunca
 use crate::bit_ops;
 pub(crate) use crate::element_op::{ElementOp, ValueSource};
 use crate::flow_steps::{FlowStep, ParallelGroup, ScanPosition};
+use crate::il_ops::{IlOp, IlState};
 use crate::peripheral_state::{FormattedText, PeripheralState, PiecewiseCurve};
 use crate::ports::FlatPort;
 use crate::pulse_ops::{EncoderState, FlatEncoder, FlatNpulse, FlatPulser, FlatStepper, NpulseState, PulserState};
@@ -62,6 +63,12 @@ pub(crate) struct FlatProgram {
     pub memories: u32,
     /// Maximum nesting depth of parallel groups.
     pub max_depth: usize,
+    /// The lines of Instruction List.
+    pub lines: Vec<IlOp>,
+    /// Number of instances of blocks.
+    pub instances: u32,
+    /// Time of a scan in milliseconds; 0 without timers of IEC.
+    pub cycle_ms: u32,
 }
 
 /// One step of the flat form. Parallel groups need no jumps, because every branch of a group runs in every
@@ -109,6 +116,8 @@ pub(crate) struct ScanState {
     groups: Vec<ParallelGroup>,
     /// The master relay; every scan starts with it on.
     master: bool,
+    /// Current result and blocks of Instruction List.
+    pub il: IlState,
 }
 
 impl ScanState {
@@ -127,6 +136,7 @@ impl ScanState {
             memories: vec![false; code.memories as usize],
             groups: vec![ParallelGroup::default(); code.max_depth],
             master: true,
+            il: IlState::power_up(code.instances),
         }
     }
 
@@ -137,6 +147,7 @@ impl ScanState {
     pub(crate) fn scan(&mut self, code: &FlatProgram, mut watch: impl FnMut(ElementId, bool, bool, &[i32])) {
         self.parts.start_scan();
         self.master = true;
+        self.il.result = 0;
         code.ports.iter().for_each(|port| port.sample(&mut self.values));
         let mut rung = true;
         let mut position = ScanPosition::default();
@@ -165,6 +176,12 @@ impl ScanState {
                     watch(id, rung, followed.after, &self.values);
                     rung = followed.next;
                 }
+                FlatStep::Do(id, ElementOp::Line(line)) => {
+                    let before = self.il.result != 0;
+                    let next = self.execute_line(code, line);
+                    position.follow_line(code, next);
+                    watch(id, before, self.il.result != 0, &self.values);
+                }
                 FlatStep::Do(id, op) => {
                     let before = rung;
                     rung = self.execute_element(code, op, before);
@@ -180,7 +197,7 @@ impl ScanState {
     fn execute_element(&mut self, code: &FlatProgram, op: ElementOp, rung: bool) -> bool {
         match op {
             // The order of execution is not the state's.
-            ElementOp::Flow(_) | ElementOp::Short => rung,
+            ElementOp::Flow(_) | ElementOp::Line(_) | ElementOp::Short => rung,
             ElementOp::Open => false,
             ElementOp::Contact { bit, negated } => rung & ((self.read_symbol(bit) != 0) != negated),
             ElementOp::Coil { bit, negated } => {

@@ -10,7 +10,7 @@ use ladder::{
     ProgramSettings, RungNode, TimerKind,
 };
 
-use crate::arithmetic::{CountInput, CountMode};
+use crate::arithmetic::{CountInput, CountMode, truncate};
 use crate::flat_program::{ElementOp, FlatProgram, FlatStep, ValueSource};
 use crate::peripheral_ops::{self, DeviceSettings};
 use crate::ports;
@@ -24,7 +24,17 @@ pub(crate) fn flatten(
     by_name: &HashMap<String, usize>,
 ) -> Result<FlatProgram, UnsupportedElement> {
     let widths = symbols.iter().map(|s| if s.kind.is_bit() { 0 } else { 32 - 8 * s.bytes }).collect();
-    let power_up = |symbol: &LadderSymbol| ports::power_up_directions(program, &symbol.name, symbol.kind).unwrap_or(0);
+    let initial: HashMap<&str, i64> =
+        program.declarations.iter().map(|variable| (variable.name.as_str(), variable.initial)).collect();
+    let declared = |symbol: &LadderSymbol| {
+        initial.get(symbol.name.as_str()).map(|value| match symbol.kind.is_bit() {
+            true => i32::from(*value != 0),
+            false => truncate(*value, 32 - 8 * symbol.bytes),
+        })
+    };
+    let power_up = |symbol: &LadderSymbol| {
+        ports::power_up_directions(program, &symbol.name, symbol.kind).or_else(|| declared(symbol)).unwrap_or(0)
+    };
     let code = FlatProgram {
         cut_bits: widths,
         initial_values: symbols.iter().map(power_up).collect(),
@@ -41,6 +51,7 @@ pub(crate) fn flatten(
         next: ElementId { rung: 0, index: 0 },
         counter_starts: HashMap::new(),
         devices: DeviceSettings::default(),
+        instances: HashMap::new(),
     };
     builder.code.has_jumps = builder.flow.is_used;
     builder.collect_devices_and_starts();
@@ -72,6 +83,8 @@ pub(crate) struct FlatBuilder<'a> {
     pub counter_starts: HashMap<&'a str, (u8, LadderOperand)>,
     /// What the elements so far said about the parts that all of them share.
     pub devices: DeviceSettings,
+    /// Index of the state of each instance of a block.
+    pub instances: HashMap<String, u32>,
 }
 
 impl FlatBuilder<'_> {
@@ -222,7 +235,7 @@ impl FlatBuilder<'_> {
                 ElementOp::Compare { op: *op, a: self.operand_source(op1)?, b: self.operand_source(op2)? }
             }
             Element::Placeholder => return Err(UnsupportedReason::EmptyPlace),
-            Element::Instruction(_) => return Err(UnsupportedReason::NoMeaning),
+            Element::Instruction(step) => ElementOp::Line(self.line(step)?),
             Element::Segments { display, dest, src, common } => {
                 let (dest, src) = (self.integer_index(dest)?, self.operand_source(src)?);
                 ElementOp::Segments { display: *display, dest, src, inverted: *common != 'C' }
@@ -276,6 +289,11 @@ impl FlatBuilder<'_> {
     pub(crate) fn new_memory(&mut self) -> u32 {
         self.code.memories += 1;
         self.code.memories - 1
+    }
+
+    /// Index of a symbol of any kind.
+    pub(crate) fn symbol_index(&self, name: &str) -> Result<u32, UnsupportedReason> {
+        self.find_symbol(name).map(|(index, _)| index)
     }
 
     pub(crate) fn bit_index(&self, name: &str) -> Result<u32, UnsupportedReason> {

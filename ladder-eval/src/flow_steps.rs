@@ -6,6 +6,7 @@ use ladder::{Element, FlowOp};
 use crate::UnsupportedReason;
 use crate::flat_program::FlatProgram;
 use crate::flatten::FlatBuilder;
+use crate::il_ops::IlNext;
 
 /// What an element does to the order of execution. `to` is the index of a rung; the number of rungs is the
 /// end.
@@ -94,6 +95,19 @@ pub(crate) struct ScanPosition {
 }
 
 impl ScanPosition {
+    /// Goes where a line of Instruction List, behind which `next` already is, leads.
+    pub(crate) fn follow_line(&mut self, code: &FlatProgram, to: IlNext) {
+        match to {
+            IlNext::Line => {}
+            IlNext::End => self.next = code.steps.len(),
+            IlNext::Jump { is_back: true, .. } if self.jumps_back == MAX_JUMPS_BACK => {}
+            IlNext::Jump { to, is_back } => {
+                self.jumps_back += u8::from(is_back);
+                self.next = code.rung_starts.get(to as usize).copied().unwrap_or(code.steps.len());
+            }
+        }
+    }
+
     /// Executes an element behind which `next` already is.
     pub(crate) fn follow(
         &mut self,

@@ -113,6 +113,12 @@ pub enum UnsupportedReason {
     /// The element counts scans, but CYCLE is 0, so a scan has no fixed time.
     #[error("it needs a cycle time, and CYCLE is 0 (free running)")]
     NoCycleTime,
+    /// A timer of IEC counts milliseconds, but a scan does not take whole ones.
+    #[error("it counts milliseconds, and a scan takes {cycle_us} us")]
+    FractionalCycle {
+        /// Time of a scan in microseconds.
+        cycle_us: u64,
+    },
     /// The input kind of a counter is unknown.
     #[error("input kind `{kind}` has no meaning")]
     UnknownInputKind {

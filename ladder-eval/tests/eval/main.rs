@@ -4,6 +4,7 @@ mod api;
 mod common;
 mod corpus;
 mod devices;
+mod il;
 mod naive;
 mod nesting;
 mod random;

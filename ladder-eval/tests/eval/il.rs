@@ -1,0 +1,120 @@
+//! Compares the evaluator with the hand-worked traces of programs in Instruction List in `il/*.txt`.
+//!
+//! A case is `== title` (with `@ 20` for a cycle of 20 ms), the program, and `-- inputs >> results`. Each row
+//! after it is a scan: values that are set before it, `>>`, values after it. `.` keeps an input, or is any
+//! result. `x5` before a row repeats its scan, and the results are those of the last one. The numbers in
+//! brackets are the rules of `docs/semantics.md`, section 6.
+
+use ladder_eval::Evaluator;
+
+struct Case {
+    title: String,
+    cycle_ms: u64,
+    program: String,
+    inputs: Vec<String>,
+    results: Vec<String>,
+    rows: Vec<String>,
+}
+
+fn words(text: &str) -> Vec<String> {
+    text.split_whitespace().map(str::to_owned).collect()
+}
+
+fn cases() -> Vec<Case> {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/eval/il");
+    let mut cases: Vec<Case> = Vec::new();
+    for name in ["operators.txt", "numbers.txt", "blocks.txt", "programs.txt"] {
+        let text = std::fs::read_to_string(folder.join(name)).expect("the traces exist");
+        for line in text.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty()) {
+            if let Some(title) = line.strip_prefix("== ") {
+                let (title, cycle) = title.split_once(" @ ").unwrap_or((title, "10"));
+                let (title, cycle_ms) = (format!("{name}: {title}"), cycle.parse().expect("a cycle"));
+                let (program, inputs, results, rows) = Default::default();
+                cases.push(Case { title, cycle_ms, program, inputs, results, rows });
+                continue;
+            }
+            let case = cases.last_mut().expect("a title");
+            if let Some(head) = line.strip_prefix("-- ") {
+                let (inputs, results) = head.split_once(">>").expect("inputs >> results");
+                (case.inputs, case.results) = (words(inputs), words(results));
+            } else if case.results.is_empty() {
+                case.program += line;
+                case.program.push('\n');
+            } else {
+                case.rows.push(line.to_owned());
+            }
+        }
+    }
+    cases
+}
+
+fn evaluator(case: &Case) -> Evaluator {
+    let read = ladder::il::read("t.il", &case.program).unwrap_or_else(|faults| panic!("{}: {faults:?}", case.title));
+    let resolved = ladder::il::to_ladder(&read.program, ladder::il::il_settings(1_000 * case.cycle_ms));
+    let program = resolved.unwrap_or_else(|faults| panic!("{}: {faults:?}", case.title)).program;
+    Evaluator::new(&program).unwrap_or_else(|refusal| panic!("{}: {refusal}", case.title))
+}
+
+/// Runs the rows of a case; returns those that differ.
+fn differences(case: &Case) -> Vec<String> {
+    let mut eval = evaluator(case);
+    let index =
+        |eval: &Evaluator, name: &str| eval.index(name).unwrap_or_else(|| panic!("{}: there is no {name}", case.title));
+    let mut faults = Vec::new();
+    for row in &case.rows {
+        let (given, wanted) = row.split_once(">>").expect("values >> values");
+        let mut given = words(given);
+        let times = given.first().and_then(|first| first.strip_prefix('x')?.parse::<u32>().ok());
+        given.drain(..usize::from(times.is_some()));
+        let wanted = words(wanted);
+        assert_eq!((given.len(), wanted.len()), (case.inputs.len(), case.results.len()), "{}: {row}", case.title);
+        for _ in 0..times.unwrap_or(1) {
+            for (name, value) in case.inputs.iter().zip(&given).filter(|(_, value)| *value != ".") {
+                let value: i64 = value.parse().expect("a number");
+                let symbol = index(&eval, name);
+                eval.set(symbol, value as i32);
+            }
+            eval.scan();
+        }
+        let shown = |name: &String| {
+            let symbol = index(&eval, name);
+            eval.symbols()[symbol].shown_value(eval.get(symbol)).to_string()
+        };
+        let found: Vec<String> = case.results.iter().map(shown).collect();
+        if found.iter().zip(&wanted).any(|(found, wanted)| wanted != "." && found != wanted) {
+            faults.push(format!("{}: {row}: found {}", case.title, found.join(" ")));
+        }
+    }
+    faults
+}
+
+#[test]
+fn every_row_of_every_trace() {
+    let cases = cases();
+    assert!(cases.len() >= 30, "{} cases", cases.len());
+    assert!(cases.iter().all(|case| !case.rows.is_empty()));
+    let faults: Vec<String> = cases.iter().flat_map(differences).collect();
+    assert!(faults.is_empty(), "{faults:#?}");
+}
+
+#[test]
+fn every_rule_of_the_semantics_has_a_trace() {
+    let titles: String = cases().iter().map(|case| case.title.clone() + " ").collect();
+    let is_cited =
+        |rule: &u32| titles.split(|c: char| !c.is_ascii_alphanumeric()).any(|word| word == format!("I{rule}"));
+    let missing: Vec<u32> = (1..=33).filter(|rule| !is_cited(rule)).collect();
+    assert_eq!(missing, [0; 0], "rules without a trace");
+}
+
+#[test]
+fn the_rung_bit_is_whether_the_current_result_is_not_zero() {
+    let program = "VAR n : INT := 3; m : INT; END_VAR\nLD n\nSUB 3\nST m\nGE 0\nRETC\nLD n\n".to_owned();
+    let (title, inputs, results, rows) = ("watch".to_owned(), Vec::new(), Vec::new(), Vec::new());
+    let mut eval = evaluator(&Case { title, cycle_ms: 10, program, inputs, results, rows });
+    for _ in 0..2 {
+        let mut seen = Vec::new();
+        eval.scan_watched(&mut |id, before, after| seen.push((id.rung, id.index, before, after)));
+        let first = [(0, 0, false, true), (0, 1, true, false), (0, 2, false, false), (0, 3, false, true)];
+        assert_eq!(seen, [&first[..], &[(0, 4, true, true)]].concat());
+    }
+}
