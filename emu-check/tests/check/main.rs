@@ -7,6 +7,7 @@ mod corpus;
 mod examples;
 mod faults;
 mod foreign;
+mod instruction_list;
 mod fuzz;
 mod paces;
 mod pages;

@@ -23,7 +23,7 @@ fn words(text: &str) -> Vec<String> {
 fn cases() -> Vec<Case> {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/eval/il");
     let mut cases: Vec<Case> = Vec::new();
-    for name in ["operators.txt", "numbers.txt", "blocks.txt", "programs.txt"] {
+    for name in ["operators.txt", "numbers.txt", "blocks.txt", "programs.txt", "standard.txt"] {
         let text = std::fs::read_to_string(folder.join(name)).expect("the traces exist");
         for line in text.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty()) {
             if let Some(title) = line.strip_prefix("== ") {

@@ -1,0 +1,70 @@
+//! The programs in Instruction List of the evaluator's traces, on all families: chip and evaluator agree.
+
+use emu_check::{CheckOptions, check};
+use ladder::LadderProgram;
+use ladder::il::{il_settings, read, to_ladder};
+
+/// Each title with its program, from the tables of traces.
+fn programs() -> Vec<(String, LadderProgram)> {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../ladder-eval/tests/eval/il");
+    let mut programs = Vec::new();
+    for name in ["operators.txt", "numbers.txt", "blocks.txt", "programs.txt", "standard.txt"] {
+        let text = std::fs::read_to_string(folder.join(name)).expect("the traces exist");
+        for case in text.split("\n== ").skip(1) {
+            let (title, body) = case.split_once('\n').expect("lines after the title");
+            let (_, cycle) = title.split_once(" @ ").unwrap_or((title, "10"));
+            let cycle_ms: u64 = cycle.trim().parse().expect("a cycle");
+            let lines = body.lines().take_while(|line| !line.starts_with("-- "));
+            let text: String = lines.filter(|line| !line.starts_with('#')).map(|line| format!("{line}\n")).collect();
+            let parsed = read("trace.il", &text).unwrap_or_else(|faults| panic!("{title}: {faults:?}"));
+            let resolved = to_ladder(&parsed.program, il_settings(1000 * cycle_ms));
+            let program = resolved.unwrap_or_else(|faults| panic!("{title}: {faults:?}")).program;
+            programs.push((format!("{name}: {title}"), program));
+        }
+    }
+    programs
+}
+
+fn differences(mcu: &str, clock_hz: u32) -> (usize, Vec<String>) {
+    let (mut agreed, mut faults) = (0, Vec::new());
+    for (title, program) in programs() {
+        let options = CheckOptions {
+            mcu: mcu.to_owned(),
+            scans: 300,
+            clock_hz: Some(clock_hz.into()),
+            ..CheckOptions::default()
+        };
+        match check(&program, &options, &mut |_, _| {}) {
+            Ok(report) if report.agreed => agreed += 1,
+            Ok(report) => faults.push(format!("{mcu}: {title}\n{}", report.text())),
+            // AP101 has no integers.
+            Err(refusals) if mcu == "ap101" => drop(refusals),
+            Err(refusals) => faults.push(format!("{mcu}: {title}: {refusals:?}")),
+        }
+    }
+    (agreed, faults)
+}
+
+#[test]
+fn avr_agrees() {
+    let (agreed, faults) = differences("atmega328p", 16_000_000);
+    assert!(faults.is_empty() && agreed > 80, "{agreed}: {}", faults.join("\n"));
+}
+
+#[test]
+fn mcs51_agrees() {
+    let (agreed, faults) = differences("at89c52", 12_000_000);
+    assert!(faults.is_empty() && agreed > 80, "{agreed}: {}", faults.join("\n"));
+}
+
+#[test]
+fn pic16_agrees() {
+    let (agreed, faults) = differences("pic16f877", 20_000_000);
+    assert!(faults.is_empty() && agreed > 80, "{agreed}: {}", faults.join("\n"));
+}
+
+#[test]
+fn ap101_agrees() {
+    let (agreed, faults) = differences("ap101", 1_000_000);
+    assert!(faults.is_empty() && agreed > 10, "{agreed}: {}", faults.join("\n"));
+}
