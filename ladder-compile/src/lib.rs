@@ -190,7 +190,12 @@ pub(crate) fn prepare(program: &LadderProgram, options: &CompileOptions) -> Resu
         return Err(diagnostics);
     };
     let pins = pins::assign_pins(program, &options.pins, target, &mut diagnostics);
-    let clock_hz = options.clock_hz.unwrap_or(program.settings.crystal_hz);
+    // Instruction List names no crystal.
+    let crystal_hz = match program.settings.crystal_hz {
+        0 => target.chip.default_hz,
+        named => named,
+    };
+    let clock_hz = options.clock_hz.unwrap_or(crystal_hz);
     if clock_hz == 0 || clock_hz > target.chip.max_hz {
         let cause = format!("the clock is {clock_hz} Hz, {} runs at 1 to {} Hz", target.chip.name, target.chip.max_hz);
         diagnostics.push(error(codes::CLOCK, cause, "set CRYSTAL=, or give another clock on the command line"));

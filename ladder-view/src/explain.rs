@@ -259,7 +259,7 @@ fn deciding_symbols(element: &Element) -> Vec<String> {
     let decides = match facts.power {
         PowerEffect::Narrows => true,
         // The element's own count decides, not the value that it is compared with.
-        PowerEffect::Decides => false,
+        PowerEffect::Decides => matches!(element, Element::Instruction(_)),
         PowerEffect::NoWire | PowerEffect::Wire | PowerEffect::Acts => return Vec::new(),
     };
     // The inputs of an encoder decide too.

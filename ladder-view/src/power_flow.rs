@@ -1,5 +1,6 @@
 //! Finds the elements through which power reached a position in a rung, or which blocked it.
 
+use ladder::il::{IlAction, IlBinaryOperator, IlStep};
 use ladder::{Element, ElementId, LadderProgram, PowerEffect, Rung, RungNode};
 
 use crate::scan_follower::FollowedScan;
@@ -62,6 +63,9 @@ impl<'a> RungWalk<'a, '_> {
 
     fn leaf(&mut self, id: ElementId, element: &'a Element) {
         let Some((before, behind)) = self.scan.power(id) else { return };
+        if let Element::Instruction(step) = element {
+            return self.line(id, element, step, (before, behind));
+        }
         let decides = matches!(element.facts().power, PowerEffect::Narrows | PowerEffect::Decides);
         if !behind && before {
             // Elements that passed power before this one have no effect.
@@ -74,6 +78,22 @@ impl<'a> RungWalk<'a, '_> {
             }
             self.path.push(PowerDecider { id, element, passed_power: true });
         }
+    }
+
+    /// A line of Instruction List: those since the last load decide the current result.
+    fn line(&mut self, id: ElementId, element: &'a Element, step: &IlStep, (before, behind): (bool, bool)) {
+        if element.facts().power != PowerEffect::Decides {
+            return;
+        }
+        let decides_alone = match step.action {
+            IlAction::Binary { operator: IlBinaryOperator::And, .. } => before && !behind,
+            IlAction::Binary { operator: IlBinaryOperator::Or, .. } => !before && behind,
+            _ => step.is_load(),
+        };
+        if decides_alone {
+            self.path.clear();
+        }
+        self.path.push(PowerDecider { id, element, passed_power: behind });
     }
 
     fn parallel(&mut self, branches: &'a [Vec<RungNode>]) -> bool {

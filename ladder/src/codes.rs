@@ -82,6 +82,8 @@ diag::codes! {
         "A note: the header is that of release 2.3, but the file has an element, a flag or an argument that only LDmicro 5 has. The program therefore has the meaning of the dialect ldmicro-5. Choose a dialect on the command line to override this.";
     REGISTER_ADDRESS "LD039" "a register is named by its address"
         "A note: `#0x25` and the like are addresses in the data memory of the chip that MICRO= names. Those of the registers of ports are read as their names #PORTx, #PINx, #TRISx; others have no meaning here.";
+    OTHER_NOTATION "LD040" "a notation that is not read"
+        "The file is a program in a notation that emu recognises by its content but does not read: Structured Text, PLCopen XML, ladder as JSON, the files of OpenPLC Editor 4, exports of RSLogix 5000 (L5X). The file is not damaged. LDmicro's .ld text and Instruction List are read; --format ld or --format il says which one a file is.";
     TIMER_RANGE "LD101" "a delay cannot be counted"
         "A timer counts scans: P = delay / cycle, rounded down, less 1, and P must be 1 to 32767. Shorter delays are less than two scans, longer ones do not fit 16 bits. In ldmicro-5 the adjust replaces the 1, a timer with P under 1 expires at once, and one with P beyond its width never expires: both are warnings. Change the delay or CYCLE=.";
     NOT_LAST "LD102" "an element of the right rail is not last"

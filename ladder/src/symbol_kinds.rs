@@ -51,6 +51,9 @@ pub struct LadderSymbol {
     /// Type in an IEC program; `None` in the dialects of LDmicro, whose integers have a sign.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub iec_type: Option<IecType>,
+    /// True if the value comes from outside: an input, or a number of VAR_INPUT or at %I.
+    #[serde(skip)]
+    pub is_given: bool,
 }
 
 impl LadderSymbol {

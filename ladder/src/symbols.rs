@@ -34,7 +34,7 @@ pub(crate) fn collect_symbols(program: &LadderProgram) -> Vec<LadderSymbol> {
         .map(|(name, kind)| {
             let pin = pins.get(name.as_str()).copied().unwrap_or(0);
             let bytes = if kind.is_bit() { 0 } else { widths.bytes_of_symbol(&name) };
-            LadderSymbol { name, kind, pin, bytes, iec_type: None }
+            LadderSymbol { name, kind, pin, bytes, iec_type: None, is_given: kind == SymbolKind::Input }
         })
         .collect();
     list.sort_by(|a, b| (a.kind, &a.name).cmp(&(b.kind, &b.name)));
@@ -44,9 +44,13 @@ pub(crate) fn collect_symbols(program: &LadderProgram) -> Vec<LadderSymbol> {
 /// Returns the symbols of an IEC program, which its declarations give.
 fn declared_symbols(program: &LadderProgram) -> Vec<LadderSymbol> {
     let pins: BTreeMap<&str, u32> = program.io.iter().rev().map(|e| (e.name.as_str(), e.pin)).collect();
-    let symbols = program.declarations.iter().flat_map(|variable| variable.symbols());
+    let symbols = program
+        .declarations
+        .iter()
+        .flat_map(|variable| variable.symbols().into_iter().map(|symbol| (symbol, variable.is_given())));
     let mut list: Vec<LadderSymbol> = symbols
-        .map(|symbol| LadderSymbol {
+        .map(|(symbol, is_given)| LadderSymbol {
+            is_given,
             pin: pins.get(symbol.name.as_str()).copied().unwrap_or(0),
             kind: symbol.kind,
             bytes: if symbol.kind.is_bit() { 0 } else { (symbol.iec_type.bits() / 8) as u8 },

@@ -10,7 +10,7 @@ use diag::text::{readable, strip_line_decorations};
 use diag::{Diagnostic, Severity};
 use emu_core::chip::Chip;
 use emu_core::image::{self, CONSTANT_SPACE, ElfMachine, Image, SourceLines, SymbolAt, SymbolFile, Symbols};
-use ladder::{LadderDialect, LadderProgram};
+use ladder::{LadderDialect, LadderProgram, ReadOptions};
 use ladder_compile::PinAssignment;
 
 use crate::shared::chip_guess::guess_chip;
@@ -221,6 +221,11 @@ impl ReadProgram {
             let file = &self.program.file;
             let why = match micro {
                 Some(micro) => format!("{file} names `{micro}` in MICRO=, {}", chosen_chip::unknown_micro(micro)),
+                None if self.program.dialect == LadderDialect::Iec => {
+                    format!(
+                        "{file} is in Instruction List, which names no chip; give --mcu CHIP (`emu chips` lists them)"
+                    )
+                }
                 None => format!("{file} names no chip in MICRO=; give --mcu CHIP (`emu chips` lists them)"),
             };
             VerbFailure::Usage(why)
@@ -242,11 +247,11 @@ impl ReadProgram {
 /// Reads a ladder program and prints its warnings. With `checked`, also runs the checks of the language.
 pub fn read_program(
     file: &str,
-    dialect: Option<LadderDialect>,
+    options: ReadOptions,
     checked: bool,
     terminal: &MessageStyle,
 ) -> Result<ReadProgram, VerbFailure> {
-    let (read, notes) = parse_program(file, read_bytes(file)?, dialect, checked)?;
+    let (read, notes) = parse_program(file, read_bytes(file)?, options, checked)?;
     report_diagnostics(terminal, &notes, &read.texts);
     Ok(read)
 }
@@ -255,11 +260,11 @@ pub fn read_program(
 /// checks of the language: about pins of the program only where `pins` names no other.
 pub fn read_program_for_pins(
     file: &str,
-    dialect: Option<LadderDialect>,
+    options: ReadOptions,
     pins: &[PinAssignment],
     terminal: &MessageStyle,
 ) -> Result<ReadProgram, VerbFailure> {
-    let (read, mut notes) = parse_program(file, read_bytes(file)?, dialect, true)?;
+    let (read, mut notes) = parse_program(file, read_bytes(file)?, options, true)?;
     let moved = |note: &Diagnostic| {
         let of = |entry: &&ladder::IoEntry| entry.pos == note.pos && pins.iter().any(|pin| pin.symbol == entry.name);
         read.program.io.iter().any(|entry| of(&entry))
@@ -277,10 +282,10 @@ pub fn read_program_for_pins(
 pub fn parse_program(
     file: &str,
     text: Vec<u8>,
-    dialect: Option<LadderDialect>,
+    options: ReadOptions,
     checked: bool,
 ) -> Result<(ReadProgram, Vec<Diagnostic>), VerbFailure> {
-    let parsed = ladder::parse_bytes(file, &text, ladder::ParseOptions { dialect });
+    let parsed = ladder::read_program(file, &text, options);
     let texts = FileTexts::one(file, text);
     let parsed = match parsed {
         Ok(parsed) => parsed,

@@ -1,7 +1,6 @@
 //! Inputs of `emu sim`: from the command line, and from a table of inputs by scan.
 
 use diag::{Diagnostic, Pos, Severity};
-use ladder::SymbolKind;
 use ladder_eval::Evaluator;
 
 use crate::shared::codes::INPUT_TABLE;
@@ -71,10 +70,7 @@ impl SimInput {
         if evaluator.adc_symbols().any(|adc| adc == index) {
             return Ok(SimInput::Level(index, number(0, 1023)? as u16));
         }
-        let (low, high) = match symbol.bytes {
-            0 => (0, 1),
-            bytes => (-1_i64 << (8 * bytes - 1), (1_i64 << (8 * bytes - 1)) - 1),
-        };
+        let (low, high) = symbol.range();
         Ok(SimInput::Symbol(index, number(low, high)? as i32))
     }
 }
@@ -98,8 +94,10 @@ fn read(file: &str, text: &str, evaluator: &Evaluator) -> Result<(Option<u64>, V
         return Err(fault(Pos::new(1, 1, 1), "the head line does not begin with `scan`".to_owned(), hint));
     };
     let names: Vec<&str> = evaluator.symbols().iter().map(|s| s.name.as_str()).collect();
+    // In an IEC program the name does not show what is an input.
+    let is_iec = evaluator.symbols().iter().any(|symbol| symbol.iec_type.is_some());
     for &(name, column) in columns {
-        let input = name.starts_with(['X', 'A']);
+        let input = is_iec || name.starts_with(['X', 'A']);
         if input && evaluator.index(name).is_none() {
             let near =
                 nearest(name, names.iter().copied()).map_or(String::new(), |near| format!("; did you mean {near}?"));
@@ -110,7 +108,7 @@ fn read(file: &str, text: &str, evaluator: &Evaluator) -> Result<(Option<u64>, V
     }
     let counts = |name: &str| {
         let symbol = evaluator.index(name).and_then(|i| Some((i, evaluator.symbols().get(i)?)));
-        symbol.is_some_and(|(i, s)| s.kind == SymbolKind::Input || evaluator.adc_symbols().any(|adc| adc == i))
+        symbol.is_some_and(|(i, s)| s.is_given || evaluator.adc_symbols().any(|adc| adc == i))
     };
     let mut changes: Vec<ScanChange> = Vec::new();
     let mut before = 0;

@@ -14,12 +14,11 @@ use diag::{Diagnostic, Pos, Severity};
 use emu_check::{CheckOptions, CheckOutcome, CheckSummary, RefusedCheck, ReportEntry};
 use emu_core::chip::Chip;
 use indicatif::{ProgressBar, ProgressStyle};
-use ladder::LadderDialect;
 use rayon::prelude::*;
 
 use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::family::{ChipChoice, ChipChoiceParser};
-use crate::shared::flags::parse_dialect;
+use crate::shared::flags::ReadFlags;
 use crate::shared::input::ReadProgram;
 use crate::shared::output::RequestedOutput;
 use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
@@ -46,13 +45,11 @@ const PROGRESS_DELAY: Duration = Duration::from_secs(1);
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct CheckArgs {
-    /// The programs, .ld files; - is standard input.
+    /// The programs, .ld or .il files; - is standard input.
     #[arg(value_name = "PROGRAM.ld", required = true)]
     files: Vec<String>,
-    /// The dialect that gives the elements their meaning: ldmicro-2.3 or ldmicro-5. Default: the dialect of
-    /// the program's header (0.1: ldmicro-2.3, 0.2: ldmicro-5).
-    #[arg(long, value_name = "DIALECT", value_parser = parse_dialect)]
-    dialect: Option<LadderDialect>,
+    #[command(flatten)]
+    read: ReadFlags,
     /// The chips, separated by commas, or `all` for every chip with a compiler. With `all`, a chip that lacks
     /// what a program needs is listed with the reason. Default: the chip in MICRO= of each program.
     #[arg(long, value_name = "CHIP", value_parser = ChipChoiceParser { compiled: false }, hide_possible_values = true, value_delimiter = ',')]
@@ -111,8 +108,10 @@ pub fn check(args: &CheckArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
     for file in &args.files {
         output::check_input_not_overwritten(file, &outputs)?;
     }
-    let programs =
-        args.files.iter().map(|file| input::read_program_for_pins(file, args.dialect, &args.target.pins, terminal));
+    let programs = args
+        .files
+        .iter()
+        .map(|file| input::read_program_for_pins(file, args.read.options(), &args.target.pins, terminal));
     let programs = programs.collect::<Result<Vec<ReadProgram>, VerbFailure>>()?;
     let all = args.mcu.iter().any(|choice| matches!(choice, ChipChoice::All));
     let mut chips: Vec<&'static str> = Vec::new();

@@ -152,7 +152,8 @@ pub fn compile(args: &CompileArgs, terminal: &MessageStyle) -> Result<u8, VerbFa
     if args.emit.is_source() {
         return write_source(args, &main, terminal);
     }
-    let read = input::read_program_for_pins(&args.program.file, args.program.dialect, &args.target.pins, terminal)?;
+    let read =
+        input::read_program_for_pins(&args.program.file, args.program.read.options(), &args.target.pins, terminal)?;
     let chip = match args.mcu {
         Some(chip) => chip,
         None => family::parse_chip(read.chip()?).map_err(VerbFailure::Usage)?,
@@ -211,7 +212,8 @@ fn write_source(args: &CompileArgs, main: &str, terminal: &MessageStyle) -> Resu
     if let Some(refusal) = args.mcu.and_then(|chip| emit::arduino::refuse_chip(&args.program.file, chip)) {
         return Err(VerbFailure::Refused(vec![refusal], FileTexts::default()));
     }
-    let read = input::read_program_for_pins(&args.program.file, args.program.dialect, &args.target.pins, terminal)?;
+    let read =
+        input::read_program_for_pins(&args.program.file, args.program.read.options(), &args.target.pins, terminal)?;
     let emitted = match args.emit {
         EmitKind::Bytecode => emit::bytecode::emit(&read.program).map(|source| (source, Vec::new())),
         EmitKind::Arduino => {

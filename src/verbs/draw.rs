@@ -22,7 +22,7 @@ pub struct DrawArgs {
 
 /// Draws a program, including programs with errors that prevent them from running.
 pub fn draw(args: &DrawArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
-    let read = input::read_program(&args.program.file, args.program.dialect, false, terminal)?;
+    let read = input::read_program(&args.program.file, args.program.read.options(), false, terminal)?;
     output::print(ladder::draw(&read.program))?;
     Ok(exit::OK)
 }

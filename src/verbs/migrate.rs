@@ -6,7 +6,7 @@ use clap::Args;
 use emu_check::{
     DialectComparison, InputRow, MeaningChange, SERIAL_LINE, SymbolDifference, compare_dialects, meaning_changes,
 };
-use ladder::{LadderDialect, LadderProgram};
+use ladder::{LadderDialect, LadderProgram, ReadOptions};
 use serde_json::{Value, json};
 
 use crate::shared::fail::{VerbFailure, exit};
@@ -53,7 +53,7 @@ pub struct MigrateArgs {
 pub fn migrate(args: &MigrateArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     let file = &args.program.file;
     let text = input::read_bytes(file)?;
-    let (read, notes) = input::parse_program(file, text.clone(), args.program.dialect, true)?;
+    let (read, notes) = input::parse_program(file, text.clone(), args.program.read.options(), true)?;
     report_diagnostics(terminal, &notes, &read.texts);
     let before = &read.program;
     if before.dialect == LadderDialect::Iec {
@@ -71,9 +71,11 @@ pub fn migrate(args: &MigrateArgs, terminal: &MessageStyle) -> Result<u8, VerbFa
         output::check_input_not_overwritten(file, &[RequestedOutput::new("--inputs", csv)])?;
     }
     // Its notes are those of the first reading; only what the other release refuses is of interest.
-    let (after, _) = input::parse_program(file, text, Some(to), true).inspect_err(|_| {
-        output::print_to_stderr(&format!("note: {to} refuses {file}:\n"));
-    })?;
+    let (after, _) =
+        input::parse_program(file, text, ReadOptions { dialect: Some(to), ..args.program.read.options() }, true)
+            .inspect_err(|_| {
+                output::print_to_stderr(&format!("note: {to} refuses {file}:\n"));
+            })?;
     let after = &after.program;
     let comparison = match compare_dialects(before, after, args.scans, args.seed) {
         Ok(comparison) => comparison,

@@ -102,7 +102,7 @@ pub fn sim(args: &SimArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
         return Err(VerbFailure::Usage("the program and --inputs cannot both be standard input".to_owned()));
     }
     let used = check_outputs(args)?;
-    let read = input::read_program(&args.program.file, args.program.dialect, true, terminal)?;
+    let read = input::read_program(&args.program.file, args.program.read.options(), true, terminal)?;
     if args.scenario.is_some() || args.stimulus.is_some() {
         return scenario::play(args, &read, &used, terminal);
     }

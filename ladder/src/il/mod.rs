@@ -52,6 +52,7 @@ pub use model::{
     IlBinaryOperand, IlBinaryOperator, IlBlockInput, IlCondition, IlInstruction, IlName, IlOperand, IlOperandKind,
     IlOperation, IlParameter, IlProgram, IlQualifier, IlSection, IlVariable,
 };
+pub(crate) use operators::is_operator;
 pub use reader::{MAX_IL_DEPTH, MAX_IL_LINES, ParsedIlProgram, read};
 pub use resolve::{ResolvedIlProgram, il_settings, to_ladder};
 pub use steps::{

@@ -19,6 +19,11 @@ pub(super) enum Keyword {
     Block(StandardBlock),
 }
 
+/// Whether a word is an operator of Instruction List, with its modifier, in any case.
+pub(crate) fn is_operator(word: &str) -> bool {
+    keyword(word).is_some()
+}
+
 /// Operators with the modifiers that they can have, besides `(` (reference 001, table 1; IEC 61131-3, table
 /// 52).
 const MODIFIERS: [(&str, &[&str]); 24] = [

@@ -152,7 +152,7 @@ impl<'a> Resolver<'a> {
     fn rungs(&mut self) -> Vec<Rung> {
         let program = self.program;
         let (groups, _) = parentheses(program);
-        let mut builder = RungBuilder::default();
+        let mut builder = RungBuilder { comments: program.remarks.clone(), ..RungBuilder::default() };
         for (index, line) in program.instructions.iter().enumerate() {
             if line.label.is_none() && line.operation.is_none() {
                 builder.add_comment(line);

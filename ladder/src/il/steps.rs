@@ -8,7 +8,7 @@ use diag::Pos;
 use crate::symbol_kinds::SymbolKind;
 
 use super::model::{IlBinaryOperator, IlCondition, IlQualifier, IlSection};
-use super::types::{DirectAddress, IecType, StandardBlock};
+use super::types::{AddressArea, DirectAddress, IecType, StandardBlock};
 
 /// A line of Instruction List that has a label or an operation: an element of a rung.
 ///
@@ -238,6 +238,13 @@ pub struct IecVariable {
 }
 
 impl IecVariable {
+    /// Whether the value comes from outside: VAR_INPUT, or an address at %I.
+    #[must_use]
+    pub fn is_given(&self) -> bool {
+        let is_at_input = self.address.as_ref().is_some_and(|address| address.area == AddressArea::Input);
+        self.kind.is_some() && (self.section == IlSection::Input || is_at_input)
+    }
+
     /// Returns the symbols of the variable: itself, or the inputs and outputs of an instance.
     #[must_use]
     pub fn symbols(&self) -> Vec<TypedSymbol> {

@@ -33,7 +33,7 @@ impl CompiledLadder {
 impl DebugSubject {
     /// Returns whether the file is a ladder program, by its name.
     pub(super) fn is_ladder(&self) -> bool {
-        self.file.to_ascii_lowercase().ends_with(".ld")
+        [".ld", ".il"].iter().any(|extension| self.file.to_ascii_lowercase().ends_with(extension))
     }
 
     /// Compiles the program as `emu compile` does. The debugger sets up the fuses and external parts that the
@@ -47,7 +47,7 @@ impl DebugSubject {
             let why = "--ladder and --map are for images; a ladder program is compiled on the fly".to_owned();
             return Err(VerbFailure::Usage(why));
         }
-        let read = input::read_program_for_pins(&self.file, self.dialect, &self.pins, terminal)?;
+        let read = input::read_program_for_pins(&self.file, self.read.options(), &self.pins, terminal)?;
         let options = CompileOptions {
             mcu: chip.name.to_owned(),
             pins: self.pins.clone(),
@@ -71,14 +71,16 @@ impl DebugSubject {
         terminal: &MessageStyle,
     ) -> Result<Option<LadderView>, VerbFailure> {
         let (Some(program), Some(file)) = (&self.ladder, &self.map) else {
-            return match self.pins.is_empty() && self.dialect.is_none() {
+            return match self.pins.is_empty() && self.read.is_empty() {
                 true => Ok(None),
-                false => Err(VerbFailure::Usage("--pin and --dialect are for ladder programs".to_owned())),
+                false => {
+                    Err(VerbFailure::Usage("--pin, --dialect, --format and --cycle are for ladder programs".to_owned()))
+                }
             };
         };
         let refused = |faults| VerbFailure::Refused(faults, FileTexts::default());
         let map = read_map(file, &input::read_bytes(file)?).map_err(|fault| refused(vec![fault]))?;
-        let read = input::read_program(program, self.dialect, true, terminal)?;
+        let read = input::read_program(program, self.read.options(), true, terminal)?;
         LadderView::new(read.program, map, chip).map(Some).map_err(refused)
     }
 }

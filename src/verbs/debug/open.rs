@@ -1,7 +1,6 @@
 //! Opens a session for every front end of the debugger: from an image with the flags of its machine, or from
 //! a ladder program.
 
-use ::ladder::LadderDialect;
 use clap::Args;
 use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, RamInit};
@@ -16,7 +15,7 @@ use super::ladder;
 use super::scenario::{ScenarioContext, scenario_drives};
 use crate::shared::fail::VerbFailure;
 use crate::shared::family::{MachineVisitor, visit_machine};
-use crate::shared::flags::parse_dialect;
+use crate::shared::flags::ReadFlags;
 use crate::shared::machine::{MachineArgs, MachineOptions, WiredMachine, check_pins_exist};
 use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::scenarios::ScenarioFile;
@@ -30,7 +29,7 @@ use crate::verbs::run::{RamChoice, parse_ram};
 #[derive(Debug, Args)]
 pub struct DebugSubject {
     /// A HEX or ELF file, for the 8051 family also an absolute object file (OMF-51), an assembly source by
-    /// its name (.asm, .s, .a51, .src), or a ladder program (.ld), which is compiled first.
+    /// its name (.asm, .s, .a51, .src), or a ladder program (.ld, .il), which is compiled first.
     #[arg(value_name = "FILE")]
     pub file: String,
     /// What RAM and registers hold after power-up: random:SEED or zero.
@@ -46,9 +45,8 @@ pub struct DebugSubject {
     /// Repeatable.
     #[arg(long = "pin", value_name = "NAME=PIN", value_parser = parse_pin_assignment)]
     pub(super) pins: Vec<PinAssignment>,
-    /// The dialect of the elements of a ladder program: ldmicro-2.3 or ldmicro-5.
-    #[arg(long, value_name = "DIALECT", value_parser = parse_dialect)]
-    pub(super) dialect: Option<LadderDialect>,
+    #[command(flatten)]
+    pub(super) read: ReadFlags,
     /// Apply the external stimuli of a scenario (docs/scenario.md), in addition to --set and --at. A scenario
     /// that expects or waits is first played on a copy of the machine, and its outcome is printed.
     #[arg(long, value_name = "FILE")]

@@ -7,7 +7,7 @@ use emu_debug::ProgramSource;
 use emu_debug::coverage::lcov::{BranchCount, FunctionCount, LcovRecord};
 use emu_debug::coverage::{CoveredInstruction, CoveredShare};
 use emu_debug::run::ReadMemory;
-use ladder::LadderProgram;
+use ladder::{LadderProgram, ReadOptions};
 use ladder_compile::{CellLocation, ImageMap};
 
 use super::trace;
@@ -41,8 +41,9 @@ impl MappedLadder {
     ) -> Result<MappedLadder, VerbFailure> {
         let chip = source.names.chip;
         let parsed = trace::read_map(map, chip)?;
-        let program =
-            ladder.map(|file| input::read_program(file, None, true, terminal).map(|read| read.program)).transpose()?;
+        let program = ladder
+            .map(|file| input::read_program(file, ReadOptions::default(), true, terminal).map(|read| read.program))
+            .transpose()?;
         if let (Some(program), Some(file)) = (&program, ladder) {
             let texts = program.elements().map(|(_, element, _)| ladder::element_text(element));
             if !texts.eq(parsed.elements.iter().map(|element| element.text.clone())) {

@@ -17,7 +17,7 @@ pub struct ScanTraceTable<'a> {
     /// True if the program can send bytes.
     sends: bool,
     /// For each scan, the values of all columns; `None` if nothing was sent or set.
-    pub rows: Vec<Vec<Option<i32>>>,
+    pub rows: Vec<Vec<Option<i64>>>,
 }
 
 impl<'a> ScanTraceTable<'a> {
@@ -38,10 +38,15 @@ impl<'a> ScanTraceTable<'a> {
 
     /// Adds the state after a scan.
     pub fn note_scan(&mut self, evaluator: &Evaluator) {
-        let mut row: Vec<Option<i32>> = (0..self.symbols.len()).map(|symbol| Some(evaluator.get(symbol))).collect();
-        row.extend(self.sends.then(|| evaluator.sent().map(i32::from)));
-        row.extend(self.hertz.map(|_| evaluator.pwm_percent().map(i32::from)));
-        row.extend(evaluator.eeprom().iter().map(|byte| Some(i32::from(*byte))));
+        let mut row: Vec<Option<i64>> = self
+            .symbols
+            .iter()
+            .enumerate()
+            .map(|(index, symbol)| Some(symbol.shown_value(evaluator.get(index))))
+            .collect();
+        row.extend(self.sends.then(|| evaluator.sent().map(i64::from)));
+        row.extend(self.hertz.map(|_| evaluator.pwm_percent().map(i64::from)));
+        row.extend(evaluator.eeprom().iter().map(|byte| Some(i64::from(*byte))));
         self.rows.push(row);
     }
 
@@ -52,7 +57,7 @@ impl<'a> ScanTraceTable<'a> {
     /// Returns the JSON document: `scans` holds the symbols; each additional column has its own list with one
     /// value per scan.
     pub fn json(&self, file: &str, cycle_us: u64) -> Json {
-        let list: Vec<_> = self.symbols.iter().map(|s| json!({ "name": s.name, "kind": s.kind })).collect();
+        let list: Vec<_> = self.symbols.iter().map(symbol_json).collect();
         let count = self.symbols.len();
         let scans: Vec<_> = self.rows.iter().map(|row| row.get(..count)).collect();
         let mut out = json!({
@@ -90,7 +95,7 @@ impl<'a> ScanTraceTable<'a> {
 
     /// Returns a table for people, with `-` if nothing was sent or set.
     pub fn table(&self) -> String {
-        let text = |value: &Option<i32>| value.map_or("-".to_owned(), |value| value.to_string());
+        let text = |value: &Option<i64>| value.map_or("-".to_owned(), |value| value.to_string());
         let digits = |column: usize| self.rows.iter().filter_map(|r| r.get(column)).map(|v| text(v).len()).max();
         let widths: Vec<usize> =
             self.names().enumerate().map(|(i, name)| name.chars().count().max(digits(i).unwrap_or(0))).collect();
@@ -132,7 +137,7 @@ impl<'a> ScanTraceTable<'a> {
         let event = self.sends.then(|| out.add_var(VarType::Event, 1, "uart_event", None)).transpose()?;
         out.upscope()?;
         out.enddefinitions()?;
-        let mut last: Option<&Vec<Option<i32>>> = None;
+        let mut last: Option<&Vec<Option<i64>>> = None;
         for (scan, row) in (1u64..).zip(&self.rows) {
             out.timestamp(scan.saturating_mul(cycle_us))?;
             for (column, (&value, &variable)) in row.iter().zip(&variables).enumerate() {
@@ -151,13 +156,20 @@ impl<'a> ScanTraceTable<'a> {
     }
 }
 
+/// Returns the description of a symbol: name, kind, and the type in an IEC program.
+fn symbol_json(symbol: &LadderSymbol) -> Json {
+    let mut described = json!({ "name": symbol.name, "kind": symbol.kind });
+    symbol.iec_type.iter().for_each(|iec_type| described["type"] = json!(iec_type));
+    described
+}
+
 /// Writes a value. A byte that was not sent or set is x.
-fn change(out: &mut Writer<Box<dyn Write>>, (id, bits): (IdCode, u32), value: Option<i32>) -> io::Result<()> {
+fn change(out: &mut Writer<Box<dyn Write>>, (id, bits): (IdCode, u32), value: Option<i64>) -> io::Result<()> {
     match (bits, value) {
         (0, value) => out.change_scalar(id, Value::from(value.is_some_and(|v| v != 0))),
         (_, None) => out.change_vector(id, (0..bits).map(|_| Value::X)),
         (_, Some(value)) => {
-            let bit = |bit: u32| Value::from(i64::from(value) >> bit & 1 == 1);
+            let bit = |bit: u32| Value::from(value >> bit & 1 == 1);
             out.change_vector(id, (0..bits).rev().map(bit))
         }
     }

@@ -1,0 +1,175 @@
+//! Recognises the notation of a program by its file name and content, and reads it.
+
+use diag::text::{self, TextEncoding};
+use diag::{Diagnostic, Pos, Severity};
+
+use crate::codes;
+use crate::il;
+use crate::model::{LadderDialect, LadderProgram};
+use crate::parse::{ParseOptions, ParsedProgram, parse_bytes};
+
+/// A notation that is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Notation {
+    /// `.ld` text of LDmicro.
+    Ldmicro,
+    /// Instruction List of IEC 61131-3.
+    InstructionList,
+}
+
+impl Notation {
+    /// All notations with the names that `--format` takes.
+    pub const ALL: [(Notation, &'static str); 2] = [(Notation::Ldmicro, "ld"), (Notation::InstructionList, "il")];
+}
+
+/// Options for reading a program in any notation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ReadOptions {
+    /// Dialect of LDmicro that overrides the default of the header.
+    pub dialect: Option<LadderDialect>,
+    /// Notation; by default the one that the file name and the content show.
+    pub notation: Option<Notation>,
+    /// Time of a scan in microseconds, which overrides CYCLE=. Instruction List has no CYCLE=; its default is
+    /// [`IL_CYCLE_US`].
+    pub cycle_us: Option<u64>,
+}
+
+/// Time of a scan of a program in Instruction List, in microseconds.
+pub const IL_CYCLE_US: u64 = 10_000;
+
+/// What a file is.
+enum FoundNotation {
+    Read(Notation),
+    /// A notation that is recognised but not read: its name, and what to do.
+    Refused(&'static str, &'static str),
+}
+
+/// Reads a program in the notation that its file name and its content show.
+///
+/// # Errors
+/// All errors and warnings found, in order of their positions; at least one of them is an error. LD040 names a
+/// notation that is not read.
+pub fn read_program(file: &str, bytes: &[u8], options: ReadOptions) -> Result<ParsedProgram, Vec<Diagnostic>> {
+    let plain = text::strip_line_decorations(bytes);
+    let decoded = text::decode_text(&plain);
+    let found = match options.notation {
+        // LD002 refuses text of two bytes per character.
+        _ if text::wide_encoding(bytes).is_some() => FoundNotation::Read(Notation::Ldmicro),
+        Some(notation) => FoundNotation::Read(notation),
+        None => find_notation(file, &decoded),
+    };
+    match found {
+        FoundNotation::Read(Notation::Ldmicro) => {
+            let mut parsed = parse_bytes(file, bytes, ParseOptions { dialect: options.dialect })?;
+            parsed.program.settings.cycle_us = options.cycle_us.unwrap_or(parsed.program.settings.cycle_us);
+            Ok(parsed)
+        }
+        FoundNotation::Read(Notation::InstructionList) => {
+            let (program, warnings) = read_instruction_list(file, &decoded, options.cycle_us.unwrap_or(IL_CYCLE_US))?;
+            let encoding: TextEncoding = text::encoding(&plain);
+            Ok(ParsedProgram { program, warnings, encoding })
+        }
+        FoundNotation::Refused(name, hint) => {
+            let cause = format!("this is {name}, which is not read");
+            Err(vec![Diagnostic::new(Severity::Error, codes::OTHER_NOTATION, file, Pos::new(1, 1, 1), cause, hint)])
+        }
+    }
+}
+
+/// Reads a program in Instruction List as a ladder program, with its warnings and notes.
+fn read_instruction_list(
+    file: &str,
+    text: &str,
+    cycle_us: u64,
+) -> Result<(LadderProgram, Vec<Diagnostic>), Vec<Diagnostic>> {
+    let read = il::read(file, text)?;
+    let mut resolved = il::to_ladder(&read.program, il::il_settings(cycle_us))?;
+    resolved.warnings.extend(read.warnings);
+    resolved.warnings.sort_by_key(|diagnostic| diagnostic.pos);
+    Ok((resolved.program, resolved.warnings))
+}
+
+const WRITE_IL: &str = "write the program in Instruction List (docs/languages/il.md) or draw it in LDmicro";
+
+/// Decides what a file is. The content decides where it is clear, else the extension.
+fn find_notation(file: &str, text: &str) -> FoundNotation {
+    let has_extension =
+        |extension: &str| file.rsplit_once('.').is_some_and(|(_, found)| found.eq_ignore_ascii_case(extension));
+    let start = text.trim_start_matches('\u{feff}').trim_start();
+    if start.starts_with('<') {
+        let head: String = start.chars().take(4_000).collect();
+        let name = if head.contains("RSLogix5000Content") {
+            "an export of RSLogix 5000 (L5X)"
+        } else if head.to_ascii_lowercase().contains("plcopen") {
+            "PLCopen XML"
+        } else {
+            "XML"
+        };
+        return FoundNotation::Refused(name, WRITE_IL);
+    }
+    if start.starts_with('{') {
+        return FoundNotation::Refused("ladder as JSON", WRITE_IL);
+    }
+    if start.starts_with("LDmicro") {
+        return FoundNotation::Read(Notation::Ldmicro);
+    }
+    if has_extension("st") {
+        return FoundNotation::Refused("Structured Text", WRITE_IL);
+    }
+    let code = without_comments(start);
+    if is_iec_head(code) {
+        let has_json = code.lines().any(|line| line.trim() == "{") && code.contains("\"rungs\"");
+        return match has_json {
+            true => FoundNotation::Refused("ladder of OpenPLC Editor 4 (variables and JSON)", WRITE_IL),
+            false => FoundNotation::Read(Notation::InstructionList),
+        };
+    }
+    let first_line = code.lines().next().unwrap_or_default();
+    if has_extension("il") || is_instruction(first_line) {
+        return FoundNotation::Read(Notation::InstructionList);
+    }
+    FoundNotation::Read(Notation::Ldmicro)
+}
+
+/// Returns the text behind the comments at its beginning.
+fn without_comments(text: &str) -> &str {
+    let mut rest = text;
+    loop {
+        rest = rest.trim_start();
+        let end = if rest.starts_with("(*") {
+            rest.find("*)").map(|end| end + 2)
+        } else if rest.starts_with(';') || rest.starts_with("//") {
+            Some(rest.find('\n').unwrap_or(rest.len()))
+        } else {
+            None
+        };
+        match end.and_then(|end| rest.get(end..)) {
+            Some(behind) => rest = behind,
+            None => return rest,
+        }
+    }
+}
+
+/// Whether the text begins with a part of IEC 61131-3: PROGRAM with a name, a section of variables, a type, a
+/// function, a block.
+fn is_iec_head(code: &str) -> bool {
+    let mut words = code.lines().next().unwrap_or_default().split_whitespace();
+    let first = words.next().unwrap_or_default().to_ascii_uppercase();
+    match first.as_str() {
+        // LDmicro's line PROGRAM has no name.
+        "PROGRAM" => words.next().is_some(),
+        "TYPE" | "FUNCTION" | "FUNCTION_BLOCK" | "CONFIGURATION" => true,
+        _ => il::IlSection::ALL.iter().any(|(_, keyword)| *keyword == first),
+    }
+}
+
+/// Whether a line is a label or begins with an operator of Instruction List and an operand.
+fn is_instruction(line: &str) -> bool {
+    let mut words = line.split_whitespace();
+    let first = words.next().unwrap_or_default();
+    let is_name = |word: &str| word.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    if let Some((label, _)) = first.split_once(':') {
+        return !label.is_empty() && is_name(label) && !first.contains('=');
+    }
+    words.next().is_some() && il::is_operator(first.trim_end_matches('('))
+}
