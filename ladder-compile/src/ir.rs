@@ -58,13 +58,15 @@ pub enum BitRole {
     Temporary,
 }
 
-/// A bit cell; all are zero after reset.
+/// A bit cell.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BitCell {
     /// Name of the symbol, or a description such as `edge of rung 2, element 1`.
     pub name: String,
     /// Purpose of the cell.
     pub role: BitRole,
+    /// Value after reset: 0, except for a BOOL of an IEC program with an initial value.
+    pub initial: bool,
 }
 
 /// Purpose of a word cell.
@@ -424,6 +426,24 @@ impl Ir {
     #[must_use]
     pub fn has_jumps(&self) -> bool {
         self.rungs.iter().flat_map(|rung| &rung.steps).any(|step| matches!(step.op, IrOp::Label(_)))
+    }
+
+    /// Lets the first scan set the bits that begin with 1, for targets whose reset clears all bits.
+    pub fn set_bits_in_first_scan(&mut self) {
+        let mut ops: Vec<IrOp> = self.initial_bits().map(|bit| IrOp::SetBit { bit, value: true }).collect();
+        self.bits.iter_mut().for_each(|cell| cell.initial = false);
+        if ops.is_empty() {
+            return;
+        }
+        let bit = BitId(self.bits.len() as u32);
+        self.bits.push(BitCell { name: "scanned".to_owned(), role: BitRole::Memory, initial: false });
+        ops.push(IrOp::SetBit { bit, value: true });
+        self.prologue.insert(0, IrOp::If { cond: BranchCondition::Bit(bit), if_true: Vec::new(), if_false: ops });
+    }
+
+    /// The bits that are 1 after reset.
+    pub fn initial_bits(&self) -> impl Iterator<Item = BitId> {
+        (0..).zip(&self.bits).filter(|(_, cell)| cell.initial).map(|(n, _)| BitId(n))
     }
 
     /// True for bits used within one scan only.

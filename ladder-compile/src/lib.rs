@@ -143,7 +143,10 @@ pub fn compile(program: &LadderProgram, options: &CompileOptions) -> Result<Comp
 /// Returns the intermediate code that `program` is compiled to; the program must have passed the checks.
 #[must_use]
 pub fn lower_for_target(program: &LadderProgram, target: &CompileTarget, optimised: bool) -> Ir {
-    let ir = lower::lower_with_modules(program, target.has_modules());
+    let mut ir = lower::lower_with_modules(program, target.has_modules());
+    if target.has_modules() {
+        ir.set_bits_in_first_scan();
+    }
     if optimised { optimise::optimise(ir) } else { lower::to_three_address(ir) }
 }
 

@@ -190,7 +190,7 @@ impl<'a> Lowering<'a> {
     }
 
     fn new_bit(&mut self, name: String, role: BitRole) -> BitId {
-        self.ir.bits.push(BitCell { name, role });
+        self.ir.bits.push(BitCell { name, role, initial: false });
         BitId(self.ir.bits.len() as u32 - 1)
     }
 

@@ -159,6 +159,9 @@ impl BlockCall<'_> {
     /// Adds the time since the last call to ET, if the timer runs; returns whether P has passed.
     fn accumulate(&mut self) -> bool {
         let preset = self.preset();
+        if self.number("ET") < 0 {
+            self.set("ET", 0);
+        }
         if self.state.memory {
             let sum = self.number("ET") + self.elapsed();
             self.set("ET", sum.min(preset));

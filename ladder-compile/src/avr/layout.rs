@@ -28,7 +28,7 @@ const BIT_REGISTERS: std::ops::RangeInclusive<u8> = 2..=15;
 const STACK_BYTES: u32 = 2;
 
 /// Place of a byte of bits, or of the low byte of an integer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum AvrCellPlace {
     /// A register; its number is also its data address.
     Reg(u8),

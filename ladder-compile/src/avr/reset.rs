@@ -1,6 +1,8 @@
 //! Code from reset to the start of the pacing timer: sets up memory, registers, ports and peripherals from
 //! any state.
 
+use std::collections::BTreeMap;
+
 use emu_avr::isa::Kind;
 use emu_core::chip::PinDef;
 
@@ -53,19 +55,29 @@ pub fn clear_memory(
     if bytes <= MAX_UNROLLED_WORDS {
         (0..layout.ram_bytes).for_each(|n| layout.store(asm, layout.ram_start + n, ZERO));
     }
+    let mut bytes_of_bits: BTreeMap<AvrCellPlace, u8> = BTreeMap::new();
+    for (place, bit) in job.ir.initial_bits().map(|bit| layout.bit(bit)) {
+        *bytes_of_bits.entry(place).or_default() |= 1 << bit;
+    }
+    bytes_of_bits.into_iter().for_each(|(place, byte)| put_byte(asm, layout, place, 0, byte));
     for (cell, home) in job.ir.words.iter().zip(&layout.words) {
         for (byte, n) in cell.initial.to_le_bytes().into_iter().zip(0..cell.bytes).filter(|&(byte, _)| byte != 0) {
-            match *home {
-                AvrCellPlace::Reg(reg) if reg >= 16 => asm.op(Kind::Ldi, &[(reg + n).into(), byte.into()]),
-                AvrCellPlace::Reg(reg) => {
-                    asm.op(Kind::Ldi, &[24, byte.into()]);
-                    asm.op(Kind::Mov, &[(reg + n).into(), 24]);
-                }
-                AvrCellPlace::Ram(addr) => {
-                    asm.op(Kind::Ldi, &[24, byte.into()]);
-                    layout.store(asm, addr + u16::from(n), 24);
-                }
-            }
+            put_byte(asm, layout, *home, n, byte);
+        }
+    }
+}
+
+/// Writes a constant to byte `n` of a cell.
+fn put_byte(asm: &mut AvrCodeWriter, layout: &AvrLayout, place: AvrCellPlace, n: u8, byte: u8) {
+    match place {
+        AvrCellPlace::Reg(reg) if reg >= 16 => asm.op(Kind::Ldi, &[(reg + n).into(), byte.into()]),
+        AvrCellPlace::Reg(reg) => {
+            asm.op(Kind::Ldi, &[24, byte.into()]);
+            asm.op(Kind::Mov, &[(reg + n).into(), 24]);
+        }
+        AvrCellPlace::Ram(addr) => {
+            asm.op(Kind::Ldi, &[24, byte.into()]);
+            layout.store(asm, addr + u16::from(n), 24);
         }
     }
 }

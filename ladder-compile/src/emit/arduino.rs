@@ -76,7 +76,8 @@ pub struct ArduinoSketch {
 /// The errors of [`lower_and_optimise`]; pins that the board lacks or that are assigned twice; a PWM
 /// frequency that the board cannot generate.
 pub fn emit(program: &LadderProgram, options: &SketchOptions) -> Result<ArduinoSketch, Vec<Diagnostic>> {
-    let ir = lower_and_optimise(program)?;
+    let mut ir = lower_and_optimise(program)?;
+    ir.set_bits_in_first_scan();
     let mut notes = Vec::new();
     let pins = pins::assign_pins(program, &options.pins, &BOARD_TARGET, &mut notes);
     if let Some(hz) = ir.pwm_hz.filter(|hz| u64::from(*hz) * 20 > CLOCK_HZ) {

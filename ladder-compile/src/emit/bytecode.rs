@@ -79,7 +79,9 @@ mod code {
 /// # Errors
 /// The errors of [`lower_and_optimise`].
 pub fn emit(program: &LadderProgram) -> Result<EmittedSource, Vec<Diagnostic>> {
-    Ok(emit_ir(program, &lower_and_optimise(program)?))
+    let mut ir = lower_and_optimise(program)?;
+    ir.set_bits_in_first_scan();
+    Ok(emit_ir(program, &ir))
 }
 
 /// Emits intermediate code of `program` as byte code.

@@ -57,7 +57,9 @@ pub fn emit_ir(program: &LadderProgram, ir: &Ir) -> EmittedSource {
     text += &rungs;
     let _ =
         write!(text, "\n/* Once, before the first scan: everything is as after power-up. */\nvoid PlcInit(void)\n{{\n");
-    names.bits.iter().for_each(|name| text += &format!("    {name} = 0;\n"));
+    for (cell, name) in ir.bits.iter().zip(&names.bits) {
+        let _ = writeln!(text, "    {name} = {};", u8::from(cell.initial));
+    }
     for (cell, name) in ir.words.iter().zip(&names.words) {
         let _ = writeln!(text, "    {name} = {};", literal(cell.initial));
     }

@@ -259,6 +259,7 @@ impl Lowering<'_> {
     /// ET runs on from where it is; then `M := TRUE, S := now`.
     fn accumulate(&mut self, instance: &Instance<'_>) {
         let (memory, elapsed) = (instance.memory(self, "M"), instance.word(self, "ET"));
+        self.branch_on(CompareOp::Les, elapsed, 0, |this| this.assign(elapsed, 0), |_| ());
         let run = |this: &mut Self| this.elapse(instance, Some(elapsed), |_| (), |_| ());
         self.branch(memory, run, |_| ());
         self.set(memory, true);

@@ -138,18 +138,15 @@ impl Lowering<'_> {
         }
     }
 
-    /// BOOL symbols that are TRUE at power-up: the first scan sets them before the rungs.
+    /// BOOL symbols that are TRUE at power-up.
     pub(super) fn set_initial_bits(&mut self) {
         let program = self.program;
         let is_set = |variable: &&IecVariable| variable.iec_type == IecType::Bool && variable.initial != 0;
-        let mut ops: Vec<IrOp> = Vec::new();
         for variable in program.declarations.iter().filter(is_set) {
-            ops.push(IrOp::SetBit { bit: self.symbol_bit(&variable.name), value: true });
-        }
-        if !ops.is_empty() {
-            let bit = self.new_bit("scanned".to_owned(), BitRole::Memory);
-            ops.push(IrOp::SetBit { bit, value: true });
-            self.ir.prologue.push(IrOp::If { cond: BranchCondition::Bit(bit), if_true: Vec::new(), if_false: ops });
+            let bit = self.symbol_bit(&variable.name);
+            if let Some(cell) = self.ir.bits.get_mut(bit.0 as usize) {
+                cell.initial = true;
+            }
         }
     }
 

@@ -23,7 +23,7 @@ pub fn to_three_address(mut ir: Ir) -> Ir {
     ir.rungs = rungs;
     plain.used = 0;
     ir.epilogue = plain.translate_ops(&ir.epilogue);
-    let named = |n| BitCell { name: format!("t{}", n + 1), role: BitRole::Temporary };
+    let named = |n| BitCell { name: format!("t{}", n + 1), role: BitRole::Temporary, initial: false };
     ir.bits.extend((0..plain.most_used).map(named));
     ir
 }

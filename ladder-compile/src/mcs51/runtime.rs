@@ -30,6 +30,10 @@ pub(super) fn emit_reset(asm: &mut CodeWriter<Mcs51Arch>, ir: &Ir, layout: &Mcs5
             asm.op(Kind::MovDirImm, &[image.into(), i32::from(!port.outputs)]);
         }
     }
+    for bit in ir.initial_bits() {
+        let at = layout.bit(bit);
+        asm.op(Kind::OrlDirImm, &[at.byte.into(), i32::from(1_u8 << at.bit)]);
+    }
     for (n, cell) in ir.words.iter().enumerate() {
         let at = layout.word(crate::ir::WordId(n as u32));
         for (at, byte) in (at..).zip(cell.initial.to_le_bytes()).take(cell.bytes.into()).filter(|(_, byte)| *byte != 0)

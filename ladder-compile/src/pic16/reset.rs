@@ -36,6 +36,9 @@ pub fn emit_reset(
             }
         }
     }
+    for bit in job.ir.initial_bits() {
+        out.set_bit(layout.bit(bit), true);
+    }
     let latched = |letter| job.ir.port_cells(letter).is_some_and(|cells| cells.latch.or(cells.direction).is_some());
     for port in layout.ports.iter().filter(|port| port.output_bits != 0 || latched(port.letter)) {
         out.byte_op(Kind::Clrf, port.port);

@@ -136,10 +136,12 @@ pub(super) fn follow(
             Some(IlOperation::Jump { label, .. }) => labels.get(&label.text.to_ascii_uppercase()).copied(),
             _ => None,
         };
-        let is_end = matches!(
-            operation,
-            Some(IlOperation::Jump { condition: IlCondition::Always, .. } | IlOperation::Return(IlCondition::Always))
-        );
+        // A jump back is not taken once the scan has taken all that it may.
+        let is_end = match operation {
+            Some(IlOperation::Jump { condition: IlCondition::Always, .. }) => jump.is_none_or(|target| target > index),
+            Some(IlOperation::Return(IlCondition::Always)) => true,
+            _ => false,
+        };
         let next = Some(index + 1).filter(|next| !is_end && *next < lines.len());
         for target in jump.into_iter().chain(next) {
             let joined = before[target].join(&after[index]);
