@@ -1,5 +1,6 @@
 //! Maps program words to rungs and elements of a ladder program, and these to lines of its text.
 
+use ladder::ProgramElement;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf, absolute};
 
@@ -29,8 +30,10 @@ impl LadderSource {
     pub fn new(view: LadderView) -> LadderSource {
         let file = PathBuf::from(&view.program().file);
         let number = |id: ladder::ElementId| (id.rung + 1, id.index + 1);
-        let texts =
-            view.program().elements().map(|(id, element, pos)| (number(id), (pos.line, ladder::element_text(element))));
+        let texts = view
+            .program()
+            .elements()
+            .map(|ProgramElement { id, element, pos }| (number(id), (pos.line, ladder::element_text(element))));
         LadderSource {
             file: absolute(&file).unwrap_or(file),
             rungs: view.rung_starts(),

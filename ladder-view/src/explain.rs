@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use emu_debug::debug::{DynMachine, ProgramFollower};
 use ladder::{
-    ChipPart, Element, ElementId, LadderProgram, PowerEffect, SymbolKind, SymbolUse, WriteMoment, element_text,
+    ChipPart, Element, ElementId, LadderProgram, PowerEffect, ProgramElement, SymbolKind, SymbolUse, WriteMoment,
+    element_text,
 };
 use ladder_eval::Evaluator;
 
@@ -144,8 +145,8 @@ impl LadderView {
 
     /// Formats an element, such as `rung 3, element 2: CONTACTS Xstop 1`.
     fn element_text(&self, id: ElementId) -> String {
-        let element = self.facts.program.elements().find(|(other, ..)| *other == id);
-        element.map_or_else(|| id.to_string(), |(_, element, _)| format!("{id}: {}", element_text(element)))
+        let element = self.facts.program.find_element(id);
+        element.map_or_else(|| id.to_string(), |at| format!("{id}: {}", element_text(at.element)))
     }
 
     /// Finds the element that last wrote a symbol in a scan before `to`; set and reset coils count only with
@@ -160,8 +161,8 @@ impl LadderView {
                 WriteMoment::Passing => passing,
             })
         };
-        let elements = self.facts.program.elements().take_while(|(id, ..)| to.is_none_or(|to| *id < to));
-        elements.filter(|(id, element, _)| wrote(*id, element)).map(|(id, ..)| id).last()
+        let elements = self.facts.program.elements().take_while(|at| to.is_none_or(|to| at.id < to));
+        elements.filter(|at| wrote(at.id, at.element)).map(|at| at.id).last()
     }
 
     fn unknown_symbol(&self, name: &str) -> ViewError {
@@ -231,7 +232,7 @@ impl ChangeExplainer<'_> {
 /// Returns the elements that write symbols, with the symbols, in text order.
 pub(crate) fn symbol_writes(program: &LadderProgram, start: &Evaluator) -> Vec<(ElementId, u32)> {
     let mut all = Vec::new();
-    for (id, element, _) in program.elements() {
+    for ProgramElement { id, element, .. } in program.elements() {
         let facts = element.facts();
         let symbols = (0..).zip(start.symbols()).filter(|(_, symbol)| facts.write_moment(&symbol.name).is_some());
         all.extend(symbols.map(|(symbol, _)| (id, symbol)));
@@ -247,9 +248,9 @@ pub(crate) fn received_symbols(
     parts: &[ChipPart],
 ) -> Vec<usize> {
     let is_one = |part: ChipPart| parts.contains(&part);
-    let receives = program.elements().filter(|(_, element, _)| element.facts().part.is_some_and(is_one));
-    let names = receives
-        .flat_map(|(_, element, _)| element.facts().written().filter_map(|name| start.index(name)).collect::<Vec<_>>());
+    let receives = program.elements().filter(|at| at.element.facts().part.is_some_and(is_one));
+    let names =
+        receives.flat_map(|at| at.element.facts().written().filter_map(|name| start.index(name)).collect::<Vec<_>>());
     names.filter(|symbol| writes.iter().filter(|write| write.1 as usize == *symbol).count() == 1).collect()
 }
 

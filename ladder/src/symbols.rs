@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use crate::integer_widths::IntegerWidths;
-use crate::model::{Element, LadderProgram, LadderSymbol, SymbolKind};
+use crate::model::{Element, LadderProgram, LadderSymbol, ProgramElement, SymbolKind};
 
 /// Collects the symbols of a program, as [`LadderProgram::symbols`] describes.
 pub(crate) fn collect_symbols(program: &LadderProgram) -> Vec<LadderSymbol> {
     let mut found: BTreeMap<String, SymbolKind> = BTreeMap::new();
-    for (_, element, _) in program.elements() {
+    for ProgramElement { element, .. } in program.elements() {
         for_each_symbol_use(element, &mut |name, kind| {
             let slot = found.entry(name.to_owned()).or_insert(kind);
             // A use as a plain variable does not override that the name is an accumulator or an analog input.

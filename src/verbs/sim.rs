@@ -200,7 +200,7 @@ fn write(file: Option<&str>, body: impl FnOnce(Box<dyn Write>) -> io::Result<()>
 
 /// Returns the refusal of an element, with its place in the program.
 pub fn unsupported(program: &LadderProgram, refusal: &UnsupportedElement) -> diag::Diagnostic {
-    let pos = program.elements().find(|(id, ..)| *id == refusal.element).map_or(diag::Pos::default(), |(.., pos)| pos);
+    let pos = program.find_element(refusal.element).map_or(diag::Pos::default(), |at| at.pos);
     let hint = "docs/semantics.md lists the elements that have a meaning";
     diag::Diagnostic::new(diag::Severity::Error, UNSUPPORTED_ELEMENT, &program.file, pos, refusal.to_string(), hint)
 }

@@ -8,8 +8,8 @@
 use std::collections::{BTreeSet, HashMap};
 
 use ladder::{
-    CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode, SymbolKind,
-    TimerKind,
+    CompareOp, CounterKind, Element, FlowOp, LadderDialect, LadderOperand, LadderProgram, MathOp, ProgramElement,
+    RungNode, SymbolKind, TimerKind,
 };
 
 use crate::stimulus::generator::MAX_SWEEP_INPUTS;
@@ -58,9 +58,9 @@ pub(crate) fn possible_outcomes(program: &LadderProgram) -> Vec<Vec<u8>> {
     // none, the loop ends with all OSFs that can fire.
     let mut falling_edges = BTreeSet::new();
     // With jumps a rung may follow any other, and any number of times.
-    let jumps = program
-        .elements()
-        .any(|(_, element, _)| matches!(element, Element::Flow { .. } | Element::Return | Element::Lock));
+    let jumps = program.elements().any(|ProgramElement { element, .. }| {
+        matches!(element, Element::Flow { .. } | Element::Return | Element::Lock)
+    });
     loop {
         let pass = |combination: u32| {
             let mut pass = AnalysisPass::new(&falling_edges, program.dialect != LadderDialect::Ldmicro23);

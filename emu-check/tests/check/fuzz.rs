@@ -2,6 +2,7 @@
 //! enough, and gives the same result in shards. EMU_FUZZ_PROGRAMS and EMU_FUZZ_SEED select another campaign,
 //! without the lower bounds.
 
+use ladder::ProgramElement;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
@@ -210,7 +211,7 @@ fn every_element_is_drawn() {
     assert!(missing.len() > 90, "{}", missing.len());
     for number in 0..3_000 {
         let (program, _) = generate_program(26, number);
-        program.elements().for_each(|(_, element, _)| _ = missing.remove(element.facts().keyword));
+        program.elements().for_each(|ProgramElement { element, .. }| _ = missing.remove(element.facts().keyword));
     }
     let listed: BTreeSet<&str> = LEFT_OUT.iter().map(|(keyword, _)| *keyword).collect();
     assert_eq!(missing, listed);

@@ -1,6 +1,6 @@
 //! Timers and counters of a program: preset, accumulator, and done bit.
 
-use ladder::{Element, ElementId, LadderOperand, LadderProgram};
+use ladder::{Element, ElementId, LadderOperand, LadderProgram, ProgramElement};
 
 use super::scan_history::PanelMachine;
 use crate::rung_picture::PowerFlowSource;
@@ -33,7 +33,7 @@ pub(super) struct PartRow {
 
 /// The timers and counters of a program, in text order.
 pub(super) fn counting_parts(program: &LadderProgram) -> Vec<CountingPart> {
-    let part = |(id, element, _): (ElementId, &Element, _)| {
+    let part = |ProgramElement { id, element, .. }: ProgramElement<'_>| {
         let (name, limit, timer) = match element {
             Element::Timer { name, delay, .. } => (name, delay, true),
             Element::Counter { name, max, .. } => (name, max, false),

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use ladder::{ChipPart, ElementId, LadderProgram, SymbolKind};
+use ladder::{ChipPart, ElementId, LadderProgram, ProgramElement, SymbolKind};
 use ladder_eval::{Evaluator, LadderSymbol};
 
 use crate::rung_picture::PowerFlowSource;
@@ -91,7 +91,7 @@ impl PanelMachine {
         let mut firsts = vec![0];
         let mut rung = 0;
         let mut count = 0;
-        for (id, ..) in program.elements() {
+        for ProgramElement { id, .. } in program.elements() {
             while rung < id.rung {
                 firsts.push(count);
                 rung += 1;

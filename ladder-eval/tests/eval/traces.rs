@@ -2,6 +2,7 @@
 
 use crate::common;
 use crate::table::{self, Column};
+use ladder::ProgramElement;
 use ladder_eval::Evaluator;
 use std::collections::BTreeSet;
 
@@ -53,7 +54,7 @@ fn every_element_has_a_trace() {
     let mut found = BTreeSet::new();
     for case in table::cases() {
         let program = common::parse("test.ld", &case.program);
-        found.extend(program.elements().map(|(_, element, _)| element.facts().keyword));
+        found.extend(program.elements().map(|ProgramElement { element, .. }| element.facts().keyword));
     }
     let missing: Vec<&str> = ladder::element_keywords().filter(|keyword| !found.contains(keyword)).collect();
     assert_eq!(missing, ["PLACEHOLDER"], "tests/ladder has no trace of these; PLACEHOLDER has no meaning");

@@ -19,7 +19,7 @@ use flow::Departure;
 use ladder::format::split_format_string;
 use ladder::{
     CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
-    RungNode, TimerKind,
+    ProgramElement, RungNode, TimerKind,
 };
 use narrow::NarrowOperand;
 
@@ -88,7 +88,7 @@ impl NaiveInterpreter {
         let mut naive = NaiveInterpreter { widths, ..NaiveInterpreter::default() };
         naive.set_up_ports(program);
         let mut address = 0;
-        for (ElementId { rung, index }, element, _) in program.elements() {
+        for ProgramElement { id: ElementId { rung, index }, element, .. } in program.elements() {
             match element {
                 // In LDmicro 5 a TOF begins at its end, or at -1 if that is not known.
                 Element::Timer { kind: TimerKind::Tof, name, delay, adjust }
