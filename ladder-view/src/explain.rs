@@ -7,7 +7,7 @@ use ladder::{
     ChipPart, Element, ElementId, LadderProgram, PowerEffect, ProgramElement, SymbolKind, SymbolUse, WriteMoment,
     element_text,
 };
-use ladder_eval::Evaluator;
+use ladder_eval::{ElementPower, Evaluator};
 
 use crate::power_flow::{PowerDecider, deciders};
 use crate::scan_follower::{FollowedScan, ScanFollower};
@@ -133,9 +133,9 @@ impl LadderView {
     fn read_values(&self, decider: &PowerDecider<'_>, scan: &FollowedScan) -> String {
         // The output of a powered contact reveals the value of its bit at that time.
         if let Element::Contacts { name, negated, .. } = decider.element
-            && let Some((true, behind)) = scan.power(decider.id)
+            && let Some(ElementPower { before: true, after }) = scan.power(decider.id)
         {
-            return format!(" ({name} {})", u8::from(behind != *negated));
+            return format!(" ({name} {})", u8::from(after != *negated));
         }
         let behind = ElementId { index: decider.id.index + 1, ..decider.id };
         let one = |name: &str| Some(format!("{name} {}", scan.value(self.facts.power_up.index(name)?, Some(behind))));
@@ -154,11 +154,11 @@ impl LadderView {
     fn last_writer(&self, scan: &FollowedScan, symbol: usize, to: Option<ElementId>) -> Option<ElementId> {
         let name = &self.facts.power_up.symbols().get(symbol)?.name;
         let wrote = |id: ElementId, element: &Element| {
-            let (powered, passing) = scan.power(id).unwrap_or_default();
+            let power = scan.power(id).unwrap_or_default();
             element.facts().write_moment(name).is_some_and(|moment| match moment {
                 WriteMoment::Always => true,
-                WriteMoment::Powered => powered,
-                WriteMoment::Passing => passing,
+                WriteMoment::Powered => power.before,
+                WriteMoment::Passing => power.after,
             })
         };
         let elements = self.facts.program.elements().take_while(|at| to.is_none_or(|to| at.id < to));

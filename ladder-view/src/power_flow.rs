@@ -1,6 +1,7 @@
 //! Finds the elements through which power reached a position in a rung, or which blocked it.
 
 use ladder::{Element, ElementId, LadderProgram, PowerEffect, Rung, RungNode};
+use ladder_eval::ElementPower;
 
 use crate::scan_follower::FollowedScan;
 
@@ -61,13 +62,13 @@ impl<'a> RungWalk<'a, '_> {
     }
 
     fn leaf(&mut self, id: ElementId, element: &'a Element) {
-        let Some((before, behind)) = self.scan.power(id) else { return };
+        let Some(ElementPower { before, after }) = self.scan.power(id) else { return };
         let decides = matches!(element.facts().power, PowerEffect::Narrows | PowerEffect::Decides);
-        if !behind && before {
+        if !after && before {
             // Elements that passed power before this one have no effect.
             self.path.clear();
             self.path.push(PowerDecider { id, element, passed_power: false });
-        } else if behind && (decides || !before) {
+        } else if after && (decides || !before) {
             if !before {
                 // The element supplies power by itself.
                 self.path.clear();
@@ -111,6 +112,6 @@ impl<'a> RungWalk<'a, '_> {
     /// power.
     fn is_powered(&self, first: u32, end: u32, before: &[PowerDecider<'a>]) -> bool {
         let last = (first..end).rev().find_map(|index| self.scan.power(ElementId { rung: self.rung, index }));
-        last.map_or_else(|| before.first().is_none_or(|decider| decider.passed_power), |(_, behind)| behind)
+        last.map_or_else(|| before.first().is_none_or(|decider| decider.passed_power), |power| power.after)
     }
 }

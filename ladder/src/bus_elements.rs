@@ -160,18 +160,17 @@ pub(crate) fn bus_element_text(transfer: &BusTransfer) -> String {
     format!("{} {name} {send} {recv} {mode} {device} {register} {first} {hertz}", op.keyword())
 }
 
-/// What the drawing shows: the upper and the lower line.
-pub(crate) fn bus_element_symbol(transfer: &BusTransfer) -> (String, String) {
+/// Formats the transfer for the lower line of the drawing; the upper line is the keyword.
+pub(crate) fn transfer_text(transfer: &BusTransfer) -> String {
     let BusTransfer { op, send, text, recv, device, register, .. } = transfer;
     let place = format!("{}.{}", operand_text(device), operand_text(register));
     let recv = recv.as_deref().unwrap_or("-");
-    let lower = match op {
+    match op {
         BusOp::I2cRead => format!("{recv} := {place}"),
         BusOp::I2cWrite => format!("{place} := {}", send.as_ref().map_or("-", operand_text)),
         BusOp::SpiText => text.clone(),
         BusOp::Spi => format!("{recv} := {}", send.as_ref().map_or("-", operand_text)),
-    };
-    (op.keyword().replace('_', " "), lower)
+    }
 }
 
 /// Checks the arguments that are the same in every supported element.

@@ -9,6 +9,7 @@ mod common;
 mod mcs51;
 pub(crate) mod pic16;
 
+use crate::NamedText;
 use std::ops::Range;
 
 use emu_core::chip::{Chip, ChipFamily};
@@ -28,7 +29,7 @@ pub(crate) type UnaryOperator = (&'static str, u8, fn(i64) -> i64);
 pub(crate) type CheckInstruction = fn(&InstructionRow, &[(i32, Range<usize>)]) -> Option<LineFault>;
 
 /// Truncates a value that is too large for an operand field of `width` bits: returns the value that fits, and
-/// code, cause and hint of a warning. `None` if the value is taken as it is or refused as usual.
+/// the warning. `None` if the value is taken as it is or refused as usual.
 pub(crate) type CutToField = fn(&Chip, kind: &str, width: u32, value: i64) -> Option<(i64, Option<AsmRefusal>)>;
 
 /// An assembler dialect.
@@ -96,8 +97,8 @@ pub(crate) struct AsmDialect {
     pub include_provided: fn(chip: &Chip, include: &str) -> ProvidedInclude,
     /// Returns names and texts that are defined before the first line. A name may have a parameter in
     /// parentheses.
-    pub predefined: fn(chip: &Chip) -> Vec<(String, String)>,
-    /// Refuses an instruction that the dialect does not take with these operands: code, cause and hint.
+    pub predefined: fn(chip: &Chip) -> Vec<NamedText>,
+    /// Refuses an instruction that the dialect does not take with these operands.
     pub refuse_instruction: fn(mnemonic: &str, operands: &str) -> Option<AsmRefusal>,
     /// Called at the end of each pass.
     pub finish_pass: fn(&mut Assembler<'_>),
@@ -153,7 +154,7 @@ pub(crate) struct DialectHooks {
     /// Returns where the comment of a line begins.
     pub code_end: Option<fn(&str) -> usize>,
     /// Returns cause and hint if the current section cannot hold bytes.
-    pub no_bytes: fn(&Assembler<'_>) -> Option<(String, String)>,
+    pub no_bytes: fn(&Assembler<'_>) -> Option<CauseAndHint>,
     /// A text in single quotes may have a comma behind its first character: `'T,C'`.
     pub commas_in_quotes: bool,
     /// Digits of a number may be in groups with this between them: `1010$1010b`, `0b1010_1010`.
@@ -202,8 +203,36 @@ impl DialectHooks {
     };
 }
 
-/// Code, cause and hint.
-pub(crate) type AsmRefusal = (&'static str, String, String);
+/// Why something is refused, and what to write instead.
+#[derive(Debug, Clone)]
+pub(crate) struct CauseAndHint {
+    pub cause: String,
+    pub hint: String,
+}
+
+impl CauseAndHint {
+    pub fn new(cause: impl Into<String>, hint: impl Into<String>) -> CauseAndHint {
+        CauseAndHint { cause: cause.into(), hint: hint.into() }
+    }
+}
+
+/// A diagnostic of a dialect before its place in the line is known.
+#[derive(Debug)]
+pub(crate) struct AsmRefusal {
+    code: &'static str,
+    reason: CauseAndHint,
+}
+
+impl AsmRefusal {
+    pub fn new(code: &'static str, cause: impl Into<String>, hint: impl Into<String>) -> AsmRefusal {
+        AsmRefusal { code, reason: CauseAndHint::new(cause, hint) }
+    }
+
+    /// Returns the diagnostic at a place of the line.
+    pub fn at(self, at: Range<usize>) -> LineFault {
+        LineFault::new(self.code, at, self.reason.cause, self.reason.hint)
+    }
+}
 
 /// The operators of C, with its precedence.
 #[rustfmt::skip]

@@ -15,6 +15,7 @@ mod fields;
 mod link;
 pub(crate) mod special;
 
+use crate::dialect::CauseAndHint;
 use std::ops::Range;
 
 use emu_core::table::InstructionRow;
@@ -298,9 +299,9 @@ fn shift(n: i64, by: i64, shift: fn(i64, u32) -> Option<i64>) -> i64 {
 }
 
 /// Returns cause and hint for bytes in a section of RAM, which cannot hold them.
-fn no_bytes(_: &Assembler<'_>) -> Option<(String, String)> {
+fn no_bytes(_: &Assembler<'_>) -> Option<CauseAndHint> {
     let cause = "a section of variables cannot contain code or constants";
-    Some((cause.to_owned(), "reserve room with res, or give the values in an idata section".to_owned()))
+    Some(CauseAndHint::new(cause, "reserve room with res, or give the values in an idata section"))
 }
 
 /// `messg "text"`.

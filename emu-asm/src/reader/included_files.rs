@@ -59,7 +59,7 @@ impl Assembler<'_> {
                 let opened = self.files.open(name, self.texts.name(from));
                 let found = match opened {
                     Ok((path, bytes)) => Ok(self.texts.add(&path, &bytes, self.dialect.block_comments)),
-                    Err(error) => Err((format!("`{name}` cannot be read"), error.to_string())),
+                    Err(error) => Err(format!("`{name}` cannot be read: {error}")),
                 };
                 self.opened_includes.insert(key, found.clone());
                 found
@@ -73,11 +73,11 @@ impl Assembler<'_> {
                 let lines = self.lines_of(file);
                 self.push_frame(lines, FrameEnd::File, None);
             }
-            Err((cause, why)) => {
+            Err(cause) => {
                 self.report(LineFault::new(
                     "ASM015",
                     call.rest.clone(),
-                    format!("{cause}: {why}"),
+                    cause,
                     "check the path: it counts from the file that includes it",
                 ));
             }

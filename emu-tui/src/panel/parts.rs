@@ -55,7 +55,7 @@ impl CountingPart {
             LadderOperand::Var(name) => value(name),
             LadderOperand::Const { value, .. } => *value,
         };
-        let out = machine.power_flow(self.id).is_some_and(|(_, went)| went);
+        let out = machine.power_flow(self.id).is_some_and(|power| power.after);
         let (preset, accumulator, at) = if self.timer {
             // The delay of a timer is in microseconds, its accumulator in scans.
             let at = count.saturating_mul(i64::try_from(machine.cycle_us()).unwrap_or(i64::MAX));

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use ladder::{ChipPart, ElementId, LadderProgram, ProgramElement, SymbolKind};
-use ladder_eval::{Evaluator, LadderSymbol};
+use ladder_eval::{ElementPower, Evaluator, LadderSymbol};
 
 use crate::rung_picture::PowerFlowSource;
 
@@ -296,10 +296,10 @@ impl PanelMachine {
 }
 
 impl PowerFlowSource for PanelMachine {
-    fn power_flow(&self, id: ElementId) -> Option<(bool, bool)> {
+    fn power_flow(&self, id: ElementId) -> Option<ElementPower> {
         let at = self.first_elements.get(id.rung as usize)? + id.index as usize;
         let bits = *self.past.back()?.flow.get(at)?;
-        (bits & 1 == 1).then_some((bits & 2 != 0, bits & 4 != 0))
+        (bits & 1 == 1).then_some(ElementPower { before: bits & 2 != 0, after: bits & 4 != 0 })
     }
 
     fn bit_value(&self, name: &str) -> Option<bool> {

@@ -1,6 +1,7 @@
 //! `emu debug --tui`: a session on a full screen. Keys and command lines go to the [`DebugShell`] that the
 //! prompt also uses.
 
+use ladder_eval::ElementPower;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -355,10 +356,10 @@ struct RungPowerFlow {
 }
 
 impl PowerFlowSource for RungPowerFlow {
-    fn power_flow(&self, element: ElementId) -> Option<(bool, bool)> {
+    fn power_flow(&self, element: ElementId) -> Option<ElementPower> {
         // The result of an element is shown only after it was computed.
         if self.moment.current_element() == Some(element) {
-            Some((self.moment.is_powered_here(), false))
+            Some(ElementPower { before: self.moment.is_powered_here(), after: false })
         } else {
             self.moment.power(element)
         }

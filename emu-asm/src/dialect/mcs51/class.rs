@@ -87,5 +87,5 @@ pub(super) fn mismatch(asm: &Assembler<'_>, name: &str, kind: &str, n: i32) -> O
             format!("write `#{name}` for the address as a number"),
         ),
     };
-    Some(("ASM039", cause, hint))
+    Some(AsmRefusal::new("ASM039", cause, hint))
 }
