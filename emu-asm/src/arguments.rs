@@ -1,8 +1,8 @@
 //! Macro arguments: splitting them, and substituting them for parameter names in the lines of a macro.
 
-use crate::NamedText;
 use std::ops::Range;
 
+use crate::NamedText;
 use crate::dialect::AsmDialect;
 use crate::dialect::avr::atmel::substitute_numbered;
 use crate::lines::{AsmLine, RewrittenText, begins_name, behind_name, byte, cut, skip_space, step, trim};

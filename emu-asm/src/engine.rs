@@ -1,6 +1,5 @@
 //! The engine: reads the source again until no name changes its value.
 
-use crate::NamedText;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
@@ -11,6 +10,7 @@ use diag::text::{byte_of, to_display_text};
 use diag::{Diagnostic, Pos, Severity, nearest};
 use emu_core::chip::Chip;
 
+use crate::NamedText;
 use crate::chip_names::ChipNames;
 use crate::dialect::AsmDialect;
 use crate::expression::{evaluate, evaluate_front};

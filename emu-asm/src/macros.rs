@@ -1,11 +1,11 @@
 //! Macros and text definitions.
 
-use crate::NamedText;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::rc::Rc;
 
+use crate::NamedText;
 use crate::arguments::{
     ArgumentJoin, parse_parameter, scan_name, skip_comma, split_arguments, split_parts, substitute_parameters,
     unescape, unquoted_argument,

@@ -2,10 +2,10 @@
 
 mod included_files;
 
-use crate::NamedText;
 use std::ops::Range;
 use std::rc::Rc;
 
+use crate::NamedText;
 use crate::arguments::{ArgumentJoin, substitute_parameters};
 use crate::dialect::ReadFlow;
 use crate::engine::{Assembler, DirectiveCall};

@@ -14,7 +14,7 @@ use emu_pic16::chips::{self, Pic16Part};
 use crate::shared::chosen_chip::{NamedChip, chip_in_comment};
 use crate::shared::codes::OTHER_CHIP;
 use crate::shared::family;
-use crate::shared::image_origin::{base_name, by_signature, other_avr_diagnostic};
+use crate::shared::image_origin::{CauseAndHint, base_name, by_signature, other_avr_diagnostic};
 use crate::shared::input::ELF_MAGIC;
 use diag::distance;
 
@@ -51,7 +51,8 @@ pub fn guess_chip(file: &str, bytes: &[u8], chip: &Chip, refused: bool) -> Optio
         return other_chip(cause, hint);
     }
     let contents = HexContents::of(file, bytes)?;
-    if let Some((cause, hint)) = contents.signature().and_then(|signature| by_signature(signature, chip)) {
+    if let Some(CauseAndHint { cause, hint }) = contents.signature().and_then(|signature| by_signature(signature, chip))
+    {
         return other_chip(cause, hint);
     }
     let family = match contents.family(chip) {

@@ -5,6 +5,7 @@ use emu_core::chip::Chip;
 use ladder::LadderDialect;
 
 use crate::shared::family;
+use crate::shared::usage_error::UsageError;
 
 /// When messages have colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -40,10 +41,10 @@ pub struct LadderFlags {
 }
 
 /// Parses the name of a dialect.
-pub fn parse_dialect(name: &str) -> Result<LadderDialect, String> {
+pub fn parse_dialect(name: &str) -> Result<LadderDialect, UsageError> {
     match name {
         "ldmicro-2.3" => Ok(LadderDialect::Ldmicro23),
         "ldmicro-5" => Ok(LadderDialect::Ldmicro5),
-        _ => Err("dialects are ldmicro-2.3 and ldmicro-5".to_owned()),
+        _ => Err(UsageError::malformed("dialects are ldmicro-2.3 and ldmicro-5")),
     }
 }

@@ -15,6 +15,7 @@ use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::flags::McuFlags;
 use crate::shared::output::RequestedOutput;
 use crate::shared::report::MessageStyle;
+use crate::shared::usage_error::UsageError;
 use crate::shared::{input, output};
 use crate::verbs::compile::default_image_name;
 
@@ -65,13 +66,13 @@ pub struct AsmArgs {
     pub json: bool,
 }
 
-fn parse_define(text: &str) -> Result<NamedText, String> {
+fn parse_define(text: &str) -> Result<NamedText, UsageError> {
     let (name, value) = text.split_once('=').unwrap_or((text, "1"));
     let starts = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_' || c == '.');
     if starts && name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '$')) {
         Ok(NamedText { name: name.to_owned(), text: value.to_owned() })
     } else {
-        Err("write NAME or NAME=VALUE, as in F_CPU=8000000".to_owned())
+        Err(UsageError::malformed("write NAME or NAME=VALUE, as in F_CPU=8000000"))
     }
 }
 

@@ -6,7 +6,6 @@ mod commons;
 mod gas;
 mod sfr;
 
-use crate::NamedText;
 use std::ops::Range;
 
 use emu_core::chip::Chip;
@@ -20,6 +19,7 @@ use super::{
 };
 pub(crate) use commons::AvrPassState;
 
+use crate::NamedText;
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
 use crate::lines::{byte, cut, trim};

@@ -9,7 +9,6 @@ mod common;
 mod mcs51;
 pub(crate) mod pic16;
 
-use crate::NamedText;
 use std::ops::Range;
 
 use emu_core::chip::{Chip, ChipFamily};
@@ -17,6 +16,7 @@ use emu_core::table::InstructionRow;
 
 pub(crate) use mcs51::chip_of_list;
 
+use crate::NamedText;
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
 use crate::lines::{AsmLine, behind_name};

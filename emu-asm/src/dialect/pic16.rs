@@ -15,13 +15,13 @@ mod fields;
 mod link;
 pub(crate) mod special;
 
-use crate::dialect::CauseAndHint;
 use std::ops::Range;
 
 use emu_core::table::InstructionRow;
 
 use super::common::ignore_directive;
 use super::{AsmDialect, AsmDirective, AsmOperator, DialectHooks, NumberForm, ReadFlow, SectionContent, SectionRow};
+use crate::dialect::CauseAndHint;
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
 use crate::lines::{behind_name, byte, cut, trim};

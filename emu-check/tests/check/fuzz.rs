@@ -2,13 +2,13 @@
 //! enough, and gives the same result in shards. EMU_FUZZ_PROGRAMS and EMU_FUZZ_SEED select another campaign,
 //! without the lower bounds.
 
-use ladder::ProgramElement;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use emu_check::fuzz::{
     CampaignPlan, CampaignRecord, CampaignShard, FAMILIES, ProgramProfile, generate_program, run_trial,
 };
+use ladder::ProgramElement;
 use ladder_compile::find_target;
 
 /// Time limit per program, far above the normal time on a busy machine.

@@ -1,7 +1,8 @@
 //! Locations that have a value: registers, memory, bits, pins, time.
 
-use emu_core::pins::{CycleTime, PinId, PinLevel};
 use std::ops::RangeInclusive;
+
+use emu_core::pins::{CycleTime, PinId, PinLevel};
 
 use super::dyn_machine::DynMachine;
 use super::error::DebugError;

@@ -1,8 +1,9 @@
 //! Compares the evaluator with the hand-written traces of `tests/ladder`.
 
+use ladder::ProgramElement;
+
 use crate::common;
 use crate::table::{self, Column};
-use ladder::ProgramElement;
 use ladder_eval::Evaluator;
 use std::collections::BTreeSet;
 

@@ -1,11 +1,11 @@
 //! Tests every diagnostic of the reader with a table.
 
 use crate::common;
-use ladder::ProgramElement;
 use std::collections::BTreeSet;
 
 use diag::Diagnostic;
 use diag::text::TextEncoding;
+use ladder::ProgramElement;
 
 const TABLE: &str = include_str!("tables/read.txt");
 

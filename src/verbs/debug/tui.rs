@@ -1,7 +1,6 @@
 //! `emu debug --tui`: a session on a full screen. Keys and command lines go to the [`DebugShell`] that the
 //! prompt also uses.
 
-use ladder_eval::ElementPower;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -19,6 +18,7 @@ use emu_tui::debugger::{
 use emu_tui::rung_picture::{self, PowerFlowSource};
 use emu_tui::screen;
 use ladder::ElementId;
+use ladder_eval::ElementPower;
 use ladder_view::ScanPosition;
 
 use super::shell::{DebugShell, ShellFlow};

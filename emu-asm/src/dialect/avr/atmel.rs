@@ -2,7 +2,6 @@
 //! memory, `PC` is the address of the line, and `@0` is a macro argument ("AVR Assembler User Guide",
 //! Microchip DS40001917).
 
-use crate::NamedText;
 use emu_core::chip::Chip;
 
 use super::super::common::{bytes, constant, ignore_directive, include, message, purge, reserve_room, words};
@@ -12,6 +11,7 @@ use super::super::{
 };
 use super::atmel_names::further_names;
 use super::{AVR, longs, section};
+use crate::NamedText;
 use crate::arguments::scan_name;
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;

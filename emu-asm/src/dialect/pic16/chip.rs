@@ -1,11 +1,11 @@
 //! Directives about the chip: its name, its configuration words, its banks and pages.
 
-use crate::NamedText;
 use std::ops::Range;
 
 use emu_core::chip::Chip;
 
 use super::link::ABSOLUTE;
+use crate::NamedText;
 use crate::dialect::ProvidedInclude;
 use crate::dialect::common::{required_arguments, value_of};
 use crate::engine::{Assembler, DirectiveCall};
