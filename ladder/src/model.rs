@@ -321,8 +321,8 @@ pub enum Element {
         dest: String,
         /// Position on the x axis.
         index: LadderOperand,
-        /// Points (x, y); x is strictly increasing.
-        points: Vec<(i64, i64)>,
+        /// Points of the curve; x is strictly increasing.
+        points: Vec<CurvePoint>,
     },
     /// `READ_ADC name [refs]`.
     ReadAdc {
@@ -464,6 +464,15 @@ impl LadderProgram {
     pub fn find_element(&self, id: ElementId) -> Option<ProgramElement<'_>> {
         self.elements().find(|at| at.id == id)
     }
+}
+
+/// A point of a piecewise linear curve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CurvePoint {
+    /// Value of the index.
+    pub x: i64,
+    /// Value of the destination.
+    pub y: i64,
 }
 
 /// An element of a program, with its identity and its position in the file.

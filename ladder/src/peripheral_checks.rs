@@ -6,7 +6,7 @@ use crate::check::{Checker, check_default_argument};
 use crate::codes;
 use crate::format::{self, StringPiece};
 use crate::integer_widths::{max_value, min_bytes};
-use crate::model::{Element, LadderDialect, LadderOperand, ProgramElement};
+use crate::model::{CurvePoint, Element, LadderDialect, LadderOperand, ProgramElement};
 
 /// Half a second in microseconds: half a pulse at 1 Hz.
 const HALF_SECOND_US: u64 = 500_000;
@@ -141,17 +141,17 @@ fn check_curve(
     at: ProgramElement<'_>,
     dest: &str,
     index: &LadderOperand,
-    points: &[(i64, i64)],
+    points: &[CurvePoint],
 ) {
     if points.len() < 2 {
         let cause = format!("{} point(s) make no segment", points.len());
         return checker.error(codes::CURVE, at, cause, "give at least two points");
     }
-    let constants = points.iter().flat_map(|(x, y)| [*x, *y]).map(|v| min_bytes(v.into())).max().unwrap_or(0);
+    let constants = points.iter().flat_map(|point| [point.x, point.y]).map(|v| min_bytes(v.into())).max().unwrap_or(0);
     let wide = constants.max(checker.widths.bytes_of_symbol(dest)).max(checker.widths.bytes_of_operand(index)) > 2;
     let limit = max_value(if wide { 4 } else { 2 });
     for pair in points.windows(2) {
-        let [(x, y), (next_x, next_y)] = pair else { continue };
+        let [CurvePoint { x, y }, CurvePoint { x: next_x, y: next_y }] = pair else { continue };
         if x >= next_x {
             let cause = format!("x = {next_x} follows x = {x}, but x must rise");
             checker.error(codes::NOT_RISING, at, cause, "sort the points by x, each x once");

@@ -178,7 +178,7 @@ pub(crate) fn element_constants(program: &LadderProgram, element: &Element) -> V
             value(index).into_iter().chain([0, last]).collect()
         }
         Element::PiecewiseLinear { index, points, .. } => {
-            let points = points.iter().filter_map(|&(x, _)| i32::try_from(x).ok());
+            let points = points.iter().filter_map(|point| i32::try_from(point.x).ok());
             value(index).into_iter().chain(points).collect()
         }
         Element::SetPwm { duty, .. } => value(duty).into_iter().chain([0, 100]).collect(),

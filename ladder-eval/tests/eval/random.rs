@@ -214,6 +214,7 @@ fn device() -> impl Strategy<Value = Element> {
             if points.len() < 2 {
                 points = vec![(-3, 7), (3, -8)];
             }
+            let points = points.into_iter().map(|(x, y)| ladder::CurvePoint { x, y }).collect();
             Element::PiecewiseLinear { dest, index, points }
         });
     let text = prop_oneof![

@@ -158,7 +158,7 @@ fn element() -> impl Strategy<Value = Element> {
                 .prop_map(|(dest, index, as_string, values)| Element::LookUpTable { dest, index, as_string, values }),
         ),
         boxed(
-            (integer(), operand(), vec((value.clone(), value), 0..6))
+            (integer(), operand(), vec((value.clone(), value).prop_map(|(x, y)| ladder::CurvePoint { x, y }), 0..6))
                 .prop_map(|(dest, index, points)| Element::PiecewiseLinear { dest, index, points }),
         ),
         boxed(("A[a-z0-9]{0,5}", option::of(0u32..=255)).prop_map(|(name, refs)| Element::ReadAdc { name, refs })),
