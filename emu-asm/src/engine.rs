@@ -64,7 +64,7 @@ pub(crate) struct Assembler<'a> {
     pub files: &'a mut dyn IncludeFiles,
     pub texts: SourceTexts,
     /// Number of a text, by the name in the include and the file that includes it.
-    pub opened_includes: HashMap<(String, u32), Result<u32, String>>,
+    pub opened_includes: HashMap<(String, u32), OpenedInclude>,
     /// Binary files, by the same key.
     pub binaries: HashMap<(String, u32), Rc<[u8]>>,
     /// Names and texts defined by the caller.
@@ -123,6 +123,18 @@ pub(crate) struct Assembler<'a> {
     pub family_state: crate::dialect::FamilyState,
     /// Names of other modules, with the line and position that first read each.
     pub externals: BTreeMap<String, (Option<AsmLine>, Range<usize>)>,
+}
+
+/// The result of opening an include file.
+#[derive(Clone)]
+pub(crate) enum OpenedInclude {
+    /// The number of its text.
+    Text(u32),
+    /// It cannot be read.
+    Unreadable {
+        /// The cause, as the diagnostic states it.
+        cause: String,
+    },
 }
 
 impl<'a> Assembler<'a> {

@@ -5,9 +5,9 @@ use std::ops::Range;
 use emu_core::chip::Chip;
 use emu_core::image::{ImageSpace, Segment, SourceKind, SourceLine, WordBits};
 
-use crate::dialect::{AsmDialect, CauseAndHint, SectionContent};
+use crate::dialect::{AsmDialect, SectionContent};
 use crate::engine::Assembler;
-use crate::fault::LineFault;
+use crate::fault::{CauseAndHint, LineFault};
 use crate::lines::AsmLine;
 use crate::sections::{self, AsmSection};
 

@@ -10,11 +10,9 @@ use emu_core::table::InstructionRow;
 use clock_and_period::{clock, period};
 
 use super::common::{self, ignore_directive, required_arguments, value_of};
-use super::{
-    AsmDialect, AsmDirective, AsmRefusal, DialectHooks, NumberForm, ProvidedInclude, SectionContent, SectionRow,
-};
+use super::{AsmDialect, AsmDirective, DialectHooks, NumberForm, ProvidedInclude, SectionContent, SectionRow};
 use crate::engine::{Assembler, DirectiveCall};
-use crate::fault::LineFault;
+use crate::fault::{AsmRefusal, LineFault};
 use crate::lines::{AsmLine, cut, trim};
 use crate::symbols::AsmSymbolKind;
 

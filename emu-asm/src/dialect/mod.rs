@@ -18,7 +18,7 @@ pub(crate) use mcs51::chip_of_list;
 
 use crate::NamedText;
 use crate::engine::{Assembler, DirectiveCall};
-use crate::fault::LineFault;
+use crate::fault::{AsmRefusal, CauseAndHint, LineFault};
 use crate::lines::{AsmLine, behind_name};
 use crate::reader::LineBlock;
 
@@ -201,37 +201,6 @@ impl DialectHooks {
         angle_arguments: false,
         general_instructions: &[],
     };
-}
-
-/// Why something is refused, and what to write instead.
-#[derive(Debug, Clone)]
-pub(crate) struct CauseAndHint {
-    pub cause: String,
-    pub hint: String,
-}
-
-impl CauseAndHint {
-    pub fn new(cause: impl Into<String>, hint: impl Into<String>) -> CauseAndHint {
-        CauseAndHint { cause: cause.into(), hint: hint.into() }
-    }
-}
-
-/// A diagnostic of a dialect before its place in the line is known.
-#[derive(Debug)]
-pub(crate) struct AsmRefusal {
-    code: &'static str,
-    reason: CauseAndHint,
-}
-
-impl AsmRefusal {
-    pub fn new(code: &'static str, cause: impl Into<String>, hint: impl Into<String>) -> AsmRefusal {
-        AsmRefusal { code, reason: CauseAndHint::new(cause, hint) }
-    }
-
-    /// Returns the diagnostic at a place of the line.
-    pub fn at(self, at: Range<usize>) -> LineFault {
-        LineFault::new(self.code, at, self.reason.cause, self.reason.hint)
-    }
 }
 
 /// The operators of C, with its precedence.

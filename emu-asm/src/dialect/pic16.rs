@@ -21,9 +21,8 @@ use emu_core::table::InstructionRow;
 
 use super::common::ignore_directive;
 use super::{AsmDialect, AsmDirective, AsmOperator, DialectHooks, NumberForm, ReadFlow, SectionContent, SectionRow};
-use crate::dialect::CauseAndHint;
 use crate::engine::{Assembler, DirectiveCall};
-use crate::fault::LineFault;
+use crate::fault::{CauseAndHint, LineFault};
 use crate::lines::{behind_name, byte, cut, trim};
 use crate::reader::LineBlock;
 use crate::statement::code_end;

@@ -6,15 +6,14 @@ use emu_core::chip::Chip;
 
 use super::super::common::{bytes, constant, ignore_directive, include, message, purge, reserve_room, words};
 use super::super::{
-    AsmDialect, AsmDirective, AsmRefusal, C_OPERATORS, CauseAndHint, DialectHooks, ProvidedInclude, ReadFlow,
-    SectionContent, UnaryOperator,
+    AsmDialect, AsmDirective, C_OPERATORS, DialectHooks, ProvidedInclude, ReadFlow, SectionContent, UnaryOperator,
 };
 use super::atmel_names::further_names;
 use super::{AVR, longs, section};
 use crate::NamedText;
 use crate::arguments::scan_name;
 use crate::engine::{Assembler, DirectiveCall};
-use crate::fault::LineFault;
+use crate::fault::{AsmRefusal, CauseAndHint, LineFault};
 use crate::lines::{AsmLine, RewrittenText, byte, trim};
 use crate::symbols::AsmSymbolKind;
 use crate::value::AsmValue;

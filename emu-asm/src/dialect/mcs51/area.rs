@@ -6,9 +6,9 @@
 use std::collections::BTreeMap;
 
 use super::layout::{AbsolutePart, AreaMemory, AreaShape, PlacementFault, layout};
-use crate::dialect::{CauseAndHint, SectionContent};
+use crate::dialect::SectionContent;
 use crate::engine::{Assembler, DirectiveCall};
-use crate::fault::LineFault;
+use crate::fault::{CauseAndHint, LineFault};
 use crate::lines::{AsmLine, trim};
 use crate::sections::AsmSection;
 

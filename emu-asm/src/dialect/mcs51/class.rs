@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use super::super::common::constant;
 use super::segment;
-use crate::dialect::AsmRefusal;
 use crate::engine::{Assembler, DirectiveCall};
+use crate::fault::AsmRefusal;
 use crate::symbols::AsmSymbolKind;
 
 /// What an address refers to.

@@ -6,7 +6,7 @@
 
 use emu_core::chip::Chip;
 
-use crate::dialect::AsmRefusal;
+use crate::fault::AsmRefusal;
 use crate::matching::{DESTINATION, LITERAL};
 
 /// Number of file register addresses in all banks.
