@@ -284,8 +284,8 @@ struct ListRange {
 }
 
 impl DebugShell {
-    /// Parses the argument of `list`. It is empty for the next lines or those around the selected call, `-` for
-    /// the lines before, a line, two lines with a comma, or a location.
+    /// Parses the argument of `list`. It is empty for the next lines or those around the selected call, `-`
+    /// for the lines before, a line, two lines with a comma, or a location.
     fn parse_list_range(&self, args: &str) -> Result<ListRange, String> {
         let size = self.list_size;
         let around =
