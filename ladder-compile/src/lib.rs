@@ -52,7 +52,7 @@ use std::sync::LazyLock;
 
 use diag::{Diagnostic, Pos, Severity};
 use emu_core::chip::Chip;
-use ladder::LadderProgram;
+use ladder::{LadderDialect, LadderProgram};
 
 use ir::Ir;
 use pins::AssignedPin;
@@ -150,6 +150,16 @@ pub fn lower_for_target(program: &LadderProgram, target: &CompileTarget, optimis
     if optimised { optimise::optimise(ir) } else { lower::to_three_address(ir) }
 }
 
+/// The clock in Hz at which a chip runs a program: the one asked for, or the program's. Instruction List names
+/// no crystal, so such a program runs at the chip's usual clock.
+#[must_use]
+pub fn clock_hz(program: &LadderProgram, chip: &Chip, asked: Option<u64>) -> u64 {
+    asked.unwrap_or(match program.dialect {
+        LadderDialect::Iec => chip.default_hz,
+        LadderDialect::Ldmicro23 | LadderDialect::Ldmicro5 => program.settings.crystal_hz,
+    })
+}
+
 /// Input of a back end after all checks have passed.
 pub(crate) struct PreparedCompile {
     pub target: &'static CompileTarget,
@@ -193,12 +203,7 @@ pub(crate) fn prepare(program: &LadderProgram, options: &CompileOptions) -> Resu
         return Err(diagnostics);
     };
     let pins = pins::assign_pins(program, &options.pins, target, &mut diagnostics);
-    // Instruction List names no crystal.
-    let crystal_hz = match program.settings.crystal_hz {
-        0 => target.chip.default_hz,
-        named => named,
-    };
-    let clock_hz = options.clock_hz.unwrap_or(crystal_hz);
+    let clock_hz = clock_hz(program, target.chip, options.clock_hz);
     if clock_hz == 0 || clock_hz > target.chip.max_hz {
         let cause = format!("the clock is {clock_hz} Hz, {} runs at 1 to {} Hz", target.chip.name, target.chip.max_hz);
         diagnostics.push(error(codes::CLOCK, cause, "set CRYSTAL=, or give another clock on the command line"));

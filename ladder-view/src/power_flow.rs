@@ -2,6 +2,7 @@
 
 use ladder::il::{IlAction, IlBinaryOperator, IlStep};
 use ladder::{Element, ElementId, LadderProgram, PowerEffect, Rung, RungNode};
+use ladder_eval::ElementPower;
 
 use crate::scan_follower::FollowedScan;
 
@@ -62,16 +63,16 @@ impl<'a> RungWalk<'a, '_> {
     }
 
     fn leaf(&mut self, id: ElementId, element: &'a Element) {
-        let Some((before, behind)) = self.scan.power(id) else { return };
+        let Some(ElementPower { before, after }) = self.scan.power(id) else { return };
         if let Element::Instruction(step) = element {
-            return self.line(id, element, step, (before, behind));
+            return self.line(id, element, step, ElementPower { before, after });
         }
         let decides = matches!(element.facts().power, PowerEffect::Narrows | PowerEffect::Decides);
-        if !behind && before {
+        if !after && before {
             // Elements that passed power before this one have no effect.
             self.path.clear();
             self.path.push(PowerDecider { id, element, passed_power: false });
-        } else if behind && (decides || !before) {
+        } else if after && (decides || !before) {
             if !before {
                 // The element supplies power by itself.
                 self.path.clear();
@@ -81,19 +82,25 @@ impl<'a> RungWalk<'a, '_> {
     }
 
     /// A line of Instruction List: those since the last load decide the current result.
-    fn line(&mut self, id: ElementId, element: &'a Element, step: &IlStep, (before, behind): (bool, bool)) {
+    fn line(
+        &mut self,
+        id: ElementId,
+        element: &'a Element,
+        step: &IlStep,
+        ElementPower { before, after }: ElementPower,
+    ) {
         if element.facts().power != PowerEffect::Decides {
             return;
         }
         let decides_alone = match step.action {
-            IlAction::Binary { operator: IlBinaryOperator::And, .. } => before && !behind,
-            IlAction::Binary { operator: IlBinaryOperator::Or, .. } => !before && behind,
+            IlAction::Binary { operator: IlBinaryOperator::And, .. } => before && !after,
+            IlAction::Binary { operator: IlBinaryOperator::Or, .. } => !before && after,
             _ => step.is_load(),
         };
         if decides_alone {
             self.path.clear();
         }
-        self.path.push(PowerDecider { id, element, passed_power: behind });
+        self.path.push(PowerDecider { id, element, passed_power: after });
     }
 
     fn parallel(&mut self, branches: &'a [Vec<RungNode>]) -> bool {
@@ -131,6 +138,6 @@ impl<'a> RungWalk<'a, '_> {
     /// power.
     fn is_powered(&self, first: u32, end: u32, before: &[PowerDecider<'a>]) -> bool {
         let last = (first..end).rev().find_map(|index| self.scan.power(ElementId { rung: self.rung, index }));
-        last.map_or_else(|| before.first().is_none_or(|decider| decider.passed_power), |(_, behind)| behind)
+        last.map_or_else(|| before.first().is_none_or(|decider| decider.passed_power), |power| power.after)
     }
 }

@@ -2,7 +2,7 @@
 //! compiler's map.
 
 use emu_core::chip::Chip;
-use ladder::{Element, LadderOperand, LadderProgram, SymbolKind};
+use ladder::{Element, LadderOperand, LadderProgram, ProgramElement, SymbolKind};
 use ladder_compile::{ImageMap, PinAssignment, SpecialPin};
 
 use crate::CheckOptions;
@@ -36,7 +36,7 @@ impl ScanPace {
             poll_cycles,
             poll_cycles_with_rounds: poll_with_rounds,
         } = family_timing(chip, pwm_frequency(program).is_some());
-        let clock_hz = options.clock_hz.unwrap_or(program.settings.crystal_hz);
+        let clock_hz = ladder_compile::clock_hz(program, chip, options.clock_hz);
         let num = u128::from(clock_hz) * u128::from(program.settings.cycle_us);
         let den = 1_000_000 * u128::from(clocks);
         if num == 0 {
@@ -166,7 +166,7 @@ fn check_special_pins(
     }
     let mut addr = 0;
     let mut cells = map.eeprom.iter();
-    for (_, element, _) in program.elements() {
+    for ProgramElement { element, .. } in program.elements() {
         let Element::Persist { name } = element else { continue };
         let bytes = program.symbols().iter().find(|s| s.name == *name).map_or(2, |s| s.bytes);
         let wanted = (name.as_str(), addr, bytes);
@@ -184,7 +184,7 @@ const MIN_PWM_STEPS: u32 = 16;
 
 /// The frequency of the program's PWM output in Hz.
 pub(crate) fn pwm_frequency(program: &LadderProgram) -> Option<u64> {
-    program.elements().find_map(|(_, element, _)| match element {
+    program.elements().find_map(|ProgramElement { element, .. }| match element {
         Element::SetPwm { hertz: LadderOperand::Const { value, .. }, .. } => u64::try_from(*value).ok(),
         _ => None,
     })

@@ -6,7 +6,7 @@
 use std::collections::HashSet;
 
 use ladder::il::{IecType, IecVariable, IlAction, IlBinaryOperator, IlCondition, IlSource, IlStep, TypedSymbol};
-use ladder::{CompareOp, Element, ElementId, LadderProgram};
+use ladder::{CompareOp, Element, ElementId, LadderProgram, ProgramElement};
 
 use super::{Lowering, if_accumulator};
 use crate::ir::{ArithmeticOp, BitId, BitRole, BranchCondition, IrOp, WordId, WordOperand, WordRole};
@@ -27,7 +27,7 @@ impl InstructionState {
         let mut state = InstructionState::default();
         let lines: Vec<(ElementId, &IlStep)> = program
             .elements()
-            .filter_map(|(id, element, _)| match element {
+            .filter_map(|ProgramElement { id, element, .. }| match element {
                 Element::Instruction(step) if !matches!(step.action, IlAction::Label) => Some((id, step.as_ref())),
                 _ => None,
             })
@@ -116,8 +116,8 @@ impl Lowering<'_> {
 
     /// At the start of a rung: takes the result that a network before it left.
     pub(super) fn begin_network(&mut self, rung: u32) {
-        let mut elements = self.program.elements().skip_while(|(id, ..)| id.rung < rung);
-        let first = elements.find_map(|(_, element, _)| match element {
+        let mut elements = self.program.elements().skip_while(|found| found.id.rung < rung);
+        let first = elements.find_map(|found| match found.element {
             Element::Instruction(step) if !matches!(step.action, IlAction::Label) => Some(step),
             _ => None,
         });

@@ -99,7 +99,7 @@ struct IrGenerator<'a> {
 /// Generates a program within the limits. The same seed gives the same program.
 pub fn random_ir(rng: &mut Rng, wish: IrLimits) -> Ir {
     let mut ir = Ir::default();
-    let bit = |ir: &mut Ir, name: String, role| ir.bits.push(BitCell { name, role });
+    let bit = |ir: &mut Ir, name: String, role| ir.bits.push(BitCell { name, role, initial: false });
     (0..wish.inputs).for_each(|n| bit(&mut ir, format!("X{n}"), BitRole::Input));
     (0..wish.outputs).for_each(|n| bit(&mut ir, format!("Y{n}"), BitRole::Output));
     for n in 0..wish.bits {
