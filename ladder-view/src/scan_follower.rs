@@ -56,6 +56,15 @@ impl FollowedScan {
     }
 }
 
+#[cfg(test)]
+impl FollowedScan {
+    /// A scan of which only the rung bits are known.
+    pub(crate) fn with_power(power: Vec<(ElementId, bool, bool)>) -> FollowedScan {
+        let (previous_values, values_before, values_after) = (Vec::new(), Vec::new(), Vec::new());
+        FollowedScan { number: 1, cycle: 0, previous_values, values_before, values_after, power, writes: Vec::new() }
+    }
+}
+
 /// Follower of one program.
 #[derive(Debug, Clone)]
 pub(crate) struct ScanFollower {
