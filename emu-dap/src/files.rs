@@ -56,7 +56,7 @@ impl DapMachine {
             let LineStart { word, line } = ladder.word_of_line(line)?;
             return Ok(LocatedLine { words: vec![word], line });
         }
-        if path.ends_with(".ld") && self.ladder.is_none() {
+        if ladder::is_program_name(path) && self.ladder.is_none() {
             return Err(DapError::RungsUnknown);
         }
         let lines = &self.session.scope.lines;

@@ -38,6 +38,7 @@ mod peripheral_state;
 mod ports;
 mod power_up;
 mod pulse_ops;
+mod timer_steps;
 mod unsupported;
 
 use std::collections::HashMap;

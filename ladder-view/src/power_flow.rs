@@ -19,7 +19,7 @@ pub(crate) struct PowerDecider<'a> {
 /// passed it, or those that blocked it.
 pub(crate) fn deciders<'a>(program: &'a LadderProgram, scan: &FollowedScan, to: ElementId) -> Vec<PowerDecider<'a>> {
     let Some(rung) = program.rungs.get(to.rung as usize) else { return Vec::new() };
-    let mut walk = RungWalk { scan, rung: to.rung, next: 0, to, path: Vec::new() };
+    let mut walk = RungWalk { scan, rung: to.rung, next: 0, to, saved: Vec::new(), path: Vec::new() };
     walk.path_to(rung);
     walk.path
 }
@@ -31,6 +31,8 @@ struct RungWalk<'a, 's> {
     /// Number of the next leaf in text order.
     next: u32,
     to: ElementId,
+    /// Deciding lines of Instruction List before each open parenthesis.
+    saved: Vec<Vec<PowerDecider<'a>>>,
     /// Deciding elements of the walk so far.
     path: Vec<PowerDecider<'a>>,
 }
@@ -89,18 +91,33 @@ impl<'a> RungWalk<'a, '_> {
         step: &IlStep,
         ElementPower { before, after }: ElementPower,
     ) {
-        if element.facts().power != PowerEffect::Decides {
-            return;
+        match step.action {
+            IlAction::Open { .. } => self.saved.push(std::mem::take(&mut self.path)),
+            IlAction::Close { operator, negated, .. } => {
+                let outer = self.saved.pop().unwrap_or_default();
+                let inner = std::mem::take(&mut self.path);
+                // With AND one FALSE is enough, with OR one TRUE.
+                let (is_and, is_or) = (operator == IlBinaryOperator::And, operator == IlBinaryOperator::Or);
+                self.path = match (before != negated, after) {
+                    (false, false) if is_and => inner,
+                    (true, false) if is_and => outer,
+                    (true, true) if is_or => inner,
+                    (false, true) if is_or => outer,
+                    _ => outer.into_iter().chain(inner).collect(),
+                };
+                return;
+            }
+            IlAction::Binary { operator: IlBinaryOperator::And, .. } if !before => return,
+            IlAction::Binary { operator: IlBinaryOperator::Or, .. } if before => return,
+            IlAction::Binary { operator: IlBinaryOperator::And | IlBinaryOperator::Or, .. } if before != after => {
+                self.path.clear();
+            }
+            _ if step.is_load() => self.path.clear(),
+            _ => {}
         }
-        let decides_alone = match step.action {
-            IlAction::Binary { operator: IlBinaryOperator::And, .. } => before && !after,
-            IlAction::Binary { operator: IlBinaryOperator::Or, .. } => !before && after,
-            _ => step.is_load(),
-        };
-        if decides_alone {
-            self.path.clear();
+        if element.facts().power == PowerEffect::Decides {
+            self.path.push(PowerDecider { id, element, passed_power: after });
         }
-        self.path.push(PowerDecider { id, element, passed_power: after });
     }
 
     fn parallel(&mut self, branches: &'a [Vec<RungNode>]) -> bool {
@@ -139,5 +156,53 @@ impl<'a> RungWalk<'a, '_> {
     fn is_powered(&self, first: u32, end: u32, before: &[PowerDecider<'a>]) -> bool {
         let last = (first..end).rev().find_map(|index| self.scan.power(ElementId { rung: self.rung, index }));
         last.map_or_else(|| before.first().is_none_or(|decider| decider.passed_power), |power| power.after)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The lines that decide the current result of the last line, with `+` or `-` for TRUE or FALSE.
+    fn causes(text: &str, set: &[&str]) -> Vec<String> {
+        let read = ladder::read_program("t.il", text.as_bytes(), ladder::ReadOptions::default());
+        let program = read.expect("a program").program;
+        let mut eval = ladder_eval::Evaluator::new(&program).expect("an evaluator");
+        for name in set {
+            let symbol = eval.index(name).expect("a symbol");
+            eval.set(symbol, 1);
+        }
+        let mut power = Vec::new();
+        eval.scan_watched(&mut |id, before, after| power.push((id, ElementPower { before, after })));
+        let (last, ..) = power.last().copied().expect("an element");
+        let found = deciders(&program, &FollowedScan::with_power(power), last);
+        let text = |d: &PowerDecider<'_>| {
+            format!("{}{}", if d.passed_power { '+' } else { '-' }, ladder::element_text(d.element))
+        };
+        found.iter().map(text).collect()
+    }
+
+    #[test]
+    fn lines_that_decide_the_current_result() {
+        let and = "LD a\nAND b\nST q\n";
+        assert_eq!(causes(and, &["a", "b"]), ["+LD a", "+AND b"]);
+        assert_eq!(causes(and, &["a"]), ["-AND b"]);
+        assert_eq!(causes(and, &["b"]), ["-LD a"]);
+        let or = "LD a\nOR b\nST q\n";
+        assert_eq!(causes(or, &["a"]), ["+LD a"]);
+        assert_eq!(causes(or, &["b"]), ["+OR b"]);
+        assert_eq!(causes(or, &[]), ["-LD a", "-OR b"]);
+        assert_eq!(causes("LD a\nST p\nNOT\nST q\n", &[]), ["-LD a", "+NOT"]);
+    }
+
+    #[test]
+    fn parentheses_decide_with_their_operator() {
+        let and = "LD a\nAND( b\nOR c\n)\nST q\n";
+        assert_eq!(causes(and, &["a", "c"]), ["+LD a", "+OR c"]);
+        assert_eq!(causes(and, &["a"]), ["-AND( b", "-OR c"]);
+        assert_eq!(causes(and, &["b"]), ["-LD a"]);
+        let or = "LD a\nOR(\nLD b\nAND c\n)\nST q\n";
+        assert_eq!(causes(or, &["b", "c"]), ["+LD b", "+AND c"]);
+        assert_eq!(causes(or, &["a", "b"]), ["+LD a"]);
     }
 }

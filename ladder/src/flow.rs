@@ -58,6 +58,7 @@ pub fn changes_order(element: &Element) -> bool {
     match element {
         Element::Flow { .. } | Element::Return | Element::Lock => true,
         Element::Instruction(step) => matches!(step.action, IlAction::Jump { .. } | IlAction::Return(_)),
+        // The scan continues with the element behind all others.
         _ => false,
     }
 }

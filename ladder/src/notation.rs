@@ -37,6 +37,13 @@ pub struct ReadOptions {
 /// Time of a scan of a program in Instruction List, in microseconds.
 pub const IL_CYCLE_US: u64 = 10_000;
 
+/// Whether the name of a file ends as that of a program: `.ld` or `.il`.
+#[must_use]
+pub fn is_program_name(file: &str) -> bool {
+    let extension = file.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase());
+    extension.is_some_and(|found| Notation::ALL.iter().any(|(_, name)| *name == found))
+}
+
 /// What a file is.
 enum FoundNotation {
     Read(Notation),
@@ -47,8 +54,8 @@ enum FoundNotation {
 /// Reads a program in the notation that its file name and its content show.
 ///
 /// # Errors
-/// All errors and warnings found, in order of their positions; at least one of them is an error. LD040 names a
-/// notation that is not read.
+/// All errors and warnings found, in order of their positions; at least one of them is an error. LD040 names
+/// a notation that is not read.
 pub fn read_program(file: &str, bytes: &[u8], options: ReadOptions) -> Result<ParsedProgram, Vec<Diagnostic>> {
     let plain = text::strip_line_decorations(bytes);
     let decoded = text::decode_text(&plain);

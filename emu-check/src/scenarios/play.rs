@@ -84,14 +84,6 @@ impl LadderResolver {
         found.ok_or_else(|| CheckError::UnknownSymbol { name: name.to_owned(), of_chip: is_chip_name(name) })
     }
 
-    /// The smallest and the largest value of a symbol.
-    fn symbol_range(symbol: &LadderSymbol) -> (i64, i64) {
-        match symbol.bytes {
-            0 => (0, 1),
-            bytes => (-1_i64 << (8 * bytes - 1), (1_i64 << (8 * bytes - 1)) - 1),
-        }
-    }
-
     /// True if this input identifier belongs to an external input, not to a symbol that is written.
     #[must_use]
     pub fn is_external_input(&self, input: usize) -> bool {
@@ -124,7 +116,7 @@ impl NameResolver for LadderResolver {
     fn resolve_input(&mut self, name: &str, value: &ScenarioValue) -> Result<ScenarioInput, ScenarioError> {
         let (index, symbol) = self.find_symbol(name).map_err(|error| ScenarioError::UnknownName(error.into()))?;
         let analog = self.hints.analog.iter().position(|adc| *adc == index);
-        let (low, high) = if analog.is_some() { (0, 1023) } else { LadderResolver::symbol_range(symbol) };
+        let (low, high) = if analog.is_some() { (0, 1023) } else { symbol.range() };
         let number = match value {
             ScenarioValue::Number(number) => Some(*number),
             ScenarioValue::Text(text) => text.trim().parse().ok(),
@@ -156,7 +148,7 @@ impl NameResolver for LadderResolver {
 
     fn resolve_output(&mut self, name: &str) -> Result<ScenarioOutput, ScenarioError> {
         let (id, symbol) = self.find_symbol(name).map_err(|error| ScenarioError::UnknownName(error.into()))?;
-        Ok(ScenarioOutput { id, range: LadderResolver::symbol_range(symbol), can_float: false })
+        Ok(ScenarioOutput { id, range: symbol.range(), can_float: false })
     }
 
     fn known_names(&self) -> Vec<String> {
@@ -292,7 +284,9 @@ impl ScenarioWorld for LadderWorld<'_> {
 
     fn read_output(&self, output: usize) -> OutputReading {
         let has_started = self.io.scan > 0 && !self.io.power_cycle_requested;
-        OutputReading::Value(if has_started { (self.read)(output) } else { self.power_up.get(output) }.into())
+        let value = if has_started { (self.read)(output) } else { self.power_up.get(output) };
+        let symbol = self.resolver.symbols.get(output);
+        OutputReading::Value(symbol.map_or(value.into(), |symbol| symbol.shown_value(value)))
     }
 
     fn send(&mut self, bytes: &[u8], _: u64) -> Result<(), ScenarioError> {

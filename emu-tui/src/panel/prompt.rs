@@ -1,5 +1,7 @@
 //! The command line of the panel: `Xa=1`, `Aname=512`, `Cparts=5`, `send hello\n`, `scan 100`, `speed 0.5`.
 
+use ladder::LadderSymbol;
+
 use super::{LadderPanel, SPEEDS};
 use crate::TuiError;
 
@@ -41,18 +43,14 @@ pub(super) fn run_command(panel: &mut LadderPanel, line: &str) -> Result<String,
 fn set(panel: &mut LadderPanel, name: &str, value: &str) -> Result<String, TuiError> {
     let machine = &mut panel.machine;
     let index = machine.index(name).ok_or_else(|| TuiError::UnknownSymbol { name: name.to_owned() })?;
-    let bytes = machine.symbols().get(index).map_or(0, |s| s.bytes);
+    let range = machine.symbols().get(index).map_or((0, 1), LadderSymbol::range);
     let analog = machine.levels().any(|(symbol, _)| symbol == index);
-    let (low, high) = match (analog, bytes) {
-        (true, _) => (0, 1023),
-        (_, 0) => (0, 1),
-        (_, bytes) => (-1_i64 << (8 * bytes - 1), (1_i64 << (8 * bytes - 1)) - 1),
-    };
+    let (low, high) = if analog { (0, 1023) } else { range };
     let number = value.parse::<i64>().ok().filter(|number| (low..=high).contains(number));
     let number = number.ok_or_else(|| TuiError::ValueOutOfRange { name: name.to_owned(), low, high })?;
     match u16::try_from(number) {
         Ok(level) if analog => machine.set_level(index, level),
-        _ => machine.set(index, i32::try_from(number).unwrap_or(0)),
+        _ => machine.set(index, number as i32),
     }
     Ok(format!("{name} = {number}"))
 }

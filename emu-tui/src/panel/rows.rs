@@ -161,7 +161,11 @@ fn timers(panel: &LadderPanel, width: usize, look: ScreenStyle) -> Vec<PanelRow>
 fn numbers(panel: &LadderPanel, look: ScreenStyle) -> Vec<StyledSpans> {
     let machine = &panel.machine;
     let of = machine.symbols_of(|k| matches!(k, SymbolKind::Variable | SymbolKind::Adc));
-    of.map(|symbol| vec![(name(panel, symbol), look.text()), (format!(" {:>6}", machine.get(symbol)), look.change())])
+    let shown = |symbol: usize| {
+        let value = machine.get(symbol);
+        machine.symbols().get(symbol).map_or(value.into(), |symbol| symbol.shown_value(value))
+    };
+    of.map(|symbol| vec![(name(panel, symbol), look.text()), (format!(" {:>6}", shown(symbol)), look.change())])
         .collect()
 }
 

@@ -118,3 +118,50 @@ fn the_rung_bit_is_whether_the_current_result_is_not_zero() {
         assert_eq!(seen, [&first[..], &[(0, 4, true, true)]].concat());
     }
 }
+
+/// Runs a diagram of the page on the language: a line with the block, then a line for each part, in which a
+/// character is a scan.
+fn run_diagram(diagram: &str) -> Vec<String> {
+    let mut lines = diagram.lines();
+    let block = lines.next().and_then(|head| head.split(':').next()).expect("a block");
+    let rows: Vec<(&str, Vec<char>)> = lines
+        .filter_map(|line| line.split_whitespace().collect::<Vec<_>>().try_into().ok())
+        .map(|[part, wave]: [&str; 2]| (part, wave.chars().collect()))
+        .collect();
+    let known = ladder::il::StandardBlock::from_keyword(block).expect("a standard block");
+    let is_input = |part: &str| known.part(part).expect("a part").is_input;
+    let preset = known.preset().map_or(String::new(), |part| match part.name {
+        "PT" => "PT := T#30ms".to_owned(),
+        name => format!("{name} := 2"),
+    });
+    let program = format!("VAR x : {block}; END_VAR\nCAL x({preset})\n").replace("()", "");
+    let (title, inputs, results, cases) = (block.to_owned(), Vec::new(), Vec::new(), Vec::new());
+    let mut eval = evaluator(&Case { title, cycle_ms: 10, program, inputs, results, rows: cases });
+    let mut found: Vec<String> = vec![String::new(); rows.len()];
+    for scan in 0..rows.iter().map(|(_, wave)| wave.len()).max().unwrap_or(0) {
+        for (part, wave) in rows.iter().filter(|(part, _)| is_input(part)) {
+            let symbol = eval.index(&format!("x.{part}")).expect("a symbol");
+            eval.set(symbol, i32::from(wave[scan] == '-'));
+        }
+        eval.scan();
+        for ((part, _), found) in rows.iter().zip(&mut found) {
+            let symbol = eval.index(&format!("x.{part}")).expect("a symbol");
+            match (eval.get(symbol), eval.symbols()[symbol].kind.is_bit()) {
+                (value, true) => found.push(if value == 1 { '-' } else { '_' }),
+                (value, false) => *found += &value.to_string(),
+            }
+        }
+    }
+    let differs = rows.iter().zip(&found).filter(|((_, wave), found)| wave.iter().collect::<String>() != **found);
+    differs.map(|((part, _), found)| format!("{block} {part} {found}")).collect()
+}
+
+#[test]
+fn the_diagrams_of_the_page_are_what_the_blocks_do() {
+    let page = include_str!("../../../docs/languages/il.md");
+    let (_, blocks) = page.split_once("## Blocks").expect("the section");
+    let diagrams: Vec<&str> = blocks.split("```").nth(1).expect("the diagrams").trim().split("\n\n").collect();
+    assert_eq!(diagrams.len(), ladder::il::StandardBlock::ALL.len(), "a diagram for each block");
+    let wrong: Vec<String> = diagrams.into_iter().flat_map(run_diagram).collect();
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}

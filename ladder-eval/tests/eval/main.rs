@@ -5,6 +5,7 @@ mod common;
 mod corpus;
 mod devices;
 mod il;
+mod il_random;
 mod naive;
 mod nesting;
 mod random;

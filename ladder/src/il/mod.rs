@@ -1,8 +1,8 @@
-//! Instruction List (IL) of IEC 61131-3, edition 2: model, reader, writer and type check of its text.
+//! Instruction List (IL) of IEC 61131-3, edition 2: its text, and its lines as elements of a ladder program.
 //!
 //! IL is the textual language of reference 001 (Lista de Instruções). A program is a list of lines; each has
-//! an operator that works on the current result (the accumulator of reference 001). This module does not
-//! define what a program computes, and it knows no chip.
+//! an operator that works on the current result (the accumulator of reference 001). [`to_ladder`] makes a
+//! ladder program of it. This module does not define what a program computes, and it knows no chip.
 //!
 //! ```
 //! let text = "LD I1\nOR I2\nANDN I3\nST L\n"; // example 4 of reference 001

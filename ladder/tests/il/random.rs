@@ -217,10 +217,29 @@ proptest! {
         prop_assert!(parsed.is_ok(), "{:?}\n{}", parsed, text);
         let again = parsed.expect("checked").program;
         prop_assert_eq!(&again.clone().without_positions(), &program, "{}", text);
-        prop_assert_eq!(il::write(&again), text);
+        prop_assert_eq!(&il::write(&again), &text);
         // The check accepts every program that reads, without a panic.
         let _ = il::check(&again);
         prop_assert_eq!(il::result_types(&again).len(), again.instructions.len());
+        // So does the resolution, which has an element for each label and operation.
+        match il::to_ladder(&again, il::il_settings(10_000)) {
+            Ok(resolved) => {
+                let lines = again.instructions.iter().filter(|l| l.label.is_some() || l.operation.is_some());
+                let is_line = |element: &ladder::Element| matches!(element, ladder::Element::Instruction(_));
+                let elements = resolved.program.elements().filter(|found| is_line(found.element));
+                prop_assert_eq!(elements.count(), lines.count(), "{}", text);
+            }
+            Err(diagnostics) => prop_assert!(diagnostics.iter().any(diag::Diagnostic::is_error)),
+        }
+    }
+
+    #[test]
+    fn any_file_is_read_or_refused(bytes in vec(any::<u8>(), 0..80), head in select(vec!["", "PROGRAM p\n", "VAR\n", "<", "{", "(*", "LD a\n", "LDmicro"]), name in select(vec!["t", "t.il", "t.ld", "t.st"])) {
+        let file = [head.as_bytes(), &bytes].concat();
+        if let Err(diagnostics) = ladder::read_program(name, &file, ladder::ReadOptions::default()) {
+            prop_assert!(diagnostics.iter().any(diag::Diagnostic::is_error));
+            prop_assert!(diagnostics.iter().all(|d| !d.cause.is_empty() && !d.hint.is_empty() && d.file == name));
+        }
     }
 
     #[test]

@@ -114,7 +114,7 @@ fn each_source_has_its_networks_and_symbols() {
             for ladder::ProgramElement { id, element, .. } in found.program.elements() {
                 let text = match element {
                     ladder::Element::Instruction(step) => {
-                        format!("{} {}>{}", step.to_string(), type_name(&step.before), type_name(&step.after))
+                        format!("{step} {}>{}", type_name(&step.before), type_name(&step.after))
                     }
                     other => ladder::element_text(other),
                 };

@@ -56,7 +56,9 @@ fn every_element_of_the_model_has_a_row() {
     let words: BTreeSet<&str> = models.split(|c: char| !c.is_alphanumeric()).collect();
     let all: Vec<_> = enums.iter().flat_map(|(name, variants)| variants.iter().map(move |v| (*name, *v))).collect();
     assert!(enums.len() == 9 && all.len() > 80, "{all:?}");
-    let missing: Vec<_> = all.iter().filter(|(_, variant)| !words.contains(variant)).collect();
+    // Lines of Instruction List are no `.ld` text; `tests/il` has them.
+    let is_line = |variant: &str| variant == "Instruction";
+    let missing: Vec<_> = all.iter().filter(|(_, v)| !words.contains(v) && !is_line(v)).collect();
     assert!(missing.is_empty(), "tables/elements.txt has no row for {missing:?}");
 }
 

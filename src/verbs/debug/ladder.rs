@@ -33,7 +33,7 @@ impl CompiledLadder {
 impl DebugSubject {
     /// Returns whether the file is a ladder program, by its name.
     pub(super) fn is_ladder(&self) -> bool {
-        [".ld", ".il"].iter().any(|extension| self.file.to_ascii_lowercase().ends_with(extension))
+        ::ladder::is_program_name(&self.file)
     }
 
     /// Compiles the program as `emu compile` does. The debugger sets up the fuses and external parts that the

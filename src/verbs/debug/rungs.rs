@@ -28,7 +28,7 @@ impl DebugShell {
         let own = view.program().file.rsplit('/').next().unwrap_or_default();
         let line: u32 = line.trim().parse().ok()?;
         if file.rsplit('/').next() != Some(own) {
-            let other = file.to_ascii_lowercase().ends_with(".ld");
+            let other = ::ladder::is_program_name(file);
             return other.then(|| Err(format!("the program is {own}, and has no lines of {file}")));
         }
         Some(match view.rung_of_line(line) {
