@@ -4,6 +4,9 @@ use emu_check::{CheckOptions, check};
 use ladder::LadderProgram;
 use ladder::il::{il_settings, read, to_ladder};
 
+#[path = "../../../tests/ladder/il_programs.rs"]
+mod il_programs;
+
 /// Each title with its program, from the tables of traces.
 fn programs() -> Vec<(String, LadderProgram)> {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../ladder-eval/tests/eval/il");
@@ -68,4 +71,35 @@ fn pic16_agrees() {
 fn ap101_agrees() {
     let (agreed, faults) = differences("ap101", 1_000_000);
     assert!(faults.is_empty() && agreed > 10, "{agreed}: {}", faults.join("\n"));
+}
+
+/// Runs random programs on a chip; returns how many fit it.
+fn random_programs(mcu: &str, clock_hz: u64, cycle_ms: u64) -> usize {
+    let mut agreed = 0;
+    for seed in 1..=40_u64 {
+        let text = il_programs::program(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+        let parsed = read("random.il", &text).expect("accepted text");
+        let program = to_ladder(&parsed.program, il_settings(1000 * cycle_ms)).expect("accepted text").program;
+        let options =
+            CheckOptions { mcu: mcu.to_owned(), scans: 120, seed, clock_hz: Some(clock_hz), ..CheckOptions::default() };
+        let Ok(report) = check(&program, &options, &mut |_, _| {}) else { continue };
+        assert!(report.agreed, "{mcu}, program {seed}:\n{text}\n{}", report.text());
+        agreed += 1;
+    }
+    agreed
+}
+
+#[test]
+fn random_programs_agree_on_avr() {
+    assert!(random_programs("atmega328p", 16_000_000, 20) > 20);
+}
+
+#[test]
+fn random_programs_agree_on_pic16() {
+    assert!(random_programs("pic16f877", 20_000_000, 20) > 20);
+}
+
+#[test]
+fn random_programs_agree_on_mcs51() {
+    assert!(random_programs("8052", 12_000_000, 60) > 20);
 }
